@@ -12,8 +12,6 @@ layout(set = 0, binding = 4) readonly buffer TemperatureBlock { float node_tempe
 
 #include "walk.glsl"
 
-// Reflections that are followed. What lies beyond the last one counts as black.
-const uint TRACED_REFLECTIONS = 2u;
 // Draws of a direction of a rough mirror. Then its mirror direction stands for it.
 const uint LOBE_DRAWS = 6u;
 // Error of a position in the image, as a share of its distance.
@@ -32,9 +30,9 @@ vec3 to_camera_axes(vec3 direction) {
     );
 }
 
-// Four numbers in (0, 1) of a draw for a ray of a place in the image.
-vec4 drawn_numbers(uvec2 pixel, uint ray, uint draw) {
-    uvec4 word = pcg4d(uvec4(pixel, ray * 64u + draw, tracing.word));
+// Four numbers in (0, 1) of a draw for a place in the image.
+vec4 drawn_numbers(uvec2 pixel, uint draw) {
+    uvec4 word = pcg4d(uvec4(pixel, draw, tracing.word));
     return (vec4(word >> uvec4(8u)) + vec4(0.5)) * (1.0 / 16777216.0);
 }
 
@@ -47,8 +45,9 @@ vec3 facet_reflection(float roughness, float view, vec2 at) {
     vec3 third = vec3(-stretched.z, 0.0, stretched.x);
     float share = 0.5 * (1.0 + stretched.z);
     float radius = sqrt(at.x);
-    float a = radius * cos(TWO_PI * at.y);
-    float b = (1.0 - share) * sqrt(max(1.0 - a * a, 0.0)) + share * radius * sin(TWO_PI * at.y);
+    float a = -radius * cos(TWO_PI * (at.y - 0.5));
+    float turned = -radius * sin(TWO_PI * (at.y - 0.5));
+    float b = (1.0 - share) * sqrt(max(1.0 - a * a, 0.0)) + share * turned;
     vec3 normal = vec3(0.0, a, 0.0) + b * third + sqrt(max(1.0 - a * a - b * b, 0.0)) * stretched;
     vec3 facet = normalize(vec3(roughness * normal.x, roughness * normal.y, max(normal.z, 0.0)));
     return 2.0 * dot(seen, facet) * facet - seen;
@@ -56,8 +55,8 @@ vec3 facet_reflection(float roughness, float view, vec2 at) {
 #endif
 
 // A direction from which a face reflects light to `seen`, and whether it is that of a smooth mirror.
-vec4 reflected_from(Reflector reflector, vec3 normal, vec3 seen, uvec2 pixel, uint ray, uint draw) {
-    vec4 at = drawn_numbers(pixel, ray, draw);
+vec4 reflected_from(Reflector reflector, vec3 normal, vec3 seen, uvec2 pixel, uint draw) {
+    vec4 at = drawn_numbers(pixel, draw);
     vec4 found = vec4(cosine_direction(normal, at.yz), 0.0);
 #ifdef SPECULAR
     float view = max(dot(normal, seen), 0.0);
@@ -72,7 +71,8 @@ vec4 reflected_from(Reflector reflector, vec3 normal, vec3 seen, uvec2 pixel, ui
         vec3 x = slant > 1e-4 ? along / max(slant, 1e-4) : cosine_direction(normal, vec2(1.0, 0.5));
         vec3 y = cross(normal, x);
         specular = vec4(mirror, 0.0);
-        uint tries = 0u;
+        uint tries;
+        tries = 0u;
         while (tries < LOBE_DRAWS) {
             vec3 light = facet_reflection(reflector.roughness, steep, at.yz);
             float share = light.z > 0.0 ? masking(light.z, reflector.roughness) : 0.0;
@@ -81,7 +81,7 @@ vec4 reflected_from(Reflector reflector, vec3 normal, vec3 seen, uvec2 pixel, ui
                 specular = vec4(light.x * x + light.y * y + light.z * normal, 0.0);
                 tries = LOBE_DRAWS;
             }
-            at = drawn_numbers(pixel, ray, draw + tries);
+            at = drawn_numbers(pixel, draw + tries);
         }
     }
 #endif
@@ -101,58 +101,73 @@ float kept_share(Reflector reflector, float factor, float temperature) {
 #endif
 }
 
+// A face on the way of the light, in the axes of the camera, and what was found up to it.
+struct Reflection {
+    Reflector reflector;
+    float factor;
+    vec3 normal;
+    vec3 seen;
+    // Start of its ray, body frame.
+    vec3 from;
+    // Share of its light that arrives; 0 where the way has ended.
+    float weight;
+    float sum;
+};
+
+// Follows the light of a face to the next one. `last`: that one counts as black. There is no loop over reflections, because lavapipe loses the walk of a
+// second turn in blocks of pixels that a triangle covers whole.
+Reflection reflection_after(Reflection here, Surroundings around, uvec2 pixel, uint draw, bool last) {
+    vec4 drawn = reflected_from(here.reflector, here.normal, here.seen, pixel, draw);
+    vec3 direction = from_camera(drawn.xyz);
+    Nearest hit = nearest_of(here.from, direction, here.weight > 0.0 ? tracing.boxes : 0u);
+    Reflection next = here;
+    next.weight = 0.0;
+    if (hit.place != SPACE) {
+        ShadowTriangle triangle = placed_triangles[hit.place];
+        uvec4 corners = trace_corners[hit.place];
+        float temperature = (1.0 - hit.u - hit.v) * node_temperature[corners.x]
+            + hit.u * node_temperature[corners.y] + hit.v * node_temperature[corners.z];
+        vec3 outward = normalize(cross(triangle.first.xyz, triangle.second.xyz));
+        bool outside = dot(outward, direction) < 0.0;
+        vec3 met = outside ? outward : -outward;
+        Surroundings open = dimmed(around, here.reflector, here.factor);
+#ifdef SUN
+        // Its light on a rough surface is not drawn.
+        open.sun_radiance = drawn.w > 0.0 ? open.sun_radiance : open.space_radiance;
+#endif
+        float kept = here.weight * kept_share(here.reflector, here.factor, temperature);
+        next.reflector = reflectors[2u * corners.w + (outside ? 0u : 1u)];
+        next.normal = to_camera_axes(met);
+        next.seen = -drawn.xyz;
+#ifdef TABLES
+        next.factor = angle_factor(next.reflector, dot(next.normal, next.seen));
+#endif
+        next.from = triangle.corner.xyz + hit.u * triangle.first.xyz + hit.v * triangle.second.xyz + tracing.start * met;
+        float light = band_radiance(temperature);
+        if (!last) {
+            light *= 1.0 - kept_share(next.reflector, next.factor, temperature);
+            light += reflected_share(dimmed(around, next.reflector, next.factor), next.reflector, next.normal, next.seen);
+        }
+        next.sum = here.sum - here.weight * sky_radiance(open, drawn.xyz) + kept * light;
+        next.weight = kept;
+    }
+    return next;
+}
+
 // Radiance of the craft in a reflection, beyond that of the surroundings which it hides. `place` and both directions are in the axes of the camera.
-float traced_share(Surroundings around, Reflector first, float first_factor, vec3 first_normal, vec3 to_camera, vec3 place, uvec2 pixel) {
+float traced_share(
+    Surroundings around,
+    Reflector reflector,
+    float factor,
+    vec3 normal,
+    vec3 to_camera,
+    vec3 place,
+    uvec2 pixel
+) {
     vec3 moved = place - vec3(tracing.camera_from_body_x.w, tracing.camera_from_body_y.w, tracing.camera_from_body_z.w);
     float lift = tracing.start + PLACE_ERROR * length(place);
-    vec3 start = from_camera(moved + lift * first_normal);
-    float sum = 0.0;
-    for (uint ray = 0u; ray < tracing.rays; ray++) {
-        Reflector reflector = first;
-        float factor = first_factor;
-        vec3 normal = first_normal;
-        vec3 seen = to_camera;
-        vec3 from = start;
-        float weight = 1.0;
-        uint reflection = 0u;
-        while (reflection < TRACED_REFLECTIONS) {
-            vec4 drawn = reflected_from(reflector, normal, seen, pixel, ray, 8u * reflection);
-            vec3 direction = from_camera(drawn.xyz);
-            Nearest hit = nearest_of(from, direction, tracing.boxes);
-            reflection++;
-            if (hit.place == SPACE) {
-                reflection = TRACED_REFLECTIONS;
-            } else {
-                ShadowTriangle triangle = placed_triangles[hit.place];
-                uvec4 corners = trace_corners[hit.place];
-                float temperature = (1.0 - hit.u - hit.v) * node_temperature[corners.x]
-                    + hit.u * node_temperature[corners.y] + hit.v * node_temperature[corners.z];
-                vec3 outward = normalize(cross(triangle.first.xyz, triangle.second.xyz));
-                bool outside = dot(outward, direction) < 0.0;
-                vec3 met = outside ? outward : -outward;
-                Surroundings open = dimmed(around, reflector, factor);
-#ifdef SUN
-                // Its light on a rough surface is not drawn.
-                open.sun_radiance = drawn.w > 0.0 ? open.sun_radiance : open.space_radiance;
-#endif
-                float kept = weight * kept_share(reflector, factor, temperature);
-                sum -= weight * sky_radiance(open, drawn.xyz);
-                reflector = reflectors[2u * corners.w + (outside ? 0u : 1u)];
-                normal = to_camera_axes(met);
-                seen = -drawn.xyz;
-                float light = band_radiance(temperature);
-                if (reflection < TRACED_REFLECTIONS) {
-#ifdef TABLES
-                    factor = angle_factor(reflector, dot(normal, seen));
-#endif
-                    float share = kept_share(reflector, factor, temperature);
-                    light = (1.0 - share) * light + reflected_share(dimmed(around, reflector, factor), reflector, normal, seen);
-                }
-                sum += kept * light;
-                weight = kept;
-                from = triangle.corner.xyz + hit.u * triangle.first.xyz + hit.v * triangle.second.xyz + tracing.start * met;
-            }
-        }
-    }
-    return sum / float(tracing.rays);
+    vec3 from = from_camera(moved + lift * normal);
+    Reflection first = Reflection(reflector, factor, normal, to_camera, from, 1.0, 0.0);
+    Reflection second = reflection_after(first, around, pixel, 0u, false);
+    return reflection_after(second, around, pixel, 8u, true).sum;
 }

@@ -105,7 +105,6 @@ struct Tracing {
     vec4 camera_from_body_y;
     vec4 camera_from_body_z;
     uint boxes;
-    uint rays;
     uint word;
     float start;
 };

@@ -240,12 +240,12 @@ shared! {
         pub camera_from_body_z: [f32; 4],
         /// Number of boxes in the tree.
         pub boxes: u32,
-        /// Rays of a sample.
-        pub rays: u32,
         /// Word of the time, so that each image has rays of its own.
         pub word: u32,
         /// Distance between a ray's start and its surface [m].
         pub start: f32,
+        /// Padding to the alignment of GLSL.
+        pub unused: u32,
     }
 
     /// Axes of the map of a planet that is not uniform.

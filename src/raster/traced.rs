@@ -25,8 +25,6 @@ pub struct Traced<'a> {
     pub occluders: &'a Occluders,
     /// Nodes of the corners of each triangle in the order of the tree, and its material.
     pub corners: &'a [[u32; 4]],
-    /// Rays of a sample.
-    pub rays: u32,
     /// Word of the time, so that each image has rays of its own.
     pub word: u32,
 }
@@ -62,9 +60,9 @@ pub struct Seen<'a> {
     pub pixel: [u32; 2],
 }
 
-/// Four numbers in (0, 1) of a draw for a ray of a place in the image.
-fn numbers(pixel: [u32; 2], ray: u32, draw: u32, word: u32) -> [f64; 4] {
-    pcg4d([pixel[0], pixel[1], ray * 64 + draw, word]).map(|word| (f64::from(word >> 8) + 0.5) / f64::from(1 << 24))
+/// Four numbers in (0, 1) of a draw for a place in the image.
+fn numbers(pixel: [u32; 2], draw: u32, word: u32) -> [f64; 4] {
+    pcg4d([pixel[0], pixel[1], draw, word]).map(|word| (f64::from(word >> 8) + 0.5) / f64::from(1 << 24))
 }
 
 /// A direction from which a face reflects light to `seen`, and whether it is that of a smooth mirror.
@@ -98,39 +96,37 @@ pub fn traced_radiance(craft: &Craft, camera_from_body: &DAffine3, sample: &Seen
     let body_from_camera = camera_from_body.inverse();
     let start = body_from_camera.transform_point3(sample.place + occluders.start * sample.normal);
     let mut sum = 0.0;
-    for ray in 0..traced.rays {
-        let (mut reflector, mut normal, mut seen) = (sample.reflector, sample.normal, sample.to_camera);
-        let (mut from, mut weight) = (start, 1.0);
-        for reflection in 0..REFLECTIONS {
-            let draw = |draw| numbers(sample.pixel, ray, 8 * reflection + draw, traced.word);
-            let (direction, smooth) = reflected_from((reflector, looks), (normal, seen), draw);
-            let Some(hit) = occluders.first(from, body_from_camera.matrix3 * direction) else { break };
-            let [a, b, c, material] = traced.corners[hit.triangle];
-            let [a, b, c] = [a, b, c].map(|node| craft.temperatures[node as usize]);
-            let temperature = (1.0 - hit.u - hit.v) * a + hit.u * b + hit.v * c;
-            let cosine = normal.dot(seen).max(0.0);
-            let mut open = dimmed(surroundings, reflector, looks, cosine);
-            if !smooth {
-                // Its light on a rough surface is not drawn.
-                open.sun_radiance = open.space_radiance;
-            }
-            let kept = weight * kept_share(reflector, looks, temperature, cosine);
-            sum -= weight * sky_radiance(&open, looks, direction);
-            let [corner, first, second] = occluders.triangles[hit.triangle];
-            let outward = first.cross(second).normalize_or_zero();
-            let met = if hit.outside { outward } else { -outward };
-            reflector = &craft.reflectors[material as usize][usize::from(!hit.outside)];
-            normal = camera_from_body.matrix3 * met;
-            seen = -direction;
-            let mut light = (craft.radiance)(temperature);
-            if reflection + 1 < REFLECTIONS {
-                light = emissivity(reflector, looks, temperature, normal.dot(seen).max(0.0)) * light
-                    + reflected_radiance(surroundings, reflector, looks, normal, seen);
-            }
-            sum += kept * light;
-            weight = kept;
-            from = corner + hit.u * first + hit.v * second + occluders.start * met;
+    let (mut reflector, mut normal, mut seen) = (sample.reflector, sample.normal, sample.to_camera);
+    let (mut from, mut weight) = (start, 1.0);
+    for reflection in 0..REFLECTIONS {
+        let draw = |draw| numbers(sample.pixel, 8 * reflection + draw, traced.word);
+        let (direction, smooth) = reflected_from((reflector, looks), (normal, seen), draw);
+        let Some(hit) = occluders.first(from, body_from_camera.matrix3 * direction) else { break };
+        let [a, b, c, material] = traced.corners[hit.triangle];
+        let [a, b, c] = [a, b, c].map(|node| craft.temperatures[node as usize]);
+        let temperature = (1.0 - hit.u - hit.v) * a + hit.u * b + hit.v * c;
+        let cosine = normal.dot(seen).max(0.0);
+        let mut open = dimmed(surroundings, reflector, looks, cosine);
+        if !smooth {
+            // Its light on a rough surface is not drawn.
+            open.sun_radiance = open.space_radiance;
         }
+        let kept = weight * kept_share(reflector, looks, temperature, cosine);
+        sum -= weight * sky_radiance(&open, looks, direction);
+        let [corner, first, second] = occluders.triangles[hit.triangle];
+        let outward = first.cross(second).normalize_or_zero();
+        let met = if hit.outside { outward } else { -outward };
+        reflector = &craft.reflectors[material as usize][usize::from(!hit.outside)];
+        normal = camera_from_body.matrix3 * met;
+        seen = -direction;
+        let mut light = (craft.radiance)(temperature);
+        if reflection + 1 < REFLECTIONS {
+            light = emissivity(reflector, looks, temperature, normal.dot(seen).max(0.0)) * light
+                + reflected_radiance(surroundings, reflector, looks, normal, seen);
+        }
+        sum += kept * light;
+        weight = kept;
+        from = corner + hit.u * first + hit.v * second + occluders.start * met;
     }
-    sum / f64::from(traced.rays.max(1))
+    sum
 }

@@ -42,8 +42,6 @@ pub enum Background {
 pub struct Surrounded {
     /// What surfaces reflect.
     pub reflections: Reflections,
-    /// Rays of a sample, where they reflect the craft itself. Otherwise 0.
-    pub reflection_rays: u32,
     /// What stands behind the craft.
     pub background: Background,
     /// Brightness temperature of the planet in the band [K]. It is that of space where the scene states none.
@@ -56,8 +54,6 @@ pub struct Surrounded {
 
 const REFLECTIONS: [(&str, Reflections); 3] =
     [("off", Reflections::Off), ("environment", Reflections::Environment), ("traced", Reflections::Traced)];
-/// Most rays of a sample.
-const MOST_RAYS: u32 = 64;
 const BACKGROUNDS: [(&str, Background); 3] =
     [("off", Background::Off), ("space", Background::Space), ("planet", Background::Planet)];
 
@@ -98,13 +94,6 @@ pub(super) fn surrounded(
     let space = environment.background_temperature.unwrap_or(0.0);
     let Some(section) = section else { return Ok(Surrounded { planet_temperature: space, ..Surrounded::default() }) };
     let reflections = section.choice("reflections", &REFLECTIONS)?.unwrap_or_default();
-    let rays = section.whole("reflection_rays", 1..=MOST_RAYS)?;
-    if rays.is_some() && reflections != Reflections::Traced {
-        let message = "counts the rays of reflections of the craft itself, and there are none: state reflections = \
-                       \"traced\"";
-        return Err(section.clash("reflection_rays", &["reflections"], message));
-    }
-    let reflection_rays = if reflections == Reflections::Traced { rays.unwrap_or(1) } else { 0 };
     let background = section.choice("background", &BACKGROUNDS)?.unwrap_or_default();
     let seen = background == Background::Planet || reflections != Reflections::Off;
     let pattern = planet::read_pattern(section, orbit, files, assumptions)?;
@@ -130,5 +119,5 @@ pub(super) fn surrounded(
     }
     let planet_temperature = stated.or(of_exitance).unwrap_or(space);
     let planet = pattern.map(Arc::new);
-    Ok(Surrounded { reflections, reflection_rays, background, planet_temperature, planet, channels: false })
+    Ok(Surrounded { reflections, background, planet_temperature, planet, channels: false })
 }

@@ -17,7 +17,6 @@ pub struct TracedCraft {
     poses: Vec<DAffine3>,
     /// Nodes of the corners of each triangle in the order of the tree, and its material.
     pub corners: Vec<[u32; 4]>,
-    rays: u32,
     boxes: Vec<ShadowBox>,
     triangles: Vec<ShadowTriangle>,
     version: u64,
@@ -46,8 +45,7 @@ impl TracedCraft {
         });
         let corners = corners.collect();
         let (boxes, triangles) = layout::shadow_tree(&occluders);
-        let rays = prepared.scene.surrounded.reflection_rays;
-        Self { surface, occluders, poses, corners, rays, boxes, triangles, version: 0 }
+        Self { surface, occluders, poses, corners, boxes, triangles, version: 0 }
     }
 
     /// Number of boxes of the tree.
@@ -74,16 +72,16 @@ impl TracedCraft {
             camera_from_body_y: y,
             camera_from_body_z: z,
             boxes: self.boxes.len() as u32,
-            rays: self.rays,
             word: word(time),
             start: self.occluders.start as f32,
+            unused: 0,
         };
         renderer::Traced { settings, boxes: &self.boxes, triangles: &self.triangles, version: self.version }
     }
 
     /// What the rasteriser needs for it.
     pub fn seen(&self, time: f64) -> traced::Traced<'_> {
-        traced::Traced { occluders: &self.occluders, corners: &self.corners, rays: self.rays, word: word(time) }
+        traced::Traced { occluders: &self.occluders, corners: &self.corners, word: word(time) }
     }
 }
 
