@@ -89,7 +89,6 @@ fn every_value_of_a_full_scene_arrives() {
     assert_eq!((scene.band.lower, scene.band.upper), (3.5e-6, 5e-6));
     let surrounded = Surrounded {
         reflections: Reflections::Traced,
-        reflection_rays: 3,
         background: Background::Planet,
         planet_temperature: 260.0,
         planet: None,

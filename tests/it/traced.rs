@@ -27,20 +27,24 @@ fn the_device_traces_as_the_reference() {
     let cases: [(&str, &[(&str, &str)]); 4] = [
         ("rough, smooth and diffuse", &[]),
         ("smooth mirrors", &[("roughness = 0.2", "roughness = 0")]),
-        ("seven rays, very rough", &[
-            ("roughness = 0.2", "roughness = 0.9"),
-            ("reflections = \"traced\"", "reflections = \"traced\"\nreflection_rays = 7"),
-        ]),
-        ("laws of emissivity and a map", &[
-            ("roughness = 0.2", "roughness = 0.2\nemissivity_by_angle = { n = 1.4, k = 2.0 }"),
-            ("background = \"planet\"", "background = \"planet\"\nplanet_day_night = { day = 300, night = 240, law = \"cosine\" }"),
-        ]),
+        ("very rough", &[("roughness = 0.2", "roughness = 0.9")]),
+        (
+            "laws of emissivity and a map",
+            &[
+                ("roughness = 0.2", "roughness = 0.2\nemissivity_by_angle = { n = 1.4, k = 2.0 }"),
+                (
+                    "background = \"planet\"",
+                    "background = \"planet\"\nplanet_day_night = { day = 300, night = 240, law = \"cosine\" }",
+                ),
+            ],
+        ),
     ];
     for (name, changes) in cases {
         let prepared = Folder::new(&traced(changes)).prepared();
         let (found, expected) = (on_device(&prepared), by_reference(&prepared));
         let ([sky, surface], worst) = apart(&found, &expected, 1e-4);
-        let ([_, changed], _) = apart(&found, &by_reference(&Folder::new(&traced(&[changes, &WARM].concat())).prepared()), 1e-4);
+        let ([_, changed], _) =
+            apart(&found, &by_reference(&Folder::new(&traced(&[changes, &WARM].concat())).prepared()), 1e-4);
         println!("{name}: {sky:.4} of the sky, {surface:.4} of the surfaces, else {worst:.1e}; warmer {changed:.3}");
         assert!(sky < 0.005 && surface < 0.02, "{name}: {sky} of the sky and {surface} of the surfaces differ");
         assert!(changed > 0.2, "{name}: warmer space must show in {changed} of the surfaces");
@@ -95,7 +99,10 @@ fn cavity(changes: &[(&str, &str)]) -> Prepared {
     glb_of_box().save(folder.0.path());
     let mut all = vec![
         ("solar_constant = 1361\nalbedo = 0.3", ""),
-        ("[[probe]]\nname = \"tip\"\nposition = [0, 5.5, 0]\npart = \"wing_starboard\"", "[initial]\ntemperature = 287"),
+        (
+            "[[probe]]\nname = \"tip\"\nposition = [0, 5.5, 0]\npart = \"wing_starboard\"",
+            "[initial]\ntemperature = 287",
+        ),
         ("position = [6.5, 5, -7.5]\nlook_at = [0, 0, 0]", "position = [0.6, 0.5, -0.7]\nlook_at = [-0.9, -0.8, 0.9]"),
         ("near = 0.5", "near = 0.01"),
         ("fov_deg = 45", "fov_deg = 100"),
@@ -156,7 +163,8 @@ fn a_corner_of_mirrors_shows_the_planet_behind_the_camera() {
     }
     let strip = |maker: &mut Maker, corners: [[f32; 3]; 4], material: usize| {
         let positions = maker.floats(&corners);
-        let indices = maker.accessor(&[0u8, 1, 2, 0, 2, 3], json!({"componentType": 5121, "count": 6, "type": "SCALAR"}));
+        let indices =
+            maker.accessor(&[0u8, 1, 2, 0, 2, 3], json!({"componentType": 5121, "count": 6, "type": "SCALAR"}));
         maker.primitive(json!({"attributes": { "POSITION": positions }, "indices": indices, "material": material}))
     };
     let floor = strip(&mut maker, [[0.0, -1.0, 0.0], [2.0, -1.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 0.0]], 0);
@@ -168,7 +176,10 @@ fn a_corner_of_mirrors_shows_the_planet_behind_the_camera() {
     let shown = |floor: f64, wall: f64| {
         let scene = traced(&[
             ("solar_constant = 1361\nalbedo = 0.3", ""),
-            ("[[probe]]\nname = \"tip\"\nposition = [0, 5.5, 0]\npart = \"wing_starboard\"", "[initial]\ntemperature = 330"),
+            (
+                "[[probe]]\nname = \"tip\"\nposition = [0, 5.5, 0]\npart = \"wing_starboard\"",
+                "[initial]\ntemperature = 330",
+            ),
             ("\nbackground = \"planet\"", "\nbackground = \"planet\"\nplanet_temperature = 255"),
             ("position = [6.5, 5, -7.5]\nlook_at = [0, 0, 0]", "position = [8.4, 0.1, 8]\nlook_at = [0.4, 0.1, 0]"),
         ]);

@@ -257,9 +257,7 @@ fn a_fitted_tree_finds_what_a_new_one_finds() {
     for point in points().step_by(7) {
         let from = point + DVec3::new(0.01, 0.02, 5.0);
         let direction = DVec3::new(0.1, 0.05, -1.0).normalize();
-        let of = |occluders: &Occluders| {
-            occluders.first(from, direction).map(|hit| occluders.tree.order[hit.triangle])
-        };
+        let of = |occluders: &Occluders| occluders.first(from, direction).map(|hit| occluders.tree.order[hit.triangle]);
         assert_eq!(of(&fitted), of(&fresh));
         hits += usize::from(of(&fresh) > Some(1));
         changed += usize::from(of(&fresh) != of(&still));
