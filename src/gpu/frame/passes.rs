@@ -325,7 +325,7 @@ fn draw_pass(name: &str, kernel: Kernel, temperature: Resource, images: &[Resour
     }
     if shows.map {
         accesses.push(bound(16, Resource::PlanetView, uniform(S::FRAGMENT_SHADER)));
-        if shows.specular || shows.background {
+        if shows.specular || shows.background || shows.traced {
             accesses.push(bound(17, Resource::PlanetMap, fragment));
         }
         if shows.reflections {
