@@ -10,6 +10,7 @@
 //! - [`thermal`]: the mathematics of a node in f64
 //! - [`gpu`]: the same in f32 on Vulkan
 //! - [`simulation`]: the loop that steps, draws and collects
+//! - [`guard`]: what is probably wrong in a scene
 //! - [`output`]: images, plots and report
 //!
 //! [`compare`] runs one scene under three responses. [`paper`] makes the figures of Vural et al. 2023. [`bench`] measures speed and error. [`trace`]
@@ -20,8 +21,10 @@ pub mod bench;
 pub mod cli;
 pub mod compare;
 pub mod environment;
+pub mod exchange;
 pub mod files;
 pub mod gpu;
+pub mod guard;
 pub mod host;
 pub mod lens;
 pub mod model;
@@ -37,7 +40,8 @@ pub mod trace;
 
 pub use environment::placements::PlaceError;
 pub use scene::{Camera, CameraFrame};
-pub use simulation::facade::{PartTemperature, Placement, Simulation};
+pub use simulation::facade::temperatures::PartTemperature;
+pub use simulation::facade::{Placement, Simulation};
 pub use simulation::facade_error::SimulationError;
 pub use simulation::image::Image;
 pub use simulation::pose::{CameraError, Pose};

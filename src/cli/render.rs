@@ -9,9 +9,10 @@ use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::progress::{progress_bar, stop_flag};
 use super::reach::ReachArguments;
-use super::run::{prepare_scene, prepare_with_progress, say_size};
+use super::run::{guard, prepare_scene, prepare_with_progress, say_size};
 use super::thermal_state;
 use crate::environment::trajectory::Trajectory;
+use crate::guard::finding::Effort;
 use crate::output::console::{self, answer, say};
 use crate::output::destination::{Destination, STANDARD_OUTPUT, destinations};
 use crate::output::exr::encode;
@@ -118,7 +119,8 @@ fn render_poses(arguments: &Arguments, poses: &Path) -> Result<(), CliError> {
     if let Some(camera) = &mut scene.camera {
         camera.motion = Motion::Listed(listed.into());
     }
-    let prepared = prepare_scene(scene)?;
+    let mut prepared = prepare_scene(scene)?;
+    guard(&mut prepared, Effort::BRIEF);
     let camera = prepared.scene.require_camera().map_err(PrepareError::from)?.clone();
     let folder = Folder::new(&arguments.output, &FILES);
     let inputs: Vec<PathBuf> = prepared.scene.files.iter().chain(&arguments.from_state).cloned().collect();
@@ -154,11 +156,12 @@ fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
     if output == Destination::StandardOutput && console::is_seen() {
         return Err(CliError::Usage("an image is no text for a terminal: name a file, or redirect it".to_owned()));
     }
-    let prepared = prepare_with_progress(&arguments.scene, arguments.reach)?;
+    let mut prepared = prepare_with_progress(&arguments.scene, arguments.reach)?;
     keep_inputs(&arguments.output, &prepared.scene.files)?;
     prepared.cover(time)?;
     let camera = prepared.scene.require_camera().map_err(PrepareError::from)?.clone();
     camera.check_times(std::iter::once(time)).map_err(PrepareError::from)?;
+    guard(&mut prepared, Effort { at: Some(time), ..Effort::BRIEF });
     let warm_up = if arguments.from_state.is_some() { 0 } else { u64::from(prepared.warm_up_steps()) };
     let steps = warm_up + (time / prepared.scene.time.step) as u64;
     let chosen = arguments.device.open()?;

@@ -93,6 +93,19 @@ pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
             ("background", optional(environment.background_temperature, "K")),
         ],
     );
+    if let Some(craft) = &prepared.exchange {
+        let settings = &craft.settings;
+        section(
+            "Radiation between surfaces",
+            vec![
+                ("patches", craft.patches.all.len().to_string()),
+                ("patch_edge", format!("{} m", settings.patch_edge)),
+                ("rays", settings.rays.to_string()),
+                ("bounces", settings.bounces.map_or("all".to_owned(), |bounces| bounces.to_string())),
+                ("redraw angle", format!("{:.3} deg", settings.redraw_angle.to_degrees())),
+            ],
+        );
+    }
     if let Some(camera) = &scene.camera {
         let mut entries = vec![("size", format!("{} x {}", camera.width, camera.height))];
         entries.extend(lens_lines(camera));

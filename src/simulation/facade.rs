@@ -1,13 +1,15 @@
 //! A simulation that is driven from outside: it loads a scene, steps it to any time, and takes images from any camera and pose.
 //!
-//! The command line, Python, servers and data sets call this. `run` in `simulation.rs` is the loop of a whole run with its files.
+//! Programs that use the library call this, and so does `isotherm render`. `run` in `simulation.rs` is the loop of a whole run with its files.
+
+pub mod temperatures;
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::{DQuat, DVec3};
 
-use super::engine::{Delivered, Engine, EngineError, Order, Rows};
+use super::engine::{Engine, EngineError, Order, Rows};
 use super::facade_error::SimulationError;
 use super::forward::{Passing, forward};
 use super::image::Image;
@@ -25,7 +27,6 @@ use crate::environment::placements::Place;
 use crate::environment::sky::SkyError;
 use crate::environment::state::SLACK;
 use crate::environment::step::StepLoads;
-use crate::gpu::nodes::GROUP;
 use crate::saved::Saved;
 use crate::scene::{Background, Camera, Draw, Initial, Reflections, Scene};
 
@@ -47,19 +48,6 @@ pub struct Placement {
     pub sun: Option<DVec3>,
     /// Rotates body vectors into the inertial frame.
     pub inertial_from_body: Option<DQuat>,
-}
-
-/// Temperatures of a part [K].
-#[derive(Debug, Clone, PartialEq)]
-pub struct PartTemperature {
-    /// Name of the part.
-    pub part: String,
-    /// Mean over its area.
-    pub mean: f64,
-    /// Lowest of its nodes.
-    pub least: f64,
-    /// Highest of its nodes.
-    pub greatest: f64,
 }
 
 /// A scene that is stepped and drawn as its caller asks.
@@ -426,63 +414,6 @@ impl Simulation {
                 Err(error)
             }
         }
-    }
-
-    /// Present temperature of each node [K]. Node `i` is vertex `i` of the model with the scene's node density.
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn node_temperatures(&mut self) -> Result<Vec<f32>, SimulationError> {
-        let of_slots = self.slots()?;
-        let of_node = |slot: &u32| of_slots[*slot as usize];
-        Ok(self.prepared.nodes.node_of_vertex.iter().map(of_node).collect())
-    }
-
-    /// Position of each node in the body frame, in the file's pose [m].
-    pub fn node_positions(&self) -> Vec<[f32; 3]> {
-        let nodes = &self.prepared.nodes;
-        nodes.node_of_vertex.iter().map(|slot| nodes.positions[*slot as usize].to_array()).collect()
-    }
-
-    /// Index of each node's part in the parts of [`Simulation::prepared`].
-    pub fn node_parts(&self) -> Vec<u32> {
-        let nodes = &self.prepared.nodes;
-        nodes.node_of_vertex.iter().map(|slot| nodes.group_part[*slot as usize / GROUP]).collect()
-    }
-
-    /// Present temperatures of each part [K], in the order of the parts.
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn part_temperatures(&mut self) -> Result<Vec<PartTemperature>, SimulationError> {
-        let of_slots = self.slots()?;
-        let nodes = &self.prepared.nodes;
-        let mut sums = vec![([f64::INFINITY, f64::NEG_INFINITY], 0.0, 0.0); self.prepared.parts.len()];
-        for slot in &nodes.node_of_vertex {
-            let slot = *slot as usize;
-            let (temperature, area) = (f64::from(of_slots[slot]), nodes.areas[slot]);
-            let (range, heat, whole) = &mut sums[nodes.group_part[slot / GROUP] as usize];
-            *range = [range[0].min(temperature), range[1].max(temperature)];
-            *heat += area * temperature;
-            *whole += area;
-        }
-        let named = self.prepared.parts.iter().zip(sums);
-        let part = |(name, ([least, greatest], heat, area)): (&String, ([f64; 2], f64, f64))| PartTemperature {
-            part: name.clone(),
-            mean: heat / area,
-            least,
-            greatest,
-        };
-        Ok(named.map(part).collect())
-    }
-
-    /// Temperatures in the order of the device.
-    fn slots(&mut self) -> Result<Vec<f32>, SimulationError> {
-        self.begin()?;
-        let order = Order { temperatures: true, time: self.time, ..Order::default() };
-        self.engine.submit(None, order)?;
-        let Delivered { temperatures, .. } = self.engine.deliver()?;
-        Ok(temperatures.unwrap_or_default())
     }
 
     /// The thermal state and the sensor's, bit for bit, with the present time. `output::state_file` writes it to a file, as `--save-state` does.

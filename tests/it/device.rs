@@ -66,6 +66,7 @@ pub fn material(absorptivity: f64, emissivity: f64, sides: Sides, response: Resp
         front,
         sides,
         gloss: Default::default(),
+        in_band: Default::default(),
         bulk: Bulk::default(),
         response,
         transition: None,
@@ -154,6 +155,7 @@ impl LooseNodes {
                 planet_ir: present.planet_ir,
                 albedo: present.albedo,
                 shadow: false,
+                exchange: false,
                 fused: false,
             };
             nodes.ranges.push(StepRange { variant, groups: (first, nodes.group_material.len() as u32), joint: 0 });
@@ -182,6 +184,7 @@ impl LooseNodes {
             joints: None,
             network: None,
             heat: None,
+            exchange: None,
             sensor: None,
             shown: Default::default(),
         };
