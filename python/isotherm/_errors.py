@@ -12,15 +12,13 @@ class IsothermError(Exception):
         key: section and key in that file such as ``time.step``, or None
     """
 
-    def __init__(
-        self, message: str, file: str | None = None, line: int | None = None, key: str | None = None
-    ) -> None:
+    def __init__(self, message: str, file: str | None = None, line: int | None = None, key: str | None = None) -> None:
         super().__init__(message)
         self.file = file
         self.line = line
         self.key = key
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[type[IsothermError], tuple[str, str | None, int | None, str | None]]:
         return type(self), (self.args[0], self.file, self.line, self.key)
 
 

@@ -32,3 +32,10 @@ pub fn devices(py: Python<'_>) -> PyResult<Vec<String>> {
     let found = py.detach(context::devices).map_err(|error| raised(py, &error.into()))?;
     Ok(found.into_iter().filter(|device| device.lacks.is_empty()).map(|device| device.name).collect())
 }
+
+/// Messages of the Vulkan validation layer about the devices in use. There are none without ``ISOTHERM_VALIDATION=1`` in the environment.
+#[pyfunction]
+pub fn validation_messages() -> Vec<String> {
+    let open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
+    open.values().filter_map(Weak::upgrade).flat_map(|context| context.validation_messages()).collect()
+}

@@ -6,6 +6,7 @@ mod camera;
 mod device;
 mod error;
 mod frame;
+mod held;
 mod numbers;
 mod simulation;
 mod sky;
@@ -18,7 +19,7 @@ mod _native {
     #[pymodule_export]
     use super::camera::Camera;
     #[pymodule_export]
-    use super::device::devices;
+    use super::device::{devices, validation_messages};
     #[pymodule_export]
     use super::frame::Frame;
     #[pymodule_export]

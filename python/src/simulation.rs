@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
@@ -17,6 +16,7 @@ use crate::camera::Camera;
 use crate::device;
 use crate::error::{raised, refused, wrong_arguments};
 use crate::frame::Frame;
+use crate::held::Held;
 use crate::numbers::{quaternion, vector};
 use crate::sky::Sky;
 
@@ -49,7 +49,7 @@ impl PartTemperature {
 /// Several simulations of a process share a device, and each may be used from its own thread: the interpreter is free while the device works.
 #[pyclass(frozen, module = "isotherm")]
 pub struct Simulation {
-    inner: Mutex<isotherm::Simulation>,
+    inner: Held<isotherm::Simulation>,
     name: String,
     /// Names of the parts. A pixel of part ``n`` shows ``parts[n - 1]``.
     #[pyo3(get)]
@@ -69,8 +69,12 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    fn lock(&self) -> MutexGuard<'_, isotherm::Simulation> {
-        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    /// A handler of a signal that calls the simulation whose step it interrupts would wait for itself.
+    fn refuse_itself(&self, py: Python<'_>) -> PyResult<()> {
+        if self.inner.is_held_here() {
+            return Err(refused(py, "this thread is at work with the simulation already".to_owned()));
+        }
+        Ok(())
     }
 
     /// Works with the simulation while other threads of Python go on.
@@ -79,7 +83,8 @@ impl Simulation {
         py: Python<'_>,
         work: impl FnOnce(&mut isotherm::Simulation) -> Result<T, SimulationError> + Send,
     ) -> PyResult<T> {
-        py.detach(|| work(&mut self.lock())).map_err(|error| raised(py, &error))
+        self.refuse_itself(py)?;
+        py.detach(|| work(&mut self.inner.take())).map_err(|error| raised(py, &error))
     }
 
     /// The same for work of many steps, which Ctrl-C ends after the step under way.
@@ -88,6 +93,7 @@ impl Simulation {
         py: Python<'_>,
         work: impl FnOnce(&mut isotherm::Simulation, &AtomicBool, &mut dyn FnMut()) -> Result<bool, SimulationError> + Send,
     ) -> PyResult<()> {
+        self.refuse_itself(py)?;
         let mut signal: Option<PyErr> = None;
         let done = py.detach(|| {
             let stop = AtomicBool::new(false);
@@ -95,11 +101,11 @@ impl Simulation {
             let mut look = || {
                 if looked.elapsed() >= LOOK_EVERY && signal.is_none() {
                     looked = Instant::now();
-                    signal = Python::attach(|py| py.check_signals()).err();
+                    signal = Python::attach(Python::check_signals).err();
                     stop.store(signal.is_some(), Ordering::Relaxed);
                 }
             };
-            work(&mut self.lock(), &stop, &mut look)
+            work(&mut self.inner.take(), &stop, &mut look)
         });
         match signal {
             Some(signal) => Err(signal),
@@ -116,7 +122,7 @@ impl Simulation {
             assumptions: prepared.scene.assumptions.clone(),
             warnings: prepared.warnings.clone(),
             device: inner.device_name(),
-            inner: Mutex::new(inner),
+            inner: Held::new(inner),
         }
     }
 }

@@ -1,0 +1,117 @@
+"""Measures the ten-line loop: images a second beside the command line's, and memory over many images.
+
+    python python/tests/measure.py [--images 10000] [--size 64x48] [--no-program]
+
+The command line draws the same poses with ``isotherm render --poses`` and writes an EXR file for each. Its start, preparation and warm-up are
+subtracted: it draws one image first. ISOTHERM_PROGRAM names the program; without it that of target/release.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+
+import isotherm
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+
+
+def resident() -> float:
+    """Memory of this process [MB]."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def places(count: int) -> list[tuple[float, float, float]]:
+    """A circle round the craft [m]."""
+    angles = [2 * math.pi * number / 500 for number in range(count)]
+    return [(2.5 * math.cos(angle), 2.5 * math.sin(angle), -1.5) for angle in angles]
+
+
+def of_python(scene: Path, count: int) -> float:
+    """Images a second. Prints the memory along the way."""
+    simulation = isotherm.Simulation(scene)
+    for position in places(50):
+        simulation.image(position=position, look_at=(0, 0, 0), up=(0, 0, -1))
+    first = resident()
+    most = first
+    began = time.perf_counter()
+    for number, position in enumerate(places(count)):
+        frame = simulation.image(position=position, look_at=(0, 0, 0), up=(0, 0, -1))
+        if number % 100 == 99:
+            most = max(most, resident())
+    took = time.perf_counter() - began
+    assert (frame.part > 0).any()
+    print(f"python: {count} images, {count / took:.1f} images/s")
+    print(f"memory: {first:.1f} MB before, at most {most:.1f} MB, {resident():.1f} MB after {count} images")
+    return count / took
+
+
+def quaternion(position: tuple[float, float, float]) -> list[float]:
+    """Camera axes in the body frame for a look at the origin with -Z up, scalar-first."""
+    length = math.sqrt(sum(value * value for value in position))
+    forward = [-value / length for value in position]
+    right = [-forward[1], forward[0], 0.0]
+    size = math.hypot(*right)
+    right = [value / size for value in right]
+    down = [forward[(i + 1) % 3] * right[(i + 2) % 3] - forward[(i + 2) % 3] * right[(i + 1) % 3] for i in range(3)]
+    x, y, z = right, down, forward
+    # The columns of the rotation are x, y and z.
+    numbers = [1 + x[0] + y[1] + z[2], 1 + x[0] - y[1] - z[2], 1 - x[0] + y[1] - z[2], 1 - x[0] - y[1] + z[2]]
+    sizes = [math.sqrt(max(number, 0.0)) / 2 for number in numbers]
+    best = sizes.index(max(sizes))
+    pairs = {
+        (0, 1): y[2] - z[1], (0, 2): z[0] - x[2], (0, 3): x[1] - y[0],
+        (1, 2): x[1] + y[0], (1, 3): z[0] + x[2], (2, 3): y[2] + z[1],
+    }  # fmt: skip
+    other = {i: pairs[min(i, best), max(i, best)] / (4 * sizes[best]) for i in range(4) if i != best}
+    return [sizes[best] if i == best else other[i] for i in range(4)]
+
+
+def of_the_program(scene: Path, count: int) -> float:
+    """Images a second of ``isotherm render --poses``."""
+    path = os.environ.get("ISOTHERM_PROGRAM", str(REPOSITORY / "target/release/isotherm"))
+
+    def took(poses: int) -> float:
+        rows = [f"0,{','.join(map(repr, [*position, *quaternion(position)]))}" for position in places(poses)]
+        table = scene.with_name("poses.csv")
+        table.write_text("\n".join(["time,x,y,z,qw,qx,qy,qz", *rows]) + "\n")
+        with tempfile.TemporaryDirectory(dir=scene.parent) as out:
+            began = time.perf_counter()
+            subprocess.run([path, "render", scene, "--poses", table, "-o", out], check=True, capture_output=True)
+            return time.perf_counter() - began
+
+    rate = (count - 1) / (took(count) - took(1))
+    print(f"program: {count} images, {rate:.1f} images/s with their EXR files")
+    return rate
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Measure images a second and memory.")
+    parser.add_argument("--images", type=int, default=10000)
+    parser.add_argument("--size", default="64x48")
+    parser.add_argument("--no-program", action="store_true")
+    arguments = parser.parse_args()
+    width, height = arguments.size.split("x")
+    with tempfile.TemporaryDirectory() as folder:
+        scene = Path(folder) / "cubesat.toml"
+        for name in ("cubesat.glb", "materials.toml"):
+            (Path(folder) / name).write_bytes((REPOSITORY / "models" / name).read_bytes())
+        text = (REPOSITORY / "models/cubesat.toml").read_text()
+        text = text.replace("warm_up_orbits = 1\n", "").replace("width = 320", f"width = {width}")
+        scene.write_text(text.replace("height = 240", f"height = {height}"))
+        simulation = isotherm.Simulation(scene)
+        print(f"{arguments.size} pixels, {simulation.nodes} nodes, {simulation.device}")
+        del simulation
+        own = of_python(scene, arguments.images)
+        if not arguments.no_program:
+            other = of_the_program(scene, min(arguments.images, 2000))
+            print(f"python over program: {own / other:.3f}")
+
+
+if __name__ == "__main__":
+    main()
