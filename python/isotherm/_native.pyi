@@ -10,6 +10,17 @@ import numpy.typing as npt
 _Numbers: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any]] | npt.NDArray[np.integer[Any]]
 _FrameName: TypeAlias = Literal["body", "orbit", "inertial"]
 
+__all__ = [
+    "Camera",
+    "Frame",
+    "PartTemperature",
+    "Simulation",
+    "Sky",
+    "__version__",
+    "devices",
+    "validation_messages",
+]
+
 __version__: str
 
 def devices() -> list[str]: ...

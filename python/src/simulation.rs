@@ -101,7 +101,7 @@ impl Simulation {
             let mut look = || {
                 if looked.elapsed() >= LOOK_EVERY && signal.is_none() {
                     looked = Instant::now();
-                    signal = Python::attach(Python::check_signals).err();
+                    signal = Python::attach(|py| py.check_signals().err());
                     stop.store(signal.is_some(), Ordering::Relaxed);
                 }
             };
@@ -147,11 +147,15 @@ impl Simulation {
         let load = || {
             let target = device::open(device)?;
             let reach = if allow_outside { Reach::Anywhere } else { Reach::of(&scene) };
-            let scene = match text {
-                Some(text) => scene::Scene::parse_within(text, &scene, reach)?,
+            let read = match text {
+                Some(text) => {
+                    let mut read = scene::Scene::parse_within(text, &scene, reach)?;
+                    read.files.retain(|file| *file != scene);
+                    read
+                }
                 None => scene::Scene::load_within(&scene, reach)?,
             };
-            isotherm::Simulation::from_scene(scene, &target)
+            isotherm::Simulation::from_scene(read, &target)
         };
         let loaded = py.detach(load).map_err(|error| raised(py, &error))?;
         py.check_signals()?;
@@ -236,7 +240,9 @@ impl Simulation {
                 };
                 Pose::look_at(frame, vector(position, "position")?, vector(point, "look_at")?, up)
             }
-            _ => return Err(wrong_arguments("a pose is position= with quaternion=, or position= with look_at= and up=")),
+            _ => {
+                return Err(wrong_arguments("a pose is position= with quaternion=, or position= with look_at= and up="));
+            }
         };
         let pose = pose.map_err(|error| raised(py, &error.into()))?;
         let camera = match (camera, &own) {

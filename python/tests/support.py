@@ -66,11 +66,12 @@ def exr(path: Path) -> dict[str, np.ndarray]:
 def fits(path: Path) -> np.ndarray:
     """Numbers of a FITS file of 16 bits. Its last row is the top of the image."""
     data = path.read_bytes()
-    cards = [data[i : i + 80].decode("ascii") for i in range(0, len(data), 80)][: data.index(b"END     ") // 80]
+    end = data.index(b"END     ")
+    cards = [data[i : i + 80].decode("ascii") for i in range(0, end, 80)]
     values = {card[:8].strip(): card[10:].split("/")[0].strip() for card in cards}
     width, height = int(values["NAXIS1"]), int(values["NAXIS2"])
     assert (values["BITPIX"], float(values["BZERO"])) == ("16", 32768.0)
-    start = -(-(len(cards) + 1) * 80 // 2880) * 2880
+    start = -(-(end + 80) // 2880) * 2880
     numbers = np.frombuffer(data, ">i2", width * height, start).astype(np.int32) + 32768
     return numbers.astype(np.uint16).reshape(height, width)[::-1]
 

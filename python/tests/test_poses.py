@@ -86,7 +86,7 @@ def test_another_camera(scene: Path) -> None:
 
 
 def test_a_scene_without_a_camera(scenes: Scenes) -> None:
-    scene = scenes.write()
+    scene = scenes.write(("draw_every = 10", "draw_every = 0"))
     text = scene.read_text()
     start = text.index("[camera]")
     scene.write_text(text[:start] + text[text.index("[[probe]]") :])
