@@ -25,7 +25,7 @@ INTERVAL = 2.0  # Between two images [s].
 RANGE_NOISE = 0.05  # Of the range finder, standard deviation [m].
 PUSH = 2e-5  # Acceleration that the filter does not know, standard deviation [m/s2].
 # What a centroid and a range are off from the satellite's origin, by its shape [m].
-SHAPE = 0.03
+SHAPE = 0.05
 NARROW = isotherm.Camera(160, 120, fx=1400)
 
 

@@ -241,7 +241,9 @@ impl Simulation {
                 Pose::look_at(frame, vector(position, "position")?, vector(point, "look_at")?, up)
             }
             _ => {
-                return Err(wrong_arguments("a pose is position= with quaternion=, or position= with look_at= and up="));
+                return Err(wrong_arguments(
+                    "a pose is position= with quaternion=, or position= with look_at= and up=",
+                ));
             }
         };
         let pose = pose.map_err(|error| raised(py, &error.into()))?;

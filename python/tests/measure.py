@@ -2,8 +2,10 @@
 
     python python/tests/measure.py [--images 10000] [--size 64x48] [--no-program]
 
-The command line draws the same poses with ``isotherm render --poses`` and writes an EXR file for each. Its start, preparation and warm-up are
-subtracted: it draws one image first. ISOTHERM_PROGRAM names the program; without it that of target/release.
+Two others draw the same poses. The loop in Rust (``tools/src/images.rs``) writes no files either. ``isotherm render --poses`` writes an EXR file for each
+image; what it takes for one image is subtracted. Both are those of target/release, or of the folder that ISOTHERM_PROGRAMS names:
+
+    cargo build --release --workspace --bin isotherm --bin images
 """
 
 from __future__ import annotations
@@ -72,9 +74,22 @@ def quaternion(position: tuple[float, float, float]) -> list[float]:
     return [sizes[best] if i == best else other[i] for i in range(4)]
 
 
+def programs() -> Path:
+    """The folder of the programs."""
+    return Path(os.environ.get("ISOTHERM_PROGRAMS", REPOSITORY / "target/release"))
+
+
+def of_rust(scene: Path, count: int) -> float:
+    """Images a second of the same loop in Rust."""
+    command = [programs() / "images", scene, "--images", str(count)]
+    rate = float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    print(f"rust: {count} images, {rate:.1f} images/s")
+    return rate
+
+
 def of_the_program(scene: Path, count: int) -> float:
     """Images a second of ``isotherm render --poses``."""
-    path = os.environ.get("ISOTHERM_PROGRAM", str(REPOSITORY / "target/release/isotherm"))
+    path = programs() / "isotherm"
 
     def took(poses: int) -> float:
         rows = [f"0,{','.join(map(repr, [*position, *quaternion(position)]))}" for position in places(poses)]
@@ -86,7 +101,7 @@ def of_the_program(scene: Path, count: int) -> float:
             return time.perf_counter() - began
 
     rate = (count - 1) / (took(count) - took(1))
-    print(f"program: {count} images, {rate:.1f} images/s with their EXR files")
+    print(f"isotherm render --poses: {count} images, {rate:.1f} images/s with their files")
     return rate
 
 
@@ -109,8 +124,12 @@ def main() -> None:
         del simulation
         own = of_python(scene, arguments.images)
         if not arguments.no_program:
-            other = of_the_program(scene, min(arguments.images, 2000))
-            print(f"python over program: {own / other:.3f}")
+            # Before and after, because the speed of a machine drifts.
+            rust = of_rust(scene, arguments.images)
+            again = of_python(scene, arguments.images)
+            files = of_the_program(scene, min(arguments.images, 2000))
+            print(f"python over rust: {(own + again) / 2 / rust:.3f}")
+            print(f"python over isotherm render --poses: {(own + again) / 2 / files:.3f}")
 
 
 if __name__ == "__main__":
