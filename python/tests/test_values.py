@@ -36,7 +36,7 @@ def test_an_image_is_that_of_render(scenes: Scenes, changes: list[tuple[str, str
 
 def test_images_and_numbers_are_those_of_a_run(scenes: Scenes) -> None:
     changes = [WARM, ("steps = 556", "steps = 12"), ("draw_every = 10", "draw_every = 4")]
-    files = '\n[output]\nfiles = ["dn.fits", "dn.png"]\n'
+    files = '\n[output]\nfiles = ["dn.fits", "kelvin.tiff"]\n'
     scene = scenes.write(*changes, more=SENSOR + files)
     out = scenes.folder / "out"
     program("run", scene, "-o", out)
@@ -49,6 +49,9 @@ def test_images_and_numbers_are_those_of_a_run(scenes: Scenes) -> None:
         [numbers] = (out / "frames").glob(f"step_{step:06}*.fits")
         assert frame.dn is not None and frame.counts is not None
         assert (frame.dn == fits(numbers)).all()
+        [counts] = (out / "frames").glob(f"step_{step:06}*.tiff")
+        # The one strip of the file stands at its end.
+        assert frame.counts.astype("<u2").tobytes() == counts.read_bytes()[-2 * frame.counts.size :]
         # Noise follows from the time: another image has other numbers.
         assert before is None or (before != frame.dn).any()
         before = frame.dn
