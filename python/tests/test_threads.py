@@ -88,7 +88,7 @@ print("on", simulation.node_temperatures().tobytes() == there, flush=True)
     assert process.stdout.readline() == "ready\n"
     time.sleep(0.3)
     process.send_signal(signal.SIGINT)
-    out, _ = process.communicate(timeout=60)
+    out, _ = process.communicate(timeout=300)
     assert out == "interrupted True\non True\n" and process.returncode == 0
 
 
@@ -103,5 +103,5 @@ try:
 except isotherm.RequestError as error:
     print(error)
 """
-    ran = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
+    ran = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=300)
     assert ran.stdout == "this thread is at work with the simulation already\n", ran.stderr
