@@ -2,6 +2,8 @@
 
     python python/tests/measure.py [--images 10000] [--size 64x48] [--no-program]
 
+Beside the rate stands the processor time of an image, which does not depend on what else the machine does.
+
 Two others draw the same poses. The loop in Rust (``tools/src/images.rs``) writes no files either. ``isotherm render --poses`` writes an EXR file for each
 image; what it takes for one image is subtracted. Both are those of target/release, or of the folder that ISOTHERM_PROGRAMS names:
 
@@ -13,6 +15,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import resource
 import subprocess
 import tempfile
 import time
@@ -34,23 +37,23 @@ def places(count: int) -> list[tuple[float, float, float]]:
     return [(2.5 * math.cos(angle), 2.5 * math.sin(angle), -1.5) for angle in angles]
 
 
-def of_python(scene: Path, count: int) -> float:
-    """Images a second. Prints the memory along the way."""
+def of_python(scene: Path, count: int) -> tuple[float, float]:
+    """Images a second, and the processor time of an image [ms]. Prints the memory along the way."""
     simulation = isotherm.Simulation(scene)
     for position in places(50):
         simulation.image(position=position, look_at=(0, 0, 0), up=(0, 0, -1))
     first = resident()
     most = first
-    began = time.perf_counter()
+    began, worked = time.perf_counter(), time.process_time()
     for number, position in enumerate(places(count)):
         frame = simulation.image(position=position, look_at=(0, 0, 0), up=(0, 0, -1))
         if number % 100 == 99:
             most = max(most, resident())
-    took = time.perf_counter() - began
+    took, work = time.perf_counter() - began, 1e3 * (time.process_time() - worked) / count
     assert (frame.part > 0).any()
-    print(f"python: {count} images, {count / took:.1f} images/s")
+    print(f"python: {count} images, {count / took:.1f} images/s, {work:.3f} ms of processor time each")
     print(f"memory: {first:.1f} MB before, at most {most:.1f} MB, {resident():.1f} MB after {count} images")
-    return count / took
+    return count / took, work
 
 
 def quaternion(position: tuple[float, float, float]) -> list[float]:
@@ -79,12 +82,23 @@ def programs() -> Path:
     return Path(os.environ.get("ISOTHERM_PROGRAMS", REPOSITORY / "target/release"))
 
 
-def of_rust(scene: Path, count: int) -> float:
-    """Images a second of the same loop in Rust."""
-    command = [programs() / "images", scene, "--images", str(count)]
-    rate = float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
-    print(f"rust: {count} images, {rate:.1f} images/s")
-    return rate
+def of_children() -> float:
+    """Processor time of the programs so far [ms]."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return 1e3 * (used.ru_utime + used.ru_stime)
+
+
+def of_rust(scene: Path, count: int) -> tuple[float, float]:
+    """Images a second of the same loop in Rust, and the processor time of an image [ms]."""
+    work = []
+    for images in (1, count):
+        before = of_children()
+        command = [programs() / "images", scene, "--images", str(images)]
+        rate = float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+        work.append(of_children() - before)
+    each = (work[1] - work[0]) / (count - 1)
+    print(f"rust: {count} images, {rate:.1f} images/s, {each:.3f} ms of processor time each")
+    return rate, each
 
 
 def of_the_program(scene: Path, count: int) -> float:
@@ -128,8 +142,9 @@ def main() -> None:
             rust = of_rust(scene, arguments.images)
             again = of_python(scene, arguments.images)
             files = of_the_program(scene, min(arguments.images, 2000))
-            print(f"python over rust: {(own + again) / 2 / rust:.3f}")
-            print(f"python over isotherm render --poses: {(own + again) / 2 / files:.3f}")
+            rate, work = ((one + other) / 2 for one, other in zip(own, again, strict=True))
+            print(f"python over rust: {rate / rust[0]:.3f} of the images/s, {work / rust[1]:.3f} of the processor time")
+            print(f"python over isotherm render --poses: {rate / files:.3f} of the images/s")
 
 
 if __name__ == "__main__":
