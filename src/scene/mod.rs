@@ -45,6 +45,7 @@ mod table;
 pub mod targets;
 pub mod texts;
 mod time;
+pub mod tmd;
 mod value_source;
 mod values;
 mod vector;

@@ -7,7 +7,7 @@ use isotherm::environment::sky::SkyModel;
 use isotherm::files::Reach;
 use isotherm::model::Model;
 use isotherm::scene::network::NetworkFile;
-use isotherm::scene::network::import::{Files, convert};
+use isotherm::scene::network::import_s2e::{Files, convert};
 use isotherm::scene::{Scene, targets, texts};
 use isotherm::thermal::function::Function;
 
