@@ -13,6 +13,7 @@ pub mod engine;
 mod engine_error;
 pub mod forecast;
 pub mod forward;
+pub mod given;
 pub mod joints;
 pub mod keep;
 pub mod network;

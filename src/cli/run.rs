@@ -189,7 +189,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let sample = match &earlier {
         Some(earlier) => earlier.check()?,
-        None => with_check.then(|| arguments.check.flatten().map_or(SAMPLE, |nodes| nodes as usize)),
+        // The reference would read the same file.
+        None => (with_check && prepared.given.is_none()).then(|| arguments.check.flatten().map_or(SAMPLE, |nodes| nodes as usize)),
     };
     let command_line = match &earlier {
         Some(earlier) => earlier.command_line()?,

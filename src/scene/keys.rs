@@ -17,6 +17,7 @@ pub(super) const ROOT: &[&str] = &[
     "camera",
     "sensor",
     "initial",
+    "temperatures",
     "probe",
     "network",
     "contact",
@@ -185,6 +186,8 @@ pub(super) const SENSOR: &[&str] = &[
     "plateau",
 ];
 pub(super) const INITIAL: &[&str] = &["temperature"];
+pub(super) const TEMPERATURES: &[&str] =
+    &["file", "by", "map", "distance", "unmapped", "start", "unit", "array"];
 pub(super) const PROBE: &[&str] = &["name", "position", "part"];
 pub(super) const NETWORK: &[&str] = &["integrator", "tolerance", "merge_rate"];
 pub(super) const CONTACT: &[&str] =

@@ -10,7 +10,7 @@ use super::quantity::Quantity;
 use super::section::Section;
 use super::{
     Camera, Draw, Preset, Reflections, Scene, SkyScene, camera, combinations, density, joint, keys, material,
-    mesh_network, output, preset, radiance, sensor, shadows, view, work,
+    mesh_network, output, preset, radiance, sensor, shadows, temperatures, view, work,
 };
 use crate::environment::trajectory::Trajectory;
 use crate::files::Reach;
@@ -64,11 +64,14 @@ impl Scene {
             return Err(section.error("method", "[shadows] needs environment.solar_constant, which is missing"));
         }
         let joints = joint::read(&root.tables("joint", keys::JOINT)?, &mut files, &mut assumptions)?;
+        let section = root.table("temperatures", keys::TEMPERATURES)?;
+        let temperatures = temperatures::read(section.as_ref(), &mut files)?;
         let materials = material::read(
             root.table("materials", keys::MATERIALS)?.as_ref(),
             &root.tables("material", keys::MATERIAL)?,
             (path, &reach),
             time.step,
+            temperatures.is_some(),
             &mut files,
             &mut assumptions,
         )?;
@@ -100,7 +103,7 @@ impl Scene {
         let network = mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref())?;
         let contacts = mesh_network::contacts(&root.tables("contact", keys::CONTACT)?, &mut assumptions)?;
         let heaters = mesh_network::heaters(&root.tables("heater", keys::HEATER)?, &probes)?;
-        Ok(Self {
+        let mut scene = Self {
             source: path.to_path_buf(),
             reach: reach.clone(),
             name: sky.name,
@@ -120,6 +123,7 @@ impl Scene {
             band,
             surrounded,
             initial,
+            temperatures,
             probes,
             network,
             contacts,
@@ -129,7 +133,9 @@ impl Scene {
             files,
             sky_files,
             assumptions,
-        })
+        };
+        temperatures::take_over(&mut scene);
+        Ok(scene)
     }
 
     /// The camera of a scene that draws images.

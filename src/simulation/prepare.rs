@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::given::Given;
 use super::joints;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, Stage};
@@ -73,6 +74,8 @@ pub struct Prepared {
     pub probes: Vec<usize>,
     /// The thermal network of the materials with response `network`.
     pub network: Option<Arc<SceneNetwork>>,
+    /// The temperatures of a file, where the scene takes them from one.
+    pub given: Option<Arc<Given>>,
     /// Remarks for the user.
     pub warnings: Vec<String>,
 }
@@ -107,6 +110,9 @@ impl Prepared {
         let mut model = Model::load_within(&scene.model_path, &scene.reach)?.weld();
         let mut materials = scene.materials.resolve(&model, &mut scene.files)?;
         change(&mut materials);
+        if scene.temperatures.is_some() {
+            materials.iter_mut().for_each(|material| material.response = Response::Given);
+        }
         steps::check_functions(&scene, &materials)?;
         steps::set_hottest(&scene, &mut materials)?;
         let (hash, file_hashes) = steps::hashes(&scene.files)?;
@@ -138,10 +144,13 @@ impl Prepared {
         let loads = steps::loads(&scene, moving)?;
         warnings.extend(steps::turn_warning(&scene, &loads));
         let probes = steps::probe_nodes(&scene, &parts, &nodes)?;
+        let given = Given::new(&scene, &parts, &nodes)?.map(Arc::new);
+        warnings.extend(given.iter().flat_map(|given| given.warnings().to_vec()));
         let network = steps::network(&mut scene, shell, &parts, &nodes, &probes, &materials)?;
         warnings.extend(network.iter().flat_map(|network| network.remarks()));
         Ok(Self {
             network,
+            given,
             hash,
             file_hashes,
             parts,
@@ -171,7 +180,7 @@ impl Prepared {
             let (kind, curve) = match (&material.response, range.kind.response) {
                 (Response::Transition(transition), RangeResponse::Transition { .. }) => shapes::curve(transition),
                 (_, RangeResponse::Radiative { over, fast }) => (StepKind::Radiative { over, fast }, Curve::Power),
-                (Response::Network, _) => (StepKind::Absorb, Curve::Power),
+                (Response::Network | Response::Given, _) => (StepKind::Absorb, Curve::Power),
                 _ => (StepKind::Instant, Curve::Power),
             };
             let variant = ThermalVariant {

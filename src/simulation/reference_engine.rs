@@ -2,12 +2,14 @@
 
 use std::borrow::Cow;
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
 use super::device_data::is_own;
 use super::energy::{absorbed_heat, heat_tables};
 use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
+use super::given::Given;
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use super::surroundings::Finishes;
@@ -44,6 +46,8 @@ pub struct ReferenceEngine {
     materials: Vec<u32>,
     emissivities: Vec<[f64; 2]>,
     network: Option<NetworkRun>,
+    /// Temperatures of a file.
+    given: Option<Arc<Given>>,
     heat: HeatTables,
     steps: u64,
     camera: Option<Camera>,
@@ -93,6 +97,7 @@ impl ReferenceEngine {
                 .map(|material| [material.front.emissivity, material.back().emissivity])
                 .collect(),
             network: prepared.network.as_ref().map(NetworkRun::reference),
+            given: prepared.given.clone(),
             heat: heat_tables(prepared),
             steps: 0,
             camera: camera.cloned(),
@@ -176,6 +181,15 @@ impl ReferenceEngine {
         rasterise(&surface, view, |t| band_radiance(&self.table, t))
     }
 
+    /// Takes the temperatures of a file at a time [s].
+    fn take_given(&mut self, time: f64) {
+        let Some(given) = &self.given else { return };
+        let temperatures = given.at(time);
+        for (node, slot) in self.node_of_slot.iter().enumerate() {
+            self.reference.set_temperature(node, temperatures[*slot as usize]);
+        }
+    }
+
     fn take_network(&mut self) -> Result<(), EngineError> {
         let Some(network) = &mut self.network else { return Ok(()) };
         let temperatures = network.temperatures()?;
@@ -206,6 +220,7 @@ impl Engine for ReferenceEngine {
     fn settle(&mut self, load: &StepLoad, time: f64) -> Result<(), EngineError> {
         self.reference.find_shadows(&mut self.shadows, load);
         self.reference.settle(load);
+        self.take_given(time);
         let heat = self.heat(load);
         match &mut self.network {
             Some(network) => network.settle(heat, time)?,
@@ -242,6 +257,7 @@ impl Engine for ReferenceEngine {
                 network.step(heat, step.start, step.length)?;
             }
             self.take_network()?;
+            self.take_given(step.start + step.length);
             if let Some(network) = &mut self.network {
                 network.step_ends();
             }
