@@ -3,6 +3,7 @@
 const float VIEWS = 33.0;
 const float SIDES = 17.0;
 const float LIMBS = 65.0;
+const float LOBE_VALUES = VIEWS * SIDES * LIMBS + VIEWS;
 const float LEAST_VIEW = 1e-3;
 
 layout(set = 0, binding = LOBE_BINDING) readonly buffer LobeBlock { float lobes[]; };

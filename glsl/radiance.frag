@@ -1,25 +1,32 @@
 #version 450
 // Band radiance of a pixel: emissivity of the visible face times blackbody radiance at the interpolated temperature.
-// With REFLECTIONS the face also reflects the planet, deep space and the Sun. With APART the alpha channel is the
-// reflected part.
+// With REFLECTIONS the face also reflects the planet, deep space and the Sun. With TABLES its emissivity depends on angle
+// and temperature. With MAP the planet is not uniform. With APART the alpha channel is the reflected part.
 
 #include "types.glsl"
 #include "planck.glsl"
 #define BAND_BINDING 8
 #include "band_table.glsl"
 
+#ifdef TABLES
+#define FINISHED
+#define EMISSIVITY_BINDING 15
+#include "emissivity.glsl"
+#endif
 #ifdef REFLECTIONS
+#define FINISHED
 #define LOBE_BINDING 13
 #include "reflection.glsl"
+layout(set = 0, binding = 12) uniform SurroundingsBlock { Surroundings around; };
+#endif
+
+#ifdef FINISHED
 // Front and back of each material.
 layout(set = 0, binding = 7) readonly buffer ReflectorBlock { Reflector reflectors[]; };
-layout(set = 0, binding = 12) uniform SurroundingsBlock { Surroundings around; };
 #ifdef MULTIPLE
 layout(location = 2) smooth sample in vec3 normal;
-layout(location = 3) smooth sample in vec2 across;
 #else
 layout(location = 2) in vec3 normal;
-layout(location = 3) in vec2 across;
 #endif
 #else
 layout(set = 0, binding = 7) readonly buffer MaterialBlock { Material materials[]; };
@@ -27,10 +34,18 @@ layout(set = 0, binding = 7) readonly buffer MaterialBlock { Material materials[
 
 #ifdef MULTIPLE
 // At every sample, because the centre of the texel may lie outside the triangle. naga ignores `sample` without `smooth`.
+#ifdef FINISHED
+layout(location = 0) smooth sample in vec4 temperature_depth;
+#else
 layout(location = 0) smooth sample in vec2 temperature_depth;
+#endif
 layout(location = 4) smooth sample in float unity;
 #else
+#ifdef FINISHED
+layout(location = 0) in vec4 temperature_depth;
+#else
 layout(location = 0) in vec2 temperature_depth;
+#endif
 #endif
 layout(location = 1) flat in uvec3 first_corner;
 
@@ -50,7 +65,7 @@ void main() {
     uint part = first_corner.x;
     uint material = first_corner.y;
     float corner_temperature = uintBitsToFloat(first_corner.z);
-#ifdef REFLECTIONS
+#ifdef FINISHED
     Reflector reflector = reflectors[2u * material + (gl_FrontFacing ? 0u : 1u)];
     float emissivity = reflector.emissivity;
 #else
@@ -68,12 +83,22 @@ void main() {
     if (abs(temperature - corner_temperature) <= INTERPOLATION_ERROR * corner_temperature) {
         temperature = corner_temperature;
     }
+#ifdef FINISHED
+    vec3 to_camera = -normalize(vec3(temperature_depth.zw, temperature_depth.y));
+    vec3 outward = normal / max(length(normal), 1e-20);
+    vec3 facing = gl_FrontFacing ? outward : -outward;
+#endif
+#ifdef TABLES
+    float factor = angle_factor(reflector, dot(facing, to_camera));
+    emissivity = factor * temperature_factor(reflector, temperature);
+#endif
     float radiance = emissivity * band_radiance(temperature);
 #ifdef REFLECTIONS
-    vec3 to_camera = -normalize(vec3(across, temperature_depth.y));
-    vec3 outward = normal / max(length(normal), 1e-20);
-    float reflected = (1.0 - emissivity)
-        * reflected_share(around, reflector, gl_FrontFacing ? outward : -outward, to_camera);
+#ifdef TABLES
+    float reflected = reflected_share(dimmed(around, reflector, factor), reflector, facing, to_camera);
+#else
+    float reflected = (1.0 - emissivity) * reflected_share(around, reflector, facing, to_camera);
+#endif
     radiance += reflected;
 #endif
 #ifdef MEAN

@@ -20,12 +20,13 @@ layout(set = 0, binding = 6) readonly buffer GroupPartBlock { uint group_part[];
 layout(set = 0, binding = 9) readonly buffer NormalXBlock { float normal_x[]; };
 layout(set = 0, binding = 10) readonly buffer NormalYBlock { float normal_y[]; };
 layout(set = 0, binding = 11) readonly buffer NormalZBlock { float normal_z[]; };
-// Normal in the axes of the camera, and the position across its axis.
+// Normal in the axes of the camera.
 layout(location = 2) out vec3 normal;
-layout(location = 3) out vec2 across;
-#endif
-
+// Temperature, depth, and the position across the axis of the camera. A location of its own would cost lavapipe time for every triangle.
+layout(location = 0) out vec4 temperature_depth;
+#else
 layout(location = 0) out vec2 temperature_depth;
+#endif
 #ifdef MULTIPLE
 // 1, which shows the error of an interpolation.
 layout(location = 4) out float unity;
@@ -52,7 +53,11 @@ void main() {
         camera.z
     );
     float own = temperature[node];
+#ifdef NORMALS
+    temperature_depth = vec4(own, camera.z, camera.xy);
+#else
     temperature_depth = vec2(own, camera.z);
+#endif
     first_corner = uvec3(group_part[node / 4u], group_material[node / 4u], floatBitsToUint(own));
 #ifdef MULTIPLE
     unity = 1.0;
@@ -64,6 +69,5 @@ void main() {
         dot(view.camera_from_body_y.xyz, outward),
         dot(view.camera_from_body_z.xyz, outward)
     );
-    across = camera.xy;
 #endif
 }

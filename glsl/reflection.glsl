@@ -17,10 +17,42 @@ float one_view_factor(float cos_tilt, float sine, float cosine) {
 #include "lobe.glsl"
 #endif
 
+#ifdef MAP
+const float MEAN_COLUMNS = 96.0;
+const float MEAN_ROWS = 48.0;
+
+layout(set = 0, binding = 18) readonly buffer PlanetMeanBlock { float planet_means[]; };
+
+// Mean of the planet over the part of its disc that a kind of surface sees along a direction.
+float planet_mean(float kind, vec3 direction) {
+    MapPlace place = map_place(on_map(direction), MEAN_COLUMNS, MEAN_ROWS);
+    uvec4 cells = place.cells + uvec4(uint(kind * MEAN_COLUMNS * (MEAN_ROWS + 2.0)));
+    float above = mix(planet_means[cells.x], planet_means[cells.y], place.way.x);
+    float below = mix(planet_means[cells.z], planet_means[cells.w], place.way.x);
+    return mix(above, below, place.way.y);
+}
+#endif
+
+#ifdef TABLES
+// The surroundings with what a face reflects of the light of each, at a factor of the angle.
+Surroundings dimmed(Surroundings around, Reflector reflector, float factor) {
+    Surroundings seen = around;
+    float of_sun = 1.0 - factor * reflector.of_sun;
+    seen.planet_radiance = around.planet_radiance * (1.0 - factor * reflector.of_planet);
+    seen.space_radiance = around.space_radiance * (1.0 - factor * reflector.of_space);
+    seen.sun_radiance = around.sun_radiance * of_sun;
+    seen.sun_irradiance = around.sun_irradiance * of_sun;
+    return seen;
+}
+#endif
+
 // Radiance of a face that reflects all. `normal` is that of the visible face, and `to_camera` leads to the camera; both
 // have length 1.
 float reflected_share(Surroundings around, Reflector reflector, vec3 normal, vec3 to_camera) {
     float contrast = around.planet_radiance - around.space_radiance;
+#ifdef MAP
+    contrast = around.planet_radiance * planet_mean(0.0, normal) - around.space_radiance;
+#endif
     float planet = one_view_factor(dot(normal, around.nadir.xyz), around.nadir.w, around.planet_cosine);
     float diffuse = around.space_radiance + contrast * planet;
 #ifdef SUN
@@ -32,6 +64,10 @@ float reflected_share(Surroundings around, Reflector reflector, vec3 normal, vec
     vec3 mirror = 2.0 * view * normal - to_camera;
     float specular = sky_radiance(around, mirror);
 #ifdef ROUGH
+#ifdef MAP
+    float kind = 1.0 + floor(reflector.lobe / LOBE_VALUES + 0.5);
+    contrast = around.planet_radiance * planet_mean(kind, mirror) - around.space_radiance;
+#endif
     float rough = around.space_radiance + contrast * lobe_share(around, reflector, normal, view, mirror);
 #ifdef SUN
     vec3 middle = to_camera + around.sun.xyz;

@@ -1,5 +1,5 @@
 // Where a point is in camera axes at the time of the row that it appears in (rolling shutter). The including shader defines the binding as
-// SHUTTER_BINDING. The word BROWN or FISHEYE selects the distortion; its twin is `Distortion::bend` in src/lens.rs.
+// SHUTTER_BINDING. The word BROWN or FISHEYE selects the distortion. Twin: src/lens/rolling.rs.
 
 layout(set = 0, binding = SHUTTER_BINDING) uniform ShutterBlock { Shutter shutter; };
 

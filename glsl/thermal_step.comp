@@ -59,6 +59,22 @@ layout(set = 0, binding = 7) readonly buffer NormalZBlock { vec4 normal_z[]; };
 #ifdef SHADOW
 layout(set = 0, binding = 13) readonly buffer VisibilityBlock { vec4 visibility[]; };
 #endif
+#ifdef EXCHANGE
+// Patches of the fronts of the nodes of a group, then of their backs.
+layout(set = 0, binding = 14) readonly buffer ExchangeNodeBlock { uvec4 exchange_nodes[]; };
+// Flux from other surfaces that every patch absorbs [W/m2].
+layout(set = 0, binding = 15) readonly buffer ExchangeReceivedBlock { float exchange_received[]; };
+#ifdef PLANET_IR
+#define HIDDEN
+#endif
+#ifdef ALBEDO
+#define HIDDEN
+#endif
+#ifdef HIDDEN
+// Shares of the planet's infrared and albedo that every patch sees.
+layout(set = 0, binding = 16) readonly buffer ExchangeSeenBlock { vec2 exchange_seen[]; };
+#endif
+#endif
 #ifdef TRANSITION
 layout(set = 0, binding = 8) buffer TargetBlock { vec4 target[]; };
 layout(set = 0, binding = 9) buffer SpanBlock { vec4 span[]; };
@@ -123,9 +139,16 @@ vec4 albedo_flux(uint number, vec4 nx, vec4 ny, vec4 nz) {
 }
 #endif
 
+#ifdef EXCHANGE
+// Flux from other surfaces that the faces absorb [W/m2].
+vec4 received_flux(uvec4 at) {
+    return vec4(exchange_received[at.x], exchange_received[at.y], exchange_received[at.z], exchange_received[at.w]);
+}
+#endif
+
 #ifdef LOADED
-// Flux absorbed by one face [W/m2]. `seen` is the share of the Sun that it sees.
-vec4 absorbed_flux(uint number, float absorptivity, float emissivity, vec4 nx, vec4 ny, vec4 nz, vec4 seen) {
+// Flux absorbed by one face from Sun and planet [W/m2]. `seen` is the share of the Sun that it sees, and `patches` are those of the nodes.
+vec4 absorbed_flux(uint number, float absorptivity, float emissivity, vec4 nx, vec4 ny, vec4 nz, vec4 seen, uvec4 patches) {
     vec4 absorbed = vec4(0.0);
 #ifdef SUN
 #ifdef SHADOW
@@ -135,10 +158,18 @@ vec4 absorbed_flux(uint number, float absorptivity, float emissivity, vec4 nx, v
 #endif
 #endif
 #ifdef ALBEDO
-    absorbed += absorptivity * albedo_flux(number, nx, ny, nz);
+    vec4 albedo = albedo_flux(number, nx, ny, nz);
+#ifdef EXCHANGE
+    albedo *= vec4(exchange_seen[patches.x].y, exchange_seen[patches.y].y, exchange_seen[patches.z].y, exchange_seen[patches.w].y);
+#endif
+    absorbed += absorptivity * albedo;
 #endif
 #ifdef PLANET_IR
-    absorbed += emissivity * planet_ir_flux(steps[number], nx, ny, nz);
+    vec4 infrared = planet_ir_flux(steps[number], nx, ny, nz);
+#ifdef EXCHANGE
+    infrared *= vec4(exchange_seen[patches.x].x, exchange_seen[patches.y].x, exchange_seen[patches.z].x, exchange_seen[patches.w].x);
+#endif
+    absorbed += emissivity * infrared;
 #endif
     return absorbed;
 }
@@ -150,14 +181,20 @@ vec4 absorbed_flux(uint number, float absorptivity, float emissivity, vec4 nx, v
 #endif
 
 // Balance temperature of a step [K]. FLUX: absorbed flux [W/m2].
-vec4 commanded_by(uint number, Material material, vec4 nx, vec4 ny, vec4 nz, vec4 seen) {
+vec4 commanded_by(uint number, Material material, vec4 nx, vec4 ny, vec4 nz, vec4 seen, uvec4 fronts, uvec4 backs) {
     vec4 absorbed = vec4(0.0);
     float emissivity = material.emissivity;
 #ifdef LOADED
-    absorbed = absorbed_flux(number, material.absorptivity, material.emissivity, nx, ny, nz, seen);
+    absorbed = absorbed_flux(number, material.absorptivity, material.emissivity, nx, ny, nz, seen, fronts);
 #ifdef BOTH_SIDES
-    absorbed += absorbed_flux(number, material.back_absorptivity, material.back_emissivity, -nx, -ny, -nz, seen);
+    absorbed += absorbed_flux(number, material.back_absorptivity, material.back_emissivity, -nx, -ny, -nz, seen, backs);
     emissivity += material.back_emissivity;
+#endif
+#endif
+#ifdef EXCHANGE
+    absorbed += received_flux(fronts);
+#ifdef BOTH_SIDES
+    absorbed += received_flux(backs);
 #endif
 #endif
 #ifdef FLUX
@@ -188,6 +225,12 @@ void main() {
     vec4 ny = vec4(0.0);
     vec4 nz = vec4(0.0);
     vec4 seen = vec4(1.0);
+    uvec4 fronts = uvec4(0u);
+    uvec4 backs = uvec4(0u);
+#ifdef EXCHANGE
+    fronts = exchange_nodes[2u * group];
+    backs = exchange_nodes[2u * group + 1u];
+#endif
 #ifdef LOADED
     nx = normal_x[group];
     ny = normal_y[group];
@@ -212,7 +255,7 @@ void main() {
     {
 #endif
 #ifdef COMMAND
-        vec4 commanded = commanded_by(number, material, nx, ny, nz, seen);
+        vec4 commanded = commanded_by(number, material, nx, ny, nz, seen, fronts, backs);
 #else
         vec4 commanded = own_target;
 #endif
@@ -266,7 +309,7 @@ void main() {
     const uint number = 0u;
     {
 #endif
-        vec4 into = commanded_by(number, material, nx, ny, nz, seen)
+        vec4 into = commanded_by(number, material, nx, ny, nz, seen, fronts, backs)
             + vec4(material.own_emission * steps[number].background_temperature_4);
         float length = steps[number].length;
 #ifdef OVER
@@ -299,6 +342,6 @@ void main() {
     temperature[group] = outside.value;
 #endif
 #ifdef FOLLOWS
-    temperature[group] = commanded_by(0u, material, nx, ny, nz, seen);
+    temperature[group] = commanded_by(0u, material, nx, ny, nz, seen, fronts, backs);
 #endif
 }

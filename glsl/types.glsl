@@ -27,6 +27,8 @@ struct Step {
     float length;
     float albedo_resolution;
     float count;
+    float sun_sine;
+    float sun_cosine;
 };
 
 struct View {
@@ -64,6 +66,18 @@ struct Sampling {
     uint rows;
 };
 
+struct Distant {
+    vec2 corner;
+    vec2 focal;
+    vec2 centre;
+    float scale;
+    float lookups;
+    uint width;
+    uint height;
+    uint across;
+    uint down;
+};
+
 struct Surroundings {
     vec4 nadir;
     vec4 sun;
@@ -80,6 +94,16 @@ struct Reflector {
     float specular;
     float roughness;
     float lobe;
+    float table;
+    float of_planet;
+    float of_space;
+    float of_sun;
+};
+
+struct PlanetView {
+    vec4 x;
+    vec4 y;
+    vec4 z;
 };
 
 struct DrawCommand {
@@ -121,6 +145,25 @@ struct SunRay {
 struct Band {
     float edge_high;
     float edge_low;
+};
+
+struct ExchangePatch {
+    vec3 normal;
+    float emissivity;
+    float absorptivity;
+    float per_area;
+    uint first_node;
+    uint end_node;
+    uint first_entry;
+    uint end_entry;
+};
+
+struct ExchangePass {
+    uint first;
+    uint end;
+    uint rays;
+    uint boxes;
+    float start;
 };
 
 struct HeatPass {

@@ -4,6 +4,8 @@
 //! calib3d: `projectPoints` and `fisheye::projectPoints`). Pixels differ by half a pixel: the centre of the upper left pixel is (0.5, 0.5) here and (0, 0) in
 //! OpenCV.
 
+pub mod rolling;
+
 use glam::{DMat2, DVec2};
 
 /// Largest angle between a ray and the camera's axis that a distorted image may have [rad]: an image plane shows no more.

@@ -1,5 +1,7 @@
 //! Isotherm renders thermal-infrared images of spacecraft whose surfaces store heat.
 //!
+//! [`Simulation`] loads a scene, steps it and takes its images. `docs/library.md` has a program that closes a loop with it.
+//!
 //! The modules stand in the order of the data:
 //!
 //! - [`scene`]: the scene file, checked
@@ -8,6 +10,7 @@
 //! - [`thermal`]: the mathematics of a node in f64
 //! - [`gpu`]: the same in f32 on Vulkan
 //! - [`simulation`]: the loop that steps, draws and collects
+//! - [`guard`]: what is probably wrong in a scene
 //! - [`output`]: images, plots and report
 //!
 //! [`compare`] runs one scene under three responses. [`paper`] makes the figures of Vural et al. 2023. [`bench`] measures speed and error. [`trace`]
@@ -18,8 +21,10 @@ pub mod bench;
 pub mod cli;
 pub mod compare;
 pub mod environment;
+pub mod exchange;
 pub mod files;
 pub mod gpu;
+pub mod guard;
 pub mod host;
 pub mod lens;
 pub mod model;
@@ -32,6 +37,15 @@ pub mod simulation;
 pub mod text;
 pub mod thermal;
 pub mod trace;
+
+pub use environment::placements::PlaceError;
+pub use scene::{Camera, CameraFrame};
+pub use simulation::facade::temperatures::PartTemperature;
+pub use simulation::facade::{Placement, Simulation};
+pub use simulation::facade_error::SimulationError;
+pub use simulation::image::Image;
+pub use simulation::pose::{CameraError, Pose};
+pub use simulation::target::Target;
 
 /// Compiles and runs the program in `docs/library.md`.
 #[cfg(doctest)]

@@ -5,12 +5,13 @@
 //! in perspective without dividing by the depth of a vertex. A triangle may therefore cross the camera's plane, and the near plane is a test of z alone.
 //! Every sample of a pixel has its own ray, through the distortion of the lens.
 
+pub mod distant;
+
 use glam::{DAffine3, DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::lens::{Distortion, Lens};
-use crate::thermal::lobe::Lobe;
-use crate::thermal::surroundings::{Reflector, Surroundings, reflected_radiance, sky_radiance};
+use crate::thermal::surroundings::{Looks, Reflector, Surroundings, emissivity, reflected_radiance, sky_radiance};
 
 /// Triangles with the values of their vertices. A triangle has the part and material of its first vertex.
 #[derive(Debug, Clone, Copy)]
@@ -27,23 +28,25 @@ pub struct Surface<'a> {
     pub vertex_material: &'a [u32],
     /// Emissivities of front and back for each material.
     pub emissivities: &'a [[f64; 2]],
-    /// What surrounds the surface. `None` where no pixel shows it.
+    /// What surrounds the surface, and how it looks. `None` where it only emits, and alike to all sides.
     pub around: Option<Around<'a>>,
 }
 
 /// What surrounds a surface, and how it reflects that.
 #[derive(Debug, Clone, Copy)]
 pub struct Around<'a> {
-    /// The surroundings, in camera axes.
-    pub surroundings: &'a Surroundings,
+    /// The surroundings, in camera axes. `None` where no pixel shows them.
+    pub surroundings: Option<&'a Surroundings>,
     /// Whether they show behind the surface.
     pub background: bool,
     /// Normals of the vertices, body frame. They interpolate between the vertices.
     pub normals: &'a [DVec3],
-    /// Front and back of each material. Empty where nothing reflects.
+    /// Whether it reflects them.
+    pub reflects: bool,
+    /// Front and back of each material. Empty where nothing reflects and every emissivity is one number.
     pub reflectors: &'a [[Reflector; 2]],
-    /// The lobes that they refer to.
-    pub lobes: &'a [Lobe],
+    /// The tables that they refer to.
+    pub looks: Looks<'a>,
 }
 
 /// A camera with OpenCV axes: +X right, +Y down, +Z forward.
@@ -100,7 +103,7 @@ struct Projected {
     temperatures: [f64; 3],
     /// Rays that may meet it.
     rays: Bounds,
-    /// Normals of the visible face at the vertices, camera axes. 0 where nothing reflects.
+    /// Normals of the visible face at the vertices, camera axes. 0 where nothing needs them.
     normals: [DVec3; 3],
     /// 0 for the front, 1 for the back.
     face: usize,
@@ -221,12 +224,16 @@ pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 +
         let drawn = samples.chunks_mut(each).zip(shown.chunks(each)).zip(rays.chunks(each));
         for (pixel, ((samples, shown), rays)) in pixels.iter_mut().zip(drawn) {
             for ((sample, shown), ray) in samples[..counted].iter_mut().zip(shown).zip(rays) {
+                let around = surface.around.as_ref().filter(|_| ray.is_finite());
+                let direction = ray.extend(1.0).normalize();
                 // The field held the emissivity so far, so that only visible samples are converted.
                 if sample.part > 0 {
-                    sample.radiance *= radiance(sample.temperature);
+                    let own =
+                        around.zip(*shown).and_then(|(around, shown)| around.emissivity(sample, shown, direction));
+                    sample.radiance = own.unwrap_or(sample.radiance) * radiance(sample.temperature);
                 }
-                if let Some(around) = surface.around.as_ref().filter(|_| ray.is_finite()) {
-                    arrive(sample, around, *shown, ray.extend(1.0).normalize());
+                if let Some(around) = around {
+                    arrive(sample, around, *shown, direction);
                 }
             }
             let mean = |value: fn(&Pixel) -> f64| samples[..counted].iter().map(value).sum::<f64>() / counted as f64;
@@ -241,15 +248,28 @@ pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 +
     pixels
 }
 
+impl Around<'_> {
+    /// The reflector that a sample shows.
+    fn reflector(&self, sample: &Pixel, shown: Shown) -> Option<&Reflector> {
+        self.reflectors.get(sample.material as usize - 1).map(|faces| &faces[shown.face])
+    }
+
+    /// Emissivity of what a sample shows. `direction` leads from the camera to it.
+    fn emissivity(&self, sample: &Pixel, shown: Shown, direction: DVec3) -> Option<f64> {
+        let reflector = self.reflector(sample, shown)?;
+        Some(emissivity(reflector, &self.looks, sample.temperature, shown.normal.dot(-direction).max(0.0)))
+    }
+}
+
 /// Adds what a surface reflects, or the sky where none is. `direction` leads from the camera to the sample.
 fn arrive(sample: &mut Pixel, around: &Around, shown: Option<Shown>, direction: DVec3) {
+    let Some(surroundings) = around.surroundings else { return };
     match shown {
-        None if around.background => sample.radiance = sky_radiance(around.surroundings, direction),
+        None if around.background => sample.radiance = sky_radiance(surroundings, &around.looks, direction),
         None => {}
-        Some(Shown { normal, face }) => {
-            if let Some(reflectors) = around.reflectors.get(sample.material as usize - 1) {
-                sample.reflected =
-                    reflected_radiance(around.surroundings, &reflectors[face], around.lobes, normal, -direction);
+        Some(shown) => {
+            if let Some(reflector) = around.reflector(sample, shown).filter(|_| around.reflects) {
+                sample.reflected = reflected_radiance(surroundings, reflector, &around.looks, shown.normal, -direction);
                 sample.radiance += sample.reflected;
             }
         }

@@ -12,6 +12,7 @@ use super::frames::resize;
 use crate::compare::responses::{self, OfMaterial};
 use crate::environment::StepLoad;
 use crate::environment::shadow::Method;
+use crate::exchange::step::Settings;
 use crate::gpu::context::Context;
 use crate::gpu::nodes::GROUP;
 use crate::output::statistics::Spread;
@@ -31,6 +32,10 @@ const QUICK_STEPS: u32 = 12;
 pub const MOST_ORBITS: f64 = 3.0;
 /// Steps between two images.
 pub const DRAW_EVERY: u32 = 6;
+/// Patches on the area of the craft, where the scene states no exchange. A face of each sheet and the borders of parts make them about twice as many.
+const PATCHES: f64 = 2500.0;
+/// Turn of a joint after which rays are cast anew [rad]: 15 deg.
+const REDRAW_ANGLE: f64 = 15.0 * std::f64::consts::PI / 180.0;
 /// Size of the images [px].
 const IMAGE: [u32; 2] = [320, 256];
 /// Error of the visible share of the Sun above which a node counts as wrong.
@@ -109,10 +114,12 @@ enum Choice {
     WithoutEclipse,
     WithoutShadows,
     ExactShadows,
+    Exchange,
+    NetworkWithExchange,
 }
 
 impl Choice {
-    const ALL: [Self; 10] = [
+    const ALL: [Self; 12] = [
         Self::Base,
         Self::WithoutShadows,
         Self::ExactShadows,
@@ -123,6 +130,8 @@ impl Choice {
         Self::WithoutAlbedo,
         Self::WithoutInfrared,
         Self::WithoutEclipse,
+        Self::Exchange,
+        Self::NetworkWithExchange,
     ];
 
     fn name(self) -> &'static str {
@@ -137,12 +146,14 @@ impl Choice {
             Self::WithoutEclipse => "without eclipse",
             Self::WithoutShadows => "without shadows",
             Self::ExactShadows => "shadows by rays",
+            Self::Exchange => "with radiation between surfaces",
+            Self::NetworkWithExchange => "response = network, with radiation between surfaces",
         }
     }
 
-    fn scene(self, base: &Scene) -> Scene {
+    fn scene(self, base: &Scene, exchange: Settings) -> Scene {
         let mut scene = base.clone();
-        if self != Self::Network {
+        if !matches!(self, Self::Network | Self::NetworkWithExchange) {
             scene.time.warm_up_orbits = scene.time.warm_up_orbits.min(MOST_ORBITS);
         }
         match self {
@@ -150,6 +161,7 @@ impl Choice {
             Self::WithoutInfrared => scene.environment.planet_ir = None,
             Self::WithoutEclipse => scene.environment.eclipse = false,
             Self::WithoutShadows => scene.shadows = None,
+            Self::Exchange | Self::NetworkWithExchange => scene.exchange = Some(exchange),
             Self::ExactShadows => {
                 scene.shadows = scene.shadows.map(|shadows| ShadowSettings { method: Method::Exact, ..shadows });
             }
@@ -170,11 +182,12 @@ impl Choice {
         of
     }
 
-    fn prepared(self, base: &Scene, of: &[OfMaterial]) -> Result<Prepared, Failed> {
-        let scene = self.scene(base);
+    fn prepared(self, basis: &Basis) -> Result<Prepared, Failed> {
+        let Basis { scene, of, exchange, .. } = basis;
+        let scene = self.scene(scene, *exchange);
         Ok(match self {
             Self::Instant => responses::instant(&scene, &mut |_| ())?,
-            Self::Network => responses::network(&scene, &mut |_| ())?,
+            Self::Network | Self::NetworkWithExchange => responses::network(&scene, &mut |_| ())?,
             _ => responses::transition(&scene, &self.transitions(of), &mut |_| ())?,
         })
     }
@@ -202,6 +215,8 @@ pub struct Basis {
     pub(super) areas: Vec<f64>,
     /// Number of nodes.
     nodes: usize,
+    /// Patches of the choices with radiation between surfaces.
+    exchange: Settings,
 }
 
 impl Basis {
@@ -210,26 +225,30 @@ impl Basis {
     /// # Errors
     /// The scene cannot be prepared, or the device fails.
     pub fn new(context: &Arc<Context>, scene: &Scene, quick: bool, says: &dyn Fn(&str)) -> Result<Self, Failed> {
-        let base = one_orbit(scene, quick);
+        let mut base = one_orbit(scene, quick);
+        let stated = base.exchange.take();
         // The fitted transitions need the network's values.
         let network = responses::network(&base, &mut |_| ())?;
         says("model choices: what transitions are fitted to");
-        let instant = run(context, &responses::instant(&Choice::Instant.scene(&base), &mut |_| ())?)?;
+        let areas: Vec<f64> =
+            network.nodes.node_of_vertex.iter().map(|node| network.nodes.areas[*node as usize]).collect();
+        let patch_edge = (areas.iter().sum::<f64>() / PATCHES).sqrt();
+        let exchange = stated.unwrap_or(Settings { rays: 256, patch_edge, bounces: None, redraw_angle: REDRAW_ANGLE });
+        let instant = run(context, &responses::instant(&Choice::Instant.scene(&base, exchange), &mut |_| ())?)?;
         let of = responses::transitions(&network, &swings(&network, &instant))?;
-        let areas = network.nodes.node_of_vertex.iter().map(|node| network.nodes.areas[*node as usize]).collect();
-        Ok(Self { scene: base, of, areas, nodes: network.nodes.count })
+        Ok(Self { scene: base, of, areas, nodes: network.nodes.count, exchange })
     }
 }
 
 /// Measures all choices of a scene. `quick` leaves the network out. If a choice fails, its row states the reason.
 pub fn measure(context: &Arc<Context>, basis: &Basis, quick: bool, deadline: Deadline, says: &dyn Fn(&str)) -> Models {
-    let Basis { scene: base, of, areas, nodes } = basis;
+    let Basis { scene: base, areas, nodes, .. } = basis;
     let mut base_run = None;
     let mut network_run = None;
     let mut rows: Vec<(ChoiceRow, Option<Ran>)> = Vec::new();
     for choice in Choice::ALL {
         let row = ChoiceRow { choice: choice.name().to_owned(), ..ChoiceRow::default() };
-        if quick && choice == Choice::Network {
+        if quick && matches!(choice, Choice::Network | Choice::NetworkWithExchange) {
             rows.push((ChoiceRow { failed: Some("left out by --quick".to_owned()), ..row }, None));
             continue;
         }
@@ -238,7 +257,7 @@ pub fn measure(context: &Arc<Context>, basis: &Basis, quick: bool, deadline: Dea
             continue;
         }
         says(&format!("model choices: {}", choice.name()));
-        let ran = choice.prepared(base, of).and_then(|prepared| Ok(run(context, &prepared)?));
+        let ran = choice.prepared(basis).and_then(|prepared| Ok(run(context, &prepared)?));
         match ran {
             Err(error) => rows.push((ChoiceRow { failed: Some(error.to_string()), ..row }, None)),
             Ok(ran) => {
@@ -335,8 +354,9 @@ pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, En
 /// Device time of all thermal, shadow and network passes so far [ms].
 fn device_ms(engine: &dyn Engine) -> Option<f64> {
     let passes = engine.pass_times()?;
-    let of_step =
-        |name: &str| ["thermal_step", "one_pass", "solar_", "read solar_"].iter().any(|start| name.starts_with(start));
+    let of_step = |name: &str| {
+        ["thermal_step", "exchange_", "one_pass", "solar_", "read solar_"].iter().any(|start| name.starts_with(start))
+    };
     let network: f64 = engine.network_costs().iter().filter_map(|cost| cost.device_ms).sum();
     let passes = passes.iter().filter(|(name, _)| of_step(name));
     Some(passes.map(|(_, samples)| samples.iter().sum::<f64>()).sum::<f64>() + network)

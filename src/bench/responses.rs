@@ -122,6 +122,7 @@ pub fn time_pass(
         joints: None,
         network: None,
         heat: None,
+        exchange: None,
         sensor: None,
         shown: Default::default(),
     };
@@ -195,6 +196,7 @@ fn subjects() -> Result<Vec<Subject>, FunctionError> {
         planet_ir: kind != StepKind::Advance,
         albedo: kind != StepKind::Advance,
         shadow: false,
+        exchange: false,
         fused: false,
     };
     let profile = Profile { function: Function::expression(EXPRESSION)?, t_max_steps: T_MAX_STEPS };

@@ -3,7 +3,6 @@
 use clap::Args;
 
 use super::error::CliError;
-use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::simulation::target::Target;
 
@@ -17,11 +16,7 @@ pub(super) struct DeviceArguments {
 impl DeviceArguments {
     /// Opens the device. `ISOTHERM_VALIDATION=1` switches the validation layer on.
     pub(super) fn open(&self) -> Result<Target, GpuError> {
-        if self.device.as_deref().is_some_and(|name| name.eq_ignore_ascii_case("cpu")) {
-            return Ok(Target::Reference);
-        }
-        let validate = std::env::var_os("ISOTHERM_VALIDATION").is_some_and(|value| value == "1");
-        Ok(Target::Device(Context::open(self.device.as_deref(), validate)?))
+        Target::open(self.device.as_deref())
     }
 }
 

@@ -8,6 +8,7 @@ use crate::gpu::error::GpuError;
 use crate::output::OutputError;
 use crate::output::job::JobError;
 use crate::simulation::engine::EngineError;
+use crate::simulation::facade_error::SimulationError;
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::brightness::BrightnessError;
 
@@ -18,6 +19,8 @@ pub(super) enum CliError {
     Prepare(#[from] PrepareError),
     #[error(transparent)]
     Gpu(#[from] GpuError),
+    #[error(transparent)]
+    Simulation(SimulationError),
     #[error(transparent)]
     Output(#[from] OutputError),
     #[error(transparent)]
@@ -51,6 +54,17 @@ impl From<CompareError> for CliError {
     }
 }
 
+impl From<SimulationError> for CliError {
+    fn from(error: SimulationError) -> Self {
+        match error {
+            SimulationError::Prepare(error) => Self::Prepare(error),
+            SimulationError::Gpu(error) => Self::Gpu(error),
+            SimulationError::Engine(error) => error.into(),
+            other => Self::Simulation(other),
+        }
+    }
+}
+
 impl From<EngineError> for CliError {
     fn from(error: EngineError) -> Self {
         Self::Job(error.into())
@@ -74,6 +88,13 @@ impl CliError {
     pub(super) fn exit_code(&self) -> u8 {
         match self {
             Self::Prepare(_) | Self::Brightness(_) | Self::Compare(_) | Self::Usage(_) => 2,
+            Self::Simulation(error) => {
+                if error.is_of_the_user() {
+                    2
+                } else {
+                    1
+                }
+            }
             Self::Job(JobError::Engine(EngineError::Network { .. } | EngineError::Saved(_))) => 2,
             Self::Gpu(error) | Self::Job(JobError::Engine(EngineError::Gpu(error))) => {
                 if matches!(error, GpuError::Call { .. } | GpuError::Allocation { .. }) { 1 } else { 2 }

@@ -9,6 +9,7 @@ use super::error::CliError;
 use super::reach::ReachArguments;
 use super::run::{device_memory, prepare_with_progress};
 use crate::gpu::context;
+use crate::gpu::exchange::{ExchangeTables, exchange};
 use crate::gpu::frame::{Frame, Wanted};
 use crate::gpu::pass::Entry;
 use crate::gpu::resources::device_bytes;
@@ -18,6 +19,7 @@ use crate::output::console::say;
 use crate::output::settings::lens_lines;
 use crate::scene::Draw;
 use crate::simulation::device_data::DeviceData;
+use crate::simulation::exchange::describe;
 use crate::simulation::forecast::{Forecast, Rate};
 use crate::simulation::joints;
 use crate::simulation::prepare_error::PrepareError;
@@ -110,8 +112,13 @@ fn model(path: &Path, reach: ReachArguments, as_json: bool) -> Result<(serde_jso
 fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, String), CliError> {
     let prepared = prepare_with_progress(path, reach)?;
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
-    let device_data = DeviceData::new(&prepared);
+    let poses = prepared.loads.joints_at(0.0).1;
+    let found = prepared.exchange.as_ref().map(|craft| (craft, craft.cast(&poses)));
+    let tables = found.as_ref().map(|(_, exchange)| ExchangeTables::new(exchange, prepared.joints() > 1));
+    let device_data = DeviceData::new(&prepared).with_exchange(tables);
     let data = device_data.scene_data(&prepared, camera);
+    let light = data.ranges.first().map(|range| range.variant);
+    let exchanged = data.exchange.zip(light).map(|(data, light)| exchange(&data.tables.runs, light, true));
     let network = data.network.map(|network| network.shape.steps(1, 1, false).0).unwrap_or_default();
     let wanted = Wanted {
         image: camera.is_some(),
@@ -120,7 +127,7 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
         temperatures: true,
         shows: data.shown.variant,
     };
-    let stepped = Frame::step(&data.ranges, Wanted::default()).then(network);
+    let stepped = exchanged.unwrap_or_default().then(Frame::step(&data.ranges, Wanted::default())).then(network);
     let frame = if data.between {
         let read = Frame::step(&[], Wanted { image: false, ..wanted });
         let image = Frame::between(&data.ranges, Wanted { temperatures: false, ..wanted }, &prepared.triangle_runs);
@@ -161,6 +168,12 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
     }
     for (name, value) in &network {
         text.push_str(&format!("  {name:<40} {value}\n"));
+    }
+    if let Some((craft, exchange)) = &found {
+        text.push_str("\nRadiation between surfaces\n");
+        for (name, value) in describe(craft, exchange) {
+            text.push_str(&format!("  {name:<40} {value}\n"));
+        }
     }
     if let Some(camera) = &prepared.scene.camera {
         text.push_str(&format!("\nCamera, {} x {} pixels\n", camera.width, camera.height));

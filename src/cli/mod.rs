@@ -11,6 +11,7 @@ use crate::output::console::{finish, say};
 
 mod arguments;
 mod bench;
+mod check;
 mod compare;
 mod device;
 mod digits;
@@ -33,6 +34,7 @@ mod response_targets;
 mod resume;
 mod run;
 mod thermal_state;
+mod view_factors;
 
 const AFTER_HELP: &str = "\
 Start with: isotherm run models/station.toml -o out/station
@@ -54,11 +56,13 @@ enum Command {
     Run(run::Arguments),
     Render(render::Arguments),
     Compare(compare::Arguments),
+    Check(check::Arguments),
     Info(info::Arguments),
     Radiance(radiance::Arguments),
     Response(response::Arguments),
     Network(network::Arguments),
     Environment(environment::Arguments),
+    ViewFactors(view_factors::Arguments),
     Paper(paper::Arguments),
     Bench(bench::Arguments),
 }
@@ -74,11 +78,13 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Radiance(arguments) => radiance::run(&arguments),
         Command::Response(arguments) => response::run(&arguments),
         Command::Network(arguments) => network::run(&arguments),
         Command::Environment(arguments) => environment::run(&arguments),
+        Command::ViewFactors(arguments) => view_factors::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
     };
@@ -94,7 +100,10 @@ fn exit(result: Result<(), CliError>) -> ExitCode {
             ExitCode::SUCCESS
         }
         Err(error) => {
-            say!("error: {error}");
+            match &error {
+                CliError::Prepare(error) => error.each().iter().for_each(|one| say!("error: {one}")),
+                _ => say!("error: {error}"),
+            }
             ExitCode::from(error.exit_code())
         }
     }

@@ -9,9 +9,10 @@ use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::progress::{progress_bar, stop_flag};
 use super::reach::ReachArguments;
-use super::run::{prepare_scene, prepare_with_progress, say_size};
+use super::run::{guard, prepare_scene, prepare_with_progress, say_size};
 use super::thermal_state;
 use crate::environment::trajectory::Trajectory;
+use crate::guard::finding::Effort;
 use crate::output::console::{self, answer, say};
 use crate::output::destination::{Destination, STANDARD_OUTPUT, destinations};
 use crate::output::exr::encode;
@@ -26,7 +27,9 @@ use crate::scene::{Draw, Motion, Poses, read_poses};
 use crate::simulation;
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::engine::Engine;
+use crate::simulation::facade::Simulation;
 use crate::simulation::forecast::{Forecast, Rate};
+use crate::simulation::pose::Pose;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::target::Target;
@@ -116,7 +119,8 @@ fn render_poses(arguments: &Arguments, poses: &Path) -> Result<(), CliError> {
     if let Some(camera) = &mut scene.camera {
         camera.motion = Motion::Listed(listed.into());
     }
-    let prepared = prepare_scene(scene)?;
+    let mut prepared = prepare_scene(scene)?;
+    guard(&mut prepared, Effort::BRIEF);
     let camera = prepared.scene.require_camera().map_err(PrepareError::from)?.clone();
     let folder = Folder::new(&arguments.output, &FILES);
     let inputs: Vec<PathBuf> = prepared.scene.files.iter().chain(&arguments.from_state).cloned().collect();
@@ -152,11 +156,12 @@ fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
     if output == Destination::StandardOutput && console::is_seen() {
         return Err(CliError::Usage("an image is no text for a terminal: name a file, or redirect it".to_owned()));
     }
-    let prepared = prepare_with_progress(&arguments.scene, arguments.reach)?;
+    let mut prepared = prepare_with_progress(&arguments.scene, arguments.reach)?;
     keep_inputs(&arguments.output, &prepared.scene.files)?;
     prepared.cover(time)?;
     let camera = prepared.scene.require_camera().map_err(PrepareError::from)?.clone();
     camera.check_times(std::iter::once(time)).map_err(PrepareError::from)?;
+    guard(&mut prepared, Effort { at: Some(time), ..Effort::BRIEF });
     let warm_up = if arguments.from_state.is_some() { 0 } else { u64::from(prepared.warm_up_steps()) };
     let steps = warm_up + (time / prepared.scene.time.step) as u64;
     let chosen = arguments.device.open()?;
@@ -166,37 +171,48 @@ fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
     say_size(&prepared, &DeviceData::new(&prepared).scene_data(&prepared, Some(&camera)).plan(), &chosen);
     let still = Forecast { steps: (time / prepared.scene.time.step).ceil() as u64, warm_up, ..Forecast::of(&prepared) };
     say!("{}", still.of_one_image().sentence(Rate::of(&chosen)));
-    let mut engine = chosen.engine(&prepared, Some(&camera))?;
+    let mut simulation = Simulation::new(prepared, &chosen)?;
     let bar = progress_bar(steps, "stepping");
-    begin(state.as_ref(), &prepared, &mut *engine, &stop, &mut || bar.inc(1))?;
-    let still = simulation::still(&prepared, &mut *engine, time, &stop, &mut || bar.inc(1))?;
+    match &state {
+        Some(state) => simulation.restore_at(state, 0.0)?,
+        None => {
+            simulation.begin_with(&stop, &mut || bar.inc(1))?;
+        }
+    }
+    if let Some(warning) = simulation.periodic().and_then(|periodic| periodic.warning("")) {
+        say!("warning: {warning}");
+    }
+    let there = simulation.step_to_with(time, &stop, &mut || bar.inc(1))?;
     bar.finish_and_clear();
-    let result = match still {
-        Some(result) if !stop.load(Ordering::Relaxed) => result,
-        _ => return Err(CliError::StoppedBefore),
-    };
-    let maker = FrameMaker::new(&prepared, &camera, &engine.device_name());
-    let mut result = result;
-    let readings = result.delivered.pixels.as_mut().and_then(|pixels| pixels.readings.take());
-    if let Some((frame, header)) = maker.frame(result)? {
-        output.write_bytes(&encode(&frame, &header)?)?;
-        if let Some((files, readings)) = SensorFiles::new(&prepared.scene).zip(readings) {
-            if output == Destination::StandardOutput {
-                say!("the sensor's files are left out, because the image goes to standard output");
-            } else {
-                let stem = arguments.output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-                for (ending, bytes) in files.of(&stem, &frame, &readings)? {
-                    let path = arguments.output.with_file_name(format!("{stem}{ending}"));
-                    keep_inputs(&path, &prepared.scene.files)?;
-                    for destination in destinations([Some(&*path)])?.into_iter().flatten() {
-                        destination.write_bytes(&bytes)?;
-                    }
+    if !there {
+        return Err(CliError::StoppedBefore);
+    }
+    let mut image = simulation.image(&camera, &Pose::OfCamera)?;
+    let readings = image.digital_numbers.take().map(|numbers| {
+        let counts = image.counts.take().unwrap_or_else(|| vec![0; numbers.len()]);
+        numbers.into_iter().zip(counts).map(<[u16; 2]>::from).collect::<Vec<_>>()
+    });
+    let prepared = simulation.prepared();
+    let step = (time / prepared.scene.time.step + 1e-9) as u32;
+    let maker = FrameMaker::new(prepared, &camera, &simulation.device_name());
+    let (frame, header) = maker.frame_of(image, step, None)?;
+    output.write_bytes(&encode(&frame, &header)?)?;
+    if let Some((files, readings)) = SensorFiles::new(&prepared.scene).zip(readings) {
+        if output == Destination::StandardOutput {
+            say!("the sensor's files are left out, because the image goes to standard output");
+        } else {
+            let stem = arguments.output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            for (ending, bytes) in files.of(&stem, &frame, &readings)? {
+                let path = arguments.output.with_file_name(format!("{stem}{ending}"));
+                keep_inputs(&path, &prepared.scene.files)?;
+                for destination in destinations([Some(&*path)])?.into_iter().flatten() {
+                    destination.write_bytes(&bytes)?;
                 }
             }
         }
-        if output != Destination::StandardOutput {
-            answer!("{}", arguments.output.display());
-        }
+    }
+    if output != Destination::StandardOutput {
+        answer!("{}", arguments.output.display());
     }
     check_validation(&chosen)
 }

@@ -15,6 +15,8 @@ use super::thermal_state;
 use crate::gpu::resources::{Planned, check_plan, device_bytes};
 use crate::gpu::samples::Samples;
 use crate::gpu::sensor::{COPIED, READ};
+use crate::guard;
+use crate::guard::finding::Effort;
 use crate::output::console::{answer, say};
 use crate::output::destination::destinations;
 use crate::output::folder::Folder;
@@ -118,6 +120,14 @@ pub(super) fn prepare_scene(scene: Scene) -> Result<Prepared, CliError> {
     Ok(prepared)
 }
 
+/// Prints what is probably wrong in a scene, and keeps it for the report.
+pub(super) fn guard(prepared: &mut Prepared, effort: Effort) {
+    for finding in guard::check(prepared, effort).findings {
+        say!("warning: {finding}");
+        prepared.warnings.push(finding.to_string());
+    }
+}
+
 /// Memory of a run on the device, with images and what the host reads [bytes].
 pub(super) fn device_memory(prepared: &Prepared, plan: &[Planned]) -> u64 {
     let of_network = prepared.network_bytes(plan);
@@ -165,8 +175,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         None => arguments.reach,
     };
     let prepares = trace.span(Track::Host, "load and build the scene");
-    let prepared = prepare_with_progress(&scene, reach)?;
+    let mut prepared = prepare_with_progress(&scene, reach)?;
     drop(prepares);
+    let guards = trace.span(Track::Host, "look for what is probably wrong");
+    guard(&mut prepared, Effort::BRIEF);
+    drop(guards);
     let fresh = if earlier.is_none() { Some(Folder::new(&root, &FILES)) } else { None };
     if let Some(folder) = &fresh {
         folder.keep_inputs(&prepared.scene.files)?;
@@ -190,7 +203,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let sample = match &earlier {
         Some(earlier) => earlier.check()?,
         // The reference would read the same file.
-        None => (with_check && prepared.given.is_none()).then(|| arguments.check.flatten().map_or(SAMPLE, |nodes| nodes as usize)),
+        None => (with_check && prepared.given.is_none())
+            .then(|| arguments.check.flatten().map_or(SAMPLE, |nodes| nodes as usize)),
     };
     let command_line = match &earlier {
         Some(earlier) => earlier.command_line()?,

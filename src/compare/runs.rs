@@ -11,6 +11,7 @@ use super::record::Record;
 use super::responses::{self, OfMaterial};
 use super::{CompareError, INSTANT, NETWORK, RESPONSES, TRANSITION};
 use crate::gpu::nodes::GROUP;
+use crate::output::clock::Seconds;
 use crate::output::job::check_finite;
 use crate::output::series::Series;
 use crate::output::statistics::Spread;
@@ -203,6 +204,7 @@ fn views(ran: &mut [Ran], shown: &[u32]) -> Vec<Views> {
             part.iter_mut().zip(other).filter(|(one, other)| *one != *other).for_each(|(one, _)| *one = 0);
         }
         let seconds = f64::from(*step) * time;
+        let digits = Seconds::between(&[0.0, time]);
         let lit = match sky.lit_fraction(seconds) {
             lit if lit >= 1.0 => "in sunlight",
             lit if lit <= 0.0 => "in umbra",
@@ -210,7 +212,7 @@ fn views(ran: &mut [Ran], shown: &[u32]) -> Vec<Views> {
         };
         Some(Views {
             step: *step,
-            caption: format!("step {step}, t = {seconds:.0} s, {lit}"),
+            caption: format!("step {step}, t = {} s, {lit}", digits.of(seconds)),
             width: camera.width,
             height: camera.height,
             temperatures: [first, second, third],

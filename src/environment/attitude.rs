@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::{DMat3, DQuat, DVec3};
 
 use super::orbit_point::OrbitPoint;
+use super::placements::Placements;
 use super::rotation_history::{HistoryFrame, RotationHistory};
 
 /// Attitude law.
@@ -72,6 +73,8 @@ pub enum BodyFrame {
     },
     /// The body follows a table of rotations.
     History(Arc<RotationHistory>),
+    /// The body follows given places.
+    Given(Arc<Placements>),
 }
 
 impl BodyFrame {
@@ -102,7 +105,7 @@ impl BodyFrame {
 
     /// Whether the body frame repeats with a circular orbit.
     pub fn repeats_with_the_orbit(&self) -> bool {
-        !matches!(self, Self::Spins { .. } | Self::History(_))
+        !matches!(self, Self::Spins { .. } | Self::History(_) | Self::Given(_))
     }
 
     /// Period of a spinning body [s]. `None` for any other.
@@ -133,6 +136,7 @@ impl BodyFrame {
                 let turned = *inertial_from_body * DQuat::from_axis_angle(*axis, (rate * point.time) % TAU);
                 from_inertial(DMat3::from_quat(turned).transpose())
             }
+            Self::Given(places) => from_inertial(DMat3::from_quat(places.inertial_from_body(point.time)).transpose()),
             Self::History(history) => history.rotation(point.time).map_or_else(nowhere, |frame_from_body| {
                 let body_from_frame = DMat3::from_quat(frame_from_body).transpose();
                 match history.frame {

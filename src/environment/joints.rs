@@ -103,6 +103,39 @@ pub struct Joint {
     pub motion: Motion,
 }
 
+/// Why a joint can not be held at a position.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum JointError {
+    /// No joint has this name.
+    #[error("there is no joint '{name}'; there are: {known}")]
+    Unknown {
+        /// The name.
+        name: String,
+        /// The joints of the scene.
+        known: String,
+    },
+    /// It plays an animation.
+    #[error("the joint '{name}' plays an animation, which prescribes its position")]
+    Played {
+        /// The joint.
+        name: String,
+    },
+    /// The position is not finite or lies outside the limits.
+    #[error("the joint '{name}' can not be at {position}: its positions go from {low} to {high} {unit}")]
+    Limits {
+        /// The joint.
+        name: String,
+        /// The position [rad or m].
+        position: f64,
+        /// Least position [rad or m].
+        low: f64,
+        /// Greatest position [rad or m].
+        high: f64,
+        /// `rad` or `m`.
+        unit: &'static str,
+    },
+}
+
 impl Drive {
     /// The target position at a time [s]. `sun` is the direction to the Sun in the frame of the parent, moved back to the file's pose.
     fn target(&self, axis: DVec3, time: f64, sun: DVec3) -> f64 {

@@ -17,6 +17,7 @@ pub mod joints;
 pub mod load;
 pub mod orbit;
 pub mod orbit_point;
+pub mod placements;
 pub mod pose_path;
 pub mod position_history;
 pub mod quadrature;

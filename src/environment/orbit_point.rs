@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 
 use super::orbit::{CircularOrbit, SUN_DISTANCE};
+use super::placements::{Course, Placements};
 use super::trajectory::Trajectory;
 
 /// Source of the craft's position.
@@ -14,6 +15,8 @@ pub enum Orbit {
     Circular(CircularOrbit),
     /// A real trajectory around the Earth, with the real position of the Sun.
     Trajectory(Arc<Trajectory>),
+    /// Places that something outside gives, one after the other.
+    Given(Arc<Placements>),
 }
 
 /// Craft and Sun at an instant, in the inertial frame (GCRF for a trajectory, the orbit's own frame for a circular orbit).
@@ -54,18 +57,19 @@ impl From<Arc<Trajectory>> for Orbit {
 }
 
 impl Orbit {
-    /// Period [s]. For a trajectory it is that of the osculating orbit at time 0.
+    /// Period [s]. For a trajectory it is that of the osculating orbit at time 0. It is infinite for given places.
     pub fn period(&self) -> f64 {
         match self {
             Self::Circular(orbit) => orbit.period,
             Self::Trajectory(trajectory) => trajectory.period(),
+            Self::Given(_) => f64::INFINITY,
         }
     }
 
-    /// The trajectory. `None` for a circular orbit.
+    /// The trajectory. `None` for any other orbit.
     pub fn trajectory(&self) -> Option<&Trajectory> {
         match self {
-            Self::Circular(_) => None,
+            Self::Circular(_) | Self::Given(_) => None,
             Self::Trajectory(trajectory) => Some(trajectory),
         }
     }
@@ -90,22 +94,33 @@ impl Orbit {
             }
             Self::Trajectory(trajectory) => {
                 let state = trajectory.state(time)?;
-                let sun = trajectory.sun(time);
-                let to_sun = sun - state.position;
                 let momentum = state.position.cross(state.velocity);
-                let z_axis = -state.position.normalize();
-                // A craft that falls straight down has no orbit plane.
-                let y_axis = (-momentum).try_normalize().unwrap_or_else(|| z_axis.any_orthonormal_vector());
-                Some(OrbitPoint {
-                    time,
-                    position: state.position,
-                    sun,
-                    sun_direction: to_sun.normalize(),
-                    inertial_from_orbit: DMat3::from_cols(y_axis.cross(z_axis), y_axis, z_axis),
-                    solar_scale: (SUN_DISTANCE / to_sun.length()).powi(2),
-                    rate: momentum.length() / state.position.length_squared(),
-                })
+                let rate = momentum.length() / state.position.length_squared();
+                Some(OrbitPoint::new(time, state.position, trajectory.sun(time), momentum, rate))
             }
+            Self::Given(places) => {
+                let Course { position, sun, momentum, rate } = places.at(time);
+                Some(OrbitPoint::new(time, position, sun, momentum, rate))
+            }
+        }
+    }
+}
+
+impl OrbitPoint {
+    /// A craft and the Sun at a time [s]: positions from the planet's centre [m], a vector along the orbit normal, and the rate round the planet [rad/s].
+    fn new(time: f64, position: DVec3, sun: DVec3, momentum: DVec3, rate: f64) -> Self {
+        let to_sun = sun - position;
+        let z_axis = -position.normalize();
+        // A craft that falls straight down has no orbit plane.
+        let y_axis = (-momentum).try_normalize().unwrap_or_else(|| z_axis.any_orthonormal_vector());
+        Self {
+            time,
+            position,
+            sun,
+            sun_direction: to_sun.normalize(),
+            inertial_from_orbit: DMat3::from_cols(y_axis.cross(z_axis), y_axis, z_axis),
+            solar_scale: (SUN_DISTANCE / to_sun.length()).powi(2),
+            rate,
         }
     }
 }

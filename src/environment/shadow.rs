@@ -16,7 +16,7 @@ mod shadows;
 mod tree;
 
 pub use depth_map::{DepthMap, SunView};
-pub use rays::{Occluders, SUN_RAYS, disc_directions};
+pub use rays::{Hit, Occluders, SUN_RAYS, disc_directions};
 pub use redraw::Redraw;
 pub use shadows::{Jointed, Method, Shadows};
 pub use tree::{LARGEST_TREE, Tree, TreeNode, tree_boxes};

@@ -1,6 +1,7 @@
 //! The sky at an instant: directions of Sun and planet in the body frame, and the times of eclipses.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use glam::DVec3;
 use thiserror::Error;
@@ -9,8 +10,9 @@ use super::Sky;
 use super::attitude::BodyFrame;
 use super::eclipse::{Discs, sign_change};
 use super::orbit_point::OrbitPoint;
+use super::placements::{Place, PlaceError, Placements};
 use super::state::SLACK;
-use super::trajectory::TrajectoryError;
+use super::trajectory::{Trajectory, TrajectoryError};
 use crate::environment::{Attitude, Environment, Orbit};
 
 /// An error in the values of a sky.
@@ -46,6 +48,9 @@ pub enum SkyError {
     /// A trajectory that does not cover a time that is needed.
     #[error(transparent)]
     Trajectory(#[from] TrajectoryError),
+    /// A place that something outside gave, or one that is missing.
+    #[error(transparent)]
+    Place(#[from] PlaceError),
     /// A table of rotations that does not cover a time that is needed.
     #[error("the attitude is needed from {from} to {to}, but {description} covers {covered}")]
     Uncovered {
@@ -100,11 +105,27 @@ impl SkyModel {
         Ok(Self { orbit, body, planet_radius, eclipse: environment.eclipse })
     }
 
+    /// The same planet with a craft whose places are given from here on.
+    ///
+    /// # Errors
+    /// A place that can not be.
+    pub fn placed(&self, place: Place, now: f64) -> Result<Self, PlaceError> {
+        let places = match &self.orbit {
+            Orbit::Given(places) => places.and(place, now, self.planet_radius)?,
+            _ => Placements::new(place, self.planet_radius)?,
+        };
+        let places = Arc::new(places);
+        Ok(Self { orbit: Orbit::Given(Arc::clone(&places)), body: BodyFrame::Given(places), ..self.clone() })
+    }
+
     /// Checks that trajectory and attitude cover an interval [s] and that the craft is above the ground.
     ///
     /// # Errors
     /// The first value that is missing, and what is covered instead.
     pub fn check(&self, from: f64, to: f64) -> Result<(), SkyError> {
+        if let Orbit::Given(places) = &self.orbit {
+            return Ok(places.check(from, to)?);
+        }
         let Some(trajectory) = self.orbit.trajectory() else {
             return self.check_attitude(from, to, |time| format!("{time} s"));
         };
@@ -160,7 +181,7 @@ impl SkyModel {
     pub fn constant_distance_ratio(&self) -> Option<f64> {
         match &self.orbit {
             Orbit::Circular(orbit) => Some(1.0 + orbit.altitude / self.planet_radius),
-            Orbit::Trajectory(_) => None,
+            Orbit::Trajectory(_) | Orbit::Given(_) => None,
         }
     }
 
@@ -237,9 +258,12 @@ impl SkyModel {
                     turn += half;
                 }
             }
-            Orbit::Trajectory(trajectory) => {
-                let mut seams: Vec<f64> =
-                    trajectory.seams().into_iter().filter(|seam| start < *seam && *seam < end).collect();
+            of_points => {
+                let mut seams = match of_points {
+                    Orbit::Given(places) => places.times().collect(),
+                    _ => of_points.trajectory().map(Trajectory::seams).unwrap_or_default(),
+                };
+                seams.retain(|seam| start < *seam && *seam < end);
                 seams.push(end);
                 let mut low = start;
                 for seam in seams {

@@ -11,7 +11,8 @@ use glam::{DAffine3, DVec3};
 
 use super::albedo::AlbedoTable;
 use super::albedo_field::{AlbedoField, AlbedoFields};
-use super::joints::{Joint, Joints};
+use super::joints::{Joint, JointError, Joints};
+use super::placements::{Place, PlaceError};
 use super::quadrature::GaussLegendre;
 use super::sky::{SkyError, SkyModel};
 use super::{MAX_SUN_SAMPLES, PlanetLoad, StepLoad, SunSample};
@@ -73,6 +74,29 @@ impl StepLoads {
         let sun = |time: f64| self.sky.sun_direction(time);
         self.joints = Joints::under_a_sky(joints, from, step, self.sky.repeats_after(), sun);
         self
+    }
+
+    /// Takes the next place of the craft from outside, at the present time `now` [s]. The first one ends the scene's own orbit and attitude.
+    ///
+    /// # Errors
+    /// A place that can not be.
+    pub fn place(&mut self, place: Place, now: f64) -> Result<(), PlaceError> {
+        self.sky = self.sky.placed(place, now)?;
+        if let Some(AlbedoSource::Fixed(_)) = self.albedo {
+            self.albedo = Some(AlbedoSource::Varying(AlbedoFields::default()));
+        }
+        self.joints = self.joints.from_here(now, &|time| self.sky.sun_direction(time));
+        Ok(())
+    }
+
+    /// Holds a joint at a position [rad or m] from the present time `now` [s] on.
+    ///
+    /// # Errors
+    /// There is no such joint, it plays an animation, or the position lies outside its limits.
+    pub fn set_joint(&mut self, name: &str, position: f64, now: f64) -> Result<(), JointError> {
+        let joints = self.joints.held(name, position)?;
+        self.joints = joints.from_here(now, &|time| self.sky.sun_direction(time));
+        Ok(())
     }
 
     /// The joints.

@@ -124,9 +124,14 @@ impl Trajectory {
         self.period
     }
 
+    /// Epoch of a scene time.
+    pub fn epoch(&self, time: f64) -> Epoch {
+        self.start + Unit::Second * time
+    }
+
     /// UTC of a scene time, to the millisecond: `2023-10-29T17:03:44.412Z`.
     pub fn utc(&self, time: f64) -> String {
-        utc(self.start + Unit::Second * time)
+        utc(self.epoch(time))
     }
 
     /// State of the craft at a time [s]. `None` where the trajectory does not cover it.

@@ -2,7 +2,7 @@
 
 use std::ffi::{CStr, CString, c_char};
 use std::mem::ManuallyDrop;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::{ext, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
@@ -51,7 +51,8 @@ pub struct Context {
     /// Properties of the device.
     pub info: DeviceInfo,
     pub(super) device: ash::Device,
-    pub(super) queue: vk::Queue,
+    /// The queue. Vulkan lets one thread at a time submit to it.
+    queue: Mutex<vk::Queue>,
     pub(super) queue_family: u32,
     pub(super) labels: Option<ext::debug_utils::Device>,
     pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
@@ -134,7 +135,7 @@ impl Context {
         Ok(Arc::new(Self {
             info,
             device,
-            queue,
+            queue: Mutex::new(queue),
             queue_family,
             labels,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
@@ -175,6 +176,16 @@ impl Context {
             Some(host) if self.info.kind == "cpu" => free.min(host),
             _ => free,
         }
+    }
+
+    /// Submits work to the queue, with a fence that is not signalled. Threads that share the device take turns.
+    ///
+    /// # Safety
+    /// The command buffers are complete and not in use, and stay as they are until the fence is signalled. So does the fence.
+    pub(super) unsafe fn submit(&self, work: &[vk::SubmitInfo2<'_>], fence: vk::Fence) -> Result<(), vk::Result> {
+        let queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        // SAFETY: the lock keeps other threads from the queue, and the caller answers for the rest.
+        unsafe { self.device.queue_submit2(*queue, work, fence) }
     }
 
     /// Messages of the validation layer so far, empty without validation.

@@ -47,6 +47,16 @@ pub enum GpuError {
     /// Validation is requested, and its layer is not installed.
     #[error("validation was asked for, but the layer is not installed: `apt-get install vulkan-validationlayers`")]
     NoValidationLayer,
+    /// Joints have moved so that surfaces see more of each other than the buffers hold.
+    #[error(
+        "exchange: the joints have moved so that {entries} pairs of patches see each other, and there is room for {room}; state a larger patch_edge"
+    )]
+    ExchangeGrew {
+        /// Pairs of patches.
+        entries: usize,
+        /// Room for pairs.
+        room: usize,
+    },
     /// A buffer is longer than the device can bind.
     #[error(
         "buffer '{buffer}' needs {bytes} bytes, and {device} binds at most {limit} bytes at once; \

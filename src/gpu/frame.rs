@@ -10,8 +10,8 @@ use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 pub use passes::{StepRange, TRIANGLES_A_DRAW, TriangleRun};
 
 use passes::{
-    DEPTH, DEPTH_WRITE, between_pass, cull_pass, mean_pass, radiance_pass, ray_pass, resample_pass, solar_depth_pass,
-    thermal_pass, visibility_pass,
+    DEPTH, DEPTH_WRITE, between_pass, cull_pass, distant_pass, mean_pass, radiance_pass, ray_pass, resample_pass,
+    solar_depth_pass, thermal_pass, visibility_pass,
 };
 
 use super::pass::{
@@ -20,7 +20,7 @@ use super::pass::{
 };
 use super::radiance_variant::RadianceVariant;
 use super::resource::Resource;
-use super::sampling::Sampled;
+use super::sampling::{Distance, Sampled};
 use crate::environment::shadow::{Method, SUN_RAYS};
 
 /// Most groups of one dispatch of shadow rays: 65,535 workgroups of 64 nodes, rounded down to whole ranges.
@@ -264,7 +264,12 @@ fn image(wanted: &Wanted, shown: Resource) -> Vec<Entry> {
         transition(Resource::IdentityImage, COLOUR, COPY_READ, attachment, source),
     ];
     // A mean takes the place of the radiance of single samples.
-    let single = if mean.is_some() { RadianceVariant::PLAIN } else { shows };
+    let single = match sampled {
+        // The sky stands behind the pixels, not behind the texels of a crop.
+        Some(Sampled { distance: Distance::Far, .. }) => RadianceVariant { background: false, ..shows },
+        _ if mean.is_some() => RadianceVariant::PLAIN,
+        _ => shows,
+    };
     let mut passes = vec![Entry::Pass(radiance_pass(single, shutter, shown))];
     if let Some(each) = mean {
         before.push(transition(Resource::MeanImage, COPIED, COLOUR, undefined, attachment));
@@ -281,7 +286,7 @@ fn image(wanted: &Wanted, shown: Resource) -> Vec<Entry> {
     entries.push(Entry::Barriers(drawn));
     let [radiance, identity] = match sampled.filter(Sampled::is_resampled) {
         Some(sampled) => {
-            entries.extend(resampled(sampled));
+            entries.extend(resampled(sampled, shows));
             [Resource::ImageRadiance, Resource::ImageIdentity]
         }
         None => [Resource::RadianceImage, Resource::IdentityImage],
@@ -295,7 +300,7 @@ fn image(wanted: &Wanted, shown: Resource) -> Vec<Entry> {
 }
 
 /// Copies drawn images to buffers, and computes another image from them.
-fn resampled(sampled: Sampled) -> Vec<Entry> {
+fn resampled(sampled: Sampled, shows: RadianceVariant) -> Vec<Entry> {
     let mut copies = vec![
         ("copy radiance", Resource::RadianceImage, Resource::DrawnRadiance),
         ("copy identity", Resource::IdentityImage, Resource::DrawnIdentity),
@@ -310,7 +315,11 @@ fn resampled(sampled: Sampled) -> Vec<Entry> {
     read.push(barrier(Resource::ImageIdentity, COPIED, COMPUTE_WRITE));
     entries.extend([
         Entry::Barriers(read),
-        Entry::Pass(resample_pass(sampled)),
+        Entry::Pass(if sampled.distance == Distance::Far {
+            distant_pass(sampled, shows)
+        } else {
+            resample_pass(sampled)
+        }),
         Entry::Barriers(vec![
             barrier(Resource::ImageRadiance, COMPUTE_WRITE, COPY_READ),
             barrier(Resource::ImageIdentity, COMPUTE_WRITE, COPY_READ),

@@ -94,8 +94,10 @@ shared! {
         pub albedo_resolution: f32,
         /// Number of steps of a fused dispatch, set in the first of them.
         pub count: f32,
-        /// Padding to the alignment of GLSL.
-        pub unused: [f32; 2],
+        /// Sine of the zenith angle of the Sun below the craft.
+        pub sun_sine: f32,
+        /// Its cosine.
+        pub sun_cosine: f32,
     }
 
     /// Camera of an image.
@@ -164,6 +166,28 @@ shared! {
         pub rows: u32,
     }
 
+    /// A crop around a craft that is far away.
+    pub struct Distant {
+        /// Upper left corner of the crop in the image [px].
+        pub corner: [f32; 2],
+        /// Focal lengths of the image [px].
+        pub focal: [f32; 2],
+        /// Principal point of the image [px].
+        pub centre: [f32; 2],
+        /// Texels along the side of a pixel.
+        pub scale: f32,
+        /// Places in a pixel along each axis at which the sky is seen.
+        pub lookups: f32,
+        /// Width of the image [px]. The crop is drawn into an image of this width.
+        pub width: u32,
+        /// Height of the image [px].
+        pub height: u32,
+        /// Width of the crop [texels].
+        pub across: u32,
+        /// Height of the crop [texels].
+        pub down: u32,
+    }
+
     /// What surrounds the craft, in the axes of the camera.
     pub struct Surroundings {
         /// Unit vector to the planet's centre; w: sine of the planet's angular radius.
@@ -196,6 +220,24 @@ shared! {
         pub roughness: f32,
         /// Index of the first number of its lobe.
         pub lobe: f32,
+        /// Index of the first number of its emissivities over angle and temperature.
+        pub table: f32,
+        /// Their factor at the temperature of the planet.
+        pub of_planet: f32,
+        /// Their factor at the temperature of deep space.
+        pub of_space: f32,
+        /// Their factor at the temperature of the Sun.
+        pub of_sun: f32,
+    }
+
+    /// Axes of the map of a planet that is not uniform.
+    pub struct PlanetView {
+        /// +X of the map in the axes of the camera; w: columns of the map.
+        pub x: [f32; 4],
+        /// +Y of the map; w: rows of the map.
+        pub y: [f32; 4],
+        /// +Z of the map; w: 0.
+        pub z: [f32; 4],
     }
 
     /// An indexed indirect draw command (VkDrawIndexedIndirectCommand).
@@ -332,6 +374,42 @@ shared! {
         pub edge_high: f32,
         /// Remainder of that rounding [K].
         pub edge_low: f32,
+    }
+
+    /// A patch of a surface that radiates to others.
+    pub struct ExchangePatch {
+        /// Unit normal away from the face, in the frame of its joint.
+        pub normal: [f32; 3],
+        /// Emissivity.
+        pub emissivity: f32,
+        /// Absorptivity of sunlight.
+        pub absorptivity: f32,
+        /// 1 over the area [1/m2].
+        pub per_area: f32,
+        /// First of its nodes.
+        pub first_node: u32,
+        /// The node after the last.
+        pub end_node: u32,
+        /// First four entries of its row.
+        pub first_entry: u32,
+        /// The four after the last.
+        pub end_entry: u32,
+        /// Padding to the alignment of GLSL.
+        pub unused: [u32; 2],
+    }
+
+    /// Push constants of a pass over patches.
+    pub struct ExchangePass {
+        /// First patch.
+        pub first: u32,
+        /// Patch after the last.
+        pub end: u32,
+        /// Rays of each patch.
+        pub rays: u32,
+        /// Number of boxes in the tree, for a pass that casts rays.
+        pub boxes: u32,
+        /// Distance between the start of a ray and its surface [m].
+        pub start: f32,
     }
 
     /// Push constants of a dispatch that sums absorbed heat.
@@ -497,6 +575,17 @@ impl Surroundings {
             sun_irradiance: sun_irradiance(around) as f32,
             unused: [0.0; 2],
         }
+    }
+}
+
+impl PlanetView {
+    /// Rounds the rotation from camera axes into those of a map to f32. `size` are the map's columns and rows.
+    pub fn new(map_from_camera: &glam::DMat3, [columns, rows]: [usize; 2]) -> Self {
+        let row = |axis: usize, size: usize| {
+            let row = map_from_camera.row(axis);
+            [row.x as f32, row.y as f32, row.z as f32, size as f32]
+        };
+        Self { x: row(0, columns), y: row(1, rows), z: row(2, 0) }
     }
 }
 

@@ -74,6 +74,7 @@ fn step_of(load: &StepLoad, step: f64, joint_from_body: DMat3) -> layout::Step {
         length: step as f32,
         albedo_resolution: albedo::RESOLUTION as f32,
         count: 1.0,
-        unused: [0.0; 2],
+        sun_sine: planet.map_or(0.0, |planet| planet.sun_zenith.sin()) as f32,
+        sun_cosine: planet.map_or(1.0, |planet| planet.sun_zenith.cos()) as f32,
     }
 }

@@ -303,6 +303,7 @@ mod tests {
         let front = Optics { absorptivity: 0.5, emissivity: 0.8 };
         Material {
             gloss: Default::default(),
+            in_band: Default::default(),
             name: name.into(),
             front,
             sides,

@@ -65,7 +65,7 @@ impl Once {
             lists.into_iter().for_each(|list| recorder.record(list, None));
             self.timing.end_pass(self.commands);
             device.end_command_buffer(self.commands).during("recording")?;
-            device.queue_submit2(self.context.queue, &submit, self.fence).during("submitting")?;
+            self.context.submit(&submit, self.fence).during("submitting")?;
             device.wait_for_fences(&[self.fence], true, u64::MAX).during("waiting")?;
             device.reset_fences(&[self.fence]).during("resetting a fence")?;
         }

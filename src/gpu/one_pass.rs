@@ -16,7 +16,7 @@ use super::nodes::GROUP;
 use super::one_pass_variant::OnePassKind;
 use super::resource_row::Count;
 use crate::thermal::STEFAN_BOLTZMANN;
-use crate::thermal::network::one_pass::{Heater, Plan};
+use crate::thermal::network::one_pass::{Conduction, Heater, Plan};
 
 /// A place without a node.
 const NONE: u32 = u32::MAX;
@@ -76,6 +76,8 @@ pub struct OnePassTables {
     pub(super) units: Vec<[u32; 4]>,
     /// Kinds of units in the order of their weights.
     kinds: Vec<(u32, bool)>,
+    /// Columns of groups that each row of groups of a kind exchanges heat with.
+    bands: Vec<Vec<[usize; 2]>>,
     weights: usize,
     /// Estimated error above which the step is halved [K].
     pub tolerance: f64,
@@ -164,6 +166,7 @@ impl OnePassTables {
             sources: nothing(),
             units: nothing(),
             kinds: Vec::new(),
+            bands: Vec::new(),
             weights: 0,
             tolerance,
             heaters,
@@ -253,17 +256,20 @@ impl OnePassTables {
         };
         for unit in blocks.flat_map(of) {
             let groups = unit.nodes.len() / GROUP;
-            let weights = *known.entry(unit.kind).or_insert_with(|| {
-                self.kinds.push(unit.kind);
+            let (number, mut weight) = *known.entry(unit.kind).or_insert_with(|| {
+                let (conduction, twice) = unit.kind;
+                let bands = bands(&plan.conductions()[conduction as usize], twice);
                 let begin = self.weights;
-                self.weights += COLUMNS * groups * groups;
-                begin
+                self.weights += bands.iter().map(|[from, to]| COLUMNS * (to - from)).sum::<usize>();
+                self.kinds.push(unit.kind);
+                self.bands.push(bands);
+                (self.kinds.len() - 1, begin)
             });
-            for (row, nodes) in unit.nodes.chunks(GROUP).enumerate() {
-                let weight = weights + COLUMNS * groups * row;
-                self.units.push([first as u32, (first + groups) as u32, weight as u32, 0]);
+            for (nodes, [from, to]) in unit.nodes.chunks(GROUP).zip(&self.bands[number]) {
+                self.units.push([first + from, first + to, weight, 0].map(|at| at as u32));
                 let factor = |place: usize| if nodes[place] == NONE { 0.0 } else { factors[nodes[place] as usize] };
                 self.units.push(PLACES.map(|place| factor(place).to_bits()));
+                weight += COLUMNS * (to - from);
             }
             first += groups;
         }
@@ -272,19 +278,20 @@ impl OnePassTables {
     /// Weights of all kinds of units for a plan of any length of step.
     pub(super) fn weights(&self, plan: &Plan) -> Vec<[f32; 4]> {
         let mut weights = Vec::with_capacity(self.weights);
-        for (conduction, twice) in &self.kinds {
+        for ((conduction, twice), bands) in self.kinds.iter().zip(&self.bands) {
             let conduction = &plan.conductions()[*conduction as usize];
-            let size = conduction.size;
+            let size = conduction.size();
             let count = if *twice { 2 } else { 1 };
-            let groups = (count * size).div_ceil(GROUP);
             // Places of different blocks, and filled places, exchange nothing.
             let at = |row: usize, column: usize| {
-                let joined = row / size == column / size && row / size < count && row != column;
-                joined.then_some(row % size * size + column % size)
+                let joined = row / size == column / size && row / size < count;
+                if joined { conduction.at(row % size, column % size) } else { [0.0; 2] }
             };
-            for (row, column) in (0..groups * groups).map(|tile| (GROUP * (tile / groups), GROUP * (tile % groups))) {
-                for matrix in [&conduction.drive, &conduction.start] {
-                    let value = |row, column| at(row, column).map_or(0.0, |at| matrix[at] as f32);
+            let tiles =
+                bands.iter().enumerate().flat_map(|(row, [from, to])| (*from..*to).map(move |column| (row, column)));
+            for (row, column) in tiles.map(|(row, column)| (GROUP * row, GROUP * column)) {
+                for matrix in [0, 1] {
+                    let value = |row, column| at(row, column)[matrix] as f32;
                     weights.extend((0..GROUP).map(|k| PLACES.map(|place| value(row + place, column + k))));
                 }
             }
@@ -342,6 +349,21 @@ fn alone(plan: &Plan, drawn: Drawn<'_>, sources: &[Vec<(u32, f32)>], free: &mut 
         }
     }
     groups
+}
+
+/// First column of groups that each row of groups of a unit exchanges heat with, and the one after the last. `twice`: the unit is two blocks.
+fn bands(conduction: &Conduction, twice: bool) -> Vec<[usize; 2]> {
+    if twice {
+        // Two pairs are one group.
+        return vec![[0, 1]];
+    }
+    let rows: Vec<usize> = (0..conduction.size()).collect();
+    let band = |rows: &[usize]| {
+        let columns = rows.iter().map(|row| conduction.columns(*row)).filter(|[first, end]| first < end);
+        let whole = columns.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+        whole.map_or([0, 0], |[first, end]| [first / GROUP, end.div_ceil(GROUP)])
+    };
+    rows.chunks(GROUP).map(band).collect()
 }
 
 /// The units of a plan, filled from slow `singles` that do not radiate to others. `is` tells whether a node does, and whether it is fast.

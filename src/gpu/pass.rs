@@ -2,6 +2,7 @@
 
 use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
+use super::exchange_variant::ExchangeVariant;
 use super::heat_source::HeatOf;
 use super::one_pass_variant::OnePassVariant;
 use super::radiance_variant::RadianceVariant;
@@ -113,6 +114,8 @@ pub enum Kernel {
         /// Whether a pixel has several samples.
         several: bool,
     },
+    /// Computes the image of a craft that is far away from a crop around it.
+    Distant(RadianceVariant),
     /// Point spread of the sensor along rows.
     SensorRows,
     /// Mean radiance of the cells of its halo.
@@ -129,6 +132,8 @@ pub enum Kernel {
     Heaters,
     /// Sums the absorbed heat of runs of nodes.
     Heat(HeatOf),
+    /// A pass of radiation between surfaces.
+    Exchange(ExchangeVariant),
     /// Response of nodes to given targets.
     Response(ResponseVariant),
     /// Radiance of a blackbody in a band.
@@ -170,6 +175,7 @@ impl Kernel {
             Self::SensorPixel(variant) => vec![variant.shader()],
             Self::Heaters => plain("one_pass_heaters.comp"),
             Self::Heat(of) => vec![of.shader()],
+            Self::Exchange(variant) => vec![variant.shader()],
             Self::SunDepth => plain("solar_depth.vert"),
             Self::Visibility => plain("solar_visibility.comp"),
             Self::SunRay { first: true } => vec![Shader::new("solar_rays.comp", vec!["first"])],
@@ -190,6 +196,7 @@ impl Kernel {
                 let words = [(lens, "lens"), (several, "several")].into_iter().filter(|(has, _)| *has);
                 vec![Shader::new("resample.comp", words.map(|(_, word)| word).collect())]
             }
+            Self::Distant(shows) => vec![shows.distant()],
             Self::Blackbody => plain("blackbody.comp"),
             Self::Brightness => plain("brightness.comp"),
             Self::Empty => plain("empty.comp"),
@@ -223,6 +230,13 @@ pub enum Said {
     Heat {
         /// First run of nodes.
         first: u32,
+    },
+    /// Patches of a pass.
+    Patches {
+        /// First patch.
+        first: u32,
+        /// Patch after the last.
+        end: u32,
     },
     /// A step of heaters.
     Heaters {

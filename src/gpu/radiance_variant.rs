@@ -18,12 +18,27 @@ pub struct RadianceVariant {
     pub apart: bool,
     /// Whether the sky is drawn behind the craft.
     pub background: bool,
+    /// Whether emissivities depend on angle and temperature.
+    pub tables: bool,
+    /// Whether the planet is not uniform, which needs `reflections` or `background`.
+    pub map: bool,
+    /// Whether it has normals of its own, which needs `reflections` or `tables`.
+    pub crinkled: bool,
 }
 
 impl RadianceVariant {
     /// Emission alone, before nothing.
-    pub const PLAIN: Self =
-        Self { reflections: false, specular: false, rough: false, sun: false, apart: false, background: false };
+    pub const PLAIN: Self = Self {
+        reflections: false,
+        specular: false,
+        rough: false,
+        sun: false,
+        apart: false,
+        background: false,
+        tables: false,
+        map: false,
+        crinkled: false,
+    };
 
     /// The vertex shader and the fragment shader of the craft. `mean` are the samples of a texel of a mean, and `shutter` is how a point finds its row with a
     /// rolling shutter.
@@ -34,10 +49,12 @@ impl RadianceVariant {
             (self.rough, "rough"),
             (self.reflections && self.sun, "sun"),
             (self.apart, "apart"),
+            (self.tables, "tables"),
+            (self.reflections && self.map, "map"),
         ];
         let words = words.into_iter().filter(|(present, _)| *present).map(|(_, word)| word);
         let words = words.chain(words_of_mean(mean).iter().copied()).collect();
-        let normals = self.reflections.then_some("normals");
+        let normals = self.needs_normals().then_some("normals");
         let multiple = mean.filter(|each| *each > 1).map(|_| "multiple");
         let of_vertex = normals.into_iter().chain(multiple).chain(shutter.map(RowOf::words).unwrap_or_default());
         let of_vertex = of_vertex.collect();
@@ -46,9 +63,21 @@ impl RadianceVariant {
 
     /// The vertex shader and the fragment shader of the sky.
     pub fn background(&self, mean: Option<u32>) -> [Shader; 2] {
-        let sun = self.sun.then_some("sun");
-        let words = sun.into_iter().chain(words_of_mean(mean).iter().copied()).collect();
+        let words = [(self.sun, "sun"), (self.map, "map")].into_iter().filter_map(|(has, word)| has.then_some(word));
+        let words = words.chain(words_of_mean(mean).iter().copied()).collect();
         [Shader::new("background.vert", Vec::new()), Shader::new("background.frag", words)]
+    }
+
+    /// The shader that makes an image from a crop around a craft that is far away.
+    pub fn distant(&self) -> Shader {
+        let words = [(true, "sky"), (self.sun, "sun"), (self.map, "map")];
+        let words = words.into_iter().filter(|(has, _)| *has && self.background);
+        Shader::new("distant.comp", words.map(|(_, word)| word).collect())
+    }
+
+    /// Whether a pixel of a surface needs its normal.
+    pub fn needs_normals(&self) -> bool {
+        self.reflections || self.tables
     }
 
     /// Whether a pixel needs the surroundings of the craft.
@@ -63,10 +92,13 @@ impl RadianceVariant {
         for (specular, rough) in [(false, false), (true, false), (true, true)] {
             for number in 0..8 {
                 let [sun, apart, background] = [1, 2, 4].map(|bit| number & bit != 0);
-                all.push(Self { reflections: true, specular, rough, sun, apart, background });
+                let plain = Self { specular, rough, sun, apart, background, reflections: true, ..Self::default() };
+                all.extend([plain, Self { map: true, ..plain }]);
             }
         }
-        all
+        all.extend([false, true].map(|sun| Self { background: true, map: true, sun, ..Self::default() }));
+        let crinkled = Self { reflections: true, crinkled: true, ..Self::default() };
+        all.iter().flat_map(|shows| [*shows, Self { tables: true, ..*shows }]).chain([crinkled]).collect()
     }
 }
 

@@ -1,6 +1,8 @@
 //! A scene on the device: its resources, frame lists, and two frames in flight.
 
 mod culling;
+mod exchange;
+mod exchanging;
 mod forward;
 mod network;
 mod one_pass;
@@ -13,6 +15,7 @@ mod structures;
 use std::sync::Arc;
 
 use culling::Culling;
+use exchanging::Exchanging;
 use one_pass::{OnePass, is_of_network};
 use sensor::ImageSensor;
 use shadows::Shadows;
@@ -33,7 +36,7 @@ use super::record::Recorder;
 use super::resource::Resource;
 use super::resource_row::SLOTS;
 use super::resources::SceneData;
-use super::sampling::Sampled;
+use super::sampling::{Distance, Sampled};
 use super::store::Resources;
 use super::timing::{DeviceFrame, PassTimes};
 use crate::environment::StepLoad;
@@ -67,6 +70,10 @@ pub struct Request<'a> {
     pub surroundings: Option<layout::Surroundings>,
     /// Lobes of all rough mirrors before the planet.
     pub lobes: &'a [f32],
+    /// Axes of the map of a planet that is not uniform, and its means over the direction of a surface.
+    pub planet: Option<(layout::PlanetView, &'a [f32])>,
+    /// How the crop of a craft that is far away is put into the pixels. The views are then those of the crop.
+    pub distant: Option<layout::Distant>,
     /// Heaters of a network that the frame steps.
     pub heating: Option<Heating<'a>>,
     /// Whether the temperatures before the step are kept, for images between them and those after it.
@@ -131,6 +138,10 @@ pub struct Renderer {
     /// Number of steps in such dispatches so far.
     fused_steps: u64,
     shadows: Shadows,
+    /// Radiation between surfaces, if the scene has it.
+    exchange: Option<Exchanging>,
+    /// Whether what nodes receive in the next step was found already.
+    exchanged: bool,
     /// The network, if the frames step it.
     one_pass: Option<OnePass>,
     /// Runs of nodes whose absorbed heat is summed, by the place where it is found.
@@ -162,23 +173,39 @@ impl Renderer {
             let ranges = ranges_of_step(&data.ranges, has_sun, has_albedo);
             let wanted = Wanted { image: wanted.image && !data.between, ..wanted };
             frames.extend([Frame::step_in_runs(&ranges, wanted, &triangles), Frame::settle(&ranges)]);
+            if data.exchange.is_some() {
+                frames.push(Frame::step(&without_exchange(ranges), Wanted::default()));
+            }
         }
         let drawn = if data.between { Wanted { image: false, ..wanted } } else { wanted };
         frames.push(Frame::step_in_runs(&idle(&data.ranges), drawn, &triangles));
         if data.between {
             frames.push(Frame::keep().then(Frame::between(&data.ranges, wanted, &triangles)));
         }
+        if let Some(sampled) = sampled.filter(|sampled| sampled.distance == Distance::MayBeFar) {
+            let far = Wanted { sampled: Some(sampled.far()), ..wanted };
+            frames.push(match data.between {
+                true => Frame::keep().then(Frame::between(&data.ranges, far, &triangles)),
+                false => Frame::step_in_runs(&idle(&data.ranges), far, &triangles),
+            });
+        }
         let shadows = Shadows::new(data);
         let found = shadows.frame(&data.ranges);
+        let exchange = data.exchange.map(|data| Exchanging::new(data.tables, data.redraw_angle));
+        let lights = [(true, true), (true, false), (false, false)];
+        let of_ranges = |(sun, albedo)| data.ranges.first().map(|range| range.variant.for_step(sun, albedo));
+        let exchanged = exchange.as_ref().map(|own| own.frames(lights.into_iter().filter_map(of_ranges)));
+        let exchanged = exchanged.unwrap_or_default();
         let one_pass = data.network.map(OnePass::new);
         let stepped = one_pass.as_ref().map(OnePass::frames).unwrap_or_default();
         let heat = data.heat.map(HeatTables::sections).unwrap_or_default();
         let most = |frames: &[Frame]| frames.iter().map(|frame| frame.passes().count()).max().unwrap_or(0);
-        let passes = most(&frames) + most(&stepped) + found.passes().count();
+        let passes = most(&frames) + most(&stepped) + most(&exchanged) + found.passes().count();
         let summed = absorbed_heat(&heat);
         let passes = passes + summed.passes().count();
         frames.extend([found, summed]);
         frames.extend(stepped);
+        frames.extend(exchanged);
         let sensor =
             data.sensor.filter(|_| data.image.is_some()).map(|sensor| ImageSensor::new(sensor, data.shown_in()));
         let passes = passes + sensor.as_ref().map_or(0, |sensor| sensor.frame.passes().count());
@@ -199,6 +226,8 @@ impl Renderer {
             fuses: data.fuses(),
             fused_steps: 0,
             shadows,
+            exchange,
+            exchanged: false,
             one_pass,
             heat,
             sensor,
@@ -252,7 +281,8 @@ impl Renderer {
         let culled = self.culling.due(&mut views);
         let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
         let (image, temperatures) = (!views.is_empty(), request.temperatures);
-        let wanted = Wanted { image, sampled: self.sampled, cull, temperatures, shows: self.shows };
+        let sampled = self.sampled.map(|sampled| if request.distant.is_some() { sampled.far() } else { sampled });
+        let wanted = Wanted { image, sampled, cull, temperatures, shows: self.shows };
         let mut ranges = request.step.map_or(Vec::new(), |(load, _)| ranges_of_load(&self.ranges, load));
         let mut loaded = Vec::new();
         if self.steps_network() {
@@ -267,13 +297,16 @@ impl Renderer {
             let shadows = self.shadows(load)?;
             let still_shaded = shadows.entries.is_empty();
             frame = frame.then(shadows);
+            if !std::mem::take(&mut self.exchanged) {
+                frame = frame.then(self.exchange_frame(load));
+            }
             network = self.network_frame(steps, request.heating)?;
             if request.absorbed {
                 summed = self.summed();
             }
             // If the load is unchanged, a cheaper variant continues the transitions.
             let load = Some(DeviceLoad::new(load, self.joints));
-            if still_shaded && self.commanded == load {
+            if still_shaded && self.commanded == load && self.exchange.is_none() {
                 ranges = idle(&ranges);
             } else {
                 self.commanded = load;
@@ -311,12 +344,19 @@ impl Renderer {
 
     /// Flux absorbed by the nodes of thermal networks [W/m2], and temperature of all other nodes [K], one value for
     /// each node. It overwrites the networks' temperatures, so call `set_temperatures` afterwards. Collect the frames
-    /// in flight before.
-    pub fn absorbed(&mut self, load: &StepLoad) -> Result<Vec<f32>, GpuError> {
+    /// in flight before. A step `exchanges` radiation between surfaces, and the start of a run does not.
+    pub fn absorbed(&mut self, load: &StepLoad, exchanges: bool) -> Result<Vec<f32>, GpuError> {
         let mut ranges = ranges_of_load(&self.ranges, load);
         ranges.retain(|range| is_of_network(range.variant.kind));
         let wanted = Wanted { temperatures: true, ..Wanted::default() };
-        let frame = self.shadows(load)?.then(Frame::step(&ranges, wanted));
+        let mut frame = self.shadows(load)?;
+        if exchanges {
+            frame = frame.then(self.exchange_frame(load));
+            self.exchanged = true;
+        } else {
+            ranges = without_exchange(ranges);
+        }
+        let frame = frame.then(Frame::step(&ranges, wanted));
         let submitted = self.send(&frame, Request::step(load, 1.0))?;
         Ok(self.collect(submitted)?.temperatures.unwrap_or_default().to_vec())
     }
@@ -373,9 +413,16 @@ impl Renderer {
         }
         self.resources.write_slices(Resource::View, slot, request.views)?;
         self.resources.write_slices(Resource::Shutter, slot, request.shutters)?;
+        if let Some(distant) = request.distant {
+            self.resources.write(Resource::Distant, slot, &[distant])?;
+        }
         if let Some(around) = request.surroundings {
             self.resources.write(Resource::Surroundings, slot, &[around])?;
             self.resources.write(Resource::Lobes, slot, request.lobes)?;
+        }
+        if let Some((view, means)) = request.planet {
+            self.resources.write(Resource::PlanetView, slot, &[view])?;
+            self.resources.write(Resource::PlanetMeans, slot, means)?;
         }
         self.resources.write_slices(Resource::SunView, slot, &std::mem::take(&mut self.shadows.views))?;
         if let Some(sensor) = &self.sensor {
@@ -393,6 +440,10 @@ impl Renderer {
                 let constants =
                     |one: &OnePass| bytemuck::bytes_of(&one.heater_constants(number, first, trial)).to_vec();
                 self.one_pass.as_ref().map(constants).unwrap_or_default()
+            }
+            Said::Patches { first, end } => {
+                let constants = |own: &Exchanging| bytemuck::bytes_of(&own.constants(first, end)).to_vec();
+                self.exchange.as_ref().map(constants).unwrap_or_default()
             }
             Said::Heat { first } => {
                 let space = request.step.map_or(0.0, |(load, _)| load.background_temperature);
@@ -451,6 +502,12 @@ impl Renderer {
     pub fn take_frames(&mut self) -> Vec<DeviceFrame> {
         self.slots.frames.as_mut().map(std::mem::take).unwrap_or_default()
     }
+}
+
+/// The ranges as they are where surfaces do not see each other.
+fn without_exchange(mut ranges: Vec<StepRange>) -> Vec<StepRange> {
+    ranges.iter_mut().for_each(|range| range.variant.exchange = false);
+    ranges
 }
 
 /// The ranges with the smallest variants for a load.

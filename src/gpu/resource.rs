@@ -32,7 +32,7 @@ macro_rules! table {
             /// Its properties.
             pub fn row(self) -> Row {
                 use Count::*;
-                use Pieces::{Always, WithoutImage, WithoutReflections};
+                use Pieces::{Always, WithoutImage, WithoutNormals};
                 use Role::*;
                 match self {
                     $(Self::$name => $row,)*
@@ -63,6 +63,14 @@ table! {
     Reflectors: row(size_of::<layout::Reflector>(), Count::Reflectors, Storage, "Reflector");
     /// Lobes of rough mirrors before the planet, written by the host.
     Lobes: row(4, Count::Lobes, FromHost, "Lobe").each_slot();
+    /// Emissivities of the faces over angle and temperature.
+    Emissivities: row(4, Count::Emissivities, Storage, "Emissivity");
+    /// `PlanetView` of the image, written by the host.
+    PlanetView: row(size_of::<layout::PlanetView>(), Count::PlanetView, Uniform, "PlanetView").each_slot();
+    /// Radiances of a planet that is not uniform, over that of its mean temperature.
+    PlanetMap: row(4, Count::PlanetMap, Storage, "PlanetMap");
+    /// Its means over the direction of a surface, written by the host.
+    PlanetMeans: row(4, Count::PlanetMeans, FromHost, "PlanetMean").each_slot();
     /// `Material` of every material.
     Materials: row(size_of::<layout::Material>(), Count::Materials, Storage, "Material");
     /// Straight pieces of the shaped response functions.
@@ -72,11 +80,17 @@ table! {
     /// Part index of every group.
     GroupPart: row(4, DrawnGroups, Storage, "GroupPart").in_pieces(WithoutImage);
     /// x of the normals.
-    NormalX: row(GROUP, LoadedGroups, Storage, "NormalX").in_pieces(WithoutReflections);
+    NormalX: row(GROUP, LoadedGroups, Storage, "NormalX").in_pieces(WithoutNormals);
     /// y of the normals.
-    NormalY: row(GROUP, LoadedGroups, Storage, "NormalY").in_pieces(WithoutReflections);
+    NormalY: row(GROUP, LoadedGroups, Storage, "NormalY").in_pieces(WithoutNormals);
     /// z of the normals.
-    NormalZ: row(GROUP, LoadedGroups, Storage, "NormalZ").in_pieces(WithoutReflections);
+    NormalZ: row(GROUP, LoadedGroups, Storage, "NormalZ").in_pieces(WithoutNormals);
+    /// x of the normals of crinkled foil that is drawn.
+    CrinkledX: row(GROUP, CrinkledGroups, Storage, "NormalX");
+    /// y of these normals.
+    CrinkledY: row(GROUP, CrinkledGroups, Storage, "NormalY");
+    /// z of these normals.
+    CrinkledZ: row(GROUP, CrinkledGroups, Storage, "NormalZ");
     /// x of the positions [m].
     PositionX: row(GROUP, PlacedGroups, Storage, "PositionX");
     /// y of the positions [m].
@@ -106,6 +120,22 @@ table! {
     HeatAreas: row(GROUP, HeatGroups, Storage, "Area");
     /// Heat that every run absorbs in a step [W].
     AbsorbedHeat: row(4, Count::HeatRuns, ToHost, "Absorbed").each_slot();
+    /// Patches of the fronts of four nodes, then of their backs.
+    ExchangeNodes: row(PAIRS, ExchangeGroups, Storage, "ExchangeNode").in_pieces(Always);
+    /// `ExchangePatch` of every patch.
+    ExchangePatches: row(size_of::<layout::ExchangePatch>(), Count::ExchangePatches, Storage, "ExchangePatch");
+    /// Nodes of the patches, and their shares.
+    ExchangeMembers: row(8, Count::ExchangeMembers, Storage, "ExchangeMember");
+    /// Rows of the exchange areas in fours.
+    ExchangeEntries: row(48, Count::ExchangeEntries, Storage, "ExchangeEntry");
+    /// Directions of rays, and whether they are open.
+    ExchangeSky: row(4, Count::ExchangeSky, Storage, "ExchangeSky");
+    /// Shares of the planet's infrared and albedo that every patch sees.
+    ExchangeSeen: row(8, Count::ExchangePatches, Storage, "ExchangeSeen");
+    /// Infrared and sunlight that every patch sends at first [W/m2].
+    ExchangeSent: row(8, Count::ExchangePatches, Storage, "ExchangeSent");
+    /// Flux from other patches that every patch absorbs [W/m2].
+    ExchangeReceived: row(4, Count::ExchangePatches, Storage, "ExchangeReceived");
     /// Temperature of every node before the last step [K], where images lie between steps.
     EarlierTemperature: row(GROUP, BetweenGroups, Storage, "Earlier");
     /// Temperature of every node at the time of an image between steps [K].
@@ -132,6 +162,8 @@ table! {
     DepthImage: unbound(4, DrawnTexels, Depth);
     /// `Shutter`, written by the host.
     Shutter: row(size_of::<layout::Shutter>(), RollingOnce, Uniform, "Shutter").each_slot().each_joint();
+    /// `Distant`, written by the host.
+    Distant: row(size_of::<layout::Distant>(), DistantOnce, Uniform, "Distant").each_slot();
     /// Sizes of an image that is computed from drawn ones.
     Sampling: row(size_of::<layout::Sampling>(), ComputedOnce, Uniform, "Sampling");
     /// Copy of `RadianceImage` that shaders read.
@@ -274,6 +306,22 @@ table! {
     /// Diagonal of the matrix [W/K].
     SolverDiagonal: row(GROUP, NetworkGroups, Storage, "Diagonal");
 
+    /// Corners, joint and side of every patch whose rays are cast.
+    RayPatches: row(16, Given, FromHost, "RayPatch");
+    /// Corners of the patches, and shares of their rays.
+    RayCorners: row(8, Given, FromHost, "RayCorner");
+    /// Triangles in the file's pose.
+    RayTriangles: row(size_of::<layout::ShadowTriangle>(), Given, FromHost, "RayTriangle");
+    /// Poses of the body and of the joints.
+    RayPoses: row(48, Given, FromHost, "RayPose");
+    /// Boxes of the tree for these rays.
+    RayBoxes: row(size_of::<layout::ShadowBox>(), Given, FromHost, "RayBox");
+    /// Triangles of the tree for these rays.
+    RayPlaced: row(size_of::<layout::ShadowTriangle>(), Given, FromHost, "RayPlaced");
+    /// Patches at the corners of these triangles.
+    RayLeaves: row(32, Given, FromHost, "RayLeaf");
+    /// Patches where these rays end.
+    RayEnds: row(4, Given, ToHost, "RayEnd");
     /// Size of a response dispatch.
     ResponseSteps: row(size_of::<layout::Steps>(), Given, FromHost, "Steps");
     /// Targets at the steps of a response [K].

@@ -21,14 +21,24 @@ pub enum Count {
     Shapes,
     /// One, if a pixel needs the surroundings of the craft.
     Surroundings,
-    /// Two faces of every material, if surfaces reflect.
+    /// Two faces of every material, if surfaces reflect or an emissivity has a law.
     Reflectors,
     /// Numbers of the lobes of rough mirrors.
     Lobes,
+    /// Numbers of the emissivities over angle and temperature.
+    Emissivities,
+    /// One, if the planet has a map.
+    PlanetView,
+    /// Cells of that map.
+    PlanetMap,
+    /// Means over it for the directions of a surface, if surfaces reflect.
+    PlanetMeans,
     /// Groups of four nodes.
     Groups,
     /// Groups, if a load or a reflection depends on the normal of a node.
     LoadedGroups,
+    /// Groups, if the image has normals of its own.
+    CrinkledGroups,
     /// Groups, if nodes keep a state between steps.
     MovingGroups,
     /// Groups, if this state has three numbers.
@@ -75,6 +85,8 @@ pub enum Count {
     LensCorners,
     /// One, if the image is computed from drawn ones.
     ComputedOnce,
+    /// One, if the craft may be far away.
+    DistantOnce,
     /// One, if the image has a rolling shutter.
     RollingOnce,
     /// One, if the image has a sensor.
@@ -137,6 +149,16 @@ pub enum Count {
     OnePassHeaters,
     /// Groups of nodes, and of the heaters of a network that is stepped in one pass.
     HeatedGroups,
+    /// Groups, if surfaces radiate to each other.
+    ExchangeGroups,
+    /// Patches that radiate to each other, and one for faces without any.
+    ExchangePatches,
+    /// Nodes of these patches.
+    ExchangeMembers,
+    /// Fours of pairs of these patches.
+    ExchangeEntries,
+    /// Rays that keep what patches see of the sky.
+    ExchangeSky,
     /// Runs of nodes whose absorbed heat is summed.
     HeatRuns,
     /// Groups, if absorbed heat is summed.
@@ -152,6 +174,7 @@ impl Count {
             self,
             Self::Groups
                 | Self::LoadedGroups
+                | Self::CrinkledGroups
                 | Self::MovingGroups
                 | Self::TargetGroups
                 | Self::PlacedGroups
@@ -168,6 +191,7 @@ impl Count {
                 | Self::OnePassWeights
                 | Self::HeatedGroups
                 | Self::HeatGroups
+                | Self::ExchangeGroups
         )
     }
 }
@@ -262,8 +286,8 @@ pub enum Pieces {
     Never,
     /// In scenes without an image, because drawing reads the whole buffer.
     WithoutImage,
-    /// In scenes whose images have no reflections, because drawing these reads the whole buffer.
-    WithoutReflections,
+    /// In scenes whose images need no normals, because drawing with them reads the whole buffer.
+    WithoutNormals,
     /// Always.
     Always,
 }

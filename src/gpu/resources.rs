@@ -7,6 +7,7 @@ use glam::Vec3;
 
 use super::context::Context;
 use super::error::GpuError;
+use super::exchange::ExchangeTables;
 use super::frame::{StepRange, TRIANGLES_A_DRAW, TriangleRun};
 use super::heat::HeatTables;
 use super::layout::{self, FUSED_STEPS};
@@ -62,6 +63,8 @@ pub struct SceneData<'a> {
     pub network: Option<&'a OnePassTables>,
     /// Runs of nodes whose absorbed heat is summed, if it is.
     pub heat: Option<&'a HeatTables>,
+    /// Patches that radiate to each other; `None` without.
+    pub exchange: Option<ExchangeData<'a>>,
     /// Sensor of the image; `None` without one.
     pub sensor: Option<&'a SensorTables>,
     /// What the image shows besides the emission of surfaces.
@@ -77,6 +80,23 @@ pub struct Shown<'a> {
     pub reflectors: &'a [layout::Reflector],
     /// Number of values of all lobes. The values belong to the planet's distance and come with the requests.
     pub lobe_values: usize,
+    /// Emissivities of the faces over angle and temperature, if they have any.
+    pub emissivities: &'a [f32],
+    /// Radiances of a planet that is not uniform, over that of its mean temperature.
+    pub planet_map: &'a [f32],
+    /// Normals of all nodes, if the image has normals of its own.
+    pub crinkled: &'a [Vec3],
+    /// Number of its means over the direction of a surface, which come with the requests.
+    pub planet_means: usize,
+}
+
+/// Patches that radiate to each other.
+#[derive(Clone, Copy)]
+pub struct ExchangeData<'a> {
+    /// Their tables.
+    pub tables: &'a ExchangeTables,
+    /// Angle after which the shares of the planet's light are found anew [rad].
+    pub redraw_angle: f64,
 }
 
 /// Triangles of each joint.
@@ -116,7 +136,10 @@ impl SceneData<'_> {
     /// Whether one dispatch may take many steps. This needs transitions that depend on nothing but the load.
     pub fn fuses(&self) -> bool {
         let kinds = || self.ranges.iter().map(|range| range.variant.kind);
-        self.joints.is_none() && kinds().any(StepKind::has_state) && kinds().all(|kind| kind != StepKind::Absorb)
+        self.joints.is_none()
+            && self.exchange.is_none()
+            && kinds().any(StepKind::has_state)
+            && kinds().all(|kind| kind != StepKind::Absorb)
     }
 
     /// Triangles of the body and of each joint.
@@ -212,12 +235,17 @@ impl SceneData<'_> {
             Count::Surroundings => only(drawn && self.shown.variant.sees_surroundings(), 1),
             Count::Reflectors => only(drawn, self.shown.reflectors.len()),
             Count::Lobes => only(drawn, self.shown.lobe_values),
+            Count::Emissivities => only(drawn, self.shown.emissivities.len()),
+            Count::PlanetView => only(drawn && self.shown.variant.map, 1),
+            Count::PlanetMap => only(drawn, self.shown.planet_map.len()),
+            Count::PlanetMeans => only(drawn, self.shown.planet_means),
             Count::Groups => groups,
             Count::HeatedGroups => groups + self.network.map_or(0, |network| network.heaters.len().div_ceil(GROUP)),
             Count::LoadedGroups => {
-                let reflects = drawn && self.shown.variant.reflections;
-                only(reflects || of_ranges(|variant| variant.sun || variant.planet_ir), groups)
+                let seen = drawn && self.shown.variant.needs_normals() && !self.shown.variant.crinkled;
+                only(seen || of_ranges(|variant| variant.sun || variant.planet_ir), groups)
             }
+            Count::CrinkledGroups => only(drawn, self.shown.crinkled.len() / GROUP),
             Count::MovingGroups => only(of_ranges(|variant| variant.kind.has_state()), groups),
             Count::TargetGroups => only(of_ranges(|variant| variant.kind.has_full_state()), groups),
             Count::PlacedGroups => only(drawn || self.shadows.is_some(), groups),
@@ -246,12 +274,14 @@ impl SceneData<'_> {
             }
             Count::LensCorners => self.of_sampling(|sampling| sampling.map.len()),
             Count::ComputedOnce => self.of_computed(|_| 1),
+            Count::DistantOnce => self.of_sampling(|sampling| usize::from(sampling.distant)),
             Count::RollingOnce => self.of_sampling(|sampling| usize::from(sampling.shutter.is_some())),
             Count::HeatRuns => self.heat.map_or(0, |heat| heat.runs.len()),
             Count::HeatGroups => only(self.heat.is_some(), groups),
             other => {
                 let of_sensor = self.sensor.filter(|_| drawn).map_or(0, |sensor| sensor.count(other));
-                of_sensor + self.network.map_or(0, |network| network.count(other))
+                let of_exchange = self.exchange.map_or(0, |exchange| exchange.tables.count(other));
+                of_sensor + of_exchange + self.network.map_or(0, |network| network.count(other))
             }
         }
     }
@@ -323,7 +353,10 @@ impl Resources {
             let in_pieces = match row.pieces {
                 Pieces::Never => false,
                 Pieces::WithoutImage => data.image.is_none(),
-                Pieces::WithoutReflections => data.image.is_none() || !data.shown.variant.reflections,
+                Pieces::WithoutNormals => {
+                    let variant = data.shown.variant;
+                    data.image.is_none() || !variant.needs_normals() || variant.crinkled
+                }
                 Pieces::Always => true,
             };
             for slot in 0..row.copies() {
@@ -339,6 +372,8 @@ impl Resources {
         self.upload(once, Resource::Materials, data.materials)?;
         self.upload(once, Resource::Shapes, &data.shapes.values)?;
         self.upload(once, Resource::Reflectors, data.shown.reflectors)?;
+        self.upload(once, Resource::Emissivities, data.shown.emissivities)?;
+        self.upload(once, Resource::PlanetMap, data.shown.planet_map)?;
         self.upload(once, Resource::GroupMaterial, data.group_material)?;
         self.upload(once, Resource::GroupPart, data.group_part)?;
         self.upload(once, Resource::Triangles, data.triangles)?;
@@ -360,6 +395,16 @@ impl Resources {
             // Estimates are added to it, and new memory may hold anything.
             self.upload(once, Resource::OnePassTold, &vec![[0.0f32; 4]; network.shape.estimated() as usize])?;
         }
+        if let Some(ExchangeData { tables, .. }) = data.exchange {
+            let places = tables.count(Count::ExchangePatches);
+            self.upload(once, Resource::ExchangeNodes, &tables.nodes)?;
+            self.upload(once, Resource::ExchangePatches, &tables.patches)?;
+            self.upload(once, Resource::ExchangeMembers, &tables.members)?;
+            self.upload(once, Resource::ExchangeEntries, &tables.entries)?;
+            self.upload(once, Resource::ExchangeSky, &tables.sky)?;
+            self.upload(once, Resource::ExchangeSeen, &vec![[1.0f32; 2]; places])?;
+            self.upload(once, Resource::ExchangeReceived, &vec![0.0f32; places])?;
+        }
         if let Some(heat) = data.heat {
             let areas: Vec<f32> = heat.areas.iter().map(|area| *area as f32).collect();
             self.upload(once, Resource::HeatRuns, &heat.words())?;
@@ -377,6 +422,10 @@ impl Resources {
             self.upload(once, Resource::SensorBolometer, &vec![0.0f32; 4 * sensor.count(Count::SensorBolometer)])?;
         }
         self.upload(once, Resource::BandTable, data.band_table)?;
+        let crinkled = [Resource::CrinkledX, Resource::CrinkledY, Resource::CrinkledZ];
+        for (axis, resource) in crinkled.into_iter().enumerate().filter(|_| !data.shown.crinkled.is_empty()) {
+            self.upload(once, resource, &component(data.shown.crinkled, axis))?;
+        }
         for (axis, resource) in [Resource::NormalX, Resource::NormalY, Resource::NormalZ].into_iter().enumerate() {
             self.upload(once, resource, &component(data.normals, axis))?;
         }

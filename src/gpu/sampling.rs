@@ -17,6 +17,8 @@ pub struct Sampling {
     pub mean: Option<Mean>,
     /// The rolling shutter, with its rows but without poses. `None` if all rows see one pose.
     pub shutter: Option<(RowOf, layout::Shutter)>,
+    /// Whether the craft may be so far away that its image is made from a crop.
+    pub distant: bool,
 }
 
 /// The image from which the mean over the samples of a pixel is made.
@@ -63,12 +65,33 @@ pub struct Sampled {
     pub shutter: Option<RowOf>,
     /// Rows of the image.
     pub rows: u32,
+    /// Where the craft stands.
+    pub distance: Distance,
+}
+
+/// Whether an image is made from a crop around the craft.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Distance {
+    /// No image of the scene is.
+    #[default]
+    Near,
+    /// Some image of the scene is, and not this one.
+    MayBeFar,
+    /// This one is.
+    Far,
 }
 
 impl Sampled {
     /// Whether the image is computed from drawn ones.
     pub fn is_resampled(&self) -> bool {
-        self.lens || self.mean.is_some()
+        self.lens || self.mean.is_some() || self.distance != Distance::Near
+    }
+}
+
+impl Sampled {
+    /// The same for an image that is made from a crop.
+    pub fn far(self) -> Self {
+        Self { mean: None, distance: Distance::Far, ..self }
     }
 }
 
@@ -76,7 +99,8 @@ impl Sampling {
     /// What its passes depend on.
     pub fn passes(&self, [_, rows]: [u32; 2]) -> Sampled {
         let shutter = self.shutter.map(|(row_of, _)| row_of);
-        Sampled { lens: !self.map.is_empty(), mean: self.mean.map(|mean| mean.each), shutter, rows }
+        let distance = if self.distant { Distance::MayBeFar } else { Distance::Near };
+        Sampled { lens: !self.map.is_empty(), mean: self.mean.map(|mean| mean.each), shutter, rows, distance }
     }
 
     /// Width and height of the largest image that is drawn [texels].

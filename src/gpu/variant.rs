@@ -53,6 +53,8 @@ pub struct ThermalVariant {
     pub albedo: bool,
     /// Whether the craft shadows itself, which needs `sun`.
     pub shadow: bool,
+    /// Whether surfaces radiate to each other.
+    pub exchange: bool,
     /// Whether a dispatch takes many steps, each with its own load.
     pub fused: bool,
 }
@@ -129,6 +131,7 @@ impl ThermalVariant {
             (self.planet_ir, "planet_ir"),
             (self.albedo, "albedo"),
             (self.shadow, "shadow"),
+            (self.exchange, "exchange"),
             (self.both_sides, "both_sides"),
         ];
         let words =
@@ -152,7 +155,7 @@ impl ThermalVariant {
 
     /// The variant for a step whose load has not changed. A plate needs its load in every step.
     pub fn idle(&self) -> Self {
-        if self.kind.is_transition() { Self::advance(self.curve) } else { *self }
+        if self.kind.is_transition() && !self.exchange { Self::advance(self.curve) } else { *self }
     }
 
     /// A variant that advances time without a load.
@@ -166,12 +169,13 @@ impl ThermalVariant {
             planet_ir: false,
             albedo: false,
             shadow: false,
+            exchange: false,
             fused: false,
         }
     }
 
     /// The variant that settles the same nodes at the start of a run.
     pub fn settling(&self) -> Self {
-        Self { kind: StepKind::Instant, curve: Curve::Power, fused: false, ..*self }
+        Self { kind: StepKind::Instant, curve: Curve::Power, exchange: false, fused: false, ..*self }
     }
 }

@@ -7,6 +7,40 @@ use super::plot_axis::Axis;
 use super::report::PlotEntry;
 use super::series::SeriesRow;
 
+/// How many digits tell the times of images apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Seconds {
+    digits: usize,
+}
+
+impl Seconds {
+    /// Whole seconds where times lie a second or more apart. Otherwise as many digits as their smallest distance has, or two where it has many.
+    pub fn between(times: &[f64]) -> Self {
+        let all: Vec<f64> = std::iter::once(0.0).chain(times.iter().copied()).collect();
+        let gaps = all.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > 0.0);
+        let least = gaps.fold(f64::INFINITY, f64::min);
+        if least >= 1.0 {
+            return Self { digits: 0 };
+        }
+        let first = (-least.log10().floor()).clamp(1.0, 9.0) as usize;
+        let states = |digits: &usize| {
+            let scaled = least * 10f64.powi(*digits as i32);
+            (scaled - scaled.round()).abs() < 1e-6 * scaled
+        };
+        Self { digits: (first..first + 3).find(states).unwrap_or(first + 1) }
+    }
+
+    /// A time [s] as text.
+    pub fn of(self, time: f64) -> String {
+        format!("{time:.*}", self.digits)
+    }
+
+    /// The same with one digit more.
+    pub fn finer(self, time: f64) -> String {
+        format!("{time:.*}", self.digits + 1)
+    }
+}
+
 /// The unit of displayed times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Clock {
@@ -55,5 +89,25 @@ impl Clock {
             shaded: vec![shade("penumbra", &eclipses.penumbra, 0.4), shade("umbra", &eclipses.umbra, 1.0)],
         };
         PlotEntry::new(name, title, &plot)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Seconds;
+
+    #[test]
+    fn labels_of_times_differ() {
+        let labels = |times: &[f64]| times.iter().map(|time| Seconds::between(times).of(*time)).collect::<Vec<_>>();
+        assert_eq!(labels(&[0.0, 0.4, 0.8, 1.2]), ["0.0", "0.4", "0.8", "1.2"]);
+        assert_eq!(labels(&[0.0, 0.25, 0.5]), ["0.00", "0.25", "0.50"]);
+        assert_eq!(labels(&[0.0, 154.3, 308.6]), ["0", "154", "309"]);
+        assert_eq!(labels(&[0.5]), ["0.5"]);
+        assert_eq!(labels(&[0.0]), ["0"]);
+        let thirds: Vec<f64> = (0..50).map(|image| f64::from(image) / 30.0).collect();
+        let mut unique = labels(&thirds);
+        unique.dedup();
+        assert_eq!(unique.len(), 50, "{unique:?}");
+        assert_eq!(Seconds::between(&[0.0, 154.3]).finer(154.3), "154.3");
     }
 }

@@ -6,6 +6,7 @@ use super::OutputError;
 use super::frame::{Frame, FrameHeader};
 use crate::gpu::nodes::GROUP;
 use crate::scene::Camera;
+use crate::simulation::image::Image;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::{StepResult, pose_of};
 
@@ -42,25 +43,33 @@ impl<'a> FrameMaker<'a> {
     /// A number that is not finite, with the step, the pixel, the part and the nearest node.
     pub fn frame(&self, result: StepResult) -> Result<Option<(Frame, FrameHeader)>, OutputError> {
         let (Some(pose), Some(pixels)) = (result.pose, result.delivered.pixels) else { return Ok(None) };
-        let channel = |i: usize| pixels.radiance_temperature_depth.iter().map(|pixel| pixel[i]).collect();
-        let label = |i: usize| pixels.identity.iter().map(|pixel| pixel[i]).collect();
+        let image = Image::new(self.header.camera.clone(), pose, result.time, pixels);
+        self.frame_of(image, result.step, result.image).map(Some)
+    }
+
+    /// The frame of an image in the interval of a step, with its number where it has its own time.
+    ///
+    /// # Errors
+    /// As for `frame`.
+    pub fn frame_of(&self, image: Image, step: u32, number: Option<u32>) -> Result<(Frame, FrameHeader), OutputError> {
+        let pose = image.camera_from_body;
         let frame = Frame {
-            width: self.header.camera.width,
-            height: self.header.camera.height,
-            step: result.step,
-            image: result.image,
-            time: result.time,
-            radiance: channel(0),
-            temperature: channel(1),
-            depth: channel(2),
-            part: label(0),
-            material: label(1),
-            coverage: pixels.coverage,
-            reflected: self.prepared.scene.surrounded.channels.then_some(pixels.reflected),
+            width: image.camera.width,
+            height: image.camera.height,
+            step,
+            image: number,
+            time: image.time,
+            radiance: image.radiance,
+            temperature: image.temperature,
+            depth: image.depth,
+            part: image.part,
+            material: image.material,
+            coverage: image.coverage,
+            reflected: self.prepared.scene.surrounded.channels.then_some(image.reflected),
         };
         frame.check_finite_of(|pixel| self.shown(&frame, pixel, &pose))?;
         let header = self.header_at(frame.time, frame.image, &pose);
-        Ok(Some((frame, header)))
+        Ok((frame, header))
     }
 
     /// The header of an image at a time [s] from a pose.

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::OutputError;
 use super::apparent::Apparent;
+use super::clock::Seconds;
 use super::colour::ColourScale;
 use super::eclipses::Eclipses;
 use super::exr::read_exr;
@@ -78,6 +79,8 @@ pub(super) fn draw_pictures(
     };
     let name = &scene.name;
     let band = scene.band;
+    let times: Vec<f64> = written.iter().map(|one| one.time(&scene.time)).collect();
+    let digits = Seconds::between(&times);
     let chosen = |index: usize| {
         let tiles = written.len().min(MOST_TILES);
         (0..tiles).any(|tile| tile * written.len() / tiles == index)
@@ -91,8 +94,8 @@ pub(super) fn draw_pictures(
             let (frame, _) = read_exr(&folder.file(&exr))?;
             let light = eclipses.at(time).map_or(String::new(), |name| format!(", {name}"));
             let name_of_frame = match one.image {
-                Some(image) => format!("image {image}, t = {time:.3} s"),
-                None => format!("step {}, t = {time:.1} s", one.step),
+                Some(image) => format!("image {image}, t = {} s", digits.finer(time)),
+                None => format!("step {}, t = {} s", one.step, digits.finer(time)),
             };
             let details = format!("{name_of_frame}{light}, band {band}");
             let file = one.file("png");
@@ -103,10 +106,7 @@ pub(super) fn draw_pictures(
                 folder
                     .write_bytes(&file, &picture(&apparent.frame(&frame), &apparent_scale, name, &details)?.png()?)?;
             }
-            let caption = match one.image {
-                Some(_) => format!("t = {time:.2} s{light}"),
-                None => format!("t = {time:.0} s{light}"),
-            };
+            let caption = format!("t = {} s{light}", digits.of(time));
             let tile = chosen(index).then(|| Tile::new(&frame, &scale, &caption, TILE_WIDTH)).transpose()?;
             drawn();
             let entry = FrameEntry { step: one.step, time_s: time, file: exr, picture: Some(file) };

@@ -73,6 +73,7 @@ pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
             ("time 0", trajectory.utc(0.0)),
             ("period", format!("{:.1} s (osculating at time 0)", trajectory.period())),
         ],
+        Orbit::Given(_) => vec![("places", "given from outside".to_owned())],
     };
     section("Orbit", orbit);
     let attitude = match &scene.attitude {
@@ -96,6 +97,19 @@ pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
             ("background", optional(environment.background_temperature, "K")),
         ],
     );
+    if let Some(craft) = &prepared.exchange {
+        let settings = &craft.settings;
+        section(
+            "Radiation between surfaces",
+            vec![
+                ("patches", craft.patches.all.len().to_string()),
+                ("patch_edge", format!("{} m", settings.patch_edge)),
+                ("rays", settings.rays.to_string()),
+                ("bounces", settings.bounces.map_or("all".to_owned(), |bounces| bounces.to_string())),
+                ("redraw angle", format!("{:.3} deg", settings.redraw_angle.to_degrees())),
+            ],
+        );
+    }
     if let Some(camera) = &scene.camera {
         let mut entries = vec![("size", format!("{} x {}", camera.width, camera.height))];
         entries.extend(lens_lines(camera));

@@ -86,6 +86,7 @@ mod tests {
         let optics = |absorptivity| Optics { absorptivity, emissivity: 0.9 };
         Material {
             gloss: Default::default(),
+            in_band: Default::default(),
             name: "sheet".into(),
             front: optics(front),
             sides: Sides::Both { back: optics(back) },

@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use glam::DVec3;
 use hifitime::Epoch;
 
+use super::choice::list;
 use super::ephemeris::{AttitudeOptions, read_attitude, read_file};
 use super::error::SceneError;
 use super::quantity::Quantity;
-use super::section::{Section, list};
+use super::section::Section;
 use super::vector::{axis, parallel, quaternion};
 use crate::environment::Attitude;
 use crate::environment::rotation_history::HistoryFrame;
@@ -42,7 +43,7 @@ pub(super) fn read(
     let own = MODES.iter().find(|(known, ..)| *known == name).map_or(&[][..], |(.., keys)| *keys);
     for (other, _, keys) in MODES.iter().filter(|(other, ..)| *other != name) {
         if let Some(key) = keys.iter().find(|key| section.has(key) && !own.contains(key)) {
-            return Err(section.error(key, format!("belongs to mode = '{other}', and mode is '{name}'")));
+            return Err(section.clash(key, &["mode"], format!("belongs to mode = '{other}', and mode is '{name}'")));
         }
     }
     match mode {
@@ -89,7 +90,8 @@ pub(super) fn read(
                 time_system: section.string("time_system")?.map(str::to_owned),
                 start,
             };
-            read_attitude(&path, &text, &options, assumptions).map(Attitude::History)
+            let others = ["object", "frame", "time_system", "time.start", "orbit.*"];
+            section.blame("file", &others, read_attitude(&path, &text, &options, assumptions)).map(Attitude::History)
         }
     }
 }
@@ -100,7 +102,7 @@ fn check_not_parallel(section: &Section, first: (&str, DVec3), second: (&str, DV
         let key = if section.has(second.0) { second.0 } else { first.0 };
         let message =
             format!("{} are parallel and give no attitude", list([first.0, second.0]).replace("', '", "' and '"));
-        return Err(section.error(key, message));
+        return Err(section.clash(key, &[first.0, second.0], message));
     }
     Ok(())
 }

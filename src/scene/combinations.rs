@@ -21,7 +21,7 @@ pub(super) fn check_camera(
     {
         let message = "cannot be combined with camera.line_time: each row of a rolling shutter sees its surroundings from \
                        another pose, and that is not there yet";
-        return Err(section.error(key, message));
+        return Err(section.clash(key, &["camera.line_time"], message));
     }
     if camera.samples > 1
         && surrounded.channels
@@ -29,7 +29,7 @@ pub(super) fn check_camera(
     {
         let message = "cannot be combined with camera.samples above 1: the mean over the samples is that of the whole \
                        radiance";
-        return Err(output.error("channels", message));
+        return Err(output.clash("channels", &["camera.samples"], message));
     }
     Ok(())
 }

@@ -91,7 +91,7 @@ pub(super) fn read(model: &Section, parts: &[Section], assumptions: &mut Vec<Str
 fn part(section: &Section, whole: Edges) -> Result<PartRule, SceneError> {
     let patterns = section.required("match", section.strings("match")?, "the names of parts, with * and ?")?;
     if !section.has("max_edge") && !section.has("min_edge") {
-        return Err(section.error("max_edge", "is missing: a [[part]] states max_edge, min_edge, or both [m]"));
+        return Err(section.missing("max_edge", &["min_edge"], "a [[part]] states max_edge, min_edge, or both [m]"));
     }
     Ok(PartRule { patterns, edges: edges(section, whole)? })
 }
@@ -108,7 +108,7 @@ fn edges(section: &Section, whole: Edges) -> Result<Edges, SceneError> {
             "edges below {shortest} m would be merged and those above {longest} m split: min_edge must not be above \
              max_edge"
         );
-        return Err(section.error(key, message));
+        return Err(section.clash(key, &["max_edge", "min_edge", "model.max_edge", "model.min_edge"], message));
     }
     Ok(Edges { max, min })
 }

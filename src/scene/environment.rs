@@ -23,9 +23,11 @@ pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<E
         background_temperature: section.number("background_temperature", Quantity::within(0.0, 1e6, "K"))?,
     };
     if environment.albedo.is_some() && environment.solar_constant.is_none() {
-        return Err(
-            section.error("albedo", "needs environment.solar_constant, which is missing: what would be reflected?")
-        );
+        return Err(section.clash(
+            "albedo",
+            &["solar_constant"],
+            "needs environment.solar_constant, which is missing: what would be reflected?",
+        ));
     }
     for (key, meaning) in [
         ("solar_constant", "There is no Sun"),

@@ -2,7 +2,7 @@
 
 use hifitime::{Epoch, TimeScale, Unit};
 
-use super::section::list;
+use super::choice::list;
 use crate::environment::utc::leap_second_after;
 
 /// CCSDS names of the supported time systems.

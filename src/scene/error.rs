@@ -1,6 +1,6 @@
 //! Errors in a scene file and in the files that it names. Each error names file, line and key.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// An error that keeps a scene from being used. The user can fix it (exit code 2).
 #[derive(Debug, thiserror::Error)]
@@ -47,6 +47,9 @@ pub enum SceneError {
         /// What is wrong, and which values are valid.
         message: String,
     },
+    /// Several errors of one file and of the tables that it names, in the order of their lines.
+    #[error("{}", list(.0))]
+    Several(Vec<SceneError>),
     /// Some glTF materials have no thermal values.
     #[error(
         "{}:{line}: material: no [[material]] rule matches, and neither glTF extras nor materials.default give values \
@@ -66,4 +69,42 @@ pub enum SceneError {
         /// Names of the materials. A name includes what the material's own extras lack.
         names: Vec<String>,
     },
+}
+
+impl SceneError {
+    /// The file that the error is about, its line (from 1), and the key in it, as far as they are known. Of several errors those of the first.
+    pub fn place(&self) -> (Option<&Path>, Option<usize>, Option<&str>) {
+        match self {
+            Self::Unreadable { path, .. } => (Some(path), None, None),
+            Self::Syntax { path, line, .. } => (Some(path), Some(*line), None),
+            Self::Value { path, line, key, .. } => (Some(path), Some(*line), Some(key)),
+            Self::Extras { model, key, .. } => (Some(model), None, Some(key)),
+            Self::Unmatched { path, line, .. } => (Some(path), Some(*line), Some("material")),
+            Self::Several(errors) => errors.first().map_or((None, None, None), Self::place),
+        }
+    }
+
+    /// The errors one by one.
+    pub fn each(&self) -> &[Self] {
+        match self {
+            Self::Several(errors) => errors,
+            one => std::slice::from_ref(one),
+        }
+    }
+
+    /// File and line, for the order of errors.
+    pub(super) fn position(&self) -> (Option<PathBuf>, usize) {
+        match self {
+            Self::Syntax { path, line, .. } | Self::Value { path, line, .. } | Self::Unmatched { path, line, .. } => {
+                (Some(path.clone()), *line)
+            }
+            Self::Unreadable { path, .. } => (Some(path.clone()), 0),
+            Self::Extras { model, .. } => (Some(model.clone()), 0),
+            Self::Several(errors) => errors.first().map_or((None, 0), Self::position),
+        }
+    }
+}
+
+fn list(errors: &[SceneError]) -> String {
+    errors.iter().map(SceneError::to_string).collect::<Vec<_>>().join("\n")
 }

@@ -8,10 +8,10 @@ use serde_json::Value;
 use crate::files::Reach;
 use crate::model::ModelMaterial;
 
+use super::choice::choose;
 use super::error::SceneError;
 use super::keys::{EXTRAS, unknown_key};
 use super::quantity::Quantity;
-use super::section::choose;
 use super::value_source::ValueSource;
 
 /// The values of one material. With a `group` (`back_`, `heating_`, `cooling_`) only the keys with that prefix.
@@ -92,6 +92,14 @@ impl ValueSource for Extras<'_> {
         let group = format!("{}{key}_", self.group);
         let present = self.values.keys().any(|name| name.starts_with(&group));
         Ok(present.then_some(Self { group, ..*self }))
+    }
+
+    fn clash(&self, key: &str, _others: &[&str], message: String) -> SceneError {
+        self.error(key, message)
+    }
+
+    fn missing(&self, key: &str, what: &str) -> SceneError {
+        self.error(key, format!("is missing: {what}"))
     }
 
     fn error(&self, key: &str, message: String) -> SceneError {

@@ -7,6 +7,7 @@ use toml::Spanned;
 use toml::de::DeTable;
 
 use super::error::SceneError;
+use super::faults::Faults;
 use crate::files::{self, FileFault, Reach};
 use crate::text::{plain, plain_lines};
 
@@ -17,12 +18,18 @@ pub(super) struct SourceFile<'a> {
     text: &'a str,
     /// The files that this file may name.
     reach: &'a Reach,
+    /// What is known to be wrong in it.
+    pub(super) faults: &'a Faults,
 }
 
 impl<'a> SourceFile<'a> {
     /// Wraps a text that was read from `path`.
-    pub(super) fn new(path: &'a Path, text: &'a str, reach: &'a Reach) -> Self {
-        Self { path, text, reach }
+    pub(super) fn new(path: &'a Path, text: &'a str, reach: &'a Reach, faults: &'a Faults) -> Self {
+        Self { path, text, reach, faults }
+    }
+
+    pub(super) fn path(&self) -> &'a Path {
+        self.path
     }
 
     /// The root table, with the byte range of every key and value.

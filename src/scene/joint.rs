@@ -102,7 +102,7 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
     let own = MODES.iter().find(|(known, ..)| *known == name).map_or(&[][..], |(.., keys)| *keys);
     for (other, _, keys) in &MODES {
         if let Some(key) = keys.iter().find(|key| section.has(key) && !own.contains(key)) {
-            return Err(section.error(key, format!("belongs to mode = '{other}', and mode is '{name}'")));
+            return Err(section.clash(key, &["mode"], format!("belongs to mode = '{other}', and mode is '{name}'")));
         }
     }
     if mode == Mode::Animation {
@@ -124,10 +124,14 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
     let (foreign, needs): (&[&str], _) =
         if kind == Kind::Rotation { (&SLIDING, "translation") } else { (&TURNING, "rotation") };
     if let Some(key) = foreign.iter().find(|key| section.has(key)) {
-        return Err(section.error(key, format!("belongs to kind = '{needs}'")));
+        return Err(section.clash(key, &["kind"], format!("belongs to kind = '{needs}'")));
     }
     if kind == Kind::Translation && mode == Mode::Sun {
-        return Err(section.error("mode", "a joint that slides cannot face the Sun: kind must be 'rotation'"));
+        return Err(section.clash(
+            "mode",
+            &["kind"],
+            "a joint that slides cannot face the Sun: kind must be 'rotation'",
+        ));
     }
     let words = Words::of(kind);
     let along = section.required("axis", axis(section, "axis")?, "the axis in the node's own frame")?;
@@ -151,7 +155,7 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
     let within = |position: f64, key: &str| match limits {
         Some([low, high]) if !(low..=high).contains(&position) => {
             let message = format!("{position} {} is beyond {}, {low} to {high}", words.unit, words.limits);
-            Err(section.error(key, message))
+            Err(section.clash(key, &[words.limits], message))
         }
         _ => Ok(position * words.factor),
     };
@@ -170,7 +174,11 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
             let stated = axis(section, "sun_axis")?;
             let facing = section.required("sun_axis", stated, "what is to face the Sun, in the node's own frame")?;
             if parallel(facing, along) {
-                return Err(section.error("sun_axis", "is parallel to 'axis': turning about it changes nothing"));
+                return Err(section.clash(
+                    "sun_axis",
+                    &["axis"],
+                    "is parallel to 'axis': turning about it changes nothing",
+                ));
             }
             let offset = section.number("offset_deg", Quantity::within(-360.0, 360.0, "deg"))?.unwrap_or(0.0);
             Drive::Sun { facing, offset: offset.to_radians() }
@@ -198,7 +206,7 @@ fn schedule(section: &Section, words: &Words, files: &mut Vec<PathBuf>) -> Resul
             }
             let found = read_file(&path, words).map_err(|message| match message {
                 Ok(message) => table.error("file", message),
-                Err(error) => error,
+                Err(error) => table.error("file", error),
             })?;
             files.push(path);
             found
@@ -206,7 +214,7 @@ fn schedule(section: &Section, words: &Words, files: &mut Vec<PathBuf>) -> Resul
         None => {
             let other = if words.position == "distance" { "angle_deg" } else { "distance" };
             if table.has(other) {
-                return Err(table.error(other, format!("this joint has '{}'", words.position)));
+                return Err(table.clash(other, &["joint.kind"], format!("this joint has '{}'", words.position)));
             }
             let times = table.required("time", table.list("time", Quantity::any("s"))?, "the times [s]")?;
             (

@@ -10,6 +10,7 @@ pub(super) const ROOT: &[&str] = &[
     "attitude",
     "environment",
     "shadows",
+    "exchange",
     "joint",
     "materials",
     "material",
@@ -69,6 +70,7 @@ pub(super) const ATTITUDE: &[&str] = &[
 pub(super) const ENVIRONMENT: &[&str] =
     &["solar_constant", "albedo", "planet_ir", "planet_radius", "background_temperature", "eclipse"];
 pub(super) const SHADOWS: &[&str] = &["method", "resolution", "redraw_angle_deg"];
+pub(super) const EXCHANGE: &[&str] = &["rays", "patch_edge", "bounces", "redraw_angle_deg"];
 pub(super) const JOINT: &[&str] = &[
     "part",
     "kind",
@@ -91,18 +93,18 @@ pub(super) const SCHEDULE: &[&str] = &["time", "angle_deg", "distance", "file"];
 /// Lists the keys of material values. Rules and table entries share the keys. glTF extras have the same keys, flat.
 macro_rules! material_keys {
     (
-        optics: $($optics:literal)*; bulk: $($bulk:literal)*; over: $($over:literal)*; response: $($response:literal)*;
+        optics: $($optics:literal)*; laws: $($law:literal)*; bulk: $($bulk:literal)*; over: $($over:literal)*; response: $($response:literal)*;
         profile: $($profile:literal)*; rule: $($rule:literal)*; sources: $($sources:literal)*;
     ) => {
         pub(super) const MATERIALS: &[&str] =
             &["table", "default", "response", "heating", "cooling", $($response),*];
         pub(super) const MATERIAL: &[&str] = &[
-            $($rule,)* $($optics,)* "sides", "back", $($bulk,)* "over", "response", "heating", "cooling", $($response),*
+            $($rule,)* $($optics,)* $($law,)* "sides", "back", $($bulk,)* "over", "response", "heating", "cooling", $($response),*
         ];
         pub(super) const TABLE_ENTRY: &[&str] = &[
-            $($sources,)* $($optics,)* "sides", "back", $($bulk,)* "over", "response", "heating", "cooling", $($response),*
+            $($sources,)* $($optics,)* $($law,)* "sides", "back", $($bulk,)* "over", "response", "heating", "cooling", $($response),*
         ];
-        pub(super) const BACK: &[&str] = &[$($optics),*];
+        pub(super) const BACK: &[&str] = &[$($optics,)* $($law),*];
         pub(super) const OVER: &[&str] = &[$($over),*];
         pub(super) const PROFILE: &[&str] = &[$($profile),*];
         /// glTF `extras` of a material without the prefix `isotherm_`: the keys of a rule, flat.
@@ -114,7 +116,8 @@ macro_rules! material_keys {
 }
 
 material_keys! {
-    optics: "absorptivity" "emissivity" "specular" "roughness" "normal_slope_variance";
+    optics: "absorptivity" "emissivity" "specular" "roughness" "normal_slope_variance" "normal_slope" "normal_seed";
+    laws: "emissivity_by_angle" "emissivity_by_wavelength";
     bulk: "thickness" "density" "specific_heat" "heat_capacity_per_area" "conductivity";
     over: "effective_emittance" "thickness" "density" "specific_heat" "conductivity";
     response: "retarget" "domain";
@@ -123,7 +126,14 @@ material_keys! {
     sources: "finish" "note" "optics_source" "back_source" "bulk_source";
 }
 
-pub(super) const RADIANCE: &[&str] = &["band_um", "reflections", "background", "planet_temperature"];
+/// Keys of `emissivity_by_angle` and of `emissivity_by_wavelength`.
+pub(super) const BY_ANGLE: &[&str] = &["law", "n", "k", "angle_deg", "emissivity"];
+pub(super) const BY_WAVELENGTH: &[&str] = &["wavelength_um", "emissivity", "temperature"];
+
+pub(super) const RADIANCE: &[&str] =
+    &["band_um", "reflections", "background", "planet_temperature", "planet_map", "planet_day_night"];
+pub(super) const PLANET_MAP: &[&str] = &["file", "scale", "offset", "pole", "longitude_deg", "period"];
+pub(super) const PLANET_DAY_NIGHT: &[&str] = &["day", "night", "law"];
 pub(super) const CAMERA: &[&str] = &[
     "width",
     "height",
@@ -186,8 +196,7 @@ pub(super) const SENSOR: &[&str] = &[
     "plateau",
 ];
 pub(super) const INITIAL: &[&str] = &["temperature"];
-pub(super) const TEMPERATURES: &[&str] =
-    &["file", "by", "map", "distance", "unmapped", "start", "unit", "array"];
+pub(super) const TEMPERATURES: &[&str] = &["file", "by", "map", "distance", "unmapped", "start", "unit", "array"];
 pub(super) const PROBE: &[&str] = &["name", "position", "part"];
 pub(super) const NETWORK: &[&str] = &["integrator", "tolerance", "merge_rate"];
 pub(super) const CONTACT: &[&str] =
@@ -204,6 +213,7 @@ pub(super) const SECTIONS: &[(&str, &[&str])] = &[
     ("[attitude]", ATTITUDE),
     ("[environment]", ENVIRONMENT),
     ("[shadows]", SHADOWS),
+    ("[exchange]", EXCHANGE),
     ("[[joint]]", JOINT),
     ("[materials]", MATERIALS),
     ("[[material]]", MATERIAL),
@@ -217,6 +227,15 @@ pub(super) const SECTIONS: &[(&str, &[&str])] = &[
     ("[[heater]]", HEATER),
     ("[output]", OUTPUT),
 ];
+
+/// Name of the section that a key belongs to. It is empty for the root.
+pub(super) fn home(key: &str) -> Option<&'static str> {
+    if ROOT.contains(&key) {
+        return Some("");
+    }
+    let header = SECTIONS.iter().find(|(_, keys)| keys.contains(&key)).map(|(header, _)| *header);
+    header.map(|header| header.trim_matches(['[', ']']))
+}
 
 /// The known word most similar to `word`, if any is similar.
 pub(super) fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Option<&'k str> {

@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use super::error::SceneError;
+use super::faults::{Faults, read_all};
 use super::file::{SourceFile, read_text};
 use super::quantity::Quantity;
 use super::section::Section;
 use super::{
-    Camera, Draw, Preset, Reflections, Scene, SkyScene, camera, combinations, density, joint, keys, material,
+    Camera, Draw, Preset, Reflections, Scene, SkyScene, camera, combinations, density, exchange, joint, keys, material,
     mesh_network, output, preset, radiance, sensor, shadows, temperatures, view, work,
 };
 use crate::environment::trajectory::Trajectory;
@@ -38,13 +39,21 @@ impl Scene {
     /// exists.
     ///
     /// # Errors
-    /// The first error, with file, line and key: see [`SceneError`].
+    /// All errors, each with file, line and key: see [`SceneError`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
         Self::parse_within(text, path, Reach::of(path))
     }
 
-    fn parse_within(text: &str, path: &Path, reach: Reach) -> Result<Self, SceneError> {
-        let file = SourceFile::new(path, text, &reach);
+    /// The same for a file that may name the files of `reach`.
+    ///
+    /// # Errors
+    /// As for `parse`.
+    pub fn parse_within(text: &str, path: &Path, reach: Reach) -> Result<Self, SceneError> {
+        read_all(path, |faults| Self::read(text, path, &reach, faults))
+    }
+
+    fn read(text: &str, path: &Path, reach: &Reach, faults: &Faults) -> Result<Self, SceneError> {
+        let file = SourceFile::new(path, text, reach, faults);
         let table = file.parse()?;
         let root = Section::root(&file, &table, keys::ROOT)?;
         let mut assumptions = Vec::new();
@@ -61,15 +70,21 @@ impl Scene {
         if let (Some(_), Some(section), None) =
             (&shadows, root.table("shadows", keys::SHADOWS)?, sky.environment.solar_constant)
         {
-            return Err(section.error("method", "[shadows] needs environment.solar_constant, which is missing"));
+            return Err(section.clash(
+                "method",
+                &["environment.solar_constant"],
+                "[shadows] needs environment.solar_constant, which is missing",
+            ));
         }
+        let section = root.table("exchange", keys::EXCHANGE)?;
+        let exchange = exchange::read(section.as_ref(), shadows.is_some(), &mut assumptions)?;
         let joints = joint::read(&root.tables("joint", keys::JOINT)?, &mut files, &mut assumptions)?;
         let section = root.table("temperatures", keys::TEMPERATURES)?;
         let temperatures = temperatures::read(section.as_ref(), &mut files)?;
         let materials = material::read(
             root.table("materials", keys::MATERIALS)?.as_ref(),
             &root.tables("material", keys::MATERIAL)?,
-            (path, &reach),
+            (path, reach, faults),
             time.step,
             temperatures.is_some(),
             &mut files,
@@ -79,7 +94,8 @@ impl Scene {
         let section = root.table("radiance", keys::RADIANCE)?;
         let output = root.table("output", keys::OUTPUT)?;
         let band = radiance::band(section.as_ref(), preset, &mut assumptions)?;
-        let mut surrounded = radiance::surrounded(section.as_ref(), &sky.environment, &mut assumptions)?;
+        let mut surrounded =
+            radiance::surrounded(section.as_ref(), &sky.environment, &sky.orbit, (&mut files, &mut assumptions))?;
         surrounded.channels = view::channels(output.as_ref(), surrounded.reflections != Reflections::Off)?;
         let before = files.len();
         let start = sky.orbit.trajectory().map(Trajectory::start).or(time.start);
@@ -87,7 +103,10 @@ impl Scene {
         let camera = optional_camera(&root, &time.draw, preset, &around, &mut files, &mut assumptions)?;
         sky_files.extend_from_slice(&files[before..]);
         if let Some(camera) = &camera {
-            camera.check_times(work::image_times(&time))?;
+            let covered = camera.check_times(work::image_times(&time));
+            if let Some(section) = root.table("camera", keys::CAMERA)? {
+                section.blame("path", &["line_time", "time.*", "orbit.*"], covered)?;
+            }
             combinations::check_camera(&surrounded, camera, section.as_ref(), output.as_ref())?;
         }
         let sensor = optional_sensor(&root, camera.as_ref(), preset, band, &mut files, &mut assumptions)?;
@@ -114,6 +133,7 @@ impl Scene {
             attitude: sky.attitude,
             environment: sky.environment,
             shadows,
+            exchange,
             joints,
             materials,
             camera,
@@ -170,7 +190,7 @@ fn optional_camera(
         None if *draw == Draw::None => Ok(None),
         None => {
             let message = "is missing: a section [camera] is needed to draw (time.draw_every = 0 draws nothing)";
-            Err(root.error("camera", message))
+            Err(root.clash("camera", &["time.draw_every", "time.draw_steps", "time.images"], message))
         }
     }
 }
@@ -185,7 +205,9 @@ fn optional_sensor(
     assumptions: &mut Vec<String>,
 ) -> Result<Option<Sensor>, SceneError> {
     let Some(section) = root.table("sensor", keys::SENSOR)? else { return Ok(None) };
-    let Some(camera) = camera else { return Err(root.error("sensor", "needs a section [camera], which is missing")) };
+    let Some(camera) = camera else {
+        return Err(root.clash("sensor", &["camera.*"], "needs a section [camera], which is missing"));
+    };
     let pitch = root.table("camera", keys::CAMERA)?.map(|camera| camera.number("pixel_pitch", Quantity::positive("m")));
     let pitch = pitch.transpose()?.flatten().or(preset.and_then(|preset| preset.pitch));
     sensor::read(&section, &sensor::Of { camera, preset, pitch, band }, files, assumptions).map(Some)
@@ -209,7 +231,18 @@ pub fn file_hash(content: &[u8]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::scene_hash;
+    use super::super::valid_scene::VALID;
+    use super::{Scene, scene_hash};
+
+    #[test]
+    fn the_scene_that_stands_in_is_valid() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, VALID).unwrap();
+        Scene::parse(VALID, &path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        assert!(Scene::parse(VALID, &path).is_err(), "the model must exist");
+    }
 
     #[test]
     fn the_hash_tells_files_and_their_borders_apart() {

@@ -10,6 +10,7 @@ use crate::thermal::material::Material;
 
 use super::error::SceneError;
 use super::extras::Extras;
+use super::faults::{Faults, OTHER_FILES, OWN_SECTION};
 use super::section::Section;
 use super::table::MaterialTable;
 use super::value_source::ValueSource;
@@ -71,7 +72,7 @@ impl Default for ExtrasContext {
 pub(super) fn read(
     materials: Option<&Section>,
     rules: &[Section],
-    (scene, reach): (&Path, &Reach),
+    (scene, reach, faults): (&Path, &Reach, &Faults),
     step: f64,
     given: bool,
     files: &mut Vec<PathBuf>,
@@ -83,9 +84,10 @@ pub(super) fn read(
     if let Some(section) = materials {
         context.common = Values::read(section, step)?;
         if let Some(path) = section.path("table")? {
-            context.table = MaterialTable::read(&path, reach, step).map_err(|error| match error {
-                SceneError::Unreadable { .. } => section.error("table", error),
-                other => other,
+            context.table = MaterialTable::read(&path, reach, step, faults).or_else(|error| match error {
+                SceneError::Unreadable { .. } => Err(section.error("table", error)),
+                SceneError::Syntax { .. } => section.blame("table", &[], Err(error)),
+                other => Err(other),
             })?;
             files.push(path.clone());
             context.table_path = Some(path);
@@ -133,17 +135,22 @@ fn default(
     let Some(names) = section.strings("default")? else {
         return Ok(None);
     };
-    let (entries, description) = context.table.combine(&names).map_err(|message| section.error("default", message))?;
+    let (entries, description) =
+        context.table.combine(&names).map_err(|message| section.clash("default", &OF_THE_TABLE, message))?;
     let complete = entries
         .or(&context.common)
         .complete(context.step)
-        .map_err(|Incomplete { message, .. }| section.error("default", message))?;
+        .map_err(|Incomplete { message, .. }| section.clash("default", &OF_VALUES, message))?;
     assumed.note(&complete, "materials.default");
     let source = format!("{} materials.default; {description}", file_name(&context.scene));
     let settled = Settled { complete, source };
     settled.add_files(files);
     Ok(Some(MaterialRule { patterns: vec!["*".to_string()], material: settled.material(String::new()) }))
 }
+
+/// The keys that decide which entries of a table are known, and those that a complete set of values depends on.
+const OF_THE_TABLE: [&str; 1] = ["materials.table"];
+const OF_VALUES: [&str; 3] = [OWN_SECTION, OTHER_FILES, "materials.*"];
 
 /// Complete values and their origin.
 struct Settled {
@@ -162,8 +169,8 @@ impl Settled {
     }
 
     fn material(self, name: String) -> Material {
-        let Complete { front, sides, gloss, bulk, response, transition, .. } = self.complete;
-        Material { name, front, sides, gloss, bulk, response, transition, source: self.source }
+        let Complete { front, sides, gloss, in_band, bulk, response, transition, .. } = self.complete;
+        Material { name, front, sides, gloss, in_band, bulk, response, transition, source: self.source }
     }
 }
 
@@ -177,13 +184,14 @@ fn settle(
     let own = Values::read(place, context.step)?;
     let mut values = own.clone();
     if !entries.is_empty() {
-        let (entries, description) = context.table.combine(entries).map_err(|message| place.error("use", message))?;
+        let (entries, description) =
+            context.table.combine(entries).map_err(|message| place.clash("use", &OF_THE_TABLE, message))?;
         values = values.or(&entries);
         let overrides = own.states_front() || own.states_back() || own.states_bulk();
         source.push_str(if overrides { ", over " } else { "; " });
         source.push_str(&description);
     }
-    let located = |Incomplete { key, message }| place.error(key, message);
+    let located = |Incomplete { key, message }| place.clash(key, &OF_VALUES, message);
     let complete = values.or(&context.common).complete(context.step).map_err(located)?;
     own.check_back_is_used(&complete).map_err(located)?;
     Ok(Settled { complete, source })

@@ -120,8 +120,8 @@ fn contact(section: &Section, assumptions: &mut Vec<String>) -> Result<ContactRu
         (Some(total), _) => ContactConductance::Total(total),
         (None, Some(per_area)) => ContactConductance::PerArea(per_area),
         (None, None) => {
-            let message = "is missing: conductance [W/K] of the whole contact, or conductance_per_area [W/(m2 K)]";
-            return Err(section.error("conductance", message));
+            let message = "conductance [W/K] of the whole contact, or conductance_per_area [W/(m2 K)]";
+            return Err(section.missing("conductance", &["conductance_per_area"], message));
         }
     };
     let distance = section.number("distance", Quantity::positive("m"))?.unwrap_or_else(|| {
@@ -148,22 +148,38 @@ fn heater(section: &Section, probes: &[Probe]) -> Result<Heater, SceneError> {
     let Some(name) = section.name("probe")? else {
         for key in ["on_below", "off_above", "initially_on"] {
             if section.has(key) {
-                return Err(section.error(key, "needs 'probe', the name of the [[probe]] that the thermostat senses"));
+                return Err(section.clash(
+                    key,
+                    &["probe"],
+                    "needs 'probe', the name of the [[probe]] that the thermostat senses",
+                ));
             }
         }
         return Ok(Heater { parts, power, thermostat: None });
     };
     let Some(probe) = probes.iter().position(|probe| probe.name == name) else {
         let known = probes.iter().map(|probe| format!("'{}'", probe.name)).collect::<Vec<_>>().join(", ");
-        return Err(section.error("probe", format!("there is no [[probe]] '{name}'; there are: {known}")));
+        return Err(section.clash(
+            "probe",
+            &["probe.*"],
+            format!("there is no [[probe]] '{name}'; there are: {known}"),
+        ));
     };
     let on_below = section.required("on_below", on_below, "the temperature below which the heater goes on [K]")?;
     let off_above = section.required("off_above", off_above, "the temperature above which it goes off [K]")?;
     if on_below >= off_above {
-        return Err(section.error("off_above", format!("must be above on_below, {on_below} K, found {off_above} K")));
+        return Err(section.clash(
+            "off_above",
+            &["on_below"],
+            format!("must be above on_below, {on_below} K, found {off_above} K"),
+        ));
     }
     if power.times.len() > 1 {
-        return Err(section.error("power", "of a thermostat must be a number: it is switched, not scheduled"));
+        return Err(section.clash(
+            "power",
+            &["probe"],
+            "of a thermostat must be a number: it is switched, not scheduled",
+        ));
     }
     let thermostat = HeaterThermostat { probe, on_below, off_above, initially_on: initially_on.unwrap_or(false) };
     Ok(Heater { parts, power, thermostat: Some(thermostat) })

@@ -8,6 +8,7 @@ use glam::{DQuat, DVec3};
 use hifitime::Epoch;
 
 use crate::environment::{Attitude, Environment, Orbit};
+use crate::exchange::step::Settings as ExchangeSettings;
 use crate::files::Reach;
 use crate::lens::Lens;
 use crate::thermal::planck::Band;
@@ -15,13 +16,17 @@ use crate::thermal::sensor::Sensor;
 
 mod attitude;
 mod camera;
+mod choice;
 mod combinations;
 mod density;
+mod emissivity;
 mod environment;
 mod ephemeris;
 mod epoch;
 mod error;
+mod exchange;
 mod extras;
+mod faults;
 mod file;
 mod joint;
 mod keys;
@@ -32,6 +37,7 @@ mod motion;
 pub mod network;
 mod orbit;
 mod output;
+mod planet;
 pub mod preset;
 mod profile;
 mod quantity;
@@ -47,6 +53,7 @@ mod temperatures;
 pub mod texts;
 mod time;
 pub mod tmd;
+mod valid_scene;
 mod value_source;
 mod values;
 mod vector;
@@ -93,6 +100,8 @@ pub struct Scene {
     pub environment: Environment,
     /// Shadows that the craft casts on itself. `None` switches them off.
     pub shadows: Option<ShadowSettings>,
+    /// Radiation between the surfaces of the craft. `None` switches it off.
+    pub exchange: Option<ExchangeSettings>,
     /// The joints.
     pub joints: Vec<JointRule>,
     /// Rules that assign thermal values to glTF materials.

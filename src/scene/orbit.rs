@@ -37,17 +37,17 @@ pub(super) fn read(
     if section.has("file")
         && let Some(key) = CIRCULAR.iter().find(|key| section.has(key))
     {
-        return Err(section.error(key, "belongs to a circular orbit, and orbit.file states a trajectory"));
+        return Err(section.clash(key, &["file"], "belongs to a circular orbit, and orbit.file states a trajectory"));
     }
     let Some(path) = section.path("file")? else {
         if let Some(key) = OF_A_FILE.iter().find(|key| section.has(key)) {
-            return Err(section.error(key, "belongs to a trajectory, and orbit.file is missing"));
+            return Err(section.clash(key, &["file"], "belongs to a trajectory, and orbit.file is missing"));
         }
         return circular(section, planet_radius, assumptions).map(Orbit::Circular);
     };
     if !EARTH_RADII.contains(&planet_radius) {
         let message = format!("is a trajectory around the Earth, but environment.planet_radius is {planet_radius} m");
-        return Err(section.error("file", message));
+        return Err(section.clash("file", &["environment.planet_radius"], message));
     }
     let text = read_file(path.clone(), files).map_err(|error| section.error("file", error))?;
     let word = |key: &str| -> Result<Option<String>, SceneError> { Ok(section.string(key)?.map(str::to_owned)) };
@@ -62,7 +62,8 @@ pub(super) fn read(
         start,
         elsewhere: false,
     };
-    let trajectory = ephemeris::read(&path, &text, &options, assumptions)?;
+    let others = [OF_A_FILE, &["time.start"]].concat();
+    let trajectory = section.blame("file", &others, ephemeris::read(&path, &text, &options, assumptions))?;
     Ok(Orbit::Trajectory(trajectory))
 }
 
@@ -74,7 +75,7 @@ fn circular(section: &Section, planet_radius: f64, assumptions: &mut Vec<String>
         let message = format!(
             "{altitude} m is less than a thousandth of the planet's radius ({planet_radius} m); altitude is in metres"
         );
-        return Err(section.error("altitude", message));
+        return Err(section.clash("altitude", &["environment.planet_radius"], message));
     }
     let period = period(section, altitude, planet_radius, assumptions)?;
     let mut angle = |key: &str, quantity, meaning: &str| -> Result<f64, SceneError> {
@@ -115,10 +116,10 @@ fn period(
         }
         (None, None) => {
             let message = format!(
-                "is missing: the period [s] can be computed for the Earth only, and environment.planet_radius is \
+                "the period [s] can be computed for the Earth only, and environment.planet_radius is \
                  {planet_radius} m"
             );
-            Err(section.error("period", message))
+            Err(section.missing("period", &["environment.planet_radius"], &message))
         }
     }
 }

@@ -77,11 +77,15 @@ pub(super) fn read(section: Option<&Section>, sensor: Option<&Sensor>) -> Result
         (Some(section), Some(words)) => {
             let mut files = Vec::new();
             for word in &words {
-                let file = super::section::choose(word, &FILES).map_err(|message| section.error("files", message))?;
+                let file = super::choice::choose(word, &FILES).map_err(|message| section.error("files", message))?;
                 let counts = sensor.is_some_and(|sensor| sensor.kelvin_per_count.is_some());
                 match file.needs() {
                     Some(needs) if sensor.is_none() || (needs.contains("count") && !counts) => {
-                        return Err(section.error("files", format!("'{word}' needs {needs}, which is missing")));
+                        return Err(section.clash(
+                            "files",
+                            &["sensor.*"],
+                            format!("'{word}' needs {needs}, which is missing"),
+                        ));
                     }
                     _ => files.push(file),
                 }
@@ -112,12 +116,14 @@ pub(super) fn read(section: Option<&Section>, sensor: Option<&Sensor>) -> Result
         files.push(ImageFile::DisplayPng);
     }
     if let (Some(section), Some(_), None) = (section, rate, video) {
-        return Err(section.error("video_rate", "needs video, which is missing"));
+        return Err(section.clash("video_rate", &["video"], "needs video, which is missing"));
     }
     if let (Some(section), Some(_), None) = (section, video, sensor) {
-        return Err(
-            section.error("video", "shows what a sensor displays: it needs a section [sensor], which is missing")
-        );
+        return Err(section.clash(
+            "video",
+            &["sensor.*"],
+            "shows what a sensor displays: it needs a section [sensor], which is missing",
+        ));
     }
     Ok(ImageFiles { files, video, video_rate: rate.unwrap_or(10.0) })
 }

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use crate::thermal::function::{Function, FunctionError, parse::KINDS};
 use crate::thermal::material::{LONGEST_T_MAX, Profile, SHORTEST_T_MAX};
 
+use super::choice::list;
 use super::error::SceneError;
 use super::keys;
 use super::quantity::Quantity;
-use super::section::list;
 use super::value_source::ValueSource;
 
 /// Keys that only some kinds of function read, with these kinds.
@@ -34,14 +34,18 @@ pub(super) fn read(source: &impl ValueSource, key: &str, step: f64) -> Result<Op
     };
     let kinds = KINDS.map(|kind| (kind, kind));
     let Some(kind) = group.choice("function", &kinds)? else {
-        return Err(group.error("function", format!("is missing: one of {}", list(KINDS))));
+        return Err(group.missing("function", &format!("one of {}", list(KINDS))));
     };
     let function = function(&group, kind)?;
     let steps = group.number("t_max_steps", Quantity::within(0.0, LONGEST_T_MAX, "steps"))?;
     let seconds = group.number("t_max", Quantity::non_negative("s"))?;
     let t_max_steps = match (steps, seconds) {
         (Some(_), Some(_)) => {
-            return Err(group.error("t_max", "cannot be combined with 't_max_steps': state one of the two".to_string()));
+            return Err(group.clash(
+                "t_max",
+                &["t_max_steps"],
+                "cannot be combined with 't_max_steps': state one of the two".to_string(),
+            ));
         }
         (Some(steps), None) if steps == 0.0 || steps >= SHORTEST_T_MAX => steps,
         (Some(steps), None) => {
@@ -53,7 +57,7 @@ pub(super) fn read(source: &impl ValueSource, key: &str, step: f64) -> Result<Op
                 "{seconds} s are {:e} steps of {step} s: state 0, or at least {SHORTEST_T_MAX} steps",
                 seconds / step
             );
-            return Err(group.error("t_max", message));
+            return Err(group.clash("t_max", &["time.step"], message));
         }
         (None, Some(seconds)) if seconds / step <= LONGEST_T_MAX => seconds / step,
         (None, Some(seconds)) => {
@@ -62,11 +66,11 @@ pub(super) fn read(source: &impl ValueSource, key: &str, step: f64) -> Result<Op
                  one, or a longer time.step",
                 seconds / step
             );
-            return Err(group.error("t_max", message));
+            return Err(group.clash("t_max", &["time.step"], message));
         }
         (None, None) => {
-            let message = "is missing: the time to reach the target, in steps (t_max_steps) or in seconds (t_max)";
-            return Err(group.error("t_max_steps", message.to_string()));
+            let what = "the time to reach the target, in steps (t_max_steps) or in seconds (t_max)";
+            return Err(group.missing("t_max_steps", what));
         }
     };
     Ok(Some(StatedProfile { profile: Profile { function, t_max_steps }, file: group.path("file")? }))
@@ -82,10 +86,14 @@ fn function(group: &impl ValueSource, kind: &str) -> Result<Function, SceneError
     for ((key, owners), present) in VALUES.into_iter().zip(present) {
         if present && !owners.contains(&kind) {
             let owners = list(owners.iter().copied());
-            return Err(group.error(key, format!("has no meaning for '{kind}': it belongs to {owners}")));
+            return Err(group.clash(
+                key,
+                &["function"],
+                format!("has no meaning for '{kind}': it belongs to {owners}"),
+            ));
         }
     }
-    let missing = |key: &str, what: &str| group.error(key, format!("is missing: {what}"));
+    let missing = |key: &str, what: &str| group.missing(key, what);
     let wrong = |key: &'static str| move |error: FunctionError| group.error(key, error.to_string());
     match kind {
         "linear" => Ok(Function::Linear),

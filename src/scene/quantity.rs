@@ -91,6 +91,16 @@ impl Quantity {
         }
     }
 
+    /// Rising valid values, for what stands in place of wrong ones.
+    pub(super) fn valid<const N: usize>(&self) -> [f64; N] {
+        let (lower, upper) = match self.range {
+            Range::Any | Range::Positive | Range::NonNegative => (0.0, 2.0),
+            Range::Within(lower, upper) | Range::Between(lower, upper) => (lower, upper),
+        };
+        let (lower, upper) = if lower < 1.0 && upper > 1.0 { (0.0, 2.0_f64.min(upper)) } else { (lower, upper) };
+        std::array::from_fn(|place| lower + (upper - lower) * (place + 1) as f64 / (N + 1) as f64)
+    }
+
     /// `a number [m]`, or `a number` without a unit.
     pub(super) fn expected(&self) -> String {
         format!("a number{}", self.unit_suffix())

@@ -1,12 +1,17 @@
 //! `[radiance]`: the band of the images, and what arrives at the camera besides the emission of surfaces.
 
+use std::path::PathBuf;
+use std::sync::Arc;
+
 use super::error::SceneError;
+use super::planet;
 use super::preset::Preset;
 use super::quantity::Quantity;
 use super::section::Section;
-use crate::environment::Environment;
+use crate::environment::{Environment, Orbit};
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::planck::Band;
+use crate::thermal::planet_map::PlanetPattern;
 
 /// What surfaces reflect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -31,7 +36,7 @@ pub enum Background {
 }
 
 /// What arrives at the camera besides the emission of surfaces.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Surrounded {
     /// What surfaces reflect.
     pub reflections: Reflections,
@@ -39,6 +44,8 @@ pub struct Surrounded {
     pub background: Background,
     /// Brightness temperature of the planet in the band [K]. It is that of space where the scene states none.
     pub planet_temperature: f64,
+    /// Temperatures of a planet that is not uniform. `planet_temperature` is then their mean.
+    pub planet: Option<Arc<PlanetPattern>>,
     /// Whether the frames show the emitted and the reflected radiance apart.
     pub channels: bool,
 }
@@ -79,7 +86,8 @@ pub(super) fn band(
 pub(super) fn surrounded(
     section: Option<&Section>,
     environment: &Environment,
-    assumptions: &mut Vec<String>,
+    orbit: &Orbit,
+    (files, assumptions): (&mut Vec<PathBuf>, &mut Vec<String>),
 ) -> Result<Surrounded, SceneError> {
     let space = environment.background_temperature.unwrap_or(0.0);
     let Some(section) = section else { return Ok(Surrounded { planet_temperature: space, ..Surrounded::default() }) };
@@ -93,10 +101,14 @@ pub(super) fn surrounded(
     };
     let background = section.choice("background", &BACKGROUNDS)?.unwrap_or_default();
     let seen = background == Background::Planet || reflections != Reflections::Off;
+    let pattern = planet::read_pattern(section, orbit, files, assumptions)?;
     let stated = section.number("planet_temperature", Quantity::within(0.0, 1e6, "K"))?;
+    let stated = stated.or(pattern.as_ref().map(|pattern| pattern.temperatures.mean()));
     if stated.is_some() && !seen {
+        let keys = ["planet_temperature", "planet_map", "planet_day_night"];
+        let key = keys.into_iter().find(|key| section.has(key)).unwrap_or_default();
         let message = "is that of a planet which no pixel shows: state radiance.reflections or radiance.background";
-        return Err(section.error("planet_temperature", message));
+        return Err(section.clash(key, &["reflections", "background"], message));
     }
     let of_exitance = environment.planet_ir.map(|flux| (flux / STEFAN_BOLTZMANN).sqrt().sqrt());
     if seen && stated.is_none() {
@@ -111,5 +123,6 @@ pub(super) fn surrounded(
         });
     }
     let planet_temperature = stated.or(of_exitance).unwrap_or(space);
-    Ok(Surrounded { reflections, background, planet_temperature, channels: false })
+    let planet = pattern.map(Arc::new);
+    Ok(Surrounded { reflections, background, planet_temperature, planet, channels: false })
 }

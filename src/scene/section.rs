@@ -7,10 +7,13 @@ use std::path::PathBuf;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::choice::choose;
 use super::error::SceneError;
+use super::faults::{Instead, Kind, Place};
 use super::file::SourceFile;
-use super::keys::{suggestion, unknown_key};
+use super::keys::{nearest, unknown_key};
 use super::quantity::Quantity;
+use super::valid_scene;
 use crate::text::plain;
 
 /// A table of the file. All its keys are known.
@@ -22,6 +25,8 @@ pub(super) struct Section<'a> {
     table: &'a DeTable<'a>,
     /// Position of the section. Errors about missing keys point to it.
     span: Range<usize>,
+    /// Whether it is one of an array of tables.
+    one_of_several: bool,
 }
 
 impl<'a> Section<'a> {
@@ -31,26 +36,61 @@ impl<'a> Section<'a> {
         table: &'a Spanned<DeTable<'a>>,
         known: &[&str],
     ) -> Result<Self, SceneError> {
-        Self::open(file, String::new(), table.get_ref(), 0..0, known)
+        let section = Self { file, name: String::new(), table: table.get_ref(), span: 0..0, one_of_several: false };
+        section.open(known)
     }
 
-    fn open(
-        file: &'a SourceFile<'a>,
-        name: String,
-        table: &'a DeTable<'a>,
-        span: Range<usize>,
-        known: &[&str],
-    ) -> Result<Self, SceneError> {
-        let section = Self { file, name, table, span };
-        let unknown = section.table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
+    /// The section, if all its keys are known.
+    fn open(self, known: &[&str]) -> Result<Self, SceneError> {
+        let word = |key: &&Spanned<_>| -> String { AsRef::<str>::as_ref(key.get_ref()).to_owned() };
+        let unknown = self.table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
+        let unknown = unknown.filter(|key| self.instead(&word(key)).is_none());
         // The table is sorted by name, but the message must name the first key in the file.
         match unknown.min_by_key(|key| key.span().start) {
             Some(key) => {
                 let word = key.get_ref().as_ref();
-                Err(file.value_error(&key.span(), section.key_name(word), unknown_key(word, known)))
+                let meant = nearest(word, known.iter().copied()).filter(|meant| !self.table.contains_key(*meant));
+                let error = self.file.value_error(&key.span(), self.key_name(word), unknown_key(word, known));
+                self.note(word, Kind::Unknown, &[], meant, &error);
+                Err(error)
             }
-            None => Ok(section),
+            None => Ok(self),
         }
+    }
+
+    fn place(&self, key: &str) -> Place {
+        Place {
+            path: self.file.path().to_path_buf(),
+            section: self.name.clone(),
+            start: self.span.start,
+            key: key.to_owned(),
+        }
+    }
+
+    /// What stands in place of a key that was found wrong.
+    fn instead(&self, key: &str) -> Option<Instead> {
+        if self.file.faults.is_empty() { None } else { self.file.faults.instead(&self.place(key)) }
+    }
+
+    /// Whether a valid value stands in place of a wrong one.
+    pub(super) fn stands_in(&self, key: &str) -> bool {
+        self.instead(key) == Some(Instead::Valid)
+    }
+
+    /// Whether a key was found wrong.
+    pub(super) fn is_wrong(&self, key: &str) -> bool {
+        self.instead(key).is_some()
+    }
+
+    fn note(&self, key: &str, kind: Kind, others: &[&str], meant: Option<&str>, error: &SceneError) {
+        let meant = meant.map(str::to_owned);
+        self.file.faults.note(self.place(key), kind, others, self.one_of_several, meant, error.to_string());
+    }
+
+    fn fault(&self, key: &str, kind: Kind, others: &[&str], span: &Range<usize>, message: String) -> SceneError {
+        let error = self.file.value_error(span, self.key_name(key), message);
+        self.note(key, kind, others, None, &error);
+        error
     }
 
     pub(super) fn line(&self) -> usize {
@@ -58,7 +98,11 @@ impl<'a> Section<'a> {
     }
 
     pub(super) fn has(&self, key: &str) -> bool {
-        self.table.contains_key(key)
+        match self.instead(key) {
+            None => self.table.contains_key(key),
+            Some(Instead::Nothing) => false,
+            Some(_) => true,
+        }
     }
 
     fn key_name(&self, key: &str) -> String {
@@ -66,39 +110,70 @@ impl<'a> Section<'a> {
     }
 
     fn get(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
-        self.table.get(key)
+        match self.instead(key) {
+            None => self.table.get(key),
+            Some(Instead::Of(misspelt)) => self.table.get(misspelt.as_str()),
+            Some(Instead::Valid | Instead::Nothing) => None,
+        }
     }
 
-    /// An error about a key. It points to the value, or to the header if the key is missing.
+    /// Where an error about a key points to: the value, or the header if the key is missing.
+    fn span_of(&self, key: &str) -> Range<usize> {
+        self.table.get(key).map_or_else(|| self.span.clone(), Spanned::span)
+    }
+
+    /// An error about the value of a key, whatever other keys say.
     pub(super) fn error(&self, key: &str, message: impl Display) -> SceneError {
-        let span = self.get(key).map_or_else(|| self.span.clone(), Spanned::span);
-        self.file.value_error(&span, self.key_name(key), message.to_string())
+        self.clash(key, &[], message)
+    }
+
+    /// An error about a key that depends on other keys too. A name without a section is one of this section. `section.*` are all keys of another one.
+    pub(super) fn clash(&self, key: &str, others: &[&str], message: impl Display) -> SceneError {
+        self.fault(key, Kind::Other, others, &self.span_of(key), message.to_string())
+    }
+
+    /// An error in a file that `key` names. It may depend on other keys too.
+    pub(super) fn blame<T>(&self, key: &str, others: &[&str], result: Result<T, SceneError>) -> Result<T, SceneError> {
+        result.inspect_err(|error| self.note(key, Kind::Other, others, None, error))
+    }
+
+    /// An error about a key that is missing. `what` describes it.
+    pub(super) fn missing(&self, key: &str, others: &[&str], what: &str) -> SceneError {
+        self.fault(key, Kind::Missing, others, &self.span_of(key), format!("is missing: {what}"))
     }
 
     /// The value of a mandatory key. `what` describes it in the message.
     pub(super) fn required<T>(&self, key: &str, value: Option<T>, what: &str) -> Result<T, SceneError> {
-        value.ok_or_else(|| self.error(key, format!("is missing: {what}")))
+        value.ok_or_else(|| self.missing(key, &[], what))
     }
 
     /// Refuses two keys that exclude each other.
     pub(super) fn exclusive(&self, key: &str, other: &str) -> Result<(), SceneError> {
         if self.has(key) && self.has(other) {
-            return Err(self.error(other, format!("cannot be combined with '{key}': state one of the two")));
+            return Err(self.clash(other, &[key], format!("cannot be combined with '{key}': state one of the two")));
         }
         Ok(())
     }
 
     /// A number in its range, which may be written as an integer.
     pub(super) fn number(&self, key: &str, quantity: Quantity) -> Result<Option<f64>, SceneError> {
+        if self.stands_in(key) {
+            let [valid] = quantity.valid();
+            let known = [("altitude", 4e5), ("fov_deg", 30.0)];
+            return Ok(Some(known.iter().find(|(name, _)| *name == key).map_or(valid, |(_, value)| *value)));
+        }
         self.get(key).map(|value| self.number_of(key, value, quantity)).transpose()
     }
 
     fn number_of(&self, key: &str, value: &Spanned<DeValue>, quantity: Quantity) -> Result<f64, SceneError> {
         let number = as_number(value.get_ref()).ok_or_else(|| self.type_error(key, value, &quantity.expected()))?;
-        quantity.check(number).map_err(|message| self.file.value_error(&value.span(), self.key_name(key), message))
+        quantity.check(number).map_err(|message| self.fault(key, Kind::Number, &[], &value.span(), message))
     }
 
     pub(super) fn whole(&self, key: &str, range: std::ops::RangeInclusive<u32>) -> Result<Option<u32>, SceneError> {
+        if self.stands_in(key) {
+            return Ok(Some(*range.start().max(&1)));
+        }
         self.get(key).map(|value| self.whole_of(key, value, &range)).transpose()
     }
 
@@ -118,7 +193,7 @@ impl<'a> Section<'a> {
             .ok_or_else(|| {
                 let message =
                     format!("must be a whole number from {} to {}, found {integer}", range.start(), range.end());
-                self.file.value_error(&value.span(), self.key_name(key), message)
+                self.fault(key, Kind::Number, &[], &value.span(), message)
             })
     }
 
@@ -152,6 +227,9 @@ impl<'a> Section<'a> {
         key: &str,
         quantity: Quantity,
     ) -> Result<Option<[f64; N]>, SceneError> {
+        if self.stands_in(key) {
+            return Ok(Some(quantity.valid()));
+        }
         let Some(value) = self.get(key) else {
             return Ok(None);
         };
@@ -170,6 +248,9 @@ impl<'a> Section<'a> {
     }
 
     pub(super) fn boolean(&self, key: &str) -> Result<Option<bool>, SceneError> {
+        if self.stands_in(key) {
+            return Ok(Some(false));
+        }
         let Some(value) = self.get(key) else {
             return Ok(None);
         };
@@ -178,6 +259,9 @@ impl<'a> Section<'a> {
 
     /// The file that `key` names. It is a regular file that this file may name.
     pub(super) fn path(&self, key: &str) -> Result<Option<PathBuf>, SceneError> {
+        if self.name == "model" && (self.stands_in(key) || self.span.start == usize::MAX) {
+            return Ok(Some(self.file.path().to_path_buf()));
+        }
         let Some(name) = self.string(key)? else { return Ok(None) };
         self.file.resolve(name).map(Some).map_err(|error| self.error(key, error))
     }
@@ -188,6 +272,9 @@ impl<'a> Section<'a> {
 
     /// A string that names something. Characters that must not be shown are escaped, as in the names of a model.
     pub(super) fn name(&self, key: &str) -> Result<Option<String>, SceneError> {
+        if self.stands_in(key) {
+            return Ok(Some(format!("{key} at {}", self.span.start)));
+        }
         Ok(self.string(key)?.map(|name| plain(name).into_owned()))
     }
 
@@ -195,7 +282,7 @@ impl<'a> Section<'a> {
         match value.get_ref() {
             DeValue::String(text) if !text.trim().is_empty() => Ok(text.as_ref()),
             DeValue::String(_) => {
-                Err(self.file.value_error(&value.span(), self.key_name(key), "must not be empty".to_string()))
+                Err(self.fault(key, Kind::Other, &[], &value.span(), "must not be empty".to_string()))
             }
             _ => Err(self.type_error(key, value, expected)),
         }
@@ -203,6 +290,9 @@ impl<'a> Section<'a> {
 
     /// A name, or a non-empty array of names, as [`Section::name`] reads them.
     pub(super) fn strings(&self, key: &str) -> Result<Option<Vec<String>>, SceneError> {
+        if self.stands_in(key) {
+            return Ok(Some(vec!["*".to_owned()]));
+        }
         let expected = "a string or an array of strings";
         let Some(value) = self.get(key) else {
             return Ok(None);
@@ -223,6 +313,12 @@ impl<'a> Section<'a> {
 
     /// One of the words of `choices`.
     pub(super) fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError> {
+        if self.stands_in(key) {
+            let stated = self.table.get(key).and_then(|value| value.get_ref().as_str()).unwrap_or_default();
+            let near = nearest(stated, choices.iter().map(|(name, _)| *name));
+            let chosen = choices.iter().find(|(name, _)| Some(*name) == near).or(choices.first());
+            return Ok(chosen.map(|(_, value)| *value));
+        }
         let Some(word) = self.string(key)? else {
             return Ok(None);
         };
@@ -244,6 +340,9 @@ impl<'a> Section<'a> {
 
     /// A table: `[key]` in the root, `key = { .. }` elsewhere.
     pub(super) fn table(&self, key: &str, known: &[&str]) -> Result<Option<Section<'a>>, SceneError> {
+        if self.stands_in(key) {
+            return Ok(self.valid(key));
+        }
         let Some(value) = self.get(key) else {
             return Ok(None);
         };
@@ -251,7 +350,24 @@ impl<'a> Section<'a> {
             let shape = if self.name.is_empty() { format!("one section [{key}]") } else { format!("{key} = {{ .. }}") };
             return Err(self.type_error(key, value, &shape));
         };
-        Self::open(self.file, self.key_name(key), table, value.span(), known).map(Some)
+        self.child(key, table, value.span(), false).map(|section| section.open(known)).transpose()
+    }
+
+    /// A section below this one. A section that is no longer read is that of a valid scene, or none.
+    fn child(&self, key: &str, table: &'a DeTable<'a>, span: Range<usize>, one_of_several: bool) -> Option<Self> {
+        let section = Self { file: self.file, name: self.key_name(key), table, span, one_of_several };
+        if self.file.faults.is_empty() || !self.file.faults.gave_up(&section.place("")) {
+            return Some(section);
+        }
+        self.valid(key)
+    }
+
+    /// A section of a valid scene.
+    fn valid(&self, key: &str) -> Option<Self> {
+        let table = valid_scene::section(key).filter(|_| self.name.is_empty())?;
+        // No place of the file has this start.
+        let span = usize::MAX..usize::MAX;
+        Some(Self { file: self.file, name: self.key_name(key), table, span, one_of_several: false })
     }
 
     /// All tables of an array of tables `[[key]]`.
@@ -264,34 +380,19 @@ impl<'a> Section<'a> {
             return Err(self.type_error(key, value, &shape));
         };
         let open = |item: &'a Spanned<DeValue<'a>>| match item.get_ref() {
-            DeValue::Table(table) => Self::open(self.file, self.key_name(key), table, item.span(), known),
+            DeValue::Table(table) => {
+                self.child(key, table, item.span(), true).map(|section| section.open(known)).transpose()
+            }
             _ => Err(self.type_error(key, item, &shape)),
         };
-        array.iter().map(open).collect()
+        array.iter().filter_map(|item| open(item).transpose()).collect()
     }
 
     fn type_error(&self, key: &str, value: &Spanned<DeValue>, expected: &str) -> SceneError {
         let message = format!("expected {expected}, found {}", describe(value.get_ref()));
-        self.file.value_error(&value.span(), self.key_name(key), message)
+        let number = expected.contains("number");
+        self.fault(key, if number { Kind::Number } else { Kind::Other }, &[], &value.span(), message)
     }
-}
-
-/// The value of `word` in `choices`, or a message with the choices and the most similar one.
-pub(super) fn choose<T: Copy>(word: &str, choices: &[(&str, T)]) -> Result<T, String> {
-    let known = choices.iter().map(|(name, _)| *name);
-    choices.iter().find(|(name, _)| *name == word).map(|(_, value)| *value).ok_or_else(|| {
-        format!("'{}' is not one of {}{}", plain(word), list(known.clone()), nearest_suffix(word, known))
-    })
-}
-
-fn nearest_suffix<'k>(word: &str, known: impl IntoIterator<Item = &'k str> + Clone) -> String {
-    let text = suggestion(word, known);
-    // The message already lists the known words.
-    if text.starts_with("; did") { text } else { String::new() }
-}
-
-pub(super) fn list<'k>(words: impl IntoIterator<Item = &'k str>) -> String {
-    words.into_iter().map(|word| format!("'{word}'")).collect::<Vec<_>>().join(", ")
 }
 
 fn as_number(value: &DeValue) -> Option<f64> {

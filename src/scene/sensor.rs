@@ -57,7 +57,7 @@ pub(super) fn read(
             "takes images of at most {MOST_PIXELS} pixels, and the camera has {} x {}",
             camera.width, camera.height
         );
-        return Err(section.error("bits", message));
+        return Err(section.clash("bits", &["camera.width", "camera.height", "camera.preset"], message));
     }
     for (key, owner, choice) in OWNED {
         let stated = section.string(owner)?;
@@ -65,7 +65,7 @@ pub(super) fn read(
             && stated != Some(choice)
             && !(owner == "gain_control" && choice == "linear" && stated.is_none())
         {
-            return Err(section.error(key, format!("belongs to {owner} = '{choice}'")));
+            return Err(section.clash(key, &[owner], format!("belongs to {owner} = '{choice}'")));
         }
     }
     let seed = section.whole("seed", 0..=u32::MAX)?.unwrap_or_else(|| {
@@ -77,19 +77,20 @@ pub(super) fn read(
     let range = section
         .numbers::<2>("range", Quantity::within(10.0, 6000.0, "K"))?
         .or(of.preset.and_then(|preset| preset.range));
-    let range = section.required(
-        "range",
-        range,
-        "[low, high]: brightness temperatures at digital number 0 and at the largest one [K]",
-    )?;
+    let range = range.ok_or_else(|| {
+        let what = "[low, high]: brightness temperatures at digital number 0 and at the largest one [K]";
+        section.missing("range", &["camera.preset"], what)
+    })?;
     if range[0] >= range[1] {
         return Err(section.error("range", format!("must run from low to high, found {} to {} K", range[0], range[1])));
     }
     let table = RadianceTable::new(of.band);
     if band_radiance(&table, range[0]) < f64::from(f32::MIN_POSITIVE) {
-        return Err(
-            section.error("range", format!("begins at {} K, where the band's radiance is 0 in 32 bits", range[0]))
-        );
+        return Err(section.clash(
+            "range",
+            &["radiance.band_um", "camera.preset"],
+            format!("begins at {} K, where the band's radiance is 0 in 32 bits", range[0]),
+        ));
     }
     let bits = match section.whole("bits", 8..=16)?.or(of.preset.and_then(|preset| preset.bits)) {
         Some(bits @ (8 | 14 | 16)) => bits,
@@ -107,9 +108,7 @@ pub(super) fn read(
     }
     Ok(Sensor {
         seed,
-        spread: spread(section, of, f_number, files)?,
         halo: halo(section)?,
-        vignetting: vignetting(section, camera, files)?,
         optics: optics(section)?,
         time_constant: time_constant.filter(|constant| *constant > 0.0),
         pattern: pattern(section)?,
@@ -119,6 +118,8 @@ pub(super) fn read(
         range,
         kelvin_per_count: kelvin_per_count(section)?,
         gain_control: gain_control(section)?,
+        vignetting: vignetting(section, camera, files)?,
+        spread: spread(section, of, f_number, files)?,
     })
 }
 
@@ -126,8 +127,8 @@ fn noise(section: &Section, of: &Of, f_number: Option<f64>, assumptions: &mut Ve
     let of_preset = of.preset.and_then(|preset| preset.netd);
     let Some(kelvin) = section.number("netd", Quantity::non_negative("K"))?.or(of_preset) else {
         let unknown = of.preset.map_or(String::new(), |preset| format!("; that of {} is unknown", preset.name));
-        let what = format!("is missing: the noise-equivalent temperature difference [K], 0 for no noise{unknown}");
-        return Err(section.error("netd", what));
+        let what = format!("the noise-equivalent temperature difference [K], 0 for no noise{unknown}");
+        return Err(section.missing("netd", &["camera.preset"], &what));
     };
     let temperature = section.number("netd_temperature", Quantity::within(10.0, 6000.0, "K"))?.unwrap_or_else(|| {
         if kelvin > 0.0 {
@@ -157,13 +158,13 @@ fn spread(
     let fill = section.number("pixel_fill", Quantity::within(0.0, 1.0, ""))?;
     let Some(kind) = section.choice("point_spread", &choices)? else {
         return match fill {
-            Some(_) => Err(section.error("pixel_fill", "needs point_spread, which is missing")),
+            Some(_) => Err(section.clash("pixel_fill", &["point_spread"], "needs point_spread, which is missing")),
             None => Ok(None),
         };
     };
     if fill.is_some() && of.camera.samples > 1 {
         let why = "cannot be combined with camera.samples above 1: the samples already are the mean over the pixel";
-        return Err(section.error("pixel_fill", why));
+        return Err(section.clash("pixel_fill", &["camera.samples"], why));
     }
     let fill = fill.unwrap_or(if of.camera.samples > 1 { 0.0 } else { 1.0 });
     let spread = match kind {
@@ -180,18 +181,22 @@ fn spread(
             let wavelength =
                 section.required("wavelength_um", wavelength, "point_spread = 'airy' needs a wavelength [um]")?;
             let Some(pitch) = of.pitch else {
-                return Err(section.error("point_spread", "'airy' needs camera.pixel_pitch, with camera.focal_length"));
+                return Err(section.clash(
+                    "point_spread",
+                    &["camera.*"],
+                    "'airy' needs camera.pixel_pitch, with camera.focal_length",
+                ));
             };
             let scale = wavelength * 1e-6 * f_number / pitch;
             if !(0.05..=4.0).contains(&scale) {
                 let message = format!("wavelength x f-number is {scale:.3} pixels, and isotherm draws from 0.05 to 4");
-                return Err(section.error("wavelength_um", message));
+                return Err(section.clash("wavelength_um", &["f_number", "camera.*"], message));
             }
             Spread::airy(scale, fill)
         }
         PointSpread::File => {
             if section.has("pixel_fill") {
-                return Err(section.error("pixel_fill", "a measured kernel has the pixel in it"));
+                return Err(section.clash("pixel_fill", &["point_spread"], "a measured kernel has the pixel in it"));
             }
             let path = section.required(
                 "kernel",
@@ -209,7 +214,8 @@ fn spread(
             spread.terms.len(),
             spread.radius
         );
-        return Err(section.error("point_spread", message));
+        let others = ["sigma", "wavelength_um", "f_number", "kernel", "pixel_fill", "camera.*"];
+        return Err(section.clash("point_spread", &others, message));
     }
     Ok(Some(spread))
 }
@@ -220,10 +226,14 @@ fn halo(section: &Section) -> Result<Option<Halo>, SceneError> {
     match (share, radius) {
         (None, None) => Ok(None),
         (Some(share), Some(radius)) => Ok(Some(Halo { share, radius }).filter(|halo| halo.share > 0.0)),
-        (Some(_), None) => {
-            Err(section.error("stray_radius", "is missing: how far stray light goes, a standard deviation [px]"))
+        (Some(_), None) => Err(section.missing(
+            "stray_radius",
+            &["stray_share"],
+            "how far stray light goes, a standard deviation [px]",
+        )),
+        (None, Some(_)) => {
+            Err(section.missing("stray_share", &["stray_radius"], "the share of all light that is stray"))
         }
-        (None, Some(_)) => Err(section.error("stray_share", "is missing: the share of all light that is stray")),
     }
 }
 
@@ -232,7 +242,9 @@ fn vignetting(section: &Section, camera: &Camera, files: &mut Vec<PathBuf>) -> R
     section.exclusive("vignetting", "vignetting_map")?;
     let Some(path) = section.path("vignetting_map")? else { return Ok(stated.map(|()| Vignetting::Cos4)) };
     let size = [camera.width as usize, camera.height as usize];
-    let shares = map(&path, size).map_err(|message| section.error("vignetting_map", message))?;
+    let shares = map(&path, size).map_err(|message| {
+        section.clash("vignetting_map", &["camera.width", "camera.height", "camera.preset"], message)
+    })?;
     files.push(path);
     Ok(Some(Vignetting::Map(shares)))
 }
@@ -242,12 +254,16 @@ fn optics(section: &Section) -> Result<Optics, SceneError> {
     let lens = section.number("lens_temperature", Quantity::within(10.0, 6000.0, "K"))?;
     let housing = section.number("housing_temperature", Quantity::within(10.0, 6000.0, "K"))?;
     if lens.is_some() && transmission.is_none() {
-        return Err(section
-            .error("transmission", "is missing: the share of the light that a lens with lens_temperature passes"));
+        return Err(section.missing(
+            "transmission",
+            &["lens_temperature"],
+            "the share of the light that a lens with lens_temperature passes",
+        ));
     }
     if housing.is_some() && !section.has("vignetting") && !section.has("vignetting_map") {
-        return Err(section.error(
+        return Err(section.clash(
             "housing_temperature",
+            &["vignetting", "vignetting_map"],
             "needs vignetting or vignetting_map: the housing is seen where the image is vignetted",
         ));
     }
@@ -266,7 +282,11 @@ fn pattern(section: &Section) -> Result<Option<Pattern>, SceneError> {
     let present = offset > 0.0 || gain > 0.0 || drift > 0.0;
     if !present && (interval.is_some() || shutter.is_some()) {
         let key = if interval.is_some() { "shutter_interval" } else { "shutter_temperature" };
-        return Err(section.error(key, "corrects nothing: state offset_pattern, gain_pattern or drift"));
+        return Err(section.clash(
+            key,
+            &["offset_pattern", "gain_pattern", "drift"],
+            "corrects nothing: state offset_pattern, gain_pattern or drift",
+        ));
     }
     Ok(present.then_some(Pattern { offset, gain, drift, interval, shutter: shutter.unwrap_or(USUAL) }))
 }

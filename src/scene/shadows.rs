@@ -44,13 +44,8 @@ pub(super) fn read(
         }
     };
     if method == Method::Exact && section.has("resolution") {
-        return Err(section.error("resolution", "rays have none: it belongs to method = \"depth\""));
+        return Err(section.clash("resolution", &["method"], "rays have none: it belongs to method = \"depth\""));
     }
-    assumptions.push(
-        "[shadows] covers sunlight only: no part hides the planet's infrared and albedo from another, and none reflects \
-         onto another."
-            .to_owned(),
-    );
     Ok(Some(ShadowSettings {
         method,
         resolution: section.whole("resolution", 64..=4096)?.unwrap_or(RESOLUTION),

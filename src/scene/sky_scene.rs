@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::error::SceneError;
+use super::faults::{Faults, read_all};
 use super::file::{SourceFile, read_text};
 use super::section::Section;
 use super::{Time, attitude, environment, keys, orbit, time, work};
@@ -37,7 +38,11 @@ impl SkyScene {
     /// A file that cannot be read, or an error in it with its line and key.
     pub fn load(path: &Path, reach: &Reach) -> Result<Self, SceneError> {
         let text = read_text(path)?;
-        let file = SourceFile::new(path, &text, reach);
+        read_all(path, |faults| Self::parse(&text, path, reach, faults))
+    }
+
+    fn parse(text: &str, path: &Path, reach: &Reach, faults: &Faults) -> Result<Self, SceneError> {
+        let file = SourceFile::new(path, text, reach, faults);
         let table = file.parse()?;
         let root = Section::root(&file, &table, keys::ROOT)?;
         let mut assumptions = Vec::new();

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::error::SceneError;
+use super::faults::{Faults, OWN_SECTION};
 use super::file::{SourceFile, read_text};
 use super::keys::{TABLE_ENTRY, suggestion};
 use super::section::Section;
@@ -28,24 +29,32 @@ pub(super) struct MaterialTable {
 
 impl MaterialTable {
     /// Reads and checks every entry of the table, even unused ones. `step` [s] turns a `t_max` in seconds into steps.
-    pub(super) fn read(path: &Path, reach: &Reach, step: f64) -> Result<Self, SceneError> {
-        Self::parse(&read_text(path)?, path, reach, step)
+    pub(super) fn read(path: &Path, reach: &Reach, step: f64, faults: &Faults) -> Result<Self, SceneError> {
+        Self::parse(&read_text(path)?, path, reach, step, faults)
     }
 
     /// Checks the text of a table as if it lay at `path`.
-    pub(super) fn parse(text: &str, path: &Path, reach: &Reach, step: f64) -> Result<Self, SceneError> {
-        let file = SourceFile::new(path, text, reach);
+    pub(super) fn parse(
+        text: &str,
+        path: &Path,
+        reach: &Reach,
+        step: f64,
+        faults: &Faults,
+    ) -> Result<Self, SceneError> {
+        let file = SourceFile::new(path, text, reach, faults);
         let table = file.parse()?;
         let names: Vec<&str> = table.get_ref().keys().map(|name| name.get_ref().as_ref()).collect();
         let root = Section::root(&file, &table, &names)?;
         let file_name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         let mut entries = BTreeMap::new();
         for name in names {
-            if let Some(section) = root.table(name, TABLE_ENTRY)? {
-                let shown = plain(name).into_owned();
-                let entry = entry(&section, &shown, &file_name, step)?;
-                entries.insert(shown, entry);
-            }
+            let shown = plain(name).into_owned();
+            let entry = match root.table(name, TABLE_ENTRY)? {
+                Some(section) => entry(&section, &shown, &file_name, step)?,
+                // The entry is wrong and no longer read.
+                None => TableEntry { values: Values::default(), description: String::new() },
+            };
+            entries.insert(shown, entry);
         }
         Ok(Self { entries, file_name: Some(file_name) })
     }
@@ -90,7 +99,7 @@ fn entry(section: &Section, name: &str, file_name: &str, step: f64) -> Result<Ta
             let source = section.required(key, source, "where these values come from")?;
             description.push(format!("{what}: {source}"));
         } else if source.is_some() {
-            return Err(section.error(key, "is the source of values that the entry does not hold"));
+            return Err(section.clash(key, &[OWN_SECTION], "is the source of values that the entry does not hold"));
         }
     }
     section.string("note")?;
@@ -103,7 +112,7 @@ mod tests {
 
     use crate::thermal::material::Optics;
 
-    use super::MaterialTable;
+    use super::{Faults, MaterialTable};
     use crate::files::Reach;
 
     /// The table of this repository. Its values come from the sources that it names.
@@ -113,6 +122,7 @@ mod tests {
             &Path::new(env!("CARGO_MANIFEST_DIR")).join("models/materials.toml"),
             &Reach::Anywhere,
             1.0,
+            &Faults::default(),
         )
         .unwrap();
         for (name, absorptivity, emissivity) in [
@@ -136,6 +146,6 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.toml");
         std::fs::write(&path, text).unwrap();
-        MaterialTable::read(&path, &Reach::Anywhere, 1.0).unwrap().get("x").unwrap().values.clone()
+        MaterialTable::read(&path, &Reach::Anywhere, 1.0, &Faults::default()).unwrap().get("x").unwrap().values.clone()
     }
 }

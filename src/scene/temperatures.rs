@@ -100,7 +100,9 @@ pub(super) fn read(section: Option<&Section>, files: &mut Vec<PathBuf>) -> Resul
             Mapping::Table(rows)
         }
         (By::Table, None) => {
-            return Err(section.error("map", "is missing: by = \"table\" needs a CSV file with the columns part and node"));
+            return Err(
+                section.error("map", "is missing: by = \"table\" needs a CSV file with the columns part and node")
+            );
         }
         (_, Some(_)) => return Err(section.error("map", "belongs to by = \"table\"")),
         (By::Name, None) if is_mesh => {

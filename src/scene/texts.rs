@@ -8,6 +8,7 @@ use hifitime::{Epoch, TimeScale};
 use super::ephemeris::{self, AttitudeOptions, Options, read_attitude};
 use super::epoch::parse_epoch;
 use super::error::SceneError;
+use super::faults::Faults;
 use super::table::MaterialTable;
 use crate::environment::rotation_history::{HistoryFrame, RotationHistory};
 use crate::environment::trajectory::Trajectory;
@@ -23,7 +24,7 @@ fn start() -> Option<Epoch> {
 /// # Errors
 /// The first error, with its line and key.
 pub fn materials(text: &str, path: &Path) -> Result<usize, SceneError> {
-    MaterialTable::parse(text, path, &Reach::of(path), 1.0).map(|table| table.len())
+    MaterialTable::parse(text, path, &Reach::of(path), 1.0, &Faults::default()).map(|table| table.len())
 }
 
 /// A trajectory: two-line elements, an OEM as KVN or XML, or a table in ITRF.

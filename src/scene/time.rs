@@ -44,7 +44,11 @@ pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<T
     };
     let warm_up_step = section.number("warm_up_step", Quantity::within(1e-6, 1e7, "s"))?;
     if warm_up_step.is_some() && warm_up_orbits == 0.0 {
-        return Err(section.error("warm_up_step", "is the step of a warm-up, and warm_up_orbits is 0 or absent"));
+        return Err(section.clash(
+            "warm_up_step",
+            &["warm_up_orbits", "warm_up"],
+            "is the step of a warm-up, and warm_up_orbits is 0 or absent",
+        ));
     }
     let warm_up_step = warm_up_step.unwrap_or(step);
     let draw = draw(section, steps, f64::from(steps) * step)?;
@@ -69,10 +73,11 @@ fn periodic(section: &Section) -> Result<Option<f64>, SceneError> {
     let tolerance = section.number("warm_up_tolerance", Quantity::positive("K"))?;
     match section.choice("warm_up", &[("orbits", false), ("periodic", true)])? {
         Some(true) => Ok(Some(tolerance.unwrap_or(PERIODIC_TOLERANCE))),
-        _ if tolerance.is_some() => {
-            Err(section
-                .error("warm_up_tolerance", "is used with warm_up = 'periodic' only: state that, or leave it out"))
-        }
+        _ if tolerance.is_some() => Err(section.clash(
+            "warm_up_tolerance",
+            &["warm_up"],
+            "is used with warm_up = 'periodic' only: state that, or leave it out",
+        )),
         _ => Ok(None),
     }
 }
@@ -88,7 +93,11 @@ fn draw(section: &Section, steps: u32, end: f64) -> Result<Draw, SceneError> {
     }
     if let Some(drawn) = section.wholes("draw_steps", 0..=u32::MAX)? {
         if let Some(beyond) = drawn.iter().find(|&&step| step > steps) {
-            return Err(section.error("draw_steps", format!("step {beyond} lies beyond the last step, {steps}")));
+            return Err(section.clash(
+                "draw_steps",
+                &["steps"],
+                format!("step {beyond} lies beyond the last step, {steps}"),
+            ));
         }
         if let Some(pair) = drawn.windows(2).find(|pair| pair[0] >= pair[1]) {
             return Err(section.error("draw_steps", format!("must increase, but {} follows {}", pair[1], pair[0])));
@@ -107,7 +116,7 @@ fn images(section: &Section, end: f64) -> Result<Vec<f64>, SceneError> {
     let within = |time: f64| {
         let late = time > end + END_SLACK;
         let message = || format!("an image at {time} s lies after the last step, at {end} s: state more time.steps");
-        if late { Err(section.error("images", message())) } else { Ok(time.min(end)) }
+        if late { Err(section.clash("images", &["step", "steps"], message())) } else { Ok(time.min(end)) }
     };
     if !section.is_table("images") {
         let times = section.list("images", Quantity::non_negative("s"))?.unwrap_or_default();
@@ -124,13 +133,13 @@ fn images(section: &Section, end: f64) -> Result<Vec<f64>, SceneError> {
     let rate = rule.number("rate_hz", Quantity::positive("1/s"))?;
     let rate = rule.required("rate_hz", rate, "the number of images in a second")?;
     if stop < start {
-        return Err(rule.error("stop", format!("{stop} s lies before the start, {start} s")));
+        return Err(rule.clash("stop", &["start"], format!("{stop} s lies before the start, {start} s")));
     }
     // The rounding of a decimal rate must not drop the last image.
     let last = ((stop - start) * rate * (1.0 + 1e-12) + 1e-9).floor();
     if last + 1.0 > MOST_IMAGES {
         let message = format!("asks for too much work: {:.3e} images; the limit is {MOST_IMAGES:e}", last + 1.0);
-        return Err(rule.error("rate_hz", message));
+        return Err(rule.clash("rate_hz", &["start", "stop"], message));
     }
     (0..=last as u32).map(|number| within(start + f64::from(number) / rate)).collect()
 }

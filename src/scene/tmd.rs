@@ -293,9 +293,8 @@ impl Source<'_> {
 
     /// What stands beside that which is read.
     fn left_out(&self, set: &Group, data: &Group) -> Result<Vec<String>, TmdError> {
-        let names = |group: &Group, object: &str| {
-            group.member_names().map_err(|source| hdf5(self.path, object, source))
-        };
+        let names =
+            |group: &Group, object: &str| group.member_names().map_err(|source| hdf5(self.path, object, source));
         let mut notes = Vec::new();
         let root = self.file.root_group().map_err(|source| hdf5(self.path, "/", source))?;
         for (group, object, own) in [(&root, "/", SET), (set, SET, GROUP)] {
@@ -305,7 +304,9 @@ impl Source<'_> {
         }
         for other in names(set, SET)?.1.iter().chain(&names(data, GROUP)?.1) {
             let is_conductor = other.starts_with("conductor");
-            if is_conductor && !["conductorsGL", "conductorsGR", "conductorDataGL", "conductorDataGR"].contains(&&**other) {
+            if is_conductor
+                && !["conductorsGL", "conductorsGR", "conductorDataGL", "conductorDataGR"].contains(&&**other)
+            {
                 notes.push(format!("The dataset {} is left out: a network file has GL and GR only.", plain(other)));
             }
         }
@@ -338,14 +339,17 @@ impl Source<'_> {
         let names = self.strings(&format!("{SET}/thermalNodesRealAttributes"))?;
         let wanted = [times.len(), count, names.len()];
         if real.shape != wanted {
-            let message = format!("has the extents {:?}; {} times, {count} nodes and {} attributes need {wanted:?}",
-                real.shape, times.len(), names.len());
+            let message = format!(
+                "has the extents {:?}; {} times, {count} nodes and {} attributes need {wanted:?}",
+                real.shape,
+                times.len(),
+                names.len()
+            );
             return Err(self.wrong(&real.object, message));
         }
         let column = |name: &str| names.iter().position(|own| own.eq_ignore_ascii_case(name));
-        let needed = |name: &str| {
-            column(name).ok_or_else(|| self.wrong(&real.object, format!("has no attribute {name}")))
-        };
+        let needed =
+            |name: &str| column(name).ok_or_else(|| self.wrong(&real.object, format!("has no attribute {name}")));
         let [temperature, capacitance] = [needed("Temperature")?, needed("Capacitance")?];
         let loads = LOADS.map(|name| {
             if column(name).is_none() {
@@ -358,7 +362,9 @@ impl Source<'_> {
         let texts = self.strings(&object)?;
         let of_text = self.strings(&format!("{SET}/thermalNodesStringAttributes"))?;
         if texts.len() != times.len() * count * of_text.len() {
-            return Err(self.wrong(&object, format!("has {} texts for {} times and {count} nodes", texts.len(), times.len())));
+            return Err(
+                self.wrong(&object, format!("has {} texts for {} times and {count} nodes", texts.len(), times.len()))
+            );
         }
         let text_column = |name: &str| of_text.iter().position(|own| own.eq_ignore_ascii_case(name));
         let kind_column = text_column("Type").ok_or_else(|| self.wrong(&object, "has no attribute Type"))?;
@@ -371,7 +377,8 @@ impl Source<'_> {
         for node in 0..count {
             let number = listed.values[node * columns] as i64;
             let model = of_model(node);
-            let known = usize::try_from(model - 1).ok().and_then(|place| models.get(place)).filter(|name| !name.is_empty());
+            let known =
+                usize::try_from(model - 1).ok().and_then(|place| models.get(place)).filter(|name| !name.is_empty());
             let name = match (several, known) {
                 (false, _) => number.to_string(),
                 (true, Some(known)) => format!("{known}:{number}"),
@@ -383,7 +390,8 @@ impl Source<'_> {
                 match values.iter().position(|value| !value.is_finite()) {
                     None => Ok(values),
                     Some(at) => {
-                        let message = format!("{what} of node {name} at {} s is {}, not a number", times[at], values[at]);
+                        let message =
+                            format!("{what} of node {name} at {} s is {}, not a number", times[at], values[at]);
                         Err(self.wrong(&real.object, message))
                     }
                 }
@@ -393,9 +401,13 @@ impl Source<'_> {
                 let message = format!("node {name} is of type '{kind}'; isotherm knows D, A, B and X");
                 return Err(self.wrong(&object, message));
             }
-            changed += usize::from((1..times.len()).any(|time| text(time, node, kind_column) != text(0, node, kind_column)));
-            let place = |column: Option<usize>| column.map_or(Ok(0.0), |column| over(column, "the place").map(|values| values[0]));
-            let load = |which: usize| loads[which].map_or(Ok(vec![0.0; times.len()]), |column| over(column, LOADS[which]));
+            changed +=
+                usize::from((1..times.len()).any(|time| text(time, node, kind_column) != text(0, node, kind_column)));
+            let place = |column: Option<usize>| {
+                column.map_or(Ok(0.0), |column| over(column, "the place").map(|values| values[0]))
+            };
+            let load =
+                |which: usize| loads[which].map_or(Ok(vec![0.0; times.len()]), |column| over(column, LOADS[which]));
             let mut temperatures = over(temperature, "the temperature")?;
             temperatures.iter_mut().for_each(|value| *value += zero);
             if let Some(below) = temperatures.iter().find(|value| **value < 0.0 && kind != 'X') {
@@ -422,7 +434,13 @@ impl Source<'_> {
         }
     }
 
-    fn conductors(&self, kind: &str, times: usize, nodes: usize, notes: &mut Vec<String>) -> Result<Conductors, TmdError> {
+    fn conductors(
+        &self,
+        kind: &str,
+        times: usize,
+        nodes: usize,
+        notes: &mut Vec<String>,
+    ) -> Result<Conductors, TmdError> {
         let ends = self.numbers(&format!("{SET}/conductors{kind}"), 2)?;
         let data = self.numbers(&format!("{SET}/{GROUP}/conductorData{kind}"), 3)?;
         let count = ends.rows();
@@ -460,7 +478,9 @@ impl Source<'_> {
             second += usize::from(per > 1 && data.values[conductor * per + 1] != 1.0);
         }
         if second > 0 {
-            notes.push(format!("The second number of {second} {kind}, whose meaning isotherm does not know, is not 1; it is left out."));
+            notes.push(format!(
+                "The second number of {second} {kind}, whose meaning isotherm does not know, is not 1; it is left out."
+            ));
         }
         Ok(found)
     }

@@ -17,6 +17,10 @@ pub(super) trait ValueSource: Sized {
     /// The group of values under `key`: `back`, `heating` or `cooling`.
     fn group(&self, key: &str, known: &[&str]) -> Result<Option<Self>, SceneError>;
     fn error(&self, key: &str, message: String) -> SceneError;
+    /// An error that depends on other keys too, as [`Section::clash`] names them.
+    fn clash(&self, key: &str, others: &[&str], message: String) -> SceneError;
+    /// A key is missing.
+    fn missing(&self, key: &str, what: &str) -> SceneError;
 }
 
 impl ValueSource for Section<'_> {
@@ -46,5 +50,13 @@ impl ValueSource for Section<'_> {
 
     fn error(&self, key: &str, message: String) -> SceneError {
         self.error(key, message)
+    }
+
+    fn clash(&self, key: &str, others: &[&str], message: String) -> SceneError {
+        self.clash(key, others, message)
+    }
+
+    fn missing(&self, key: &str, what: &str) -> SceneError {
+        self.missing(key, &[], what)
     }
 }

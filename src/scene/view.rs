@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 
+use super::choice::choose;
 use super::error::SceneError;
 use super::quantity::Quantity;
-use super::section::{Section, choose};
+use super::section::Section;
 use super::vector::point;
 
 /// The state at the start: time 0, or the start of the warm-up.
@@ -85,7 +86,7 @@ pub(super) fn channels(section: Option<&Section>, reflects: bool) -> Result<bool
     }
     if !reflects {
         let message = "tells what is emitted from what is reflected, and nothing is: state radiance.reflections";
-        return Err(section.error("channels", message));
+        return Err(section.clash("channels", &["radiance.reflections"], message));
     }
     Ok(true)
 }

@@ -32,7 +32,11 @@ pub fn too_late(time: f64, step: f64, orbit: &Orbit) -> Option<String> {
 pub(super) fn check_steps(section: &Section, time: &Time, orbit: &Orbit) -> Result<(), SceneError> {
     let end = f64::from(time.steps) * time.step;
     if let Some(reason) = too_late(end, time.step, orbit) {
-        return Err(section.error("steps", format!("asks for too much work: {reason}")));
+        return Err(section.clash(
+            "steps",
+            &["step", "orbit.*", "environment.planet_radius"],
+            format!("asks for too much work: {reason}"),
+        ));
     }
     // A periodic warm-up may end with its second orbit, but nobody knows before.
     let orbits = warm_up_orbits(time);
@@ -40,7 +44,8 @@ pub(super) fn check_steps(section: &Section, time: &Time, orbit: &Orbit) -> Resu
         && let Some(reason) = too_late(orbits * orbit.period(), time.warm_up_step, orbit)
     {
         let key = ["warm_up_orbits", "warm_up_step"].into_iter().find(|key| section.has(key)).unwrap_or("step");
-        return Err(section.error(key, format!("asks for too much work: a warm-up of {reason}")));
+        let others = ["warm_up", "warm_up_orbits", "warm_up_step", "step", "orbit.*", "environment.planet_radius"];
+        return Err(section.clash(key, &others, format!("asks for too much work: a warm-up of {reason}")));
     }
     Ok(())
 }
@@ -73,7 +78,7 @@ pub(super) fn check_images(section: &Section, time: &Time, camera: Option<&Camer
         "asks for too much work: {images} images of {} x {} pixels are {bytes:.1e} bytes; the limit is {MOST_IMAGE_BYTES:e}",
         camera.width, camera.height
     );
-    Err(section.error(key, message))
+    Err(section.clash(key, &["steps", "step", "draw_every", "draw_steps", "images", "camera.*"], message))
 }
 
 /// Number of images that the steps of a run draw.
@@ -86,8 +91,21 @@ pub fn images(time: &Time) -> u64 {
     }
 }
 
+/// Time [s] of one of the images of a run, with its number where it has its own time. `None` beyond the last one.
+pub fn image_time(time: &Time, number: u64) -> Option<(f64, Option<u32>)> {
+    let of_step = |step: u64| (step as f64 * time.step, None);
+    match &time.draw {
+        Draw::None => None,
+        Draw::Every(stride) => {
+            Some(number * u64::from(*stride)).filter(|step| *step <= u64::from(time.steps)).map(of_step)
+        }
+        Draw::Steps(steps) => steps.get(number as usize).map(|step| of_step(u64::from(*step))),
+        Draw::Times(times) => times.get(number as usize).map(|time| (*time, Some(number as u32))),
+    }
+}
+
 /// Times of the images of a run [s].
-pub(super) fn image_times(time: &Time) -> Box<dyn Iterator<Item = f64> + '_> {
+pub fn image_times(time: &Time) -> Box<dyn Iterator<Item = f64> + '_> {
     let of_step = |step: u32| f64::from(step) * time.step;
     match &time.draw {
         Draw::None => Box::new(std::iter::empty()),

@@ -1,15 +1,17 @@
 //! Scene data rounded to f32 for the device: materials, response functions and the band.
 
+use super::distant::Distance;
 use super::energy::heat_tables;
 use super::prepare::Prepared;
 use super::sampling::{ALWAYS, sampling};
 use super::surroundings::Finishes;
 use super::viewpoint::sensor_view;
 use crate::gpu::blackbody::band_table;
+use crate::gpu::exchange::ExchangeTables;
 use crate::gpu::heat::HeatTables;
 use crate::gpu::layout;
 use crate::gpu::one_pass::OnePassTables;
-use crate::gpu::resources::{JointData, SceneData, ShadowData};
+use crate::gpu::resources::{ExchangeData, JointData, SceneData, ShadowData};
 use crate::gpu::sensor::SensorTables;
 use crate::gpu::shapes::Shapes;
 use crate::scene::Camera;
@@ -26,6 +28,7 @@ pub struct DeviceData {
     /// Runs of nodes whose absorbed heat is summed.
     pub heat: Option<HeatTables>,
     sensor: Option<SensorTables>,
+    exchange: Option<ExchangeTables>,
     pub(super) finishes: Finishes,
 }
 
@@ -45,8 +48,14 @@ impl DeviceData {
             network,
             heat: prepared.scene.energy_balance.then(|| heat_tables(prepared)),
             sensor,
+            exchange: None,
             finishes: Finishes::new(prepared),
         }
+    }
+
+    /// The same with what surfaces radiate to each other.
+    pub fn with_exchange(self, exchange: Option<ExchangeTables>) -> Self {
+        Self { exchange, ..self }
     }
 
     /// The scene as plain numbers for any device.
@@ -73,7 +82,7 @@ impl DeviceData {
             band_table: &self.band_table,
             image: camera.map(|camera| [camera.width, camera.height]),
             between: prepared.scene.time.draw.is_between_steps(),
-            sampling: camera.and_then(|camera| sampling(camera, counts)),
+            sampling: camera.and_then(|camera| sampling(camera, counts, Distance::new(prepared, camera).is_some())),
             shadows: prepared.redraw().map(|redraw| ShadowData {
                 occluders: &prepared.occluders,
                 redraw,
@@ -87,6 +96,11 @@ impl DeviceData {
             }),
             network: self.network.as_ref(),
             heat: self.heat.as_ref(),
+            exchange: self
+                .exchange
+                .as_ref()
+                .zip(prepared.exchange.as_ref())
+                .map(|(tables, craft)| ExchangeData { tables, redraw_angle: craft.settings.redraw_angle }),
             sensor: self.sensor.as_ref().filter(|_| is_own(prepared, camera)),
             shown: self.finishes.shown(),
         }

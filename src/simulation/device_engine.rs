@@ -6,16 +6,24 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use super::device_data::DeviceData;
+use super::distant::{Distance, told};
 use super::energy::absorbed_heat;
 use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
+use super::exchange::Craft;
+use super::exchange_poses::Posed;
 use super::given::Given;
 use super::network::NetworkRun;
+use super::pose::draws_alike;
 use super::prepare::Prepared;
 use super::surroundings::Finishes;
 use super::viewpoint::{device_view, rolling, source_view};
 use crate::environment::StepLoad;
+use crate::exchange::cast::Scenery;
+use crate::exchange::step::Exchange;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
+use crate::gpu::exchange::ExchangeTables;
+use crate::gpu::exchange_rays;
 use crate::gpu::heat::{HeatOf, HeatTables};
 use crate::gpu::layout;
 use crate::gpu::renderer::{Heating, Renderer, Request, Submitted};
@@ -52,6 +60,8 @@ pub struct DeviceEngine {
     /// Results that were fetched early because a network needed the device.
     ready: VecDeque<Delivered>,
     network: Option<NetworkRun>,
+    /// Patches that radiate to each other, and what was found for poses of the joints.
+    exchange: Option<(Arc<Craft>, Posed<ExchangeTables>)>,
     /// Runs of nodes whose absorbed heat is summed.
     heat: Option<HeatTables>,
     /// Temperatures of a file.
@@ -63,7 +73,11 @@ pub struct DeviceEngine {
     camera: Option<Camera>,
     /// How the camera's image is made, without the map of the lens.
     sampling: Option<Sampling>,
+    /// Whether the image has a sensor.
+    senses: bool,
     finishes: Finishes,
+    /// The boxes of a craft that may be far away.
+    distance: Option<Distance>,
     trace: Trace,
     context: Arc<Context>,
 }
@@ -74,7 +88,16 @@ impl DeviceEngine {
     /// # Errors
     /// A scene beyond the device, or a call that fails.
     pub fn new(context: &Arc<Context>, prepared: &Prepared, camera: Option<&Camera>) -> Result<Self, GpuError> {
-        let device = DeviceData::new(prepared);
+        let poses = prepared.loads.joints_at(0.0).1;
+        let moves = prepared.joints() > 1;
+        let mut exchange = None;
+        if let Some(craft) = &prepared.exchange {
+            let mut posed = Posed::new(craft.settings.redraw_angle);
+            posed.turn(&poses, |poses| cast(context, craft, poses, moves))?;
+            exchange = Some((Arc::clone(craft), posed));
+        }
+        let tables = exchange.as_ref().and_then(|(_, posed)| posed.found().cloned());
+        let device = DeviceData::new(prepared).with_exchange(tables);
         let data = device.scene_data_with(prepared, camera, context.info.sample_counts);
         let plan = data.plan();
         let of_network = prepared.network_bytes(&plan);
@@ -83,6 +106,7 @@ impl DeviceEngine {
         let network = prepared.network.as_ref().map(|scene| NetworkRun::on_device(context, scene, renderer.spare()));
         Ok(Self {
             network: network.transpose()?,
+            exchange,
             heat: device.heat.clone(),
             given: prepared.given.clone(),
             structures: prepared.structures(),
@@ -91,7 +115,14 @@ impl DeviceEngine {
             ready: VecDeque::new(),
             steps: 0,
             camera: camera.cloned(),
+            distance: data
+                .sampling
+                .as_ref()
+                .filter(|sampling| sampling.distant)
+                .zip(camera)
+                .and_then(|(_, camera)| Distance::new(prepared, camera)),
             sampling: data.sampling.map(|sampling| Sampling { map: Vec::new(), ..sampling }),
+            senses: data.sensor.is_some(),
             finishes: device.finishes,
             trace: Trace::default(),
             context: Arc::clone(context),
@@ -110,7 +141,7 @@ impl DeviceEngine {
         }
         let Some(network) = &mut self.network else { return Ok(None) };
         network.step_begins();
-        let mut values = self.renderer.absorbed(step.load)?;
+        let mut values = self.renderer.absorbed(step.load, true)?;
         network.step(network.scene().heat(|slot| f64::from(values[slot])), step.start, step.length)?;
         let tables = self.heat.as_ref().filter(|_| order.absorbed);
         let heat = tables.map(|tables| absorbed_heat(tables, |slot| f64::from(values[slot])));
@@ -149,6 +180,20 @@ impl DeviceEngine {
         self.network.as_mut().map_or(Ok(()), |network| network.change_over(&temperatures, estimate, start))
     }
 
+    /// Casts the rays of patches anew where a joint has moved.
+    fn follow_joints(&mut self, load: &StepLoad) -> Result<(), EngineError> {
+        let fourth = self.fourth();
+        let Some((craft, posed)) = &mut self.exchange else { return Ok(()) };
+        let context = &self.context;
+        if let Some(tables) = posed.turn(&load.joints, |poses| cast(context, craft, poses, true))? {
+            while let Some(flying) = self.flying.pop_front() {
+                self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), fourth)?);
+            }
+            self.renderer.set_exchange(tables)?;
+        }
+        Ok(())
+    }
+
     /// Takes the switches of thermostats in frames that step the network.
     fn take_switches(&mut self) -> Result<(), EngineError> {
         let switches = self.renderer.take_switches();
@@ -176,6 +221,13 @@ impl DeviceEngine {
             None => device_view(camera, &(*pose * *joint)),
         };
         Some(joints.iter().map(view).collect())
+    }
+
+    /// The views of the crop of an image of a craft that is far away, and how its texels are put into pixels.
+    fn crop(&self, order: &Order<'_>) -> Option<(Vec<layout::View>, layout::Distant)> {
+        let (pose, camera) = order.pose.as_ref().zip(self.camera.as_ref())?;
+        let crop = self.distance.as_ref()?.crop(camera, pose, order.joints)?;
+        Some(told(camera, &crop, pose, order.joints))
     }
 
     /// The rolling shutter against the body and against each joint. Empty if all rows see one pose.
@@ -216,7 +268,7 @@ impl Engine for DeviceEngine {
             return self.take_given(&given, time, false);
         }
         let Some(network) = &mut self.network else { return Ok(()) };
-        let mut values = self.renderer.absorbed(load)?;
+        let mut values = self.renderer.absorbed(load, false)?;
         network.settle(network.scene().heat(|slot| f64::from(values[slot])), time)?;
         put(&mut self.renderer, network, &mut values)?;
         Ok(self.renderer.set_network(&network.temperatures()?, network.on())?)
@@ -230,12 +282,22 @@ impl Engine for DeviceEngine {
         Ok(self.renderer.settle_at(&vec![temperature as f32; nodes])?)
     }
 
+    fn take_camera(&mut self, camera: &Camera) -> bool {
+        let any_lens = self.sampling.is_none() && !self.senses;
+        let fits = self.camera.as_ref().is_some_and(|own| draws_alike(own, camera, any_lens));
+        if fits {
+            self.camera = Some(camera.clone());
+        }
+        fits
+    }
+
     fn submit(&mut self, step: Option<Step<'_>>, order: Order<'_>) -> Result<(), EngineError> {
         let trace = self.trace.clone();
         let _submits = trace.span(Track::Host, "submit");
         self.steps += u64::from(step.is_some());
         if let Some(step) = &step {
             self.change_over(step.start)?;
+            self.follow_joints(step.load)?;
         }
         let (mut powers, mut heat) = (None, None);
         let mut keep = order.keep;
@@ -255,8 +317,18 @@ impl Engine for DeviceEngine {
             }
             _ => {}
         }
-        let views = self.views(&order);
+        let crop = self.crop(&order);
+        let (views, distant) = match &crop {
+            Some((views, distant)) => (Some(views.clone()), Some(*distant)),
+            None => (self.views(&order), None),
+        };
         let shutters = self.shutters(&order);
+        if let Some(around) = &order.surroundings {
+            self.finishes.look_at(around);
+        }
+        let finishes = &mut self.finishes;
+        let lobes = order.surroundings.map_or(&[][..], |around| finishes.lobes.values_before(around.planet));
+        let planet = order.surroundings.zip(finishes.planet.as_ref()).and_then(|(around, planet)| planet.told(&around));
         let submitted = self.renderer.submit(Request {
             step: step.map(|step| (step.load, step.steps)),
             views: views.as_deref().unwrap_or_default(),
@@ -265,7 +337,9 @@ impl Engine for DeviceEngine {
             absorbed: order.absorbed,
             time: Some(order.time),
             surroundings: order.surroundings.as_ref().map(layout::Surroundings::new),
-            lobes: order.surroundings.map_or(&[], |around| self.finishes.lobes.values_before(around.planet)),
+            lobes,
+            planet,
+            distant,
             heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
             keep,
             between: order.between.map(|share| share as f32),
@@ -290,7 +364,7 @@ impl Engine for DeviceEngine {
     }
 
     fn forward(&mut self, passing: &[Step<'_>]) -> Result<(), EngineError> {
-        if self.network.is_some() || self.given.is_some() {
+        if self.network.is_some() || self.exchange.is_some() || self.given.is_some() {
             return self.pass_singly(passing);
         }
         let _submits = self.trace.span(Track::Host, "submit");
@@ -331,6 +405,9 @@ impl Engine for DeviceEngine {
         let mut saved = Saved::default();
         saved.put("steps", &[self.steps]);
         saved.put_all("scene", self.renderer.save()?);
+        if let Some((_, posed)) = &self.exchange {
+            saved.put_all("exchange_rays", posed.save());
+        }
         self.take_switches()?;
         if let Some(network) = &mut self.network {
             saved.put_all("network", network.save()?);
@@ -343,6 +420,13 @@ impl Engine for DeviceEngine {
             network.restore(&saved.part("network"), most_times)?;
             if !network.is_in_frames() {
                 self.renderer.end_network();
+            }
+        }
+        if let Some((craft, posed)) = &mut self.exchange {
+            let context = &self.context;
+            let find = |poses: &[DAffine3]| Ok::<_, EngineError>(cast(context, craft, poses, true)?);
+            if let Some(tables) = posed.restore(&saved.part("exchange_rays"), find)? {
+                self.renderer.set_exchange(tables)?;
             }
         }
         self.renderer.restore(&saved.part("scene"))?;
@@ -392,6 +476,19 @@ impl Engine for DeviceEngine {
         network.set_temperatures(temperatures)?;
         Ok(self.renderer.set_network(temperatures, network.on())?)
     }
+}
+
+/// Casts the rays of patches, on the device where it can walk their tree.
+fn cast(context: &Arc<Context>, craft: &Craft, poses: &[DAffine3], moves: bool) -> Result<ExchangeTables, GpuError> {
+    let scenery = Scenery::new(&craft.surface, poses);
+    let (surface, patches, settings) = (&craft.surface, &craft.patches, &craft.settings);
+    let exchange = if exchange_rays::can_walk(&scenery) {
+        let ends = exchange_rays::cast(context, surface, patches, &scenery, settings.rays)?;
+        Exchange::new(surface, patches, &ends, settings)
+    } else {
+        Exchange::cast(surface, patches, &scenery, settings)
+    };
+    Ok(ExchangeTables::new(&exchange, moves))
 }
 
 /// Converts a frame to the result of a step. `fourth` says what the fourth value of a pixel is.

@@ -7,6 +7,7 @@ use super::network::{NetworkRun, StepCost};
 use crate::environment::StepLoad;
 use crate::gpu::timing::PassTimes;
 use crate::saved::Saved;
+use crate::scene::Camera;
 use crate::thermal::surroundings::Surroundings;
 use crate::trace::Trace;
 
@@ -92,7 +93,7 @@ pub struct Delivered {
 }
 
 /// A scene on a Vulkan device or on the f64 reference.
-pub trait Engine {
+pub trait Engine: Send {
     /// Starts to record a trace. The reference records host spans only.
     fn record(&mut self, trace: Trace);
 
@@ -113,6 +114,9 @@ pub trait Engine {
     /// # Errors
     /// A call that fails.
     fn settle_at(&mut self, temperature: f64, nodes: usize) -> Result<(), EngineError>;
+
+    /// Takes another camera for the images from here on. Returns whether its images need no other resources; otherwise nothing changes.
+    fn take_camera(&mut self, camera: &Camera) -> bool;
 
     /// Submits a step, or without one the present state. At most two may be under way.
     ///

@@ -19,7 +19,7 @@ use std::sync::Arc;
 use crate::gpu::nodes::{GROUP, Nodes, PADDING};
 use crate::gpu::one_pass::{Drawn, OnePassTables};
 use crate::thermal::network::control::Settings;
-use crate::thermal::network::one_pass::{Heater, Plan, Unfit};
+use crate::thermal::network::one_pass::{Conduction, Heater, Plan, Unfit};
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 use crate::thermal::network::{Network, NodeKind};
 use crate::thermal::shell::{NO_NODE, Shell};
@@ -276,7 +276,7 @@ fn described(plan: &Plan) -> Vec<(String, String)> {
     let largest = plan.blocks().iter().map(|block| block.nodes.len()).max().unwrap_or(0);
     let nodes: usize = plan.blocks().iter().map(|block| block.nodes.len()).sum();
     let kinds = plan.conductions();
-    let own: usize = kinds.iter().map(|kind| kind.drive.len()).sum();
+    let own: usize = kinds.iter().map(Conduction::weights).sum();
     let entry = |name: &str, value: String| (name.to_owned(), value);
     vec![
         entry(

@@ -6,10 +6,13 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::emissivity;
+use super::exchange::Craft;
 use super::given::Given;
 use super::joints;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, Stage};
+use super::prepare_names;
 use super::prepare_steps::{self as steps, Dense};
 use super::stepper::is_small;
 use crate::environment::shadow::{Jointed, Occluders, Redraw, Shadows};
@@ -76,6 +79,8 @@ pub struct Prepared {
     pub network: Option<Arc<SceneNetwork>>,
     /// The temperatures of a file, where the scene takes them from one.
     pub given: Option<Arc<Given>>,
+    /// Patches that radiate to each other, where the scene has `[exchange]`.
+    pub exchange: Option<Arc<Craft>>,
     /// Remarks for the user.
     pub warnings: Vec<String>,
 }
@@ -108,16 +113,18 @@ impl Prepared {
     ) -> Result<Self, PrepareError> {
         progress(Stage::Reading);
         let mut model = Model::load_within(&scene.model_path, &scene.reach)?.weld();
-        let mut materials = scene.materials.resolve(&model, &mut scene.files)?;
+        let mut materials = prepare_names::materials(&mut scene, &model)?;
         change(&mut materials);
         if scene.temperatures.is_some() {
             materials.iter_mut().for_each(|material| material.response = Response::Given);
         }
         steps::check_functions(&scene, &materials)?;
+        let looks = emissivity::check(&scene, &materials)?;
         steps::set_hottest(&scene, &mut materials)?;
         let (hash, file_hashes) = steps::hashes(&scene.files)?;
         let mut warnings = steps::model_warnings(&scene, &mut model);
         let Dense { mut model, merged, occluders } = steps::at_density(&mut scene, model, &materials, progress)?;
+        warnings.extend(looks);
         warnings.extend(steps::orbit_warnings(&scene));
         if materials.iter().any(|material| matches!(material.response, Response::Transition { .. })) {
             scene.assumptions.push(PROFILES.to_owned());
@@ -148,7 +155,11 @@ impl Prepared {
         warnings.extend(given.iter().flat_map(|given| given.warnings().to_vec()));
         let network = steps::network(&mut scene, shell, &parts, &nodes, &probes, &materials)?;
         warnings.extend(network.iter().flat_map(|network| network.remarks()));
+        let craft = |settings| Craft::new(settings, &nodes, &triangles, network.as_deref(), &materials);
+        let exchange = scene.exchange.map(craft).transpose();
+        let exchange = exchange.map_err(|message| PrepareError::Exchange { path: scene.source.clone(), message })?;
         Ok(Self {
+            exchange: exchange.map(Arc::new),
             network,
             given,
             hash,
@@ -191,6 +202,7 @@ impl Prepared {
                 planet_ir: environment.planet_ir.is_some_and(|flux| flux > 0.0),
                 albedo: sun && environment.albedo.is_some_and(|albedo| albedo > 0.0),
                 shadow: sun && self.scene.shadows.is_some(),
+                exchange: self.exchange.is_some(),
                 fused: false,
             };
             let end = range.first_group + range.groups;
@@ -313,6 +325,7 @@ impl Prepared {
             (!environment.eclipse, "eclipse by the planet"),
             (environment.background_temperature.is_none(), "background (space is at 0 K)"),
             (self.scene.shadows.is_none(), "self-shadowing"),
+            (self.scene.exchange.is_none(), "radiation between surfaces"),
             (self.loads.joints().is_empty(), "joints in motion"),
             (self.network.is_none(), "network (conduction, heaters)"),
             (self.scene.surrounded.reflections == Reflections::Off, "reflected radiance"),

@@ -1,6 +1,6 @@
 //! Stages and errors of preparing a scene.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::environment::shadow::LARGEST_TREE;
 use crate::environment::sky::SkyError;
@@ -122,6 +122,16 @@ pub enum PrepareError {
         /// The cause.
         source: FunctionError,
     },
+    /// An emissivity that the band, the angles or the camera do not allow.
+    #[error("{path}: material '{material}': {message}")]
+    Emissivity {
+        /// The scene file.
+        path: PathBuf,
+        /// Name of the material.
+        material: String,
+        /// The cause.
+        message: String,
+    },
     /// An error in a joint.
     #[error("{path}:{line}: joint: {message}")]
     Joint {
@@ -129,6 +139,14 @@ pub enum PrepareError {
         path: PathBuf,
         /// Line of the joint.
         line: usize,
+        /// The cause.
+        message: String,
+    },
+    /// An error in the radiation between surfaces.
+    #[error("{path}: exchange: {message}")]
+    Exchange {
+        /// The scene file.
+        path: PathBuf,
         /// The cause.
         message: String,
     },
@@ -162,6 +180,9 @@ pub enum PrepareError {
         /// The cause.
         source: FileFault,
     },
+    /// Several errors about what the model lacks.
+    #[error("{}", PrepareError::each(self).join("\n"))]
+    Several(Vec<PrepareError>),
     /// A probe on a part that does not exist.
     #[error("{path}: probe '{probe}': the model has no part '{part}'; it has {parts}")]
     ProbePart {
@@ -177,9 +198,40 @@ pub enum PrepareError {
 }
 
 impl PrepareError {
+    /// The messages of all errors, one by one.
+    pub fn each(&self) -> Vec<String> {
+        match self {
+            Self::Several(errors) => errors.iter().flat_map(Self::each).collect(),
+            Self::Scene(error) => error.each().iter().map(ToString::to_string).collect(),
+            one => vec![one.to_string()],
+        }
+    }
+
     /// An error about the thermal network of a scene.
     pub(super) fn network(scene: &Scene, message: impl ToString) -> Self {
         Self::Network { path: scene.source.clone(), message: message.to_string() }
+    }
+
+    /// The file that the error is about, its line (from 1), and the key in it, as far as they are known.
+    pub fn place(&self) -> (Option<&Path>, Option<usize>, Option<&str>) {
+        match self {
+            Self::Scene(error) => error.place(),
+            Self::Several(errors) => errors.first().map_or((None, None, None), Self::place),
+            Self::Model(_) => (None, None, None),
+            Self::Joint { path, line, .. } => (Some(path), Some(*line), Some("joint")),
+            Self::LongSeries { path, .. } => (Some(path), None, Some("time.steps")),
+            Self::TooManyOccluders { path, .. } => (Some(path), None, Some("shadows.method")),
+            Self::Sky { path, .. }
+            | Self::Network { path, .. }
+            | Self::Emissivity { path, .. }
+            | Self::Exchange { path, .. }
+            | Self::Temperatures { path, .. }
+            | Self::LightStructure { path, .. }
+            | Self::Function { path, .. }
+            | Self::Late { path, .. }
+            | Self::Read { path, .. }
+            | Self::ProbePart { path, .. } => (Some(path), None, None),
+        }
     }
 
     /// An error about a joint of a scene.

@@ -18,8 +18,8 @@ use crate::environment::{Attitude, Orbit};
 use crate::files;
 use crate::gpu::frame::TriangleRun;
 use crate::gpu::nodes::Nodes;
-use crate::model::{Merged, Model};
-use crate::scene::{Camera, Draw, Initial, Scene, ShadowSettings, file_hash, scene_hash};
+use crate::model::{Merged, Model, Skipped};
+use crate::scene::{Camera, Draw, Initial, JointMotion, Scene, ShadowSettings, file_hash, scene_hash};
 use crate::thermal::balance::{balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response, Sides};
 use crate::thermal::radiative::PARTS_AT_MOST;
@@ -52,8 +52,10 @@ pub(super) fn hashes(files: &[PathBuf]) -> Result<(String, BTreeMap<PathBuf, Str
 
 /// Warns of patterns that match no part or material, and of features of the model that are ignored.
 pub(super) fn model_warnings(scene: &Scene, model: &mut Model) -> Vec<String> {
-    let mut remarks: Vec<String> =
-        model.skipped.iter().map(|skipped| format!("{}: left out, {}", skipped.what, skipped.why)).collect();
+    let other = |skipped: &&Skipped| !skipped.what.ends_with("animation") && !skipped.what.ends_with("animations");
+    let skipped = model.skipped.iter().filter(other);
+    let mut remarks: Vec<String> = skipped.map(|one| format!("{}: left out, {}", one.what, one.why)).collect();
+    remarks.extend(unplayed(scene, model));
     remarks.append(&mut model.notes);
     if remarks.len() > MOST_REMARKS {
         let more = remarks.len() - MOST_REMARKS;
@@ -64,6 +66,24 @@ pub(super) fn model_warnings(scene: &Scene, model: &mut Model) -> Vec<String> {
     warnings.extend(scene.density.idle_patterns(model));
     warnings.append(&mut remarks);
     warnings
+}
+
+/// Says which animations no joint plays.
+fn unplayed(scene: &Scene, model: &Model) -> Option<String> {
+    let is_played = |name: &str| {
+        let plays =
+            |motion: &JointMotion| matches!(motion, JointMotion::Animation { name: played, .. } if played == name);
+        scene.joints.iter().any(|joint| plays(&joint.motion))
+    };
+    let idle = model.animations.iter().filter(|one| !one.as_ref().is_ok_and(|animation| is_played(&animation.name)));
+    let idle = idle.map(|one| match one {
+        Ok(animation) => format!("'{}'", animation.name),
+        Err(problem) => problem.clone(),
+    });
+    let idle: Vec<String> = idle.collect();
+    let noun = if idle.len() == 1 { "animation" } else { "animations" };
+    (!idle.is_empty())
+        .then(|| format!("{} {noun} left out, because no [[joint]] plays it: {}", idle.len(), idle.join(", ")))
 }
 
 /// A model with the node density of its scene.

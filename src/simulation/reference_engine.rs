@@ -7,10 +7,13 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 
 use super::device_data::is_own;
+use super::distant::Distance;
 use super::energy::{absorbed_heat, heat_tables};
 use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
+use super::exchange::ExchangeTwin;
 use super::given::Given;
 use super::network::NetworkRun;
+use super::pose::draws_alike;
 use super::prepare::Prepared;
 use super::surroundings::Finishes;
 use super::viewpoint::{raster_view, sensor_view};
@@ -18,6 +21,7 @@ use crate::environment::StepLoad;
 use crate::environment::shadow::{Jointed, Shadows};
 use crate::gpu::heat::HeatTables;
 use crate::gpu::nodes::{GROUP, PADDING};
+use crate::raster::distant::gather;
 use crate::raster::{self, Around, Surface, rasterise};
 use crate::saved::Saved;
 use crate::scene::Camera;
@@ -33,15 +37,18 @@ use crate::trace::{Trace, Track};
 pub struct ReferenceEngine {
     reference: Reference<IncidentFunction>,
     shadows: Option<Shadows>,
+    exchange: Option<ExchangeTwin>,
     node_of_slot: Vec<u32>,
     slots: usize,
     /// Temperatures before the last step, where images lie between steps [K].
     earlier: Vec<f64>,
     /// The surface that is drawn, in the file's pose.
     surface: Jointed,
-    /// Normals of the surface, in the file's pose. Empty where it reflects nothing.
+    /// Normals of the surface, in the file's pose. Empty where no pixel needs them.
     normals: Vec<DVec3>,
     finishes: Finishes,
+    /// The boxes of a craft that may be far away.
+    distance: Option<Distance>,
     parts: Vec<u32>,
     materials: Vec<u32>,
     emissivities: Vec<[f64; 2]>,
@@ -73,14 +80,20 @@ impl ReferenceEngine {
         let position_joints = own_joints(&(0..nodes.vertex_of_node.len() as u32).collect::<Vec<_>>());
         let reference_nodes = node_of_slot.iter().map(|slot| nodes.reference_node(*slot as usize)).collect();
         let finishes = Finishes::new(prepared);
-        let reflects = !finishes.reflectors.is_empty();
-        let normals = nodes.normals.iter().filter(|_| reflects).map(|normal| normal.as_dvec3()).collect();
+        let has_normals = !finishes.reflectors.is_empty();
+        let shown = if finishes.crinkled.is_empty() { &nodes.normals } else { &finishes.crinkled };
+        let normals = shown.iter().filter(|_| has_normals).map(|normal| normal.as_dvec3()).collect();
         Self {
             normals,
             finishes,
+            distance: camera.and_then(|camera| Distance::new(prepared, camera)),
             reference: Reference::new(reference_nodes, prepared.materials.clone(), incident as IncidentFunction)
                 .with_joints(joints),
             shadows: prepared.shadows(node_of_slot.iter().map(|slot| *slot as usize)),
+            exchange: prepared
+                .exchange
+                .as_ref()
+                .map(|craft| ExchangeTwin::new(craft, &prepared.loads.joints_at(0.0).1)),
             slots: nodes.vertex_of_node.len(),
             earlier: Vec::new(),
             node_of_slot,
@@ -128,6 +141,18 @@ impl ReferenceEngine {
         of_slot
     }
 
+    /// Finds what nodes receive from the craft in a step.
+    fn exchange(&mut self, load: &StepLoad) {
+        let Some(exchange) = &mut self.exchange else { return };
+        let mut of_slot = vec![[0.0, 0.0]; self.slots];
+        let nodes = self.reference.temperatures().iter().zip(self.reference.visibility());
+        for (slot, (temperature, visibility)) in self.node_of_slot.iter().zip(nodes) {
+            of_slot[*slot as usize] = [*temperature, *visibility];
+        }
+        let received = exchange.received(load, |slot| of_slot[slot][0], |slot| of_slot[slot][1]);
+        self.reference.receive(self.node_of_slot.iter().map(|slot| received[*slot as usize]).collect());
+    }
+
     /// Temperatures of all nodes in device order [K], 0 for padding.
     fn temperatures(&self) -> Vec<f64> {
         let mut temperatures = vec![0.0; self.slots];
@@ -146,7 +171,7 @@ impl ReferenceEngine {
         Cow::Owned(self.normals.iter().zip(&self.surface.joints).map(turn).collect())
     }
 
-    /// Draws the surface as the joints place it, in the surroundings for which the lobes were made last.
+    /// Draws the surface as the joints place it, in the surroundings that were looked at last.
     fn draw(
         &self,
         temperatures: &[f64],
@@ -162,12 +187,14 @@ impl ReferenceEngine {
             &placed
         };
         let normals = self.turned(joints);
-        let around = surroundings.map(|surroundings| Around {
+        let seen = surroundings.is_some() || !self.finishes.reflectors.is_empty();
+        let around = seen.then(|| Around {
             surroundings,
             background: self.finishes.has_background(),
             normals: &normals,
+            reflects: self.finishes.reflects(),
             reflectors: &self.finishes.reflectors,
-            lobes: self.finishes.lobes.latest(),
+            looks: self.finishes.looks(),
         });
         let surface = Surface {
             around,
@@ -188,6 +215,28 @@ impl ReferenceEngine {
         for (node, slot) in self.node_of_slot.iter().enumerate() {
             self.reference.set_temperature(node, temperatures[*slot as usize]);
         }
+    }
+
+    /// Draws what stands behind the surface.
+    fn draw_sky(&self, view: &raster::View, surroundings: Option<&Surroundings>) -> Vec<raster::Pixel> {
+        let around = surroundings.map(|surroundings| Around {
+            surroundings: Some(surroundings),
+            background: self.finishes.has_background(),
+            normals: &[],
+            reflects: false,
+            reflectors: &[],
+            looks: self.finishes.looks(),
+        });
+        let nothing = Surface {
+            around,
+            positions: &[],
+            triangles: &[],
+            temperatures: &[],
+            vertex_part: &[],
+            vertex_material: &[],
+            emissivities: &[],
+        };
+        rasterise(&nothing, view, |_| 0.0)
     }
 
     fn take_network(&mut self) -> Result<(), EngineError> {
@@ -219,6 +268,7 @@ impl Engine for ReferenceEngine {
 
     fn settle(&mut self, load: &StepLoad, time: f64) -> Result<(), EngineError> {
         self.reference.find_shadows(&mut self.shadows, load);
+        self.reference.receive(Vec::new());
         self.reference.settle(load);
         self.take_given(time);
         let heat = self.heat(load);
@@ -234,6 +284,14 @@ impl Engine for ReferenceEngine {
         self.network.as_mut().map_or(Ok(()), |network| network.settle_at(temperature))
     }
 
+    fn take_camera(&mut self, camera: &Camera) -> bool {
+        let fits = self.camera.as_ref().is_some_and(|own| draws_alike(own, camera, self.sensor.is_none()));
+        if fits {
+            self.camera = Some(camera.clone());
+        }
+        fits
+    }
+
     fn submit(&mut self, step: Option<Step<'_>>, order: Order<'_>) -> Result<(), EngineError> {
         let trace = self.trace.clone();
         let _computes = trace.span(Track::Host, "f64 reference");
@@ -244,6 +302,7 @@ impl Engine for ReferenceEngine {
         if let Some(step) = step {
             self.steps += 1;
             self.reference.find_shadows(&mut self.shadows, step.load);
+            self.exchange(step.load);
             self.reference.step(step.load, step.steps);
             if order.absorbed {
                 let flux = self.flux(step.load);
@@ -268,14 +327,26 @@ impl Engine for ReferenceEngine {
             temperatures = pairs.map(|(earlier, later)| between(*earlier, later, share)).collect();
         }
         if let Some(around) = &order.surroundings {
-            self.finishes.lobes.before(around.planet);
+            self.finishes.look_at(around);
         }
         let apart = self.finishes.is_apart();
         let mut pixels = order.pose.as_ref().zip(self.camera.as_ref()).map(|(pose, camera)| {
             let surroundings = order.surroundings.as_ref();
             let draw = |joints: &[DAffine3], view: &raster::View| self.draw(&temperatures, joints, view, surroundings);
             let drawn = match order.rows {
-                None => draw(order.joints, &raster_view(camera, pose)),
+                None => {
+                    let view = raster_view(camera, pose);
+                    let crop = self.distance.as_ref().and_then(|distance| distance.crop(camera, pose, order.joints));
+                    match crop {
+                        None => draw(order.joints, &view),
+                        Some(crop) => {
+                            let texels = draw(order.joints, &crop.view(&view));
+                            let mut image = self.draw_sky(&view, surroundings);
+                            gather(&mut image, view.width as usize, &crop, &texels);
+                            image
+                        }
+                    }
+                }
                 Some(Rows(moment)) => {
                     let row = |row: u32| {
                         let Moment { pose, joints } = moment(f64::from(row));
@@ -327,6 +398,9 @@ impl Engine for ReferenceEngine {
         if let Some(shadows) = &self.shadows {
             saved.put_all("shadows", shadows.save());
         }
+        if let Some(exchange) = &self.exchange {
+            saved.put_all("exchange", exchange.save());
+        }
         if let Some(network) = &mut self.network {
             saved.put_all("network", network.save()?);
         }
@@ -340,6 +414,9 @@ impl Engine for ReferenceEngine {
         self.reference.restore(&saved.part("nodes"))?;
         if let Some(shadows) = &mut self.shadows {
             shadows.restore(&saved.part("shadows"))?;
+        }
+        if let Some(exchange) = &mut self.exchange {
+            exchange.restore(&saved.part("exchange"))?;
         }
         if let Some(network) = &mut self.network {
             network.restore(&saved.part("network"), most_times)?;

@@ -22,8 +22,9 @@ const FINER: u32 = 2;
 /// Most texels with more than one along each side of a pixel: what every device binds at once (Vulkan: `maxStorageBufferRange` of 128 MiB), at 16 bytes each.
 const MOST_TEXELS: f64 = (1 << 23) as f64;
 
-/// How the image of a camera is made, with the numbers of samples of a texel that a device has. `None` where it is simply drawn.
-pub fn sampling(camera: &Camera, counts: u32) -> Option<Sampling> {
+/// How the image of a camera is made, with the numbers of samples of a texel that a device has. `distant` tells whether the craft may be far away. `None` where
+/// the image is simply drawn.
+pub fn sampling(camera: &Camera, counts: u32, distant: bool) -> Option<Sampling> {
     let size = [camera.width, camera.height];
     let shutter = shutter(camera);
     if camera.lens.is_pinhole() {
@@ -32,8 +33,8 @@ pub fn sampling(camera: &Camera, counts: u32) -> Option<Sampling> {
             Mean { size: [0, 1].map(|axis| size[axis] * lookups[axis]), lookups, each }
         });
         let Lens { focal, centre, .. } = camera.lens;
-        let sampling = Sampling { drawn: size, focal, centre, map: Vec::new(), mean, shutter };
-        return (mean.is_some() || shutter.is_some()).then_some(sampling);
+        let sampling = Sampling { drawn: size, focal, centre, map: Vec::new(), mean, shutter, distant };
+        return (mean.is_some() || shutter.is_some() || distant).then_some(sampling);
     }
     let (lookups, each) = split(camera.samples, camera.samples / (FINER * FINER), counts);
     // A scene is refused where its lens has no field.
@@ -48,7 +49,7 @@ pub fn sampling(camera: &Camera, counts: u32) -> Option<Sampling> {
     let place = |ray: DVec2| [0, 1].map(|axis| (ray[axis] * focal[axis] + centre[axis]) as f32);
     let map = corners(&camera.lens, size).into_iter().map(place).collect();
     let mean = (camera.samples > 1).then_some(Mean { size: drawn, lookups, each });
-    Some(Sampling { drawn, focal, centre, map, mean, shutter })
+    Some(Sampling { drawn, focal, centre, map, mean, shutter, distant: false })
 }
 
 /// Lookups along each side of a pixel, and samples of a texel: at most `most`, and a number that the device has.

@@ -1,17 +1,28 @@
-//! What surrounds the craft in an image, and how its materials reflect it.
+//! What surrounds the craft in an image, and how its materials emit and reflect.
 
-use glam::DAffine3;
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use rayon::prelude::*;
 
 use super::prepare::Prepared;
+use crate::environment::frames::gcrf_from_itrf;
 use crate::environment::orbit::{SUN_DISTANCE, SUN_RADIUS};
 use crate::environment::view_factor::ApparentRadius;
 use crate::gpu::layout;
+use crate::gpu::nodes::GROUP;
 use crate::gpu::radiance_variant::RadianceVariant;
 use crate::gpu::resources::Shown;
 use crate::scene::{Background, Reflections, Surrounded};
+use crate::thermal::crinkle::crinkled;
+use crate::thermal::emissivity::BandEmissivity;
+use crate::thermal::emissivity_table::{EmissivityTable, TABLE_VALUES};
 use crate::thermal::lobe::{LOBE_VALUES, Lobe};
+use crate::thermal::material::Material;
+use crate::thermal::planck::Band;
+use crate::thermal::planet_map::{Equirectangular, MEAN_VALUES, MEANS_ANGLE, SeenPlanet};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
-use crate::thermal::surroundings::{Reflector, SUN_TEMPERATURE, Surroundings};
+use crate::thermal::surroundings::{Looks, Reflector, SUN_TEMPERATURE, Surroundings};
 
 /// Whether any pixel shows the surroundings.
 fn is_seen(settings: &Surrounded) -> bool {
@@ -43,62 +54,154 @@ pub fn surroundings_at(prepared: &Prepared, time: f64, pose: &DAffine3) -> Optio
         space_radiance: radiance(space),
         sun_radiance: environment.solar_constant.map_or(0.0, |_| radiance(SUN_TEMPERATURE)),
         lit_fraction: sky.lit_fraction,
+        map_from_camera: map_from_inertial(prepared, time)
+            .map(|map| map * sky.body_from_inertial.transpose() * pose.matrix3.transpose()),
     })
 }
 
-/// How the materials of a scene reflect, and what its pixels show.
+/// Whether any pixel shows a planet with a map.
+fn has_map(settings: &Surrounded) -> bool {
+    let shows = settings.background == Background::Planet || settings.reflections != Reflections::Off;
+    shows && settings.planet.is_some()
+}
+
+/// Rotates inertial vectors into the axes of the planet's map at a time [s]. `None` for a uniform planet.
+fn map_from_inertial(prepared: &Prepared, time: f64) -> Option<DMat3> {
+    let settings = &prepared.scene.surrounded;
+    let pattern = settings.planet.as_ref().filter(|_| has_map(settings))?;
+    let sun = prepared.loads.sky_model().point(time).map_or(DVec3::X, |point| point.sun.normalize());
+    let epoch = prepared.scene.orbit.trajectory().map(|trajectory| trajectory.epoch(time));
+    Some(
+        pattern
+            .axes
+            .from_inertial(time, sun, || epoch.map_or(DMat3::IDENTITY, |epoch| gcrf_from_itrf(epoch).transpose())),
+    )
+}
+
+/// How the materials of a scene emit and reflect, and what its pixels show.
 pub struct Finishes {
-    /// Front and back of each material.
+    /// Front and back of each material. Empty where nothing reflects and every emissivity is one number.
     pub reflectors: Vec<[Reflector; 2]>,
+    /// Their emissivities over angle and temperature. Empty where every emissivity is one number.
+    tables: Vec<EmissivityTable>,
     /// The lobes of the rough ones.
     pub lobes: Lobes,
+    /// The planet, where it is not uniform.
+    pub planet: Option<MappedPlanet>,
     variant: RadianceVariant,
+    /// Normals of the nodes with the slopes of crinkled foil that is drawn. Empty where none is.
+    pub crinkled: Vec<Vec3>,
     rounded: Vec<layout::Reflector>,
+    rounded_tables: Vec<f32>,
+}
+
+/// Tables of the faces of all materials, front and back in turn. Empty where every emissivity is one number.
+pub fn emissivity_tables(materials: &[Material], band: Band) -> Vec<EmissivityTable> {
+    if materials.iter().flat_map(|material| &material.in_band).all(BandEmissivity::is_plain) {
+        return Vec::new();
+    }
+    let of = |material: &Material| {
+        let plain = [material.front.emissivity, material.back().emissivity];
+        [0, 1].map(|face| EmissivityTable::new(&material.in_band[face], plain[face], band))
+    };
+    materials.par_iter().flat_map_iter(of).collect()
+}
+
+/// Normals of all nodes where the slopes of a material are drawn. Empty where none are.
+fn crinkled_normals(prepared: &Prepared) -> Vec<Vec3> {
+    let (nodes, materials) = (&prepared.nodes, &prepared.materials);
+    if materials.iter().all(|material| material.gloss[0].drawn_variance == 0.0) {
+        return Vec::new();
+    }
+    let of = |(slot, normal): (usize, &Vec3)| {
+        let gloss = materials[nodes.group_material[slot / GROUP] as usize].gloss[0];
+        let drawn = || crinkled(normal.as_dvec3(), nodes.positions[slot], gloss.drawn_variance, gloss.seed).as_vec3();
+        if gloss.drawn_variance > 0.0 { drawn() } else { *normal }
+    };
+    nodes.normals.par_iter().enumerate().map(of).collect()
 }
 
 impl Finishes {
-    /// The finishes of a scene. Without reflections there is nothing in them.
+    /// The finishes of a scene. A scene without reflections and without laws of emissivity has none.
     pub fn new(prepared: &Prepared) -> Self {
-        let settings = &prepared.scene.surrounded;
+        let (scene, settings) = (&prepared.scene, &prepared.scene.surrounded);
+        let tables = emissivity_tables(&prepared.materials, scene.band);
+        let reflects = settings.reflections != Reflections::Off;
+        let space = scene.environment.background_temperature.unwrap_or(0.0);
+        let sources = [settings.planet_temperature, space, SUN_TEMPERATURE];
         let mut roughnesses: Vec<f64> = Vec::new();
         let mut reflectors = Vec::new();
-        if settings.reflections != Reflections::Off {
-            for material in &prepared.materials {
+        if reflects || !tables.is_empty() {
+            for (number, material) in prepared.materials.iter().enumerate() {
                 let optics = [material.front, material.back()];
                 reflectors.push([0, 1].map(|face| {
                     let gloss = material.gloss[face];
-                    let lobe = (gloss.specular > 0.0 && gloss.alpha() > 0.0).then(|| {
+                    let lobe = (reflects && gloss.specular > 0.0 && gloss.alpha() > 0.0).then(|| {
                         roughnesses.iter().position(|known| *known == gloss.alpha()).unwrap_or_else(|| {
                             roughnesses.push(gloss.alpha());
                             roughnesses.len() - 1
                         })
                     });
-                    Reflector { emissivity: optics[face].emissivity, specular: gloss.specular, lobe }
+                    let table = tables.get(2 * number + face);
+                    let of_source = |temperature| table.map_or(0.0, |table| table.temperature_factor(temperature));
+                    Reflector {
+                        emissivity: optics[face].emissivity,
+                        specular: gloss.specular,
+                        lobe,
+                        table: table.map(|_| 2 * number + face),
+                        of_sources: sources.map(of_source),
+                    }
                 }));
             }
         }
+        let planet = settings.planet.as_ref().filter(|_| has_map(settings)).map(|pattern| {
+            let kinds = roughnesses.clone();
+            MappedPlanet::new(
+                &pattern.temperatures,
+                settings.planet_temperature,
+                &scene.band,
+                reflects.then_some(kinds),
+            )
+        });
+        let crinkled = if reflectors.is_empty() { Vec::new() } else { crinkled_normals(prepared) };
         let variant = RadianceVariant {
-            reflections: settings.reflections != Reflections::Off,
-            specular: reflectors.as_flattened().iter().any(|face| face.specular > 0.0),
+            reflections: reflects,
+            specular: reflects && reflectors.as_flattened().iter().any(|face| face.specular > 0.0),
             rough: !roughnesses.is_empty(),
-            sun: is_seen(settings) && prepared.scene.environment.solar_constant.is_some(),
+            sun: is_seen(settings) && scene.environment.solar_constant.is_some(),
             apart: settings.channels,
             background: settings.background != Background::Off,
+            tables: !tables.is_empty(),
+            map: planet.is_some(),
+            crinkled: !crinkled.is_empty(),
         };
         let rounded = |face: &Reflector| layout::Reflector {
             emissivity: face.emissivity as f32,
             specular: face.specular as f32,
             roughness: face.lobe.map_or(0.0, |lobe| roughnesses[lobe] as f32),
             lobe: face.lobe.map_or(0.0, |lobe| (lobe * LOBE_VALUES) as f32),
+            table: face.table.map_or(0.0, |table| (table * TABLE_VALUES) as f32),
+            of_planet: face.of_sources[0] as f32,
+            of_space: face.of_sources[1] as f32,
+            of_sun: face.of_sources[2] as f32,
         };
         let rounded = reflectors.as_flattened().iter().map(rounded).collect();
-        Self { reflectors, lobes: Lobes::new(roughnesses), variant, rounded }
+        let rounded_tables = tables.iter().flat_map(|table| &table.values).map(|value| *value as f32).collect();
+        let lobes = Lobes::new(roughnesses);
+        Self { reflectors, lobes, tables, planet, variant, crinkled, rounded, rounded_tables }
     }
 
     /// What the device needs of them.
     pub fn shown(&self) -> Shown<'_> {
-        let lobe_values = self.lobes.roughnesses.len() * LOBE_VALUES;
-        Shown { variant: self.variant, reflectors: &self.rounded, lobe_values }
+        Shown {
+            variant: self.variant,
+            reflectors: &self.rounded,
+            lobe_values: self.lobes.roughnesses.len() * LOBE_VALUES,
+            emissivities: &self.rounded_tables,
+            planet_map: self.planet.as_ref().map_or(&[], |planet| &planet.map.values),
+            crinkled: &self.crinkled,
+            planet_means: self.planet.as_ref().map_or(0, MappedPlanet::mean_values),
+        }
     }
 
     /// Whether the sky is drawn behind the craft.
@@ -106,9 +209,82 @@ impl Finishes {
         self.variant.background
     }
 
+    /// Whether surfaces reflect.
+    pub fn reflects(&self) -> bool {
+        self.variant.reflections
+    }
+
     /// Whether the frames show the reflected radiance apart.
     pub fn is_apart(&self) -> bool {
         self.variant.apart
+    }
+
+    /// Makes what depends on the surroundings of an image.
+    pub fn look_at(&mut self, around: &Surroundings) {
+        self.lobes.before(around.planet);
+        if let Some((planet, axes)) = self.planet.as_mut().zip(around.map_from_camera) {
+            planet.look_at(axes * around.nadir, around.planet);
+        }
+    }
+
+    /// The tables for the surroundings that were looked at last.
+    pub fn looks(&self) -> Looks<'_> {
+        Looks {
+            lobes: self.lobes.latest(),
+            tables: &self.tables,
+            planet: self.planet.as_ref().and_then(|planet| planet.seen.as_ref()),
+        }
+    }
+}
+
+/// A planet that is not uniform, before the surfaces of a scene.
+pub struct MappedPlanet {
+    /// Radiances over that of the planet's mean temperature.
+    map: Arc<Equirectangular>,
+    /// Roughnesses of the mirrors that see it. `None` where nothing reflects.
+    roughnesses: Option<Vec<f64>>,
+    /// Where it was looked at.
+    place: Option<(DVec3, ApparentRadius)>,
+    seen: Option<SeenPlanet>,
+    rounded: Vec<f32>,
+}
+
+impl MappedPlanet {
+    fn new(temperatures: &Equirectangular, mean: f64, band: &Band, roughnesses: Option<Vec<f64>>) -> Self {
+        let table = RadianceTable::new(*band);
+        let whole = band_radiance(&table, mean).max(f64::MIN_POSITIVE);
+        let relative = |kelvin: &f32| (band_radiance(&table, f64::from(*kelvin)) / whole) as f32;
+        let values = temperatures.values.par_iter().map(relative).collect();
+        let map = Arc::new(Equirectangular { columns: temperatures.columns, rows: temperatures.rows, values });
+        Self { map, roughnesses, place: None, seen: None, rounded: Vec::new() }
+    }
+
+    /// Number of means over directions.
+    fn mean_values(&self) -> usize {
+        self.roughnesses.as_ref().map_or(0, |roughnesses| (1 + roughnesses.len()) * MEAN_VALUES)
+    }
+
+    /// Makes the means anew where the planet has moved.
+    fn look_at(&mut self, nadir: DVec3, disc: ApparentRadius) {
+        let near = |(last, radius): &(DVec3, ApparentRadius)| {
+            last.angle_between(nadir) < MEANS_ANGLE && (radius.sin / disc.sin).ln().abs() < RADIUS_STEP
+        };
+        if self.place.as_ref().is_some_and(near) {
+            return;
+        }
+        self.place = Some((nadir, disc));
+        let seen = match &self.roughnesses {
+            Some(roughnesses) => SeenPlanet::new(&self.map, nadir, disc, roughnesses),
+            None => SeenPlanet { map: Arc::clone(&self.map), means: Vec::new() },
+        };
+        self.rounded = seen.means.iter().flat_map(|mean| mean.values.iter().copied()).collect();
+        self.seen = Some(seen);
+    }
+
+    /// What the device needs of it in an image: the axes of the map against those of the camera, and the means.
+    pub fn told(&self, around: &Surroundings) -> Option<(layout::PlanetView, &[f32])> {
+        let axes = around.map_from_camera?;
+        Some((layout::PlanetView::new(&axes, [self.map.columns, self.map.rows]), &self.rounded))
     }
 }
 

@@ -26,6 +26,19 @@ pub enum Target {
 }
 
 impl Target {
+    /// Opens the Vulkan device whose name contains `name`, or the best one. `cpu` is the f64 reference. With `ISOTHERM_VALIDATION=1` in the environment the
+    /// validation layer checks every call.
+    ///
+    /// # Errors
+    /// There is no such device, or it lacks what isotherm needs.
+    pub fn open(name: Option<&str>) -> Result<Self, GpuError> {
+        if name.is_some_and(|name| name.eq_ignore_ascii_case("cpu")) {
+            return Ok(Self::Reference);
+        }
+        let validate = std::env::var_os("ISOTHERM_VALIDATION").is_some_and(|value| value == "1");
+        Ok(Self::Device(Context::open(name, validate)?))
+    }
+
     /// Its name for users.
     pub fn name(&self) -> String {
         self.device().map_or("cpu (f64 reference)".to_owned(), |context| context.info.name.clone())

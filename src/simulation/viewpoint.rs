@@ -6,6 +6,7 @@ use crate::environment::Sky;
 use crate::gpu::layout;
 use crate::gpu::sampling::Sampling;
 use crate::raster;
+use crate::raster::distant::Crop;
 use crate::scene::{Camera, CameraFrame};
 use crate::thermal::sensor;
 
@@ -23,6 +24,12 @@ pub fn camera_from_body(camera: &Camera, sky: &Sky) -> DAffine3 {
 /// The pose and intrinsics for a device that draws the camera's image directly.
 pub fn device_view(camera: &Camera, pose: &DAffine3) -> layout::View {
     view([camera.width, camera.height], camera.lens.focal, camera.lens.centre, camera.near, pose)
+}
+
+/// The pose and intrinsics for a device that draws a crop of the camera's image into one of the same size.
+pub fn crop_view(camera: &Camera, crop: &Crop, pose: &DAffine3) -> layout::View {
+    let lens = crop.view(&raster_view(camera, pose)).lens;
+    view([camera.width, camera.height], lens.focal, lens.centre, camera.near, pose)
 }
 
 /// The same for the images from which the camera's is made. The size is that of the largest, because all are drawn from the triangles that it may show.

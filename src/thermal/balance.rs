@@ -58,6 +58,7 @@ mod tests {
             front,
             sides,
             gloss: Default::default(),
+            in_band: Default::default(),
             bulk,
             response,
             transition: None,

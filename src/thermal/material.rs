@@ -1,5 +1,6 @@
 //! Surface material as numbers: optics, bulk properties, and thermal response.
 
+use super::emissivity::BandEmissivity;
 pub use super::function::Function;
 
 /// Solar absorptivity and infrared emissivity of one face of a sheet or body, both in [0, 1].
@@ -20,6 +21,10 @@ pub struct Gloss {
     pub roughness: f64,
     /// Variance of the slope of waves that a pixel does not resolve, such as those of crinkled foil.
     pub slope_variance: f64,
+    /// Variance of slopes that are drawn instead of averaged.
+    pub drawn_variance: f64,
+    /// Seed of the drawn slopes.
+    pub seed: u32,
 }
 
 impl Gloss {
@@ -267,6 +272,8 @@ pub struct Material {
     pub sides: Sides,
     /// How front and back reflect in the band of the images.
     pub gloss: [Gloss; 2],
+    /// Emissivity of front and back in the band of the images.
+    pub in_band: [BandEmissivity; 2],
     /// Bulk properties.
     pub bulk: Bulk,
     /// Thermal response of its nodes.

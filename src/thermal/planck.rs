@@ -22,6 +22,13 @@ impl Display for Band {
     }
 }
 
+impl Band {
+    /// Both wavelengths [um], without the rounding error of 7.3e-6 * 1e6.
+    pub fn micrometres(&self) -> [f64; 2] {
+        [self.lower, self.upper].map(|metres| (metres * 1e15).round() / 1e9)
+    }
+}
+
 /// Planck constant [J s], exact (SI 2019).
 pub const PLANCK: f64 = 6.626_070_15e-34;
 /// Speed of light [m/s], exact (SI 2019).
@@ -109,6 +116,14 @@ mod tests {
 
     const fn microns(lower: f64, upper: f64) -> Band {
         Band { lower: lower * 1e-6, upper: upper * 1e-6 }
+    }
+
+    #[test]
+    fn a_band_is_shown_without_rounding_errors() {
+        let shown = [microns(8.0, 14.0), microns(7.3, 13.5), microns(3.5, 5.0)].map(|band| band.to_string());
+        assert_eq!(shown, ["8 to 14 um", "7.3 to 13.5 um", "3.5 to 5 um"]);
+        assert_eq!(microns(7.3, 14.0).micrometres(), [7.3, 14.0]);
+        assert_ne!(7.3e-6 * 1e6, 7.3, "the naive product rounds");
     }
 
     /// The integral of z^3/(e^z - 1) from x to infinity as a series in e^-nx (Widger & Woodall 1976, Bull. Amer. Meteor. Soc. 57). It is an independent

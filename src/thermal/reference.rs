@@ -9,6 +9,7 @@ use crate::saved::{Saved, SavedError};
 use crate::thermal::balance::{Incident, absorbed_flux, balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response};
 use crate::thermal::radiative::{PlateLoad, PlateState, radiative_step};
+use crate::thermal::received::Received;
 use crate::thermal::transition::{TransitionState, transition_step};
 
 /// Incident fluxes on a plate with a unit normal (body frame) during a step.
@@ -41,6 +42,8 @@ pub struct Reference<F> {
     incident: F,
     /// Share of the Sun that each node sees.
     visibility: Vec<f64>,
+    /// What the faces of each node receive from the craft. Empty where surfaces do not see each other.
+    received: Vec<[Received; 2]>,
     states: Vec<TransitionState>,
     temperatures: Vec<f64>,
 }
@@ -51,7 +54,7 @@ impl<F: IncidentFlux> Reference<F> {
         let states = vec![TransitionState { target: 0.0, span: 0.0, elapsed: 0.0 }; nodes.len()];
         let temperatures = vec![0.0; nodes.len()];
         let visibility = vec![1.0; nodes.len()];
-        Self { nodes, joints: Vec::new(), materials, incident, visibility, states, temperatures }
+        Self { nodes, joints: Vec::new(), materials, incident, visibility, received: Vec::new(), states, temperatures }
     }
 
     /// The same nodes with the joint of each (0 is the body). Their normals are those of the file's pose.
@@ -71,6 +74,11 @@ impl<F: IncidentFlux> Reference<F> {
     /// Sets the share of the Sun that each node sees under the craft's own shadow. It is 1 at the start.
     pub fn shade(&mut self, visibility: Vec<f64>) {
         self.visibility = visibility;
+    }
+
+    /// Sets what the front and back of each node receive from the craft until the next call.
+    pub fn receive(&mut self, received: Vec<[Received; 2]>) {
+        self.received = received;
     }
 
     /// Share of the Sun that each node sees.
@@ -123,16 +131,23 @@ impl<F: IncidentFlux> Reference<F> {
 
     /// The target of a node in a step [K].
     fn commanded(&self, node: usize, material: &Material, load: &StepLoad) -> f64 {
-        let shaded = Shaded { incident: &self.incident, visibility: self.visibility[node] };
-        commanded_temperature(&shaded, &self.turned(node, load), material, load)
+        balance_temperature(
+            self.absorbed_by(node, material, load),
+            emissivity_sum(material),
+            load.background_temperature,
+        )
     }
 
     /// Flux that a node absorbs in a step [W/m2].
     fn absorbed_by(&self, node: usize, material: &Material, load: &StepLoad) -> f64 {
         let shaded = Shaded { incident: &self.incident, visibility: self.visibility[node] };
         let normal = self.turned(node, load).normal;
-        let front = shaded.incident(load, normal);
-        absorbed_flux(material, front, || shaded.incident(load, -normal))
+        let Some([front, back]) = self.received.get(node) else {
+            return absorbed_flux(material, shaded.incident(load, normal), || shaded.incident(load, -normal));
+        };
+        let open = front.through(shaded.incident(load, normal));
+        let from_outside = absorbed_flux(material, open, || back.through(shaded.incident(load, -normal)));
+        from_outside + front.absorbed + back.absorbed
     }
 
     /// Temperatures of the structures below plates [K], in the order of the nodes. `None` for a node without a structure.
@@ -238,7 +253,9 @@ pub fn commanded_temperature(
 /// The state of a node at rest. An instant node stores only its target.
 fn settled(temperature: f64, material: &Material) -> TransitionState {
     match &material.response {
-        Response::Instant | Response::Network | Response::Given => TransitionState { target: temperature, span: 0.0, elapsed: 0.0 },
+        Response::Instant | Response::Network | Response::Given => {
+            TransitionState { target: temperature, span: 0.0, elapsed: 0.0 }
+        }
         Response::Transition(transition) => TransitionState::settled(temperature, transition),
         Response::Radiative(_) => kept(PlateState::settled(temperature)),
     }
@@ -281,6 +298,7 @@ mod tests {
         });
         let make = |sides, response| Material {
             gloss: Default::default(),
+            in_band: Default::default(),
             name: "test".into(),
             front: optics,
             sides,

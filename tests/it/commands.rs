@@ -317,7 +317,7 @@ fn drivers_that_do_not_work_are_named() {
 #[test]
 fn every_command_has_help_with_an_example() {
     let folder = Folder::new(SCENE);
-    for command in ["run", "render", "info", "radiance"] {
+    for command in ["run", "render", "check", "info", "radiance"] {
         let text = succeed(folder.0.path(), &[command, "--help"]);
         assert!(text.contains("Example") && text.contains(&format!("isotherm {command}")), "{text}");
     }

@@ -26,7 +26,7 @@ pub fn validation_is_asked_for() -> bool {
     std::env::var_os("ISOTHERM_VALIDATION").is_some_and(|value| value == "1")
 }
 
-/// A context on the best device. Every test has its own, because tests run on threads and a queue accepts one caller.
+/// A context on the best device. Every test has its own, so that the messages of the validation layer are its own.
 pub fn context() -> Arc<Context> {
     Context::open(None, validation_is_asked_for()).expect("a Vulkan device (tools/setup installs lavapipe)")
 }
@@ -66,6 +66,7 @@ pub fn material(absorptivity: f64, emissivity: f64, sides: Sides, response: Resp
         front,
         sides,
         gloss: Default::default(),
+        in_band: Default::default(),
         bulk: Bulk::default(),
         response,
         transition: None,
@@ -154,6 +155,7 @@ impl LooseNodes {
                 planet_ir: present.planet_ir,
                 albedo: present.albedo,
                 shadow: false,
+                exchange: false,
                 fused: false,
             };
             nodes.ranges.push(StepRange { variant, groups: (first, nodes.group_material.len() as u32), joint: 0 });
@@ -182,6 +184,7 @@ impl LooseNodes {
             joints: None,
             network: None,
             heat: None,
+            exchange: None,
             sensor: None,
             shown: Default::default(),
         };

@@ -128,6 +128,7 @@ fn every_benchmark_has_a_command() {
         [
             "responses",
             "frames",
+            "surroundings",
             "shadows",
             "models",
             "build",

@@ -7,7 +7,7 @@ use isotherm::gpu::lists;
 use isotherm::gpu::pass::{Entry, Kernel};
 use isotherm::gpu::radiance_variant::RadianceVariant;
 use isotherm::gpu::resource::Resource;
-use isotherm::gpu::sampling::{RowOf, Sampled};
+use isotherm::gpu::sampling::{Distance, RowOf, Sampled};
 use isotherm::gpu::variant::{Curve, ResponseVariant, StepKind, ThermalVariant};
 
 use super::hazard::{HazardKind, barrier_count, hazards, unread_by_host, without_barrier};
@@ -21,6 +21,7 @@ fn variant(kind: StepKind, both_sides: bool) -> ThermalVariant {
         planet_ir: true,
         albedo: true,
         shadow: false,
+        exchange: false,
         fused: false,
     }
 }
@@ -77,14 +78,27 @@ fn wanted() -> Vec<Wanted> {
         (Some(4), true, Some(RowOf::Brown), 100),
         (None, false, Some(RowOf::Pinhole), 100),
     ] {
-        let sampled = Some(Sampled { lens, mean, shutter, rows: 60 });
+        let sampled = Some(Sampled { lens, mean, shutter, rows: 60, distance: Distance::Near });
         all.push(Wanted { image: true, sampled, cull, ..Wanted::default() });
     }
+    for distance in [Distance::MayBeFar, Distance::Far] {
+        let sampled = Some(Sampled { lens: false, mean: None, shutter: None, rows: 60, distance });
+        all.push(Wanted { image: true, sampled, cull: 100, ..Wanted::default() });
+    }
     // Everything that an image may show.
-    let shows =
-        RadianceVariant { reflections: true, specular: true, rough: true, sun: true, apart: true, background: true };
+    let shows = RadianceVariant {
+        reflections: true,
+        specular: true,
+        rough: true,
+        sun: true,
+        apart: true,
+        background: true,
+        tables: true,
+        map: true,
+        crinkled: true,
+    };
     all.push(Wanted { shows, ..DRAWN });
-    let sampled = Some(Sampled { lens: false, mean: Some(4), shutter: None, rows: 60 });
+    let sampled = Some(Sampled { lens: false, mean: Some(4), shutter: None, rows: 60, distance: Distance::Near });
     all.push(Wanted { shows: RadianceVariant { apart: false, ..shows }, sampled, ..DRAWN });
     all
 }

@@ -49,6 +49,7 @@ fn frames(shape: OnePassShape) -> Vec<Frame> {
         planet_ir: true,
         albedo: true,
         shadow: false,
+        exchange: false,
         fused: false,
     };
     let ranges = [StepRange { variant, groups: (0, 64), joint: 0 }];

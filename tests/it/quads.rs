@@ -49,6 +49,7 @@ impl Quads {
                 planet_ir: false,
                 albedo: false,
                 shadow: false,
+                exchange: false,
                 fused: false,
             },
             band: Band { lower: 8e-6, upper: 14e-6 },
@@ -96,11 +97,12 @@ impl Quads {
             band_table: &band_table(&RadianceTable::new(self.band)),
             image: Some([camera.width, camera.height]),
             between: false,
-            sampling: sampling(camera, context.info.sample_counts),
+            sampling: sampling(camera, context.info.sample_counts, false),
             shadows: None,
             joints: None,
             network: None,
             heat: None,
+            exchange: None,
             sensor: None,
             shown: Default::default(),
         };
@@ -153,7 +155,7 @@ impl Quads {
 
 /// The view of a camera on a device.
 fn seen(context: &Context, camera: &Camera, pose: &DAffine3) -> View {
-    match sampling(camera, context.info.sample_counts) {
+    match sampling(camera, context.info.sample_counts, false) {
         Some(sampling) => source_view(&sampling, camera.near, pose),
         None => device_view(camera, pose),
     }

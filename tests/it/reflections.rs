@@ -15,7 +15,7 @@ use super::device::{assert_silent, context};
 
 /// A scene with reflections, a sky and the two parts of the radiance. The skin is a rough mirror in part, the cells are
 /// a smooth one, and the mast is diffuse.
-fn shining(changes: &[(&str, &str)]) -> String {
+pub fn shining(changes: &[(&str, &str)]) -> String {
     let mut all = vec![
         ("band_um = [8, 14]", "band_um = [8, 14]\nreflections = \"environment\"\nbackground = \"planet\""),
         ("emissivity = 0.83", "emissivity = 0.13\nspecular = 0.7\nroughness = 0.2"),
@@ -36,7 +36,7 @@ fn camera(prepared: &Prepared) -> &Camera {
     prepared.scene.camera.as_ref().expect("a camera")
 }
 
-fn on_device(prepared: &Prepared) -> Pixels {
+pub fn on_device(prepared: &Prepared) -> Pixels {
     let context = context();
     let mut engine = DeviceEngine::new(&context, prepared, Some(camera(prepared))).expect("a small scene");
     let found = pixels(prepared, &mut engine);
@@ -45,13 +45,13 @@ fn on_device(prepared: &Prepared) -> Pixels {
     found
 }
 
-fn by_reference(prepared: &Prepared) -> Pixels {
+pub fn by_reference(prepared: &Prepared) -> Pixels {
     pixels(prepared, &mut ReferenceEngine::new(prepared, Some(camera(prepared))))
 }
 
 /// Shares of the pixels that differ by more than a tolerance, of the sky and of surfaces with the same labels; and the
 /// largest difference of the others, relative to the radiance.
-fn apart(found: &Pixels, expected: &Pixels, tolerance: f64) -> ([f64; 2], f64) {
+pub fn apart(found: &Pixels, expected: &Pixels, tolerance: f64) -> ([f64; 2], f64) {
     let (mut count, mut far, mut worst) = ([0.0_f64; 2], [0.0_f64; 2], 0.0_f64);
     for (index, label) in expected.identity.iter().enumerate() {
         if found.identity[index] != *label {
@@ -180,7 +180,7 @@ fn images_between_steps_show_the_surroundings_of_their_time_and_pose() {
 }
 
 /// The temperature of everything, without a Sun.
-fn isothermal(temperature: &str, planet: &str) -> String {
+pub fn isothermal(temperature: &str, planet: &str) -> String {
     let start = format!("[initial]\ntemperature = {temperature}\n[[probe]]");
     let planet = format!("background = \"planet\"\nplanet_temperature = {planet}");
     shining(&[

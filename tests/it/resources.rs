@@ -3,13 +3,15 @@
 use std::collections::BTreeSet;
 
 use isotherm::environment::shadow::Method;
+use isotherm::gpu::exchange::exchange;
+use isotherm::gpu::exchange_rays;
 use isotherm::gpu::frame::{Frame, StepRange, TriangleRun, Wanted};
 use isotherm::gpu::heat::{HeatOf, absorbed_heat};
 use isotherm::gpu::lists;
 use isotherm::gpu::pass::Kernel;
 use isotherm::gpu::radiance_variant::RadianceVariant;
 use isotherm::gpu::resource::Resource;
-use isotherm::gpu::sampling::{RowOf, Sampled};
+use isotherm::gpu::sampling::{Distance, RowOf, Sampled};
 use isotherm::gpu::sensor;
 use isotherm::gpu::sensor_variant::SensorVariant;
 
@@ -29,7 +31,10 @@ fn block_of(module: &naga::Module, ty: naga::Handle<naga::Type>) -> String {
 /// A list for every kernel.
 fn all_lists() -> Vec<Frame> {
     let drawn = Wanted { image: true, cull: 9, temperatures: true, ..Wanted::default() };
-    let sampled = |mean, lens, shutter| Wanted { sampled: Some(Sampled { mean, lens, shutter, rows: 9 }), ..drawn };
+    let sampled = |mean, lens, shutter| Wanted {
+        sampled: Some(Sampled { mean, lens, shutter, rows: 9, distance: Distance::Near }),
+        ..drawn
+    };
     let of_images = [
         (None, true, None),
         (Some(1), true, None),
@@ -42,6 +47,9 @@ fn all_lists() -> Vec<Frame> {
     for variant in CURVES.into_iter().flat_map(thermal_variants) {
         all.push(Frame::between(&[StepRange { variant, groups: (0, 64), joint: 0 }], drawn, &[whole]));
         all.push(Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], drawn));
+        if variant.exchange {
+            all.push(exchange(&[(0, 0, 9)], variant, true));
+        }
         if variant.shadow {
             let range = [StepRange { variant, groups: (0, 64), joint: 0 }];
             all.extend([Method::Depth, Method::Exact].map(|method| Frame::shadows(&range, method)));
@@ -49,6 +57,9 @@ fn all_lists() -> Vec<Frame> {
     }
     let shown = |shows| Frame::step(&[], Wanted { image: true, shows, ..Wanted::default() });
     all.extend(RadianceVariant::all().into_iter().map(shown));
+    let far = Some(Sampled { mean: None, lens: false, shutter: None, rows: 9, distance: Distance::Far });
+    let of_far = |shows| Frame::step(&[], Wanted { image: true, shows, sampled: far, ..Wanted::default() });
+    all.extend(RadianceVariant::all().into_iter().map(of_far));
     let of_mean = |shows| Frame::step(&[], Wanted { shows, ..sampled(Some(4), false, None) });
     all.extend(RadianceVariant::all().into_iter().filter(|shows| !shows.apart).map(of_mean));
     all.extend(CURVES.into_iter().flat_map(response_variants).map(|variant| lists::respond(variant, 1)));
@@ -58,6 +69,7 @@ fn all_lists() -> Vec<Frame> {
     for shown in [Resource::RadianceImage, Resource::ImageRadiance] {
         all.extend(SensorVariant::all().into_iter().map(|variant| sensor::frame(variant, 64, 64, shown)));
     }
+    all.push(exchange_rays::list(0, 9, 64));
     all.extend(lists_of_all_plans());
     all.extend(lists_of_all_shapes());
     all

@@ -5,13 +5,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The rooms of `src`. Each uses only rooms before it.
-const ORDER: [&str; 18] = [
+const ORDER: [&str; 20] = [
     "text",
     "host",
     "files",
     "saved",
     "environment",
     "thermal",
+    "exchange",
     "model",
     "lens",
     "scene",
@@ -19,6 +20,7 @@ const ORDER: [&str; 18] = [
     "gpu",
     "trace",
     "simulation",
+    "guard",
     "output",
     "compare",
     "paper",

@@ -91,6 +91,7 @@ fn every_value_of_a_full_scene_arrives() {
         reflections: Reflections::Environment,
         background: Background::Planet,
         planet_temperature: 260.0,
+        planet: None,
         channels: true,
     };
     assert_eq!(scene.surrounded, surrounded);
@@ -102,10 +103,13 @@ fn every_value_of_a_full_scene_arrives() {
     let shadows = scene.shadows.expect("the scene has shadows");
     assert_eq!((shadows.method, shadows.resolution), (Method::Depth, 1024));
     assert_relative_eq!(shadows.redraw_angle, 0.5f64.to_radians(), epsilon = 1e-15);
-    // The table's entries do not state the sides of the default. The other sentence says what shadows leave out.
+    let exchange = scene.exchange.expect("the scene has exchange");
+    assert_eq!((exchange.rays, exchange.patch_edge, exchange.bounces), (512, 1.5, Some(3)));
+    assert_relative_eq!(exchange.redraw_angle, 2f64.to_radians(), epsilon = 1e-15);
+    // The table's entries do not state the sides of the default. The other sentence says what exchange takes for granted.
     let [left_out, sides, figures] = scene.assumptions.as_slice() else { panic!("{:?}", scene.assumptions) };
     assert!(figures.contains("Figures of FLIR Boson 640 (camera.preset)") && figures.contains("unknown"), "{figures}");
-    assert!(left_out.contains("[shadows] covers sunlight only"), "{left_out}");
+    assert!(left_out.contains("patches are uniform and reflect diffusely"), "{left_out}");
     assert_eq!(sides, "Surfaces exchange heat on their outside only (sides is absent): materials.default.");
 
     let sensor = scene.sensor.as_ref().expect("the scene has a sensor");
@@ -181,6 +185,7 @@ fn a_short_scene_says_what_it_assumes() {
         "(attitude.nadir_axis is absent)",
         "(attitude.forward_axis is absent)",
         "(there is no section [shadows])",
+        "(there is no section [exchange])",
         "(sides is absent)",
         "(radiance.band_um is absent)",
         "(camera.frame is absent: 'body')",

@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 use isotherm::gpu::context::Context;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::resource::Resource;
-use isotherm::gpu::sampling::Sampled;
+use isotherm::gpu::sampling::{Distance, Sampled};
 use isotherm::gpu::sensor::frame;
 use isotherm::gpu::sensor_variant::SensorVariant;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
@@ -237,12 +237,13 @@ fn each_barrier_of_the_sensor_is_needed() {
         planet_ir: true,
         albedo: false,
         shadow: false,
+        exchange: false,
         fused: false,
     };
     let ranges = [StepRange { variant: instant, groups: (0, 64), joint: 0 }];
     let settle = Frame::settle(&ranges);
     let drawn = Frame::step(&ranges, Wanted { image: true, cull: 100, ..Wanted::default() });
-    let sampled = Some(Sampled { lens: true, mean: Some(4), shutter: None, rows: 60 });
+    let sampled = Some(Sampled { lens: true, mean: Some(4), shutter: None, rows: 60, distance: Distance::Near });
     let computed = Frame::step(&ranges, Wanted { image: true, cull: 100, sampled, ..Wanted::default() });
     let images = [(drawn, Resource::RadianceImage), (computed, Resource::ImageRadiance)];
     for (variant, (drawn, shown)) in

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 
+use isotherm::gpu::exchange_variant::ExchangeVariant;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::layout;
 use isotherm::gpu::one_pass_variant::OnePassVariant;
@@ -11,7 +12,7 @@ use isotherm::gpu::pass::{Kernel, Pass, is_write};
 use isotherm::gpu::radiance_variant::RadianceVariant;
 use isotherm::gpu::resource::Resource;
 use isotherm::gpu::resource_row::Role;
-use isotherm::gpu::sampling::{RowOf, Sampled};
+use isotherm::gpu::sampling::{Distance, RowOf, Sampled};
 use isotherm::gpu::sensor;
 use isotherm::gpu::sensor_variant::SensorVariant;
 use isotherm::gpu::shaders::{ENTRY_POINTS, Shader};
@@ -35,6 +36,7 @@ pub fn thermal_variants(curve: Curve) -> Vec<ThermalVariant> {
         planet_ir: false,
         albedo: false,
         shadow: false,
+        exchange: false,
         fused: false,
     };
     let mut all = vec![bare(StepKind::Advance)];
@@ -55,7 +57,8 @@ pub fn thermal_variants(curve: Curve) -> Vec<ThermalVariant> {
                 let plain = ThermalVariant { both_sides, sun, planet_ir, albedo, ..bare(kind) };
                 let shadowed = sun.then_some(ThermalVariant { shadow: true, ..plain });
                 let unfused = [Some(plain), shadowed].into_iter().flatten();
-                all.extend(unfused.flat_map(|variant| [Some(variant), variant.fused()]).flatten());
+                let exchanging = |variant: ThermalVariant| ThermalVariant { exchange: true, ..variant };
+                all.extend(unfused.flat_map(|one| [Some(one), one.fused(), Some(exchanging(one))]).flatten());
             }
         }
     }
@@ -104,11 +107,13 @@ fn all_shaders() -> Vec<Shader> {
     all.extend(wide_variants().iter().map(WideVariant::shader));
     // Without words it is the entry point itself.
     all.extend(SensorVariant::all().iter().map(SensorVariant::shader).filter(|shader| !shader.words.is_empty()));
+    all.extend(ExchangeVariant::all().iter().map(ExchangeVariant::shader));
     all.extend(OnePassVariant::all().iter().map(OnePassVariant::shader));
     for variant in RadianceVariant::all() {
         for mean in means(&variant) {
             all.extend([variant.shaders(mean, None), variant.background(mean)].concat());
         }
+        all.push(variant.distant());
     }
 
     all.sort();
@@ -300,9 +305,15 @@ fn passes_declare_what_their_shaders_touch() {
     let shutters = [None, Some(RowOf::Pinhole), Some(RowOf::Brown), Some(RowOf::Fisheye)];
     let shown = RadianceVariant::all().into_iter().map(|shows| (shows, None));
     let rolled = shutters.map(|shutter| (RadianceVariant::PLAIN, shutter));
+    for shows in RadianceVariant::all() {
+        let sampled = Some(Sampled { lens: false, mean: None, shutter: None, rows: 9, distance: Distance::Far });
+        let frame = Frame::step(&[], Wanted { image: true, sampled, shows, ..Wanted::default() });
+        let pass = frame.passes().find(|pass| pass.name == "distant").expect("a pass for a distant craft");
+        assert_eq!(declared(pass), bindings_of(&shows.distant()), "{shows:?}");
+    }
     for (shows, shutter) in shown.chain(rolled) {
         for mean in means(&shows) {
-            let sampled = Some(Sampled { lens: false, mean, shutter, rows: 9 });
+            let sampled = Some(Sampled { lens: false, mean, shutter, rows: 9, distance: Distance::Near });
             let frame = Frame::step(&[], Wanted { image: true, sampled, shows, ..Wanted::default() });
             let name = if mean.is_some() { "mean" } else { "radiance" };
             let pass = frame.passes().find(|pass| pass.name == name).expect("a draw");

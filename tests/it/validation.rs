@@ -37,6 +37,7 @@ fn range() -> StepRange {
         planet_ir: true,
         albedo: true,
         shadow: false,
+        exchange: false,
         fused: false,
     };
     StepRange { variant, groups: (0, 64), joint: 0 }

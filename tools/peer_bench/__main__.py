@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from peer_bench import columns, images, networks, page, plots, transition
+from peer_bench import columns, images, networks, page, plots, reflections, transition
 from peer_bench.record import Comparison
 from peer_bench.workshop import TARGET, Unavailable, Workshop, build_isotherm, tell
 
@@ -55,6 +55,7 @@ def comparisons(given: argparse.Namespace, shop: Workshop) -> list[Callable[[], 
     wanted: list[tuple[set[str], Callable[[], Comparison]]] = [
         ({"rayon"}, lambda: transition.measure(shop)),
         ({"mitsuba"}, lambda: images.measure(shop)),
+        ({"mitsuba"}, lambda: reflections.measure(shop)),
         ({"pycanha", "radau"}, lambda: networks.measure(shop, given.only)),
         ({"kalast"}, lambda: columns.measure(shop)),
     ]

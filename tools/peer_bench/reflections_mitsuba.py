@@ -5,7 +5,7 @@
 ISOTHERM is the program. FOLDER takes its scenes and images. Nothing emits but the planet, a sphere with a radiance of 1.
 Mitsuba follows one reflection, as `reflections = "environment"` does. Its rough conductor loses the light of
 further reflections between facets, which Isotherm does not: its image is divided by that in a white furnace.
-The program ends with 1 where a mean radiance is off by more than 0.5 %.
+`tools/peers` runs it too. It leaves FOLDER/reflections.json, and ends with 1 where a mean radiance is off by more than 0.5 %.
 """
 
 import json
@@ -276,7 +276,7 @@ def main() -> int:
     for roughness in (0.05, 0.3, 1.0):
         cases.append((f"plates, roughness {roughness}", {"plates": plates()}, {"plates": Finish(roughness)}))
         cases.append((f"sphere, roughness {roughness}", {"ball": sphere()}, {"ball": Finish(roughness)}))
-    missed = 0
+    missed, rows = 0, []
     for number, (name, meshes, finishes) in enumerate(cases):
         eye = np.array([15.0, 2.0, 6.0]) if "plates" in meshes else np.array([6.0, 1.0, 3.0])
         own = by_isotherm(program, folder / str(number), meshes, finishes, eye)
@@ -287,12 +287,14 @@ def main() -> int:
             off = own["image"][mask].mean() / other.mean() - 1.0
             local = np.sqrt(np.mean((own["image"][mask] - other) ** 2))
             missed += abs(off) > ALLOWED
+            rows.append({"work": f"{name}, {part_name}", "off": float(off), "rms": float(local)})
             print(
                 f"{name}, {part_name}: {mask.sum()} pixels, Isotherm {own['image'][mask].mean():.5f}, "
                 f"Mitsuba {other.mean():.5f}, off by {100 * off:+.2f} %, rms {local:.4f} of the planet's radiance; "
                 f"Mitsuba alone loses {100 * (1 - white[mask].mean()):.1f} %",
                 flush=True,
             )
+    (folder / "reflections.json").write_text(json.dumps(rows))
     print(f"{missed} beyond {100 * ALLOWED} %")
     return 1 if missed else 0
 

@@ -9,6 +9,7 @@ mod one_pass;
 mod sensor_cost;
 mod shadow_error;
 mod start_up;
+mod surroundings_cost;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -53,6 +54,9 @@ struct Arguments {
     /// Measure the sensor on the scene's image alone
     #[arg(long)]
     sensor: bool,
+    /// Measure reflections, sky and emissivity by angle on the scene's image alone
+    #[arg(long)]
+    surroundings: bool,
     /// Leave out the whole steps
     #[arg(long)]
     nodes_only: bool,
@@ -148,6 +152,9 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
     if arguments.sensor {
         return sensor_cost::measure(&context, scene);
     }
+    if arguments.surroundings {
+        return surroundings_cost::measure(&context, scene);
+    }
     if arguments.shadows {
         return shadow_error::measure(&context, &scene, &arguments.shadow_edges, &arguments.shadow_maps);
     }
@@ -189,6 +196,7 @@ fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) ->
             planet_ir,
             albedo,
             shadow: false,
+            exchange: false,
             fused: false,
         };
         let mut row = Vec::new();
@@ -248,6 +256,7 @@ fn functions(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Re
             planet_ir: all,
             albedo: all,
             shadow: false,
+            exchange: false,
             fused: false,
         };
         // Processor time does not depend on other programs. The difference of few steps is mostly the pipeline's

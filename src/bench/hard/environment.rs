@@ -125,7 +125,7 @@ impl Plates {
         let mut renderer = Renderer::new(context, &device.data(&Shapes::default(), None)).map_err(failed)?;
         (0..self.steps)
             .map(|step| {
-                let found = renderer.absorbed(&self.load(step)).map_err(failed)?;
+                let found = renderer.absorbed(&self.load(step), false).map_err(failed)?;
                 Ok(found[..self.normals.len()].iter().map(|flux| f64::from(*flux)).collect())
             })
             .collect()
@@ -220,6 +220,7 @@ impl Loose {
             planet_ir: false,
             albedo: false,
             shadow: self.shadow,
+            exchange: false,
             fused: false,
         };
         SceneData {
@@ -239,6 +240,7 @@ impl Loose {
             joints: None,
             network: None,
             heat: None,
+            exchange: None,
             sensor: None,
             shown: Default::default(),
         }

@@ -13,7 +13,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DAffine3, DVec3};
 
 use super::track::Track;
-use super::{Drive, Guided, Joint, Motion};
+use super::{Drive, Guided, Joint, JointError, Motion};
 
 /// Largest difference between positions at the starts of two periods that counts as rounding [rad or m].
 const SAME: f64 = 1e-12;
@@ -100,6 +100,36 @@ impl Joints {
             poses.push(carrier * own);
         }
         (positions, poses)
+    }
+
+    /// The same joints, which walk anew from their positions at a time [s]. What was walked ahead of it is forgotten.
+    pub fn from_here(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> Self {
+        let mut all = Self { joints: self.joints.clone(), walk: Walk { step: self.walk.step, ..Walk::default() } };
+        if all.joints.iter().any(|joint| joint.rate().is_some()) {
+            all.walk.track = Some(Track::new(time, self.at(time, sun).0));
+        }
+        all
+    }
+
+    /// The same joints with one that is held at a position [rad or m], whatever its rate.
+    ///
+    /// # Errors
+    /// There is no such joint, it plays an animation, or the position lies outside its limits.
+    pub fn held(&self, name: &str, position: f64) -> Result<Self, JointError> {
+        let mut all = self.clone();
+        let known = || self.joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>().join(", ");
+        let unknown = || JointError::Unknown { name: name.to_owned(), known: known() };
+        let joint = all.joints.iter_mut().find(|joint| joint.name == name).ok_or_else(unknown)?;
+        let unit = if joint.turns() { "rad" } else { "m" };
+        let Motion::Guided(guided) = &mut joint.motion else {
+            return Err(JointError::Played { name: name.to_owned() });
+        };
+        let [low, high] = guided.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        if !(position.is_finite() && (low..=high).contains(&position)) {
+            return Err(JointError::Limits { name: name.to_owned(), position, low, high, unit });
+        }
+        (guided.drive, guided.rate) = (Drive::Fixed(position), None);
+        Ok(all)
     }
 
     /// Joints of a craft, each after its parent. Joints with a rate start at their target at the time `from` [s] and are walked from there in steps of

@@ -23,6 +23,19 @@ pub struct Occluders {
     pub start: f64,
 }
 
+/// The first triangle that a ray meets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// Place of the triangle in [`Occluders::triangles`].
+    pub triangle: usize,
+    /// Weight of its second corner.
+    pub u: f64,
+    /// Weight of its third corner.
+    pub v: f64,
+    /// Whether the ray meets the face around which the corners turn to the left.
+    pub outside: bool,
+}
+
 /// Unit vectors to points that share the Sun's disc evenly, on a sunflower spiral (Vogel 1979).
 pub fn disc_directions(sun: DVec3) -> [DVec3; SUN_RAYS] {
     let (x, y) = sun.any_orthonormal_pair();
@@ -68,6 +81,31 @@ impl Occluders {
         nearest
     }
 
+    /// The first triangle in a direction from a point [m]. Of two at the same distance it is the one that the walk meets first.
+    pub fn first(&self, from: DVec3, direction: DVec3) -> Option<Hit> {
+        let inverse = direction.recip();
+        let (mut at, mut nearest, mut found) = (0, f64::INFINITY, None);
+        while let Some(node) = self.tree.nodes.get(at) {
+            let (a, b) = ((node.low - from) * inverse, (node.high - from) * inverse);
+            let enters = a.min(b).max_element();
+            let leaves = a.max(b).min_element();
+            if leaves < enters || leaves < 0.0 || enters > nearest {
+                at = node.skip as usize;
+                continue;
+            }
+            for number in node.first as usize..(node.first + node.count) as usize {
+                let triangle = &self.triangles[number];
+                if let Some((distance, u, v)) = meets(triangle, from, direction).filter(|found| found.0 < nearest) {
+                    nearest = distance;
+                    let outside = triangle[1].cross(triangle[2]).dot(direction) < 0.0;
+                    found = Some(Hit { triangle: number, u, v, outside });
+                }
+            }
+            at += 1;
+        }
+        found
+    }
+
     /// Calls `ends` with the distance of every triangle that a ray meets, until it returns true. Returns whether it did.
     fn walk(&self, from: DVec3, direction: DVec3, ends: &mut dyn FnMut(f64) -> bool) -> bool {
         let inverse = direction.recip();
@@ -82,7 +120,11 @@ impl Occluders {
                 continue;
             }
             let run = node.first as usize..(node.first + node.count) as usize;
-            if self.triangles[run].iter().filter_map(|triangle| meets(triangle, from, direction)).any(&mut *ends) {
+            if self.triangles[run]
+                .iter()
+                .filter_map(|triangle| meets(triangle, from, direction))
+                .any(|found| ends(found.0))
+            {
                 return true;
             }
             at += 1;
@@ -91,8 +133,8 @@ impl Occluders {
     }
 }
 
-/// Distance at which a ray meets a triangle (Moeller and Trumbore 1997), from either side.
-fn meets([corner, first, second]: &[DVec3; 3], from: DVec3, direction: DVec3) -> Option<f64> {
+/// Distance at which a ray meets a triangle (Moeller and Trumbore 1997), from either side, and the weights of its second and third corner.
+fn meets([corner, first, second]: &[DVec3; 3], from: DVec3, direction: DVec3) -> Option<(f64, f64, f64)> {
     let p = direction.cross(*second);
     let determinant = first.dot(p);
     if determinant == 0.0 {
@@ -103,5 +145,5 @@ fn meets([corner, first, second]: &[DVec3; 3], from: DVec3, direction: DVec3) ->
     let q = to.cross(*first);
     let v = direction.dot(q) / determinant;
     let distance = second.dot(q) / determinant;
-    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0).then_some(distance)
+    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0).then_some((distance, u, v))
 }

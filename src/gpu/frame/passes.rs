@@ -118,6 +118,9 @@ pub(super) fn thermal_pass(range: StepRange) -> Pass {
     bind(true, 11, Resource::Temperature, if plate { &[COMPUTE_READ, COMPUTE_WRITE] } else { &[COMPUTE_WRITE] });
     bind(variant.shadow, 13, Resource::Visibility, &[COMPUTE_READ]);
     bind(moves && variant.curve != Curve::Power, 12, Resource::Shapes, &[COMPUTE_READ]);
+    bind(variant.exchange, 14, Resource::ExchangeNodes, &[COMPUTE_READ]);
+    bind(variant.exchange, 15, Resource::ExchangeReceived, &[COMPUTE_READ]);
+    bind(variant.exchange && (variant.planet_ir || variant.albedo), 16, Resource::ExchangeSeen, &[COMPUTE_READ]);
     let work = over(Kernel::Thermal(variant), groups, RANGE_GROUPS as u32, Said::Nothing);
     Pass { name: variant.shader().name(), work, accesses }
 }
@@ -248,6 +251,26 @@ pub(super) fn resample_pass(sampled: Sampled) -> Pass {
     Pass { name: "resample".to_owned(), work, accesses }
 }
 
+/// Computes the image of a craft that is far away from a crop around it.
+pub(super) fn distant_pass(sampled: Sampled, shows: RadianceVariant) -> Pass {
+    let mut accesses = vec![
+        bound(0, Resource::Distant, COMPUTE_UNIFORM),
+        bound(1, Resource::DrawnRadiance, COMPUTE_READ),
+        bound(2, Resource::DrawnIdentity, COMPUTE_READ),
+        bound(3, Resource::ImageRadiance, COMPUTE_WRITE),
+        bound(4, Resource::ImageIdentity, COMPUTE_WRITE),
+    ];
+    if shows.background {
+        accesses.push(bound(12, Resource::Surroundings, COMPUTE_UNIFORM));
+    }
+    if shows.background && shows.map {
+        accesses.push(bound(16, Resource::PlanetView, COMPUTE_UNIFORM));
+        accesses.push(bound(17, Resource::PlanetMap, COMPUTE_READ));
+    }
+    let work = Work::Dispatch { kernel: Kernel::Distant(shows), workgroups: sampled.rows, set: 0, said: Said::Nothing };
+    Pass { name: "distant".to_owned(), work, accesses }
+}
+
 /// Draws the triangles that culling kept into images, the last of which is the depth buffer, and the sky behind them.
 fn draw_pass(name: &str, kernel: Kernel, temperature: Resource, images: &[Resource]) -> Pass {
     let shows = match kernel {
@@ -268,11 +291,14 @@ fn draw_pass(name: &str, kernel: Kernel, temperature: Resource, images: &[Resour
         bound(4, temperature, vertex),
         bound(5, Resource::GroupMaterial, vertex),
         bound(6, Resource::GroupPart, vertex),
-        bound(7, if shows.reflections { Resource::Reflectors } else { Resource::Materials }, fragment),
+        bound(7, if shows.needs_normals() { Resource::Reflectors } else { Resource::Materials }, fragment),
         bound(8, Resource::BandTable, fragment),
     ]);
-    if shows.reflections {
-        let normals = [Resource::NormalX, Resource::NormalY, Resource::NormalZ];
+    if shows.needs_normals() {
+        let normals = match shows.crinkled {
+            false => [Resource::NormalX, Resource::NormalY, Resource::NormalZ],
+            true => [Resource::CrinkledX, Resource::CrinkledY, Resource::CrinkledZ],
+        };
         accesses.extend((9..).zip(normals).map(|(binding, component)| bound(binding, component, vertex)));
     }
     if shows.background {
@@ -283,6 +309,18 @@ fn draw_pass(name: &str, kernel: Kernel, temperature: Resource, images: &[Resour
     }
     if shows.rough {
         accesses.push(bound(13, Resource::Lobes, fragment));
+    }
+    if shows.tables {
+        accesses.push(bound(15, Resource::Emissivities, fragment));
+    }
+    if shows.map {
+        accesses.push(bound(16, Resource::PlanetView, uniform(S::FRAGMENT_SHADER)));
+        if shows.specular || shows.background {
+            accesses.push(bound(17, Resource::PlanetMap, fragment));
+        }
+        if shows.reflections {
+            accesses.push(bound(18, Resource::PlanetMeans, fragment));
+        }
     }
     if let Kernel::RadianceOfRows(_) | Kernel::MeanOfRows { .. } = kernel {
         accesses.push(bound(14, Resource::Shutter, uniform(S::VERTEX_SHADER)));

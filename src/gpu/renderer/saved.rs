@@ -67,6 +67,10 @@ impl Renderer {
         if let Some(redraw) = &self.shadows.redraw {
             saved.put_all("shadows", redraw.save());
         }
+        if let Some(exchange) = &self.exchange {
+            saved.put_all("exchange", exchange.save());
+            saved.put("exchange.seen", &self.seen()?);
+        }
         saved.put("culled", &self.culling.save());
         saved.put("fused_steps", &[self.fused_steps]);
         saved.put("pass_names", self.pass_times().keys().cloned().collect::<Vec<_>>().join("\n").as_bytes());
@@ -113,6 +117,7 @@ impl Renderer {
             network.told = Told { squares, count, most, node: node as usize };
             network.told_steps = steps;
         }
+        self.restore_exchange(&saved.part("exchange"))?;
         if let Some(sensor) = &mut self.sensor {
             if self.resources.get(Resource::SensorBolometer).is_some() {
                 lists.push((

@@ -84,7 +84,7 @@ impl Slots {
         // SAFETY: the command buffer is complete, and the fence is not signalled.
         unsafe {
             device.end_command_buffer(slot.commands).during("recording")?;
-            device.queue_submit2(self.context.queue, &submit, slot.fence).during("submitting a frame")?;
+            self.context.submit(&submit, slot.fence).during("submitting a frame")?;
         }
         slot.pending = true;
         slot.left = list.left_to_host().collect();
@@ -126,9 +126,12 @@ impl Slots {
 
 impl Drop for Slots {
     fn drop(&mut self) {
-        // SAFETY: the device is idle before anything of the scene is destroyed.
+        for number in 0..self.slots.len() {
+            // A device that is lost has stopped all work.
+            let _ = self.finish(number);
+        }
+        // SAFETY: all frames of these slots are complete. Another scene may be at work on the device.
         unsafe {
-            let _ = self.context.device.device_wait_idle();
             for slot in &self.slots {
                 self.context.device.destroy_fence(slot.fence, None);
             }

@@ -9,6 +9,24 @@ use crate::lens::{Distortion, Lens};
 /// Place of the principal point, and skew.
 const PLACE: Quantity = Quantity::within(-100_000.0, 100_000.0, "px");
 
+/// The keys that a ray of the image depends on.
+const OF_THE_LENS: [&str; 14] = [
+    "width",
+    "height",
+    "preset",
+    "fov_deg",
+    "focal_length",
+    "pixel_pitch",
+    "focal_px",
+    "fx",
+    "fy",
+    "cx",
+    "cy",
+    "skew",
+    "distortion",
+    "distortion_model",
+];
+
 /// The lens of an image of this size. It is refused where it folds the image.
 pub(super) fn read(
     section: &Section,
@@ -29,13 +47,13 @@ pub(super) fn read(
             }
             size.map(|side| f64::from(side) / 2.0)
         }
-        [Some(_), None] => return Err(section.error("cy", "is missing: cx needs it [px]")),
-        [None, Some(_)] => return Err(section.error("cx", "is missing: cy needs it [px]")),
+        [Some(_), None] => return Err(section.missing("cy", &["cx"], "cx needs it [px]")),
+        [None, Some(_)] => return Err(section.missing("cx", &["cy"], "cy needs it [px]")),
     };
     let lens = Lens { focal, centre, skew, distortion };
     if !lens.is_pinhole() {
         let key = if distortion == Distortion::None { "skew" } else { "distortion" };
-        lens.field(size).map_err(|error| section.error(key, error))?;
+        lens.field(size).map_err(|error| section.clash(key, &OF_THE_LENS, error))?;
     }
     Ok(lens)
 }
@@ -56,7 +74,7 @@ fn focal(section: &Section, preset: Option<&Preset>, width: u32) -> Result<[f64;
         return Ok([length / pitch; 2]);
     }
     if stated.is_some() {
-        return Err(section.error("pixel_pitch", "needs focal_length, which is missing"));
+        return Err(section.clash("pixel_pitch", &["focal_length"], "needs focal_length, which is missing"));
     }
     match ["fx", "fy"].map(|key| section.number(key, Quantity::positive("pixels"))) {
         [Ok(None), Ok(None)] => {}
@@ -88,9 +106,12 @@ enum Model {
 fn distortion(section: &Section, assumptions: &mut Vec<String>) -> Result<Distortion, SceneError> {
     let models = [("brown_conrady", Model::BrownConrady), ("fisheye", Model::Fisheye)];
     let model = section.choice("distortion_model", &models)?;
+    if section.is_wrong("distortion") {
+        return Ok(Distortion::None);
+    }
     let Some(numbers) = section.list("distortion", Quantity::within(-1e6, 1e6, ""))? else {
         return match model {
-            Some(_) => Err(section.error("distortion", "is missing: distortion_model needs its numbers")),
+            Some(_) => Err(section.missing("distortion", &["distortion_model"], "distortion_model needs its numbers")),
             None => Ok(Distortion::None),
         };
     };
@@ -115,7 +136,11 @@ fn distortion(section: &Section, assumptions: &mut Vec<String>) -> Result<Distor
                     "5, 8 or 12 numbers (k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4), or 4 (k1, k2, k3, k4 of a fisheye)"
                 }
             };
-            Err(section.error("distortion", format!("expected {expected}, found {}", numbers.len())))
+            Err(section.clash(
+                "distortion",
+                &["distortion_model"],
+                format!("expected {expected}, found {}", numbers.len()),
+            ))
         }
     }
 }

@@ -61,6 +61,9 @@ pub(in crate::scene) struct Around<'a> {
     pub start: Option<Epoch>,
 }
 
+/// The keys that a path depends on.
+const OF_THE_ORBIT: [&str; 5] = ["object", "path_relative_to", "orbit.*", "time.start", "environment.planet_radius"];
+
 /// What the positions of a path are counted from.
 #[derive(Clone, Copy, PartialEq)]
 enum Origin {
@@ -77,7 +80,7 @@ fn frame_of(section: &Section, stated: Option<CameraFrame>) -> Result<(Option<Ca
     if stated.is_some_and(|stated| stated != frame) {
         let name = if frame == CameraFrame::Orbit { "orbit" } else { "inertial" };
         let message = format!("says that the path is in the frame '{name}', and camera.frame is another");
-        return Err(section.error("path_relative_to", message));
+        return Err(section.clash("path_relative_to", &["frame"], message));
     }
     Ok((Some(frame), origin))
 }
@@ -93,7 +96,7 @@ pub(super) fn read(
     let of_path = ["path_relative_to", "attitude", "object", "mount"];
     let Some(path) = section.path("path")? else {
         return match of_path.iter().find(|key| section.has(key)) {
-            Some(key) => Err(section.error(key, "belongs to camera.path, which is missing")),
+            Some(key) => Err(section.clash(key, &["path"], "belongs to camera.path, which is missing")),
             None => Ok(None),
         };
     };
@@ -105,13 +108,14 @@ pub(super) fn read(
     let (places, rotations) = if ephemeris::is_message(&text) {
         if frame.is_some_and(|frame| frame != CameraFrame::Inertial) {
             let message = "is a trajectory round the planet, so camera.frame and path_relative_to are 'inertial'";
-            return Err(section.error("path", message));
+            return Err(section.clash("path", &["frame", "path_relative_to"], message));
         }
         frame = Some(CameraFrame::Inertial);
         (reader.chaser(&path, &text)?, None)
     } else {
-        let table = table(&path, &text, around.start, Order::Rising)?;
-        reader.places(&path, table, origin)?
+        let table =
+            table(&path, &text, around.start, Order::Rising).and_then(|table| reader.places(&path, table, origin));
+        section.blame("path", &OF_THE_ORBIT, table)?
     };
     let turns = reader.turns(rotations, frame.unwrap_or(CameraFrame::Body))?;
     let mount = quaternion(section, "mount", assumptions)?.unwrap_or(DQuat::IDENTITY);
@@ -136,11 +140,12 @@ impl Reader<'_, '_> {
         let Orbit::Trajectory(craft) = self.around.orbit else {
             let message =
                 "is a trajectory in GCRF, and the orbit of the scene is circular, without a date: it needs orbit.file";
-            return Err(self.section.error("path", message));
+            return Err(self.section.clash("path", &["orbit.*"], message));
         };
         let options =
             Options { object: self.object()?, start: self.around.start, elsewhere: true, ..Options::default() };
-        let trajectory = ephemeris::read(path, text, &options, self.assumptions)?;
+        let trajectory = ephemeris::read(path, text, &options, self.assumptions);
+        let trajectory = self.section.blame("path", &OF_THE_ORBIT, trajectory)?;
         Ok(Places::Chaser { trajectory, craft: Arc::clone(craft) })
     }
 
@@ -187,7 +192,7 @@ impl Reader<'_, '_> {
         section.exclusive("attitude", "look_at")?;
         if let Some(history) = of_table {
             if let Some(key) = ["attitude", "look_at", "up"].iter().find(|key| section.has(key)) {
-                return Err(section.error(key, "cannot be combined with the quaternions of camera.path"));
+                return Err(section.clash(key, &["path"], "cannot be combined with the quaternions of camera.path"));
             }
             return Ok(Turns::History(history));
         }
@@ -196,7 +201,11 @@ impl Reader<'_, '_> {
             return self.attitude(&file, frame);
         }
         if section.has("mount") {
-            return Err(section.error("mount", "turns the camera on its carrier, and the path states no rotations"));
+            return Err(section.clash(
+                "mount",
+                &["attitude", "path"],
+                "turns the camera on its carrier, and the path states no rotations",
+            ));
         }
         let what = "the point that the camera looks at, because camera.path states no rotations (or camera.attitude)";
         let target = section.required("look_at", point(section, "look_at")?, what)?;
@@ -205,7 +214,8 @@ impl Reader<'_, '_> {
 
     /// The rotations of a CCSDS AEM.
     fn attitude(&mut self, file: &Path, frame: CameraFrame) -> Result<Turns, SceneError> {
-        let wrong = |message: &str| self.section.error("attitude", message);
+        let wrong =
+            |message: &str| self.section.clash("attitude", &["orbit.*", "frame", "path", "path_relative_to"], message);
         let text = read_file(file.to_path_buf(), self.files).map_err(|error| self.section.error("attitude", error))?;
         if !ephemeris::is_message(&text) {
             return Err(wrong("is no CCSDS AEM; a table has its quaternions in camera.path itself"));
@@ -215,7 +225,8 @@ impl Reader<'_, '_> {
         }
         let options =
             AttitudeOptions { object: self.object()?, start: self.around.start, ..AttitudeOptions::default() };
-        let history = read_attitude(file, &text, &options, self.assumptions)?;
+        let history = read_attitude(file, &text, &options, self.assumptions);
+        let history = self.section.blame("attitude", &OF_THE_ORBIT, history)?;
         if history.frame != HistoryFrame::Inertial {
             return Err(wrong("turns from the orbit frame of its own craft; state it in EME2000, ICRF or GCRF"));
         }

@@ -23,12 +23,16 @@ pub(super) fn rotation(
     let what = "the point that the camera looks at, or a quaternion [w, x, y, z]";
     let target = section.required("look_at", point(section, "look_at")?, what)?;
     let Some(forward) = (target - position).try_normalize() else {
-        return Err(section.error("look_at", "is the camera's own position: there is no direction to look in"));
+        return Err(section.clash(
+            "look_at",
+            &["position"],
+            "is the camera's own position: there is no direction to look in",
+        ));
     };
     let up = up(section, frame, assumptions)?;
     if parallel(forward, up) {
         let message = format!("{up} is parallel to the view from position to look_at: state another up");
-        return Err(section.error("up", message));
+        return Err(section.clash("up", &["position", "look_at", "frame"], message));
     }
     Ok(look(forward, up))
 }

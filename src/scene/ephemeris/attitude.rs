@@ -6,9 +6,9 @@ use std::sync::Arc;
 use glam::DQuat;
 use hifitime::{Epoch, TimeScale};
 
+use super::super::choice::list;
 use super::super::epoch::{parse_epoch, time_system};
 use super::super::error::SceneError;
-use super::super::section::list;
 use super::object::matches;
 use super::rotation::{Segment, rotation};
 use super::span::{Span, check_span, usable_times};

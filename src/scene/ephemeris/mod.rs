@@ -6,9 +6,9 @@ use std::sync::Arc;
 use glam::DVec3;
 use hifitime::Epoch;
 
+use super::choice::list;
 use super::epoch::time_system;
 use super::error::SceneError;
-use super::section::list;
 use crate::environment::divided_differences::hermite_degree;
 use crate::environment::ephemeris::{DEFAULT_DEGREE, Ephemeris, Interpolation, Segment};
 use crate::environment::frames::{ReferenceFrame, to_gcrf};

@@ -6,9 +6,9 @@ use std::path::Path;
 use glam::{DQuat, DVec3};
 use hifitime::TimeScale;
 
+use super::super::choice::list;
 use super::super::epoch::time_system;
 use super::super::error::SceneError;
-use super::super::section::list;
 use super::span::Said;
 use super::stated::{reference_frame, stated_degree};
 use super::text::{FileLine, name_of};

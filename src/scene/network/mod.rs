@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use super::error::SceneError;
+use super::faults::Faults;
 use super::file::{SourceFile, unreadable};
 use super::keys::suggestion;
 use super::quantity::Quantity;
@@ -57,7 +58,8 @@ impl NetworkFile {
     /// The first error, with file, line and key: see [`SceneError`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
         let reach = Reach::of(path);
-        let file = SourceFile::new(path, text, &reach);
+        let faults = Faults::default();
+        let file = SourceFile::new(path, text, &reach, &faults);
         let table = file.parse()?;
         let root = Section::root(&file, &table, ROOT)?;
         let mut assumptions = Vec::new();

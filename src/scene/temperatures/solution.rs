@@ -43,8 +43,12 @@ impl Solution {
             .collect();
         let at = |time: usize| active().map(move |node| node.temperatures[time]);
         let temperatures = (0..tmd.times.len()).flat_map(at).collect();
-        let idle: Vec<String> =
-            tmd.nodes.iter().filter(|node| node.kind == 'X').map(|node| format!("{} ({})", node.name, node.label)).collect();
+        let idle: Vec<String> = tmd
+            .nodes
+            .iter()
+            .filter(|node| node.kind == 'X')
+            .map(|node| format!("{} ({})", node.name, node.label))
+            .collect();
         let mut notes = Vec::new();
         if !idle.is_empty() {
             notes.push(format!("{} inactive nodes are left out: {}.", idle.len(), idle.join(", ")));

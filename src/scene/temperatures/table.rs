@@ -149,14 +149,20 @@ fn long(
         let at = time.map_or(Ok(0.0), |column| number(path, *line, "time", cell(column)))?;
         let kelvin = temperature(path, *line, "temperature", cell(value), zero)?;
         if samples[number_of].last().is_some_and(|(last, _)| *last >= at) {
-            return Err(refuse(path, *line, "time", format!("{at} s of node '{name}' does not come after its row before")));
+            return Err(refuse(
+                path,
+                *line,
+                "time",
+                format!("{at} s of node '{name}' does not come after its row before"),
+            ));
         }
         samples[number_of].push((at, kelvin));
     }
     let mut times: Vec<f64> = samples.iter().flatten().map(|(time, _)| *time).collect();
     times.sort_unstable_by(f64::total_cmp);
     times.dedup();
-    let short: Vec<&str> = nodes.iter().zip(&samples).filter(|(_, own)| own.len() < times.len()).map(|(node, _)| &*node.name).collect();
+    let short: Vec<&str> =
+        nodes.iter().zip(&samples).filter(|(_, own)| own.len() < times.len()).map(|(node, _)| &*node.name).collect();
     let mut notes = Vec::new();
     if !short.is_empty() {
         let listed = short[..short.len().min(NAMED)].join(", ");

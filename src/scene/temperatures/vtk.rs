@@ -31,7 +31,8 @@ pub(super) fn load(path: &Path, array: Option<&str>, zero: f64) -> Result<Soluti
 /// Reads the bytes of a mesh as if it lay at `path`.
 pub(super) fn parse(bytes: &[u8], path: &Path, array: Option<&str>, zero: f64) -> Result<Solution, SceneError> {
     let (text, appended) = arrays::parted(bytes, path)?;
-    let document = Document::parse(&text).map_err(|error| refuse(path, u64::from(error.pos().row), "VTKFile", error))?;
+    let document =
+        Document::parse(&text).map_err(|error| refuse(path, u64::from(error.pos().row), "VTKFile", error))?;
     let root = document.root_element();
     let grid = ["UnstructuredGrid", "PolyData"].into_iter().find_map(|name| child(root, name));
     let (true, Some(grid)) = (root.has_tag_name("VTKFile"), grid) else {
@@ -41,7 +42,11 @@ pub(super) fn parse(bytes: &[u8], path: &Path, array: Option<&str>, zero: f64) -
     let (mut nodes, mut temperatures, mut notes) = (Vec::new(), Vec::new(), Vec::new());
     for piece in grid.children().filter(|node| node.has_tag_name("Piece")) {
         let (places, kelvin) = of_piece(piece, &arrays, array, zero, &mut notes)?;
-        nodes.extend(places.into_iter().map(|place| SolvedNode { name: String::new(), label: String::new(), place: Some(place) }));
+        nodes.extend(places.into_iter().map(|place| SolvedNode {
+            name: String::new(),
+            label: String::new(),
+            place: Some(place),
+        }));
         temperatures.extend(kelvin);
     }
     if nodes.is_empty() {
@@ -106,7 +111,8 @@ fn of_piece(
         return Err(arrays.wrong(values, format!("has {} values for {} places", kelvin.len(), places.len())));
     }
     if let Some(at) = kelvin.iter().position(|value| !(0.0..=HOTTEST).contains(value)) {
-        let message = format!("value {} is {} K; a temperature is from 0 to {HOTTEST} K (temperatures.unit)", at + 1, kelvin[at]);
+        let message =
+            format!("value {} is {} K; a temperature is from 0 to {HOTTEST} K (temperatures.unit)", at + 1, kelvin[at]);
         return Err(arrays.wrong(values, message));
     }
     Ok((places, kelvin))
@@ -121,7 +127,8 @@ fn centres(piece: Node, arrays: &Arrays, points: &[DVec3]) -> Result<Vec<DVec3>,
     let mut centres = Vec::new();
     for cells in ["Cells", "Verts", "Lines", "Polys", "Strips"].into_iter().filter_map(|name| child(piece, name)) {
         let named = |name: &str| {
-            let array = cells.children().find(|node| node.has_tag_name("DataArray") && node.attribute("Name") == Some(name));
+            let array =
+                cells.children().find(|node| node.has_tag_name("DataArray") && node.attribute("Name") == Some(name));
             array.map_or(Ok(Vec::new()), |array| arrays.values(array))
         };
         let (corners, ends) = (named("connectivity")?, named("offsets")?);
@@ -132,7 +139,8 @@ fn centres(piece: Node, arrays: &Arrays, points: &[DVec3]) -> Result<Vec<DVec3>,
             let mut sum = DVec3::ZERO;
             for corner in own {
                 let point = points.get(*corner as usize).filter(|_| *corner >= 0.0);
-                sum += *point.ok_or_else(|| arrays.wrong(cells, format!("names point {corner} of {}", points.len())))?;
+                sum +=
+                    *point.ok_or_else(|| arrays.wrong(cells, format!("names point {corner} of {}", points.len())))?;
             }
             centres.push(sum / own.len() as f64);
             first = end as usize;

@@ -8,8 +8,10 @@
 
 mod balance;
 mod blocks;
+mod conduction;
 mod exponential;
 mod halving;
+mod order;
 mod plan;
 mod sample;
 mod saved;
@@ -19,8 +21,9 @@ mod told;
 use std::sync::Arc;
 
 pub use blocks::{BLOCK_AT_MOST, Unfit};
+pub use conduction::Conduction;
 pub use halving::{HALVINGS_AT_MOST, Halving};
-pub use plan::{Block, Conduction, Plan, Plans, Weak};
+pub use plan::{Block, Plan, Plans, Weak};
 pub use sample::{Sample, estimates, since};
 pub use switching::SWITCHES_AT_MOST;
 pub use told::{Estimate, Told};

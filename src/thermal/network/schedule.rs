@@ -139,9 +139,8 @@ impl Schedule {
         for (node, table) in &self.heat {
             tables[*node as usize].push(table.clone());
         }
-        let sum = |tables: Vec<HeatTable>| {
-            (!tables.is_empty()).then(|| HeatTable::sum(&tables.iter().collect::<Vec<_>>()))
-        };
+        let sum =
+            |tables: Vec<HeatTable>| (!tables.is_empty()).then(|| HeatTable::sum(&tables.iter().collect::<Vec<_>>()));
         tables.into_iter().map(sum).collect()
     }
 

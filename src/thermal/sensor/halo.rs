@@ -95,7 +95,7 @@ mod tests {
         let grid = HaloGrid::new(&halo, [width, height]);
         let coarse = grid.halo(&grid.cells(&image, width));
         let of_square = |at: usize, from: f64, to: f64| {
-            let z = |edge: f64| super::super::spread::erf((edge - at as f64 - 0.5) / (12.0 * std::f64::consts::SQRT_2));
+            let z = |edge: f64| libm::erf((edge - at as f64 - 0.5) / (12.0 * std::f64::consts::SQRT_2));
             0.5 * (z(to) - z(from))
         };
         let mut worst = 0.0f64;

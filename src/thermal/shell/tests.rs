@@ -367,6 +367,7 @@ fn a_material_says_what_it_lacks() {
     use crate::thermal::material::{Bulk, Optics, Response, Sides};
     let material = |bulk| Material {
         gloss: Default::default(),
+        in_band: Default::default(),
         name: "paint".into(),
         front: Optics { absorptivity: 0.3, emissivity: 0.8 },
         sides: Sides::Outside,

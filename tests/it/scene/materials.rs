@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use isotherm::model::{Model, ModelMaterial};
 use isotherm::scene::{MaterialRule, SceneError};
+use isotherm::thermal::emissivity::{BandEmissivity, ByAngle, ByWavelength};
 use isotherm::thermal::material::{Domain, Function, Gloss, Optics, Profile, Response, Retarget, Sides, Transition};
 use serde_json::json;
 
@@ -54,9 +55,19 @@ fn rules_tables_and_common_values_add_up() {
     assert_eq!((cell.front, cell.sides), (array.front, array.sides));
 
     assert_eq!(truss.front, Optics { absorptivity: 0.5, emissivity: 1.0 });
-    let foil = Gloss { specular: 0.9, roughness: 0.1, slope_variance: 0.02 };
+    let foil = Gloss { specular: 0.9, roughness: 0.1, slope_variance: 0.0, drawn_variance: 0.02, seed: 9 };
     assert_eq!((truss.gloss, array.gloss), ([foil; 2], [Gloss::default(); 2]));
-    assert!((foil.alpha().powi(2) - 0.03).abs() < 1e-15, "variances add up");
+    let averaged = Gloss { slope_variance: 0.02, drawn_variance: 0.0, ..foil };
+    assert!((averaged.alpha().powi(2) - 0.03).abs() < 1e-15, "variances add up");
+    assert!((foil.alpha() - 0.1).abs() < 1e-15, "and drawn slopes do not widen the mirror");
+    let law = BandEmissivity {
+        by_angle: Some(ByAngle::Table(vec![[0.0, 1.0], [90.0_f64.to_radians(), 0.5]])),
+        by_wavelength: Some(ByWavelength {
+            points: vec![[3.0 / 1e6, 0.9], [6.0 / 1e6, 0.7]],
+            temperature: Some(300.0),
+        }),
+    };
+    assert_eq!((&truss.in_band, &array.in_band), (&[law.clone(), law], &Default::default()));
     assert_eq!(truss.sides, Sides::Outside);
     let bulk = truss.bulk;
     assert_eq!((bulk.thickness, bulk.density), (Some(0.002), Some(2700.0)));

@@ -75,6 +75,7 @@ impl Work {
             planet_ir: planet,
             albedo: planet,
             shadow: false,
+            exchange: false,
             fused: false,
         }
     }
@@ -119,6 +120,7 @@ impl Work {
             joints: None,
             network: None,
             heat: None,
+            exchange: None,
             sensor: None,
             shown: Default::default(),
         };
@@ -134,6 +136,7 @@ impl Work {
         let transition = Transition { heating: profile.clone(), cooling: profile, retarget, domain };
         let material = Material {
             gloss: Default::default(),
+            in_band: Default::default(),
             name: String::new(),
             front: OPTICS,
             sides: Sides::Outside,

@@ -91,7 +91,8 @@ impl<'a> Arrays<'a> {
             }
             "binary" => self.of_base64(array, text.as_bytes())?,
             "appended" => {
-                let appended = self.appended.as_ref().ok_or_else(|| self.wrong(array, "the file has no AppendedData"))?;
+                let appended =
+                    self.appended.as_ref().ok_or_else(|| self.wrong(array, "the file has no AppendedData"))?;
                 let offset = array.attribute("offset").and_then(|text| text.parse::<usize>().ok());
                 let data = offset.and_then(|offset| appended.bytes.get(offset..));
                 let data = data.ok_or_else(|| self.wrong(array, "has no offset within the appended data"))?;
@@ -156,7 +157,8 @@ impl<'a> Arrays<'a> {
     fn of_base64(&self, array: Node, text: &[u8]) -> Result<Vec<u8>, SceneError> {
         let truncated = || self.truncated(array);
         let decoded = |text: &[u8]| BASE64.decode(text).map_err(|_| truncated());
-        let clean: Vec<u8> = text.iter().copied().take_while(|byte| *byte != b'<').filter(|byte| !byte.is_ascii_whitespace()).collect();
+        let clean: Vec<u8> =
+            text.iter().copied().take_while(|byte| *byte != b'<').filter(|byte| !byte.is_ascii_whitespace()).collect();
         let letters = |bytes: usize| bytes.div_ceil(3) * 4;
         let begin = clean.get(..letters(self.width)).ok_or_else(truncated)?;
         let first = self.word(decoded(begin)?.get(..self.width).ok_or_else(truncated)?);
@@ -172,7 +174,8 @@ impl<'a> Arrays<'a> {
             return self.inflated(array, &header[..head], &blocks);
         }
         let apart = begin.ends_with(b"=");
-        let (skipped, needed) = if apart { (letters(self.width), first) } else { (0, first.saturating_add(self.width)) };
+        let (skipped, needed) =
+            if apart { (letters(self.width), first) } else { (0, first.saturating_add(self.width)) };
         let data = decoded(clean[skipped..].get(..letters(needed.min(clean.len()))).ok_or_else(truncated)?)?;
         Ok(data.get(needed - first..needed).ok_or_else(truncated)?.to_vec())
     }

@@ -11,8 +11,8 @@ use crate::thermal::network::{Network, NodeKind, radiative_slope};
 const STRONG: f64 = 0.3;
 /// Share that all weak conductors of a node move at most.
 const CROWDED: f64 = 0.5;
-/// Most nodes of a block.
-pub const BLOCK_AT_MOST: usize = 128;
+/// Most nodes of a block. The host multiplies whole matrices of this size when the scene loads.
+pub const BLOCK_AT_MOST: usize = 512;
 /// Most time constants of radiation in a step, in a block. With more, the conduction of the last step is no guide to the present one.
 const FADED: f64 = 3.0;
 
@@ -214,9 +214,10 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_named() {
-        let refused = |network: &Network| Division::new(network, 1.0, &[300.0; 129]).expect_err("a refusal");
-        assert_eq!(refused(&chain(&[1.0; 128])), Unfit::Large { nodes: 129 });
-        assert!(Division::new(&chain(&[1.0; 127]), 1.0, &[300.0; 128]).is_ok());
+        let refused =
+            |network: &Network| Division::new(network, 1.0, &[300.0; BLOCK_AT_MOST + 1]).expect_err("a refusal");
+        assert_eq!(refused(&chain(&[1.0; BLOCK_AT_MOST])), Unfit::Large { nodes: BLOCK_AT_MOST + 1 });
+        assert!(Division::new(&chain(&[1.0; BLOCK_AT_MOST - 1]), 1.0, &[300.0; BLOCK_AT_MOST]).is_ok());
         let mut network = chain(&[0.1, 5.0]);
         network.emissive_areas[0] = 9.0 / radiative_slope(300.0);
         assert!(Division::new(&network, 1.0, &[300.0; 3]).is_ok(), "it conducts slowly");

@@ -7,6 +7,8 @@
 const SMALL: f64 = 0.25;
 /// Terms of the series. The next one is below 1e-16 of the first.
 const TERMS: usize = 11;
+/// Factors that are nothing beside the rounding of numbers near 1. Most entries of a large block are.
+const NOTHING: f64 = 1e-18;
 
 /// P and Q of a symmetric matrix of non-negative eigenvalues, `size` x `size`, row after row.
 pub fn exponentials(matrix: &[f64], size: usize) -> [Vec<f64>; 2] {
@@ -36,11 +38,11 @@ fn identity(size: usize) -> Vec<f64> {
     (0..size * size).map(|at| if at / size == at % size { 1.0 } else { 0.0 }).collect()
 }
 
-/// Product of two symmetric matrices that commute.
+/// Product of two symmetric matrices that commute, without factors that are nothing.
 fn product(a: &[f64], b: &[f64], size: usize) -> Vec<f64> {
     let mut out = vec![0.0; size * size];
     for (row, out) in a.chunks(size).zip(out.chunks_mut(size)) {
-        for (factor, other) in row.iter().zip(b.chunks(size)).filter(|(factor, _)| **factor != 0.0) {
+        for (factor, other) in row.iter().zip(b.chunks(size)).filter(|(factor, _)| factor.abs() > NOTHING) {
             out.iter_mut().zip(other).for_each(|(out, other)| *out += factor * other);
         }
     }

@@ -3,8 +3,11 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::blocks::{Division, Unfit};
-use super::exponential::exponentials;
+use super::conduction::{Conduction, Kind};
+use super::order::ordered;
 use crate::thermal::local_step as local;
 use crate::thermal::network::{Network, NodeKind, radiative_slope};
 
@@ -29,24 +32,12 @@ pub struct Weak {
 /// Nodes that conduct to each other exactly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
-    /// The nodes, ascending.
+    /// The nodes. Those that conduct to each other stand close.
     pub nodes: Vec<u32>,
     /// Number of its matrices.
     pub conduction: u32,
     /// Mean capacitance of its nodes [J/K].
     pub capacitance: f64,
-}
-
-/// The matrices of blocks that are copies of each other, row after row. Both are symmetric, times a node's capacitance over the block's mean. A matrix with
-/// the differences to a node in its row gives the change of that node.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Conduction {
-    /// Number of nodes.
-    pub size: usize,
-    /// What a node gets of what another received in the step.
-    pub drive: Vec<f64>,
-    /// What a node gets of the temperature of another at the start.
-    pub start: Vec<f64>,
 }
 
 /// The parts of a plan that do not depend on the length of a step.
@@ -62,15 +53,6 @@ struct Shape {
     weak: Vec<Weak>,
     /// Greatest rate of radiation of each node [1/s]. 0 without a capacity.
     fading: Vec<f64>,
-}
-
-/// What defines the matrices of blocks that are copies of each other.
-#[derive(Debug)]
-struct Kind {
-    /// Capacitance of each node over their mean.
-    shares: Vec<f64>,
-    /// Conductors: two places in the block, and the conductance over the mean capacitance [1/s].
-    rates: Vec<([u32; 2], f64)>,
 }
 
 /// A network ready for steps of one length.
@@ -103,8 +85,8 @@ impl Plan {
     }
 
     fn of_shape(shape: &Arc<Shape>, step: f64) -> Arc<Self> {
-        let conductions = shape.kinds.iter().map(|kind| conduction(kind, step));
-        Arc::new(Self { shape: Arc::clone(shape), step, conductions: conductions.collect() })
+        let conductions = shape.kinds.par_iter().map(|kind| Conduction::new(kind, step)).collect();
+        Arc::new(Self { shape: Arc::clone(shape), step, conductions })
     }
 
     /// The network.
@@ -161,22 +143,21 @@ impl Plan {
         };
         let own = shares.iter().filter(|(heated, _)| *heated as usize == node);
         let own: f64 = own.map(|(_, share)| direct(node, *share)).sum();
-        let Some(block) = self.blocks().iter().find(|block| block.nodes.binary_search(&(node as u32)).is_ok()) else {
-            return own;
-        };
+        let place_in = |block: &Block, node: u32| block.nodes.iter().position(|one| *one == node);
+        let in_block = self.blocks().iter().find_map(|block| Some((block, place_in(block, node as u32)?)));
+        let Some((block, row)) = in_block else { return own };
         let conduction = &self.conductions[block.conduction as usize];
-        let place = |node: u32| block.nodes.binary_search(&node).ok();
-        let row = place(node as u32).map_or(0, |place| place * conduction.size);
         let factor = block.capacitance / self.network().capacitances[node];
         // The change by conduction acts on differences to the node.
         let gained: f64 = shares
             .iter()
             .filter_map(|(heated, share)| {
-                let place = place(*heated)?;
-                Some(conduction.drive[row + place] * direct(*heated as usize, *share))
+                let [drive, _] = conduction.at(row, place_in(block, *heated)?);
+                Some(drive * direct(*heated as usize, *share))
             })
             .sum();
-        let all: f64 = conduction.drive[row..row + conduction.size].iter().sum();
+        let [first, end] = conduction.columns(row);
+        let all: f64 = (first..end).map(|column| conduction.at(row, column)[0]).sum();
         own + factor * (gained - own * all)
     }
 
@@ -196,10 +177,11 @@ impl Plan {
             let conduction = &self.conductions[block.conduction as usize];
             for (row, node) in block.nodes.iter().enumerate() {
                 let mut sum = 0.0;
-                for (column, other) in block.nodes.iter().enumerate() {
-                    let at = row * conduction.size + column;
-                    let [drive, start] = differences(*node as usize, *other as usize);
-                    sum += conduction.drive[at] * drive + conduction.start[at] * start;
+                let [first, end] = conduction.columns(row);
+                for column in first..end {
+                    let [of_drive, of_start] = conduction.at(row, column);
+                    let [drive, start] = differences(*node as usize, block.nodes[column] as usize);
+                    sum += of_drive * drive + of_start * start;
                 }
                 out[*node as usize] = sum * block.capacitance / self.network().capacitances[*node as usize];
             }
@@ -273,12 +255,21 @@ fn kinds(network: &Network, division: &Division) -> (Vec<Block>, Vec<Kind>) {
     for (conductor, _) in network.linear.iter().zip(&division.inside).filter(|(_, inside)| **inside) {
         let [a, b] = conductor.nodes.map(|node| place[node as usize]);
         if a.0 != u32::MAX && a.1 != b.1 {
-            inside[a.0 as usize].push(([a.1.min(b.1), a.1.max(b.1)], conductor.conductance));
+            inside[a.0 as usize].push(([a.1, b.1], conductor.conductance));
         }
     }
     let mut known = HashMap::new();
     let (mut blocks, mut kinds) = (Vec::new(), Vec::new());
     for (nodes, mut rates) in division.blocks.iter().zip(inside) {
+        let pairs: Vec<[u32; 2]> = rates.iter().map(|(pair, _)| *pair).collect();
+        let order = ordered(nodes.len(), &pairs);
+        let nodes: Vec<u32> = order.iter().map(|at| nodes[*at]).collect();
+        let mut place = vec![0; nodes.len()];
+        order.iter().enumerate().for_each(|(new, old)| place[*old] = new as u32);
+        for (pair, _) in &mut rates {
+            let [a, b] = pair.map(|at| place[at as usize]);
+            *pair = [a.min(b), a.max(b)];
+        }
         let capacitances = nodes.iter().map(|node| network.capacitances[*node as usize]);
         let capacitance = capacitances.clone().sum::<f64>() / nodes.len() as f64;
         let shares: Vec<f64> = capacitances.map(|one| one / capacitance).collect();
@@ -291,30 +282,7 @@ fn kinds(network: &Network, division: &Division) -> (Vec<Block>, Vec<Kind>) {
             kinds.push(Kind { shares, rates });
             kinds.len() as u32 - 1
         });
-        blocks.push(Block { nodes: nodes.clone(), conduction, capacitance });
+        blocks.push(Block { nodes, conduction, capacitance });
     }
     (blocks, kinds)
-}
-
-/// The matrices of a kind of block over a step [s].
-fn conduction(Kind { shares, rates }: &Kind, step: f64) -> Conduction {
-    let size = shares.len();
-    // With temperatures times the root of the capacitance, the matrix of the rates is symmetric.
-    let roots: Vec<f64> = shares.iter().map(|share| share.sqrt()).collect();
-    let mut matrix = vec![0.0; size * size];
-    for ([a, b], rate) in rates {
-        let [a, b] = [*a, *b].map(|at| at as usize);
-        let moved = step * rate;
-        matrix[a * size + a] += moved / shares[a];
-        matrix[b * size + b] += moved / shares[b];
-        matrix[a * size + b] -= moved / (roots[a] * roots[b]);
-        matrix[b * size + a] -= moved / (roots[a] * roots[b]);
-    }
-    let [drive, start] = exponentials(&matrix, size).map(|mut values| {
-        for (at, value) in values.iter_mut().enumerate() {
-            *value *= roots[at / size] * roots[at % size];
-        }
-        values
-    });
-    Conduction { size, drive, start }
 }

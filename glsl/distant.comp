@@ -1,0 +1,79 @@
+#version 450
+// Makes the image of a craft that spans few pixels from a crop around it, which is drawn with many texels in a pixel. With SKY the planet and space stand
+// behind it. A workgroup makes one row. Twin: src/raster/distant.rs.
+
+#include "types.glsl"
+
+#ifdef SKY
+#include "sky.glsl"
+layout(set = 0, binding = 12) uniform SurroundingsBlock { Surroundings around; };
+#endif
+
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 0) uniform DistantBlock { Distant distant; };
+// The crop in the upper left corner of an image: radiance, temperature, depth and a fourth value, and part and material.
+layout(set = 0, binding = 1) readonly buffer DrawnRadianceBlock { vec4 drawn_radiance[]; };
+layout(set = 0, binding = 2) readonly buffer DrawnIdentityBlock { uvec2 drawn_identity[]; };
+layout(set = 0, binding = 3) buffer ImageRadianceBlock { vec4 image_radiance[]; };
+layout(set = 0, binding = 4) buffer ImageIdentityBlock { uvec2 image_identity[]; };
+
+// First texel whose centre lies at or beyond a border between pixels.
+uint edge(uint border, float corner, uint texels) {
+    return uint(clamp(ceil((float(border) - corner) * distant.scale - 0.5), 0.0, float(texels)));
+}
+
+// Radiance behind the craft in a pixel.
+float behind(vec2 pixel) {
+    float sum = 0.0;
+#ifdef SKY
+    for (float j = 0.5; j < distant.lookups; j += 1.0) {
+        for (float i = 0.5; i < distant.lookups; i += 1.0) {
+            vec2 place = pixel + vec2(i, j) / distant.lookups;
+            sum += sky_radiance(around, normalize(vec3((place - distant.centre) / distant.focal, 1.0)));
+        }
+    }
+    sum /= distant.lookups * distant.lookups;
+#endif
+    return sum;
+}
+
+void main() {
+    uint row = gl_WorkGroupID.x;
+    uint top = edge(row, distant.corner.y, distant.down);
+    uint bottom = edge(row + 1u, distant.corner.y, distant.down);
+    float share = 1.0 / (distant.scale * distant.scale);
+    for (uint column = gl_LocalInvocationID.x; column < distant.width; column += 64u) {
+        uint left = edge(column, distant.corner.x, distant.across);
+        uint right = edge(column + 1u, distant.corner.x, distant.across);
+        vec2 pixel = vec2(float(column), float(row));
+        vec2 centre = (pixel + vec2(0.5) - distant.corner) * distant.scale;
+        vec3 sum = vec3(0.0);
+        float nearest = 3e38;
+        uint shown = 0u;
+        for (uint y = top; y < bottom; y++) {
+            // Sums of rows, so that a sum of many texels keeps its digits.
+            vec3 of_row = vec3(0.0);
+            for (uint x = left; x < right; x++) {
+                uint texel = y * distant.width + x;
+                float covered = drawn_identity[texel].x > 0u ? 1.0 : 0.0;
+                vec4 drawn = drawn_radiance[texel];
+                of_row += covered * vec3(drawn.x, drawn.w, 1.0);
+                vec2 off = vec2(float(x), float(y)) + vec2(0.5) - centre;
+                float distance = covered > 0.0 ? dot(off, off) : 3e38;
+                shown = distance < nearest ? texel : shown;
+                nearest = min(nearest, distance);
+            }
+            sum += of_row;
+        }
+        bool any = sum.z > 0.0;
+        float coverage = min(share * sum.z, 1.0);
+        float radiance = share * sum.x + (1.0 - coverage) * behind(pixel);
+        vec4 drawn = drawn_radiance[shown];
+        uint index = row * distant.width + column;
+        image_radiance[index] = any
+            ? vec4(radiance, drawn.y, drawn.z, share * sum.y)
+            : vec4(radiance, 0.0, 0.0, 0.0);
+        image_identity[index] = any ? drawn_identity[shown] : uvec2(0u, 0u);
+    }
+}

@@ -1,0 +1,34 @@
+#version 450
+// The shares of the planet's infrared and albedo that patches see, one patch an invocation. Twin: src/exchange/sky.rs.
+
+#include "types.glsl"
+#include "exchange_sky.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(push_constant) uniform PassBlock { ExchangePass pass; };
+layout(set = 0, binding = 0) uniform StepBlock { Step steps[1]; };
+// Directions of the rays, and whether they are open.
+layout(set = 0, binding = 1) readonly buffer ExchangeSkyBlock { uint sky[]; };
+layout(set = 0, binding = 2) buffer ExchangeSeenBlock { vec2 seen[]; };
+
+void main() {
+    uint own = pass.first + gl_GlobalInvocationID.x;
+    if (own >= pass.end) {
+        return;
+    }
+    vec3 nadir = steps[0].nadir.xyz;
+    vec3 sun = steps[0].sunward.xyz * steps[0].sun_sine - nadir * steps[0].sun_cosine;
+    float ratio = 1.0 / steps[0].nadir.w;
+    // Rays to the planet, the open ones, and the same weighted with the sunlight on the ground.
+    vec4 sums = vec4(0.0);
+    uint first = own * pass.rays;
+    for (uint k = 0u; k < pass.rays; k++) {
+        uint word = sky[first + k];
+        float light = light_on_ground(ray_direction(word), nadir, sun, ratio);
+        float meets = light < 0.0 ? 0.0 : 1.0;
+        float open = float(word >> 31u);
+        sums += meets * vec4(1.0, open, light, open * light);
+    }
+    seen[own] = vec2(sums.x > 0.0 ? sums.y / sums.x : 1.0, sums.z > 0.0 ? sums.w / sums.z : 1.0);
+}

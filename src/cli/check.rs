@@ -1,0 +1,174 @@
+//! `isotherm check`: looks for what is probably wrong in a scene, without running it.
+
+use std::path::PathBuf;
+
+use super::arguments::folder;
+use super::error::CliError;
+use super::progress::{building_bar, show_stage};
+use super::reach::ReachArguments;
+use crate::guard::finding::{Effort, short};
+use crate::guard::identity::{Identity, of_first_image, of_whole_craft};
+use crate::guard::materials::AT;
+use crate::guard::{Checked, check};
+use crate::output::console::{answer, say};
+use crate::output::folder::Folder;
+use crate::output::material_picture::{Entry, material_picture};
+use crate::simulation::prepare::Prepared;
+use crate::text::plain_json;
+
+/// Files that the command writes.
+const IMAGE: &str = "materials.png";
+const WHOLE: &str = "craft.png";
+const FILES: [&str; 2] = [IMAGE, WHOLE];
+
+/// Look for what is probably wrong in a scene, without running it.
+///
+/// Errors of the scene file are told all at once, and the exit code is 2. Otherwise the command prints the size of the craft in metres and in pixels, a
+/// table of the materials with their time constants beside the step, and warnings: a craft out of view, a camera inside it, a model in mm, normals
+/// that point inward, a thickness or density in the wrong unit, materials hotter than 500 K in balance, meshes too coarse for shadows or
+/// conduction. Each warning says what to do. With warnings alone the exit code is 0, or 2 with --strict.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  isotherm check models/station.toml\n  isotherm check models/station.toml -o out/check\n  \
+isotherm check models/station.toml --json --strict"
+)]
+pub struct Arguments {
+    /// Scene file (TOML, described in docs/scene.md)
+    scene: PathBuf,
+    /// Folder for pictures with each material in its own colour: what the camera sees first, and the whole craft
+    #[arg(short, long, value_name = "DIR", value_parser = folder())]
+    output: Option<PathBuf>,
+    /// Replace the files that isotherm wrote into the output folder
+    #[arg(long, requires = "output")]
+    force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Exit with code 2 where a warning holds
+    #[arg(long)]
+    strict: bool,
+    #[command(flatten)]
+    reach: ReachArguments,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    let scene = arguments.reach.scene(&arguments.scene)?;
+    let bar = building_bar();
+    let prepared = Prepared::from_scene(scene, &mut |stage| show_stage(&bar, stage));
+    bar.finish_and_clear();
+    let prepared = prepared?;
+    let checked = check(&prepared, Effort::WHOLE);
+    if let Some(output) = &arguments.output {
+        let folder = Folder::new(output, &FILES).prepare(arguments.force, &prepared.scene.files)?;
+        for (name, bytes) in pictures(&prepared, &checked)? {
+            folder.write_bytes(name, &bytes)?;
+            say!("{}", folder.file(name).display());
+        }
+        folder.finish()?;
+    }
+    if arguments.json {
+        let value = serde_json::json!({
+            "scene": prepared.scene.name,
+            "nodes": prepared.nodes.count,
+            "triangles": prepared.triangle_count(),
+            "step_s": prepared.scene.time.step,
+            "checked": checked,
+            "remarks": prepared.warnings,
+        });
+        answer!("{}", plain_json(&format!("{value:#}")));
+    } else {
+        answer!("{}", text(&prepared, &checked).trim_end());
+        checked.findings.iter().for_each(|finding| answer!("warning: {finding}"));
+        prepared.warnings.iter().for_each(|remark| answer!("remark: {remark}"));
+        if checked.findings.is_empty() {
+            answer!("nothing is probably wrong");
+        }
+    }
+    match checked.findings.len() {
+        count if arguments.strict && count > 0 => {
+            Err(CliError::Usage(format!("{count} of the warnings hold, and --strict takes none")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Size of the craft, its place in the images, and the table of materials.
+fn text(prepared: &Prepared, checked: &Checked) -> String {
+    let [x, y, z] = checked.size_m().map(short);
+    let mut text = format!(
+        "{}: {x} x {y} x {z} m, {} parts, {} nodes, {} triangles\n",
+        prepared.scene.name,
+        prepared.parts.len(),
+        prepared.nodes.count,
+        prepared.triangle_count()
+    );
+    match &checked.sight {
+        None => text.push_str("no image is drawn\n"),
+        Some(sight) => {
+            let size = prepared.scene.camera.as_ref().map_or([0; 2], |camera| [camera.width, camera.height]);
+            let extent = match sight.first_px {
+                Some([width, height]) => format!("{width:.1} x {height:.1} pixels"),
+                None => "beside or behind the camera in part".to_owned(),
+            };
+            text.push_str(&format!(
+                "its box in the first image, at {} s from {} m away: {extent}, in an image of {} x {}\nin view in {} of {} images that were looked at, \
+                 of {}\n",
+                sight.first_s,
+                short(sight.first_distance_m),
+                size[0],
+                size[1],
+                sight.looked_at - sight.out_of_view,
+                sight.looked_at,
+                sight.images
+            ));
+        }
+    }
+    let head = ["material", "response", "area m2", "hottest K", "J/(m2 K)", "tau s", "tau/step", "conducts over m"];
+    let cell = |value: Option<f64>, digits: usize| value.map_or("-".to_owned(), |value| format!("{value:.digits$}"));
+    let mut rows = vec![head.map(str::to_owned)];
+    for fact in &checked.materials {
+        rows.push([
+            fact.name.clone(),
+            fact.response.to_owned(),
+            format!("{:.3}", fact.area_m2),
+            format!("{:.0}", fact.hottest_k),
+            cell(fact.capacity, 0),
+            cell(fact.time_constant_s, 1),
+            cell(fact.time_constant_steps, 1),
+            cell(fact.conduction_length_m, 3),
+        ]);
+    }
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: [usize; 8] = std::array::from_fn(width);
+    text.push_str(&format!(
+        "\nMaterials. The hottest temperature is the balance in full sunlight; tau is the time constant at {AT} K, or t_max; a step is {} s\n",
+        prepared.scene.time.step
+    ));
+    for row in &rows {
+        let mut line = String::new();
+        for (column, (cell, width)) in row.iter().zip(widths).enumerate() {
+            let padded = if column < 2 { format!("{cell:<width$}  ") } else { format!("{cell:>width$}  ") };
+            line.push_str(&padded);
+        }
+        text.push_str(&format!("  {}\n", line.trim_end()));
+    }
+    text
+}
+
+/// The pictures with the materials in colours.
+fn pictures(prepared: &Prepared, checked: &Checked) -> Result<Vec<(&'static str, Vec<u8>)>, CliError> {
+    let materials: Vec<Entry> =
+        checked.materials.iter().map(|fact| (fact.name.clone(), format!("{:.2} m2", fact.area_m2))).collect();
+    let picture = |identity: &Identity, details: &str| -> Result<Vec<u8>, CliError> {
+        let title = format!("{}: materials", prepared.scene.name);
+        Ok(material_picture(identity.width, &identity.pixels, &materials, &title, details)?.png()?)
+    };
+    let mut pictures = Vec::new();
+    if let Some((time, identity)) = of_first_image(prepared) {
+        pictures.push((IMAGE, picture(&identity, &format!("the first image, at {time} s"))?));
+    }
+    let [x, y, z] = checked.size_m().map(short);
+    let details = format!("the whole craft from +X, -Y, +Z; {x} x {y} x {z} m");
+    pictures.push((WHOLE, picture(&of_whole_craft(prepared), &details)?));
+    Ok(pictures)
+}

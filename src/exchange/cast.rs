@@ -1,0 +1,94 @@
+//! Casts the rays of every patch and tells where each ends. Twin: `glsl/exchange_rays.comp`.
+
+use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
+
+use super::directions::{cosine_direction, fractions, point_near_corner};
+use super::patches::{NONE, Patches, Surface};
+use crate::environment::shadow::Occluders;
+
+/// The end of a ray that leaves the craft.
+pub const SPACE: u32 = u32::MAX;
+/// The end of a ray on the inner face of a skin, which exchanges no heat. Only meshes that are open or that reach into each other have such rays.
+pub const INSIDE: u32 = u32::MAX - 1;
+
+/// The craft as placed by its joints, for rays.
+#[derive(Debug, Clone)]
+pub struct Scenery {
+    /// Poses of the body and of the joints. None is the file's pose.
+    pub poses: Vec<DAffine3>,
+    /// The tree of the triangles.
+    pub occluders: Occluders,
+}
+
+impl Scenery {
+    /// Places a surface.
+    pub fn new(surface: &Surface, poses: &[DAffine3]) -> Self {
+        let placed = |(position, joint): (&DVec3, &u32)| match poses.get(*joint as usize) {
+            Some(pose) => pose.transform_point3(*position),
+            None => *position,
+        };
+        let positions: Vec<DVec3> = surface.positions.iter().zip(&surface.joints).map(placed).collect();
+        Self { occluders: Occluders::new(&positions, &surface.triangles), poses: poses.to_vec() }
+    }
+
+    /// A ray of a joint in the body frame.
+    fn placed(&self, [from, direction]: Ray, joint: u32) -> Ray {
+        match self.poses.get(joint as usize) {
+            Some(pose) => [pose.transform_point3(from), pose.matrix3 * direction],
+            None => [from, direction],
+        }
+    }
+}
+
+/// A ray: its start [m] and its direction, a unit vector.
+pub type Ray = [DVec3; 2];
+
+/// A ray of a patch in the file's pose, its start lifted off the surface by `start` [m].
+pub fn ray_of(surface: &Surface, patches: &Patches, start: f64, patch: u32, ray: u32) -> Ray {
+    let own = &patches.all[patch as usize];
+    let corners = &patches.corners[own.corners.clone()];
+    let [place, s, u, v] = fractions(patch, ray);
+    let at = corners.partition_point(|corner| corner.up_to < place).min(corners.len() - 1);
+    let before = if at == 0 { 0.0 } else { corners[at - 1].up_to };
+    // What the place leaves within its corner is as even as the place itself.
+    let within = ((place - before) / (corners[at].up_to - before)).clamp(0.0, 1.0);
+    let corner = corners[at].corner as usize;
+    let [a, b, c] = surface.triangles[corner / 3].map(|node| surface.positions[node as usize]);
+    let [second, third] = point_near_corner([within, s], corner % 3);
+    let outward = (b - a).cross(c - a).normalize_or(DVec3::Z);
+    let normal = if own.back { -outward } else { outward };
+    let point = a + second * (b - a) + third * (c - a);
+    [point + start * normal, cosine_direction(normal, [u, v])]
+}
+
+/// Where a ray ends: a patch, [`SPACE`] or [`INSIDE`].
+pub fn end_of(surface: &Surface, patches: &Patches, occluders: &Occluders, [from, direction]: Ray) -> u32 {
+    let Some(hit) = occluders.first(from, direction) else { return SPACE };
+    let triangle = surface.triangles[occluders.tree.order[hit.triangle] as usize];
+    let [first, second, third] = [1.0 - hit.u - hit.v, hit.u, hit.v];
+    let nearest = if first >= second.max(third) {
+        0
+    } else if second >= third {
+        1
+    } else {
+        2
+    };
+    match patches.of_node[triangle[nearest] as usize][usize::from(!hit.outside)] {
+        NONE => INSIDE,
+        patch => patch,
+    }
+}
+
+/// Where each ray of some patches ends, `rays` for each.
+pub fn cast(surface: &Surface, patches: &Patches, scenery: &Scenery, rays: u32, of: std::ops::Range<u32>) -> Vec<u32> {
+    let occluders = &scenery.occluders;
+    let ends = |patch: u32| {
+        let joint = patches.all[patch as usize].joint;
+        (0..rays).into_par_iter().map(move |ray| {
+            let ray = scenery.placed(ray_of(surface, patches, occluders.start, patch, ray), joint);
+            end_of(surface, patches, occluders, ray)
+        })
+    };
+    of.into_par_iter().flat_map(ends).collect()
+}

@@ -1,0 +1,155 @@
+//! View factors from the ends of rays, made reciprocal and closed.
+//!
+//! The share f_ij of the rays of patch i that end on j estimates its view factor. Both f_ij and f_ji estimate the shared area S_ij = A_i F_ij = A_j F_ji [m2].
+//! Their mean with weights inverse to their variances is (f_ij + f_ji) A_i A_j / (A_i + A_j). Then one factor d_i for each patch closes the rows: S_ij becomes
+//! d_i S_ij d_j and the area A_i F_i,space becomes d_i times itself, so that each row sums to A_i. Rays that end on the inner face of a skin count as
+//! light that comes back to their own patch.
+
+use rayon::prelude::*;
+
+use super::cast::{INSIDE, SPACE};
+use super::patches::Patch;
+use super::sparse::{Row, Sparse};
+
+/// Most rounds in which rows are closed. What is left then goes to the diagonal.
+const ROUNDS: usize = 2000;
+/// Error of a row that counts as closed, over its area.
+const CLOSED: f64 = 1e-13;
+
+/// View factors as areas.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Factors {
+    /// Areas of the patches [m2].
+    pub areas: Vec<f64>,
+    /// Shared areas [m2], symmetric.
+    pub shared: Sparse,
+    /// Area times view factor to space [m2].
+    pub space: Vec<f64>,
+    /// Rays of each patch.
+    pub rays: u32,
+    /// What was changed to make the view factors reciprocal and closed.
+    pub correction: Correction,
+    /// Share of all rays that ended on the inner face of a skin.
+    pub inside: f64,
+}
+
+/// Changes of view factors.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Correction {
+    /// Root mean square over the view factors above 0.
+    pub rms: f64,
+    /// The largest.
+    pub largest: f64,
+    /// Largest error of a row that no factors close, over its area. It went to the diagonal.
+    pub unclosed: f64,
+}
+
+impl Factors {
+    /// View factors from the ends of `rays` rays of each patch.
+    pub fn new(patches: &[Patch], ends: &[u32], rays: u32) -> Self {
+        let areas: Vec<f64> = patches.iter().map(|patch| patch.area).collect();
+        let share = 1.0 / f64::from(rays);
+        let counted: Vec<(Row, f64, u32)> = ends
+            .par_chunks(rays as usize)
+            .enumerate()
+            .map(|(patch, ends)| {
+                let mut ends: Vec<u32> = ends.to_vec();
+                let inside = ends.iter().filter(|end| **end == INSIDE).count() as u32;
+                ends.iter_mut().filter(|end| **end == INSIDE).for_each(|end| *end = patch as u32);
+                ends.sort_unstable();
+                let runs = ends.chunk_by(|a, b| a == b).map(|run| (run[0], run.len() as f64 * share));
+                let (space, row): (Vec<_>, Vec<_>) = runs.partition(|(end, _)| *end == SPACE);
+                (row, space.first().map_or(0.0, |(_, share)| *share), inside)
+            })
+            .collect();
+        let inside = counted.iter().map(|row| f64::from(row.2)).sum::<f64>() / (ends.len().max(1)) as f64;
+        let space: Vec<f64> = counted.iter().zip(&areas).map(|(row, area)| row.1 * area).collect();
+        let found = Sparse::from_rows(counted.into_iter().map(|row| row.0).collect());
+        let mut shared = found.combined(&found.transposed(), |row, column, there, back| {
+            let (own, other) = (areas[row], areas[column as usize]);
+            (there + back) * own * other / (own + other)
+        });
+        let mut closed = space.clone();
+        let unclosed = close(&areas, &mut shared, &mut closed);
+        let correction = Correction { unclosed, ..changes(&areas, [&found, &shared], [&space, &closed]) };
+        Self { areas, shared, space: closed, rays, correction, inside }
+    }
+
+    /// View factor from one patch to another.
+    pub fn to(&self, from: usize, to: u32) -> f64 {
+        self.shared.at(from, to) / self.areas[from]
+    }
+
+    /// View factor from a patch to space.
+    pub fn to_space(&self, from: usize) -> f64 {
+        self.space[from] / self.areas[from]
+    }
+
+    /// Variance of a shared area [m4] as that of independent rays, at least that of a single ray.
+    pub fn variance(&self, from: usize, to: u32) -> f64 {
+        let (own, other) = (self.areas[from], self.areas[to as usize]);
+        let shared = self.shared.at(from, to);
+        let weight = own * other / (own + other);
+        weight * weight * (self.of_share(shared / own) + self.of_share(shared / other))
+    }
+
+    /// The same of the area that a patch shares with space [m4].
+    pub fn variance_to_space(&self, from: usize) -> f64 {
+        self.areas[from] * self.areas[from] * self.of_share(self.to_space(from))
+    }
+
+    /// Variance of a share of the rays of a patch.
+    pub fn of_share(&self, share: f64) -> f64 {
+        let rays = f64::from(self.rays);
+        (share * (1.0 - share)).max(1.0 / rays) / rays
+    }
+}
+
+/// Closes the rows. Returns the largest error that is left for the diagonal, over the area of its row.
+fn close(areas: &[f64], shared: &mut Sparse, space: &mut [f64]) -> f64 {
+    let mut factor = vec![1.0; areas.len()];
+    let row = |factor: &[f64], shared: &Sparse, space: &[f64], i: usize| {
+        let seen: f64 = shared.row(i).iter().map(|(j, area)| area * factor[*j as usize]).sum();
+        factor[i] * (seen + space[i])
+    };
+    for _ in 0..ROUNDS {
+        let sums: Vec<f64> = (0..areas.len()).into_par_iter().map(|i| row(&factor, shared, space, i)).collect();
+        let worst = sums.iter().zip(areas).map(|(sum, area)| (sum / area - 1.0).abs()).fold(0.0, f64::max);
+        if worst <= CLOSED {
+            break;
+        }
+        for (i, sum) in sums.iter().enumerate().filter(|(_, sum)| **sum > 0.0) {
+            factor[i] *= (areas[i] / sum).sqrt();
+        }
+    }
+    let mut worst = 0.0f64;
+    for i in 0..areas.len() {
+        let run = shared.first[i] as usize..shared.first[i + 1] as usize;
+        shared.entries[run.clone()].iter_mut().for_each(|(j, area)| *area *= factor[i] * factor[*j as usize]);
+        space[i] *= factor[i];
+        let missing = areas[i] - space[i] - shared.entries[run.clone()].iter().map(|(_, area)| area).sum::<f64>();
+        worst = worst.max(missing.abs() / areas[i]);
+        // Every row has a diagonal entry where it is not closed to rounding.
+        if let Some((_, own)) = shared.entries[run].iter_mut().find(|(j, _)| *j as usize == i) {
+            *own += missing;
+        } else {
+            space[i] += missing;
+        }
+    }
+    worst
+}
+
+/// Changes from view factors that were found to shared areas.
+fn changes(areas: &[f64], [found, shared]: [&Sparse; 2], [space, closed]: [&[f64]; 2]) -> Correction {
+    let (mut sum, mut count, mut largest) = (0.0, 0usize, 0.0f64);
+    let mut take = |change: f64| {
+        sum += change * change;
+        count += 1;
+        largest = largest.max(change.abs());
+    };
+    for (i, area) in areas.iter().enumerate() {
+        take((closed[i] - space[i]) / area);
+        shared.row(i).iter().for_each(|(j, shared)| take(shared / area - found.at(i, *j)));
+    }
+    Correction { rms: (sum / count.max(1) as f64).sqrt(), largest, unclosed: 0.0 }
+}

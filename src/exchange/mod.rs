@@ -1,0 +1,17 @@
+//! Radiation between the surfaces of the craft, in f64.
+//!
+//! Nodes are gathered into patches ([`patches`]). Rays from every patch find what it sees: other patches and space ([`cast`]). Their numbers become view
+//! factors that are reciprocal and closed ([`factors`]). Diffuse reflections turn these into exchange areas, of infrared and of sunlight apart
+//! ([`reflected`]). In every step a patch receives what all others send, and the planet's light through the open part of its sky ([`step`], [`sky`]).
+//!
+//! A patch has a uniform temperature and reflects diffusely. The room knows triangles and optical values. It knows no files and no Vulkan.
+
+pub mod between;
+pub mod cast;
+pub mod directions;
+pub mod factors;
+pub mod patches;
+pub mod reflected;
+pub mod sky;
+pub mod sparse;
+pub mod step;

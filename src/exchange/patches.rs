@@ -1,0 +1,196 @@
+//! Patches: nodes gathered by joint, part, material, side, direction of the normal and place.
+//!
+//! A node belongs to one patch on each face that exchanges heat. The surface of a node is the part of its triangles that is nearest to it. Rays start there,
+//! and a ray that ends there ends on its patch.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use crate::thermal::material::{Material, Optics, Sides};
+
+/// No patch.
+pub const NONE: u32 = u32::MAX;
+
+/// Bins of a normal along each axis of a face of the cube around it. With three, the axes of the body lie in the middle of a bin.
+const BINS: f64 = 3.0;
+
+/// Share of a cell by which places on a grid are moved, so that rounding does not part nodes that lie in one of its planes.
+const OFF_GRID: f64 = 0.01;
+
+/// The nodes and triangles of a craft in the file's pose.
+#[derive(Debug, Clone, Default)]
+pub struct Surface {
+    /// Positions of the nodes [m].
+    pub positions: Vec<DVec3>,
+    /// Unit outward normals of the nodes.
+    pub normals: Vec<DVec3>,
+    /// Areas over which the nodes exchange heat [m2].
+    pub areas: Vec<f64>,
+    /// Part of each node.
+    pub parts: Vec<u32>,
+    /// Material of each node.
+    pub materials: Vec<u32>,
+    /// Joint of each node; 0 is the body.
+    pub joints: Vec<u32>,
+    /// Nodes of the triangles. Their order turns to the left around the outward normal.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A patch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Patch {
+    /// Joint; 0 is the body.
+    pub joint: u32,
+    /// Part.
+    pub part: u32,
+    /// Material.
+    pub material: u32,
+    /// Whether it is the face against the normals.
+    pub back: bool,
+    /// Absorptivity and emissivity of this face.
+    pub optics: Optics,
+    /// Area [m2].
+    pub area: f64,
+    /// Unit normal away from this face, mean over the nodes, in the file's pose.
+    pub normal: DVec3,
+    /// Mean place [m].
+    pub centre: DVec3,
+    /// Its nodes in [`Patches::nodes`].
+    pub nodes: std::ops::Range<usize>,
+    /// Its corners of triangles in [`Patches::corners`].
+    pub corners: std::ops::Range<usize>,
+}
+
+/// A corner of a triangle, on whose surface rays of a patch start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Corner {
+    /// Number of the triangle times three, plus that of the corner.
+    pub corner: u32,
+    /// Share of the rays of the patch that start here or at a corner before.
+    pub up_to: f64,
+}
+
+/// All patches of a craft. Those of one joint are consecutive.
+#[derive(Debug, Clone, Default)]
+pub struct Patches {
+    /// The patches.
+    pub all: Vec<Patch>,
+    /// Nodes of the patches, each with its share of the patch's area.
+    pub nodes: Vec<(u32, f64)>,
+    /// Corners of the patches.
+    pub corners: Vec<Corner>,
+    /// Patches of the front and of the back of each node, or [`NONE`].
+    pub of_node: Vec<[u32; 2]>,
+}
+
+impl Patches {
+    /// Gathers nodes into patches of about `edge` [m].
+    pub fn new(surface: &Surface, materials: &[Material], edge: f64) -> Self {
+        let mut corners_of_node: Vec<Vec<u32>> = vec![Vec::new(); surface.positions.len()];
+        for (number, triangle) in surface.triangles.iter().enumerate() {
+            if surface.area_of(number) > 0.0 {
+                (0..3).for_each(|k| corners_of_node[triangle[k] as usize].push((3 * number + k) as u32));
+            }
+        }
+        let low = surface
+            .triangles
+            .iter()
+            .flatten()
+            .fold(DVec3::INFINITY, |low, node| low.min(surface.positions[*node as usize]));
+        let mut gathered: BTreeMap<Key, Vec<u32>> = BTreeMap::new();
+        for (node, corners) in corners_of_node.iter().enumerate() {
+            if corners.is_empty() || surface.areas[node] <= 0.0 {
+                continue;
+            }
+            let cell = ((surface.positions[node] - low) / edge + OFF_GRID).floor().to_array().map(|place| place as i64);
+            let (part, material) = (surface.parts[node], surface.materials[node]);
+            let both = matches!(materials[material as usize].sides, Sides::Both { .. });
+            for back in [false, true].into_iter().take(if both { 2 } else { 1 }) {
+                let facing = bin(surface.normals[node]);
+                let key = Key { joint: surface.joints[node], part, material, back, facing, cell };
+                gathered.entry(key).or_default().push(node as u32);
+            }
+        }
+        let mut patches = Self { of_node: vec![[NONE; 2]; surface.positions.len()], ..Self::default() };
+        for (key, nodes) in gathered {
+            patches.push(&key, &nodes, surface, &corners_of_node, materials);
+        }
+        patches
+    }
+
+    fn push(
+        &mut self,
+        key: &Key,
+        nodes: &[u32],
+        surface: &Surface,
+        corners_of_node: &[Vec<u32>],
+        materials: &[Material],
+    ) {
+        let material = &materials[key.material as usize];
+        let area: f64 = nodes.iter().map(|node| surface.areas[*node as usize]).sum();
+        let mean = |of: &dyn Fn(usize) -> DVec3| -> DVec3 {
+            nodes.iter().map(|node| of(*node as usize) * (surface.areas[*node as usize] / area)).sum()
+        };
+        let outward = mean(&|node| surface.normals[node]).normalize_or(surface.normals[nodes[0] as usize]);
+        let (first_node, first_corner) = (self.nodes.len(), self.corners.len());
+        self.nodes.extend(nodes.iter().map(|node| (*node, surface.areas[*node as usize] / area)));
+        for node in nodes {
+            self.of_node[*node as usize][usize::from(key.back)] = self.all.len() as u32;
+        }
+        let corners = nodes.iter().flat_map(|node| corners_of_node[*node as usize].iter());
+        let whole: f64 = corners.clone().map(|corner| surface.area_of(*corner as usize / 3)).sum();
+        let mut before = 0.0;
+        for corner in corners {
+            before += surface.area_of(*corner as usize / 3) / whole;
+            self.corners.push(Corner { corner: *corner, up_to: before });
+        }
+        self.all.push(Patch {
+            joint: key.joint,
+            part: key.part,
+            material: key.material,
+            back: key.back,
+            optics: if key.back { material.back() } else { material.front },
+            area,
+            normal: if key.back { -outward } else { outward },
+            centre: mean(&|node| surface.positions[node]),
+            nodes: first_node..self.nodes.len(),
+            corners: first_corner..self.corners.len(),
+        });
+    }
+}
+
+impl Surface {
+    /// Area of a triangle [m2].
+    fn area_of(&self, triangle: usize) -> f64 {
+        let [a, b, c] = self.triangles[triangle].map(|node| self.positions[node as usize]);
+        0.5 * (b - a).cross(c - a).length()
+    }
+}
+
+/// What the nodes of a patch share.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Key {
+    joint: u32,
+    part: u32,
+    material: u32,
+    back: bool,
+    facing: [i8; 3],
+    cell: [i64; 3],
+}
+
+/// Bin of a unit normal: the face of the cube that it leaves, and the cell of this face.
+fn bin(normal: DVec3) -> [i8; 3] {
+    // Rounding must not part nodes whose normals lie between two faces.
+    let size = normal.abs() * DVec3::new(1.0, 1.0 - 1e-6, 1.0 - 2e-6);
+    let face = if size.x >= size.y.max(size.z) {
+        0
+    } else if size.y >= size.z {
+        1
+    } else {
+        2
+    };
+    let scaled = normal / normal[face].abs().max(f64::MIN_POSITIVE);
+    let cell = |at: f64| ((at + 1.0) * 0.5 * BINS + 1e-6).floor().clamp(0.0, BINS - 1.0) as i8;
+    [(2 * face) as i8 + i8::from(normal[face] < 0.0), cell(scaled[(face + 1) % 3]), cell(scaled[(face + 2) % 3])]
+}

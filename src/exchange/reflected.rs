@@ -1,0 +1,194 @@
+//! Exchange areas: what a patch receives of the light that another sends, with all diffuse reflections on the way.
+//!
+//! With J_j the light that patch j emits or reflects at first [W/m2], the light that arrives at i, all reflections counted, is (sum over j of H_ij J_j) / A_i.
+//! H = S + S (r/A) S + S (r/A) S (r/A) S + ..., where S are the shared areas and r the reflectivities. It is symmetric. Gebhart's factor, the share of the
+//! emission of j that i absorbs, is a_i H_ij / A_j, where a = 1 - r (Gebhart 1961, Int. J. Heat Mass Transfer 3).
+//!
+//! How much of its light a patch gives to the craft and to space follows from vectors alone, with all reflections. Rows follow the light only while it is
+//! concentrated: a crumb of light is not reflected by itself, and pairs that see each other by reflection alone are left out while they are small. One factor for
+//! each patch then scales the kept entries to the right sums. What further reflections would carry where a scene bounds their number returns to its own patch. Rows stay
+//! symmetric and closed, so that an isothermal box keeps its temperature.
+
+use rayon::prelude::*;
+
+use super::factors::Factors;
+use super::sparse::{Row, Sparse};
+
+/// Area of the entries of a row that may be left out, over the area of its patch. They are pairs that do not see each other directly.
+pub const LEFT_OUT: f64 = 0.05;
+/// Rounds in which kept entries take what was left out.
+const ROUNDS: usize = 100;
+/// Share of the light of a row below which reflections are no longer followed.
+const FAINT: f64 = 1e-7;
+/// Share of the light of a row below which an entry is not reflected by itself.
+const CRUMB: f64 = 1e-4;
+/// Most reflections that are followed.
+const MOST: u32 = 20_000;
+/// Absorptivity below which a patch does not take what others leave out.
+const MIRROR: f64 = 1e-6;
+
+/// Exchange areas.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Areas {
+    /// H_ij [m2], symmetric.
+    pub between: Sparse,
+    /// Area times the share of the light of a patch that reaches space [m2].
+    pub space: Vec<f64>,
+    /// Largest share of the light of a patch that returns to it in place of further reflections.
+    pub returned: f64,
+}
+
+/// Exchange areas of patches with these absorptivities, with at most `bounces` reflections, or all.
+pub fn exchange_areas(factors: &Factors, absorptivities: &[f64], bounces: Option<u32>) -> Areas {
+    let areas = &factors.areas;
+    let [given, lost] = shares(factors, absorptivities, bounces);
+    let rows: Vec<Row> = (0..areas.len())
+        .into_par_iter()
+        .map_init(|| Rows::new(areas.len()), |rows, patch| rows.follow(factors, absorptivities, bounces, patch))
+        .collect();
+    let space: Vec<f64> = lost.iter().zip(areas).map(|(share, area)| share * area).collect();
+    let found = Sparse::from_rows(rows);
+    let mean = found.combined(&found.transposed(), |_, _, there, back| 0.5 * (there + back));
+    let mut between = pruned(&mean, &factors.shared, areas);
+    let wanted: Vec<f64> = given.iter().zip(areas).map(|(share, area)| share * area).collect();
+    scale(&mut between, &wanted, absorptivities);
+    let mut returned = 0.0f64;
+    for (i, area) in areas.iter().enumerate() {
+        let (first, end) = (between.first[i] as usize, between.first[i + 1] as usize);
+        let entries = &mut between.entries[first..end];
+        let taken: f64 = entries.iter().map(|(j, shared)| shared * absorptivities[*j as usize]).sum();
+        let missing = area - space[i] - taken;
+        if absorptivities[i] > MIRROR
+            && let Some((_, own)) = entries.iter_mut().find(|(j, _)| *j as usize == i)
+        {
+            *own += missing / absorptivities[i];
+            returned = returned.max(missing.abs() / area);
+        }
+    }
+    Areas { between, space, returned }
+}
+
+/// Shares of the light of each patch that the craft absorbs and that reach space, with at most `bounces` reflections.
+fn shares(factors: &Factors, absorptivities: &[f64], bounces: Option<u32>) -> [Vec<f64>; 2] {
+    let seen = |of: &(dyn Fn(usize) -> f64 + Sync), i: usize| -> f64 {
+        factors.shared.row(i).iter().map(|(j, shared)| shared * of(*j as usize)).sum::<f64>() / factors.areas[i]
+    };
+    let patches = 0..factors.areas.len();
+    let at_first = |i: usize| [seen(&|j| absorptivities[j], i), factors.to_space(i)];
+    let first: Vec<[f64; 2]> = patches.clone().into_par_iter().map(at_first).collect();
+    let mut now = first.clone();
+    for _ in 0..bounces.unwrap_or(MOST).min(MOST) {
+        let later = |i: usize| {
+            let reflected = |kind: usize| seen(&|j| (1.0 - absorptivities[j]) * now[j][kind], i);
+            [first[i][0] + reflected(0), first[i][1] + reflected(1)]
+        };
+        let next: Vec<[f64; 2]> = patches.clone().into_par_iter().map(later).collect();
+        let change = next.iter().zip(&now).map(|(a, b)| (a[0] - b[0]).max(a[1] - b[1])).fold(0.0, f64::max);
+        now = next;
+        if change < 1e-14 {
+            break;
+        }
+    }
+    [0, 1].map(|kind| now.iter().map(|shares| shares[kind]).collect())
+}
+
+/// Scales entries so that what a row gives to the craft is what is wanted [m2].
+fn scale(kept: &mut Sparse, wanted: &[f64], absorptivities: &[f64]) {
+    let carried = |rows: &Sparse, factor: &[f64], i: usize| -> f64 {
+        let of = |(j, area): &(u32, f64)| area * factor[*j as usize] * absorptivities[*j as usize];
+        factor[i] * rows.row(i).iter().map(of).sum::<f64>()
+    };
+    let mut factor = vec![1.0; wanted.len()];
+    for _ in 0..ROUNDS {
+        let now: Vec<f64> = (0..wanted.len()).into_par_iter().map(|i| carried(kept, &factor, i)).collect();
+        for i in (0..wanted.len()).filter(|i| now[*i] > 0.0) {
+            factor[i] *= (wanted[i] / now[i]).sqrt();
+        }
+    }
+    for i in 0..wanted.len() {
+        let run = kept.first[i] as usize..kept.first[i + 1] as usize;
+        kept.entries[run].iter_mut().for_each(|(j, area)| *area *= factor[i] * factor[*j as usize]);
+    }
+}
+
+/// Leaves out pairs that do not see each other and that both rows can do without. The diagonal stays.
+fn pruned(all: &Sparse, shared: &Sparse, areas: &[f64]) -> Sparse {
+    let sees = |i: usize, j: u32| j as usize == i || shared.row(i).binary_search_by_key(&j, |entry| entry.0).is_ok();
+    // Below its bound such a pair may be left out.
+    let bounds: Vec<f64> = (0..areas.len())
+        .into_par_iter()
+        .map(|i| {
+            let reflected = all.row(i).iter().filter(|(j, _)| !sees(i, *j));
+            let mut sizes: Vec<f64> = reflected.map(|(_, area)| *area).collect();
+            sizes.sort_unstable_by(f64::total_cmp);
+            let mut left = LEFT_OUT * areas[i];
+            let first_kept = sizes.into_iter().find(|area| {
+                left -= area;
+                left < 0.0
+            });
+            first_kept.unwrap_or(f64::INFINITY)
+        })
+        .collect();
+    let rows = (0..areas.len()).map(|i| {
+        let own = all.row(i).iter().copied();
+        let kept = |(j, area): &(u32, f64)| sees(i, *j) || *area >= bounds[i].min(bounds[*j as usize]);
+        let mut row: Row = own.filter(kept).collect();
+        if let Err(place) = row.binary_search_by_key(&(i as u32), |entry| entry.0) {
+            row.insert(place, (i as u32, 0.0));
+        }
+        row
+    });
+    Sparse::from_rows(rows.collect())
+}
+
+/// Room for following the light of one patch.
+struct Rows {
+    sum: Vec<f64>,
+    next: Vec<f64>,
+    touched: Vec<u32>,
+    reached: Vec<u32>,
+}
+
+impl Rows {
+    fn new(patches: usize) -> Self {
+        Self { sum: vec![0.0; patches], next: vec![0.0; patches], touched: Vec::new(), reached: Vec::new() }
+    }
+
+    /// The row of a patch.
+    fn follow(&mut self, factors: &Factors, taken: &[f64], bounces: Option<u32>, patch: usize) -> Row {
+        let faint = FAINT * factors.areas[patch];
+        let mut light: Row = factors.shared.row(patch).to_vec();
+        for bounce in 0..=bounces.unwrap_or(MOST).min(MOST) {
+            for (j, area) in &light {
+                if self.sum[*j as usize] == 0.0 {
+                    self.touched.push(*j);
+                }
+                self.sum[*j as usize] += area;
+            }
+            let reflected = |(j, area): &(u32, f64)| area * (1.0 - taken[*j as usize]);
+            if light.iter().map(reflected).sum::<f64>() <= faint || bounces == Some(bounce) {
+                break;
+            }
+            for (j, area) in light.iter().map(|entry| (entry.0 as usize, reflected(entry))) {
+                if area <= CRUMB * factors.areas[patch] {
+                    continue;
+                }
+                let share = area / factors.areas[j];
+                for (k, shared) in factors.shared.row(j) {
+                    if self.next[*k as usize] == 0.0 {
+                        self.reached.push(*k);
+                    }
+                    self.next[*k as usize] += share * shared;
+                }
+            }
+            self.reached.sort_unstable();
+            self.reached.dedup();
+            let next = &mut self.next;
+            light = self.reached.drain(..).map(|k| (k, std::mem::take(&mut next[k as usize]))).collect();
+        }
+        self.touched.sort_unstable();
+        self.touched.dedup();
+        let sum = &mut self.sum;
+        self.touched.drain(..).map(|j| (j, std::mem::take(&mut sum[j as usize]))).collect()
+    }
+}

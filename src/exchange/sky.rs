@@ -1,0 +1,158 @@
+//! The open part of a patch's sky, kept ray by ray, and the share of the planet's light that comes through it.
+//!
+//! A ray keeps its direction and whether it left the craft, in one word. Rays are spread with the cosine, so each carries the same share of the light of a
+//! uniform sky. Of the rays towards the planet, the open ones over all of them is the share of its infrared that the patch sees; for albedo each ray counts with
+//! the sunlight on the ground that it meets. The loads of an open hemisphere, which are exact, are multiplied with these shares. Twin: `glsl/exchange_sky.comp`.
+
+use glam::{DAffine3, DVec3};
+
+use crate::environment::{PlanetLoad, StepLoad};
+use crate::saved::{Saved, SavedError};
+use crate::thermal::received::Seen;
+
+/// Set where the ray is open.
+const OPEN: u32 = 1 << 31;
+/// Steps of a coordinate of a direction.
+const GRID: f64 = 32767.0;
+
+/// A ray as a word: a direction on an octahedron (Cigolle et al. 2014, Journal of Computer Graphics Techniques 3(2)) in steps of 2^-15, and whether it is open.
+pub fn word_of(direction: DVec3, open: bool) -> u32 {
+    let scaled = direction / direction.abs().element_sum();
+    let sign = |value: f64| if value < 0.0 { -1.0 } else { 1.0 };
+    let (x, y) = if scaled.z >= 0.0 {
+        (scaled.x, scaled.y)
+    } else {
+        ((1.0 - scaled.y.abs()) * sign(scaled.x), (1.0 - scaled.x.abs()) * sign(scaled.y))
+    };
+    let steps = |value: f64| ((0.5 * value + 0.5) * GRID).round() as u32;
+    (if open { OPEN } else { 0 }) | steps(x) << 15 | steps(y)
+}
+
+/// Unit direction of a word.
+pub fn direction_of(word: u32) -> DVec3 {
+    let value = |steps: u32| f64::from(steps) * (2.0 / GRID) - 1.0;
+    let (x, y) = (value(word >> 15 & 0x7fff), value(word & 0x7fff));
+    let z = 1.0 - x.abs() - y.abs();
+    let below = (-z).max(0.0);
+    let folded = |value: f64| if value < 0.0 { value + below } else { value - below };
+    DVec3::new(folded(x), folded(y), z).normalize()
+}
+
+/// The planet as a patch sees it: unit vectors in the frame of the patch, and the Sun at the centre of the planet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlanetView {
+    nadir: DVec3,
+    sun: DVec3,
+    distance_ratio: f64,
+}
+
+impl PlanetView {
+    /// The planet of a load in the frame of a joint.
+    pub fn new(planet: &PlanetLoad, load: &StepLoad, joint: u32) -> Self {
+        let turn = load.joint_from_body(joint);
+        let (sine, cosine) = planet.sun_zenith.sin_cos();
+        let sun = planet.sunward * sine - planet.nadir * cosine;
+        Self { nadir: turn * planet.nadir, sun: turn * sun, distance_ratio: planet.distance_ratio }
+    }
+
+    /// Cosine of the zenith angle of the Sun where a direction meets the planet. `None` where it meets none.
+    fn lit(&self, direction: DVec3) -> Option<f64> {
+        let ratio = self.distance_ratio;
+        let cosine = direction.dot(self.nadir);
+        let inner = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
+        (cosine > 0.0 && inner > 0.0).then(|| {
+            let distance = ratio * cosine - inner.sqrt();
+            (distance * direction - ratio * self.nadir).dot(self.sun).max(0.0)
+        })
+    }
+
+    /// The shares that a patch with these rays sees. Without a ray to the planet, or to its lit part, nothing is hidden.
+    pub fn seen(&self, rays: &[u32]) -> Seen {
+        let (mut all, mut open, mut lit, mut open_lit) = (0.0, 0.0, 0.0, 0.0);
+        for word in rays {
+            if let Some(light) = self.lit(direction_of(*word)) {
+                let is_open = if word & OPEN == 0 { 0.0 } else { 1.0 };
+                all += 1.0;
+                open += is_open;
+                lit += light;
+                open_lit += is_open * light;
+            }
+        }
+        let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 1.0 };
+        Seen { planet_ir: share(open, all), albedo: share(open_lit, lit) }
+    }
+}
+
+/// When the shares are found anew: after the planet or the Sun has moved far enough against the craft, or a joint has moved.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Renewal {
+    /// Angle after which they are found anew [rad].
+    pub angle: f64,
+    /// Directions to the planet and to the Sun, body frame, and poses of the joints for which they were last found.
+    pub found_for: Option<([DVec3; 2], Vec<DAffine3>)>,
+}
+
+impl Renewal {
+    /// Whether the shares must be found anew for a load. It counts as done then.
+    pub fn is_due(&mut self, load: &StepLoad) -> bool {
+        let Some(planet) = &load.planet else { return false };
+        let (sine, cosine) = planet.sun_zenith.sin_cos();
+        let now = [planet.nadir, planet.sunward * sine - planet.nadir * cosine];
+        let holds = self.found_for.as_ref().is_some_and(|(last, poses)| {
+            let turned = |(a, b): (&DVec3, &DVec3)| a.cross(*b).length().atan2(a.dot(*b));
+            let still = |(a, b): (&DAffine3, &DAffine3)| a.abs_diff_eq(*b, 1e-9);
+            last.iter().zip(&now).all(|pair| turned(pair) <= self.angle) && poses.iter().zip(&load.joints).all(still)
+        });
+        if !holds {
+            self.found_for = Some((now, load.joints.clone()));
+        }
+        !holds
+    }
+
+    /// What is needed to go on later.
+    pub fn save(&self) -> Saved {
+        let mut saved = Saved::default();
+        if let Some((directions, poses)) = &self.found_for {
+            saved.put("directions", &directions.map(|direction| direction.to_array()));
+            saved.put("poses", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
+        }
+        saved
+    }
+
+    /// Takes what `save` gave.
+    ///
+    /// # Errors
+    /// Lists of another kind.
+    pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
+        self.found_for = None;
+        if saved.has("directions") {
+            let directions: Vec<[f64; 3]> = saved.list_of("directions", 2)?;
+            let poses: Vec<[f64; 12]> = saved.list("poses")?;
+            let directions = [directions[0], directions[1]].map(DVec3::from_array);
+            self.found_for = Some((directions, poses.iter().map(DAffine3::from_cols_array).collect()));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exchange::directions::{cosine_direction, fractions};
+
+    #[test]
+    fn a_word_keeps_its_direction() {
+        for ray in 0..2000 {
+            let [u, _, s, t] = fractions(1, ray);
+            let axis = cosine_direction(DVec3::Z, [s, t]) * if u < 0.5 { -1.0 } else { 1.0 };
+            for open in [false, true] {
+                let word = word_of(axis, open);
+                assert_eq!(word & OPEN != 0, open);
+                let back = direction_of(word);
+                // Half a step in both coordinates moves the third by twice as much: 7.5e-5, times sqrt(3) at the middle of a face, which is
+                // nearest to the centre.
+                assert!(back.distance(axis) < 1.5e-4, "{axis} came back as {back}");
+            }
+        }
+    }
+}

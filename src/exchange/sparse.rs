@@ -1,0 +1,80 @@
+//! A sparse square matrix in rows.
+
+/// A row: columns and values.
+pub type Row = Vec<(u32, f64)>;
+
+/// Rows one after another. The entries of a row are sorted by column.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Sparse {
+    /// First entry of each row, and the one after the last.
+    pub first: Vec<u32>,
+    /// Columns and values.
+    pub entries: Vec<(u32, f64)>,
+}
+
+impl Sparse {
+    /// The matrix of sorted rows.
+    pub fn from_rows(rows: Vec<Row>) -> Self {
+        let mut first = vec![0];
+        let mut entries = Vec::new();
+        for row in rows {
+            entries.extend(row);
+            first.push(entries.len() as u32);
+        }
+        Self { first, entries }
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.first.len().saturating_sub(1)
+    }
+
+    /// Whether it has no rows.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Entries of a row.
+    pub fn row(&self, row: usize) -> &[(u32, f64)] {
+        &self.entries[self.first[row] as usize..self.first[row + 1] as usize]
+    }
+
+    /// An entry; 0 where the matrix has none.
+    pub fn at(&self, row: usize, column: u32) -> f64 {
+        let row = self.row(row);
+        row.binary_search_by_key(&column, |(column, _)| *column).map_or(0.0, |place| row[place].1)
+    }
+
+    /// The transposed matrix.
+    pub fn transposed(&self) -> Self {
+        let mut rows = vec![Vec::new(); self.len()];
+        for row in 0..self.len() {
+            self.row(row).iter().for_each(|(column, value)| rows[*column as usize].push((row as u32, *value)));
+        }
+        Self::from_rows(rows)
+    }
+
+    /// Combines two matrices entry by entry. An entry that one of them lacks is 0 there. Entries of 0 are left out.
+    pub fn combined(&self, other: &Self, with: impl Fn(usize, u32, f64, f64) -> f64) -> Self {
+        let rows = (0..self.len()).map(|row| {
+            let (a, b) = (self.row(row), other.row(row));
+            let (mut i, mut j, mut merged) = (0, 0, Vec::with_capacity(a.len().max(b.len())));
+            while i < a.len() || j < b.len() {
+                let [left, right] = [a.get(i), b.get(j)].map(|entry| entry.map_or(u32::MAX, |entry| entry.0));
+                let column = left.min(right);
+                let take = |own: u32, at: &mut usize, entries: &[(u32, f64)]| {
+                    let value = if own == column { entries[*at].1 } else { 0.0 };
+                    *at += usize::from(own == column);
+                    value
+                };
+                let (x, y) = (take(left, &mut i, a), take(right, &mut j, b));
+                let value = with(row, column, x, y);
+                if value != 0.0 {
+                    merged.push((column, value));
+                }
+            }
+            merged
+        });
+        Self::from_rows(rows.collect())
+    }
+}

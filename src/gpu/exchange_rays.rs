@@ -1,0 +1,127 @@
+//! Casts the rays of patches on the device. Twin: `crate::exchange::cast`.
+
+use std::sync::Arc;
+
+use glam::DAffine3;
+
+use super::bindings::Bindings;
+use super::context::Context;
+use super::error::GpuError;
+use super::exchange_variant::ExchangeVariant;
+use super::frame::Frame;
+use super::layout::{self, ExchangePass, ShadowTriangle};
+use super::once::Once;
+use super::pass::{Access, COMPUTE_READ, COMPUTE_WRITE, Entry, Kernel, Pass, Said, Work, access, barrier, scope};
+use super::resource::Resource;
+use super::store::Resources;
+use crate::environment::shadow::LARGEST_TREE;
+use crate::exchange::cast::{INSIDE, Scenery};
+use crate::exchange::patches::{NONE, Patches, Surface};
+
+/// Rays of a workgroup.
+const WORKGROUP: u32 = 64;
+/// Most rays of a dispatch, few enough that no driver stops it as hanging.
+const AT_ONCE: u32 = 1 << 20;
+
+/// Whether the device can walk the tree of a scenery. lavapipe ends the loops of an invocation after 65,535 turns.
+pub fn can_walk(scenery: &Scenery) -> bool {
+    scenery.occluders.tree.nodes.len() <= LARGEST_TREE
+}
+
+/// Casts the rays of all patches: where each ends, `rays` for each patch.
+///
+/// # Errors
+/// Buffers beyond the device, or a call that fails.
+pub fn cast(
+    context: &Arc<Context>,
+    surface: &Surface,
+    patches: &Patches,
+    scenery: &Scenery,
+    rays: u32,
+) -> Result<Vec<u32>, GpuError> {
+    let count = patches.all.len() as u32;
+    if count == 0 || rays == 0 {
+        return Ok(Vec::new());
+    }
+    let together = (AT_ONCE / rays).clamp(1, count);
+    let mut once = Once::new(context)?;
+    let mut resources = Resources::new(context);
+    fill(&mut resources, surface, patches, scenery)?;
+    resources.make_of(Resource::RayEnds, (together * rays) as usize)?;
+    let list = |first: u32, end: u32| list(first, end, rays);
+    let mut bindings = Bindings::plain(context);
+    bindings.add(&resources, list(0, together).passes())?;
+    let (boxes, start) = (scenery.occluders.tree.nodes.len() as u32, scenery.occluders.start as f32);
+    let mut ends = Vec::with_capacity(count as usize * rays as usize);
+    for first in (0..count).step_by(together as usize) {
+        let end = count.min(first + together);
+        let constants = bytemuck::bytes_of(&ExchangePass { first, end, rays, boxes, start }).to_vec();
+        once.run([&list(first, end)], &resources, Some(&bindings), &|_| constants.clone())?;
+        ends.extend_from_slice(resources.read(Resource::RayEnds, 0, ((end - first) * rays) as usize));
+    }
+    Ok(ends)
+}
+
+/// The list that casts the rays of some patches.
+pub fn list(first: u32, end: u32, rays: u32) -> Frame {
+    let bound = |(binding, resource): (u32, Resource)| {
+        let scope = if resource == Resource::RayEnds { COMPUTE_WRITE } else { COMPUTE_READ };
+        Access { binding: Some(binding), ..access(resource, scope) }
+    };
+    let resources = [
+        Resource::RayPatches,
+        Resource::RayCorners,
+        Resource::RayTriangles,
+        Resource::RayPoses,
+        Resource::RayBoxes,
+        Resource::RayPlaced,
+        Resource::RayLeaves,
+        Resource::RayEnds,
+    ];
+    let work = Work::Dispatch {
+        kernel: Kernel::Exchange(ExchangeVariant::Rays),
+        workgroups: ((end - first) * rays).div_ceil(WORKGROUP),
+        set: 0,
+        said: Said::Patches { first, end },
+    };
+    let accesses = (0..).zip(resources).map(bound).collect();
+    let host = scope(ash::vk::PipelineStageFlags2::HOST, ash::vk::AccessFlags2::HOST_READ);
+    Frame {
+        entries: vec![
+            Entry::Pass(Pass { name: "exchange_rays".to_owned(), work, accesses }),
+            Entry::Barriers(vec![barrier(Resource::RayEnds, COMPUTE_WRITE, host)]),
+        ],
+    }
+}
+
+fn fill(resources: &mut Resources, surface: &Surface, patches: &Patches, scenery: &Scenery) -> Result<(), GpuError> {
+    let (boxes, placed) = layout::shadow_tree(&scenery.occluders);
+    let of_patch = |patch: &crate::exchange::patches::Patch| {
+        [patch.corners.start as u32, patch.corners.end as u32, patch.joint, u32::from(patch.back)]
+    };
+    let triangle = |nodes: &[u32; 3]| {
+        let [a, b, c] = nodes.map(|node| surface.positions[node as usize]);
+        let four = |v: glam::DVec3| [v.x as f32, v.y as f32, v.z as f32, 0.0];
+        ShadowTriangle { corner: four(a), first: four(b - a), second: four(c - a) }
+    };
+    let leaf = |number: &u32| {
+        let nodes = surface.triangles[*number as usize];
+        [0, 1].map(|back| {
+            let [a, b, c] = nodes.map(|node| match patches.of_node[node as usize][back] {
+                NONE => INSIDE,
+                patch => patch,
+            });
+            [a, b, c, 0]
+        })
+    };
+    let joints = patches.all.iter().map(|patch| patch.joint + 1).max().unwrap_or(1) as usize;
+    let pose = |joint: usize| layout::rows(&scenery.poses.get(joint).copied().unwrap_or(DAffine3::IDENTITY));
+    let corners = patches.corners.iter().map(|corner| [corner.corner, (corner.up_to as f32).to_bits()]);
+    resources.make_with(Resource::RayPatches, &patches.all.iter().map(of_patch).collect::<Vec<_>>())?;
+    resources.make_with(Resource::RayCorners, &corners.collect::<Vec<_>>())?;
+    resources.make_with(Resource::RayTriangles, &surface.triangles.iter().map(triangle).collect::<Vec<_>>())?;
+    resources.make_with(Resource::RayPoses, &(0..joints).map(pose).collect::<Vec<_>>())?;
+    resources.make_with(Resource::RayLeaves, &scenery.occluders.tree.order.iter().map(leaf).collect::<Vec<_>>())?;
+    resources.make_with(Resource::RayBoxes, &boxes)?;
+    resources.make_with(Resource::RayPlaced, &placed)
+}

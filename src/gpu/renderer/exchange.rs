@@ -1,0 +1,76 @@
+//! Radiation between surfaces on the device: its passes in a frame, and new tables where a joint has moved.
+
+use super::exchanging::Exchanging;
+use super::{Renderer, ranges_of_load};
+use crate::environment::StepLoad;
+use crate::gpu::error::GpuError;
+use crate::gpu::exchange::{ExchangeTables, exchange};
+use crate::gpu::frame::Frame;
+use crate::gpu::resource::Resource;
+use crate::saved::Saved;
+
+impl Renderer {
+    /// The passes that find what nodes receive in a step. Empty where surfaces do not see each other.
+    pub(super) fn exchange_frame(&mut self, load: &StepLoad) -> Frame {
+        let Some(light) = ranges_of_load(&self.ranges, load).first().map(|range| range.variant) else {
+            return Frame::default();
+        };
+        let Some(own) = &mut self.exchange else { return Frame::default() };
+        let sky = (own.renewal.is_due(load) || own.fresh) && load.planet.is_some();
+        own.fresh &= !sky;
+        exchange(&own.runs, light, sky)
+    }
+
+    /// Replaces the tables after a joint has moved.
+    ///
+    /// # Errors
+    /// More entries than the room that was taken at the start, or a call that fails.
+    pub fn set_exchange(&mut self, tables: &ExchangeTables) -> Result<(), GpuError> {
+        self.wait()?;
+        let Some(own) = &mut self.exchange else { return Ok(()) };
+        if tables.entries.len() > own.room {
+            return Err(GpuError::ExchangeGrew { entries: 4 * tables.entries.len(), room: 4 * own.room });
+        }
+        own.fresh = true;
+        own.order.clone_from(&tables.order);
+        self.resources.upload(&mut self.once, Resource::ExchangeNodes, &tables.nodes)?;
+        self.resources.upload(&mut self.once, Resource::ExchangePatches, &tables.patches)?;
+        self.resources.upload(&mut self.once, Resource::ExchangeEntries, &tables.entries)?;
+        self.resources.upload(&mut self.once, Resource::ExchangeSky, &tables.sky)?;
+        self.resources.free_staging();
+        Ok(())
+    }
+
+    /// What every patch absorbs from the others in the last step [W/m2]. Empty without exchange.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn received(&mut self) -> Result<Vec<f32>, GpuError> {
+        self.wait()?;
+        let Some(own) = &self.exchange else { return Ok(Vec::new()) };
+        let at_places: Vec<f32> =
+            self.resources.download(&mut self.once, Resource::ExchangeReceived, own.order.len())?;
+        let mut of_patches = vec![0.0; at_places.len()];
+        own.order.iter().zip(at_places).for_each(|(patch, received)| of_patches[*patch as usize] = received);
+        Ok(of_patches)
+    }
+
+    /// Shares of the planet's infrared and albedo that every patch sees.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn seen(&mut self) -> Result<Vec<[f32; 2]>, GpuError> {
+        self.wait()?;
+        let Some(places) = self.exchange.as_ref().map(Exchanging::places) else { return Ok(Vec::new()) };
+        self.resources.download(&mut self.once, Resource::ExchangeSeen, places)
+    }
+
+    /// Takes what `seen` and [`Exchanging::save`] gave.
+    pub(super) fn restore_exchange(&mut self, saved: &Saved) -> Result<(), GpuError> {
+        let Some(own) = &mut self.exchange else { return Ok(()) };
+        own.renewal.restore(saved)?;
+        own.fresh = false;
+        let seen: Vec<[f32; 2]> = saved.list_of("seen", own.places())?;
+        self.resources.upload(&mut self.once, Resource::ExchangeSeen, &seen)
+    }
+}

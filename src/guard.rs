@@ -1,0 +1,51 @@
+//! What is probably wrong in a scene that can run: a camera that sees nothing, a model in millimetres, a thickness in the wrong unit.
+//!
+//! Nothing is stepped and no device is used. Each finding names what it is about and says what to do.
+
+use glam::DVec3;
+
+use crate::simulation::prepare::Prepared;
+use finding::{Effort, Finding};
+use materials::MaterialFacts;
+use view::Sight;
+
+pub mod finding;
+pub mod identity;
+pub mod materials;
+mod meshes;
+mod shapes;
+mod view;
+
+/// The facts that the checks look at, and what they find.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Checked {
+    /// Lower and upper corner of the box around the craft, in the body frame and the file's pose [m].
+    pub bounds_m: [[f64; 3]; 2],
+    /// The craft in the images. `None` where the scene draws none.
+    pub sight: Option<Sight>,
+    /// Every material that the model uses.
+    pub materials: Vec<MaterialFacts>,
+    /// What is probably wrong.
+    pub findings: Vec<Finding>,
+}
+
+impl Checked {
+    /// Size of the craft along the body axes [m].
+    pub fn size_m(&self) -> [f64; 3] {
+        let [low, high] = self.bounds_m;
+        [0, 1, 2].map(|axis| high[axis] - low[axis])
+    }
+}
+
+/// Checks a scene.
+pub fn check(prepared: &Prepared, effort: Effort) -> Checked {
+    let shapes = shapes::of(prepared);
+    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let [low, high] = shapes.iter().fold(none, |[low, high], shape| [low.min(shape.low), high.max(shape.high)]);
+    let (sight, mut findings) = view::check(prepared, &shapes, effort);
+    let materials = materials::facts(prepared);
+    findings.extend(shapes::check(prepared, &shapes, high - low));
+    findings.extend(materials::check(prepared, &shapes, &materials));
+    findings.extend(meshes::check(prepared, &shapes, &materials, (high - low).max_element()));
+    Checked { bounds_m: [low.to_array(), high.to_array()], sight, materials, findings }
+}

@@ -1,0 +1,135 @@
+//! A craft that spans few pixels: a crop of the image around it is drawn with many texels in a pixel, and each pixel takes their mean.
+//!
+//! So the craft keeps its radiant intensity, the sum of radiance times solid angle, however small it is.
+
+use glam::{DAffine3, DVec2, DVec3};
+
+use super::{Pixel, View};
+use crate::lens::Distortion;
+
+/// Most pixels that such a craft spans along either axis.
+pub const DISTANT: f64 = 16.0;
+/// Most texels of a crop along either axis.
+pub const TEXELS: u32 = 256;
+/// Places in a pixel along each axis at which its sky is seen, with several samples.
+pub const SKY_LOOKUPS: u32 = 4;
+
+/// A crop of an image.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Crop {
+    /// Its upper left corner [px].
+    pub corner: DVec2,
+    /// Texels along the side of a pixel.
+    pub scale: f64,
+    /// Width and height [texels].
+    pub size: [u32; 2],
+}
+
+impl Crop {
+    /// The crop around boxes that hold the craft, each with its motion into the body frame. `most` is the most texels along each axis. `None` for a craft that is
+    /// near, and through a distorting lens.
+    pub fn around(view: &View, boxes: &[(DAffine3, [DVec3; 2])], most: [u32; 2]) -> Option<Self> {
+        if view.lens.distortion != Distortion::None || view.lens.skew != 0.0 {
+            return None;
+        }
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for (motion, ends) in boxes {
+            for corner in 0..8usize {
+                let at = |axis: usize| ends[corner >> axis & 1][axis];
+                let point = view.camera_from_body * *motion;
+                let point = point.transform_point3(DVec3::new(at(0), at(1), at(2)));
+                if point.z < view.near {
+                    return None;
+                }
+                let pixel = DVec2::from(view.lens.focal) * point.truncate() / point.z + DVec2::from(view.lens.centre);
+                (low, high) = (low.min(pixel), high.max(pixel));
+            }
+        }
+        let span = high - low;
+        if !span.is_finite() || span.max_element() >= DISTANT {
+            return None;
+        }
+        // A border of a hundredth, so that rounding leaves nothing outside.
+        let border = 0.01 * span.max_element().max(1e-9);
+        let (low, span) = (low - border, span + 2.0 * border);
+        let most = most.map(|most| f64::from(most.min(TEXELS)));
+        let scale = (most[0] / span.x).min(most[1] / span.y);
+        let size = [0, 1].map(|axis| ((span[axis] * scale).ceil() as u32).clamp(1, most[axis] as u32));
+        Some(Self { corner: low, scale, size })
+    }
+
+    /// The view that draws the crop.
+    pub fn view(&self, view: &View) -> View {
+        let mut lens = view.lens;
+        lens.focal = lens.focal.map(|focal| focal * self.scale);
+        lens.centre = [0, 1].map(|axis| (lens.centre[axis] - self.corner[axis]) * self.scale);
+        View { lens, width: self.size[0], height: self.size[1], samples: 1, ..*view }
+    }
+
+    /// First texel whose centre lies at or beyond a border between pixels.
+    fn edge(&self, border: usize, axis: usize) -> usize {
+        let texel = ((border as f64 - self.corner[axis]) * self.scale - 0.5).ceil();
+        texel.clamp(0.0, f64::from(self.size[axis])) as usize
+    }
+}
+
+/// Puts the texels of a crop into the pixels of an image of the sky, `width` pixels wide.
+pub fn gather(sky: &mut [Pixel], width: usize, crop: &Crop, texels: &[Pixel]) {
+    let share = 1.0 / (crop.scale * crop.scale);
+    for (row, pixels) in sky.chunks_mut(width.max(1)).enumerate() {
+        let down = crop.edge(row, 1)..crop.edge(row + 1, 1);
+        if down.is_empty() {
+            continue;
+        }
+        for (column, pixel) in pixels.iter_mut().enumerate() {
+            let across = crop.edge(column, 0)..crop.edge(column + 1, 0);
+            let centre = (DVec2::new(column as f64 + 0.5, row as f64 + 0.5) - crop.corner) * crop.scale;
+            let (mut sum, mut nearest) = ([0.0; 3], f64::INFINITY);
+            let mut shown = None;
+            for (y, x) in down.clone().flat_map(|y| across.clone().map(move |x| (y, x))) {
+                let texel = &texels[y * crop.size[0] as usize + x];
+                if texel.part == 0 {
+                    continue;
+                }
+                sum = [sum[0] + texel.radiance, sum[1] + texel.reflected, sum[2] + 1.0];
+                let distance = (DVec2::new(x as f64 + 0.5, y as f64 + 0.5) - centre).length_squared();
+                if distance < nearest {
+                    (nearest, shown) = (distance, Some(texel));
+                }
+            }
+            let Some(shown) = shown else { continue };
+            let coverage = (share * sum[2]).min(1.0);
+            *pixel = Pixel {
+                radiance: share * sum[0] + (1.0 - coverage) * pixel.radiance,
+                reflected: share * sum[1],
+                coverage,
+                ..*shown
+            };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lens::Lens;
+
+    #[test]
+    fn a_crop_holds_the_craft_and_ends_where_it_is_near() {
+        let lens = Lens::pinhole([100.0, 90.0], [40.2, 30.3]);
+        let view = View { camera_from_body: DAffine3::IDENTITY, width: 80, height: 60, lens, samples: 1, near: 0.1 };
+        let at = |z: f64| [(DAffine3::IDENTITY, [DVec3::new(-1.0, 2.0, z - 1.0), DVec3::new(1.0, 3.0, z + 1.0)])];
+        let crop = Crop::around(&view, &at(100.0), [80, 60]).expect("2 pixels");
+        for corner in [DVec3::new(-1.0, 2.0, 99.0), DVec3::new(1.0, 3.0, 101.0)] {
+            let seen = crop.view(&view).lens;
+            let place = DVec2::from(seen.focal) * corner.truncate() / corner.z + DVec2::from(seen.centre);
+            let size = DVec2::new(f64::from(crop.size[0]), f64::from(crop.size[1]));
+            assert!(place.cmpgt(DVec2::ZERO).all() && place.cmplt(size).all(), "{place} in {size}");
+        }
+        assert!(crop.size[0] <= 80 && crop.size[1] <= 60 && crop.scale > 20.0, "{crop:?}");
+        assert_eq!(Crop::around(&view, &at(12.0), [80, 60]), None, "18 pixels");
+        assert_eq!(Crop::around(&view, &at(0.5), [80, 60]), None, "behind the camera");
+        let borders: Vec<usize> = (0..=80).map(|border| crop.edge(border, 0)).collect();
+        assert!(borders.is_sorted() && borders[0] == 0 && borders[80] == crop.size[0] as usize, "each texel once");
+    }
+}

@@ -1,0 +1,54 @@
+//! `[exchange]`: radiation between the surfaces of the craft.
+
+use super::error::SceneError;
+use super::quantity::Quantity;
+use super::section::Section;
+use crate::exchange::step::Settings;
+
+/// Default number of rays of a patch.
+const RAYS: u32 = 256;
+/// Default angle after which what moves is found anew [deg].
+const REDRAW_ANGLE_DEG: f64 = 1.0;
+/// Most reflections that a scene can state.
+const MOST_BOUNCES: u32 = 1000;
+
+/// Reads `[exchange]`. Without the section surfaces do not see each other.
+pub(super) fn read(
+    section: Option<&Section>,
+    has_shadows: bool,
+    assumptions: &mut Vec<String>,
+) -> Result<Option<Settings>, SceneError> {
+    let Some(section) = section else {
+        assumptions.push(
+            "No surface warms another, reflects onto it or hides the planet from it (there is no section [exchange])."
+                .to_owned(),
+        );
+        return Ok(None);
+    };
+    let edge = section.number("patch_edge", Quantity::positive("m"))?;
+    let patch_edge = section.required("patch_edge", edge, "the size of a patch [m]")?;
+    let bounces = match section.string("bounces") {
+        Ok(None | Some("all")) => None,
+        Ok(Some(other)) => {
+            return Err(section.error("bounces", format!("must be \"all\" or a whole number, found \"{other}\"")));
+        }
+        Err(_) => section.whole("bounces", 0..=MOST_BOUNCES)?,
+    };
+    assumptions.push(
+        "[exchange]: patches are uniform and reflect diffusely. What arrives from other patches follows from the temperatures at the start of a step. No check \
+         runs beside the device."
+            .to_owned(),
+    );
+    if !has_shadows {
+        assumptions.push("Sunlight reaches surfaces that others hide (there is no section [shadows]).".to_owned());
+    }
+    Ok(Some(Settings {
+        rays: section.whole("rays", 1..=65_536)?.unwrap_or(RAYS),
+        patch_edge,
+        bounces,
+        redraw_angle: section
+            .number("redraw_angle_deg", Quantity::within(0.0, 90.0, "deg"))?
+            .unwrap_or(REDRAW_ANGLE_DEG)
+            .to_radians(),
+    }))
+}

@@ -1,0 +1,37 @@
+//! What a face receives from the rest of the craft, and what of the planet's light comes past it.
+
+use crate::thermal::balance::Incident;
+
+/// Shares of the planet's light that a face sees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// Of its infrared.
+    pub planet_ir: f64,
+    /// Of its albedo.
+    pub albedo: f64,
+}
+
+impl Seen {
+    /// A face from which nothing is hidden.
+    pub const ALL: Self = Self { planet_ir: 1.0, albedo: 1.0 };
+}
+
+/// What a face receives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Received {
+    /// Flux from other surfaces that the face absorbs [W/m2].
+    pub absorbed: f64,
+    /// Shares of the planet's light that it sees.
+    pub seen: Seen,
+}
+
+impl Received {
+    /// A face that sees nothing of the craft.
+    pub const NOTHING: Self = Self { absorbed: 0.0, seen: Seen::ALL };
+
+    /// What of an incident flux on an open face comes through.
+    pub fn through(&self, open: Incident) -> Incident {
+        let Seen { planet_ir, albedo } = self.seen;
+        Incident { planet_ir: planet_ir * open.planet_ir, albedo: albedo * open.albedo, ..open }
+    }
+}

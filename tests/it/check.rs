@@ -1,0 +1,276 @@
+//! `isotherm check`, and the same warnings at the start of a run: each wrong scene is warned of, and a right one is not.
+
+use glam::Vec3;
+use isotherm::guard::check;
+use isotherm::guard::finding::{Effort, Finding};
+use isotherm::simulation::prepare::Prepared;
+use serde_json::json;
+
+use super::craft::{Folder, SCENE, glb, scene_with};
+use super::model::make::Maker;
+use super::model::shared_files::shared;
+use super::program::{self, refusal, run, stderr, succeed};
+
+/// What the checks find in the craft's scene with some lines replaced, after a change to what was made of it.
+fn found(changes: &[(&str, &str)], change: impl FnOnce(&mut Prepared)) -> Vec<Finding> {
+    let mut prepared = Folder::new(&scene_with(changes)).prepared();
+    change(&mut prepared);
+    check(&prepared, Effort::WHOLE).findings
+}
+
+/// The only finding.
+fn only(changes: &[(&str, &str)], change: impl FnOnce(&mut Prepared)) -> Finding {
+    let mut findings = found(changes, change);
+    assert_eq!(findings.len(), 1, "{findings:#?}");
+    findings.remove(0)
+}
+
+/// The mast as a plate of these values.
+fn mast(values: &str) -> String {
+    format!("response = \"radiative\"\n{values}\nspecific_heat = 900\n[radiance]")
+}
+
+/// Lines of the mast's rule that other rules do not have.
+const MAST: &str = "response = \"instant\"\n[radiance]";
+
+#[test]
+fn a_right_scene_is_not_warned_of() {
+    assert_eq!(found(&[], |_| ()), []);
+    let right = mast("thickness = 0.002\ndensity = 2700");
+    assert_eq!(found(&[(MAST, &right)], |_| ()), []);
+}
+
+#[test]
+fn a_model_in_millimetres_is_told_by_its_length() {
+    let scaled = |scale: f32| {
+        move |prepared: &mut Prepared| prepared.nodes.positions.iter_mut().for_each(|position| *position *= scale)
+    };
+    let large: Vec<Finding> = found(&[], scaled(1000.0)).into_iter().filter(|one| one.check == "units").collect();
+    assert!(large.len() == 1 && large[0].to_string().contains("probably in mm"), "{large:?}");
+    assert!(large[0].message.contains("the craft is 1") && large[0].about.contains("made.glb"), "{large:?}");
+    assert!(found(&[], scaled(1e-3)).iter().any(|one| one.check == "units"));
+    assert!(found(&[], scaled(5.0)).iter().all(|one| one.check != "units"));
+}
+
+#[test]
+fn inward_triangles_and_opposite_normals_are_told_apart() {
+    let flip = |prepared: &mut Prepared| prepared.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    let turn =
+        |prepared: &mut Prepared| prepared.nodes.normals.iter_mut().for_each(|normal: &mut Vec3| *normal = -*normal);
+    let inward = only(&[], |prepared| {
+        flip(prepared);
+        turn(prepared);
+    });
+    assert!(inward.check == "normals" && inward.message.contains("closed body face inward"), "{inward:?}");
+    // Wings and mast are open, so nobody knows which side is meant.
+    assert!(inward.about.starts_with("part '") && !inward.about.contains("wing"), "{inward:?}");
+    let against = only(&[], turn);
+    assert!(against.message.contains("to the back of their triangles"), "{against:?}");
+}
+
+#[test]
+fn a_camera_inside_or_beside_the_craft_is_told() {
+    let inside = only(&[("position = [6.5, 5, -7.5]", "position = [0.3, 0.1, 0.2]")], |_| ());
+    assert!(inside.check == "inside" && inside.message.contains("the camera is inside the part"), "{inside:?}");
+    // Between the wings, in the box around the craft but in no part of it.
+    let beside = found(&[("position = [6.5, 5, -7.5]", "position = [0, 3, 0.5]")], |_| ());
+    assert!(beside.iter().all(|one| one.check != "inside"), "{beside:?}");
+    let away = only(&[("look_at = [0, 0, 0]", "look_at = [13, 10, -15]")], |_| ());
+    assert!(away.check == "view" && away.message.contains("not in view in 4 of 4 images"), "{away:?}");
+    assert!(away.message.contains("180 deg off") && away.remedy.contains("camera.look_at"), "{away:?}");
+    let point = only(&[("fov_deg = 45", "focal_px = 1")], |_| ());
+    assert!(point.check == "size" && point.remedy.contains("camera.samples"), "{point:?}");
+}
+
+#[test]
+fn a_path_that_looks_away_part_of_the_time_is_told_with_the_time() {
+    let folder = Folder::new(&scene_with(&[(
+        "frame = \"body\"\nposition = [6.5, 5, -7.5]\nlook_at = [0, 0, 0]\nup = [0, 0, -1]",
+        "path = \"path.csv\"",
+    )]));
+    // At first it looks along +Z from below, at the end along -Z.
+    folder.write("path.csv", "time,x,y,z,qw,qx,qy,qz\n0,0,0,-20,1,0,0,0\n300,0,0,-20,1,0,0,0\n720,0,0,-20,0,1,0,0\n");
+    let findings = check(&folder.prepared(), Effort::WHOLE).findings;
+    let [away] = findings.as_slice() else { panic!("{findings:?}") };
+    assert!(away.about == "camera.path" && away.message.contains("in 2 of 4 images, first at 480 s"), "{away:?}");
+}
+
+#[test]
+fn values_in_the_wrong_unit_are_told_with_the_material() {
+    let told = |values: &str, check: &str, words: &str| {
+        let findings = found(&[(MAST, &mast(values))], |_| ());
+        let one = findings.iter().find(|one| one.check == check).unwrap_or_else(|| panic!("{check}: {findings:?}"));
+        assert!(one.about == "material 'mast'" && one.to_string().contains(words), "{one:?}");
+    };
+    told(
+        "thickness = 1\ndensity = 2700",
+        "thickness",
+        "thickness = 1 m is over a tenth of the part 'mast', which measures 2 m",
+    );
+    told("thickness = 0.002\ndensity = 2.7", "density", "multiply a value in g/cm3 by 1000");
+    told("thickness = 1e-5\ndensity = 2700", "step", "is shorter than time.step = 60 s");
+    let hot = only(&[("absorptivity = 0.85\nemissivity = 0.85", "absorptivity = 0.85\nemissivity = 0.1")], |_| ());
+    // (0.85 x 1361 / (0.1 sigma) + 2.7^4)^(1/4)
+    assert!(hot.check == "balance" && hot.message.contains("is 672.1 K"), "{hot:?}");
+}
+
+#[test]
+fn coarse_meshes_are_told() {
+    let coarse = ("max_edge = 0.7\n", "");
+    let shadows = only(&[coarse, ("[environment]", "[shadows]\n[environment]")], |_| ());
+    assert!(shadows.check == "mesh" && shadows.message.contains("too coarse for shadows"), "{shadows:?}");
+    let sheet = "response = \"network\"\nthickness = 0.002\ndensity = 2700\nspecific_heat = 900\nconductivity = 200\n[radiance]";
+    let conduction = found(&[coarse, (MAST, sheet)], |_| ());
+    assert!(conduction.iter().any(|one| one.message.contains("too coarse for conduction")), "{conduction:?}");
+    assert_eq!(found(&[(MAST, sheet)], |_| ()), []);
+}
+
+#[test]
+fn the_command_tells_and_writes_what_it_says() {
+    let folder = Folder::new(SCENE);
+    let at = folder.0.path();
+    let text = succeed(at, &["check", "scene.toml", "-o", "pictures"]);
+    for words in [
+        "craft: 2 x 11 x 4 m, 4 parts",
+        "tau/step",
+        "in view in 4 of 4 images",
+        "nothing is probably wrong",
+        "mast",
+        "transition",
+    ] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    for name in ["materials.png", "craft.png"] {
+        let bytes = std::fs::read(folder.path("pictures").join(name)).unwrap();
+        assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 1000, "{name}");
+    }
+    let value = program::json(at, &["check", "scene.toml", "--json"]);
+    assert_eq!(value["checked"]["findings"].as_array().map(Vec::len), Some(0), "{value}");
+    assert_eq!(value["checked"]["materials"].as_array().map(Vec::len), Some(3), "{value}");
+}
+
+#[test]
+fn warnings_end_well_unless_strict_and_a_run_tells_them_too() {
+    let folder =
+        Folder::new(&scene_with(&[("look_at = [0, 0, 0]", "look_at = [13, 10, -15]"), ("steps = 12", "steps = 4")]));
+    let at = folder.0.path();
+    let text = succeed(at, &["check", "scene.toml"]);
+    assert!(text.contains("warning: camera: the craft is not in view in 2 of 2 images"), "{text}");
+    let strict = run(at, &["check", "scene.toml", "--strict"]);
+    assert!(strict.code == 2 && strict.err.contains("error: 1 of the warnings"), "{}", strict.err);
+    let ran = run(at, &["run", "scene.toml", "-o", "out", "--device", "cpu"]);
+    assert!(ran.code == 0 && ran.err.matches("the craft is not in view").count() == 1, "{}", ran.err);
+    let report = std::fs::read_to_string(folder.path("out/report.json")).unwrap();
+    assert_eq!(report.matches("the craft is not in view").count(), 1);
+    let still = run(at, &["render", "scene.toml", "--time", "0", "-o", "still.exr", "--device", "cpu"]);
+    assert!(still.code == 0 && still.err.contains("not in view in the image, first at 0 s"), "{}", still.err);
+}
+
+#[test]
+fn all_errors_of_a_file_are_told_and_nothing_is_written() {
+    let folder =
+        Folder::new(&scene_with(&[("step = 60", "step = -1"), ("fov_deg = 45", "fov_deg = 450"), ("albedo", "albdo")]));
+    let at = folder.0.path();
+    for arguments in [
+        vec!["check", "scene.toml", "-o", "out"],
+        vec!["run", "scene.toml", "-o", "out"],
+        vec!["render", "scene.toml", "--time", "0", "-o", "out"],
+        vec!["compare", "scene.toml", "-o", "out"],
+    ] {
+        let output = program::end(program::isotherm(at, &arguments));
+        let text = stderr(&output);
+        let errors: Vec<&str> = text.lines().filter(|line| line.starts_with("error: ")).collect();
+        assert_eq!(refusal(&output).0, Some(2), "{text}");
+        let [step, albedo, fov] = errors.as_slice() else { panic!("{arguments:?}: {text}") };
+        assert!(step.contains("scene.toml:6: time.step: must be"), "{step}");
+        assert!(albedo.contains("environment.albdo: unknown key; did you mean 'albedo'?"), "{albedo}");
+        assert!(fov.contains("camera.fov_deg: must be"), "{fov}");
+        assert!(!folder.path("out").exists(), "{arguments:?}");
+    }
+}
+
+/// Warnings of the craft's scene with more lines, after a change to its model.
+fn remarks(more: &str, change: impl FnOnce(&mut Maker)) -> Vec<String> {
+    let folder = Folder::new(&format!("{SCENE}{more}"));
+    let mut maker = glb();
+    change(&mut maker);
+    maker.save(folder.0.path());
+    folder.prepared().warnings
+}
+
+#[test]
+fn only_animations_that_no_joint_plays_are_called_left_out() {
+    let animated = |names: &'static [&'static str]| {
+        move |maker: &mut Maker| {
+            let bytes = |values: &[f32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+            let scalars = json!({"componentType": 5126, "count": 2, "type": "SCALAR"});
+            let input = maker.accessor(&bytes(&[0.0, 600.0]), scalars);
+            let turns = json!({"componentType": 5126, "count": 2, "type": "VEC4"});
+            let output = maker.accessor(&bytes(&[0.0, 0.0, 0.0, 1.0, 0.6, 0.0, 0.0, 0.8]), turns);
+            let node = maker.json["nodes"].as_array().expect("a list").iter().position(|n| n["name"] == "wing_port");
+            let animation = |name: &&str| {
+                json!({
+                    "name": name,
+                    "samplers": [{"input": input, "output": output, "interpolation": "LINEAR"}],
+                    "channels": [{"sampler": 0, "target": {"node": node, "path": "rotation"}}]
+                })
+            };
+            maker.json["animations"] = names.iter().map(animation).collect();
+        }
+    };
+    let about = |more: &str, names: &'static [&'static str]| -> Vec<String> {
+        let all = remarks(more, animated(names));
+        all.into_iter().filter(|remark| remark.contains("animation")).collect()
+    };
+    let joint = "[[joint]]\npart = \"wing_port\"\nmode = \"animation\"\nanimation = \"unfold\"\n";
+    assert_eq!(about(joint, &["unfold"]), Vec::<String>::new());
+    let left = "1 animation left out, because no [[joint]] plays it: 'fold'";
+    assert_eq!(about(joint, &["unfold", "fold"]), [left]);
+    let left = "2 animations left out, because no [[joint]] plays it: 'unfold', 'fold'";
+    assert_eq!(about("", &["unfold", "fold"]), [left]);
+}
+
+#[test]
+fn a_warning_about_the_step_names_the_step_of_the_scene() {
+    let folder = Folder::new(&scene_with(&[("step = 60", "step = 600"), ("steps = 12", "steps = 2")]));
+    let warnings = folder.prepared().warnings.join("\n");
+    assert!(warnings.contains("a step of 600 s is 38.9 deg of the orbit"), "{warnings}");
+    assert!(!warnings.contains("tick") && !warnings.contains("17 s"), "{warnings}");
+}
+
+#[test]
+fn all_names_that_the_model_lacks_are_told() {
+    let folder = Folder::new(&scene_with(&[
+        ("match = \"mast\"", "match = \"mst\""),
+        ("part = \"wing_starboard\"", "part = \"wing\""),
+    ]));
+    folder.write(
+        "scene.toml",
+        &(std::fs::read_to_string(folder.path("scene.toml")).unwrap()
+            + "[[joint]]\npart = \"hinge\"\nmode = \"fixed\"\naxis = \"+X\"\nangle_deg = 5\n"),
+    );
+    let ran = run(folder.0.path(), &["check", "scene.toml"]);
+    let errors: Vec<&str> = ran.err.lines().filter(|line| line.starts_with("error: ")).collect();
+    assert!(ran.code == 2 && errors.len() == 3, "{}", ran.err);
+    for words in ["give values to 1 of", "has no node 'hinge'", "has no part 'wing'"] {
+        assert!(errors.iter().any(|error| error.contains(words)), "{words}: {}", ran.err);
+    }
+}
+
+#[test]
+fn the_scenes_of_this_repository_are_not_warned_of() {
+    let models = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    let mut scenes = vec!["station.toml", "station_transition.toml"];
+    if shared().is_some() {
+        scenes.extend(["iss.toml", "iss_transition.toml"]);
+    }
+    for name in scenes {
+        let value = program::json(&models, &["check", name, "--json", "--allow-outside"]);
+        assert_eq!(
+            value["checked"]["findings"].as_array().map(Vec::len),
+            Some(0),
+            "{name}: {:#}",
+            value["checked"]["findings"]
+        );
+    }
+}

@@ -1,0 +1,126 @@
+//! A craft that spans few pixels keeps its radiant intensity.
+
+use isotherm::gpu::resource::Resource;
+use isotherm::simulation::device_data::DeviceData;
+use isotherm::simulation::engine::Pixels;
+
+use super::craft::{Folder, scene_with};
+use super::reflections::{apart, by_reference, on_device, shining};
+
+/// Greatest extent of the craft across the line of sight [m], and the focal length of its camera [px].
+const SPAN: f64 = 9.2;
+const FOCAL: f64 = 115.882;
+const SIZE: [f64; 2] = [320.0, 256.0];
+
+/// Changes that put the camera so far away that the craft spans `pixels`. It looks past the craft by `aside` of the distance.
+fn far(pixels: f64, aside: f64, lens: &str) -> Vec<(&'static str, String)> {
+    let towards = [6.5, 5.0, -7.5].map(|part| part / 11.113);
+    let distance = SPAN * FOCAL / pixels;
+    let place = towards.map(|part| part * distance);
+    vec![
+        ("position = [6.5, 5, -7.5]", format!("position = {place:?}")),
+        ("look_at = [0, 0, 0]", format!("look_at = [{}, 0, {}]", aside * distance, 0.4 * aside * distance)),
+        // The edges of the craft do not lie along the axes of the image, along which all texels round alike.
+        ("up = [0, 0, -1]", "up = [0.3, 0.6, -0.5]".to_owned()),
+        ("fov_deg = 45", format!("focal_px = {FOCAL}\n{lens}")),
+    ]
+}
+
+fn changed(changes: &[(&'static str, String)], make: impl Fn(&[(&str, &str)]) -> String) -> String {
+    make(&changes.iter().map(|(from, to)| (*from, to.as_str())).collect::<Vec<_>>())
+}
+
+/// Radiance times solid angle over the image, in units of a pixel on the axis.
+fn intensity(pixels: &Pixels, [width, height]: [f64; 2], focal: f64) -> f64 {
+    let of_pixel = |(index, pixel): (usize, &[f32; 3])| {
+        let (x, y) = (index as f64 % width, (index as f64 / width).floor());
+        let off = ((x + 0.5 - 0.5 * width).powi(2) + (y + 0.5 - 0.5 * height).powi(2)) / (focal * focal);
+        // The solid angle of a pixel falls with the third power of the cosine.
+        f64::from(pixel[0]) * (1.0 + off).powf(-1.5)
+    };
+    pixels.radiance_temperature_depth.iter().enumerate().map(of_pixel).sum()
+}
+
+/// The same from the same place through a lens so long that the craft spans hundreds of pixels.
+fn exact(pixels: f64) -> f64 {
+    let (focal, width, height) = (FOCAL * 400.0 / pixels, 600.0, 600.0);
+    let mut changes = far(pixels, 0.0, "");
+    changes.truncate(3);
+    changes.push(("fov_deg = 45", format!("focal_px = {focal}\nsamples = 4")));
+    changes.push(("width = 96\nheight = 72", "width = 600\nheight = 600".to_owned()));
+    let found = by_reference(&Folder::new(&changed(&changes, scene_with)).prepared());
+    assert!(found.identity.iter().filter(|label| label[0] > 0).count() > 10_000, "the craft fills the image");
+    intensity(&found, [width, height], focal) * (FOCAL / focal).powi(2)
+}
+
+#[test]
+fn a_distant_craft_keeps_its_radiant_intensity() {
+    for pixels in [0.05, 0.2, 0.7, 1.0, 1.6, 3.0] {
+        let expected = exact(pixels);
+        for aside in [0.0, 0.17] {
+            for samples in [1, 4] {
+                let with = |lens: &str| {
+                    let lens = format!("samples = {samples}{lens}");
+                    let mut changes = far(pixels, aside, &lens);
+                    changes.push(("width = 96\nheight = 72", "width = 320\nheight = 256".to_owned()));
+                    Folder::new(&changed(&changes, scene_with)).prepared()
+                };
+                let prepared = with("");
+                let found = [on_device(&prepared), by_reference(&prepared)];
+                let off = found.each_ref().map(|found| intensity(found, SIZE, FOCAL) / expected - 1.0);
+                // A lens that bends nothing is drawn without a crop.
+                let plain = with("\ndistortion = [1e-9, 0, 0, 0, 0]");
+                let plain = intensity(&by_reference(&plain), SIZE, FOCAL) / expected - 1.0;
+                println!(
+                    "{pixels} px, {aside} aside, {samples} samples: device {:+.2e}, f64 {:+.2e}, without a crop {plain:+.2}",
+                    off[0], off[1]
+                );
+                assert!(off.iter().all(|off| off.abs() < 0.01), "{pixels} px, {samples} samples: {off:?}");
+                let shown = found[0].identity.iter().filter(|label| label[0] > 0).count();
+                assert!((1..=40).contains(&shown), "{shown} pixels show it");
+                if samples > 1 {
+                    let covered: f32 = found[0].coverage.iter().sum();
+                    assert!(f64::from(covered) < pixels * pixels && covered > 0.0, "{covered} pixels are covered");
+                }
+            }
+        }
+    }
+}
+
+/// With reflections, a planet behind, and the reflected part apart.
+#[test]
+fn a_distant_craft_is_seen_before_the_planet_as_by_the_reference() {
+    for pixels in [0.3, 2.0, 9.0] {
+        let scene = |warmer: bool| {
+            let planet = if warmer { "\nplanet_temperature = 265" } else { "" };
+            let mut changes = far(pixels, 0.1, "");
+            changes.push(("background = \"planet\"", format!("background = \"planet\"{planet}")));
+            Folder::new(&changed(&changes, shining)).prepared()
+        };
+        let (prepared, wrong) = (scene(false), scene(true));
+        let (found, expected, wrong) = (on_device(&prepared), by_reference(&prepared), by_reference(&wrong));
+        let ([sky, surface], worst) = apart(&found, &expected, 2e-3);
+        println!("{pixels} px: {sky:.4} of the sky, {surface:.4} of the surfaces, else {worst:.1e}");
+        assert!(sky < 0.005 && surface <= 0.07, "{pixels} px: {sky} and {surface}");
+        let ([sky, _], _) = apart(&found, &wrong, 2e-3);
+        assert!(sky > 0.05, "a warmer planet must show");
+        let reflected = |pixels: &Pixels| pixels.reflected.iter().map(|value| f64::from(*value)).sum::<f64>();
+        assert!((reflected(&found) / reflected(&expected) - 1.0).abs() < 0.005 && reflected(&found) > 0.0);
+    }
+}
+
+#[test]
+fn a_craft_that_is_near_has_no_crop() {
+    let planned = |scene: &str| {
+        let prepared = Folder::new(scene).prepared();
+        let data = DeviceData::new(&prepared);
+        let plan = data.scene_data(&prepared, prepared.scene.camera.as_ref()).plan();
+        [Resource::Distant, Resource::ImageRadiance].map(|wanted| plan.iter().any(|planned| planned.resource == wanted))
+    };
+    let of = |pixels: f64, lens: &str| changed(&far(pixels, 0.0, lens), scene_with);
+    assert_eq!(planned(&scene_with(&[])), [false; 2]);
+    assert_eq!(planned(&of(20.0, "")), [false; 2]);
+    assert_eq!(planned(&of(10.0, "")), [true; 2]);
+    assert_eq!(planned(&of(10.0, "line_time = 1e-4")), [false; 2]);
+    assert_eq!(planned(&of(10.0, "distortion = [1e-9, 0, 0, 0, 0]")), [false, true]);
+}

@@ -1,0 +1,6 @@
+//! Radiation between surfaces: view factors with known answers, exchange with closed forms, and the device against its f64 twin.
+
+mod device;
+mod shapes;
+mod step;
+mod view_factors;

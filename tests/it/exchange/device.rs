@@ -1,0 +1,304 @@
+//! Radiation between surfaces on the device: rays and steps against their f64 twins, barriers, and what is absent without it.
+
+use std::sync::Arc;
+
+use isotherm::exchange::cast::{Scenery, cast};
+use isotherm::exchange::step::Exchange;
+use isotherm::gpu::context::Context;
+use isotherm::gpu::exchange::exchange as exchange_list;
+use isotherm::gpu::exchange_rays;
+use isotherm::gpu::frame::{Frame, StepRange, Wanted};
+use isotherm::gpu::nodes::PADDING;
+use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
+use isotherm::simulation::device_data::DeviceData;
+use isotherm::simulation::device_engine::DeviceEngine;
+use isotherm::simulation::engine::{Engine, EngineError, Order, Step};
+use isotherm::simulation::prepare::Prepared;
+use isotherm::simulation::reference_engine::ReferenceEngine;
+use isotherm::simulation::run;
+use isotherm::thermal::STEFAN_BOLTZMANN;
+use serde_json::json;
+
+use crate::craft::{Folder, never, scene_with};
+use crate::device::{Worst, assert_silent, context};
+use crate::hazards::each_barrier_is_needed;
+use crate::mesh_network::{CELLS, SKIN, TRANSITION, history};
+use crate::model::make::Maker;
+use crate::program::{end, isotherm, refusal, succeed};
+
+const EXCHANGE: &str = "[shadows]\nmethod = \"exact\"\n[exchange]\nrays = 128\npatch_edge = 0.8\n[radiance]";
+
+/// The craft with exchange and these changes.
+fn prepared(changes: &[(&str, &str)]) -> Prepared {
+    Folder::new(&scene_with(&[&[("[radiance]", EXCHANGE)], changes].concat())).prepared()
+}
+
+/// Differences over a run. Both engines cast their own rays.
+fn apart(context: &Arc<Context>, prepared: &Prepared) -> Worst {
+    let device = history(prepared, &mut DeviceEngine::new(context, prepared, None).expect("a small scene")).concat();
+    let twin = history(prepared, &mut ReferenceEngine::new(prepared, None)).concat();
+    Worst::of(&device, &twin, |node| format!("value {node}"))
+}
+
+#[test]
+fn rays_end_where_those_of_the_twin_do() {
+    let context = context();
+    let prepared = prepared(&[]);
+    let craft = prepared.exchange.as_ref().expect("the scene has exchange");
+    let (surface, patches, rays) = (&craft.surface, &craft.patches, 256);
+    let scenery = Scenery::new(surface, &[]);
+    let count = patches.all.len() as u32;
+    let found = exchange_rays::cast(&context, surface, patches, &scenery, rays).expect("the device casts");
+    let twin = cast(surface, patches, &scenery, rays, 0..count);
+    let wrong = found.iter().zip(&twin).filter(|(a, b)| a != b).count();
+    println!("{count} patches: {wrong} of {} rays end elsewhere", twin.len());
+    assert!(wrong * 1000 < twin.len(), "{wrong} of {} rays end elsewhere", twin.len());
+    let shifted = found.iter().skip(1).zip(&twin).filter(|(a, b)| a != b).count();
+    assert!(shifted * 100 > twin.len(), "other rays end elsewhere");
+    assert_silent(&context);
+}
+
+#[test]
+fn steps_follow_their_twin_with_every_response() {
+    let context = context();
+    let radiative = "response = \"radiative\"\nheat_capacity_per_area = 4000\n";
+    for (what, changes) in [
+        ("transition", vec![]),
+        ("network", vec![(TRANSITION, SKIN)]),
+        ("radiative", vec![(TRANSITION, radiative), (CELLS, radiative)]),
+        ("instant", vec![(CELLS, "response = \"instant\"\n")]),
+    ] {
+        let prepared = prepared(&changes);
+        let worst = apart(&context, &prepared);
+        println!("{what}: {:.1e} K", worst.difference);
+        worst.within(0.05, "K", what);
+        let without = Folder::new(&scene_with(
+            &[&[("[radiance]", "[shadows]\nmethod = \"exact\"\n[radiance]")], &changes[..]].concat(),
+        ));
+        let alone = history(&without.prepared(), &mut ReferenceEngine::new(&without.prepared(), None)).concat();
+        let with = history(&prepared, &mut ReferenceEngine::new(&prepared, None)).concat();
+        let change = Worst::of(&with, &alone, |node| format!("value {node}"));
+        assert!(change.difference > 1.0, "{what}: exchange changes {} K", change.difference);
+    }
+    assert_silent(&context);
+}
+
+/// What patches absorb, and space gets, is what they send, to 1e-6. The twin has the same factors.
+#[test]
+fn the_energy_of_a_step_balances() {
+    let context = context();
+    let prepared = prepared(&[]);
+    let craft = prepared.exchange.as_ref().expect("the scene has exchange");
+    let scenery = Scenery::new(&craft.surface, &[]);
+    let rays = craft.settings.rays;
+    let ends = exchange_rays::cast(&context, &craft.surface, &craft.patches, &scenery, rays).expect("rays");
+    let exchange = Exchange::new(&craft.surface, &craft.patches, &ends, &craft.settings);
+    let mut engine = DeviceEngine::new(&context, &prepared, None).expect("a small scene");
+    engine.settle_at(300.0, prepared.nodes.vertex_of_node.len()).expect("the engine settles");
+    for number in 0..3 {
+        let (start, length) = (60.0 * f64::from(number), 60.0);
+        let before = {
+            engine.submit(None, Order { temperatures: true, ..Order::default() }).expect("a state");
+            engine.deliver().expect("a state").temperatures.expect("temperatures")
+        };
+        let visible = |engine: &mut DeviceEngine| engine.renderer.visibility().expect("shadows");
+        let load = prepared.loads.step_load(start, start + length);
+        engine.submit(Some(Step { load: &load, steps: 1.0, start, length }), Order::default()).expect("a step");
+        engine.deliver().expect("a step");
+        let lit = visible(&mut engine);
+        let seen = exchange.seen(&load);
+        let sent = exchange.sent(&load, &seen, |node| f64::from(before[node]), |node| f64::from(lit[node]));
+        let twin = exchange.absorbed(&sent);
+        let found = engine.renderer.received().expect("what patches received");
+        let largest = twin.iter().copied().fold(0.0, f64::max);
+        let (mut absorbed, mut leaves, mut all) = (0.0, 0.0, 0.0);
+        for (number, patch) in exchange.patches.iter().enumerate() {
+            assert!((f64::from(found[number]) - twin[number]).abs() < 1e-4 * largest, "patch {number}");
+            absorbed += patch.area * f64::from(found[number]);
+            leaves +=
+                exchange.infrared.space[number] * sent[number][0] + exchange.sunlight.space[number] * sent[number][1];
+            all += patch.area * (sent[number][0] + sent[number][1]);
+        }
+        let off = (absorbed + leaves - all) / all;
+        println!("step {number}: sent {all:.1} W, absorbed {absorbed:.1} W, off {off:.1e}");
+        assert!(off.abs() < 1e-6, "{off}");
+        let heat: f64 = exchange.patches.iter().zip(&twin).map(|(patch, absorbed)| patch.area * absorbed).sum();
+        assert!(((heat + leaves - all) / all).abs() < 1e-12, "the twin is exact");
+    }
+    assert_silent(&context);
+}
+
+/// A cube whose skin looks inwards, with two materials.
+fn room() -> Maker {
+    let mut maker = Maker::new();
+    let positions = maker.floats(&crate::model::make::cube_corners());
+    for (number, name) in ["dull", "shiny"].into_iter().enumerate() {
+        maker.push("materials", json!({ "name": name }));
+        let indices: Vec<u8> = crate::model::make::CUBE_TRIANGLES[18 * number..18 * number + 18]
+            .chunks(3)
+            .flat_map(|triangle| [triangle[0], triangle[2], triangle[1]])
+            .collect();
+        let indices = maker.accessor(&indices, json!({"componentType": 5121, "count": 18, "type": "SCALAR"}));
+        maker.primitive(json!({"attributes": {"POSITION": positions}, "indices": indices, "material": number}));
+        if number > 0 {
+            let index = maker.push("nodes", json!({"name": name, "mesh": number}));
+            maker.json["scenes"][0]["nodes"].as_array_mut().expect("a list").push(json!(index));
+        }
+    }
+    maker
+}
+
+const ROOM: &str = r#"
+[model]
+path = "made.glb"
+max_edge = 0.5
+[time]
+step = 15
+steps = 370
+draw_every = 0
+[orbit]
+altitude = 408e3
+period = 5553.6
+[attitude]
+mode = "nadir"
+nadir_axis = "+Z"
+forward_axis = "+X"
+[environment]
+background_temperature = 2.7
+[exchange]
+patch_edge = 0.7
+rays = 64
+[initial]
+temperature = 300
+[[material]]
+match = "dull"
+absorptivity = 0.5
+emissivity = 0.9
+response = "network"
+thickness = 0.001
+density = 2700
+specific_heat = 900
+conductivity = 160
+[[material]]
+match = "shiny"
+absorptivity = 0.5
+emissivity = 0.05
+response = "radiative"
+heat_capacity_per_area = 500
+"#;
+
+#[test]
+fn a_closed_box_keeps_its_temperature_for_an_orbit() {
+    let context = context();
+    let folder = Folder::new(ROOM);
+    room().save(folder.0.path());
+    let drift = |prepared: &Prepared, engine: &mut dyn Engine| {
+        let all = history(prepared, engine).concat();
+        all.iter().map(|temperature| (temperature - 300.0).abs()).fold(0.0, f64::max)
+    };
+    let prepared = folder.prepared();
+    let device = drift(&prepared, &mut DeviceEngine::new(&context, &prepared, None).expect("a small scene"));
+    let twin = drift(&prepared, &mut ReferenceEngine::new(&prepared, None));
+    println!("drift {device:.1e} K on the device, {twin:.1e} K in f64");
+    assert!(device < 1e-3 && twin < 1e-3, "{device} {twin}");
+    folder.write("scene.toml", &ROOM.replace("[exchange]\npatch_edge = 0.7\nrays = 64\n", ""));
+    let open = folder.prepared();
+    assert!(drift(&open, &mut ReferenceEngine::new(&open, None)) > 50.0, "without exchange it cools");
+    assert_silent(&context);
+}
+
+#[test]
+fn each_barrier_of_exchange_is_needed() {
+    for joints in [vec![(0, 0, 40)], vec![(0, 0, 40), (1, 40, 70)]] {
+        let variant = ThermalVariant {
+            kind: StepKind::Merge,
+            curve: Curve::Power,
+            both_sides: true,
+            sun: true,
+            planet_ir: true,
+            albedo: true,
+            shadow: false,
+            exchange: true,
+            fused: false,
+        };
+        let range = [StepRange { variant, groups: (0, 64), joint: 0 }];
+        let step = exchange_list(&joints, variant, true).then(Frame::step(&range, Wanted::default()));
+        each_barrier_is_needed(&[Frame::settle(&range), step.clone(), step.clone(), step], 1);
+    }
+}
+
+#[test]
+fn without_exchange_there_is_no_buffer_and_no_pass() {
+    let names = |prepared: &Prepared| {
+        let data = DeviceData::new(prepared);
+        let data = data.scene_data(prepared, None);
+        let planned: Vec<String> = data.plan().iter().map(|planned| format!("{:?}", planned.resource)).collect();
+        let passes = Frame::step(&data.ranges, Wanted::default()).to_string();
+        (planned, passes)
+    };
+    let (planned, passes) = names(&Folder::new(crate::craft::SCENE).prepared());
+    assert!(planned.iter().all(|name| !name.starts_with("Exchange")) && !passes.contains("xchange"));
+    assert!(names(&prepared(&[])).1.contains("ExchangeReceived"), "with exchange the thermal step reads it");
+}
+
+/// A wing that turns: rays are cast anew, and both engines agree.
+#[test]
+fn rays_are_cast_anew_as_a_joint_turns() {
+    let context = context();
+    let joint = "[[joint]]\npart = \"wing_port\"\naxis = \"+Y\"\norigin = [0, 0, 0]\nmode = \"schedule\"\nschedule = { time = [0, 720], angle_deg = [0, 60] }\n[radiance]";
+    let with = EXCHANGE.replace("[radiance]", "redraw_angle_deg = 10\n") + joint;
+    let prepared = Folder::new(&scene_with(&[("[radiance]", &with)])).prepared();
+    let worst = apart(&context, &prepared);
+    println!("with a joint: {:.1e} K", worst.difference);
+    worst.within(0.05, "K", "a craft with a joint");
+    assert_silent(&context);
+}
+
+#[test]
+fn the_command_writes_rows_that_sum_to_1() {
+    let folder = Folder::new(&scene_with(&[("[radiance]", EXCHANGE)]));
+    for patches in [false, true] {
+        let mut arguments = vec!["view-factors", "scene.toml", "-o", "f.csv", "--gr", "gr.csv"];
+        arguments.extend(patches.then_some("--patches"));
+        arguments.extend(["--sky", "sky.png", "--fish-eye", "seen.png", "--patch", "3"]);
+        succeed(folder.0.path(), &arguments);
+        let text = std::fs::read_to_string(folder.path("f.csv")).expect("a file");
+        assert!(text.starts_with("from,to,view_factor,standard_error\n"), "{text}");
+        let mut sums = std::collections::BTreeMap::<String, f64>::new();
+        for row in text.lines().skip(1) {
+            let cells: Vec<&str> = row.split(',').collect();
+            *sums.entry(cells[0].to_owned()).or_default() += cells[2].parse::<f64>().expect("a number");
+        }
+        assert!(sums.len() >= 4 && sums.values().all(|sum| (sum - 1.0).abs() < 1e-4), "{sums:?}");
+        assert!(text.contains(",planet,") && text.contains(",space,"), "{text}");
+        for picture in ["sky.png", "seen.png"] {
+            let bytes = std::fs::read(folder.path(picture)).expect("a picture");
+            assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 2000, "{picture}: {} bytes", bytes.len());
+        }
+        let areas = std::fs::read_to_string(folder.path("gr.csv")).expect("a file");
+        assert!(areas.starts_with("from,to,gr_m2\n") && areas.contains(",space,"), "{areas}");
+    }
+    let bare = Folder::new(crate::craft::SCENE);
+    let (code, message) = refusal(&end(isotherm(bare.0.path(), &["view-factors", "scene.toml", "-o", "f.csv"])));
+    assert!(code == Some(2) && message.contains("has no section [exchange]"), "{message}");
+}
+
+#[test]
+fn a_run_with_exchange_delivers_every_step() {
+    let context = context();
+    let prepared = prepared(&[]);
+    let mut engine = DeviceEngine::new(&context, &prepared, None).expect("a small scene");
+    isotherm::simulation::start(&prepared, &mut engine, None, &never(), &mut || ()).expect("the engine starts");
+    let mut steps = 0;
+    run::<EngineError>(&prepared, &mut engine, None, &never(), &mut |result| {
+        let all = result.delivered.temperatures.expect("temperatures");
+        let real = all.iter().zip(&prepared.nodes.vertex_of_node).filter(|(_, vertex)| **vertex != PADDING);
+        assert!(real.clone().count() > 0 && real.into_iter().all(|(t, _)| t.is_finite() && *t > 2.0));
+        steps += 1;
+        Ok(())
+    })
+    .expect("the engine runs");
+    assert_eq!(steps, 13);
+    let most = STEFAN_BOLTZMANN * 400f64.powi(4);
+    assert!(engine.renderer.received().expect("received").iter().all(|flux| (0.0..most).contains(&f64::from(*flux))));
+}

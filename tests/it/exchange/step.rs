@@ -1,0 +1,200 @@
+//! Exchange in f64 against closed forms: isothermal boxes, two plates, sunlight in a box, and the planet behind a plate.
+
+use glam::DVec3;
+use isotherm::environment::{PlanetLoad, StepLoad};
+use isotherm::exchange::sky::PlanetView;
+use isotherm::exchange::step::Exchange;
+use isotherm::thermal::STEFAN_BOLTZMANN;
+use isotherm::thermal::received::Seen;
+
+use super::shapes::{Shapes, grey};
+use super::view_factors::exchange;
+use crate::device::{dark, sunlight};
+
+/// Net flux of each patch [W/m2] at these temperatures, positive where it loses heat.
+fn net(exchange: &Exchange, load: &StepLoad, temperature: impl Fn(u32) -> f64 + Sync) -> Vec<f64> {
+    let part_of_node = |node: usize| {
+        let patch = exchange.of_node[node][0];
+        exchange.patches[patch as usize].part
+    };
+    let seen = exchange.seen(load);
+    let sent = exchange.sent(load, &seen, |node| temperature(part_of_node(node)), |_| 1.0);
+    let absorbed = exchange.absorbed(&sent);
+    let patches = exchange.patches.iter().zip(absorbed);
+    patches
+        .map(|(patch, in_)| patch.optics.emissivity * STEFAN_BOLTZMANN * temperature(patch.part).powi(4) - in_)
+        .collect()
+}
+
+#[test]
+fn nothing_flows_in_an_isothermal_box() {
+    let mut shapes = Shapes::default();
+    shapes.room(DVec3::new(1.0, 2.0, 0.5), 6, |wall| grey(0.5, [0.05, 0.9, 0.3, 1.0, 0.6, 0.2][wall]));
+    let exchange = exchange(&shapes, 0.4, 64);
+    let sent = STEFAN_BOLTZMANN * 300f64.powi(4);
+    let most = |temperature: &(dyn Fn(u32) -> f64 + Sync)| {
+        net(&exchange, &dark(0.0), temperature).into_iter().map(f64::abs).fold(0.0, f64::max)
+    };
+    assert!(most(&|_| 300.0) < 1e-9 * sent, "{}", most(&|_| 300.0) / sent);
+    assert!(most(&|part| if part == 2 { 301.0 } else { 300.0 }) > 1e-3 * sent);
+}
+
+#[test]
+fn what_patches_lose_space_gets() {
+    let mut shapes = Shapes::default();
+    shapes.plate(DVec3::ZERO, DVec3::X, DVec3::Y, 8, grey(0.3, 0.2));
+    shapes.plate(DVec3::Z * 0.4, DVec3::Y, DVec3::X, 8, grey(0.3, 0.7));
+    shapes.plate(DVec3::ZERO, DVec3::Y, DVec3::Z, 8, grey(0.3, 0.4));
+    let exchange = exchange(&shapes, 0.3, 256);
+    let temperature = |part: u32| [310.0, 250.0, 120.0][part as usize];
+    let (mut lost, mut exchanged) = (0.0, 0.0);
+    for (patch, net) in exchange.patches.iter().zip(net(&exchange, &dark(0.0), temperature)) {
+        lost += patch.area * net;
+        exchanged += patch.area * patch.optics.emissivity * STEFAN_BOLTZMANN * temperature(patch.part).powi(4);
+    }
+    let to_space: f64 = exchange
+        .patches
+        .iter()
+        .zip(&exchange.infrared.space)
+        .map(|(patch, area)| area * patch.optics.emissivity * STEFAN_BOLTZMANN * temperature(patch.part).powi(4))
+        .sum();
+    println!(
+        "lost {lost:.6} W, to space {to_space:.6} W, off {:.1e} of what is exchanged",
+        (lost - to_space) / exchanged
+    );
+    assert!((lost - to_space).abs() < 1e-12 * exchanged, "{lost} against {to_space}");
+    assert!(to_space > 0.3 * exchanged);
+}
+
+/// Sheets that store no heat answer each other a step late. What one sends never comes back as more.
+#[test]
+fn sheets_without_heat_capacity_do_not_swing_up() {
+    let mut shapes = Shapes::default();
+    shapes.plate(DVec3::ZERO, DVec3::X, DVec3::Y, 6, grey(0.5, 0.9));
+    shapes.plate(DVec3::Z * 0.05, DVec3::Y, DVec3::X, 6, grey(0.5, 0.9));
+    let exchange = exchange(&shapes, 2.0, 256);
+    let seen = [Seen::ALL; 2];
+    let mut fourth = [300f64.powi(4), 0.0];
+    let mut whole = f64::INFINITY;
+    for _ in 0..50 {
+        let temperature = |node: usize| fourth[exchange.of_node[node][0] as usize].powf(0.25);
+        let absorbed = exchange.absorbed(&exchange.sent(&dark(0.0), &seen, temperature, |_| 1.0));
+        fourth = [0, 1].map(|patch| absorbed[patch] / (0.9 * STEFAN_BOLTZMANN));
+        let now: f64 = fourth.iter().sum();
+        assert!(now < whole && fourth.iter().all(|fourth| *fourth >= 0.0), "{now} after {whole}");
+        whole = now;
+    }
+    assert!(whole < 0.1 * 300f64.powi(4), "it leaves through the gap: {whole}");
+}
+
+/// q = sigma (T1^4 - T2^4) / (1/e1 + 1/e2 - 1), between the walls of a flat box whose narrow sides take no heat: they are white.
+#[test]
+fn two_plates_reach_the_closed_form() {
+    let mut shapes = Shapes::default();
+    let (size, gap) = (1.0, 0.002);
+    shapes.plate(DVec3::ZERO, DVec3::X * size, DVec3::Y * size, 8, grey(0.5, 0.1));
+    shapes.plate(DVec3::Z * gap, DVec3::Y * size, DVec3::X * size, 8, grey(0.5, 0.9));
+    let exchange = exchange(&shapes, 2.0, 4096);
+    let flux: f64 = net(&exchange, &dark(0.0), |part| [350.0, 250.0][part as usize])[0];
+    let driven = STEFAN_BOLTZMANN * (350f64.powi(4) - 250f64.powi(4));
+    let closed = driven / (1.0 / 0.1 + 1.0 / 0.9 - 1.0);
+    // A part of the light leaves through the gap.
+    let open = exchange.factors.to_space(0);
+    println!("flux {flux:.4} W/m2, closed form {closed:.4} W/m2, view factor to space {open:.1e}");
+    assert!(open < 6e-3);
+    let mut boxed = Shapes::default();
+    boxed.room(
+        DVec3::new(size, size, gap),
+        8,
+        |wall| if wall < 2 { grey(0.5, [0.1, 0.9][wall]) } else { grey(0.5, 1e-5) },
+    );
+    let exchange = super::view_factors::exchange(&boxed, 2.0, 4096);
+    let flux: f64 = net(&exchange, &dark(0.0), |part| if part == 0 { 350.0 } else { 250.0 })[0];
+    println!("in a box: {flux:.4} W/m2, off {:.1e}", flux / closed - 1.0);
+    assert!((flux / closed - 1.0).abs() < 1e-3, "{flux} against {closed}");
+}
+
+/// All walls of a box of albedo 1/2 have received sunlight k times with the share 2^-k, so that the walls absorb together what enters.
+#[test]
+fn sunlight_in_a_box_ends_where_the_series_says() {
+    let mut shapes = Shapes::default();
+    shapes.room(DVec3::ONE, 4, |_| grey(0.5, 0.9));
+    let load = StepLoad { sun: sunlight([(DVec3::Z, 1000.0)]), ..dark(0.0) };
+    let exchange = exchange(&shapes, 1.5, 4096);
+    let seen = vec![Seen::ALL; exchange.patches.len()];
+    let absorbed = exchange.absorbed(&exchange.sent(&load, &seen, |_| 0.0, |_| 1.0));
+    // Only the floor, wall 0, looks at the Sun. It absorbs 500 W and reflects 500 W. With e_k the light that meets the floor, a side wall and the ceiling
+    // after k reflections, e_(k+1) = F e_k / 2.
+    let (opposite, beside) = (0.199825, 0.200044);
+    let mut light = [0.0; 6];
+    let mut radiosity = [500.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    for _ in 0..200 {
+        let arrives: [f64; 6] = std::array::from_fn(|to| {
+            (0..6)
+                .filter(|from| *from != to)
+                .map(|from| radiosity[from] * if from / 2 == to / 2 { opposite } else { beside })
+                .sum()
+        });
+        (0..6).for_each(|wall| light[wall] += arrives[wall]);
+        radiosity = arrives.map(|arrives| 0.5 * arrives);
+    }
+    for (patch, absorbed) in exchange.patches.iter().zip(&absorbed) {
+        let expected = 0.5 * light[patch.part as usize];
+        println!("wall {}: {absorbed:.4} W/m2, series {expected:.4}", patch.part);
+        assert!((absorbed - expected).abs() < 2e-3 * 500.0, "wall {}: {absorbed} against {expected}", patch.part);
+    }
+    let all: f64 = exchange.patches.iter().zip(&absorbed).map(|(patch, absorbed)| patch.area * absorbed).sum();
+    assert!((all - 500.0).abs() < 1e-6 * 500.0, "{all} W of 500 W");
+}
+
+/// A plate below a large one, which hides the middle of the planet. The reference integrates directions in rings.
+#[test]
+fn a_plate_hides_the_planet_behind_it() {
+    let mut shapes = Shapes::default();
+    shapes.plate(DVec3::new(-0.05, -0.05, 0.0), DVec3::X * 0.1, DVec3::Y * 0.1, 2, grey(0.5, 0.5));
+    let half = 0.6;
+    shapes.plate(DVec3::new(-half, -half, 0.5), DVec3::Y * 2.0 * half, DVec3::X * 2.0 * half, 8, grey(0.5, 0.5));
+    let exchange = exchange(&shapes, 5.0, 4096);
+    let nadir = DVec3::new(0.3, 0.1, 1.0).normalize();
+    let planet = PlanetLoad {
+        nadir,
+        sunward: nadir.any_orthonormal_vector(),
+        distance_ratio: 1.064,
+        planet_ir: 237.0,
+        albedo_flux: 400.0,
+        sun_zenith: 1.2,
+    };
+    let load = StepLoad { planet: Some(planet.clone()), ..dark(0.0) };
+    let seen = exchange.seen(&load)[0];
+    // Brute force: directions by cosine, from points of the small plate.
+    let sun = planet.sunward * planet.sun_zenith.sin() - nadir * planet.sun_zenith.cos();
+    let mut sums = [0.0; 4];
+    let n = 700;
+    for place in 0..9 {
+        let from = DVec3::new((place % 3 - 1) as f64, (place / 3 - 1) as f64, 0.0) * (0.1 / 3.0);
+        for i in 0..n * n {
+            let (u, v) = ((i % n) as f64 + 0.5, (i / n) as f64 + 0.5);
+            let (r, angle) = ((u / n as f64).sqrt(), std::f64::consts::TAU * v / n as f64);
+            let d = DVec3::new(r * angle.cos(), r * angle.sin(), (1.0 - r * r).sqrt());
+            let cosine = d.dot(nadir);
+            let inner = 1.0 - 1.064f64.powi(2) * (1.0 - cosine * cosine);
+            if cosine <= 0.0 || inner <= 0.0 {
+                continue;
+            }
+            let ground = (1.064 * cosine - inner.sqrt()) * d - 1.064 * nadir;
+            let lit = ground.dot(sun).max(0.0);
+            let at = from + d * (0.5 / d.z);
+            let open = if at.x.abs() < half && at.y.abs() < half { 0.0 } else { 1.0 };
+            [1.0, open, lit, open * lit].iter().zip(&mut sums).for_each(|(value, sum)| *sum += value);
+        }
+    }
+    let exact = [sums[1] / sums[0], sums[3] / sums[2]];
+    println!(
+        "seen of the infrared {:.4} (exact {:.4}), of the albedo {:.4} ({:.4})",
+        seen.planet_ir, exact[0], seen.albedo, exact[1]
+    );
+    assert!((seen.planet_ir - exact[0]).abs() < 0.01 && (seen.albedo - exact[1]).abs() < 0.01, "{seen:?} {exact:?}");
+    assert!(exact[0] < 0.9, "the large plate hides much");
+    let open = PlanetView::new(&planet, &load, 0).seen(&exchange.sky[..1]);
+    assert!((open.planet_ir - exact[0]).abs() > 0.01, "one ray is not enough");
+}
