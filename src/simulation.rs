@@ -24,6 +24,7 @@ pub mod image;
 pub mod joints;
 pub mod keep;
 pub mod network;
+pub mod network_file;
 pub mod periodic;
 pub mod pose;
 pub mod prepare;

@@ -86,7 +86,7 @@ impl Scene {
             &root.tables("material", keys::MATERIAL)?,
             (path, reach, faults),
             time.step,
-            temperatures.is_some(),
+            root.has("temperatures"),
             &mut files,
             &mut assumptions,
         )?;

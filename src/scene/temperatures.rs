@@ -57,6 +57,16 @@ impl Mapping {
     }
 }
 
+impl Solution {
+    /// Reads a CSV file with temperatures in kelvin.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is no such table: see [`SceneError`].
+    pub fn load_csv(path: &Path) -> Result<Self, SceneError> {
+        table::parse(&read_text(path)?, path, 0.0)
+    }
+}
+
 /// Reads `[temperatures]`. The files join `files`.
 pub(super) fn read(section: Option<&Section>, files: &mut Vec<PathBuf>) -> Result<Option<Temperatures>, SceneError> {
     let Some(section) = section else { return Ok(None) };
@@ -64,8 +74,9 @@ pub(super) fn read(section: Option<&Section>, files: &mut Vec<PathBuf>) -> Resul
     let ending = file.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
     let celsius = section.choice("unit", &[("K", false), ("degC", true)])?;
     let array = section.name("array")?;
-    let only = |key: &str, of: &str| {
-        if section.has(key) { Err(section.error(key, format!("belongs to {of}, not to .{ending}"))) } else { Ok(()) }
+    let only = |key: &str, of: &str| match section.has(key) {
+        true => Err(section.clash(key, &["file"], format!("belongs to {of}, not to .{ending}"))),
+        false => Ok(()),
     };
     if ending != "vtu" && ending != "vtp" {
         only("array", "a VTK file (.vtu, .vtp)")?;
@@ -77,8 +88,10 @@ pub(super) fn read(section: Option<&Section>, files: &mut Vec<PathBuf>) -> Resul
             let tmd = Tmd::load(&file).map_err(|error| section.error("file", error))?;
             Solution::of_tmd(&tmd)
         }
-        "csv" => table::parse(&read_text(&file)?, &file, zero)?,
-        "vtu" | "vtp" => vtk::load(&file, array.as_deref(), zero)?,
+        "csv" => {
+            section.blame("file", &["unit"], read_text(&file).and_then(|text| table::parse(&text, &file, zero)))?
+        }
+        "vtu" | "vtp" => section.blame("file", &["unit", "array"], vtk::load(&file, array.as_deref(), zero))?,
         _ => {
             let message = format!("ends in .{ending}; isotherm reads .csv, .TMD (or .h5), .vtu and .vtp");
             return Err(section.error("file", message));
@@ -95,28 +108,27 @@ pub(super) fn read(section: Option<&Section>, files: &mut Vec<PathBuf>) -> Resul
     });
     let mapping = match (by, table) {
         (By::Table, Some(path)) => {
-            let rows = map::parse(&read_text(&path)?, &path)?;
+            let rows = section.blame("map", &[], read_text(&path).and_then(|text| map::parse(&text, &path)))?;
             files.push(path);
             Mapping::Table(rows)
         }
         (By::Table, None) => {
-            return Err(
-                section.error("map", "is missing: by = \"table\" needs a CSV file with the columns part and node")
-            );
+            let what = "by = \"table\" needs a CSV file with the columns part and node";
+            return Err(section.missing("map", &["by"], what));
         }
-        (_, Some(_)) => return Err(section.error("map", "belongs to by = \"table\"")),
+        (_, Some(_)) => return Err(section.clash("map", &["by"], "belongs to by = \"table\"")),
         (By::Name, None) if is_mesh => {
-            return Err(section.error("by", "the points of a VTK file have no names: use \"place\""));
+            return Err(section.clash("by", &["file"], "the points of a VTK file have no names: use \"place\""));
         }
         (By::Name, None) => Mapping::Name,
         (By::Place, None) => Mapping::Place,
     };
     let distance = section.number("distance", Quantity::positive("m"))?;
     if mapping == Mapping::Place && distance.is_none() {
-        return Err(section.error("distance", "is missing: the most distance between a vertex and its node [m]"));
+        return Err(section.missing("distance", &["by"], "the most distance between a vertex and its node [m]"));
     }
     if mapping == Mapping::Place && !solution.has_places() {
-        return Err(section.error("by", "the nodes of the file have no place: use \"name\" or \"table\""));
+        return Err(section.clash("by", &["file"], "the nodes of the file have no place: use \"name\" or \"table\""));
     }
     Ok(Some(Temperatures {
         file,
@@ -132,14 +144,15 @@ pub(super) fn read(section: Option<&Section>, files: &mut Vec<PathBuf>) -> Resul
 pub(super) fn take_over(scene: &mut Scene) {
     let Some(temperatures) = &scene.temperatures else { return };
     scene.assumptions.push(format!(
-        "All temperatures are those of {} (temperatures.file): response, [initial], the warm-up, [network], [[contact]] and \
-         [[heater]] have no effect, and no energy balance is kept.",
+        "All temperatures are those of {} (temperatures.file): response, [initial], the warm-up, [network], [exchange], \
+         [[contact]] and [[heater]] have no effect, and no energy balance is kept.",
         name_of(&temperatures.file)
     ));
     scene.initial = Initial::Balance;
     scene.time.warm_up_orbits = 0.0;
     scene.time.warm_up_assumed = false;
     scene.time.periodic = None;
+    scene.exchange = None;
     scene.contacts.clear();
     scene.heaters.clear();
     scene.energy_balance = false;

@@ -19,11 +19,7 @@ impl NetworkFile {
         let _ = writeln!(text, "\nspace_temperature = {:?}", network.space_temperature);
         let heat = schedule.heat_of_nodes(network.len());
         for (node, label) in self.labels.iter().enumerate() {
-            let kind = match network.kinds[node] {
-                NodeKind::Diffusive => "diffusive",
-                NodeKind::Arithmetic => "arithmetic",
-                NodeKind::Boundary => "boundary",
-            };
+            let kind = network.kinds[node].name();
             let comment = comments.get(node).filter(|comment| !comment.is_empty());
             let comment = comment.map(|comment| format!(" # {}", plain(comment))).unwrap_or_default();
             let _ = writeln!(text, "\n[[node]]{comment}\nlabel = {}\nkind = \"{kind}\"", quoted(label));
