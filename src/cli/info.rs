@@ -34,7 +34,7 @@ use crate::text::plain_json;
 /// materials and parts.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm info\n  isotherm info models/station.toml\n  \
-isotherm info models/station.glb --json\n  isotherm info models/cubesat.toml --network network/")]
+isotherm info models/station.glb --json\n  isotherm info models/station.toml --network network/")]
 pub struct Arguments {
     /// Scene or model
     file: Option<PathBuf>,

@@ -10,8 +10,8 @@ use super::file::{SourceFile, read_text};
 use super::quantity::Quantity;
 use super::section::Section;
 use super::{
-    Camera, Draw, Preset, Reflections, Scene, SkyScene, camera, combinations, density, exchange, joint, keys, material,
-    mesh_network, output, preset, radiance, sensor, shadows, temperatures, view, work,
+    Camera, Draw, Initial, Preset, Reflections, Scene, SkyScene, camera, combinations, density, exchange, joint, keys,
+    material, mesh_network, output, preset, radiance, sensor, shadows, temperatures, view, work,
 };
 use crate::environment::trajectory::Trajectory;
 use crate::files::Reach;
@@ -154,8 +154,26 @@ impl Scene {
             sky_files,
             assumptions,
         };
-        temperatures::take_over(&mut scene);
+        scene.take_temperatures();
         Ok(scene)
+    }
+
+    /// Switches off what a scene with temperatures from a file does not compute, and says so.
+    fn take_temperatures(&mut self) {
+        let Some(temperatures) = &self.temperatures else { return };
+        self.assumptions.push(format!(
+            "All temperatures are those of {} (temperatures.file): response, [initial], the warm-up, [network], [exchange], \
+             [[contact]] and [[heater]] have no effect, and no energy balance is kept.",
+            temperatures.file.file_name().unwrap_or_default().to_string_lossy()
+        ));
+        self.initial = Initial::Balance;
+        self.time.warm_up_orbits = 0.0;
+        self.time.warm_up_assumed = false;
+        self.time.periodic = None;
+        self.exchange = None;
+        self.contacts.clear();
+        self.heaters.clear();
+        self.energy_balance = false;
     }
 
     /// The camera of a scene that draws images.

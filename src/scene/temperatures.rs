@@ -3,19 +3,18 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::Scene;
 use super::error::SceneError;
 use super::file::read_text;
 use super::quantity::Quantity;
 use super::section::Section;
 use super::tmd::Tmd;
-use super::view::Initial;
 
 mod map;
 mod solution;
 mod table;
 mod vtk;
 
+use solution::HOTTEST;
 pub use solution::{Solution, SolvedNode};
 
 /// Temperatures from a file, instead of a thermal model.
@@ -70,7 +69,10 @@ impl Solution {
 /// Reads `[temperatures]`. The files join `files`.
 pub(super) fn read(section: Option<&Section>, files: &mut Vec<PathBuf>) -> Result<Option<Temperatures>, SceneError> {
     let Some(section) = section else { return Ok(None) };
-    let file = section.required("file", section.path("file")?, "the file with the temperatures")?;
+    // Where the file is wrong, the other keys are read as those of some file.
+    let any = section.stands_in("file");
+    let file = if any { Some(PathBuf::from("any.csv")) } else { section.path("file")? };
+    let file = section.required("file", file, "the file with the temperatures")?;
     let ending = file.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
     let celsius = section.choice("unit", &[("K", false), ("degC", true)])?;
     let array = section.name("array")?;
@@ -83,6 +85,7 @@ pub(super) fn read(section: Option<&Section>, files: &mut Vec<PathBuf>) -> Resul
     }
     let zero = if celsius == Some(true) { CELSIUS } else { 0.0 };
     let solution = match ending.as_str() {
+        _ if any => Solution::any(),
         "tmd" | "h5" | "hdf5" => {
             only("unit", "a CSV or VTK file (a TMD states its own)")?;
             let tmd = Tmd::load(&file).map_err(|error| section.error("file", error))?;
@@ -140,28 +143,6 @@ pub(super) fn read(section: Option<&Section>, files: &mut Vec<PathBuf>) -> Resul
     }))
 }
 
-/// Switches off what a scene with given temperatures does not compute, and says so.
-pub(super) fn take_over(scene: &mut Scene) {
-    let Some(temperatures) = &scene.temperatures else { return };
-    scene.assumptions.push(format!(
-        "All temperatures are those of {} (temperatures.file): response, [initial], the warm-up, [network], [exchange], \
-         [[contact]] and [[heater]] have no effect, and no energy balance is kept.",
-        name_of(&temperatures.file)
-    ));
-    scene.initial = Initial::Balance;
-    scene.time.warm_up_orbits = 0.0;
-    scene.time.warm_up_assumed = false;
-    scene.time.periodic = None;
-    scene.exchange = None;
-    scene.contacts.clear();
-    scene.heaters.clear();
-    scene.energy_balance = false;
-}
-
-fn name_of(path: &Path) -> String {
-    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
-}
-
 /// The words of `temperatures.by`.
 #[derive(Debug, Clone, Copy)]
 enum By {
@@ -172,5 +153,3 @@ enum By {
 
 /// 0 degrees Celsius [K].
 const CELSIUS: f64 = 273.15;
-/// Highest temperature [K].
-const HOTTEST: f64 = 1e6;

@@ -14,17 +14,15 @@
 //!
 //! `docs/network.md` says where this layout is from.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use glam::DVec3;
 
-use crate::files::{self, FileFault};
+use crate::files::FileFault;
 
 mod read;
 mod write;
 
-/// Begin of every HDF5 file.
-const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 const SET: &str = "AnalysisSet1";
 const GROUP: &str = "DataGroup1";
 /// The loads of a node, in the order of [`TmdNode::loads`]: QA, QE, QI, QR and QS.
@@ -132,31 +130,4 @@ pub enum TmdError {
         /// What is wrong.
         message: String,
     },
-}
-
-/// Whether bytes begin as an HDF5 file.
-pub fn is_hdf5(bytes: &[u8]) -> bool {
-    bytes.starts_with(SIGNATURE)
-}
-
-impl Tmd {
-    /// Reads a TMD file.
-    ///
-    /// # Errors
-    /// See [`TmdError`].
-    pub fn load(path: &Path) -> Result<Self, TmdError> {
-        let bytes = files::read(path).map_err(|fault| TmdError::Unreadable { path: path.to_path_buf(), fault })?;
-        Self::parse(bytes, path)
-    }
-
-    /// Reads the bytes of a TMD file as if it lay at `path`.
-    ///
-    /// # Errors
-    /// See [`TmdError`].
-    pub fn parse(bytes: Vec<u8>, path: &Path) -> Result<Self, TmdError> {
-        if !is_hdf5(&bytes) {
-            return Err(TmdError::Signature { path: path.to_path_buf() });
-        }
-        read::parse(bytes, path)
-    }
 }

@@ -4,6 +4,9 @@ use glam::DVec3;
 
 use crate::scene::tmd::Tmd;
 
+/// Highest temperature [K].
+pub(super) const HOTTEST: f64 = 1e6;
+
 /// A node of a solution.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolvedNode {
@@ -54,6 +57,12 @@ impl Solution {
             notes.push(format!("{} inactive nodes are left out: {}.", idle.len(), idle.join(", ")));
         }
         Self { nodes, times: tmd.times.clone(), temperatures, notes }
+    }
+
+    /// A solution of one node.
+    pub(super) fn any() -> Self {
+        let node = SolvedNode { name: String::new(), label: String::new(), place: Some(DVec3::ZERO) };
+        Self { nodes: vec![node], times: vec![0.0], temperatures: vec![0.0], notes: Vec::new() }
     }
 
     /// Whether every node has a place.

@@ -5,8 +5,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::HOTTEST;
-use super::solution::{Solution, SolvedNode};
+use super::solution::{HOTTEST, Solution, SolvedNode};
 use crate::scene::error::SceneError;
 use crate::text::plain;
 

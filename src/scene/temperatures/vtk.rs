@@ -7,8 +7,7 @@ use std::path::Path;
 use glam::DVec3;
 use roxmltree::{Document, Node};
 
-use super::HOTTEST;
-use super::solution::{Solution, SolvedNode};
+use super::solution::{HOTTEST, Solution, SolvedNode};
 use super::table::refuse;
 use crate::files;
 use crate::scene::error::SceneError;

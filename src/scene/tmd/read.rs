@@ -8,18 +8,38 @@ use hdf5_reader::messages::datatype::{Datatype, StringSize};
 use hdf5_reader::{Hdf5File, OpenOptions};
 
 use super::{Conductors, GROUP, LOADS, SET, Tmd, TmdError, TmdNode};
-use crate::files::LARGEST_FILE;
+use crate::files::{self, LARGEST_FILE};
 use crate::text::plain;
 use crate::thermal::STEFAN_BOLTZMANN;
 
-/// Reads the bytes of a file as if it lay at `path`.
-pub(super) fn parse(bytes: Vec<u8>, path: &Path) -> Result<Tmd, TmdError> {
-    let most = usize::try_from(LARGEST_FILE).unwrap_or(usize::MAX);
-    let options = OpenOptions::default().with_max_read_bytes(most);
-    let opened = Hdf5File::from_vec_with_options(bytes, options);
-    let file = Source { path, file: opened.map_err(|source| hdf5(path, "/", source))? };
-    file.version()?;
-    file.tmd()
+/// Begin of every HDF5 file.
+const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
+
+impl Tmd {
+    /// Reads a TMD file.
+    ///
+    /// # Errors
+    /// See [`TmdError`].
+    pub fn load(path: &Path) -> Result<Self, TmdError> {
+        let bytes = files::read(path).map_err(|fault| TmdError::Unreadable { path: path.to_path_buf(), fault })?;
+        Self::parse(bytes, path)
+    }
+
+    /// Reads the bytes of a TMD file as if it lay at `path`.
+    ///
+    /// # Errors
+    /// See [`TmdError`].
+    pub fn parse(bytes: Vec<u8>, path: &Path) -> Result<Self, TmdError> {
+        if !bytes.starts_with(SIGNATURE) {
+            return Err(TmdError::Signature { path: path.to_path_buf() });
+        }
+        let most = usize::try_from(LARGEST_FILE).unwrap_or(usize::MAX);
+        let options = OpenOptions::default().with_max_read_bytes(most);
+        let opened = Hdf5File::from_vec_with_options(bytes, options);
+        let file = Source { path, file: opened.map_err(|source| hdf5(path, "/", source))? };
+        file.version()?;
+        file.tmd()
+    }
 }
 
 fn hdf5(path: &Path, object: &str, source: hdf5_reader::error::Error) -> TmdError {
