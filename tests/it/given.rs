@@ -188,10 +188,10 @@ fn numbers(values: impl IntoIterator<Item = f64>) -> String {
     values.into_iter().map(|value| format!("{value} ")).collect()
 }
 
-/// Places of the craft's nodes, moved by 5 cm, and the temperatures there.
+/// Places of the craft's nodes, moved by 5 mm, and the temperatures there.
 fn cloud() -> Vec<(DVec3, f64)> {
     let places = nodes(&craft("t.csv", rows().as_bytes(), "").prepared());
-    places.into_iter().map(|(_, at)| (at + DVec3::new(0.03, -0.04, 0.0), field(at))).collect()
+    places.into_iter().map(|(_, at)| (at + DVec3::new(0.003, -0.004, 0.0), field(at))).collect()
 }
 
 fn vtu(points: &[(DVec3, f64)]) -> String {
@@ -210,22 +210,22 @@ fn vtu(points: &[(DVec3, f64)]) -> String {
 #[test]
 fn vertices_take_the_nearest_point_of_a_mesh() {
     let points = cloud();
-    let folder = craft("t.vtu", vtu(&points).as_bytes(), "distance = 0.051\n");
+    let folder = craft("t.vtu", vtu(&points).as_bytes(), "distance = 0.0051\n");
     assert!(shows(&folder, |_, at, _| field(at)));
     let mut other = points.clone();
     other[7].1 += 0.01;
-    assert!(!shows(&craft("t.vtu", vtu(&other).as_bytes(), "distance = 0.051\n"), |_, at, _| field(at)));
+    assert!(!shows(&craft("t.vtu", vtu(&other).as_bytes(), "distance = 0.0051\n"), |_, at, _| field(at)));
 
-    let message = refused(&craft("t.vtu", vtu(&points).as_bytes(), "distance = 0.049\n"));
+    let message = refused(&craft("t.vtu", vtu(&points).as_bytes(), "distance = 0.0049\n"));
     assert!(message.contains("no node of ") && message.contains("fits any surface by place"), "{message}");
     // Without the points of the mast, whose nodes then have none near enough.
     let places = nodes(&folder.prepared());
     let mast = places.iter().filter(|(part, _)| part == "mast").count();
     let rest: Vec<_> =
         points.iter().zip(&places).filter(|(_, (part, _))| part != "mast").map(|(point, _)| *point).collect();
-    let message = refused(&craft("t.vtu", vtu(&rest).as_bytes(), "distance = 0.051\n"));
+    let message = refused(&craft("t.vtu", vtu(&rest).as_bytes(), "distance = 0.0051\n"));
     assert!(message.contains("1 parts have surfaces without a node of the file: mast ("), "{message}");
-    let folder = craft("t.vtu", vtu(&rest).as_bytes(), "distance = 0.051\nunmapped = 111\n");
+    let folder = craft("t.vtu", vtu(&rest).as_bytes(), "distance = 0.0051\nunmapped = 111\n");
     let warnings = folder.prepared().warnings.join("\n");
     assert!(warnings.contains("at 111 K (temperatures.unmapped): mast ("), "{warnings}");
     let at_111 = history(&folder.prepared(), &mut ReferenceEngine::new(&folder.prepared(), None))[3].clone();
@@ -248,7 +248,7 @@ fn packed(bytes: &[u8]) -> String {
 fn packed_polygons_have_the_temperature_at_their_centres() {
     // Each place is the centre of a triangle.
     let points = cloud();
-    let corners = [DVec3::X, DVec3::new(-0.5, 0.8, 0.0), DVec3::new(-0.5, -0.8, 0.0)].map(|corner| 0.01 * corner);
+    let corners = [DVec3::X, DVec3::new(-0.5, 0.8, 0.0), DVec3::new(-0.5, -0.8, 0.0)].map(|corner| 0.001 * corner);
     let bytes = |values: &mut dyn Iterator<Item = f64>| {
         packed(&values.flat_map(|value| (value as f32).to_le_bytes()).collect::<Vec<_>>())
     };
@@ -272,9 +272,9 @@ fn packed_polygons_have_the_temperature_at_their_centres() {
         array("Int64", "offsets", &whole(&mut (1..=count).map(|cell| 3 * cell))),
         array("Float32", "skin", &kelvin),
     );
-    let keys = "distance = 0.052\narray = \"skin\"\n";
+    let keys = "distance = 0.0052\narray = \"skin\"\n";
     assert!(shows(&craft("t.vtp", text.as_bytes(), keys), |_, at, _| f64::from(field(at) as f32)));
-    let message = refused(&craft("t.vtp", text.as_bytes(), "distance = 0.052\n"));
+    let message = refused(&craft("t.vtp", text.as_bytes(), "distance = 0.0052\n"));
     assert!(message.contains("has no array temperature") && message.contains("there are: skin"), "{message}");
     let cut = text.replace(&kelvin, &kelvin[..kelvin.len() - 8]);
     let message = refused(&craft("t.vtp", cut.as_bytes(), keys));
