@@ -305,7 +305,9 @@ fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome, wall_s: f6
     // A dispatch of many steps is not a single step.
     let step_ms =
         mean(&|name| name.starts_with("thermal_step.") || name.starts_with("one_pass."), steps - engine.fused_steps())
-            .map(|ms| network_ms.map_or(network_wall_ms.unwrap_or(ms), |network| ms + network));
+            .map(|ms| network_ms.map_or(network_wall_ms.unwrap_or(ms), |network| ms + network))
+            // Temperatures of a file take no thermal step.
+            .filter(|_| prepared.given.is_none());
     let of_image = |name: &str| {
         ["cull", "radiance", "read radiance", "read identity", COPIED, READ].contains(&name)
             || name.starts_with("sensor_")

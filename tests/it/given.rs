@@ -104,30 +104,35 @@ fn parts_take_the_rows_of_a_csv_by_name() {
 }
 
 #[test]
-fn images_show_the_temperatures_of_the_file() {
-    let folder = craft("t.csv", rows().as_bytes(), "");
-    let prepared = folder.prepared();
-    let context = context();
-    let camera = prepared.scene.camera.as_ref();
-    let device = DeviceEngine::new(&context, &prepared, camera).expect("a device");
-    let engines: [Box<dyn Engine>; 2] = [Box::new(device), Box::new(ReferenceEngine::new(&prepared, camera))];
-    for mut engine in engines {
-        let mut seen = 0;
-        start(&prepared, &mut *engine, None, &never(), &mut || ()).expect("it starts");
-        run::<EngineError>(&prepared, &mut *engine, None, &never(), &mut |result| {
-            let Some(pixels) = result.delivered.pixels else { return Ok(()) };
-            for (pixel, label) in pixels.radiance_temperature_depth.iter().zip(&pixels.identity) {
-                let Some(part) = (label[0] as usize).checked_sub(1) else { continue };
-                let expected = bent(&prepared.parts[part], result.time);
-                assert!((f64::from(pixel[1]) - expected).abs() < 1e-3, "{} K, not {expected}", pixel[1]);
-                seen += 1;
-            }
-            Ok(())
-        })
-        .expect("it runs");
-        assert!(seen > 4 * 500, "{seen} pixels");
+fn images_show_the_temperatures_of_the_file_at_steps_and_between_them() {
+    for draw in ["draw_every = 4", "images = [0, 90, 330, 715]"] {
+        let folder = craft("t.csv", rows().as_bytes(), "");
+        let scene = std::fs::read_to_string(folder.path("scene.toml")).expect("read").replace("draw_every = 4", draw);
+        folder.write("scene.toml", &scene);
+        let prepared = folder.prepared();
+        let context = context();
+        let camera = prepared.scene.camera.as_ref();
+        let device = DeviceEngine::new(&context, &prepared, camera).expect("a device");
+        let engines: [Box<dyn Engine>; 2] = [Box::new(device), Box::new(ReferenceEngine::new(&prepared, camera))];
+        for mut engine in engines {
+            let (mut images, mut seen) = (0, 0);
+            start(&prepared, &mut *engine, None, &never(), &mut || ()).expect("it starts");
+            run::<EngineError>(&prepared, &mut *engine, None, &never(), &mut |result| {
+                let Some(pixels) = result.delivered.pixels else { return Ok(()) };
+                images += 1;
+                for (pixel, label) in pixels.radiance_temperature_depth.iter().zip(&pixels.identity) {
+                    let Some(part) = (label[0] as usize).checked_sub(1) else { continue };
+                    let expected = bent(&prepared.parts[part], result.time);
+                    assert!((f64::from(pixel[1]) - expected).abs() < 1e-3, "{draw}: {} K, not {expected}", pixel[1]);
+                    seen += 1;
+                }
+                Ok(())
+            })
+            .expect("it runs");
+            assert!(images == 4 && seen > 500 * images, "{draw}: {seen} pixels of {images} images");
+        }
+        assert_silent(&context);
     }
-    assert_silent(&context);
 }
 
 /// Nodes of a TMD with names of parts as labels, and a place.
