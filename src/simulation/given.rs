@@ -51,8 +51,8 @@ impl Given {
         let grid = |chosen: &[u32]| temperatures.distance.map(|distance| Grid::new(all, chosen, distance));
         let everywhere = if temperatures.mapping == Mapping::Place { grid(&everything) } else { None };
         let mut slots_of_part = vec![Vec::new(); parts.len()];
-        for (slot, vertex) in nodes.vertex_of_node.iter().enumerate().filter(|(_, vertex)| **vertex != PADDING) {
-            let _ = vertex;
+        let drawn = nodes.vertex_of_node.iter().enumerate().filter(|(_, vertex)| **vertex != PADDING);
+        for (slot, _) in drawn {
             slots_of_part[nodes.group_part[slot / GROUP] as usize].push(slot);
         }
         let mut bare = Vec::new();
