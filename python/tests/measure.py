@@ -19,6 +19,7 @@ import resource
 import subprocess
 import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import isotherm
@@ -31,10 +32,11 @@ def resident() -> float:
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-def places(count: int) -> list[tuple[float, float, float]]:
+def places(count: int) -> Iterator[tuple[float, float, float]]:
     """A circle round the craft [m]."""
-    angles = [2 * math.pi * number / 500 for number in range(count)]
-    return [(2.5 * math.cos(angle), 2.5 * math.sin(angle), -1.5) for angle in angles]
+    for number in range(count):
+        angle = 2 * math.pi * number / 500
+        yield 2.5 * math.cos(angle), 2.5 * math.sin(angle), -1.5
 
 
 def of_python(scene: Path, count: int) -> tuple[float, float]:
