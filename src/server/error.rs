@@ -37,7 +37,7 @@ pub enum ServerError {
     #[error("the scene {0} has no section [sensor], whose numbers --picture sensor shows")]
     NoSensor(PathBuf),
     /// The file of the log can not be written.
-    #[error("can not write the log {0}: {1}", .0.display())]
+    #[error("can not write the log {}: {}", .0.display(), .1)]
     Log(PathBuf, io::Error),
 }
 

@@ -88,7 +88,7 @@ impl<'s> Session<'s, '_> {
             }
             b"SIM_UPDATE" => match request.frames.last().map(|bytes| VizMessage::decode(&bytes[..])) {
                 Some(Ok(message)) if request.frames.len() > 1 => {
-                    terminates = message.live.is_some_and(|live| live.terminate);
+                    terminates = message.live.as_ref().is_some_and(|live| live.terminate);
                     self.update(message);
                     if self.stop.load(Ordering::Relaxed) {
                         return Err(End::Stopped);
