@@ -69,7 +69,7 @@ def write(folder: Path, duration: float, size: tuple[int, int], fov_deg: float, 
 path = "craft.gltf"
 max_edge = 0.5
 [time]
-start = {START}
+start = "{START}"
 step = {STEP}
 steps = {int(duration / STEP)}
 draw_every = 20

@@ -179,7 +179,8 @@ impl<'s> Session<'s, '_> {
                 self.tell("too many spacecraft: the others are not drawn");
                 return;
             }
-            let drawn = self.begin_craft(run, &craft.name);
+            let carries = message.cameras.iter().any(|camera| camera.parent == craft.name);
+            let drawn = self.begin_craft(run, &craft.name, carries);
             run.craft.insert(craft.name.clone(), drawn);
         }
         let now = run.epoch.map(|epoch| epoch + Unit::Second * time);
@@ -216,8 +217,8 @@ impl<'s> Session<'s, '_> {
         }
     }
 
-    /// The craft of a name, where a scene belongs to it.
-    fn begin_craft(&mut self, run: &Run, name: &str) -> Option<Drawn<'s>> {
+    /// The craft of a name, where a scene belongs to it. That a craft which carries a camera is not seen needs no message.
+    fn begin_craft(&mut self, run: &Run, name: &str, carries: bool) -> Option<Drawn<'s>> {
         let model = run.models.get(name);
         let scenes = &self.server.scenes;
         let scene = match model {
@@ -226,7 +227,8 @@ impl<'s> Session<'s, '_> {
         };
         let Some(scene) = scene else {
             let asked = model.map_or_else(|| format!("'{name}'"), |model| format!("'{name}' with the model '{model}'"));
-            self.tell(&format!("{asked} is not drawn: the scenes here are {}", scenes.known()));
+            let message = format!("{asked} is not drawn: the scenes here are {}", scenes.known());
+            if carries { self.log(&message) } else { self.tell(&message) }
             return None;
         };
         if run.craft.values().flatten().count() >= MOST_CRAFT {

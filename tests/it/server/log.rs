@@ -26,7 +26,7 @@ fn messages(bytes: &[u8]) -> Vec<Message> {
 
 #[test]
 fn a_log_has_the_images_of_the_run() {
-    let folder = Folder::new(&SCENE.replace("step = 60\n", "step = 60\nstart = 2026-01-02T03:04:05Z\n"));
+    let folder = Folder::new(&SCENE.replace("step = 60\n", "step = 60\nstart = \"2026-01-02T03:04:05Z\"\n"));
     let run = ["run", "scene.toml", "-o", "out", "--mcap", "log.mcap", "--device", "cpu"];
     succeed(folder.0.path(), &run);
     let log = messages(&std::fs::read(folder.path("log.mcap")).expect("the log"));
