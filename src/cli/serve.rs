@@ -107,7 +107,8 @@ impl From<PictureName> for Kind {
 }
 
 fn parse_range(text: &str) -> Result<[f64; 2], String> {
-    let numbers = text.split_once(',').and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));
+    let numbers =
+        text.split_once(',').and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));
     match numbers {
         Some([low, high]) if 0.0 <= low && low < high && high <= 1e4 => Ok([low, high]),
         _ => Err("it takes two temperatures in kelvin, the lower first, such as 200,350".to_owned()),

@@ -9,9 +9,9 @@ use std::io::Write;
 
 use glam::{DMat4, DQuat};
 use hifitime::Epoch;
+use mcap::WriteOptions;
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
-use mcap::WriteOptions;
 
 use super::OutputError;
 use super::cdr::Cdr;
@@ -170,7 +170,10 @@ mod tests {
         assert_eq!(temperature[temperature.len() - 96 - 4..][..4], 96u32.to_le_bytes());
         assert_eq!(radiance[radiance.len() - 192 - 4..][..4], 192u32.to_le_bytes());
         let middle = 4 + 3 * 8;
-        let count = u16::from_le_bytes([temperature[temperature.len() - 96 + 2 * middle], temperature[temperature.len() - 95 + 2 * middle]]);
+        let count = u16::from_le_bytes([
+            temperature[temperature.len() - 96 + 2 * middle],
+            temperature[temperature.len() - 95 + 2 * middle],
+        ]);
         assert!((f64::from(count) * KELVIN_PER_COUNT - f64::from(frame.temperature[middle])).abs() <= 0.005);
         assert!(info.len() > 9 * 8 + 9 * 8 + 12 * 8 && tf.len() > 2 * 7 * 8);
     }

@@ -146,7 +146,8 @@ mod tests {
                 let position = place.position.expect("a position");
                 assert!(position.distance(expected.position) < 5.0, "{} of {span}: {position}", place.time);
                 if span < 150.0 {
-                    let angle = place.inertial_from_body.expect("an attitude").angle_between(expected.inertial_from_body);
+                    let angle =
+                        place.inertial_from_body.expect("an attitude").angle_between(expected.inertial_from_body);
                     assert!(angle < 1e-6, "{angle}");
                 }
             }

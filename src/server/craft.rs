@@ -73,7 +73,9 @@ impl Craft {
         };
         let Some(places) = between(last, &state, self.step) else {
             let (from, to) = (last.time, state.time);
-            return Err(Refusal::because(format!("no state came between {from} s and {to} s, which is too long a gap")));
+            return Err(Refusal::because(format!(
+                "no state came between {from} s and {to} s, which is too long a gap"
+            )));
         };
         for some in places.chunks(AT_ONCE) {
             for place in some {

@@ -88,7 +88,8 @@ impl Painter {
             Kind::Surface16 => in_counts(&|pixel| image.temperature[pixel], "surface temperature"),
             Kind::Sensor => {
                 let numbers = image.digital_numbers.as_deref().unwrap_or_default();
-                let meaning = |shift| text(json!({"quantity": "digital number", "value": "number x 2^shift", "shift": shift}));
+                let meaning =
+                    |shift| text(json!({"quantity": "digital number", "value": "number x 2^shift", "shift": shift}));
                 if self.bits <= 8 {
                     let bytes: Vec<u8> = numbers.iter().map(|number| *number as u8).collect();
                     png_8(size, &bytes, &meaning(0))

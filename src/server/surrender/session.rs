@@ -23,8 +23,15 @@ const STEP_TO: &str = "isotherm.step_to(";
 /// Serves a client up to its end.
 pub fn talk(server: &Server, connection: &mut Connection, client: &str) -> End {
     let stop = connection.stop();
-    let mut session =
-        Session { server, client, stop, stage: Stage::default(), image: None, time: server.time, warned: BTreeSet::new() };
+    let mut session = Session {
+        server,
+        client,
+        stop,
+        stage: Stage::default(),
+        image: None,
+        time: server.time,
+        warned: BTreeSet::new(),
+    };
     loop {
         let answered = read(connection).and_then(|call| session.answer(connection, &call));
         if let Err(end) = answered {
@@ -281,8 +288,10 @@ fn shown(call: &Hash) -> String {
             Value::Hash(hash) => text.push_str(&format!("{key}=({} values) ", hash.len())),
             Value::Text(word) => text.push_str(&format!("{key}={word} ")),
             Value::List(list) => {
-                let numbers: Vec<String> =
-                    list.iter().map(|value| value.number().map_or("?".to_owned(), |number| number.to_string())).collect();
+                let numbers: Vec<String> = list
+                    .iter()
+                    .map(|value| value.number().map_or("?".to_owned(), |number| number.to_string()))
+                    .collect();
                 text.push_str(&format!("{key}=[{}] ", numbers.join(", ")));
             }
             other => text.push_str(&format!("{key}={} ", other.number().unwrap_or(f64::NAN))),

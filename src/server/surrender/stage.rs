@@ -9,6 +9,8 @@ use crate::server::error::Refusal;
 
 /// Most objects of a script.
 const MOST_OBJECTS: usize = 10_000;
+/// Most bytes of a name.
+const LONGEST_NAME: usize = 1000;
 /// Name of the camera among the objects.
 pub const CAMERA: &str = "camera";
 /// Size of an image before a script sets one [px].
@@ -71,6 +73,9 @@ impl Stage {
     pub fn object(&mut self, name: &str) -> Result<&mut Object, Refusal> {
         if self.objects.len() >= MOST_OBJECTS && !self.objects.contains_key(name) {
             return Err(Refusal::because(format!("there are {MOST_OBJECTS} objects already")));
+        }
+        if name.len() > LONGEST_NAME {
+            return Err(Refusal::because(format!("the name of an object has more than {LONGEST_NAME} bytes")));
         }
         Ok(self.objects.entry(name.to_owned()).or_default())
     }
@@ -153,8 +158,7 @@ impl Stage {
     /// Attitude of an object, in the order and with the camera axes of the present conventions.
     pub fn attitude(&self, name: &str) -> Option<[f64; 4]> {
         let of_camera = || if self.looks_forward { self.attitude } else { self.attitude * forward_from_backward() };
-        let quaternion =
-            if name == CAMERA { DQuat::from_mat3(&of_camera()) } else { self.known(name)?.attitude };
+        let quaternion = if name == CAMERA { DQuat::from_mat3(&of_camera()) } else { self.known(name)?.attitude };
         let [x, y, z, w] = quaternion.to_array();
         Some(if self.scalar_first { [w, x, y, z] } else { [x, y, z, w] })
     }

@@ -214,11 +214,8 @@ mod tests {
     #[test]
     fn a_call_has_the_measured_bytes() {
         let call = Hash::from([(String::new(), Value::Text("version".to_owned()))]);
-        let measured = [
-            &[0, 0, 0, 1, 0xFF, 0xFF, 0xFF, 0xFF, 0, 0, 0, 10, 0, 0, 0, 0, 14][..],
-            b"\0v\0e\0r\0s\0i\0o\0n",
-        ]
-        .concat();
+        let measured =
+            [&[0, 0, 0, 1, 0xFF, 0xFF, 0xFF, 0xFF, 0, 0, 0, 10, 0, 0, 0, 0, 14][..], b"\0v\0e\0r\0s\0i\0o\0n"].concat();
         assert_eq!(write(&call), measured);
         assert_eq!(measured.len(), 31);
     }

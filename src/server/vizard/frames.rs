@@ -63,10 +63,7 @@ mod tests {
     use super::*;
 
     fn place(position: [f64; 3], parameters: [f64; 3]) -> Place {
-        Place {
-            position: DVec3::from(position),
-            inertial_from_body: parent_from_child(DVec3::from(parameters)),
-        }
+        Place { position: DVec3::from(position), inertial_from_body: parent_from_child(DVec3::from(parameters)) }
     }
 
     /// Numbers that Basilisk 2.12.1 sent at 30 s of a run. The expected ones follow from its own messages and from the rotation that the script set.

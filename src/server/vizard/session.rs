@@ -23,6 +23,10 @@ use crate::server::picture::{Painter, depth_png};
 const MOST_CRAFT: usize = 8;
 /// Most different messages that a session tells.
 const MOST_SAID: usize = 100;
+/// Most bytes of a message that is kept, and of a name that a client gives.
+const LONGEST_NAME: usize = 1000;
+/// Most models that a script names.
+const MOST_MODELS: usize = 1000;
 /// The far plane of a picture of depth where the camera states none [m].
 const FAR: f64 = 100.0;
 /// Share by which the planet of the messages may differ in radius from that of the scene.
@@ -129,7 +133,7 @@ impl<'s> Session<'s, '_> {
 
     /// Tells a message once.
     fn tell(&mut self, message: &str) {
-        if self.said.len() < MOST_SAID && self.said.insert(message.to_owned()) {
+        if message.len() <= LONGEST_NAME && self.said.len() < MOST_SAID && self.said.insert(message.to_owned()) {
             self.server.log.tell(self.client, message);
         } else {
             self.log(&format!("! {message}"));
@@ -163,7 +167,9 @@ impl<'s> Session<'s, '_> {
         }
         for model in message.settings.iter().flat_map(|settings| &settings.models) {
             for body in &model.bodies {
-                run.models.insert(body.clone(), model.path.clone());
+                if run.models.len() < MOST_MODELS && body.len().max(model.path.len()) <= LONGEST_NAME {
+                    run.models.insert(body.clone(), model.path.clone());
+                }
             }
         }
         for craft in message.spacecraft.iter().filter(|craft| craft.parent.is_empty()) {
@@ -228,7 +234,11 @@ impl<'s> Session<'s, '_> {
         let Some(scene) = scene else {
             let asked = model.map_or_else(|| format!("'{name}'"), |model| format!("'{name}' with the model '{model}'"));
             let message = format!("{asked} is not drawn: the scenes here are {}", scenes.known());
-            if carries { self.log(&message) } else { self.tell(&message) }
+            if carries {
+                self.log(&message)
+            } else {
+                self.tell(&message)
+            }
             return None;
         };
         if run.craft.values().flatten().count() >= MOST_CRAFT {
@@ -274,7 +284,10 @@ impl<'s> Session<'s, '_> {
         }
         let painter = run.craft.values().flatten().next().map(|drawn| &drawn.painter);
         let (Some(image), Some(painter)) = (nearest(images), painter) else {
-            return Err(Refusal::because(format!("no craft has a scene; the scenes here are {}", self.server.scenes.known())));
+            return Err(Refusal::because(format!(
+                "no craft has a scene; the scenes here are {}",
+                self.server.scenes.known()
+            )));
         };
         let png = match camera.render_mode {
             0 => painter.png(&image),

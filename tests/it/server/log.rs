@@ -36,13 +36,16 @@ fn a_log_has_the_images_of_the_run() {
         let times: Vec<u64> = of(topic).iter().map(|message| message.time).collect();
         assert_eq!(times, steps.map(|step| (1_767_323_045 + 60 * step) * 1_000_000_000), "{topic}");
     }
-    for (step, (temperature, radiance)) in steps.iter().zip(of("/camera/temperature").iter().zip(of("/camera/radiance"))) {
+    for (step, (temperature, radiance)) in
+        steps.iter().zip(of("/camera/temperature").iter().zip(of("/camera/radiance")))
+    {
         let (frame, _) = read_exr(&folder.path(&format!("out/frames/step_{step:06}.exr"))).expect("a frame");
         let pixels = frame.part.len();
         let counts = temperature.data[temperature.data.len() - 2 * pixels..].as_chunks::<2>().0;
-        let worst = counts.iter().zip(&frame.temperature).map(|(count, kelvin)| {
-            (0.01 * f64::from(u16::from_le_bytes(*count)) - f64::from(*kelvin)).abs()
-        });
+        let worst = counts
+            .iter()
+            .zip(&frame.temperature)
+            .map(|(count, kelvin)| (0.01 * f64::from(u16::from_le_bytes(*count)) - f64::from(*kelvin)).abs());
         assert!(worst.fold(0.0, f64::max) < 0.00501);
         let floats = radiance.data[radiance.data.len() - 4 * pixels..].as_chunks::<4>().0;
         assert!(floats.iter().zip(&frame.radiance).all(|(bytes, radiance)| f32::from_le_bytes(*bytes) == *radiance));

@@ -134,7 +134,8 @@ fn pixels_are_those_of_the_library() {
         client.done("createMesh", &mesh);
         client.done("setImageSize", &[("width", Value::Int(64)), ("height", Value::Int(48))]);
         let fov_y = 2.0 * (0.75 * (0.5f64 * 40f64.to_radians()).tan()).atan();
-        client.done("setCameraFOVRad", &[("fov_x", Value::Double(40f64.to_radians())), ("fov_y", Value::Double(fov_y))]);
+        client
+            .done("setCameraFOVRad", &[("fov_x", Value::Double(40f64.to_radians())), ("fov_y", Value::Double(fov_y))]);
         for time in [0.0, 300.0] {
             if time > 0.0 {
                 let (answer, _) = client.ask("runLUACode", &[("code", text("isotherm.step_to(300)"))]);
@@ -152,7 +153,10 @@ fn pixels_are_those_of_the_library() {
                 let put = |client: &mut Client, name: &str, position: DVec3, attitude: DQuat| {
                     let position = [("object_name", text(name)), ("pos", Value::list(position.to_array()))];
                     client.done("setObjectPosition", &position);
-                    client.done("setObjectAttitude", &[("object_name", text(name)), ("attitude", scalar_first(attitude))]);
+                    client.done(
+                        "setObjectAttitude",
+                        &[("object_name", text(name)), ("attitude", scalar_first(attitude))],
+                    );
                 };
                 put(&mut client, "target", place, of_craft);
                 put(&mut client, "camera", place + of_craft * position, of_craft * frame_from_camera);
@@ -163,7 +167,11 @@ fn pixels_are_those_of_the_library() {
                 camera.lens.centre = [32.0, 24.0];
                 let image = own.image(&camera, &pose).expect("an image");
                 let (answer, messages) = client.ask("getImageGray32F", &[]);
-                assert_eq!((answer.get("w"), answer.get("h")), (Some(&Value::Int(64)), Some(&Value::Int(48))), "{messages}");
+                assert_eq!(
+                    (answer.get("w"), answer.get("h")),
+                    (Some(&Value::Int(64)), Some(&Value::Int(48))),
+                    "{messages}"
+                );
                 let radiance: Vec<f32> = rows::<4>(&answer, "image_data").into_iter().map(f32::from_le_bytes).collect();
                 let (answer, _) = client.ask("getDepthMap", &[]);
                 let depth: Vec<f64> = rows::<8>(&answer, "depth_data").into_iter().map(f64::from_le_bytes).collect();
@@ -185,7 +193,11 @@ fn pixels_are_those_of_the_library() {
         for (name, values, expected) in [
             ("getNormalMap", vec![], "[error] getNormalMap: isotherm does not do this"),
             ("setPSFSigma", vec![("sigma", Value::Double(1.0))], "[warning] setPSFSigma"),
-            ("createMesh", vec![("object_name", text("x")), ("model_name", text("/etc/passwd"))], "the scenes here are craft"),
+            (
+                "createMesh",
+                vec![("object_name", text("x")), ("model_name", text("/etc/passwd"))],
+                "the scenes here are craft",
+            ),
             ("setImageSize", vec![("width", Value::Int(-1))], "[error] setImageSize: 'width'"),
             ("runLUACode", vec![("code", text("os.exit()"))], "no Lua"),
             ("shutdownEverything", vec![], "[error]"),

@@ -56,10 +56,8 @@ impl Run {
         let camera_from_seen = DMat3::from_quat(body_from_camera()).transpose();
         let camera_from_chaser = camera_from_seen * DMat3::from_quat(attitude.conjugate() * chaser);
         let of_chaser = position + attitude * SEEN_FROM - chaser * MOUNTED;
-        let bodies = [
-            body("earth", self.origin, 1e-9 * self.mu, 6371.0),
-            body("sun", self.origin + sun, 1.327e11, 695_000.0),
-        ];
+        let bodies =
+            [body("earth", self.origin, 1e-9 * self.mu, 6371.0), body("sun", self.origin + sun, 1.327e11, 695_000.0)];
         let all = [
             craft("target", self.origin + position, velocity, attitude * turned),
             craft("chaser", self.origin + of_chaser, velocity, chaser),
@@ -152,7 +150,8 @@ fn images_of_a_run_are_those_in_process() {
                 temperatures.push(found.iter().fold(0.0f32, |most, one| most.max(*one)));
                 // Depth of the same view.
                 let depth = depths(&client.image(7), 40.0);
-                let error = depth.iter().zip(&expected.depth).filter(|(found, expected)| **found < 40.0 && **expected > 0.0);
+                let error =
+                    depth.iter().zip(&expected.depth).filter(|(found, expected)| **found < 40.0 && **expected > 0.0);
                 let error = error.map(|(found, expected)| (found - f64::from(*expected)).abs()).fold(0.0, f64::max);
                 assert!(error < 1e-4, "{error} m");
                 assert_eq!(client.ask(&[b"PING"]).expect("an answer"), [b"PONG"]);
@@ -192,8 +191,14 @@ fn what_a_server_does_not_know_has_no_image() {
         let mut client = Requester::open(address).expect("a connection");
         assert_eq!(client.image(0), b"", "no state has come");
         let (position, velocity, attitude, _) = run.state(1.0);
-        let camera =
-            Camera { id: 0, size: SIZE, fov_deg: FOV, position: MOUNTED, camera_from_body: DMat3::IDENTITY, depth: None };
+        let camera = Camera {
+            id: 0,
+            size: SIZE,
+            fov_deg: FOV,
+            position: MOUNTED,
+            camera_from_body: DMat3::IDENTITY,
+            depth: None,
+        };
         let earth = body("earth", DVec3::ZERO, 398_600.0, 6371.0);
         let at = |name: &str, position| craft(name, position, velocity, attitude);
         let chaser = at("chaser", position + attitude * DVec3::new(0.0, 0.0, -20.0));
