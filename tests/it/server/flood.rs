@@ -1,7 +1,7 @@
 //! Random and mutated messages on loopback: no panic, no hang, and memory stays.
 
 use std::io::{ErrorKind, Read, Write};
-use std::net::{SocketAddr, TcpStream};
+use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
 
 use glam::{DMat3, DQuat, DVec3};
@@ -14,6 +14,7 @@ use isotherm::server::{surrender, vizard};
 use super::protobuf::{Camera, Fields, body, craft, message};
 use super::zmtp::{Requester, opening, request};
 use super::{server, serving};
+use crate::craft::{Folder, SCENE};
 use crate::random::Random;
 
 /// Longest time of a flood.
@@ -128,13 +129,31 @@ fn flood(address: SocketAddr, good: &[Vec<u8>], first: Option<&[u8]>, count: u32
                 _ => {}
             }
         }
+        // The server ends the connection when we do, however much it has yet to answer.
+        let _ = stream.shutdown(Shutdown::Write);
+        stream.set_read_timeout(Some(Duration::from_secs(60))).expect("a setting");
+        loop {
+            match stream.read(&mut answers) {
+                Ok(0) => break,
+                Err(error) if error.kind() == ErrorKind::ConnectionReset => break,
+                Err(error) => panic!("the server hangs: {error}"),
+                Ok(_) => {}
+            }
+        }
     }
     assert!(sent >= count, "{sent} of {count} messages in {:?}", began.elapsed());
 }
 
 /// The server under a flood, and whether it then serves as before.
-fn endures(talk: Talk, good: &[Vec<u8>], first: Option<&[u8]>, count: u32, is_alive: impl Fn(SocketAddr)) {
-    let served = server(None, Target::Reference, Kind::Apparent);
+fn endures(
+    talk: Talk,
+    scene: Option<&Folder>,
+    (good, first): (&[Vec<u8>], Option<&[u8]>),
+    count: u32,
+    is_alive: impl Fn(SocketAddr),
+) {
+    let scene = scene.map(|folder| folder.path("scene.toml"));
+    let served = server(scene.as_deref(), Target::Reference, Kind::Apparent);
     serving(&served, talk, |address| {
         flood(address, good, first, count / 10);
         is_alive(address);
@@ -147,8 +166,8 @@ fn endures(talk: Talk, good: &[Vec<u8>], first: Option<&[u8]>, count: u32, is_al
     });
 }
 
-fn vizard_endures(count: u32) {
-    endures(vizard::talk, &vizard_messages(), Some(&opening()), count, |address| {
+fn vizard_endures(scene: Option<&Folder>, count: u32) {
+    endures(vizard::talk, scene, (&vizard_messages(), Some(&opening())), count, |address| {
         // All connections may be in use by clients that the server has yet to give up.
         let alive = (0..100).any(|_| {
             std::thread::sleep(Duration::from_millis(50));
@@ -158,8 +177,8 @@ fn vizard_endures(count: u32) {
     });
 }
 
-fn surrender_endures(count: u32) {
-    endures(surrender::talk, &surrender_messages(), None, count, |address| {
+fn surrender_endures(scene: Option<&Folder>, count: u32) {
+    endures(surrender::talk, scene, (&surrender_messages(), None), count, |address| {
         let alive = (0..100).any(|_| {
             std::thread::sleep(Duration::from_millis(50));
             let mut stream = TcpStream::connect(address).expect("the server accepts");
@@ -173,24 +192,26 @@ fn surrender_endures(count: u32) {
 
 #[test]
 fn vizard_endures_malformed_messages() {
-    vizard_endures(3000);
+    vizard_endures(None, 3000);
+    vizard_endures(Some(&Folder::new(SCENE)), 300);
 }
 
 #[test]
 fn surrender_endures_malformed_messages() {
-    surrender_endures(3000);
+    surrender_endures(None, 3000);
+    surrender_endures(Some(&Folder::new(SCENE)), 300);
 }
 
 #[test]
 #[ignore = "a hundred thousand messages: tools/test --all"]
 fn vizard_endures_a_flood() {
-    vizard_endures(100_000);
+    vizard_endures(None, 100_000);
 }
 
 #[test]
 #[ignore = "a hundred thousand messages: tools/test --all"]
 fn surrender_endures_a_flood() {
-    surrender_endures(100_000);
+    surrender_endures(None, 100_000);
 }
 
 /// One client's malformed bytes leave the session of another as it is.

@@ -209,10 +209,12 @@ fn what_a_server_does_not_know_has_no_image() {
         };
         // A craft of another name; no planet; the planet's centre; a field of view of nothing.
         let camera_fields = [camera.fields()];
+        let epoch = Fields::default().int(1, 2019).int(2, 1).int(3, 1);
         let cases = [
             message(1, 1.0, std::slice::from_ref(&earth), &[at("other", position), chaser.clone()], &camera_fields),
             message(1, 1.0, &[], &good, &camera_fields),
-            message(1, 1.0, std::slice::from_ref(&earth), &[at("craft", DVec3::ZERO), chaser], &camera_fields),
+            message(1, 1.0, std::slice::from_ref(&earth), &[at("craft", DVec3::ZERO), chaser], &camera_fields)
+                .message(8, &epoch),
             message(1, 1.0, std::slice::from_ref(&earth), &good, &[Camera { fov_deg: 0.0, ..camera }.fields()]),
             // Neither a Sun nor a date.
             message(1, 1.0, std::slice::from_ref(&earth), &good, &camera_fields),
@@ -221,7 +223,6 @@ fn what_a_server_does_not_know_has_no_image() {
             assert_eq!(ends(&mut client, case), 0, "case {number}");
         }
         // With a date the Sun is that of the date, also where all bodies are at the origin.
-        let epoch = Fields::default().int(1, 2019).int(2, 1).int(3, 1);
         let sun = body("sun", DVec3::ZERO, 1.327e11, 695_000.0);
         for bodies in [vec![earth.clone()], vec![earth.clone(), sun]] {
             assert!(ends(&mut client, message(1, 1.0, &bodies, &good, &camera_fields).message(8, &epoch)) > 100);
