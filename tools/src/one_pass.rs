@@ -118,16 +118,26 @@ fn row(context: &Arc<Context>, scene: &Scene, edge: f64, steps: u32, tolerance: 
     }
     let mut errors = Errors { bins: vec![0; BINS], squares: 0.0, count: 0, most: (0.0, 0, 0) };
     let step = scene.time.step;
+    let mut walls = vec![Vec::new(); 3];
     for number in 0..steps {
         let (from, to) = (f64::from(number) * step, f64::from(number + 1) * step);
         let mut found = Vec::new();
         for (engine, prepared) in engines.iter_mut().zip([&one_pass, &accurate, &transition]) {
             let load = prepared.loads.step_load(from, to);
+            let began = Instant::now();
             engine.submit(Some(Step { load: &load, steps: 1.0, start: from, length: step }), Order::default())?;
             engine.deliver()?;
+            walls[found.len()].push(began.elapsed().as_secs_f64() * 1e3);
             found.push(engine.network_temperatures()?.unwrap_or_default());
         }
         errors.take(&found[0], &found[1], number);
+    }
+    for (name, wall) in ["one pass", "sub-steps", "transition"].iter().zip(&walls) {
+        eprintln!(
+            "whole step of {name}, by the host's clock: least tenth {:.3} ms, median {:.3} ms",
+            least(wall, 10),
+            least(wall, 2)
+        );
     }
     let count = one_pass.nodes.count as f64;
     let told = engines[0].renderer.network_estimate()?.map(|(told, _)| told).unwrap_or_default();
