@@ -235,9 +235,9 @@ impl<'s> Session<'s, '_> {
             let asked = model.map_or_else(|| format!("'{name}'"), |model| format!("'{name}' with the model '{model}'"));
             let message = format!("{asked} is not drawn: the scenes here are {}", scenes.known());
             if carries {
-                self.log(&message)
+                self.log(&message);
             } else {
-                self.tell(&message)
+                self.tell(&message);
             }
             return None;
         };
