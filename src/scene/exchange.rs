@@ -8,7 +8,7 @@ use crate::exchange::step::Settings;
 /// Default number of rays of a patch.
 const RAYS: u32 = 256;
 /// Default angle after which what moves is found anew [deg].
-const REDRAW_ANGLE_DEG: f64 = 1.0;
+const REDRAW_ANGLE_DEG: f64 = 15.0;
 /// Most reflections that a scene can state.
 const MOST_BOUNCES: u32 = 1000;
 
