@@ -31,13 +31,16 @@ void main() {
     float ratio = 1.0 / steps[0].nadir.w;
     // Rays to the planet, the open ones, and the same weighted with the sunlight on the ground.
     vec4 sums = vec4(0.0);
+    float free = 0.0;
     uint first = own * pass.rays;
     for (uint k = 0u; k < pass.rays; k++) {
         uint word = sky[first + k];
         float light = light_on_ground(ray_direction(word), nadir, sun, ratio);
         float meets = light < 0.0 ? 0.0 : 1.0;
         float open = float(word >> 31u);
+        free += open;
         sums += meets * vec4(1.0, open, light, open * light);
     }
-    seen[own] = vec2(sums.x > 0.0 ? sums.y / sums.x : 1.0, sums.z > 0.0 ? sums.w / sums.z : 1.0);
+    free /= float(pass.rays);
+    seen[own] = vec2(sums.x > 0.0 ? sums.y / sums.x : free, sums.z > 0.0 ? sums.w / sums.z : free);
 }

@@ -8,6 +8,7 @@
 
 pub mod between;
 pub mod cast;
+pub mod defects;
 pub mod directions;
 pub mod errors;
 pub mod factors;

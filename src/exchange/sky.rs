@@ -72,9 +72,10 @@ impl PlanetView {
         })
     }
 
-    /// The shares that a patch with these rays sees. Without a ray to the planet, or to its lit part, nothing is hidden.
+    /// The shares that a patch with these rays sees. Without a ray to the planet, or to its lit part, the share is that of all rays that are open.
     pub fn seen(&self, rays: &[u32]) -> Seen {
         let (mut all, mut open, mut lit, mut open_lit) = (0.0, 0.0, 0.0, 0.0);
+        let free = rays.iter().filter(|word| **word & OPEN != 0).count() as f64 / rays.len().max(1) as f64;
         for word in rays {
             if let Some(light) = self.lit(direction_of(*word)) {
                 let is_open = if word & OPEN == 0 { 0.0 } else { 1.0 };
@@ -84,7 +85,7 @@ impl PlanetView {
                 open_lit += is_open * light;
             }
         }
-        let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 1.0 };
+        let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { free };
         Seen { planet_ir: share(open, all), albedo: share(open_lit, lit) }
     }
 }

@@ -44,6 +44,8 @@ pub struct ExchangeTables {
     pub joints: usize,
     /// Share of space in the view of each patch.
     pub open: Vec<f32>,
+    /// Share of all light that meets inner faces, and number and area [m2] of the patches inside other parts.
+    pub inside: (f64, (usize, f64)),
     /// Room for entries, of which a craft with joints may need more later.
     pub room: usize,
 }
@@ -101,6 +103,7 @@ impl ExchangeTables {
             sky_rays: exchange.sky_rays() as u32,
             order,
             open: (0..exchange.patches.len()).map(|patch| exchange.factors.to_space(patch) as f32).collect(),
+            inside: (exchange.factors.inside_share(), exchange.factors.buried()),
             joints: exchange.patches.iter().map(|patch| patch.joint as usize + 1).max().unwrap_or(1),
         }
     }

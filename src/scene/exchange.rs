@@ -35,8 +35,7 @@ pub(super) fn read(
         Err(_) => section.whole("bounces", 0..=MOST_BOUNCES)?,
     };
     assumptions.push(
-        "[exchange]: patches are uniform and reflect diffusely. What arrives from other patches follows from the temperatures at the start of a step. No check \
-         runs beside the device."
+        "[exchange]: patches are uniform and reflect diffusely. What arrives from other patches follows from the temperatures at the start of a step."
             .to_owned(),
     );
     if !has_shadows {

@@ -428,16 +428,16 @@ impl Engine for DeviceEngine {
         self.exchange.as_ref().and_then(DeviceExchange::poses)
     }
 
+    fn exchange_description(&self) -> Vec<(String, String)> {
+        self.exchange.as_ref().map(DeviceExchange::description).unwrap_or_default()
+    }
+
     fn network_description(&mut self) -> Vec<(String, String)> {
         // A device that is lost by now leaves the estimate out.
         let told = self.renderer.network_estimate().ok().flatten();
-        let mut description = Vec::new();
-        if let Some(network) = &mut self.network {
-            network.take_estimate(told);
-            description = network.description();
-        }
-        description.extend(self.exchange.iter().flat_map(DeviceExchange::description));
-        description
+        let Some(network) = &mut self.network else { return Vec::new() };
+        network.take_estimate(told);
+        network.description()
     }
 
     fn set_network_temperatures(&mut self, temperatures: &[f64]) -> Result<(), EngineError> {

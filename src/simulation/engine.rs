@@ -246,6 +246,11 @@ pub trait Engine: Send {
         None
     }
 
+    /// What was found of radiation between surfaces, in words. Empty without it.
+    fn exchange_description(&self) -> Vec<(String, String)> {
+        Vec::new()
+    }
+
     /// How the network was integrated, in words. Empty without a network.
     fn network_description(&mut self) -> Vec<(String, String)> {
         self.network().map(NetworkRun::description).unwrap_or_default()

@@ -9,6 +9,7 @@ use super::exchange_poses::{Posed, Task};
 use super::network::SceneNetwork;
 use crate::environment::StepLoad;
 use crate::exchange::cast::Scenery;
+use crate::exchange::defects::Defects;
 use crate::exchange::patches::{Patches, Surface};
 use crate::exchange::sky::Renewal;
 use crate::exchange::step::{Exchange, Light, MOST_PATCHES, Settings};
@@ -32,6 +33,8 @@ pub struct Craft {
     pub surface: Surface,
     /// The patches.
     pub patches: Patches,
+    /// What is wrong with the surface.
+    pub defects: Defects,
     /// How rays and reflections are found.
     pub settings: Settings,
 }
@@ -76,7 +79,7 @@ impl Craft {
                 settings.rays
             ));
         }
-        Ok(Self { surface, patches, settings })
+        Ok(Self { defects: Defects::of(&surface, materials), surface, patches, settings })
     }
 
     /// Steps over which the work for new poses of the joints is spread.
@@ -208,6 +211,16 @@ impl ExchangeTwin {
     }
 }
 
+/// Light that meets inner faces, in words: its share, and the number and area [m2] of patches inside other parts.
+pub fn inside(share: f64, (count, area): (usize, f64)) -> String {
+    let buried = if count == 0 {
+        String::new()
+    } else {
+        format!("; {count} patches of {area:.2} m2 lie inside other parts and exchange nothing")
+    };
+    format!("{:.2} %{buried}", 100.0 * share)
+}
+
 /// What was found of a craft, in words.
 pub fn describe(craft: &Craft, exchange: &Exchange) -> Vec<(String, String)> {
     let correction = exchange.factors.correction;
@@ -227,7 +240,10 @@ pub fn describe(craft: &Craft, exchange: &Exchange) -> Vec<(String, String)> {
             format!("{:.1e} (rms), at most {:.1e}", correction.rms, correction.largest),
         ),
         ("light of a patch that was left out".to_owned(), format!("at most {returned:.1e}")),
-        ("rays to the inner face of a skin".to_owned(), format!("{:.2} %", 100.0 * exchange.factors.inside)),
+        (
+            "light that meets the inner face of a skin".to_owned(),
+            inside(exchange.factors.inside_share(), exchange.factors.buried()),
+        ),
     ];
     if correction.unclosed > 1e-9 {
         told.push(("rows that do not close".to_owned(), format!("at most {:.1e} of their area", correction.unclosed)));

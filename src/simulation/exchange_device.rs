@@ -5,7 +5,7 @@ use std::thread::JoinHandle;
 
 use glam::DAffine3;
 
-use super::exchange::Craft;
+use super::exchange::{Craft, inside};
 use super::exchange_poses::{Posed, Task};
 use crate::exchange::cast::Scenery;
 use crate::exchange::step::Exchange;
@@ -94,16 +94,24 @@ impl DeviceExchange {
         Ok(turned)
     }
 
-    /// What to tell of rays that follow joints. Empty where nothing moved.
+    /// What was found, and how rays followed joints.
     pub fn description(&self) -> Vec<(String, String)> {
+        let of_tables = |tables: &ExchangeTables| {
+            let per_patch = 4.0 * tables.entries.len() as f64 / tables.order.len().max(1) as f64;
+            [
+                ("entries of a patch, infrared and sunlight".to_owned(), format!("{per_patch:.0}")),
+                ("light that meets the inner face of a skin".to_owned(), inside(tables.inside.0, tables.inside.1)),
+            ]
+        };
+        let mut told: Vec<_> = self.tables().map(of_tables).into_iter().flatten().collect();
         if self.posed.stalest <= 1e-9 {
-            return Vec::new();
+            return told;
         }
         let Changes { times, rms, largest } = self.changes;
-        let mut told = vec![(
+        told.push((
             "turn of a joint since its rays were cast".to_owned(),
             format!("at most {:.2} deg", self.posed.stalest.to_degrees()),
-        )];
+        ));
         if times > 0 {
             told.push((
                 "change of the open sky of a patch where rays were cast anew".to_owned(),

@@ -1,5 +1,6 @@
 //! Radiation between surfaces: view factors with known answers, exchange with closed forms, and the device against its f64 twin.
 
+mod defects;
 mod device;
 mod shapes;
 mod step;
