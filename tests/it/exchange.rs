@@ -2,6 +2,7 @@
 
 mod defects;
 mod device;
+mod joints;
 mod shapes;
 mod step;
 mod view_factors;
