@@ -49,23 +49,30 @@ impl<'a> Recorder<'a> {
         Self { slot, triangles, occluders, ..self }
     }
 
-    /// Records a list. With `timing`, each pass gets a debug label and timestamps.
+    /// Records a list. With `timing`, each pass gets a debug label, and passes between barriers a time.
     pub fn record(&mut self, list: &Frame, mut timing: Option<&mut Timing>) {
         for entry in &list.entries {
             match entry {
-                Entry::Barriers(barriers) => self.barriers(barriers),
+                Entry::Barriers(barriers) => {
+                    if let Some(timing) = &mut timing {
+                        timing.end_group(self.commands);
+                    }
+                    self.barriers(barriers);
+                }
                 Entry::Pass(pass) => {
                     if let Some(timing) = &mut timing {
                         self.context.begin_label(self.commands, &pass.name);
                         timing.begin_pass(self.commands, &pass.name);
                     }
                     self.pass(pass);
-                    if let Some(timing) = &mut timing {
-                        timing.end_pass(self.commands);
+                    if timing.is_some() {
                         self.context.end_label(self.commands);
                     }
                 }
             }
+        }
+        if let Some(timing) = timing {
+            timing.end_group(self.commands);
         }
     }
 
