@@ -202,7 +202,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let sample = match &earlier {
         Some(earlier) => earlier.check()?,
-        None => with_check.then(|| arguments.check.flatten().map_or(SAMPLE, |nodes| nodes as usize)),
+        // The reference would read the same file.
+        None => (with_check && prepared.given.is_none())
+            .then(|| arguments.check.flatten().map_or(SAMPLE, |nodes| nodes as usize)),
     };
     let command_line = match &earlier {
         Some(earlier) => earlier.command_line()?,
@@ -303,7 +305,9 @@ fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome, wall_s: f6
     // A dispatch of many steps is not a single step.
     let step_ms =
         mean(&|name| name.starts_with("thermal_step.") || name.starts_with("one_pass."), steps - engine.fused_steps())
-            .map(|ms| network_ms.map_or(network_wall_ms.unwrap_or(ms), |network| ms + network));
+            .map(|ms| network_ms.map_or(network_wall_ms.unwrap_or(ms), |network| ms + network))
+            // Temperatures of a file take no thermal step.
+            .filter(|_| prepared.given.is_none());
     let of_image = |name: &str| {
         ["cull", "radiance", "read radiance", "read identity", COPIED, READ].contains(&name)
             || name.starts_with("sensor_")

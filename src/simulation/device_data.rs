@@ -127,7 +127,7 @@ pub fn device_material(material: &Material, shapes: &Shapes) -> layout::Material
     match &material.response {
         Response::Transition(transition) => device.set_transition(transition, shapes),
         Response::Radiative(plate) => device.set_plate(plate, emissivity_sum(material)),
-        Response::Instant | Response::Network => {}
+        Response::Instant | Response::Network | Response::Given => {}
     }
     device
 }

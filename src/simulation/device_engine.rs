@@ -10,6 +10,7 @@ use super::distant::{Distance, told};
 use super::energy::absorbed_heat;
 use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
 use super::exchange_device::DeviceExchange;
+use super::given::Given;
 use super::network::NetworkRun;
 use super::pose::draws_alike;
 use super::prepare::Prepared;
@@ -58,6 +59,8 @@ pub struct DeviceEngine {
     exchange: Option<DeviceExchange>,
     /// Runs of nodes whose absorbed heat is summed.
     heat: Option<HeatTables>,
+    /// Temperatures of a file.
+    given: Option<Arc<Given>>,
     /// Nodes with a structure below them.
     structures: Vec<usize>,
     steps: u64,
@@ -95,6 +98,7 @@ impl DeviceEngine {
             network: network.transpose()?,
             exchange,
             heat: device.heat.clone(),
+            given: prepared.given.clone(),
             structures: prepared.structures(),
             renderer,
             flying: VecDeque::new(),
@@ -134,6 +138,19 @@ impl DeviceEngine {
         put(&mut self.renderer, network, &mut values)?;
         network.step_ends();
         Ok(heat)
+    }
+
+    /// Writes the temperatures of a file at a time [s], and before them keeps those before the step where the order says so.
+    fn take_given(&mut self, given: &Given, time: f64, keep: bool) -> Result<(), EngineError> {
+        let fourth = self.fourth();
+        while let Some(flying) = self.flying.pop_front() {
+            self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), fourth)?);
+        }
+        if keep {
+            self.renderer.keep_temperatures()?;
+        }
+        let temperatures: Vec<f32> = given.at(time).iter().map(|kelvin| *kelvin as f32).collect();
+        Ok(self.renderer.set_temperatures(&temperatures)?)
     }
 
     /// Leaves the network to sub-steps if its frames do not keep the tolerance, before a step from `start` [s].
@@ -236,6 +253,9 @@ impl Engine for DeviceEngine {
 
     fn settle(&mut self, load: &StepLoad, time: f64) -> Result<(), EngineError> {
         self.renderer.settle(load)?;
+        if let Some(given) = self.given.clone() {
+            return self.take_given(&given, time, false);
+        }
         let Some(network) = &mut self.network else { return Ok(()) };
         let mut values = self.renderer.absorbed(load, false)?;
         network.settle(network.scene().heat(|slot| f64::from(values[slot])), time)?;
@@ -277,6 +297,12 @@ impl Engine for DeviceEngine {
             (Some(step), Some(_)) => {
                 heat = self.step_network(step, &order)?;
                 keep = false;
+            }
+            (Some(step), None) => {
+                if let Some(given) = self.given.clone() {
+                    self.take_given(&given, step.start + step.length, order.keep)?;
+                    keep = false;
+                }
             }
             _ => {}
         }
@@ -327,7 +353,7 @@ impl Engine for DeviceEngine {
     }
 
     fn forward(&mut self, passing: &[Step<'_>]) -> Result<(), EngineError> {
-        if self.network.is_some() || self.exchange.is_some() {
+        if self.network.is_some() || self.exchange.is_some() || self.given.is_some() {
             return self.pass_singly(passing);
         }
         let _submits = self.trace.span(Track::Host, "submit");

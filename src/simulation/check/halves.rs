@@ -211,7 +211,7 @@ impl Halves {
 /// Whether the temperature of a node depends on its past.
 fn has_memory(material: &Material) -> bool {
     match &material.response {
-        Response::Instant | Response::Network => false,
+        Response::Instant | Response::Network | Response::Given => false,
         Response::Radiative(plate) => plate.capacity > 0.0 || plate.over.is_some(),
         Response::Transition(transition) => {
             [&transition.heating, &transition.cooling].iter().all(|profile| profile.t_max_steps > 0.0)
