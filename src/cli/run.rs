@@ -419,6 +419,9 @@ fn report(
     let missed = outcome.periodic.and_then(|periodic| periodic.warning(""));
     let off = outcome.accuracy.as_ref().and_then(|accuracy| accuracy.warning(prepared));
     let network = network_section(prepared, engine);
+    let entries = engine.exchange_description();
+    let exchange = (!entries.is_empty())
+        .then(|| SettingGroup { title: "Radiation between surfaces, as found".to_owned(), entries });
     let said = |name: &str| network.iter().flat_map(|group| &group.entries).find(|(entry, _)| entry == name);
     if let Some((name, value)) = said(ESTIMATED) {
         say!("network in one pass: {name} {value}");
@@ -447,7 +450,7 @@ fn report(
             nodes_by_response,
         },
         passes: pass_times(engine),
-        settings: settings::groups(prepared).into_iter().chain(network).chain([forecast]).collect(),
+        settings: settings::groups(prepared).into_iter().chain(network).chain(exchange).chain([forecast]).collect(),
         assumptions: prepared.scene.assumptions.clone(),
         warnings,
         switched_off: prepared.switched_off(),

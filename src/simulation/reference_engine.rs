@@ -434,6 +434,10 @@ impl Engine for ReferenceEngine {
         Ok(())
     }
 
+    fn exchange_poses(&self) -> Option<&[DAffine3]> {
+        self.exchange.as_ref().and_then(ExchangeTwin::poses)
+    }
+
     fn structures(&mut self) -> Result<Vec<f64>, EngineError> {
         Ok(self.reference.structures().flatten().collect())
     }

@@ -81,6 +81,11 @@ impl<F: IncidentFlux> Reference<F> {
         self.received = received;
     }
 
+    /// What the faces of each node receive from the craft. Empty where surfaces do not see each other.
+    pub fn received(&self) -> &[[Received; 2]] {
+        &self.received
+    }
+
     /// Share of the Sun that each node sees.
     pub fn visibility(&self) -> &[f64] {
         &self.visibility

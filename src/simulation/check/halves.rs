@@ -118,8 +118,10 @@ impl Halves {
         [start, length]: [f64; 2],
     ) {
         self.reference.shade(whole.visibility().to_vec());
+        self.reference.receive(whole.received().to_vec());
         if let (Some(own), Some(network)) = (&mut self.network, network) {
             own.loads.shade(network.visibility().to_vec());
+            own.loads.receive(network.received().to_vec());
         }
         let half = 0.5 * length;
         for from in [start, start + half] {
