@@ -29,7 +29,7 @@ use crate::output::report::{
 use crate::output::state_file::encode;
 use crate::output::step_cost::step_cost;
 use crate::output::tables::{JOINTS, SERIES};
-use crate::output::{report_html, settings, video};
+use crate::output::{mcap, report_html, settings, video};
 use crate::scene::{Draw, Scene};
 use crate::simulation::check::SAMPLE;
 use crate::simulation::device_data::DeviceData;
@@ -48,7 +48,8 @@ isotherm run models/station.toml -o out/checked --check=5000\n  \
 isotherm run models/station.toml -o out/traced --trace out/traced.json\n  \
 isotherm run --resume out/station\n  \
 isotherm run models/station.toml -o out/warm --save-state out/warm.state --save-state-at 0\n  \
-isotherm run models/station.toml -o out/again --from-state out/warm.state")]
+isotherm run models/station.toml -o out/again --from-state out/warm.state\n  \
+isotherm run models/station.toml -o out/robot --mcap out/robot.mcap")]
 pub struct Arguments {
     /// Scene file (TOML, described in docs/scene.md)
     #[arg(required_unless_present = "resume")]
@@ -82,6 +83,9 @@ pub struct Arguments {
     /// Begin time 0 with a state of --save-state, instead of a warm-up. It is refused where model, materials or the order of the nodes differ
     #[arg(long, value_name = "FILE", conflicts_with = "resume")]
     from_state: Option<PathBuf>,
+    /// Write the images also as a log for robotics: ROS 2 messages in MCAP (docs/serve.md), or - for standard output
+    #[arg(long, value_name = "FILE.mcap")]
+    mcap: Option<PathBuf>,
     #[command(flatten)]
     reach: ReachArguments,
     #[command(flatten)]
@@ -153,7 +157,8 @@ pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Target) {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let began = Instant::now();
-    let [timeline, of_state] = destinations([arguments.trace.as_deref(), arguments.save_state.as_deref()])?;
+    let [timeline, of_state, log] =
+        destinations([arguments.trace.as_deref(), arguments.save_state.as_deref(), arguments.mcap.as_deref()])?;
     let trace = if timeline.is_some() { Trace::recording() } else { Trace::default() };
     let earlier = match &arguments.resume {
         None => None,
@@ -184,7 +189,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(folder) = &fresh {
         folder.keep_inputs(&prepared.scene.files)?;
     }
-    for path in [&arguments.trace, &arguments.save_state].into_iter().flatten() {
+    for path in [&arguments.trace, &arguments.save_state, &arguments.mcap].into_iter().flatten() {
         keep_inputs(path, prepared.scene.files.iter().chain(&arguments.from_state))?;
     }
     let at = thermal_state::step_of_state(arguments.save_state_at, &prepared.scene.time)?;
@@ -260,6 +265,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let outcome = outcome?;
     if let (Some(destination), Some(state)) = (&of_state, &outcome.state) {
         destination.write_bytes(&encode(state))?;
+    }
+    if let Some(log) = &log {
+        let span = trace.span(Track::Host, "MCAP");
+        log.write(|writer| mcap::write(writer, &folder, &outcome.frames, prepared.scene.time.start))?;
+        drop(span);
     }
     if begin.is_some() && sample.is_some() && outcome.accuracy.is_none() {
         say!(

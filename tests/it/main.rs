@@ -51,6 +51,7 @@ mod rooms;
 mod run;
 mod scene;
 mod sensor;
+mod server;
 mod shaders;
 mod shadows;
 mod step_length;
