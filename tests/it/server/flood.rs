@@ -105,7 +105,7 @@ fn flood(address: SocketAddr, good: &[Vec<u8>], first: Option<&[u8]>, count: u32
     while sent < count && began.elapsed() < LONGEST {
         let mut stream = TcpStream::connect(address).expect("the server accepts");
         stream.set_nodelay(true).expect("a setting");
-        if let Some(first) = first.filter(|_| random.bits() % 8 != 0) {
+        if let Some(first) = first.filter(|_| !random.bits().is_multiple_of(8)) {
             stream.write_all(first).expect("it takes the opening");
         }
         for _ in 0..1 + random.bits() % 32 {
