@@ -1,7 +1,8 @@
 #version 450
 // Band radiance of a pixel: emissivity of the visible face times blackbody radiance at the interpolated temperature.
 // With REFLECTIONS the face also reflects the planet, deep space and the Sun. With TABLES its emissivity depends on angle
-// and temperature. With MAP the planet is not uniform. With TRACED it reflects the craft itself. With APART the alpha channel is the reflected part.
+// and temperature. With MAP the planet is not uniform. With TRACED it tells traced.comp
+// what it shows. With APART the alpha channel is the reflected part.
 
 #include "types.glsl"
 #include "planck.glsl"
@@ -31,9 +32,6 @@ layout(location = 2) in vec3 normal;
 #else
 layout(set = 0, binding = 7) readonly buffer MaterialBlock { Material materials[]; };
 #endif
-#ifdef TRACED
-#include "traced.glsl"
-#endif
 
 #ifdef MULTIPLE
 // At every sample, because the centre of the texel may lie outside the triangle. naga ignores `sample` without `smooth`.
@@ -55,9 +53,17 @@ layout(location = 1) flat in uvec3 first_corner;
 #ifdef MEAN
 // Averaged over the samples.
 layout(location = 0) out vec2 radiance_coverage;
+#ifdef TRACED
+// Normal of the visible face times depth, in the axes of the camera, and number of the face plus 1.
+layout(location = 1) out vec4 surface;
+#endif
 #else
 layout(location = 0) out vec4 radiance_temperature_depth;
 layout(location = 1) out uvec2 identity;
+#ifdef TRACED
+// As above.
+layout(location = 2) out vec4 surface;
+#endif
 #endif
 
 // Perspective interpolation has an error of up to 1.3e-6 of the temperature (lavapipe), which is 3e-5 of the radiance
@@ -102,18 +108,10 @@ void main() {
 #else
     float reflected = (1.0 - emissivity) * reflected_share(around, reflector, facing, to_camera);
 #endif
-#ifdef TRACED
-    vec3 place = vec3(temperature_depth.zw, temperature_depth.y);
-#ifdef MULTIPLE
-    place /= unity;
-#endif
-#ifndef TABLES
-    float factor = 1.0;
-#endif
-    uvec2 pixel = uvec2(gl_FragCoord.xy * 16.0);
-    reflected += traced_share(around, reflector, factor, facing, to_camera, place, pixel);
-#endif
     radiance += reflected;
+#endif
+#ifdef TRACED
+    surface = vec4(facing * temperature_depth.y, float(2u * material + (gl_FrontFacing ? 1u : 2u)));
 #endif
 #ifdef MEAN
     radiance_coverage = vec2(radiance, 1.0);

@@ -33,9 +33,6 @@ float planet_mean(float kind, vec3 direction) {
 }
 #endif
 
-#ifdef TRACED
-#define DIMMED
-#endif
 #ifdef TABLES
 #define DIMMED
 #endif
@@ -76,7 +73,9 @@ float reflected_share(Surroundings around, Reflector reflector, vec3 normal, vec
 #ifdef SPECULAR
     float view = max(dot(normal, to_camera), 0.0);
     vec3 mirror = 2.0 * view * normal - to_camera;
+#ifdef SMOOTH
     float specular = sky_radiance(around, mirror);
+#endif
 #ifdef ROUGH
 #ifdef MAP
     float kind = 1.0 + floor(reflector.lobe / LOBE_VALUES + 0.5);
@@ -88,9 +87,14 @@ float reflected_share(Surroundings around, Reflector reflector, vec3 normal, vec
     float cosine = dot(normal, middle) / max(length(middle), 1e-20);
     rough += around.sun_irradiance * lobe_glint(reflector, view, light, cosine);
 #endif
+#ifdef SMOOTH
     specular = reflector.roughness > 0.0 ? rough : specular;
+#else
+    float specular = rough;
 #endif
-    diffuse += reflector.specular * (specular - diffuse);
+#endif
+    // A diffuse face has no lobe, and what stands in its place may be no number.
+    diffuse += reflector.specular > 0.0 ? reflector.specular * (specular - diffuse) : 0.0;
 #endif
     return diffuse;
 }

@@ -1,4 +1,4 @@
-// What a face reflects of the craft itself, by rays against its own triangles. Twin: src/raster/traced.rs.
+// What a face reflects of the craft itself, by rays against its own triangles. The including shader declares `view`. Twin: src/raster/traced.rs.
 
 #include "cosine.glsl"
 #include "pcg.glsl"
@@ -18,15 +18,15 @@ const uint LOBE_DRAWS = 6u;
 const float PLACE_ERROR = 4e-6;
 
 vec3 from_camera(vec3 direction) {
-    return tracing.camera_from_body_x.xyz * direction.x + tracing.camera_from_body_y.xyz * direction.y
-        + tracing.camera_from_body_z.xyz * direction.z;
+    return view.camera_from_body_x.xyz * direction.x + view.camera_from_body_y.xyz * direction.y
+        + view.camera_from_body_z.xyz * direction.z;
 }
 
 vec3 to_camera_axes(vec3 direction) {
     return vec3(
-        dot(tracing.camera_from_body_x.xyz, direction),
-        dot(tracing.camera_from_body_y.xyz, direction),
-        dot(tracing.camera_from_body_z.xyz, direction)
+        dot(view.camera_from_body_x.xyz, direction),
+        dot(view.camera_from_body_y.xyz, direction),
+        dot(view.camera_from_body_z.xyz, direction)
     );
 }
 
@@ -59,20 +59,19 @@ vec4 reflected_from(Reflector reflector, vec3 normal, vec3 seen, uvec2 pixel, ui
     vec4 at = drawn_numbers(pixel, draw);
     vec4 found = vec4(cosine_direction(normal, at.yz), 0.0);
 #ifdef SPECULAR
-    float view = max(dot(normal, seen), 0.0);
-    vec3 mirror = 2.0 * view * normal - seen;
+    float straight = max(dot(normal, seen), 0.0);
+    vec3 mirror = 2.0 * straight * normal - seen;
     bool mirrors = at.x < reflector.specular;
     vec4 specular = vec4(mirror, 1.0);
 #ifdef ROUGH
     if (reflector.roughness > 0.0) {
-        float steep = max(view, LEAST_VIEW);
+        float steep = max(straight, LEAST_VIEW);
         vec3 along = seen - dot(seen, normal) * normal;
         float slant = length(along);
         vec3 x = slant > 1e-4 ? along / max(slant, 1e-4) : cosine_direction(normal, vec2(1.0, 0.5));
         vec3 y = cross(normal, x);
         specular = vec4(mirror, 0.0);
-        uint tries;
-        tries = 0u;
+        uint tries = 0u;
         while (tries < LOBE_DRAWS) {
             vec3 light = facet_reflection(reflector.roughness, steep, at.yz);
             float share = light.z > 0.0 ? masking(light.z, reflector.roughness) : 0.0;
@@ -114,8 +113,7 @@ struct Reflection {
     float sum;
 };
 
-// Follows the light of a face to the next one. `last`: that one counts as black. There is no loop over reflections, because lavapipe loses the walk of a
-// second turn in blocks of pixels that a triangle covers whole.
+// Follows the light of a face to the next one. `last`: that one counts as black.
 Reflection reflection_after(Reflection here, Surroundings around, uvec2 pixel, uint draw, bool last) {
     vec4 drawn = reflected_from(here.reflector, here.normal, here.seen, pixel, draw);
     vec3 direction = from_camera(drawn.xyz);
@@ -142,7 +140,8 @@ Reflection reflection_after(Reflection here, Surroundings around, uvec2 pixel, u
 #ifdef TABLES
         next.factor = angle_factor(next.reflector, dot(next.normal, next.seen));
 #endif
-        next.from = triangle.corner.xyz + hit.u * triangle.first.xyz + hit.v * triangle.second.xyz + tracing.start * met;
+        vec3 place = triangle.corner.xyz + hit.u * triangle.first.xyz + hit.v * triangle.second.xyz;
+        next.from = place + tracing.start * (met - direction);
         float light = band_radiance(temperature);
         if (!last) {
             light *= 1.0 - kept_share(next.reflector, next.factor, temperature);
@@ -164,9 +163,10 @@ float traced_share(
     vec3 place,
     uvec2 pixel
 ) {
-    vec3 moved = place - vec3(tracing.camera_from_body_x.w, tracing.camera_from_body_y.w, tracing.camera_from_body_z.w);
+    vec3 moved = place - vec3(view.camera_from_body_x.w, view.camera_from_body_y.w, view.camera_from_body_z.w);
     float lift = tracing.start + PLACE_ERROR * length(place);
-    vec3 from = from_camera(moved + lift * normal);
+    // What lies towards the camera is free, also beside an edge where two faces meet.
+    vec3 from = from_camera(moved + lift * (normal + to_camera));
     Reflection first = Reflection(reflector, factor, normal, to_camera, from, 1.0, 0.0);
     Reflection second = reflection_after(first, around, pixel, 0u, false);
     return reflection_after(second, around, pixel, 8u, true).sum;

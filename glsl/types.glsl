@@ -101,12 +101,12 @@ struct Reflector {
 };
 
 struct Tracing {
-    vec4 camera_from_body_x;
-    vec4 camera_from_body_y;
-    vec4 camera_from_body_z;
     uint boxes;
     uint word;
     float start;
+    uint width;
+    uint texels;
+    uint surface_width;
 };
 
 struct PlanetView {
@@ -165,6 +165,11 @@ struct ExchangePatch {
     uint end_node;
     uint first_entry;
     uint end_entry;
+    uint first_reflected;
+    uint end_reflected;
+    float itself;
+    float itself_reflected;
+    uint joint;
 };
 
 struct ExchangePass {

@@ -1,5 +1,5 @@
 // The first triangle that a ray meets, by a walk through the tree of their boxes. The including shader declares `boxes` and
-// `placed_triangles`, as does glsl/exchange_rays.comp. Twin: `Occluders::first` of src/environment/shadow/rays.rs.
+// `placed_triangles`. Twin: `Occluders::first` of src/environment/shadow/rays.rs.
 
 const uint SPACE = 0xffffffffu;
 
@@ -34,8 +34,7 @@ Nearest nearer(Nearest found, uint place, vec3 from, vec3 direction) {
 Nearest nearest_of(vec3 from, vec3 direction, uint count_of_boxes) {
     vec3 inverse = vec3(1.0) / direction;
     Nearest found = Nearest(SPACE, 3e38, 0.0, 0.0);
-    uint at;
-    at = 0u;
+    uint at = 0u;
     while (at < count_of_boxes) {
         ShadowBox box = boxes[at];
         vec3 a = (box.low - from) * inverse;

@@ -232,20 +232,18 @@ shared! {
 
     /// Rays of an image against the craft's own triangles.
     pub struct Tracing {
-        /// First row of camera_from_body: rotation and translation [m].
-        pub camera_from_body_x: [f32; 4],
-        /// Second row.
-        pub camera_from_body_y: [f32; 4],
-        /// Third row.
-        pub camera_from_body_z: [f32; 4],
         /// Number of boxes in the tree.
         pub boxes: u32,
         /// Word of the time, so that each image has rays of its own.
         pub word: u32,
         /// Distance between a ray's start and its surface [m].
         pub start: f32,
-        /// Padding to the alignment of GLSL.
-        pub unused: u32,
+        /// Width of the image [texels].
+        pub width: u32,
+        /// Number of its texels.
+        pub texels: u32,
+        /// Width of the image of surfaces [texels].
+        pub surface_width: u32,
     }
 
     /// Axes of the map of a planet that is not uniform.
@@ -408,12 +406,22 @@ shared! {
         pub first_node: u32,
         /// The node after the last.
         pub end_node: u32,
-        /// First four entries of its row.
+        /// First four entries of its row of infrared.
         pub first_entry: u32,
         /// The four after the last.
         pub end_entry: u32,
+        /// First four entries of its row of sunlight.
+        pub first_reflected: u32,
+        /// The four after the last.
+        pub end_reflected: u32,
+        /// Exchange area of infrared with itself [m2].
+        pub itself: f32,
+        /// The same of sunlight [m2].
+        pub itself_reflected: f32,
+        /// Joint; 0 is the body.
+        pub joint: u32,
         /// Padding to the alignment of GLSL.
-        pub unused: [u32; 2],
+        pub unused: u32,
     }
 
     /// Push constants of a pass over patches.

@@ -60,7 +60,7 @@ impl Once {
         // SAFETY: the host waited for the last run, so the command buffer and the fence are free.
         unsafe {
             device.begin_command_buffer(self.commands, &begin).during("recording")?;
-            self.timing.begin_frame(self.commands);
+            self.timing.begin_frame(self.commands, true);
             self.timing.begin_pass(self.commands, "run");
             lists.into_iter().for_each(|list| recorder.record(list, None));
             self.timing.end_group(self.commands);

@@ -12,6 +12,8 @@ pub struct RadianceVariant {
     pub specular: bool,
     /// Whether some mirrors are rough, which needs `specular`.
     pub rough: bool,
+    /// Whether some mirrors are smooth, which needs `specular`. A mirror is one of both.
+    pub smooth: bool,
     /// Whether they reflect the craft itself too, which needs `reflections`.
     pub traced: bool,
     /// Whether the Sun shines in the band.
@@ -34,6 +36,7 @@ impl RadianceVariant {
         reflections: false,
         specular: false,
         rough: false,
+        smooth: false,
         traced: false,
         sun: false,
         apart: false,
@@ -50,6 +53,7 @@ impl RadianceVariant {
             (self.reflections, "reflections"),
             (self.specular, "specular"),
             (self.rough, "rough"),
+            (self.smooth, "smooth"),
             (self.traced, "traced"),
             (self.reflections && self.sun, "sun"),
             (self.apart, "apart"),
@@ -67,9 +71,26 @@ impl RadianceVariant {
 
     /// The vertex shader and the fragment shader of the sky.
     pub fn background(&self, mean: Option<u32>) -> [Shader; 2] {
-        let words = [(self.sun, "sun"), (self.map, "map")].into_iter().filter_map(|(has, word)| has.then_some(word));
+        let words = [(self.traced, "traced"), (self.sun, "sun"), (self.map, "map")];
+        let words = words.into_iter().filter_map(|(has, word)| has.then_some(word));
         let words = words.chain(words_of_mean(mean).iter().copied()).collect();
         [Shader::new("background.vert", Vec::new()), Shader::new("background.frag", words)]
+    }
+
+    /// The shader that adds what surfaces reflect of the craft itself. `several`: to the mean over several samples of a pixel.
+    pub fn traced(&self, several: bool) -> Shader {
+        let words = [
+            (self.specular, "specular"),
+            (self.rough, "rough"),
+            (self.smooth, "smooth"),
+            (self.sun, "sun"),
+            (self.apart, "apart"),
+            (self.tables, "tables"),
+            (self.map, "map"),
+            (several, "several"),
+        ];
+        let words = words.into_iter().filter_map(|(has, word)| has.then_some(word)).collect();
+        Shader::new("traced.comp", words)
     }
 
     /// The shader that makes an image from a crop around a craft that is far away.
@@ -93,12 +114,13 @@ impl RadianceVariant {
     pub fn all() -> Vec<Self> {
         let mut all = vec![Self::default(), Self { background: true, ..Self::default() }];
         all.push(Self { background: true, sun: true, ..Self::default() });
-        for (specular, rough) in [(false, false), (true, false), (true, true)] {
+        for [rough, smooth] in [[false, false], [false, true], [true, false], [true, true]] {
+            let specular = rough || smooth;
             for number in 0..8 {
                 let [sun, apart, background] = [1, 2, 4].map(|bit| number & bit != 0);
-                let plain = Self { specular, rough, sun, apart, background, reflections: true, ..Self::default() };
+                let plain = Self { specular, rough, smooth, sun, apart, background, reflections: true, ..Self::default() };
                 all.extend([plain, Self { map: true, ..plain }]);
-                all.extend((!background).then_some(Self { traced: true, map: apart, ..plain }));
+                all.push(Self { traced: true, map: apart, ..plain });
             }
         }
         all.extend([false, true].map(|sun| Self { background: true, map: true, sun, ..Self::default() }));

@@ -134,14 +134,20 @@ table! {
     ExchangePatches: row(size_of::<layout::ExchangePatch>(), Count::ExchangePatches, Storage, "ExchangePatch");
     /// Nodes of the patches, and their shares.
     ExchangeMembers: row(8, Count::ExchangeMembers, Storage, "ExchangeMember");
-    /// Rows of the exchange areas in fours.
-    ExchangeEntries: row(48, Count::ExchangeEntries, Storage, "ExchangeEntry");
+    /// Rows of the exchange areas of infrared and of sunlight in fours.
+    ExchangeEntries: row(16, Count::ExchangeEntries, Storage, "ExchangeEntry");
+    /// Rows of the poses of the body and of the joints, written by the host.
+    ExchangePoses: row(48, Count::ExchangeJoints, FromHost, "ExchangePose").each_slot();
     /// Directions of rays, and whether they are open.
     ExchangeSky: row(4, Count::ExchangeSky, Storage, "ExchangeSky");
     /// Shares of the planet's infrared and albedo that every patch sees.
     ExchangeSeen: row(8, Count::ExchangePatches, Storage, "ExchangeSeen");
-    /// Infrared and sunlight that every patch sends at first [W/m2].
-    ExchangeSent: row(8, Count::ExchangePatches, Storage, "ExchangeSent");
+    /// Infrared of the planet and sunlight that every patch reflects at first [W/m2].
+    ExchangeReflected: row(8, Count::ExchangePatches, Storage, "ExchangeReflected");
+    /// Sunlight from other patches that every patch absorbs [W/m2].
+    ExchangeSunlight: row(4, Count::ExchangePatches, Storage, "ExchangeSunlight");
+    /// Infrared that every patch sends at first [W/m2].
+    ExchangeSent: row(4, Count::ExchangePatches, Storage, "ExchangeSent");
     /// Flux from other patches that every patch absorbs [W/m2].
     ExchangeReceived: row(4, Count::ExchangePatches, Storage, "ExchangeReceived");
     /// Temperature of every node before the last step [K], where images lie between steps.
@@ -166,6 +172,10 @@ table! {
     RadianceImage: unbound(16, DrawnTexels, Colour(vk::Format::R32G32B32A32_SFLOAT));
     /// Part and material index of every pixel.
     IdentityImage: unbound(8, DrawnTexels, Colour(vk::Format::R32G32_UINT));
+    /// Normal times depth and face of every texel, if surfaces reflect the craft itself.
+    SurfaceImage: unbound(16, SurfaceTexels, Colour(vk::Format::R32G32B32A32_SFLOAT));
+    /// Copy of `SurfaceImage` that shaders read.
+    Surface: row(16, SurfaceTexels, Storage, "Surface");
     /// Depth buffer.
     DepthImage: unbound(4, DrawnTexels, Depth);
     /// `Shutter`, written by the host.
@@ -174,8 +184,8 @@ table! {
     Distant: row(size_of::<layout::Distant>(), DistantOnce, Uniform, "Distant").each_slot();
     /// Sizes of an image that is computed from drawn ones.
     Sampling: row(size_of::<layout::Sampling>(), ComputedOnce, Uniform, "Sampling");
-    /// Copy of `RadianceImage` that shaders read.
-    DrawnRadiance: row(16, ReadTexels, Storage, "DrawnRadiance");
+    /// Copy of `RadianceImage` that shaders read, and to which reflections of the craft are added.
+    DrawnRadiance: row(16, LitTexels, Storage, "DrawnRadiance");
     /// Copy of `IdentityImage` that shaders read.
     DrawnIdentity: row(8, ReadTexels, Storage, "DrawnIdentity");
     /// Mean radiance and coverage of every texel over its samples.
@@ -184,7 +194,7 @@ table! {
     MultiImage: unbound(8, MultiSamples, Colour(vk::Format::R32G32_SFLOAT));
     /// Depth buffer of `MeanImage` or `MultiImage`.
     MeanDepthImage: unbound(4, MeanSamples, Depth);
-    /// Copy of `MeanImage` that shaders read.
+    /// Copy of `MeanImage` that shaders read, and to which reflections of the craft are added.
     Mean: row(8, MeanTexels, Storage, "MeanRadiance");
     /// Places of the pixels' corners in the finer image of a distorting lens.
     LensMap: row(8, LensCorners, Storage, "LensMap");
@@ -192,7 +202,7 @@ table! {
     ImageRadiance: row(16, ComputedPixels, Storage, "ImageRadiance");
     /// Part and material of every pixel of such an image.
     ImageIdentity: row(8, ComputedPixels, Storage, "ImageIdentity");
-    /// Host copy of `RadianceImage` or `ImageRadiance`.
+    /// Host copy of `RadianceImage`, `DrawnRadiance` or `ImageRadiance`.
     RadianceReadback: unbound(16, Pixels, Readback).each_slot();
     /// Host copy of `IdentityImage` or `ImageIdentity`.
     IdentityReadback: unbound(8, Pixels, Readback).each_slot();
@@ -203,7 +213,7 @@ table! {
     Sensor: row(size_of::<layout::Sensor>(), Count::Sensor, Uniform, "Sensor").each_slot();
     /// Weights of the point spread and of the halo.
     SensorKernel: row(16, Count::SensorWeights, Uniform, "Kernel");
-    /// Copy of `RadianceImage` that the sensor reads.
+    /// Copy of the image's radiance that the sensor reads.
     SensorSeen: row(16, Count::SensorPixels, Storage, "Seen");
     /// Radiance of four pixels after the point spread along rows, for each term.
     SensorRows: row(16, Count::SensorRows, Storage, "Rows");

@@ -75,10 +75,14 @@ pub enum Count {
     Traced,
     /// Pixels of the image.
     Pixels,
+    /// Texels of the largest image that is drawn, if surfaces reflect the craft itself.
+    SurfaceTexels,
     /// Texels of the image that is drawn with one sample of a pixel.
     DrawnTexels,
     /// The same, if another image is computed from it.
     ReadTexels,
+    /// The same, if another image is computed from it or reflections of the craft are added to it.
+    LitTexels,
     /// Pixels of an image that is computed from drawn ones.
     ComputedPixels,
     /// Texels of the image from which the mean over several samples is made.
@@ -163,6 +167,8 @@ pub enum Count {
     ExchangeMembers,
     /// Fours of pairs of these patches.
     ExchangeEntries,
+    /// Joints, the body too, if surfaces radiate to each other.
+    ExchangeJoints,
     /// Rays that keep what patches see of the sky.
     ExchangeSky,
     /// Runs of nodes whose absorbed heat is summed.
@@ -212,6 +218,8 @@ impl Count {
             Self::Pixels
                 | Self::DrawnTexels
                 | Self::ReadTexels
+                | Self::LitTexels
+                | Self::SurfaceTexels
                 | Self::ComputedPixels
                 | Self::MeanTexels
                 | Self::LensCorners

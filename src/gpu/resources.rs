@@ -100,8 +100,8 @@ pub struct Shown<'a> {
 pub struct ExchangeData<'a> {
     /// Their tables.
     pub tables: &'a ExchangeTables,
-    /// Angle after which the shares of the planet's light are found anew [rad].
-    pub redraw_angle: f64,
+    /// Angle after which the light of Sun and planet is found anew [rad].
+    pub light_angle: f64,
 }
 
 /// Triangles of each joint.
@@ -211,6 +211,7 @@ impl SceneData<'_> {
     pub fn shown_in(&self) -> Resource {
         match self.sampled() {
             Some(sampled) if sampled.is_resampled() => Resource::ImageRadiance,
+            _ if self.shown.variant.traced => Resource::DrawnRadiance,
             _ => Resource::RadianceImage,
         }
     }
@@ -218,6 +219,16 @@ impl SceneData<'_> {
     /// Width and height of the largest image that is drawn [px].
     pub fn drawn(&self) -> Option<[u32; 2]> {
         self.sampling.as_ref().map(Sampling::largest).or(self.image)
+    }
+
+    /// Width and height of the image with one sample of a texel [texels].
+    pub fn drawn_singly(&self) -> Option<[u32; 2]> {
+        self.sampling.as_ref().map(|sampling| sampling.drawn).or(self.image)
+    }
+
+    /// Texels of the largest image that is drawn, if surfaces reflect the craft itself, or 0.
+    pub fn texels(&self) -> usize {
+        self.drawn().filter(|_| self.shown.variant.traced).map_or(0, area)
     }
 
     /// Number of elements for a `count`; 0 if no scene has such elements.
@@ -270,10 +281,13 @@ impl SceneData<'_> {
             Count::Boxes => tree.map_or(0, |tree| tree.tree.nodes.len()),
             Count::Traced => tree.map_or(0, |tree| tree.triangles.len()),
             Count::Pixels => self.image.map_or(0, area),
-            Count::DrawnTexels => {
-                self.image.map_or(0, |image| area(self.sampling.as_ref().map_or(image, |sampling| sampling.drawn)))
-            }
+            Count::DrawnTexels => self.drawn_singly().map_or(0, area),
             Count::ReadTexels => self.of_computed(|sampling| area(sampling.drawn)),
+            Count::LitTexels => {
+                let traced = only(self.shown.variant.traced, self.drawn_singly().map_or(0, area));
+                self.of_computed(|sampling| area(sampling.drawn)).max(traced)
+            }
+            Count::SurfaceTexels => self.texels(),
             Count::ComputedPixels => self.of_computed(|_| self.image.map_or(0, area)),
             Count::MeanTexels => self.of_mean(|mean| area(mean.size)),
             Count::MeanSamples => self.of_mean(|mean| area(mean.size) * mean.each as usize),
@@ -348,8 +362,7 @@ impl Resources {
                 let size = match &data.shadows {
                     Some(shadows) if row.count == Count::SunTexels => [shadows.redraw.resolution; 2],
                     _ if row.count == Count::DrawnTexels => {
-                        let drawn = data.sampling.as_ref().map(|sampling| sampling.drawn);
-                        drawn.or(data.image).expect("images are planned where something is drawn")
+                        data.drawn_singly().expect("images are planned where something is drawn")
                     }
                     _ => data.drawn().expect("images are planned where something is drawn"),
                 };
@@ -412,6 +425,8 @@ impl Resources {
             self.upload(once, Resource::ExchangeEntries, &tables.entries)?;
             self.upload(once, Resource::ExchangeSky, &tables.sky)?;
             self.upload(once, Resource::ExchangeSeen, &vec![[1.0f32; 2]; places])?;
+            self.upload(once, Resource::ExchangeReflected, &vec![[0.0f32; 2]; places])?;
+            self.upload(once, Resource::ExchangeSunlight, &vec![0.0f32; places])?;
             self.upload(once, Resource::ExchangeReceived, &vec![0.0f32; places])?;
         }
         if let Some(heat) = data.heat {

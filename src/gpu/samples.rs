@@ -9,18 +9,20 @@ pub struct Samples<T> {
     most: usize,
     /// One of so many samples is kept.
     every: u64,
+    offered: u64,
     count: u64,
 }
 
 impl<T: Copy> Samples<T> {
     /// No samples yet, and at most so many at any time.
     pub fn at_most(most: usize) -> Self {
-        Self { kept: Vec::new(), most: most.max(2), every: 1, count: 0 }
+        Self { kept: Vec::new(), most: most.max(2), every: 1, offered: 0, count: 0 }
     }
 
     /// Samples that were kept before, of `count` in all. [`Samples::every`] tells how often they were taken.
     pub fn again(kept: Vec<T>, most: usize, every: u64, count: u64) -> Self {
-        Self { kept, most: most.max(2), every: every.max(1), count }
+        let offered = kept.len() as u64 * every.max(1);
+        Self { kept, most: most.max(2), every: every.max(1), offered, count }
     }
 
     /// Changes the bound.
@@ -33,14 +35,20 @@ impl<T: Copy> Samples<T> {
 
     /// Adds a sample.
     pub fn push(&mut self, sample: T) {
-        if self.count.is_multiple_of(self.every) {
+        if self.offered.is_multiple_of(self.every) {
             if self.kept.len() >= self.most {
                 self.thin();
             }
-            if self.count.is_multiple_of(self.every) {
+            if self.offered.is_multiple_of(self.every) {
                 self.kept.push(sample);
             }
         }
+        self.offered += 1;
+        self.count += 1;
+    }
+
+    /// Counts something that was not measured.
+    pub fn skip(&mut self) {
         self.count += 1;
     }
 
@@ -53,7 +61,7 @@ impl<T: Copy> Samples<T> {
         self.every *= 2;
     }
 
-    /// Number of samples so far, with those that were dropped.
+    /// Number of samples so far, with those that were dropped or skipped.
     pub fn count(&self) -> u64 {
         self.count
     }
@@ -66,7 +74,7 @@ impl<T: Copy> Samples<T> {
 
 impl<T> Default for Samples<T> {
     fn default() -> Self {
-        Self { kept: Vec::new(), most: usize::MAX, every: 1, count: 0 }
+        Self { kept: Vec::new(), most: usize::MAX, every: 1, offered: 0, count: 0 }
     }
 }
 
@@ -86,7 +94,8 @@ mod tests {
     fn samples_stay_even_and_few() {
         let mut samples = Samples::at_most(100);
         (0..100_000u32).for_each(|value| samples.push(value));
-        assert_eq!(samples.count(), 100_000);
+        samples.skip();
+        assert_eq!(samples.count(), 100_001);
         assert!((50..=100).contains(&samples.len()), "{}", samples.len());
         let every = samples.every() as u32;
         assert!(samples.windows(2).all(|pair| pair[1] - pair[0] == every) && samples[0] == 0);

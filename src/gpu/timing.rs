@@ -20,6 +20,8 @@ pub struct Timing {
     capacity: u32,
     /// Names of the groups of passes, each of which ends at a timestamp. The first timestamp begins the frame.
     names: Vec<String>,
+    /// Whether the frame is timed.
+    on: bool,
     /// The group that has no timestamp yet: its first pass, and what the names of all its passes have in common.
     open: Option<[String; 2]>,
 }
@@ -49,13 +51,14 @@ impl Timing {
         } else {
             None
         };
-        Ok(Self { context: Arc::clone(context), pool, capacity, names: Vec::new(), open: None })
+        Ok(Self { context: Arc::clone(context), pool, capacity, names: Vec::new(), on: false, open: None })
     }
 
-    pub(super) fn begin_frame(&mut self, commands: vk::CommandBuffer) {
+    pub(super) fn begin_frame(&mut self, commands: vk::CommandBuffer, timed: bool) {
         self.names.clear();
         self.open = None;
-        if let Some(pool) = self.pool {
+        self.on = timed;
+        if let Some(pool) = self.pool.filter(|_| timed) {
             // SAFETY: the host waited for the last frame of the slot.
             unsafe { self.context.device.cmd_reset_query_pool(commands, pool, 0, self.capacity) };
         }
@@ -84,7 +87,7 @@ impl Timing {
     /// Writes the timestamp at the end of the groups so far.
     fn stamp(&self, commands: vk::CommandBuffer) {
         let query = u32::try_from(self.names.len()).unwrap_or(u32::MAX);
-        if let Some(pool) = self.pool.filter(|_| query < self.capacity) {
+        if let Some(pool) = self.pool.filter(|_| self.on && query < self.capacity) {
             // SAFETY: the pool has a query for each pass and one more, and was reset at the start of the frame.
             unsafe {
                 self.context.device.cmd_write_timestamp2(commands, vk::PipelineStageFlags2::ALL_COMMANDS, pool, query);
@@ -92,12 +95,14 @@ impl Timing {
         }
     }
 
-    /// Name, start and duration of the groups of passes in the slot's last frame [ns of the device clock]. The frame must be complete.
+    /// Names of the groups of passes in the slot's last frame, timed or not.
+    pub(super) fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Name, start and duration of the groups of passes in the slot's last frame, empty if it was not timed [ns of the device clock]. The frame must be complete.
     pub(super) fn collect(&self) -> Result<Vec<(String, f64, f64)>, GpuError> {
-        let Some(pool) = self.pool else { return Ok(Vec::new()) };
-        if self.names.is_empty() {
-            return Ok(Vec::new());
-        }
+        let Some(pool) = self.pool.filter(|_| self.on && !self.names.is_empty()) else { return Ok(Vec::new()) };
         let mut stamps = vec![0u64; (self.names.len() + 1).min(self.capacity as usize)];
         // SAFETY: the frame that wrote the timestamps is complete.
         unsafe {

@@ -5,7 +5,7 @@
 
 use glam::{DAffine3, DVec3};
 
-use crate::environment::shadow::Occluders;
+use crate::environment::shadow::{LARGEST_TREE, Occluders};
 use crate::exchange::directions::{basis, cosine_direction};
 use crate::thermal::lobe::{LEAST_VIEW, facet_reflection, masking};
 use crate::thermal::sensor::noise::pcg4d;
@@ -15,6 +15,8 @@ use crate::thermal::surroundings::{
 
 /// Reflections that are followed. What lies beyond the last one counts as black.
 pub const REFLECTIONS: u32 = 2;
+/// Most boxes of the tree of the craft on a device, whose invocations walk it once for each reflection.
+pub const LARGEST_REFLECTED: usize = LARGEST_TREE / REFLECTIONS as usize;
 /// Draws of a direction of a rough mirror. Then its mirror direction stands for it.
 const LOBE_DRAWS: u32 = 6;
 
@@ -56,7 +58,7 @@ pub struct Seen<'a> {
     pub to_camera: DVec3,
     /// Its place [m].
     pub place: DVec3,
-    /// Place in the image [1/16 px].
+    /// Place in the image, or in the finer one of several samples [1/16 texel].
     pub pixel: [u32; 2],
 }
 
@@ -94,14 +96,15 @@ pub fn traced_radiance(craft: &Craft, camera_from_body: &DAffine3, sample: &Seen
     let Craft { traced, surroundings, looks, .. } = *craft;
     let occluders = traced.occluders;
     let body_from_camera = camera_from_body.inverse();
-    let start = body_from_camera.transform_point3(sample.place + occluders.start * sample.normal);
+    let start = body_from_camera.transform_point3(sample.place + occluders.start * (sample.normal + sample.to_camera));
     let mut sum = 0.0;
     let (mut reflector, mut normal, mut seen) = (sample.reflector, sample.normal, sample.to_camera);
     let (mut from, mut weight) = (start, 1.0);
     for reflection in 0..REFLECTIONS {
         let draw = |draw| numbers(sample.pixel, 8 * reflection + draw, traced.word);
         let (direction, smooth) = reflected_from((reflector, looks), (normal, seen), draw);
-        let Some(hit) = occluders.first(from, body_from_camera.matrix3 * direction) else { break };
+        let direction_in_body = body_from_camera.matrix3 * direction;
+        let Some(hit) = occluders.first(from, direction_in_body) else { break };
         let [a, b, c, material] = traced.corners[hit.triangle];
         let [a, b, c] = [a, b, c].map(|node| craft.temperatures[node as usize]);
         let temperature = (1.0 - hit.u - hit.v) * a + hit.u * b + hit.v * c;
@@ -126,7 +129,7 @@ pub fn traced_radiance(craft: &Craft, camera_from_body: &DAffine3, sample: &Seen
         }
         sum += kept * light;
         weight = kept;
-        from = corner + hit.u * first + hit.v * second + occluders.start * met;
+        from = corner + hit.u * first + hit.v * second + occluders.start * (met - direction_in_body);
     }
     sum
 }

@@ -6,6 +6,7 @@ use crate::environment::shadow::LARGEST_TREE;
 use crate::environment::sky::SkyError;
 use crate::files::FileFault;
 use crate::model::ModelError;
+use crate::raster::traced::LARGEST_REFLECTED;
 use crate::scene::{JointRule, Scene, SceneError};
 use crate::thermal::function::FunctionError;
 
@@ -55,6 +56,14 @@ impl std::fmt::Display for Stage {
 /// An error that keeps a scene from being prepared.
 #[derive(Debug, thiserror::Error)]
 pub enum PrepareError {
+    /// The temperatures of a file do not fit the scene.
+    #[error("{}: temperatures: {reason}", path.display())]
+    Temperatures {
+        /// The scene file.
+        path: PathBuf,
+        /// Why, and what to do.
+        reason: String,
+    },
     /// An error in the scene file.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -93,7 +102,7 @@ pub enum PrepareError {
     },
     /// More triangles than the tree for reflections of the craft can hold.
     #[error(
-        "{path}: radiance.reflections: {triangles} triangles make a tree of {boxes} boxes; rays take at most {LARGEST_TREE}: \
+        "{path}: radiance.reflections: {triangles} triangles make a tree of {boxes} boxes; rays take at most {LARGEST_REFLECTED}: \
          use reflections = \"environment\" or a coarser model"
     )]
     TooManyReflected {
@@ -231,6 +240,7 @@ impl PrepareError {
             | Self::Network { path, .. }
             | Self::Emissivity { path, .. }
             | Self::Exchange { path, .. }
+            | Self::Temperatures { path, .. }
             | Self::LightStructure { path, .. }
             | Self::Function { path, .. }
             | Self::Late { path, .. }

@@ -19,6 +19,7 @@ use crate::files;
 use crate::gpu::frame::TriangleRun;
 use crate::gpu::nodes::Nodes;
 use crate::model::{Merged, Model, Skipped};
+use crate::raster::traced::LARGEST_REFLECTED;
 use crate::scene::{Camera, Draw, Initial, JointMotion, Reflections, Scene, ShadowSettings, file_hash, scene_hash};
 use crate::thermal::balance::{balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response, Sides};
@@ -171,7 +172,7 @@ pub(super) fn shadow_tree(
 /// Refuses reflections of a craft with more triangles than the tree for their rays can hold.
 pub(super) fn check_traced(scene: &Scene, triangles: &[[u32; 3]]) -> Result<(), PrepareError> {
     let boxes = tree_boxes(triangles.len());
-    if scene.surrounded.reflections != Reflections::Traced || boxes <= LARGEST_TREE {
+    if scene.surrounded.reflections != Reflections::Traced || boxes <= LARGEST_REFLECTED {
         return Ok(());
     }
     Err(PrepareError::TooManyReflected { path: scene.source.clone(), triangles: triangles.len(), boxes })

@@ -171,6 +171,7 @@ impl Finishes {
             reflections: reflects,
             specular: reflects && reflectors.as_flattened().iter().any(|face| face.specular > 0.0),
             rough: !roughnesses.is_empty(),
+            smooth: reflects && reflectors.as_flattened().iter().any(|face| face.specular > 0.0 && face.lobe.is_none()),
             traced: settings.reflections == Reflections::Traced,
             sun: is_seen(settings) && scene.environment.solar_constant.is_some(),
             apart: settings.channels,

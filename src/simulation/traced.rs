@@ -65,16 +65,14 @@ impl TracedCraft {
     }
 
     /// What the device needs for an image at a time [s].
-    pub fn told(&self, camera_from_body: &DAffine3, time: f64) -> renderer::Traced<'_> {
-        let [x, y, z] = layout::rows(camera_from_body);
+    pub fn told(&self, time: f64) -> renderer::Traced<'_> {
         let settings = layout::Tracing {
-            camera_from_body_x: x,
-            camera_from_body_y: y,
-            camera_from_body_z: z,
             boxes: self.boxes.len() as u32,
             word: word(time),
             start: self.occluders.start as f32,
-            unused: 0,
+            width: 0,
+            texels: 0,
+            surface_width: 0,
         };
         renderer::Traced { settings, boxes: &self.boxes, triangles: &self.triangles, version: self.version }
     }

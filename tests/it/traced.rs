@@ -31,7 +31,7 @@ fn the_device_traces_as_the_reference() {
         (
             "laws of emissivity and a map",
             &[
-                ("roughness = 0.2", "roughness = 0.2\nemissivity_by_angle = { n = 1.4, k = 2.0 }"),
+                ("roughness = 0.2", "roughness = 0.2\nemissivity_by_angle = { law = \"fresnel\", n = 1.4, k = 2.0 }"),
                 (
                     "background = \"planet\"",
                     "background = \"planet\"\nplanet_day_night = { day = 300, night = 240, law = \"cosine\" }",
@@ -133,7 +133,7 @@ fn a_closed_isothermal_cavity_looks_black_whatever_its_walls() {
         ("rough in part", rough),
         ("a smooth mirror", "emissivity = 0.02\nspecular = 1"),
         ("diffuse", "emissivity = 0.3"),
-        ("by angle", "emissivity = 0.5\nspecular = 1\nroughness = 0.4\nemissivity_by_angle = { n = 1.4, k = 2.0 }"),
+        ("by angle", "emissivity = 0.5\nspecular = 1\nroughness = 0.4\nemissivity_by_angle = { law = \"fresnel\", n = 1.4, k = 2.0 }"),
     ] {
         let prepared = cavity(&[(rough, finish)]);
         for (found, most) in [(on_device(&prepared), 3e-5), (by_reference(&prepared), 1e-6)] {
@@ -153,10 +153,38 @@ fn a_closed_isothermal_cavity_looks_black_whatever_its_walls() {
     assert!((mean - 1.0).abs() < 5e-3, "{mean}");
 }
 
-/// Two smooth mirrors at a right angle send light back to where it came from: e1 B + (1 - e1) (e2 B + (1 - e2) P), with the
-/// planet P behind the camera.
+/// Each texel of several samples has rays of its own, as in the reference. Through a lens a pixel shows a texel near its centre.
 #[test]
-fn a_corner_of_mirrors_shows_the_planet_behind_the_camera() {
+fn several_samples_and_lenses_are_traced_too() {
+    let rough = "emissivity = 0.13\nspecular = 0.7\nroughness = 0.2";
+    let no_channels = ("[output]\nchannels = [\"emitted\", \"reflected\"]\n", "");
+    let lens = "fov_deg = 100\ndistortion = [-0.1, 0.01, 0, 0, 0]";
+    for (name, camera) in [
+        ("four samples", "fov_deg = 100\nsamples = 4".to_owned()),
+        ("sixteen samples", "fov_deg = 100\nsamples = 16".to_owned()),
+        ("a lens", lens.to_owned()),
+        ("a lens with four samples", format!("{lens}\nsamples = 4")),
+    ] {
+        let prepared = cavity(&[("fov_deg = 100", &camera), no_channels, (rough, rough)]);
+        for found in [on_device(&prepared), by_reference(&prepared)] {
+            let (worst, _) = over_black(&found, &prepared);
+            println!("{name}: {worst:.1e}");
+            assert!(worst < 3e-5, "{name}: {worst:e}");
+        }
+    }
+    let prepared = Folder::new(&traced(&[("fov_deg = 45", "fov_deg = 45\nsamples = 4"), no_channels])).prepared();
+    let (found, expected) = (on_device(&prepared), by_reference(&prepared));
+    let ([sky, surface], worst) = apart(&found, &expected, 1e-3);
+    println!("four samples: {sky:.4} of the sky, {surface:.4} of the surfaces, else {worst:.1e}");
+    assert!(sky < 0.005 && surface < 0.05, "{sky} of the sky and {surface} of the surfaces differ");
+    let mut plain = prepared;
+    plain.scene.surrounded.reflections = isotherm::scene::Reflections::Environment;
+    let ([_, without], _) = apart(&found, &by_reference(&plain), 1e-3);
+    assert!(without > 0.05, "the craft must show in {without} of the surfaces");
+}
+
+/// A floor at z = 0 and a wall at x = 0 on it, each 2 m wide, with materials of the same names.
+fn floor_and_wall() -> Folder {
     let mut maker = Maker::cube();
     for name in ["floor", "wall"] {
         maker.push("materials", json!({ "name": name }));
@@ -173,28 +201,112 @@ fn a_corner_of_mirrors_shows_the_planet_behind_the_camera() {
     maker.json["scenes"][0]["nodes"] = json!([0, 1]);
     let folder = Folder::new("");
     maker.save(folder.0.path());
-    let shown = |floor: f64, wall: f64| {
-        let scene = traced(&[
-            ("solar_constant = 1361\nalbedo = 0.3", ""),
-            (
-                "[[probe]]\nname = \"tip\"\nposition = [0, 5.5, 0]\npart = \"wing_starboard\"",
-                "[initial]\ntemperature = 330",
-            ),
-            ("\nbackground = \"planet\"", "\nbackground = \"planet\"\nplanet_temperature = 255"),
-            ("position = [6.5, 5, -7.5]\nlook_at = [0, 0, 0]", "position = [8.4, 0.1, 8]\nlook_at = [0.4, 0.1, 0]"),
-        ]);
-        let materials = scene.find("[[material]]").expect("materials")..scene.find("[radiance]").expect("a section");
-        let of = |name: &str, emissivity: f64| {
-            format!(
-                "[[material]]\nmatch = '{name}'\nabsorptivity = 0.2\nemissivity = {emissivity}\nspecular = 1\nsides = \
-                 'outside'\nresponse = 'instant'\n"
-            )
-        };
-        let mut scene = scene;
-        scene.replace_range(materials, &(of("floor", floor) + &of("wall", wall)));
-        folder.write("scene.toml", &scene);
-        folder.prepared()
+    folder
+}
+
+/// Floor and wall at 330 K with these emissivities and finishes, before a planet at a temperature, seen by a camera.
+fn of_plates(folder: &Folder, planet: &str, camera: &[(&str, &str)], materials: [(&str, f64, f64); 2]) -> Prepared {
+    let planet = format!("\nbackground = \"planet\"\nplanet_temperature = {planet}");
+    let mut changes = vec![
+        ("solar_constant = 1361\nalbedo = 0.3", ""),
+        (
+            "[[probe]]\nname = \"tip\"\nposition = [0, 5.5, 0]\npart = \"wing_starboard\"",
+            "[initial]\ntemperature = 330",
+        ),
+        ("\nbackground = \"planet\"", &planet),
+    ];
+    changes.extend(camera);
+    let mut scene = traced(&changes);
+    let stated = scene.find("[[material]]").expect("materials")..scene.find("[radiance]").expect("a section");
+    let of = |(name, emissivity, specular): (&str, f64, f64)| {
+        format!(
+            "[[material]]\nmatch = '{name}'\nabsorptivity = 0.2\nemissivity = {emissivity}\nspecular = {specular}\nsides = \
+             'outside'\nresponse = 'instant'\n"
+        )
     };
+    scene.replace_range(stated, &materials.map(of).concat());
+    folder.write("scene.toml", &scene);
+    folder.prepared()
+}
+
+/// The camera straight above the middle of the floor, which fills the image.
+const ABOVE: [(&str, &str); 3] = [
+    ("position = [6.5, 5, -7.5]\nlook_at = [0, 0, 0]\nup = [0, 0, -1]", "position = [1, 0, 9]\nlook_at = [1, 0, 0]\nup = [0, 1, 0]"),
+    ("fov_deg = 45", "fov_deg = 10"),
+    ("width = 96\nheight = 72", "width = 384\nheight = 288"),
+];
+
+/// A floor beside a warm black wall, before cold space: a diffuse one reflects the view factor of the wall, and a mirror reflects what is above it, which is
+/// nothing. The view factor of an element to a rectangle at a right angle is configuration B-4 of Howell's catalogue.
+#[test]
+fn a_diffuse_floor_shows_the_view_factor_of_a_warm_wall() {
+    let folder = floor_and_wall();
+    let half_factor = |along: f64, beside: f64| {
+        let (x, y) = (2.0 / beside, along / beside);
+        let root = (x * x + y * y).sqrt();
+        ((1.0 / y).atan() - y / root * (1.0 / root).atan()) / (2.0 * std::f64::consts::PI)
+    };
+    let scale = 9.0 * 5f64.to_radians().tan() / 192.0;
+    let of_row = |column: usize, row: usize| {
+        let (x, y) = (1.0 + scale * (column as f64 + 0.5 - 192.0), scale * (row as f64 + 0.5 - 144.0));
+        half_factor(x, 1.0 - y) + half_factor(x, 1.0 + y)
+    };
+    let shares = |prepared: &Prepared, found: &Pixels, emissivity: f64| {
+        let black = band_radiance_exact(prepared.scene.band, 330.0);
+        let share = |pixel: &[f32; 3]| (f64::from(pixel[0]) / black - emissivity) / (1.0 - emissivity);
+        found.radiance_temperature_depth.iter().map(share).collect::<Vec<_>>()
+    };
+    let prepared = of_plates(&folder, "2.7", &ABOVE, [("floor", 0.2, 0.0), ("wall", 1.0, 0.0)]);
+    for found in [on_device(&prepared), by_reference(&prepared)] {
+        let shares = shares(&prepared, &found, 0.2);
+        // Halves of the image, left and right: 55,296 rays each, so the mean has an error of 0.002 at most.
+        for half in [0..192, 192..384] {
+            let (mut sum, mut exact, mut count) = (0.0, 0.0, 0.0);
+            for row in 0..288 {
+                for column in half.clone() {
+                    sum += shares[row * 384 + column];
+                    exact += of_row(column, row);
+                    count += 1.0;
+                }
+            }
+            println!("columns {half:?}: {:.4} against {:.4}", sum / count, exact / count);
+            assert!((sum - exact).abs() / count < 0.006, "{} against {}", sum / count, exact / count);
+            assert!(exact / count > 0.03, "the wall must show");
+        }
+    }
+    let prepared = of_plates(&folder, "2.7", &ABOVE, [("floor", 0.2, 1.0), ("wall", 1.0, 0.0)]);
+    let mirrored = shares(&prepared, &on_device(&prepared), 0.2);
+    assert!(mirrored.iter().all(|share| share.abs() < 1e-5), "a mirror reflects what is above it");
+}
+
+/// A mirror beside a warm wall shows the wall: e1 B + (1 - e1) B where its ray meets a black wall.
+#[test]
+fn a_mirror_shows_the_warm_wall_beside_it() {
+    let folder = floor_and_wall();
+    let view = [("position = [6.5, 5, -7.5]\nlook_at = [0, 0, 0]", "position = [8.4, 0.1, 8]\nlook_at = [0.4, 0.1, 0]")];
+    let centre = 36 * 96 + 48;
+    for emissivity in [0.02, 0.3, 0.9] {
+        let prepared = of_plates(&folder, "255", &view, [("floor", emissivity, 1.0), ("wall", 1.0, 0.0)]);
+        let exact = band_radiance_exact(prepared.scene.band, 330.0);
+        for found in [on_device(&prepared), by_reference(&prepared)] {
+            let shown = f64::from(found.radiance_temperature_depth[centre][0]);
+            println!("emissivity {emissivity}: {shown:.5} against {exact:.5} W/m2/sr");
+            assert!((shown / exact - 1.0).abs() < 3e-6, "{shown} against {exact}");
+        }
+        let mut open = prepared;
+        open.scene.surrounded.reflections = isotherm::scene::Reflections::Environment;
+        let shown = f64::from(on_device(&open).radiance_temperature_depth[centre][0]);
+        assert!((shown / exact - 1.0).abs() > 0.01, "without the wall it is darker: {shown}");
+    }
+}
+
+/// Two smooth mirrors at a right angle send light back to where it came from: e1 B + (1 - e1) (e2 B + (1 - e2) P), with the
+/// planet P behind the camera.
+#[test]
+fn a_corner_of_mirrors_shows_the_planet_behind_the_camera() {
+    let folder = floor_and_wall();
+    let view = [("position = [6.5, 5, -7.5]\nlook_at = [0, 0, 0]", "position = [8.4, 0.1, 8]\nlook_at = [0.4, 0.1, 0]")];
+    let shown = |floor: f64, wall: f64| of_plates(&folder, "255", &view, [("floor", floor, 1.0), ("wall", wall, 1.0)]);
     let prepared = shown(0.1, 0.5);
     let of = |temperature| band_radiance_exact(prepared.scene.band, temperature);
     let exact = 0.1 * of(330.0) + 0.9 * (0.5 * of(330.0) + 0.5 * of(255.0));
@@ -210,14 +322,21 @@ fn a_corner_of_mirrors_shows_the_planet_behind_the_camera() {
 
 #[test]
 fn without_rays_there_is_no_tree() {
-    let resources = [Resource::Tracing, Resource::TraceBoxes, Resource::TraceTriangles, Resource::TraceCorners];
+    let resources = [
+        Resource::Tracing,
+        Resource::TraceBoxes,
+        Resource::TraceTriangles,
+        Resource::TraceCorners,
+        Resource::SurfaceImage,
+        Resource::Surface,
+    ];
     let planned = |scene: &str| {
         let prepared = Folder::new(scene).prepared();
         let data = DeviceData::new(&prepared);
         let plan = data.scene_data(&prepared, prepared.scene.camera.as_ref()).plan();
         resources.map(|resource| plan.iter().any(|planned| planned.resource == resource))
     };
-    assert_eq!(planned(&scene_with(&[])), [false; 4]);
-    assert_eq!(planned(&shining(&[])), [false; 4]);
-    assert_eq!(planned(&traced(&[])), [true; 4]);
+    assert_eq!(planned(&scene_with(&[])), [false; 6]);
+    assert_eq!(planned(&shining(&[])), [false; 6]);
+    assert_eq!(planned(&traced(&[])), [true; 6]);
 }

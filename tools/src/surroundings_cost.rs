@@ -1,4 +1,4 @@
-//! Measures the cost of what a scene's images show besides emission: reflections, sky, a planet with a map, emissivity by angle.
+//! Measures the cost of what a scene's images show besides emission: reflections, also of the craft itself, sky, a planet with a map, emissivity by angle.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ const TRACED_IMAGES: u32 = 2;
 /// Rounds over all kinds of images, because other programs may run meanwhile.
 const ROUNDS: usize = 5;
 
-/// Prints the time of the pass `radiance` of each kind of image, and its share beyond emission alone.
+/// Prints the time of the passes `radiance` and `traced` of each kind of image, and its share beyond emission alone.
 pub fn measure(context: &Arc<Context>, scene: Scene) -> Result<(), AnyError> {
     let mut prepared = Prepared::from_scene(scene, &mut |_| {})?;
     let mut camera = prepared.scene.require_camera()?.clone();
@@ -81,16 +81,20 @@ pub fn measure(context: &Arc<Context>, scene: Scene) -> Result<(), AnyError> {
         }
     }
     println!(
-        "Image of {} x {} pixels, {shown} of which show the craft; the least of {} images\n",
+        "Image of {} x {} pixels, {shown} of which show the craft; the least of {} images, or {} with rays\n",
         SIZE[0],
         SIZE[1],
-        IMAGES as usize * (ROUNDS + 1)
+        IMAGES as usize * (ROUNDS + 1),
+        TRACED_IMAGES as usize * (ROUNDS + 1)
     );
-    println!("| image | radiance pass [ms] | beyond emission alone |");
+    println!("| image | passes `radiance` and `traced` [ms] | beyond emission alone |");
     println!("|---|---|---|");
     let least = |engine: &DeviceEngine| {
-        let times = engine.pass_times().and_then(|times| times.get("radiance"));
-        times.map_or(f64::NAN, |times| times.iter().copied().fold(f64::INFINITY, f64::min))
+        let of = |pass: &str| {
+            let times = engine.pass_times().and_then(|times| times.get(pass));
+            times.map(|times| times.iter().copied().fold(f64::INFINITY, f64::min))
+        };
+        of("radiance").map_or(f64::NAN, |radiance| radiance + of("traced").unwrap_or(0.0))
     };
     let first = least(&engines[0].2);
     for (name, _, engine) in &engines {

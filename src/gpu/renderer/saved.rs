@@ -70,6 +70,9 @@ impl Renderer {
         if let Some(exchange) = &self.exchange {
             saved.put_all("exchange", exchange.save());
             saved.put("exchange.seen", &self.seen()?);
+            let (reflected, sunlight) = self.exchanged_light()?;
+            saved.put("exchange.reflected", &reflected);
+            saved.put("exchange.sunlight", &sunlight);
         }
         saved.put("culled", &self.culling.save());
         saved.put("fused_steps", &[self.fused_steps]);
@@ -153,14 +156,15 @@ impl Renderer {
     fn cull_again(&mut self) -> Result<(), GpuError> {
         let Some((views, culled)) = self.culling.last_culled(self.joints) else { return Ok(()) };
         let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
-        let wanted = Wanted { image: true, sampled: self.sampled, cull, temperatures: false, shows: self.shows };
+        let wanted = Wanted { image: true, sampled: self.sampled, cull, temperatures: false, shows: self.shows, texels: self.texels(false) };
         let frame = self.image(wanted, &culled, None);
         let submitted = self.send(&frame, Request { views: &views, ..Request::default() })?;
         self.collect(submitted).map(|_| ())
     }
 
-    /// Bounds the measured times that are kept of each pass.
+    /// Bounds the measured times that are kept of each pass, and times only some of the frames, because timestamps lengthen a step.
     pub fn keep_few_times(&mut self, most: usize) {
+        self.slots.time_few = true;
         self.slots.most_times = most;
         self.slots.times.values_mut().for_each(|times| times.bound(most));
     }

@@ -15,6 +15,11 @@ use crate::gpu::resource_row::SLOTS;
 use crate::gpu::samples::Samples;
 use crate::gpu::timing::{DeviceFrame, PassTimes, Timing};
 
+/// Frames that are timed at first where few are.
+const FIRST_TIMED: u64 = 16;
+/// One in so many frames is timed then.
+const TIMED: u64 = 16;
+
 /// A frame in flight or a completed one.
 struct Slot {
     commands: vk::CommandBuffer,
@@ -37,6 +42,10 @@ pub(super) struct Slots {
     pub times: PassTimes,
     /// Most samples of a pass that are kept.
     pub most_times: usize,
+    /// Whether only some frames are timed: the first [`FIRST_TIMED`], then one in [`TIMED`].
+    pub time_few: bool,
+    /// Frames so far.
+    count: u64,
     /// Measured times of the frames since the last take, if they are kept.
     pub frames: Option<Vec<DeviceFrame>>,
 }
@@ -46,7 +55,17 @@ impl Slots {
     pub fn new(context: &Arc<Context>, passes: usize) -> Result<Self, GpuError> {
         let (pool, commands) = command_buffers(context, SLOTS as u32)?;
         let (context, times) = (Arc::clone(context), PassTimes::new());
-        let mut slots = Self { context, pool, slots: Vec::new(), next: 0, times, most_times: usize::MAX, frames: None };
+        let mut slots = Self {
+            context,
+            pool,
+            slots: Vec::new(),
+            next: 0,
+            times,
+            most_times: usize::MAX,
+            time_few: false,
+            count: 0,
+            frames: None,
+        };
         for commands in commands {
             let timing = Timing::new(&slots.context, passes)?;
             let create = vk::FenceCreateInfo::default();
@@ -72,11 +91,14 @@ impl Slots {
     ) -> Result<usize, GpuError> {
         let number = self.free()?;
         self.next = (number + 1) % SLOTS;
+        let few = self.time_few && self.frames.is_none();
+        let timed = !few || self.count < FIRST_TIMED || self.count.is_multiple_of(TIMED);
+        self.count += 1;
         let (device, slot) = (&self.context.device, &mut self.slots[number]);
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: the slot's last frame is complete, so its command buffer may be recorded again.
         unsafe { device.begin_command_buffer(slot.commands, &begin) }.during("recording")?;
-        slot.timing.begin_frame(slot.commands);
+        slot.timing.begin_frame(slot.commands, timed);
         recorder(slot.commands).record(list, Some(&mut slot.timing));
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
@@ -107,9 +129,12 @@ impl Slots {
             }
             slot.pending = false;
             let passes = slot.timing.collect()?;
-            for (name, _, length) in &passes {
+            for (number, name) in slot.timing.names().iter().enumerate() {
                 let times = self.times.entry(name.clone()).or_insert_with(|| Samples::at_most(self.most_times));
-                times.push(length * 1e-6);
+                match passes.get(number) {
+                    Some((_, _, length)) => times.push(length * 1e-6),
+                    None => times.skip(),
+                }
             }
             if let Some(frames) = &mut self.frames {
                 frames.push(DeviceFrame { submitted: slot.submitted, done: Instant::now(), passes });
