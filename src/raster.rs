@@ -241,9 +241,7 @@ pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 +
         }
         let drawn = samples.chunks_mut(each).zip(shown.chunks(each)).zip(rays.chunks(each));
         for (column, (pixel, ((samples, shown), rays))) in pixels.iter_mut().zip(drawn).enumerate() {
-            for (((sample, shown), ray), place) in
-                samples[..counted].iter_mut().zip(shown).zip(rays).zip(&places)
-            {
+            for (((sample, shown), ray), place) in samples[..counted].iter_mut().zip(shown).zip(rays).zip(&places) {
                 let around = surface.around.as_ref().filter(|_| ray.is_finite());
                 let direction = ray.extend(1.0).normalize();
                 // The field held the emissivity so far, so that only visible samples are converted.

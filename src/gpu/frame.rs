@@ -326,7 +326,8 @@ fn computed(resampled: Option<Sampled>, wanted: &Wanted, shown: Resource) -> Vec
     let looked_up = scope(S::COMPUTE_SHADER, A::NONE);
     let lit_up = scope(S::COMPUTE_SHADER | S::COPY, A::SHADER_STORAGE_WRITE);
     let is_lit = |resource: Resource| shows.traced && resource == lit;
-    let written = copies.iter().map(|(_, _, to)| barrier(*to, if is_lit(*to) { lit_up } else { looked_up }, COPY_WRITE));
+    let written =
+        copies.iter().map(|(_, _, to)| barrier(*to, if is_lit(*to) { lit_up } else { looked_up }, COPY_WRITE));
     let mut entries = vec![Entry::Barriers(written.collect())];
     entries.extend(copies.iter().map(|(name, from, to)| Entry::Pass(copy_pass(name, *from, *to))));
     let added = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_READ | A::SHADER_STORAGE_WRITE);

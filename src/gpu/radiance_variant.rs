@@ -118,7 +118,8 @@ impl RadianceVariant {
             let specular = rough || smooth;
             for number in 0..8 {
                 let [sun, apart, background] = [1, 2, 4].map(|bit| number & bit != 0);
-                let plain = Self { specular, rough, smooth, sun, apart, background, reflections: true, ..Self::default() };
+                let plain =
+                    Self { specular, rough, smooth, sun, apart, background, reflections: true, ..Self::default() };
                 all.extend([plain, Self { map: true, ..plain }]);
                 all.push(Self { traced: true, map: apart, ..plain });
             }

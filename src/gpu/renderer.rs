@@ -186,7 +186,14 @@ impl Renderer {
         let resources = Resources::of_scene(context, &mut once, data)?;
         let (sampled, shows) = (data.sampled(), data.shown.variant);
         let cull = data.triangles.len() as u32;
-        let wanted = Wanted { image: data.image.is_some(), sampled, cull, temperatures: true, shows, texels: data.texels() as u32 };
+        let wanted = Wanted {
+            image: data.image.is_some(),
+            sampled,
+            cull,
+            temperatures: true,
+            shows,
+            texels: data.texels() as u32,
+        };
         let triangles = data.runs();
         let mut frames = Vec::new();
         for (has_sun, has_albedo) in [(true, true), (true, false), (false, false)] {

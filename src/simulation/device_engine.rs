@@ -331,11 +331,7 @@ impl Engine for DeviceEngine {
             surroundings: order.surroundings.as_ref().map(layout::Surroundings::new),
             lobes,
             planet,
-            traced: order
-                .pose
-                .as_ref()
-                .and(finishes.traced.as_ref())
-                .map(|traced| traced.told(order.time)),
+            traced: order.pose.as_ref().and(finishes.traced.as_ref()).map(|traced| traced.told(order.time)),
             distant,
             heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
             keep,

@@ -133,7 +133,10 @@ fn a_closed_isothermal_cavity_looks_black_whatever_its_walls() {
         ("rough in part", rough),
         ("a smooth mirror", "emissivity = 0.02\nspecular = 1"),
         ("diffuse", "emissivity = 0.3"),
-        ("by angle", "emissivity = 0.5\nspecular = 1\nroughness = 0.4\nemissivity_by_angle = { law = \"fresnel\", n = 1.4, k = 2.0 }"),
+        (
+            "by angle",
+            "emissivity = 0.5\nspecular = 1\nroughness = 0.4\nemissivity_by_angle = { law = \"fresnel\", n = 1.4, k = 2.0 }",
+        ),
     ] {
         let prepared = cavity(&[(rough, finish)]);
         for (found, most) in [(on_device(&prepared), 3e-5), (by_reference(&prepared), 1e-6)] {
@@ -231,7 +234,10 @@ fn of_plates(folder: &Folder, planet: &str, camera: &[(&str, &str)], materials: 
 
 /// The camera straight above the middle of the floor, which fills the image.
 const ABOVE: [(&str, &str); 3] = [
-    ("position = [6.5, 5, -7.5]\nlook_at = [0, 0, 0]\nup = [0, 0, -1]", "position = [1, 0, 9]\nlook_at = [1, 0, 0]\nup = [0, 1, 0]"),
+    (
+        "position = [6.5, 5, -7.5]\nlook_at = [0, 0, 0]\nup = [0, 0, -1]",
+        "position = [1, 0, 9]\nlook_at = [1, 0, 0]\nup = [0, 1, 0]",
+    ),
     ("fov_deg = 45", "fov_deg = 10"),
     ("width = 96\nheight = 72", "width = 384\nheight = 288"),
 ];
@@ -283,7 +289,8 @@ fn a_diffuse_floor_shows_the_view_factor_of_a_warm_wall() {
 #[test]
 fn a_mirror_shows_the_warm_wall_beside_it() {
     let folder = floor_and_wall();
-    let view = [("position = [6.5, 5, -7.5]\nlook_at = [0, 0, 0]", "position = [8.4, 0.1, 8]\nlook_at = [0.4, 0.1, 0]")];
+    let view =
+        [("position = [6.5, 5, -7.5]\nlook_at = [0, 0, 0]", "position = [8.4, 0.1, 8]\nlook_at = [0.4, 0.1, 0]")];
     let centre = 36 * 96 + 48;
     for emissivity in [0.02, 0.3, 0.9] {
         let prepared = of_plates(&folder, "255", &view, [("floor", emissivity, 1.0), ("wall", 1.0, 0.0)]);
@@ -305,7 +312,8 @@ fn a_mirror_shows_the_warm_wall_beside_it() {
 #[test]
 fn a_corner_of_mirrors_shows_the_planet_behind_the_camera() {
     let folder = floor_and_wall();
-    let view = [("position = [6.5, 5, -7.5]\nlook_at = [0, 0, 0]", "position = [8.4, 0.1, 8]\nlook_at = [0.4, 0.1, 0]")];
+    let view =
+        [("position = [6.5, 5, -7.5]\nlook_at = [0, 0, 0]", "position = [8.4, 0.1, 8]\nlook_at = [0.4, 0.1, 0]")];
     let shown = |floor: f64, wall: f64| of_plates(&folder, "255", &view, [("floor", floor, 1.0), ("wall", wall, 1.0)]);
     let prepared = shown(0.1, 0.5);
     let of = |temperature| band_radiance_exact(prepared.scene.band, temperature);
