@@ -11,6 +11,7 @@ use crate::simulation::engine::EngineError;
 use crate::simulation::facade_error::SimulationError;
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::brightness::BrightnessError;
+use crate::view::session::ViewError;
 
 /// An error that ends a command.
 #[derive(Debug, thiserror::Error)]
@@ -29,6 +30,8 @@ pub(super) enum CliError {
     Brightness(#[from] BrightnessError),
     #[error(transparent)]
     Compare(CompareError),
+    #[error(transparent)]
+    View(ViewError),
     #[error("{0}")]
     Usage(String),
     #[error("{0}")]
@@ -41,6 +44,15 @@ pub(super) enum CliError {
     StoppedRun(PathBuf),
     #[error("stopped; nothing was written")]
     StoppedBefore,
+}
+
+impl From<ViewError> for CliError {
+    fn from(error: ViewError) -> Self {
+        match error {
+            ViewError::Simulation(error) => error.into(),
+            other => Self::View(other),
+        }
+    }
 }
 
 impl From<CompareError> for CliError {
@@ -108,6 +120,7 @@ impl CliError {
             }
             Self::Job(JobError::NotFinite { .. } | JobError::Writer)
             | Self::Validation(_)
+            | Self::View(_)
             | Self::Solver(_)
             | Self::Stopped(_)
             | Self::StoppedRun(_)

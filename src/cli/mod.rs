@@ -34,6 +34,7 @@ mod response_targets;
 mod resume;
 mod run;
 mod thermal_state;
+mod view;
 mod view_factors;
 
 const AFTER_HELP: &str = "\
@@ -55,6 +56,7 @@ struct Program {
 enum Command {
     Run(run::Arguments),
     Render(render::Arguments),
+    View(view::Arguments),
     Compare(compare::Arguments),
     Check(check::Arguments),
     Info(info::Arguments),
@@ -77,6 +79,7 @@ pub fn main() -> ExitCode {
     let result = match program.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
+        Command::View(arguments) => view::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),

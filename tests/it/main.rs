@@ -61,3 +61,4 @@ mod transitions;
 mod tutorial;
 mod twins;
 mod validation;
+mod view;

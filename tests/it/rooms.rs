@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The rooms of `src`. Each uses only rooms before it.
-const ORDER: [&str; 20] = [
+const ORDER: [&str; 21] = [
     "text",
     "host",
     "files",
@@ -22,6 +22,7 @@ const ORDER: [&str; 20] = [
     "simulation",
     "guard",
     "output",
+    "view",
     "compare",
     "paper",
     "bench",
