@@ -68,8 +68,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut prepared = prepare_scene(scene.clone())?;
     guard(&mut prepared, Effort::BRIEF);
     let target = arguments.device.open()?;
-    let state =
-        arguments.from_state.as_ref().map(|path| thermal_state::read(path, &prepared, &target)).transpose()?;
+    let state = arguments.from_state.as_ref().map(|path| thermal_state::read(path, &prepared, &target)).transpose()?;
     say!("device: {}", target.name());
     let stop = stop_flag();
     let warm_up = Forecast::of(&prepared).warm_up;

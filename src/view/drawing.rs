@@ -92,7 +92,8 @@ pub fn draw(
     planes.labels("material", &image.material, prepared.materials.len());
     match (quantity, &image.digital_numbers) {
         (Quantity::Apparent, _) => {
-            let apparent: Vec<f32> = image.radiance.par_iter().map(|value| common.apparent.temperature(*value)).collect();
+            let apparent: Vec<f32> =
+                image.radiance.par_iter().map(|value| common.apparent.temperature(*value)).collect();
             planes.temperatures("apparent", &apparent);
         }
         (Quantity::Counts, Some(numbers)) => planes.counts(numbers),

@@ -81,7 +81,8 @@ impl Request {
     /// # Errors
     /// What is wrong with it, in words.
     pub fn read(text: &str) -> Result<Self, String> {
-        let request: Self = serde_json::from_str(text).map_err(|error| format!("the message is not understood: {error}"))?;
+        let request: Self =
+            serde_json::from_str(text).map_err(|error| format!("the message is not understood: {error}"))?;
         match request {
             Self::Play { rate } if !RATES.contains(&rate) => {
                 Err(format!("time plays at {} to {} steps a second, not {rate}", RATES.start(), RATES.end()))

@@ -102,10 +102,7 @@ impl Session {
 }
 
 /// Waits for the worker, whose waits the runtime drives.
-fn wait(
-    runtime: &Runtime,
-    thread: std::thread::JoinHandle<Result<(), SimulationError>>,
-) -> Result<(), ViewError> {
+fn wait(runtime: &Runtime, thread: std::thread::JoinHandle<Result<(), SimulationError>>) -> Result<(), ViewError> {
     runtime.block_on(async {
         while !thread.is_finished() {
             tokio::time::sleep(std::time::Duration::from_millis(10)).await;

@@ -198,8 +198,11 @@ const KEYS = {
   "c": () => send({ do: "scene_camera" }),
 };
 document.addEventListener("keydown", (event) => {
-  const inForm = /^(INPUT|SELECT)$/.test(event.target.tagName) || (event.target.tagName === "BUTTON" && [" ", "Enter"].includes(event.key));
-  if (inForm || event.ctrlKey || event.metaKey || event.altKey) return;
+  const { tagName, type } = event.target;
+  const ofSlider = type === "range" && event.key.startsWith("Arrow");
+  const ofForm = tagName === "SELECT" || (tagName === "INPUT" && type !== "range");
+  const ofButton = tagName === "BUTTON" && [" ", "Enter"].includes(event.key);
+  if (ofSlider || ofForm || ofButton || event.ctrlKey || event.metaKey || event.altKey) return;
   if (event.key === "Enter" && event.target === picture.canvas) probe(place());
   else if (KEYS[event.key]) KEYS[event.key]();
   else return;
