@@ -1,6 +1,6 @@
 #version 450
 // Flux from all patches that patches absorb [W/m2], one patch an invocation. Twin: `Exchange::absorbed` of src/exchange/step.rs.
-// Variant SUN: sunlight beside infrared.
+// Variants: REFLECTED: sunlight that patches reflect at first. None: infrared. SUN: infrared, and sunlight that was found before.
 
 #include "types.glsl"
 
@@ -8,10 +8,28 @@ layout(local_size_x = 64) in;
 
 layout(push_constant) uniform PassBlock { ExchangePass pass; };
 layout(set = 0, binding = 0) readonly buffer ExchangePatchBlock { ExchangePatch patches[]; };
-// Rows in fours: patches, then the bits of the exchange areas of infrared, then those of sunlight [m2].
+// Rows in fours: the upper half of an exchange area [m2] as f32, and below it the patch.
 layout(set = 0, binding = 1) readonly buffer ExchangeEntryBlock { uvec4 entries[]; };
-layout(set = 0, binding = 2) readonly buffer ExchangeSentBlock { vec2 sent[]; };
+#ifdef REFLECTED
+layout(set = 0, binding = 2) readonly buffer ExchangeReflectedBlock { vec2 reflected[]; };
+layout(set = 0, binding = 3) buffer ExchangeSunlightBlock { float sunlight[]; };
+#endif
+#ifndef REFLECTED
+layout(set = 0, binding = 2) readonly buffer ExchangeSentBlock { float sent[]; };
 layout(set = 0, binding = 3) buffer ExchangeReceivedBlock { float received[]; };
+#ifdef SUN
+layout(set = 0, binding = 4) readonly buffer ExchangeSunlightBlock { float sunlight[]; };
+#endif
+#endif
+
+float from_patch(uint own) {
+#ifdef REFLECTED
+    return reflected[own].y;
+#endif
+#ifndef REFLECTED
+    return sent[own];
+#endif
+}
 
 void main() {
     uint own = pass.first + gl_GlobalInvocationID.x;
@@ -19,27 +37,33 @@ void main() {
         return;
     }
     ExchangePatch here = patches[own];
-    vec4 infrared = vec4(0.0);
-#ifdef SUN
-    vec4 sunlight = vec4(0.0);
+#ifdef REFLECTED
+    uint first = here.first_reflected;
+    uint end = here.end_reflected;
+    float itself = here.itself_reflected;
+    float takes = here.absorptivity;
 #endif
-    for (uint k = here.first_entry; k < here.end_entry; k++) {
-        uvec4 at = entries[3u * k];
-#ifdef SUN
-        vec2 x = sent[at.x];
-        vec2 y = sent[at.y];
-        vec2 z = sent[at.z];
-        vec2 w = sent[at.w];
-        infrared += uintBitsToFloat(entries[3u * k + 1u]) * vec4(x.x, y.x, z.x, w.x);
-        sunlight += uintBitsToFloat(entries[3u * k + 2u]) * vec4(x.y, y.y, z.y, w.y);
+#ifndef REFLECTED
+    uint first = here.first_entry;
+    uint end = here.end_entry;
+    float itself = here.itself;
+    float takes = here.emissivity;
 #endif
-#ifndef SUN
-        infrared += uintBitsToFloat(entries[3u * k + 1u]) * vec4(sent[at.x].x, sent[at.y].x, sent[at.z].x, sent[at.w].x);
-#endif
+    vec4 arrives = vec4(0.0);
+    for (uint k = first; k < end; k++) {
+        uvec4 at = entries[k];
+        uvec4 of = at & uvec4(0xffffu);
+        arrives += uintBitsToFloat(at & uvec4(0xffff0000u)) * vec4(from_patch(of.x), from_patch(of.y), from_patch(of.z), from_patch(of.w));
     }
-    float absorbed = here.emissivity * ((infrared.x + infrared.y) + (infrared.z + infrared.w));
-#ifdef SUN
-    absorbed += here.absorptivity * ((sunlight.x + sunlight.y) + (sunlight.z + sunlight.w));
+    float all = itself * from_patch(own) + ((arrives.x + arrives.y) + (arrives.z + arrives.w));
+    float absorbed = takes * all * here.per_area;
+#ifdef REFLECTED
+    sunlight[own] = absorbed;
 #endif
-    received[own] = absorbed * here.per_area;
+#ifndef REFLECTED
+#ifdef SUN
+    absorbed += sunlight[own];
+#endif
+    received[own] = absorbed;
+#endif
 }

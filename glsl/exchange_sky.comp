@@ -11,24 +11,36 @@ layout(set = 0, binding = 0) uniform StepBlock { Step steps[1]; };
 // Directions of the rays, and whether they are open.
 layout(set = 0, binding = 1) readonly buffer ExchangeSkyBlock { uint sky[]; };
 layout(set = 0, binding = 2) buffer ExchangeSeenBlock { vec2 seen[]; };
+layout(set = 0, binding = 3) readonly buffer ExchangePatchBlock { ExchangePatch patches[]; };
+// Rows of the poses of the body and of the joints.
+layout(set = 0, binding = 4) readonly buffer ExchangePoseBlock { vec4 poses[]; };
+
+// A vector of the body in the frame of a joint.
+vec3 in_joint(uint pose, vec3 v) {
+    return v.x * poses[pose].xyz + v.y * poses[pose + 1u].xyz + v.z * poses[pose + 2u].xyz;
+}
 
 void main() {
     uint own = pass.first + gl_GlobalInvocationID.x;
     if (own >= pass.end) {
         return;
     }
-    vec3 nadir = steps[0].nadir.xyz;
-    vec3 sun = steps[0].sunward.xyz * steps[0].sun_sine - nadir * steps[0].sun_cosine;
+    uint pose = 3u * patches[own].joint;
+    vec3 nadir = in_joint(pose, steps[0].nadir.xyz);
+    vec3 sun = in_joint(pose, steps[0].sunward.xyz) * steps[0].sun_sine - nadir * steps[0].sun_cosine;
     float ratio = 1.0 / steps[0].nadir.w;
     // Rays to the planet, the open ones, and the same weighted with the sunlight on the ground.
     vec4 sums = vec4(0.0);
+    float free = 0.0;
     uint first = own * pass.rays;
     for (uint k = 0u; k < pass.rays; k++) {
         uint word = sky[first + k];
         float light = light_on_ground(ray_direction(word), nadir, sun, ratio);
         float meets = light < 0.0 ? 0.0 : 1.0;
         float open = float(word >> 31u);
+        free += open;
         sums += meets * vec4(1.0, open, light, open * light);
     }
-    seen[own] = vec2(sums.x > 0.0 ? sums.y / sums.x : 1.0, sums.z > 0.0 ? sums.w / sums.z : 1.0);
+    free /= float(pass.rays);
+    seen[own] = vec2(sums.x > 0.0 ? sums.y / sums.x : free, sums.z > 0.0 ? sums.w / sums.z : free);
 }

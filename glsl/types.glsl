@@ -156,6 +156,11 @@ struct ExchangePatch {
     uint end_node;
     uint first_entry;
     uint end_entry;
+    uint first_reflected;
+    uint end_reflected;
+    float itself;
+    float itself_reflected;
+    uint joint;
 };
 
 struct ExchangePass {

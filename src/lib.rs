@@ -14,7 +14,7 @@
 //! - [`output`]: images, plots and report
 //! - [`view`]: the page of `isotherm view`
 //!
-//! [`compare`] runs one scene under three responses. [`paper`] makes the figures of Vural et al. 2023. [`bench`] measures speed and error. [`trace`]
+//! [`server`] serves images to simulators in other programs. [`compare`] runs one scene under three responses. [`paper`] makes the figures of Vural et al. 2023. [`bench`] measures speed and error. [`trace`]
 //! records what host and device did. [`text`] makes names safe to show. [`lens`] tells which ray a pixel sees. [`saved`] holds what
 //! a run needs to go on later.
 
@@ -34,6 +34,7 @@ pub mod paper;
 pub mod raster;
 pub mod saved;
 pub mod scene;
+pub mod server;
 pub mod simulation;
 pub mod text;
 pub mod thermal;

@@ -14,15 +14,18 @@ pub mod energy;
 pub mod engine;
 mod engine_error;
 pub mod exchange;
+mod exchange_device;
 mod exchange_poses;
 pub mod facade;
 pub mod facade_error;
 pub mod forecast;
 pub mod forward;
+pub mod given;
 pub mod image;
 pub mod joints;
 pub mod keep;
 pub mod network;
+pub mod network_file;
 pub mod periodic;
 pub mod pose;
 pub mod prepare;
@@ -292,7 +295,7 @@ pub fn run_from<E: From<EngineError>>(
         let reference = check.as_deref_mut().map(|check| {
             let _checks = trace.span(Track::Host, "f64 reference of the sample");
             if let Some(load) = &load {
-                check.step(load, 1.0, now - time.step, time.step);
+                check.step(load, 1.0, now - time.step, time.step, engine.exchange_poses());
             }
             check.temperatures()
         });

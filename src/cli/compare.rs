@@ -51,6 +51,11 @@ pub struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let began = Instant::now();
     let mut scene = arguments.reach.scene(&arguments.scene)?.periodic_unless_stated(PERIODIC_START);
+    if scene.temperatures.is_some() {
+        let path = arguments.scene.display();
+        let message = "takes its temperatures from a file ([temperatures]), so it has no responses to compare";
+        return Err(CliError::Usage(format!("{path}: {message}")));
+    }
     // Surface temperatures are compared, which no sensor changes.
     scene.sensor = None;
     let bar = building_bar();

@@ -7,6 +7,7 @@ use crate::environment::sky::SkyError;
 use crate::gpu::error::GpuError;
 use crate::output::OutputError;
 use crate::output::job::JobError;
+use crate::server::error::ServerError;
 use crate::simulation::engine::EngineError;
 use crate::simulation::facade_error::SimulationError;
 use crate::simulation::prepare_error::PrepareError;
@@ -32,6 +33,8 @@ pub(super) enum CliError {
     Compare(CompareError),
     #[error(transparent)]
     View(ViewError),
+    #[error(transparent)]
+    Server(ServerError),
     #[error("{0}")]
     Usage(String),
     #[error("{0}")]
@@ -62,6 +65,15 @@ impl From<CompareError> for CliError {
             CompareError::Job(error) => Self::Job(error),
             CompareError::Stopped => Self::StoppedBefore,
             other => Self::Compare(other),
+        }
+    }
+}
+
+impl From<ServerError> for CliError {
+    fn from(error: ServerError) -> Self {
+        match error {
+            ServerError::Scene(error) => Self::Prepare(error),
+            other => Self::Server(other),
         }
     }
 }
@@ -99,7 +111,7 @@ impl CliError {
     /// 2 if the user can fix the error, otherwise 1.
     pub(super) fn exit_code(&self) -> u8 {
         match self {
-            Self::Prepare(_) | Self::Brightness(_) | Self::Compare(_) | Self::Usage(_) => 2,
+            Self::Prepare(_) | Self::Brightness(_) | Self::Compare(_) | Self::Server(_) | Self::Usage(_) => 2,
             Self::Simulation(error) => {
                 if error.is_of_the_user() {
                     2

@@ -6,6 +6,7 @@ use serde_json::json;
 
 use super::device::DeviceArguments;
 use super::error::CliError;
+use super::info_network;
 use super::reach::ReachArguments;
 use super::run::{device_memory, prepare_with_progress};
 use crate::gpu::context;
@@ -33,13 +34,19 @@ use crate::text::plain_json;
 /// materials and parts.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm info\n  isotherm info models/station.toml\n  \
-isotherm info models/station.glb --json")]
+isotherm info models/station.glb --json\n  isotherm info models/station.toml --network network/")]
 pub struct Arguments {
     /// Scene or model
     file: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
+    /// Write the thermal network of a scene into a folder, as a network file and as CSV, and print nothing else
+    #[arg(long, value_name = "FOLDER", requires = "file", conflicts_with = "json")]
+    network: Option<PathBuf>,
+    /// Replace the files of an earlier --network in the folder
+    #[arg(long, requires = "network")]
+    force: bool,
     #[command(flatten)]
     reach: ReachArguments,
     #[command(flatten)]
@@ -47,6 +54,9 @@ pub struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    if let (Some(scene), Some(output)) = (&arguments.file, &arguments.network) {
+        return info_network::write(scene, output, arguments.force, arguments.reach);
+    }
     let (value, text) = match &arguments.file {
         None => devices(&arguments.device)?,
         Some(path) if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) => {
@@ -118,7 +128,7 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
     let device_data = DeviceData::new(&prepared).with_exchange(tables);
     let data = device_data.scene_data(&prepared, camera);
     let light = data.ranges.first().map(|range| range.variant);
-    let exchanged = data.exchange.zip(light).map(|(data, light)| exchange(&data.tables.runs, light, true));
+    let exchanged = data.exchange.zip(light).map(|(data, light)| exchange(data.tables.order.len() as u32, light, true));
     let network = data.network.map(|network| network.shape.steps(1, 1, false).0).unwrap_or_default();
     let wanted = Wanted {
         image: camera.is_some(),

@@ -19,7 +19,9 @@ mod environment;
 mod environment_plate;
 mod error;
 mod info;
+mod info_network;
 mod network;
+mod network_export;
 mod network_import;
 mod network_report;
 mod paper;
@@ -33,6 +35,7 @@ mod response_fit;
 mod response_targets;
 mod resume;
 mod run;
+mod serve;
 mod thermal_state;
 mod view;
 mod view_factors;
@@ -67,6 +70,7 @@ enum Command {
     ViewFactors(view_factors::Arguments),
     Paper(paper::Arguments),
     Bench(bench::Arguments),
+    Serve(serve::Arguments),
 }
 
 /// Runs the program with the arguments of the process.
@@ -90,6 +94,7 @@ pub fn main() -> ExitCode {
         Command::ViewFactors(arguments) => view_factors::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Serve(arguments) => serve::run(&arguments),
     };
     exit(result)
 }

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use super::device::{DeviceArguments, check_validation};
 use super::digits::nine_digits;
 use super::error::CliError;
-use super::network_import;
 use super::network_report::{EXAMPLES, control_error, print_series, print_steady, steady_error};
 use super::progress::{spinner, stop_flag};
+use super::{network_export, network_import};
 use crate::output::console::say;
 use crate::output::destination::{Destination, STANDARD_OUTPUT, destinations, has_neighbours};
 use crate::output::finite::finite;
@@ -45,6 +45,7 @@ pub struct Arguments {
 #[derive(clap::Subcommand)]
 enum Command {
     Import(network_import::Arguments),
+    Export(network_export::Arguments),
 }
 
 #[derive(clap::Args)]
@@ -89,6 +90,7 @@ fn parse_tolerance(text: &str) -> Result<f64, String> {
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     match &arguments.command {
         Some(Command::Import(arguments)) => network_import::run(arguments),
+        Some(Command::Export(arguments)) => network_export::run(arguments),
         None => solve(&arguments.solve),
     }
 }

@@ -18,7 +18,8 @@ Examples:
   isotherm network models/cubesat_network.toml -o cubesat.csv --plot cubesat.svg
   isotherm network models/cubesat_network.toml -o cubesat.csv --integrator accurate --device cpu
   isotherm network models/cubesat_network.toml --steady
-  isotherm network import thermal_csv_files/ -o network.toml";
+  isotherm network import DISCTR_TRANSIENT.TMD -o disctr.toml
+  isotherm network export models/cubesat_network.toml --series cubesat.csv -o cubesat.TMD";
 
 /// Prints method, sub-steps and work of a series to standard error.
 pub(super) fn print_series(series: &Series, file: &NetworkFile, settings: &Settings) {

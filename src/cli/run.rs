@@ -29,7 +29,7 @@ use crate::output::report::{
 use crate::output::state_file::encode;
 use crate::output::step_cost::step_cost;
 use crate::output::tables::{JOINTS, SERIES};
-use crate::output::{report_html, settings, video};
+use crate::output::{mcap, report_html, settings, video};
 use crate::scene::{Draw, Scene};
 use crate::simulation::check::SAMPLE;
 use crate::simulation::device_data::DeviceData;
@@ -48,7 +48,8 @@ isotherm run models/station.toml -o out/checked --check=5000\n  \
 isotherm run models/station.toml -o out/traced --trace out/traced.json\n  \
 isotherm run --resume out/station\n  \
 isotherm run models/station.toml -o out/warm --save-state out/warm.state --save-state-at 0\n  \
-isotherm run models/station.toml -o out/again --from-state out/warm.state")]
+isotherm run models/station.toml -o out/again --from-state out/warm.state\n  \
+isotherm run models/station.toml -o out/robot --mcap out/robot.mcap")]
 pub struct Arguments {
     /// Scene file (TOML, described in docs/scene.md)
     #[arg(required_unless_present = "resume")]
@@ -82,6 +83,9 @@ pub struct Arguments {
     /// Begin time 0 with a state of --save-state, instead of a warm-up. It is refused where model, materials or the order of the nodes differ
     #[arg(long, value_name = "FILE", conflicts_with = "resume")]
     from_state: Option<PathBuf>,
+    /// Write the images also as a log for robotics: ROS 2 messages in MCAP (docs/serve.md), or - for standard output
+    #[arg(long, value_name = "FILE.mcap")]
+    mcap: Option<PathBuf>,
     #[command(flatten)]
     reach: ReachArguments,
     #[command(flatten)]
@@ -153,7 +157,8 @@ pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Target) {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let began = Instant::now();
-    let [timeline, of_state] = destinations([arguments.trace.as_deref(), arguments.save_state.as_deref()])?;
+    let [timeline, of_state, log] =
+        destinations([arguments.trace.as_deref(), arguments.save_state.as_deref(), arguments.mcap.as_deref()])?;
     let trace = if timeline.is_some() { Trace::recording() } else { Trace::default() };
     let earlier = match &arguments.resume {
         None => None,
@@ -184,7 +189,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(folder) = &fresh {
         folder.keep_inputs(&prepared.scene.files)?;
     }
-    for path in [&arguments.trace, &arguments.save_state].into_iter().flatten() {
+    for path in [&arguments.trace, &arguments.save_state, &arguments.mcap].into_iter().flatten() {
         keep_inputs(path, prepared.scene.files.iter().chain(&arguments.from_state))?;
     }
     let at = thermal_state::step_of_state(arguments.save_state_at, &prepared.scene.time)?;
@@ -202,7 +207,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let sample = match &earlier {
         Some(earlier) => earlier.check()?,
-        None => with_check.then(|| arguments.check.flatten().map_or(SAMPLE, |nodes| nodes as usize)),
+        // The reference would read the same file.
+        None => (with_check && prepared.given.is_none())
+            .then(|| arguments.check.flatten().map_or(SAMPLE, |nodes| nodes as usize)),
     };
     let command_line = match &earlier {
         Some(earlier) => earlier.command_line()?,
@@ -259,6 +266,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let (Some(destination), Some(state)) = (&of_state, &outcome.state) {
         destination.write_bytes(&encode(state))?;
     }
+    if let Some(log) = &log {
+        let span = trace.span(Track::Host, "MCAP");
+        log.write(|writer| mcap::write(writer, &folder, &outcome.frames, prepared.scene.time.start))?;
+        drop(span);
+    }
     if begin.is_some() && sample.is_some() && outcome.accuracy.is_none() {
         say!(
             "warning: nothing was compared with the f64 reference: the state was saved without it, or with another --check"
@@ -303,7 +315,9 @@ fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome, wall_s: f6
     // A dispatch of many steps is not a single step.
     let step_ms =
         mean(&|name| name.starts_with("thermal_step.") || name.starts_with("one_pass."), steps - engine.fused_steps())
-            .map(|ms| network_ms.map_or(network_wall_ms.unwrap_or(ms), |network| ms + network));
+            .map(|ms| network_ms.map_or(network_wall_ms.unwrap_or(ms), |network| ms + network))
+            // Temperatures of a file take no thermal step.
+            .filter(|_| prepared.given.is_none());
     let of_image = |name: &str| {
         ["cull", "radiance", "read radiance", "read identity", COPIED, READ].contains(&name)
             || name.starts_with("sensor_")
@@ -405,6 +419,9 @@ fn report(
     let missed = outcome.periodic.and_then(|periodic| periodic.warning(""));
     let off = outcome.accuracy.as_ref().and_then(|accuracy| accuracy.warning(prepared));
     let network = network_section(prepared, engine);
+    let entries = engine.exchange_description();
+    let exchange = (!entries.is_empty())
+        .then(|| SettingGroup { title: "Radiation between surfaces, as found".to_owned(), entries });
     let said = |name: &str| network.iter().flat_map(|group| &group.entries).find(|(entry, _)| entry == name);
     if let Some((name, value)) = said(ESTIMATED) {
         say!("network in one pass: {name} {value}");
@@ -433,7 +450,7 @@ fn report(
             nodes_by_response,
         },
         passes: pass_times(engine),
-        settings: settings::groups(prepared).into_iter().chain(network).chain([forecast]).collect(),
+        settings: settings::groups(prepared).into_iter().chain(network).chain(exchange).chain([forecast]).collect(),
         assumptions: prepared.scene.assumptions.clone(),
         warnings,
         switched_off: prepared.switched_off(),

@@ -124,7 +124,7 @@ fn tell(craft: &Craft, exchange: &Exchange) {
     for (name, value) in describe(craft, exchange) {
         say!("{name}: {value}");
     }
-    if exchange.factors.inside > 0.0 {
+    if exchange.factors.inside_share() > 0.0 {
         say!(
             "warning: rays end on the inner face of a skin, because the mesh is open or parts reach into each other; their light comes back to its own patch"
         );

@@ -16,6 +16,9 @@ const ROUNDS: usize = 2000;
 /// Error of a row that counts as closed, over its area.
 const CLOSED: f64 = 1e-13;
 
+/// Share of rays to inner faces above which a patch lies inside another part.
+const BURIED: f64 = 0.95;
+
 /// View factors as areas.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Factors {
@@ -29,8 +32,8 @@ pub struct Factors {
     pub rays: u32,
     /// What was changed to make the view factors reciprocal and closed.
     pub correction: Correction,
-    /// Share of all rays that ended on the inner face of a skin.
-    pub inside: f64,
+    /// Share of the rays of each patch that ended on the inner face of a skin.
+    pub inside: Vec<f64>,
 }
 
 /// Changes of view factors.
@@ -62,7 +65,7 @@ impl Factors {
                 (row, space.first().map_or(0.0, |(_, share)| *share), inside)
             })
             .collect();
-        let inside = counted.iter().map(|row| f64::from(row.2)).sum::<f64>() / (ends.len().max(1)) as f64;
+        let inside = counted.iter().map(|row| f64::from(row.2) * share).collect();
         let space: Vec<f64> = counted.iter().zip(&areas).map(|(row, area)| row.1 * area).collect();
         let found = Sparse::from_rows(counted.into_iter().map(|row| row.0).collect());
         let mut shared = found.combined(&found.transposed(), |row, column, there, back| {
@@ -73,6 +76,18 @@ impl Factors {
         let unclosed = close(&areas, &mut shared, &mut closed);
         let correction = Correction { unclosed, ..changes(&areas, [&found, &shared], [&space, &closed]) };
         Self { areas, shared, space: closed, rays, correction, inside }
+    }
+
+    /// Share of the light of all patches, by area, that meets the inner face of a skin.
+    pub fn inside_share(&self) -> f64 {
+        let met: f64 = self.inside.iter().zip(&self.areas).map(|(share, area)| share * area).sum();
+        met / self.areas.iter().sum::<f64>().max(f64::MIN_POSITIVE)
+    }
+
+    /// Patches that see little but inner faces, because they lie inside other parts, and their area [m2].
+    pub fn buried(&self) -> (usize, f64) {
+        let buried = self.inside.iter().zip(&self.areas).filter(|(share, _)| **share > BURIED);
+        buried.fold((0, 0.0), |(count, all), (_, area)| (count + 1, all + area))
     }
 
     /// View factor from one patch to another.

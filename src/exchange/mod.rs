@@ -8,10 +8,14 @@
 
 pub mod between;
 pub mod cast;
+pub mod defects;
 pub mod directions;
+pub mod errors;
 pub mod factors;
 pub mod patches;
 pub mod reflected;
 pub mod sky;
 pub mod sparse;
 pub mod step;
+pub mod turn;
+pub mod words;

@@ -162,7 +162,7 @@ impl Patches {
 
 impl Surface {
     /// Area of a triangle [m2].
-    fn area_of(&self, triangle: usize) -> f64 {
+    pub fn area_of(&self, triangle: usize) -> f64 {
         let [a, b, c] = self.triangles[triangle].map(|node| self.positions[node as usize]);
         0.5 * (b - a).cross(c - a).length()
     }

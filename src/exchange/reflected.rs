@@ -7,12 +7,13 @@
 //! How much of its light a patch gives to the craft and to space follows from vectors alone, with all reflections. Rows follow the light only while it is
 //! concentrated: a crumb of light is not reflected by itself, and pairs that see each other by reflection alone are left out while they are small. One factor for
 //! each patch then scales the kept entries to the right sums. What further reflections would carry where a scene bounds their number returns to its own patch. Rows stay
-//! symmetric and closed, so that an isothermal box keeps its temperature.
+//! symmetric and closed, so that an isothermal box keeps its temperature. Entries are rounded to 8 bits, large ones to 16, and the rest goes to the diagonal.
 
 use rayon::prelude::*;
 
 use super::factors::Factors;
 use super::sparse::{Row, Sparse};
+use super::words::{MOST as WORDS, rounded};
 
 /// Area of the entries of a row that may be left out, over the area of its patch. They are pairs that do not see each other directly.
 pub const LEFT_OUT: f64 = 0.05;
@@ -24,6 +25,8 @@ const FAINT: f64 = 1e-7;
 const CRUMB: f64 = 1e-4;
 /// Most reflections that are followed.
 const MOST: u32 = 20_000;
+/// Part of the area of the smaller patch below which a rounding error of an entry is left to the diagonal.
+const FINE: f64 = 1e-4;
 /// Absorptivity below which a patch does not take what others leave out.
 const MIRROR: f64 = 1e-6;
 
@@ -52,6 +55,7 @@ pub fn exchange_areas(factors: &Factors, absorptivities: &[f64], bounces: Option
     let mut between = pruned(&mean, &factors.shared, areas);
     let wanted: Vec<f64> = given.iter().zip(areas).map(|(share, area)| share * area).collect();
     scale(&mut between, &wanted, absorptivities);
+    round(&mut between, areas, absorptivities);
     let mut returned = 0.0f64;
     for (i, area) in areas.iter().enumerate() {
         let (first, end) = (between.first[i] as usize, between.first[i + 1] as usize);
@@ -108,6 +112,18 @@ fn scale(kept: &mut Sparse, wanted: &[f64], absorptivities: &[f64]) {
     for i in 0..wanted.len() {
         let run = kept.first[i] as usize..kept.first[i + 1] as usize;
         kept.entries[run].iter_mut().for_each(|(j, area)| *area *= factor[i] * factor[*j as usize]);
+    }
+}
+
+/// Rounds entries as the device keeps them. A patch that takes no light can not make up for rounding, so its entries keep all bits of an f32.
+fn round(kept: &mut Sparse, areas: &[f64], absorptivities: &[f64]) {
+    for i in 0..areas.len() {
+        let run = kept.first[i] as usize..kept.first[i + 1] as usize;
+        for (j, area) in kept.entries[run].iter_mut().filter(|(j, _)| *j as usize != i) {
+            let j = *j as usize;
+            let mirror = absorptivities[i].min(absorptivities[j]) <= MIRROR;
+            *area = if mirror { rounded(*area, 0.0, WORDS) } else { rounded(*area, FINE * areas[i].min(areas[j]), 2) };
+        }
     }
 }
 

@@ -6,6 +6,7 @@
 
 use glam::{DAffine3, DVec3};
 
+use super::turn::turned;
 use crate::environment::{PlanetLoad, StepLoad};
 use crate::saved::{Saved, SavedError};
 use crate::thermal::received::Seen;
@@ -14,6 +15,11 @@ use crate::thermal::received::Seen;
 const OPEN: u32 = 1 << 31;
 /// Steps of a coordinate of a direction.
 const GRID: f64 = 32767.0;
+
+/// A turn below this is rounding [rad].
+const STILL: f64 = 1e-9;
+/// Change of a flux of sunlight, over the flux, that counts.
+const FLUX: f64 = 0.01;
 
 /// A ray as a word: a direction on an octahedron (Cigolle et al. 2014, Journal of Computer Graphics Techniques 3(2)) in steps of 2^-15, and whether it is open.
 pub fn word_of(direction: DVec3, open: bool) -> u32 {
@@ -66,9 +72,10 @@ impl PlanetView {
         })
     }
 
-    /// The shares that a patch with these rays sees. Without a ray to the planet, or to its lit part, nothing is hidden.
+    /// The shares that a patch with these rays sees. Without a ray to the planet, or to its lit part, the share is that of all rays that are open.
     pub fn seen(&self, rays: &[u32]) -> Seen {
         let (mut all, mut open, mut lit, mut open_lit) = (0.0, 0.0, 0.0, 0.0);
+        let free = rays.iter().filter(|word| **word & OPEN != 0).count() as f64 / rays.len().max(1) as f64;
         for word in rays {
             if let Some(light) = self.lit(direction_of(*word)) {
                 let is_open = if word & OPEN == 0 { 0.0 } else { 1.0 };
@@ -78,33 +85,65 @@ impl PlanetView {
                 open_lit += is_open * light;
             }
         }
-        let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 1.0 };
+        let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { free };
         Seen { planet_ir: share(open, all), albedo: share(open_lit, lit) }
     }
 }
 
-/// When the shares are found anew: after the planet or the Sun has moved far enough against the craft, or a joint has moved.
+/// What the light of Sun and planet on a craft depends on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FoundFor {
+    /// Directions to the planet, to the Sun as the planet sees it, and to the Sun as the craft sees it, body frame. Zero without.
+    pub directions: [DVec3; 3],
+    /// Sunlight of the Sun and of the planet [W/m2].
+    pub fluxes: [f64; 2],
+    /// Poses of the joints.
+    pub poses: Vec<DAffine3>,
+}
+
+impl FoundFor {
+    /// That of a load.
+    pub fn new(load: &StepLoad) -> Self {
+        let mut directions = [DVec3::ZERO; 3];
+        let mut fluxes = [load.sun.iter().map(|sample| sample.flux).sum(), 0.0];
+        directions[2] = load.sun.iter().map(|sample| sample.flux * sample.direction).sum::<DVec3>().normalize_or_zero();
+        if let Some(planet) = &load.planet {
+            let (sine, cosine) = planet.sun_zenith.sin_cos();
+            directions[0] = planet.nadir;
+            directions[1] = planet.sunward * sine - planet.nadir * cosine;
+            fluxes[1] = if load.albedo.is_some() { planet.albedo_flux } else { 0.0 };
+        }
+        Self { directions, fluxes, poses: load.joints.clone() }
+    }
+
+    /// Whether what was found still holds, within an angle [rad].
+    fn holds(&self, now: &Self, angle: f64) -> bool {
+        let apart = |(a, b): (&DVec3, &DVec3)| a.cross(*b).length().atan2(a.dot(*b));
+        let alike = |(a, b): (&f64, &f64)| (a - b).abs() <= FLUX * a.max(*b);
+        // Rounding must not count where the angle is 0.
+        let angle = angle.max(STILL);
+        self.directions.iter().zip(&now.directions).all(|pair| apart(pair) <= angle)
+            && self.fluxes.iter().zip(&now.fluxes).all(alike)
+            && turned(&self.poses, &now.poses) <= angle
+    }
+}
+
+/// When the light of Sun and planet is found anew: after the planet, the Sun or a joint has turned far enough against the craft, or sunlight has changed.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Renewal {
-    /// Angle after which they are found anew [rad].
+    /// Angle after which it is found anew [rad].
     pub angle: f64,
-    /// Directions to the planet and to the Sun, body frame, and poses of the joints for which they were last found.
-    pub found_for: Option<([DVec3; 2], Vec<DAffine3>)>,
+    /// What it was last found for.
+    pub found_for: Option<FoundFor>,
 }
 
 impl Renewal {
-    /// Whether the shares must be found anew for a load. It counts as done then.
+    /// Whether the light must be found anew for a load. It counts as done then.
     pub fn is_due(&mut self, load: &StepLoad) -> bool {
-        let Some(planet) = &load.planet else { return false };
-        let (sine, cosine) = planet.sun_zenith.sin_cos();
-        let now = [planet.nadir, planet.sunward * sine - planet.nadir * cosine];
-        let holds = self.found_for.as_ref().is_some_and(|(last, poses)| {
-            let turned = |(a, b): (&DVec3, &DVec3)| a.cross(*b).length().atan2(a.dot(*b));
-            let still = |(a, b): (&DAffine3, &DAffine3)| a.abs_diff_eq(*b, 1e-9);
-            last.iter().zip(&now).all(|pair| turned(pair) <= self.angle) && poses.iter().zip(&load.joints).all(still)
-        });
+        let now = FoundFor::new(load);
+        let holds = self.found_for.as_ref().is_some_and(|last| last.holds(&now, self.angle));
         if !holds {
-            self.found_for = Some((now, load.joints.clone()));
+            self.found_for = Some(now);
         }
         !holds
     }
@@ -112,8 +151,9 @@ impl Renewal {
     /// What is needed to go on later.
     pub fn save(&self) -> Saved {
         let mut saved = Saved::default();
-        if let Some((directions, poses)) = &self.found_for {
+        if let Some(FoundFor { directions, fluxes, poses }) = &self.found_for {
             saved.put("directions", &directions.map(|direction| direction.to_array()));
+            saved.put("fluxes", fluxes);
             saved.put("poses", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
         }
         saved
@@ -126,10 +166,13 @@ impl Renewal {
     pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         self.found_for = None;
         if saved.has("directions") {
-            let directions: Vec<[f64; 3]> = saved.list_of("directions", 2)?;
+            let directions: [[f64; 3]; 3] = saved.array("directions")?;
             let poses: Vec<[f64; 12]> = saved.list("poses")?;
-            let directions = [directions[0], directions[1]].map(DVec3::from_array);
-            self.found_for = Some((directions, poses.iter().map(DAffine3::from_cols_array).collect()));
+            self.found_for = Some(FoundFor {
+                directions: directions.map(DVec3::from_array),
+                fluxes: saved.array("fluxes")?,
+                poses: poses.iter().map(DAffine3::from_cols_array).collect(),
+            });
         }
         Ok(())
     }

@@ -1,4 +1,7 @@
-//! What every patch receives in a step. Twin: `glsl/exchange_send.comp` and `glsl/exchange_receive.comp`.
+//! What every patch receives in a step. Twin: `glsl/exchange_light.comp`, `glsl/exchange_send.comp` and `glsl/exchange_receive.comp`.
+//!
+//! The light of Sun and planet, with its reflections, does not depend on temperatures. It is found anew when they have turned against the craft ([`Light`]). A step
+//! itself takes one product of the infrared that patches send with the rows of their exchange areas.
 //!
 //! A node emits to all sides, as it does without exchange: that stays in its own balance, with its temperature on the way through the step. What comes from
 //! other patches is a load. It follows from the temperatures at the start of the step. The infrared of space, which the rest of isotherm lets arrive from all sides, is taken
@@ -34,8 +37,19 @@ pub struct Settings {
     pub redraw_angle: f64,
 }
 
-/// An entry of a row: a patch, and the exchange areas of infrared and sunlight [m2].
-pub type Entry = (u32, [f64; 2]);
+/// Most patches of a craft, so that the number of one takes half a word.
+pub const MOST_PATCHES: usize = 1 << 16;
+
+/// The light of Sun and planet on a craft, held while they hardly turn against it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Light {
+    /// Shares of the planet's light that every patch sees.
+    pub seen: Vec<Seen>,
+    /// Infrared of the planet and sunlight that every patch reflects at first [W/m2].
+    pub reflected: Vec<[f64; 2]>,
+    /// Sunlight from all patches that each one absorbs [W/m2].
+    pub sunlight: Vec<f64>,
+}
 
 /// The patches of a craft with all that they exchange.
 #[derive(Debug, Clone)]
@@ -52,10 +66,6 @@ pub struct Exchange {
     pub infrared: Areas,
     /// Exchange areas of sunlight.
     pub sunlight: Areas,
-    /// First entry of each row of `entries`, and the one after the last.
-    pub first: Vec<u32>,
-    /// The rows of both.
-    pub entries: Vec<Entry>,
     /// Rays that keep the sky, the same number for each patch.
     pub sky: Vec<u32>,
 }
@@ -69,17 +79,6 @@ impl Exchange {
             exchange_areas(&factors, &absorptivities, settings.bounces)
         };
         let (infrared, sunlight) = (of(|patch| patch.optics.emissivity), of(|patch| patch.optics.absorptivity));
-        let mut first = vec![0];
-        let mut entries: Vec<Entry> = Vec::new();
-        for row in 0..patches.all.len() {
-            let (a, b) = (infrared.between.row(row), sunlight.between.row(row));
-            let mut columns: Vec<u32> = a.iter().chain(b).map(|entry| entry.0).collect();
-            columns.sort_unstable();
-            columns.dedup();
-            let both = |column: u32| [infrared.between.at(row, column), sunlight.between.at(row, column)];
-            entries.extend(columns.into_iter().map(|column| (column, both(column))));
-            first.push(entries.len() as u32);
-        }
         let kept = settings.rays.min(SKY_RAYS);
         let sky = (0..patches.all.len() as u32).into_par_iter().flat_map_iter(|patch| {
             let own = &ends[patch as usize * settings.rays as usize..];
@@ -96,8 +95,6 @@ impl Exchange {
             factors,
             infrared,
             sunlight,
-            first,
-            entries,
         }
     }
 
@@ -126,43 +123,52 @@ impl Exchange {
         self.patches.par_iter().zip(self.sky.par_chunks(rays.max(1))).map(seen).collect()
     }
 
-    /// Infrared and sunlight that leave each patch at first [W/m2]: emission above that of space, and the reflection of what comes from Sun and planet. `temperature` [K]
-    /// and `visibility`, the share of the Sun, are those of a node.
-    pub fn sent(
-        &self,
-        load: &StepLoad,
-        seen: &[Seen],
-        temperature: impl Fn(usize) -> f64 + Sync,
-        visibility: impl Fn(usize) -> f64 + Sync,
-    ) -> Vec<[f64; 2]> {
-        let space = load.background_temperature.powi(4);
+    /// The light of Sun and planet. `visibility` is the share of the Sun that a node sees.
+    pub fn light(&self, load: &StepLoad, visibility: impl Fn(usize) -> f64 + Sync) -> Light {
+        let seen = self.seen(load);
         let of = |(patch, seen): (&Patch, &Seen)| {
-            let (mut fourth, mut lit) = (0.0, 0.0);
-            for (node, share) in &self.nodes[patch.nodes.clone()] {
-                fourth += share * temperature(*node as usize).powi(4);
-                lit += share * visibility(*node as usize);
-            }
+            let lit: f64 =
+                self.nodes[patch.nodes.clone()].iter().map(|(node, share)| share * visibility(*node as usize)).sum();
             let normal: DVec3 = load.joint_from_body(patch.joint).transpose() * patch.normal;
             let Incident { solar, albedo, planet_ir } = incident(load, normal);
             let optics = patch.optics;
             [
-                optics.emissivity * STEFAN_BOLTZMANN * (fourth - space)
-                    + (1.0 - optics.emissivity) * seen.planet_ir * planet_ir,
+                (1.0 - optics.emissivity) * seen.planet_ir * planet_ir,
                 (1.0 - optics.absorptivity) * (lit * solar + seen.albedo * albedo),
             ]
         };
-        self.patches.par_iter().zip(seen).map(of).collect()
+        let reflected: Vec<[f64; 2]> = self.patches.par_iter().zip(&seen).map(of).collect();
+        let sunlight = self.gathered(&self.sunlight, |from| reflected[from][1], |patch| patch.optics.absorptivity);
+        Light { seen, reflected, sunlight }
+    }
+
+    /// Infrared that leaves each patch at first [W/m2]: emission above that of space, and the reflection of what comes from the planet. `temperature` [K] is that of a
+    /// node.
+    pub fn sent(&self, load: &StepLoad, light: &Light, temperature: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
+        let space = load.background_temperature.powi(4);
+        let of = |(patch, reflected): (&Patch, &[f64; 2])| {
+            let fourth = |(node, share): &(u32, f64)| share * temperature(*node as usize).powi(4);
+            let fourth: f64 = self.nodes[patch.nodes.clone()].iter().map(fourth).sum();
+            patch.optics.emissivity * STEFAN_BOLTZMANN * (fourth - space) + reflected[0]
+        };
+        self.patches.par_iter().zip(&light.reflected).map(of).collect()
     }
 
     /// Flux from all patches that each one absorbs [W/m2].
-    pub fn absorbed(&self, sent: &[[f64; 2]]) -> Vec<f64> {
+    pub fn absorbed(&self, sent: &[f64], light: &Light) -> Vec<f64> {
+        let infrared = self.gathered(&self.infrared, |from| sent[from], |patch| patch.optics.emissivity);
+        infrared.into_iter().zip(&light.sunlight).map(|(infrared, sunlight)| infrared + sunlight).collect()
+    }
+
+    fn gathered(
+        &self,
+        areas: &Areas,
+        sent: impl Fn(usize) -> f64 + Sync,
+        absorptivity: impl Fn(&Patch) -> f64 + Sync,
+    ) -> Vec<f64> {
         let of = |(number, patch): (usize, &Patch)| {
-            let (mut infrared, mut sunlight) = (0.0, 0.0);
-            for (from, areas) in &self.entries[self.first[number] as usize..self.first[number + 1] as usize] {
-                infrared += areas[0] * sent[*from as usize][0];
-                sunlight += areas[1] * sent[*from as usize][1];
-            }
-            (patch.optics.emissivity * infrared + patch.optics.absorptivity * sunlight) / patch.area
+            let arrives: f64 = areas.between.row(number).iter().map(|(from, area)| area * sent(*from as usize)).sum();
+            absorptivity(patch) * arrives / patch.area
         };
         self.patches.par_iter().enumerate().map(of).collect()
     }

@@ -15,13 +15,13 @@ use super::resource::Resource;
 use super::resource_row::Count;
 use super::variant::ThermalVariant;
 use crate::exchange::patches::NONE;
+use crate::exchange::reflected::Areas;
+use crate::exchange::sparse::Sparse;
 use crate::exchange::step::Exchange;
+use crate::exchange::words::pieces;
 
 /// Patches of a workgroup.
 const WORKGROUP: u32 = 64;
-
-/// Patches of a joint: the joint, the first and the one after the last.
-pub type PatchRun = (u32, u32, u32);
 
 /// Tables of a craft. A patch more than it has stands for faces without a patch, which see nothing of the craft.
 #[derive(Debug, Clone, Default)]
@@ -32,16 +32,20 @@ pub struct ExchangeTables {
     pub patches: Vec<ExchangePatch>,
     /// Nodes of the patches, and the bits of their shares.
     pub members: Vec<[u32; 2]>,
-    /// Four entries of a row: patches, and the bits of the exchange areas of infrared and of sunlight.
-    pub entries: Vec<[[u32; 4]; 3]>,
+    /// Four entries of a row: the upper half of an exchange area [m2] as f32, and below it a patch. First all rows of infrared, then those of sunlight.
+    pub entries: Vec<[u32; 4]>,
     /// Rays that keep the sky.
     pub sky: Vec<u32>,
     /// Rays of each patch among them.
     pub sky_rays: u32,
-    /// Patch at each place of the device. Within a joint the longest rows come first, so that neighbouring invocations have as much to do.
+    /// Patch at each place of the device. The longest rows come first, so that neighbouring invocations have as much to do.
     pub order: Vec<u32>,
-    /// Patches of each joint.
-    pub runs: Vec<PatchRun>,
+    /// Joints, the body too.
+    pub joints: usize,
+    /// Share of space in the view of each patch.
+    pub open: Vec<f32>,
+    /// Share of all light that meets inner faces, and number and area [m2] of the patches inside other parts.
+    pub inside: (f64, (usize, f64)),
     /// Room for entries, of which a craft with joints may need more later.
     pub room: usize,
 }
@@ -50,47 +54,45 @@ impl ExchangeTables {
     /// The tables of an exchange. With `moves` there is room for twice the entries.
     pub fn new(exchange: &Exchange, moves: bool) -> Self {
         let without = exchange.patches.len() as u32;
-        let entries_of = |patch: usize| exchange.first[patch + 1] - exchange.first[patch];
         let mut order: Vec<u32> = (0..without).collect();
-        order.sort_by_key(|patch| {
-            let patch = *patch as usize;
-            (exchange.patches[patch].joint, std::cmp::Reverse(entries_of(patch)))
-        });
+        order.sort_by_key(|patch| std::cmp::Reverse(exchange.infrared.between.row(*patch as usize).len()));
         let mut places = vec![0u32; order.len()];
         (0..).zip(&order).for_each(|(place, patch)| places[*patch as usize] = place);
         let patch_of = |patch: u32| if patch == NONE { without } else { places[patch as usize] };
         let nodes = exchange.of_node.chunks(GROUP).map(|group| {
             std::array::from_fn(|k| group.get(k % GROUP).map_or(without, |faces| patch_of(faces[k / GROUP])))
         });
-        let (mut patches, mut entries, mut runs) = (Vec::new(), Vec::new(), Vec::<PatchRun>::new());
-        for (place, number) in (0..).zip(order.iter().map(|patch| *patch as usize)) {
-            let patch = &exchange.patches[number];
-            let first_entry = entries.len() as u32;
-            let row = &exchange.entries[exchange.first[number] as usize..exchange.first[number + 1] as usize];
-            entries.extend(row.chunks(4).map(|four| {
-                let of = |k: usize| {
-                    four.get(k).map_or((place, [0.0; 2]), |(patch, areas)| (places[*patch as usize], *areas))
-                };
-                let areas = |kind: usize| std::array::from_fn(|k| (of(k).1[kind] as f32).to_bits());
-                [std::array::from_fn(|k| of(k).0), areas(0), areas(1)]
-            }));
-            patches.push(ExchangePatch {
+        let mut entries = Vec::new();
+        let mut rows = |of: &Sparse| -> Vec<[u32; 2]> {
+            let row = |(place, number): (u32, &u32)| {
+                let first = entries.len() as u32;
+                push_row(&mut entries, of.row(*number as usize), *number, place, &places);
+                [first, entries.len() as u32]
+            };
+            (0..).zip(&order).map(row).collect()
+        };
+        let [infrared, reflected] = [&exchange.infrared, &exchange.sunlight].map(|areas| rows(&areas.between));
+        let patches = order.iter().zip(infrared.iter().zip(&reflected)).map(|(number, (entries, reflected))| {
+            let patch = &exchange.patches[*number as usize];
+            let itself = |areas: &Areas| areas.between.at(*number as usize, *number) as f32;
+            ExchangePatch {
                 normal: patch.normal.as_vec3().to_array(),
                 emissivity: patch.optics.emissivity as f32,
                 absorptivity: patch.optics.absorptivity as f32,
                 per_area: (1.0 / patch.area) as f32,
                 first_node: patch.nodes.start as u32,
                 end_node: patch.nodes.end as u32,
-                first_entry,
-                end_entry: entries.len() as u32,
-                unused: [0; 2],
-            });
-            let end = place + 1;
-            match runs.last_mut() {
-                Some(run) if run.0 == patch.joint => run.2 = end,
-                _ => runs.push((patch.joint, end - 1, end)),
+                first_entry: entries[0],
+                end_entry: entries[1],
+                first_reflected: reflected[0],
+                end_reflected: reflected[1],
+                itself: itself(&exchange.infrared),
+                itself_reflected: itself(&exchange.sunlight),
+                joint: patch.joint,
+                unused: 0,
             }
-        }
+        });
+        let patches: Vec<ExchangePatch> = patches.collect();
         Self {
             nodes: nodes.collect(),
             patches,
@@ -100,7 +102,9 @@ impl ExchangeTables {
             sky: order.iter().flat_map(|patch| exchange.sky_of(*patch as usize)).copied().collect(),
             sky_rays: exchange.sky_rays() as u32,
             order,
-            runs,
+            open: (0..exchange.patches.len()).map(|patch| exchange.factors.to_space(patch) as f32).collect(),
+            inside: (exchange.factors.inside_share(), exchange.factors.buried()),
+            joints: exchange.patches.iter().map(|patch| patch.joint as usize + 1).max().unwrap_or(1),
         }
     }
 
@@ -111,99 +115,134 @@ impl ExchangeTables {
             Count::ExchangePatches => self.patches.len() + 1,
             Count::ExchangeMembers => self.members.len(),
             Count::ExchangeEntries => self.room,
+            Count::ExchangeJoints => self.joints,
             Count::ExchangeSky => self.sky.len(),
             _ => 0,
         }
     }
 }
 
-/// Access to a whole resource through a binding.
-fn bound(binding: u32, resource: Resource, joint: u32, scope: Scope) -> Access {
-    let slice = if resource.row().per_joint { joint } else { 0 };
-    Access { binding: Some(binding), slice, ..access(resource, scope) }
+/// Adds the entries of a row but the diagonal, in fours. What is missing in the last four has no area.
+fn push_row(entries: &mut Vec<[u32; 4]>, row: &[(u32, f64)], own: u32, place: u32, places: &[u32]) {
+    let others = row.iter().filter(|(column, _)| *column != own);
+    let words =
+        others.flat_map(|(column, area)| pieces(*area).into_iter().map(|half| half << 16 | places[*column as usize]));
+    let words: Vec<u32> = words.collect();
+    entries.extend(words.chunks(4).map(|four| std::array::from_fn(|k| four.get(k).copied().unwrap_or(place))));
 }
 
-fn pass(variant: ExchangeVariant, first: u32, end: u32, accesses: Vec<Access>) -> Pass {
+/// Access to a whole resource through a binding.
+fn bound(binding: u32, resource: Resource, scope: Scope) -> Access {
+    Access { binding: Some(binding), ..access(resource, scope) }
+}
+
+fn pass(variant: ExchangeVariant, patches: u32, accesses: Vec<Access>) -> Entry {
     let work = Work::Dispatch {
         kernel: Kernel::Exchange(variant),
-        workgroups: (end - first).div_ceil(WORKGROUP),
-        set: first,
-        said: Said::Patches { first, end },
+        workgroups: patches.div_ceil(WORKGROUP),
+        set: 0,
+        said: Said::Patches { first: 0, end: patches },
     };
-    Pass { name: variant.shader().name(), work, accesses }
+    Entry::Pass(Pass { name: variant.shader().name(), work, accesses })
 }
 
-fn sky_pass((joint, first, end): PatchRun) -> Pass {
+fn sky_pass(patches: u32) -> Entry {
     let accesses = vec![
-        bound(0, Resource::Step, joint, COMPUTE_UNIFORM),
-        bound(1, Resource::ExchangeSky, joint, COMPUTE_READ),
-        bound(2, Resource::ExchangeSeen, joint, COMPUTE_WRITE),
+        bound(0, Resource::Step, COMPUTE_UNIFORM),
+        bound(1, Resource::ExchangeSky, COMPUTE_READ),
+        bound(2, Resource::ExchangeSeen, COMPUTE_WRITE),
+        bound(3, Resource::ExchangePatches, COMPUTE_READ),
+        bound(4, Resource::ExchangePoses, COMPUTE_READ),
     ];
-    pass(ExchangeVariant::Sky, first, end, accesses)
+    pass(ExchangeVariant::Sky, patches, accesses)
 }
 
-fn send_pass(light: ThermalVariant, (joint, first, end): PatchRun) -> Pass {
-    let variant = ExchangeVariant::sent_under(light);
+fn light_pass(light: ThermalVariant, patches: u32) -> Entry {
     let mut accesses = vec![
-        bound(0, Resource::Step, joint, COMPUTE_UNIFORM),
-        bound(3, Resource::ExchangePatches, joint, COMPUTE_READ),
-        bound(4, Resource::ExchangeMembers, joint, COMPUTE_READ),
-        bound(5, Resource::Temperature, joint, COMPUTE_READ),
-        bound(8, Resource::ExchangeSent, joint, COMPUTE_WRITE),
+        bound(0, Resource::Step, COMPUTE_UNIFORM),
+        bound(3, Resource::ExchangePatches, COMPUTE_READ),
+        bound(7, Resource::ExchangePoses, COMPUTE_READ),
+        bound(8, Resource::ExchangeReflected, COMPUTE_WRITE),
     ];
     let mut when = |has: bool, binding: u32, resource: Resource, scope: Scope| {
-        accesses.extend(has.then(|| bound(binding, resource, joint, scope)));
+        accesses.extend(has.then(|| bound(binding, resource, scope)));
     };
     when(light.sun, 1, Resource::SunSamples, COMPUTE_UNIFORM);
     when(light.albedo, 2, Resource::AlbedoValues, COMPUTE_READ);
-    when(light.sun && light.shadow, 6, Resource::Visibility, COMPUTE_READ);
-    when(light.planet_ir || light.albedo, 7, Resource::ExchangeSeen, COMPUTE_READ);
-    pass(variant, first, end, accesses)
+    when(light.sun && light.shadow, 4, Resource::ExchangeMembers, COMPUTE_READ);
+    when(light.sun && light.shadow, 5, Resource::Visibility, COMPUTE_READ);
+    when(light.planet_ir || light.albedo, 6, Resource::ExchangeSeen, COMPUTE_READ);
+    pass(ExchangeVariant::light(light), patches, accesses)
 }
 
-fn receive_pass(sun: bool, patches: u32) -> Pass {
+fn reflected_pass(patches: u32) -> Entry {
     let accesses = vec![
-        bound(0, Resource::ExchangePatches, 0, COMPUTE_READ),
-        bound(1, Resource::ExchangeEntries, 0, COMPUTE_READ),
-        bound(2, Resource::ExchangeSent, 0, COMPUTE_READ),
-        bound(3, Resource::ExchangeReceived, 0, COMPUTE_WRITE),
+        bound(0, Resource::ExchangePatches, COMPUTE_READ),
+        bound(1, Resource::ExchangeEntries, COMPUTE_READ),
+        bound(2, Resource::ExchangeReflected, COMPUTE_READ),
+        bound(3, Resource::ExchangeSunlight, COMPUTE_WRITE),
     ];
-    pass(ExchangeVariant::Receive { sun }, 0, patches, accesses)
+    pass(ExchangeVariant::Reflected, patches, accesses)
 }
 
-/// Passes that write parts of one buffer. The check of hazards sees the whole buffer, so a barrier stands between them. Only a craft with joints has several.
-fn one_by_one(passes: impl Iterator<Item = Pass>, written: Resource) -> Vec<Entry> {
-    let mut entries = Vec::new();
-    for pass in passes {
-        if !entries.is_empty() {
-            entries.push(Entry::Barriers(vec![barrier(written, COMPUTE_WRITE, COMPUTE_WRITE)]));
-        }
-        entries.push(Entry::Pass(pass));
-    }
-    entries
+fn send_pass(planet_ir: bool, patches: u32) -> Entry {
+    let mut accesses = vec![
+        bound(0, Resource::Step, COMPUTE_UNIFORM),
+        bound(1, Resource::ExchangePatches, COMPUTE_READ),
+        bound(2, Resource::ExchangeMembers, COMPUTE_READ),
+        bound(3, Resource::Temperature, COMPUTE_READ),
+        bound(5, Resource::ExchangeSent, COMPUTE_WRITE),
+    ];
+    accesses.extend(planet_ir.then(|| bound(4, Resource::ExchangeReflected, COMPUTE_READ)));
+    pass(ExchangeVariant::Send { planet_ir }, patches, accesses)
 }
 
-/// The passes before the thermal step, under the light of its variants. With `sky` the shares of the planet's light are found anew.
-pub fn exchange(runs: &[PatchRun], light: ThermalVariant, sky: bool) -> Frame {
+fn receive_pass(sun: bool, patches: u32) -> Entry {
+    let mut accesses = vec![
+        bound(0, Resource::ExchangePatches, COMPUTE_READ),
+        bound(1, Resource::ExchangeEntries, COMPUTE_READ),
+        bound(2, Resource::ExchangeSent, COMPUTE_READ),
+        bound(3, Resource::ExchangeReceived, COMPUTE_WRITE),
+    ];
+    accesses.extend(sun.then(|| bound(4, Resource::ExchangeSunlight, COMPUTE_READ)));
+    pass(ExchangeVariant::Receive { sun }, patches, accesses)
+}
+
+/// The passes before the thermal step, under the light of its variants. With `anew` the light of Sun and planet is found anew.
+pub fn exchange(patches: u32, light: ThermalVariant, anew: bool) -> Frame {
     let mut entries = Vec::new();
+    let barriers = |between: &[(Resource, Scope, Scope)]| {
+        Entry::Barriers(between.iter().map(|(resource, before, after)| barrier(*resource, *before, *after)).collect())
+    };
     // The last frame may still read what it received.
     let read = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
-    if sky {
-        entries.push(Entry::Barriers(vec![barrier(Resource::ExchangeSeen, read, COMPUTE_WRITE)]));
-        entries.extend(one_by_one(runs.iter().map(|run| sky_pass(*run)), Resource::ExchangeSeen));
-        entries.push(Entry::Barriers(vec![barrier(Resource::ExchangeSeen, COMPUTE_WRITE, COMPUTE_READ)]));
+    let found = (COMPUTE_WRITE, COMPUTE_READ);
+    let lit = light.sun || light.planet_ir;
+    if anew && (light.planet_ir || light.albedo) {
+        entries.push(barriers(&[(Resource::ExchangeSeen, read, COMPUTE_WRITE)]));
+        entries.push(sky_pass(patches));
+        entries.push(barriers(&[(Resource::ExchangeSeen, found.0, found.1)]));
     }
-    entries.push(Entry::Barriers(vec![
-        barrier(Resource::Temperature, COMPUTE_WRITE, COMPUTE_READ),
-        barrier(Resource::ExchangeSent, read, COMPUTE_WRITE),
+    if anew && lit {
+        entries.push(barriers(&[(Resource::ExchangeReflected, read, COMPUTE_WRITE)]));
+        entries.push(light_pass(light, patches));
+        entries.push(barriers(&[(Resource::ExchangeReflected, found.0, found.1)]));
+    }
+    if anew && light.sun {
+        entries.push(barriers(&[(Resource::ExchangeSunlight, read, COMPUTE_WRITE)]));
+        entries.push(reflected_pass(patches));
+        entries.push(barriers(&[(Resource::ExchangeSunlight, found.0, found.1)]));
+    }
+    entries.push(barriers(&[
+        (Resource::Temperature, COMPUTE_WRITE, COMPUTE_READ),
+        (Resource::ExchangeSent, read, COMPUTE_WRITE),
     ]));
-    entries.extend(one_by_one(runs.iter().map(|run| send_pass(light, *run)), Resource::ExchangeSent));
-    entries.push(Entry::Barriers(vec![
-        barrier(Resource::ExchangeSent, COMPUTE_WRITE, COMPUTE_READ),
-        barrier(Resource::ExchangeReceived, read, COMPUTE_WRITE),
+    entries.push(send_pass(light.planet_ir, patches));
+    entries.push(barriers(&[
+        (Resource::ExchangeSent, found.0, found.1),
+        (Resource::ExchangeReceived, read, COMPUTE_WRITE),
     ]));
-    let patches = runs.last().map_or(0, |run| run.2);
-    entries.push(Entry::Pass(receive_pass(light.sun, patches)));
-    entries.push(Entry::Barriers(vec![barrier(Resource::ExchangeReceived, COMPUTE_WRITE, COMPUTE_READ)]));
+    entries.push(receive_pass(light.sun, patches));
+    entries.push(barriers(&[(Resource::ExchangeReceived, found.0, found.1)]));
     Frame { entries }
 }

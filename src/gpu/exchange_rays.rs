@@ -1,5 +1,6 @@
 //! Casts the rays of patches on the device. Twin: `crate::exchange::cast`.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::DAffine3;
@@ -28,6 +29,58 @@ pub fn can_walk(scenery: &Scenery) -> bool {
     scenery.occluders.tree.nodes.len() <= LARGEST_TREE
 }
 
+/// Casts rays of the patches of a craft in one pose.
+pub struct Caster {
+    once: Once,
+    resources: Resources,
+    bindings: Bindings,
+    /// Patches, rays of each, boxes of the tree, and patches of a dispatch.
+    sizes: [u32; 4],
+    start: f32,
+}
+
+impl Caster {
+    /// Brings the craft to the device.
+    ///
+    /// # Errors
+    /// Buffers beyond the device, or a call that fails.
+    pub fn new(
+        context: &Arc<Context>,
+        surface: &Surface,
+        patches: &Patches,
+        scenery: &Scenery,
+        rays: u32,
+    ) -> Result<Self, GpuError> {
+        let count = patches.all.len() as u32;
+        let together = (AT_ONCE / rays).clamp(1, count.max(1));
+        let mut resources = Resources::new(context);
+        fill(&mut resources, surface, patches, scenery)?;
+        resources.make_of(Resource::RayEnds, (together * rays) as usize)?;
+        let mut bindings = Bindings::plain(context);
+        bindings.add(&resources, list(0, together, rays).passes())?;
+        let (boxes, start) = (scenery.occluders.tree.nodes.len() as u32, scenery.occluders.start as f32);
+        Ok(Self { once: Once::new(context)?, resources, bindings, sizes: [count, rays, boxes, together], start })
+    }
+
+    /// Where the rays of some patches end.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn ends(&mut self, of: Range<u32>) -> Result<Vec<u32>, GpuError> {
+        let [count, rays, boxes, together] = self.sizes;
+        let (start, last) = (self.start, of.end.min(count));
+        let mut ends = Vec::with_capacity(of.len() * rays as usize);
+        for first in of.step_by(together as usize) {
+            let end = last.min(first + together);
+            let constants = bytemuck::bytes_of(&ExchangePass { first, end, rays, boxes, start }).to_vec();
+            let list = list(first, end, rays);
+            self.once.run([&list], &self.resources, Some(&self.bindings), &|_| constants.clone())?;
+            ends.extend_from_slice(self.resources.read(Resource::RayEnds, 0, ((end - first) * rays) as usize));
+        }
+        Ok(ends)
+    }
+}
+
 /// Casts the rays of all patches: where each ends, `rays` for each patch.
 ///
 /// # Errors
@@ -43,23 +96,7 @@ pub fn cast(
     if count == 0 || rays == 0 {
         return Ok(Vec::new());
     }
-    let together = (AT_ONCE / rays).clamp(1, count);
-    let mut once = Once::new(context)?;
-    let mut resources = Resources::new(context);
-    fill(&mut resources, surface, patches, scenery)?;
-    resources.make_of(Resource::RayEnds, (together * rays) as usize)?;
-    let list = |first: u32, end: u32| list(first, end, rays);
-    let mut bindings = Bindings::plain(context);
-    bindings.add(&resources, list(0, together).passes())?;
-    let (boxes, start) = (scenery.occluders.tree.nodes.len() as u32, scenery.occluders.start as f32);
-    let mut ends = Vec::with_capacity(count as usize * rays as usize);
-    for first in (0..count).step_by(together as usize) {
-        let end = count.min(first + together);
-        let constants = bytemuck::bytes_of(&ExchangePass { first, end, rays, boxes, start }).to_vec();
-        once.run([&list(first, end)], &resources, Some(&bindings), &|_| constants.clone())?;
-        ends.extend_from_slice(resources.read(Resource::RayEnds, 0, ((end - first) * rays) as usize));
-    }
-    Ok(ends)
+    Caster::new(context, surface, patches, scenery, rays)?.ends(0..count)
 }
 
 /// The list that casts the rays of some patches.

@@ -10,8 +10,8 @@ pub enum ExchangeVariant {
     Rays,
     /// Finds the shares of the planet's light that patches see.
     Sky,
-    /// What patches send at first.
-    Send {
+    /// What patches reflect of Sun and planet at first.
+    Light {
         /// Whether there is sunlight.
         sun: bool,
         /// Whether there is planet infrared.
@@ -21,6 +21,13 @@ pub enum ExchangeVariant {
         /// Whether the craft shadows itself.
         shadow: bool,
     },
+    /// What patches absorb of the sunlight that all reflect.
+    Reflected,
+    /// Infrared that patches send at first.
+    Send {
+        /// Whether there is planet infrared.
+        planet_ir: bool,
+    },
     /// What patches absorb of what all send.
     Receive {
         /// Whether there is sunlight.
@@ -29,33 +36,38 @@ pub enum ExchangeVariant {
 }
 
 impl ExchangeVariant {
-    /// What patches send under the light of a thermal step.
-    pub fn sent_under(variant: ThermalVariant) -> Self {
+    /// What patches reflect under the light of a thermal step.
+    pub fn light(variant: ThermalVariant) -> Self {
         let ThermalVariant { sun, planet_ir, albedo, shadow, .. } = variant;
-        Self::Send { sun, planet_ir, albedo, shadow: sun && shadow }
+        Self::Light { sun, planet_ir, albedo, shadow: sun && shadow }
     }
 
     /// Every variant in any scene.
     pub fn all() -> Vec<Self> {
-        let mut all = vec![Self::Rays, Self::Sky, Self::Receive { sun: false }, Self::Receive { sun: true }];
+        let mut all = vec![Self::Rays, Self::Sky, Self::Reflected];
+        for is in [false, true] {
+            all.extend([Self::Send { planet_ir: is }, Self::Receive { sun: is }]);
+        }
         for bits in 0..16 {
             let [sun, planet_ir, albedo, shadow] = [0, 1, 2, 3].map(|bit| bits >> bit & 1 == 1);
             if sun || !(albedo || shadow) {
-                all.push(Self::Send { sun, planet_ir, albedo, shadow });
+                all.push(Self::Light { sun, planet_ir, albedo, shadow });
             }
         }
         all
     }
 
-    /// Its shader, such as `exchange_send.sun.shadow`.
+    /// Its shader, such as `exchange_light.sun.shadow`.
     pub fn shader(&self) -> Shader {
         let (entry, words) = match *self {
             Self::Rays => ("exchange_rays.comp", vec![]),
             Self::Sky => ("exchange_sky.comp", vec![]),
-            Self::Send { sun, planet_ir, albedo, shadow } => (
-                "exchange_send.comp",
+            Self::Light { sun, planet_ir, albedo, shadow } => (
+                "exchange_light.comp",
                 vec![(sun, "sun"), (planet_ir, "planet_ir"), (albedo, "albedo"), (shadow, "shadow")],
             ),
+            Self::Reflected => ("exchange_receive.comp", vec![(true, "reflected")]),
+            Self::Send { planet_ir } => ("exchange_send.comp", vec![(planet_ir, "planet_ir")]),
             Self::Receive { sun } => ("exchange_receive.comp", vec![(sun, "sun")]),
         };
         Shader::new(entry, words.into_iter().filter_map(|(is, word)| is.then_some(word)).collect())

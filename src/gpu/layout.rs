@@ -390,12 +390,22 @@ shared! {
         pub first_node: u32,
         /// The node after the last.
         pub end_node: u32,
-        /// First four entries of its row.
+        /// First four entries of its row of infrared.
         pub first_entry: u32,
         /// The four after the last.
         pub end_entry: u32,
+        /// First four entries of its row of sunlight.
+        pub first_reflected: u32,
+        /// The four after the last.
+        pub end_reflected: u32,
+        /// Exchange area of infrared with itself [m2].
+        pub itself: f32,
+        /// The same of sunlight [m2].
+        pub itself_reflected: f32,
+        /// Joint; 0 is the body.
+        pub joint: u32,
         /// Padding to the alignment of GLSL.
-        pub unused: [u32; 2],
+        pub unused: u32,
     }
 
     /// Push constants of a pass over patches.

@@ -46,6 +46,8 @@ pub enum RangeResponse {
     },
     /// Thermal network. The range computes the absorbed flux for it.
     Network,
+    /// Temperatures of another program, which the host writes.
+    Given,
 }
 
 /// Properties that all nodes of a range share. They select the pipeline.
@@ -72,6 +74,7 @@ impl RangeKind {
                 RangeResponse::Radiative { over: plate.over.is_some(), fast: plate.is_fast(emissivity_sum(material)) }
             }
             Response::Network => RangeResponse::Network,
+            Response::Given => RangeResponse::Given,
         };
         Self { response, both_sides: matches!(material.sides, Sides::Both { .. }) }
     }
@@ -85,6 +88,7 @@ impl RangeKind {
             }
             RangeResponse::Radiative { over, fast } => (2, self.both_sides, over, fast, false),
             RangeResponse::Network => (3, self.both_sides, false, false, false),
+            RangeResponse::Given => (4, self.both_sides, false, false, false),
         }
     }
 }
@@ -104,6 +108,7 @@ impl std::fmt::Display for RangeKind {
                 write!(out, "radiative ({curve}{})", if over { ", over a structure" } else { "" })?;
             }
             RangeResponse::Network => write!(out, "network")?,
+            RangeResponse::Given => write!(out, "given by a file")?,
         }
         write!(out, "{}", if self.both_sides { ", both sides" } else { "" })
     }

@@ -126,14 +126,20 @@ table! {
     ExchangePatches: row(size_of::<layout::ExchangePatch>(), Count::ExchangePatches, Storage, "ExchangePatch");
     /// Nodes of the patches, and their shares.
     ExchangeMembers: row(8, Count::ExchangeMembers, Storage, "ExchangeMember");
-    /// Rows of the exchange areas in fours.
-    ExchangeEntries: row(48, Count::ExchangeEntries, Storage, "ExchangeEntry");
+    /// Rows of the exchange areas of infrared and of sunlight in fours.
+    ExchangeEntries: row(16, Count::ExchangeEntries, Storage, "ExchangeEntry");
+    /// Rows of the poses of the body and of the joints, written by the host.
+    ExchangePoses: row(48, Count::ExchangeJoints, FromHost, "ExchangePose").each_slot();
     /// Directions of rays, and whether they are open.
     ExchangeSky: row(4, Count::ExchangeSky, Storage, "ExchangeSky");
     /// Shares of the planet's infrared and albedo that every patch sees.
     ExchangeSeen: row(8, Count::ExchangePatches, Storage, "ExchangeSeen");
-    /// Infrared and sunlight that every patch sends at first [W/m2].
-    ExchangeSent: row(8, Count::ExchangePatches, Storage, "ExchangeSent");
+    /// Infrared of the planet and sunlight that every patch reflects at first [W/m2].
+    ExchangeReflected: row(8, Count::ExchangePatches, Storage, "ExchangeReflected");
+    /// Sunlight from other patches that every patch absorbs [W/m2].
+    ExchangeSunlight: row(4, Count::ExchangePatches, Storage, "ExchangeSunlight");
+    /// Infrared that every patch sends at first [W/m2].
+    ExchangeSent: row(4, Count::ExchangePatches, Storage, "ExchangeSent");
     /// Flux from other patches that every patch absorbs [W/m2].
     ExchangeReceived: row(4, Count::ExchangePatches, Storage, "ExchangeReceived");
     /// Temperature of every node before the last step [K], where images lie between steps.

@@ -157,6 +157,8 @@ pub enum Count {
     ExchangeMembers,
     /// Fours of pairs of these patches.
     ExchangeEntries,
+    /// Joints, the body too, if surfaces radiate to each other.
+    ExchangeJoints,
     /// Rays that keep what patches see of the sky.
     ExchangeSky,
     /// Runs of nodes whose absorbed heat is summed.

@@ -95,8 +95,8 @@ pub struct Shown<'a> {
 pub struct ExchangeData<'a> {
     /// Their tables.
     pub tables: &'a ExchangeTables,
-    /// Angle after which the shares of the planet's light are found anew [rad].
-    pub redraw_angle: f64,
+    /// Angle after which the light of Sun and planet is found anew [rad].
+    pub light_angle: f64,
 }
 
 /// Triangles of each joint.
@@ -403,6 +403,8 @@ impl Resources {
             self.upload(once, Resource::ExchangeEntries, &tables.entries)?;
             self.upload(once, Resource::ExchangeSky, &tables.sky)?;
             self.upload(once, Resource::ExchangeSeen, &vec![[1.0f32; 2]; places])?;
+            self.upload(once, Resource::ExchangeReflected, &vec![[0.0f32; 2]; places])?;
+            self.upload(once, Resource::ExchangeSunlight, &vec![0.0f32; places])?;
             self.upload(once, Resource::ExchangeReceived, &vec![0.0f32; places])?;
         }
         if let Some(heat) = data.heat {

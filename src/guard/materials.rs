@@ -66,7 +66,7 @@ pub(super) fn facts(prepared: &Prepared) -> Vec<MaterialFacts> {
         let stored = matches!(material.response, Response::Network | Response::Radiative(_));
         let capacity = bulk.capacity_per_area().ok().filter(|_| stored);
         let time_constant = match &material.response {
-            Response::Instant => None,
+            Response::Instant | Response::Given => None,
             Response::Transition(transition) => {
                 Some(step * transition.heating.t_max_steps.min(transition.cooling.t_max_steps))
             }
@@ -81,6 +81,7 @@ pub(super) fn facts(prepared: &Prepared) -> Vec<MaterialFacts> {
                 Response::Transition(_) => "transition",
                 Response::Radiative(_) => "radiative",
                 Response::Network => "network",
+                Response::Given => "given",
             },
             area_m2: area,
             hottest_k: balance_temperature(absorbed, emissivity_sum(material), space),

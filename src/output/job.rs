@@ -77,7 +77,7 @@ pub fn run_into(
 ) -> Result<Outcome, JobError> {
     let began = Instant::now();
     let trace = engine.trace();
-    let mut check = job.check.filter(|_| prepared.exchange.is_none()).map(|sample| Check::new(prepared, sample));
+    let mut check = job.check.filter(|_| Check::is_possible(prepared)).map(|sample| Check::new(prepared, sample));
     let earlier = job.earlier.filter(|saved| saved.has("loop.next"));
     let lost = |error: SavedError| JobError::Engine(error.into());
     engine.keep_few_times(MOST_TIMES);

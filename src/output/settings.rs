@@ -57,6 +57,10 @@ pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
             ),
         ],
     );
+    if let Some(given) = &prepared.given {
+        let lines = given.lines().iter().map(|(name, value)| (&**name, value.clone()));
+        section("Temperatures from a file", lines.collect());
+    }
     let orbit = match &scene.orbit {
         Orbit::Circular(orbit) => vec![
             ("altitude", format!("{} km", orbit.altitude / 1e3)),
@@ -127,6 +131,7 @@ pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
         let response = match &material.response {
             Response::Instant => "instant".to_owned(),
             Response::Network => "network".to_owned(),
+            Response::Given => "given by temperatures.file".to_owned(),
             Response::Radiative(plate) => format!(
                 "radiative, {:.4} J/(m2 K){}",
                 plate.capacity,

@@ -3,8 +3,9 @@
 use super::report::PassTime;
 
 /// Kinds of work with the beginnings of the names of their passes. The first that fits counts.
-const KINDS: [(&str, &[&str]); 7] = [
+const KINDS: [(&str, &[&str]); 8] = [
     ("shadows", &["solar_", "read solar_"]),
+    ("radiation between surfaces", &["exchange_"]),
     ("loads", &["thermal_step.absorb"]),
     ("responses of other parts", &["thermal_step."]),
     ("heaters", &["one_pass_heaters"]),

@@ -8,7 +8,7 @@ use crate::exchange::step::Settings;
 /// Default number of rays of a patch.
 const RAYS: u32 = 256;
 /// Default angle after which what moves is found anew [deg].
-const REDRAW_ANGLE_DEG: f64 = 1.0;
+const REDRAW_ANGLE_DEG: f64 = 15.0;
 /// Most reflections that a scene can state.
 const MOST_BOUNCES: u32 = 1000;
 
@@ -35,8 +35,7 @@ pub(super) fn read(
         Err(_) => section.whole("bounces", 0..=MOST_BOUNCES)?,
     };
     assumptions.push(
-        "[exchange]: patches are uniform and reflect diffusely. What arrives from other patches follows from the temperatures at the start of a step. No check \
-         runs beside the device."
+        "[exchange]: patches are uniform and reflect diffusely. What arrives from other patches follows from the temperatures at the start of a step."
             .to_owned(),
     );
     if !has_shadows {

@@ -18,6 +18,7 @@ pub(super) const ROOT: &[&str] = &[
     "camera",
     "sensor",
     "initial",
+    "temperatures",
     "probe",
     "network",
     "contact",
@@ -195,6 +196,7 @@ pub(super) const SENSOR: &[&str] = &[
     "plateau",
 ];
 pub(super) const INITIAL: &[&str] = &["temperature"];
+pub(super) const TEMPERATURES: &[&str] = &["file", "by", "map", "distance", "unmapped", "start", "unit", "array"];
 pub(super) const PROBE: &[&str] = &["name", "position", "part"];
 pub(super) const NETWORK: &[&str] = &["integrator", "tolerance", "merge_rate"];
 pub(super) const CONTACT: &[&str] =

@@ -10,8 +10,8 @@ use super::file::{SourceFile, read_text};
 use super::quantity::Quantity;
 use super::section::Section;
 use super::{
-    Camera, Draw, Preset, Reflections, Scene, SkyScene, camera, combinations, density, exchange, joint, keys, material,
-    mesh_network, output, preset, radiance, sensor, shadows, view, work,
+    Camera, Draw, Initial, Preset, Reflections, Scene, SkyScene, camera, combinations, density, exchange, joint, keys,
+    material, mesh_network, output, preset, radiance, sensor, shadows, temperatures, view, work,
 };
 use crate::environment::trajectory::Trajectory;
 use crate::files::Reach;
@@ -79,11 +79,14 @@ impl Scene {
         let section = root.table("exchange", keys::EXCHANGE)?;
         let exchange = exchange::read(section.as_ref(), shadows.is_some(), &mut assumptions)?;
         let joints = joint::read(&root.tables("joint", keys::JOINT)?, &mut files, &mut assumptions)?;
+        let section = root.table("temperatures", keys::TEMPERATURES)?;
+        let temperatures = temperatures::read(section.as_ref(), &mut files)?;
         let materials = material::read(
             root.table("materials", keys::MATERIALS)?.as_ref(),
             &root.tables("material", keys::MATERIAL)?,
             (path, reach, faults),
             time.step,
+            root.has("temperatures"),
             &mut files,
             &mut assumptions,
         )?;
@@ -119,7 +122,7 @@ impl Scene {
         let network = mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref())?;
         let contacts = mesh_network::contacts(&root.tables("contact", keys::CONTACT)?, &mut assumptions)?;
         let heaters = mesh_network::heaters(&root.tables("heater", keys::HEATER)?, &probes)?;
-        Ok(Self {
+        let mut scene = Self {
             source: path.to_path_buf(),
             reach: reach.clone(),
             name: sky.name,
@@ -140,6 +143,7 @@ impl Scene {
             band,
             surrounded,
             initial,
+            temperatures,
             probes,
             network,
             contacts,
@@ -149,7 +153,27 @@ impl Scene {
             files,
             sky_files,
             assumptions,
-        })
+        };
+        scene.take_temperatures();
+        Ok(scene)
+    }
+
+    /// Switches off what a scene with temperatures from a file does not compute, and says so.
+    fn take_temperatures(&mut self) {
+        let Some(temperatures) = &self.temperatures else { return };
+        self.assumptions.push(format!(
+            "All temperatures are those of {} (temperatures.file): response, [initial], the warm-up, [network], [exchange], \
+             [[contact]] and [[heater]] have no effect, and no energy balance is kept.",
+            temperatures.file.file_name().unwrap_or_default().to_string_lossy()
+        ));
+        self.initial = Initial::Balance;
+        self.time.warm_up_orbits = 0.0;
+        self.time.warm_up_assumed = false;
+        self.time.periodic = None;
+        self.exchange = None;
+        self.contacts.clear();
+        self.heaters.clear();
+        self.energy_balance = false;
     }
 
     /// The camera of a scene that draws images.

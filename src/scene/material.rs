@@ -67,13 +67,14 @@ impl Default for ExtrasContext {
     }
 }
 
-/// Reads `[materials]` and every `[[material]]`. `step` [s] turns a `t_max` in seconds into steps. The paths of the
-/// table and of function files join `files`.
+/// Reads `[materials]` and every `[[material]]`. `step` [s] turns a `t_max` in seconds into steps. A scene whose
+/// temperatures are `given` needs no responses. The paths of the table and of function files join `files`.
 pub(super) fn read(
     materials: Option<&Section>,
     rules: &[Section],
     (scene, reach, faults): (&Path, &Reach, &Faults),
     step: f64,
+    given: bool,
     files: &mut Vec<PathBuf>,
     assumptions: &mut Vec<String>,
 ) -> Result<MaterialRules, SceneError> {
@@ -91,6 +92,9 @@ pub(super) fn read(
             files.push(path.clone());
             context.table_path = Some(path);
         }
+    }
+    if given {
+        context.common.assume_instant();
     }
     let mut assumed = Assumed::default();
     let rules = rules

@@ -49,8 +49,10 @@ mod shadows;
 mod sky_scene;
 mod table;
 pub mod targets;
+mod temperatures;
 pub mod texts;
 mod time;
+pub mod tmd;
 mod valid_scene;
 mod value_source;
 mod values;
@@ -71,6 +73,7 @@ pub use preset::Preset;
 pub use radiance::{Background, Reflections, Surrounded};
 pub use shadows::ShadowSettings;
 pub use sky_scene::SkyScene;
+pub use temperatures::{Mapping, Solution, SolvedNode, Temperatures};
 pub use vector::AXES;
 pub use view::{Initial, Probe};
 
@@ -115,6 +118,8 @@ pub struct Scene {
     pub surrounded: Surrounded,
     /// Temperatures at the start.
     pub initial: Initial,
+    /// Temperatures of a file, which take the place of the thermal model.
+    pub temperatures: Option<Temperatures>,
     /// Points whose temperature the series records.
     pub probes: Vec<Probe>,
     /// How thermal networks are built and integrated.

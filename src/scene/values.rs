@@ -180,6 +180,11 @@ impl Incomplete {
 }
 
 impl Values {
+    /// Takes the instant response where none is stated.
+    pub(super) fn assume_instant(&mut self) {
+        self.response.get_or_insert(ResponseKind::Instant);
+    }
+
     /// Reads the values of `source`. `step` [s] turns a `t_max` in seconds into steps.
     pub(super) fn read(source: &impl ValueSource, step: f64) -> Result<Self, SceneError> {
         let positive = |key: &str, unit| source.number(key, Quantity::positive(unit));

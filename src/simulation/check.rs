@@ -5,11 +5,15 @@
 //!
 //! The sample also takes every step of the run in two halves, which tells what the length of the step costs.
 
+mod exchange;
 mod halves;
 mod network;
 
 pub use self::halves::StepLengthError;
 
+use glam::DAffine3;
+
+use self::exchange::ExchangeCheck;
 use self::halves::Halves;
 use self::network::{NetworkCheck, joints};
 use super::engine::EngineError;
@@ -87,6 +91,8 @@ impl Accuracy {
 /// The reference of a sample of nodes, and the differences so far.
 pub struct Check {
     slots: Vec<usize>,
+    /// Nodes of the device.
+    nodes: usize,
     reference: Reference<IncidentFunction>,
     /// The craft's shadow on the sample.
     shadows: Option<Shadows>,
@@ -94,6 +100,8 @@ pub struct Check {
     structures: Vec<Option<usize>>,
     /// The whole network of the scene in f64. `None` where it is too large.
     network: Option<NetworkCheck>,
+    /// What surfaces radiate to each other. `None` without.
+    exchange: Option<ExchangeCheck>,
     /// The sample at half the step.
     halves: Halves,
     /// Nodes of a network that is too large for the reference.
@@ -109,6 +117,17 @@ pub struct Check {
 }
 
 impl Check {
+    /// Whether a scene can be checked. Where surfaces radiate to each other every node must be known.
+    pub fn is_possible(prepared: &Prepared) -> bool {
+        let drawn = || {
+            let nodes = &prepared.nodes.vertex_of_node;
+            (0..nodes.len()).filter(|slot| nodes[*slot] != PADDING)
+        };
+        let of_network = prepared.network.as_ref().map_or(0, |scene| drawn().filter(|slot| scene.has(*slot)).count());
+        let all = drawn().count();
+        prepared.exchange.is_none() || all <= LARGEST_IN_WARM_UP || (all == of_network && all <= LARGEST_NETWORK)
+    }
+
     /// A sample of nodes, evenly spread.
     pub fn new(prepared: &Prepared, sample: usize) -> Self {
         let nodes = &prepared.nodes;
@@ -126,8 +145,7 @@ impl Check {
                 network = Some(NetworkCheck { waits, ..NetworkCheck::new(prepared, scene, slots) });
             }
         }
-        let count = real.len().min(sample);
-        let slots: Vec<usize> = (0..count).map(|i| real[i * real.len() / count]).collect();
+        let slots = sampled(prepared, &real, sample);
         let sample = slots.iter().map(|slot| nodes.reference_node(*slot)).collect();
         let structures = prepared.structures();
         let reference = Reference::new(sample, prepared.materials.clone(), incident as IncidentFunction)
@@ -135,8 +153,13 @@ impl Check {
         Self {
             shadows: prepared.shadows(slots.iter().copied()),
             halves: Halves::new(prepared, &reference, &slots, network.is_some()),
+            nodes: nodes.vertex_of_node.len(),
             structures: slots.iter().map(|slot| structures.binary_search(slot).ok()).collect(),
             reference,
+            exchange: prepared
+                .exchange
+                .as_ref()
+                .map(|craft| ExchangeCheck::new(craft, &prepared.loads.joints_at(0.0).1)),
             slots,
             network,
             left_out,
@@ -171,9 +194,35 @@ impl Check {
         }
     }
 
-    /// Advances the sample by `steps` steps, from `start` [s] for `length` [s].
-    pub fn step(&mut self, load: &StepLoad, steps: f64, start: f64, length: f64) {
+    /// Finds what nodes receive from the craft in a step, with rays for the `poses` that the engine uses.
+    fn receive(&mut self, load: &StepLoad, poses: Option<&[DAffine3]>) {
+        let Some(exchange) = &mut self.exchange else { return };
+        if self.network.as_ref().is_some_and(|network| network.failed.is_some() || network.waits) {
+            return;
+        }
+        let mut nodes = vec![[0.0; 2]; self.nodes];
+        let own = self.reference.temperatures().iter().zip(self.reference.visibility());
+        for (slot, (temperature, lit)) in self.slots.iter().zip(own) {
+            nodes[*slot] = [*temperature, *lit];
+        }
+        if let Some(network) = &mut self.network {
+            network.loads.find_shadows(&mut network.shadows, load);
+            for (slot, lit) in network.slots.iter().zip(network.loads.visibility()) {
+                nodes[*slot] = [network.temperatures.get(slot).copied().unwrap_or(0.0), *lit];
+            }
+        }
+        let received = exchange.received(load, poses, &nodes);
+        self.reference.receive(self.slots.iter().map(|slot| received[*slot]).collect());
+        if let Some(network) = &mut self.network {
+            network.loads.receive(network.slots.iter().map(|slot| received[*slot]).collect());
+        }
+    }
+
+    /// Advances the sample by `steps` steps, from `start` [s] for `length` [s]. Where surfaces radiate to each other the engine tells the poses of the joints for which
+    /// its rays were cast.
+    pub fn step(&mut self, load: &StepLoad, steps: f64, start: f64, length: f64, poses: Option<&[DAffine3]>) {
         self.reference.find_shadows(&mut self.shadows, load);
+        self.receive(load, poses);
         self.reference.step(load, steps);
         if let Some(network) = self.network.as_mut().filter(|network| network.failed.is_none() && !network.waits) {
             network.step(load, start, length);
@@ -270,6 +319,9 @@ impl Check {
         if let Some(network) = &mut self.network {
             saved.put_all("network", network.save()?);
         }
+        if let Some(exchange) = &self.exchange {
+            saved.put_all("exchange", exchange.save());
+        }
         saved.put_all("halves", self.halves.save()?);
         saved.put_text("notes", &self.notes.join("\n"));
         saved.put("sums", &[self.sum_of_squares, self.largest, self.worst.2, self.largest_cold_flux]);
@@ -289,6 +341,9 @@ impl Check {
         }
         if let Some(network) = &mut self.network {
             network.restore(&saved.part("network"))?;
+        }
+        if let Some(exchange) = &mut self.exchange {
+            exchange.restore(&saved.part("exchange"))?;
         }
         self.halves.restore(&saved.part("halves"))?;
         self.notes = saved.text("notes")?.lines().map(str::to_owned).collect();
@@ -329,6 +384,7 @@ impl Check {
         if let Some(reason) = self.network.as_ref().and_then(|network| network.failed.as_ref()) {
             notes.push(format!("The f64 network could not be stepped along: {reason}"));
         }
+        notes.extend(self.exchange.as_ref().and_then(ExchangeCheck::remark));
         notes.extend(self.halves.remark());
         if self.cold > 0 {
             notes.push(format!(
@@ -350,6 +406,22 @@ impl Check {
             notes,
         }
     }
+}
+
+/// The nodes to compare: `sample` of the drawn ones, evenly spread. Where surfaces radiate to each other all that are not in the network are needed.
+fn sampled(prepared: &Prepared, real: &[usize], sample: usize) -> Vec<usize> {
+    let spread = |of: &[usize]| -> Vec<usize> {
+        let count = of.len().min(sample);
+        (0..count).map(|i| of[i * of.len() / count]).collect()
+    };
+    if prepared.exchange.is_none() {
+        return spread(real);
+    }
+    let in_network = |slot: &usize| prepared.network.as_ref().is_some_and(|scene| scene.has(*slot));
+    let (of_network, mut all): (Vec<usize>, Vec<usize>) = real.iter().partition(|slot| in_network(slot));
+    all.extend(spread(&of_network));
+    all.sort_unstable();
+    all
 }
 
 #[cfg(test)]

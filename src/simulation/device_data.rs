@@ -2,6 +2,7 @@
 
 use super::distant::Distance;
 use super::energy::heat_tables;
+use super::exchange::LIGHT;
 use super::prepare::Prepared;
 use super::sampling::{ALWAYS, sampling};
 use super::surroundings::Finishes;
@@ -100,7 +101,7 @@ impl DeviceData {
                 .exchange
                 .as_ref()
                 .zip(prepared.exchange.as_ref())
-                .map(|(tables, craft)| ExchangeData { tables, redraw_angle: craft.settings.redraw_angle }),
+                .map(|(tables, craft)| ExchangeData { tables, light_angle: LIGHT * craft.settings.redraw_angle }),
             sensor: self.sensor.as_ref().filter(|_| is_own(prepared, camera)),
             shown: self.finishes.shown(),
         }
@@ -126,7 +127,7 @@ pub fn device_material(material: &Material, shapes: &Shapes) -> layout::Material
     match &material.response {
         Response::Transition(transition) => device.set_transition(transition, shapes),
         Response::Radiative(plate) => device.set_plate(plate, emissivity_sum(material)),
-        Response::Instant | Response::Network => {}
+        Response::Instant | Response::Network | Response::Given => {}
     }
     device
 }

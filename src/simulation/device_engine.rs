@@ -9,20 +9,16 @@ use super::device_data::DeviceData;
 use super::distant::{Distance, told};
 use super::energy::absorbed_heat;
 use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
-use super::exchange::Craft;
-use super::exchange_poses::Posed;
+use super::exchange_device::DeviceExchange;
+use super::given::Given;
 use super::network::NetworkRun;
 use super::pose::draws_alike;
 use super::prepare::Prepared;
 use super::surroundings::Finishes;
 use super::viewpoint::{device_view, rolling, source_view};
 use crate::environment::StepLoad;
-use crate::exchange::cast::Scenery;
-use crate::exchange::step::Exchange;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
-use crate::gpu::exchange::ExchangeTables;
-use crate::gpu::exchange_rays;
 use crate::gpu::heat::{HeatOf, HeatTables};
 use crate::gpu::layout;
 use crate::gpu::renderer::{Heating, Renderer, Request, Submitted};
@@ -60,9 +56,11 @@ pub struct DeviceEngine {
     ready: VecDeque<Delivered>,
     network: Option<NetworkRun>,
     /// Patches that radiate to each other, and what was found for poses of the joints.
-    exchange: Option<(Arc<Craft>, Posed<ExchangeTables>)>,
+    exchange: Option<DeviceExchange>,
     /// Runs of nodes whose absorbed heat is summed.
     heat: Option<HeatTables>,
+    /// Temperatures of a file.
+    given: Option<Arc<Given>>,
     /// Nodes with a structure below them.
     structures: Vec<usize>,
     steps: u64,
@@ -86,14 +84,9 @@ impl DeviceEngine {
     /// A scene beyond the device, or a call that fails.
     pub fn new(context: &Arc<Context>, prepared: &Prepared, camera: Option<&Camera>) -> Result<Self, GpuError> {
         let poses = prepared.loads.joints_at(0.0).1;
-        let moves = prepared.joints() > 1;
-        let mut exchange = None;
-        if let Some(craft) = &prepared.exchange {
-            let mut posed = Posed::new(craft.settings.redraw_angle);
-            posed.turn(&poses, |poses| cast(context, craft, poses, moves))?;
-            exchange = Some((Arc::clone(craft), posed));
-        }
-        let tables = exchange.as_ref().and_then(|(_, posed)| posed.found().cloned());
+        let found = prepared.exchange.as_ref().map(|craft| DeviceExchange::new(context, craft, &poses));
+        let exchange = found.transpose()?;
+        let tables = exchange.as_ref().and_then(|own| own.tables().cloned());
         let device = DeviceData::new(prepared).with_exchange(tables);
         let data = device.scene_data_with(prepared, camera, context.info.sample_counts);
         let plan = data.plan();
@@ -105,6 +98,7 @@ impl DeviceEngine {
             network: network.transpose()?,
             exchange,
             heat: device.heat.clone(),
+            given: prepared.given.clone(),
             structures: prepared.structures(),
             renderer,
             flying: VecDeque::new(),
@@ -146,6 +140,19 @@ impl DeviceEngine {
         Ok(heat)
     }
 
+    /// Writes the temperatures of a file at a time [s], and before them keeps those before the step where the order says so.
+    fn take_given(&mut self, given: &Given, time: f64, keep: bool) -> Result<(), EngineError> {
+        let fourth = self.fourth();
+        while let Some(flying) = self.flying.pop_front() {
+            self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), fourth)?);
+        }
+        if keep {
+            self.renderer.keep_temperatures()?;
+        }
+        let temperatures: Vec<f32> = given.at(time).iter().map(|kelvin| *kelvin as f32).collect();
+        Ok(self.renderer.set_temperatures(&temperatures)?)
+    }
+
     /// Leaves the network to sub-steps if its frames do not keep the tolerance, before a step from `start` [s].
     fn change_over(&mut self, start: f64) -> Result<(), EngineError> {
         let (Some(network), Some(halving)) = (&self.network, self.renderer.halving()) else { return Ok(()) };
@@ -166,9 +173,8 @@ impl DeviceEngine {
     /// Casts the rays of patches anew where a joint has moved.
     fn follow_joints(&mut self, load: &StepLoad) -> Result<(), EngineError> {
         let fourth = self.fourth();
-        let Some((craft, posed)) = &mut self.exchange else { return Ok(()) };
-        let context = &self.context;
-        if let Some(tables) = posed.turn(&load.joints, |poses| cast(context, craft, poses, true))? {
+        let Some(exchange) = &mut self.exchange else { return Ok(()) };
+        if let Some(tables) = exchange.turn(&load.joints)? {
             while let Some(flying) = self.flying.pop_front() {
                 self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), fourth)?);
             }
@@ -247,6 +253,9 @@ impl Engine for DeviceEngine {
 
     fn settle(&mut self, load: &StepLoad, time: f64) -> Result<(), EngineError> {
         self.renderer.settle(load)?;
+        if let Some(given) = self.given.clone() {
+            return self.take_given(&given, time, false);
+        }
         let Some(network) = &mut self.network else { return Ok(()) };
         let mut values = self.renderer.absorbed(load, false)?;
         network.settle(network.scene().heat(|slot| f64::from(values[slot])), time)?;
@@ -288,6 +297,12 @@ impl Engine for DeviceEngine {
             (Some(step), Some(_)) => {
                 heat = self.step_network(step, &order)?;
                 keep = false;
+            }
+            (Some(step), None) => {
+                if let Some(given) = self.given.clone() {
+                    self.take_given(&given, step.start + step.length, order.keep)?;
+                    keep = false;
+                }
             }
             _ => {}
         }
@@ -338,7 +353,7 @@ impl Engine for DeviceEngine {
     }
 
     fn forward(&mut self, passing: &[Step<'_>]) -> Result<(), EngineError> {
-        if self.network.is_some() || self.exchange.is_some() {
+        if self.network.is_some() || self.exchange.is_some() || self.given.is_some() {
             return self.pass_singly(passing);
         }
         let _submits = self.trace.span(Track::Host, "submit");
@@ -379,8 +394,8 @@ impl Engine for DeviceEngine {
         let mut saved = Saved::default();
         saved.put("steps", &[self.steps]);
         saved.put_all("scene", self.renderer.save()?);
-        if let Some((_, posed)) = &self.exchange {
-            saved.put_all("exchange_rays", posed.save());
+        if let Some(exchange) = &self.exchange {
+            saved.put_all("exchange_rays", exchange.save());
         }
         self.take_switches()?;
         if let Some(network) = &mut self.network {
@@ -396,12 +411,10 @@ impl Engine for DeviceEngine {
                 self.renderer.end_network();
             }
         }
-        if let Some((craft, posed)) = &mut self.exchange {
-            let context = &self.context;
-            let find = |poses: &[DAffine3]| Ok::<_, EngineError>(cast(context, craft, poses, true)?);
-            if let Some(tables) = posed.restore(&saved.part("exchange_rays"), find)? {
-                self.renderer.set_exchange(tables)?;
-            }
+        if let Some(exchange) = &mut self.exchange
+            && let Some(tables) = exchange.restore::<EngineError>(&saved.part("exchange_rays"))?
+        {
+            self.renderer.set_exchange(tables)?;
         }
         self.renderer.restore(&saved.part("scene"))?;
         [self.steps] = saved.array("steps")?;
@@ -437,6 +450,14 @@ impl Engine for DeviceEngine {
         }
     }
 
+    fn exchange_poses(&self) -> Option<&[DAffine3]> {
+        self.exchange.as_ref().and_then(DeviceExchange::poses)
+    }
+
+    fn exchange_description(&self) -> Vec<(String, String)> {
+        self.exchange.as_ref().map(DeviceExchange::description).unwrap_or_default()
+    }
+
     fn network_description(&mut self) -> Vec<(String, String)> {
         // A device that is lost by now leaves the estimate out.
         let told = self.renderer.network_estimate().ok().flatten();
@@ -450,19 +471,6 @@ impl Engine for DeviceEngine {
         network.set_temperatures(temperatures)?;
         Ok(self.renderer.set_network(temperatures, network.on())?)
     }
-}
-
-/// Casts the rays of patches, on the device where it can walk their tree.
-fn cast(context: &Arc<Context>, craft: &Craft, poses: &[DAffine3], moves: bool) -> Result<ExchangeTables, GpuError> {
-    let scenery = Scenery::new(&craft.surface, poses);
-    let (surface, patches, settings) = (&craft.surface, &craft.patches, &craft.settings);
-    let exchange = if exchange_rays::can_walk(&scenery) {
-        let ends = exchange_rays::cast(context, surface, patches, &scenery, settings.rays)?;
-        Exchange::new(surface, patches, &ends, settings)
-    } else {
-        Exchange::cast(surface, patches, &scenery, settings)
-    };
-    Ok(ExchangeTables::new(&exchange, moves))
 }
 
 /// Converts a frame to the result of a step. `fourth` says what the fourth value of a pixel is.

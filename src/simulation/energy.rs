@@ -70,6 +70,8 @@ pub fn heat_tables(prepared: &Prepared) -> HeatTables {
                 Response::Network => HeatOf::Flux,
                 // The heat that it absorbs is not kept.
                 Response::Radiative(_) => continue,
+                // Another program has kept its heat.
+                Response::Given => continue,
             };
             let emission = STEFAN_BOLTZMANN * emissivity_sum(material);
             let group = group as u32;

@@ -241,6 +241,16 @@ pub trait Engine: Send {
     /// A call that fails.
     fn set_structures(&mut self, temperatures: &[f64]) -> Result<(), EngineError>;
 
+    /// Poses of the joints for which the rays of patches were cast that the last step used. `None` without radiation between surfaces.
+    fn exchange_poses(&self) -> Option<&[DAffine3]> {
+        None
+    }
+
+    /// What was found of radiation between surfaces, in words. Empty without it.
+    fn exchange_description(&self) -> Vec<(String, String)> {
+        Vec::new()
+    }
+
     /// How the network was integrated, in words. Empty without a network.
     fn network_description(&mut self) -> Vec<(String, String)> {
         self.network().map(NetworkRun::description).unwrap_or_default()

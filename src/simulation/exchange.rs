@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
-use super::exchange_poses::Posed;
+use super::exchange_poses::{Posed, Task};
 use super::network::SceneNetwork;
 use crate::environment::StepLoad;
 use crate::exchange::cast::Scenery;
+use crate::exchange::defects::Defects;
 use crate::exchange::patches::{Patches, Surface};
 use crate::exchange::sky::Renewal;
-use crate::exchange::step::{Exchange, Settings};
+use crate::exchange::step::{Exchange, Light, MOST_PATCHES, Settings};
 use crate::gpu::nodes::{GROUP, Nodes, PADDING};
 use crate::saved::{Saved, SavedError};
 use crate::thermal::material::Material;
@@ -20,6 +21,11 @@ use crate::thermal::received::{Received, Seen};
 /// Most rays of a scene. Their ends take 1 GiB.
 pub const MOST_RAYS: usize = 1 << 28;
 
+/// Rays of a share of the work for new poses of the joints.
+const RAYS_OF_SHARE: usize = 1 << 18;
+/// Part of the redraw angle after which the light of Sun and planet is found anew.
+pub const LIGHT: f64 = 1.0 / 3.0;
+
 /// The surface of a scene and its patches. Nodes are those of the device.
 #[derive(Debug, Clone)]
 pub struct Craft {
@@ -27,6 +33,8 @@ pub struct Craft {
     pub surface: Surface,
     /// The patches.
     pub patches: Patches,
+    /// What is wrong with the surface.
+    pub defects: Defects,
     /// How rays and reflections are found.
     pub settings: Settings,
 }
@@ -57,6 +65,12 @@ impl Craft {
             triangles: triangles.iter().copied().filter(|[a, b, c]| a != b && b != c).collect(),
         };
         let patches = Patches::new(&surface, materials, settings.patch_edge);
+        if patches.all.len() > MOST_PATCHES {
+            return Err(format!(
+                "{} patches are more than {MOST_PATCHES}: state a larger patch_edge",
+                patches.all.len()
+            ));
+        }
         let rays = patches.all.len().saturating_mul(settings.rays as usize);
         if rays > MOST_RAYS {
             return Err(format!(
@@ -65,7 +79,19 @@ impl Craft {
                 settings.rays
             ));
         }
-        Ok(Self { surface, patches, settings })
+        Ok(Self { defects: Defects::of(&surface, materials), surface, patches, settings })
+    }
+
+    /// Steps over which the work for new poses of the joints is spread.
+    pub fn shares(&self) -> u32 {
+        (self.patches.all.len() * self.settings.rays as usize).div_ceil(RAYS_OF_SHARE).max(1) as u32
+    }
+
+    /// Patches whose rays are cast in a share of the work.
+    pub fn patches_of_share(&self, number: u32) -> std::ops::Range<u32> {
+        let (count, shares) = (self.patches.all.len() as u64, u64::from(self.shares()));
+        let [first, end] = [number, number + 1].map(|number| (count * u64::from(number) / shares) as u32);
+        first..end
     }
 
     /// What the patches exchange in a pose, found by the processor.
@@ -80,17 +106,64 @@ pub struct ExchangeTwin {
     craft: Arc<Craft>,
     found: Posed<Exchange>,
     renewal: Renewal,
-    seen: Vec<Seen>,
+    light: Light,
 }
 
 impl ExchangeTwin {
     /// An exchange whose rays are cast for poses first.
     pub fn new(craft: &Arc<Craft>, poses: &[DAffine3]) -> Self {
         let angle = craft.settings.redraw_angle;
-        let renewal = Renewal { angle, found_for: None };
-        let mut found = Posed::new(angle);
-        let Ok(_) = found.turn(poses, |poses| Ok::<_, Infallible>(craft.cast(poses)));
-        Self { craft: Arc::clone(craft), found, renewal, seen: Vec::new() }
+        let renewal = Renewal { angle: LIGHT * angle, found_for: None };
+        let mut twin = Self {
+            craft: Arc::clone(craft),
+            found: Posed::new(angle, craft.shares()),
+            renewal,
+            light: Light::default(),
+        };
+        twin.turn(poses);
+        twin
+    }
+
+    /// Follows the joints. Returns whether other rows hold than before.
+    fn turn(&mut self, poses: &[DAffine3]) -> bool {
+        let craft = &self.craft;
+        let Ok(turned) = self.found.turn(poses, &mut |task| {
+            Ok::<_, Infallible>(match task {
+                Task::Whole(poses) | Task::Take(poses) => Some(craft.cast(poses)),
+                Task::Share(..) => None,
+            })
+        });
+        turned.is_some()
+    }
+
+    /// Poses for which the rays that hold were cast.
+    pub fn poses(&self) -> Option<&[DAffine3]> {
+        self.found.poses()
+    }
+
+    /// What the patches exchange in the present pose.
+    pub fn exchange(&self) -> Option<&Exchange> {
+        self.found.found()
+    }
+
+    /// The light of Sun and planet that holds.
+    pub fn light(&self) -> &Light {
+        &self.light
+    }
+
+    /// What every patch absorbs from the others in a step [W/m2]. Temperatures [K] and shares of the Sun are those of the nodes.
+    pub fn absorbed(
+        &mut self,
+        load: &StepLoad,
+        temperature: impl Fn(usize) -> f64 + Sync,
+        visibility: impl Fn(usize) -> f64 + Sync,
+    ) -> Vec<f64> {
+        let turned = self.turn(&load.joints);
+        let Some(exchange) = self.found.found() else { return Vec::new() };
+        if self.renewal.is_due(load) || turned || self.light.seen.is_empty() {
+            self.light = exchange.light(load, visibility);
+        }
+        exchange.absorbed(&exchange.sent(load, &self.light, temperature), &self.light)
     }
 
     /// What the faces of every node receive in a step. Temperatures [K] and shares of the Sun are those of the nodes.
@@ -100,22 +173,24 @@ impl ExchangeTwin {
         temperature: impl Fn(usize) -> f64 + Sync,
         visibility: impl Fn(usize) -> f64 + Sync,
     ) -> Vec<[Received; 2]> {
-        let Ok(turned) = self.found.turn(&load.joints, |poses| Ok::<_, Infallible>(self.craft.cast(poses)));
-        let turned = turned.is_some();
+        let absorbed = self.absorbed(load, temperature, visibility);
+        self.of_nodes(&absorbed)
+    }
+
+    /// What the faces of every node receive where patches absorb this [W/m2].
+    pub fn of_nodes(&self, absorbed: &[f64]) -> Vec<[Received; 2]> {
         let Some(exchange) = self.found.found() else { return Vec::new() };
-        if self.renewal.is_due(load) || turned || self.seen.is_empty() {
-            self.seen = exchange.seen(load);
-        }
-        let sent = exchange.sent(load, &self.seen, temperature, visibility);
-        let absorbed = exchange.absorbed(&sent);
-        (0..exchange.of_node.len()).map(|node| exchange.of_node(node, &absorbed, &self.seen)).collect()
+        (0..exchange.of_node.len()).map(|node| exchange.of_node(node, absorbed, &self.light.seen)).collect()
     }
 
     /// The state between two steps.
     pub fn save(&self) -> Saved {
         let mut saved = self.renewal.save();
         saved.put_all("rays", self.found.save());
-        saved.put("seen", &self.seen.iter().map(|seen| [seen.planet_ir, seen.albedo]).collect::<Vec<_>>());
+        let seen = self.light.seen.iter().map(|seen| [seen.planet_ir, seen.albedo]);
+        saved.put("seen", &seen.collect::<Vec<_>>());
+        saved.put("reflected", &self.light.reflected);
+        saved.put("sunlight", &self.light.sunlight);
         saved
     }
 
@@ -127,26 +202,48 @@ impl ExchangeTwin {
         self.renewal.restore(saved)?;
         self.found.restore(&saved.part("rays"), |poses| Ok::<_, SavedError>(self.craft.cast(poses)))?;
         let seen: Vec<[f64; 2]> = saved.list("seen")?;
-        self.seen = seen.into_iter().map(|[planet_ir, albedo]| Seen { planet_ir, albedo }).collect();
+        self.light = Light {
+            seen: seen.into_iter().map(|[planet_ir, albedo]| Seen { planet_ir, albedo }).collect(),
+            reflected: saved.list("reflected")?,
+            sunlight: saved.list("sunlight")?,
+        };
         Ok(())
     }
+}
+
+/// Light that meets inner faces, in words: its share, and the number and area [m2] of patches inside other parts.
+pub fn inside(share: f64, (count, area): (usize, f64)) -> String {
+    let buried = if count == 0 {
+        String::new()
+    } else {
+        format!("; {count} patches of {area:.2} m2 lie inside other parts and exchange nothing")
+    };
+    format!("{:.2} %{buried}", 100.0 * share)
 }
 
 /// What was found of a craft, in words.
 pub fn describe(craft: &Craft, exchange: &Exchange) -> Vec<(String, String)> {
     let correction = exchange.factors.correction;
-    let pairs = exchange.entries.len() as f64 / exchange.patches.len().max(1) as f64;
+    let per_patch = |entries: usize| entries as f64 / exchange.patches.len().max(1) as f64;
+    let [infrared, sunlight] =
+        [&exchange.infrared, &exchange.sunlight].map(|areas| per_patch(areas.between.entries.len()));
     let returned = exchange.infrared.returned.max(exchange.sunlight.returned);
     let mut told = vec![
         ("patches".to_owned(), exchange.patches.len().to_string()),
         ("rays of a patch".to_owned(), craft.settings.rays.to_string()),
-        ("patches that a patch sees or that reflect".to_owned(), format!("{pairs:.1}")),
+        (
+            "patches that a patch exchanges with".to_owned(),
+            format!("{infrared:.1} in infrared, {sunlight:.1} in sunlight"),
+        ),
         (
             "change of view factors to be reciprocal".to_owned(),
             format!("{:.1e} (rms), at most {:.1e}", correction.rms, correction.largest),
         ),
         ("light of a patch that was left out".to_owned(), format!("at most {returned:.1e}")),
-        ("rays to the inner face of a skin".to_owned(), format!("{:.2} %", 100.0 * exchange.factors.inside)),
+        (
+            "light that meets the inner face of a skin".to_owned(),
+            inside(exchange.factors.inside_share(), exchange.factors.buried()),
+        ),
     ];
     if correction.unclosed > 1e-9 {
         told.push(("rows that do not close".to_owned(), format!("at most {:.1e} of their area", correction.unclosed)));

@@ -1,7 +1,8 @@
-//! What was found for poses of the joints, kept for when they come back.
+//! What was found for poses of the joints, kept for when they come back. New poses are worked on a share in each step, so that no step stalls.
 
-use glam::{DAffine3, DQuat};
+use glam::DAffine3;
 
+use crate::exchange::turn::turned;
 use crate::saved::{Saved, SavedError};
 
 /// A turn below this is rounding [rad].
@@ -9,19 +10,36 @@ const STILL: f64 = 1e-9;
 /// Most poses that are kept. The oldest makes room.
 const MOST: usize = 64;
 
+/// What is asked of those who find.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Task<'a> {
+    /// All for these poses, at once.
+    Whole(&'a [DAffine3]),
+    /// A share of the work for these poses, by its number.
+    Share(&'a [DAffine3], u32),
+    /// The result of all shares.
+    Take(&'a [DAffine3]),
+}
+
 /// Findings for poses of the joints. One holds for all poses within an angle of its own.
 #[derive(Debug, Clone)]
 pub(super) struct Posed<T> {
     angle: f64,
+    /// Steps over which the work for new poses is spread. With 1 it is done at once.
+    shares: u32,
     /// Poses and what was found for them. After a restart it is found anew when it is needed.
     known: Vec<(Vec<DAffine3>, Option<T>)>,
     now: usize,
+    /// Poses that are worked on, and for how many steps.
+    pending: Option<(Vec<DAffine3>, u32)>,
+    /// Largest turn of a joint since the poses of what was used [rad].
+    pub stalest: f64,
 }
 
 impl<T> Posed<T> {
-    /// Nothing is found yet. Findings hold within `angle` [rad].
-    pub fn new(angle: f64) -> Self {
-        Self { angle, known: Vec::new(), now: 0 }
+    /// Nothing is found yet. Findings hold within `angle` [rad]. The work for new poses is spread over `shares` steps, and its result is taken after as many again.
+    pub fn new(angle: f64, shares: u32) -> Self {
+        Self { angle, shares, known: Vec::new(), now: 0, pending: None, stalest: 0.0 }
     }
 
     /// Finds what holds for poses, by `find` where nothing known does. Returns it where it is not what held before.
@@ -31,30 +49,65 @@ impl<T> Posed<T> {
     pub fn turn<E>(
         &mut self,
         poses: &[DAffine3],
-        find: impl FnOnce(&[DAffine3]) -> Result<T, E>,
+        find: &mut dyn FnMut(Task<'_>) -> Result<Option<T>, E>,
     ) -> Result<Option<&T>, E> {
-        let limit = self.angle.max(STILL);
-        let held = self.known.get(self.now).is_some_and(|(own, found)| found.is_some() && turned(own, poses) <= limit);
-        if held {
-            return Ok(None);
-        }
-        let turns = self.known.iter().map(|(own, _)| turned(own, poses)).enumerate();
-        let nearest = turns.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, turn)| *turn <= limit);
-        self.now = match nearest {
-            Some((place, _)) => place,
-            None => {
-                if self.known.len() >= MOST {
-                    self.known.remove(0);
+        let before = self.known.get(self.now).is_some_and(|(_, found)| found.is_some()).then_some(self.now);
+        // Work that takes many steps begins early.
+        let begin = if self.shares > 1 { 0.5 * self.angle } else { self.angle };
+        let limit = begin.max(STILL);
+        let held = before.is_some() && turned(&self.known[self.now].0, poses) <= limit;
+        if !held {
+            let turns = self.known.iter().map(|(own, _)| turned(own, poses)).enumerate();
+            let nearest = turns.min_by(|a, b| a.1.total_cmp(&b.1));
+            match nearest {
+                Some((place, turn)) if turn <= limit => self.now = place,
+                Some(_) if self.shares > 1 && before.is_some() => {
+                    if self.pending.is_none() {
+                        self.pending = Some((poses.to_vec(), 0));
+                    }
                 }
-                self.known.push((poses.to_vec(), None));
-                self.known.len() - 1
+                _ => self.push(poses.to_vec(), None),
             }
-        };
+        }
         let (own, found) = &mut self.known[self.now];
         if found.is_none() {
-            *found = Some(find(own)?);
+            *found = find(Task::Whole(own))?;
         }
-        Ok(found.as_ref())
+        let mut changed = before != Some(self.now);
+        if let Some((own, age)) = self.pending.take() {
+            if age + 1 < 2 * self.shares {
+                if age < self.shares {
+                    find(Task::Share(&own, age))?;
+                }
+                self.pending = Some((own, age + 1));
+            } else {
+                let found = find(Task::Take(&own))?;
+                let gains = turned(&own, poses) < turned(&self.known[self.now].0, poses);
+                let now = self.now;
+                self.push(own, found);
+                if !gains {
+                    self.now = now.min(self.known.len() - 2);
+                }
+                changed |= gains;
+            }
+        }
+        self.stalest = self.stalest.max(turned(&self.known[self.now].0, poses));
+        Ok(self.known[self.now].1.as_ref().filter(|_| changed))
+    }
+
+    /// Adds poses, which hold from now on.
+    fn push(&mut self, poses: Vec<DAffine3>, found: Option<T>) {
+        if self.known.len() >= MOST {
+            // The one in use may be the oldest.
+            self.known.remove(usize::from(self.now == 0));
+        }
+        self.known.push((poses, found));
+        self.now = self.known.len() - 1;
+    }
+
+    /// Poses for which what holds now was found.
+    pub fn poses(&self) -> Option<&[DAffine3]> {
+        self.known.get(self.now).map(|known| &known.0[..])
     }
 
     /// What holds now.
@@ -66,6 +119,11 @@ impl<T> Posed<T> {
     pub fn save(&self) -> Saved {
         let mut saved = Saved::default();
         saved.put("count", &[self.known.len() as u64, self.now as u64]);
+        saved.put("stalest", &[self.stalest]);
+        if let Some((poses, age)) = &self.pending {
+            saved.put("pending", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
+            saved.put("age", &[u64::from(*age)]);
+        }
         for (number, (poses, _)) in self.known.iter().enumerate() {
             saved.put(format!("pose.{number}"), &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
         }
@@ -88,24 +146,18 @@ impl<T> Posed<T> {
             self.known.push((poses.iter().map(DAffine3::from_cols_array).collect(), None));
         }
         self.now = now as usize;
+        [self.stalest] = saved.array("stalest")?;
+        self.pending = None;
+        if saved.has("pending") {
+            let poses: Vec<[f64; 12]> = saved.list("pending")?;
+            let [age] = saved.array::<u64, 1>("age")?;
+            self.pending = Some((poses.iter().map(DAffine3::from_cols_array).collect(), age as u32));
+        }
         match self.known.get_mut(self.now) {
             Some((poses, found)) => Ok(Some(found.insert(find(poses)?))),
             None => Ok(None),
         }
     }
-}
-
-/// Largest turn of a joint between poses [rad]. A way counts as a turn about the origin, over a metre at least.
-fn turned(before: &[DAffine3], now: &[DAffine3]) -> f64 {
-    if before.len() != now.len() {
-        return f64::INFINITY;
-    }
-    let turn = |(a, b): (&DAffine3, &DAffine3)| {
-        let turn = DQuat::from_mat3(&(a.matrix3.transpose() * b.matrix3)).normalize();
-        let angle = 2.0 * turn.xyz().length().atan2(turn.w.abs());
-        angle.max(a.translation.distance(b.translation) / (1.0 + a.translation.length()))
-    };
-    before.iter().zip(now).map(turn).fold(0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -114,24 +166,44 @@ mod tests {
 
     use super::*;
 
+    fn found(posed: &mut Posed<u32>, count: &mut u32, angle: f64) -> Option<u32> {
+        let poses = [DAffine3::IDENTITY, DAffine3::from_rotation_z(angle)];
+        let Ok(found) = posed.turn(&poses, &mut |task| {
+            Ok::<_, Infallible>((!matches!(task, Task::Share(..))).then(|| {
+                *count += 1;
+                *count
+            }))
+        });
+        found.copied()
+    }
+
     #[test]
     fn what_was_found_holds_within_its_angle_and_when_the_pose_comes_back() {
-        let mut posed = Posed::new(0.1);
-        let mut count = 0;
-        let mut anew = Vec::new();
-        for angle in [0.0, 0.05, 0.2, 0.25, 0.02, 0.21, 0.4] {
-            let poses = [DAffine3::IDENTITY, DAffine3::from_rotation_z(angle)];
-            let Ok(found) = posed.turn(&poses, |_| {
-                count += 1;
-                Ok::<_, Infallible>(count)
-            });
-            anew.push(found.copied());
-        }
+        let (mut posed, mut count) = (Posed::new(0.1, 1), 0);
+        let anew = [0.0, 0.05, 0.2, 0.25, 0.02, 0.21, 0.4].map(|angle| found(&mut posed, &mut count, angle));
         assert_eq!(anew, [Some(1), None, Some(2), None, Some(1), Some(2), Some(3)]);
         let saved = posed.save();
-        let mut again = Posed::new(0.1);
+        let mut again = Posed::new(0.1, 1);
         let restored = again.restore(&saved, |poses| Ok::<_, SavedError>(poses[1].matrix3.x_axis.y));
         assert!(restored.expect("a saved state").is_some_and(|sine| (sine - 0.4f64.sin()).abs() < 1e-12));
         assert!(turned(&[], &[DAffine3::IDENTITY]).is_infinite());
+    }
+
+    #[test]
+    fn the_work_for_a_new_pose_is_spread_and_its_result_comes_later() {
+        let (mut posed, mut count) = (Posed::new(0.1, 2), 0);
+        let anew = [0.0, 0.04, 0.06, 0.08, 0.1, 0.12, 0.14].map(|angle| found(&mut posed, &mut count, angle));
+        // Work begins at 0.06, takes two steps, and its result is taken two steps later.
+        assert_eq!(anew, [Some(1), None, None, None, None, Some(2), None]);
+        assert!((posed.stalest - 0.1).abs() < 1e-12, "{}", posed.stalest);
+        // The state in the middle of the work goes on alike.
+        let (mut posed, mut count) = (Posed::new(0.1, 2), 0);
+        for angle in [0.0, 0.06, 0.08] {
+            found(&mut posed, &mut count, angle);
+        }
+        let mut again = Posed::new(0.1, 2);
+        again.restore(&posed.save(), |_| Ok::<_, SavedError>(1)).expect("a saved state");
+        let anew = [0.1, 0.12].map(|angle| found(&mut again, &mut count, angle));
+        assert_eq!(anew, [None, Some(2)]);
     }
 }

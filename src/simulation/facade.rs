@@ -82,12 +82,14 @@ impl Simulation {
         Self::from_scene(Scene::load(path)?, target)
     }
 
-    /// Takes the text of a scene file as if it lay at `path`, from which its own paths begin.
+    /// Takes the text of a scene file as if it lay at `path`, from which its own paths begin. Nothing needs to be there.
     ///
     /// # Errors
     /// As for [`Simulation::load`].
     pub fn parse(text: &str, path: &Path, target: &Target) -> Result<Self, SimulationError> {
-        Self::from_scene(Scene::parse(text, path)?, target)
+        let mut scene = Scene::parse(text, path)?;
+        scene.files.retain(|file| file != path);
+        Self::from_scene(scene, target)
     }
 
     /// Takes a scene that was read, and perhaps changed.

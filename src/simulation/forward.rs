@@ -36,8 +36,8 @@ pub fn forward(
     stop: &AtomicBool,
     progress: &mut dyn FnMut(),
 ) -> Result<bool, EngineError> {
-    // A step of a network takes long, so `stop` is read after each.
-    let at_once = if prepared.network.is_some() { 1 } else { FUSED_STEPS };
+    // The check of exchange follows the engine step by step. A step of a network takes long, so `stop` is read after each.
+    let at_once = if prepared.network.is_some() || prepared.exchange.is_some() { 1 } else { FUSED_STEPS };
     let mut passing = passing.into_iter().peekable();
     while passing.peek().is_some() {
         if stop.load(Ordering::Relaxed) {
@@ -53,7 +53,7 @@ pub fn forward(
         engine.forward(&under_load)?;
         for one in under_load {
             if let Some(check) = check.as_deref_mut() {
-                check.step(one.load, one.steps, one.start, one.length);
+                check.step(one.load, one.steps, one.start, one.length, engine.exchange_poses());
             }
             progress();
         }

@@ -235,7 +235,7 @@ impl SceneNetwork {
     }
 
     /// Heat and thermostats of a step that starts at `start` [s] and lasts `length` [s].
-    fn schedule(&self, heat: Vec<f64>, on: &[bool], start: f64, length: f64) -> Schedule {
+    pub(super) fn schedule(&self, heat: Vec<f64>, on: &[bool], start: f64, length: f64) -> Schedule {
         let mut schedule = Schedule { constant: heat, times: vec![length], ..Schedule::default() };
         for heated in &self.heated {
             match &heated.thermostat {

@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use super::emissivity;
 use super::exchange::Craft;
+use super::given::Given;
 use super::joints;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, Stage};
@@ -76,6 +77,8 @@ pub struct Prepared {
     pub probes: Vec<usize>,
     /// The thermal network of the materials with response `network`.
     pub network: Option<Arc<SceneNetwork>>,
+    /// The temperatures of a file, where the scene takes them from one.
+    pub given: Option<Arc<Given>>,
     /// Patches that radiate to each other, where the scene has `[exchange]`.
     pub exchange: Option<Arc<Craft>>,
     /// Remarks for the user.
@@ -112,6 +115,9 @@ impl Prepared {
         let mut model = Model::load_within(&scene.model_path, &scene.reach)?.weld();
         let mut materials = prepare_names::materials(&mut scene, &model)?;
         change(&mut materials);
+        if scene.temperatures.is_some() {
+            materials.iter_mut().for_each(|material| material.response = Response::Given);
+        }
         steps::check_functions(&scene, &materials)?;
         let looks = emissivity::check(&scene, &materials)?;
         steps::set_hottest(&scene, &mut materials)?;
@@ -145,14 +151,18 @@ impl Prepared {
         let loads = steps::loads(&scene, moving)?;
         warnings.extend(steps::turn_warning(&scene, &loads));
         let probes = steps::probe_nodes(&scene, &parts, &nodes)?;
+        let given = Given::new(&scene, &parts, &nodes)?.map(Arc::new);
+        warnings.extend(given.iter().flat_map(|given| given.warnings().to_vec()));
         let network = steps::network(&mut scene, shell, &parts, &nodes, &probes, &materials)?;
         warnings.extend(network.iter().flat_map(|network| network.remarks()));
         let craft = |settings| Craft::new(settings, &nodes, &triangles, network.as_deref(), &materials);
         let exchange = scene.exchange.map(craft).transpose();
         let exchange = exchange.map_err(|message| PrepareError::Exchange { path: scene.source.clone(), message })?;
+        warnings.extend(exchange.iter().flat_map(|craft| craft.defects.warnings()));
         Ok(Self {
             exchange: exchange.map(Arc::new),
             network,
+            given,
             hash,
             file_hashes,
             parts,
@@ -182,7 +192,7 @@ impl Prepared {
             let (kind, curve) = match (&material.response, range.kind.response) {
                 (Response::Transition(transition), RangeResponse::Transition { .. }) => shapes::curve(transition),
                 (_, RangeResponse::Radiative { over, fast }) => (StepKind::Radiative { over, fast }, Curve::Power),
-                (Response::Network, _) => (StepKind::Absorb, Curve::Power),
+                (Response::Network | Response::Given, _) => (StepKind::Absorb, Curve::Power),
                 _ => (StepKind::Instant, Curve::Power),
             };
             let variant = ThermalVariant {

@@ -55,6 +55,14 @@ impl std::fmt::Display for Stage {
 /// An error that keeps a scene from being prepared.
 #[derive(Debug, thiserror::Error)]
 pub enum PrepareError {
+    /// The temperatures of a file do not fit the scene.
+    #[error("{}: temperatures: {reason}", path.display())]
+    Temperatures {
+        /// The scene file.
+        path: PathBuf,
+        /// Why, and what to do.
+        reason: String,
+    },
     /// An error in the scene file.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -217,6 +225,7 @@ impl PrepareError {
             | Self::Network { path, .. }
             | Self::Emissivity { path, .. }
             | Self::Exchange { path, .. }
+            | Self::Temperatures { path, .. }
             | Self::LightStructure { path, .. }
             | Self::Function { path, .. }
             | Self::Late { path, .. }

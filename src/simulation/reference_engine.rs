@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
@@ -10,6 +11,7 @@ use super::distant::Distance;
 use super::energy::{absorbed_heat, heat_tables};
 use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
 use super::exchange::ExchangeTwin;
+use super::given::Given;
 use super::network::NetworkRun;
 use super::pose::draws_alike;
 use super::prepare::Prepared;
@@ -51,6 +53,8 @@ pub struct ReferenceEngine {
     materials: Vec<u32>,
     emissivities: Vec<[f64; 2]>,
     network: Option<NetworkRun>,
+    /// Temperatures of a file.
+    given: Option<Arc<Given>>,
     heat: HeatTables,
     steps: u64,
     camera: Option<Camera>,
@@ -106,6 +110,7 @@ impl ReferenceEngine {
                 .map(|material| [material.front.emissivity, material.back().emissivity])
                 .collect(),
             network: prepared.network.as_ref().map(NetworkRun::reference),
+            given: prepared.given.clone(),
             heat: heat_tables(prepared),
             steps: 0,
             camera: camera.cloned(),
@@ -118,6 +123,12 @@ impl ReferenceEngine {
             delivered: VecDeque::new(),
             trace: Trace::default(),
         }
+    }
+
+    /// Heat of the network's nodes under a load [W], without that of heaters and of other surfaces. Empty without a network.
+    pub fn network_heat(&mut self, load: &StepLoad) -> Vec<f64> {
+        self.reference.find_shadows(&mut self.shadows, load);
+        self.heat(load)
     }
 
     /// Heat of the network's nodes [W]. Empty without a network.
@@ -203,6 +214,15 @@ impl ReferenceEngine {
         rasterise(&surface, view, |t| band_radiance(&self.table, t))
     }
 
+    /// Takes the temperatures of a file at a time [s].
+    fn take_given(&mut self, time: f64) {
+        let Some(given) = &self.given else { return };
+        let temperatures = given.at(time);
+        for (node, slot) in self.node_of_slot.iter().enumerate() {
+            self.reference.set_temperature(node, temperatures[*slot as usize]);
+        }
+    }
+
     /// Draws what stands behind the surface.
     fn draw_sky(&self, view: &raster::View, surroundings: Option<&Surroundings>) -> Vec<raster::Pixel> {
         let around = surroundings.map(|surroundings| Around {
@@ -256,6 +276,7 @@ impl Engine for ReferenceEngine {
         self.reference.find_shadows(&mut self.shadows, load);
         self.reference.receive(Vec::new());
         self.reference.settle(load);
+        self.take_given(time);
         let heat = self.heat(load);
         match &mut self.network {
             Some(network) => network.settle(heat, time)?,
@@ -301,6 +322,7 @@ impl Engine for ReferenceEngine {
                 network.step(heat, step.start, step.length)?;
             }
             self.take_network()?;
+            self.take_given(step.start + step.length);
             if let Some(network) = &mut self.network {
                 network.step_ends();
             }
@@ -410,6 +432,10 @@ impl Engine for ReferenceEngine {
         }
         [self.steps] = saved.array("steps")?;
         Ok(())
+    }
+
+    fn exchange_poses(&self) -> Option<&[DAffine3]> {
+        self.exchange.as_ref().and_then(ExchangeTwin::poses)
     }
 
     fn structures(&mut self) -> Result<Vec<f64>, EngineError> {

@@ -200,6 +200,8 @@ pub enum Response {
     Radiative(Radiative),
     /// The energy balance of the node in a thermal network, from the bulk properties.
     Network,
+    /// A temperature that another program found.
+    Given,
 }
 
 /// Bulk properties. Values that only `network` needs may be absent.

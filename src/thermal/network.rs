@@ -31,6 +31,17 @@ pub enum NodeKind {
     Boundary,
 }
 
+impl NodeKind {
+    /// Its name in a network file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Diffusive => "diffusive",
+            Self::Arithmetic => "arithmetic",
+            Self::Boundary => "boundary",
+        }
+    }
+}
+
 /// A linear conductor: its heat is proportional to the difference of the temperatures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearConductor {

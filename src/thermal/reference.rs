@@ -81,6 +81,11 @@ impl<F: IncidentFlux> Reference<F> {
         self.received = received;
     }
 
+    /// What the faces of each node receive from the craft. Empty where surfaces do not see each other.
+    pub fn received(&self) -> &[[Received; 2]] {
+        &self.received
+    }
+
     /// Share of the Sun that each node sees.
     pub fn visibility(&self) -> &[f64] {
         &self.visibility
@@ -123,8 +128,8 @@ impl<F: IncidentFlux> Reference<F> {
                     let state = radiative_step(plate_of(state), load, steps_dt, plate);
                     (kept(state), state.outside)
                 }
-                // Its temperature comes from the network.
-                Response::Network => (state, state.target),
+                // Its temperature comes from the network, or from a file.
+                Response::Network | Response::Given => (state, state.target),
             }
         });
     }
@@ -253,7 +258,9 @@ pub fn commanded_temperature(
 /// The state of a node at rest. An instant node stores only its target.
 fn settled(temperature: f64, material: &Material) -> TransitionState {
     match &material.response {
-        Response::Instant | Response::Network => TransitionState { target: temperature, span: 0.0, elapsed: 0.0 },
+        Response::Instant | Response::Network | Response::Given => {
+            TransitionState { target: temperature, span: 0.0, elapsed: 0.0 }
+        }
         Response::Transition(transition) => TransitionState::settled(temperature, transition),
         Response::Radiative(_) => kept(PlateState::settled(temperature)),
     }

@@ -140,7 +140,7 @@ impl LooseNodes {
             nodes.group_material.resize((index + 1) * padded / GROUP, index as u32);
             let kind = match &material.response {
                 Response::Instant => StepKind::Instant,
-                Response::Network => StepKind::Absorb,
+                Response::Network | Response::Given => StepKind::Absorb,
                 Response::Radiative(plate) => {
                     StepKind::Radiative { over: plate.over.is_some(), fast: plate.is_fast(emissivity_sum(material)) }
                 }

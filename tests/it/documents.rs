@@ -11,7 +11,7 @@ fn repository() -> PathBuf {
 
 /// Every Markdown file of the repository.
 fn pages() -> Vec<PathBuf> {
-    let folders = ["", "docs", "models"].map(|folder| repository().join(folder));
+    let folders = ["", "docs", "models", "python"].map(|folder| repository().join(folder));
     let files = folders.iter().flat_map(|folder| std::fs::read_dir(folder).expect("a folder"));
     let paths = files.map(|file| file.expect("a file").path());
     paths.filter(|path| path.extension().is_some_and(|extension| extension == "md")).collect()
@@ -41,7 +41,7 @@ fn absent(text: &str) -> Vec<&str> {
     let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || "/._-".contains(c)));
     let words = words.map(|word| word.trim_end_matches('.'));
     let named = words.filter(|word| {
-        let folders = ["docs", "glsl", "models", "spirv", "src", "tests", "tools"];
+        let folders = ["docs", "glsl", "models", "python", "spirv", "src", "tests", "tools"];
         word.split_once('/').is_some_and(|(folder, rest)| folders.contains(&folder) && rest.contains('.'))
     });
     named.filter(|name| !repository().join(name).exists()).collect()

@@ -1,6 +1,8 @@
 //! Radiation between surfaces: view factors with known answers, exchange with closed forms, and the device against its f64 twin.
 
+mod defects;
 mod device;
+mod joints;
 mod shapes;
 mod step;
 mod view_factors;

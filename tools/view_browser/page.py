@@ -18,7 +18,7 @@ SCENE = "models/station_transition.toml"
 SIZE = [1024, 768]
 STEP = 15.43
 TOLERANCE = 0.05
-PATIENCE = 120.0
+PATIENCE = 60.0
 WINDOW = {"width": 1366, "height": 768}
 CONTROLS = {"button", "slider", "combobox", "checkbox", "spinbutton", "textbox", "image", "img"}
 
@@ -54,11 +54,7 @@ class Looker:
         """Waits until the image of a step is drawn."""
         self.wait("document.getElementById('speed').textContent.includes('image')")
         if step is not None:
-            self.wait(
-                f"document.getElementById('time').valueAsNumber === {step}"
-                f" && document.getElementById('clock').textContent.includes(' {step * STEP:.0f} s')"
-                " && !document.getElementById('speed').textContent.includes('going')"
-            )
+            self.wait(f"document.getElementById('clock').dataset.step === '{step}'")
         self.page.wait_for_timeout(700)
 
     def at(self, x: int, y: int) -> tuple[float, float]:

@@ -4,7 +4,7 @@ use super::exchanging::Exchanging;
 use super::{Renderer, ranges_of_load};
 use crate::environment::StepLoad;
 use crate::gpu::error::GpuError;
-use crate::gpu::exchange::{ExchangeTables, exchange};
+use crate::gpu::exchange::ExchangeTables;
 use crate::gpu::frame::Frame;
 use crate::gpu::resource::Resource;
 use crate::saved::Saved;
@@ -15,10 +15,7 @@ impl Renderer {
         let Some(light) = ranges_of_load(&self.ranges, load).first().map(|range| range.variant) else {
             return Frame::default();
         };
-        let Some(own) = &mut self.exchange else { return Frame::default() };
-        let sky = (own.renewal.is_due(load) || own.fresh) && load.planet.is_some();
-        own.fresh &= !sky;
-        exchange(&own.runs, light, sky)
+        self.exchange.as_mut().map(|own| own.frame(light, load)).unwrap_or_default()
     }
 
     /// Replaces the tables after a joint has moved.
@@ -65,12 +62,27 @@ impl Renderer {
         self.resources.download(&mut self.once, Resource::ExchangeSeen, places)
     }
 
-    /// Takes what `seen` and [`Exchanging::save`] gave.
+    /// What patches reflect at first, and the sunlight that they absorb, as found last [W/m2].
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub(super) fn exchanged_light(&mut self) -> Result<(Vec<[f32; 2]>, Vec<f32>), GpuError> {
+        self.wait()?;
+        let Some(places) = self.exchange.as_ref().map(Exchanging::places) else { return Ok(Default::default()) };
+        let reflected = self.resources.download(&mut self.once, Resource::ExchangeReflected, places)?;
+        Ok((reflected, self.resources.download(&mut self.once, Resource::ExchangeSunlight, places)?))
+    }
+
+    /// Takes what `seen`, `exchanged_light` and [`Exchanging::save`] gave.
     pub(super) fn restore_exchange(&mut self, saved: &Saved) -> Result<(), GpuError> {
         let Some(own) = &mut self.exchange else { return Ok(()) };
         own.renewal.restore(saved)?;
         own.fresh = false;
         let seen: Vec<[f32; 2]> = saved.list_of("seen", own.places())?;
-        self.resources.upload(&mut self.once, Resource::ExchangeSeen, &seen)
+        let reflected: Vec<[f32; 2]> = saved.list_of("reflected", own.places())?;
+        let sunlight: Vec<f32> = saved.list_of("sunlight", own.places())?;
+        self.resources.upload(&mut self.once, Resource::ExchangeSeen, &seen)?;
+        self.resources.upload(&mut self.once, Resource::ExchangeReflected, &reflected)?;
+        self.resources.upload(&mut self.once, Resource::ExchangeSunlight, &sunlight)
     }
 }

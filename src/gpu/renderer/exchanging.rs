@@ -1,22 +1,25 @@
-//! What a renderer keeps of radiation between surfaces: runs of patches, and when the shares of the planet's light are found anew.
+//! What a renderer keeps of radiation between surfaces: the order of patches, and when the light of Sun and planet is found anew.
 
+use crate::environment::StepLoad;
 use crate::exchange::sky::Renewal;
-use crate::gpu::exchange::{ExchangeTables, PatchRun, exchange};
+use crate::gpu::exchange::{ExchangeTables, exchange};
 use crate::gpu::frame::Frame;
-use crate::gpu::layout::ExchangePass;
+use crate::gpu::layout::{self, ExchangePass};
 use crate::gpu::variant::ThermalVariant;
 use crate::saved::Saved;
 
 /// What a renderer keeps of the tables.
 pub(super) struct Exchanging {
-    pub runs: Vec<PatchRun>,
     sky_rays: u32,
+    joints: usize,
     /// Patch at each place of the device.
     pub order: Vec<u32>,
     pub room: usize,
     pub renewal: Renewal,
-    /// Whether the shares of the planet's light must be found anew, whatever the angle.
+    /// Whether the light must be found anew, whatever the angle.
     pub fresh: bool,
+    /// Rows of the poses that the next frame needs.
+    pub poses: Vec<[[f32; 4]; 3]>,
 }
 
 impl Exchanging {
@@ -24,18 +27,30 @@ impl Exchanging {
     pub fn new(tables: &ExchangeTables, angle: f64) -> Self {
         let renewal = Renewal { angle, found_for: None };
         Self {
-            runs: tables.runs.clone(),
             sky_rays: tables.sky_rays,
+            joints: tables.joints,
             order: tables.order.clone(),
             room: tables.room,
             renewal,
             fresh: true,
+            poses: Vec::new(),
         }
     }
 
     /// Every list of passes in a scene with this light.
     pub fn frames(&self, lights: impl Iterator<Item = ThermalVariant>) -> Vec<Frame> {
-        lights.map(|light| exchange(&self.runs, light, true)).collect()
+        lights.map(|light| exchange(self.patches(), light, true)).collect()
+    }
+
+    /// The passes of a step under a load.
+    pub fn frame(&mut self, light: ThermalVariant, load: &StepLoad) -> Frame {
+        let anew = self.renewal.is_due(load) || self.fresh;
+        self.fresh = false;
+        if anew {
+            let pose = |joint: usize| layout::rows(&load.joints.get(joint).copied().unwrap_or_default());
+            self.poses = (0..self.joints).map(pose).collect();
+        }
+        exchange(self.patches(), light, anew)
     }
 
     /// Push constants of a pass.
@@ -43,9 +58,14 @@ impl Exchanging {
         ExchangePass { first, end, rays: self.sky_rays, boxes: 0, start: 0.0 }
     }
 
+    /// Number of patches.
+    fn patches(&self) -> u32 {
+        self.order.len() as u32
+    }
+
     /// Number of patches, and one for faces without any.
     pub fn places(&self) -> usize {
-        self.runs.last().map_or(0, |run| run.2 as usize) + 1
+        self.order.len() + 1
     }
 
     /// The state that a run needs to go on.

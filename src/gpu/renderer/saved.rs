@@ -70,6 +70,9 @@ impl Renderer {
         if let Some(exchange) = &self.exchange {
             saved.put_all("exchange", exchange.save());
             saved.put("exchange.seen", &self.seen()?);
+            let (reflected, sunlight) = self.exchanged_light()?;
+            saved.put("exchange.reflected", &reflected);
+            saved.put("exchange.sunlight", &sunlight);
         }
         saved.put("culled", &self.culling.save());
         saved.put("fused_steps", &[self.fused_steps]);

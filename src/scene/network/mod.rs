@@ -15,8 +15,12 @@ use crate::files::{self, Reach};
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 
-pub mod import;
+pub mod export_tmd;
+pub mod import_s2e;
+pub mod import_tmd;
 pub(in crate::scene) mod node;
+pub mod tables;
+mod write;
 
 const ROOT: &[&str] = &["space_temperature", "node", "linear_conductor", "radiative_conductor", "thermostat", "output"];
 const LINEAR: &[&str] = &["nodes", "conductance"];

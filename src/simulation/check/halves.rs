@@ -118,8 +118,10 @@ impl Halves {
         [start, length]: [f64; 2],
     ) {
         self.reference.shade(whole.visibility().to_vec());
+        self.reference.receive(whole.received().to_vec());
         if let (Some(own), Some(network)) = (&mut self.network, network) {
             own.loads.shade(network.visibility().to_vec());
+            own.loads.receive(network.received().to_vec());
         }
         let half = 0.5 * length;
         for from in [start, start + half] {
@@ -209,7 +211,7 @@ impl Halves {
 /// Whether the temperature of a node depends on its past.
 fn has_memory(material: &Material) -> bool {
     match &material.response {
-        Response::Instant | Response::Network => false,
+        Response::Instant | Response::Network | Response::Given => false,
         Response::Radiative(plate) => plate.capacity > 0.0 || plate.over.is_some(),
         Response::Transition(transition) => {
             [&transition.heating, &transition.cooling].iter().all(|profile| profile.t_max_steps > 0.0)

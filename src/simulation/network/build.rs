@@ -22,7 +22,7 @@ pub(in crate::simulation) fn shell(
 ) -> Result<Option<Shell>, PrepareError> {
     let of = |material: &Material| match material.response {
         Response::Network => ShellMaterial::of(material).map(Some),
-        Response::Instant | Response::Transition(_) | Response::Radiative(_) => Ok(None),
+        Response::Instant | Response::Transition(_) | Response::Radiative(_) | Response::Given => Ok(None),
     };
     let wrong = |error| PrepareError::network(scene, error);
     let shells = materials.iter().map(of).collect::<Result<Vec<_>, _>>().map_err(wrong)?;

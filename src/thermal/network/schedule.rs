@@ -29,6 +29,42 @@ impl HeatTable {
         Self { times: vec![0.0], powers: vec![power] }
     }
 
+    /// Heat just before `t` [s]: another one than just after it at a jump [W].
+    pub fn before(&self, t: f64) -> f64 {
+        let next = self.times.partition_point(|time| *time < t);
+        let (Some(last), Some(first)) = (self.powers.last(), self.powers.first()) else { return 0.0 };
+        if next == 0 {
+            return *first;
+        }
+        if next == self.times.len() {
+            return *last;
+        }
+        let [from, to] = [next - 1, next].map(|at| (self.times[at], self.powers[at]));
+        from.1 + (to.1 - from.1) * (t - from.0) / (to.0 - from.0)
+    }
+
+    /// The sum of tables.
+    pub fn sum(tables: &[&Self]) -> Self {
+        if let [alone] = tables {
+            return (*alone).clone();
+        }
+        let mut breaks: Vec<f64> = tables.iter().flat_map(|table| table.times.iter().copied()).collect();
+        breaks.sort_unstable_by(f64::total_cmp);
+        breaks.dedup();
+        let mut sum = Self { times: Vec::new(), powers: Vec::new() };
+        for time in breaks {
+            let before: f64 = tables.iter().map(|table| table.before(time)).sum();
+            let after: f64 = tables.iter().map(|table| table.after(time).0).sum();
+            if tables.iter().any(|table| table.before(time) != table.after(time).0) {
+                sum.times.push(time);
+                sum.powers.push(before);
+            }
+            sum.times.push(time);
+            sum.powers.push(after);
+        }
+        sum
+    }
+
     /// Heat [W] and its slope [W/s] just after `t` [s].
     pub fn after(&self, t: f64) -> (f64, f64) {
         let next = self.times.partition_point(|time| *time <= t);
@@ -94,6 +130,20 @@ pub struct Schedule {
 }
 
 impl Schedule {
+    /// All heat of each of `nodes` nodes without that of thermostats. `None` where there is none.
+    pub fn heat_of_nodes(&self, nodes: usize) -> Vec<Option<HeatTable>> {
+        let mut tables: Vec<Vec<HeatTable>> = vec![Vec::new(); nodes];
+        for (node, power) in self.constant.iter().enumerate().filter(|(_, power)| **power != 0.0) {
+            tables[node].push(HeatTable::constant(*power));
+        }
+        for (node, table) in &self.heat {
+            tables[*node as usize].push(table.clone());
+        }
+        let sum =
+            |tables: Vec<HeatTable>| (!tables.is_empty()).then(|| HeatTable::sum(&tables.iter().collect::<Vec<_>>()));
+        tables.into_iter().map(sum).collect()
+    }
+
     /// The sensors in the order of the thermostats, in which a stepper reports them.
     pub fn sensors(&self) -> Vec<u32> {
         self.thermostats.iter().map(|thermostat| thermostat.sensor).collect()
@@ -159,6 +209,21 @@ mod tests {
         for (from, to, mean) in [(0.0, 5.0, 1.0), (5.0, 15.0, 1.25), (15.0, 25.0, 4.625), (30.0, 40.0, 6.0)] {
             assert!((table.mean(from, to) - mean).abs() < 1e-12, "{from} to {to}: {}", table.mean(from, to));
         }
+    }
+
+    #[test]
+    fn a_sum_of_tables_has_the_heat_and_the_jumps_of_all() {
+        let jumps = HeatTable { times: vec![10.0, 20.0, 20.0, 30.0], powers: vec![1.0, 3.0, 7.0, 6.0] };
+        let slopes = HeatTable { times: vec![0.0, 25.0], powers: vec![0.0, 5.0] };
+        let sum = HeatTable::sum(&[&jumps, &slopes, &HeatTable::constant(2.0)]);
+        for at in [-5.0, 0.0, 3.0, 10.0, 15.0, 20.0, 22.0, 25.0, 28.0, 30.0, 40.0] {
+            let each = [&jumps, &slopes].map(|table| table.after(at).0);
+            assert!((sum.after(at).0 - (each[0] + each[1] + 2.0)).abs() < 1e-12, "after {at}");
+            let each = [&jumps, &slopes].map(|table| table.before(at));
+            assert!((sum.before(at) - (each[0] + each[1] + 2.0)).abs() < 1e-12, "before {at}");
+        }
+        assert_eq!([sum.before(20.0), sum.after(20.0).0], [9.0, 13.0], "the jump stays");
+        assert_eq!(HeatTable::sum(&[&jumps]), jumps);
     }
 
     #[test]

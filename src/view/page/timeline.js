@@ -65,6 +65,7 @@ export class Timeline {
 
   show(header) {
     this.playing = header.playing;
+    this.clock.dataset.step = header.step;
     this.playButton.textContent = header.playing ? "\u23f8" : "\u25b6";
     this.playButton.setAttribute("aria-label", header.playing ? "Pause" : "Play");
     if (!this.held) {

@@ -26,7 +26,8 @@ use crate::mesh_network::{CELLS, SKIN, TRANSITION, history};
 use crate::model::make::Maker;
 use crate::program::{end, isotherm, refusal, succeed};
 
-const EXCHANGE: &str = "[shadows]\nmethod = \"exact\"\n[exchange]\nrays = 128\npatch_edge = 0.8\n[radiance]";
+const EXCHANGE: &str =
+    "[shadows]\nmethod = \"exact\"\n[exchange]\nrays = 128\npatch_edge = 0.8\nredraw_angle_deg = 0\n[radiance]";
 
 /// The craft with exchange and these changes.
 fn prepared(changes: &[(&str, &str)]) -> Prepared {
@@ -106,18 +107,19 @@ fn the_energy_of_a_step_balances() {
         engine.submit(Some(Step { load: &load, steps: 1.0, start, length }), Order::default()).expect("a step");
         engine.deliver().expect("a step");
         let lit = visible(&mut engine);
-        let seen = exchange.seen(&load);
-        let sent = exchange.sent(&load, &seen, |node| f64::from(before[node]), |node| f64::from(lit[node]));
-        let twin = exchange.absorbed(&sent);
+        // The device finds light anew in every step of an angle of 0.
+        let light = exchange.light(&load, |node| f64::from(lit[node]));
+        let sent = exchange.sent(&load, &light, |node| f64::from(before[node]));
+        let twin = exchange.absorbed(&sent, &light);
         let found = engine.renderer.received().expect("what patches received");
         let largest = twin.iter().copied().fold(0.0, f64::max);
         let (mut absorbed, mut leaves, mut all) = (0.0, 0.0, 0.0);
         for (number, patch) in exchange.patches.iter().enumerate() {
             assert!((f64::from(found[number]) - twin[number]).abs() < 1e-4 * largest, "patch {number}");
             absorbed += patch.area * f64::from(found[number]);
-            leaves +=
-                exchange.infrared.space[number] * sent[number][0] + exchange.sunlight.space[number] * sent[number][1];
-            all += patch.area * (sent[number][0] + sent[number][1]);
+            leaves += exchange.infrared.space[number] * sent[number]
+                + exchange.sunlight.space[number] * light.reflected[number][1];
+            all += patch.area * (sent[number] + light.reflected[number][1]);
         }
         let off = (absorbed + leaves - all) / all;
         println!("step {number}: sent {all:.1} W, absorbed {absorbed:.1} W, off {off:.1e}");
@@ -209,7 +211,7 @@ fn a_closed_box_keeps_its_temperature_for_an_orbit() {
 
 #[test]
 fn each_barrier_of_exchange_is_needed() {
-    for joints in [vec![(0, 0, 40)], vec![(0, 0, 40), (1, 40, 70)]] {
+    for anew in [false, true] {
         let variant = ThermalVariant {
             kind: StepKind::Merge,
             curve: Curve::Power,
@@ -222,7 +224,7 @@ fn each_barrier_of_exchange_is_needed() {
             fused: false,
         };
         let range = [StepRange { variant, groups: (0, 64), joint: 0 }];
-        let step = exchange_list(&joints, variant, true).then(Frame::step(&range, Wanted::default()));
+        let step = exchange_list(70, variant, anew).then(Frame::step(&range, Wanted::default()));
         each_barrier_is_needed(&[Frame::settle(&range), step.clone(), step.clone(), step], 1);
     }
 }
@@ -246,7 +248,7 @@ fn without_exchange_there_is_no_buffer_and_no_pass() {
 fn rays_are_cast_anew_as_a_joint_turns() {
     let context = context();
     let joint = "[[joint]]\npart = \"wing_port\"\naxis = \"+Y\"\norigin = [0, 0, 0]\nmode = \"schedule\"\nschedule = { time = [0, 720], angle_deg = [0, 60] }\n[radiance]";
-    let with = EXCHANGE.replace("[radiance]", "redraw_angle_deg = 10\n") + joint;
+    let with = EXCHANGE.replace("redraw_angle_deg = 0\n[radiance]", "redraw_angle_deg = 10\n") + joint;
     let prepared = Folder::new(&scene_with(&[("[radiance]", &with)])).prepared();
     let worst = apart(&context, &prepared);
     println!("with a joint: {:.1e} K", worst.difference);

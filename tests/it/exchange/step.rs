@@ -5,7 +5,6 @@ use isotherm::environment::{PlanetLoad, StepLoad};
 use isotherm::exchange::sky::PlanetView;
 use isotherm::exchange::step::Exchange;
 use isotherm::thermal::STEFAN_BOLTZMANN;
-use isotherm::thermal::received::Seen;
 
 use super::shapes::{Shapes, grey};
 use super::view_factors::exchange;
@@ -17,9 +16,9 @@ fn net(exchange: &Exchange, load: &StepLoad, temperature: impl Fn(u32) -> f64 + 
         let patch = exchange.of_node[node][0];
         exchange.patches[patch as usize].part
     };
-    let seen = exchange.seen(load);
-    let sent = exchange.sent(load, &seen, |node| temperature(part_of_node(node)), |_| 1.0);
-    let absorbed = exchange.absorbed(&sent);
+    let light = exchange.light(load, |_| 1.0);
+    let sent = exchange.sent(load, &light, |node| temperature(part_of_node(node)));
+    let absorbed = exchange.absorbed(&sent, &light);
     let patches = exchange.patches.iter().zip(absorbed);
     patches
         .map(|(patch, in_)| patch.optics.emissivity * STEFAN_BOLTZMANN * temperature(patch.part).powi(4) - in_)
@@ -73,12 +72,12 @@ fn sheets_without_heat_capacity_do_not_swing_up() {
     shapes.plate(DVec3::ZERO, DVec3::X, DVec3::Y, 6, grey(0.5, 0.9));
     shapes.plate(DVec3::Z * 0.05, DVec3::Y, DVec3::X, 6, grey(0.5, 0.9));
     let exchange = exchange(&shapes, 2.0, 256);
-    let seen = [Seen::ALL; 2];
+    let light = exchange.light(&dark(0.0), |_| 1.0);
     let mut fourth = [300f64.powi(4), 0.0];
     let mut whole = f64::INFINITY;
     for _ in 0..50 {
         let temperature = |node: usize| fourth[exchange.of_node[node][0] as usize].powf(0.25);
-        let absorbed = exchange.absorbed(&exchange.sent(&dark(0.0), &seen, temperature, |_| 1.0));
+        let absorbed = exchange.absorbed(&exchange.sent(&dark(0.0), &light, temperature), &light);
         fourth = [0, 1].map(|patch| absorbed[patch] / (0.9 * STEFAN_BOLTZMANN));
         let now: f64 = fourth.iter().sum();
         assert!(now < whole && fourth.iter().all(|fourth| *fourth >= 0.0), "{now} after {whole}");
@@ -121,12 +120,12 @@ fn sunlight_in_a_box_ends_where_the_series_says() {
     shapes.room(DVec3::ONE, 4, |_| grey(0.5, 0.9));
     let load = StepLoad { sun: sunlight([(DVec3::Z, 1000.0)]), ..dark(0.0) };
     let exchange = exchange(&shapes, 1.5, 4096);
-    let seen = vec![Seen::ALL; exchange.patches.len()];
-    let absorbed = exchange.absorbed(&exchange.sent(&load, &seen, |_| 0.0, |_| 1.0));
+    let light = exchange.light(&load, |_| 1.0);
+    let absorbed = exchange.absorbed(&exchange.sent(&load, &light, |_| 0.0), &light);
     // Only the floor, wall 0, looks at the Sun. It absorbs 500 W and reflects 500 W. With e_k the light that meets the floor, a side wall and the ceiling
     // after k reflections, e_(k+1) = F e_k / 2.
     let (opposite, beside) = (0.199825, 0.200044);
-    let mut light = [0.0; 6];
+    let mut arrived = [0.0; 6];
     let mut radiosity = [500.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     for _ in 0..200 {
         let arrives: [f64; 6] = std::array::from_fn(|to| {
@@ -135,11 +134,11 @@ fn sunlight_in_a_box_ends_where_the_series_says() {
                 .map(|from| radiosity[from] * if from / 2 == to / 2 { opposite } else { beside })
                 .sum()
         });
-        (0..6).for_each(|wall| light[wall] += arrives[wall]);
+        (0..6).for_each(|wall| arrived[wall] += arrives[wall]);
         radiosity = arrives.map(|arrives| 0.5 * arrives);
     }
     for (patch, absorbed) in exchange.patches.iter().zip(&absorbed) {
-        let expected = 0.5 * light[patch.part as usize];
+        let expected = 0.5 * arrived[patch.part as usize];
         println!("wall {}: {absorbed:.4} W/m2, series {expected:.4}", patch.part);
         assert!((absorbed - expected).abs() < 2e-3 * 500.0, "wall {}: {absorbed} against {expected}", patch.part);
     }
@@ -197,4 +196,39 @@ fn a_plate_hides_the_planet_behind_it() {
     assert!(exact[0] < 0.9, "the large plate hides much");
     let open = PlanetView::new(&planet, &load, 0).seen(&exchange.sky[..1]);
     assert!((open.planet_ir - exact[0]).abs() > 0.01, "one ray is not enough");
+}
+
+/// A plate before a hot wall of many patches: the noise of its rays, and what pairs are left out, against many castings and against nothing left out.
+#[test]
+fn stated_errors_are_those_that_are_found() {
+    let mut shapes = Shapes::default();
+    shapes.plate(DVec3::ZERO, DVec3::X, DVec3::Y, 12, grey(0.5, 0.9));
+    shapes.plate(DVec3::Z * 0.7, DVec3::Y, DVec3::X, 12, grey(0.5, 0.6));
+    let hot = |exchange: &Exchange| {
+        let light = exchange.light(&dark(0.0), |_| 1.0);
+        let temperature = |node: usize| {
+            let patch = &exchange.patches[exchange.of_node[node][0] as usize];
+            if patch.part == 1 && patch.centre.x < 0.5 { 400.0 } else { 200.0 }
+        };
+        let sent = exchange.sent(&dark(0.0), &light, temperature);
+        let absorbed = exchange.absorbed(&sent, &light);
+        (absorbed, exchange.errors(&sent, &light, None))
+    };
+    // A reference with so many rays that it has hardly any noise.
+    let (fine, _) = hot(&exchange(&shapes, 0.11, 16_384));
+    let coarse = exchange(&shapes, 0.11, 64);
+    let (found, stated) = hot(&coarse);
+    let rms = |of: &dyn Fn(usize) -> f64| {
+        let plate = (0..found.len()).filter(|patch| coarse.patches[*patch].part == 0);
+        let (sum, count) = plate.fold((0.0, 0), |(sum, count), patch| (sum + of(patch).powi(2), count + 1));
+        (sum / f64::from(count)).sqrt()
+    };
+    let (noise, apart) = (rms(&|patch| stated[patch].noise), rms(&|patch| found[patch] - fine[patch]));
+    let left_out = rms(&|patch| stated[patch].left_out);
+    println!("noise {noise:.2} W/m2 stated, {apart:.2} found; left out {left_out:.3} W/m2");
+    assert!(apart < 1.3 * noise && apart > 0.1 * noise, "{noise} W/m2 stated, {apart} found");
+    assert!(left_out < noise, "{left_out} W/m2 left out");
+    // Whole rows leave nothing out but rounding, which the diagonal takes.
+    let kelvin = coarse.kelvin_per_flux(|_| 300.0)[0];
+    assert!((kelvin * 4.0 * 0.9 * STEFAN_BOLTZMANN * 300f64.powi(3) - 1.0).abs() < 1e-12, "{kelvin}");
 }

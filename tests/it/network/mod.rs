@@ -12,3 +12,4 @@ mod memory;
 mod published;
 mod random;
 mod sheets;
+pub mod tmd;

@@ -7,7 +7,10 @@ use isotherm::environment::sky::SkyModel;
 use isotherm::files::Reach;
 use isotherm::model::Model;
 use isotherm::scene::network::NetworkFile;
-use isotherm::scene::network::import::{Files, convert};
+use isotherm::scene::network::export_tmd::tmd;
+use isotherm::scene::network::import_s2e::{Files, convert};
+use isotherm::scene::network::import_tmd;
+use isotherm::scene::tmd::Tmd;
 use isotherm::scene::{Scene, targets, texts};
 use isotherm::thermal::function::Function;
 
@@ -22,7 +25,7 @@ pub struct Target {
     pub read: fn(&[u8], &Folder) -> Result<(), String>,
 }
 
-pub const TARGETS: [Target; 10] = [
+pub const TARGETS: [Target; 11] = [
     Target { name: "scene", seeds: scenes, read: read_scene },
     Target { name: "materials", seeds: material_tables, read: read_materials },
     Target { name: "network", seeds: networks, read: read_network },
@@ -32,6 +35,7 @@ pub const TARGETS: [Target; 10] = [
     Target { name: "aem", seeds: || texts(&[AEM, AEM_XML]), read: read_attitude },
     Target { name: "csv", seeds: || texts(&CSV), read: read_csv },
     Target { name: "import", seeds: || texts(&[include_str!("seeds/import.txt")]), read: read_import },
+    Target { name: "tmd", seeds: tmds, read: read_tmd },
     Target { name: "expression", seeds: || texts(&EXPRESSIONS), read: read_expression },
 ];
 
@@ -190,6 +194,25 @@ fn read_import(case: &[u8], _: &Folder) -> Result<(), String> {
         panic!("the network file is not TOML: {error}");
     }
     NetworkFile::parse(&imported.text, Path::new("network.toml")).map(|_| ()).map_err(told)
+}
+
+fn read_tmd(case: &[u8], _: &Folder) -> Result<(), String> {
+    let read = Tmd::parse(case.to_vec(), Path::new("case.TMD")).map_err(told)?;
+    let finite =
+        read.nodes.iter().flat_map(|node| &node.temperatures).chain(&read.times).all(|value| value.is_finite());
+    assert!(finite);
+    let text = import_tmd::network(&read)?.file.text(&[], &[]);
+    if let Err(error) = text.parse::<toml::Table>() {
+        panic!("the network file is not TOML: {error}");
+    }
+    Ok(())
+}
+
+/// The networks that are seeds, as TMD.
+fn tmds() -> Vec<Vec<u8>> {
+    let networks = networks();
+    let files = networks.iter().filter_map(|seed| NetworkFile::parse(&text(seed), Path::new("network.toml")).ok());
+    files.filter_map(|file| tmd(&file, "seed", None).0.bytes().ok()).collect()
 }
 
 fn read_model(case: &[u8], folder: &Folder) -> Result<(), String> {

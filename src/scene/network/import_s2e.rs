@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use super::write::quoted;
 use crate::files;
 use crate::text::plain;
 
@@ -123,11 +124,6 @@ pub fn convert(folder: &Files) -> Result<Imported, String> {
         ));
     }
     Ok(Imported { text, notes })
-}
-
-/// A string as TOML writes it.
-fn quoted(text: &str) -> toml::Value {
-    toml::Value::String(text.to_owned())
 }
 
 /// The records of a file after its header, each with its line. `None` if there is no such file.

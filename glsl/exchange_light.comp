@@ -1,0 +1,109 @@
+#version 450
+// Infrared of the planet and sunlight that patches reflect at first. One patch an invocation. Twin: `Exchange::light` of src/exchange/step.rs.
+// Variants: SUN: sunlight. ALBEDO: of the planet too. PLANET_IR: infrared of the planet. SHADOW: nodes see a share of the Sun.
+
+#include "types.glsl"
+#ifdef PLANET_IR
+#include "planet.glsl"
+#endif
+#ifdef ALBEDO
+#include "albedo.glsl"
+#endif
+
+layout(local_size_x = 64) in;
+
+layout(push_constant) uniform PassBlock { ExchangePass pass; };
+layout(set = 0, binding = 0) uniform StepBlock { Step steps[1]; };
+#ifdef SUN
+layout(set = 0, binding = 1) uniform SunBlock { vec4 sun_samples[8]; };
+#endif
+#ifdef ALBEDO
+layout(set = 0, binding = 2) readonly buffer AlbedoBlock { float albedo_values[]; };
+#endif
+layout(set = 0, binding = 3) readonly buffer ExchangePatchBlock { ExchangePatch patches[]; };
+#ifdef SHADOW
+// Nodes of the patches, each with the bits of its share of the patch.
+layout(set = 0, binding = 4) readonly buffer ExchangeMemberBlock { uvec2 members[]; };
+layout(set = 0, binding = 5) readonly buffer VisibilityBlock { float visibility[]; };
+#endif
+#ifdef PLANET_IR
+#define SEEN
+#endif
+#ifdef ALBEDO
+#define SEEN
+#endif
+#ifdef SEEN
+layout(set = 0, binding = 6) readonly buffer ExchangeSeenBlock { vec2 seen[]; };
+#endif
+// Rows of the poses of the body and of the joints.
+layout(set = 0, binding = 7) readonly buffer ExchangePoseBlock { vec4 poses[]; };
+layout(set = 0, binding = 8) buffer ExchangeReflectedBlock { vec2 reflected[]; };
+
+#ifdef SUN
+float sun_sample_flux(vec4 sample_, vec3 normal) {
+    return sample_.w * max(0.0, dot(sample_.xyz, normal));
+}
+
+// Incident sunlight without shadows [W/m2].
+float solar_flux(vec3 normal) {
+    return sun_sample_flux(sun_samples[0], normal) + sun_sample_flux(sun_samples[1], normal)
+        + sun_sample_flux(sun_samples[2], normal) + sun_sample_flux(sun_samples[3], normal)
+        + sun_sample_flux(sun_samples[4], normal) + sun_sample_flux(sun_samples[5], normal)
+        + sun_sample_flux(sun_samples[6], normal) + sun_sample_flux(sun_samples[7], normal);
+}
+#endif
+
+#ifdef ALBEDO
+// Incident sunlight that the planet reflects to an open face [W/m2].
+float albedo_flux(vec3 normal) {
+    AlbedoPosition at = albedo_position(steps[0], vec4(normal.x), vec4(normal.y), vec4(normal.z));
+    float last = steps[0].albedo_resolution - 1.0;
+    uint stride = uint(steps[0].albedo_resolution) + 1u;
+    float left = min(floor(at.column.x), last);
+    float top = min(floor(at.row.x), last);
+    float u = at.column.x - left;
+    float v = at.row.x - top;
+    uint place = uint(top) * stride + uint(left);
+    float upper = albedo_values[place] * (1.0 - u) + albedo_values[place + 1u] * u;
+    float lower = albedo_values[place + stride] * (1.0 - u) + albedo_values[place + stride + 1u] * u;
+    return steps[0].albedo_flux * at.scale.x * (upper * (1.0 - v) + lower * v);
+}
+#endif
+
+void main() {
+    uint own = pass.first + gl_GlobalInvocationID.x;
+    if (own >= pass.end) {
+        return;
+    }
+    ExchangePatch here = patches[own];
+    uint pose = 3u * here.joint;
+    vec3 normal = vec3(
+        dot(poses[pose].xyz, here.normal), dot(poses[pose + 1u].xyz, here.normal), dot(poses[pose + 2u].xyz, here.normal)
+    );
+#ifdef SEEN
+    vec2 comes = seen[own];
+#endif
+    float infrared = 0.0;
+    float sunlight = 0.0;
+#ifdef PLANET_IR
+    vec4 open = planet_ir_flux(steps[0], vec4(normal.x), vec4(normal.y), vec4(normal.z));
+    infrared = (1.0 - here.emissivity) * comes.x * open.x;
+#endif
+#ifdef SUN
+#ifdef SHADOW
+    float lit = 0.0;
+    for (uint k = here.first_node; k < here.end_node; k++) {
+        uvec2 member = members[k];
+        lit += uintBitsToFloat(member.y) * visibility[member.x];
+    }
+    sunlight += lit * solar_flux(normal);
+#endif
+#ifndef SHADOW
+    sunlight += solar_flux(normal);
+#endif
+#endif
+#ifdef ALBEDO
+    sunlight += comes.y * albedo_flux(normal);
+#endif
+    reflected[own] = vec2(infrared, (1.0 - here.absorptivity) * sunlight);
+}

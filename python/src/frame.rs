@@ -1,0 +1,120 @@
+//! An image as numpy arrays.
+
+use glam::DAffine3;
+use isotherm::Image;
+use isotherm::output::colour::ColourScale;
+use isotherm::output::frame;
+use isotherm::output::picture::picture;
+use numpy::{Element, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::camera::Camera;
+use crate::numbers::pose;
+
+/// One image. Its arrays have the shape (height, width); row 0 is at the top. They take over the memory of the image, so nothing is copied.
+#[pyclass(frozen, module = "isotherm")]
+pub struct Frame {
+    scene: String,
+    camera_from_body: DAffine3,
+    /// Time since the start [s].
+    #[pyo3(get)]
+    time: f64,
+    /// The camera.
+    #[pyo3(get)]
+    camera: Camera,
+    /// Radiance in the band [W m-2 sr-1], float32.
+    #[pyo3(get)]
+    radiance: Py<PyArray2<f32>>,
+    /// Surface temperature [K], float32. 0 where no surface is.
+    #[pyo3(get)]
+    temperature: Py<PyArray2<f32>>,
+    /// Distance along the camera's +Z [m], float32. 0 where no surface is.
+    #[pyo3(get)]
+    depth: Py<PyArray2<f32>>,
+    /// Index of the part in Simulation.parts plus 1, uint32. 0 where no surface is.
+    #[pyo3(get)]
+    part: Py<PyArray2<u32>>,
+    /// Index of the material in Simulation.materials plus 1, uint32. 0 where no surface is.
+    #[pyo3(get)]
+    material: Py<PyArray2<u32>>,
+    /// Share of the samples of a pixel that show a surface, float32. None with one sample of a pixel.
+    #[pyo3(get)]
+    coverage: Option<Py<PyArray2<f32>>>,
+    /// Reflected part of the radiance [W m-2 sr-1], float32. None where the scene does not ask for it.
+    #[pyo3(get)]
+    reflected: Option<Py<PyArray2<f32>>>,
+    /// Digital numbers of the sensor, uint16. None without a sensor.
+    #[pyo3(get)]
+    dn: Option<Py<PyArray2<u16>>>,
+    /// Counts of the sensor's radiometric output, uint16. None where it has none.
+    #[pyo3(get)]
+    counts: Option<Py<PyArray2<u16>>>,
+}
+
+/// An array that takes over a list.
+fn plane<T: Element>(py: Python<'_>, values: Vec<T>, [height, width]: [usize; 2]) -> PyResult<Py<PyArray2<T>>> {
+    Ok(PyArray1::from_vec(py, values).reshape([height, width])?.unbind())
+}
+
+impl Frame {
+    /// The arrays of an image.
+    pub fn new(py: Python<'_>, scene: &str, image: Image) -> PyResult<Self> {
+        let shape = [image.camera.height as usize, image.camera.width as usize];
+        let optional = |values: Vec<f32>| if values.is_empty() { Ok(None) } else { plane(py, values, shape).map(Some) };
+        let numbers = |values: Option<Vec<u16>>| values.map(|values| plane(py, values, shape)).transpose();
+        Ok(Self {
+            scene: scene.to_owned(),
+            camera_from_body: image.camera_from_body,
+            time: image.time,
+            camera: Camera(image.camera),
+            radiance: plane(py, image.radiance, shape)?,
+            temperature: plane(py, image.temperature, shape)?,
+            depth: plane(py, image.depth, shape)?,
+            part: plane(py, image.part, shape)?,
+            material: plane(py, image.material, shape)?,
+            coverage: optional(image.coverage)?,
+            reflected: optional(image.reflected)?,
+            dn: numbers(image.digital_numbers)?,
+            counts: numbers(image.counts)?,
+        })
+    }
+}
+
+#[pymethods]
+impl Frame {
+    /// Takes body positions [m] into camera axes (OpenCV), shape (4, 4).
+    #[getter]
+    fn camera_from_body<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        pose(py, self.camera_from_body)
+    }
+
+    /// Temperatures in false colour, for notebooks.
+    fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let values = |array: &Py<PyArray2<f32>>| array.bind(py).to_owned_array().into_iter().collect::<Vec<f32>>();
+        let labels = |array: &Py<PyArray2<u32>>| array.bind(py).to_owned_array().into_iter().collect::<Vec<u32>>();
+        let frame = frame::Frame {
+            width: self.camera.0.width,
+            height: self.camera.0.height,
+            step: 0,
+            image: None,
+            time: self.time,
+            radiance: values(&self.radiance),
+            temperature: values(&self.temperature),
+            depth: values(&self.depth),
+            part: labels(&self.part),
+            material: labels(&self.material),
+            coverage: Vec::new(),
+            reflected: None,
+        };
+        let scale = ColourScale::covering(frame.range());
+        let details = format!("t = {:.3} s, surface temperature", self.time);
+        let png = py.detach(|| picture(&frame, &scale, &self.scene, &details).and_then(|canvas| canvas.png()));
+        png.map(|png| PyBytes::new(py, &png)).map_err(|error| PyRuntimeError::new_err(error.to_string()))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Frame(time={}, {} x {} pixels)", self.time, self.camera.0.width, self.camera.0.height)
+    }
+}

@@ -1,0 +1,85 @@
+"""Arrays of a frame: their types, their memory, and the picture of a notebook."""
+
+from __future__ import annotations
+
+import gc
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support import SENSOR, Scenes
+
+import isotherm
+
+TYPES = {
+    "radiance": np.float32,
+    "temperature": np.float32,
+    "depth": np.float32,
+    "part": np.uint32,
+    "material": np.uint32,
+    "dn": np.uint16,
+    "counts": np.uint16,
+}
+
+
+def test_types_shapes_and_memory(scenes: Scenes) -> None:
+    simulation = isotherm.Simulation(scenes.write(more=SENSOR))
+    frame = simulation.image()
+    for name, kind in TYPES.items():
+        array = getattr(frame, name)
+        assert (array.dtype, array.shape) == (kind, (72, 96)), name
+        assert array.flags.c_contiguous and array.flags.writeable and array.flags.aligned
+        # The same memory with each look, and a list of the image owns it: nothing was copied into an array of its own.
+        assert getattr(frame, name) is array
+        assert array.base is not None and not array.flags.owndata
+    assert frame.coverage is None and frame.reflected is None
+
+
+def test_arrays_outlive_frame_and_simulation(scene: Path) -> None:
+    simulation = isotherm.Simulation(scene)
+    frame = simulation.image()
+    temperature, copy = frame.temperature, frame.temperature.copy()
+    simulation.step_to(500)
+    simulation.image()
+    assert (temperature == copy).all(), "a later image has memory of its own"
+    del frame, simulation
+    gc.collect()
+    assert (temperature == copy).all()
+    temperature[:] = 0
+
+
+def test_without_a_sensor_there_are_no_numbers(scene: Path) -> None:
+    frame = isotherm.Simulation(scene).image()
+    assert frame.dn is None and frame.counts is None
+
+
+def test_a_notebook_shows_a_picture(scene: Path) -> None:
+    frame = isotherm.Simulation(scene).image()
+    png = frame._repr_png_()
+    assert png[:8] == b"\x89PNG\r\n\x1a\n"
+    width, height = struct.unpack(">II", png[16:24])
+    assert width > 320 and height > 200
+    assert frame._repr_png_() == png
+    frame.temperature[frame.part > 0] += 40
+    assert frame._repr_png_() != png
+
+
+def test_descriptions(scene: Path) -> None:
+    simulation = isotherm.Simulation(scene)
+    assert repr(simulation).startswith("Simulation('cubesat' on ")
+    assert repr(simulation.image()) == "Frame(time=0, 96 x 72 pixels)"
+    for kind in (isotherm.Simulation, isotherm.Frame, isotherm.Camera, isotherm.Sky, isotherm.PartTemperature):
+        assert kind.__doc__
+        for name, member in vars(kind).items():
+            if not name.startswith("_"):
+                assert member.__doc__, f"{kind.__name__}.{name}"
+    for name in ("radiance", "temperature", "depth", "node_temperatures", "node_positions", "step_to"):
+        owner = isotherm.Frame if hasattr(isotherm.Frame, name) else isotherm.Simulation
+        assert "[" in getattr(owner, name).__doc__, f"{name} states a unit"
+
+
+@pytest.mark.parametrize("name", ["radiance", "dn", "camera"])
+def test_a_frame_is_not_changed(scene: Path, name: str) -> None:
+    with pytest.raises(AttributeError):
+        setattr(isotherm.Simulation(scene).image(), name, None)

@@ -1,0 +1,166 @@
+//! `isotherm serve`: an image server for simulators in other programs.
+
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+
+use super::device::{DeviceArguments, check_validation};
+use super::error::CliError;
+use super::progress::stop_flag;
+use super::reach::ReachArguments;
+use crate::output::console::{answer, say};
+use crate::server::connection::Patience;
+use crate::server::error::ServerError;
+use crate::server::listen::{Server, Talk, bind, serve};
+use crate::server::log::Log;
+use crate::server::picture::{DEFAULT_RANGE, Kind, Picture};
+use crate::server::scenes::Scenes;
+use crate::server::{surrender, vizard};
+
+/// Serve images to a simulator that speaks to an image server already
+///
+/// Basilisk scripts speak the protocol `vizard`, scripts of the SurRender client `surrender`. The scripts stay as they are. docs/serve.md says what they
+/// must contain, what the pictures show and what is refused.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isotherm serve models/station.toml --protocol vizard\n  \
+isotherm serve target=models/station.toml chaser=craft.toml --protocol vizard --picture apparent16\n  \
+isotherm serve models/station.toml --protocol surrender --listen 127.0.0.1:5151 --log requests.log")]
+pub struct Arguments {
+    /// Scene files. Clients name a scene by its path, its file name with or without ending, or by NAME
+    #[arg(required = true, value_name = "[NAME=]SCENE")]
+    scenes: Vec<PathBuf>,
+    /// What the client speaks
+    #[arg(long, value_enum, value_name = "NAME")]
+    protocol: Protocol,
+    /// Where to listen. Port 0 takes a free one, which is printed [default: 127.0.0.1:5556 for vizard, 127.0.0.1:5151 for surrender]
+    #[arg(long, value_name = "ADDRESS")]
+    listen: Option<SocketAddr>,
+    /// Listen also at an address that other machines reach. The protocols have no authentication: whoever reaches the port may use it
+    #[arg(long)]
+    allow_remote: bool,
+    /// What a picture of `vizard` shows
+    #[arg(long, value_enum, default_value = "apparent", value_name = "NAME")]
+    picture: PictureName,
+    /// Temperatures of black and white of `--picture apparent` [K] [default: output.colour_range of the scene, or 150,400]
+    #[arg(long, value_name = "LOW,HIGH", value_parser = parse_range)]
+    range: Option<[f64; 2]>,
+    /// Time of the scene's own orbit at which a session of `surrender` begins [s]
+    #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = parse_time)]
+    time: f64,
+    /// Append a line for every request to a file, or - for standard error
+    #[arg(long, value_name = "FILE")]
+    log: Option<PathBuf>,
+    #[command(flatten)]
+    reach: ReachArguments,
+    #[command(flatten)]
+    device: DeviceArguments,
+}
+
+/// Names of the protocols.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Protocol {
+    /// ZeroMQ and protobuf: Basilisk's vizInterface
+    Vizard,
+    /// TCP: the client of SurRender 8
+    Surrender,
+}
+
+impl Protocol {
+    fn port(self) -> u16 {
+        match self {
+            Self::Vizard => vizard::PORT,
+            Self::Surrender => surrender::PORT,
+        }
+    }
+
+    fn talk(self) -> Talk {
+        match self {
+            Self::Vizard => vizard::talk,
+            Self::Surrender => surrender::talk,
+        }
+    }
+}
+
+/// Names of the kinds of pictures.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum PictureName {
+    /// Brightness temperature in 8 bits over --range
+    Apparent,
+    /// Brightness temperature in 16 bits, 10 mK a count
+    Apparent16,
+    /// Surface temperature in 16 bits, 10 mK a count
+    Surface16,
+    /// Digital numbers of the scene's [sensor]
+    Sensor,
+}
+
+impl From<PictureName> for Kind {
+    fn from(name: PictureName) -> Self {
+        match name {
+            PictureName::Apparent => Self::Apparent,
+            PictureName::Apparent16 => Self::Apparent16,
+            PictureName::Surface16 => Self::Surface16,
+            PictureName::Sensor => Self::Sensor,
+        }
+    }
+}
+
+fn parse_range(text: &str) -> Result<[f64; 2], String> {
+    let numbers =
+        text.split_once(',').and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));
+    match numbers {
+        Some([low, high]) if 0.0 <= low && low < high && high <= 1e4 => Ok([low, high]),
+        _ => Err("it takes two temperatures in kelvin, the lower first, such as 200,350".to_owned()),
+    }
+}
+
+fn parse_time(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(time) if (0.0..=1e9).contains(&time) => Ok(time),
+        _ => Err("it takes a number of seconds from 0".to_owned()),
+    }
+}
+
+/// Name and path of an argument. A path with `=` and no name is written `./a=b.toml`.
+fn named(argument: &Path) -> (Option<&str>, &Path) {
+    match argument.to_str().and_then(|text| text.split_once('=')) {
+        Some((name, path)) if !name.is_empty() && !name.contains(['/', '\\']) => (Some(name), Path::new(path)),
+        _ => (None, argument),
+    }
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    let local = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), arguments.protocol.port());
+    let listener = bind(arguments.listen.unwrap_or(local), arguments.allow_remote)?;
+    let address = listener.local_addr().map_err(|error| ServerError::Listen(local, error))?;
+    let mut scenes = Scenes::default();
+    for argument in &arguments.scenes {
+        let (name, path) = named(argument);
+        let scene = arguments.reach.scene(path)?;
+        if arguments.picture == PictureName::Sensor && scene.sensor.is_none() {
+            return Err(ServerError::NoSensor(path.to_path_buf()).into());
+        }
+        for assumption in &scene.assumptions {
+            say!("assumed: {}: {assumption}", path.display());
+        }
+        let no_range = arguments.range.is_none() && scene.colour_range.is_none();
+        if arguments.protocol == Protocol::Vizard && arguments.picture == PictureName::Apparent && no_range {
+            let [low, high] = DEFAULT_RANGE;
+            say!("assumed: {}: black is {low} K and white is {high} K (--range is absent)", path.display());
+        }
+        scenes.add(name, path, scene)?;
+    }
+    let target = arguments.device.open()?;
+    let log = Log::open(arguments.log.as_deref())?;
+    let picture = Picture { kind: arguments.picture.into(), range: arguments.range };
+    let stop = stop_flag();
+    say!("device: {}; scenes: {}", target.name(), scenes.known());
+    if !address.ip().is_loopback() {
+        say!("warning: other machines reach {address}, and the protocol has no authentication");
+    }
+    answer!("listening on {address}");
+    let server = Server { target, scenes, picture, time: arguments.time, patience: Patience::default(), log };
+    serve(&server, &listener, arguments.protocol.talk(), &stop);
+    check_validation(&server.target)
+}

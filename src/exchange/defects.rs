@@ -1,0 +1,124 @@
+//! What is wrong with a surface for rays: open edges, edges of more than two triangles, faces that coincide, bodies with inward normals, and nodes without area.
+
+use std::collections::HashMap;
+
+use glam::{DVec3, Vec3};
+
+use super::patches::Surface;
+use crate::thermal::material::{Material, Sides};
+
+/// Counts of what is wrong. None of it is mended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Defects {
+    /// Edges of a single triangle of a material that exchanges heat outside only. Rays see its inner face through the hole.
+    pub open_edges: usize,
+    /// Edges of more than two triangles of such materials.
+    pub crowded_edges: usize,
+    /// Triangles that lie exactly on another, whichever way they face. Rays between the two meet nothing.
+    pub coincident: usize,
+    /// Closed bodies of such materials whose normals look inwards.
+    pub inward: usize,
+    /// Triangles without area. No ray starts there and none ends there.
+    pub without_area: usize,
+}
+
+impl Defects {
+    /// The defects of a surface.
+    pub fn of(surface: &Surface, materials: &[Material]) -> Self {
+        let mut found = Self::default();
+        let welded = welded(surface);
+        let mut triangles = Vec::new();
+        for (number, corners) in surface.triangles.iter().enumerate() {
+            let [a, b, c] = corners.map(|node| welded[node as usize]);
+            if a == b || b == c || c == a || surface.area_of(number) == 0.0 {
+                found.without_area += 1;
+                continue;
+            }
+            let material = &materials[surface.materials[corners[0] as usize] as usize];
+            triangles.push(([a, b, c], matches!(material.sides, Sides::Outside)));
+        }
+        let mut faces: HashMap<[u32; 3], usize> = HashMap::new();
+        let mut edges: HashMap<[u32; 2], usize> = HashMap::new();
+        for (corners, single) in &triangles {
+            let mut face = *corners;
+            face.sort_unstable();
+            *faces.entry(face).or_default() += 1;
+            for k in (0..3).filter(|_| *single) {
+                let [from, to] = [corners[k], corners[(k + 1) % 3]];
+                *edges.entry([from.min(to), from.max(to)]).or_default() += 1;
+            }
+        }
+        found.coincident = faces.values().map(|count| count - 1).sum();
+        found.open_edges = edges.values().filter(|count| **count == 1).count();
+        found.crowded_edges = edges.values().filter(|count| **count > 2).count();
+        found.inward = inward(surface, &welded, &triangles, &edges);
+        found
+    }
+
+    /// What to tell the user. Empty where nothing is wrong.
+    pub fn warnings(&self) -> Vec<String> {
+        let told = [
+            (
+                self.open_edges,
+                "open edges of skins that exchange heat outside only: rays that pass them meet inner faces, and their light comes back to its own patch",
+            ),
+            (self.crowded_edges, "edges of more than two triangles of such skins"),
+            (
+                self.coincident,
+                "triangles that lie exactly on another: they see past each other, and rays that start on one may meet the inner face of the other",
+            ),
+            (self.inward, "closed bodies whose normals look inwards: they exchange heat with what is inside them"),
+            (self.without_area, "triangles without area: no ray starts or ends there"),
+        ];
+        let some = told.into_iter().filter(|(count, _)| *count > 0);
+        some.map(|(count, what)| format!("[exchange]: {count} {what}.")).collect()
+    }
+}
+
+/// Number of the place of each node.
+fn welded(surface: &Surface) -> Vec<u32> {
+    let mut places: HashMap<[u32; 3], u32> = HashMap::new();
+    let place = |position: &DVec3| {
+        // -0 and 0 are one place.
+        let key = (position.as_vec3() + Vec3::ZERO).to_array().map(f32::to_bits);
+        let next = places.len() as u32;
+        *places.entry(key).or_insert(next)
+    };
+    surface.positions.iter().map(place).collect()
+}
+
+/// Closed bodies of one-sided triangles with a negative volume.
+fn inward(
+    surface: &Surface,
+    welded: &[u32],
+    triangles: &[([u32; 3], bool)],
+    edges: &HashMap<[u32; 2], usize>,
+) -> usize {
+    let count = welded.iter().max().map_or(0, |most| *most as usize + 1);
+    let mut at = vec![DVec3::ZERO; count];
+    welded.iter().zip(&surface.positions).for_each(|(place, position)| at[*place as usize] = *position);
+    let mut parent: Vec<u32> = (0..count as u32).collect();
+    fn root(parent: &mut [u32], mut node: u32) -> u32 {
+        while parent[node as usize] != node {
+            parent[node as usize] = parent[parent[node as usize] as usize];
+            node = parent[node as usize];
+        }
+        node
+    }
+    for ([a, b, c], _) in triangles.iter().filter(|(_, single)| *single) {
+        for other in [b, c] {
+            let (one, other) = (root(&mut parent, *a), root(&mut parent, *other));
+            parent[one as usize] = other;
+        }
+    }
+    // Volume of a body, and whether every edge has two triangles.
+    let mut bodies: HashMap<u32, (f64, bool)> = HashMap::new();
+    for ([a, b, c], _) in triangles.iter().filter(|(_, single)| *single) {
+        let body = bodies.entry(root(&mut parent, *a)).or_insert((0.0, true));
+        let [p, q, r] = [a, b, c].map(|place| at[*place as usize]);
+        body.0 += p.dot(q.cross(r)) / 6.0;
+        body.1 &=
+            [[a, b], [b, c], [c, a]].iter().all(|[from, to]| edges.get(&[**from.min(to), **from.max(to)]) == Some(&2));
+    }
+    bodies.values().filter(|(volume, closed)| *closed && *volume < 0.0).count()
+}

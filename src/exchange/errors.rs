@@ -1,0 +1,91 @@
+//! Errors of what patches absorb: noise of the rays, and what exchange areas leave out.
+
+use rayon::prelude::*;
+
+use super::factors::Factors;
+use super::step::{Exchange, Light};
+use crate::thermal::STEFAN_BOLTZMANN;
+
+/// Share of the largest light below which what arrives no longer changes.
+const SETTLED: f64 = 1e-9;
+/// Most reflections that are followed.
+const MOST: u32 = 20_000;
+
+/// Errors of what a patch absorbs [W/m2].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FluxError {
+    /// Standard error of its rays, as that of independent ones. It is an estimate from above, for the rays are spread evenly.
+    pub noise: f64,
+    /// What pairs that were left out and rounding change.
+    pub left_out: f64,
+}
+
+/// Light that arrives at every patch [W/m2] with all its reflections, at most `bounces`, of what leaves each at first. Nothing is left out.
+pub fn arriving(factors: &Factors, absorptivities: &[f64], bounces: Option<u32>, sent: &[f64]) -> Vec<f64> {
+    let mut arrives = vec![0.0; sent.len()];
+    for _ in 0..=bounces.unwrap_or(MOST).min(MOST) {
+        let leaves = leaving(absorptivities, sent, &arrives);
+        let at = |i: usize| -> f64 {
+            factors.shared.row(i).iter().map(|(j, area)| area * leaves[*j as usize]).sum::<f64>() / factors.areas[i]
+        };
+        let next: Vec<f64> = (0..sent.len()).into_par_iter().map(at).collect();
+        let largest = next.iter().fold(0.0, |most: f64, light| most.max(light.abs()));
+        let change = next.iter().zip(&arrives).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        arrives = next;
+        if change <= SETTLED * largest {
+            break;
+        }
+    }
+    arrives
+}
+
+fn leaving(absorptivities: &[f64], sent: &[f64], arrives: &[f64]) -> Vec<f64> {
+    let of = |((sent, arrives), taken): ((&f64, &f64), &f64)| sent + (1.0 - taken) * arrives;
+    sent.iter().zip(arrives).zip(absorptivities).map(of).collect()
+}
+
+impl Exchange {
+    /// Errors of what patches absorb where they send this infrared [W/m2] under a light.
+    pub fn errors(&self, sent: &[f64], light: &Light, bounces: Option<u32>) -> Vec<FluxError> {
+        let absorptivities = |infrared: bool| -> Vec<f64> {
+            let of = self.patches.iter().map(|patch| patch.optics);
+            of.map(|optics| if infrared { optics.emissivity } else { optics.absorptivity }).collect()
+        };
+        let sunlight: Vec<f64> = light.reflected.iter().map(|both| both[1]).collect();
+        let [infrared, sunlight] = [(true, sent), (false, &sunlight[..])].map(|(infrared, sent)| {
+            let taken = absorptivities(infrared);
+            let arrives = arriving(&self.factors, &taken, bounces, sent);
+            let leaves = leaving(&taken, sent, &arrives);
+            (taken, arrives, leaves)
+        });
+        let rows = self.absorbed(sent, light);
+        let of = |i: usize| {
+            let taken = infrared.0[i] * infrared.1[i] + sunlight.0[i] * sunlight.1[i];
+            let (mut mean, mut square) = (0.0, 0.0);
+            for (j, shared) in self.factors.shared.row(i) {
+                let j = *j as usize;
+                // What a ray that ends there brings.
+                let brings = infrared.0[i] * infrared.2[j] + sunlight.0[i] * sunlight.2[j];
+                let share = shared / self.factors.areas[i];
+                mean += share * brings;
+                square += share * brings * brings;
+            }
+            let variance = (square - mean * mean).max(0.0) / f64::from(self.factors.rays);
+            FluxError { noise: variance.sqrt(), left_out: rows[i] - taken }
+        };
+        (0..self.patches.len()).into_par_iter().map(of).collect()
+    }
+
+    /// Change of the temperature of every patch by a flux of 1 W/m2 [K m2/W], where its nodes are in balance. `temperature` is that of a node [K].
+    pub fn kelvin_per_flux(&self, temperature: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
+        let of = |patch: &super::patches::Patch| {
+            let nodes = &self.nodes[patch.nodes.clone()];
+            let mean: f64 = nodes.iter().map(|(node, share)| share * temperature(*node as usize)).sum();
+            let faces = nodes.first().map_or([super::patches::NONE; 2], |(node, _)| self.of_node[*node as usize]);
+            let faces = faces.iter().filter_map(|face| self.patches.get(*face as usize));
+            let emissivity: f64 = faces.map(|face| face.optics.emissivity).sum();
+            1.0 / (4.0 * emissivity * STEFAN_BOLTZMANN * mean.powi(3))
+        };
+        self.patches.par_iter().map(of).collect()
+    }
+}

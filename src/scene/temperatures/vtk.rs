@@ -1,0 +1,149 @@
+//! Reads temperatures from a mesh of VTK in XML: `.vtu` (UnstructuredGrid) and `.vtp` (PolyData).
+//!
+//! A temperature belongs to a point, or to a cell, whose place is then the mean of its points.
+
+use std::path::Path;
+
+use glam::DVec3;
+use roxmltree::{Document, Node};
+
+use super::solution::{HOTTEST, Solution, SolvedNode};
+use super::table::refuse;
+use crate::files;
+use crate::scene::error::SceneError;
+use crate::scene::file::unreadable;
+use crate::text::plain;
+
+mod arrays;
+
+use arrays::Arrays;
+
+/// Names of an array of temperatures, where the scene names none.
+const NAMES: [&str; 4] = ["temperature", "temp", "t", "temperature_k"];
+
+/// Reads a mesh. `array` names the array of the temperatures, and `zero` [K] is 0 of its unit.
+pub(super) fn load(path: &Path, array: Option<&str>, zero: f64) -> Result<Solution, SceneError> {
+    let bytes = files::read(path).map_err(|fault| unreadable(path, &fault))?;
+    parse(&bytes, path, array, zero)
+}
+
+/// Reads the bytes of a mesh as if it lay at `path`.
+pub(super) fn parse(bytes: &[u8], path: &Path, array: Option<&str>, zero: f64) -> Result<Solution, SceneError> {
+    let (text, appended) = arrays::parted(bytes, path)?;
+    let document =
+        Document::parse(&text).map_err(|error| refuse(path, u64::from(error.pos().row), "VTKFile", error))?;
+    let root = document.root_element();
+    let grid = ["UnstructuredGrid", "PolyData"].into_iter().find_map(|name| child(root, name));
+    let (true, Some(grid)) = (root.has_tag_name("VTKFile"), grid) else {
+        return Err(refuse(path, 1, "VTKFile", "holds neither an UnstructuredGrid (.vtu) nor PolyData (.vtp)"));
+    };
+    let arrays = Arrays::new(root, appended, path)?;
+    let (mut nodes, mut temperatures, mut notes) = (Vec::new(), Vec::new(), Vec::new());
+    for piece in grid.children().filter(|node| node.has_tag_name("Piece")) {
+        let (places, kelvin) = of_piece(piece, &arrays, array, zero, &mut notes)?;
+        nodes.extend(places.into_iter().map(|place| SolvedNode {
+            name: String::new(),
+            label: String::new(),
+            place: Some(place),
+        }));
+        temperatures.extend(kelvin);
+    }
+    if nodes.is_empty() {
+        return Err(refuse(path, 1, "Piece", "is missing or empty: the mesh has no points"));
+    }
+    notes.dedup();
+    Ok(Solution { nodes, times: vec![0.0], temperatures, notes })
+}
+
+fn child<'a, 'i>(node: Node<'a, 'i>, name: &str) -> Option<Node<'a, 'i>> {
+    node.children().find(|child| child.has_tag_name(name))
+}
+
+/// Places and temperatures of a piece of a mesh.
+fn of_piece(
+    piece: Node,
+    arrays: &Arrays,
+    array: Option<&str>,
+    zero: f64,
+    notes: &mut Vec<String>,
+) -> Result<(Vec<DVec3>, Vec<f64>), SceneError> {
+    let points = child(piece, "Points").and_then(|points| child(points, "DataArray"));
+    let points = points.ok_or_else(|| arrays.wrong(piece, "has no Points"))?;
+    let coordinates = arrays.values(points)?;
+    if coordinates.len() % 3 != 0 || coordinates.iter().any(|value| !value.is_finite()) {
+        return Err(arrays.wrong(points, "must hold three finite coordinates for each point"));
+    }
+    let points: Vec<DVec3> = coordinates.chunks_exact(3).map(DVec3::from_slice).collect();
+    if points.is_empty() {
+        return Ok((Vec::new(), Vec::new()));
+    }
+    let of = |section: &str| -> Vec<Node> {
+        let arrays = child(piece, section).into_iter().flat_map(|section| section.children());
+        arrays.filter(|node| node.has_tag_name("DataArray") && components(*node) == 1).collect()
+    };
+    let (of_points, of_cells) = (of("PointData"), of("CellData"));
+    let chosen = |all: &[Node]| -> Option<usize> {
+        let named = |node: &Node| {
+            let name = node.attribute("Name").unwrap_or("");
+            array.map_or_else(|| NAMES.iter().any(|known| name.eq_ignore_ascii_case(known)), |wanted| name == wanted)
+        };
+        all.iter().position(named)
+    };
+    let (values, places) = match (chosen(&of_points), chosen(&of_cells)) {
+        (Some(found), other) => {
+            if other.is_some() {
+                notes.push("Points and cells have temperatures: those of the points are taken.".to_owned());
+            }
+            (of_points[found], points)
+        }
+        (None, Some(found)) => (of_cells[found], centres(piece, arrays, &points)?),
+        (None, None) => {
+            let names = of_points.iter().chain(&of_cells).map(|node| node.attribute("Name").unwrap_or("(no name)"));
+            let names = plain(&names.collect::<Vec<_>>().join(", ")).into_owned();
+            let wanted = array.map_or_else(|| "temperature".to_owned(), |name| format!("'{name}'"));
+            let message = format!("has no array {wanted} with one component (temperatures.array); there are: {names}");
+            return Err(arrays.wrong(piece, message));
+        }
+    };
+    let kelvin: Vec<f64> = arrays.values(values)?.iter().map(|value| value + zero).collect();
+    if kelvin.len() != places.len() {
+        return Err(arrays.wrong(values, format!("has {} values for {} places", kelvin.len(), places.len())));
+    }
+    if let Some(at) = kelvin.iter().position(|value| !(0.0..=HOTTEST).contains(value)) {
+        let message =
+            format!("value {} is {} K; a temperature is from 0 to {HOTTEST} K (temperatures.unit)", at + 1, kelvin[at]);
+        return Err(arrays.wrong(values, message));
+    }
+    Ok((places, kelvin))
+}
+
+fn components(array: Node) -> usize {
+    array.attribute("NumberOfComponents").and_then(|text| text.parse().ok()).unwrap_or(1)
+}
+
+/// The mean of the points of each cell. The cells of PolyData are vertices, lines, polygons and strips, in this order.
+fn centres(piece: Node, arrays: &Arrays, points: &[DVec3]) -> Result<Vec<DVec3>, SceneError> {
+    let mut centres = Vec::new();
+    for cells in ["Cells", "Verts", "Lines", "Polys", "Strips"].into_iter().filter_map(|name| child(piece, name)) {
+        let named = |name: &str| {
+            let array =
+                cells.children().find(|node| node.has_tag_name("DataArray") && node.attribute("Name") == Some(name));
+            array.map_or(Ok(Vec::new()), |array| arrays.values(array))
+        };
+        let (corners, ends) = (named("connectivity")?, named("offsets")?);
+        let mut first = 0;
+        for end in ends {
+            let own = corners.get(first..end as usize).filter(|own| !own.is_empty());
+            let own = own.ok_or_else(|| arrays.wrong(cells, format!("cell {} has no points", centres.len() + 1)))?;
+            let mut sum = DVec3::ZERO;
+            for corner in own {
+                let point = points.get(*corner as usize).filter(|_| *corner >= 0.0);
+                sum +=
+                    *point.ok_or_else(|| arrays.wrong(cells, format!("names point {corner} of {}", points.len())))?;
+            }
+            centres.push(sum / own.len() as f64);
+            first = end as usize;
+        }
+    }
+    Ok(centres)
+}

@@ -1,0 +1,356 @@
+//! Reads a TMD file.
+
+use std::path::Path;
+
+use glam::DVec3;
+use hdf5_reader::group::Group;
+use hdf5_reader::messages::datatype::{Datatype, StringSize};
+use hdf5_reader::{Hdf5File, OpenOptions};
+
+use super::{Conductors, GROUP, LOADS, SET, Tmd, TmdError, TmdNode};
+use crate::files::{self, LARGEST_FILE};
+use crate::text::plain;
+use crate::thermal::STEFAN_BOLTZMANN;
+
+/// Begin of every HDF5 file.
+const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
+
+impl Tmd {
+    /// Reads a TMD file.
+    ///
+    /// # Errors
+    /// See [`TmdError`].
+    pub fn load(path: &Path) -> Result<Self, TmdError> {
+        let bytes = files::read(path).map_err(|fault| TmdError::Unreadable { path: path.to_path_buf(), fault })?;
+        Self::parse(bytes, path)
+    }
+
+    /// Reads the bytes of a TMD file as if it lay at `path`.
+    ///
+    /// # Errors
+    /// See [`TmdError`].
+    pub fn parse(bytes: Vec<u8>, path: &Path) -> Result<Self, TmdError> {
+        if !bytes.starts_with(SIGNATURE) {
+            return Err(TmdError::Signature { path: path.to_path_buf() });
+        }
+        let most = usize::try_from(LARGEST_FILE).unwrap_or(usize::MAX);
+        let options = OpenOptions::default().with_max_read_bytes(most);
+        let opened = Hdf5File::from_vec_with_options(bytes, options);
+        let file = Source { path, file: opened.map_err(|source| hdf5(path, "/", source))? };
+        file.version()?;
+        file.tmd()
+    }
+}
+
+fn hdf5(path: &Path, object: &str, source: hdf5_reader::error::Error) -> TmdError {
+    TmdError::Hdf5 { path: path.to_path_buf(), object: object.to_owned(), source: Box::new(source) }
+}
+
+/// An open file.
+struct Source<'a> {
+    path: &'a Path,
+    file: Hdf5File,
+}
+
+/// Numbers of a dataset with its extents.
+struct Numbers {
+    object: String,
+    shape: Vec<usize>,
+    values: Vec<f64>,
+}
+
+impl Numbers {
+    fn rows(&self) -> usize {
+        self.shape.first().copied().unwrap_or(0)
+    }
+}
+
+impl Source<'_> {
+    fn wrong(&self, object: &str, message: impl Into<String>) -> TmdError {
+        TmdError::Value { path: self.path.to_path_buf(), object: object.to_owned(), message: message.into() }
+    }
+
+    fn group(&self, name: &str) -> Result<Group, TmdError> {
+        self.file.group(name).map_err(|source| hdf5(self.path, name, source))
+    }
+
+    fn version(&self) -> Result<(), TmdError> {
+        let root = self.file.root_group().map_err(|source| hdf5(self.path, "/", source))?;
+        let attribute = root.attribute("FileVersion").map_err(|source| hdf5(self.path, "FileVersion", source))?;
+        let version = attribute.read_string().map_err(|source| hdf5(self.path, "FileVersion", source))?;
+        if version.trim().starts_with("01.") {
+            return Ok(());
+        }
+        Err(TmdError::Version { path: self.path.to_path_buf(), version: plain(version.trim()).into_owned() })
+    }
+
+    /// An attribute of the analysis set, where it has it.
+    fn setting(&self, set: &Group, name: &str) -> Result<Option<f64>, TmdError> {
+        let object = format!("{SET}.{name}");
+        let Ok(attribute) = set.attribute(name) else { return Ok(None) };
+        let value = attribute.read_as_f64().map_err(|source| hdf5(self.path, &object, source))?;
+        if value.is_finite() { Ok(Some(value)) } else { Err(self.wrong(&object, format!("is {value}, not a number"))) }
+    }
+
+    /// A dataset of numbers with so many extents. Integers become numbers.
+    fn numbers(&self, object: &str, extents: usize) -> Result<Numbers, TmdError> {
+        let failed = |source| hdf5(self.path, object, source);
+        let dataset = self.file.dataset(object).map_err(failed)?;
+        let shape: Vec<usize> = dataset.shape().iter().map(|extent| *extent as usize).collect();
+        if shape.len() != extents {
+            return Err(self.wrong(object, format!("has {} extents instead of {extents}", shape.len())));
+        }
+        let values = match dataset.dtype() {
+            Datatype::FloatingPoint { size: 4, .. } => {
+                dataset.read_array::<f32>().map_err(failed)?.iter().map(|value| f64::from(*value)).collect()
+            }
+            Datatype::FixedPoint { size: 8, .. } => {
+                dataset.read_array::<i64>().map_err(failed)?.iter().map(|value| *value as f64).collect()
+            }
+            Datatype::FixedPoint { .. } => {
+                dataset.read_array::<i32>().map_err(failed)?.iter().map(|value| f64::from(*value)).collect()
+            }
+            _ => dataset.read_array::<f64>().map_err(failed)?.iter().copied().collect(),
+        };
+        Ok(Numbers { object: object.to_owned(), shape, values })
+    }
+
+    fn strings(&self, object: &str) -> Result<Vec<String>, TmdError> {
+        let failed = |source| hdf5(self.path, object, source);
+        let texts = self.file.dataset(object).map_err(failed)?.read_strings().map_err(failed)?;
+        Ok(texts.iter().map(|text| plain(text.trim_matches([' ', '\0'])).into_owned()).collect())
+    }
+
+    /// Names of the models. Empty where they can not be told.
+    fn models(&self) -> Vec<String> {
+        let Ok(dataset) = self.file.dataset(&format!("{SET}/models")) else { return Vec::new() };
+        let Datatype::Compound { size, fields } = dataset.dtype() else { return Vec::new() };
+        let Some(field) = fields.iter().find(|field| field.name == "modelName") else { return Vec::new() };
+        let Datatype::String { size: StringSize::Fixed(length), .. } = field.datatype else { return Vec::new() };
+        let (first, size) = (field.byte_offset as usize, (*size as usize).max(1));
+        let Ok(bytes) = dataset.read_raw_bytes() else { return Vec::new() };
+        let name = |record: &[u8]| {
+            let text = String::from_utf8_lossy(record.get(first..first + length as usize).unwrap_or_default());
+            plain(text.trim_matches([' ', '\0'])).into_owned()
+        };
+        bytes.chunks_exact(size).map(name).collect()
+    }
+
+    fn tmd(&self) -> Result<Tmd, TmdError> {
+        let set = self.group(SET)?;
+        let data = self.group(&format!("{SET}/{GROUP}"))?;
+        let mut notes = self.left_out(&set, &data)?;
+        let zero = self.setting(&set, "TAbs")?;
+        let zero = zero.ok_or_else(|| self.wrong(SET, "has no attribute TAbs, the 0 of its temperatures [K]"))?;
+        let times = self.times()?;
+        let nodes = self.nodes(&times, zero, &mut notes)?;
+        let linear = self.conductors("GL", times.len(), nodes.len(), &mut notes)?;
+        let mut radiative = self.conductors("GR", times.len(), nodes.len(), &mut notes)?;
+        let sigma = self.setting(&set, "StefanBoltzmann")?.unwrap_or(STEFAN_BOLTZMANN);
+        let ratio = sigma / STEFAN_BOLTZMANN;
+        if (ratio - 1.0).abs() > 1e-6 {
+            radiative.values.iter_mut().for_each(|value| *value *= ratio);
+            notes.push(format!(
+                "Its Stefan-Boltzmann constant is {sigma:e} W m-2 K-4: all GR are multiplied by {ratio:.7}."
+            ));
+        }
+        let description = data.attribute("Description").or_else(|_| set.attribute("Description"));
+        let description = description.and_then(|text| text.read_string()).unwrap_or_default();
+        let description = plain(description.trim_matches([' ', '\0'])).into_owned();
+        Ok(Tmd { description, times, nodes, linear, radiative, notes })
+    }
+
+    /// What stands beside that which is read.
+    fn left_out(&self, set: &Group, data: &Group) -> Result<Vec<String>, TmdError> {
+        let names =
+            |group: &Group, object: &str| group.member_names().map_err(|source| hdf5(self.path, object, source));
+        let mut notes = Vec::new();
+        let root = self.file.root_group().map_err(|source| hdf5(self.path, "/", source))?;
+        for (group, object, own) in [(&root, "/", SET), (set, SET, GROUP)] {
+            for other in names(group, object)?.0.iter().filter(|name| *name != own) {
+                notes.push(format!("The group {} beside {own} is left out.", plain(other)));
+            }
+        }
+        for other in names(set, SET)?.1.iter().chain(&names(data, GROUP)?.1) {
+            let is_conductor = other.starts_with("conductor");
+            if is_conductor
+                && !["conductorsGL", "conductorsGR", "conductorDataGL", "conductorDataGR"].contains(&&**other)
+            {
+                notes.push(format!("The dataset {} is left out: a network file has GL and GR only.", plain(other)));
+            }
+        }
+        Ok(notes)
+    }
+
+    fn times(&self) -> Result<Vec<f64>, TmdError> {
+        let times = self.numbers(&format!("{SET}/{GROUP}/times"), 1)?;
+        if times.values.is_empty() {
+            return Err(self.wrong(&times.object, "is empty: the file has no results"));
+        }
+        if let Some(at) = times.values.iter().position(|time| !time.is_finite()) {
+            return Err(self.wrong(&times.object, format!("time {} is {}, not a number", at + 1, times.values[at])));
+        }
+        if let Some(pair) = times.values.windows(2).find(|pair| pair[1] <= pair[0]) {
+            let message = format!("must ascend, but {} follows {}", pair[1], pair[0]);
+            return Err(self.wrong(&times.object, message));
+        }
+        Ok(times.values)
+    }
+
+    fn nodes(&self, times: &[f64], zero: f64, notes: &mut Vec<String>) -> Result<Vec<TmdNode>, TmdError> {
+        let listed = self.numbers(&format!("{SET}/thermalNodes"), 2)?;
+        let count = listed.rows();
+        let columns = listed.shape[1];
+        if columns == 0 {
+            return Err(self.wrong(&listed.object, "has no column"));
+        }
+        let real = self.numbers(&format!("{SET}/{GROUP}/thermalNodesRealData"), 3)?;
+        let names = self.strings(&format!("{SET}/thermalNodesRealAttributes"))?;
+        let wanted = [times.len(), count, names.len()];
+        if real.shape != wanted {
+            let message = format!(
+                "has the extents {:?}; {} times, {count} nodes and {} attributes need {wanted:?}",
+                real.shape,
+                times.len(),
+                names.len()
+            );
+            return Err(self.wrong(&real.object, message));
+        }
+        let column = |name: &str| names.iter().position(|own| own.eq_ignore_ascii_case(name));
+        let needed =
+            |name: &str| column(name).ok_or_else(|| self.wrong(&real.object, format!("has no attribute {name}")));
+        let [temperature, capacitance] = [needed("Temperature")?, needed("Capacitance")?];
+        let loads = LOADS.map(|name| {
+            if column(name).is_none() {
+                notes.push(format!("It has no attribute {name}, which counts as 0."));
+            }
+            column(name)
+        });
+        let places = ["X_Coordinate", "Y_Coordinate", "Z_Coordinate"].map(column);
+        let object = format!("{SET}/{GROUP}/thermalNodesStringData");
+        let texts = self.strings(&object)?;
+        let of_text = self.strings(&format!("{SET}/thermalNodesStringAttributes"))?;
+        if texts.len() != times.len() * count * of_text.len() {
+            return Err(
+                self.wrong(&object, format!("has {} texts for {} times and {count} nodes", texts.len(), times.len()))
+            );
+        }
+        let text_column = |name: &str| of_text.iter().position(|own| own.eq_ignore_ascii_case(name));
+        let kind_column = text_column("Type").ok_or_else(|| self.wrong(&object, "has no attribute Type"))?;
+        let text = |time: usize, node: usize, column: usize| &texts[(time * count + node) * of_text.len() + column];
+        let models = self.models();
+        let of_model = |node: usize| if columns > 1 { listed.values[node * columns + 1] as i64 } else { 1 };
+        let several = (1..count).any(|node| of_model(node) != of_model(0));
+        let mut changed = 0;
+        let mut nodes = Vec::with_capacity(count);
+        for node in 0..count {
+            let number = listed.values[node * columns] as i64;
+            let model = of_model(node);
+            let known =
+                usize::try_from(model - 1).ok().and_then(|place| models.get(place)).filter(|name| !name.is_empty());
+            let name = match (several, known) {
+                (false, _) => number.to_string(),
+                (true, Some(known)) => format!("{known}:{number}"),
+                (true, None) => format!("{model}:{number}"),
+            };
+            let over = |column: usize, what: &str| {
+                let value = |time: usize| real.values[(time * count + node) * names.len() + column];
+                let values: Vec<f64> = (0..times.len()).map(value).collect();
+                match values.iter().position(|value| !value.is_finite()) {
+                    None => Ok(values),
+                    Some(at) => {
+                        let message =
+                            format!("{what} of node {name} at {} s is {}, not a number", times[at], values[at]);
+                        Err(self.wrong(&real.object, message))
+                    }
+                }
+            };
+            let kind = text(0, node, kind_column).chars().next().unwrap_or(' ').to_ascii_uppercase();
+            if !"DABX".contains(kind) {
+                let message = format!("node {name} is of type '{kind}'; isotherm knows D, A, B and X");
+                return Err(self.wrong(&object, message));
+            }
+            changed +=
+                usize::from((1..times.len()).any(|time| text(time, node, kind_column) != text(0, node, kind_column)));
+            let place = |column: Option<usize>| {
+                column.map_or(Ok(0.0), |column| over(column, "the place").map(|values| values[0]))
+            };
+            let load =
+                |which: usize| loads[which].map_or(Ok(vec![0.0; times.len()]), |column| over(column, LOADS[which]));
+            let mut temperatures = over(temperature, "the temperature")?;
+            temperatures.iter_mut().for_each(|value| *value += zero);
+            if let Some(below) = temperatures.iter().find(|value| **value < 0.0 && kind != 'X') {
+                return Err(self.wrong(&real.object, format!("node {name} is at {below} K, below 0 K")));
+            }
+            nodes.push(TmdNode {
+                number,
+                label: text_column("Label").map(|column| text(0, node, column).clone()).unwrap_or_default(),
+                kind,
+                position: DVec3::new(place(places[0])?, place(places[1])?, place(places[2])?),
+                temperatures,
+                capacitances: over(capacitance, "the capacitance")?,
+                loads: [load(0)?, load(1)?, load(2)?, load(3)?, load(4)?],
+                name,
+            });
+        }
+        if changed > 0 {
+            notes.push(format!("{changed} nodes change their type over time: that of the first time is taken."));
+        }
+        let mut known = std::collections::HashSet::new();
+        match nodes.iter().find(|node| !known.insert(&*node.name)) {
+            Some(twice) => Err(self.wrong(&listed.object, format!("two nodes have the number {}", twice.name))),
+            None => Ok(nodes),
+        }
+    }
+
+    fn conductors(
+        &self,
+        kind: &str,
+        times: usize,
+        nodes: usize,
+        notes: &mut Vec<String>,
+    ) -> Result<Conductors, TmdError> {
+        let ends = self.numbers(&format!("{SET}/conductors{kind}"), 2)?;
+        let data = self.numbers(&format!("{SET}/{GROUP}/conductorData{kind}"), 3)?;
+        let count = ends.rows();
+        let (columns, per) = (ends.shape[1], data.shape[2]);
+        if count > 0 && (columns < 2 || per == 0 || data.shape[..2] != [times, count]) {
+            let message = format!("has the extents {:?} for {times} times and {count} conductors", data.shape);
+            return Err(self.wrong(&data.object, message));
+        }
+        let mut found = Conductors::default();
+        let mut second = 0;
+        for conductor in 0..count {
+            let end = |column: usize| {
+                let place = ends.values[conductor * columns + column];
+                if place >= 1.0 && place <= nodes as f64 {
+                    return Ok(place as u32 - 1);
+                }
+                let message = format!("conductor {} joins node {place} of {nodes}", conductor + 1);
+                Err(self.wrong(&ends.object, message))
+            };
+            found.nodes.push([end(0)?, end(1)?]);
+            let value = |time: usize| data.values[(time * count + conductor) * per];
+            let first = value(0);
+            let mut change = 0.0_f64;
+            for time in 0..times {
+                let value = value(time);
+                if !value.is_finite() || value < 0.0 {
+                    let message = format!("conductor {} is {value} at time {}", conductor + 1, time + 1);
+                    return Err(self.wrong(&data.object, message));
+                }
+                change = change.max((value - first).abs() / first.max(f64::MIN_POSITIVE));
+            }
+            found.values.push(first);
+            found.changing += usize::from(change > 0.0);
+            found.change = found.change.max(change);
+            second += usize::from(per > 1 && data.values[conductor * per + 1] != 1.0);
+        }
+        if second > 0 {
+            notes.push(format!(
+                "The second number of {second} {kind}, whose meaning isotherm does not know, is not 1; it is left out."
+            ));
+        }
+        Ok(found)
+    }
+}

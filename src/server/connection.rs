@@ -1,0 +1,190 @@
+//! A connection whose client can neither wait for ever inside a message nor send more than a message may hold.
+
+use std::io::{ErrorKind, Read, Write};
+use std::net::TcpStream;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use super::error::End;
+
+/// How often a wait looks whether the server stops.
+const LOOK: Duration = Duration::from_millis(100);
+/// Bytes that are read at once, so that no length that a client states is allocated before its bytes have come.
+const CHUNK: usize = 1 << 16;
+
+/// How long a client may take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Patience {
+    /// For the next request to begin.
+    pub idle: Duration,
+    /// For the rest of a message that has begun, and for taking an answer.
+    pub message: Duration,
+}
+
+impl Default for Patience {
+    fn default() -> Self {
+        Self { idle: Duration::from_secs(3600), message: Duration::from_secs(30) }
+    }
+}
+
+/// A client's connection.
+pub struct Connection<'a> {
+    stream: TcpStream,
+    stop: &'a AtomicBool,
+    patience: Patience,
+    buffer: Box<[u8]>,
+    /// What of the buffer has not been taken.
+    waiting: std::ops::Range<usize>,
+    /// Until when the message under way must be whole.
+    until: Instant,
+    /// Bytes that the message under way may still have.
+    left: usize,
+}
+
+impl<'a> Connection<'a> {
+    /// Takes a connection.
+    ///
+    /// # Errors
+    /// The system refuses its settings.
+    pub fn new(stream: TcpStream, stop: &'a AtomicBool, patience: Patience) -> Result<Self, End> {
+        stream.set_nonblocking(false)?;
+        stream.set_nodelay(true)?;
+        stream.set_read_timeout(Some(LOOK))?;
+        stream.set_write_timeout(Some(LOOK))?;
+        let buffer = vec![0; CHUNK].into_boxed_slice();
+        Ok(Self { stream, stop, patience, buffer, waiting: 0..0, until: Instant::now(), left: 0 })
+    }
+
+    /// Whether the server stops.
+    pub fn stop(&self) -> &'a AtomicBool {
+        self.stop
+    }
+
+    /// Waits for the first byte of a message of at most `most` bytes.
+    ///
+    /// # Errors
+    /// The client closes or stays silent, or the server stops.
+    pub fn begin_message(&mut self, most: usize) -> Result<(), End> {
+        self.left = most;
+        self.until = Instant::now() + self.patience.idle;
+        if self.waiting.is_empty() {
+            self.fill(self.patience.idle)?;
+        }
+        self.until = Instant::now() + self.patience.message;
+        Ok(())
+    }
+
+    /// Takes exactly as many bytes as the list has.
+    ///
+    /// # Errors
+    /// As for [`Connection::begin_message`], and a message that is too long.
+    pub fn take_into(&mut self, bytes: &mut [u8]) -> Result<(), End> {
+        self.spend(bytes.len())?;
+        let mut done = 0;
+        while done < bytes.len() {
+            done += self.some(&mut bytes[done..])?;
+        }
+        Ok(())
+    }
+
+    /// Takes a number of bytes that the client states.
+    ///
+    /// # Errors
+    /// As for [`Connection::take_into`].
+    pub fn take(&mut self, length: u64) -> Result<Vec<u8>, End> {
+        let length = usize::try_from(length).unwrap_or(usize::MAX);
+        self.spend(length)?;
+        let mut bytes = Vec::new();
+        while bytes.len() < length {
+            let done = bytes.len();
+            bytes.resize(length.min(done + CHUNK), 0);
+            let some = self.some(&mut bytes[done..])?;
+            bytes.truncate(done + some);
+        }
+        Ok(bytes)
+    }
+
+    /// Takes a list of fixed length.
+    ///
+    /// # Errors
+    /// As for [`Connection::take_into`].
+    pub fn array<const N: usize>(&mut self) -> Result<[u8; N], End> {
+        let mut bytes = [0; N];
+        self.take_into(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    fn spend(&mut self, length: usize) -> Result<(), End> {
+        match self.left.checked_sub(length) {
+            Some(left) => {
+                self.left = left;
+                Ok(())
+            }
+            None => Err(End::Malformed(format!("a message states {length} bytes, and {} are left for it", self.left))),
+        }
+    }
+
+    /// At least one byte.
+    fn some(&mut self, bytes: &mut [u8]) -> Result<usize, End> {
+        if self.waiting.is_empty() {
+            self.fill(self.patience.message)?;
+        }
+        let count = bytes.len().min(self.waiting.len());
+        let start = self.waiting.start;
+        bytes[..count].copy_from_slice(&self.buffer[start..start + count]);
+        self.waiting.start += count;
+        Ok(count)
+    }
+
+    fn fill(&mut self, patience: Duration) -> Result<(), End> {
+        loop {
+            self.look(patience)?;
+            match self.stream.read(&mut self.buffer) {
+                Ok(0) => return Err(End::Closed),
+                Ok(count) => {
+                    self.waiting = 0..count;
+                    return Ok(());
+                }
+                Err(error) if is_wait(error.kind()) => {}
+                Err(error) if error.kind() == ErrorKind::ConnectionReset => return Err(End::Closed),
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+
+    /// Sends bytes.
+    ///
+    /// # Errors
+    /// The client takes none for too long, or has gone.
+    pub fn send(&mut self, bytes: &[u8]) -> Result<(), End> {
+        let mut done = 0;
+        self.until = Instant::now() + self.patience.message;
+        while done < bytes.len() {
+            self.look(self.patience.message)?;
+            match self.stream.write(&bytes[done..]) {
+                Ok(0) => return Err(End::Closed),
+                Ok(count) => {
+                    done += count;
+                    self.until = Instant::now() + self.patience.message;
+                }
+                Err(error) if is_wait(error.kind()) => {}
+                Err(error) if matches!(error.kind(), ErrorKind::ConnectionReset | ErrorKind::BrokenPipe) => {
+                    return Err(End::Closed);
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Ok(())
+    }
+
+    fn look(&self, patience: Duration) -> Result<(), End> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(End::Stopped);
+        }
+        if Instant::now() > self.until { Err(End::TimeOut(patience.as_secs())) } else { Ok(()) }
+    }
+}
+
+fn is_wait(kind: ErrorKind) -> bool {
+    matches!(kind, ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
+}

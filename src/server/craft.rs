@@ -1,0 +1,148 @@
+//! A craft that a client moves: its thermal state follows the states that arrive, and images show it.
+
+use std::sync::atomic::AtomicBool;
+
+use glam::{DMat3, DQuat, DVec3};
+
+use super::course::{State, between};
+use super::error::Refusal;
+use crate::lens::Lens;
+use crate::scene::{Camera, CameraFrame, Motion, Scene};
+use crate::simulation::facade::Simulation;
+use crate::simulation::facade_error::SimulationError;
+use crate::simulation::image::Image;
+use crate::simulation::pose::Pose;
+use crate::simulation::target::Target;
+
+/// Most pixels of an image that a client may ask for.
+pub const MOST_PIXELS: u64 = 1 << 24;
+/// Places that are handed to the simulation before it steps to the last of them.
+const AT_ONCE: usize = 32;
+
+/// A camera as a protocol describes it. Its axes are those of OpenCV.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Focal lengths in pixels (x, y). The principal point is the middle of the image.
+    pub focal: [f64; 2],
+    /// Position in the craft's body frame [m].
+    pub position: DVec3,
+    /// Rotates camera axes into the craft's body frame.
+    pub body_from_camera: DMat3,
+}
+
+/// A craft of a session.
+pub struct Craft {
+    simulation: Simulation,
+    /// Length of a step [s].
+    step: f64,
+    last: Option<State>,
+}
+
+impl Craft {
+    /// A craft that nobody has moved.
+    ///
+    /// # Errors
+    /// The device can not hold it.
+    pub fn new(scene: &Scene, target: &Target) -> Result<Self, Refusal> {
+        let simulation = Simulation::from_scene(scene.clone(), target)?;
+        let step = simulation.prepared().scene.time.step;
+        Ok(Self { simulation, step, last: None })
+    }
+
+    /// The simulation of the craft.
+    pub fn simulation(&mut self) -> &mut Simulation {
+        &mut self.simulation
+    }
+
+    /// The last state that arrived.
+    pub fn state(&self) -> Option<&State> {
+        self.last.as_ref()
+    }
+
+    /// Moves the craft to a state, and steps its temperatures to the last end of a step before it. The first state begins the simulation.
+    ///
+    /// # Errors
+    /// A state that can not be used, or one that is too far from the last.
+    pub fn observe(&mut self, state: State, stop: &AtomicBool) -> Result<(), Refusal> {
+        let Some(last) = &self.last else {
+            self.simulation.place(state.placement())?;
+            self.last = Some(state);
+            return Ok(());
+        };
+        let Some(places) = between(last, &state, self.step) else {
+            let (from, to) = (last.time, state.time);
+            return Err(Refusal::because(format!(
+                "no state came between {from} s and {to} s, which is too long a gap"
+            )));
+        };
+        for some in places.chunks(AT_ONCE) {
+            for place in some {
+                self.simulation.place(*place)?;
+                // The next gap begins at the last place that was taken, also where a later one is refused.
+                self.last = Some(state.at(place));
+            }
+            let end = some.last().map_or(state.time, |place| place.time);
+            self.step_to(((end / self.step + 1e-9).floor() * self.step).min(end), stop)?;
+        }
+        self.last = Some(state);
+        Ok(())
+    }
+
+    /// Steps to a time, if it lies ahead.
+    fn step_to(&mut self, time: f64, stop: &AtomicBool) -> Result<(), Refusal> {
+        let ahead = time > self.simulation.time();
+        if ahead && !self.simulation.step_to_with(time, stop, &mut || ())? { Err(Refusal::Stopped) } else { Ok(()) }
+    }
+
+    /// An image at the time of the last state.
+    ///
+    /// # Errors
+    /// A camera that can not be used, or a call that fails.
+    pub fn image(&mut self, view: &View, stop: &AtomicBool) -> Result<Image, Refusal> {
+        let [width, height] = view.size;
+        if u64::from(width) * u64::from(height) > MOST_PIXELS {
+            return Err(Refusal::because(format!("an image of {width} x {height} pixels is too large")));
+        }
+        if let Some(state) = self.last {
+            self.step_to(state.time, stop)?;
+        }
+        let rotation = DQuat::from_mat3(&view.body_from_camera).normalize();
+        let pose = Pose::new(CameraFrame::Body, view.position, rotation).map_err(SimulationError::from)?;
+        let own = self.simulation.camera().ok();
+        let camera = Camera {
+            width,
+            height,
+            lens: Lens::pinhole(view.focal, [0.5 * f64::from(width), 0.5 * f64::from(height)]),
+            samples: own.map_or(1, |camera| camera.samples),
+            line_time: own.map_or(0.0, |camera| camera.line_time),
+            motion: Motion::Still,
+            frame: CameraFrame::Body,
+            position: view.position,
+            frame_from_camera: rotation,
+            near: own.map_or(0.1, |camera| camera.near),
+        };
+        Ok(self.simulation.image(&camera, &pose)?)
+    }
+}
+
+/// Shows several craft in one image: in each pixel the nearest surface. `None` without an image. All have the same size.
+pub fn nearest(images: impl IntoIterator<Item = Image>) -> Option<Image> {
+    images.into_iter().reduce(|mut near, far| {
+        for pixel in 0..near.part.len().min(far.part.len()) {
+            let (there, here) = (far.part[pixel] != 0, near.part[pixel] != 0);
+            if there && (!here || far.depth[pixel] < near.depth[pixel]) {
+                near.radiance[pixel] = far.radiance[pixel];
+                near.temperature[pixel] = far.temperature[pixel];
+                near.depth[pixel] = far.depth[pixel];
+                near.part[pixel] = far.part[pixel];
+                near.material[pixel] = far.material[pixel];
+                if let (Some(near), Some(far)) = (&mut near.digital_numbers, &far.digital_numbers) {
+                    near[pixel] = far[pixel];
+                }
+            }
+        }
+        near
+    })
+}

@@ -1,0 +1,16 @@
+//! The image server: simulators in other programs drive scenes and fetch images, in the protocols that they speak already.
+//!
+//! [`listen`] accepts connections and runs each on a thread of its own. A protocol ([`vizard`], [`surrender`]) is a thin adapter: it reads requests,
+//! moves a [`craft`] and answers with a [`picture`]. [`scenes`] says which names lead to which scene files: no client can name another file. [`connection`]
+//! bounds how long a client may take and how much it may send.
+
+pub mod connection;
+pub mod course;
+pub mod craft;
+pub mod error;
+pub mod listen;
+pub mod log;
+pub mod picture;
+pub mod scenes;
+pub mod surrender;
+pub mod vizard;

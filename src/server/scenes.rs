@@ -1,0 +1,75 @@
+//! The scenes of a server, and the names by which clients ask for them. A client can name no other file.
+
+use std::path::{Path, PathBuf};
+
+use super::error::ServerError;
+use crate::scene::Scene;
+use crate::simulation::prepare::Prepared;
+use crate::simulation::prepare_error::PrepareError;
+
+/// A scene that clients may name.
+struct Named {
+    names: Vec<String>,
+    path: PathBuf,
+    scene: Scene,
+}
+
+/// The scenes of a server.
+#[derive(Default)]
+pub struct Scenes {
+    all: Vec<Named>,
+}
+
+impl Scenes {
+    /// Adds a scene. Without a name, it has those of its file: the path as given, its last part, and that without its ending.
+    ///
+    /// # Errors
+    /// A scene that can not run, or a name that another scene has.
+    pub fn add(&mut self, name: Option<&str>, path: &Path, scene: Scene) -> Result<(), ServerError> {
+        let mut names = match name {
+            Some(name) => vec![name.to_owned()],
+            None => {
+                let parts = [Some(path.as_os_str()), path.file_name(), path.file_stem()];
+                parts.into_iter().flatten().map(|part| part.to_string_lossy().into_owned()).collect()
+            }
+        };
+        names.dedup();
+        for name in &names {
+            if let Some(other) = self.named(name) {
+                let (one, other) = (other.path.clone(), path.to_path_buf());
+                return Err(ServerError::Twice { name: name.clone(), one, other });
+            }
+        }
+        Prepared::from_scene(scene.clone(), &mut |_| ())?;
+        self.all.push(Named { names, path: path.to_path_buf(), scene });
+        Ok(())
+    }
+
+    /// Reads a scene and adds it.
+    ///
+    /// # Errors
+    /// As for [`Scenes::add`].
+    pub fn load(&mut self, name: Option<&str>, path: &Path) -> Result<(), ServerError> {
+        self.add(name, path, Scene::load(path).map_err(PrepareError::from)?)
+    }
+
+    fn named(&self, name: &str) -> Option<&Named> {
+        self.all.iter().find(|scene| scene.names.iter().any(|known| known == name))
+    }
+
+    /// The scene of a name.
+    pub fn get(&self, name: &str) -> Option<&Scene> {
+        self.named(name).map(|named| &named.scene)
+    }
+
+    /// All scenes.
+    pub fn iter(&self) -> impl Iterator<Item = &Scene> {
+        self.all.iter().map(|named| &named.scene)
+    }
+
+    /// The shortest name of each scene, for messages.
+    pub fn known(&self) -> String {
+        let names = self.all.iter().filter_map(|scene| scene.names.iter().min_by_key(|name| name.len()));
+        names.map(String::as_str).collect::<Vec<_>>().join(", ")
+    }
+}

@@ -1,0 +1,301 @@
+//! A session: the calls of one client, one after the other, and their answers.
+//!
+//! Every call is answered with its name, because the client waits for some of them and skips answers that it does not wait for. A message goes before the
+//! answer: the client raises an exception at one with `[error]`, and prints one with `[warning]`.
+
+use std::collections::BTreeSet;
+use std::sync::atomic::AtomicBool;
+
+use super::calls::{FORMAL, WITHOUT_EFFECT};
+use super::stage::Stage;
+use super::values::{Hash, Value, read, write};
+use crate::server::connection::Connection;
+use crate::server::craft::{Craft, nearest};
+use crate::server::error::{End, Refusal};
+use crate::server::listen::Server;
+use crate::simulation::image::Image;
+
+/// Most craft of a session.
+const MOST_CRAFT: usize = 8;
+/// The call by which a script steps the temperatures: `client.runLuaCode("isotherm.step_to(600)")`.
+const STEP_TO: &str = "isotherm.step_to(";
+
+/// Serves a client up to its end.
+pub fn talk(server: &Server, connection: &mut Connection, client: &str) -> End {
+    let stop = connection.stop();
+    let mut session = Session {
+        server,
+        client,
+        stop,
+        stage: Stage::default(),
+        image: None,
+        time: server.time,
+        warned: BTreeSet::new(),
+    };
+    loop {
+        let answered = read(connection).and_then(|call| session.answer(connection, &call));
+        if let Err(end) = answered {
+            return end;
+        }
+    }
+}
+
+struct Session<'s> {
+    server: &'s Server,
+    client: &'s str,
+    stop: &'s AtomicBool,
+    stage: Stage,
+    /// The last picture.
+    image: Option<Image>,
+    /// Time of the scenes' own orbits [s].
+    time: f64,
+    /// Calls of which the client knows that they change nothing.
+    warned: BTreeSet<String>,
+}
+
+/// What an answer has beside the name of the call.
+type Answer = Result<Vec<(&'static str, Value)>, Refusal>;
+
+/// A value of a call.
+struct Given<'c>(&'c Hash);
+
+impl Given<'_> {
+    fn value<T>(&self, key: &str, what: &str, take: impl Fn(&Value) -> Option<T>) -> Result<T, Refusal> {
+        let taken = self.0.get(key).and_then(take);
+        taken.ok_or_else(|| Refusal::because(format!("'{key}' must be {what}")))
+    }
+
+    fn number(&self, key: &str) -> Result<f64, Refusal> {
+        self.value(key, "a number", Value::number)
+    }
+
+    fn text(&self, key: &str) -> Result<&str, Refusal> {
+        match self.0.get(key) {
+            Some(Value::Text(text)) => Ok(text),
+            _ => Err(Refusal::because(format!("'{key}' must be a text"))),
+        }
+    }
+
+    fn numbers<const N: usize>(&self, key: &str) -> Result<[f64; N], Refusal> {
+        self.value(key, &format!("a list of {N} numbers"), Value::numbers)
+    }
+
+    fn side(&self, key: &str) -> Result<u32, Refusal> {
+        let side = self.number(key)?;
+        if (1.0..=16384.0).contains(&side) && side.fract() == 0.0 {
+            Ok(side as u32)
+        } else {
+            Err(Refusal::because(format!("'{key}' must be a number of pixels from 1 to 16384")))
+        }
+    }
+}
+
+impl Session<'_> {
+    fn answer(&mut self, connection: &mut Connection, call: &Hash) -> Result<(), End> {
+        let Some(Value::Text(name)) = call.get("") else {
+            return Err(End::Malformed("a request has no name".to_owned()));
+        };
+        self.server.log.request(self.client, &format!("{name} {}", shown(call)));
+        if name == "close" {
+            return Err(End::Closed);
+        }
+        let mut bytes = Vec::new();
+        let mut reply = Hash::new();
+        match self.call(name, &Given(call)) {
+            Ok(values) => {
+                let formal = FORMAL.contains(&name.as_str());
+                let idle = WITHOUT_EFFECT.contains(&name.as_str());
+                if (formal || idle) && self.warned.insert(name.clone()) {
+                    let level = if formal { "info" } else { "warning" };
+                    bytes.extend(message(&format!("[{level}] {name} changes nothing: the scene of isotherm says it")));
+                }
+                reply.extend(values.into_iter().map(|(key, value)| (key.to_owned(), value)));
+            }
+            Err(Refusal::Stopped) => return Err(End::Stopped),
+            Err(refusal) => {
+                self.server.log.tell(self.client, &format!("{name}: {refusal}"));
+                bytes.extend(message(&format!("[error] {name}: {refusal}")));
+            }
+        }
+        reply.insert(String::new(), Value::Text(name.clone()));
+        bytes.extend(write(&reply));
+        connection.send(&bytes)
+    }
+
+    fn call(&mut self, name: &str, given: &Given) -> Answer {
+        let one = |key: &'static str, value: Value| Ok(vec![(key, value)]);
+        let text = |key, text: String| one(key, Value::Text(text));
+        match name {
+            "version" => text("version", format!("isotherm {}", env!("CARGO_PKG_VERSION"))),
+            "setConventions" => {
+                let (order, camera) = (given.number("quaternion_convention")?, given.number("camera_convention")?);
+                (self.stage.scalar_first, self.stage.looks_forward) = (order != 0.0, camera != 0.0);
+                Ok(Vec::new())
+            }
+            "getConventions" => {
+                let flags = [self.stage.scalar_first, self.stage.looks_forward];
+                one("conventions", Value::List(flags.map(|flag| Value::Int(i32::from(flag))).to_vec()))
+            }
+            "setImageSize" => {
+                self.stage.size = [given.side("width")?, given.side("height")?];
+                Ok(Vec::new())
+            }
+            "getImageSize" => one("size", Value::List(self.stage.size.map(|side| Value::Int(side as i32)).to_vec())),
+            "setCameraFOVDeg" | "setCameraFOVRad" => {
+                let field = [given.number("fov_x")?, given.number("fov_y")?];
+                self.stage.field = if name == "setCameraFOVDeg" { field.map(f64::to_radians) } else { field };
+                Ok(Vec::new())
+            }
+            "getCameraFOVDeg" => one("fov", Value::list(self.stage.field.map(f64::to_degrees))),
+            "getCameraFOVRad" => one("fov", Value::list(self.stage.field)),
+            "setObjectPosition" => {
+                self.stage.set_position(given.text("object_name")?, given.numbers("pos")?)?;
+                Ok(Vec::new())
+            }
+            "setObjectAttitude" => {
+                self.stage.set_attitude(given.text("object_name")?, given.numbers("attitude")?)?;
+                Ok(Vec::new())
+            }
+            "getObjectPosition" | "getObjectAttitude" => {
+                let object = given.text("object_name")?;
+                let unknown = || Refusal::because(format!("there is no object '{object}'"));
+                if name == "getObjectPosition" {
+                    one("pos", Value::list(self.stage.position(object).ok_or_else(unknown)?.to_array()))
+                } else {
+                    one("attitude", Value::list(self.stage.attitude(object).ok_or_else(unknown)?))
+                }
+            }
+            "exists" => {
+                let object = given.text("object_name")?;
+                one("exists", Value::Bool(self.stage.position(object).is_some()))
+            }
+            "createMesh" => self.create_mesh(given.text("object_name")?, given.text("model_name")?),
+            "createBody" => {
+                let object = given.text("body_name")?;
+                self.stage.object(object)?;
+                Ok(Vec::new())
+            }
+            "reset" => {
+                (self.stage, self.image) = (Stage::default(), None);
+                Ok(Vec::new())
+            }
+            "render" => {
+                self.image = Some(self.render()?);
+                Ok(Vec::new())
+            }
+            "getImageGray32F" => self.floats(1, 1.0),
+            "getImage" => self.floats(4, 1.0),
+            "getImageSpectrumProjection" => {
+                let spectrum = given.numbers::<4>("spectrum")?;
+                self.floats(1, spectrum.iter().sum())
+            }
+            "getDepthMap" => {
+                let image = self.rendered()?;
+                let depth = flipped(&image.depth, image.size(), |depth| f64::from(*depth).to_le_bytes());
+                Ok(picture(image, "depth_data", depth))
+            }
+            "runLUACode" => self.run_code(given.text("code")?),
+            "help" => text("help", "isotherm serve: docs/serve.md lists the calls that do something".to_owned()),
+            "ls" => text("listing", self.server.scenes.known()),
+            "pwd" => text("path", "/".to_owned()),
+            "getRessourcePath" => text("ressource_path", "/".to_owned()),
+            _ if FORMAL.contains(&name) || WITHOUT_EFFECT.contains(&name) => Ok(Vec::new()),
+            _ => Err(Refusal::because("isotherm does not do this")),
+        }
+    }
+
+    fn create_mesh(&mut self, name: &str, model: &str) -> Answer {
+        let Some(scene) = self.server.scenes.get(model) else {
+            let known = self.server.scenes.known();
+            return Err(Refusal::because(format!("there is no scene '{model}'; the scenes here are {known}")));
+        };
+        if self.stage.craft_count() >= MOST_CRAFT {
+            return Err(Refusal::because(format!("a session has at most {MOST_CRAFT} craft")));
+        }
+        let mut craft = Craft::new(scene, &self.server.target)?;
+        step(&mut craft, self.time, self.stop)?;
+        self.stage.object(name)?.craft = Some(craft);
+        Ok(Vec::new())
+    }
+
+    fn render(&mut self) -> Result<Image, Refusal> {
+        let stop = self.stop;
+        let images: Result<Vec<Image>, Refusal> =
+            self.stage.views()?.into_iter().map(|(view, craft)| craft.image(&view, stop)).collect();
+        nearest(images?).ok_or_else(|| Refusal::because("no object has a scene: createMesh names one as its model"))
+    }
+
+    fn rendered(&self) -> Result<&Image, Refusal> {
+        self.image.as_ref().ok_or_else(|| Refusal::because("nothing was rendered"))
+    }
+
+    /// The radiance [W m-2 sr-1] in a number of equal channels, times a factor.
+    fn floats(&self, channels: usize, factor: f64) -> Answer {
+        let image = self.rendered()?;
+        let data = flipped(&image.radiance, image.size(), |radiance| {
+            ((f64::from(*radiance) * factor) as f32).to_le_bytes().repeat(channels)
+        });
+        Ok(picture(image, "image_data", data))
+    }
+
+    fn run_code(&mut self, code: &str) -> Answer {
+        let time = code.trim().strip_prefix(STEP_TO).and_then(|rest| rest.trim_end_matches(';').strip_suffix(')'));
+        let Some(time) = time.and_then(|time| time.trim().parse::<f64>().ok()) else {
+            return Err(Refusal::because(format!("isotherm runs no Lua; the only code is {STEP_TO}SECONDS)")));
+        };
+        if !(self.time..=1e9).contains(&time) {
+            return Err(Refusal::because(format!("the time is {} s and can not become {time} s", self.time)));
+        }
+        for (_, craft) in self.stage.views()? {
+            step(craft, time, self.stop)?;
+        }
+        self.time = time;
+        Ok(vec![("return", Value::Double(time))])
+    }
+}
+
+/// Steps a craft on its scene's own orbit.
+fn step(craft: &mut Craft, time: f64, stop: &AtomicBool) -> Result<(), Refusal> {
+    if craft.simulation().step_to_with(time, stop, &mut || ())? { Ok(()) } else { Err(Refusal::Stopped) }
+}
+
+/// Bytes of the pixels, with the lowest row first.
+fn flipped<T, B: AsRef<[u8]>>(pixels: &[T], [width, _]: [u32; 2], bytes: impl Fn(&T) -> B) -> Vec<u8> {
+    let rows = pixels.chunks(width.max(1) as usize).rev();
+    let mut data = Vec::new();
+    rows.flatten().for_each(|pixel| data.extend_from_slice(bytes(pixel).as_ref()));
+    data
+}
+
+fn picture(image: &Image, key: &'static str, data: Vec<u8>) -> Vec<(&'static str, Value)> {
+    let [w, h] = image.size().map(|side| Value::Int(side as i32));
+    vec![("w", w), ("h", h), ("compressed", Value::Bool(false)), (key, Value::Bytes(data))]
+}
+
+/// A message that the client prints.
+fn message(text: &str) -> Vec<u8> {
+    let text = format!("{text}\n").into_bytes();
+    write(&Hash::from([(String::new(), Value::Text(String::new())), ("data".to_owned(), Value::Bytes(text))]))
+}
+
+/// The values of a call for the log.
+fn shown(call: &Hash) -> String {
+    let mut text = String::new();
+    for (key, value) in call.iter().filter(|(key, _)| !key.is_empty()) {
+        match value {
+            Value::Bytes(bytes) => text.push_str(&format!("{key}=({} bytes) ", bytes.len())),
+            Value::List(list) if list.len() > 16 => text.push_str(&format!("{key}=({} values) ", list.len())),
+            Value::Hash(hash) => text.push_str(&format!("{key}=({} values) ", hash.len())),
+            Value::Text(word) => text.push_str(&format!("{key}={word} ")),
+            Value::List(list) => {
+                let numbers: Vec<String> = list
+                    .iter()
+                    .map(|value| value.number().map_or("?".to_owned(), |number| number.to_string()))
+                    .collect();
+                text.push_str(&format!("{key}=[{}] ", numbers.join(", ")));
+            }
+            other => text.push_str(&format!("{key}={} ", other.number().unwrap_or(f64::NAN))),
+        }
+    }
+    text.trim_end().to_owned()
+}

@@ -1,0 +1,15 @@
+//! What Basilisk's `vizInterface` sends to its visualiser, Vizard: ZeroMQ requests, protobuf messages, images back as PNG.
+//!
+//! [`zmtp`] is the transport, [`messages`] the schema, [`frames`] the geometry, [`world`] takes states of craft, planet and Sun out of a message, and
+//! [`session`] answers requests. `docs/serve.md` says what a script must do.
+
+pub mod frames;
+pub mod messages;
+pub mod session;
+pub mod world;
+pub mod zmtp;
+
+pub use session::talk;
+
+/// The port that scripts connect to by default.
+pub const PORT: u16 = 5556;

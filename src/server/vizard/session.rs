@@ -1,0 +1,337 @@
+//! A session: the requests of one Basilisk process, one after the other, and their answers.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::convert::Infallible;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::DVec3;
+use hifitime::{Epoch, Unit};
+use prost::Message;
+
+use super::frames::{Mounted, camera_from_body, view};
+use super::messages::{Camera, Spacecraft, VizMessage, vector};
+use super::world::{SunFrom, date, heavens, place, state};
+use super::zmtp::{Request, answer, greet, receive};
+use crate::scene::Scene;
+use crate::server::connection::Connection;
+use crate::server::craft::{Craft, nearest};
+use crate::server::error::{End, Refusal};
+use crate::server::listen::Server;
+use crate::server::picture::{Painter, depth_png};
+
+/// Most craft of a run that are drawn.
+const MOST_CRAFT: usize = 8;
+/// Most different messages that a session tells.
+const MOST_SAID: usize = 100;
+/// Most bytes of a message that is kept, and of a name that a client gives.
+const LONGEST_NAME: usize = 1000;
+/// Most models that a script names.
+const MOST_MODELS: usize = 1000;
+/// The far plane of a picture of depth where the camera states none [m].
+const FAR: f64 = 100.0;
+/// Share by which the planet of the messages may differ in radius from that of the scene.
+const RADIUS_TOLERANCE: f64 = 0.02;
+
+/// Serves a client up to its end.
+pub fn talk(server: &Server, connection: &mut Connection, client: &str) -> End {
+    let mut session = Session { server, client, stop: connection.stop(), run: None, said: BTreeSet::new() };
+    match greet(connection).and_then(|()| session.serve(connection)) {
+        Ok(never) => match never {},
+        Err(end) => end,
+    }
+}
+
+/// A craft that is drawn.
+struct Drawn<'s> {
+    craft: Craft,
+    scene: &'s Scene,
+    painter: Painter,
+    /// Why its last state was refused.
+    fault: Option<String>,
+}
+
+/// A run of the simulation: from its first message to the first one of the next run.
+#[derive(Default)]
+struct Run<'s> {
+    epoch: Option<Epoch>,
+    /// What the script calls the model of a craft.
+    models: BTreeMap<String, String>,
+    /// Craft by their names. `None` where no scene has the name.
+    craft: BTreeMap<String, Option<Drawn<'s>>>,
+    planet: Option<String>,
+    last: VizMessage,
+}
+
+struct Session<'s, 'c> {
+    server: &'s Server,
+    client: &'c str,
+    stop: &'c AtomicBool,
+    run: Option<Run<'s>>,
+    said: BTreeSet<String>,
+}
+
+impl<'s> Session<'s, '_> {
+    fn serve(&mut self, connection: &mut Connection) -> Result<Infallible, End> {
+        loop {
+            let request = receive(connection)?;
+            let terminated = self.answer(connection, &request)?;
+            if terminated {
+                self.run = None;
+            }
+        }
+    }
+
+    /// Answers a request. Returns whether it ends the run.
+    fn answer(&mut self, connection: &mut Connection, request: &Request) -> Result<bool, End> {
+        let name = request.frames.first().map_or(&b""[..], Vec::as_slice);
+        let mut terminates = false;
+        match name {
+            b"PING" => {
+                self.log("PING");
+                answer(connection, request, &[b"PONG"])?;
+            }
+            b"SIM_UPDATE" => match request.frames.last().map(|bytes| VizMessage::decode(&bytes[..])) {
+                Some(Ok(message)) if request.frames.len() > 1 => {
+                    terminates = message.live.as_ref().is_some_and(|live| live.terminate);
+                    self.update(message);
+                    if self.stop.load(Ordering::Relaxed) {
+                        return Err(End::Stopped);
+                    }
+                    answer(connection, request, &[b"OK"])?;
+                }
+                _ => {
+                    self.tell("SIM_UPDATE without a message that can be read");
+                    answer(connection, request, &[b"ERROR"])?;
+                }
+            },
+            b"REQUEST_INPUT" => {
+                self.log("REQUEST_INPUT");
+                answer(connection, request, &[b"VIZARD_INPUT", b""])?;
+            }
+            _ => match image_number(name) {
+                Some(number) => {
+                    let image = self.image(number).unwrap_or_else(|refusal| {
+                        self.tell(&format!("no image of camera {number}: {refusal}"));
+                        Vec::new()
+                    });
+                    self.log(&format!("REQUEST_IMAGE_{number}: {} bytes", image.len()));
+                    let length = i32::try_from(image.len()).unwrap_or(0).to_be_bytes();
+                    answer(connection, request, &[&length, &image])?;
+                }
+                None => {
+                    self.tell(&format!("'{}' is unknown", String::from_utf8_lossy(name)));
+                    answer(connection, request, &[b"ERROR"])?;
+                }
+            },
+        }
+        Ok(terminates)
+    }
+
+    fn log(&self, request: &str) {
+        self.server.log.request(self.client, request);
+    }
+
+    /// Tells a message once.
+    fn tell(&mut self, message: &str) {
+        if message.len() <= LONGEST_NAME && self.said.len() < MOST_SAID && self.said.insert(message.to_owned()) {
+            self.server.log.tell(self.client, message);
+        } else {
+            self.log(&format!("! {message}"));
+        }
+    }
+
+    /// Moves all craft to the states of a message.
+    fn update(&mut self, message: VizMessage) {
+        let (frame, time) = message.time.as_ref().map_or((0, 0.0), |time| (time.frame, 1e-9 * time.elapsed));
+        self.log(&format!("SIM_UPDATE frame {frame}, {time} s, {} craft", message.spacecraft.len()));
+        let goes_on = |run: &Run| {
+            let last = run.last.time.as_ref().map_or((0, 0.0), |time| (time.frame, 1e-9 * time.elapsed));
+            frame > last.0 && time > last.1
+        };
+        if !time.is_finite() || time < 0.0 {
+            self.tell("a message has no time that can be used");
+            return;
+        }
+        let mut run = match self.run.take() {
+            Some(run) if goes_on(&run) => run,
+            _ => {
+                self.said.clear();
+                self.log("a run begins");
+                Run::default()
+            }
+        };
+        match message.epoch.as_ref().map(date) {
+            Some(Ok(epoch)) => run.epoch = Some(epoch),
+            Some(Err(refusal)) => self.tell(&refusal.to_string()),
+            None => {}
+        }
+        for model in message.settings.iter().flat_map(|settings| &settings.models) {
+            for body in &model.bodies {
+                if run.models.len() < MOST_MODELS && body.len().max(model.path.len()) <= LONGEST_NAME {
+                    run.models.insert(body.clone(), model.path.clone());
+                }
+            }
+        }
+        for craft in message.spacecraft.iter().filter(|craft| craft.parent.is_empty()) {
+            self.move_craft(&mut run, &message, craft, time);
+        }
+        run.last = message;
+        self.run = Some(run);
+    }
+
+    fn move_craft(&mut self, run: &mut Run<'s>, message: &VizMessage, craft: &Spacecraft, time: f64) {
+        if !run.craft.contains_key(&craft.name) {
+            if run.craft.len() >= 4 * MOST_CRAFT {
+                self.tell("too many spacecraft: the others are not drawn");
+                return;
+            }
+            let carries = message.cameras.iter().any(|camera| camera.parent == craft.name);
+            let drawn = self.begin_craft(run, &craft.name, carries);
+            run.craft.insert(craft.name.clone(), drawn);
+        }
+        let now = run.epoch.map(|epoch| epoch + Unit::Second * time);
+        let Some(Some(drawn)) = run.craft.get_mut(&craft.name) else { return };
+        let around = place(craft).and_then(|place| heavens(message, place.position, run.planet.as_deref(), now));
+        let around = match around {
+            Ok(around) => around,
+            Err(refusal) => {
+                drawn.fault = Some(refusal.to_string());
+                return self.tell(&format!("'{}': {refusal}", craft.name));
+            }
+        };
+        let of_scene = drawn.scene.environment.planet_radius;
+        let moved = state(craft, &around, time).and_then(|state| drawn.craft.observe(state, self.stop));
+        drawn.fault = moved.err().map(|refusal| refusal.to_string());
+        if let Some(fault) = drawn.fault.clone() {
+            self.tell(&format!("'{}' at {time} s: {fault}", craft.name));
+        }
+        run.planet.get_or_insert(around.planet.clone());
+        match around.sun_from {
+            SunFrom::Message => {}
+            SunFrom::NoSun => self.tell("the messages have no Sun: its direction is that of the date, in axes of J2000"),
+            SunFrom::AtThePlanet => self.tell(
+                "in the messages the Sun is where the planet is, because the script links no ephemeris: its direction is that of the date, in axes of J2000",
+            ),
+        }
+        if around.radius > 0.0 && (around.radius / of_scene - 1.0).abs() > RADIUS_TOLERANCE {
+            self.tell(&format!(
+                "the planet '{}' has a radius of {:.0} km, and that of the scene has {:.0} km",
+                around.planet,
+                around.radius / 1e3,
+                of_scene / 1e3
+            ));
+        }
+    }
+
+    /// The craft of a name, where a scene belongs to it. That a craft which carries a camera is not seen needs no message.
+    fn begin_craft(&mut self, run: &Run, name: &str, carries: bool) -> Option<Drawn<'s>> {
+        let model = run.models.get(name);
+        let scenes = &self.server.scenes;
+        let scene = match model {
+            Some(model) => scenes.get(model).or_else(|| scenes.get(name)),
+            None => scenes.get(name),
+        };
+        let Some(scene) = scene else {
+            let asked = model.map_or_else(|| format!("'{name}'"), |model| format!("'{name}' with the model '{model}'"));
+            let message = format!("{asked} is not drawn: the scenes here are {}", scenes.known());
+            if carries {
+                self.log(&message);
+            } else {
+                self.tell(&message);
+            }
+            return None;
+        };
+        if run.craft.values().flatten().count() >= MOST_CRAFT {
+            self.tell(&format!("'{name}' is not drawn: a run shows at most {MOST_CRAFT} craft"));
+            return None;
+        }
+        match Craft::new(scene, &self.server.target) {
+            Ok(craft) => {
+                let painter = Painter::new(self.server.picture, scene);
+                Some(Drawn { craft, scene, painter, fault: None })
+            }
+            Err(refusal) => {
+                self.tell(&format!("'{name}' is not drawn: {refusal}"));
+                None
+            }
+        }
+    }
+
+    /// The PNG of a camera.
+    fn image(&mut self, number: i64) -> Result<Vec<u8>, Refusal> {
+        let stop = self.stop;
+        let Some(run) = &mut self.run else { return Err(Refusal::because("no state of the simulation has come")) };
+        let Some(camera) = run.last.cameras.iter().find(|camera| camera.id == number) else {
+            return Err(Refusal::because("the messages have no such camera"));
+        };
+        let mounted = mounted(camera)?;
+        let is_carrier = |craft: &&Spacecraft| craft.name == camera.parent;
+        let Some(carrier) = run.last.spacecraft.iter().find(is_carrier) else {
+            return Err(Refusal::because(format!("the messages have no craft '{}', which carries it", camera.parent)));
+        };
+        let carrier = place(carrier)?;
+        let mut band = None;
+        let mut images = Vec::new();
+        for craft in run.last.spacecraft.iter().filter(|craft| craft.parent.is_empty()) {
+            let Some(Some(drawn)) = run.craft.get_mut(&craft.name) else { continue };
+            if let Some(fault) = &drawn.fault {
+                return Err(Refusal::because(format!("'{}': {fault}", craft.name)));
+            }
+            if *band.get_or_insert(drawn.scene.band) != drawn.scene.band {
+                return Err(Refusal::because("the scenes of the craft have different bands"));
+            }
+            images.push(drawn.craft.image(&view(&mounted, &carrier, &place(craft)?), stop)?);
+        }
+        let painter = run.craft.values().flatten().next().map(|drawn| &drawn.painter);
+        let (Some(image), Some(painter)) = (nearest(images), painter) else {
+            return Err(Refusal::because(format!(
+                "no craft has a scene; the scenes here are {}",
+                self.server.scenes.known()
+            )));
+        };
+        let png = match camera.render_mode {
+            0 => painter.png(&image),
+            _ => depth_png(&image, far(camera)?),
+        };
+        png.map_err(|error| Refusal::because(error.to_string()))
+    }
+}
+
+/// The camera's number in `REQUEST_IMAGE_7`.
+fn image_number(name: &[u8]) -> Option<i64> {
+    std::str::from_utf8(name.strip_prefix(b"REQUEST_IMAGE_")?).ok()?.parse().ok()
+}
+
+/// The far plane of a camera [m].
+fn far(camera: &Camera) -> Result<f64, Refusal> {
+    match camera.depth_planes[..] {
+        [] => Ok(FAR),
+        [_, far] if far.is_finite() && far > 0.0 => Ok(far),
+        _ => Err(Refusal::because("its depth planes are not a near and a far distance")),
+    }
+}
+
+fn mounted(camera: &Camera) -> Result<Mounted, Refusal> {
+    let side = |value: i64| u32::try_from(value).ok().filter(|side| *side > 0);
+    let size = match camera.resolution[..] {
+        [width, height] => side(width).zip(side(height)),
+        _ => None,
+    };
+    let Some((width, height)) = size else {
+        return Err(Refusal::because("its resolution is not a width and a height in pixels"));
+    };
+    let field_of_view = camera.field_of_view;
+    if !(field_of_view > 0.0 && field_of_view < 180.0) {
+        return Err(Refusal::because(format!("its field of view of {field_of_view} deg is not between 0 and 180 deg")));
+    }
+    let numbers = vector(&camera.position).zip(vector(&camera.direction));
+    let Some((position, direction)): Option<(DVec3, DVec3)> = numbers else {
+        return Err(Refusal::because("its position or direction is not three finite numbers"));
+    };
+    Ok(Mounted {
+        size: [width, height],
+        field_of_view: field_of_view.to_radians(),
+        position,
+        camera_from_body: camera_from_body(direction),
+    })
+}

@@ -1,0 +1,161 @@
+//! Radiation between surfaces in f64 beside a run, and its errors in kelvin: noise of rays, pairs that were left out, and arrival from the start of each step.
+
+use std::sync::Arc;
+
+use glam::DAffine3;
+
+use crate::environment::StepLoad;
+use crate::exchange::sky::Renewal;
+use crate::exchange::step::{Exchange, Light};
+use crate::saved::{Saved, SavedError};
+use crate::simulation::exchange::{Craft, LIGHT};
+use crate::thermal::received::{Received, Seen};
+
+/// Steps between two estimates of noise and of what was left out.
+const EVERY: u64 = 20;
+
+/// Below this mean temperature [K] a patch hardly radiates, so that a flux says little of its temperature.
+const COLD: f64 = 85.0;
+
+/// What patches exchange, beside the run.
+pub(super) struct ExchangeCheck {
+    craft: Arc<Craft>,
+    /// Poses of the joints for which rays were cast, and what was found.
+    found: (Vec<DAffine3>, Exchange),
+    renewal: Renewal,
+    light: Light,
+    /// What patches absorbed in the step before [W/m2].
+    before: Vec<f64>,
+    steps: u64,
+    /// Errors so far: noise, what was left out, and arrival from the start of each step.
+    errors: [Spread; 3],
+}
+
+/// Errors over patches and steps [K].
+#[derive(Debug, Clone, Copy, Default)]
+struct Spread {
+    squares: f64,
+    weight: f64,
+    most: f64,
+}
+
+impl Spread {
+    fn add(&mut self, error: f64, weight: f64) {
+        self.squares += weight * error * error;
+        self.weight += weight;
+        self.most = self.most.max(error.abs());
+    }
+
+    fn told(&self) -> String {
+        format!("{:.2} K (rms over area), at most {:.1} K", (self.squares / self.weight).sqrt(), self.most)
+    }
+}
+
+impl ExchangeCheck {
+    /// Exchange for first poses.
+    pub fn new(craft: &Arc<Craft>, poses: &[DAffine3]) -> Self {
+        Self {
+            found: (poses.to_vec(), craft.cast(poses)),
+            renewal: Renewal { angle: LIGHT * craft.settings.redraw_angle, found_for: None },
+            craft: Arc::clone(craft),
+            light: Light::default(),
+            before: Vec::new(),
+            steps: 0,
+            errors: Default::default(),
+        }
+    }
+
+    /// What the faces of every node receive in a step, from rays for the poses that the engine uses. `nodes` are the temperature [K] and the share of the Sun of each.
+    pub fn received(&mut self, load: &StepLoad, poses: Option<&[DAffine3]>, nodes: &[[f64; 2]]) -> Vec<[Received; 2]> {
+        let mut turned = false;
+        if let Some(poses) = poses.filter(|poses| *poses != self.found.0) {
+            self.found = (poses.to_vec(), self.craft.cast(poses));
+            turned = true;
+        }
+        let exchange = &self.found.1;
+        if self.renewal.is_due(load) || turned || self.light.seen.is_empty() {
+            self.light = exchange.light(load, |node| nodes[node][1]);
+        }
+        let sent = exchange.sent(load, &self.light, |node| nodes[node][0]);
+        let absorbed = exchange.absorbed(&sent, &self.light);
+        let received = (0..nodes.len()).map(|node| exchange.of_node(node, &absorbed, &self.light.seen)).collect();
+        self.estimate(&sent, &absorbed, nodes, turned);
+        self.before = absorbed;
+        self.steps += 1;
+        received
+    }
+
+    fn estimate(&mut self, sent: &[f64], absorbed: &[f64], nodes: &[[f64; 2]], turned: bool) {
+        let exchange = &self.found.1;
+        let kelvin = exchange.kelvin_per_flux(|node| nodes[node][0]);
+        let warm = exchange.kelvin_per_flux(|_| COLD);
+        let patches = || exchange.patches.iter().zip(kelvin.iter().zip(&warm)).enumerate();
+        let warm_ones = || patches().filter(|(_, (_, (kelvin, warm)))| kelvin < warm);
+        // Where rays were cast anew the rows changed, not the time.
+        if !turned && self.before.len() == absorbed.len() {
+            for (number, (patch, (kelvin, _))) in warm_ones() {
+                self.errors[2].add(0.5 * kelvin * (absorbed[number] - self.before[number]), patch.area);
+            }
+        }
+        if self.steps.is_multiple_of(EVERY) {
+            let errors = exchange.errors(sent, &self.light, self.craft.settings.bounces);
+            for (number, (patch, (kelvin, _))) in warm_ones() {
+                self.errors[0].add(kelvin * errors[number].noise, patch.area);
+                self.errors[1].add(kelvin * errors[number].left_out, patch.area);
+            }
+        }
+    }
+
+    /// The errors in words.
+    pub fn remark(&self) -> Option<String> {
+        let [noise, left_out, late] = &self.errors;
+        (noise.weight > 0.0).then(|| {
+            let late = if late.weight > 0.0 { late.told() } else { "unknown after one step".to_owned() };
+            format!(
+                "Radiation between surfaces, errors of a patch in balance: noise of {} rays {}; pairs that were left out and rounding {}; arrival from the \
+                 start of each step {late}. Patches below {COLD} K are left out.",
+                self.craft.settings.rays,
+                noise.told(),
+                left_out.told()
+            )
+        })
+    }
+
+    /// The state between two steps.
+    pub fn save(&self) -> Saved {
+        let mut saved = self.renewal.save();
+        saved.put("rays", &self.found.0.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
+        let seen = self.light.seen.iter().map(|seen| [seen.planet_ir, seen.albedo]);
+        saved.put("seen", &seen.collect::<Vec<_>>());
+        saved.put("reflected", &self.light.reflected);
+        saved.put("sunlight", &self.light.sunlight);
+        saved.put("before", &self.before);
+        saved.put("steps", &[self.steps]);
+        saved.put("errors", &self.errors.map(|spread| [spread.squares, spread.weight, spread.most]));
+        saved
+    }
+
+    /// Takes what `save` gave.
+    ///
+    /// # Errors
+    /// Lists of another kind.
+    pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
+        self.renewal.restore(saved)?;
+        let poses: Vec<[f64; 12]> = saved.list("rays")?;
+        let poses: Vec<DAffine3> = poses.iter().map(DAffine3::from_cols_array).collect();
+        if poses != self.found.0 {
+            self.found = (poses.clone(), self.craft.cast(&poses));
+        }
+        let seen: Vec<[f64; 2]> = saved.list("seen")?;
+        self.light = Light {
+            seen: seen.into_iter().map(|[planet_ir, albedo]| Seen { planet_ir, albedo }).collect(),
+            reflected: saved.list("reflected")?,
+            sunlight: saved.list("sunlight")?,
+        };
+        self.before = saved.list("before")?;
+        [self.steps] = saved.array("steps")?;
+        let errors: [[f64; 3]; 3] = saved.array("errors")?;
+        self.errors = errors.map(|[squares, weight, most]| Spread { squares, weight, most });
+        Ok(())
+    }
+}

@@ -1,0 +1,205 @@
+//! Radiation between the surfaces of a scene on a device: rays for poses of the joints, a share of them in each step.
+
+use std::sync::Arc;
+use std::thread::JoinHandle;
+
+use glam::DAffine3;
+
+use super::exchange::{Craft, inside};
+use super::exchange_poses::{Posed, Task};
+use crate::exchange::cast::Scenery;
+use crate::exchange::step::Exchange;
+use crate::gpu::context::Context;
+use crate::gpu::error::GpuError;
+use crate::gpu::exchange::ExchangeTables;
+use crate::gpu::exchange_rays::{self, Caster};
+use crate::saved::{Saved, SavedError};
+
+/// Tables of a scene for the poses of its joints.
+pub(super) struct DeviceExchange {
+    craft: Arc<Craft>,
+    context: Arc<Context>,
+    posed: Posed<ExchangeTables>,
+    work: Option<Work>,
+    /// Changes of the open sky of patches as rays were cast anew.
+    changes: Changes,
+}
+
+/// Rays that are being cast for a pose.
+struct Work {
+    scenery: Scenery,
+    caster: Option<Caster>,
+    ends: Vec<u32>,
+    solved: Option<JoinHandle<ExchangeTables>>,
+}
+
+/// How much the open sky of patches has changed from one casting of rays to the next.
+#[derive(Debug, Clone, Copy, Default)]
+struct Changes {
+    times: u32,
+    /// Largest root mean square over the patches of a casting.
+    rms: f64,
+    largest: f64,
+}
+
+impl DeviceExchange {
+    /// The tables for the first poses.
+    ///
+    /// # Errors
+    /// Buffers beyond the device, or a call that fails.
+    pub fn new(context: &Arc<Context>, craft: &Arc<Craft>, poses: &[DAffine3]) -> Result<Self, GpuError> {
+        let posed = Posed::new(craft.settings.redraw_angle, craft.shares());
+        let (craft, context) = (Arc::clone(craft), Arc::clone(context));
+        let mut own = Self { craft, context, posed, work: None, changes: Changes::default() };
+        own.turn(poses)?;
+        Ok(own)
+    }
+
+    /// What holds now.
+    pub fn tables(&self) -> Option<&ExchangeTables> {
+        self.posed.found()
+    }
+
+    /// Poses for which the rays that hold were cast.
+    pub fn poses(&self) -> Option<&[DAffine3]> {
+        self.posed.poses()
+    }
+
+    /// Follows the joints. Returns tables where others hold than before.
+    ///
+    /// # Errors
+    /// Buffers beyond the device, or a call that fails.
+    pub fn turn(&mut self, poses: &[DAffine3]) -> Result<Option<&ExchangeTables>, GpuError> {
+        let before = self.posed.found().map(|tables| tables.open.clone());
+        let (craft, context, work) = (&self.craft, &self.context, &mut self.work);
+        let turned = self.posed.turn::<GpuError>(poses, &mut |task| match task {
+            Task::Whole(poses) => Ok(Some(cast(context, craft, poses)?)),
+            Task::Share(poses, number) => {
+                let work = match work {
+                    Some(work) => work,
+                    None => work.insert(Work::new(context, craft, poses)?),
+                };
+                work.share(craft, number)?;
+                Ok(None)
+            }
+            Task::Take(poses) => match work.take() {
+                Some(work) => Ok(Some(work.take(craft))),
+                // A restored run has the poses, but not the rays.
+                None => Ok(Some(cast(context, craft, poses)?)),
+            },
+        })?;
+        if let (Some(before), Some(now)) = (before, turned) {
+            self.changes.take(&before, &now.open);
+        }
+        Ok(turned)
+    }
+
+    /// What was found, and how rays followed joints.
+    pub fn description(&self) -> Vec<(String, String)> {
+        let of_tables = |tables: &ExchangeTables| {
+            let per_patch = 4.0 * tables.entries.len() as f64 / tables.order.len().max(1) as f64;
+            [
+                ("entries of a patch, infrared and sunlight".to_owned(), format!("{per_patch:.0}")),
+                ("light that meets the inner face of a skin".to_owned(), inside(tables.inside.0, tables.inside.1)),
+            ]
+        };
+        let mut told: Vec<_> = self.tables().map(of_tables).into_iter().flatten().collect();
+        if self.posed.stalest <= 1e-9 {
+            return told;
+        }
+        let Changes { times, rms, largest } = self.changes;
+        told.push((
+            "turn of a joint since its rays were cast".to_owned(),
+            format!("at most {:.2} deg", self.posed.stalest.to_degrees()),
+        ));
+        if times > 0 {
+            told.push((
+                "change of the open sky of a patch where rays were cast anew".to_owned(),
+                format!("{times} times, at most {rms:.1e} (rms over patches), {largest:.1e} of a patch"),
+            ));
+        }
+        told
+    }
+
+    /// The poses, without what was found for them.
+    pub fn save(&self) -> Saved {
+        self.posed.save()
+    }
+
+    /// Takes what `save` gave. Returns what held then.
+    ///
+    /// # Errors
+    /// Lists of another kind, or those of `turn`.
+    pub fn restore<E: From<SavedError> + From<GpuError>>(
+        &mut self,
+        saved: &Saved,
+    ) -> Result<Option<&ExchangeTables>, E> {
+        self.work = None;
+        let (craft, context) = (&self.craft, &self.context);
+        self.posed.restore(saved, |poses| Ok(cast(context, craft, poses)?))
+    }
+}
+
+impl Work {
+    fn new(context: &Arc<Context>, craft: &Craft, poses: &[DAffine3]) -> Result<Self, GpuError> {
+        let scenery = Scenery::new(&craft.surface, poses);
+        let casts = || Caster::new(context, &craft.surface, &craft.patches, &scenery, craft.settings.rays);
+        let caster = exchange_rays::can_walk(&scenery).then(casts).transpose()?;
+        Ok(Self { scenery, caster, ends: Vec::new(), solved: None })
+    }
+
+    /// Casts a share of the rays. After the last one a thread finds what they say.
+    fn share(&mut self, craft: &Arc<Craft>, number: u32) -> Result<(), GpuError> {
+        // Work that a restored run has begun anew casts the shares before too.
+        let rays = craft.settings.rays;
+        let first = (self.ends.len() / rays.max(1) as usize) as u32;
+        let of = first..craft.patches_of_share(number).end;
+        let ends = match &mut self.caster {
+            Some(caster) => caster.ends(of)?,
+            None => crate::exchange::cast::cast(&craft.surface, &craft.patches, &self.scenery, rays, of),
+        };
+        self.ends.extend(ends);
+        if number + 1 == craft.shares() {
+            self.caster = None;
+            let (craft, ends) = (Arc::clone(craft), std::mem::take(&mut self.ends));
+            self.solved = Some(std::thread::spawn(move || solve(&craft, &ends)));
+        }
+        Ok(())
+    }
+
+    /// The result. It waits where the thread is not done.
+    fn take(self, craft: &Craft) -> ExchangeTables {
+        let Self { solved, scenery, .. } = self;
+        let solved = solved.and_then(|thread| thread.join().ok());
+        solved.unwrap_or_else(|| {
+            let exchange = Exchange::cast(&craft.surface, &craft.patches, &scenery, &craft.settings);
+            ExchangeTables::new(&exchange, true)
+        })
+    }
+}
+
+impl Changes {
+    fn take(&mut self, before: &[f32], now: &[f32]) {
+        let change = |(before, now): (&f32, &f32)| f64::from((before - now).abs());
+        let changes = before.iter().zip(now).map(change);
+        let squares: f64 = changes.clone().map(|change| change * change).sum();
+        self.times += 1;
+        self.rms = self.rms.max((squares / before.len().max(1) as f64).sqrt());
+        self.largest = changes.fold(self.largest, f64::max);
+    }
+}
+
+/// The tables of rays that end at `ends`.
+fn solve(craft: &Craft, ends: &[u32]) -> ExchangeTables {
+    ExchangeTables::new(&Exchange::new(&craft.surface, &craft.patches, ends, &craft.settings), true)
+}
+
+/// Casts the rays of all patches, on the device where it can walk their tree.
+fn cast(context: &Arc<Context>, craft: &Craft, poses: &[DAffine3]) -> Result<ExchangeTables, GpuError> {
+    let scenery = Scenery::new(&craft.surface, poses);
+    let (surface, patches, settings) = (&craft.surface, &craft.patches, &craft.settings);
+    if exchange_rays::can_walk(&scenery) {
+        return Ok(solve(craft, &exchange_rays::cast(context, surface, patches, &scenery, settings.rays)?));
+    }
+    Ok(ExchangeTables::new(&Exchange::cast(surface, patches, &scenery, settings), true))
+}

@@ -1,0 +1,71 @@
+//! What is wrong with a surface is counted, and patches inside others are told.
+
+use glam::DVec3;
+use isotherm::exchange::defects::Defects;
+
+use super::shapes::{Shapes, grey};
+use super::view_factors::exchange;
+
+fn defects(shapes: &Shapes) -> Defects {
+    Defects::of(&shapes.surface, &shapes.materials)
+}
+
+/// A box whose normals look outwards.
+fn solid(shapes: &mut Shapes, low: DVec3, size: f64, cells: usize) {
+    let (x, y, z) = (DVec3::X * size, DVec3::Y * size, DVec3::Z * size);
+    for (corner, right, up) in
+        [(low, y, x), (low + z, x, y), (low, z, y), (low + x, y, z), (low, x, z), (low + y, z, x)]
+    {
+        shapes.plate(corner, right, up, cells, grey(0.5, 0.8));
+    }
+}
+
+#[test]
+fn a_closed_box_has_no_defect_and_its_changes_are_counted() {
+    let mut whole = Shapes::default();
+    solid(&mut whole, DVec3::ZERO, 1.0, 2);
+    assert_eq!(defects(&whole), Defects::default());
+    assert!(defects(&whole).warnings().is_empty());
+
+    let mut open = Shapes::default();
+    solid(&mut open, DVec3::ZERO, 1.0, 2);
+    open.surface.triangles.pop();
+    assert_eq!(defects(&open), Defects { open_edges: 3, ..Defects::default() });
+
+    let mut inward = Shapes::default();
+    inward.room(DVec3::ONE, 2, |_| grey(0.5, 0.8));
+    assert_eq!(defects(&inward), Defects { inward: 1, ..Defects::default() });
+
+    let mut twice = Shapes::default();
+    solid(&mut twice, DVec3::ZERO, 1.0, 2);
+    twice.plate(DVec3::Z, DVec3::X, DVec3::Y, 2, grey(0.5, 0.8));
+    let found = defects(&twice);
+    // The inner edges of this face have four triangles, and those around it three.
+    assert_eq!((found.coincident, found.open_edges, found.crowded_edges), (8, 0, 16));
+    let told = found.warnings().join("\n");
+    assert!(told.contains("8 triangles that lie exactly on another") && told.contains("16 edges"), "{told}");
+
+    let mut thin = Shapes::default();
+    solid(&mut thin, DVec3::ZERO, 1.0, 2);
+    let first = thin.surface.triangles[0];
+    thin.surface.triangles.push([first[0], first[1], first[1]]);
+    assert_eq!(defects(&thin), Defects { without_area: 1, ..Defects::default() });
+}
+
+/// A box inside another one sees inner faces only. It exchanges nothing, and is told.
+#[test]
+fn patches_inside_others_are_counted() {
+    let mut shapes = Shapes::default();
+    solid(&mut shapes, DVec3::ZERO, 2.0, 4);
+    solid(&mut shapes, DVec3::splat(0.7), 0.5, 2);
+    let found = exchange(&shapes, 5.0, 256);
+    let (count, area) = found.factors.buried();
+    assert_eq!(count, 6);
+    assert!((area - 6.0 * 0.25).abs() < 1e-9, "{area}");
+    let share = found.factors.inside_share();
+    assert!((share - 1.5 / 25.5).abs() < 1e-9, "{share}");
+    for (patch, own) in found.patches.iter().enumerate() {
+        let itself = found.factors.shared.at(patch, patch as u32) / own.area;
+        assert!((itself - if own.part < 6 { 0.0 } else { 1.0 }).abs() < 1e-12, "patch {patch}: {itself}");
+    }
+}

@@ -1,0 +1,50 @@
+//! The image server, asked by clients that are written here from what the real ones were seen to send.
+
+mod flood;
+mod log;
+mod protobuf;
+mod surrender;
+mod vizard;
+mod zmtp;
+
+use std::net::SocketAddr;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use isotherm::Target;
+use isotherm::server::connection::Patience;
+use isotherm::server::listen::{Server, Talk, bind, serve};
+use isotherm::server::log::Log;
+use isotherm::server::picture::{Kind, Picture};
+use isotherm::server::scenes::Scenes;
+
+/// A server with one scene of the name `craft`, or with none.
+fn server(scene: Option<&Path>, target: Target, kind: Kind) -> Server {
+    let mut scenes = Scenes::default();
+    if let Some(path) = scene {
+        scenes.load(Some("craft"), path).expect("a scene");
+    }
+    let patience = Patience { idle: Duration::from_secs(60), message: Duration::from_millis(500) };
+    let picture = Picture { kind, range: None };
+    Server { target, scenes, picture, time: 0.0, patience, log: Log::open(None).expect("no log") }
+}
+
+/// Runs a server as long as `with` works.
+fn serving<T>(server: &Server, talk: Talk, with: impl FnOnce(SocketAddr) -> T) -> T {
+    /// Stops the server also where a test fails.
+    struct Stop<'s>(&'s AtomicBool);
+    impl Drop for Stop<'_> {
+        fn drop(&mut self) {
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
+    let listener = bind("127.0.0.1:0".parse().expect("an address"), false).expect("a free port");
+    let address = listener.local_addr().expect("its address");
+    let stop = AtomicBool::new(false);
+    std::thread::scope(|threads| {
+        threads.spawn(|| serve(server, &listener, talk, &stop));
+        let _stop = Stop(&stop);
+        with(address)
+    })
+}
