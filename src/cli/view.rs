@@ -82,6 +82,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if !begun {
         return Err(CliError::StoppedBefore);
     }
+    if let Some(warning) = simulation.periodic().and_then(|periodic| periodic.warning("")) {
+        say!("warning: {warning}");
+    }
     let page = format!("http://{address}/");
     answer!("{page}");
     if !arguments.no_browser && !browser::open(&page) {

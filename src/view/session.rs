@@ -3,7 +3,9 @@
 use std::net::TcpListener;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
+use glam::DVec3;
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::mpsc::channel;
 
@@ -23,8 +25,11 @@ use crate::simulation::target::Target;
 /// Commands that wait for the worker.
 const WAITING: usize = 256;
 
+/// Time between two looks at a thread that ends.
+const POLL: Duration = Duration::from_millis(10);
+
 /// Direction from which a scene without a camera is seen, and the distance as a multiple of the craft's radius.
-const FROM: glam::DVec3 = glam::DVec3::new(0.7, 0.5, -0.5);
+const FROM: DVec3 = DVec3::new(0.7, 0.5, -0.5);
 const DISTANCE: f64 = 4.0;
 
 /// Why a page is not served, or no longer.
@@ -76,7 +81,7 @@ impl Session {
                 false => Look::At {
                     position: middle + DISTANCE * radius * FROM.normalize(),
                     target: middle,
-                    up: glam::DVec3::NEG_Z,
+                    up: DVec3::NEG_Z,
                 },
             },
             hello,
@@ -89,12 +94,16 @@ impl Session {
             own: commands.clone(),
             stop: Arc::clone(&ended),
         };
+        let comparing = Arc::clone(&worker.comparison.is_under_way);
         let handle = runtime.handle().clone();
         let thread = std::thread::Builder::new().name("view".to_owned());
         let thread = thread.spawn(move || worker.run(&handle, received))?;
         let served = runtime.block_on(serve(listener, commands, Arc::clone(stop)));
         ended.store(true, Ordering::Relaxed);
         let worked = wait(&runtime, thread);
+        while comparing.load(Ordering::Relaxed) {
+            std::thread::sleep(POLL);
+        }
         runtime.shutdown_background();
         served?;
         worked
@@ -105,7 +114,7 @@ impl Session {
 fn wait(runtime: &Runtime, thread: std::thread::JoinHandle<Result<(), SimulationError>>) -> Result<(), ViewError> {
     runtime.block_on(async {
         while !thread.is_finished() {
-            tokio::time::sleep(std::time::Duration::from_millis(10)).await;
+            tokio::time::sleep(POLL).await;
         }
     });
     thread.join().map_err(|_| ViewError::Worker)?.map_err(ViewError::from)

@@ -127,7 +127,7 @@ impl Worker {
                 }
             }
             let clock = Clock { goal: time.goal, playing: time.rate.is_some() };
-            for page in pages.values_mut().filter(|page| page.dirty && page.credit > 0) {
+            for page in pages.values_mut().filter(|page| page.is_due()) {
                 self.draw(page, clock)?;
             }
             pages.retain(|_, page| !page.to.is_closed());
@@ -137,7 +137,7 @@ impl Worker {
 
     /// How long nothing is to be done.
     fn wait(&self, pages: &BTreeMap<u64, Page>, time: &Time) -> Duration {
-        let drawing = pages.values().any(|page| page.dirty && page.credit > 0);
+        let drawing = pages.values().any(Page::is_due);
         if drawing || self.player.step() != time.goal {
             return Duration::ZERO;
         }
@@ -323,6 +323,11 @@ impl Worker {
 }
 
 impl Page {
+    /// Whether it waits for an image, and has a place for it.
+    fn is_due(&self) -> bool {
+        self.dirty && self.credit > 0 && self.to.capacity() > 0
+    }
+
     /// Sends a message. One that a slow page has no place for is lost.
     fn tell(&self, message: String) {
         let _ = self.to.try_send(ToPage::Text(message));
