@@ -187,7 +187,7 @@ def _pictures(browser: Browser, address: str, folder: Path) -> None:
             page.locator("#time").evaluate("(e) => { e.value = 262; e.dispatchEvent(new Event('input')); e.dispatchEvent(new Event('change')); }")
         looker.settle(262)
         page.locator("#picture").focus()
-        for key in ["+"] * 4:
+        for key in ["+"] * 2:
             page.keyboard.press(key)
         looker.settle(None)
         page.locator("#picture").blur()
