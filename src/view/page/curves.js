@@ -48,7 +48,7 @@ export class Curves {
     const ink = (name) => style.getPropertyValue(name).trim();
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, width, height);
-    const [left, top, right, bottom] = [38, 8, width - 6, height - 20];
+    const [left, top, right, bottom] = [38, 20, width - 6, height - 20];
     const end = hello.steps * hello.step;
     const all = this.list.flatMap(({ points }) => [...points.values()]);
     let [low, high] = [250, 310];
@@ -82,7 +82,7 @@ export class Curves {
       context.fillText(`${Number(minute.toPrecision(4))}`, at, bottom + 11);
     }
     context.textAlign = "left";
-    context.fillText("K", 2, top + 4);
+    context.fillText("K", 2, 7);
     context.fillText("min", 2, bottom + 11);
     for (const { probe, points } of this.list) {
       context.strokeStyle = colourOf(probe.id);

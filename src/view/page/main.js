@@ -73,7 +73,7 @@ function begin(message) {
 function choose() {
   const quantity = by("quantity").value;
   by("legend").hidden = quantity !== "material";
-  by("bar").hidden = quantity === "material";
+  for (const id of ["bar", "range", "of-map"]) by(id).hidden = quantity === "material";
   by("unit").textContent = quantity === "counts" ? "" : "K";
   if (quantity === "counts") by("auto").checked = true;
   send({ do: "show", quantity: quantity === "material" ? "temperature" : quantity });

@@ -66,7 +66,8 @@ export function showJoints(joints, positions) {
 export function showPasses(passes) {
   by("no-passes").hidden = passes.length > 0;
   const longest = Math.max(...passes.map(([, ms]) => ms), 1e-6);
-  by("passes").replaceChildren(...passes.map(([name, ms]) => {
+  const sorted = [...passes].sort((a, b) => b[1] - a[1]);
+  by("passes").replaceChildren(...sorted.map(([name, ms]) => {
     const row = element("tr");
     const bar = element("meter");
     bar.max = longest;
@@ -74,7 +75,9 @@ export function showPasses(passes) {
     bar.setAttribute("aria-label", `Share of ${name}`);
     const cell = element("td");
     cell.append(bar);
-    row.append(element("td", name), cell, element("td", `${ms.toFixed(ms < 1 ? 3 : 2)} ms`));
+    const first = element("td", name);
+    first.title = name;
+    row.append(first, cell, element("td", `${ms.toFixed(ms < 1 ? 3 : 2)} ms`));
     return row;
   }));
 }

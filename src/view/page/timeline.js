@@ -59,7 +59,7 @@ export class Timeline {
   tell(step) {
     const time = step * this.hello.step;
     const shadow = this.shadow(time);
-    this.clock.textContent = `${words(time)}  ${time.toFixed(0)} s${shadow ? `  ${shadow}` : ""}`;
+    this.clock.textContent = [words(time), `${time.toFixed(0)} s`, shadow].filter(Boolean).join(" \u00b7 ");
     this.slider.setAttribute("aria-valuetext", `${time.toFixed(0)} s${shadow ? `, ${shadow}` : ""}`);
   }
 
