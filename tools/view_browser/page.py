@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import tempfile
 import time
+from base64 import b64decode
 from pathlib import Path
 
 import numpy as np
@@ -96,8 +97,16 @@ class Looker:
 
     def canvas(self) -> np.ndarray:
         """The pixels of the canvas."""
-        script = "(() => { const c = document.getElementById('picture'); const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; return Array.from(d); })()"
-        return np.array(self.page.evaluate(script), np.uint8).reshape(SIZE[1], SIZE[0], 4)
+        script = """(() => {
+            const c = document.getElementById('picture');
+            const copy = new OffscreenCanvas(c.width, c.height).getContext('2d', { willReadFrequently: true });
+            copy.drawImage(c, 0, 0);
+            const d = copy.getImageData(0, 0, c.width, c.height).data;
+            let text = '';
+            for (let i = 0; i < d.length; i += 8192) text += String.fromCharCode(...d.subarray(i, i + 8192));
+            return btoa(text);
+        })()"""
+        return np.frombuffer(b64decode(self.page.evaluate(script)), np.uint8).reshape(SIZE[1], SIZE[0], 4)
 
 
 def _unnamed(context: BrowserContext, page: Page) -> list[str]:
