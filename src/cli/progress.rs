@@ -84,12 +84,15 @@ fn line(bars: &[ProgressBar]) -> Option<String> {
     if begun.is_empty() { bars.iter().find(left).map(text) } else { Some(begun) }
 }
 
+/// A longer rest [s] is not told: the estimate grows without bound while a step takes very long.
+const LONGEST_REST: u64 = 30 * 86_400;
+
 /// `steps: 120 of 1000, 44 s left`.
 fn text(bar: &ProgressBar) -> String {
     let (what, done) = (bar.message(), bar.position());
     let Some(length) = bar.length() else { return format!("progress: {what} {done}") };
     let eta = bar.eta().as_secs();
-    let eta = if done > 0 && eta > 0 { format!(", {eta} s left") } else { String::new() };
+    let eta = if done > 0 && (1..LONGEST_REST).contains(&eta) { format!(", {eta} s left") } else { String::new() };
     format!("progress: {what} {done} of {length}{eta}")
 }
 
