@@ -8,6 +8,7 @@ use glam::DAffine3;
 use super::exchange_poses::{Posed, Task};
 use super::network::SceneNetwork;
 use crate::environment::StepLoad;
+use crate::exchange::buried::buried;
 use crate::exchange::cast::Scenery;
 use crate::exchange::defects::Defects;
 use crate::exchange::patches::{Patches, Surface};
@@ -64,7 +65,7 @@ impl Craft {
             // The triangles between the runs of joints have no area.
             triangles: triangles.iter().copied().filter(|[a, b, c]| a != b && b != c).collect(),
         };
-        let patches = Patches::new(&surface, materials, settings.patch_edge);
+        let patches = Patches::new(&surface, materials, settings.patch_edge, &buried(&surface, materials));
         if patches.all.len() > MOST_PATCHES {
             return Err(format!(
                 "{} patches are more than {MOST_PATCHES}: state a larger patch_edge",
