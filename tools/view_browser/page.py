@@ -19,7 +19,7 @@ SCENE = "models/cubesat.toml"
 SIZE = [320, 240]
 STEP = 10.0
 LATER = 40
-STATION = "models/station.toml"
+STATION = ["models/station_transition.toml", "--size", "1024x768"]
 STATION_STEP = 262
 TOLERANCE = 0.05
 PATIENCE = 300.0
@@ -248,6 +248,6 @@ def check(pictures: Path | None, more: list[str]) -> None:
         _pictures(browser, address, folder, LATER)
         print(f"view_check: pictures are in {folder}")
         if pictures:
-            with view(STATION, *more) as station:
+            with view(*STATION, *more) as station:
                 _pictures(browser, station, pictures, STATION_STEP)
         browser.close()
