@@ -12,6 +12,7 @@
 //! - [`simulation`]: the loop that steps, draws and collects
 //! - [`guard`]: what is probably wrong in a scene
 //! - [`output`]: images, plots and report
+//! - [`view`]: the page of `isotherm view`
 //!
 //! [`server`] serves images to simulators in other programs. [`compare`] runs one scene under three responses. [`paper`] makes the figures of Vural et al. 2023. [`bench`] measures speed and error. [`trace`]
 //! records what host and device did. [`text`] makes names safe to show. [`lens`] tells which ray a pixel sees. [`saved`] holds what
@@ -38,6 +39,7 @@ pub mod simulation;
 pub mod text;
 pub mod thermal;
 pub mod trace;
+pub mod view;
 
 pub use environment::placements::PlaceError;
 pub use scene::{Camera, CameraFrame};
