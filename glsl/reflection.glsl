@@ -14,7 +14,11 @@ float one_view_factor(float cos_tilt, float sine, float cosine) {
 }
 
 #ifdef ROUGH
+#define SPECULAR
 #include "lobe.glsl"
+#endif
+#ifdef SMOOTH
+#define SPECULAR
 #endif
 
 #ifdef MAP

@@ -78,7 +78,7 @@ impl Frame {
 
     /// An image between two steps: temperatures of its time, then the image. `culled` are the triangles to cull before drawing.
     pub fn between(ranges: &[StepRange], wanted: Wanted, culled: &[TriangleRun]) -> Self {
-        let drawn = scope(node_read(wanted.shows).stage, A::NONE);
+        let drawn = scope(NODE_READ.stage, A::NONE);
         let mut entries = vec![Entry::Barriers(vec![
             barrier(Resource::Temperature, COMPUTE_WRITE, COMPUTE_READ),
             barrier(Resource::EarlierTemperature, COPY_WRITE, COMPUTE_READ),
@@ -94,7 +94,7 @@ impl Frame {
 
         if !ranges.is_empty() {
             // The last frame may still write the state or read the temperatures that this frame replaces.
-            let readers = scope(S::COMPUTE_SHADER | VERTEX_READ.stage | S::COPY, A::SHADER_STORAGE_WRITE);
+            let readers = scope(S::COMPUTE_SHADER | NODE_READ.stage | S::COPY, A::SHADER_STORAGE_WRITE);
             let state_writers =
                 scope(S::COMPUTE_SHADER | S::COPY | S::CLEAR, A::SHADER_STORAGE_WRITE | A::TRANSFER_WRITE);
             let compute = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_READ | A::SHADER_STORAGE_WRITE);
@@ -241,18 +241,13 @@ impl std::fmt::Display for Frame {
     }
 }
 
-/// Read of nodes by a draw.
-const VERTEX_READ: Scope = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
+/// Read of the temperatures of nodes by an image: by a draw, and by the rays of reflections.
+const NODE_READ: Scope =
+    scope(S::from_raw(S::VERTEX_SHADER.as_raw() | S::COMPUTE_SHADER.as_raw()), A::SHADER_STORAGE_READ);
 /// Write of a colour attachment.
 const COLOUR: Scope = scope(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
 /// End of the copies, which only read.
 const COPIED: Scope = scope(S::COPY, A::NONE);
-
-/// Read of the temperatures of nodes by an image: by a draw, and by rays.
-fn node_read(shows: RadianceVariant) -> Scope {
-    let rays = if shows.traced { S::COMPUTE_SHADER } else { S::NONE };
-    Scope { stage: VERTEX_READ.stage | rays, ..VERTEX_READ }
-}
 
 /// Draws an image with the temperatures in the buffer `shown`, computes another from it where one is wanted, and copies it to the host.
 fn image(wanted: &Wanted, shown: Resource) -> Vec<Entry> {
@@ -262,7 +257,7 @@ fn image(wanted: &Wanted, shown: Resource) -> Vec<Entry> {
     let shutter = sampled.and_then(|sampled| sampled.shutter);
     let mean = sampled.and_then(|sampled| sampled.mean);
     let mut before = vec![
-        barrier(shown, COMPUTE_WRITE, node_read(shows)),
+        barrier(shown, COMPUTE_WRITE, NODE_READ),
         transition(Resource::RadianceImage, COPIED, COLOUR, undefined, attachment),
         transition(Resource::IdentityImage, COPIED, COLOUR, undefined, attachment),
         transition(Resource::DepthImage, DEPTH_WRITE, DEPTH, undefined, attachment),
@@ -322,16 +317,15 @@ fn computed(resampled: Option<Sampled>, wanted: &Wanted, shown: Resource) -> Vec
     copies.extend(resampled.map(|_| ("copy identity", Resource::IdentityImage, Resource::DrawnIdentity)));
     copies.extend(mean.map(|_| ("copy mean", Resource::MeanImage, Resource::Mean)));
     copies.extend(shows.traced.then_some(("copy surfaces", Resource::SurfaceImage, Resource::Surface)));
-    // The passes of the last image may still read the buffers that this one replaces, and rays write one of them.
-    let looked_up = scope(S::COMPUTE_SHADER, A::NONE);
-    let lit_up = scope(S::COMPUTE_SHADER | S::COPY, A::SHADER_STORAGE_WRITE);
-    let is_lit = |resource: Resource| shows.traced && resource == lit;
-    let written =
-        copies.iter().map(|(_, _, to)| barrier(*to, if is_lit(*to) { lit_up } else { looked_up }, COPY_WRITE));
+    // The passes of the last image may still use the buffers that this one replaces.
+    let used = scope(S::COMPUTE_SHADER | S::COPY, A::SHADER_STORAGE_WRITE);
+    let written = copies.iter().map(|(_, _, to)| barrier(*to, used, COPY_WRITE));
     let mut entries = vec![Entry::Barriers(written.collect())];
     entries.extend(copies.iter().map(|(name, from, to)| Entry::Pass(copy_pass(name, *from, *to))));
     let added = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_READ | A::SHADER_STORAGE_WRITE);
-    let read = copies.iter().map(|(_, _, to)| barrier(*to, COPY_WRITE, if is_lit(*to) { added } else { COMPUTE_READ }));
+    let read = copies
+        .iter()
+        .map(|(_, _, to)| barrier(*to, COPY_WRITE, if shows.traced && *to == lit { added } else { COMPUTE_READ }));
     let mut read: Vec<_> = read.collect();
     if shows.traced {
         entries.push(Entry::Barriers(std::mem::take(&mut read)));

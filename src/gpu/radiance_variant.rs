@@ -8,11 +8,9 @@ use super::shaders::Shader;
 pub struct RadianceVariant {
     /// Whether surfaces reflect their surroundings.
     pub reflections: bool,
-    /// Whether some of them are mirrors, which needs `reflections`.
-    pub specular: bool,
-    /// Whether some mirrors are rough, which needs `specular`.
+    /// Whether some of them are rough mirrors, which needs `reflections`.
     pub rough: bool,
-    /// Whether some mirrors are smooth, which needs `specular`. A mirror is one of both.
+    /// Whether some of them are smooth mirrors, which needs `reflections`.
     pub smooth: bool,
     /// Whether they reflect the craft itself too, which needs `reflections`.
     pub traced: bool,
@@ -34,7 +32,6 @@ impl RadianceVariant {
     /// Emission alone, before nothing.
     pub const PLAIN: Self = Self {
         reflections: false,
-        specular: false,
         rough: false,
         smooth: false,
         traced: false,
@@ -51,7 +48,6 @@ impl RadianceVariant {
     pub fn shaders(&self, mean: Option<u32>, shutter: Option<RowOf>) -> [Shader; 2] {
         let words = [
             (self.reflections, "reflections"),
-            (self.specular, "specular"),
             (self.rough, "rough"),
             (self.smooth, "smooth"),
             (self.traced, "traced"),
@@ -80,7 +76,6 @@ impl RadianceVariant {
     /// The shader that adds what surfaces reflect of the craft itself. `several`: to the mean over several samples of a pixel.
     pub fn traced(&self, several: bool) -> Shader {
         let words = [
-            (self.specular, "specular"),
             (self.rough, "rough"),
             (self.smooth, "smooth"),
             (self.sun, "sun"),
@@ -115,11 +110,9 @@ impl RadianceVariant {
         let mut all = vec![Self::default(), Self { background: true, ..Self::default() }];
         all.push(Self { background: true, sun: true, ..Self::default() });
         for [rough, smooth] in [[false, false], [false, true], [true, false], [true, true]] {
-            let specular = rough || smooth;
             for number in 0..8 {
                 let [sun, apart, background] = [1, 2, 4].map(|bit| number & bit != 0);
-                let plain =
-                    Self { specular, rough, smooth, sun, apart, background, reflections: true, ..Self::default() };
+                let plain = Self { rough, smooth, sun, apart, background, reflections: true, ..Self::default() };
                 all.extend([plain, Self { map: true, ..plain }]);
                 all.push(Self { traced: true, map: apart, ..plain });
             }

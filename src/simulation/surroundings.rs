@@ -169,7 +169,6 @@ impl Finishes {
         let crinkled = if reflectors.is_empty() { Vec::new() } else { crinkled_normals(prepared) };
         let variant = RadianceVariant {
             reflections: reflects,
-            specular: reflects && reflectors.as_flattened().iter().any(|face| face.specular > 0.0),
             rough: !roughnesses.is_empty(),
             smooth: reflects && reflectors.as_flattened().iter().any(|face| face.specular > 0.0 && face.lobe.is_none()),
             traced: settings.reflections == Reflections::Traced,

@@ -88,7 +88,6 @@ fn wanted() -> Vec<Wanted> {
     // Everything that an image may show.
     let shows = RadianceVariant {
         reflections: true,
-        specular: true,
         rough: true,
         smooth: true,
         traced: true,
