@@ -186,6 +186,22 @@ fn several_samples_and_lenses_are_traced_too() {
     assert!(without > 0.05, "the craft must show in {without} of the surfaces");
 }
 
+/// The image of a craft that is far away is made from a crop, whose texels have rays too.
+#[test]
+fn a_distant_craft_reflects_itself_too() {
+    let far = ("position = [6.5, 5, -7.5]", "position = [65, 50, -75]");
+    let prepared = Folder::new(&traced(&[far])).prepared();
+    let (found, expected) = (on_device(&prepared), by_reference(&prepared));
+    let shown = found.identity.iter().filter(|label| label[0] > 0).count();
+    let ([sky, surface], worst) = apart(&found, &expected, 2e-3);
+    println!("{shown} pixels: {sky:.4} of the sky, {surface:.4} of the surfaces, else {worst:.1e}");
+    assert!((10..200).contains(&shown) && sky < 0.005 && surface <= 0.07, "{sky} and {surface} of {shown}");
+    let mut plain = prepared;
+    plain.scene.surrounded.reflections = isotherm::scene::Reflections::Environment;
+    let ([_, without], _) = apart(&found, &by_reference(&plain), 2e-3);
+    assert!(without > 0.1, "the craft must show in {without} of the surfaces");
+}
+
 /// A floor at z = 0 and a wall at x = 0 on it, each 2 m wide, with materials of the same names.
 fn floor_and_wall() -> Folder {
     let mut maker = Maker::cube();
