@@ -247,7 +247,7 @@ fn a_fitted_tree_finds_what_a_new_one_finds() {
     let (mut positions, triangles) = disc_over_plate(64);
     let mut fitted = Occluders::new(&positions, &triangles);
     let still = fitted.clone();
-    let turn = DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.1);
+    let turn = glam::DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.1);
     for position in positions.iter_mut().skip(4) {
         *position = turn * *position + DVec3::new(0.5, -0.2, 0.4);
     }
