@@ -48,7 +48,7 @@ fn sized(own: &Camera, [width, height]: [u32; 2]) -> Camera {
         focal: own.lens.focal.map(|focal| focal * scale),
         centre: [own.lens.centre[0] * across, own.lens.centre[1] * scale],
         skew: own.lens.skew * scale,
-        ..own.lens.clone()
+        ..own.lens
     };
     Camera { width, height, lens, ..own.clone() }
 }

@@ -99,7 +99,7 @@ pub fn draw(
         (Quantity::Counts, Some(numbers)) => planes.counts(numbers),
         _ => {}
     }
-    let turns = prepared.loads.joints().joints().iter().map(|joint| joint.turns());
+    let turns = prepared.loads.joints().joints().iter().map(crate::environment::joints::Joint::turns);
     let joints = simulation.joints().into_iter().zip(turns);
     let joints = joints.map(|((_, position), turns)| if turns { position.to_degrees() } else { position }).collect();
     let (sky, passes) = (simulation.sky(), simulation.pass_times());

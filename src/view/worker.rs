@@ -194,10 +194,10 @@ impl Worker {
             }
             Command::Tell(message) => pages.values().for_each(|page| page.tell(message.clone())),
             Command::Ask(id, request) => {
-                if let Some(problem) = self.answer(id, request, pages, time) {
-                    if let Some(page) = pages.get(&id) {
-                        page.tell(problem_message(&problem));
-                    }
+                if let Some(problem) = self.answer(id, request, pages, time)
+                    && let Some(page) = pages.get(&id)
+                {
+                    page.tell(problem_message(&problem));
                 }
             }
         }
