@@ -20,6 +20,7 @@
 pub mod bench;
 pub mod cli;
 pub mod compare;
+pub mod dataset;
 pub mod environment;
 pub mod exchange;
 pub mod files;
