@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use toml::de::{DeArray, DeTable, DeValue};
+use toml::de::{DeTable, DeValue};
 use toml::{Spanned, Value};
 
 use super::random::Source;
-use super::reader::{number, shown};
+use super::toml_value::{number, shown};
 use crate::scene::keys::suggestion;
 
 /// A value, or how it is drawn.
@@ -152,6 +152,17 @@ impl Drawn {
         }
     }
 
+    /// A text that is always the same.
+    pub fn text(&self) -> Option<&str> {
+        if let Self::Constant(value) = self { value.as_str() } else { None }
+    }
+
+    /// The keys of a table.
+    pub fn keys(&self) -> impl Iterator<Item = &str> {
+        let values = if let Self::Table(values) = self { values.as_slice() } else { &[] };
+        values.iter().map(|(key, _)| key.as_str())
+    }
+
     /// Least and greatest number that may be drawn. `None` where it is not a number.
     pub fn range(&self) -> Option<[f64; 2]> {
         let of = |value: &Value| match value {
@@ -251,7 +262,7 @@ fn distribution(table: &DeTable, place: Range<usize>) -> Result<Drawn, Fault> {
     let Some(value) = of(name) else { return Err((place, "names no distribution".to_owned())) };
     let pair = |value: &Spanned<DeValue>, what: &str| {
         let numbers: Option<Vec<f64>> =
-            value.get_ref().as_array().map(DeArray::iter).and_then(|all| all.map(|item| number(item.get_ref())).collect());
+            value.get_ref().as_array().and_then(|all| all.iter().map(|item| number(item.get_ref())).collect());
         let pair: Option<[f64; 2]> = numbers.and_then(|numbers| numbers.try_into().ok());
         let pair = pair.filter(|pair| pair.iter().all(|number| number.is_finite()));
         pair.ok_or_else(|| (value.span(), format!("{what}, not {}", shown(value.get_ref()))))

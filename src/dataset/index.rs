@@ -1,5 +1,6 @@
 //! The index of a data set: a Parquet file with a row for each image.
 
+use std::fs::File;
 use std::sync::Arc;
 
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
@@ -7,6 +8,7 @@ use parquet::column::writer::ColumnWriter;
 use parquet::data_type::ByteArray;
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 use serde_json::{Map, Value as Json};
@@ -76,6 +78,15 @@ pub fn encode(rows: &[Map<String, Json>]) -> Result<Vec<u8>, OutputError> {
     Ok(bytes)
 }
 
+/// Number of the rows of a file.
+///
+/// # Errors
+/// It is no Parquet file.
+pub fn rows_in(file: File) -> Result<usize, String> {
+    let reader = SerializedFileReader::new(file).map_err(|error| error.to_string())?;
+    Ok(reader.metadata().file_metadata().num_rows() as usize)
+}
+
 /// The columns of some rows. One whose numbers are all whole holds whole numbers.
 fn columns(rows: &[Map<String, Json>]) -> Vec<Column> {
     let mut names: Vec<&String> = rows.first().map(|row| row.keys().collect()).unwrap_or_default();
@@ -101,7 +112,6 @@ fn columns(rows: &[Map<String, Json>]) -> Vec<Column> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use parquet::file::reader::{FileReader, SerializedFileReader};
     use serde_json::json;
 
     #[test]
@@ -113,9 +123,14 @@ mod tests {
         ];
         let bytes = encode(&rows).unwrap();
         assert_eq!(bytes, encode(&rows).unwrap());
-        let mut file = tempfile::tempfile().unwrap();
-        std::io::Write::write_all(&mut file, &bytes).unwrap();
-        let reader = SerializedFileReader::new(file).unwrap();
+        let file = |bytes: &[u8]| {
+            let mut file = tempfile::tempfile().unwrap();
+            std::io::Write::write_all(&mut file, bytes).unwrap();
+            file
+        };
+        assert_eq!(rows_in(file(&bytes)), Ok(2));
+        assert!(rows_in(file(&bytes[..bytes.len() - 1])).is_err());
+        let reader = SerializedFileReader::new(file(&bytes)).unwrap();
         let found: Vec<String> = reader.get_row_iter(None).unwrap().map(|row| row.unwrap().to_string()).collect();
         assert_eq!(found[0], "{sample: 0, x: 1.0, name: \"a\", late: null}");
         assert_eq!(found[1], "{sample: 1, x: 0.5, name: null, late: 3}");

@@ -53,6 +53,12 @@ impl Life {
         self.age.names("life.age").into_iter().chain(scatter.flatten()).collect()
     }
 
+    /// Whether it says which absorptivity or emissivity a material has.
+    pub fn states(&self, name: &str, key: &str) -> bool {
+        let place = OPTICS.iter().position(|optics| *optics == key);
+        self.materials.iter().any(|one| one.name == name && place.is_some_and(|place| one.ends[place].is_some()))
+    }
+
     /// The age, and for each material the keys of its `[[material]]` in the scene.
     pub fn draw(&self, source: &Source) -> (f64, Vec<Value>) {
         let age = self.age.number("life.age", source);

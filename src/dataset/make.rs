@@ -7,8 +7,8 @@ use std::time::Instant;
 use serde_json::{Map, Value as Json, json};
 
 use super::error::DatasetError;
-use super::orbit::{OrbitRun, Outcome, Rejections};
-use super::orbit_files::{Encoded, ORBIT, encode_image, orbit_json, write};
+use super::orbit::{OrbitRun, Rejections};
+use super::orbit_files::{Encoded, encode_image, write};
 use super::scene_values::SceneText;
 use super::spec::Spec;
 use super::split::split_of;
@@ -16,6 +16,8 @@ use super::store::{Begin, REPORT, Store, entries, sum_of};
 use super::whole::{SCENE, finish, is_complete};
 use crate::files;
 use crate::host;
+use crate::labels::made::fixed;
+use crate::labels::silhouette::Solids;
 use crate::output::OutputError;
 use crate::scene::Scene;
 use crate::scene::scene_hash;
@@ -142,19 +144,23 @@ pub fn make(order: &Order, stop: &AtomicBool, progress: &mut dyn FnMut(u64)) -> 
             Some(run) => run,
             None => OrbitRun::new(spec, scenes, target, orbit)?,
         };
+        let solids = Solids::new(&run.craft);
+        let mut folder = store.begin(split, number)?;
         let mut encoded: Vec<Encoded> = Vec::new();
-        let outcome = run.run(&|_| true, stop, &mut |_, simulation, image, labelled| {
-            encoded.push(encode_image(spec, simulation, image, &labelled)?);
+        let outcome = run.run(&|_| true, stop, &mut |craft, simulation, image, labelled| {
+            let image = encode_image(spec, (craft, &solids, simulation), image, labelled)?;
+            encoded.push(image.write(&mut folder)?);
             progress(1);
             Ok(())
         })?;
         if outcome.stopped {
             return Err(DatasetError::Stopped(root.to_path_buf()));
         }
-        let bytes = write_orbit(&store, orbit, spec, &run, &outcome, encoded)?;
+        write(&mut folder, spec, &run, &outcome, encoded)?;
         made.images += count;
         made.orbits += 1;
-        made.bytes += bytes;
+        made.bytes += folder.bytes;
+        store.commit(folder)?;
         for (reason, rejected) in outcome.rejections {
             *made.rejections.entry(reason).or_default() += rejected;
         }
@@ -165,32 +171,16 @@ pub fn make(order: &Order, stop: &AtomicBool, progress: &mut dyn FnMut(u64)) -> 
     if is_complete(spec, &store) {
         let unreadable = |fault: files::FileFault| OutputError::Read(spec.scene.clone(), std::io::Error::other(fault.to_string()));
         let scene = files::read_text(&spec.scene).map_err(unreadable)?;
-        finish(spec, &store, &[(SCENE.to_owned(), scene.into_bytes())])?;
+        let first = OrbitRun::new(spec, scenes, target, 0)?;
+        let solids = Solids::new(&first.craft);
+        let mut fixed = fixed(&first.craft, &solids, &first.blank()?);
+        fixed.push((SCENE.to_owned(), scene.into_bytes()));
+        finish(spec, &store, &first.craft, &fixed)?;
         made.complete = true;
     }
     made.seconds = began.elapsed().as_secs_f64();
     report(&store, shard, target, &made)?;
     Ok(made)
-}
-
-/// Writes the files of an orbit, and moves it to its place. Returns its bytes.
-fn write_orbit(
-    store: &Store,
-    orbit: u64,
-    spec: &Spec,
-    run: &OrbitRun,
-    outcome: &Outcome,
-    mut encoded: Vec<Encoded>,
-) -> Result<u64, DatasetError> {
-    encoded.sort_by_key(|image| image.number);
-    let mut folder = store.begin(split_of(spec, orbit), orbit as u32)?;
-    write(&mut folder, &encoded)?;
-    let rows: Vec<Map<String, Json>> = encoded.into_iter().map(|image| image.row).collect();
-    let own = orbit_json(&run.craft, &run.drawn, outcome, rows);
-    folder.write(ORBIT, format!("{own}\n").as_bytes())?;
-    let bytes = folder.bytes;
-    store.commit(folder)?;
-    Ok(bytes)
 }
 
 /// Writes the report of a process, which holds times and is under no checksum.

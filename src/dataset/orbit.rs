@@ -18,6 +18,7 @@ use crate::labels::from_scene::{Place, craft, labelled};
 use crate::labels::image::LabelledImage;
 use crate::labels::key_points::{CHOSEN, check_names, chosen, given};
 use crate::scene::Scene;
+use crate::simulation::engine::Pixels;
 use crate::simulation::facade::Simulation;
 use crate::simulation::image::Image;
 use crate::simulation::target::Target;
@@ -73,6 +74,11 @@ impl<'a> OrbitRun<'a> {
         };
         check_names(&craft.key_points).map_err(|error| wrong(error.to_string()))?;
         Ok(Self { spec, number, simulation, craft, drawn, sensor, bits })
+    }
+
+    /// Number of the orbit.
+    pub fn number(&self) -> u64 {
+        self.number
     }
 
     /// The simulation.
@@ -176,6 +182,16 @@ impl<'a> OrbitRun<'a> {
                 Err(DatasetError::NoSample { image, orbit: self.number, attempts: spec.attempts, reasons: told.join(", ") })
             }
         }
+    }
+
+    /// An image without pixels, for what depends on the camera alone.
+    ///
+    /// # Errors
+    /// The scene has no camera.
+    pub fn blank(&self) -> Result<LabelledImage, DatasetError> {
+        let camera = self.simulation.camera()?.clone();
+        let image = Image::new(camera, glam::DAffine3::IDENTITY, 0.0, Pixels::default());
+        Ok(labelled(self.place(self.spec.images_of(self.number).start), self.simulation.prepared(), image))
     }
 
     fn place(&self, image: u64) -> Place {

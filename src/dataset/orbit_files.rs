@@ -1,104 +1,142 @@
-//! The files of an orbit: images, labels, the rows of the index and the entries of the lists.
+//! The files of an orbit: images, labels, the rows of the index and the lines of the lists.
+
+use std::io::{self, Write};
 
 use serde_json::{Map, Value as Json, json};
 
 use super::error::DatasetError;
-use super::orbit::Outcome;
+use super::orbit::{OrbitRun, Outcome};
 use super::row::{file_of, row};
 use super::spec::{ImageKind, Spec};
+use super::split::split_of;
 use super::store::OrbitFolder;
-use crate::labels::craft::Craft;
 use crate::labels::image::LabelledImage;
-use crate::output::OutputError;
+use crate::labels::made::{Label, Lines, Made, made, orbit};
+use crate::labels::places;
+use crate::labels::silhouette::Solids;
+use crate::labels::webdataset::Tar;
 use crate::output::exr::encode;
 use crate::output::frame_maker::FrameMaker;
-use crate::output::gray::{png_8, png_16};
 use crate::simulation::facade::Simulation;
 use crate::simulation::image::Image;
 
 /// The file of an orbit from which the files of the whole set are made.
 pub const ORBIT: &str = "orbit.json";
+/// The WebDataset of an orbit.
+pub const TAR: &str = "webdataset.tar";
+/// Ending of the radiance in a WebDataset.
+const RADIANCE: &str = "radiance.exr";
 
-/// Kelvin of a count of a temperature image.
-const KELVIN_PER_COUNT: f64 = 0.01;
-
-/// An image with its files, encoded.
+/// An image with its labels, encoded.
 pub struct Encoded {
-    /// Number in the orbit.
-    pub number: u32,
-    /// Path in the data set, and bytes.
-    pub files: Vec<(String, Vec<u8>)>,
-    /// Its row of the index.
-    pub row: Map<String, Json>,
+    /// Its key in the WebDataset.
+    key: String,
+    labels: Vec<Label>,
+    lines: Lines,
+    row: Map<String, Json>,
 }
 
-/// The image files of an image, and its row.
+impl Encoded {
+    /// Paths in the data set and bytes of its files.
+    pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        self.labels.iter().filter_map(|label| Some((label.path.as_deref()?, label.bytes.as_slice())))
+    }
+
+    /// Writes its files. It then holds only what stands in no file of its own.
+    ///
+    /// # Errors
+    /// A full disk.
+    pub fn write(mut self, folder: &mut OrbitFolder) -> Result<Self, DatasetError> {
+        for label in &mut self.labels {
+            if let Some(path) = &label.path {
+                folder.write(path, &std::mem::take(&mut label.bytes))?;
+            }
+        }
+        Ok(self)
+    }
+}
+
+/// Encodes an image and its labels.
 ///
 /// # Errors
 /// An image that can not be encoded.
 pub fn encode_image(
     spec: &Spec,
-    simulation: &Simulation,
+    run: (&crate::labels::craft::Craft, &Solids, &Simulation),
     image: Image,
-    labelled: &LabelledImage,
+    mut labelled: LabelledImage,
 ) -> Result<Encoded, DatasetError> {
-    let size = [labelled.width, labelled.height];
-    let mut files = Vec::new();
-    let mut image = Some(image);
-    for kind in &spec.images {
-        let bytes = match kind {
-            ImageKind::Numbers => numbers(labelled)?,
-            ImageKind::Temperature => {
-                let count = |kelvin: &f32| (f64::from(*kelvin) / KELVIN_PER_COUNT).round().clamp(0.0, 65535.0) as u16;
-                let counts: Vec<u16> = labelled.temperature.iter().map(count).collect();
-                let scale = json!({"kelvin": "scale x value, 0 without a surface", "scale": KELVIN_PER_COUNT});
-                png_16(size, &counts, &[("isotherm", scale.to_string())])?
-            }
-            ImageKind::Parts => {
-                let parts: Vec<u16> = labelled.part.iter().map(|part| (*part).min(65535) as u16).collect();
-                png_16(size, &parts, &[("isotherm", json!({"part": "value - 1, none at 0"}).to_string())])?
-            }
-            ImageKind::Radiance => {
-                let Some(image) = image.take() else { continue };
-                let prepared = simulation.prepared();
-                let step = (image.time / prepared.scene.time.step + 1e-9) as u32;
-                let camera = image.camera.clone();
-                let maker = FrameMaker::new(prepared, &camera, &simulation.device_name());
-                let (frame, header) = maker.frame_of(image, step, Some(labelled.number))?;
-                encode(&frame, &header)?
-            }
-        };
-        files.push((file_of(labelled, *kind).1, bytes));
+    let (craft, solids, simulation) = run;
+    if !spec.images.contains(&ImageKind::Numbers) {
+        labelled.digital_numbers = None;
     }
-    Ok(Encoded { number: labelled.number, files, row: row(labelled, &spec.images) })
-}
-
-/// Digital numbers as PNG: of 8 bits where the sensor has 8, otherwise of 16.
-fn numbers(image: &LabelledImage) -> Result<Vec<u8>, OutputError> {
-    let size = [image.width, image.height];
-    let values = image.digital_numbers.as_deref().unwrap_or_default();
-    let text = [("isotherm", json!({"bits": image.bits}).to_string())];
-    if image.bits == 8 {
-        let values: Vec<u8> = values.iter().map(|value| *value as u8).collect();
-        return png_8(size, &values, &text);
+    let Made { mut labels, lines } = made(craft, solids, &labelled)?;
+    if spec.images.contains(&ImageKind::Radiance) {
+        let prepared = simulation.prepared();
+        let step = (image.time / prepared.scene.time.step + 1e-9) as u32;
+        let camera = image.camera.clone();
+        let maker = FrameMaker::new(prepared, &camera, &simulation.device_name());
+        let (frame, header) = maker.frame_of(image, step, Some(labelled.number))?;
+        let path = Some(file_of(&labelled, ImageKind::Radiance).1);
+        labels.push(Label { path, ending: Some(RADIANCE), bytes: encode(&frame, &header)? });
     }
-    png_16(size, values, &text)
+    Ok(Encoded { key: places::key(&labelled), labels, lines, row: row(&labelled, &spec.images) })
 }
 
-/// What the whole set needs of an orbit.
-pub fn orbit_json(craft: &Craft, drawn: &Json, outcome: &Outcome, rows: Vec<Map<String, Json>>) -> Json {
-    let rejections: Map<String, Json> =
-        outcome.rejections.iter().map(|(reason, count)| (reason.words().to_owned(), json!(count))).collect();
-    json!({"object": craft.name, "drawn": drawn, "rejected": rejections, "images": rows})
-}
-
-/// Writes the files of an orbit.
+/// Writes the files of an orbit whose images wrote theirs.
 ///
 /// # Errors
 /// A full disk.
-pub fn write(folder: &mut OrbitFolder, images: &[Encoded]) -> Result<(), DatasetError> {
-    for (path, bytes) in images.iter().flat_map(|image| &image.files) {
-        folder.write(path, bytes)?;
+pub fn write(
+    folder: &mut OrbitFolder,
+    spec: &Spec,
+    run: &OrbitRun,
+    outcome: &Outcome,
+    mut images: Vec<Encoded>,
+) -> Result<(), DatasetError> {
+    images.sort_by_key(|image| image.lines.number);
+    if spec.webdataset {
+        folder.write_from(TAR, |folder, writer| tar(folder, writer, &images))?;
     }
-    Ok(())
+    let mut rows = Vec::new();
+    let mut lines = Vec::new();
+    for image in images {
+        rows.push(Json::Object(image.row));
+        lines.push(image.lines);
+    }
+    for (path, bytes) in orbit(split_of(spec, run.number()), run.number() as u32, &lines) {
+        folder.write(&path, &bytes)?;
+    }
+    let own = orbit_json(run, outcome, rows, lines);
+    folder.write(ORBIT, format!("{own}\n").as_bytes())
+}
+
+/// The WebDataset of an orbit, from what its images wrote and what they still hold.
+fn tar(folder: &OrbitFolder, writer: &mut dyn Write, images: &[Encoded]) -> io::Result<()> {
+    let mut tar = Tar::new(writer);
+    for image in images {
+        let of = |label: &Label| match (&label.path, label.ending) {
+            (_, None) => Ok(None),
+            (Some(path), Some(ending)) => folder.read(path).map(|bytes| Some((ending, bytes))),
+            (None, Some(ending)) => Ok(Some((ending, label.bytes.clone()))),
+        };
+        let files = image.labels.iter().filter_map(|label| of(label).transpose()).collect::<io::Result<Vec<_>>>()?;
+        tar.add(&image.key, files.iter().map(|(ending, bytes)| (*ending, bytes.as_slice())))?;
+    }
+    tar.finish().map(|_| ())
+}
+
+/// What the whole set needs of an orbit.
+fn orbit_json(run: &OrbitRun, outcome: &Outcome, rows: Vec<Json>, lines: Vec<Lines>) -> Json {
+    let rejections: Map<String, Json> =
+        outcome.rejections.iter().map(|(reason, count)| (reason.words().to_owned(), json!(count))).collect();
+    let each = lines.into_iter().map(|lines| {
+        json!({
+            "bop_targets": lines.targets,
+            "speed": lines.speed,
+            "coco_image": lines.coco.image,
+            "coco_annotations": lines.coco.annotations,
+        })
+    });
+    json!({"drawn": run.drawn, "rejected": rejections, "images": rows, "lines": each.collect::<Vec<_>>()})
 }

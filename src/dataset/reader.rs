@@ -6,6 +6,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::distribution::Drawn;
+use super::toml_value::{number, shown};
 use crate::scene::SceneError;
 use crate::scene::keys::{suggestion, unknown_key};
 use crate::text::{plain, plain_lines};
@@ -55,8 +56,8 @@ impl<'a> Table<'a> {
 
     /// The table, if all its keys are known.
     fn of(self, known: &[&str]) -> Result<Self, SceneError> {
-        let unknown = self.table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
-        match unknown.min_by_key(|key| key.span().start) {
+        let strangers = self.table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
+        match strangers.min_by_key(|key| key.span().start) {
             None => Ok(self),
             Some(key) => {
                 let word: &str = key.get_ref().as_ref();
@@ -111,6 +112,10 @@ impl<'a> Table<'a> {
     /// The value of a mandatory key.
     pub fn required<T>(&self, key: &str, value: Option<T>, what: &str) -> Result<T, SceneError> {
         value.ok_or_else(|| self.error(key, &format!("is missing: {what}")))
+    }
+
+    pub fn boolean(&self, key: &str) -> Result<Option<bool>, SceneError> {
+        self.found(key, "true or false", DeValue::as_bool)
     }
 
     pub fn text(&self, key: &str) -> Result<Option<&'a str>, SceneError> {
@@ -237,29 +242,5 @@ fn unknown(word: &str, known: &[&str]) -> String {
     match message.split_once("belongs in [") {
         Some((_, section)) => format!("unknown key; known here: {}; a key of the scene's [{section} stands in [each_orbit]", known.join(", ")),
         None => message,
-    }
-}
-
-/// A number that may be written as an integer.
-pub(super) fn number(value: &DeValue) -> Option<f64> {
-    match value {
-        DeValue::Float(float) => float.as_str().parse().ok(),
-        DeValue::Integer(integer) => {
-            i128::from_str_radix(integer.as_str(), integer.radix()).ok().map(|number| number as f64)
-        }
-        _ => None,
-    }
-}
-
-/// A value as messages show it.
-pub(super) fn shown(value: &DeValue) -> String {
-    match value {
-        DeValue::String(text) => format!("the text \"{}\"", plain(text)),
-        DeValue::Integer(integer) => integer.to_string(),
-        DeValue::Float(float) => float.to_string(),
-        DeValue::Boolean(boolean) => boolean.to_string(),
-        DeValue::Datetime(_) => "a date".to_owned(),
-        DeValue::Array(_) => "an array".to_owned(),
-        DeValue::Table(_) => "a table".to_owned(),
     }
 }

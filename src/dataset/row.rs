@@ -7,13 +7,11 @@ use super::spec::ImageKind;
 use crate::labels::image::LabelledImage;
 use crate::labels::places;
 
-/// Files of an image by kind, in the data set.
+/// The file of an image of a kind, in the data set.
 pub fn file_of(image: &LabelledImage, kind: ImageKind) -> (&'static str, String) {
     match kind {
-        ImageKind::Numbers => ("numbers", places::of_image(image, "gray", "png")),
+        ImageKind::Numbers => ("gray", places::of_image(image, "gray", "png")),
         ImageKind::Radiance => ("radiance", places::of_image(image, "radiance", "exr")),
-        ImageKind::Temperature => ("temperature", places::of_image(image, "temperature", "png")),
-        ImageKind::Parts => ("parts", places::of_image(image, "part", "png")),
     }
 }
 

@@ -74,8 +74,10 @@ impl SceneText {
             }
         }
         if let Some(Value::Table(sensor)) = table.get_mut("sensor") {
-            // The seed of the noise is that of the orbit, and its counter the time of the image.
-            sensor.insert("seed".to_owned(), Value::Integer(source.bits("sensor.seed").into()));
+            // The counter of the noise is the time of the image.
+            if !states_seed(spec) {
+                sensor.insert("seed".to_owned(), Value::Integer(source.bits("sensor.seed").into()));
+            }
             // Images are of times far apart, so the bolometer has settled in each.
             sensor.insert("time_constant".to_owned(), Value::Float(0.0));
         }
@@ -85,6 +87,12 @@ impl SceneText {
         let scene = scene.map_err(|error| orbit_error(format!("with the values that were drawn, {error}")))?;
         Ok(OrbitScene { scene, drawn: Json::Object(told) })
     }
+}
+
+/// Whether the SPEC itself says which seed the sensor has.
+fn states_seed(spec: &Spec) -> bool {
+    let of_sensor = spec.each_orbit.iter().filter(|(section, _)| section == "sensor");
+    of_sensor.flat_map(|(_, drawn)| drawn.keys()).any(|key| key == "seed")
 }
 
 fn set(table: &mut Table, section: &str, key: &str, value: Value) {

@@ -26,6 +26,7 @@ pub(crate) const KEYS: &[&str] = &[
     "sampling",
     "attempts",
     "images",
+    "webdataset",
     "split",
     "object",
     "each_orbit",
@@ -62,10 +63,6 @@ pub enum ImageKind {
     Numbers,
     /// Radiance, temperature, depth, part and material as EXR.
     Radiance,
-    /// Temperature as PNG of 16 bits, 0.01 K a count.
-    Temperature,
-    /// Part + 1 as PNG of 16 bits.
-    Parts,
 }
 
 /// What an image must show.
@@ -113,6 +110,8 @@ pub struct Spec {
     pub attempts: u32,
     /// Image files, sorted.
     pub images: Vec<ImageKind>,
+    /// Whether each orbit has a tar with its images and labels.
+    pub webdataset: bool,
     /// Shares of train, val and test.
     pub split: [f64; 3],
     /// Name of the craft in the labels. `None` takes that of the scene.
@@ -140,19 +139,22 @@ impl Spec {
     /// The first thing that is wrong, with file, line and key.
     pub fn load(path: &Path, reach: &Reach) -> Result<Self, SceneError> {
         let unreadable = |fault: files::FileFault| SceneError::Unreadable { path: path.to_path_buf(), reason: fault.to_string() };
-        Self::parse(&files::read_text(path).map_err(unreadable)?, path, reach)
+        let spec = Self::parse(&files::read_text(path).map_err(unreadable)?, path)?;
+        match reach.admit(&spec.scene) {
+            Ok(()) => Ok(spec),
+            Err(fault) => Err(SceneError::Unreadable { path: spec.scene, reason: fault.to_string() }),
+        }
     }
 
-    /// Checks the text of a SPEC file as if it lay at `path`.
+    /// Checks the text of a SPEC file as if it lay at `path`. Its scene need not be there.
     ///
     /// # Errors
     /// As for [`Spec::load`].
-    pub fn parse(text: &str, path: &Path, reach: &Reach) -> Result<Self, SceneError> {
+    pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
         let file = SpecFile { path, text };
         let parsed = file.parse()?;
         let root = Table::root(&file, &parsed, KEYS)?;
         let scene = root.required("scene", root.path("scene")?, "the scene file")?;
-        reach.admit(&scene).map_err(|fault| root.error("scene", &fault.to_string()))?;
         let samples = root.whole("samples", 1..=MOST_SAMPLES)?;
         let samples = root.required("samples", samples, "the number of images")?;
         let poses = root.whole("poses_per_orbit", 1..=100_000)?;
@@ -160,6 +162,7 @@ impl Spec {
         let each_orbit = each_orbit(&root)?;
         let season = Season::read(&root)?;
         let life = Life::read(&root)?;
+        refuse_twice(&root, &each_orbit, season.is_some(), life.as_ref())?;
         let time = TimeRule::read(&root)?;
         let cameras = CameraRule::read(&root)?;
         let mut of_orbit: Vec<String> = each_orbit.iter().flat_map(|(section, drawn)| drawn.names(section)).collect();
@@ -184,6 +187,7 @@ impl Spec {
             plan,
             attempts: root.whole("attempts", 1..=1_000_000)?.unwrap_or(100) as u32,
             images: images(&root)?,
+            webdataset: root.boolean("webdataset")?.unwrap_or(true),
             split: split(&root)?,
             object: root.text("object")?.map(str::to_owned),
             each_orbit,
@@ -238,16 +242,34 @@ fn each_orbit(root: &Table) -> Result<Vec<(String, Drawn)>, SceneError> {
     Ok(sections)
 }
 
+/// Refuses a value that two sections of the SPEC draw.
+fn refuse_twice(
+    root: &Table,
+    each_orbit: &[(String, Drawn)],
+    has_season: bool,
+    life: Option<&Life>,
+) -> Result<(), SceneError> {
+    let of = |name: &str| each_orbit.iter().find(|(section, _)| section == name).map(|(_, drawn)| drawn);
+    if has_season && of("orbit").is_some_and(|orbit| orbit.keys().any(|key| key == "beta_deg")) {
+        return Err(root.error("season", "draws the beta angle, and so does each_orbit.orbit.beta_deg: state one of the two"));
+    }
+    let Some(Drawn::List(materials)) = of("material") else { return Ok(()) };
+    for material in materials {
+        let Drawn::Table(values) = material else { continue };
+        let name = values.iter().find(|(key, _)| key == "match").and_then(|(_, name)| name.text());
+        let ages = |key: &str| name.zip(life).is_some_and(|(name, life)| life.states(name, key));
+        if let Some((key, _)) = values.iter().find(|(key, _)| ages(key)) {
+            return Err(root.error("life", &format!("draws the {key} of a material for which [[each_orbit.material]] states it too")));
+        }
+    }
+    Ok(())
+}
+
 fn images(root: &Table) -> Result<Vec<ImageKind>, SceneError> {
-    let known = [
-        ("numbers", ImageKind::Numbers),
-        ("radiance", ImageKind::Radiance),
-        ("temperature", ImageKind::Temperature),
-        ("parts", ImageKind::Parts),
-    ];
+    let known = [("numbers", ImageKind::Numbers), ("radiance", ImageKind::Radiance)];
     let words = root.texts("images")?;
     let mut images = Vec::new();
-    for word in root.required("images", words, "the image files: numbers, radiance, temperature, parts")? {
+    for word in root.required("images", words, "the image files: numbers, radiance or both")? {
         let found = known.iter().find(|(name, _)| *name == word);
         let message = || format!("'{word}' is no kind of image{}", suggestion(word, known.iter().map(|(name, _)| *name)));
         images.push(found.ok_or_else(|| root.error("images", &message()))?.1);
@@ -297,4 +319,34 @@ fn key_points(root: &Table) -> Result<Vec<KeyPoint>, SceneError> {
         points.push(KeyPoint { name, position: DVec3::from(position), part });
     }
     Ok(points)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{camera_rule, life, season, time_rule};
+    use super::*;
+
+    const REFERENCE: &str = include_str!("../../docs/datasets.md");
+
+    #[test]
+    fn the_reference_explains_every_key() {
+        let lists = [
+            KEYS, SPLIT, REJECT, KEY_POINT, camera_rule::CAMERA, life::LIFE, life::LIFE_MATERIAL, life::OPTICS, season::SEASON,
+            time_rule::TIME,
+        ];
+        for key in lists.iter().flat_map(|list| list.iter()) {
+            let forms = [format!("`{key}`"), format!("[{key}]"), format!(".{key}]]")];
+            assert!(forms.iter().any(|form| REFERENCE.contains(form)), "docs/datasets.md is silent on {key}");
+        }
+        assert!(!REFERENCE.contains("`nonsense`"));
+    }
+
+    #[test]
+    fn the_examples_are_valid() {
+        for name in ["cubesat", "station"] {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("models/{name}_dataset.toml"));
+            let spec = Spec::load(&path, &Reach::of(&path)).unwrap();
+            assert_eq!(spec.samples, 1000);
+        }
+    }
 }

@@ -55,6 +55,7 @@ pub struct Store {
 /// An orbit in the making.
 #[derive(Debug)]
 pub struct OrbitFolder {
+    root: PathBuf,
     path: PathBuf,
     /// Its path in the data set.
     place: String,
@@ -128,7 +129,7 @@ impl Store {
             fs::remove_dir_all(&path).map_err(failed)?;
         }
         fs::create_dir(&path).map_err(failed)?;
-        Ok(OrbitFolder { path, place: places::orbit(split, orbit), sums: Vec::new(), bytes: 0 })
+        Ok(OrbitFolder { root: self.root.clone(), path, place: places::orbit(split, orbit), sums: Vec::new(), bytes: 0 })
     }
 
     /// Puts a whole orbit in its place. Where another process was faster, that orbit stays, which has the same bytes.
@@ -213,33 +214,95 @@ impl Drop for Store {
 }
 
 impl OrbitFolder {
-    /// Writes a file of the orbit, by its path in the data set.
+    /// Writes a file of the orbit, by its path in the data set or in the orbit's folder.
     ///
     /// # Errors
-    /// A full disk, or a path of another orbit.
+    /// A full disk.
     pub fn write(&mut self, path: &str, bytes: &[u8]) -> Result<(), DatasetError> {
-        let name = path.strip_prefix(&format!("{}/", self.place)).unwrap_or(path).to_owned();
+        let name = self.name(path).to_owned();
         self.write_uncounted(&name, bytes)?;
         self.sums.push((format!("{}/{name}", self.place), sum_of(bytes)));
         Ok(())
     }
 
+    /// Writes a file of the orbit from what `content` writes. It may read the orbit's other files.
+    ///
+    /// # Errors
+    /// What `content` returns, or a full disk.
+    pub fn write_from(
+        &mut self,
+        path: &str,
+        content: impl FnOnce(&Self, &mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), DatasetError> {
+        let name = self.name(path).to_owned();
+        let mut writer = Summed { hasher: Sha256::new(), bytes: 0, file: None };
+        let written = (|| {
+            writer.file = Some(io::BufWriter::new(File::create(self.path.join(&name))?));
+            content(self, &mut writer)?;
+            writer.flush()
+        })();
+        written.map_err(|error| self.failed(&name, error))?;
+        self.bytes += writer.bytes;
+        self.sums.push((format!("{}/{name}", self.place), hexadecimal(&writer.hasher.finalize())));
+        Ok(())
+    }
+
+    /// Reads a file of the orbit.
+    ///
+    /// # Errors
+    /// It was not written, or can not be read.
+    pub fn read(&self, path: &str) -> io::Result<Vec<u8>> {
+        fs::read(self.path.join(self.name(path)))
+    }
+
+    /// A path in the orbit's folder.
+    fn name<'a>(&self, path: &'a str) -> &'a str {
+        path.strip_prefix(&self.place).map_or(path, |name| name.trim_start_matches('/'))
+    }
+
+    /// The error names the file that would have appeared.
+    fn failed(&self, name: &str, error: io::Error) -> OutputError {
+        OutputError::write(&self.root.join(&self.place).join(name), error)
+    }
+
     fn write_uncounted(&mut self, name: &str, bytes: &[u8]) -> Result<(), DatasetError> {
         let file = self.path.join(name);
-        // The error names the file that would have appeared.
-        let failed = |error| OutputError::write(Path::new(&format!("{}/{name}", self.place)), error);
         if let Some(parent) = file.parent() {
-            fs::create_dir_all(parent).map_err(failed)?;
+            fs::create_dir_all(parent).map_err(|error| self.failed(name, error))?;
         }
-        fs::write(&file, bytes).map_err(failed)?;
+        fs::write(&file, bytes).map_err(|error| self.failed(name, error))?;
         self.bytes += bytes.len() as u64;
         Ok(())
     }
 }
 
+/// A file whose checksum grows with it.
+struct Summed {
+    hasher: Sha256,
+    bytes: u64,
+    file: Option<io::BufWriter<File>>,
+}
+
+impl Write for Summed {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let count = self.file.as_mut().map_or(Ok(bytes.len()), |file| file.write(bytes))?;
+        self.hasher.update(&bytes[..count]);
+        self.bytes += count as u64;
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.as_mut().map_or(Ok(()), Write::flush)
+    }
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
 /// SHA-256 (hexadecimal).
 pub fn sum_of(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+    hexadecimal(&Sha256::digest(bytes))
 }
 
 /// What a data set was begun with.

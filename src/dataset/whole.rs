@@ -14,8 +14,9 @@ use super::orbit_files::ORBIT;
 use super::spec::Spec;
 use super::split::split_of;
 use super::store::{CHECKSUMS, Store, sum_of};
+use crate::labels::craft::Craft;
 use crate::labels::image::Split;
-use crate::labels::places;
+use crate::labels::{bop, coco, places, speed};
 use crate::output::OutputError;
 
 /// The copy of the SPEC.
@@ -36,7 +37,7 @@ pub fn is_complete(spec: &Spec, store: &Store) -> bool {
 ///
 /// # Errors
 /// An orbit's file that can not be read, or a full disk.
-pub fn finish(spec: &Spec, store: &Store, files: &[(String, Vec<u8>)]) -> Result<(), DatasetError> {
+pub fn finish(spec: &Spec, store: &Store, craft: &Craft, files: &[(String, Vec<u8>)]) -> Result<(), DatasetError> {
     store.alone(|| {
         if store.root().join(CHECKSUMS).is_file() {
             return Ok(());
@@ -70,6 +71,16 @@ pub fn finish(spec: &Spec, store: &Store, files: &[(String, Vec<u8>)]) -> Result
         for (name, bytes) in files {
             put(name, bytes)?;
         }
+        for split in Split::ALL {
+            let lines = |key: &'static str| lines_of(spec, store.root(), split, key);
+            let list: String = speed::file(lines("speed")).collect();
+            put(&places::speed(split), list.as_bytes())?;
+            let list: String = coco::file(craft, split, lines("coco_image"), lines("coco_annotations")).collect();
+            put(&places::coco(split), list.as_bytes())?;
+            if split == Split::Test {
+                put(places::BOP_TARGETS, bop::targets(lines("bop_targets")).as_bytes())?;
+            }
+        }
         let mut list = String::new();
         for orbit in 0..spec.orbits() {
             let path = store.root().join(places::orbit(split_of(spec, orbit), orbit as u32)).join(CHECKSUMS);
@@ -91,6 +102,22 @@ pub fn orbit_file(root: &Path, split: Split, orbit: u32) -> Result<Json, Dataset
     let text = fs::read_to_string(&path).map_err(|error| OutputError::Read(path.clone(), error))?;
     let damaged = |error: serde_json::Error| OutputError::Read(path.clone(), error.into());
     Ok(serde_json::from_str(&text).map_err(damaged)?)
+}
+
+/// The lines of a list of a split, one orbit after the other.
+fn lines_of<'a>(spec: &'a Spec, root: &'a Path, split: Split, key: &'static str) -> impl Iterator<Item = String> + 'a {
+    let orbits = (0..spec.orbits()).filter(move |orbit| split_of(spec, *orbit) == split);
+    orbits.flat_map(move |orbit| {
+        // Each of these files was read before.
+        let read = orbit_file(root, split, orbit as u32).unwrap_or_default();
+        let images = read.get("lines").and_then(Json::as_array).cloned().unwrap_or_default();
+        let each = images.into_iter().flat_map(move |image| match image.get(key) {
+            Some(Json::String(line)) => vec![line.clone()],
+            Some(Json::Array(lines)) => lines.iter().filter_map(|line| line.as_str().map(str::to_owned)).collect(),
+            _ => Vec::new(),
+        });
+        each.collect::<Vec<_>>()
+    })
 }
 
 /// The rows of an orbit.

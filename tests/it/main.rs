@@ -9,6 +9,7 @@ mod commands;
 mod compare;
 mod craft;
 mod cull;
+mod dataset;
 mod device;
 mod distant;
 mod documents;
