@@ -120,7 +120,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         (_, true) => Begin::Force,
         _ => Begin::Fresh,
     };
-    let own: u64 = arguments.shard.orbits(&spec).map(|orbit| spec.images_of(orbit)).map(|images| images.end - images.start).sum();
+    let own: u64 =
+        arguments.shard.orbits(&spec).map(|orbit| spec.images_of(orbit)).map(|images| images.end - images.start).sum();
     say!("{} images of {} orbits on {}", spec.samples, spec.orbits(), target.name());
     let bar = progress_bar(own, "images");
     let order = Order {

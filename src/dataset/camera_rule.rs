@@ -10,18 +10,8 @@ use crate::scene::{Camera, CameraFrame, SceneError};
 use crate::simulation::pose::{CameraError, Pose};
 
 /// Keys of `[[camera]]`.
-pub(crate) const CAMERA: &[&str] = &[
-    "kind",
-    "weight",
-    "frame",
-    "look_at",
-    "distance",
-    "axis",
-    "half_angle_deg",
-    "across",
-    "roll_deg",
-    "pointing_px",
-];
+pub(crate) const CAMERA: &[&str] =
+    &["kind", "weight", "frame", "look_at", "distance", "axis", "half_angle_deg", "across", "roll_deg", "pointing_px"];
 
 /// Largest distance of a camera [m].
 const FARTHEST: f64 = 1e7;
@@ -76,7 +66,9 @@ impl CameraRule {
         for rule in rules {
             rule.distance.names("camera.distance").into_iter().for_each(&mut add);
             match &rule.place {
-                Place::Cone { .. } => ["around", "height"].map(|part| format!("camera.{part}")).into_iter().for_each(&mut add),
+                Place::Cone { .. } => {
+                    ["around", "height"].map(|part| format!("camera.{part}")).into_iter().for_each(&mut add)
+                }
                 Place::Corridor { across, .. } => ["camera.across.x", "camera.across.y"]
                     .into_iter()
                     .flat_map(|name| across.names(name))
@@ -121,7 +113,8 @@ impl CameraRule {
         let distance = self.distance.number("camera.distance", source);
         let from_target = match &self.place {
             Place::Path => {
-                let there = camera.at(time, None).map_err(|_| CameraError::Pose("its path has no pose at this time"))?;
+                let there =
+                    camera.at(time, None).map_err(|_| CameraError::Pose("its path has no pose at this time"))?;
                 return Pose::new(there.frame, there.position, (there.frame_from_camera * turned).normalize());
             }
             Place::Cone { axis, half_angle } => {
@@ -164,8 +157,7 @@ fn rule(table: &Table) -> Result<CameraRule, SceneError> {
             return Err(table.error(key, &format!("has no meaning for kind = \"{word}\"")));
         }
     }
-    let frames =
-        [("body", CameraFrame::Body), ("orbit", CameraFrame::Orbit), ("inertial", CameraFrame::Inertial)];
+    let frames = [("body", CameraFrame::Body), ("orbit", CameraFrame::Orbit), ("inertial", CameraFrame::Inertial)];
     let axis = || {
         let axis = table.required("axis", table.numbers::<3>("axis")?, "[x, y, z], from the craft to the camera")?;
         DVec3::from(axis).try_normalize().ok_or_else(|| table.error("axis", "must not be zero"))
@@ -179,7 +171,10 @@ fn rule(table: &Table) -> Result<CameraRule, SceneError> {
         }
         Kind::Corridor => {
             let across = table.drawn_number("across", -FARTHEST..=FARTHEST, "m")?;
-            Place::Corridor { axis: axis()?, across: table.required("across", across, "the distance from the axis [m]")? }
+            Place::Corridor {
+                axis: axis()?,
+                across: table.required("across", across, "the distance from the axis [m]")?,
+            }
         }
         Kind::Path => Place::Path,
     };

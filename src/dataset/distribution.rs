@@ -110,7 +110,9 @@ impl Drawn {
                     each.map(|(key, value)| (key.clone(), value.draw(&format!("{name}.{key}"), source))).collect(),
                 )
             }
-            Self::Uniform(_) | Self::LogUniform(_) | Self::Normal { .. } => Value::Float(self.quantile(source.uniform(name))),
+            Self::Uniform(_) | Self::LogUniform(_) | Self::Normal { .. } => {
+                Value::Float(self.quantile(source.uniform(name)))
+            }
         }
     }
 
@@ -286,13 +288,19 @@ fn distribution(table: &DeTable, place: Range<usize>) -> Result<Drawn, Fault> {
         "normal" => {
             let [mean, deviation] = pair(value, "normal takes two finite numbers, [mean, standard deviation]")?;
             if deviation <= 0.0 {
-                return Err((value.span(), format!("the standard deviation of normal must be above 0, found {deviation}")));
+                return Err((
+                    value.span(),
+                    format!("the standard deviation of normal must be above 0, found {deviation}"),
+                ));
             }
             let within = of("within").map(|ends| rising(ends, "within")).transpose()?;
             let within = within.unwrap_or([mean - 6.0 * deviation, mean + 6.0 * deviation]);
             let share = normal_share((within[1] - mean) / deviation) - normal_share((within[0] - mean) / deviation);
             if share < LEAST_SHARE {
-                let message = format!("normal has a share of {share:.1e} within {} to {}: nothing can be drawn", within[0], within[1]);
+                let message = format!(
+                    "normal has a share of {share:.1e} within {} to {}: nothing can be drawn",
+                    within[0], within[1]
+                );
                 return Err((value.span(), message));
             }
             Ok(Drawn::Normal { mean, deviation, within })
@@ -347,7 +355,11 @@ mod tests {
             ("{ uniform = [2, 4] }", 3.0, 2.0 / 12f64.sqrt()),
             ("{ normal = [10, 3] }", 10.0, 3.0),
             // The mean of a log-uniform number is (b - a) / ln(b / a).
-            ("{ log_uniform = [1, 10] }", 9.0 / 10f64.ln(), (99.0 / 2.0 / 10f64.ln() - (9.0 / 10f64.ln()).powi(2)).sqrt()),
+            (
+                "{ log_uniform = [1, 10] }",
+                9.0 / 10f64.ln(),
+                (99.0 / 2.0 / 10f64.ln() - (9.0 / 10f64.ln()).powi(2)).sqrt(),
+            ),
             ("{ choice = [0, 1], weights = [3, 1] }", 0.25, (3.0f64 / 16.0).sqrt()),
         ] {
             let all = draws(text, 4000);

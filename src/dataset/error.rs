@@ -29,7 +29,9 @@ pub enum DatasetError {
         reason: String,
     },
     /// No attempt at an image was accepted.
-    #[error("image {image} of orbit {orbit}: no sample after {attempts} attempts: {reasons}; widen the distributions, [reject] or attempts")]
+    #[error(
+        "image {image} of orbit {orbit}: no sample after {attempts} attempts: {reasons}; widen the distributions, [reject] or attempts"
+    )]
     NoSample {
         /// Number of the image.
         image: u64,

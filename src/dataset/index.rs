@@ -64,7 +64,8 @@ pub fn encode(rows: &[Map<String, Json>]) -> Result<Vec<u8>, OutputError> {
                 }
                 ColumnWriter::ByteArrayColumnWriter(typed) => {
                     let text = |value: &Json| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-                    let all: Vec<ByteArray> = values().flatten().map(|value| ByteArray::from(text(value).as_str())).collect();
+                    let all: Vec<ByteArray> =
+                        values().flatten().map(|value| ByteArray::from(text(value).as_str())).collect();
                     typed.write_batch(&all, Some(&levels), None)
                 }
                 _ => Ok(0),
@@ -91,7 +92,8 @@ pub fn rows_in(file: File) -> Result<usize, String> {
 fn columns(rows: &[Map<String, Json>]) -> Vec<Column> {
     let mut names: Vec<&String> = rows.first().map(|row| row.keys().collect()).unwrap_or_default();
     let known: std::collections::HashSet<&String> = names.iter().copied().collect();
-    let more: std::collections::BTreeSet<&String> = rows.iter().flat_map(Map::keys).filter(|name| !known.contains(name)).collect();
+    let more: std::collections::BTreeSet<&String> =
+        rows.iter().flat_map(Map::keys).filter(|name| !known.contains(name)).collect();
     names.extend(more);
     let physical = |name: &String| {
         let kind = |value: &Json| match value {

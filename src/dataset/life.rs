@@ -47,9 +47,8 @@ impl Life {
 
     /// Names of the numbers of an orbit.
     pub fn names(&self) -> Vec<String> {
-        let scatter = self.materials.iter().filter_map(|one| {
-            Some(one.scatter.as_ref()?.names(&format!("life.{}", one.name)))
-        });
+        let scatter =
+            self.materials.iter().filter_map(|one| Some(one.scatter.as_ref()?.names(&format!("life.{}", one.name))));
         self.age.names("life.age").into_iter().chain(scatter.flatten()).collect()
     }
 

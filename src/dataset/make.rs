@@ -169,7 +169,8 @@ pub fn make(order: &Order, stop: &AtomicBool, progress: &mut dyn FnMut(u64)) -> 
         }
     }
     if is_complete(spec, &store) {
-        let unreadable = |fault: files::FileFault| OutputError::Read(spec.scene.clone(), std::io::Error::other(fault.to_string()));
+        let unreadable =
+            |fault: files::FileFault| OutputError::Read(spec.scene.clone(), std::io::Error::other(fault.to_string()));
         let scene = files::read_text(&spec.scene).map_err(unreadable)?;
         let first = OrbitRun::new(spec, scenes, target, 0)?;
         let solids = Solids::new(&first.craft);

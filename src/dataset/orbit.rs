@@ -68,7 +68,8 @@ impl<'a> OrbitRun<'a> {
             chosen(&craft, CHOSEN)
         } else {
             let each = spec.key_points.iter().map(|point| {
-                given(&craft, &point.name, point.position, point.part.as_deref()).map_err(|error| wrong(error.to_string()))
+                given(&craft, &point.name, point.position, point.part.as_deref())
+                    .map_err(|error| wrong(error.to_string()))
             });
             each.collect::<Result<Vec<_>, _>>()?
         };
@@ -178,8 +179,14 @@ impl<'a> OrbitRun<'a> {
         match found {
             Some(image) => Ok(image?),
             None => {
-                let told: Vec<String> = reasons.iter().map(|(reason, count)| format!("{count} {}", reason.words())).collect();
-                Err(DatasetError::NoSample { image, orbit: self.number, attempts: spec.attempts, reasons: told.join(", ") })
+                let told: Vec<String> =
+                    reasons.iter().map(|(reason, count)| format!("{count} {}", reason.words())).collect();
+                Err(DatasetError::NoSample {
+                    image,
+                    orbit: self.number,
+                    attempts: spec.attempts,
+                    reasons: told.join(", "),
+                })
             }
         }
     }
@@ -217,7 +224,9 @@ fn check(spec: &Spec, scene: &Scene) -> Result<(), DatasetError> {
         return wrong("camera.line_time of the scene is above 0, and a labelled image has one pose: leave it out");
     }
     if scene.sensor.is_none() && spec.images.contains(&super::spec::ImageKind::Numbers) {
-        return wrong("images asks for numbers, and the scene has no [sensor], which makes them: state [each_orbit.sensor]");
+        return wrong(
+            "images asks for numbers, and the scene has no [sensor], which makes them: state [each_orbit.sensor]",
+        );
     }
     if spec.cameras.iter().any(CameraRule::is_on_path) && camera.motion == crate::scene::Motion::Still {
         return wrong("[camera] is of kind \"path\", and the scene has no camera.path");

@@ -102,7 +102,8 @@ fn overlays(craft: &Craft, image: &LabelledImage) -> Vec<Overlay> {
     let bounds = ["box_x_px", "box_y_px", "box_width_px", "box_height_px"];
     all.push(Overlay::Box(bounds.map(|key| row.get(key).and_then(serde_json::Value::as_f64).unwrap_or(0.0))));
     let radius = craft.positions.iter().map(|place| place.length()).fold(0.0, f64::max);
-    let to_pixel = |place: DVec3| image.project(image.camera_from_body.transform_point3(place)).map(|pixel| pixel + 0.5);
+    let to_pixel =
+        |place: DVec3| image.project(image.camera_from_body.transform_point3(place)).map(|pixel| pixel + 0.5);
     for (axis, colour) in DVec3::AXES.into_iter().zip(AXES) {
         if let (Some(from), Some(to)) = (to_pixel(DVec3::ZERO), to_pixel(axis * 0.5 * radius)) {
             all.push(Overlay::Line(from, to, colour));
@@ -121,8 +122,14 @@ fn sheet(spec: &Spec, samples: &[(LabelledImage, Vec<Overlay>)]) -> Canvas {
     let ranges = samples.iter().filter_map(|(image, _)| range(image));
     let scale = ColourScale::covering(ranges);
     let tiles: Vec<Tile> = samples.iter().map(|(image, overlays)| tile(image, overlays, &scale)).collect();
-    let title = format!("{}: {} images of {} orbits", spec.path.file_name().unwrap_or_default().to_string_lossy(), spec.samples, spec.orbits());
-    let details = "surface temperature; box, body axes (x red, y green, z blue), key points (green seen, orange hidden)";
+    let title = format!(
+        "{}: {} images of {} orbits",
+        spec.path.file_name().unwrap_or_default().to_string_lossy(),
+        spec.samples,
+        spec.orbits()
+    );
+    let details =
+        "surface temperature; box, body axes (x red, y green, z blue), key points (green seen, orange hidden)";
     let pictures = contact_sheet(&tiles, COLUMNS, &scale, &title, details);
     let mut sheet = Canvas::new(pictures.width(), pictures.height() + HISTOGRAM + 60, [255; 3]);
     sheet.paste(&pictures, 0, 0, 1);
@@ -152,9 +159,11 @@ fn range(image: &LabelledImage) -> Option<[f32; 2]> {
 }
 
 fn tile(image: &LabelledImage, overlays: &[Overlay], scale: &ColourScale) -> Tile {
-    let colours = image.temperature.iter().zip(&image.part).map(|(kelvin, part)| {
-        if *part == 0 { crate::output::colour::BACKGROUND } else { scale.colour(*kelvin) }
-    });
+    let colours = image
+        .temperature
+        .iter()
+        .zip(&image.part)
+        .map(|(kelvin, part)| if *part == 0 { crate::output::colour::BACKGROUND } else { scale.colour(*kelvin) });
     let whole = Canvas::from_pixels(image.width, image.height, colours.collect());
     let width = WIDTH.min(image.width).max(1);
     let zoom = f64::from(width) / f64::from(image.width);
@@ -163,9 +172,9 @@ fn tile(image: &LabelledImage, overlays: &[Overlay], scale: &ColourScale) -> Til
     for overlay in overlays {
         // A canvas takes everything that is drawn on it.
         let Ok(()) = match overlay {
-            Overlay::Line(from, to, colour) => {
-                Line::new(place(*from), place(*to)).into_styled(PrimitiveStyle::with_stroke(rgb(*colour), 1)).draw(&mut small)
-            }
+            Overlay::Line(from, to, colour) => Line::new(place(*from), place(*to))
+                .into_styled(PrimitiveStyle::with_stroke(rgb(*colour), 1))
+                .draw(&mut small),
             Overlay::Dot(at, colour) => {
                 Circle::with_center(place(*at), 4).into_styled(PrimitiveStyle::with_fill(rgb(*colour))).draw(&mut small)
             }
@@ -194,7 +203,9 @@ fn rgb([r, g, b]: Rgb) -> Rgb888 {
 /// Draws a histogram with its title above and its ends below.
 fn histogram(sheet: &mut Canvas, [left, top]: [u32; 2], width: u32, name: &str, values: &[f64]) {
     sheet.text(name, left, top, Face::Normal, Alignment::Left, INK);
-    let ends = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(*value), high.max(*value)]);
+    let ends = values
+        .iter()
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(*value), high.max(*value)]);
     if !(ends[0].is_finite() && ends[1].is_finite()) {
         return;
     }

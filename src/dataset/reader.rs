@@ -46,11 +46,7 @@ impl<'a> SpecFile<'a> {
 
 impl<'a> Table<'a> {
     /// The root table.
-    pub fn root(
-        file: &'a SpecFile<'a>,
-        table: &'a Spanned<DeTable<'a>>,
-        known: &[&str],
-    ) -> Result<Self, SceneError> {
+    pub fn root(file: &'a SpecFile<'a>, table: &'a Spanned<DeTable<'a>>, known: &[&str]) -> Result<Self, SceneError> {
         Self { file, name: String::new(), table: table.get_ref(), start: 0 }.of(known)
     }
 
@@ -204,9 +200,8 @@ impl<'a> Table<'a> {
     }
 
     fn drawn_value(&self, key: &str, value: &'a Spanned<DeValue<'a>>) -> Result<Drawn, SceneError> {
-        let fault = |(place, message): (std::ops::Range<usize>, String)| {
-            self.file.error(place.start, &self.key(key), &message)
-        };
+        let fault =
+            |(place, message): (std::ops::Range<usize>, String)| self.file.error(place.start, &self.key(key), &message);
         Drawn::read(value).map_err(fault)
     }
 
@@ -240,7 +235,10 @@ impl<'a> Table<'a> {
 fn unknown(word: &str, known: &[&str]) -> String {
     let message = unknown_key(word, known);
     match message.split_once("belongs in [") {
-        Some((_, section)) => format!("unknown key; known here: {}; a key of the scene's [{section} stands in [each_orbit]", known.join(", ")),
+        Some((_, section)) => format!(
+            "unknown key; known here: {}; a key of the scene's [{section} stands in [each_orbit]",
+            known.join(", ")
+        ),
         None => message,
     }
 }

@@ -58,7 +58,9 @@ pub fn row(image: &LabelledImage, kinds: &[ImageKind]) -> Map<String, Json> {
     for (key, value) in ["box_x_px", "box_y_px", "box_width_px", "box_height_px"].into_iter().zip(seen.bounds()) {
         put(key, json!(value));
     }
-    for (key, value) in ["temperature_least_K", "temperature_mean_K", "temperature_greatest_K"].into_iter().zip(seen.temperatures) {
+    for (key, value) in
+        ["temperature_least_K", "temperature_mean_K", "temperature_greatest_K"].into_iter().zip(seen.temperatures)
+    {
         put(key, json!(value));
     }
     for joint in &image.joints {

@@ -66,10 +66,15 @@ impl SceneText {
         if let Some(season) = &spec.season {
             let values = season.draw(&source);
             let find = |key: &str| values.iter().find(|(name, _)| *name == key).map_or(0.0, |(_, value)| *value);
-            told.insert("season".to_owned(), values.iter().map(|(key, value)| ((*key).to_owned(), json!(value))).collect());
+            told.insert(
+                "season".to_owned(),
+                values.iter().map(|(key, value)| ((*key).to_owned(), json!(value))).collect(),
+            );
             set(&mut table, "orbit", "beta_deg", Value::Float(find("beta_deg")));
             let solar = table.get("environment").and_then(|section| section.get("solar_constant"));
-            if let Some(solar) = solar.and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64))) {
+            if let Some(solar) =
+                solar.and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)))
+            {
                 set(&mut table, "environment", "solar_constant", Value::Float(solar * find("solar_scale")));
             }
         }
@@ -111,7 +116,10 @@ fn merge(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
             for item in drawn {
                 let Value::Table(item) = item else { continue };
                 let Some((name, word)) = NAMES.iter().find_map(|name| Some((*name, item.get(*name)?))) else {
-                    return Err(format!("[[each_orbit.{key}]] needs one of {}, which names a [[{key}]] of the scene", NAMES.join(", ")));
+                    return Err(format!(
+                        "[[each_orbit.{key}]] needs one of {}, which names a [[{key}]] of the scene",
+                        NAMES.join(", ")
+                    ));
                 };
                 let mut met = own.iter_mut().filter_map(Value::as_table_mut).filter(|own| own.get(name) == Some(word));
                 let Some(found) = met.next() else {

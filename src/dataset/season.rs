@@ -34,9 +34,8 @@ pub struct Season {
 impl Season {
     pub(super) fn read(root: &Table) -> Result<Option<Self>, SceneError> {
         let Some(table) = root.table("season", SEASON)? else { return Ok(None) };
-        let take = |key: &str, range, unit: &str, what: &str| {
-            table.required(key, table.drawn_number(key, range, unit)?, what)
-        };
+        let take =
+            |key: &str, range, unit: &str, what: &str| table.required(key, table.drawn_number(key, range, unit)?, what);
         Ok(Some(Self {
             day: take("day", 0.0..=366.0, "d", "the day of the year, from 0")?,
             inclination: take("inclination_deg", 0.0..=180.0, "deg", "the inclination of the orbit [deg]")?,
@@ -70,17 +69,10 @@ impl Season {
 /// Angle between the Sun and the plane of an orbit [deg].
 fn beta_deg(day: f64, inclination: f64, node: f64) -> f64 {
     let [longitude, tilt] = [TAU * (day - EQUINOX) / YEAR, OBLIQUITY.to_radians()];
-    let sun = [
-        libm::cos(longitude),
-        libm::sin(longitude) * libm::cos(tilt),
-        libm::sin(longitude) * libm::sin(tilt),
-    ];
+    let sun = [libm::cos(longitude), libm::sin(longitude) * libm::cos(tilt), libm::sin(longitude) * libm::sin(tilt)];
     let [inclination, node] = [inclination, node].map(f64::to_radians);
-    let normal = [
-        libm::sin(inclination) * libm::sin(node),
-        -libm::sin(inclination) * libm::cos(node),
-        libm::cos(inclination),
-    ];
+    let normal =
+        [libm::sin(inclination) * libm::sin(node), -libm::sin(inclination) * libm::cos(node), libm::cos(inclination)];
     let sine: f64 = sun.iter().zip(normal).map(|(a, b)| a * b).sum();
     libm::asin(sine.clamp(-1.0, 1.0)).to_degrees()
 }

@@ -138,7 +138,8 @@ impl Spec {
     /// # Errors
     /// The first thing that is wrong, with file, line and key.
     pub fn load(path: &Path, reach: &Reach) -> Result<Self, SceneError> {
-        let unreadable = |fault: files::FileFault| SceneError::Unreadable { path: path.to_path_buf(), reason: fault.to_string() };
+        let unreadable =
+            |fault: files::FileFault| SceneError::Unreadable { path: path.to_path_buf(), reason: fault.to_string() };
         let spec = Self::parse(&files::read_text(path).map_err(unreadable)?, path)?;
         match reach.admit(&spec.scene) {
             Ok(()) => Ok(spec),
@@ -158,7 +159,8 @@ impl Spec {
         let samples = root.whole("samples", 1..=MOST_SAMPLES)?;
         let samples = root.required("samples", samples, "the number of images")?;
         let poses = root.whole("poses_per_orbit", 1..=100_000)?;
-        let poses_per_orbit = root.required("poses_per_orbit", poses, "the images that share the thermal run of an orbit")?;
+        let poses_per_orbit =
+            root.required("poses_per_orbit", poses, "the images that share the thermal run of an orbit")?;
         let each_orbit = each_orbit(&root)?;
         let season = Season::read(&root)?;
         let life = Life::read(&root)?;
@@ -221,7 +223,9 @@ fn each_orbit(root: &Table) -> Result<Vec<(String, Drawn)>, SceneError> {
             return Err(table.error(section, &format!("can not be drawn: {why}")));
         }
         if !ROOT.contains(&section.as_str()) {
-            return Err(table.error(section, &format!("is no section of a scene{}", suggestion(section, ROOT.iter().copied()))));
+            return Err(
+                table.error(section, &format!("is no section of a scene{}", suggestion(section, ROOT.iter().copied())))
+            );
         }
         let known = SECTIONS.iter().find(|(header, _)| header.trim_matches(['[', ']']) == section);
         let Some((header, keys)) = known else { continue };
@@ -234,7 +238,8 @@ fn each_orbit(root: &Table) -> Result<Vec<(String, Drawn)>, SceneError> {
         for values in tables {
             let Drawn::Table(values) = values else { continue };
             if let Some((key, _)) = values.iter().find(|(key, _)| !keys.contains(&key.as_str())) {
-                let message = format!("the scene's {header} has no key '{key}'{}", suggestion(key, keys.iter().copied()));
+                let message =
+                    format!("the scene's {header} has no key '{key}'{}", suggestion(key, keys.iter().copied()));
                 return Err(table.error_within(section, key, &message));
             }
         }
@@ -251,7 +256,9 @@ fn refuse_twice(
 ) -> Result<(), SceneError> {
     let of = |name: &str| each_orbit.iter().find(|(section, _)| section == name).map(|(_, drawn)| drawn);
     if has_season && of("orbit").is_some_and(|orbit| orbit.keys().any(|key| key == "beta_deg")) {
-        return Err(root.error("season", "draws the beta angle, and so does each_orbit.orbit.beta_deg: state one of the two"));
+        return Err(
+            root.error("season", "draws the beta angle, and so does each_orbit.orbit.beta_deg: state one of the two")
+        );
     }
     let Some(Drawn::List(materials)) = of("material") else { return Ok(()) };
     for material in materials {
@@ -259,7 +266,10 @@ fn refuse_twice(
         let name = values.iter().find(|(key, _)| key == "match").and_then(|(_, name)| name.text());
         let ages = |key: &str| name.zip(life).is_some_and(|(name, life)| life.states(name, key));
         if let Some((key, _)) = values.iter().find(|(key, _)| ages(key)) {
-            return Err(root.error("life", &format!("draws the {key} of a material for which [[each_orbit.material]] states it too")));
+            return Err(root.error(
+                "life",
+                &format!("draws the {key} of a material for which [[each_orbit.material]] states it too"),
+            ));
         }
     }
     Ok(())
@@ -271,7 +281,8 @@ fn images(root: &Table) -> Result<Vec<ImageKind>, SceneError> {
     let mut images = Vec::new();
     for word in root.required("images", words, "the image files: numbers, radiance or both")? {
         let found = known.iter().find(|(name, _)| *name == word);
-        let message = || format!("'{word}' is no kind of image{}", suggestion(word, known.iter().map(|(name, _)| *name)));
+        let message =
+            || format!("'{word}' is no kind of image{}", suggestion(word, known.iter().map(|(name, _)| *name)));
         images.push(found.ok_or_else(|| root.error("images", &message()))?.1);
     }
     images.sort_unstable();
@@ -314,7 +325,8 @@ fn key_points(root: &Table) -> Result<Vec<KeyPoint>, SceneError> {
         if points.iter().any(|point| point.name == name) {
             return Err(table.error("name", &format!("'{name}' is the name of another key point")));
         }
-        let position = table.required("position", table.numbers::<3>("position")?, "[x, y, z] in the body frame [m]")?;
+        let position =
+            table.required("position", table.numbers::<3>("position")?, "[x, y, z] in the body frame [m]")?;
         let part = table.text("part")?.map(str::to_owned);
         points.push(KeyPoint { name, position: DVec3::from(position), part });
     }
@@ -331,7 +343,15 @@ mod tests {
     #[test]
     fn the_reference_explains_every_key() {
         let lists = [
-            KEYS, SPLIT, REJECT, KEY_POINT, camera_rule::CAMERA, life::LIFE, life::LIFE_MATERIAL, life::OPTICS, season::SEASON,
+            KEYS,
+            SPLIT,
+            REJECT,
+            KEY_POINT,
+            camera_rule::CAMERA,
+            life::LIFE,
+            life::LIFE_MATERIAL,
+            life::OPTICS,
+            season::SEASON,
             time_rule::TIME,
         ];
         for key in lists.iter().flat_map(|list| list.iter()) {

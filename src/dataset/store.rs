@@ -129,7 +129,13 @@ impl Store {
             fs::remove_dir_all(&path).map_err(failed)?;
         }
         fs::create_dir(&path).map_err(failed)?;
-        Ok(OrbitFolder { root: self.root.clone(), path, place: places::orbit(split, orbit), sums: Vec::new(), bytes: 0 })
+        Ok(OrbitFolder {
+            root: self.root.clone(),
+            path,
+            place: places::orbit(split, orbit),
+            sums: Vec::new(),
+            bytes: 0,
+        })
     }
 
     /// Puts a whole orbit in its place. Where another process was faster, that orbit stays, which has the same bytes.
@@ -312,13 +318,18 @@ pub fn sum_of(bytes: &[u8]) -> String {
 pub fn identity(root: &Path) -> Result<Json, DatasetError> {
     let path = root.join(HOME).join(IDENTITY);
     let none = |reason: String| DatasetError::None { folder: root.to_path_buf(), reason };
-    let text = fs::read_to_string(&path).map_err(|error| none(format!("{} can not be read: {error}", path.display())))?;
+    let text =
+        fs::read_to_string(&path).map_err(|error| none(format!("{} can not be read: {error}", path.display())))?;
     serde_json::from_str(&text).map_err(|error| none(format!("{} is damaged: {error}", path.display())))
 }
 
 /// Keys of the identity in which two processes must agree, and their words for users.
-const AGREE: [(&str, &str); 4] =
-    [("spec_sha256", "SPEC"), ("scene_sha256", "scene or model"), ("device", "device"), ("version", "version of isotherm")];
+const AGREE: [(&str, &str); 4] = [
+    ("spec_sha256", "SPEC"),
+    ("scene_sha256", "scene or model"),
+    ("device", "device"),
+    ("version", "version of isotherm"),
+];
 
 fn compare(root: &Path, there: &str, identity: &Json) -> Result<(), DatasetError> {
     let there: Json = serde_json::from_str(there).unwrap_or_default();

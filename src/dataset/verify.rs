@@ -113,9 +113,13 @@ pub fn labels(root: &Path, spec: &Spec, stop: &AtomicBool, found: &mut Verified)
         }
         let folder = root.join(places::orbit(split_of(spec, orbit), orbit as u32));
         let own = read_json(&folder.join(ORBIT))?;
-        let [cameras, poses] = [read_json(&folder.join("scene_camera.json"))?, read_json(&folder.join("scene_gt.json"))?];
-        let images: Vec<&Map<String, Json>> =
-            own.get("images").and_then(Json::as_array).map(|rows| rows.iter().filter_map(Json::as_object).collect()).unwrap_or_default();
+        let [cameras, poses] =
+            [read_json(&folder.join("scene_camera.json"))?, read_json(&folder.join("scene_gt.json"))?];
+        let images: Vec<&Map<String, Json>> = own
+            .get("images")
+            .and_then(Json::as_array)
+            .map(|rows| rows.iter().filter_map(Json::as_object).collect())
+            .unwrap_or_default();
         rows += images.len();
         let faults: Vec<String> = images
             .par_iter()
@@ -196,7 +200,8 @@ fn image_faults(folder: &Path, row: &Map<String, Json>, cameras: &Json, poses: &
             if row.get("visible_pixels").and_then(Json::as_u64) != Some(seen) {
                 faults.push(format!("its map of parts shows {seen} pixels, and the index has another number"));
             }
-            let alike = |map: &[u16]| map.len() == parts.len() && map.iter().zip(&parts).all(|(a, b)| (*a == 0) == (*b == 0));
+            let alike =
+                |map: &[u16]| map.len() == parts.len() && map.iter().zip(&parts).all(|(a, b)| (*a == 0) == (*b == 0));
             if !alike(&depths) || !alike(&temperatures) {
                 faults.push("its maps of parts, depth and temperature show other pixels".to_owned());
             }

@@ -58,7 +58,9 @@ pub fn finish(spec: &Spec, store: &Store, craft: &Craft, files: &[(String, Vec<u
             }
             if let Some(Json::Array(images)) = read.remove("images") {
                 *counts.entry(split.name()).or_insert(0) += images.len();
-                rows.extend(images.into_iter().filter_map(|row| if let Json::Object(row) = row { Some(row) } else { None }));
+                rows.extend(
+                    images.into_iter().filter_map(|row| if let Json::Object(row) = row { Some(row) } else { None }),
+                );
             }
         }
         put(INDEX, &index::encode(&rows)?)?;
@@ -122,5 +124,9 @@ fn lines_of<'a>(spec: &'a Spec, root: &'a Path, split: Split, key: &'static str)
 
 /// The rows of an orbit.
 pub fn rows_of(orbit: &Json) -> Vec<&Map<String, Json>> {
-    orbit.get("images").and_then(Json::as_array).map(|rows| rows.iter().filter_map(Json::as_object).collect()).unwrap_or_default()
+    orbit
+        .get("images")
+        .and_then(Json::as_array)
+        .map(|rows| rows.iter().filter_map(Json::as_object).collect())
+        .unwrap_or_default()
 }

@@ -19,7 +19,8 @@ fn the_split_has_its_shares_of_the_orbits() {
 #[test]
 fn orbits_of_a_latin_hypercube_fill_each_stratum_once() {
     for (sampling, expected) in [("latin_hypercube", 20), ("random", 0)] {
-        let workshop = Workshop::new(&[("samples = 6", "samples = 40"), ("\"latin_hypercube\"", &format!("\"{sampling}\""))]);
+        let workshop =
+            Workshop::new(&[("samples = 6", "samples = 40"), ("\"latin_hypercube\"", &format!("\"{sampling}\""))]);
         let (spec, scenes) = workshop.spec();
         let mut strata = std::collections::BTreeSet::new();
         for orbit in 0..spec.orbits() {

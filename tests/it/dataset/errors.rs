@@ -12,12 +12,20 @@ use super::{SPEC, Workshop};
 #[test]
 fn a_wrong_spec_is_refused_with_line_and_key() {
     for (from, to, expected) in [
-        ("poses_per_orbit = 2", "poses_per_orbits = 2", "spec.toml:3: poses_per_orbits: unknown key; did you mean 'poses_per_orbit'?"),
+        (
+            "poses_per_orbit = 2",
+            "poses_per_orbits = 2",
+            "spec.toml:3: poses_per_orbits: unknown key; did you mean 'poses_per_orbit'?",
+        ),
         ("samples = 6", "samples = 0", "spec.toml:2: samples: expected a whole number from 1"),
         ("samples = 6", "", "samples: is missing"),
         ("[0, 0.1]", "[0.1, 0]", "time.orbits: uniform must run from low to high"),
         ("log_uniform = [9, 40]", "log_uniform = [-9, 40]", "camera.distance: log_uniform must begin above 0"),
-        ("log_uniform = [9, 40]", "log_unifrom = [9, 40]", "'log_unifrom' is no distribution; did you mean 'log_uniform'?"),
+        (
+            "log_uniform = [9, 40]",
+            "log_unifrom = [9, 40]",
+            "'log_unifrom' is no distribution; did you mean 'log_uniform'?",
+        ),
         ("log_uniform = [9, 40]", "uniform = [-1, 40]", "camera.distance: may be -1 to 40, and must lie within"),
         ("within = [0.7, 0.9]", "within = [7, 9]", "nothing can be drawn"),
         ("phase_deg = {", "phase_degree = {", "has no key 'phase_degree'; did you mean 'phase_deg'?"),
@@ -43,7 +51,10 @@ fn what_the_scene_refuses_is_told_before_anything_is_written() {
         (&[("match = \"cells\"", "match = \"cell\"")][..], "the scene has no [[material]] with match = \"cell\""),
         (&[("[0.7, 0.9]", "[0.7, 1.9]"), ("[0.82, 0.02]", "[1.8, 0.01]")], "emissivity"),
         (&[("part = \"wing_starboard\"", "part = \"wing_starbord\"")], "wing_starbord"),
-        (&[("kind = \"shell\"\ndistance = { log_uniform = [9, 40] }", "kind = \"path\"")], "the scene has no camera.path"),
+        (
+            &[("kind = \"shell\"\ndistance = { log_uniform = [9, 40] }", "kind = \"path\"")],
+            "the scene has no camera.path",
+        ),
     ] {
         let workshop = Workshop::new(changes);
         let error = workshop.make("set", (0, 1), Begin::Fresh).expect_err("a refusal").to_string();
@@ -54,7 +65,8 @@ fn what_the_scene_refuses_is_told_before_anything_is_written() {
 
 #[test]
 fn no_sample_after_all_attempts_is_an_error_with_the_reasons() {
-    let workshop = Workshop::new(&[("pointing_px = { normal = [0, 4] }", "pointing_px = 400"), ("attempts = 50", "attempts = 7")]);
+    let workshop =
+        Workshop::new(&[("pointing_px = { normal = [0, 4] }", "pointing_px = 400"), ("attempts = 50", "attempts = 7")]);
     let error = workshop.make("set", (0, 1), Begin::Fresh).expect_err("no sample");
     assert!(matches!(error, DatasetError::NoSample { attempts: 7, .. }));
     assert!(error.to_string().contains("after 7 attempts: 7 craft out of view"), "{error}");
@@ -67,7 +79,9 @@ fn a_folder_that_can_not_be_used_is_refused() {
     workshop.0.write("file", "");
     std::fs::create_dir(workshop.path("full")).expect("a folder");
     workshop.0.write("full/mine.txt", "mine");
-    for (folder, expected) in [("file", "is a file"), ("file/below", "cannot create output folder"), ("full", "is not empty")] {
+    for (folder, expected) in
+        [("file", "is a file"), ("file/below", "cannot create output folder"), ("full", "is not empty")]
+    {
         for begin in [Begin::Fresh, Begin::Force] {
             let error = workshop.make(folder, (0, 1), begin).expect_err(folder).to_string();
             assert!(error.contains(expected), "{folder}: {error}");

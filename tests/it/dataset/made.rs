@@ -14,7 +14,8 @@ fn one_run_three_shards_and_a_resumed_run_give_the_same_files() {
     let made = workshop.whole("one");
     assert_eq!((made.images, made.orbits), (6, 3));
     let one = workshop.tree("one");
-    for name in ["index.parquet", "README.txt", "camera.json", "spec.toml", "coco/train.json", "speed/validation.json"] {
+    for name in ["index.parquet", "README.txt", "camera.json", "spec.toml", "coco/train.json", "speed/validation.json"]
+    {
         assert!(one.contains_key(name), "{name} is missing: {:?}", one.keys());
     }
     for what in ["gray", "radiance", "depth", "part", "temperature", "label"] {
@@ -29,7 +30,8 @@ fn one_run_three_shards_and_a_resumed_run_give_the_same_files() {
 
     // An orbit and the files of the whole set are lost, as if a kill had come before them.
     let lost = ["train", "val", "test"].map(|split| workshop.path("one").join(split)).into_iter();
-    let lost = lost.flat_map(|split| fs::read_dir(split).into_iter().flatten()).next().expect("an orbit").expect("an orbit");
+    let lost =
+        lost.flat_map(|split| fs::read_dir(split).into_iter().flatten()).next().expect("an orbit").expect("an orbit");
     fs::remove_dir_all(lost.path()).expect("removed");
     fs::remove_file(workshop.path("one/checksums.sha256")).expect("removed");
     fs::remove_file(workshop.path("one/index.parquet")).expect("removed");
@@ -43,7 +45,10 @@ fn one_run_three_shards_and_a_resumed_run_give_the_same_files() {
     assert!(matches!(workshop.make("one", (0, 1), Begin::Resume), Err(DatasetError::Other { .. })));
     workshop.make("one", (0, 1), Begin::Force).expect("a data set");
     let other = differing(&one, &workshop.tree("one"));
-    assert!(other.iter().any(|name| name.ends_with(".exr")) && other.contains(&"index.parquet".to_owned()), "{other:?}");
+    assert!(
+        other.iter().any(|name| name.ends_with(".exr")) && other.contains(&"index.parquet".to_owned()),
+        "{other:?}"
+    );
 }
 
 #[test]
