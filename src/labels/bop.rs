@@ -89,3 +89,62 @@ pub fn camera(image: &LabelledImage) -> String {
     let camera = json!({ "fx": fx, "fy": fy, "cx": cx, "cy": cy, "width": image.width, "height": image.height });
     line(camera) + "\n"
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::image::tests::{small, small_craft};
+    use super::*;
+
+    #[test]
+    fn entries_are_those_of_the_format() {
+        let (craft, mut image) = (small_craft(), small());
+        image.camera_from_body.matrix3 = glam::DMat3::from_cols(glam::DVec3::Y, glam::DVec3::NEG_X, glam::DVec3::Z);
+        let solids = Solids::new(&craft);
+        assert_eq!(camera_of(&image, 0.1), r#"{"cam_K":[10.0,0.0,1.5,0.0,20.0,1.0,0.0,0.0,1.0],"depth_scale":0.1}"#);
+        let turn = r#""cam_R_m2c":[0.0,-1.0,0.0,1.0,0.0,0.0,0.0,0.0,1.0]"#;
+        assert_eq!(
+            poses_of(&image, &solids),
+            format!(
+                "[{{{turn},\"cam_t_m2c\":[250.0,0.0,2000.0],\"obj_id\":1}},{{{turn},\"cam_t_m2c\":[250.0,0.0,3000.0],\"obj_id\":2}}]"
+            )
+        );
+        // A turn the other way is another matrix.
+        image.camera_from_body.matrix3 = image.camera_from_body.matrix3.transpose();
+        assert!(!poses_of(&image, &solids).contains(turn));
+    }
+
+    #[test]
+    fn counts_and_boxes_are_those_of_calc_gt_info() {
+        let image = small();
+        let at = |places: &[usize]| (0..12).map(|at| places.contains(&at)).collect::<Vec<_>>();
+        let hidden = Silhouette {
+            full: at(&[2, 6, 8]),
+            visible: at(&[2]),
+            count: 4,
+            bounds: super::super::mask::bounds(&at(&[2, 6, 8]), 4),
+        };
+        let gone =
+            Silhouette { full: at(&[0]), visible: at(&[]), count: 1, bounds: super::super::mask::bounds(&at(&[0]), 4) };
+        assert_eq!(
+            info_of(&image, &[hidden.clone(), gone.clone()]),
+            concat!(
+                r#"[{"bbox_obj":[0,0,2,2],"bbox_visib":[2,0,0,0],"px_count_all":4,"px_count_valid":2,"px_count_visib":1,"visib_fract":0.25},"#,
+                r#"{"bbox_obj":[-1,-1,-1,-1],"bbox_visib":[-1,-1,-1,-1],"px_count_all":1,"px_count_valid":0,"px_count_visib":0,"visib_fract":0.0}]"#
+            )
+        );
+        let targets = targets_of(&image, &Solids::new(&small_craft()), &[hidden, gone]);
+        assert_eq!(targets, [r#"{"im_id":2,"inst_count":1,"obj_id":1,"scene_id":3}"#]);
+    }
+
+    #[test]
+    fn a_lens_with_distortion_is_told() {
+        let mut image = small();
+        image.lens.distortion = crate::lens::Distortion::Fisheye([0.1, 0.0, 0.0, 0.0]);
+        assert!(
+            camera_of(&image, 1.0)
+                .contains(r#""cam_distortion":{"model":"opencv_fisheye","numbers":[0.1,0.0,0.0,0.0]}"#)
+        );
+        assert_eq!(camera(&image), "{\"cx\":1.5,\"cy\":1.0,\"fx\":10.0,\"fy\":20.0,\"height\":3,\"width\":4}\n");
+        assert_eq!(scene([(0, "{}".to_owned()), (12, "[]".to_owned())]), "{\n\"0\": {},\n\"12\": []\n}\n");
+    }
+}

@@ -4,6 +4,7 @@
 //! its pixels: x and y are the left and upper border of the first one. A key point is in OpenCV's pixels, like the list of COCO itself, whose places are
 //! indices of pixels.
 
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::craft::Craft;
@@ -17,7 +18,7 @@ use super::text::{enclosed, line};
 pub const CRAFT: u32 = 1;
 
 /// The entries of one image.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Entry {
     /// The image.
     pub image: String,
@@ -90,4 +91,60 @@ pub fn file(
         .chain(enclosed("\"categories\": [", categories, "],\n"))
         .chain(enclosed("\"images\": [", images, "],\n"))
         .chain(std::iter::once(format!("\"info\": {info},\n\"licenses\": []\n}}\n")))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec2, DVec3};
+
+    use super::super::image::tests::{small, small_craft};
+    use super::*;
+
+    fn parsed(text: &str) -> Value {
+        serde_json::from_str(text).expect("JSON")
+    }
+
+    #[test]
+    fn entries_are_those_of_the_format() {
+        let seen = Seen { point: DVec3::Z, pixel: Some(DVec2::new(1.25, 0.5)), visibility: Visibility::Hidden };
+        let outside = Seen { pixel: None, visibility: Visibility::Outside, ..seen };
+        let made = entry(&small_craft(), &small(), &[seen, outside]);
+        assert_eq!(made.image, r#"{"file_name":"val/000003/gray/000002.png","height":3,"id":7,"width":4}"#);
+        // 7 samples of 3 numbers each stand before.
+        let expected = [
+            concat!(
+                r#"{"area":3,"bbox":[1,0,2,2],"category_id":1,"id":22,"image_id":7,"iscrowd":0,"#,
+                r#""keypoints":[1.25,0.5,1,0,0,0],"num_keypoints":1,"segmentation":{"counts":"41113","size":[3,4]}}"#
+            ),
+            concat!(
+                r#"{"area":2,"bbox":[1,1,2,1],"category_id":2,"id":23,"image_id":7,"iscrowd":0,"#,
+                r#""segmentation":{"counts":"41202","size":[3,4]}}"#
+            ),
+            concat!(
+                r#"{"area":1,"bbox":[2,0,1,1],"category_id":3,"id":24,"image_id":7,"iscrowd":0,"#,
+                r#""segmentation":{"counts":"615","size":[3,4]}}"#
+            ),
+        ];
+        assert_eq!(made.annotations, expected);
+        let mut other = small();
+        other.part[5] = 2;
+        assert_ne!(entry(&small_craft(), &other, &[]).annotations[1..], expected[1..]);
+    }
+
+    #[test]
+    fn a_file_names_the_craft_its_key_points_and_its_parts() {
+        let text: String = file(&small_craft(), Split::Test, vec!["{}".to_owned()], Vec::new()).collect();
+        let file = parsed(&text);
+        assert_eq!(file["annotations"], json!([]));
+        assert_eq!(file["images"], json!([{}]));
+        assert_eq!(
+            file["categories"],
+            json!([
+                {"id": 1, "keypoints": ["tip"], "name": "small", "skeleton": [], "supercategory": "craft"},
+                {"id": 2, "name": "hull", "supercategory": "part"},
+                {"id": 3, "name": "wing", "supercategory": "part"},
+            ])
+        );
+        assert_eq!(file["info"]["description"], "small, test");
+    }
 }

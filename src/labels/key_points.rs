@@ -130,10 +130,9 @@ pub fn chosen(craft: &Craft, count: usize) -> Vec<KeyPoint> {
                 Some((_, greatest)) if greatest >= *distance => best,
                 _ => Some((index, *distance)),
             });
-        let Some((index, distance)) = farthest.filter(|(_, distance)| *distance > 0.0 || points.is_empty()) else {
+        let Some((index, _)) = farthest.filter(|(_, distance)| *distance > 0.0 || points.is_empty()) else {
             break;
         };
-        debug_assert!(distance.is_finite());
         let vertex = used[index];
         let part = craft.vertex_part[vertex as usize] as usize;
         let name = format!("{:02}_{}", points.len() + 1, craft.parts[part]);
@@ -182,4 +181,65 @@ fn is_hidden(image: &LabelledImage, depth: f64, pixel: DVec2) -> bool {
         let at = row * image.width as usize + column;
         image.part[at] != 0 && f64::from(image.depth[at]) < before
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::image::tests::{small, small_craft};
+    use super::*;
+
+    #[test]
+    fn the_farthest_vertices_are_chosen_one_after_another() {
+        let craft = small_craft();
+        let points = chosen(&craft, 3);
+        // The middle is (1.5, 0.5), from which (0, 0), (0, 1), (3, 0) and (3, 1) are equally far.
+        let places: Vec<[f64; 2]> = points.iter().map(|point| point.position.truncate().to_array()).collect();
+        assert_eq!(places, [[0.0, 0.0], [3.0, 1.0], [1.0, 0.0]]);
+        let names: Vec<(&str, u32)> = points.iter().map(|point| (point.name.as_str(), point.link)).collect();
+        assert_eq!(names, [("01_hull", 0), ("02_wing", 1), ("03_hull", 0)]);
+        // Two vertices share a place, which is chosen once.
+        assert_eq!(chosen(&craft, 20).len(), 5);
+    }
+
+    #[test]
+    fn a_point_is_hidden_by_what_stands_before_it() {
+        let mut image = small();
+        image.camera_from_body = glam::DAffine3::from_translation(DVec3::new(0.0, 0.0, 4.0));
+        let point = |x: f64, y: f64| KeyPoint { name: "p".to_owned(), link: 0, position: DVec3::new(x, y, 0.0) };
+        let pixel = |x: f64, y: f64| point((x - 1.5) * 4.0 / 10.0, (y - 1.0) * 4.0 / 20.0);
+        let visibility =
+            |image: &LabelledImage, point: &KeyPoint| seen(std::slice::from_ref(point), image)[0].visibility;
+        // Only two of the four pixels round (1.5, 1.5) show something.
+        assert_eq!(visibility(&image, &pixel(1.5, 1.5)), Visibility::Visible);
+        image.part[9] = 1;
+        image.part[10] = 1;
+        image.depth[9] = 2.0;
+        image.depth[10] = 2.0;
+        assert_eq!(visibility(&image, &pixel(1.5, 1.5)), Visibility::Hidden);
+        // Within two spacings of the pixels, which are 0.4 m, it is taken for the surface itself.
+        for at in [5, 6, 9, 10] {
+            image.depth[at] = 3.25;
+        }
+        assert_eq!(visibility(&image, &pixel(1.5, 1.5)), Visibility::Visible);
+        assert_eq!(visibility(&image, &pixel(3.6, 1.0)), Visibility::Outside);
+        assert_eq!(visibility(&image, &pixel(3.4, 1.0)), Visibility::Visible);
+        // A link moves its points: 1 m farther away.
+        let moved = KeyPoint { link: 1, ..point(0.0, 0.0) };
+        assert_eq!(seen(&[moved], &image)[0].point, DVec3::new(0.0, 0.0, 5.0));
+    }
+
+    #[test]
+    fn given_points_need_a_part_a_place_and_a_name_of_their_own() {
+        let craft = small_craft();
+        let place = DVec3::new(3.1, 0.9, 0.0);
+        assert_eq!(given(&craft, "a", place, None).map(|point| point.link), Ok(1));
+        assert_eq!(given(&craft, "a", place, Some("hull")).map(|point| point.link), Ok(0));
+        let error = given(&craft, "a", place, Some("mast")).unwrap_err().to_string();
+        assert_eq!(error, "the key point 'a' lies on the part 'mast', but the parts are: hull, wing");
+        assert!(given(&craft, "a", DVec3::NAN, None).is_err());
+        let twice =
+            [given(&craft, "a", place, None).expect("a point"), given(&craft, "a", place, None).expect("a point")];
+        assert_eq!(check_names(&twice), Err(KeyPointError::Twice("a".to_owned())));
+        assert_eq!(check_names(&twice[..1]), Ok(()));
+    }
 }

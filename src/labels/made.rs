@@ -1,5 +1,7 @@
 //! All labels of one image at once, and the files of a whole data set.
 
+use serde::{Deserialize, Serialize};
+
 use super::craft::Craft;
 use super::describe::{Steps, label};
 use super::image::{LabelledImage, Split};
@@ -20,7 +22,7 @@ pub struct Label {
 }
 
 /// The lines of an image in the lists of its orbit and of the data set. They are text, so whoever makes an orbit can keep them in a file.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Lines {
     /// Number of the image in its orbit.
     pub number: u32,

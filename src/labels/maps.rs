@@ -100,7 +100,54 @@ pub fn digital_numbers(image: &LabelledImage) -> Result<Option<Vec<u8>>, OutputE
 
 #[cfg(test)]
 mod tests {
+    use super::super::image::tests::small;
     use super::*;
+
+    /// The numbers of a grey PNG.
+    fn numbers(bytes: &[u8]) -> Vec<u16> {
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().expect("a PNG");
+        let mut pixels = vec![0; reader.output_buffer_size().expect("a size")];
+        let info = reader.next_frame(&mut pixels).expect("pixels");
+        assert_eq!(info.color_type, png::ColorType::Grayscale);
+        match info.bit_depth {
+            png::BitDepth::Eight => pixels.into_iter().map(u16::from).collect(),
+            _ => pixels.chunks(2).map(|pair| u16::from_be_bytes([pair[0], pair[1]])).collect(),
+        }
+    }
+
+    #[test]
+    fn maps_hold_their_values_at_their_steps() {
+        let mut image = small();
+        let depth = super::depth(&image).expect("a map");
+        assert_eq!((depth.step, numbers(&depth.png)), (0.1, vec![0, 0, 30000, 0, 0, 20000, 20000, 0, 0, 0, 0, 0]));
+        let temperature = super::temperature(&image).expect("a map");
+        assert_eq!(temperature.step, 0.01);
+        assert_eq!(numbers(&temperature.png)[..7], [0, 0, 30000, 0, 0, 28000, 28000]);
+        assert_eq!(numbers(&part(&image).expect("a map"))[..7], [0, 0, 2, 0, 0, 1, 1]);
+        let seen: Vec<bool> = image.part.iter().map(|part| *part != 0).collect();
+        assert_eq!(numbers(&mask(&image, &seen).expect("a mask"))[..7], [0, 0, 255, 0, 0, 255, 255]);
+        // A kilometre needs another step, and what is seen is never 0.
+        image.depth[2] = 1000.0;
+        image.depth[5] = 0.001;
+        let far = super::depth(&image).expect("a map");
+        assert_eq!((far.step, numbers(&far.png)[2], numbers(&far.png)[5]), (20.0, 50000, 1));
+        image.depth[2] = f32::INFINITY;
+        let error = super::depth(&image).unwrap_err().to_string();
+        assert!(error.starts_with("sample 7: the depth is inf"), "{error}");
+    }
+
+    #[test]
+    fn digital_numbers_are_kept_as_they_are() {
+        let mut image = small();
+        let bytes = digital_numbers(&image).expect("a PNG").expect("a sensor");
+        assert_eq!(numbers(&bytes), [5; 12]);
+        image.digital_numbers = Some(vec![256; 12]);
+        image.bits = 8;
+        let error = digital_numbers(&image).unwrap_err().to_string();
+        assert!(error.contains("digital number 256 of sample 7 has more than 8 bits"), "{error}");
+        image.digital_numbers = None;
+        assert_eq!(digital_numbers(&image).expect("nothing"), None);
+    }
 
     #[test]
     fn a_step_is_the_finest_that_reaches_the_greatest_value() {

@@ -85,7 +85,26 @@ pub fn models_info(craft: &Craft, solids: &Solids) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::image::tests::small_craft;
     use super::*;
+
+    #[test]
+    fn a_mesh_is_in_millimetres_with_its_own_vertices() {
+        let (craft, solids) = (small_craft(), Solids::new(&small_craft()));
+        let text = ply(&craft, &craft.triangles_of(1));
+        let body = text.split("end_header\n").nth(1).expect("a body");
+        assert_eq!(
+            body,
+            "1000.0000 0.0000 0.0000 0.000000 0.000000 1.000000\n3000.0000 0.0000 0.0000 0.000000 0.000000 1.000000\n\
+             3000.0000 1000.0000 0.0000 0.000000 0.000000 1.000000\n3 0 1 2\n"
+        );
+        assert!(text.contains("element vertex 3\n") && text.contains("element face 1\n"));
+        let info: serde_json::Value = serde_json::from_str(&models_info(&craft, &solids)).expect("JSON");
+        let diameter = 1000.0 * 5.0_f64.sqrt();
+        let expected = json!({"diameter": diameter, "min_x": 1000.0, "min_y": 0.0, "min_z": 0.0, "size_x": 2000.0, "size_y": 1000.0, "size_z": 0.0});
+        assert_eq!(info["2"], expected);
+        assert_ne!(info["1"], expected);
+    }
 
     #[test]
     fn the_diameter_is_that_of_all_pairs() {

@@ -69,3 +69,54 @@ pub fn visible_masks(image: &LabelledImage, silhouettes: &[Silhouette]) -> Strin
 pub fn full_masks(image: &LabelledImage, silhouettes: &[Silhouette]) -> String {
     masks(image, silhouettes.iter().map(|silhouette| silhouette.full.as_slice()))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::Read;
+
+    use super::super::image::tests::small;
+    use super::*;
+
+    fn tar_of(samples: &[(&str, &[(&str, &[u8])])]) -> Vec<u8> {
+        let mut tar = Tar::new(Vec::new());
+        for (key, files) in samples {
+            tar.add(key, files.iter().copied()).expect("it takes them");
+        }
+        tar.finish().expect("it ends")
+    }
+
+    #[test]
+    fn a_tar_holds_its_samples_and_nothing_of_the_day() {
+        let bytes = tar_of(&[
+            ("000003_000001", &[("json", b"{}"), ("gray.png", b"png")]),
+            ("000003_000002", &[("json", b"[]")]),
+        ]);
+        let mut archive = tar::Archive::new(bytes.as_slice());
+        let mut found = Vec::new();
+        for entry in archive.entries().expect("entries") {
+            let mut entry = entry.expect("an entry");
+            let header = entry.header();
+            assert_eq!((header.mtime().ok(), header.uid().ok(), header.gid().ok()), (Some(0), Some(0), Some(0)));
+            let name = entry.path().expect("a name").to_string_lossy().into_owned();
+            let mut content = String::new();
+            entry.read_to_string(&mut content).expect("its bytes");
+            found.push((name, content));
+        }
+        let expected = [("000003_000001.gray.png", "png"), ("000003_000001.json", "{}"), ("000003_000002.json", "[]")];
+        assert_eq!(found, expected.map(|(name, content)| (name.to_owned(), content.to_owned())));
+        // The order of the endings does not matter, and the bytes do.
+        let again = [
+            ("000003_000001", &[("gray.png", b"png".as_slice()), ("json", b"{}")][..]),
+            ("000003_000002", &[("json", b"[]")]),
+        ];
+        assert_eq!(tar_of(&again), bytes);
+        assert_ne!(tar_of(&again[..1]), bytes);
+    }
+
+    #[test]
+    fn masks_are_run_lengths_down_the_columns() {
+        let image = small();
+        let visible: Vec<bool> = image.part.iter().map(|part| *part == 1).collect();
+        assert_eq!(masks(&image, [visible.as_slice()]), "{\"0\":{\"counts\":[4,1,2,1,4],\"size\":[3,4]}}\n");
+    }
+}

@@ -28,6 +28,7 @@ mod image;
 mod inputs;
 mod joints;
 mod kills;
+mod labels;
 mod lens;
 mod mesh_network;
 mod model;
