@@ -214,8 +214,9 @@ impl Store {
 
 impl Drop for Store {
     fn drop(&mut self) {
-        // What stays is removed by the next process.
+        // What stays is removed by the next process. A process that was killed when this one began may have ended since.
         let _ = fs::remove_dir_all(&self.work);
+        let _ = remove_dead(&self.root.join(HOME));
     }
 }
 

@@ -5,6 +5,7 @@ mod errors;
 mod kills;
 mod made;
 mod verify;
+mod views;
 
 use std::collections::BTreeMap;
 use std::fs;
