@@ -28,7 +28,7 @@ fn a_wrong_spec_is_refused_with_line_and_key() {
         ),
         ("log_uniform = [9, 40]", "uniform = [-1, 40]", "camera.distance: may be -1 to 40, and must lie within"),
         ("within = [0.7, 0.9]", "within = [7, 9]", "nothing can be drawn"),
-        ("phase_deg = {", "phase_degree = {", "has no key 'phase_degree'; did you mean 'phase_deg'?"),
+        ("phase_deg = {", "phase_dag = {", "has no key 'phase_dag'; did you mean 'phase_deg'?"),
         ("[each_orbit.orbit]", "[each_orbit.orbits]", "is no section of a scene; did you mean 'orbit'?"),
         ("[each_orbit.orbit]\n", "[each_orbit.camera]\nwidth = 3\n[each_orbit.orbit]\n", "the same camera"),
         ("test = 0.33", "test = 0.5", "split: the shares of train, val and test must add up to 1"),

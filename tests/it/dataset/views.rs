@@ -106,13 +106,16 @@ fn the_sun_the_planet_and_a_near_craft_are_kept_out() {
 
 #[test]
 fn a_preview_shows_samples_with_boxes_and_axes() {
-    let (spec, scenes) = Workshop::new(&[]).spec();
+    let workshop = Workshop::new(&[]);
+    let (spec, scenes) = workshop.spec();
     let mut told = 0;
-    let sheet = preview(&spec, &scenes, &Target::Reference, &AtomicBool::new(false), &mut || told += 1).expect("a sheet");
+    let sheet =
+        preview(&spec, &scenes, &Target::Reference, &AtomicBool::new(false), &mut || told += 1).expect("a sheet");
     assert_eq!((sheet.samples, told), (6, 6));
     let has = |colour: [u8; 3]| {
         let rows = 0..sheet.canvas.height();
-        rows.flat_map(|y| (0..sheet.canvas.width()).map(move |x| (x, y))).any(|(x, y)| sheet.canvas.get(x, y) == Some(colour))
+        rows.flat_map(|y| (0..sheet.canvas.width()).map(move |x| (x, y)))
+            .any(|(x, y)| sheet.canvas.get(x, y) == Some(colour))
     };
     for colour in [[90, 220, 255], [255, 70, 70], [70, 255, 70], [80, 255, 120], [72, 105, 160]] {
         assert!(has(colour), "{colour:?}");
