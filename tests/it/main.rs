@@ -66,3 +66,4 @@ mod transitions;
 mod tutorial;
 mod twins;
 mod validation;
+mod view;

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The rooms of `src`. Each uses only rooms before it.
-const ORDER: [&str; 23] = [
+const ORDER: [&str; 24] = [
     "text",
     "host",
     "files",
@@ -25,6 +25,7 @@ const ORDER: [&str; 23] = [
     "labels",
     "dataset",
     "server",
+    "view",
     "compare",
     "paper",
     "bench",
