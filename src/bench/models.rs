@@ -32,10 +32,6 @@ const QUICK_STEPS: u32 = 12;
 pub const MOST_ORBITS: f64 = 3.0;
 /// Steps between two images.
 pub const DRAW_EVERY: u32 = 6;
-/// Patches on the area of the craft, where the scene states no exchange. A face of each sheet and the borders of parts make them about twice as many.
-const PATCHES: f64 = 2500.0;
-/// Turn of a joint after which rays are cast anew [rad]: 15 deg.
-const REDRAW_ANGLE: f64 = 15.0 * std::f64::consts::PI / 180.0;
 /// Size of the images [px].
 const IMAGE: [u32; 2] = [320, 256];
 /// Error of the visible share of the Sun above which a node counts as wrong.
@@ -232,8 +228,7 @@ impl Basis {
         says("model choices: what transitions are fitted to");
         let areas: Vec<f64> =
             network.nodes.node_of_vertex.iter().map(|node| network.nodes.areas[*node as usize]).collect();
-        let patch_edge = (areas.iter().sum::<f64>() / PATCHES).sqrt();
-        let exchange = stated.unwrap_or(Settings { rays: 256, patch_edge, bounces: None, redraw_angle: REDRAW_ANGLE });
+        let exchange = stated.unwrap_or_default();
         let instant = run(context, &responses::instant(&Choice::Instant.scene(&base, exchange), &mut |_| ())?)?;
         let of = responses::transitions(&network, &swings(&network, &instant))?;
         Ok(Self { scene: base, of, areas, nodes: network.nodes.count, exchange })

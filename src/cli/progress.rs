@@ -78,18 +78,26 @@ pub(super) fn tell(bar: &ProgressBar) {
 
 /// The line for the bars under way. Before the first unit of work is done, it is that of the first bar.
 fn line(bars: &[ProgressBar]) -> Option<String> {
-    let left = |bar: &&ProgressBar| bar.length().is_none_or(|length| bar.position() < length);
+    let left = |bar: &&ProgressBar| length_of(bar).is_none_or(|length| bar.position() < length);
     let begun = bars.iter().filter(left).filter(|bar| bar.position() > 0).map(text);
     let begun = begun.collect::<Vec<_>>().join(", ");
     if begun.is_empty() { bars.iter().find(left).map(text) } else { Some(begun) }
 }
 
+/// The length of a bar. Work of unknown length has none, or a length of 0.
+fn length_of(bar: &ProgressBar) -> Option<u64> {
+    bar.length().filter(|length| *length > 0)
+}
+
+/// A longer rest [s] is not told: the estimate grows without bound while a step takes very long.
+const LONGEST_REST: u64 = 30 * 86_400;
+
 /// `steps: 120 of 1000, 44 s left`.
 fn text(bar: &ProgressBar) -> String {
     let (what, done) = (bar.message(), bar.position());
-    let Some(length) = bar.length() else { return format!("progress: {what} {done}") };
+    let Some(length) = length_of(bar) else { return format!("progress: {what} {done}") };
     let eta = bar.eta().as_secs();
-    let eta = if done > 0 && eta > 0 { format!(", {eta} s left") } else { String::new() };
+    let eta = if done > 0 && (1..LONGEST_REST).contains(&eta) { format!(", {eta} s left") } else { String::new() };
     format!("progress: {what} {done} of {length}{eta}")
 }
 
@@ -165,6 +173,9 @@ mod tests {
         assert_eq!(told(&[bar("warm-up", 0), bar("steps", 0)]), Some("progress: warm-up 0 of 10".to_owned()));
         assert!(told(&[bar("warm-up", 10), bar("steps", 3)]).unwrap().starts_with("progress: steps 3 of 10"));
         assert_eq!(told(&[bar("warm-up", 10)]), None);
+        let unknown = bar("warm-up", 5);
+        unknown.set_length(0);
+        assert_eq!(told(&[unknown, bar("steps", 0)]), Some("progress: warm-up 5".to_owned()));
         let spinner = ProgressBar::hidden();
         spinner.unset_length();
         spinner.set_message("time [s]");

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::error::CliError;
 use super::reach::ReachArguments;
-use super::run::prepare_with_progress;
+use super::run::prepare_scene;
 use crate::environment::{PlanetLoad, StepLoad};
 use crate::exchange::between::{To, radiative_areas, view_factors};
 use crate::exchange::step::Exchange;
@@ -15,14 +15,16 @@ use crate::output::inputs::keep_inputs;
 use crate::simulation::exchange::{Craft, describe};
 use crate::simulation::prepare::Prepared;
 
-/// Write the view factors between the parts of a scene with [exchange].
+/// Write the view factors between the parts of a scene.
+///
+/// [exchange] states the patches and rays. Without it they have its defaults.
 ///
 /// The file has the columns from, to, view_factor and standard_error. Among `to` stand `space`, and `planet` as it is seen at time 0. The rows of a
 /// part sum to 1. Rays are cast from every patch in the pose of time 0.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  isotherm view-factors models/station.toml -o factors.csv --gr gr.csv")]
 pub struct Arguments {
-    /// Scene with a section [exchange]
+    /// Scene
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
     /// File of the view factors, or - for standard output
@@ -48,10 +50,11 @@ pub struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    let prepared = prepare_with_progress(&arguments.scene, arguments.reach)?;
+    let mut scene = arguments.reach.scene(&arguments.scene)?;
+    scene.exchange.get_or_insert_default();
+    let prepared = prepare_scene(scene)?;
     let Some(craft) = &prepared.exchange else {
-        let path = arguments.scene.display();
-        return Err(CliError::Usage(format!("{path}: the scene has no section [exchange], which states the patches")));
+        return Err(CliError::Usage(format!("{}: nothing exchanges heat", arguments.scene.display())));
     };
     let (gr, sky_path, fish_eye_path) = (&arguments.gr, &arguments.sky, &arguments.fish_eye);
     for path in [Some(&arguments.output), gr.as_ref(), sky_path.as_ref(), fish_eye_path.as_ref()].into_iter().flatten()

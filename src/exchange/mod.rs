@@ -7,6 +7,7 @@
 //! A patch has a uniform temperature and reflects diffusely. The room knows triangles and optical values. It knows no files and no Vulkan.
 
 pub mod between;
+pub mod buried;
 pub mod cast;
 pub mod defects;
 pub mod directions;

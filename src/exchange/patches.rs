@@ -1,4 +1,4 @@
-//! Patches: nodes gathered by joint, part, material, side, direction of the normal and place.
+//! Patches: nodes gathered by joint, part, material, side, direction of the normal and place. Faces inside other parts are gathered by themselves.
 //!
 //! A node belongs to one patch on each face that exchanges heat. The surface of a node is the part of its triangles that is nearest to it. Rays start there,
 //! and a ray that ends there ends on its patch.
@@ -85,8 +85,9 @@ pub struct Patches {
 }
 
 impl Patches {
-    /// Gathers nodes into patches of about `edge` [m].
-    pub fn new(surface: &Surface, materials: &[Material], edge: f64) -> Self {
+    /// Gathers nodes into patches of about `edge` [m]. `buried` says of the front and the back of each node whether they lie inside another part; it is empty where none
+    /// does.
+    pub fn new(surface: &Surface, materials: &[Material], edge: f64, buried: &[[bool; 2]]) -> Self {
         let mut corners_of_node: Vec<Vec<u32>> = vec![Vec::new(); surface.positions.len()];
         for (number, triangle) in surface.triangles.iter().enumerate() {
             if surface.area_of(number) > 0.0 {
@@ -108,7 +109,8 @@ impl Patches {
             let both = matches!(materials[material as usize].sides, Sides::Both { .. });
             for back in [false, true].into_iter().take(if both { 2 } else { 1 }) {
                 let facing = bin(surface.normals[node]);
-                let key = Key { joint: surface.joints[node], part, material, back, facing, cell };
+                let buried = buried.get(node).is_some_and(|faces| faces[usize::from(back)]);
+                let key = Key { joint: surface.joints[node], part, material, back, buried, facing, cell };
                 gathered.entry(key).or_default().push(node as u32);
             }
         }
@@ -175,6 +177,7 @@ struct Key {
     part: u32,
     material: u32,
     back: bool,
+    buried: bool,
     facing: [i8; 3],
     cell: [i64; 3],
 }

@@ -29,13 +29,22 @@ pub const SKY_RAYS: u32 = 4096;
 pub struct Settings {
     /// Rays of a patch.
     pub rays: u32,
-    /// Size of a patch [m].
-    pub patch_edge: f64,
+    /// Size of a patch [m]. `None` makes about [`PATCHES`] on the area of the craft.
+    pub patch_edge: Option<f64>,
     /// Most reflections; `None` follows all.
     pub bounces: Option<u32>,
     /// Angle after which what moves is found anew [rad].
     pub redraw_angle: f64,
 }
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { rays: 256, patch_edge: None, bounces: None, redraw_angle: 15f64.to_radians() }
+    }
+}
+
+/// Patches on the area of a craft whose scene states no size. Faces of sheets and borders of parts make them about twice as many.
+pub const PATCHES: f64 = 2500.0;
 
 /// Most patches of a craft, so that the number of one takes half a word.
 pub const MOST_PATCHES: usize = 1 << 16;

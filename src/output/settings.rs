@@ -103,7 +103,10 @@ pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
             "Radiation between surfaces",
             vec![
                 ("patches", craft.patches.all.len().to_string()),
-                ("patch_edge", format!("{} m", settings.patch_edge)),
+                (
+                    "patch_edge",
+                    settings.patch_edge.map_or("chosen from the area".to_owned(), |edge| format!("{edge} m")),
+                ),
                 ("rays", settings.rays.to_string()),
                 ("bounces", settings.bounces.map_or("all".to_owned(), |bounces| bounces.to_string())),
                 ("redraw angle", format!("{:.3} deg", settings.redraw_angle.to_degrees())),

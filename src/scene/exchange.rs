@@ -5,10 +5,6 @@ use super::quantity::Quantity;
 use super::section::Section;
 use crate::exchange::step::Settings;
 
-/// Default number of rays of a patch.
-const RAYS: u32 = 256;
-/// Default angle after which what moves is found anew [deg].
-const REDRAW_ANGLE_DEG: f64 = 15.0;
 /// Most reflections that a scene can state.
 const MOST_BOUNCES: u32 = 1000;
 
@@ -25,8 +21,8 @@ pub(super) fn read(
         );
         return Ok(None);
     };
-    let edge = section.number("patch_edge", Quantity::positive("m"))?;
-    let patch_edge = section.required("patch_edge", edge, "the size of a patch [m]")?;
+    let patch_edge = section.number("patch_edge", Quantity::positive("m"))?;
+    let default = Settings::default();
     let bounces = match section.string("bounces") {
         Ok(None | Some("all")) => None,
         Ok(Some(other)) => {
@@ -42,12 +38,11 @@ pub(super) fn read(
         assumptions.push("Sunlight reaches surfaces that others hide (there is no section [shadows]).".to_owned());
     }
     Ok(Some(Settings {
-        rays: section.whole("rays", 1..=65_536)?.unwrap_or(RAYS),
+        rays: section.whole("rays", 1..=65_536)?.unwrap_or(default.rays),
         patch_edge,
         bounces,
         redraw_angle: section
             .number("redraw_angle_deg", Quantity::within(0.0, 90.0, "deg"))?
-            .unwrap_or(REDRAW_ANGLE_DEG)
-            .to_radians(),
+            .map_or(default.redraw_angle, f64::to_radians),
     }))
 }

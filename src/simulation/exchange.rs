@@ -8,11 +8,12 @@ use glam::DAffine3;
 use super::exchange_poses::{Posed, Task};
 use super::network::SceneNetwork;
 use crate::environment::StepLoad;
+use crate::exchange::buried::buried;
 use crate::exchange::cast::Scenery;
 use crate::exchange::defects::Defects;
 use crate::exchange::patches::{Patches, Surface};
 use crate::exchange::sky::Renewal;
-use crate::exchange::step::{Exchange, Light, MOST_PATCHES, Settings};
+use crate::exchange::step::{Exchange, Light, MOST_PATCHES, PATCHES, Settings};
 use crate::gpu::nodes::{GROUP, Nodes, PADDING};
 use crate::saved::{Saved, SavedError};
 use crate::thermal::material::Material;
@@ -64,7 +65,9 @@ impl Craft {
             // The triangles between the runs of joints have no area.
             triangles: triangles.iter().copied().filter(|[a, b, c]| a != b && b != c).collect(),
         };
-        let patches = Patches::new(&surface, materials, settings.patch_edge);
+        let edge = settings.patch_edge.unwrap_or_else(|| (surface.areas.iter().sum::<f64>() / PATCHES).sqrt());
+        let settings = Settings { patch_edge: Some(edge), ..settings };
+        let patches = Patches::new(&surface, materials, edge, &buried(&surface, materials));
         if patches.all.len() > MOST_PATCHES {
             return Err(format!(
                 "{} patches are more than {MOST_PATCHES}: state a larger patch_edge",

@@ -24,9 +24,11 @@ use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 use crate::thermal::network::{Network, NodeKind};
 use crate::thermal::shell::{NO_NODE, Shell};
 
-/// Remark for readers of a network's temperatures.
+/// Remark for readers of a network's temperatures without `[exchange]`.
 pub const HOLLOW: &str = "A thermal network exchanges heat with space, Sun and planet on the outside of bodies only: \
                           radiation inside hollow bodies and between surfaces is off.";
+/// The same with it.
+pub const HOLLOW_WITH_EXCHANGE: &str = "Nothing radiates inside hollow bodies.";
 
 /// A heater of a scene's network.
 #[derive(Debug, Clone)]

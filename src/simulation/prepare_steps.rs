@@ -305,6 +305,7 @@ pub(super) fn network(
         return Err(PrepareError::network(scene, message));
     };
     let network = SceneNetwork::new(shell, scene, parts, nodes, probes, &hottest(scene, materials))?;
-    scene.assumptions.push(network::HOLLOW.to_owned());
+    let hollow = if scene.exchange.is_some() { network::HOLLOW_WITH_EXCHANGE } else { network::HOLLOW };
+    scene.assumptions.push(hollow.to_owned());
     Ok(Some(Arc::new(network)))
 }

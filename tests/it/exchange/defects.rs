@@ -1,7 +1,11 @@
 //! What is wrong with a surface is counted, and patches inside others are told.
 
 use glam::DVec3;
+use isotherm::exchange::buried::buried;
+use isotherm::exchange::cast::Scenery;
 use isotherm::exchange::defects::Defects;
+use isotherm::exchange::patches::Patches;
+use isotherm::exchange::step::{Exchange, Settings};
 
 use super::shapes::{Shapes, grey};
 use super::view_factors::exchange;
@@ -68,4 +72,31 @@ fn patches_inside_others_are_counted() {
         let itself = found.factors.shared.at(patch, patch as u32) / own.area;
         assert!((itself - if own.part < 6 { 0.0 } else { 1.0 }).abs() < 1e-12, "patch {patch}: {itself}");
     }
+}
+
+/// A beam that stands half in a box: light that comes back from inner faces would warm its free half too, were both halves one patch.
+#[test]
+fn faces_inside_another_part_share_no_patch_with_faces_in_the_open() {
+    let mut shapes = Shapes::default();
+    solid(&mut shapes, DVec3::ZERO, 2.0, 4);
+    let (low, x, y, z) = (DVec3::new(1.0, 0.75, 0.75), 2.0 * DVec3::X, 0.5 * DVec3::Y, 0.5 * DVec3::Z);
+    for (corner, up, normal) in
+        [(low, y, -DVec3::Z), (low + z, y, DVec3::Z), (low, z, -DVec3::Y), (low + y, z, DVec3::Y)]
+    {
+        shapes.part([32, 4], grey(0.5, 0.8), |u, v| [corner + u * x + v * up, normal]);
+    }
+    let settings = Settings { rays: 256, patch_edge: Some(5.0), bounces: None, redraw_angle: 0.0 };
+    let inside = |buried: &[[bool; 2]]| {
+        let patches = Patches::new(&shapes.surface, &shapes.materials, 5.0, buried);
+        let scenery = Scenery::new(&shapes.surface, &[]);
+        let found = Exchange::cast(&shapes.surface, &patches, &scenery, &settings);
+        let beam = found.patches.iter().zip(&found.factors.inside).filter(|(patch, _)| patch.part >= 6);
+        beam.map(|(_, share)| *share).collect::<Vec<f64>>()
+    };
+    // A node column of 32 lies on the skin, half of it inside: 1/64 of the free half.
+    let split = inside(&buried(&shapes.surface, &shapes.materials));
+    assert_eq!(split.len(), 8, "{split:?}");
+    assert!(split.iter().all(|share| !(0.04..=0.96).contains(share)), "{split:?}");
+    let whole = inside(&[]);
+    assert!(whole.len() == 4 && whole.iter().all(|share| (0.4..0.6).contains(share)), "{whole:?}");
 }

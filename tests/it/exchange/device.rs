@@ -24,7 +24,7 @@ use crate::device::{Worst, assert_silent, context};
 use crate::hazards::each_barrier_is_needed;
 use crate::mesh_network::{CELLS, SKIN, TRANSITION, history};
 use crate::model::make::Maker;
-use crate::program::{end, isotherm, refusal, succeed};
+use crate::program::{end, isotherm, stderr, succeed};
 
 const EXCHANGE: &str =
     "[shadows]\nmethod = \"exact\"\n[exchange]\nrays = 128\npatch_edge = 0.8\nredraw_angle_deg = 0\n[radiance]";
@@ -281,8 +281,11 @@ fn the_command_writes_rows_that_sum_to_1() {
         assert!(areas.starts_with("from,to,gr_m2\n") && areas.contains(",space,"), "{areas}");
     }
     let bare = Folder::new(crate::craft::SCENE);
-    let (code, message) = refusal(&end(isotherm(bare.0.path(), &["view-factors", "scene.toml", "-o", "f.csv"])));
-    assert!(code == Some(2) && message.contains("has no section [exchange]"), "{message}");
+    // Without the section patches and rays have its defaults.
+    let told = end(isotherm(bare.0.path(), &["view-factors", "scene.toml", "-o", "f.csv"]));
+    assert!(told.status.success() && stderr(&told).contains("rays of a patch: 256"), "{}", stderr(&told));
+    let text = std::fs::read_to_string(bare.path("f.csv")).expect("a file");
+    assert!(text.starts_with("from,to,view_factor,standard_error\n") && text.contains(",space,"), "{text}");
 }
 
 #[test]
