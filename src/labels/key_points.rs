@@ -31,7 +31,7 @@ pub struct KeyPoint {
 pub enum Visibility {
     /// It lies outside the frame or behind the camera.
     Outside = 0,
-    /// A surface hides it.
+    /// A surface hides it, or no pixel near it shows the craft.
     Hidden = 1,
     /// It is seen.
     Visible = 2,
@@ -149,7 +149,8 @@ pub fn chosen(craft: &Craft, count: usize) -> Vec<KeyPoint> {
 /// Where the key points of a craft appear in an image, and whether they are seen.
 ///
 /// A key point is hidden if the four pixels around it all show a surface before it. Depths at their centres enclose that of a surface which the point lies
-/// on, so only the bend of an edge and the rounding of depths need a margin.
+/// on, so only the bend of an edge and the rounding of depths need a margin. It is not seen either if none of the sixteen pixels around it shows the craft, as
+/// on a panel seen edge-on.
 pub fn seen(points: &[KeyPoint], image: &LabelledImage) -> Vec<Seen> {
     points.iter().map(|point| see(point, image)).collect()
 }
@@ -163,24 +164,32 @@ fn see(point: &KeyPoint, image: &LabelledImage) -> Seen {
     };
     let visibility = match pixel.filter(inside) {
         None => Visibility::Outside,
-        Some(pixel) if is_hidden(image, place.z, pixel) => Visibility::Hidden,
+        Some(pixel) if is_hidden(image, place.z, pixel) || !is_shown(image, pixel) => Visibility::Hidden,
         Some(_) => Visibility::Visible,
     };
     Seen { point: place, pixel, visibility }
+}
+
+/// The pixels whose columns and rows lie up to `reach` pixels before and behind a place, with those of the border for the ones beyond it.
+fn around(image: &LabelledImage, pixel: DVec2, reach: i32) -> impl Iterator<Item = usize> {
+    let (corner, [width, height]) = (pixel.floor(), [image.width, image.height]);
+    let clamped = |at: f64, size: u32| at.clamp(0.0, f64::from(size) - 1.0) as usize;
+    let offsets = move || (1 - reach..=reach).map(f64::from);
+    offsets().flat_map(move |y| {
+        offsets().map(move |x| clamped(corner.y + y, height) * width as usize + clamped(corner.x + x, width))
+    })
 }
 
 /// Whether the four pixels around a place all show a surface before a depth [m].
 fn is_hidden(image: &LabelledImage, depth: f64, pixel: DVec2) -> bool {
     let finest = image.lens.focal[0].min(image.lens.focal[1]);
     let before = depth - SPACINGS * depth / finest - ROUNDING * depth;
-    let corner = pixel.floor();
-    let clamped = |at: f64, size: u32| at.clamp(0.0, f64::from(size) - 1.0) as usize;
-    [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].into_iter().all(|[x, y]| {
-        let column = clamped(corner.x + x, image.width);
-        let row = clamped(corner.y + y, image.height);
-        let at = row * image.width as usize + column;
-        image.part[at] != 0 && f64::from(image.depth[at]) < before
-    })
+    around(image, pixel, 1).all(|at| image.part[at] != 0 && f64::from(image.depth[at]) < before)
+}
+
+/// Whether one of the sixteen pixels around a place shows the craft. A panel that is seen edge-on may have no pixel.
+fn is_shown(image: &LabelledImage, pixel: DVec2) -> bool {
+    around(image, pixel, 2).any(|at| image.part[at] != 0)
 }
 
 #[cfg(test)]
@@ -223,6 +232,9 @@ mod tests {
         assert_eq!(visibility(&image, &pixel(1.5, 1.5)), Visibility::Visible);
         assert_eq!(visibility(&image, &pixel(3.6, 1.0)), Visibility::Outside);
         assert_eq!(visibility(&image, &pixel(3.4, 1.0)), Visibility::Visible);
+        // Where no pixel near shows the craft, nothing is seen.
+        let empty = LabelledImage { part: vec![0; 12], ..image.clone() };
+        assert_eq!(visibility(&empty, &pixel(3.4, 1.0)), Visibility::Hidden);
         // A link moves its points: 1 m farther away.
         let moved = KeyPoint { link: 1, ..point(0.0, 0.0) };
         assert_eq!(seen(&[moved], &image)[0].point, DVec3::new(0.0, 0.0, 5.0));

@@ -32,11 +32,6 @@ pub fn speed(split: Split) -> String {
     format!("speed/{}.json", split.long_name())
 }
 
-/// The WebDataset of a shard or an orbit.
-pub fn tar(split: Split, number: u32) -> String {
-    format!("webdataset/{}-{number:06}.tar", split.name())
-}
-
 /// The folder of an orbit, which is a scene of BOP.
 pub fn orbit(split: Split, orbit: u32) -> String {
     format!("{}/{orbit:06}", split.name())

@@ -5,6 +5,8 @@ tolerance of depth, which the second script has as a constant; and a renderer in
 half a pixel beside those of its own `depth_im_to_dist_im_fast`.
 """
 
+import contextlib
+import io
 import json
 import os
 import shutil
@@ -133,6 +135,34 @@ def compare(images: list[Image], folder: Path) -> dict[str, list[float]]:
     return found
 
 
+def check_opengl(images: list[Image], objects: list[int], size: tuple[int, int]) -> None:
+    """Masks by the toolkit's own renderer with OpenGL, with our principal point and with half a pixel more."""
+    os.environ.setdefault("EGL_PLATFORM", "surfaceless")
+    from bop_toolkit_lib.rendering import renderer
+
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            drawn = renderer.create_renderer(*size, "vispy", mode="depth")
+    except Exception as error:
+        say(f"bop_toolkit: its renderer with OpenGL is left out: {str(error).splitlines()[0]}")
+        return
+    for number in objects:
+        drawn.add_object(number, str(images[0].root / f"models/obj_{number:06}.ply"))
+    for more in (0.0, 0.5):
+        found = []
+        for image in images:
+            scene = image.root / image.split / f"{image.orbit:06}"
+            k = json.loads((scene / "scene_camera.json").read_text())[str(image.number)]["cam_K"]
+            for place, pose in enumerate(json.loads((scene / "scene_gt.json").read_text())[str(image.number)]):
+                turn, origin = np.reshape(pose["cam_R_m2c"], (3, 3)), np.reshape(pose["cam_t_m2c"], (3, 1))
+                depth = drawn.render_object(pose["obj_id"], turn, origin, k[0], k[4], k[2] + more, k[5] + more)["depth"]
+                mask = read_png(scene / f"mask/{image.number:06}_{place:06}.png") > 0
+                if mask.any():
+                    found.append(overlap(depth > 0, mask))
+        say(f"bop_toolkit, mask by its OpenGL, principal point + {more}: IoU median {np.median(found):.5f}, least {min(found):.4f}")
+    need(np.median(found) > LEAST, "the masks by OpenGL are not ours")
+
+
 def check(images: list[Image], toolkit: Path, work: Path) -> None:
     sys.path.insert(0, str(toolkit))
     from bop_toolkit_lib import inout
@@ -168,3 +198,4 @@ def check(images: list[Image], toolkit: Path, work: Path) -> None:
         need(middle > LEAST, f"the {what} of bop_toolkit and ours have a median overlap of {middle:.4f}")
     say(f"bop_toolkit, poses turned by 2 deg: IoU median {np.median(spoiled):.4f}")
     need(np.median(spoiled) < LEAST, "a pose that is 2 deg off does not show")
+    check_opengl(images, list(info), camera["im_size"])

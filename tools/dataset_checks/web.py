@@ -13,7 +13,7 @@ from .folder import SPLITS, images, need, say
 
 
 def check(root: Path, toolkit: Path | None, work: Path) -> None:
-    tars = {split: sorted(str(path) for path in (root / "webdataset").glob(f"{split}-*.tar")) for split in SPLITS}
+    tars = {split: sorted(str(path) for path in (root / split).glob("*/webdataset.tar")) for split in SPLITS}
     tars = {split: paths for split, paths in tars.items() if paths}
     need(bool(tars), "there is no tar")
     known = {(image.split, f"{image.orbit:06}_{image.number:06}"): image for image in images(root)}
