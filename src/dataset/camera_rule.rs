@@ -67,7 +67,7 @@ impl CameraRule {
             rule.distance.names("camera.distance").into_iter().for_each(&mut add);
             match &rule.place {
                 Place::Cone { .. } => {
-                    ["around", "height"].map(|part| format!("camera.{part}")).into_iter().for_each(&mut add)
+                    ["around", "height"].map(|part| format!("camera.{part}")).into_iter().for_each(&mut add);
                 }
                 Place::Corridor { across, .. } => ["camera.across.x", "camera.across.y"]
                     .into_iter()

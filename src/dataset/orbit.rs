@@ -27,6 +27,9 @@ use crate::simulation::viewpoint::camera_from_body;
 /// How many attempts were rejected, by reason.
 pub type Rejections = BTreeMap<Reason, u64>;
 
+/// What takes the images of an orbit.
+pub type Take<'a> = dyn FnMut(&Craft, &Simulation, Image, LabelledImage) -> Result<(), DatasetError> + 'a;
+
 /// An orbit that is ready to run.
 pub struct OrbitRun<'a> {
     spec: &'a Spec,
@@ -121,7 +124,7 @@ impl<'a> OrbitRun<'a> {
         &mut self,
         wanted: &dyn Fn(u64) -> bool,
         stop: &AtomicBool,
-        take: &mut dyn FnMut(&Craft, &Simulation, Image, LabelledImage) -> Result<(), DatasetError>,
+        take: &mut Take,
     ) -> Result<Outcome, DatasetError> {
         let mut outcome = Outcome::default();
         for (time, image, rejected) in self.times()? {

@@ -100,9 +100,9 @@ impl Seen {
             let temperature = f64::from(image.temperature[at]);
             seen.pixels += 1;
             sum += temperature;
-            for axis in 0..2 {
-                seen.first[axis] = seen.first[axis].min(place[axis]);
-                seen.last[axis] = seen.last[axis].max(place[axis]);
+            for (axis, at) in place.into_iter().enumerate() {
+                seen.first[axis] = seen.first[axis].min(at);
+                seen.last[axis] = seen.last[axis].max(at);
             }
             seen.temperatures[0] = seen.temperatures[0].min(temperature);
             seen.temperatures[2] = seen.temperatures[2].max(temperature);

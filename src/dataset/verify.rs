@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 use super::error::DatasetError;
 use super::index;
 use super::orbit::OrbitRun;
-use super::orbit_files::{ORBIT, encode_image};
+use super::orbit_files::{Encoded, ORBIT, encode_image};
 use super::random::{Plan, Sampling, Stream};
 use super::scene_values::SceneText;
 use super::spec::Spec;
@@ -247,7 +247,7 @@ pub fn again(
             return Err(DatasetError::Stopped(root.to_path_buf()));
         }
         found.rendered += encoded.len();
-        for (path, bytes) in encoded.iter().flat_map(|image| image.files()) {
+        for (path, bytes) in encoded.iter().flat_map(Encoded::files) {
             if fs::read(root.join(path)).ok().as_deref() != Some(bytes) {
                 found.fault(format!("{path} comes out otherwise when it is rendered again"));
             }
