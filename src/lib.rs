@@ -13,6 +13,7 @@
 //! - [`guard`]: what is probably wrong in a scene
 //! - [`output`]: images, plots and report
 //! - [`labels`]: what those who train on images want to know of them
+//! - [`view`]: the page of `isotherm view`
 //!
 //! [`server`] serves images to simulators in other programs. [`compare`] runs one scene under three responses. [`paper`] makes the figures of Vural et al. 2023. [`bench`] measures speed and error. [`trace`]
 //! records what host and device did. [`text`] makes names safe to show. [`lens`] tells which ray a pixel sees. [`saved`] holds what
@@ -40,6 +41,7 @@ pub mod simulation;
 pub mod text;
 pub mod thermal;
 pub mod trace;
+pub mod view;
 
 pub use environment::placements::PlaceError;
 pub use scene::{Camera, CameraFrame};

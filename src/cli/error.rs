@@ -12,6 +12,7 @@ use crate::simulation::engine::EngineError;
 use crate::simulation::facade_error::SimulationError;
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::brightness::BrightnessError;
+use crate::view::session::ViewError;
 
 /// An error that ends a command.
 #[derive(Debug, thiserror::Error)]
@@ -31,6 +32,8 @@ pub(super) enum CliError {
     #[error(transparent)]
     Compare(CompareError),
     #[error(transparent)]
+    View(ViewError),
+    #[error(transparent)]
     Server(ServerError),
     #[error("{0}")]
     Usage(String),
@@ -44,6 +47,15 @@ pub(super) enum CliError {
     StoppedRun(PathBuf),
     #[error("stopped; nothing was written")]
     StoppedBefore,
+}
+
+impl From<ViewError> for CliError {
+    fn from(error: ViewError) -> Self {
+        match error {
+            ViewError::Simulation(error) => error.into(),
+            other => Self::View(other),
+        }
+    }
 }
 
 impl From<CompareError> for CliError {
@@ -120,6 +132,7 @@ impl CliError {
             }
             Self::Job(JobError::NotFinite { .. } | JobError::Writer)
             | Self::Validation(_)
+            | Self::View(_)
             | Self::Solver(_)
             | Self::Stopped(_)
             | Self::StoppedRun(_)

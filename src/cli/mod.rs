@@ -37,6 +37,7 @@ mod resume;
 mod run;
 mod serve;
 mod thermal_state;
+mod view;
 mod view_factors;
 
 const AFTER_HELP: &str = "\
@@ -58,6 +59,7 @@ struct Program {
 enum Command {
     Run(run::Arguments),
     Render(render::Arguments),
+    View(view::Arguments),
     Compare(compare::Arguments),
     Check(check::Arguments),
     Info(info::Arguments),
@@ -81,6 +83,7 @@ pub fn main() -> ExitCode {
     let result = match program.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
+        Command::View(arguments) => view::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),

@@ -41,7 +41,7 @@ const COLOURS: [Rgb; 19] = [
 ];
 
 /// Colour of a material. After the first nineteen the colours come again, darker and lighter in turn.
-fn colour(material: usize) -> Rgb {
+pub fn colour(material: usize) -> Rgb {
     let [round, place] = [material / COLOURS.len(), material % COLOURS.len()];
     COLOURS[place].map(|value| match round % 3 {
         0 => value,

@@ -27,6 +27,7 @@ use crate::environment::placements::Place;
 use crate::environment::sky::SkyError;
 use crate::environment::state::SLACK;
 use crate::environment::step::StepLoads;
+use crate::gpu::samples::Samples;
 use crate::saved::Saved;
 use crate::scene::{Background, Camera, Draw, Initial, Reflections, Scene};
 
@@ -416,6 +417,17 @@ impl Simulation {
                 Err(error)
             }
         }
+    }
+
+    /// Median device time of each group of passes [ms], by name, of the steps and images that were timed. Empty for the reference, and on a device without
+    /// timestamps.
+    pub fn pass_times(&self) -> Vec<(String, f64)> {
+        let median = |(name, samples): (&String, &Samples<f64>)| {
+            let mut sorted = samples.to_vec();
+            sorted.sort_by(f64::total_cmp);
+            Some((name.clone(), *sorted.get(sorted.len() / 2)?))
+        };
+        self.engine.pass_times().into_iter().flatten().filter_map(median).collect()
     }
 
     /// The thermal state and the sensor's, bit for bit, with the present time. `output::state_file` writes it to a file, as `--save-state` does.

@@ -65,3 +65,4 @@ mod transitions;
 mod tutorial;
 mod twins;
 mod validation;
+mod view;

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The rooms of `src`. Each uses only rooms before it.
-const ORDER: [&str; 22] = [
+const ORDER: [&str; 23] = [
     "text",
     "host",
     "files",
@@ -24,6 +24,7 @@ const ORDER: [&str; 22] = [
     "output",
     "labels",
     "server",
+    "view",
     "compare",
     "paper",
     "bench",

@@ -1,0 +1,210 @@
+// Joins the page: what the program tells goes to the canvas and the lists, and what the user does goes to the program.
+
+import { Orbit, drawCompass, listen } from "./camera.js";
+import { Curves } from "./curves.js";
+import { connect } from "./link.js";
+import { showAccuracy, showJoints, showMaterials, showPasses, showProbes } from "./panels.js";
+import { Picture, drawBar } from "./picture.js";
+import { Timeline } from "./timeline.js";
+
+const by = (id) => document.getElementById(id);
+const picture = new Picture(by("picture"));
+const curves = new Curves(by("curves"));
+let hello = null;
+let orbit = null;
+let pointer = null;
+let accuracy = "not compared with f64";
+let arrivals = [];
+let waiting = false;
+let hideProblem = 0;
+
+const send = connect({
+  state(open) {
+    by("link").textContent = open ? "connected" : "no connection; trying again";
+    by("link").classList.toggle("lost", !open);
+  },
+  hello: begin,
+  curves({ curves: list }) {
+    curves.take(list);
+    later();
+  },
+  accuracy(message) {
+    accuracy = showAccuracy(message);
+    later();
+  },
+  problem({ message }) {
+    by("problem").textContent = message;
+    by("problem").hidden = false;
+    clearTimeout(hideProblem);
+    hideProblem = setTimeout(() => { by("problem").hidden = true; }, 6000);
+  },
+  image(image) {
+    picture.image = image;
+    arrivals = [...arrivals.filter((at) => at > performance.now() - 2000), performance.now()];
+    orbit?.follow(image.header);
+    curves.add(image.header);
+    later();
+  },
+});
+const timeline = new Timeline(send);
+
+function begin(message) {
+  hello = message;
+  document.title = `${hello.scene} \u2013 Isotherm`;
+  by("scene").textContent = hello.scene;
+  const band = hello.band_um.map((end) => Number(end.toPrecision(4))).join(" to ");
+  by("about").textContent =
+    `${hello.nodes.toLocaleString("en")} nodes, ${hello.triangles.toLocaleString("en")} triangles, ${band} \u00b5m, ${hello.device}`;
+  orbit = new Orbit(hello, send);
+  picture.materials = hello.materials;
+  timeline.take(hello);
+  showMaterials(hello.materials);
+  const chosen = by("map").value;
+  by("map").replaceChildren(...hello.maps.map(({ name }) => new Option(name, name)));
+  if (chosen) by("map").value = chosen;
+  by("quantity").querySelector("[value=counts]").disabled = !hello.sensor;
+  by("home").disabled = !hello.scene_camera;
+  if (hello.colour_range && by("lower").value === "") [by("lower").value, by("upper").value] = hello.colour_range;
+  else if (by("lower").value === "") by("auto").checked = true;
+  choose();
+}
+
+/** Tells the program which numbers are shown. */
+function choose() {
+  const quantity = by("quantity").value;
+  by("legend").hidden = quantity !== "material";
+  for (const id of ["bar", "range", "of-map"]) by(id).hidden = quantity === "material";
+  by("unit").textContent = quantity === "counts" ? "" : "K";
+  if (quantity === "counts") by("auto").checked = true;
+  send({ do: "show", quantity: quantity === "material" ? "temperature" : quantity });
+  if (hello) drawBar(by("bar"), map());
+  later();
+}
+
+const map = () => hello.maps.find(({ name }) => name === by("map").value) ?? hello.maps[0];
+
+/** Draws with the next frame of the browser. */
+function later() {
+  if (waiting) return;
+  waiting = true;
+  requestAnimationFrame(() => {
+    waiting = false;
+    if (hello && picture.image) draw();
+  });
+}
+
+function draw() {
+  const { header } = picture.image;
+  const quantity = by("quantity").value;
+  if (by("auto").checked && quantity !== "material") {
+    const range = picture.range(quantity);
+    const round = quantity === "counts" ? 1 : 5;
+    if (range) {
+      const lower = Math.floor(range[0] / round) * round;
+      const upper = Math.max(Math.ceil(range[1] / round) * round, lower + round);
+      if (document.activeElement !== by("lower")) by("lower").value = lower;
+      if (document.activeElement !== by("upper")) by("upper").value = upper;
+    }
+  }
+  picture.draw(quantity, map(), [Number(by("lower").value), Number(by("upper").value)]);
+  timeline.show(header);
+  drawCompass(by("compass"), header);
+  curves.draw(hello, header);
+  showProbes(curves.list, header, send);
+  showJoints(hello.joints, header.joints);
+  showPasses(header.passes);
+  read();
+  const rate = arrivals.length > 1 ? ((arrivals.length - 1) / (arrivals.at(-1) - arrivals[0])) * 1000 : 0;
+  const moving = arrivals.at(-1) > performance.now() - 1000 && arrivals.length > 2 ? `${rate.toFixed(1)} images/s \u00b7 ` : "";
+  const device = header.passes.reduce((sum, [, ms]) => sum + ms, 0);
+  const measured = header.passes.length ? ` \u00b7 passes ${device.toFixed(1)} ms on the device` : "";
+  const going = header.goal === header.step ? "" : ` \u00b7 going to ${(header.goal * hello.step).toFixed(0)} s`;
+  by("speed").textContent =
+    `${moving}step ${header.step_ms.toFixed(1)} ms \u00b7 image ${header.image_ms.toFixed(1)} ms \u00b7 packing ${header.pack_ms.toFixed(1)} ms${measured} \u00b7 ${accuracy}${going}`;
+}
+
+/** Shows what lies under the pointer, or in the middle where the keyboard has the image. */
+function read() {
+  const at = place();
+  const found = at && picture.at(at);
+  const out = by("readout");
+  out.replaceChildren();
+  if (!found) return;
+  const line = (tag, text) => {
+    const made = document.createElement(tag);
+    made.textContent = text;
+    out.append(made);
+  };
+  if (found.part === 0) line("strong", "space");
+  else line("strong", `${found.temperature.toFixed(2)} K`);
+  if (found.apparent !== undefined) line("span", `apparent ${found.apparent.toFixed(2)} K`);
+  if (found.counts !== undefined) line("span", `digital number ${found.counts}`);
+  if (found.part !== 0) {
+    const { name, emissivity } = hello.materials[found.material - 1];
+    line("span", hello.parts[found.part - 1]);
+    line("span", `${name}, emissivity ${emissivity}`);
+  }
+  line("span", `pixel ${found.x}, ${found.y}`);
+}
+
+function place() {
+  if (pointer) return picture.pixelAt(...pointer);
+  const { width, height } = picture.canvas;
+  return document.activeElement === picture.canvas ? { x: width >> 1, y: height >> 1 } : null;
+}
+
+function probe(at) {
+  if (at) send({ do: "probe", ...at });
+}
+
+listen(picture.canvas, () => orbit, (event) => probe(picture.pixelAt(event.clientX, event.clientY)));
+picture.canvas.addEventListener("pointermove", (event) => {
+  pointer = [event.clientX, event.clientY];
+  if (hello && picture.image) read();
+});
+picture.canvas.addEventListener("pointerleave", () => {
+  pointer = null;
+  if (hello && picture.image) read();
+});
+picture.canvas.addEventListener("focus", later);
+picture.canvas.addEventListener("blur", later);
+for (const id of ["quantity", "map"]) by(id).addEventListener("change", choose);
+by("auto").addEventListener("change", later);
+for (const id of ["lower", "upper"]) {
+  by(id).addEventListener("input", () => {
+    by("auto").checked = false;
+    later();
+  });
+}
+by("home").addEventListener("click", () => send({ do: "scene_camera" }));
+by("compare").addEventListener("click", () => send({ do: "compare" }));
+window.addEventListener("resize", later);
+window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+  by("probes").dataset.ids = "";
+  later();
+});
+
+const KEYS = {
+  " ": () => timeline.toggle(),
+  ",": () => send({ do: "step", by: -1 }),
+  ".": () => send({ do: "step", by: 1 }),
+  "ArrowLeft": () => orbit?.turn(-0.08, 0),
+  "ArrowRight": () => orbit?.turn(0.08, 0),
+  "ArrowUp": () => orbit?.turn(0, -0.08),
+  "ArrowDown": () => orbit?.turn(0, 0.08),
+  "+": () => orbit?.zoom(0.9),
+  "=": () => orbit?.zoom(0.9),
+  "-": () => orbit?.zoom(1 / 0.9),
+  "c": () => send({ do: "scene_camera" }),
+};
+document.addEventListener("keydown", (event) => {
+  const { tagName, type } = event.target;
+  const ofSlider = type === "range" && event.key.startsWith("Arrow");
+  const ofForm = tagName === "SELECT" || (tagName === "INPUT" && type !== "range");
+  const ofButton = tagName === "BUTTON" && [" ", "Enter"].includes(event.key);
+  if (ofSlider || ofForm || ofButton || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.key === "Enter" && event.target === picture.canvas) probe(place());
+  else if (KEYS[event.key]) KEYS[event.key]();
+  else return;
+  event.preventDefault();
+});

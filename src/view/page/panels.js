@@ -1,0 +1,101 @@
+// Lists beside the image: probes, materials, joints, device times, and the error against f64.
+
+import { colourOf } from "./curves.js";
+
+const by = (id) => document.getElementById(id);
+
+function element(tag, text, name) {
+  const made = document.createElement(tag);
+  if (text !== undefined) made.textContent = text;
+  if (name) made.className = name;
+  return made;
+}
+
+function swatch(colour) {
+  const made = element("span", "", "swatch");
+  made.style.background = colour;
+  return made;
+}
+
+export function showMaterials(materials) {
+  by("legend").replaceChildren(...materials.map(({ name, colour, emissivity }) => {
+    const item = element("li");
+    item.append(swatch(`rgb(${colour})`), element("span", name, "name"), element("span", `\u03b5 ${emissivity}`, "hint"));
+    return item;
+  }));
+}
+
+export function showProbes(curves, header, send) {
+  by("no-probes").hidden = curves.length > 0;
+  const list = by("probes");
+  const ids = curves.map(({ probe }) => probe.id).join();
+  if (list.dataset.ids !== ids) {
+    list.dataset.ids = ids;
+    list.replaceChildren(...curves.map(({ probe }) => {
+      const item = element("li");
+      const remove = element("button", "\u00d7");
+      remove.type = "button";
+      remove.setAttribute("aria-label", `Remove the probe ${probe.name}`);
+      remove.addEventListener("click", () => send({ do: "remove", probe: probe.id }));
+      const name = element("span", probe.name, "name");
+      name.title = `${probe.name}, ${probe.material}, node ${probe.node}`;
+      item.append(swatch(colourOf(probe.id)), name, element("span", "", "value"), remove);
+      return item;
+    }));
+  }
+  list.querySelectorAll(".value").forEach((value, i) => {
+    const present = curves[i].points.get(header.time);
+    value.textContent = present === undefined ? "" : `${present.toFixed(2)} K`;
+  });
+}
+
+export function showJoints(joints, positions) {
+  by("joints-section").hidden = joints.length === 0;
+  const rows = by("joints");
+  while (rows.children.length < joints.length) {
+    const row = element("tr");
+    row.append(element("td", joints[rows.children.length].name), element("td"));
+    rows.append(row);
+  }
+  while (rows.children.length > joints.length) rows.lastChild.remove();
+  positions.forEach((position, i) => {
+    rows.children[i].lastChild.textContent = `${position.toFixed(joints[i].unit === "m" ? 3 : 1)} ${joints[i].unit}`;
+  });
+}
+
+export function showPasses(passes) {
+  by("no-passes").hidden = passes.length > 0;
+  const longest = Math.max(...passes.map(([, ms]) => ms), 1e-6);
+  const sorted = [...passes].sort((a, b) => b[1] - a[1]);
+  by("passes").replaceChildren(...sorted.map(([name, ms]) => {
+    const row = element("tr");
+    const bar = element("meter");
+    bar.max = longest;
+    bar.value = ms;
+    bar.setAttribute("aria-label", `Share of ${name}`);
+    const cell = element("td");
+    cell.append(bar);
+    const first = element("td", name);
+    first.title = name;
+    row.append(first, cell, element("td", `${ms.toFixed(ms < 1 ? 3 : 2)} ms`));
+    return row;
+  }));
+}
+
+/** Tells the state of the comparison with f64; returns it in a few words. */
+export function showAccuracy({ result, failed, step, steps }) {
+  const done = result || failed;
+  by("compare").disabled = !done;
+  if (failed) {
+    by("accuracy").textContent = `No figure: ${failed}.`;
+    return "not compared";
+  }
+  if (!done) {
+    by("accuracy").textContent = step === 0 ? "Warm-up of the run." : `Step ${step} of ${steps}.`;
+    return "comparing";
+  }
+  const { max_k: max, rms_k: rms, nodes, of_nodes: all, steps: compared, worst_node: worst } = result;
+  by("accuracy").textContent =
+    `At most ${max.toExponential(1)} K, rms ${rms.toExponential(1)} K: ${nodes} of ${all} nodes in ${compared} steps. Greatest at ${worst}.`;
+  return `error against f64 at most ${max.toExponential(1)} K`;
+}

@@ -1,0 +1,117 @@
+// The image on its canvas: numbers become colours, and a place on the canvas becomes a pixel.
+
+const word = ([r, g, b]) => (255 << 24) | (b << 16) | (g << 8) | r;
+
+/** A colour of the style sheet as three numbers. */
+function ofStyle(name) {
+  const text = getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  return [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16));
+}
+
+export class Picture {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.context = canvas.getContext("2d", { alpha: false });
+    this.image = null;
+    this.table = new Uint32Array(65536);
+    this.key = "";
+    this.materials = [];
+  }
+
+  /** The plane that is coloured. */
+  plane(quantity) {
+    return this.image?.planes[quantity] ?? this.image?.planes.temperature;
+  }
+
+  /** Least and greatest value of what is seen. `null` where nothing is. */
+  range(quantity) {
+    if (!this.image) return null;
+    const { values, scale } = this.plane(quantity);
+    const part = this.image.planes.part.values;
+    let [low, high] = [65536, -1];
+    for (let i = 0; i < values.length; i += 1) {
+      if (part[i] === 0 && quantity !== "counts") continue;
+      const value = values[i];
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
+    return high < 0 ? null : [low * scale, high * scale];
+  }
+
+  /** Draws the image with a map of 256 colours over a range, or its materials. */
+  draw(quantity, map, [lower, upper]) {
+    if (!this.image) return;
+    const { header: { width, height }, planes } = this.image;
+    if (this.canvas.width !== width || this.canvas.height !== height) {
+      this.canvas.width = width;
+      this.canvas.height = height;
+      this.pixels = null;
+    }
+    this.pixels ??= this.context.createImageData(width, height);
+    const out = new Uint32Array(this.pixels.data.buffer);
+    const space = word(ofStyle("--space"));
+    const part = planes.part.values;
+    if (quantity === "material") {
+      const colours = [space, ...this.materials.map(({ colour }) => word(colour))];
+      const material = planes.material.values;
+      for (let i = 0; i < out.length; i += 1) {
+        const border = i > 0 && part[i] !== part[i - 1] && part[i] !== 0;
+        out[i] = border ? (colours[material[i]] >> 1) & 0x7f7f7f | (255 << 24) : colours[material[i]];
+      }
+    } else {
+      const { values, scale } = this.plane(quantity);
+      this.fill(map, scale, lower, upper);
+      const table = this.table;
+      const sky = quantity !== "temperature";
+      for (let i = 0; i < out.length; i += 1) {
+        out[i] = part[i] === 0 && !(sky && values[i] > 0) ? space : table[values[i]];
+      }
+    }
+    this.context.putImageData(this.pixels, 0, 0);
+  }
+
+  /** Colours of all numbers of 16 bits. */
+  fill(map, scale, lower, upper) {
+    const key = `${map.name} ${scale} ${lower} ${upper}`;
+    if (key === this.key) return;
+    this.key = key;
+    const words = map.colours.map(word);
+    const factor = 255 / Math.max(upper - lower, 1e-9);
+    for (let value = 0; value < 65536; value += 1) {
+      const place = Math.round((value * scale - lower) * factor);
+      this.table[value] = words[Math.min(Math.max(place, 0), 255)];
+    }
+  }
+
+  /** The pixel below a place on the screen. `null` beside the image. */
+  pixelAt(clientX, clientY) {
+    const box = this.canvas.getBoundingClientRect();
+    const { width, height } = this.canvas;
+    const zoom = Math.min(box.width / width, box.height / height);
+    const x = Math.floor((clientX - box.left - (box.width - zoom * width) / 2) / zoom);
+    const y = Math.floor((clientY - box.top - (box.height - zoom * height) / 2) / zoom);
+    return x >= 0 && y >= 0 && x < width && y < height ? { x, y } : null;
+  }
+
+  /** What a pixel shows. `null` without an image. */
+  at({ x, y }) {
+    if (!this.image) return null;
+    const { header, planes } = this.image;
+    const i = y * header.width + x;
+    const value = (name) => planes[name] && planes[name].values[i] * planes[name].scale;
+    return {
+      x, y, part: value("part"), material: value("material"), temperature: value("temperature"),
+      apparent: value("apparent"), counts: value("counts"),
+    };
+  }
+}
+
+/** Draws the colours of a map from left to right. */
+export function drawBar(canvas, map) {
+  const context = canvas.getContext("2d");
+  for (let x = 0; x < canvas.width; x += 1) {
+    const [r, g, b] = map.colours[Math.round((255 * x) / (canvas.width - 1))];
+    context.fillStyle = `rgb(${r},${g},${b})`;
+    context.fillRect(x, 0, 1, canvas.height);
+  }
+}

@@ -1,0 +1,121 @@
+//! Starts the worker and the server of a page, and ends both.
+
+use std::net::TcpListener;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use glam::DVec3;
+use tokio::runtime::{Builder, Runtime};
+use tokio::sync::mpsc::channel;
+
+use super::camera::{Look, extent};
+use super::compare::Comparison;
+use super::drawing::Common;
+use super::hello::hello;
+use super::http::serve;
+use super::player::Player;
+use super::worker::Worker;
+use crate::output::apparent::Apparent;
+use crate::scene::{Camera, Scene};
+use crate::simulation::facade::Simulation;
+use crate::simulation::facade_error::SimulationError;
+use crate::simulation::target::Target;
+
+/// Commands that wait for the worker.
+const WAITING: usize = 256;
+
+/// Time between two looks at a thread that ends.
+const POLL: Duration = Duration::from_millis(10);
+
+/// Direction from which a scene without a camera is seen, and the distance as a multiple of the craft's radius.
+const FROM: DVec3 = DVec3::new(0.7, 0.5, -0.5);
+const DISTANCE: f64 = 4.0;
+
+/// Why a page is not served, or no longer.
+#[derive(Debug, thiserror::Error)]
+pub enum ViewError {
+    /// The server can not run.
+    #[error("the page can not be served: {0}")]
+    Server(#[from] std::io::Error),
+    /// The simulation has failed.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The worker has failed.
+    #[error("the simulation has ended unexpectedly")]
+    Worker,
+}
+
+/// What a page shows.
+pub struct Session {
+    /// The scene, for the comparison with f64.
+    pub scene: Scene,
+    /// The place of computation.
+    pub target: Target,
+    /// The scene at time 0, with a camera of the page's size.
+    pub simulation: Simulation,
+    /// That camera.
+    pub camera: Camera,
+    /// Whether the scene has a camera of its own.
+    pub has_camera: bool,
+}
+
+impl Session {
+    /// Serves pages until `stop` is set.
+    ///
+    /// # Errors
+    /// A listener that can not be used, or a device that fails.
+    pub fn serve(self, listener: TcpListener, stop: &Arc<AtomicBool>) -> Result<(), ViewError> {
+        let runtime = Builder::new_current_thread().enable_all().build()?;
+        let (commands, received) = channel(WAITING);
+        let hello = hello(&self.simulation, &self.camera, self.has_camera);
+        let prepared = self.simulation.prepared();
+        let (middle, radius) = extent(prepared);
+        let band = prepared.scene.band;
+        let ended = Arc::new(AtomicBool::new(false));
+        let worker = Worker {
+            player: Player::new(self.simulation)?,
+            common: Common { camera: self.camera, apparent: Apparent::new(band) },
+            first_look: match self.has_camera {
+                true => Look::Scene,
+                false => Look::At {
+                    position: middle + DISTANCE * radius * FROM.normalize(),
+                    target: middle,
+                    up: DVec3::NEG_Z,
+                },
+            },
+            hello,
+            comparison: Comparison {
+                scene: self.scene,
+                target: self.target,
+                stop: Arc::clone(&ended),
+                is_under_way: Arc::default(),
+            },
+            own: commands.clone(),
+            stop: Arc::clone(&ended),
+        };
+        let comparing = Arc::clone(&worker.comparison.is_under_way);
+        let handle = runtime.handle().clone();
+        let thread = std::thread::Builder::new().name("view".to_owned());
+        let thread = thread.spawn(move || worker.run(&handle, received))?;
+        let served = runtime.block_on(serve(listener, commands, Arc::clone(stop)));
+        ended.store(true, Ordering::Relaxed);
+        let worked = wait(&runtime, thread);
+        while comparing.load(Ordering::Relaxed) {
+            std::thread::sleep(POLL);
+        }
+        runtime.shutdown_background();
+        served?;
+        worked
+    }
+}
+
+/// Waits for the worker, whose waits the runtime drives.
+fn wait(runtime: &Runtime, thread: std::thread::JoinHandle<Result<(), SimulationError>>) -> Result<(), ViewError> {
+    runtime.block_on(async {
+        while !thread.is_finished() {
+            tokio::time::sleep(POLL).await;
+        }
+    });
+    thread.join().map_err(|_| ViewError::Worker)?.map_err(ViewError::from)
+}

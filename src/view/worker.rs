@@ -1,0 +1,344 @@
+//! The thread that owns the simulation. It takes what pages ask for, lets time go on, and draws for each page that waits for an image.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use glam::DVec3;
+use serde_json::json;
+use tokio::runtime::Handle;
+use tokio::sync::mpsc::{Receiver, Sender, error::TryRecvError};
+
+use super::camera::Look;
+use super::compare::Comparison;
+use super::drawing::{Clock, Common, draw};
+use super::player::{Player, Seen};
+use super::request::{Quantity, Request};
+use crate::simulation::facade_error::SimulationError;
+
+/// Images that may be under way to a page.
+const UNDER_WAY: u32 = 2;
+
+/// Time for steps before pages are served again.
+const TURN: Duration = Duration::from_millis(40);
+
+/// Time between two looks at what is asked.
+const REST: Duration = Duration::from_millis(500);
+
+/// A message to a page.
+#[derive(Debug, Clone)]
+pub enum ToPage {
+    /// JSON.
+    Text(String),
+    /// An image.
+    Image(Vec<u8>),
+}
+
+/// A message to the worker.
+pub enum Command {
+    /// A page was opened.
+    Join {
+        /// Its number.
+        id: u64,
+        /// The way to it.
+        page: Sender<ToPage>,
+    },
+    /// A page was closed.
+    Leave(u64),
+    /// A page asks for something.
+    Ask(u64, Request),
+    /// A message for all pages.
+    Tell(String),
+}
+
+/// An open page.
+struct Page {
+    to: Sender<ToPage>,
+    look: Look,
+    quantity: Quantity,
+    /// Images that it may still get.
+    credit: u32,
+    /// Whether something has changed since its last image.
+    dirty: bool,
+    seen: Option<Seen>,
+}
+
+/// The worker.
+pub struct Worker {
+    /// The simulation.
+    pub player: Player,
+    /// What all pages have in common.
+    pub common: Common,
+    /// Where the camera of a new page is.
+    pub first_look: Look,
+    /// The first message to each page.
+    pub hello: String,
+    /// For the comparison with f64.
+    pub comparison: Comparison,
+    /// The way to the worker itself, for the comparison.
+    pub own: Sender<Command>,
+    /// Ends it.
+    pub stop: Arc<AtomicBool>,
+}
+
+/// How time goes.
+struct Time {
+    goal: u32,
+    /// Steps in a second while it plays.
+    rate: Option<f64>,
+    /// When the next step is due.
+    due: Instant,
+}
+
+impl Worker {
+    /// Works until it is stopped. Waits are those of a runtime that another thread drives.
+    ///
+    /// # Errors
+    /// A call of the device that fails.
+    pub fn run(mut self, runtime: &Handle, mut commands: Receiver<Command>) -> Result<(), SimulationError> {
+        let mut pages: BTreeMap<u64, Page> = BTreeMap::new();
+        let mut time = Time { goal: 0, rate: None, due: Instant::now() };
+        while !self.stop.load(Ordering::Relaxed) {
+            let wait = self.wait(&pages, &time);
+            let first = if wait.is_zero() {
+                match commands.try_recv() {
+                    Err(TryRecvError::Disconnected) => break,
+                    received => received.ok(),
+                }
+            } else {
+                match runtime.block_on(async { tokio::time::timeout(wait, commands.recv()).await }) {
+                    Ok(None) => break,
+                    received => received.ok().flatten(),
+                }
+            };
+            if let Some(command) = first {
+                self.take(command, &mut pages, &mut time)?;
+                while let Ok(command) = commands.try_recv() {
+                    self.take(command, &mut pages, &mut time)?;
+                }
+            }
+            let before = self.player.step();
+            if self.go_on(&mut time, !pages.is_empty())? {
+                mark(&mut pages);
+                if self.player.step() > before + 1 {
+                    // Images tell of single steps only.
+                    self.tell_curves(&mut pages);
+                }
+            }
+            let clock = Clock { goal: time.goal, playing: time.rate.is_some() };
+            for page in pages.values_mut().filter(|page| page.is_due()) {
+                self.draw(page, clock)?;
+            }
+            pages.retain(|_, page| !page.to.is_closed());
+        }
+        Ok(())
+    }
+
+    /// How long nothing is to be done.
+    fn wait(&self, pages: &BTreeMap<u64, Page>, time: &Time) -> Duration {
+        let drawing = pages.values().any(Page::is_due);
+        if drawing || self.player.step() != time.goal {
+            return Duration::ZERO;
+        }
+        match time.rate {
+            Some(_) if !pages.is_empty() => time.due.saturating_duration_since(Instant::now()).min(REST),
+            _ => REST,
+        }
+    }
+
+    /// Lets time go on. Returns whether it did.
+    fn go_on(&mut self, time: &mut Time, looked_at: bool) -> Result<bool, SimulationError> {
+        let before = self.player.step();
+        if let Some(rate) = time.rate.filter(|_| looked_at && before == time.goal) {
+            let now = Instant::now();
+            if now >= time.due {
+                if time.goal >= self.player.steps() {
+                    time.rate = None;
+                    return Ok(true);
+                }
+                time.goal += 1;
+                let next = time.due + Duration::from_secs_f64(1.0 / rate);
+                time.due = next.max(now);
+            }
+        }
+        let began = Instant::now();
+        while self.player.step() != time.goal && began.elapsed() < TURN && !self.stop.load(Ordering::Relaxed) {
+            self.player.towards(time.goal, &self.stop)?;
+        }
+        Ok(self.player.step() != before)
+    }
+
+    fn take(
+        &mut self,
+        command: Command,
+        pages: &mut BTreeMap<u64, Page>,
+        time: &mut Time,
+    ) -> Result<(), SimulationError> {
+        match command {
+            Command::Join { id, page } => {
+                let page = Page {
+                    to: page,
+                    look: self.first_look,
+                    quantity: Quantity::Temperature,
+                    credit: UNDER_WAY,
+                    dirty: true,
+                    seen: None,
+                };
+                page.tell(self.hello.clone());
+                page.tell(self.curves());
+                pages.insert(id, page);
+            }
+            Command::Leave(id) => {
+                pages.remove(&id);
+            }
+            Command::Tell(message) => pages.values().for_each(|page| page.tell(message.clone())),
+            Command::Ask(id, request) => {
+                if let Some(problem) = self.answer(id, request, pages, time) {
+                    if let Some(page) = pages.get(&id) {
+                        page.tell(problem_message(&problem));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Does what a page asks for, or says why not.
+    fn answer(
+        &mut self,
+        id: u64,
+        request: Request,
+        pages: &mut BTreeMap<u64, Page>,
+        time: &mut Time,
+    ) -> Option<String> {
+        let page = pages.get_mut(&id)?;
+        match request {
+            Request::Shown {} => page.credit = (page.credit + 1).min(UNDER_WAY),
+            Request::Look { position, target, up } => {
+                let [position, target, up] = [position, target, up].map(DVec3::from_array);
+                let look = Look::At { position, target, up };
+                if let Err(error) = look.of(&self.common.camera) {
+                    return Some(error.to_string());
+                }
+                (page.look, page.dirty) = (look, true);
+            }
+            Request::SceneCamera {} => match self.first_look {
+                Look::Scene => (page.look, page.dirty) = (Look::Scene, true),
+                Look::At { .. } => return Some("the scene has no camera".to_owned()),
+            },
+            Request::Show { quantity } => (page.quantity, page.dirty) = (quantity, true),
+            Request::Play { rate } => {
+                if self.player.step() >= self.player.steps() {
+                    time.goal = 0;
+                }
+                (time.rate, time.due) = (Some(rate), Instant::now());
+                mark(pages);
+            }
+            Request::Pause {} => {
+                (time.rate, time.goal) = (None, self.player.step());
+                mark(pages);
+            }
+            Request::Seek { time: at } => match self.player.step_at(at) {
+                Some(step) => {
+                    (time.goal, time.due) = (step, Instant::now());
+                    mark(pages);
+                }
+                None => return Some(format!("the scene has no time {at} s")),
+            },
+            Request::Step { by } => {
+                let goal = i64::from(time.goal) + i64::from(by);
+                match u32::try_from(goal).ok().filter(|goal| *goal <= self.player.steps()) {
+                    Some(goal) => {
+                        (time.goal, time.rate) = (goal, None);
+                        mark(pages);
+                    }
+                    None => return Some(format!("the scene has no step {goal}")),
+                }
+            }
+            Request::Probe { x, y } => {
+                let found = page.seen.as_ref().is_some_and(|seen| self.player.add_at(seen, x, y));
+                if !found {
+                    return Some(format!("the pixel ({x}, {y}) shows no surface"));
+                }
+                self.tell_curves(pages);
+            }
+            Request::Remove { probe } => {
+                if !self.player.remove(probe) {
+                    return Some(format!("there is no probe {probe}"));
+                }
+                self.tell_curves(pages);
+            }
+            Request::Compare {} => return self.compare(),
+        }
+        None
+    }
+
+    fn draw(&mut self, page: &mut Page, clock: Clock) -> Result<(), SimulationError> {
+        page.dirty = false;
+        match draw(&mut self.player, &self.common, &page.look, page.quantity, clock) {
+            Ok((packet, seen)) => {
+                page.credit -= 1;
+                page.seen = Some(seen);
+                // A page that is closed leaves soon.
+                let _ = page.to.try_send(ToPage::Image(packet));
+                Ok(())
+            }
+            Err(error @ (SimulationError::Gpu(_) | SimulationError::Engine(_))) => Err(error),
+            Err(error) => {
+                page.tell(problem_message(&error.to_string()));
+                Ok(())
+            }
+        }
+    }
+
+    /// Curves of all probes.
+    fn curves(&self) -> String {
+        let probes = self.player.probes().iter();
+        let curve = |probe| json!({ "probe": probe, "points": self.player.curve(probe) });
+        json!({ "type": "curves", "curves": probes.map(curve).collect::<Vec<_>>() }).to_string()
+    }
+
+    fn tell_curves(&self, pages: &mut BTreeMap<u64, Page>) {
+        let curves = self.curves();
+        pages.values().for_each(|page| page.tell(curves.clone()));
+        mark(pages);
+    }
+
+    /// Begins the comparison with f64, unless one is under way.
+    fn compare(&mut self) -> Option<String> {
+        if self.comparison.is_under_way.swap(true, Ordering::Relaxed) {
+            return Some("the comparison is under way".to_owned());
+        }
+        let (comparison, own) = (self.comparison.clone(), self.own.clone());
+        let work = move || {
+            comparison.run(&mut |message| {
+                // Without a worker nobody waits for the result.
+                let _ = own.blocking_send(Command::Tell(message));
+            });
+        };
+        let begun = std::thread::Builder::new().name("compare".to_owned()).spawn(work);
+        begun.err().map(|error| format!("the comparison can not begin: {error}"))
+    }
+}
+
+impl Page {
+    /// Whether it waits for an image, and has a place for it.
+    fn is_due(&self) -> bool {
+        self.dirty && self.credit > 0 && self.to.capacity() > 0
+    }
+
+    /// Sends a message. One that a slow page has no place for is lost.
+    fn tell(&self, message: String) {
+        let _ = self.to.try_send(ToPage::Text(message));
+    }
+}
+
+fn mark(pages: &mut BTreeMap<u64, Page>) {
+    pages.values_mut().for_each(|page| page.dirty = true);
+}
+
+/// A message that says why something was not done.
+pub fn problem_message(problem: &str) -> String {
+    json!({ "type": "problem", "message": problem }).to_string()
+}

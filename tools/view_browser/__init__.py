@@ -1,0 +1,1 @@
+"""Tests the page of `isotherm view` in Chromium, and counts its images."""

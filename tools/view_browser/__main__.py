@@ -1,0 +1,25 @@
+"""`tools/view_check`: see there."""
+
+import argparse
+from pathlib import Path
+
+from .page import check
+from .rate import print_rates
+
+
+def main() -> None:
+    """Reads the arguments."""
+    parser = argparse.ArgumentParser(prog="tools/view_check", description=__doc__)
+    parser.add_argument("--rate", metavar="SCENE", help="count the images of a scene instead")
+    parser.add_argument("--seconds", type=float, default=10.0, help="how long to count")
+    parser.add_argument("--pictures", type=Path, help="folder for the pictures of the station, dark and light")
+    parser.add_argument("--device", help="the device, as for isotherm")
+    arguments = parser.parse_args()
+    more = ["--device", arguments.device] if arguments.device else []
+    if arguments.rate:
+        print_rates(arguments.rate, arguments.seconds, more)
+    else:
+        check(arguments.pictures, more)
+
+
+main()
