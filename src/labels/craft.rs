@@ -2,8 +2,6 @@
 
 use glam::{DVec3, Vec3};
 
-use super::key_points::KeyPoint;
-
 /// The craft, with all joints as they are in the model's file. Positions are in the body frame [m].
 ///
 /// A link is what moves as one: link 0 is the body, and link i is what hangs on joint i alone.
@@ -29,6 +27,17 @@ pub struct Craft {
     pub triangles: Vec<[u32; 3]>,
     /// The key points.
     pub key_points: Vec<KeyPoint>,
+}
+
+/// A named point of the craft.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KeyPoint {
+    /// Its name.
+    pub name: String,
+    /// The link that carries it: 0 is the body, `i + 1` is joint `i`.
+    pub link: u32,
+    /// Its place in the body frame with all joints as they are in the model's file [m].
+    pub position: DVec3,
 }
 
 /// A rigid object of BOP: one link of the craft.

@@ -156,8 +156,7 @@ impl LabelledImage {
 pub(crate) mod tests {
     use glam::Vec3;
 
-    use super::super::craft::Craft;
-    use super::super::key_points::KeyPoint;
+    use super::super::craft::{Craft, KeyPoint};
     use super::*;
 
     /// Two triangles: a hull on the body, and a wing on a joint.

@@ -2,6 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
+pub use super::craft::KeyPoint;
+
 use super::craft::Craft;
 use super::image::LabelledImage;
 
@@ -12,19 +14,11 @@ pub const CHOSEN: usize = 12;
 /// two of them from one pixel to the next.
 const SPACINGS: f64 = 2.0;
 
+/// Share of the size of a part by which vertices may differ that reach equally far.
+const LEVEL: f64 = 1e-6;
+
 /// Share of its depth by which a key point may lie behind what its pixel shows, for the rounding of depths to f32.
 const ROUNDING: f64 = 1e-5;
-
-/// A named point of the craft.
-#[derive(Debug, Clone, PartialEq)]
-pub struct KeyPoint {
-    /// Its name.
-    pub name: String,
-    /// The link that carries it: 0 is the body, `i + 1` is joint `i`.
-    pub link: u32,
-    /// Its place in the body frame with all joints as they are in the model's file [m].
-    pub position: DVec3,
-}
 
 /// Whether a key point is seen. The numbers are those of COCO.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -108,39 +102,81 @@ pub fn check_names(points: &[KeyPoint]) -> Result<(), KeyPointError> {
     }
 }
 
-/// Key points for which nobody chose any: the vertex farthest from the middle of the craft, and then again and again the vertex farthest from all that
-/// were chosen (Gonzalez 1985). Of vertices at one distance it takes the first. These are the corners of the craft. They are named by number and part.
+/// The corners of each part: the vertices that reach farthest along the axes and the diagonals between them. Of vertices that reach equally far it is the one
+/// farthest from the middle of the part, and then the first.
+fn corners(craft: &Craft) -> Vec<u32> {
+    let mut of_part: Vec<Vec<u32>> = vec![Vec::new(); craft.parts.len()];
+    for vertex in used(craft) {
+        of_part[craft.vertex_part[vertex as usize] as usize].push(vertex);
+    }
+    let steps = || [-1.0, 0.0, 1.0].into_iter();
+    let directions = steps().flat_map(|x| steps().flat_map(move |y| steps().map(move |z| DVec3::new(x, y, z))));
+    let directions: Vec<DVec3> = directions.filter(|direction| *direction != DVec3::ZERO).collect();
+    let mut corners = Vec::new();
+    for vertices in of_part {
+        let place = |vertex: &u32| craft.positions[*vertex as usize];
+        let middle = middle(vertices.iter().map(place));
+        for direction in &directions {
+            let reach = |vertex: &u32| (place(vertex) - middle).dot(*direction);
+            let most = vertices.iter().map(reach).fold(f64::NEG_INFINITY, f64::max);
+            let size = vertices.iter().map(|vertex| place(vertex).distance(middle)).fold(0.0, f64::max);
+            let level = vertices.iter().copied().filter(|vertex| reach(vertex) >= most - LEVEL * size);
+            let distances = level.map(|vertex| (vertex, place(&vertex).distance(middle)));
+            let farthest = distances.reduce(|best, other| if other.1 > best.1 { other } else { best });
+            corners.extend(farthest.map(|(vertex, _)| vertex));
+        }
+    }
+    corners.sort_unstable();
+    corners.dedup();
+    corners
+}
+
+/// The vertices that triangles use.
+fn used(craft: &Craft) -> Vec<u32> {
+    let mut used: Vec<u32> = craft.triangles.iter().flatten().copied().collect();
+    used.sort_unstable();
+    used.dedup();
+    used
+}
+
+/// The middle of the box round some points.
+fn middle(points: impl Iterator<Item = DVec3>) -> DVec3 {
+    let [low, high] =
+        points.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], point| [low.min(point), high.max(point)]);
+    0.5 * (low + high)
+}
+
+/// Key points for which nobody chose any: the corner of a part that is farthest from the middle of the craft, and then again and again the corner farthest from
+/// all that were chosen (Gonzalez 1985). Of corners at one distance it takes the first. A craft with too few corners gives other vertices too. They are named by
+/// number and part.
 pub fn chosen(craft: &Craft, count: usize) -> Vec<KeyPoint> {
-    let used: Vec<u32> = {
-        let mut used: Vec<u32> = craft.triangles.iter().flatten().copied().collect();
-        used.sort_unstable();
-        used.dedup();
-        used
-    };
     let place = |vertex: u32| craft.positions[vertex as usize];
-    let [low, high] = used.iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], vertex| {
-        [low.min(place(*vertex)), high.max(place(*vertex))]
-    });
-    let middle = 0.5 * (low + high);
-    let mut nearest: Vec<f64> = used.iter().map(|vertex| place(*vertex).distance_squared(middle)).collect();
-    let mut points = Vec::new();
-    while points.len() < count {
-        let farthest =
-            nearest.iter().enumerate().fold(None, |best: Option<(usize, f64)>, (index, distance)| match best {
-                Some((_, greatest)) if greatest >= *distance => best,
-                _ => Some((index, *distance)),
-            });
-        let Some((index, _)) = farthest.filter(|(_, distance)| *distance > 0.0 || points.is_empty()) else {
-            break;
+    let middle = middle(used(craft).into_iter().map(place));
+    let mut points: Vec<KeyPoint> = Vec::new();
+    for candidates in [corners(craft), used(craft)] {
+        let from_chosen = |vertex: &u32, points: &[KeyPoint]| match points {
+            [] => place(*vertex).distance_squared(middle),
+            _ => {
+                points.iter().map(|point| point.position.distance_squared(place(*vertex))).fold(f64::INFINITY, f64::min)
+            }
         };
-        let vertex = used[index];
-        let part = craft.vertex_part[vertex as usize] as usize;
-        let name = format!("{:02}_{}", points.len() + 1, craft.parts[part]);
-        let first = points.is_empty();
-        points.push(KeyPoint { name, link: craft.link_of_part[part], position: place(vertex) });
-        for (other, nearest) in used.iter().zip(&mut nearest) {
-            let distance = place(*other).distance_squared(place(vertex));
-            *nearest = if first { distance } else { nearest.min(distance) };
+        let mut nearest: Vec<f64> = candidates.iter().map(|vertex| from_chosen(vertex, &points)).collect();
+        while points.len() < count {
+            let farthest =
+                nearest.iter().enumerate().fold(None, |best: Option<(usize, f64)>, (index, distance)| match best {
+                    Some((_, greatest)) if greatest >= *distance => best,
+                    _ => Some((index, *distance)),
+                });
+            let first = points.is_empty();
+            let Some((index, _)) = farthest.filter(|(_, distance)| *distance > 0.0 || first) else { break };
+            let vertex = candidates[index];
+            let part = craft.vertex_part[vertex as usize] as usize;
+            let name = format!("{:02}_{}", points.len() + 1, craft.parts[part]);
+            points.push(KeyPoint { name, link: craft.link_of_part[part], position: place(vertex) });
+            for (other, nearest) in candidates.iter().zip(&mut nearest) {
+                let distance = place(*other).distance_squared(place(vertex));
+                *nearest = if first { distance } else { nearest.min(distance) };
+            }
         }
     }
     points
