@@ -15,14 +15,23 @@ layout(location = 0) in vec2 place;
 
 #ifdef MEAN
 layout(location = 0) out vec2 radiance_coverage;
+#ifdef TRACED
+layout(location = 1) out vec4 surface;
+#endif
 #else
 layout(location = 0) out vec4 radiance_temperature_depth;
 layout(location = 1) out uvec2 identity;
+#ifdef TRACED
+layout(location = 2) out vec4 surface;
+#endif
 #endif
 
 void main() {
     vec3 ray = normalize(vec3((place - view.clip_offset) / view.clip_scale, 1.0));
     float radiance = sky_radiance(around, ray);
+#ifdef TRACED
+    surface = vec4(0.0);
+#endif
 #ifdef MEAN
     radiance_coverage = vec2(radiance, 0.0);
 #else

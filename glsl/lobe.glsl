@@ -34,7 +34,7 @@ float lobe_share(Surroundings around, Reflector reflector, vec3 normal, float vi
     float cosine = along * around.planet_cosine + across * around.nadir.w;
 
     float angle = sine / max(1.0 + cosine, 1e-6);
-    vec2 limb = between(0.5 * (angle / (reflector.roughness + abs(angle)) + 1.0) * (LIMBS - 1.0), LIMBS);
+    vec2 limb = between(0.5 * (angle / max(reflector.roughness + abs(angle), 1e-20) + 1.0) * (LIMBS - 1.0), LIMBS);
     vec2 side = between(0.5 * (beside + 1.0) * (SIDES - 1.0), SIDES);
     vec2 seen = between(place_of(view), VIEWS);
     uint first = uint(reflector.lobe) + uint((seen.x * SIDES + side.x) * LIMBS + limb.x);

@@ -1,7 +1,8 @@
 #version 450
 // Band radiance of a pixel: emissivity of the visible face times blackbody radiance at the interpolated temperature.
 // With REFLECTIONS the face also reflects the planet, deep space and the Sun. With TABLES its emissivity depends on angle
-// and temperature. With MAP the planet is not uniform. With APART the alpha channel is the reflected part.
+// and temperature. With MAP the planet is not uniform. With TRACED it tells traced.comp
+// what it shows. With APART the alpha channel is the reflected part.
 
 #include "types.glsl"
 #include "planck.glsl"
@@ -52,9 +53,17 @@ layout(location = 1) flat in uvec3 first_corner;
 #ifdef MEAN
 // Averaged over the samples.
 layout(location = 0) out vec2 radiance_coverage;
+#ifdef TRACED
+// Normal of the visible face times depth, in the axes of the camera, and number of the face plus 1.
+layout(location = 1) out vec4 surface;
+#endif
 #else
 layout(location = 0) out vec4 radiance_temperature_depth;
 layout(location = 1) out uvec2 identity;
+#ifdef TRACED
+// As above.
+layout(location = 2) out vec4 surface;
+#endif
 #endif
 
 // Perspective interpolation has an error of up to 1.3e-6 of the temperature (lavapipe), which is 3e-5 of the radiance
@@ -100,6 +109,9 @@ void main() {
     float reflected = (1.0 - emissivity) * reflected_share(around, reflector, facing, to_camera);
 #endif
     radiance += reflected;
+#endif
+#ifdef TRACED
+    surface = vec4(facing * temperature_depth.y, float(2u * material + (gl_FrontFacing ? 1u : 2u)));
 #endif
 #ifdef MEAN
     radiance_coverage = vec2(radiance, 1.0);

@@ -14,7 +14,11 @@ float one_view_factor(float cos_tilt, float sine, float cosine) {
 }
 
 #ifdef ROUGH
+#define SPECULAR
 #include "lobe.glsl"
+#endif
+#ifdef SMOOTH
+#define SPECULAR
 #endif
 
 #ifdef MAP
@@ -34,12 +38,23 @@ float planet_mean(float kind, vec3 direction) {
 #endif
 
 #ifdef TABLES
+#define DIMMED
+#endif
+#ifdef DIMMED
 // The surroundings with what a face reflects of the light of each, at a factor of the angle.
 Surroundings dimmed(Surroundings around, Reflector reflector, float factor) {
     Surroundings seen = around;
+#ifdef TABLES
+    float of_planet = 1.0 - factor * reflector.of_planet;
+    float of_space = 1.0 - factor * reflector.of_space;
     float of_sun = 1.0 - factor * reflector.of_sun;
-    seen.planet_radiance = around.planet_radiance * (1.0 - factor * reflector.of_planet);
-    seen.space_radiance = around.space_radiance * (1.0 - factor * reflector.of_space);
+#else
+    float of_planet = 1.0 - reflector.emissivity;
+    float of_space = of_planet;
+    float of_sun = of_planet;
+#endif
+    seen.planet_radiance = around.planet_radiance * of_planet;
+    seen.space_radiance = around.space_radiance * of_space;
     seen.sun_radiance = around.sun_radiance * of_sun;
     seen.sun_irradiance = around.sun_irradiance * of_sun;
     return seen;
@@ -62,7 +77,9 @@ float reflected_share(Surroundings around, Reflector reflector, vec3 normal, vec
 #ifdef SPECULAR
     float view = max(dot(normal, to_camera), 0.0);
     vec3 mirror = 2.0 * view * normal - to_camera;
+#ifdef SMOOTH
     float specular = sky_radiance(around, mirror);
+#endif
 #ifdef ROUGH
 #ifdef MAP
     float kind = 1.0 + floor(reflector.lobe / LOBE_VALUES + 0.5);
@@ -74,9 +91,14 @@ float reflected_share(Surroundings around, Reflector reflector, vec3 normal, vec
     float cosine = dot(normal, middle) / max(length(middle), 1e-20);
     rough += around.sun_irradiance * lobe_glint(reflector, view, light, cosine);
 #endif
+#ifdef SMOOTH
     specular = reflector.roughness > 0.0 ? rough : specular;
+#else
+    float specular = rough;
 #endif
-    diffuse += reflector.specular * (specular - diffuse);
+#endif
+    // A diffuse face has no lobe, and what stands in its place may be no number.
+    diffuse += reflector.specular > 0.0 ? reflector.specular * (specular - diffuse) : 0.0;
 #endif
     return diffuse;
 }

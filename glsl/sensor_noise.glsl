@@ -1,25 +1,12 @@
 // Noise by counting: each number follows from seed, counter, stream and place alone. Twin: src/thermal/sensor/noise.rs.
 
+#include "pcg.glsl"
+
 const uint STREAM_TIME = 0u;
 const uint STREAM_OFFSET = 1u;
 const uint STREAM_GAIN = 2u;
 const uint STREAM_DRIFT = 3u;
 const uint STREAM_BAD = 4u;
-
-// Hash of four words (Jarzynski and Olano 2020).
-uvec4 pcg4d(uvec4 word) {
-    uvec4 v = word * 1664525u + uvec4(1013904223u);
-    v.x += v.y * v.w;
-    v.y += v.z * v.x;
-    v.z += v.x * v.y;
-    v.w += v.y * v.z;
-    v = v ^ (v >> uvec4(16u));
-    v.x += v.y * v.w;
-    v.y += v.z * v.x;
-    v.z += v.x * v.y;
-    v.w += v.y * v.z;
-    return v;
-}
 
 // Four random words for a group of four pixels.
 uvec4 random_words(uint seed, uint low, uint high, uint stream, uint group) {

@@ -100,6 +100,15 @@ struct Reflector {
     float of_sun;
 };
 
+struct Tracing {
+    uint boxes;
+    uint word;
+    float start;
+    uint width;
+    uint texels;
+    uint surface_width;
+};
+
 struct PlanetView {
     vec4 x;
     vec4 y;

@@ -6,10 +6,12 @@
 //! Every sample of a pixel has its own ray, through the distortion of the lens.
 
 pub mod distant;
+pub mod traced;
 
 use glam::{DAffine3, DVec2, DVec3};
 use rayon::prelude::*;
 
+use self::traced::{Craft, Seen, Traced, traced_radiance};
 use crate::lens::{Distortion, Lens};
 use crate::thermal::surroundings::{Looks, Reflector, Surroundings, emissivity, reflected_radiance, sky_radiance};
 
@@ -47,6 +49,8 @@ pub struct Around<'a> {
     pub reflectors: &'a [[Reflector; 2]],
     /// The tables that they refer to.
     pub looks: Looks<'a>,
+    /// The craft itself, where it is reflected too.
+    pub traced: Option<Traced<'a>>,
 }
 
 /// A camera with OpenCV axes: +X right, +Y down, +Z forward.
@@ -176,18 +180,28 @@ pub fn places(samples: u32) -> &'static [[f64; 2]] {
     }
 }
 
-/// The places of the samples, and then the centre of the pixel. With one sample both are the same.
-fn places_and_centre(samples: u32) -> impl Iterator<Item = [f64; 2]> + Clone {
-    let centre = (samples > 1).then_some([0.5, 0.5]);
-    places(samples).iter().copied().chain(centre)
+/// Samples along the width and height of a pixel whose reflections of the craft are traced: those of a finer image.
+fn grid(samples: u32) -> [u32; 2] {
+    match samples {
+        0..=1 => [1, 1],
+        2..=4 => [2, 2],
+        5..=8 => [4, 2],
+        _ => [4, 4],
+    }
 }
 
-/// The rays of the samples of a row and of the centres, pixel after pixel. Where the lens has none, the ray is no number and meets nothing.
-fn rays_of_row(view: &View, row: u32) -> Vec<DVec2> {
-    let places = places_and_centre(view.samples);
+/// The centres of the texels of a grid in a pixel.
+fn centres([across, down]: [u32; 2]) -> Vec<[f64; 2]> {
+    let place = |number: u32| [(number % across, across), (number / across, down)];
+    let share = |(at, of): (u32, u32)| (f64::from(at) + 0.5) / f64::from(of);
+    (0..across * down).map(|number| place(number).map(share)).collect()
+}
+
+/// The rays of places in the pixels of a row, pixel after pixel. Where the lens has none, the ray is no number and meets nothing.
+fn rays_of_row(view: &View, row: u32, places: &[[f64; 2]]) -> Vec<DVec2> {
     let mut near = None;
     let pixels = (0..view.width)
-        .flat_map(|column| places.clone().map(move |[x, y]| DVec2::new(f64::from(column) + x, f64::from(row) + y)));
+        .flat_map(|column| places.iter().map(move |[x, y]| DVec2::new(f64::from(column) + x, f64::from(row) + y)));
     let ray = |pixel| {
         near = match near {
             Some(ray) if view.lens.distortion != Distortion::None => view.lens.unproject_from(ray, pixel),
@@ -205,10 +219,14 @@ pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 +
     let projected: Vec<Projected> =
         surface.triangles.par_iter().filter_map(|&triangle| project(surface, view, triangle)).collect();
     let mut pixels = vec![EMPTY; view.width as usize * view.height as usize];
-    let counted = places(view.samples).len();
-    let each = places_and_centre(view.samples).count();
+    let traced = surface.around.as_ref().and_then(|around| around.traced);
+    let mut places = if traced.is_some() { centres(grid(view.samples)) } else { places(view.samples).to_vec() };
+    let counted = places.len();
+    // Identity and temperature are those of the centre, which is the place of a single sample.
+    places.extend((counted > 1).then_some([0.5, 0.5]));
+    let each = places.len();
     pixels.par_chunks_mut(view.width.max(1) as usize).enumerate().for_each(|(row, pixels)| {
-        let rays = rays_of_row(view, row as u32);
+        let rays = rays_of_row(view, row as u32, &places);
         let around = |rays: &[DVec2]| rays.iter().fold(Bounds::NONE, |bounds, ray| bounds.with(*ray));
         let blocks: Vec<Bounds> = rays.chunks(BLOCK * each).map(around).collect();
         let whole = blocks.iter().fold(Bounds::NONE, |all, block| all.with(block.low).with(block.high));
@@ -222,8 +240,8 @@ pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 +
             }
         }
         let drawn = samples.chunks_mut(each).zip(shown.chunks(each)).zip(rays.chunks(each));
-        for (pixel, ((samples, shown), rays)) in pixels.iter_mut().zip(drawn) {
-            for ((sample, shown), ray) in samples[..counted].iter_mut().zip(shown).zip(rays) {
+        for (column, (pixel, ((samples, shown), rays))) in pixels.iter_mut().zip(drawn).enumerate() {
+            for (((sample, shown), ray), place) in samples[..counted].iter_mut().zip(shown).zip(rays).zip(&places) {
                 let around = surface.around.as_ref().filter(|_| ray.is_finite());
                 let direction = ray.extend(1.0).normalize();
                 // The field held the emissivity so far, so that only visible samples are converted.
@@ -234,6 +252,26 @@ pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 +
                 }
                 if let Some(around) = around {
                     arrive(sample, around, *shown, direction);
+                    if let (Some(traced), Some(shown), Some(surroundings)) = (&traced, shown, around.surroundings)
+                        && let Some(reflector) = around.reflector(sample, *shown)
+                    {
+                        let [across, down] = grid(view.samples).map(f64::from);
+                        let texel = [across * (column as f64 + place[0]), down * (row as f64 + place[1])];
+                        let pixel = texel.map(|at| (16.0 * at) as u32);
+                        let place = sample.depth * ray.extend(1.0);
+                        let seen = Seen { reflector, normal: shown.normal, to_camera: -direction, place, pixel };
+                        let craft = Craft {
+                            traced,
+                            surroundings,
+                            reflectors: around.reflectors,
+                            looks: &around.looks,
+                            temperatures: surface.temperatures,
+                            radiance: &radiance,
+                        };
+                        let light = traced_radiance(&craft, &view.camera_from_body, &seen);
+                        sample.reflected += light;
+                        sample.radiance += light;
+                    }
                 }
             }
             let mean = |value: fn(&Pixel) -> f64| samples[..counted].iter().map(value).sum::<f64>() / counted as f64;

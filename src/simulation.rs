@@ -40,6 +40,7 @@ mod structures;
 pub mod surroundings;
 pub mod target;
 pub mod thermal_state;
+pub mod traced;
 pub mod viewpoint;
 
 use crate::gpu::layout::FUSED_STEPS;

@@ -136,6 +136,7 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
         cull: prepared.triangles.len() as u32,
         temperatures: true,
         shows: data.shown.variant,
+        texels: data.texels() as u32,
     };
     let stepped = exchanged.unwrap_or_default().then(Frame::step(&data.ranges, Wanted::default())).then(network);
     let frame = if data.between {

@@ -8,7 +8,7 @@ use ash::vk;
 use super::context::Context;
 use super::error::{During as _, GpuError};
 use super::layout::{ExchangePass, HeatPass, HeaterStep, NetworkPass, NetworkStep, SLICE, SunRay};
-use super::pass::{Access, Kernel, Pass, Work};
+use super::pass::{Access, Kernel, Pass, Target, Work};
 use super::pipeline::Pipeline;
 use super::resource::Resource;
 use super::store::Resources;
@@ -167,15 +167,19 @@ fn pipeline(context: &Arc<Context>, kernel: Kernel, types: &[(u32, vk::Descripto
         Kernel::Exchange(_) => size_of::<ExchangePass>(),
         Kernel::Heat(_) => size_of::<HeatPass>(),
         Kernel::Heaters => size_of::<HeaterStep>(),
-        Kernel::Cull | Kernel::CullSamples { .. } => size_of::<u32>(),
+        Kernel::Cull | Kernel::CullSamples { .. } | Kernel::Traced { .. } => size_of::<u32>(),
         Kernel::Between => size_of::<f32>(),
         Kernel::SunRay { .. } => size_of::<SunRay>() + size_of::<[[f32; 4]; 3]>(),
         _ => 0,
     };
+    if let Some(target) = kernel.target() {
+        return Pipeline::radiance(context, &kernel.shaders(), types, target);
+    }
     match kernel {
-        Kernel::Radiance(_) | Kernel::RadianceOfRows(_) => Pipeline::radiance(context, &kernel.shaders(), types),
-        Kernel::Mean { each, .. } => Pipeline::mean(context, &kernel.shaders(), types, each),
-        Kernel::Background { each, .. } => Pipeline::background(context, &kernel.shaders(), types, each),
+        Kernel::Background { shows, each } => {
+            let target = Target { mean: each, surfaces: shows.traced };
+            Pipeline::background(context, &kernel.shaders(), types, target)
+        }
         Kernel::SunDepth => Pipeline::solar_depth(context, types),
         _ => Pipeline::compute(context, &kernel.shaders()[0], types, constants as u32),
     }

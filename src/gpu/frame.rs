@@ -11,7 +11,7 @@ pub use passes::{StepRange, TRIANGLES_A_DRAW, TriangleRun};
 
 use passes::{
     DEPTH, DEPTH_WRITE, between_pass, cull_pass, distant_pass, mean_pass, radiance_pass, ray_pass, resample_pass,
-    solar_depth_pass, thermal_pass, visibility_pass,
+    solar_depth_pass, thermal_pass, traced_passes, visibility_pass,
 };
 
 use super::pass::{
@@ -39,6 +39,8 @@ pub struct Wanted {
     pub temperatures: bool,
     /// What the pixels of the image show.
     pub shows: RadianceVariant,
+    /// Texels whose reflections of the craft itself are traced, where `shows` has them.
+    pub texels: u32,
 }
 
 /// Passes and barriers that are submitted together.
@@ -76,7 +78,7 @@ impl Frame {
 
     /// An image between two steps: temperatures of its time, then the image. `culled` are the triangles to cull before drawing.
     pub fn between(ranges: &[StepRange], wanted: Wanted, culled: &[TriangleRun]) -> Self {
-        let drawn = scope(S::VERTEX_SHADER, A::NONE);
+        let drawn = scope(NODE_READ.stage, A::NONE);
         let mut entries = vec![Entry::Barriers(vec![
             barrier(Resource::Temperature, COMPUTE_WRITE, COMPUTE_READ),
             barrier(Resource::EarlierTemperature, COPY_WRITE, COMPUTE_READ),
@@ -92,7 +94,7 @@ impl Frame {
 
         if !ranges.is_empty() {
             // The last frame may still write the state or read the temperatures that this frame replaces.
-            let readers = scope(S::COMPUTE_SHADER | S::VERTEX_SHADER | S::COPY, A::SHADER_STORAGE_WRITE);
+            let readers = scope(S::COMPUTE_SHADER | NODE_READ.stage | S::COPY, A::SHADER_STORAGE_WRITE);
             let state_writers =
                 scope(S::COMPUTE_SHADER | S::COPY | S::CLEAR, A::SHADER_STORAGE_WRITE | A::TRANSFER_WRITE);
             let compute = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_READ | A::SHADER_STORAGE_WRITE);
@@ -239,8 +241,9 @@ impl std::fmt::Display for Frame {
     }
 }
 
-/// Nodes are read by vertices.
-const VERTEX_READ: Scope = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
+/// Read of the temperatures of nodes by an image: by a draw, and by the rays of reflections.
+const NODE_READ: Scope =
+    scope(S::from_raw(S::VERTEX_SHADER.as_raw() | S::COMPUTE_SHADER.as_raw()), A::SHADER_STORAGE_READ);
 /// Write of a colour attachment.
 const COLOUR: Scope = scope(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
 /// End of the copies, which only read.
@@ -254,7 +257,7 @@ fn image(wanted: &Wanted, shown: Resource) -> Vec<Entry> {
     let shutter = sampled.and_then(|sampled| sampled.shutter);
     let mean = sampled.and_then(|sampled| sampled.mean);
     let mut before = vec![
-        barrier(shown, COMPUTE_WRITE, VERTEX_READ),
+        barrier(shown, COMPUTE_WRITE, NODE_READ),
         transition(Resource::RadianceImage, COPIED, COLOUR, undefined, attachment),
         transition(Resource::IdentityImage, COPIED, COLOUR, undefined, attachment),
         transition(Resource::DepthImage, DEPTH_WRITE, DEPTH, undefined, attachment),
@@ -263,6 +266,10 @@ fn image(wanted: &Wanted, shown: Resource) -> Vec<Entry> {
         transition(Resource::RadianceImage, COLOUR, COPY_READ, attachment, source),
         transition(Resource::IdentityImage, COLOUR, COPY_READ, attachment, source),
     ];
+    if shows.traced {
+        before.push(transition(Resource::SurfaceImage, COPIED, COLOUR, undefined, attachment));
+        drawn.push(transition(Resource::SurfaceImage, COLOUR, COPY_READ, attachment, source));
+    }
     // A mean takes the place of the radiance of single samples.
     let single = match sampled {
         // The sky stands behind the pixels, not behind the texels of a crop.
@@ -284,11 +291,13 @@ fn image(wanted: &Wanted, shown: Resource) -> Vec<Entry> {
     let mut entries = vec![Entry::Barriers(before)];
     entries.extend(passes);
     entries.push(Entry::Barriers(drawn));
-    let [radiance, identity] = match sampled.filter(Sampled::is_resampled) {
-        Some(sampled) => {
-            entries.extend(resampled(sampled, shows));
-            [Resource::ImageRadiance, Resource::ImageIdentity]
-        }
+    let resampled = sampled.filter(Sampled::is_resampled);
+    if resampled.is_some() || shows.traced {
+        entries.extend(computed(resampled, wanted, shown));
+    }
+    let [radiance, identity] = match resampled {
+        Some(_) => [Resource::ImageRadiance, Resource::ImageIdentity],
+        None if shows.traced => [Resource::DrawnRadiance, Resource::IdentityImage],
         None => [Resource::RadianceImage, Resource::IdentityImage],
     };
     entries.extend([
@@ -299,18 +308,34 @@ fn image(wanted: &Wanted, shown: Resource) -> Vec<Entry> {
     entries
 }
 
-/// Copies drawn images to buffers, and computes another image from them.
-fn resampled(sampled: Sampled, shows: RadianceVariant) -> Vec<Entry> {
-    let mut copies = vec![
-        ("copy radiance", Resource::RadianceImage, Resource::DrawnRadiance),
-        ("copy identity", Resource::IdentityImage, Resource::DrawnIdentity),
-    ];
-    copies.extend(sampled.mean.map(|_| ("copy mean", Resource::MeanImage, Resource::Mean)));
-    let looked_up = scope(S::COMPUTE_SHADER, A::NONE);
-    let written = copies.iter().map(|(_, _, to)| barrier(*to, looked_up, COPY_WRITE)).collect();
-    let mut entries = vec![Entry::Barriers(written)];
+/// Copies drawn images to buffers, adds reflections of the craft where it is traced, and computes another image where it is `resampled`.
+fn computed(resampled: Option<Sampled>, wanted: &Wanted, shown: Resource) -> Vec<Entry> {
+    let Wanted { shows, texels, .. } = *wanted;
+    let mean = resampled.and_then(|sampled| sampled.mean);
+    let lit = if mean.is_some() { Resource::Mean } else { Resource::DrawnRadiance };
+    let mut copies = vec![("copy radiance", Resource::RadianceImage, Resource::DrawnRadiance)];
+    copies.extend(resampled.map(|_| ("copy identity", Resource::IdentityImage, Resource::DrawnIdentity)));
+    copies.extend(mean.map(|_| ("copy mean", Resource::MeanImage, Resource::Mean)));
+    copies.extend(shows.traced.then_some(("copy surfaces", Resource::SurfaceImage, Resource::Surface)));
+    // The passes of the last image may still use the buffers that this one replaces.
+    let used = scope(S::COMPUTE_SHADER | S::COPY, A::SHADER_STORAGE_WRITE);
+    let written = copies.iter().map(|(_, _, to)| barrier(*to, used, COPY_WRITE));
+    let mut entries = vec![Entry::Barriers(written.collect())];
     entries.extend(copies.iter().map(|(name, from, to)| Entry::Pass(copy_pass(name, *from, *to))));
-    let mut read: Vec<_> = copies.iter().map(|(_, _, to)| barrier(*to, COPY_WRITE, COMPUTE_READ)).collect();
+    let added = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_READ | A::SHADER_STORAGE_WRITE);
+    let read = copies
+        .iter()
+        .map(|(_, _, to)| barrier(*to, COPY_WRITE, if shows.traced && *to == lit { added } else { COMPUTE_READ }));
+    let mut read: Vec<_> = read.collect();
+    if shows.traced {
+        entries.push(Entry::Barriers(std::mem::take(&mut read)));
+        entries.extend(traced_passes(shows, lit, texels, shown).into_iter().map(Entry::Pass));
+        read.push(barrier(lit, COMPUTE_WRITE, if resampled.is_some() { COMPUTE_READ } else { COPY_READ }));
+    }
+    let Some(sampled) = resampled else {
+        entries.push(Entry::Barriers(read));
+        return entries;
+    };
     read.push(barrier(Resource::ImageRadiance, COPIED, COMPUTE_WRITE));
     read.push(barrier(Resource::ImageIdentity, COPIED, COMPUTE_WRITE));
     entries.extend([

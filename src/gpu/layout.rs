@@ -230,6 +230,22 @@ shared! {
         pub of_sun: f32,
     }
 
+    /// Rays of an image against the craft's own triangles.
+    pub struct Tracing {
+        /// Number of boxes in the tree.
+        pub boxes: u32,
+        /// Word of the time, so that each image has rays of its own.
+        pub word: u32,
+        /// Distance between a ray's start and its surface [m].
+        pub start: f32,
+        /// Width of the image [texels].
+        pub width: u32,
+        /// Number of its texels.
+        pub texels: u32,
+        /// Width of the image of surfaces [texels].
+        pub surface_width: u32,
+    }
+
     /// Axes of the map of a planet that is not uniform.
     pub struct PlanetView {
         /// +X of the map in the axes of the camera; w: columns of the map.

@@ -107,6 +107,13 @@ pub enum Kernel {
         /// Samples of a texel of a mean. `None` for the image of one sample.
         each: Option<u32>,
     },
+    /// Adds what surfaces reflect of the craft itself.
+    Traced {
+        /// What pixels show.
+        shows: RadianceVariant,
+        /// Whether it is added to the mean over several samples of a pixel.
+        several: bool,
+    },
     /// Computes the image from drawn ones.
     Resample {
         /// Whether the lens distorts.
@@ -151,6 +158,18 @@ impl Kernel {
         matches!(self, Radiance(_) | RadianceOfRows(_) | Mean { .. } | MeanOfRows { .. } | SunDepth)
     }
 
+    /// What it draws of the craft, if it does.
+    pub fn target(self) -> Option<Target> {
+        let (mean, surfaces) = match self {
+            Self::Radiance(shows) => (None, shows.traced),
+            Self::RadianceOfRows(_) => (None, false),
+            Self::Mean { each, shows } => (Some(each), shows.traced),
+            Self::MeanOfRows { each, .. } => (Some(each), false),
+            _ => return None,
+        };
+        Some(Target { mean, surfaces })
+    }
+
     /// The kernel of the sky behind the craft that it draws, where the image has one.
     pub fn sky(self) -> Option<Self> {
         let (shows, each) = match self {
@@ -192,6 +211,7 @@ impl Kernel {
             Self::Mean { each, shows } => shows.shaders(Some(each), None).to_vec(),
             Self::MeanOfRows { each, row_of } => RadianceVariant::PLAIN.shaders(Some(each), Some(row_of)).to_vec(),
             Self::Background { shows, each } => shows.background(each).to_vec(),
+            Self::Traced { shows, several } => vec![shows.traced(several)],
             Self::Resample { lens, several } => {
                 let words = [(lens, "lens"), (several, "several")].into_iter().filter(|(has, _)| *has);
                 vec![Shader::new("resample.comp", words.map(|(_, word)| word).collect())]
@@ -204,6 +224,15 @@ impl Kernel {
     }
 }
 
+/// Images that are drawn together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Target {
+    /// Samples of a texel of a mean. `None` for radiance and identity of one sample.
+    pub mean: Option<u32>,
+    /// Whether the surfaces of the texels are drawn too.
+    pub surfaces: bool,
+}
+
 /// Push constants of a dispatch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Said {
@@ -213,6 +242,8 @@ pub enum Said {
     Share,
     /// Index of the first triangle.
     Triangle(u32),
+    /// Index of the first texel.
+    Texel(u32),
     /// Number of the point on the Sun's disc, and joint of the nodes.
     Ray(u32, u32),
     /// Times and weights of a network pass.

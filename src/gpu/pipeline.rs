@@ -6,6 +6,7 @@ use ash::vk;
 
 use super::context::Context;
 use super::error::{During as _, GpuError};
+use super::pass::Target;
 use super::shaders::Shader;
 
 /// A pipeline with its layout and the layout of its descriptor set.
@@ -23,8 +24,8 @@ pub const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 pub const IDENTITY_FORMAT: vk::Format = vk::Format::R32G32_UINT;
 /// Format of the image with mean radiance and coverage.
 pub const MEAN_FORMAT: vk::Format = vk::Format::R32G32_SFLOAT;
-/// Formats of the colours of an image.
-const IMAGE_FORMATS: &[vk::Format] = &[RADIANCE_FORMAT, IDENTITY_FORMAT];
+/// Format of the image with normal times depth and face of each texel.
+pub const SURFACE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 /// Format of the depth buffer.
 pub const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
 
@@ -48,34 +49,27 @@ impl Pipeline {
         Ok(pipeline)
     }
 
-    /// Makes the pipeline of the radiance pass: vertices read from storage buffers, reversed depth, no face culling.
+    /// Makes the pipeline of the craft in an image: vertices read from storage buffers, reversed depth, no face culling.
     pub fn radiance(
         context: &Arc<Context>,
         shaders: &[Shader],
         bindings: &[(u32, vk::DescriptorType)],
+        target: Target,
     ) -> Result<Self, GpuError> {
-        Self::graphics(context, "radiance", shaders, bindings, IMAGE_FORMATS, vk::CompareOp::GREATER, 1)
+        let (formats, each) = formats(target);
+        let name = if target.mean.is_some() { "mean" } else { "radiance" };
+        Self::graphics(context, name, shaders, bindings, &formats, vk::CompareOp::GREATER, each)
     }
 
-    /// Makes the pipeline of the mean radiance over `each` samples of a texel.
-    pub fn mean(
-        context: &Arc<Context>,
-        shaders: &[Shader],
-        bindings: &[(u32, vk::DescriptorType)],
-        each: u32,
-    ) -> Result<Self, GpuError> {
-        Self::graphics(context, "mean", shaders, bindings, &[MEAN_FORMAT], vk::CompareOp::GREATER, each)
-    }
-
-    /// Makes the pipeline of the sky, which is drawn where nothing is: its depth is that of the cleared image. `mean` are the samples of a texel of a mean.
+    /// Makes the pipeline of the sky, which is drawn where nothing is: its depth is that of the cleared image.
     pub fn background(
         context: &Arc<Context>,
         shaders: &[Shader],
         bindings: &[(u32, vk::DescriptorType)],
-        mean: Option<u32>,
+        target: Target,
     ) -> Result<Self, GpuError> {
-        let formats = if mean.is_some() { &[MEAN_FORMAT] } else { IMAGE_FORMATS };
-        Self::graphics(context, "background", shaders, bindings, formats, vk::CompareOp::EQUAL, mean.unwrap_or(1))
+        let (formats, each) = formats(target);
+        Self::graphics(context, "background", shaders, bindings, &formats, vk::CompareOp::EQUAL, each)
     }
 
     /// Makes the pipeline of the shadow map: vertices read from storage buffers, depth only, no face culling.
@@ -187,6 +181,13 @@ impl Pipeline {
             unsafe { context.device.create_pipeline_layout(&create, None) }.during("creating a pipeline layout")?;
         Ok(pipeline)
     }
+}
+
+/// Formats of the colours of a target, and samples of a texel.
+fn formats(target: Target) -> (Vec<vk::Format>, u32) {
+    let mut formats = if target.mean.is_some() { vec![MEAN_FORMAT] } else { vec![RADIANCE_FORMAT, IDENTITY_FORMAT] };
+    formats.extend(target.surfaces.then_some(SURFACE_FORMAT));
+    (formats, target.mean.unwrap_or(1))
 }
 
 impl Drop for Pipeline {

@@ -8,10 +8,12 @@ use super::shaders::Shader;
 pub struct RadianceVariant {
     /// Whether surfaces reflect their surroundings.
     pub reflections: bool,
-    /// Whether some of them are mirrors, which needs `reflections`.
-    pub specular: bool,
-    /// Whether some mirrors are rough, which needs `specular`.
+    /// Whether some of them are rough mirrors, which needs `reflections`.
     pub rough: bool,
+    /// Whether some of them are smooth mirrors, which needs `reflections`.
+    pub smooth: bool,
+    /// Whether they reflect the craft itself too, which needs `reflections`.
+    pub traced: bool,
     /// Whether the Sun shines in the band.
     pub sun: bool,
     /// Whether the reflected part is an output of its own, which needs `reflections`.
@@ -30,8 +32,9 @@ impl RadianceVariant {
     /// Emission alone, before nothing.
     pub const PLAIN: Self = Self {
         reflections: false,
-        specular: false,
         rough: false,
+        smooth: false,
+        traced: false,
         sun: false,
         apart: false,
         background: false,
@@ -45,8 +48,9 @@ impl RadianceVariant {
     pub fn shaders(&self, mean: Option<u32>, shutter: Option<RowOf>) -> [Shader; 2] {
         let words = [
             (self.reflections, "reflections"),
-            (self.specular, "specular"),
             (self.rough, "rough"),
+            (self.smooth, "smooth"),
+            (self.traced, "traced"),
             (self.reflections && self.sun, "sun"),
             (self.apart, "apart"),
             (self.tables, "tables"),
@@ -63,9 +67,25 @@ impl RadianceVariant {
 
     /// The vertex shader and the fragment shader of the sky.
     pub fn background(&self, mean: Option<u32>) -> [Shader; 2] {
-        let words = [(self.sun, "sun"), (self.map, "map")].into_iter().filter_map(|(has, word)| has.then_some(word));
+        let words = [(self.traced, "traced"), (self.sun, "sun"), (self.map, "map")];
+        let words = words.into_iter().filter_map(|(has, word)| has.then_some(word));
         let words = words.chain(words_of_mean(mean).iter().copied()).collect();
         [Shader::new("background.vert", Vec::new()), Shader::new("background.frag", words)]
+    }
+
+    /// The shader that adds what surfaces reflect of the craft itself. `several`: to the mean over several samples of a pixel.
+    pub fn traced(&self, several: bool) -> Shader {
+        let words = [
+            (self.rough, "rough"),
+            (self.smooth, "smooth"),
+            (self.sun, "sun"),
+            (self.apart, "apart"),
+            (self.tables, "tables"),
+            (self.map, "map"),
+            (several, "several"),
+        ];
+        let words = words.into_iter().filter_map(|(has, word)| has.then_some(word)).collect();
+        Shader::new("traced.comp", words)
     }
 
     /// The shader that makes an image from a crop around a craft that is far away.
@@ -89,11 +109,12 @@ impl RadianceVariant {
     pub fn all() -> Vec<Self> {
         let mut all = vec![Self::default(), Self { background: true, ..Self::default() }];
         all.push(Self { background: true, sun: true, ..Self::default() });
-        for (specular, rough) in [(false, false), (true, false), (true, true)] {
+        for [rough, smooth] in [[false, false], [false, true], [true, false], [true, true]] {
             for number in 0..8 {
                 let [sun, apart, background] = [1, 2, 4].map(|bit| number & bit != 0);
-                let plain = Self { specular, rough, sun, apart, background, reflections: true, ..Self::default() };
+                let plain = Self { rough, smooth, sun, apart, background, reflections: true, ..Self::default() };
                 all.extend([plain, Self { map: true, ..plain }]);
+                all.push(Self { traced: true, map: apart, ..plain });
             }
         }
         all.extend([false, true].map(|sun| Self { background: true, map: true, sun, ..Self::default() }));

@@ -192,19 +192,17 @@ impl<'a> Recorder<'a> {
         let integers = vk::ClearValue { color: vk::ClearColorValue { uint32: [0; 4] } };
         let image = |resource| self.resources.image(resource);
         let (store, discard) = (vk::AttachmentStoreOp::STORE, vk::AttachmentStoreOp::DONT_CARE);
-        let (first, depth) = match pass.kernel() {
-            Some(Kernel::Mean { .. } | Kernel::MeanOfRows { .. }) => {
-                (image(Resource::MeanImage), image(Resource::MeanDepthImage))
-            }
-            _ => (image(Resource::RadianceImage), image(Resource::DepthImage)),
+        let Some(target) = pass.kernel().and_then(Kernel::target) else { return };
+        let (first, depth) = match target.mean {
+            Some(_) => (image(Resource::MeanImage), image(Resource::MeanDepthImage)),
+            None => (image(Resource::RadianceImage), image(Resource::DepthImage)),
         };
-        let colours = match pass.kernel() {
-            Some(Kernel::Mean { each: 2.., .. } | Kernel::MeanOfRows { each: 2.., .. }) => {
-                vec![averaged(cleared(image(Resource::MultiImage), floats, discard), first)]
-            }
-            Some(Kernel::Mean { .. } | Kernel::MeanOfRows { .. }) => vec![cleared(first, floats, store)],
-            _ => vec![cleared(first, floats, store), cleared(image(Resource::IdentityImage), integers, store)],
+        let mut colours = match target.mean {
+            Some(2..) => vec![averaged(cleared(image(Resource::MultiImage), floats, discard), first)],
+            Some(_) => vec![cleared(first, floats, store)],
+            None => vec![cleared(first, floats, store), cleared(image(Resource::IdentityImage), integers, store)],
         };
+        colours.extend(target.surfaces.then(|| cleared(image(Resource::SurfaceImage), floats, store)));
         let depth = cleared(depth, depth_of(0.0), discard);
         let rendering = vk::RenderingInfo::default().color_attachments(&colours).depth_attachment(&depth);
         self.bind(pass, 0);

@@ -50,6 +50,19 @@ pub struct Heating<'a> {
     pub powers: &'a [f64],
 }
 
+/// The tree for reflections of the craft, and the rays of an image.
+#[derive(Clone, Copy)]
+pub struct Traced<'a> {
+    /// Rays, without the sizes of the image.
+    pub settings: layout::Tracing,
+    /// Boxes of the tree.
+    pub boxes: &'a [layout::ShadowBox],
+    /// Its triangles, always in the same order.
+    pub triangles: &'a [layout::ShadowTriangle],
+    /// A number that changes with the tree.
+    pub version: u64,
+}
+
 /// Work and outputs of a frame.
 #[derive(Default, Clone, Copy)]
 pub struct Request<'a> {
@@ -72,6 +85,8 @@ pub struct Request<'a> {
     pub lobes: &'a [f32],
     /// Axes of the map of a planet that is not uniform, and its means over the direction of a surface.
     pub planet: Option<(layout::PlanetView, &'a [f32])>,
+    /// What reflections of the craft need. Without it the image has that of the slot's last one.
+    pub traced: Option<Traced<'a>>,
     /// How the crop of a craft that is far away is put into the pixels. The views are then those of the crop.
     pub distant: Option<layout::Distant>,
     /// Heaters of a network that the frame steps.
@@ -148,6 +163,11 @@ pub struct Renderer {
     heat: Vec<(HeatOf, (u32, u32))>,
     /// The sensor, if the image has one.
     sensor: Option<ImageSensor>,
+    /// Width and height of the largest image that is drawn, and of the one with one sample of a texel, from which the image of a distant craft is made
+    /// [texels].
+    drawn: [[u32; 2]; 2],
+    /// Versions of the trees for reflections of the craft in the slots.
+    trees: [Option<u64>; SLOTS],
     /// What the pixels of an image show.
     shows: RadianceVariant,
     /// The load whose balance is the target of every node, if known.
@@ -166,7 +186,14 @@ impl Renderer {
         let resources = Resources::of_scene(context, &mut once, data)?;
         let (sampled, shows) = (data.sampled(), data.shown.variant);
         let cull = data.triangles.len() as u32;
-        let wanted = Wanted { image: data.image.is_some(), sampled, cull, temperatures: true, shows };
+        let wanted = Wanted {
+            image: data.image.is_some(),
+            sampled,
+            cull,
+            temperatures: true,
+            shows,
+            texels: data.texels() as u32,
+        };
         let triangles = data.runs();
         let mut frames = Vec::new();
         for (has_sun, has_albedo) in [(true, true), (true, false), (false, false)] {
@@ -183,7 +210,8 @@ impl Renderer {
             frames.push(Frame::keep().then(Frame::between(&data.ranges, wanted, &triangles)));
         }
         if let Some(sampled) = sampled.filter(|sampled| sampled.distance == Distance::MayBeFar) {
-            let far = Wanted { sampled: Some(sampled.far()), ..wanted };
+            let texels = data.drawn_singly().map_or(0, |[width, height]| width * height);
+            let far = Wanted { sampled: Some(sampled.far()), texels, ..wanted };
             frames.push(match data.between {
                 true => Frame::keep().then(Frame::between(&data.ranges, far, &triangles)),
                 false => Frame::step_in_runs(&idle(&data.ranges), far, &triangles),
@@ -231,6 +259,8 @@ impl Renderer {
             one_pass,
             heat,
             sensor,
+            drawn: [data.drawn(), data.drawn_singly()].map(Option::unwrap_or_default),
+            trees: [None; SLOTS],
             shows,
             commanded: None,
             slots: Slots::new(context, passes)?,
@@ -282,7 +312,8 @@ impl Renderer {
         let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
         let (image, temperatures) = (!views.is_empty(), request.temperatures);
         let sampled = self.sampled.map(|sampled| if request.distant.is_some() { sampled.far() } else { sampled });
-        let wanted = Wanted { image, sampled, cull, temperatures, shows: self.shows };
+        let texels = self.texels(request.distant.is_some());
+        let wanted = Wanted { image, sampled, cull, temperatures, shows: self.shows, texels };
         let mut ranges = request.step.map_or(Vec::new(), |(load, _)| ranges_of_load(&self.ranges, load));
         let mut loaded = Vec::new();
         if self.steps_network() {
@@ -334,6 +365,12 @@ impl Renderer {
         // The present temperatures lie between themselves.
         let kept = if between.is_none() { Frame::keep() } else { Frame::default() };
         kept.then(Frame::between(&self.ranges, wanted, culled))
+    }
+
+    /// Texels whose reflections of the craft itself are traced, if any are.
+    fn texels(&self, is_distant: bool) -> u32 {
+        let [width, height] = self.drawn[usize::from(is_distant)];
+        width * height
     }
 
     /// Keeps the temperatures before a step that the host takes for its network. Collect the frames in flight before.
@@ -420,6 +457,17 @@ impl Renderer {
             self.resources.write(Resource::Surroundings, slot, &[around])?;
             self.resources.write(Resource::Lobes, slot, request.lobes)?;
         }
+        if let Some(traced) = request.traced {
+            let [width, _] = self.drawn[usize::from(request.distant.is_some())];
+            let (texels, surface_width) = (self.texels(request.distant.is_some()), self.drawn[0][0]);
+            let settings = layout::Tracing { width, texels, surface_width, ..traced.settings };
+            self.resources.write(Resource::Tracing, slot, &[settings])?;
+            if self.trees[slot] != Some(traced.version) {
+                self.resources.write(Resource::TraceBoxes, slot, traced.boxes)?;
+                self.resources.write(Resource::TraceTriangles, slot, traced.triangles)?;
+                self.trees[slot] = Some(traced.version);
+            }
+        }
         if let Some((view, means)) = request.planet {
             self.resources.write(Resource::PlanetView, slot, &[view])?;
             self.resources.write(Resource::PlanetMeans, slot, means)?;
@@ -433,7 +481,7 @@ impl Renderer {
         }
         let told = |said: Said| match said {
             Said::Share => request.between.unwrap_or(1.0).to_le_bytes().to_vec(),
-            Said::Triangle(first) => first.to_le_bytes().to_vec(),
+            Said::Triangle(first) | Said::Texel(first) => first.to_le_bytes().to_vec(),
             Said::Ray(ray, joint) => self.shadows.ray(ray, joint),
             Said::OnePass { first, end, since } => {
                 let constants = |one: &OnePass| bytemuck::bytes_of(&one.constants(first, end, since)).to_vec();

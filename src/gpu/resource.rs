@@ -65,6 +65,14 @@ table! {
     Lobes: row(4, Count::Lobes, FromHost, "Lobe").each_slot();
     /// Emissivities of the faces over angle and temperature.
     Emissivities: row(4, Count::Emissivities, Storage, "Emissivity");
+    /// `Tracing` of the image, written by the host.
+    Tracing: row(size_of::<layout::Tracing>(), Count::Tracing, Uniform, "Tracing").each_slot();
+    /// Boxes of the tree for reflections of the craft, written by the host where parts have moved.
+    TraceBoxes: row(size_of::<layout::ShadowBox>(), Count::TraceBoxes, FromHost, "TraceBox").each_slot();
+    /// Triangles of this tree, written by the host where parts have moved.
+    TraceTriangles: row(size_of::<layout::ShadowTriangle>(), Count::TraceTriangles, FromHost, "TraceTriangle").each_slot();
+    /// Nodes of the corners of these triangles, and their material.
+    TraceCorners: row(16, Count::TraceTriangles, Storage, "TraceCorner");
     /// `PlanetView` of the image, written by the host.
     PlanetView: row(size_of::<layout::PlanetView>(), Count::PlanetView, Uniform, "PlanetView").each_slot();
     /// Radiances of a planet that is not uniform, over that of its mean temperature.
@@ -164,6 +172,10 @@ table! {
     RadianceImage: unbound(16, DrawnTexels, Colour(vk::Format::R32G32B32A32_SFLOAT));
     /// Part and material index of every pixel.
     IdentityImage: unbound(8, DrawnTexels, Colour(vk::Format::R32G32_UINT));
+    /// Normal times depth and face of every texel, if surfaces reflect the craft itself.
+    SurfaceImage: unbound(16, SurfaceTexels, Colour(vk::Format::R32G32B32A32_SFLOAT));
+    /// Copy of `SurfaceImage` that shaders read.
+    Surface: row(16, SurfaceTexels, Storage, "Surface");
     /// Depth buffer.
     DepthImage: unbound(4, DrawnTexels, Depth);
     /// `Shutter`, written by the host.
@@ -172,8 +184,8 @@ table! {
     Distant: row(size_of::<layout::Distant>(), DistantOnce, Uniform, "Distant").each_slot();
     /// Sizes of an image that is computed from drawn ones.
     Sampling: row(size_of::<layout::Sampling>(), ComputedOnce, Uniform, "Sampling");
-    /// Copy of `RadianceImage` that shaders read.
-    DrawnRadiance: row(16, ReadTexels, Storage, "DrawnRadiance");
+    /// Copy of `RadianceImage` that shaders read, and to which reflections of the craft are added.
+    DrawnRadiance: row(16, LitTexels, Storage, "DrawnRadiance");
     /// Copy of `IdentityImage` that shaders read.
     DrawnIdentity: row(8, ReadTexels, Storage, "DrawnIdentity");
     /// Mean radiance and coverage of every texel over its samples.
@@ -182,7 +194,7 @@ table! {
     MultiImage: unbound(8, MultiSamples, Colour(vk::Format::R32G32_SFLOAT));
     /// Depth buffer of `MeanImage` or `MultiImage`.
     MeanDepthImage: unbound(4, MeanSamples, Depth);
-    /// Copy of `MeanImage` that shaders read.
+    /// Copy of `MeanImage` that shaders read, and to which reflections of the craft are added.
     Mean: row(8, MeanTexels, Storage, "MeanRadiance");
     /// Places of the pixels' corners in the finer image of a distorting lens.
     LensMap: row(8, LensCorners, Storage, "LensMap");
@@ -190,7 +202,7 @@ table! {
     ImageRadiance: row(16, ComputedPixels, Storage, "ImageRadiance");
     /// Part and material of every pixel of such an image.
     ImageIdentity: row(8, ComputedPixels, Storage, "ImageIdentity");
-    /// Host copy of `RadianceImage` or `ImageRadiance`.
+    /// Host copy of `RadianceImage`, `DrawnRadiance` or `ImageRadiance`.
     RadianceReadback: unbound(16, Pixels, Readback).each_slot();
     /// Host copy of `IdentityImage` or `ImageIdentity`.
     IdentityReadback: unbound(8, Pixels, Readback).each_slot();
@@ -201,7 +213,7 @@ table! {
     Sensor: row(size_of::<layout::Sensor>(), Count::Sensor, Uniform, "Sensor").each_slot();
     /// Weights of the point spread and of the halo.
     SensorKernel: row(16, Count::SensorWeights, Uniform, "Kernel");
-    /// Copy of `RadianceImage` that the sensor reads.
+    /// Copy of the image's radiance that the sensor reads.
     SensorSeen: row(16, Count::SensorPixels, Storage, "Seen");
     /// Radiance of four pixels after the point spread along rows, for each term.
     SensorRows: row(16, Count::SensorRows, Storage, "Rows");

@@ -27,6 +27,12 @@ pub enum Count {
     Lobes,
     /// Numbers of the emissivities over angle and temperature.
     Emissivities,
+    /// One, if surfaces reflect the craft itself.
+    Tracing,
+    /// Boxes of the tree for these reflections.
+    TraceBoxes,
+    /// Triangles of this tree.
+    TraceTriangles,
     /// One, if the planet has a map.
     PlanetView,
     /// Cells of that map.
@@ -69,10 +75,14 @@ pub enum Count {
     Traced,
     /// Pixels of the image.
     Pixels,
+    /// Texels of the largest image that is drawn, if surfaces reflect the craft itself.
+    SurfaceTexels,
     /// Texels of the image that is drawn with one sample of a pixel.
     DrawnTexels,
     /// The same, if another image is computed from it.
     ReadTexels,
+    /// The same, if another image is computed from it or reflections of the craft are added to it.
+    LitTexels,
     /// Pixels of an image that is computed from drawn ones.
     ComputedPixels,
     /// Texels of the image from which the mean over several samples is made.
@@ -184,6 +194,8 @@ impl Count {
                 | Self::BetweenGroups
                 | Self::ShadowedGroups
                 | Self::Triangles
+                | Self::TraceBoxes
+                | Self::TraceTriangles
                 | Self::Draws
                 | Self::OnePassGroups
                 | Self::OnePassBlockGroups
@@ -206,6 +218,8 @@ impl Count {
             Self::Pixels
                 | Self::DrawnTexels
                 | Self::ReadTexels
+                | Self::LitTexels
+                | Self::SurfaceTexels
                 | Self::ComputedPixels
                 | Self::MeanTexels
                 | Self::LensCorners

@@ -84,6 +84,11 @@ pub struct Shown<'a> {
     pub emissivities: &'a [f32],
     /// Radiances of a planet that is not uniform, over that of its mean temperature.
     pub planet_map: &'a [f32],
+    /// Nodes of the corners of the triangles in the tree for reflections of the craft, and their material. The tree follows the
+    /// joints and comes with the requests.
+    pub traced: &'a [[u32; 4]],
+    /// Boxes of this tree.
+    pub traced_boxes: usize,
     /// Normals of all nodes, if the image has normals of its own.
     pub crinkled: &'a [Vec3],
     /// Number of its means over the direction of a surface, which come with the requests.
@@ -206,6 +211,7 @@ impl SceneData<'_> {
     pub fn shown_in(&self) -> Resource {
         match self.sampled() {
             Some(sampled) if sampled.is_resampled() => Resource::ImageRadiance,
+            _ if self.shown.variant.traced => Resource::DrawnRadiance,
             _ => Resource::RadianceImage,
         }
     }
@@ -213,6 +219,16 @@ impl SceneData<'_> {
     /// Width and height of the largest image that is drawn [px].
     pub fn drawn(&self) -> Option<[u32; 2]> {
         self.sampling.as_ref().map(Sampling::largest).or(self.image)
+    }
+
+    /// Width and height of the image with one sample of a texel [texels].
+    pub fn drawn_singly(&self) -> Option<[u32; 2]> {
+        self.sampling.as_ref().map(|sampling| sampling.drawn).or(self.image)
+    }
+
+    /// Texels of the largest image that is drawn, if surfaces reflect the craft itself, or 0.
+    pub fn texels(&self) -> usize {
+        self.drawn().filter(|_| self.shown.variant.traced).map_or(0, area)
     }
 
     /// Number of elements for a `count`; 0 if no scene has such elements.
@@ -236,6 +252,9 @@ impl SceneData<'_> {
             Count::Reflectors => only(drawn, self.shown.reflectors.len()),
             Count::Lobes => only(drawn, self.shown.lobe_values),
             Count::Emissivities => only(drawn, self.shown.emissivities.len()),
+            Count::Tracing => only(drawn && self.shown.variant.traced, 1),
+            Count::TraceBoxes => only(drawn, self.shown.traced_boxes),
+            Count::TraceTriangles => only(drawn, self.shown.traced.len()),
             Count::PlanetView => only(drawn && self.shown.variant.map, 1),
             Count::PlanetMap => only(drawn, self.shown.planet_map.len()),
             Count::PlanetMeans => only(drawn, self.shown.planet_means),
@@ -262,10 +281,13 @@ impl SceneData<'_> {
             Count::Boxes => tree.map_or(0, |tree| tree.tree.nodes.len()),
             Count::Traced => tree.map_or(0, |tree| tree.triangles.len()),
             Count::Pixels => self.image.map_or(0, area),
-            Count::DrawnTexels => {
-                self.image.map_or(0, |image| area(self.sampling.as_ref().map_or(image, |sampling| sampling.drawn)))
-            }
+            Count::DrawnTexels => self.drawn_singly().map_or(0, area),
             Count::ReadTexels => self.of_computed(|sampling| area(sampling.drawn)),
+            Count::LitTexels => {
+                let traced = only(self.shown.variant.traced, self.drawn_singly().map_or(0, area));
+                self.of_computed(|sampling| area(sampling.drawn)).max(traced)
+            }
+            Count::SurfaceTexels => self.texels(),
             Count::ComputedPixels => self.of_computed(|_| self.image.map_or(0, area)),
             Count::MeanTexels => self.of_mean(|mean| area(mean.size)),
             Count::MeanSamples => self.of_mean(|mean| area(mean.size) * mean.each as usize),
@@ -340,8 +362,7 @@ impl Resources {
                 let size = match &data.shadows {
                     Some(shadows) if row.count == Count::SunTexels => [shadows.redraw.resolution; 2],
                     _ if row.count == Count::DrawnTexels => {
-                        let drawn = data.sampling.as_ref().map(|sampling| sampling.drawn);
-                        drawn.or(data.image).expect("images are planned where something is drawn")
+                        data.drawn_singly().expect("images are planned where something is drawn")
                     }
                     _ => data.drawn().expect("images are planned where something is drawn"),
                 };
@@ -374,6 +395,7 @@ impl Resources {
         self.upload(once, Resource::Reflectors, data.shown.reflectors)?;
         self.upload(once, Resource::Emissivities, data.shown.emissivities)?;
         self.upload(once, Resource::PlanetMap, data.shown.planet_map)?;
+        self.upload(once, Resource::TraceCorners, data.shown.traced)?;
         self.upload(once, Resource::GroupMaterial, data.group_material)?;
         self.upload(once, Resource::GroupPart, data.group_part)?;
         self.upload(once, Resource::Triangles, data.triangles)?;

@@ -23,20 +23,22 @@ pub const ENTRY_POINTS: &[(&str, &[u8])] = entry_points![
     "distant.comp" "empty.comp" "exchange_light.comp" "exchange_rays.comp" "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp"
     "network_solve.comp" "network_wide.comp" "one_pass.comp" "one_pass_heaters.comp" "radiance.frag" "radiance.vert"
     "resample.comp" "response.comp" "sensor_cells.comp" "sensor_halo.comp" "sensor_pixel.comp" "sensor_rows.comp"
-    "solar_depth.vert" "solar_rays.comp" "solar_visibility.comp" "thermal_step.comp"
+    "solar_depth.vert" "solar_rays.comp" "solar_visibility.comp" "thermal_step.comp" "traced.comp"
 ];
 
 /// Name and text of each file in `glsl/`.
 const TEXTS: &[(&str, &str)] = texts![
-    "absorbed_heat.comp" "albedo.glsl" "background.frag" "background.vert" "balance.glsl" "band_table.glsl" "between.comp"
-    "between.glsl" "blackbody.comp" "brightness.comp" "brightness.glsl" "cull.comp" "distant.comp" "emissivity.glsl"
-    "empty.comp" "exchange_light.comp" "exchange_rays.comp" "exchange_rays.glsl" "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp"
-    "exchange_sky.glsl" "lobe.glsl" "local_step.glsl" "network.glsl" "network_rows.glsl" "network_solve.comp"
-    "network_types.glsl" "network_wide.comp" "one_pass.comp" "one_pass_heaters.comp" "planck.glsl" "planet.glsl"
-    "planet_map.glsl" "radiance.frag" "radiance.vert" "radiative.glsl" "reflection.glsl" "resample.comp" "response.comp"
-    "sensor_cells.comp" "sensor_halo.comp" "sensor_noise.glsl" "sensor_pixel.comp" "sensor_rows.comp" "sensor_signal.glsl"
-    "sensor_types.glsl" "shaped_transition.glsl" "shutter.glsl" "sky.glsl" "solar_depth.vert" "solar_rays.comp"
-    "solar_visibility.comp" "solar_visibility.glsl" "thermal_step.comp" "transition.glsl" "types.glsl"
+    "absorbed_heat.comp" "albedo.glsl" "background.frag" "background.vert" "balance.glsl" "band_table.glsl"
+    "between.comp" "between.glsl" "blackbody.comp" "brightness.comp" "brightness.glsl" "cosine.glsl" "cull.comp"
+    "distant.comp" "emissivity.glsl" "empty.comp" "exchange_light.comp" "exchange_rays.comp" "exchange_rays.glsl"
+    "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp" "exchange_sky.glsl" "lobe.glsl"
+    "local_step.glsl" "network.glsl" "network_rows.glsl" "network_solve.comp" "network_types.glsl"
+    "network_wide.comp" "one_pass.comp" "one_pass_heaters.comp" "pcg.glsl" "planck.glsl" "planet.glsl"
+    "planet_map.glsl" "radiance.frag" "radiance.vert" "radiative.glsl" "reflection.glsl" "resample.comp"
+    "response.comp" "sensor_cells.comp" "sensor_halo.comp" "sensor_noise.glsl" "sensor_pixel.comp"
+    "sensor_rows.comp" "sensor_signal.glsl" "sensor_types.glsl" "shaped_transition.glsl" "shutter.glsl" "sky.glsl"
+    "solar_depth.vert" "solar_rays.comp" "solar_visibility.comp" "solar_visibility.glsl" "thermal_step.comp"
+    "traced.comp" "traced.glsl" "transition.glsl" "types.glsl" "walk.glsl"
 ];
 
 /// Constants that GLSL shares with its twins in f64: preprocessor name and value. A float's `Debug` text is a GLSL

@@ -21,6 +21,8 @@ pub enum Reflections {
     Off,
     /// Planet, deep space and Sun, without the craft itself.
     Environment,
+    /// The same and the craft itself, by rays.
+    Traced,
 }
 
 /// What stands behind the craft.
@@ -50,8 +52,8 @@ pub struct Surrounded {
     pub channels: bool,
 }
 
-const REFLECTIONS: [(&str, Option<Reflections>); 3] =
-    [("off", Some(Reflections::Off)), ("environment", Some(Reflections::Environment)), ("traced", None)];
+const REFLECTIONS: [(&str, Reflections); 3] =
+    [("off", Reflections::Off), ("environment", Reflections::Environment), ("traced", Reflections::Traced)];
 const BACKGROUNDS: [(&str, Background); 3] =
     [("off", Background::Off), ("space", Background::Space), ("planet", Background::Planet)];
 
@@ -91,14 +93,7 @@ pub(super) fn surrounded(
 ) -> Result<Surrounded, SceneError> {
     let space = environment.background_temperature.unwrap_or(0.0);
     let Some(section) = section else { return Ok(Surrounded { planet_temperature: space, ..Surrounded::default() }) };
-    let reflections = match section.choice("reflections", &REFLECTIONS)? {
-        Some(None) => {
-            let message = "'traced' is not there yet: 'environment' reflects the planet, space and the Sun, without \
-                           the craft itself";
-            return Err(section.error("reflections", message));
-        }
-        stated => stated.flatten().unwrap_or_default(),
-    };
+    let reflections = section.choice("reflections", &REFLECTIONS)?.unwrap_or_default();
     let background = section.choice("background", &BACKGROUNDS)?.unwrap_or_default();
     let seen = background == Background::Planet || reflections != Reflections::Off;
     let pattern = planet::read_pattern(section, orbit, files, assumptions)?;

@@ -71,6 +71,9 @@ impl DeviceData {
         camera: Option<&Camera>,
         counts: u32,
     ) -> SceneData<'a> {
+        let shown = self.finishes.shown();
+        // Rays start from the surface of each texel, and texels of several samples have several.
+        let counts = if shown.variant.traced { 1 } else { counts };
         SceneData {
             ranges: prepared.step_ranges(),
             group_material: &prepared.nodes.group_material,
@@ -103,7 +106,7 @@ impl DeviceData {
                 .zip(prepared.exchange.as_ref())
                 .map(|(tables, craft)| ExchangeData { tables, light_angle: LIGHT * craft.settings.redraw_angle }),
             sensor: self.sensor.as_ref().filter(|_| is_own(prepared, camera)),
-            shown: self.finishes.shown(),
+            shown,
         }
     }
 }

@@ -315,6 +315,9 @@ impl Engine for DeviceEngine {
         if let Some(around) = &order.surroundings {
             self.finishes.look_at(around);
         }
+        if let Some(traced) = self.finishes.traced.as_mut().filter(|_| order.pose.is_some()) {
+            traced.follow(order.joints);
+        }
         let finishes = &mut self.finishes;
         let lobes = order.surroundings.map_or(&[][..], |around| finishes.lobes.values_before(around.planet));
         let planet = order.surroundings.zip(finishes.planet.as_ref()).and_then(|(around, planet)| planet.told(&around));
@@ -328,6 +331,7 @@ impl Engine for DeviceEngine {
             surroundings: order.surroundings.as_ref().map(layout::Surroundings::new),
             lobes,
             planet,
+            traced: order.pose.as_ref().and(finishes.traced.as_ref()).map(|traced| traced.told(order.time)),
             distant,
             heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
             keep,

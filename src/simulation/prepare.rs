@@ -146,6 +146,7 @@ impl Prepared {
         let (triangles, triangle_runs) = steps::by_joint(std::mem::take(&mut model.triangles), &nodes, RUN);
         let (occluders, occluder_runs) = steps::by_joint(occluders, &nodes, 1);
         let shadow_tree = steps::shadow_tree(&scene, &nodes, &occluders)?;
+        steps::check_traced(&scene, &triangles)?;
 
         progress(Stage::Loads);
         let loads = steps::loads(&scene, moving)?;

@@ -6,6 +6,7 @@ use crate::environment::shadow::LARGEST_TREE;
 use crate::environment::sky::SkyError;
 use crate::files::FileFault;
 use crate::model::ModelError;
+use crate::raster::traced::LARGEST_REFLECTED;
 use crate::scene::{JointRule, Scene, SceneError};
 use crate::thermal::function::FunctionError;
 
@@ -98,6 +99,19 @@ pub enum PrepareError {
         material: String,
         /// Length of a step [s].
         step: f64,
+    },
+    /// More triangles than the tree for reflections of the craft can hold.
+    #[error(
+        "{path}: radiance.reflections: {triangles} triangles make a tree of {boxes} boxes; rays take at most {LARGEST_REFLECTED}: \
+         use reflections = \"environment\" or a coarser model"
+    )]
+    TooManyReflected {
+        /// The scene file.
+        path: PathBuf,
+        /// Triangles of the model.
+        triangles: usize,
+        /// Boxes of the tree.
+        boxes: usize,
     },
     /// More triangles than the tree for rays can hold.
     #[error(
@@ -221,6 +235,7 @@ impl PrepareError {
             Self::Joint { path, line, .. } => (Some(path), Some(*line), Some("joint")),
             Self::LongSeries { path, .. } => (Some(path), None, Some("time.steps")),
             Self::TooManyOccluders { path, .. } => (Some(path), None, Some("shadows.method")),
+            Self::TooManyReflected { path, .. } => (Some(path), None, Some("radiance.reflections")),
             Self::Sky { path, .. }
             | Self::Network { path, .. }
             | Self::Emissivity { path, .. }

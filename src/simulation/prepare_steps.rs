@@ -19,7 +19,8 @@ use crate::files;
 use crate::gpu::frame::TriangleRun;
 use crate::gpu::nodes::Nodes;
 use crate::model::{Merged, Model, Skipped};
-use crate::scene::{Camera, Draw, Initial, JointMotion, Scene, ShadowSettings, file_hash, scene_hash};
+use crate::raster::traced::LARGEST_REFLECTED;
+use crate::scene::{Camera, Draw, Initial, JointMotion, Reflections, Scene, ShadowSettings, file_hash, scene_hash};
 use crate::thermal::balance::{balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response, Sides};
 use crate::thermal::radiative::PARTS_AT_MOST;
@@ -166,6 +167,15 @@ pub(super) fn shadow_tree(
     }
     let positions: Vec<DVec3> = nodes.positions.iter().map(|position| position.as_dvec3()).collect();
     Ok(Some(Occluders::new(&positions, occluders)))
+}
+
+/// Refuses reflections of a craft with more triangles than the tree for their rays can hold.
+pub(super) fn check_traced(scene: &Scene, triangles: &[[u32; 3]]) -> Result<(), PrepareError> {
+    let boxes = tree_boxes(triangles.len());
+    if scene.surrounded.reflections != Reflections::Traced || boxes <= LARGEST_REFLECTED {
+        return Ok(());
+    }
+    Err(PrepareError::TooManyReflected { path: scene.source.clone(), triangles: triangles.len(), boxes })
 }
 
 /// Loads of every step from the start of the warm-up, and the walks of the joints.

@@ -183,7 +183,7 @@ impl ReferenceEngine {
         temperatures: &[f64],
         joints: &[DAffine3],
         view: &raster::View,
-        surroundings: Option<&Surroundings>,
+        (surroundings, time): (Option<&Surroundings>, f64),
     ) -> Vec<raster::Pixel> {
         let placed;
         let positions = if self.surface.joints.is_empty() {
@@ -201,6 +201,7 @@ impl ReferenceEngine {
             reflects: self.finishes.reflects(),
             reflectors: &self.finishes.reflectors,
             looks: self.finishes.looks(),
+            traced: self.finishes.traced.as_ref().map(|traced| traced.seen(time)),
         });
         let surface = Surface {
             around,
@@ -232,6 +233,7 @@ impl ReferenceEngine {
             reflects: false,
             reflectors: &[],
             looks: self.finishes.looks(),
+            traced: None,
         });
         let nothing = Surface {
             around,
@@ -335,10 +337,15 @@ impl Engine for ReferenceEngine {
         if let Some(around) = &order.surroundings {
             self.finishes.look_at(around);
         }
+        if let Some(traced) = self.finishes.traced.as_mut().filter(|_| order.pose.is_some()) {
+            traced.follow(order.joints);
+        }
         let apart = self.finishes.is_apart();
         let mut pixels = order.pose.as_ref().zip(self.camera.as_ref()).map(|(pose, camera)| {
             let surroundings = order.surroundings.as_ref();
-            let draw = |joints: &[DAffine3], view: &raster::View| self.draw(&temperatures, joints, view, surroundings);
+            let draw = |joints: &[DAffine3], view: &raster::View| {
+                self.draw(&temperatures, joints, view, (surroundings, order.time))
+            };
             let drawn = match order.rows {
                 None => {
                     let view = raster_view(camera, pose);

@@ -6,6 +6,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::prepare::Prepared;
+use super::traced::TracedCraft;
 use crate::environment::frames::gcrf_from_itrf;
 use crate::environment::orbit::{SUN_DISTANCE, SUN_RADIUS};
 use crate::environment::view_factor::ApparentRadius;
@@ -88,6 +89,8 @@ pub struct Finishes {
     pub lobes: Lobes,
     /// The planet, where it is not uniform.
     pub planet: Option<MappedPlanet>,
+    /// The craft, where its surfaces reflect each other.
+    pub traced: Option<TracedCraft>,
     variant: RadianceVariant,
     /// Normals of the nodes with the slopes of crinkled foil that is drawn. Empty where none is.
     pub crinkled: Vec<Vec3>,
@@ -166,8 +169,9 @@ impl Finishes {
         let crinkled = if reflectors.is_empty() { Vec::new() } else { crinkled_normals(prepared) };
         let variant = RadianceVariant {
             reflections: reflects,
-            specular: reflects && reflectors.as_flattened().iter().any(|face| face.specular > 0.0),
             rough: !roughnesses.is_empty(),
+            smooth: reflects && reflectors.as_flattened().iter().any(|face| face.specular > 0.0 && face.lobe.is_none()),
+            traced: settings.reflections == Reflections::Traced,
             sun: is_seen(settings) && scene.environment.solar_constant.is_some(),
             apart: settings.channels,
             background: settings.background != Background::Off,
@@ -188,7 +192,8 @@ impl Finishes {
         let rounded = reflectors.as_flattened().iter().map(rounded).collect();
         let rounded_tables = tables.iter().flat_map(|table| &table.values).map(|value| *value as f32).collect();
         let lobes = Lobes::new(roughnesses);
-        Self { reflectors, lobes, tables, planet, variant, crinkled, rounded, rounded_tables }
+        let traced = variant.traced.then(|| TracedCraft::new(prepared));
+        Self { reflectors, lobes, tables, planet, traced, variant, crinkled, rounded, rounded_tables }
     }
 
     /// What the device needs of them.
@@ -199,6 +204,8 @@ impl Finishes {
             lobe_values: self.lobes.roughnesses.len() * LOBE_VALUES,
             emissivities: &self.rounded_tables,
             planet_map: self.planet.as_ref().map_or(&[], |planet| &planet.map.values),
+            traced: self.traced.as_ref().map_or(&[], |traced| &traced.corners),
+            traced_boxes: self.traced.as_ref().map_or(0, TracedCraft::boxes),
             crinkled: &self.crinkled,
             planet_means: self.planet.as_ref().map_or(0, MappedPlanet::mean_values),
         }

@@ -134,7 +134,7 @@ fn place_of(view: f64) -> f64 {
 }
 
 /// Share of the facets that are not hidden at a cosine (Smith, GGX).
-fn masking(cosine: f64, roughness: f64) -> f64 {
+pub fn masking(cosine: f64, roughness: f64) -> f64 {
     let square = roughness * roughness;
     2.0 * cosine / (cosine + (square + (1.0 - square) * cosine * cosine).sqrt())
 }
@@ -142,23 +142,30 @@ fn masking(cosine: f64, roughness: f64) -> f64 {
 /// Directions that stand for a lobe at a cosine of the view: samples of the visible normals (Heitz 2018) at points of the Hammersley set.
 fn directions(roughness: f64, view: f64, count: usize) -> Vec<Weighted> {
     let slant = (1.0 - view * view).max(0.0).sqrt();
-    let to_camera = DVec3::new(slant, 0.0, view);
     let [mirror, up] = [DVec3::new(-slant, 0.0, view), DVec3::new(view, 0.0, slant)];
-    let stretched = DVec3::new(roughness * slant, 0.0, view).normalize();
-    let across = DVec3::Y;
-    let third = stretched.cross(across);
-    let share = 0.5 * (1.0 + stretched.z);
     let of = |index: usize| {
-        let (u, azimuth) = ((index as f64 + 0.5) / count as f64, TAU * radical_inverse(index as u32));
-        let (a, b) = (u.sqrt() * azimuth.cos(), u.sqrt() * azimuth.sin());
-        let b = (1.0 - share) * (1.0 - a * a).max(0.0).sqrt() + share * b;
-        let normal = across * a + third * b + stretched * (1.0 - a * a - b * b).max(0.0).sqrt();
-        let facet = DVec3::new(roughness * normal.x, roughness * normal.y, normal.z.max(0.0)).normalize();
-        let light = 2.0 * to_camera.dot(facet) * facet - to_camera;
+        let place = [(index as f64 + 0.5) / count as f64, radical_inverse(index as u32)];
+        let light = facet_reflection(roughness, view, place);
         let weight = if light.z > 0.0 { masking(light.z, roughness) } else { 0.0 };
         ([light.dot(mirror), light.dot(up), light.y], weight)
     };
     (0..count).map(of).collect()
+}
+
+/// Direction of a visible facet's reflection for two numbers in (0, 1) (Heitz 2018), in axes of which the third is the normal and the first lies in the plane
+/// of the view. `view` is the cosine of its angle. Directions below the surface and those that other facets hide still count.
+pub fn facet_reflection(roughness: f64, view: f64, [u, v]: [f64; 2]) -> DVec3 {
+    let slant = (1.0 - view * view).max(0.0).sqrt();
+    let to_camera = DVec3::new(slant, 0.0, view);
+    let stretched = DVec3::new(roughness * slant, 0.0, view).normalize();
+    let across = DVec3::Y;
+    let third = stretched.cross(across);
+    let share = 0.5 * (1.0 + stretched.z);
+    let (a, b) = (u.sqrt() * (TAU * v).cos(), u.sqrt() * (TAU * v).sin());
+    let b = (1.0 - share) * (1.0 - a * a).max(0.0).sqrt() + share * b;
+    let normal = across * a + third * b + stretched * (1.0 - a * a - b * b).max(0.0).sqrt();
+    let facet = DVec3::new(roughness * normal.x, roughness * normal.y, normal.z.max(0.0)).normalize();
+    2.0 * to_camera.dot(facet) * facet - to_camera
 }
 
 /// Share of the weights of directions within the planet's disc. Its centre is at `angle` from the mirror direction, with the cosine `side` of its azimuth.

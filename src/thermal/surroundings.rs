@@ -72,6 +72,11 @@ pub fn emissivity(reflector: &Reflector, looks: &Looks, temperature: f64, cosine
     }
 }
 
+/// Share of the light of a blackbody at a temperature [K] that a face reflects, at a cosine of the angle from its normal.
+pub fn kept_share(reflector: &Reflector, looks: &Looks, temperature: f64, cosine: f64) -> f64 {
+    1.0 - emissivity(reflector, looks, temperature, cosine)
+}
+
 /// The surroundings with what a face reflects of the light of each. It reflects what it does not emit, at the same angle and wavelengths (Kirchhoff's law).
 pub fn dimmed(around: &Surroundings, reflector: &Reflector, looks: &Looks, cosine: f64) -> Surroundings {
     let [planet, space, sun] = match reflector.table.and_then(|table| looks.tables.get(table)) {

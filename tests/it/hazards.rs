@@ -64,7 +64,7 @@ fn with_shadow(range: StepRange) -> StepRange {
 }
 
 const DRAWN: Wanted =
-    Wanted { image: true, sampled: None, cull: 100, temperatures: true, shows: RadianceVariant::PLAIN };
+    Wanted { image: true, sampled: None, cull: 100, temperatures: true, shows: RadianceVariant::PLAIN, texels: 0 };
 
 fn wanted() -> Vec<Wanted> {
     let mut all = Vec::new();
@@ -88,8 +88,9 @@ fn wanted() -> Vec<Wanted> {
     // Everything that an image may show.
     let shows = RadianceVariant {
         reflections: true,
-        specular: true,
         rough: true,
+        smooth: true,
+        traced: true,
         sun: true,
         apart: true,
         background: true,
@@ -97,9 +98,11 @@ fn wanted() -> Vec<Wanted> {
         map: true,
         crinkled: true,
     };
-    all.push(Wanted { shows, ..DRAWN });
+    all.push(Wanted { shows, texels: 3_000_000, ..DRAWN });
+    let far = Some(Sampled { lens: false, mean: None, shutter: None, rows: 60, distance: Distance::Far });
+    all.push(Wanted { shows, texels: 100, sampled: far, ..DRAWN });
     let sampled = Some(Sampled { lens: false, mean: Some(4), shutter: None, rows: 60, distance: Distance::Near });
-    all.push(Wanted { shows: RadianceVariant { apart: false, ..shows }, sampled, ..DRAWN });
+    all.push(Wanted { shows: RadianceVariant { apart: false, ..shows }, texels: 100, sampled, ..DRAWN });
     all
 }
 

@@ -386,6 +386,25 @@ fn each_row_of_a_rolling_shutter_sees_the_pose_of_its_time() {
     assert_silent(&context);
 }
 
+/// The mean over several samples is drawn with a rolling shutter too.
+#[test]
+fn a_rolling_shutter_takes_several_samples() {
+    let context = context();
+    let of = |samples: u32| {
+        let keys = format!("fov_deg = 45\nline_time = 0.01\nsamples = {samples}");
+        let prepared = Folder::new(&scene_with(&[("fov_deg = 45", &keys)])).prepared();
+        let camera = prepared.scene.camera.clone();
+        drawn(&prepared, &mut DeviceEngine::new(&context, &prepared, camera.as_ref()).expect("a small scene"))
+    };
+    let (one, four) = (of(1), of(4));
+    assert_eq!(one.identity, four.identity);
+    let sum = |pixels: &Pixels| pixels.radiance_temperature_depth.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>();
+    let share = sum(&four) / sum(&one);
+    assert!((share - 1.0).abs() < 0.02, "the mean has {share} of the light");
+    assert!(four.coverage.iter().any(|share| *share > 0.0 && *share < 1.0), "edges cover a part of a pixel");
+    assert_silent(&context);
+}
+
 /// The camera of each frame is the stated pose in its own frame, and all three agree on where the craft is.
 #[test]
 fn a_header_states_the_pose_in_all_frames_and_the_joints() {

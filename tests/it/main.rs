@@ -61,6 +61,7 @@ mod step_length;
 mod streams;
 mod thermal_state;
 mod trace;
+mod traced;
 mod trajectory;
 mod transitions;
 mod tutorial;

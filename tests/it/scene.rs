@@ -88,7 +88,7 @@ fn every_value_of_a_full_scene_arrives() {
     assert!(!environment.eclipse);
     assert_eq!((scene.band.lower, scene.band.upper), (3.5e-6, 5e-6));
     let surrounded = Surrounded {
-        reflections: Reflections::Environment,
+        reflections: Reflections::Traced,
         background: Background::Planet,
         planet_temperature: 260.0,
         planet: None,

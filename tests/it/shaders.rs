@@ -114,6 +114,9 @@ fn all_shaders() -> Vec<Shader> {
             all.extend([variant.shaders(mean, None), variant.background(mean)].concat());
         }
         all.push(variant.distant());
+        if variant.traced {
+            all.extend(means(&variant).iter().map(|mean| variant.traced(mean.is_some())));
+        }
     }
 
     all.sort();
@@ -310,6 +313,14 @@ fn passes_declare_what_their_shaders_touch() {
         let frame = Frame::step(&[], Wanted { image: true, sampled, shows, ..Wanted::default() });
         let pass = frame.passes().find(|pass| pass.name == "distant").expect("a pass for a distant craft");
         assert_eq!(declared(pass), bindings_of(&shows.distant()), "{shows:?}");
+    }
+    for shows in RadianceVariant::all().into_iter().filter(|shows| shows.traced) {
+        for mean in means(&shows) {
+            let sampled = Some(Sampled { lens: false, mean, shutter: None, rows: 9, distance: Distance::Near });
+            let frame = Frame::step(&[], Wanted { image: true, sampled, shows, texels: 9, ..Wanted::default() });
+            let pass = frame.passes().find(|pass| pass.name == "traced").expect("rays");
+            assert_eq!(declared(pass), bindings_of(&shows.traced(mean.is_some())), "{shows:?}");
+        }
     }
     for (shows, shutter) in shown.chain(rolled) {
         for mean in means(&shows) {

@@ -25,6 +25,7 @@ const WANTED: Wanted = Wanted {
     cull: TRIANGLES,
     temperatures: true,
     shows: isotherm::gpu::radiance_variant::RadianceVariant::PLAIN,
+    texels: 0,
 };
 
 fn range() -> StepRange {

@@ -1,4 +1,4 @@
-//! Measures the cost of what a scene's images show besides emission: reflections, sky, a planet with a map, emissivity by angle.
+//! Measures the cost of what a scene's images show besides emission: reflections, also of the craft itself, sky, a planet with a map, emissivity by angle.
 
 use std::sync::Arc;
 
@@ -18,10 +18,12 @@ use super::AnyError;
 const SIZE: [u32; 2] = [640, 512];
 /// Images of a measurement.
 const IMAGES: u32 = 40;
+/// The same with rays, which take much longer.
+const TRACED_IMAGES: u32 = 2;
 /// Rounds over all kinds of images, because other programs may run meanwhile.
 const ROUNDS: usize = 5;
 
-/// Prints the time of the pass `radiance` of each kind of image, and its share beyond emission alone.
+/// Prints the time of the passes `radiance` and `traced` of each kind of image, and its share beyond emission alone.
 pub fn measure(context: &Arc<Context>, scene: Scene) -> Result<(), AnyError> {
     let mut prepared = Prepared::from_scene(scene, &mut |_| {})?;
     let mut camera = prepared.scene.require_camera()?.clone();
@@ -32,6 +34,7 @@ pub fn measure(context: &Arc<Context>, scene: Scene) -> Result<(), AnyError> {
     prepared.scene.camera = Some(camera.clone());
     let plain = Surrounded { planet_temperature: 255.0, ..Surrounded::default() };
     let environment = Surrounded { reflections: Reflections::Environment, ..plain.clone() };
+    let traced = Surrounded { reflections: Reflections::Traced, ..plain.clone() };
     let sky = Surrounded { background: Background::Planet, ..plain.clone() };
     let both = Surrounded { background: Background::Planet, ..environment.clone() };
     let mapped =
@@ -43,6 +46,8 @@ pub fn measure(context: &Arc<Context>, scene: Scene) -> Result<(), AnyError> {
         ("planet behind", &sky, 0.0, false),
         ("environment, diffuse", &environment, 0.0, false),
         ("environment, mirrors of roughness 0.2", &environment, 0.5, false),
+        ("traced, diffuse", &traced, 0.0, false),
+        ("traced, mirrors of roughness 0.2", &traced, 0.5, false),
         ("both, with a map", &mapped, 0.5, false),
         ("both, with a map and emissivity by angle", &mapped, 0.5, true),
     ] {
@@ -65,7 +70,8 @@ pub fn measure(context: &Arc<Context>, scene: Scene) -> Result<(), AnyError> {
     for _ in 0..=ROUNDS {
         for (_, surrounded, engine) in &mut engines {
             prepared.scene.surrounded = surrounded.clone();
-            for _ in 0..IMAGES {
+            let images = if surrounded.reflections == Reflections::Traced { TRACED_IMAGES } else { IMAGES };
+            for _ in 0..images {
                 let pose = pose_at(&prepared, 0.0);
                 let surroundings = pose.and_then(|pose| surroundings_at(&prepared, 0.0, &pose));
                 engine.submit(None, Order { pose, joints: &joints, surroundings, ..Order::default() })?;
@@ -75,16 +81,20 @@ pub fn measure(context: &Arc<Context>, scene: Scene) -> Result<(), AnyError> {
         }
     }
     println!(
-        "Image of {} x {} pixels, {shown} of which show the craft; the least of {} images\n",
+        "Image of {} x {} pixels, {shown} of which show the craft; the least of {} images, or {} with rays\n",
         SIZE[0],
         SIZE[1],
-        IMAGES as usize * (ROUNDS + 1)
+        IMAGES as usize * (ROUNDS + 1),
+        TRACED_IMAGES as usize * (ROUNDS + 1)
     );
-    println!("| image | radiance pass [ms] | beyond emission alone |");
+    println!("| image | passes `radiance` and `traced` [ms] | beyond emission alone |");
     println!("|---|---|---|");
     let least = |engine: &DeviceEngine| {
-        let times = engine.pass_times().and_then(|times| times.get("radiance"));
-        times.map_or(f64::NAN, |times| times.iter().copied().fold(f64::INFINITY, f64::min))
+        let of = |pass: &str| {
+            let times = engine.pass_times().and_then(|times| times.get(pass));
+            times.map(|times| times.iter().copied().fold(f64::INFINITY, f64::min))
+        };
+        of("radiance").map_or(f64::NAN, |radiance| radiance + of("traced").unwrap_or(0.0))
     };
     let first = least(&engines[0].2);
     for (name, _, engine) in &engines {

@@ -51,12 +51,24 @@ impl Occluders {
     /// The occluders of triangles with positions [m].
     pub fn new(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         let tree = Tree::new(positions, triangles);
-        let size = tree.nodes.first().map_or(0.0, |root| (root.high - root.low).length());
+        let mut occluders = Self { triangles: Vec::new(), tree, start: 0.0 };
+        occluders.place(positions, triangles);
+        occluders
+    }
+
+    /// The same after their positions [m] have changed. The order of the triangles stays.
+    pub fn refit(&mut self, positions: &[DVec3], triangles: &[[u32; 3]]) {
+        self.tree.refit(positions, triangles);
+        self.place(positions, triangles);
+    }
+
+    fn place(&mut self, positions: &[DVec3], triangles: &[[u32; 3]]) {
         let edges = |number: &u32| {
             let [a, b, c] = triangles[*number as usize].map(|corner| positions[corner as usize]);
             [a, b - a, c - a]
         };
-        Self { triangles: tree.order.iter().map(edges).collect(), tree, start: START * size }
+        self.triangles = self.tree.order.iter().map(edges).collect();
+        self.start = START * self.tree.nodes.first().map_or(0.0, |root| (root.high - root.low).length());
     }
 
     /// Share of the Sun's disc that a node sees, at a position [m] with a unit normal. Either side of the surface may be lit.

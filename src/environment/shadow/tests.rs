@@ -240,3 +240,28 @@ fn nothing_is_found_anew_at_an_angle_of_0_unless_something_moves() {
         assert!(redraw.view(&load(sun, turned(0.03 * f64::from(i) + 1e-7))).is_some(), "{i}: a joint moves");
     }
 }
+
+/// A tree that is fitted to moved triangles finds what a new tree finds.
+#[test]
+fn a_fitted_tree_finds_what_a_new_one_finds() {
+    let (mut positions, triangles) = disc_over_plate(64);
+    let mut fitted = Occluders::new(&positions, &triangles);
+    let still = fitted.clone();
+    let turn = glam::DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.1);
+    for position in positions.iter_mut().skip(4) {
+        *position = turn * *position + DVec3::new(0.5, -0.2, 0.4);
+    }
+    fitted.refit(&positions, &triangles);
+    let fresh = Occluders::new(&positions, &triangles);
+    let (mut hits, mut changed) = (0, 0);
+    for point in points().step_by(7) {
+        let from = point + DVec3::new(0.01, 0.02, 5.0);
+        let direction = DVec3::new(0.1, 0.05, -1.0).normalize();
+        let of = |occluders: &Occluders| occluders.first(from, direction).map(|hit| occluders.tree.order[hit.triangle]);
+        assert_eq!(of(&fitted), of(&fresh));
+        hits += usize::from(of(&fresh) > Some(1));
+        changed += usize::from(of(&fresh) != of(&still));
+    }
+    assert!(hits > 100 && changed > 100, "{hits} rays meet the disc, {changed} otherwise than before");
+    assert_eq!(fitted.start, fresh.start);
+}

@@ -69,6 +69,24 @@ impl Tree {
     }
 }
 
+impl Tree {
+    /// Fits the boxes to triangles that have moved. Their order stays.
+    pub fn refit(&mut self, positions: &[DVec3], triangles: &[[u32; 3]]) {
+        for place in (0..self.nodes.len()).rev() {
+            let TreeNode { first, count, .. } = self.nodes[place];
+            let [low, high] = if count > 0 {
+                let run = &self.order[first as usize..(first + count) as usize];
+                let corners = run.iter().flat_map(|number| triangles[*number as usize]);
+                around(corners.map(|corner| [positions[corner as usize]; 2]))
+            } else {
+                let second = self.nodes[place + 1].skip as usize;
+                around([place + 1, second].map(|child| [self.nodes[child].low, self.nodes[child].high]).into_iter())
+            };
+            (self.nodes[place].low, self.nodes[place].high) = (low, high);
+        }
+    }
+}
+
 impl Builder {
     /// Adds the node of a range of the order, and its descendants.
     fn node(&mut self, first: usize, end: usize) {

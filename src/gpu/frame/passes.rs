@@ -219,20 +219,64 @@ pub(super) fn cull_pass(run: TriangleRun, kernel: Kernel) -> Pass {
 
 /// Draws the temperatures in a buffer with one sample of a pixel. With a rolling shutter it shows no surroundings.
 pub(super) fn radiance_pass(shows: RadianceVariant, shutter: Option<RowOf>, temperature: Resource) -> Pass {
-    let images = [Resource::RadianceImage, Resource::IdentityImage, Resource::DepthImage];
     let kernel = shutter.map_or(Kernel::Radiance(shows), Kernel::RadianceOfRows);
-    draw_pass("radiance", kernel, temperature, &images)
+    let images = [&[Resource::RadianceImage, Resource::IdentityImage], surfaces(kernel), &[Resource::DepthImage]];
+    draw_pass("radiance", kernel, temperature, &images.concat())
 }
 
 /// Draws the mean over several samples. With several of a texel, they are averaged at its end.
 pub(super) fn mean_pass(shows: RadianceVariant, each: u32, shutter: Option<RowOf>, temperature: Resource) -> Pass {
     let multiple: &[Resource] = if each > 1 { &[Resource::MultiImage] } else { &[] };
-    let images = [multiple, &[Resource::MeanImage, Resource::MeanDepthImage]].concat();
     let kernel = match shutter {
         None => Kernel::Mean { each, shows },
         Some(row_of) => Kernel::MeanOfRows { each, row_of },
     };
-    draw_pass("mean", kernel, temperature, &images)
+    let images = [multiple, &[Resource::MeanImage], surfaces(kernel), &[Resource::MeanDepthImage]];
+    draw_pass("mean", kernel, temperature, &images.concat())
+}
+
+/// The image of surfaces, where a kernel draws them.
+fn surfaces(kernel: Kernel) -> &'static [Resource] {
+    if kernel.target().is_some_and(|target| target.surfaces) { &[Resource::SurfaceImage] } else { &[] }
+}
+
+/// Most texels of a dispatch of rays, few enough that no driver stops it as hanging.
+const LIT_AT_ONCE: u32 = 1 << 20;
+
+/// Texels of a workgroup of these rays.
+const TEXELS_OF_RAYS: u32 = 64;
+
+/// Adds what surfaces reflect of the craft itself to the radiance of `texels` texels in a buffer, which is `Mean` or `DrawnRadiance`.
+pub(super) fn traced_passes(shows: RadianceVariant, lit: Resource, texels: u32, temperature: Resource) -> Vec<Pass> {
+    let mut shared = vec![
+        bound(0, Resource::View, COMPUTE_UNIFORM),
+        bound(1, Resource::Surface, COMPUTE_READ),
+        bound(4, temperature, COMPUTE_READ),
+        bound(7, Resource::Reflectors, COMPUTE_READ),
+        bound(8, Resource::BandTable, COMPUTE_READ),
+        bound(12, Resource::Surroundings, COMPUTE_UNIFORM),
+        bound(19, Resource::Tracing, COMPUTE_UNIFORM),
+        bound(20, Resource::TraceBoxes, COMPUTE_READ),
+        bound(21, Resource::TraceTriangles, COMPUTE_READ),
+        bound(22, Resource::TraceCorners, COMPUTE_READ),
+    ];
+    shared.extend(shows.rough.then(|| bound(13, Resource::Lobes, COMPUTE_READ)));
+    shared.extend(shows.tables.then(|| bound(15, Resource::Emissivities, COMPUTE_READ)));
+    if shows.map {
+        shared.extend([
+            bound(16, Resource::PlanetView, COMPUTE_UNIFORM),
+            bound(17, Resource::PlanetMap, COMPUTE_READ),
+            bound(18, Resource::PlanetMeans, COMPUTE_READ),
+        ]);
+    }
+    let kernel = Kernel::Traced { shows, several: lit == Resource::Mean };
+    let piece = |first: u32| {
+        let range = (first, texels.min(first.saturating_add(LIT_AT_ONCE)));
+        let mut accesses = shared.clone();
+        accesses.extend([COMPUTE_READ, COMPUTE_WRITE].map(|scope| of_range(range)(2, lit, scope)));
+        Pass { name: "traced".to_owned(), work: over(kernel, range, TEXELS_OF_RAYS, Said::Texel(first)), accesses }
+    };
+    (0..texels.max(1)).step_by(LIT_AT_ONCE as usize).map(piece).collect()
 }
 
 /// Computes the image from drawn ones.
@@ -315,7 +359,7 @@ fn draw_pass(name: &str, kernel: Kernel, temperature: Resource, images: &[Resour
     }
     if shows.map {
         accesses.push(bound(16, Resource::PlanetView, uniform(S::FRAGMENT_SHADER)));
-        if shows.specular || shows.background {
+        if shows.smooth || shows.background {
             accesses.push(bound(17, Resource::PlanetMap, fragment));
         }
         if shows.reflections {

@@ -152,11 +152,13 @@ impl Renderer {
         Ok(())
     }
 
-    /// Culls the triangles anew from the views of the last culling, whose result lies on the device only. The image of this frame is not used.
+    /// Culls the triangles anew from the views of the last culling, whose result lies on the device only. The image of this frame is not used,
+    /// and no rays are sent for it.
     fn cull_again(&mut self) -> Result<(), GpuError> {
         let Some((views, culled)) = self.culling.last_culled(self.joints) else { return Ok(()) };
         let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
-        let wanted = Wanted { image: true, sampled: self.sampled, cull, temperatures: false, shows: self.shows };
+        let wanted =
+            Wanted { image: true, sampled: self.sampled, cull, temperatures: false, shows: self.shows, texels: 0 };
         let frame = self.image(wanted, &culled, None);
         let submitted = self.send(&frame, Request { views: &views, ..Request::default() })?;
         self.collect(submitted).map(|_| ())

@@ -1,0 +1,135 @@
+//! What a face reflects of the craft itself, by rays against its own triangles. Twin: `glsl/traced.glsl`.
+//!
+//! The analytic reflection of the surroundings stays, and a ray that meets the craft puts what it meets in the place of the sky behind it. So a face that sees
+//! nothing of the craft has no noise. A ray's direction is that of a smooth mirror, or drawn from the lobe of a rough one, or with the cosine.
+
+use glam::{DAffine3, DVec3};
+
+use crate::environment::shadow::{LARGEST_TREE, Occluders};
+use crate::exchange::directions::{basis, cosine_direction};
+use crate::thermal::lobe::{LEAST_VIEW, facet_reflection, masking};
+use crate::thermal::sensor::noise::pcg4d;
+use crate::thermal::surroundings::{
+    Looks, Reflector, Surroundings, dimmed, emissivity, kept_share, reflected_radiance, sky_radiance,
+};
+
+/// Reflections that are followed. What lies beyond the last one counts as black.
+pub const REFLECTIONS: u32 = 2;
+/// Most boxes of the tree of the craft on a device, whose invocations walk it once for each reflection.
+pub const LARGEST_REFLECTED: usize = LARGEST_TREE / REFLECTIONS as usize;
+/// Draws of a direction of a rough mirror. Then its mirror direction stands for it.
+const LOBE_DRAWS: u32 = 6;
+
+/// Triangles of the craft as placed by its joints, and the rays against them.
+#[derive(Debug, Clone, Copy)]
+pub struct Traced<'a> {
+    /// The triangles, body frame.
+    pub occluders: &'a Occluders,
+    /// Nodes of the corners of each triangle in the order of the tree, and its material.
+    pub corners: &'a [[u32; 4]],
+    /// Word of the time, so that each image has rays of its own.
+    pub word: u32,
+}
+
+/// The craft that is reflected, and what surrounds it.
+#[derive(Clone, Copy)]
+pub struct Craft<'a> {
+    /// Its triangles and rays.
+    pub traced: &'a Traced<'a>,
+    /// What surrounds it, in the axes of the camera.
+    pub surroundings: &'a Surroundings,
+    /// Front and back of each material.
+    pub reflectors: &'a [[Reflector; 2]],
+    /// The tables that they refer to.
+    pub looks: &'a Looks<'a>,
+    /// Temperatures of the nodes [K].
+    pub temperatures: &'a [f64],
+    /// Radiance of a blackbody at a temperature [K].
+    pub radiance: &'a dyn Fn(f64) -> f64,
+}
+
+/// What a sample shows, in the axes of the camera.
+pub struct Seen<'a> {
+    /// The face.
+    pub reflector: &'a Reflector,
+    /// Its normal, a unit vector.
+    pub normal: DVec3,
+    /// Unit vector to the camera.
+    pub to_camera: DVec3,
+    /// Its place [m].
+    pub place: DVec3,
+    /// Place in the image, or in the finer one of several samples [1/16 texel].
+    pub pixel: [u32; 2],
+}
+
+/// Four numbers in (0, 1) of a draw for a place in the image.
+fn numbers(pixel: [u32; 2], draw: u32, word: u32) -> [f64; 4] {
+    pcg4d([pixel[0], pixel[1], draw, word]).map(|word| (f64::from(word >> 8) + 0.5) / f64::from(1 << 24))
+}
+
+/// A direction from which a face reflects light to `seen`, and whether it is that of a smooth mirror.
+fn reflected_from(
+    (reflector, looks): (&Reflector, &Looks),
+    (normal, seen): (DVec3, DVec3),
+    draw: impl Fn(u32) -> [f64; 4],
+) -> (DVec3, bool) {
+    let [kind, u, v, _] = draw(0);
+    if kind >= reflector.specular {
+        return (cosine_direction(normal, [u, v]), false);
+    }
+    let view = normal.dot(seen).max(0.0);
+    let mirror = 2.0 * view * normal - seen;
+    let Some(lobe) = reflector.lobe.and_then(|lobe| looks.lobes.get(lobe)) else { return (mirror, true) };
+    let along = seen - normal.dot(seen) * normal;
+    let x = if along.length() > 1e-4 { along.normalize() } else { basis(normal)[0] };
+    let y = normal.cross(x);
+    let drawn = (0..LOBE_DRAWS).map(&draw).find_map(|[_, u, v, accepts]| {
+        let light = facet_reflection(lobe.roughness, view.max(LEAST_VIEW), [u, v]);
+        let share = if light.z > 0.0 { masking(light.z, lobe.roughness) } else { 0.0 };
+        (accepts < share).then_some(light.x * x + light.y * y + light.z * normal)
+    });
+    (drawn.unwrap_or(mirror), false)
+}
+
+/// Radiance of the craft in a reflection, beyond that of the surroundings which it hides [W m-2 sr-1].
+pub fn traced_radiance(craft: &Craft, camera_from_body: &DAffine3, sample: &Seen) -> f64 {
+    let Craft { traced, surroundings, looks, .. } = *craft;
+    let occluders = traced.occluders;
+    let body_from_camera = camera_from_body.inverse();
+    let start = body_from_camera.transform_point3(sample.place + occluders.start * (sample.normal + sample.to_camera));
+    let mut sum = 0.0;
+    let (mut reflector, mut normal, mut seen) = (sample.reflector, sample.normal, sample.to_camera);
+    let (mut from, mut weight) = (start, 1.0);
+    for reflection in 0..REFLECTIONS {
+        let draw = |draw| numbers(sample.pixel, 8 * reflection + draw, traced.word);
+        let (direction, smooth) = reflected_from((reflector, looks), (normal, seen), draw);
+        let direction_in_body = body_from_camera.matrix3 * direction;
+        let Some(hit) = occluders.first(from, direction_in_body) else { break };
+        let [a, b, c, material] = traced.corners[hit.triangle];
+        let [a, b, c] = [a, b, c].map(|node| craft.temperatures[node as usize]);
+        let temperature = (1.0 - hit.u - hit.v) * a + hit.u * b + hit.v * c;
+        let cosine = normal.dot(seen).max(0.0);
+        let mut open = dimmed(surroundings, reflector, looks, cosine);
+        if !smooth {
+            // Its light on a rough surface is not drawn.
+            open.sun_radiance = open.space_radiance;
+        }
+        let kept = weight * kept_share(reflector, looks, temperature, cosine);
+        sum -= weight * sky_radiance(&open, looks, direction);
+        let [corner, first, second] = occluders.triangles[hit.triangle];
+        let outward = first.cross(second).normalize_or_zero();
+        let met = if hit.outside { outward } else { -outward };
+        reflector = &craft.reflectors[material as usize][usize::from(!hit.outside)];
+        normal = camera_from_body.matrix3 * met;
+        seen = -direction;
+        let mut light = (craft.radiance)(temperature);
+        if reflection + 1 < REFLECTIONS {
+            light = emissivity(reflector, looks, temperature, normal.dot(seen).max(0.0)) * light
+                + reflected_radiance(surroundings, reflector, looks, normal, seen);
+        }
+        sum += kept * light;
+        weight = kept;
+        from = corner + hit.u * first + hit.v * second + occluders.start * (met - direction_in_body);
+    }
+    sum
+}

@@ -1,0 +1,89 @@
+//! Reflections of the craft itself: its triangles in a tree that follows the joints.
+
+use glam::{DAffine3, DVec3};
+
+use super::prepare::Prepared;
+use crate::environment::shadow::{Jointed, Occluders};
+use crate::gpu::layout::{self, ShadowBox, ShadowTriangle};
+use crate::gpu::nodes::GROUP;
+use crate::gpu::renderer;
+use crate::raster::traced;
+
+/// The triangles of a craft whose surfaces reflect each other.
+pub struct TracedCraft {
+    surface: Jointed,
+    occluders: Occluders,
+    /// Poses of the joints that the tree was made for.
+    poses: Vec<DAffine3>,
+    /// Nodes of the corners of each triangle in the order of the tree, and its material.
+    pub corners: Vec<[u32; 4]>,
+    boxes: Vec<ShadowBox>,
+    triangles: Vec<ShadowTriangle>,
+    version: u64,
+}
+
+/// The triangles that reflections may meet. Those without area only fill up runs.
+pub fn reflected(prepared: &Prepared) -> impl Iterator<Item = [u32; 3]> {
+    prepared.triangles.iter().copied().filter(|[a, b, c]| a != b && b != c && c != a)
+}
+
+impl TracedCraft {
+    /// The craft at the start of a scene.
+    pub fn new(prepared: &Prepared) -> Self {
+        let nodes = &prepared.nodes;
+        let joints = match prepared.joints() {
+            0 | 1 => Vec::new(),
+            _ => prepared.joints_of(0..nodes.positions.len()),
+        };
+        let positions: Vec<DVec3> = nodes.positions.iter().map(|position| position.as_dvec3()).collect();
+        let surface = Jointed { positions, triangles: reflected(prepared).collect(), joints };
+        let poses = prepared.loads.joints_at(0.0).1;
+        let occluders = surface.occluders(&poses);
+        let corners = occluders.tree.order.iter().map(|number| {
+            let [a, b, c] = surface.triangles[*number as usize];
+            [a, b, c, nodes.group_material[a as usize / GROUP]]
+        });
+        let corners = corners.collect();
+        let (boxes, triangles) = layout::shadow_tree(&occluders);
+        Self { surface, occluders, poses, corners, boxes, triangles, version: 0 }
+    }
+
+    /// Number of boxes of the tree.
+    pub fn boxes(&self) -> usize {
+        self.boxes.len()
+    }
+
+    /// Fits the tree to the poses of the joints.
+    pub fn follow(&mut self, joints: &[DAffine3]) {
+        if self.surface.joints.is_empty() || self.poses == joints {
+            return;
+        }
+        self.poses = joints.to_vec();
+        self.occluders.refit(&self.surface.placed(joints), &self.surface.triangles);
+        (self.boxes, self.triangles) = layout::shadow_tree(&self.occluders);
+        self.version += 1;
+    }
+
+    /// What the device needs for an image at a time [s].
+    pub fn told(&self, time: f64) -> renderer::Traced<'_> {
+        let settings = layout::Tracing {
+            boxes: self.boxes.len() as u32,
+            word: word(time),
+            start: self.occluders.start as f32,
+            width: 0,
+            texels: 0,
+            surface_width: 0,
+        };
+        renderer::Traced { settings, boxes: &self.boxes, triangles: &self.triangles, version: self.version }
+    }
+
+    /// What the rasteriser needs for it.
+    pub fn seen(&self, time: f64) -> traced::Traced<'_> {
+        traced::Traced { occluders: &self.occluders, corners: &self.corners, word: word(time) }
+    }
+}
+
+/// Word of a time [s]: its microseconds.
+fn word(time: f64) -> u32 {
+    (time * 1e6).round() as i64 as u32
+}
