@@ -12,6 +12,7 @@
 //! - [`simulation`]: the loop that steps, draws and collects
 //! - [`guard`]: what is probably wrong in a scene
 //! - [`output`]: images, plots and report
+//! - [`labels`]: what those who train on images want to know of them
 //! - [`view`]: the page of `isotherm view`
 //!
 //! [`server`] serves images to simulators in other programs. [`compare`] runs one scene under three responses. [`paper`] makes the figures of Vural et al. 2023. [`bench`] measures speed and error. [`trace`]
@@ -21,12 +22,14 @@
 pub mod bench;
 pub mod cli;
 pub mod compare;
+pub mod dataset;
 pub mod environment;
 pub mod exchange;
 pub mod files;
 pub mod gpu;
 pub mod guard;
 pub mod host;
+pub mod labels;
 pub mod lens;
 pub mod model;
 pub mod output;

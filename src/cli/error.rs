@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 
 use crate::compare::CompareError;
+use crate::dataset::error::DatasetError;
 use crate::environment::sky::SkyError;
 use crate::gpu::error::GpuError;
 use crate::output::OutputError;
 use crate::output::job::JobError;
+use crate::scene::SceneError;
 use crate::server::error::ServerError;
 use crate::simulation::engine::EngineError;
 use crate::simulation::facade_error::SimulationError;
@@ -35,6 +37,8 @@ pub(super) enum CliError {
     View(ViewError),
     #[error(transparent)]
     Server(ServerError),
+    #[error(transparent)]
+    Dataset(DatasetError),
     #[error("{0}")]
     Usage(String),
     #[error("{0}")]
@@ -66,6 +70,23 @@ impl From<CompareError> for CliError {
             CompareError::Stopped => Self::StoppedBefore,
             other => Self::Compare(other),
         }
+    }
+}
+
+impl From<DatasetError> for CliError {
+    fn from(error: DatasetError) -> Self {
+        match error {
+            DatasetError::Scene(error) => Self::Prepare(error.into()),
+            DatasetError::Output(error) => Self::Output(error),
+            DatasetError::Simulation(error) => error.into(),
+            other => Self::Dataset(other),
+        }
+    }
+}
+
+impl From<SceneError> for CliError {
+    fn from(error: SceneError) -> Self {
+        Self::Prepare(error.into())
     }
 }
 
@@ -113,6 +134,13 @@ impl CliError {
         match self {
             Self::Prepare(_) | Self::Brightness(_) | Self::Compare(_) | Self::Server(_) | Self::Usage(_) => 2,
             Self::Simulation(error) => {
+                if error.is_of_the_user() {
+                    2
+                } else {
+                    1
+                }
+            }
+            Self::Dataset(error) => {
                 if error.is_of_the_user() {
                     2
                 } else {

@@ -13,6 +13,7 @@ mod arguments;
 mod bench;
 mod check;
 mod compare;
+mod dataset;
 mod device;
 mod digits;
 mod environment;
@@ -71,6 +72,7 @@ enum Command {
     Paper(paper::Arguments),
     Bench(bench::Arguments),
     Serve(serve::Arguments),
+    Dataset(Box<dataset::Arguments>),
 }
 
 /// Runs the program with the arguments of the process.
@@ -95,6 +97,7 @@ pub fn main() -> ExitCode {
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Serve(arguments) => serve::run(&arguments),
+        Command::Dataset(arguments) => dataset::run(&arguments),
     };
     exit(result)
 }

@@ -92,6 +92,13 @@ impl Tile {
     }
 }
 
+impl Tile {
+    /// A tile whose picture was drawn already, with the range of its temperatures [K].
+    pub fn drawn(caption: &str, image: Canvas, range: Option<[f32; 2]>) -> Self {
+        Self { caption: caption.to_owned(), image, range, exceeded: [false; 2] }
+    }
+}
+
 /// A grid of small pictures with captions, one title and one scale. `columns` is the number of tiles in a row.
 pub fn contact_sheet(tiles: &[Tile], columns: u32, scale: &ColourScale, title: &str, details: &str) -> Canvas {
     const GAP: u32 = 8;

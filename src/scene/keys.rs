@@ -1,7 +1,7 @@
 //! All keys of a scene file by section, and suggestions for misspelt keys.
 
 /// The sections and the single keys of the root.
-pub(super) const ROOT: &[&str] = &[
+pub(crate) const ROOT: &[&str] = &[
     "name",
     "model",
     "part",
@@ -205,7 +205,7 @@ pub(super) const HEATER: &[&str] = &["part", "power", "probe", "on_below", "off_
 pub(super) const OUTPUT: &[&str] = &["colour_range", "energy_balance", "channels", "files", "video", "video_rate"];
 
 /// Section headers with their keys, in file order.
-pub(super) const SECTIONS: &[(&str, &[&str])] = &[
+pub(crate) const SECTIONS: &[(&str, &[&str])] = &[
     ("[model]", MODEL),
     ("[[part]]", PART),
     ("[time]", TIME),
@@ -259,7 +259,7 @@ fn likeness(word: &str, candidate: &str) -> f64 {
 }
 
 /// `; did you mean 'step'?`. If no word is similar, it lists the known words.
-pub(super) fn suggestion<'k>(word: &str, known: impl IntoIterator<Item = &'k str> + Clone) -> String {
+pub(crate) fn suggestion<'k>(word: &str, known: impl IntoIterator<Item = &'k str> + Clone) -> String {
     match nearest(word, known.clone()) {
         Some(near) => format!("; did you mean '{near}'?"),
         None => format!("; known here: {}", known.into_iter().collect::<Vec<_>>().join(", ")),
@@ -267,7 +267,7 @@ pub(super) fn suggestion<'k>(word: &str, known: impl IntoIterator<Item = &'k str
 }
 
 /// The message for an unknown key: the most similar known key, or the section that has this key.
-pub(super) fn unknown_key(key: &str, known: &[&str]) -> String {
+pub(crate) fn unknown_key(key: &str, known: &[&str]) -> String {
     let home = SECTIONS.iter().find(|(_, keys)| keys.contains(&key));
     match (nearest(key, known.iter().copied()), home) {
         (None, Some((section, _))) => format!("unknown key; '{key}' belongs in {section}"),

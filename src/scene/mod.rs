@@ -29,7 +29,7 @@ mod extras;
 mod faults;
 mod file;
 mod joint;
-mod keys;
+pub(crate) mod keys;
 mod load;
 mod material;
 mod mesh_network;

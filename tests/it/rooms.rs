@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The rooms of `src`. Each uses only rooms before it.
-const ORDER: [&str; 22] = [
+const ORDER: [&str; 24] = [
     "text",
     "host",
     "files",
@@ -22,6 +22,8 @@ const ORDER: [&str; 22] = [
     "simulation",
     "guard",
     "output",
+    "labels",
+    "dataset",
     "server",
     "view",
     "compare",

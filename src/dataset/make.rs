@@ -1,0 +1,209 @@
+//! Makes the orbits of a shard, and the files of the whole set where all are there.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use serde_json::{Map, Value as Json, json};
+
+use super::error::DatasetError;
+use super::orbit::{OrbitRun, Rejections};
+use super::orbit_files::{Encoded, encode_image, write};
+use super::scene_values::SceneText;
+use super::spec::Spec;
+use super::split::split_of;
+use super::store::{Begin, REPORT, Store, entries, sum_of};
+use super::whole::{SCENE, finish, is_complete};
+use crate::files;
+use crate::host;
+use crate::labels::made::fixed;
+use crate::labels::silhouette::Solids;
+use crate::output::OutputError;
+use crate::scene::Scene;
+use crate::scene::scene_hash;
+use crate::simulation::target::Target;
+
+/// One of several parts of a data set: the orbits j with j mod `of` = `index`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    /// Its number, from 0.
+    pub index: u64,
+    /// Number of the shards.
+    pub of: u64,
+}
+
+impl Shard {
+    /// All orbits.
+    pub const WHOLE: Self = Self { index: 0, of: 1 };
+
+    /// The orbits of the shard.
+    pub fn orbits(self, spec: &Spec) -> impl Iterator<Item = u64> + use<> {
+        (self.index..spec.orbits()).step_by(self.of as usize)
+    }
+}
+
+/// What was done.
+#[derive(Debug, Clone, Default)]
+pub struct Made {
+    /// Images that were drawn.
+    pub images: u64,
+    /// Orbits that were run.
+    pub orbits: u64,
+    /// Orbits that were there before.
+    pub kept: u64,
+    /// Bytes that were written.
+    pub bytes: u64,
+    /// Rejected attempts.
+    pub rejections: Rejections,
+    /// Time of the work [s].
+    pub seconds: f64,
+    /// Whether the whole set is there.
+    pub complete: bool,
+}
+
+impl Made {
+    /// Images in an hour.
+    pub fn images_an_hour(&self) -> f64 {
+        if self.seconds > 0.0 { self.images as f64 / self.seconds * 3600.0 } else { 0.0 }
+    }
+
+    /// Bytes of an image with its labels.
+    pub fn bytes_an_image(&self) -> f64 {
+        self.bytes as f64 / self.images.max(1) as f64
+    }
+}
+
+/// What a data set is begun with.
+///
+/// # Errors
+/// A file of the scene that can not be read.
+pub fn identity(spec: &Spec, scene: &Scene, target: &Target, allows_outside: bool) -> Result<Json, DatasetError> {
+    let read = |path: &std::path::PathBuf| {
+        std::fs::read(path).map_err(|error| DatasetError::Output(OutputError::Read(path.clone(), error)))
+    };
+    let contents = scene.files.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    let slices: Vec<&[u8]> = contents.iter().map(Vec::as_slice).collect();
+    let absolute = std::path::absolute(&spec.path).unwrap_or_else(|_| spec.path.clone());
+    Ok(json!({
+        "isotherm": "dataset",
+        "version": env!("CARGO_PKG_VERSION"),
+        "device": target.name(),
+        "spec": absolute.display().to_string(),
+        "spec_sha256": sum_of(spec.text.as_bytes()),
+        "scene_sha256": scene_hash(&slices),
+        "allow_outside": allows_outside,
+    }))
+}
+
+/// How a data set is made.
+pub struct Order<'a> {
+    /// The SPEC.
+    pub spec: &'a Spec,
+    /// Its scene.
+    pub scenes: &'a SceneText,
+    /// Where to compute.
+    pub target: &'a Target,
+    /// The folder.
+    pub root: &'a Path,
+    /// The orbits to make.
+    pub shard: Shard,
+    /// What happens to what is there.
+    pub begin: Begin,
+    /// Whether the scene may name files outside its folder.
+    pub allows_outside: bool,
+}
+
+/// Makes the orbits of a shard. `progress` is called with the number of images done.
+///
+/// # Errors
+/// The first thing that can not be done. What is whole by then stays.
+pub fn make(order: &Order, stop: &AtomicBool, progress: &mut dyn FnMut(u64)) -> Result<Made, DatasetError> {
+    let Order { spec, scenes, target, root, shard, begin, allows_outside } = *order;
+    let began = Instant::now();
+    let scene = scenes.of_orbit(spec, 0)?.scene;
+    let identity = identity(spec, &scene, target, allows_outside)?;
+    // What is wrong with the craft is found before a folder is made.
+    let mut next = match shard.orbits(spec).next() {
+        Some(first) => Some(OrbitRun::new(spec, scenes, target, first)?),
+        None => None,
+    };
+    let place = |orbit: u64| (split_of(spec, orbit), orbit as u32);
+    let store = Store::open(root, &identity, begin, &mut shard.orbits(spec).map(place))?;
+    let mut made = Made::default();
+    for orbit in shard.orbits(spec) {
+        let (split, number) = place(orbit);
+        let images = spec.images_of(orbit);
+        let count = images.end - images.start;
+        let prepared = next.take();
+        if store.has(split, number) {
+            made.kept += 1;
+            progress(count);
+            continue;
+        }
+        let mut run = match prepared {
+            Some(run) => run,
+            None => OrbitRun::new(spec, scenes, target, orbit)?,
+        };
+        let solids = Solids::new(&run.craft);
+        let mut folder = store.begin(split, number)?;
+        let mut encoded: Vec<Encoded> = Vec::new();
+        let outcome = run.run(&|_| true, stop, &mut |craft, simulation, image, labelled| {
+            let image = encode_image(spec, (craft, &solids, simulation), image, labelled)?;
+            encoded.push(image.write(&mut folder)?);
+            progress(1);
+            Ok(())
+        })?;
+        if outcome.stopped {
+            return Err(DatasetError::Stopped(root.to_path_buf()));
+        }
+        write(&mut folder, spec, &run, &outcome, encoded)?;
+        made.images += count;
+        made.orbits += 1;
+        made.bytes += folder.bytes;
+        store.commit(folder)?;
+        for (reason, rejected) in outcome.rejections {
+            *made.rejections.entry(reason).or_default() += rejected;
+        }
+        if stop.load(Ordering::Relaxed) {
+            return Err(DatasetError::Stopped(root.to_path_buf()));
+        }
+    }
+    if is_complete(spec, &store) {
+        let unreadable =
+            |fault: files::FileFault| OutputError::Read(spec.scene.clone(), std::io::Error::other(fault.to_string()));
+        let scene = files::read_text(&spec.scene).map_err(unreadable)?;
+        let first = OrbitRun::new(spec, scenes, target, 0)?;
+        let solids = Solids::new(&first.craft);
+        let mut fixed = fixed(&first.craft, &solids, &first.blank()?);
+        fixed.push((SCENE.to_owned(), scene.into_bytes()));
+        finish(spec, &store, &first.craft, &fixed)?;
+        made.complete = true;
+    }
+    made.seconds = began.elapsed().as_secs_f64();
+    report(&store, shard, target, &made)?;
+    Ok(made)
+}
+
+/// Writes the report of a process, which holds times and is under no checksum.
+fn report(store: &Store, shard: Shard, target: &Target, made: &Made) -> Result<(), DatasetError> {
+    let files = entries(store.root())?.into_iter().filter(|path| path.is_file());
+    let rejected: Map<String, Json> =
+        made.rejections.iter().map(|(reason, count)| (reason.words().to_owned(), json!(count))).collect();
+    let report = json!({
+        "shard": shard.index,
+        "shards": shard.of,
+        "device": target.name(),
+        "images": made.images,
+        "orbits": made.orbits,
+        "orbits_kept": made.kept,
+        "seconds": made.seconds,
+        "images_an_hour": made.images_an_hour(),
+        "bytes": made.bytes,
+        "bytes_an_image": made.bytes_an_image(),
+        "bytes_of_the_whole_set": files.filter_map(|path| path.metadata().ok()).map(|file| file.len()).sum::<u64>(),
+        "peak_memory_bytes": host::peak_memory(),
+        "rejected": rejected,
+        "complete": made.complete,
+    });
+    store.write(&format!("{REPORT}{}-of-{}.json", shard.index, shard.of), format!("{report:#}\n").as_bytes())
+}

@@ -1,0 +1,29 @@
+//! Data sets of labelled images: what a SPEC asks for, drawn, rendered and written.
+//!
+//! [`spec`] reads the SPEC, [`distribution`] and [`random`] draw its values, [`scene_values`] makes the scene of an orbit, and [`orbit`] runs it and takes
+//! its images. [`store`] is the folder, and [`make`] fills it. [`whole`] writes the files of the whole set, [`verify`] checks them, and [`preview`] shows
+//! what a SPEC means.
+
+pub mod camera_rule;
+pub mod distribution;
+pub mod error;
+pub mod index;
+pub mod life;
+pub mod make;
+pub mod orbit;
+pub mod orbit_files;
+pub mod preview;
+pub mod random;
+mod reader;
+pub mod row;
+pub mod scene_values;
+pub mod season;
+mod sobol;
+pub mod spec;
+pub mod split;
+pub mod store;
+pub mod time_rule;
+mod toml_value;
+pub mod verify;
+pub mod view_check;
+pub mod whole;

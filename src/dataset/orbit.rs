@@ -1,0 +1,279 @@
+//! The images of an orbit: one thermal run that stops at the times of its images.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use serde_json::Value as Json;
+
+use super::camera_rule::CameraRule;
+use super::error::DatasetError;
+use super::random::Stream;
+use super::scene_values::{OrbitScene, SceneText};
+use super::spec::Spec;
+use super::split::split_of;
+use super::time_rule::NoTime;
+use super::view_check::{Reason, points, rejected};
+use crate::labels::craft::Craft;
+use crate::labels::from_scene::{Place, craft, labelled};
+use crate::labels::image::LabelledImage;
+use crate::labels::key_points::{CHOSEN, check_names, chosen, given};
+use crate::scene::Scene;
+use crate::simulation::engine::Pixels;
+use crate::simulation::facade::Simulation;
+use crate::simulation::image::Image;
+use crate::simulation::target::Target;
+use crate::simulation::viewpoint::camera_from_body;
+
+/// How many attempts were rejected, by reason.
+pub type Rejections = BTreeMap<Reason, u64>;
+
+/// What takes the images of an orbit.
+pub type Take<'a> = dyn FnMut(&Craft, &Simulation, Image, LabelledImage) -> Result<(), DatasetError> + 'a;
+
+/// An orbit that is ready to run.
+pub struct OrbitRun<'a> {
+    spec: &'a Spec,
+    number: u64,
+    simulation: Simulation,
+    /// The craft with its key points.
+    pub craft: Craft,
+    /// What was drawn for the orbit by section.
+    pub drawn: Json,
+    sensor: Vec<(String, f64)>,
+    bits: u32,
+}
+
+/// What came of an orbit.
+#[derive(Debug, Clone, Default)]
+pub struct Outcome {
+    /// Rejected attempts.
+    pub rejections: Rejections,
+    /// Whether a signal ended it.
+    pub stopped: bool,
+}
+
+impl<'a> OrbitRun<'a> {
+    /// Makes the simulation of an orbit.
+    ///
+    /// # Errors
+    /// A scene that can not be used, or key points that the craft does not have.
+    pub fn new(spec: &'a Spec, scenes: &SceneText, target: &Target, number: u64) -> Result<Self, DatasetError> {
+        let OrbitScene { scene, drawn } = scenes.of_orbit(spec, number)?;
+        check(spec, &scene)?;
+        let (sensor, bits) = sensor_of(&scene);
+        let simulation = Simulation::from_scene(scene, target)?;
+        let mut craft = craft(simulation.prepared());
+        if let Some(name) = &spec.object {
+            craft.name.clone_from(name);
+        }
+        let wrong = |message: String| DatasetError::Spec { path: spec.path.clone(), message };
+        craft.key_points = if spec.key_points.is_empty() {
+            chosen(&craft, CHOSEN)
+        } else {
+            let each = spec.key_points.iter().map(|point| {
+                given(&craft, &point.name, point.position, point.part.as_deref())
+                    .map_err(|error| wrong(error.to_string()))
+            });
+            each.collect::<Result<Vec<_>, _>>()?
+        };
+        check_names(&craft.key_points).map_err(|error| wrong(error.to_string()))?;
+        Ok(Self { spec, number, simulation, craft, drawn, sensor, bits })
+    }
+
+    /// Number of the orbit.
+    pub fn number(&self) -> u64 {
+        self.number
+    }
+
+    /// The simulation.
+    pub fn simulation(&self) -> &Simulation {
+        &self.simulation
+    }
+
+    /// Times of the images [s], each with its number in the data set and its rejected attempts, in the order of time.
+    ///
+    /// # Errors
+    /// An image for which no time is found.
+    fn times(&self) -> Result<Vec<(f64, u64, u32)>, DatasetError> {
+        let sky = self.simulation.prepared().loads.sky_model();
+        let attempts = self.spec.attempts;
+        let mut times = Vec::new();
+        for image in self.spec.images_of(self.number) {
+            let no_sample = |reasons: &str| DatasetError::NoSample {
+                image,
+                orbit: self.number,
+                attempts,
+                reasons: reasons.to_owned(),
+            };
+            let (time, rejected) =
+                self.spec.time.draw(&self.spec.plan, image, sky, attempts).map_err(|reason| match reason {
+                    NoTime::NoEclipse => no_sample("the orbit has no eclipse from which [time] counts"),
+                    NoTime::NoLight => no_sample("no time has the light that [time] asks for"),
+                })?;
+            times.push((time, image, rejected));
+        }
+        times.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        Ok(times)
+    }
+
+    /// Runs the orbit once through and hands over its images in the order of time. `wanted` says which images are drawn.
+    ///
+    /// # Errors
+    /// No sample after all attempts, a call that fails, or what `take` returns.
+    pub fn run(
+        &mut self,
+        wanted: &dyn Fn(u64) -> bool,
+        stop: &AtomicBool,
+        take: &mut Take,
+    ) -> Result<Outcome, DatasetError> {
+        let mut outcome = Outcome::default();
+        for (time, image, rejected) in self.times()? {
+            if rejected > 0 {
+                *outcome.rejections.entry(Reason::Light).or_default() += u64::from(rejected);
+            }
+            if !self.simulation.step_to_with(time, stop, &mut || ())? || stop.load(Ordering::Relaxed) {
+                outcome.stopped = true;
+                return Ok(outcome);
+            }
+            if wanted(image) {
+                let taken = self.image(image, time, &mut outcome.rejections)?;
+                let labelled = labelled(self.place(image), self.simulation.prepared(), taken.clone());
+                take(&self.craft, &self.simulation, taken, labelled)?;
+            }
+        }
+        Ok(outcome)
+    }
+
+    /// Draws poses until one is accepted.
+    fn image(&mut self, image: u64, time: f64, all: &mut Rejections) -> Result<Image, DatasetError> {
+        let spec = self.spec;
+        let camera = self.simulation.camera()?.clone();
+        let sky = self.simulation.sky();
+        let craft = points(self.simulation.prepared(), time);
+        let mut reasons = Rejections::new();
+        let found = (0..spec.attempts).find_map(|attempt| {
+            let source = spec.plan.source(Stream::Image, image, attempt);
+            let rule = CameraRule::choose(&spec.cameras, &source);
+            let reason = match rule.draw(&source, &camera, time) {
+                Err(_) => Reason::NoPose,
+                Ok(pose) => {
+                    let seen = camera_from_body(&pose.of(&camera), &sky);
+                    match rejected(&spec.reject, &camera, &seen, &craft, &sky) {
+                        Some(reason) => reason,
+                        None => match self.simulation.image(&camera, &pose) {
+                            Err(error) => return Some(Err(error)),
+                            Ok(image) => {
+                                let pixels = image.part.iter().filter(|part| **part != 0).count() as u64;
+                                if pixels >= spec.reject.visible_pixels {
+                                    return Some(Ok(image));
+                                }
+                                Reason::TooFewPixels
+                            }
+                        },
+                    }
+                }
+            };
+            *reasons.entry(reason).or_default() += 1;
+            None
+        });
+        for (reason, count) in &reasons {
+            *all.entry(*reason).or_default() += count;
+        }
+        match found {
+            Some(image) => Ok(image?),
+            None => {
+                let told: Vec<String> =
+                    reasons.iter().map(|(reason, count)| format!("{count} {}", reason.words())).collect();
+                Err(DatasetError::NoSample {
+                    image,
+                    orbit: self.number,
+                    attempts: spec.attempts,
+                    reasons: told.join(", "),
+                })
+            }
+        }
+    }
+
+    /// An image without pixels, for what depends on the camera alone.
+    ///
+    /// # Errors
+    /// The scene has no camera.
+    pub fn blank(&self) -> Result<LabelledImage, DatasetError> {
+        let camera = self.simulation.camera()?.clone();
+        let image = Image::new(camera, glam::DAffine3::IDENTITY, 0.0, Pixels::default());
+        Ok(labelled(self.place(self.spec.images_of(self.number).start), self.simulation.prepared(), image))
+    }
+
+    fn place(&self, image: u64) -> Place {
+        let mut drawn = Vec::new();
+        numbers("", &self.drawn, &mut drawn);
+        Place {
+            sample: image,
+            orbit: self.number as u32,
+            number: (image - self.spec.images_of(self.number).start) as u32,
+            split: split_of(self.spec, self.number),
+            bits: self.bits,
+            sensor: self.sensor.clone(),
+            drawn,
+        }
+    }
+}
+
+/// Refuses a scene that can not give the images of a SPEC.
+fn check(spec: &Spec, scene: &Scene) -> Result<(), DatasetError> {
+    let wrong = |message: &str| Err(DatasetError::Spec { path: spec.path.clone(), message: message.to_owned() });
+    let camera = scene.require_camera()?;
+    if camera.line_time > 0.0 {
+        return wrong("camera.line_time of the scene is above 0, and a labelled image has one pose: leave it out");
+    }
+    if scene.sensor.is_none() && spec.images.contains(&super::spec::ImageKind::Numbers) {
+        return wrong(
+            "images asks for numbers, and the scene has no [sensor], which makes them: state [each_orbit.sensor]",
+        );
+    }
+    if spec.cameras.iter().any(CameraRule::is_on_path) && camera.motion == crate::scene::Motion::Still {
+        return wrong("[camera] is of kind \"path\", and the scene has no camera.path");
+    }
+    Ok(())
+}
+
+/// Settings of the sensor by name, and the bits of its digital numbers.
+fn sensor_of(scene: &Scene) -> (Vec<(String, f64)>, u32) {
+    let Some(sensor) = &scene.sensor else { return (Vec::new(), 16) };
+    let mut settings = vec![
+        ("seed".to_owned(), f64::from(sensor.seed)),
+        ("bits".to_owned(), f64::from(sensor.bits)),
+        ("range_low_K".to_owned(), sensor.range[0]),
+        ("range_high_K".to_owned(), sensor.range[1]),
+        ("netd_K".to_owned(), sensor.noise.as_ref().map_or(0.0, |noise| noise.kelvin)),
+        ("transmission".to_owned(), sensor.optics.transmission),
+    ];
+    let temperatures = [("lens_temperature_K", sensor.optics.lens), ("housing_temperature_K", sensor.optics.housing)];
+    for (name, value) in temperatures {
+        settings.extend(value.map(|value| (name.to_owned(), value)));
+    }
+    if let Some(pattern) = &sensor.pattern {
+        settings.extend([
+            ("offset_pattern_K".to_owned(), pattern.offset),
+            ("gain_pattern".to_owned(), pattern.gain),
+            ("drift_K_per_s".to_owned(), pattern.drift),
+        ]);
+    }
+    (settings, sensor.bits)
+}
+
+/// The numbers in drawn values, by the path to each. A table of a list has the name of what it belongs to.
+fn numbers(path: &str, value: &Json, found: &mut Vec<(String, f64)>) {
+    let joined = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+    match value {
+        Json::Number(number) => found.extend(number.as_f64().map(|number| (path.to_owned(), number))),
+        Json::Object(values) => values.iter().for_each(|(key, value)| numbers(&joined(key), value, found)),
+        Json::Array(items) => {
+            for (index, item) in items.iter().enumerate() {
+                let name = ["match", "part", "name", "node"].iter().find_map(|key| item.get(*key)?.as_str());
+                numbers(&joined(name.unwrap_or(&index.to_string())), item, found);
+            }
+        }
+        _ => {}
+    }
+}

@@ -1,0 +1,142 @@
+//! The files of an orbit: images, labels, the rows of the index and the lines of the lists.
+
+use std::io::{self, Write};
+
+use serde_json::{Map, Value as Json, json};
+
+use super::error::DatasetError;
+use super::orbit::{OrbitRun, Outcome};
+use super::row::{file_of, row};
+use super::spec::{ImageKind, Spec};
+use super::split::split_of;
+use super::store::OrbitFolder;
+use crate::labels::image::LabelledImage;
+use crate::labels::made::{Label, Lines, Made, made, orbit};
+use crate::labels::places;
+use crate::labels::silhouette::Solids;
+use crate::labels::webdataset::Tar;
+use crate::output::exr::encode;
+use crate::output::frame_maker::FrameMaker;
+use crate::simulation::facade::Simulation;
+use crate::simulation::image::Image;
+
+/// The file of an orbit from which the files of the whole set are made.
+pub const ORBIT: &str = "orbit.json";
+/// The WebDataset of an orbit.
+pub const TAR: &str = "webdataset.tar";
+/// Ending of the radiance in a WebDataset.
+const RADIANCE: &str = "radiance.exr";
+
+/// An image with its labels, encoded.
+pub struct Encoded {
+    /// Its key in the WebDataset.
+    key: String,
+    labels: Vec<Label>,
+    lines: Lines,
+    row: Map<String, Json>,
+}
+
+impl Encoded {
+    /// Paths in the data set and bytes of its files.
+    pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        self.labels.iter().filter_map(|label| Some((label.path.as_deref()?, label.bytes.as_slice())))
+    }
+
+    /// Writes its files. It then holds only what stands in no file of its own.
+    ///
+    /// # Errors
+    /// A full disk.
+    pub fn write(mut self, folder: &mut OrbitFolder) -> Result<Self, DatasetError> {
+        for label in &mut self.labels {
+            if let Some(path) = &label.path {
+                folder.write(path, &std::mem::take(&mut label.bytes))?;
+            }
+        }
+        Ok(self)
+    }
+}
+
+/// Encodes an image and its labels.
+///
+/// # Errors
+/// An image that can not be encoded.
+pub fn encode_image(
+    spec: &Spec,
+    run: (&crate::labels::craft::Craft, &Solids, &Simulation),
+    image: Image,
+    mut labelled: LabelledImage,
+) -> Result<Encoded, DatasetError> {
+    let (craft, solids, simulation) = run;
+    if !spec.images.contains(&ImageKind::Numbers) {
+        labelled.digital_numbers = None;
+    }
+    let Made { mut labels, lines } = made(craft, solids, &labelled)?;
+    if spec.images.contains(&ImageKind::Radiance) {
+        let prepared = simulation.prepared();
+        let step = (image.time / prepared.scene.time.step + 1e-9) as u32;
+        let camera = image.camera.clone();
+        let maker = FrameMaker::new(prepared, &camera, &simulation.device_name());
+        let (frame, header) = maker.frame_of(image, step, Some(labelled.number))?;
+        let path = Some(file_of(&labelled, ImageKind::Radiance).1);
+        labels.push(Label { path, ending: Some(RADIANCE), bytes: encode(&frame, &header)? });
+    }
+    Ok(Encoded { key: places::key(&labelled), labels, lines, row: row(&labelled, &spec.images) })
+}
+
+/// Writes the files of an orbit whose images wrote theirs.
+///
+/// # Errors
+/// A full disk.
+pub fn write(
+    folder: &mut OrbitFolder,
+    spec: &Spec,
+    run: &OrbitRun,
+    outcome: &Outcome,
+    mut images: Vec<Encoded>,
+) -> Result<(), DatasetError> {
+    images.sort_by_key(|image| image.lines.number);
+    if spec.webdataset {
+        folder.write_from(TAR, |folder, writer| tar(folder, writer, &images))?;
+    }
+    let mut rows = Vec::new();
+    let mut lines = Vec::new();
+    for image in images {
+        rows.push(Json::Object(image.row));
+        lines.push(image.lines);
+    }
+    for (path, bytes) in orbit(split_of(spec, run.number()), run.number() as u32, &lines) {
+        folder.write(&path, &bytes)?;
+    }
+    let own = orbit_json(run, outcome, rows, lines);
+    folder.write(ORBIT, format!("{own}\n").as_bytes())
+}
+
+/// The WebDataset of an orbit, from what its images wrote and what they still hold.
+fn tar(folder: &OrbitFolder, writer: &mut dyn Write, images: &[Encoded]) -> io::Result<()> {
+    let mut tar = Tar::new(writer);
+    for image in images {
+        let of = |label: &Label| match (&label.path, label.ending) {
+            (_, None) => Ok(None),
+            (Some(path), Some(ending)) => folder.read(path).map(|bytes| Some((ending, bytes))),
+            (None, Some(ending)) => Ok(Some((ending, label.bytes.clone()))),
+        };
+        let files = image.labels.iter().filter_map(|label| of(label).transpose()).collect::<io::Result<Vec<_>>>()?;
+        tar.add(&image.key, files.iter().map(|(ending, bytes)| (*ending, bytes.as_slice())))?;
+    }
+    tar.finish().map(|_| ())
+}
+
+/// What the whole set needs of an orbit.
+fn orbit_json(run: &OrbitRun, outcome: &Outcome, rows: Vec<Json>, lines: Vec<Lines>) -> Json {
+    let rejections: Map<String, Json> =
+        outcome.rejections.iter().map(|(reason, count)| (reason.words().to_owned(), json!(count))).collect();
+    let each = lines.into_iter().map(|lines| {
+        json!({
+            "bop_targets": lines.targets,
+            "speed": lines.speed,
+            "coco_image": lines.coco.image,
+            "coco_annotations": lines.coco.annotations,
+        })
+    });
+    json!({"drawn": run.drawn, "rejected": rejections, "images": rows, "lines": each.collect::<Vec<_>>()})
+}

@@ -1,0 +1,152 @@
+//! The scene of an orbit: the scene file with the values that were drawn.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value as Json, json};
+use toml::{Table, Value};
+
+use super::error::DatasetError;
+use super::random::Stream;
+use super::spec::Spec;
+use crate::files::Reach;
+use crate::scene::Scene;
+
+/// Keys that tell the tables of a list apart.
+const NAMES: [&str; 4] = ["match", "part", "name", "node"];
+
+/// A scene file as a table.
+#[derive(Debug, Clone)]
+pub struct SceneText {
+    path: PathBuf,
+    reach: Reach,
+    table: Table,
+}
+
+/// The scene of an orbit, and what was drawn for it.
+pub struct OrbitScene {
+    /// The scene.
+    pub scene: Scene,
+    /// The drawn values by section and key.
+    pub drawn: Json,
+}
+
+impl SceneText {
+    /// Reads a scene file, and checks it as it stands.
+    ///
+    /// # Errors
+    /// Everything that [`Scene::load`] refuses.
+    pub fn load(path: &Path, reach: Reach) -> Result<Self, DatasetError> {
+        Scene::load_within(path, reach.clone())?;
+        let unreadable = |reason: String| crate::scene::SceneError::Unreadable { path: path.to_path_buf(), reason };
+        let text = crate::files::read_text(path).map_err(|fault| unreadable(fault.to_string()))?;
+        let table = text.parse::<Table>().map_err(|error| unreadable(error.to_string()))?;
+        Ok(Self { path: path.to_path_buf(), reach, table })
+    }
+
+    /// The scene of an orbit.
+    ///
+    /// # Errors
+    /// Values that the scene refuses, or a list of tables without the one that is named.
+    pub fn of_orbit(&self, spec: &Spec, orbit: u64) -> Result<OrbitScene, DatasetError> {
+        let source = spec.plan.source(Stream::Orbit, orbit, 0);
+        let mut table = self.table.clone();
+        let mut told = Map::new();
+        let wrong = |message: String| DatasetError::Spec { path: spec.path.clone(), message };
+        for (section, drawn) in &spec.each_orbit {
+            let value = drawn.draw(section, &source);
+            told.insert(section.clone(), as_json(&value));
+            merge(&mut table, section, value).map_err(wrong)?;
+        }
+        if let Some(life) = &spec.life {
+            let (age, materials) = life.draw(&source);
+            let shown: Vec<Json> = materials.iter().map(as_json).collect();
+            told.insert("life".to_owned(), json!({"age": age, "material": shown}));
+            merge(&mut table, "material", Value::Array(materials)).map_err(wrong)?;
+        }
+        if let Some(season) = &spec.season {
+            let values = season.draw(&source);
+            let find = |key: &str| values.iter().find(|(name, _)| *name == key).map_or(0.0, |(_, value)| *value);
+            told.insert(
+                "season".to_owned(),
+                values.iter().map(|(key, value)| ((*key).to_owned(), json!(value))).collect(),
+            );
+            set(&mut table, "orbit", "beta_deg", Value::Float(find("beta_deg")));
+            let solar = table.get("environment").and_then(|section| section.get("solar_constant"));
+            if let Some(solar) =
+                solar.and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)))
+            {
+                set(&mut table, "environment", "solar_constant", Value::Float(solar * find("solar_scale")));
+            }
+        }
+        if let Some(Value::Table(sensor)) = table.get_mut("sensor") {
+            // The counter of the noise is the time of the image.
+            if !states_seed(spec) {
+                sensor.insert("seed".to_owned(), Value::Integer(source.bits("sensor.seed").into()));
+            }
+            // Images are of times far apart, so the bolometer has settled in each.
+            sensor.insert("time_constant".to_owned(), Value::Float(0.0));
+        }
+        let orbit_error = |reason: String| DatasetError::Orbit { orbit, reason };
+        let text = toml::to_string(&table).map_err(|error| orbit_error(error.to_string()))?;
+        let scene = Scene::parse_within(&text, &self.path, self.reach.clone());
+        let scene = scene.map_err(|error| orbit_error(format!("with the values that were drawn, {error}")))?;
+        Ok(OrbitScene { scene, drawn: Json::Object(told) })
+    }
+}
+
+/// Whether the SPEC itself says which seed the sensor has.
+fn states_seed(spec: &Spec) -> bool {
+    let of_sensor = spec.each_orbit.iter().filter(|(section, _)| section == "sensor");
+    of_sensor.flat_map(|(_, drawn)| drawn.keys()).any(|key| key == "seed")
+}
+
+fn set(table: &mut Table, section: &str, key: &str, value: Value) {
+    if let Value::Table(section) = table.entry(section).or_insert_with(|| Value::Table(Table::new())) {
+        section.insert(key.to_owned(), value);
+    }
+}
+
+/// Puts a drawn section in place of what the scene says, key by key. The items of a list find theirs by name.
+fn merge(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
+    match (table.get_mut(key), value) {
+        (Some(Value::Table(own)), Value::Table(drawn)) => {
+            drawn.into_iter().try_for_each(|(key, value)| merge(own, &key, value))
+        }
+        (Some(Value::Array(own)), Value::Array(drawn)) if drawn.iter().any(Value::is_table) => {
+            for item in drawn {
+                let Value::Table(item) = item else { continue };
+                let Some((name, word)) = NAMES.iter().find_map(|name| Some((*name, item.get(*name)?))) else {
+                    return Err(format!(
+                        "[[each_orbit.{key}]] needs one of {}, which names a [[{key}]] of the scene",
+                        NAMES.join(", ")
+                    ));
+                };
+                let mut met = own.iter_mut().filter_map(Value::as_table_mut).filter(|own| own.get(name) == Some(word));
+                let Some(found) = met.next() else {
+                    return Err(format!("the scene has no [[{key}]] with {name} = {word}"));
+                };
+                for (key, value) in item {
+                    merge(found, &key, value)?;
+                }
+            }
+            Ok(())
+        }
+        (None, Value::Array(drawn)) if drawn.iter().any(Value::is_table) => Err(format!("the scene has no [[{key}]]")),
+        (_, value) => {
+            table.insert(key.to_owned(), value);
+            Ok(())
+        }
+    }
+}
+
+fn as_json(value: &Value) -> Json {
+    match value {
+        Value::String(text) => json!(text),
+        Value::Integer(number) => json!(number),
+        Value::Float(number) => json!(number),
+        Value::Boolean(boolean) => json!(boolean),
+        Value::Datetime(date) => json!(date.to_string()),
+        Value::Array(items) => items.iter().map(as_json).collect(),
+        Value::Table(table) => Json::Object(table.iter().map(|(key, value)| (key.clone(), as_json(value))).collect()),
+    }
+}

@@ -1,0 +1,372 @@
+//! A SPEC file, checked: which scene, how many images, and how everything is drawn.
+//!
+//! `docs/datasets.md` describes every key.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use super::camera_rule::CameraRule;
+use super::distribution::Drawn;
+use super::life::Life;
+use super::random::{Plan, Sampling};
+use super::reader::{SpecFile, Table};
+use super::season::Season;
+use super::time_rule::TimeRule;
+use crate::files::{self, Reach};
+use crate::scene::SceneError;
+use crate::scene::keys::{ROOT, SECTIONS, suggestion};
+
+/// Keys of the root.
+pub(crate) const KEYS: &[&str] = &[
+    "scene",
+    "samples",
+    "poses_per_orbit",
+    "seed",
+    "sampling",
+    "attempts",
+    "images",
+    "webdataset",
+    "split",
+    "object",
+    "each_orbit",
+    "season",
+    "life",
+    "time",
+    "camera",
+    "reject",
+    "key_point",
+];
+/// Keys of `[split]`.
+pub(crate) const SPLIT: &[&str] = &["train", "val", "test"];
+/// Keys of `[reject]`.
+pub(crate) const REJECT: &[&str] = &["in_view", "visible_pixels", "clearance", "sun", "planet"];
+/// Keys of `[[key_point]]`.
+pub(crate) const KEY_POINT: &[&str] = &["name", "position", "part"];
+
+/// Sections of the scene that are the same in all orbits of a data set, and why.
+const FIXED: [(&str, &str); 5] = [
+    ("name", "a data set is of one craft"),
+    ("model", "all orbits have the same model"),
+    ("part", "all orbits have the same model"),
+    ("camera", "all images have the same camera, whose pose [camera] of the SPEC draws"),
+    ("output", "the SPEC says what is written"),
+];
+
+/// Most images of a data set.
+const MOST_SAMPLES: u64 = 1_000_000_000;
+
+/// A kind of image file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ImageKind {
+    /// Digital numbers of the sensor as PNG.
+    Numbers,
+    /// Radiance, temperature, depth, part and material as EXR.
+    Radiance,
+}
+
+/// What an image must show.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reject {
+    /// Least share of the craft's points that lie in the frame.
+    pub in_view: f64,
+    /// Least number of pixels that show the craft.
+    pub visible_pixels: u64,
+    /// Least distance from the camera to the craft's points [m].
+    pub clearance: f64,
+    /// Whether an image with the Sun in it is rejected.
+    pub sun: bool,
+    /// Whether an image with the planet in it is rejected.
+    pub planet: bool,
+}
+
+/// A point of the craft.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KeyPoint {
+    /// Its name.
+    pub name: String,
+    /// Its place in the file's pose, body frame [m].
+    pub position: DVec3,
+    /// The part with which it moves. `None` for the body.
+    pub part: Option<String>,
+}
+
+/// A SPEC.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spec {
+    /// The file.
+    pub path: PathBuf,
+    /// Its text.
+    pub text: String,
+    /// The scene file.
+    pub scene: PathBuf,
+    /// Number of images.
+    pub samples: u64,
+    /// Images of an orbit.
+    pub poses_per_orbit: u64,
+    /// The numbers that are drawn.
+    pub plan: Plan,
+    /// Most attempts at an image.
+    pub attempts: u32,
+    /// Image files, sorted.
+    pub images: Vec<ImageKind>,
+    /// Whether each orbit has a tar with its images and labels.
+    pub webdataset: bool,
+    /// Shares of train, val and test.
+    pub split: [f64; 3],
+    /// Name of the craft in the labels. `None` takes that of the scene.
+    pub object: Option<String>,
+    /// Values of the scene file that are drawn for each orbit, by section.
+    pub each_orbit: Vec<(String, Drawn)>,
+    /// Day of the year and plane of the orbit.
+    pub season: Option<Season>,
+    /// Age of the surfaces.
+    pub life: Option<Life>,
+    /// Times of the images.
+    pub time: TimeRule,
+    /// How the camera is placed, one of them for each image.
+    pub cameras: Vec<CameraRule>,
+    /// What is rejected.
+    pub reject: Reject,
+    /// Key points.
+    pub key_points: Vec<KeyPoint>,
+}
+
+impl Spec {
+    /// Reads and checks a SPEC file.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with file, line and key.
+    pub fn load(path: &Path, reach: &Reach) -> Result<Self, SceneError> {
+        let unreadable =
+            |fault: files::FileFault| SceneError::Unreadable { path: path.to_path_buf(), reason: fault.to_string() };
+        let spec = Self::parse(&files::read_text(path).map_err(unreadable)?, path)?;
+        match reach.admit(&spec.scene) {
+            Ok(()) => Ok(spec),
+            Err(fault) => Err(SceneError::Unreadable { path: spec.scene, reason: fault.to_string() }),
+        }
+    }
+
+    /// Checks the text of a SPEC file as if it lay at `path`. Its scene need not be there.
+    ///
+    /// # Errors
+    /// As for [`Spec::load`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
+        let file = SpecFile { path, text };
+        let parsed = file.parse()?;
+        let root = Table::root(&file, &parsed, KEYS)?;
+        let scene = root.required("scene", root.path("scene")?, "the scene file")?;
+        let samples = root.whole("samples", 1..=MOST_SAMPLES)?;
+        let samples = root.required("samples", samples, "the number of images")?;
+        let poses = root.whole("poses_per_orbit", 1..=100_000)?;
+        let poses_per_orbit =
+            root.required("poses_per_orbit", poses, "the images that share the thermal run of an orbit")?;
+        let each_orbit = each_orbit(&root)?;
+        let season = Season::read(&root)?;
+        let life = Life::read(&root)?;
+        refuse_twice(&root, &each_orbit, season.is_some(), life.as_ref())?;
+        let time = TimeRule::read(&root)?;
+        let cameras = CameraRule::read(&root)?;
+        let mut of_orbit: Vec<String> = each_orbit.iter().flat_map(|(section, drawn)| drawn.names(section)).collect();
+        of_orbit.extend(season.iter().flat_map(Season::names));
+        of_orbit.extend(life.iter().flat_map(Life::names));
+        let mut of_image = time.names();
+        of_image.extend(CameraRule::names(&cameras));
+        let samplings =
+            [("random", Sampling::Random), ("latin_hypercube", Sampling::LatinHypercube), ("sobol", Sampling::Sobol)];
+        let plan = Plan {
+            seed: root.whole("seed", 0..=i64::MAX as u64)?.unwrap_or(0),
+            sampling: root.choice("sampling", &samplings)?.unwrap_or(Sampling::Random),
+            counts: [samples.div_ceil(poses_per_orbit), samples],
+            names: [of_orbit, of_image],
+        };
+        Ok(Self {
+            path: path.to_path_buf(),
+            text: text.to_owned(),
+            scene,
+            samples,
+            poses_per_orbit,
+            plan,
+            attempts: root.whole("attempts", 1..=1_000_000)?.unwrap_or(100) as u32,
+            images: images(&root)?,
+            webdataset: root.boolean("webdataset")?.unwrap_or(true),
+            split: split(&root)?,
+            object: root.text("object")?.map(str::to_owned),
+            each_orbit,
+            season,
+            life,
+            time,
+            cameras,
+            reject: reject(&root)?,
+            key_points: key_points(&root)?,
+        })
+    }
+
+    /// Number of orbits.
+    pub fn orbits(&self) -> u64 {
+        self.plan.counts[0]
+    }
+
+    /// The images of an orbit.
+    pub fn images_of(&self, orbit: u64) -> std::ops::Range<u64> {
+        let first = orbit * self.poses_per_orbit;
+        first..(first + self.poses_per_orbit).min(self.samples)
+    }
+}
+
+/// Reads `[each_orbit]`, whose sections and keys are those of the scene file.
+fn each_orbit(root: &Table) -> Result<Vec<(String, Drawn)>, SceneError> {
+    let Some(table) = root.open_table("each_orbit")? else { return Ok(Vec::new()) };
+    let sections = table.all_drawn()?;
+    for (section, drawn) in &sections {
+        if let Some((_, why)) = FIXED.iter().find(|(fixed, _)| fixed == section) {
+            return Err(table.error(section, &format!("can not be drawn: {why}")));
+        }
+        if !ROOT.contains(&section.as_str()) {
+            return Err(
+                table.error(section, &format!("is no section of a scene{}", suggestion(section, ROOT.iter().copied())))
+            );
+        }
+        let known = SECTIONS.iter().find(|(header, _)| header.trim_matches(['[', ']']) == section);
+        let Some((header, keys)) = known else { continue };
+        let of_tables = header.starts_with("[[");
+        let tables: Vec<&Drawn> = match drawn {
+            Drawn::List(items) if of_tables => items.iter().collect(),
+            table @ Drawn::Table(_) if !of_tables => vec![table],
+            _ => return Err(table.error(section, &format!("expected a section {header} as in the scene"))),
+        };
+        for values in tables {
+            let Drawn::Table(values) = values else { continue };
+            if let Some((key, _)) = values.iter().find(|(key, _)| !keys.contains(&key.as_str())) {
+                let message =
+                    format!("the scene's {header} has no key '{key}'{}", suggestion(key, keys.iter().copied()));
+                return Err(table.error_within(section, key, &message));
+            }
+        }
+    }
+    Ok(sections)
+}
+
+/// Refuses a value that two sections of the SPEC draw.
+fn refuse_twice(
+    root: &Table,
+    each_orbit: &[(String, Drawn)],
+    has_season: bool,
+    life: Option<&Life>,
+) -> Result<(), SceneError> {
+    let of = |name: &str| each_orbit.iter().find(|(section, _)| section == name).map(|(_, drawn)| drawn);
+    if has_season && of("orbit").is_some_and(|orbit| orbit.keys().any(|key| key == "beta_deg")) {
+        return Err(
+            root.error("season", "draws the beta angle, and so does each_orbit.orbit.beta_deg: state one of the two")
+        );
+    }
+    let Some(Drawn::List(materials)) = of("material") else { return Ok(()) };
+    for material in materials {
+        let Drawn::Table(values) = material else { continue };
+        let name = values.iter().find(|(key, _)| key == "match").and_then(|(_, name)| name.text());
+        let ages = |key: &str| name.zip(life).is_some_and(|(name, life)| life.states(name, key));
+        if let Some((key, _)) = values.iter().find(|(key, _)| ages(key)) {
+            return Err(root.error(
+                "life",
+                &format!("draws the {key} of a material for which [[each_orbit.material]] states it too"),
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn images(root: &Table) -> Result<Vec<ImageKind>, SceneError> {
+    let known = [("numbers", ImageKind::Numbers), ("radiance", ImageKind::Radiance)];
+    let words = root.texts("images")?;
+    let mut images = Vec::new();
+    for word in root.required("images", words, "the image files: numbers, radiance or both")? {
+        let found = known.iter().find(|(name, _)| *name == word);
+        let message =
+            || format!("'{word}' is no kind of image{}", suggestion(word, known.iter().map(|(name, _)| *name)));
+        images.push(found.ok_or_else(|| root.error("images", &message()))?.1);
+    }
+    images.sort_unstable();
+    images.dedup();
+    if images.is_empty() {
+        return Err(root.error("images", "must not be empty"));
+    }
+    Ok(images)
+}
+
+fn split(root: &Table) -> Result<[f64; 3], SceneError> {
+    let Some(table) = root.table("split", SPLIT)? else { return Ok([1.0, 0.0, 0.0]) };
+    let mut shares = [0.0; 3];
+    for (share, key) in shares.iter_mut().zip(SPLIT) {
+        *share = table.number(key, 0.0..=1.0)?.unwrap_or(0.0);
+    }
+    let sum: f64 = shares.iter().sum();
+    if (sum - 1.0).abs() > 1e-9 {
+        return Err(root.error("split", &format!("the shares of train, val and test must add up to 1, found {sum}")));
+    }
+    Ok(shares)
+}
+
+fn reject(root: &Table) -> Result<Reject, SceneError> {
+    let mut reject = Reject { in_view: 0.5, visible_pixels: 1, clearance: 0.0, sun: true, planet: false };
+    let Some(table) = root.table("reject", REJECT)? else { return Ok(reject) };
+    reject.in_view = table.number("in_view", 0.0..=1.0)?.unwrap_or(reject.in_view);
+    reject.visible_pixels = table.whole("visible_pixels", 0..=1 << 28)?.unwrap_or(reject.visible_pixels);
+    reject.clearance = table.number("clearance", 0.0..=1e9)?.unwrap_or(reject.clearance);
+    let words = [("reject", true), ("keep", false)];
+    reject.sun = table.choice("sun", &words)?.unwrap_or(reject.sun);
+    reject.planet = table.choice("planet", &words)?.unwrap_or(reject.planet);
+    Ok(reject)
+}
+
+fn key_points(root: &Table) -> Result<Vec<KeyPoint>, SceneError> {
+    let mut points: Vec<KeyPoint> = Vec::new();
+    for table in root.tables("key_point", KEY_POINT)? {
+        let name = table.required("name", table.text("name")?, "a name")?.to_owned();
+        if points.iter().any(|point| point.name == name) {
+            return Err(table.error("name", &format!("'{name}' is the name of another key point")));
+        }
+        let position =
+            table.required("position", table.numbers::<3>("position")?, "[x, y, z] in the body frame [m]")?;
+        let part = table.text("part")?.map(str::to_owned);
+        points.push(KeyPoint { name, position: DVec3::from(position), part });
+    }
+    Ok(points)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{camera_rule, life, season, time_rule};
+    use super::*;
+
+    const REFERENCE: &str = include_str!("../../docs/datasets.md");
+
+    #[test]
+    fn the_reference_explains_every_key() {
+        let lists = [
+            KEYS,
+            SPLIT,
+            REJECT,
+            KEY_POINT,
+            camera_rule::CAMERA,
+            life::LIFE,
+            life::LIFE_MATERIAL,
+            life::OPTICS,
+            season::SEASON,
+            time_rule::TIME,
+        ];
+        for key in lists.iter().flat_map(|list| list.iter()) {
+            let forms = [format!("`{key}`"), format!("[{key}]"), format!(".{key}]]")];
+            assert!(forms.iter().any(|form| REFERENCE.contains(form)), "docs/datasets.md is silent on {key}");
+        }
+        assert!(!REFERENCE.contains("`nonsense`"));
+    }
+
+    #[test]
+    fn the_examples_are_valid() {
+        for name in ["cubesat", "station"] {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("models/{name}_dataset.toml"));
+            let spec = Spec::load(&path, &Reach::of(&path)).unwrap();
+            assert_eq!(spec.samples, 1000);
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! When an image is taken: a time along the orbit.
+
+use super::distribution::Drawn;
+use super::random::{Plan, Stream};
+use super::reader::Table;
+use crate::environment::sky::{Boundary, SkyModel};
+use crate::scene::SceneError;
+
+/// Keys of `[time]`.
+pub(crate) const TIME: &[&str] = &["orbits", "after_entry", "after_exit", "light"];
+
+/// What a time is counted from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Origin {
+    /// The start, in orbits.
+    Start,
+    /// The beginning of the penumbra, in s.
+    Entry,
+    /// The end of the penumbra, in s.
+    Exit,
+}
+
+/// Light of the Sun on the craft.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Light {
+    Any,
+    Lit,
+    Penumbra,
+    Shadow,
+}
+
+/// How times are drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TimeRule {
+    origin: Origin,
+    drawn: Drawn,
+    light: Light,
+}
+
+/// Why an orbit has no time for an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoTime {
+    /// It has no eclipse, and times are counted from one.
+    NoEclipse,
+    /// No attempt met the light that is asked for, or a time after the start.
+    NoLight,
+}
+
+impl TimeRule {
+    pub(super) fn read(root: &Table) -> Result<Self, SceneError> {
+        let all = || Drawn::Uniform([0.0, 1.0]);
+        let Some(table) = root.table("time", TIME)? else {
+            return Ok(Self { origin: Origin::Start, drawn: all(), light: Light::Any });
+        };
+        let words =
+            [("any", Light::Any), ("lit", Light::Lit), ("penumbra", Light::Penumbra), ("shadow", Light::Shadow)];
+        let light = table.choice("light", &words)?.unwrap_or(Light::Any);
+        let mut found = None;
+        for (key, origin, range) in [
+            ("orbits", Origin::Start, 0.0..=1e4),
+            ("after_entry", Origin::Entry, -1e6..=1e6),
+            ("after_exit", Origin::Exit, -1e6..=1e6),
+        ] {
+            let unit = if origin == Origin::Start { "orbits" } else { "s" };
+            let Some(drawn) = table.drawn_number(key, range, unit)? else { continue };
+            if found.replace((origin, drawn)).is_some() {
+                return Err(table.error(key, "is one time too many: state one of orbits, after_entry and after_exit"));
+            }
+        }
+        let (origin, drawn) = found.unwrap_or((Origin::Start, all()));
+        Ok(Self { origin, drawn, light })
+    }
+
+    /// Names of the numbers of an image.
+    pub fn names(&self) -> Vec<String> {
+        self.drawn.names("time")
+    }
+
+    /// The time of an image [s], and how many attempts were rejected.
+    ///
+    /// # Errors
+    /// No attempt gives a time.
+    pub fn draw(&self, plan: &Plan, image: u64, sky: &SkyModel, attempts: u32) -> Result<(f64, u32), NoTime> {
+        let period = sky.period();
+        let origin = match self.origin {
+            Origin::Start => 0.0,
+            border => {
+                let events = sky.events(0.0, 2.0 * period);
+                let is_it = |entry: bool| entry == (border == Origin::Entry);
+                let mut met = events.iter().filter(|event| event.boundary == Boundary::Penumbra && is_it(event.entry));
+                met.next().ok_or(NoTime::NoEclipse)?.time
+            }
+        };
+        for attempt in 0..attempts {
+            let drawn = self.drawn.number("time", &plan.source(Stream::Image, image, attempt));
+            let time = if self.origin == Origin::Start { drawn * period } else { origin + drawn };
+            // A time before the start is that of the orbit after it, which is the same on a circular orbit.
+            let time = if time < 0.0 && sky.repeats_after().is_some() { time + period } else { time };
+            let lit = sky.lit_fraction(time);
+            let fits = match self.light {
+                Light::Any => true,
+                Light::Lit => lit >= 1.0,
+                Light::Penumbra => lit > 0.0 && lit < 1.0,
+                Light::Shadow => lit <= 0.0,
+            };
+            if time >= 0.0 && fits {
+                return Ok((time, attempt));
+            }
+        }
+        Err(NoTime::NoLight)
+    }
+}

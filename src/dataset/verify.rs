@@ -1,0 +1,272 @@
+//! Checks a data set: its checksums, whether its labels agree with each other and with its images, and whether some images come out again.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+use serde_json::{Map, Value as Json};
+use sha2::{Digest, Sha256};
+
+use super::error::DatasetError;
+use super::index;
+use super::orbit::OrbitRun;
+use super::orbit_files::{Encoded, ORBIT, encode_image};
+use super::random::{Plan, Sampling, Stream};
+use super::scene_values::SceneText;
+use super::spec::Spec;
+use super::split::split_of;
+use super::store::{CHECKSUMS, REPORT, entries};
+use super::whole::{INDEX, SPEC};
+use crate::labels::places;
+use crate::labels::silhouette::Solids;
+use crate::output::OutputError;
+use crate::output::gray::read_png;
+use crate::simulation::target::Target;
+
+/// Most faults that are kept.
+const MOST_FAULTS: usize = 1000;
+/// Largest distance between a key point and its projection [px], for the rounding of numbers in text.
+const PIXEL_SLACK: f64 = 1e-6;
+
+/// What was found.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Verified {
+    /// Files whose checksum was computed.
+    pub files: usize,
+    /// Images whose labels were checked.
+    pub images: usize,
+    /// Images that were rendered again.
+    pub rendered: usize,
+    /// What is wrong.
+    pub faults: Vec<String>,
+}
+
+impl Verified {
+    fn fault(&mut self, fault: String) {
+        if self.faults.len() < MOST_FAULTS {
+            self.faults.push(fault);
+        }
+    }
+}
+
+/// Computes the checksums of all files again. Returns the paths that the list names.
+///
+/// # Errors
+/// The folder holds no whole data set.
+pub fn checksums(root: &Path, found: &mut Verified) -> Result<BTreeSet<String>, DatasetError> {
+    let path = root.join(CHECKSUMS);
+    let list = fs::read_to_string(&path).map_err(|error| DatasetError::None {
+        folder: root.to_path_buf(),
+        reason: format!("{CHECKSUMS} can not be read ({error}); the process that makes the last orbit writes it"),
+    })?;
+    let lines: Vec<(&str, &str)> = list.lines().filter_map(|line| line.split_once("  ")).collect();
+    let check = |(sum, name): &(&str, &str)| match sum_of_file(&root.join(name)) {
+        Err(error) => Some(format!("{name} can not be read: {error}")),
+        Ok(own) if own != *sum => Some(format!("{name} was changed: its checksum is another")),
+        Ok(_) => None,
+    };
+    let faults: Vec<String> = lines.par_iter().filter_map(check).collect();
+    faults.into_iter().for_each(|fault| found.fault(fault));
+    found.files = lines.len();
+    let known: BTreeSet<String> = lines.iter().map(|(_, name)| (*name).to_owned()).collect();
+    let mut there = Vec::new();
+    walk(root, root, &mut there)?;
+    for name in there {
+        let last = name.rsplit('/').next().unwrap_or_default();
+        if !known.contains(&name) && last != CHECKSUMS && !name.starts_with(REPORT) {
+            found.fault(format!("{name} is in no list of checksums"));
+        }
+    }
+    Ok(known)
+}
+
+fn sum_of_file(path: &Path) -> std::io::Result<String> {
+    let mut hasher = Sha256::new();
+    std::io::copy(&mut fs::File::open(path)?, &mut hasher)?;
+    Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+/// The files below a folder, without isotherm's own records.
+fn walk(root: &Path, folder: &Path, found: &mut Vec<String>) -> Result<(), OutputError> {
+    for path in entries(folder)? {
+        let name = path.strip_prefix(root).unwrap_or(&path).to_string_lossy().into_owned();
+        if path.is_dir() && !name.starts_with('.') {
+            walk(root, &path, found)?;
+        } else if path.is_file() {
+            found.push(name);
+        }
+    }
+    Ok(())
+}
+
+/// Checks that the labels of all images agree with each other and with their maps.
+///
+/// # Errors
+/// A signal, or a file of an orbit that can not be read.
+pub fn labels(root: &Path, spec: &Spec, stop: &AtomicBool, found: &mut Verified) -> Result<(), DatasetError> {
+    let mut rows = 0;
+    for orbit in 0..spec.orbits() {
+        if stop.load(Ordering::Relaxed) {
+            return Err(DatasetError::Stopped(root.to_path_buf()));
+        }
+        let folder = root.join(places::orbit(split_of(spec, orbit), orbit as u32));
+        let own = read_json(&folder.join(ORBIT))?;
+        let [cameras, poses] =
+            [read_json(&folder.join("scene_camera.json"))?, read_json(&folder.join("scene_gt.json"))?];
+        let images: Vec<&Map<String, Json>> = own
+            .get("images")
+            .and_then(Json::as_array)
+            .map(|rows| rows.iter().filter_map(Json::as_object).collect())
+            .unwrap_or_default();
+        rows += images.len();
+        let faults: Vec<String> = images
+            .par_iter()
+            .flat_map_iter(|row| {
+                let name = row.get("number").and_then(Json::as_u64).unwrap_or_default();
+                let faults = image_faults(&folder, row, &cameras, &poses, name);
+                faults.into_iter().map(move |fault| format!("orbit {orbit}, image {name}: {fault}")).collect::<Vec<_>>()
+            })
+            .collect();
+        found.images += images.len();
+        faults.into_iter().for_each(|fault| found.fault(fault));
+    }
+    if rows as u64 != spec.samples {
+        found.fault(format!("the orbits have {rows} images, and the SPEC asks for {}", spec.samples));
+    }
+    let path = root.join(INDEX);
+    let file = fs::File::open(&path).map_err(|error| OutputError::Read(path, error))?;
+    match index::rows_in(file) {
+        Ok(count) if count == rows => {}
+        Ok(count) => found.fault(format!("{INDEX} has {count} rows for {rows} images")),
+        Err(error) => found.fault(format!("{INDEX} is no Parquet file: {error}")),
+    }
+    Ok(())
+}
+
+/// What does not agree in the labels of an image.
+fn image_faults(folder: &Path, row: &Map<String, Json>, cameras: &Json, poses: &Json, number: u64) -> Vec<String> {
+    let mut faults = Vec::new();
+    let key = number.to_string();
+    let label = match read_json(&folder.join(format!("label/{number:06}.json"))) {
+        Ok(label) => label,
+        Err(error) => return vec![error.to_string()],
+    };
+    let numbers = |value: Option<&Json>| -> Vec<f64> {
+        value.and_then(Json::as_array).map(|all| all.iter().filter_map(Json::as_f64).collect()).unwrap_or_default()
+    };
+    let turn = numbers(label.pointer("/camera_from_body/R"));
+    let matrix = numbers(label.pointer("/camera/matrix"));
+    if turn.len() != 9 || matrix.len() != 9 {
+        return vec!["its label has no pose or no camera".to_owned()];
+    }
+    for (a, b) in (0..3).flat_map(|a| (0..=a).map(move |b| (a, b))) {
+        let product: f64 = (0..3).map(|k| turn[3 * a + k] * turn[3 * b + k]).sum();
+        if (product - f64::from(u8::from(a == b))).abs() > 1e-9 {
+            faults.push("its rotation is none".to_owned());
+            break;
+        }
+    }
+    let pinhole = label.pointer("/camera/distortion/model").and_then(Json::as_str) == Some("none");
+    for point in label.get("key_points").and_then(Json::as_array).into_iter().flatten().filter(|_| pinhole) {
+        let (place, pixel) = (numbers(point.get("camera_m")), numbers(point.get("pixel")));
+        if let ([x, y, z], [u, v]) = (&place[..], &pixel[..]) {
+            let across = matrix[0] * x / z + matrix[1] * y / z + matrix[2] - u;
+            let down = matrix[4] * y / z + matrix[5] - v;
+            if across.abs().max(down.abs()) > PIXEL_SLACK {
+                faults.push(format!("a key point is {:.3e} px from its projection", across.abs().max(down.abs())));
+            }
+        }
+    }
+    if numbers(cameras.get(&key).and_then(|camera| camera.get("cam_K"))) != matrix {
+        faults.push("scene_camera.json has another camera matrix".to_owned());
+    }
+    let pose = poses.get(&key).and_then(|poses| poses.get(0));
+    let body = pose.filter(|pose| numbers(pose.get("cam_R_m2c")) == turn);
+    let has_joints = label.get("joints").and_then(Json::as_array).is_some_and(|joints| !joints.is_empty());
+    if pose.is_none() || (body.is_none() && !has_joints) {
+        faults.push("scene_gt.json has another rotation".to_owned());
+    }
+    let read = |what: &str| -> Result<Vec<u16>, String> {
+        let path = folder.join(format!("{what}/{number:06}.png"));
+        let bytes = fs::read(&path).map_err(|error| format!("{} can not be read: {error}", path.display()))?;
+        let (_, values) = read_png(&bytes).map_err(|error| format!("{}: {error}", path.display()))?;
+        Ok(values.as_chunks::<2>().0.iter().map(|pair| u16::from_be_bytes(*pair)).collect())
+    };
+    match (read("part"), read("depth"), read("temperature")) {
+        (Ok(parts), Ok(depths), Ok(temperatures)) => {
+            let seen = parts.iter().filter(|part| **part != 0).count() as u64;
+            if row.get("visible_pixels").and_then(Json::as_u64) != Some(seen) {
+                faults.push(format!("its map of parts shows {seen} pixels, and the index has another number"));
+            }
+            let alike =
+                |map: &[u16]| map.len() == parts.len() && map.iter().zip(&parts).all(|(a, b)| (*a == 0) == (*b == 0));
+            if !alike(&depths) || !alike(&temperatures) {
+                faults.push("its maps of parts, depth and temperature show other pixels".to_owned());
+            }
+        }
+        (parts, depths, temperatures) => {
+            faults.extend([parts.err(), depths.err(), temperatures.err()].into_iter().flatten());
+        }
+    }
+    faults
+}
+
+/// The images to render again: some that the number `draw` picks.
+pub fn picked(spec: &Spec, count: u64, draw: u64) -> BTreeMap<u64, BTreeSet<u64>> {
+    let plan = Plan { seed: draw, sampling: Sampling::Random, counts: [1, 1], names: Default::default() };
+    let mut orbits: BTreeMap<u64, BTreeSet<u64>> = BTreeMap::new();
+    for number in 0..count.min(spec.samples) {
+        let image = plan.place(Stream::Image, "verify", number, spec.samples);
+        orbits.entry(image / spec.poses_per_orbit).or_default().insert(image);
+    }
+    orbits
+}
+
+/// Renders images again and compares all their files.
+///
+/// # Errors
+/// A signal, or a call that fails.
+pub fn again(
+    root: &Path,
+    (spec, scenes, target): (&Spec, &SceneText, &Target),
+    images: &BTreeMap<u64, BTreeSet<u64>>,
+    stop: &AtomicBool,
+    found: &mut Verified,
+) -> Result<(), DatasetError> {
+    for (orbit, wanted) in images {
+        let mut run = OrbitRun::new(spec, scenes, target, *orbit)?;
+        let solids = Solids::new(&run.craft);
+        let mut encoded = Vec::new();
+        let outcome = run.run(&|image| wanted.contains(&image), stop, &mut |craft, simulation, image, labelled| {
+            encoded.push(encode_image(spec, (craft, &solids, simulation), image, labelled)?);
+            Ok(())
+        })?;
+        if outcome.stopped {
+            return Err(DatasetError::Stopped(root.to_path_buf()));
+        }
+        found.rendered += encoded.len();
+        for (path, bytes) in encoded.iter().flat_map(Encoded::files) {
+            if fs::read(root.join(path)).ok().as_deref() != Some(bytes) {
+                found.fault(format!("{path} comes out otherwise when it is rendered again"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The copy of the SPEC in a data set.
+///
+/// # Errors
+/// It can not be read.
+pub fn copy_of_spec(root: &Path) -> Result<Spec, DatasetError> {
+    let path = root.join(SPEC);
+    let text = fs::read_to_string(&path).map_err(|error| OutputError::Read(path.clone(), error))?;
+    Ok(Spec::parse(&text, &path)?)
+}
+
+fn read_json(path: &Path) -> Result<Json, DatasetError> {
+    let text = fs::read_to_string(path).map_err(|error| OutputError::Read(path.to_path_buf(), error))?;
+    Ok(serde_json::from_str(&text).map_err(|error| OutputError::Read(path.to_path_buf(), error.into()))?)
+}

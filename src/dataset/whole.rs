@@ -1,0 +1,132 @@
+//! The files of the whole set, made by whichever process finds that all orbits are there.
+//!
+//! They follow from the orbits' files, the SPEC and the scene alone, so it does not matter who makes them.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use serde_json::{Map, Value as Json, json};
+
+use super::error::DatasetError;
+use super::index;
+use super::orbit_files::ORBIT;
+use super::spec::Spec;
+use super::split::split_of;
+use super::store::{CHECKSUMS, Store, sum_of};
+use crate::labels::craft::Craft;
+use crate::labels::image::Split;
+use crate::labels::{bop, coco, places, speed};
+use crate::output::OutputError;
+
+/// The copy of the SPEC.
+pub const SPEC: &str = "spec.toml";
+/// The copy of the scene file.
+pub const SCENE: &str = "scene.toml";
+/// The index.
+pub const INDEX: &str = "index.parquet";
+/// Counts of images and rejections.
+pub const SUMMARY: &str = "dataset.json";
+
+/// Whether all orbits are there.
+pub fn is_complete(spec: &Spec, store: &Store) -> bool {
+    (0..spec.orbits()).all(|orbit| store.has(split_of(spec, orbit), orbit as u32))
+}
+
+/// Writes the files of the whole set, the list of checksums last.
+///
+/// # Errors
+/// An orbit's file that can not be read, or a full disk.
+pub fn finish(spec: &Spec, store: &Store, craft: &Craft, files: &[(String, Vec<u8>)]) -> Result<(), DatasetError> {
+    store.alone(|| {
+        if store.root().join(CHECKSUMS).is_file() {
+            return Ok(());
+        }
+        let mut sums = BTreeMap::new();
+        let mut put = |name: &str, bytes: &[u8]| {
+            sums.insert(name.to_owned(), sum_of(bytes));
+            store.write(name, bytes)
+        };
+        let (mut rows, mut rejected, mut counts) = (Vec::new(), BTreeMap::new(), BTreeMap::new());
+        for orbit in 0..spec.orbits() {
+            let split = split_of(spec, orbit);
+            let Json::Object(mut read) = orbit_file(store.root(), split, orbit as u32)? else { continue };
+            if let Some(Json::Object(all)) = read.get("rejected") {
+                for (reason, count) in all {
+                    *rejected.entry(reason.clone()).or_insert(0) += count.as_u64().unwrap_or_default();
+                }
+            }
+            if let Some(Json::Array(images)) = read.remove("images") {
+                *counts.entry(split.name()).or_insert(0) += images.len();
+                rows.extend(
+                    images.into_iter().filter_map(|row| if let Json::Object(row) = row { Some(row) } else { None }),
+                );
+            }
+        }
+        put(INDEX, &index::encode(&rows)?)?;
+        let summary = json!({
+            "samples": spec.samples, "orbits": spec.orbits(), "poses_per_orbit": spec.poses_per_orbit,
+            "images": counts, "rejected": rejected,
+        });
+        put(SUMMARY, format!("{summary:#}\n").as_bytes())?;
+        put(SPEC, spec.text.as_bytes())?;
+        for (name, bytes) in files {
+            put(name, bytes)?;
+        }
+        for split in Split::ALL {
+            let lines = |key: &'static str| lines_of(spec, store.root(), split, key);
+            let list: String = speed::file(lines("speed")).collect();
+            put(&places::speed(split), list.as_bytes())?;
+            let list: String = coco::file(craft, split, lines("coco_image"), lines("coco_annotations")).collect();
+            put(&places::coco(split), list.as_bytes())?;
+            if split == Split::Test {
+                put(places::BOP_TARGETS, bop::targets(lines("bop_targets")).as_bytes())?;
+            }
+        }
+        let mut list = String::new();
+        for orbit in 0..spec.orbits() {
+            let path = store.root().join(places::orbit(split_of(spec, orbit), orbit as u32)).join(CHECKSUMS);
+            list += &fs::read_to_string(&path).map_err(|error| OutputError::Read(path, error))?;
+        }
+        list.extend(sums.iter().map(|(name, sum)| format!("{sum}  {name}\n")));
+        let mut lines: Vec<&str> = list.lines().collect();
+        lines.sort_unstable_by_key(|line| line.split_once("  ").map(|(_, path)| path));
+        store.write(CHECKSUMS, format!("{}\n", lines.join("\n")).as_bytes())
+    })
+}
+
+/// The file of an orbit from which the files of the whole set are made.
+///
+/// # Errors
+/// It can not be read.
+pub fn orbit_file(root: &Path, split: Split, orbit: u32) -> Result<Json, DatasetError> {
+    let path = root.join(places::orbit(split, orbit)).join(ORBIT);
+    let text = fs::read_to_string(&path).map_err(|error| OutputError::Read(path.clone(), error))?;
+    let damaged = |error: serde_json::Error| OutputError::Read(path.clone(), error.into());
+    Ok(serde_json::from_str(&text).map_err(damaged)?)
+}
+
+/// The lines of a list of a split, one orbit after the other.
+fn lines_of<'a>(spec: &'a Spec, root: &'a Path, split: Split, key: &'static str) -> impl Iterator<Item = String> + 'a {
+    let orbits = (0..spec.orbits()).filter(move |orbit| split_of(spec, *orbit) == split);
+    orbits.flat_map(move |orbit| {
+        // Each of these files was read before.
+        let read = orbit_file(root, split, orbit as u32).unwrap_or_default();
+        let images = read.get("lines").and_then(Json::as_array).cloned().unwrap_or_default();
+        let each = images.into_iter().flat_map(move |image| match image.get(key) {
+            Some(Json::String(line)) => vec![line.clone()],
+            Some(Json::Array(lines)) => lines.iter().filter_map(|line| line.as_str().map(str::to_owned)).collect(),
+            _ => Vec::new(),
+        });
+        each.collect::<Vec<_>>()
+    })
+}
+
+/// The rows of an orbit.
+pub fn rows_of(orbit: &Json) -> Vec<&Map<String, Json>> {
+    orbit
+        .get("images")
+        .and_then(Json::as_array)
+        .map(|rows| rows.iter().filter_map(Json::as_object).collect())
+        .unwrap_or_default()
+}

@@ -1,0 +1,35 @@
+//! The text that says how the labels of a data set are to be read.
+
+use std::fmt::Write;
+
+use super::craft::Craft;
+use super::silhouette::Solids;
+
+const HEAD: &str = include_str!("conventions.txt");
+
+/// `README.txt` of a data set: the conventions, and the numbers of objects, parts and key points.
+pub fn text(craft: &Craft, solids: &Solids) -> String {
+    let mut text = HEAD.to_owned();
+    // A text takes everything that is written to it.
+    let _ = writeln!(text, "\nOBJECTS OF BOP\nobj_id  link\n");
+    for object in solids.objects() {
+        let _ = writeln!(text, "{:6}  {}", object.id, object.name);
+    }
+    let _ = writeln!(text, "\nPARTS\npixel  COCO category  link  part\n");
+    for (number, part) in craft.parts.iter().enumerate() {
+        let link = &craft.links[craft.link_of_part[number] as usize];
+        let _ = writeln!(text, "{:5}  {:13}  {link}  {part}", number + 1, number + 2);
+    }
+    let _ = writeln!(text, "\nMATERIALS\npixel  material\n");
+    for (number, material) in craft.materials.iter().enumerate() {
+        let _ = writeln!(text, "{:5}  {material}", number + 1);
+    }
+    let _ =
+        writeln!(text, "\nKEY POINTS [m], body axes, joints as they are in the model's file\nname  link  x  y  z\n");
+    for point in &craft.key_points {
+        let link = &craft.links[point.link as usize];
+        let [x, y, z] = point.position.to_array();
+        let _ = writeln!(text, "{}  {link}  {x}  {y}  {z}", point.name);
+    }
+    text
+}

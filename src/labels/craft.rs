@@ -1,0 +1,81 @@
+//! The craft of a data set as a mesh of named parts, some of which hang on joints.
+
+use glam::{DVec3, Vec3};
+
+/// The craft, with all joints as they are in the model's file. Positions are in the body frame [m].
+///
+/// A link is what moves as one: link 0 is the body, and link i is what hangs on joint i alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Craft {
+    /// Name of the scene.
+    pub name: String,
+    /// Names of the parts, each once. A pixel of the first has the value 1.
+    pub parts: Vec<String>,
+    /// Names of the materials. A pixel of the first has the value 1.
+    pub materials: Vec<String>,
+    /// Names of the links: `body`, then those of the joints.
+    pub links: Vec<String>,
+    /// Link of each part.
+    pub link_of_part: Vec<u32>,
+    /// Vertex positions [m].
+    pub positions: Vec<DVec3>,
+    /// Unit outward normals of the vertices.
+    pub normals: Vec<Vec3>,
+    /// Part of each vertex. A triangle has the part of its first vertex.
+    pub vertex_part: Vec<u32>,
+    /// Vertex indices, counter-clockwise seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+    /// The key points.
+    pub key_points: Vec<KeyPoint>,
+}
+
+/// A named point of the craft.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KeyPoint {
+    /// Its name.
+    pub name: String,
+    /// The link that carries it: 0 is the body, `i + 1` is joint `i`.
+    pub link: u32,
+    /// Its place in the body frame with all joints as they are in the model's file [m].
+    pub position: DVec3,
+}
+
+/// A rigid object of BOP: one link of the craft.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Object {
+    /// Number from 1.
+    pub id: u32,
+    /// The link.
+    pub link: u32,
+    /// Its name.
+    pub name: String,
+}
+
+impl Craft {
+    /// Link of a vertex.
+    pub fn link_of_vertex(&self, vertex: u32) -> u32 {
+        self.link_of_part[self.vertex_part[vertex as usize] as usize]
+    }
+
+    /// The rigid objects: the body, and then each joint on which something hangs directly. Without joints, the craft is the only object.
+    pub fn objects(&self) -> Vec<Object> {
+        let mut has = vec![false; self.links.len()];
+        for triangle in &self.triangles {
+            has[self.link_of_vertex(triangle[0]) as usize] = true;
+        }
+        let with = (0..self.links.len()).filter(|link| has[*link]);
+        let whole = self.links.len() == 1;
+        with.enumerate()
+            .map(|(number, link)| Object {
+                id: number as u32 + 1,
+                link: link as u32,
+                name: if whole { self.name.clone() } else { self.links[link].clone() },
+            })
+            .collect()
+    }
+
+    /// The triangles of a link.
+    pub fn triangles_of(&self, link: u32) -> Vec<[u32; 3]> {
+        self.triangles.iter().copied().filter(|triangle| self.link_of_vertex(triangle[0]) == link).collect()
+    }
+}

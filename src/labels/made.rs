@@ -1,0 +1,133 @@
+//! All labels of one image at once, and the files of a whole data set.
+
+use serde::{Deserialize, Serialize};
+
+use super::craft::Craft;
+use super::describe::{Steps, label};
+use super::image::{LabelledImage, Split};
+use super::key_points::seen;
+use super::silhouette::Solids;
+use super::{bop, coco, maps, places, ply, speed, webdataset};
+use crate::output::OutputError;
+
+/// Bytes of a label.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Label {
+    /// Its file in the folder of the data set. `None` where it only stands in the tar.
+    pub path: Option<String>,
+    /// Its ending in the tar. `None` where it only stands in the folder.
+    pub ending: Option<&'static str>,
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+}
+
+/// The lines of an image in the lists of its orbit and of the data set. They are text, so whoever makes an orbit can keep them in a file.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Lines {
+    /// Number of the image in its orbit.
+    pub number: u32,
+    /// Its entry in `scene_camera.json`.
+    pub camera: String,
+    /// Its entry in `scene_gt.json`.
+    pub poses: String,
+    /// Its entry in `scene_gt_info.json`.
+    pub info: String,
+    /// Its lines in `test_targets_bop19.json`, if it is for tests.
+    pub targets: Vec<String>,
+    /// Its entry in the list of SPEED+.
+    pub speed: String,
+    /// Its entries in the list of COCO.
+    pub coco: coco::Entry,
+}
+
+/// The labels of an image.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Made {
+    /// Files of its own.
+    pub labels: Vec<Label>,
+    /// Lines in the lists.
+    pub lines: Lines,
+}
+
+/// Makes the labels of an image. Its digital numbers are among them, its EXR is not: that lies at `places::of_image(image, "radiance", "exr")`, with the
+/// ending `radiance.exr` in the tar.
+///
+/// # Errors
+/// A value that a format can not hold.
+pub fn made(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Result<Made, OutputError> {
+    let seen = seen(&craft.key_points, image);
+    let silhouettes = solids.silhouettes(image);
+    let (depth, temperature) = (maps::depth(image)?, maps::temperature(image)?);
+    let lines = Lines {
+        number: image.number,
+        camera: bop::camera_of(image, depth.step),
+        poses: bop::poses_of(image, solids),
+        info: bop::info_of(image, &silhouettes),
+        targets: match image.split {
+            Split::Test => bop::targets_of(image, solids, &silhouettes),
+            _ => Vec::new(),
+        },
+        speed: speed::entry(image),
+        coco: coco::entry(craft, image, &seen),
+    };
+    let text = label(craft, image, &seen, Steps { depth: depth.step, temperature: temperature.step });
+    let both = |what: &str, ending: &'static str, bytes: Vec<u8>| {
+        let last = ending.rsplit_once('.').map_or(ending, |(_, last)| last);
+        Label { path: Some(places::of_image(image, what, last)), ending: Some(ending), bytes }
+    };
+    let in_tar =
+        |ending: &'static str, text: String| Label { path: None, ending: Some(ending), bytes: text.into_bytes() };
+    let mut labels = vec![
+        both("depth", "depth.png", depth.png),
+        both("temperature", "temperature.png", temperature.png),
+        both("part", "part.png", maps::part(image)?),
+        both("label", "json", text.into_bytes()),
+        in_tar("camera.json", lines.camera.clone()),
+        in_tar("gt.json", lines.poses.clone()),
+        in_tar("gt_info.json", lines.info.clone()),
+        in_tar("mask.json", webdataset::full_masks(image, &silhouettes)),
+        in_tar("mask_visib.json", webdataset::visible_masks(image, &silhouettes)),
+    ];
+    labels.extend(maps::digital_numbers(image)?.map(|png| both("gray", "gray.png", png)));
+    for (place, silhouette) in silhouettes.iter().enumerate() {
+        for (what, mask) in [("mask", &silhouette.full), ("mask_visib", &silhouette.visible)] {
+            let path = Some(places::of_mask(image, what, place));
+            labels.push(Label { path, ending: None, bytes: maps::mask(image, mask)? });
+        }
+    }
+    Ok(Made { labels, lines })
+}
+
+/// The three lists of an orbit for BOP, from the lines of all its images in order: paths and bytes.
+pub fn orbit(split: Split, number: u32, lines: &[Lines]) -> Vec<(String, Vec<u8>)> {
+    let folder = places::orbit(split, number);
+    let file = |name: &str, entry: fn(&Lines) -> &String| {
+        let entries = lines.iter().map(|lines| (lines.number, entry(lines).clone()));
+        (format!("{folder}/{name}"), bop::scene(entries).into_bytes())
+    };
+    vec![
+        file("scene_camera.json", |lines| &lines.camera),
+        file("scene_gt.json", |lines| &lines.poses),
+        file("scene_gt_info.json", |lines| &lines.info),
+    ]
+}
+
+/// The files of a data set that depend on the craft and its camera alone: paths and bytes. `image` is any image.
+pub fn fixed(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Vec<(String, Vec<u8>)> {
+    let object = |solid: &super::craft::Object| {
+        (places::model(solid.id), ply::ply(craft, &craft.triangles_of(solid.link)).into_bytes())
+    };
+    let mut files: Vec<(String, Vec<u8>)> = solids.objects().iter().map(object).collect();
+    if solids.objects().len() > 1 {
+        files.push((places::CRAFT_MODEL.to_owned(), ply::ply(craft, &craft.triangles).into_bytes()));
+    }
+    let texts = [
+        (places::MODELS_INFO, ply::models_info(craft, solids)),
+        (places::BOP_CAMERA, bop::camera(image)),
+        (places::SPEED_CAMERA, speed::camera(image)),
+        (places::SPEED_KEY_POINTS, speed::key_points(craft)),
+        (places::CONVENTIONS, super::conventions::text(craft, solids)),
+    ];
+    files.extend(texts.map(|(path, text)| (path.to_owned(), text.into_bytes())));
+    files
+}
