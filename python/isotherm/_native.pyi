@@ -25,6 +25,16 @@ __version__: str
 
 def devices() -> list[str]: ...
 def validation_messages() -> list[str]: ...
+def dataset_orbits(spec: PathLike, *, allow_outside: bool = False) -> int: ...
+def make_dataset(
+    spec: PathLike,
+    output: PathLike,
+    *,
+    shard: int = 0,
+    shards: int = 1,
+    device: str | None = None,
+    allow_outside: bool = False,
+) -> dict[str, int | float | bool]: ...
 
 @final
 class Camera:

@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 
 mod camera;
+mod dataset;
 mod device;
 mod error;
 mod frame;
@@ -18,6 +19,8 @@ mod _native {
 
     #[pymodule_export]
     use super::camera::Camera;
+    #[pymodule_export]
+    use super::dataset::{dataset_orbits, make_dataset};
     #[pymodule_export]
     use super::device::{devices, validation_messages};
     #[pymodule_export]

@@ -1,0 +1,94 @@
+//! Data sets: a shard of one, made in this process.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use isotherm::Target;
+use isotherm::dataset::error::DatasetError;
+use isotherm::dataset::make::{Made, Order, Shard, make};
+use isotherm::dataset::scene_values::SceneText;
+use isotherm::dataset::spec::Spec;
+use isotherm::dataset::store::Begin;
+use isotherm::files::Reach;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::device::open;
+use crate::error::{raised, refused};
+
+/// Time between two looks at signals.
+const LOOK_EVERY: Duration = Duration::from_millis(100);
+
+fn reach(path: &Path, allow_outside: bool) -> Reach {
+    if allow_outside { Reach::Anywhere } else { Reach::of(path) }
+}
+
+/// Number of the orbits of a SPEC file.
+#[pyfunction]
+#[pyo3(signature = (spec, *, allow_outside=false))]
+pub fn dataset_orbits(py: Python<'_>, spec: PathBuf, allow_outside: bool) -> PyResult<u64> {
+    let spec = Spec::load(&spec, &reach(&spec, allow_outside)).map_err(|error| dataset_error(py, &error.into()))?;
+    Ok(spec.orbits())
+}
+
+/// Makes the orbits j of a SPEC file with j mod ``shards`` = ``shard``, as ``isotherm dataset --resume`` does. What is there already is kept. Returns what was
+/// done: ``images``, ``orbits``, ``kept`` (orbits), ``bytes``, ``seconds`` and ``complete``, whether all orbits of the data set are there.
+#[pyfunction]
+#[pyo3(signature = (spec, output, *, shard=0, shards=1, device=None, allow_outside=false))]
+pub fn make_dataset<'py>(
+    py: Python<'py>,
+    spec: PathBuf,
+    output: PathBuf,
+    shard: u64,
+    shards: u64,
+    device: Option<&str>,
+    allow_outside: bool,
+) -> PyResult<Bound<'py, PyDict>> {
+    if shard >= shards {
+        return Err(refused(py, format!("shard {shard} of {shards}: shards count from 0")));
+    }
+    let mut signal: Option<PyErr> = None;
+    let work = || -> Result<Made, DatasetError> {
+        let loaded = Spec::load(&spec, &reach(&spec, allow_outside))?;
+        let scenes = SceneText::load(&loaded.scene, reach(&loaded.scene, allow_outside))?;
+        let target: Target = open(device)?;
+        let order = Order {
+            spec: &loaded,
+            scenes: &scenes,
+            target: &target,
+            root: &output,
+            shard: Shard { index: shard, of: shards },
+            begin: Begin::Resume,
+            allows_outside: allow_outside,
+        };
+        let (stop, mut looked) = (AtomicBool::new(false), Instant::now());
+        make(&order, &stop, &mut |_| {
+            if looked.elapsed() >= LOOK_EVERY && signal.is_none() {
+                looked = Instant::now();
+                signal = Python::attach(|py| py.check_signals().err());
+                stop.store(signal.is_some(), Ordering::Relaxed);
+            }
+        })
+    };
+    let made = py.detach(work);
+    if let Some(signal) = signal {
+        return Err(signal);
+    }
+    let made = made.map_err(|error| dataset_error(py, &error))?;
+    let told = PyDict::new(py);
+    told.set_item("images", made.images)?;
+    told.set_item("orbits", made.orbits)?;
+    told.set_item("kept", made.kept)?;
+    told.set_item("bytes", made.bytes)?;
+    told.set_item("seconds", made.seconds)?;
+    told.set_item("complete", made.complete)?;
+    Ok(told)
+}
+
+fn dataset_error(py: Python<'_>, error: &DatasetError) -> PyErr {
+    match error {
+        DatasetError::Simulation(error) => raised(py, error),
+        other => refused(py, other.to_string()),
+    }
+}
