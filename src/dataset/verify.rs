@@ -19,6 +19,7 @@ use super::spec::Spec;
 use super::split::split_of;
 use super::store::{CHECKSUMS, REPORT, entries};
 use super::whole::{INDEX, SPEC};
+use crate::labels::image::OPENCV_PIXEL;
 use crate::labels::places;
 use crate::labels::silhouette::Solids;
 use crate::output::OutputError;
@@ -179,7 +180,11 @@ fn image_faults(folder: &Path, row: &Map<String, Json>, cameras: &Json, poses: &
             }
         }
     }
-    if numbers(cameras.get(&key).and_then(|camera| camera.get("cam_K"))) != matrix {
+    // The pixels of BOP have their centres at +0.5.
+    let centred = [0.0, 0.0, OPENCV_PIXEL, 0.0, 0.0, OPENCV_PIXEL, 0.0, 0.0, 0.0];
+    let bop = numbers(cameras.get(&key).and_then(|camera| camera.get("cam_K")));
+    let slips = bop.iter().zip(&matrix).zip(centred).map(|((bop, own), less)| (bop + less - own).abs());
+    if bop.len() != centred.len() || slips.fold(0.0, f64::max) > PIXEL_SLACK {
         faults.push("scene_camera.json has another camera matrix".to_owned());
     }
     let pose = poses.get(&key).and_then(|poses| poses.get(0));

@@ -241,7 +241,9 @@ impl std::fmt::Display for Frame {
     }
 }
 
-/// Read of the temperatures of nodes by an image: by a draw, and by the rays of reflections.
+/// Read of the temperatures of nodes by a draw.
+const VERTEX_READ: Scope = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
+/// The same where rays of reflections read them too.
 const NODE_READ: Scope =
     scope(S::from_raw(S::VERTEX_SHADER.as_raw() | S::COMPUTE_SHADER.as_raw()), A::SHADER_STORAGE_READ);
 /// Write of a colour attachment.
@@ -257,7 +259,7 @@ fn image(wanted: &Wanted, shown: Resource) -> Vec<Entry> {
     let shutter = sampled.and_then(|sampled| sampled.shutter);
     let mean = sampled.and_then(|sampled| sampled.mean);
     let mut before = vec![
-        barrier(shown, COMPUTE_WRITE, NODE_READ),
+        barrier(shown, COMPUTE_WRITE, if shows.traced { NODE_READ } else { VERTEX_READ }),
         transition(Resource::RadianceImage, COPIED, COLOUR, undefined, attachment),
         transition(Resource::IdentityImage, COPIED, COLOUR, undefined, attachment),
         transition(Resource::DepthImage, DEPTH_WRITE, DEPTH, undefined, attachment),

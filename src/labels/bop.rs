@@ -1,4 +1,5 @@
-//! Labels in the format of BOP (docs/bop_datasets_format.md of thodan/bop_toolkit): lengths in millimetres, OpenCV's axes and pixels.
+//! Labels in the format of BOP (docs/bop_datasets_format.md of thodan/bop_toolkit): lengths in millimetres, OpenCV's axes. The
+//! centres of pixels are at +0.5, as the renderers of bop_toolkit have them.
 //!
 //! An object of BOP is rigid. So a craft with joints is several objects: its body, and what hangs on each joint. Without joints it is one.
 
@@ -8,6 +9,7 @@ use serde_json::{Value, json};
 use super::image::LabelledImage;
 use super::silhouette::{Silhouette, Solids};
 use super::text::{line, list, object};
+use crate::lens::Lens;
 
 /// Share of an object that must be visible for it to be a target of a test, as in BOP.
 const TARGET: f64 = 0.1;
@@ -17,9 +19,15 @@ pub(super) fn rows(pose: &DAffine3) -> [f64; 9] {
     pose.matrix3.transpose().to_cols_array()
 }
 
+/// The camera matrix of BOP, row by row. The centre of the upper left pixel is (0.5, 0.5), as for the renderers of bop_toolkit and for pyrender.
+fn cam_k(image: &LabelledImage) -> [f64; 9] {
+    let Lens { focal: [fx, fy], centre: [cx, cy], skew, .. } = image.lens;
+    [fx, skew, cx, 0.0, fy, cy, 0.0, 0.0, 1.0]
+}
+
 /// The entry of an image in `scene_camera.json`. `depth_scale` is the step of its map of depths [mm].
 pub fn camera_of(image: &LabelledImage, depth_scale: f64) -> String {
-    let mut entry = json!({ "cam_K": image.camera_matrix(), "depth_scale": depth_scale });
+    let mut entry = json!({ "cam_K": cam_k(image), "depth_scale": depth_scale });
     let (model, numbers) = image.distortion();
     if !numbers.is_empty() {
         // K alone does not take points into this image. bop_toolkit knows no distortion and leaves out the key.
@@ -85,7 +93,7 @@ pub fn targets(lines: impl IntoIterator<Item = String>) -> String {
 
 /// `camera.json`: the camera of all images. Depths have their scale in `scene_camera.json`.
 pub fn camera(image: &LabelledImage) -> String {
-    let [fx, _, cx, _, fy, cy, ..] = image.camera_matrix();
+    let [fx, _, cx, _, fy, cy, ..] = cam_k(image);
     let camera = json!({ "fx": fx, "fy": fy, "cx": cx, "cy": cy, "width": image.width, "height": image.height });
     line(camera) + "\n"
 }
@@ -100,7 +108,7 @@ mod tests {
         let (craft, mut image) = (small_craft(), small());
         image.camera_from_body.matrix3 = glam::DMat3::from_cols(glam::DVec3::Y, glam::DVec3::NEG_X, glam::DVec3::Z);
         let solids = Solids::new(&craft);
-        assert_eq!(camera_of(&image, 0.1), r#"{"cam_K":[10.0,0.0,1.5,0.0,20.0,1.0,0.0,0.0,1.0],"depth_scale":0.1}"#);
+        assert_eq!(camera_of(&image, 0.1), r#"{"cam_K":[10.0,0.0,2.0,0.0,20.0,1.5,0.0,0.0,1.0],"depth_scale":0.1}"#);
         let turn = r#""cam_R_m2c":[0.0,-1.0,0.0,1.0,0.0,0.0,0.0,0.0,1.0]"#;
         assert_eq!(
             poses_of(&image, &solids),
@@ -144,7 +152,7 @@ mod tests {
             camera_of(&image, 1.0)
                 .contains(r#""cam_distortion":{"model":"opencv_fisheye","numbers":[0.1,0.0,0.0,0.0]}"#)
         );
-        assert_eq!(camera(&image), "{\"cx\":1.5,\"cy\":1.0,\"fx\":10.0,\"fy\":20.0,\"height\":3,\"width\":4}\n");
+        assert_eq!(camera(&image), "{\"cx\":2.0,\"cy\":1.5,\"fx\":10.0,\"fy\":20.0,\"height\":3,\"width\":4}\n");
         assert_eq!(scene([(0, "{}".to_owned()), (12, "[]".to_owned())]), "{\n\"0\": {},\n\"12\": []\n}\n");
     }
 }

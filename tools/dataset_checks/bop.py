@@ -37,7 +37,8 @@ class Renderer:
 
     def render_object(self, number: int, turn, place, fx, fy, cx, cy) -> dict:
         points, faces = self.models[number]
-        camera = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
+        # The centres of pixels are at +0.5 here, and at integers in raster.
+        camera = np.array([[fx, 0, cx - 0.5], [0, fy, cy - 0.5], [0, 0, 1]])
         return {"depth": raster.depth(points @ turn.T + place.reshape(3), faces, camera, self.size)}
 
 
@@ -136,7 +137,7 @@ def compare(images: list[Image], folder: Path) -> dict[str, list[float]]:
 
 
 def check_opengl(images: list[Image], objects: list[int], size: tuple[int, int]) -> None:
-    """Masks by the toolkit's own renderer with OpenGL, with our principal point and with half a pixel more."""
+    """Masks by the toolkit's own renderer with OpenGL, with half a pixel less than our principal point and with ours."""
     os.environ.setdefault("EGL_PLATFORM", "surfaceless")
     from bop_toolkit_lib.rendering import renderer
 
@@ -148,7 +149,7 @@ def check_opengl(images: list[Image], objects: list[int], size: tuple[int, int])
         return
     for number in objects:
         drawn.add_object(number, str(images[0].root / f"models/obj_{number:06}.ply"))
-    for more in (0.0, 0.5):
+    for more in (-0.5, 0.0):
         found = []
         for image in images:
             scene = image.root / image.split / f"{image.orbit:06}"
