@@ -77,7 +77,10 @@ mod tests {
     use super::super::image::tests::small;
     use super::*;
 
-    fn tar_of(samples: &[(&str, &[(&str, &[u8])])]) -> Vec<u8> {
+    /// A sample: its key, and endings with contents.
+    type Sample<'a> = (&'a str, &'a [(&'a str, &'a [u8])]);
+
+    fn tar_of(samples: &[Sample<'_>]) -> Vec<u8> {
         let mut tar = Tar::new(Vec::new());
         for (key, files) in samples {
             tar.add(key, files.iter().copied()).expect("it takes them");
