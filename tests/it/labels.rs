@@ -266,7 +266,7 @@ fn an_orbit_has_its_lists_and_a_data_set_its_models() {
     assert_eq!(names, ["test/000001/scene_camera.json", "test/000001/scene_gt.json", "test/000001/scene_gt_info.json"]);
     for (path, bytes) in &files {
         let list = json(std::str::from_utf8(bytes).expect("text"));
-        assert_eq!(list.as_object().map(|list| list.len()), Some(6), "{path}");
+        assert_eq!(list.as_object().map(serde_json::Map::len), Some(6), "{path}");
     }
     // What an image has in the lists is what it has in the tar, and lines survive a file.
     assert_eq!(json(text(&labels[2], "gt.json")), json(std::str::from_utf8(&files[1].1).expect("text"))["2"]);
