@@ -86,15 +86,22 @@ void main() {
     float temperature = temperature_depth.x;
 #ifdef MULTIPLE
     // lavapipe takes the perspective at the centre of the texel. That error is a factor of all values, 2e-3 on a plate of
-    // 0.1 m in a pixel at 11 m.
-    temperature /= unity;
+    // 0.1 m in a pixel at 11 m. On a triangle seen edge-on that centre may lie where its plane meets that of the camera, so that no value is a number.
+    bool known = unity > 1e-6 && unity < 1e6;
+    temperature = known ? temperature / unity : corner_temperature;
 #endif
     if (abs(temperature - corner_temperature) <= INTERPOLATION_ERROR * corner_temperature) {
         temperature = corner_temperature;
     }
 #ifdef FINISHED
-    vec3 to_camera = -normalize(vec3(temperature_depth.zw, temperature_depth.y));
-    vec3 outward = normal / max(length(normal), 1e-20);
+    vec3 sight = vec3(temperature_depth.zw, temperature_depth.y);
+    vec3 across = normal;
+#ifdef MULTIPLE
+    sight = known ? sight : vec3(0.0, 0.0, 1.0);
+    across = known ? across : vec3(0.0, 0.0, -1.0);
+#endif
+    vec3 to_camera = -normalize(sight);
+    vec3 outward = across / max(length(across), 1e-20);
     vec3 facing = gl_FrontFacing ? outward : -outward;
 #endif
 #ifdef TABLES
