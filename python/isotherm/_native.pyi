@@ -17,7 +17,9 @@ __all__ = [
     "Simulation",
     "Sky",
     "__version__",
+    "dataset_orbits",
     "devices",
+    "make_dataset",
     "validation_messages",
 ]
 
@@ -25,10 +27,10 @@ __version__: str
 
 def devices() -> list[str]: ...
 def validation_messages() -> list[str]: ...
-def dataset_orbits(spec: PathLike, *, allow_outside: bool = False) -> int: ...
+def dataset_orbits(spec: str | os.PathLike[str], *, allow_outside: bool = False) -> int: ...
 def make_dataset(
-    spec: PathLike,
-    output: PathLike,
+    spec: str | os.PathLike[str],
+    output: str | os.PathLike[str],
     *,
     shard: int = 0,
     shards: int = 1,

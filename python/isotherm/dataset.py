@@ -13,6 +13,7 @@ import json
 import sys
 import tempfile
 import time
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -29,9 +30,7 @@ class _Store:
     """A folder of an object store."""
 
     def __init__(self, uri: str) -> None:
-        import fsspec
-
-        self._files, root = fsspec.core.url_to_fs(uri)
+        self._files, root = import_module("fsspec").core.url_to_fs(uri)
         self._root = root.rstrip("/")
 
     def orbits(self) -> list[str]:
@@ -68,7 +67,7 @@ def _folder(uri: str) -> Path | None:
 
 def make_orbit(spec: str, uri: str, orbit: int, orbits: int, device: str | None, outside: bool) -> dict[str, Any]:
     """Makes one orbit, on the worker where it is called."""
-    options = {"shard": orbit, "shards": orbits, "device": device, "allow_outside": outside}
+    options: dict[str, Any] = {"shard": orbit, "shards": orbits, "device": device, "allow_outside": outside}
     folder = _folder(uri)
     if folder is not None:
         made = _native.make_dataset(spec, folder, **options)
@@ -85,7 +84,7 @@ def finish(spec: str, uri: str, orbits: int, device: str | None, outside: bool) 
 
     def make(folder: Path) -> bool:
         # A shard without orbits.
-        options = {"shard": orbits, "shards": orbits + 1, "device": device, "allow_outside": outside}
+        options: dict[str, Any] = {"shard": orbits, "shards": orbits + 1, "device": device, "allow_outside": outside}
         complete = _native.make_dataset(spec, folder, **options)["complete"]
         (folder / f"report-{orbits}-of-{orbits + 1}.json").unlink(missing_ok=True)
         return bool(complete)
@@ -119,8 +118,7 @@ def run(
     allow_outside: bool = False,
 ) -> dict[str, Any]:
     """Makes a data set on the Ray cluster at ``address``; ``"local"`` starts one on this machine. Returns what was done."""
-    import ray
-
+    ray = import_module("ray")
     orbits = _native.dataset_orbits(spec, allow_outside=allow_outside)
     folder = _folder(uri)
     if folder is None:
@@ -130,7 +128,7 @@ def run(
     if not ray.is_initialized():
         ray.init(address=None if address == "local" else address, logging_level="warning", log_to_driver=False)
     began = time.monotonic()
-    settings = {"max_retries": retries, "retry_exceptions": [OSError], "num_gpus": gpus}
+    settings: dict[str, Any] = {"max_retries": retries, "retry_exceptions": [OSError], "num_gpus": gpus}
     task = ray.remote(**settings)(make_orbit)
     pending = [
         task.options(name=f"isotherm dataset, orbit {orbit} of {orbits}").remote(
@@ -139,7 +137,7 @@ def run(
         for orbit in range(orbits)
         if orbit not in there
     ]
-    told = {"orbits": 0, "orbits_kept": orbits - len(pending), "images": 0, "bytes": 0}
+    told: dict[str, Any] = {"orbits": 0, "orbits_kept": orbits - len(pending), "images": 0, "bytes": 0}
     while pending:
         done, pending = ray.wait(pending, num_returns=1)
         for made in ray.get(done):
@@ -169,18 +167,25 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("-o", "--output", metavar="URI", required=True, help="shared folder or object store (fsspec)")
     parser.add_argument("--ray", metavar="ADDRESS", required=True, help="cluster, such as auto; local starts one here")
     parser.add_argument("--device", metavar="NAME", help="as for isotherm dataset")
-    parser.add_argument("--gpus", metavar="NUMBER", type=float, default=0.0, help="GPUs of a task (default: %(default)s)")
+    parser.add_argument(
+        "--gpus", metavar="NUMBER", type=float, default=0.0, help="GPUs of a task (default: %(default)s)"
+    )
     parser.add_argument("--retries", metavar="N", type=int, default=8, help="attempts after the first at an orbit")
     parser.add_argument("--allow-outside", action="store_true", help="read files outside the folder of the scene")
     asked = parser.parse_args(arguments)
     try:
-        import fsspec  # noqa: F401
-        import ray
+        import_module("fsspec")
+        ray = import_module("ray")
     except ImportError as error:
         print(f"error: {error}; install isotherm[ray]", file=sys.stderr)
         return 2
     spec = str(Path(asked.spec).absolute())
-    options = {"device": asked.device, "gpus": asked.gpus, "retries": asked.retries, "allow_outside": asked.allow_outside}
+    options: dict[str, Any] = {
+        "device": asked.device,
+        "gpus": asked.gpus,
+        "retries": asked.retries,
+        "allow_outside": asked.allow_outside,
+    }
     try:
         told = run(spec, asked.output, asked.ray, **options)
     except IsothermError as error:

@@ -1,0 +1,47 @@
+"""Data sets from Python: shards of one, and what Ray's tasks call."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+from support import MODELS
+
+import isotherm
+from isotherm import _native, dataset
+
+
+@pytest.fixture
+def spec(tmp_path: Path) -> Path:
+    """Four images of two orbits, in a folder with what they need."""
+    for name in ("cubesat.toml", "cubesat.glb", "materials.toml"):
+        shutil.copy(MODELS / name, tmp_path / name)
+    text = (MODELS / "cubesat_dataset.toml").read_text()
+    text = text.replace("samples = 1000", "samples = 4").replace("poses_per_orbit = 50", "poses_per_orbit = 2")
+    (tmp_path / "spec.toml").write_text(text)
+    return tmp_path / "spec.toml"
+
+
+def test_tasks_make_what_one_process_makes(spec: Path, tmp_path: Path) -> None:
+    assert _native.dataset_orbits(spec) == 2
+    alone = _native.make_dataset(spec, tmp_path / "alone", device="cpu")
+    assert (alone["images"], alone["orbits"], alone["complete"]) == (4, 2, True)
+    # A folder, and the way to an object store.
+    for uri in (str(tmp_path / "folder"), f"local://{tmp_path / 'store'}"):
+        for orbit in range(2):
+            made = dataset.make_orbit(str(spec), uri, orbit, 2, "cpu", False)
+            assert (made["images"], made["orbits"]) == (2, 1)
+        assert dataset.finish(str(spec), uri, 2, "cpu", False)
+        folder = Path(uri.removeprefix("local://"))
+        name = "checksums.sha256"
+        assert (folder / name).read_bytes() == (tmp_path / "alone" / name).read_bytes()
+        assert not list(folder.glob("report-*"))
+
+
+def test_what_can_not_be_made_is_refused(spec: Path, tmp_path: Path) -> None:
+    with pytest.raises(isotherm.RequestError, match="shards count from 0"):
+        _native.make_dataset(spec, tmp_path / "out", shard=2, shards=2)
+    spec.write_text(spec.read_text() + "\nsample = 3\n")
+    with pytest.raises(isotherm.IsothermError, match="sample"):
+        _native.dataset_orbits(spec)
