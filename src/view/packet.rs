@@ -47,7 +47,7 @@ impl Planes {
         self.words(Plane { name: "counts", bytes: 2, scale: 1.0 }, values.iter().copied());
     }
 
-    /// Adds labels, of which there are at most so many: in a byte each where they fit.
+    /// Adds labels up to `count`. Each takes a byte where all of them fit, and two bytes otherwise.
     pub fn labels(&mut self, name: &'static str, values: &[u32], count: usize) {
         if count < 256 {
             self.listed.push(Plane { name, bytes: 1, scale: 1.0 });

@@ -139,6 +139,26 @@ fn reflections_and_the_sky_have_lenses_and_several_samples() {
     }
 }
 
+/// The images of a run, by the device or in f64.
+pub fn images_of(prepared: &Prepared, device: bool) -> Vec<Pixels> {
+    let context = context();
+    let mut engine: Box<dyn Engine> = if device {
+        Box::new(DeviceEngine::new(&context, prepared, prepared.scene.camera.as_ref()).expect("a small scene"))
+    } else {
+        Box::new(ReferenceEngine::new(prepared, prepared.scene.camera.as_ref()))
+    };
+    start(prepared, engine.as_mut(), None, &never(), &mut || ()).expect("a start");
+    let mut found = Vec::new();
+    let mut take = |result: StepResult| {
+        found.extend(result.delivered.pixels);
+        Ok::<_, EngineError>(())
+    };
+    assert!(run(prepared, engine.as_mut(), None, &never(), &mut take).expect("a run"));
+    drop(engine);
+    assert_silent(&context);
+    found
+}
+
 /// A camera on a path, with images at their own times.
 #[test]
 fn images_between_steps_show_the_surroundings_of_their_time_and_pose() {
@@ -152,23 +172,7 @@ fn images_between_steps_show_the_surroundings_of_their_time_and_pose() {
         let folder = Folder::new("");
         folder.write("path.csv", "time,x,y,z\n0,12,0,-5\n400,8,8,-5\n800,0,12,-5\n");
         folder.write("scene.toml", &shining(&all));
-        let prepared = folder.prepared();
-        let context = context();
-        let mut engine: Box<dyn Engine> = if device {
-            Box::new(DeviceEngine::new(&context, &prepared, prepared.scene.camera.as_ref()).expect("a small scene"))
-        } else {
-            Box::new(ReferenceEngine::new(&prepared, prepared.scene.camera.as_ref()))
-        };
-        start(&prepared, engine.as_mut(), None, &never(), &mut || ()).expect("a start");
-        let mut found = Vec::new();
-        let mut take = |result: StepResult| {
-            found.extend(result.delivered.pixels);
-            Ok::<_, EngineError>(())
-        };
-        assert!(run(&prepared, engine.as_mut(), None, &never(), &mut take).expect("a run"));
-        drop(engine);
-        assert_silent(&context);
-        found
+        images_of(&folder.prepared(), device)
     };
     let (found, expected, wrong) = (images(&[], true), images(&[], false), images(&[WARMER], false));
     assert_eq!((found.len(), expected.len()), (3, 3));

@@ -2,18 +2,14 @@
 
 use isotherm::gpu::resource::Resource;
 use isotherm::simulation::device_data::DeviceData;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, EngineError, Pixels};
+use isotherm::simulation::engine::Pixels;
 use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::reference_engine::ReferenceEngine;
-use isotherm::simulation::{StepResult, run, start};
 use isotherm::thermal::planck::band_radiance_exact;
 use serde_json::json;
 
-use super::craft::{Folder, glb_of_box, never, scene_with};
-use super::device::{assert_silent, context};
+use super::craft::{Folder, glb_of_box, scene_with};
 use super::model::make::Maker;
-use super::reflections::{apart, by_reference, on_device, shining};
+use super::reflections::{apart, by_reference, images_of, on_device, shining};
 
 const TRACED: (&str, &str) = ("reflections = \"environment\"", "reflections = \"traced\"");
 
@@ -63,26 +59,8 @@ const WARM: [(&str, &str); 1] = [("background_temperature = 2.7", "background_te
 fn reflections_follow_the_joints() {
     let joint = "[[joint]]\npart = 'wing_*'\nmode = 'schedule'\naxis = '+Y'\nschedule = { time = [0, 720], angle_deg = [0, 60] }\n[[probe]]";
     let scene = traced(&[("[[probe]]", joint), ("roughness = 0.2", "roughness = 0")]);
-    let images = |device: bool| {
-        let prepared = Folder::new(&scene).prepared();
-        let context = context();
-        let mut engine: Box<dyn Engine> = if device {
-            Box::new(DeviceEngine::new(&context, &prepared, prepared.scene.camera.as_ref()).expect("a small scene"))
-        } else {
-            Box::new(ReferenceEngine::new(&prepared, prepared.scene.camera.as_ref()))
-        };
-        start(&prepared, engine.as_mut(), None, &never(), &mut || ()).expect("a start");
-        let mut found = Vec::new();
-        let mut take = |result: StepResult| {
-            found.extend(result.delivered.pixels);
-            Ok::<_, EngineError>(())
-        };
-        assert!(run(&prepared, engine.as_mut(), None, &never(), &mut take).expect("a run"));
-        drop(engine);
-        assert_silent(&context);
-        found
-    };
-    let (found, expected) = (images(true), images(false));
+    let prepared = Folder::new(&scene).prepared();
+    let (found, expected) = (images_of(&prepared, true), images_of(&prepared, false));
     assert!(found.len() >= 3 && found.len() == expected.len());
     for (found, expected) in found.iter().zip(&expected) {
         let ([_, surface], worst) = apart(found, expected, 1e-3);

@@ -49,7 +49,7 @@ struct Session<'s> {
     image: Option<Image>,
     /// Time of the scenes' own orbits [s].
     time: f64,
-    /// Calls of which the client knows that they change nothing.
+    /// Calls that change nothing. The client knows them.
     warned: BTreeSet<String>,
 }
 
