@@ -11,6 +11,7 @@ use crate::environment::StepLoad;
 use crate::exchange::buried::buried;
 use crate::exchange::cast::Scenery;
 use crate::exchange::defects::Defects;
+use crate::exchange::mirrors::Mirrors;
 use crate::exchange::patches::{Patches, Surface};
 use crate::exchange::sky::Renewal;
 use crate::exchange::step::{Exchange, Light, MOST_PATCHES, PATCHES, Settings};
@@ -38,6 +39,8 @@ pub struct Craft {
     pub defects: Defects,
     /// How rays and reflections are found.
     pub settings: Settings,
+    /// The patches that mirror sunlight, where the scene wants it and some do.
+    pub mirrors: Option<Arc<Mirrors>>,
 }
 
 impl Craft {
@@ -82,7 +85,23 @@ impl Craft {
                 settings.rays
             ));
         }
-        Ok(Self { defects: Defects::of(&surface, materials), surface, patches, settings })
+        let mirrors = settings.specular_sunlight.then(|| Mirrors::new(&surface, &patches, settings.rays)).flatten();
+        Ok(Self {
+            defects: Defects::of(&surface, materials),
+            mirrors: mirrors.map(Arc::new),
+            surface,
+            patches,
+            settings,
+        })
+    }
+
+    /// What to tell the user before the run.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.defects.warnings();
+        if self.settings.specular_sunlight && self.mirrors.is_none() {
+            warnings.push("[exchange]: specular_sunlight changes nothing, because no material of the craft states 'specular' above 0.".to_owned());
+        }
+        warnings
     }
 
     /// Steps over which the work for new poses of the joints is spread.
@@ -166,7 +185,8 @@ impl ExchangeTwin {
         let turned = self.turn(&load.joints, at_once);
         let Some(exchange) = self.found.found() else { return Vec::new() };
         if self.renewal.is_due(load) || turned || self.light.seen.is_empty() {
-            self.light = exchange.light(load, visibility);
+            let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
+            self.light = exchange.light(load, visibility, mirrored.as_ref());
         }
         exchange.absorbed(&exchange.sent(load, &self.light, temperature), &self.light)
     }
@@ -197,6 +217,7 @@ impl ExchangeTwin {
         saved.put("seen", &seen.collect::<Vec<_>>());
         saved.put("reflected", &self.light.reflected);
         saved.put("sunlight", &self.light.sunlight);
+        saved.put("mirrored", &self.light.mirrored);
         saved
     }
 
@@ -212,6 +233,7 @@ impl ExchangeTwin {
             seen: seen.into_iter().map(|[planet_ir, albedo]| Seen { planet_ir, albedo }).collect(),
             reflected: saved.list("reflected")?,
             sunlight: saved.list("sunlight")?,
+            mirrored: saved.list("mirrored")?,
         };
         Ok(())
     }

@@ -1,4 +1,5 @@
-//! Radiation between surfaces in f64 beside a run, and its errors in kelvin: noise of rays, pairs that were left out, and arrival from the start of each step.
+//! Radiation between surfaces in f64 beside a run, and its errors in kelvin: noise of rays, pairs that were left out, light that is held, and arrival from the
+//! start of each step.
 
 use std::sync::Arc;
 
@@ -30,8 +31,8 @@ pub(super) struct ExchangeCheck {
     /// What patches absorbed in the step before [W/m2].
     before: Vec<f64>,
     steps: u64,
-    /// Errors so far: noise, what was left out, and arrival from the start of each step.
-    errors: [Spread; 3],
+    /// Errors so far: noise, what was left out, arrival from the start of each step, and light that is held.
+    errors: [Spread; 4],
 }
 
 /// Errors over patches and steps [K].
@@ -72,13 +73,20 @@ impl ExchangeCheck {
     pub fn received(&mut self, load: &StepLoad, poses: Option<&[DAffine3]>, nodes: &[[f64; 2]]) -> Vec<[Received; 2]> {
         let turned = poses.is_some_and(|poses| self.turn(poses));
         let Some((_, exchange)) = self.found.last() else { return Vec::new() };
+        let find = || {
+            let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
+            exchange.light(load, |node| nodes[node][1], mirrored.as_ref())
+        };
+        let mut held = None;
         if self.renewal.is_due(load) || turned || self.light.seen.is_empty() {
-            self.light = exchange.light(load, |node| nodes[node][1]);
+            self.light = find();
+        } else if self.steps.is_multiple_of(EVERY) {
+            held = Some(exchange.held_too_long(load, [&self.light, &find()], |node| nodes[node][0]));
         }
         let sent = exchange.sent(load, &self.light, |node| nodes[node][0]);
         let absorbed = exchange.absorbed(&sent, &self.light);
         let received = (0..nodes.len()).map(|node| exchange.of_node(node, &absorbed, &self.light.seen)).collect();
-        self.estimate(&sent, &absorbed, nodes, turned);
+        self.estimate(&sent, &absorbed, nodes, (turned, held));
         self.before = absorbed;
         self.steps += 1;
         received
@@ -99,7 +107,13 @@ impl ExchangeCheck {
         !held
     }
 
-    fn estimate(&mut self, sent: &[f64], absorbed: &[f64], nodes: &[[f64; 2]], turned: bool) {
+    fn estimate(
+        &mut self,
+        sent: &[f64],
+        absorbed: &[f64],
+        nodes: &[[f64; 2]],
+        (turned, held): (bool, Option<Vec<f64>>),
+    ) {
         let Some((_, exchange)) = self.found.last() else { return };
         let kelvin = exchange.kelvin_per_flux(|node| nodes[node][0]);
         let warm = exchange.kelvin_per_flux(|_| COLD);
@@ -116,21 +130,24 @@ impl ExchangeCheck {
             for (number, (patch, (kelvin, _))) in warm_ones() {
                 self.errors[0].add(kelvin * errors[number].noise, patch.area);
                 self.errors[1].add(kelvin * errors[number].left_out, patch.area);
+                // Light that was found for this very step has no such error.
+                self.errors[3].add(kelvin * held.as_ref().map_or(0.0, |held| held[number]), patch.area);
             }
         }
     }
 
     /// The errors in words.
     pub fn remark(&self) -> Option<String> {
-        let [noise, left_out, late] = &self.errors;
+        let [noise, left_out, late, held] = &self.errors;
         (noise.weight > 0.0).then(|| {
             let late = if late.weight > 0.0 { late.told() } else { "unknown after one step".to_owned() };
             format!(
-                "Radiation between surfaces, errors of a patch in balance: noise of {} rays {}; pairs that were left out and rounding {}; arrival from the \
-                 start of each step {late}. Patches below {COLD} K are left out.",
+                "Radiation between surfaces, errors of a patch in balance: noise of {} rays {}; pairs that were left out and rounding {}; light of Sun and planet that is held {}; \
+                 arrival from the start of each step {late}. Patches below {COLD} K are left out.",
                 self.craft.settings.rays,
                 noise.told(),
-                left_out.told()
+                left_out.told(),
+                held.told()
             )
         })
     }
@@ -144,6 +161,7 @@ impl ExchangeCheck {
         saved.put("seen", &seen.collect::<Vec<_>>());
         saved.put("reflected", &self.light.reflected);
         saved.put("sunlight", &self.light.sunlight);
+        saved.put("mirrored", &self.light.mirrored);
         saved.put("before", &self.before);
         saved.put("steps", &[self.steps]);
         saved.put("errors", &self.errors.map(|spread| [spread.squares, spread.weight, spread.most]));
@@ -164,10 +182,11 @@ impl ExchangeCheck {
             seen: seen.into_iter().map(|[planet_ir, albedo]| Seen { planet_ir, albedo }).collect(),
             reflected: saved.list("reflected")?,
             sunlight: saved.list("sunlight")?,
+            mirrored: saved.list("mirrored")?,
         };
         self.before = saved.list("before")?;
         [self.steps] = saved.array("steps")?;
-        let errors: [[f64; 3]; 3] = saved.array("errors")?;
+        let errors: [[f64; 3]; 4] = saved.array("errors")?;
         self.errors = errors.map(|[squares, weight, most]| Spread { squares, weight, most });
         Ok(())
     }
