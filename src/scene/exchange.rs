@@ -44,5 +44,6 @@ pub(super) fn read(
         redraw_angle: section
             .number("redraw_angle_deg", Quantity::within(0.0, 90.0, "deg"))?
             .map_or(default.redraw_angle, f64::to_radians),
+        hold: section.number("hold", Quantity::within(0.0, 3600.0, "s"))?.unwrap_or(default.hold),
     }))
 }

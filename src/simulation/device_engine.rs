@@ -131,7 +131,7 @@ impl DeviceEngine {
         }
         let Some(network) = &mut self.network else { return Ok(None) };
         network.step_begins();
-        let mut values = self.renderer.absorbed(step.load, true)?;
+        let mut values = self.renderer.absorbed(step.load, Some(step.steps))?;
         network.step(network.scene().heat(|slot| f64::from(values[slot])), step.start, step.length)?;
         let tables = self.heat.as_ref().filter(|_| order.absorbed);
         let heat = tables.map(|tables| absorbed_heat(tables, |slot| f64::from(values[slot])));
@@ -257,7 +257,7 @@ impl Engine for DeviceEngine {
             return self.take_given(&given, time, false);
         }
         let Some(network) = &mut self.network else { return Ok(()) };
-        let mut values = self.renderer.absorbed(load, false)?;
+        let mut values = self.renderer.absorbed(load, None)?;
         network.settle(network.scene().heat(|slot| f64::from(values[slot])), time)?;
         put(&mut self.renderer, network, &mut values)?;
         Ok(self.renderer.set_network(&network.temperatures()?, network.on())?)

@@ -1,7 +1,7 @@
-//! What a renderer keeps of radiation between surfaces: the order of patches, and when the light of Sun and planet is found anew.
+//! What a renderer keeps of radiation between surfaces: the order of patches, and when what they exchange is found anew.
 
 use crate::environment::StepLoad;
-use crate::exchange::sky::Renewal;
+use crate::exchange::sky::{Due, Renewal};
 use crate::gpu::exchange::{ExchangeTables, exchange};
 use crate::gpu::frame::Frame;
 use crate::gpu::layout::{self, ExchangePass};
@@ -16,7 +16,7 @@ pub(super) struct Exchanging {
     pub order: Vec<u32>,
     pub room: usize,
     pub renewal: Renewal,
-    /// Whether the light must be found anew, whatever the angle.
+    /// Whether all must be found anew, whatever the angle and the time.
     pub fresh: bool,
     /// Rows of the poses that the next frame needs.
     pub poses: Vec<[[f32; 4]; 3]>,
@@ -24,8 +24,7 @@ pub(super) struct Exchanging {
 
 impl Exchanging {
     /// The state before the first step.
-    pub fn new(tables: &ExchangeTables, angle: f64) -> Self {
-        let renewal = Renewal { angle, found_for: None };
+    pub fn new(tables: &ExchangeTables, renewal: Renewal) -> Self {
         Self {
             sky_rays: tables.sky_rays,
             joints: tables.joints,
@@ -42,15 +41,17 @@ impl Exchanging {
         lights.map(|light| exchange(self.patches(), light, true)).collect()
     }
 
-    /// The passes of a step under a load.
-    pub fn frame(&mut self, light: ThermalVariant, load: &StepLoad) -> Frame {
-        let anew = self.renewal.is_due(load) || self.fresh;
-        self.fresh = false;
-        if anew {
+    /// The passes under a load that lasts `steps`. None where what was found before holds.
+    pub fn frame(&mut self, light: ThermalVariant, load: &StepLoad, steps: f64) -> Frame {
+        let due = self.renewal.due(load, steps, std::mem::take(&mut self.fresh));
+        if due == Due::Nothing {
+            return Frame::default();
+        }
+        if due == Due::All {
             let pose = |joint: usize| layout::rows(&load.joints.get(joint).copied().unwrap_or_default());
             self.poses = (0..self.joints).map(pose).collect();
         }
-        exchange(self.patches(), light, anew)
+        exchange(self.patches(), light, due == Due::All)
     }
 
     /// Push constants of a pass.

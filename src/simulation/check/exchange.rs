@@ -5,13 +5,13 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use crate::environment::StepLoad;
-use crate::exchange::sky::Renewal;
+use crate::exchange::sky::{Due, Renewal};
 use crate::exchange::step::{Exchange, Light};
 use crate::saved::{Saved, SavedError};
-use crate::simulation::exchange::{Craft, LIGHT};
+use crate::simulation::exchange::Craft;
 use crate::thermal::received::{Received, Seen};
 
-/// Steps between two estimates of noise and of what was left out.
+/// Findings of infrared between two estimates of noise and of what was left out.
 const EVERY: u64 = 20;
 
 /// Below this mean temperature [K] a patch hardly radiates, so that a flux says little of its temperature.
@@ -24,10 +24,11 @@ pub(super) struct ExchangeCheck {
     found: (Vec<DAffine3>, Exchange),
     renewal: Renewal,
     light: Light,
-    /// What patches absorbed in the step before [W/m2].
+    /// What patches absorb since it was found [W/m2].
     before: Vec<f64>,
+    /// How often infrared was found.
     steps: u64,
-    /// Errors so far: noise, what was left out, and arrival from the start of each step.
+    /// Errors so far: noise, what was left out, and late arrival.
     errors: [Spread; 3],
 }
 
@@ -56,7 +57,7 @@ impl ExchangeCheck {
     pub fn new(craft: &Arc<Craft>, poses: &[DAffine3]) -> Self {
         Self {
             found: (poses.to_vec(), craft.cast(poses)),
-            renewal: Renewal { angle: LIGHT * craft.settings.redraw_angle, found_for: None },
+            renewal: craft.renewal(),
             craft: Arc::clone(craft),
             light: Light::default(),
             before: Vec::new(),
@@ -65,20 +66,33 @@ impl ExchangeCheck {
         }
     }
 
-    /// What the faces of every node receive in a step, from rays for the poses that the engine uses. `nodes` are the temperature [K] and the share of the Sun of each.
-    pub fn received(&mut self, load: &StepLoad, poses: Option<&[DAffine3]>, nodes: &[[f64; 2]]) -> Vec<[Received; 2]> {
+    /// What the faces of every node receive in a step, from rays for the poses that the engine uses. The load lasts `steps`. `nodes` are the temperature [K] and the share of the Sun of each.
+    pub fn received(
+        &mut self,
+        load: &StepLoad,
+        steps: f64,
+        poses: Option<&[DAffine3]>,
+        nodes: &[[f64; 2]],
+    ) -> Vec<[Received; 2]> {
         let mut turned = false;
         if let Some(poses) = poses.filter(|poses| *poses != self.found.0) {
             self.found = (poses.to_vec(), self.craft.cast(poses));
             turned = true;
         }
         let exchange = &self.found.1;
-        if self.renewal.is_due(load) || turned || self.light.seen.is_empty() {
+        let of_nodes = |absorbed: &[f64], light: &Light| -> Vec<[Received; 2]> {
+            (0..nodes.len()).map(|node| exchange.of_node(node, absorbed, &light.seen)).collect()
+        };
+        let due = self.renewal.due(load, steps, turned || self.light.seen.is_empty());
+        if due == Due::Nothing {
+            return of_nodes(&self.before, &self.light);
+        }
+        if due == Due::All {
             self.light = exchange.light(load, |node| nodes[node][1]);
         }
         let sent = exchange.sent(load, &self.light, |node| nodes[node][0]);
         let absorbed = exchange.absorbed(&sent, &self.light);
-        let received = (0..nodes.len()).map(|node| exchange.of_node(node, &absorbed, &self.light.seen)).collect();
+        let received = of_nodes(&absorbed, &self.light);
         self.estimate(&sent, &absorbed, nodes, turned);
         self.before = absorbed;
         self.steps += 1;
@@ -110,13 +124,14 @@ impl ExchangeCheck {
     pub fn remark(&self) -> Option<String> {
         let [noise, left_out, late] = &self.errors;
         (noise.weight > 0.0).then(|| {
-            let late = if late.weight > 0.0 { late.told() } else { "unknown after one step".to_owned() };
+            let late = if late.weight > 0.0 { late.told() } else { "unknown yet".to_owned() };
             format!(
                 "Radiation between surfaces, errors of a patch in balance: noise of {} rays {}; pairs that were left out and rounding {}; arrival from the \
-                 start of each step {late}. Patches below {COLD} K are left out.",
+                 temperatures of up to {} s before a step {late}. Patches below {COLD} K are left out.",
                 self.craft.settings.rays,
                 noise.told(),
-                left_out.told()
+                left_out.told(),
+                self.craft.settings.hold
             )
         })
     }
