@@ -130,6 +130,11 @@ impl Exchange {
         Self::new(surface, patches, &ends, settings)
     }
 
+    /// Share of a patch that direct sunlight can reach. Inside another part it is that of the rays which do not end on the inner face of a skin.
+    pub fn exposed(&self, patch: usize) -> f64 {
+        if self.patches[patch].buried { 1.0 - self.factors.inside[patch] } else { 1.0 }
+    }
+
     /// Number of rays that keep the sky of a patch.
     pub fn sky_rays(&self) -> usize {
         self.sky.len() / self.patches.len().max(1)
@@ -159,8 +164,8 @@ impl Exchange {
         let seen = self.seen(load);
         let of = |(number, (patch, seen)): (usize, (&Patch, &Seen))| {
             let shares = self.nodes[patch.nodes.clone()].iter();
-            let lit = self.factors.exposed(number)
-                * shares.map(|(node, share)| share * visibility(*node as usize)).sum::<f64>();
+            let lit =
+                self.exposed(number) * shares.map(|(node, share)| share * visibility(*node as usize)).sum::<f64>();
             let normal: DVec3 = load.joint_from_body(patch.joint).transpose() * patch.normal;
             let Incident { solar, albedo, planet_ir } = incident(load, normal);
             let optics = patch.optics;
@@ -235,7 +240,7 @@ impl Exchange {
             NONE => Received::NOTHING,
             patch => {
                 let patch = patch as usize;
-                Received { absorbed: absorbed[patch], seen: seen[patch], exposed: self.factors.exposed(patch) }
+                Received { absorbed: absorbed[patch], seen: seen[patch], exposed: self.exposed(patch) }
             }
         })
     }
