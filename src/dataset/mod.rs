@@ -16,6 +16,7 @@ pub mod preview;
 pub mod random;
 mod reader;
 pub mod row;
+mod scene_sections;
 pub mod scene_values;
 pub mod season;
 mod sobol;

@@ -1,15 +1,18 @@
-//! The scene of an orbit: the scene file with the values that were drawn.
+//! The scene of an orbit and the sensor of an image: the scene file with the values that were drawn.
 
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value as Json, json};
 use toml::{Table, Value};
 
+use super::distribution::Drawn;
 use super::error::DatasetError;
 use super::random::Stream;
+use super::scene_sections::SENSOR;
 use super::spec::Spec;
 use crate::files::Reach;
 use crate::scene::Scene;
+use crate::thermal::sensor::Sensor;
 
 /// Keys that tell the tables of a list apart.
 const NAMES: [&str; 4] = ["match", "part", "name", "node"];
@@ -26,6 +29,22 @@ pub struct SceneText {
 pub struct OrbitScene {
     /// The scene.
     pub scene: Scene,
+    /// Its values.
+    pub values: OrbitValues,
+}
+
+/// The values of an orbit's scene.
+pub struct OrbitValues {
+    /// Those that were drawn, by section and key.
+    pub drawn: Json,
+    /// All values of the scene file.
+    table: Table,
+}
+
+/// The sensor of an image, and what was drawn for it.
+pub struct ImageSensor {
+    /// The sensor.
+    pub sensor: Sensor,
     /// The drawn values by section and key.
     pub drawn: Json,
 }
@@ -78,7 +97,11 @@ impl SceneText {
                 set(&mut table, "environment", "solar_constant", Value::Float(solar * find("solar_scale")));
             }
         }
-        if let Some(Value::Table(sensor)) = table.get_mut("sensor") {
+        // A sensor may be whole only with what is drawn for an image. Until the first one, it is that of the first.
+        if let Some(each_image) = &spec.each_image {
+            merge(&mut table, SENSOR, of_sensor(spec, each_image, spec.images_of(orbit).start)).map_err(wrong)?;
+        }
+        if let Some(Value::Table(sensor)) = table.get_mut(SENSOR) {
             // The counter of the noise is the time of the image.
             if !states_seed(spec) {
                 sensor.insert("seed".to_owned(), Value::Integer(source.bits("sensor.seed").into()));
@@ -86,18 +109,47 @@ impl SceneText {
             // Images are of times far apart, so the bolometer has settled in each.
             sensor.insert("time_constant".to_owned(), Value::Float(0.0));
         }
-        let orbit_error = |reason: String| DatasetError::Orbit { orbit, reason };
-        let text = toml::to_string(&table).map_err(|error| orbit_error(error.to_string()))?;
-        let scene = Scene::parse_within(&text, &self.path, self.reach.clone());
-        let scene = scene.map_err(|error| orbit_error(format!("with the values that were drawn, {error}")))?;
-        Ok(OrbitScene { scene, drawn: Json::Object(told) })
+        let scene = self.scene(&table).map_err(|reason| DatasetError::Orbit { orbit, reason })?;
+        Ok(OrbitScene { scene, values: OrbitValues { drawn: Json::Object(told), table } })
     }
+
+    /// The sensor of an image of an orbit. `None` where the SPEC draws none for each image.
+    ///
+    /// # Errors
+    /// Values that the scene refuses, or a scene without a sensor.
+    pub fn of_image(
+        &self,
+        spec: &Spec,
+        (orbit, values): (u64, &OrbitValues),
+        image: u64,
+    ) -> Result<Option<ImageSensor>, DatasetError> {
+        let Some(each_image) = &spec.each_image else { return Ok(None) };
+        let sensor = of_sensor(spec, each_image, image);
+        let drawn = json!({ SENSOR: as_json(&sensor) });
+        let mut table = values.table.clone();
+        let wrong = |reason: String| DatasetError::Orbit { orbit, reason: format!("image {image}: {reason}") };
+        merge(&mut table, SENSOR, sensor).map_err(wrong)?;
+        let sensor = self.scene(&table).map_err(wrong)?.sensor;
+        Ok(sensor.map(|sensor| ImageSensor { sensor, drawn }))
+    }
+
+    /// The scene of a table.
+    fn scene(&self, table: &Table) -> Result<Scene, String> {
+        let text = toml::to_string(table).map_err(|error| error.to_string())?;
+        Scene::parse_within(&text, &self.path, self.reach.clone())
+            .map_err(|error| format!("with the values that were drawn, {error}"))
+    }
+}
+
+/// What is drawn of the sensor for an image. It does not depend on the attempts at its pose.
+fn of_sensor(spec: &Spec, each_image: &Drawn, image: u64) -> Value {
+    each_image.draw(SENSOR, &spec.plan.source(Stream::Image, image, 0))
 }
 
 /// Whether the SPEC itself says which seed the sensor has.
 fn states_seed(spec: &Spec) -> bool {
-    let of_sensor = spec.each_orbit.iter().filter(|(section, _)| section == "sensor");
-    of_sensor.flat_map(|(_, drawn)| drawn.keys()).any(|key| key == "seed")
+    let of_orbit = spec.each_orbit.iter().filter(|(section, _)| section == SENSOR).map(|(_, drawn)| drawn);
+    of_orbit.chain(&spec.each_image).flat_map(Drawn::keys).any(|key| key == "seed")
 }
 
 fn set(table: &mut Table, section: &str, key: &str, value: Value) {

@@ -38,6 +38,14 @@ fn a_wrong_spec_is_refused_with_line_and_key() {
         ("images = [\"numbers\"", "images = [\"number\"", "'number' is no kind of image; did you mean 'numbers'?"),
         ("begin = { absorptivity = 0.20, ", "begin = { ", "absorptivity stands in only one of begin and end"),
         ("seed = 5", "seed = ", "not valid TOML"),
+        ("[life]", "[each_image.joint]\nangle_deg = 3\n[life]", "each_image.joint: can not be drawn for an image"),
+        ("[life]", "[each_image.sensor]\nnetdd = 3\n[life]", "has no key 'netdd'; did you mean 'netd'?"),
+        ("[life]", "[each_image.sensor]\nnetd = 3\n[life]", "draws sensor.netd, and so does [each_orbit.sensor]"),
+        (
+            "[life]",
+            "[each_image.sensor]\ntime_constant = 3\n[life]",
+            "each_image.sensor.time_constant: can not be drawn: images lie far apart",
+        ),
     ] {
         assert!(SPEC.contains(from), "{from}");
         let error = Spec::parse(&SPEC.replacen(from, to, 1), Path::new("spec.toml")).expect_err(to).to_string();
@@ -49,6 +57,7 @@ fn a_wrong_spec_is_refused_with_line_and_key() {
 fn what_the_scene_refuses_is_told_before_anything_is_written() {
     for (changes, expected) in [
         (&[("match = \"cells\"", "match = \"cell\"")][..], "the scene has no [[material]] with match = \"cell\""),
+        (&[("[life]", "[each_image.sensor]\ntransmission = 1.5\n[life]")], "orbit 0: with the values that were drawn"),
         (&[("[0.7, 0.9]", "[0.7, 1.9]"), ("[0.82, 0.02]", "[1.8, 0.01]")], "emissivity"),
         (&[("part = \"wing_starboard\"", "part = \"wing_starbord\"")], "wing_starbord"),
         (
