@@ -5,6 +5,7 @@
 //! what a SPEC means.
 
 pub mod camera_rule;
+mod corner;
 pub mod distribution;
 pub mod error;
 pub mod index;

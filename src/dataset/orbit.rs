@@ -8,7 +8,7 @@ use serde_json::Value as Json;
 use super::camera_rule::CameraRule;
 use super::error::DatasetError;
 use super::random::Stream;
-use super::scene_values::{OrbitScene, OrbitValues, SceneText};
+use super::scene_values::{NAMES, OrbitScene, OrbitValues, SceneText};
 use super::spec::Spec;
 use super::split::split_of;
 use super::time_rule::NoTime;
@@ -292,7 +292,7 @@ fn numbers(path: &str, value: &Json, found: &mut Vec<(String, f64)>) {
         Json::Object(values) => values.iter().for_each(|(key, value)| numbers(&joined(key), value, found)),
         Json::Array(items) => {
             for (index, item) in items.iter().enumerate() {
-                let name = ["match", "part", "name", "node"].iter().find_map(|key| item.get(*key)?.as_str());
+                let name = NAMES.iter().find_map(|key| item.get(*key)?.as_str());
                 numbers(&joined(name.unwrap_or(&index.to_string())), item, found);
             }
         }

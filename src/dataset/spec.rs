@@ -149,6 +149,12 @@ impl Spec {
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
         let file = SpecFile { path, text };
         let parsed = file.parse()?;
+        let keys = parsed.get_ref();
+        if !keys.contains_key("scene") && keys.contains_key("model") {
+            let message =
+                "this file is a scene: a SPEC names one by scene = \"FILE.toml\" (docs/datasets.md)".to_owned();
+            return Err(SceneError::Value { path: path.to_path_buf(), line: 1, key: "scene".to_owned(), message });
+        }
         let root = Table::root(&file, &parsed, KEYS)?;
         let scene = root.required("scene", root.path("scene")?, "the scene file")?;
         let samples = root.whole("samples", 1..=MOST_SAMPLES)?;
