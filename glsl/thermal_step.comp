@@ -150,6 +150,12 @@ vec4 received_flux(uvec4 at) {
 // Flux absorbed by one face from Sun and planet [W/m2]. `seen` is the share of the Sun that it sees, and `patches` are those of the nodes.
 vec4 absorbed_flux(uint number, float absorptivity, float emissivity, vec4 nx, vec4 ny, vec4 nz, vec4 seen, uvec4 patches) {
     vec4 absorbed = vec4(0.0);
+#ifdef HIDDEN
+    vec2 first = exchange_seen[patches.x];
+    vec2 second = exchange_seen[patches.y];
+    vec2 third = exchange_seen[patches.z];
+    vec2 fourth = exchange_seen[patches.w];
+#endif
 #ifdef SUN
 #ifdef SHADOW
     absorbed += absorptivity * seen * solar_flux(number, nx, ny, nz);
@@ -160,14 +166,14 @@ vec4 absorbed_flux(uint number, float absorptivity, float emissivity, vec4 nx, v
 #ifdef ALBEDO
     vec4 albedo = albedo_flux(number, nx, ny, nz);
 #ifdef EXCHANGE
-    albedo *= vec4(exchange_seen[patches.x].y, exchange_seen[patches.y].y, exchange_seen[patches.z].y, exchange_seen[patches.w].y);
+    albedo *= vec4(first.y, second.y, third.y, fourth.y);
 #endif
     absorbed += absorptivity * albedo;
 #endif
 #ifdef PLANET_IR
     vec4 infrared = planet_ir_flux(steps[number], nx, ny, nz);
 #ifdef EXCHANGE
-    infrared *= vec4(exchange_seen[patches.x].x, exchange_seen[patches.y].x, exchange_seen[patches.z].x, exchange_seen[patches.w].x);
+    infrared *= vec4(first.x, second.x, third.x, fourth.x);
 #endif
     absorbed += emissivity * infrared;
 #endif

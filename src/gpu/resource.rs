@@ -139,13 +139,17 @@ table! {
     /// Rows of the poses of the body and of the joints, written by the host.
     ExchangePoses: row(48, Count::ExchangeJoints, FromHost, "ExchangePose").each_slot();
     /// Directions of rays, and whether they are open.
-    ExchangeSky: row(4, Count::ExchangeSky, Storage, "ExchangeSky");
+    ExchangeSky: row(16, Count::ExchangeSky, Storage, "ExchangeSky");
     /// Shares of the planet's infrared and albedo that every patch sees.
     ExchangeSeen: row(8, Count::ExchangePatches, Storage, "ExchangeSeen");
     /// Infrared of the planet and sunlight that every patch reflects at first [W/m2].
     ExchangeReflected: row(8, Count::ExchangePatches, Storage, "ExchangeReflected");
     /// Sunlight from other patches that every patch absorbs [W/m2].
     ExchangeSunlight: row(4, Count::ExchangePatches, Storage, "ExchangeSunlight");
+    /// Rows of the shares of mirrored sunlight, written by the host.
+    ExchangeMirrors: row(8, Count::ExchangeMirrors, FromHost, "ExchangeMirror").each_slot();
+    /// Sunlight that every patch mirrors [W/m2].
+    ExchangeMirrored: row(4, Count::ExchangeMirrored, Storage, "ExchangeMirrored");
     /// Infrared that every patch sends at first [W/m2].
     ExchangeSent: row(4, Count::ExchangePatches, Storage, "ExchangeSent");
     /// Flux from other patches that every patch absorbs [W/m2].

@@ -24,6 +24,8 @@ use super::store::Resources;
 use super::variant::{StepKind, ThermalVariant};
 use crate::environment::albedo;
 use crate::environment::shadow::{Jointed, Occluders, Redraw};
+use crate::exchange::mirrors::Mirrors;
+use crate::exchange::sky::Renewal;
 use crate::gpu::nodes::{GROUP, RANGE_GROUPS};
 
 /// Nodes of a workgroup of the thermal step. Ranges are multiples of it.
@@ -96,12 +98,26 @@ pub struct Shown<'a> {
 }
 
 /// Patches that radiate to each other.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct ExchangeData<'a> {
     /// Their tables.
     pub tables: &'a ExchangeTables,
-    /// Angle after which the light of Sun and planet is found anew [rad].
-    pub light_angle: f64,
+    /// When what they exchange is found anew.
+    pub renewal: Renewal,
+    /// The patches that mirror sunlight.
+    pub mirrors: Option<&'a Arc<Mirrors>>,
+}
+
+impl ExchangeData<'_> {
+    /// Number of elements for a `count`; 0 for those of others.
+    fn count(&self, count: Count) -> usize {
+        let patches = self.tables.patches.len();
+        match (count, self.mirrors) {
+            (Count::ExchangeMirrors, Some(mirrors)) => patches + mirrors.most_pairs(),
+            (Count::ExchangeMirrored, Some(_)) => patches + 1,
+            _ => self.tables.count(count),
+        }
+    }
 }
 
 /// Triangles of each joint.
@@ -302,7 +318,7 @@ impl SceneData<'_> {
             Count::HeatGroups => only(self.heat.is_some(), groups),
             other => {
                 let of_sensor = self.sensor.filter(|_| drawn).map_or(0, |sensor| sensor.count(other));
-                let of_exchange = self.exchange.map_or(0, |exchange| exchange.tables.count(other));
+                let of_exchange = self.exchange.as_ref().map_or(0, |exchange| exchange.count(other));
                 of_sensor + of_exchange + self.network.map_or(0, |network| network.count(other))
             }
         }
@@ -417,7 +433,7 @@ impl Resources {
             // Estimates are added to it, and new memory may hold anything.
             self.upload(once, Resource::OnePassTold, &vec![[0.0f32; 4]; network.shape.estimated() as usize])?;
         }
-        if let Some(ExchangeData { tables, .. }) = data.exchange {
+        if let Some(ExchangeData { tables, .. }) = &data.exchange {
             let places = tables.count(Count::ExchangePatches);
             self.upload(once, Resource::ExchangeNodes, &tables.nodes)?;
             self.upload(once, Resource::ExchangePatches, &tables.patches)?;

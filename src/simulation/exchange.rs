@@ -11,8 +11,9 @@ use crate::environment::StepLoad;
 use crate::exchange::buried::buried;
 use crate::exchange::cast::Scenery;
 use crate::exchange::defects::Defects;
+use crate::exchange::mirrors::Mirrors;
 use crate::exchange::patches::{Patches, Surface};
-use crate::exchange::sky::Renewal;
+use crate::exchange::sky::{Due, Renewal};
 use crate::exchange::step::{Exchange, Light, MOST_PATCHES, PATCHES, Settings};
 use crate::gpu::nodes::{GROUP, Nodes, PADDING};
 use crate::saved::{Saved, SavedError};
@@ -25,7 +26,7 @@ pub const MOST_RAYS: usize = 1 << 28;
 /// Rays of a share of the work for new poses of the joints.
 const RAYS_OF_SHARE: usize = 1 << 18;
 /// Part of the redraw angle after which the light of Sun and planet is found anew.
-pub const LIGHT: f64 = 1.0 / 3.0;
+pub const LIGHT: f64 = 2.0 / 3.0;
 
 /// The surface of a scene and its patches. Nodes are those of the device.
 #[derive(Debug, Clone)]
@@ -38,15 +39,20 @@ pub struct Craft {
     pub defects: Defects,
     /// How rays and reflections are found.
     pub settings: Settings,
+    /// The patches that mirror sunlight, where the scene wants it and some do.
+    pub mirrors: Option<Arc<Mirrors>>,
+    /// Steps for which the infrared that patches exchange is held.
+    pub every: f64,
 }
 
 impl Craft {
-    /// Gathers the nodes of a scene.
+    /// Gathers the nodes of a scene with steps of a length [s].
     ///
     /// # Errors
     /// More rays than [`MOST_RAYS`], in words.
     pub fn new(
         settings: Settings,
+        step: f64,
         nodes: &Nodes,
         triangles: &[[u32; 3]],
         network: Option<&SceneNetwork>,
@@ -82,7 +88,29 @@ impl Craft {
                 settings.rays
             ));
         }
-        Ok(Self { defects: Defects::of(&surface, materials), surface, patches, settings })
+        let mirrors = settings.specular_sunlight.then(|| Mirrors::new(&surface, &patches, settings.rays)).flatten();
+        Ok(Self {
+            defects: Defects::of(&surface, materials),
+            every: settings.hold / step,
+            mirrors: mirrors.map(Arc::new),
+            surface,
+            patches,
+            settings,
+        })
+    }
+
+    /// What to tell the user before the run.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.defects.warnings();
+        if self.settings.specular_sunlight && self.mirrors.is_none() {
+            warnings.push("[exchange]: specular_sunlight changes nothing, because no material of the craft states 'specular' above 0.".to_owned());
+        }
+        warnings
+    }
+
+    /// When what the patches exchange is found anew.
+    pub fn renewal(&self) -> Renewal {
+        Renewal::new(LIGHT * self.settings.redraw_angle, self.every)
     }
 
     /// Steps over which the work for new poses of the joints is spread.
@@ -110,27 +138,29 @@ pub struct ExchangeTwin {
     found: Posed<Exchange>,
     renewal: Renewal,
     light: Light,
+    /// What patches absorb [W/m2].
+    absorbed: Vec<f64>,
 }
 
 impl ExchangeTwin {
     /// An exchange whose rays are cast for poses first.
     pub fn new(craft: &Arc<Craft>, poses: &[DAffine3]) -> Self {
         let angle = craft.settings.redraw_angle;
-        let renewal = Renewal { angle: LIGHT * angle, found_for: None };
         let mut twin = Self {
             craft: Arc::clone(craft),
             found: Posed::new(angle, craft.shares()),
-            renewal,
+            renewal: craft.renewal(),
             light: Light::default(),
+            absorbed: Vec::new(),
         };
-        twin.turn(poses);
+        twin.turn(poses, true);
         twin
     }
 
-    /// Follows the joints. Returns whether other rows hold than before.
-    fn turn(&mut self, poses: &[DAffine3]) -> bool {
+    /// Follows the joints, `at_once` or by shares of the work. Returns whether other rows hold than before.
+    fn turn(&mut self, poses: &[DAffine3], at_once: bool) -> bool {
         let craft = &self.craft;
-        let Ok(turned) = self.found.turn(poses, &mut |task| {
+        let Ok(turned) = self.found.turn(poses, at_once, &mut |task| {
             Ok::<_, Infallible>(match task {
                 Task::Whole(poses) | Task::Take(poses) => Some(craft.cast(poses)),
                 Task::Share(..) => None,
@@ -154,29 +184,36 @@ impl ExchangeTwin {
         &self.light
     }
 
-    /// What every patch absorbs from the others in a step [W/m2]. Temperatures [K] and shares of the Sun are those of the nodes.
+    /// What every patch absorbs from the others in a load that lasts `steps` [W/m2]. Temperatures [K] and shares of the Sun are those of the nodes.
     pub fn absorbed(
         &mut self,
         load: &StepLoad,
+        steps: f64,
         temperature: impl Fn(usize) -> f64 + Sync,
         visibility: impl Fn(usize) -> f64 + Sync,
     ) -> Vec<f64> {
-        let turned = self.turn(&load.joints);
+        let turned = self.turn(&load.joints, load.is_warm_up());
         let Some(exchange) = self.found.found() else { return Vec::new() };
-        if self.renewal.is_due(load) || turned || self.light.seen.is_empty() {
-            self.light = exchange.light(load, visibility);
+        let due = self.renewal.due(load, steps, turned || self.light.seen.is_empty());
+        if due == Due::All {
+            let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
+            self.light = exchange.light(load, visibility, mirrored.as_ref());
         }
-        exchange.absorbed(&exchange.sent(load, &self.light, temperature), &self.light)
+        if due > Due::Nothing {
+            self.absorbed = exchange.absorbed(&exchange.sent(load, &self.light, temperature), &self.light);
+        }
+        self.absorbed.clone()
     }
 
-    /// What the faces of every node receive in a step. Temperatures [K] and shares of the Sun are those of the nodes.
+    /// What the faces of every node receive in a load that lasts `steps`. Temperatures [K] and shares of the Sun are those of the nodes.
     pub fn received(
         &mut self,
         load: &StepLoad,
+        steps: f64,
         temperature: impl Fn(usize) -> f64 + Sync,
         visibility: impl Fn(usize) -> f64 + Sync,
     ) -> Vec<[Received; 2]> {
-        let absorbed = self.absorbed(load, temperature, visibility);
+        let absorbed = self.absorbed(load, steps, temperature, visibility);
         self.of_nodes(&absorbed)
     }
 
@@ -194,6 +231,8 @@ impl ExchangeTwin {
         saved.put("seen", &seen.collect::<Vec<_>>());
         saved.put("reflected", &self.light.reflected);
         saved.put("sunlight", &self.light.sunlight);
+        saved.put("mirrored", &self.light.mirrored);
+        saved.put("absorbed", &self.absorbed);
         saved
     }
 
@@ -209,7 +248,9 @@ impl ExchangeTwin {
             seen: seen.into_iter().map(|[planet_ir, albedo]| Seen { planet_ir, albedo }).collect(),
             reflected: saved.list("reflected")?,
             sunlight: saved.list("sunlight")?,
+            mirrored: saved.list("mirrored")?,
         };
+        self.absorbed = saved.list("absorbed")?;
         Ok(())
     }
 }

@@ -156,10 +156,11 @@ impl Prepared {
         warnings.extend(given.iter().flat_map(|given| given.warnings().to_vec()));
         let network = steps::network(&mut scene, shell, &parts, &nodes, &probes, &materials)?;
         warnings.extend(network.iter().flat_map(|network| network.remarks()));
-        let craft = |settings| Craft::new(settings, &nodes, &triangles, network.as_deref(), &materials);
+        let craft =
+            |settings| Craft::new(settings, scene.time.step, &nodes, &triangles, network.as_deref(), &materials);
         let exchange = scene.exchange.map(craft).transpose();
         let exchange = exchange.map_err(|message| PrepareError::Exchange { path: scene.source.clone(), message })?;
-        warnings.extend(exchange.iter().flat_map(|craft| craft.defects.warnings()));
+        warnings.extend(exchange.iter().flat_map(|craft| craft.warnings()));
         Ok(Self {
             exchange: exchange.map(Arc::new),
             network,

@@ -1,18 +1,22 @@
-//! Radiation between surfaces in f64 beside a run, and its errors in kelvin: noise of rays, pairs that were left out, and arrival from the start of each step.
+//! Radiation between surfaces in f64 beside a run, and its errors in kelvin: noise of rays, pairs that were left out, light that is held, and arrival from the
+//! start of each step.
 
 use std::sync::Arc;
 
 use glam::DAffine3;
 
 use crate::environment::StepLoad;
-use crate::exchange::sky::Renewal;
+use crate::exchange::sky::{Due, Renewal};
 use crate::exchange::step::{Exchange, Light};
 use crate::saved::{Saved, SavedError};
-use crate::simulation::exchange::{Craft, LIGHT};
+use crate::simulation::exchange::Craft;
 use crate::thermal::received::{Received, Seen};
 
-/// Steps between two estimates of noise and of what was left out.
+/// Findings of infrared between two estimates of noise and of what was left out.
 const EVERY: u64 = 20;
+
+/// Most poses whose rays are kept. The one that was used longest ago makes room.
+const MOST: usize = 32;
 
 /// Below this mean temperature [K] a patch hardly radiates, so that a flux says little of its temperature.
 const COLD: f64 = 85.0;
@@ -20,15 +24,16 @@ const COLD: f64 = 85.0;
 /// What patches exchange, beside the run.
 pub(super) struct ExchangeCheck {
     craft: Arc<Craft>,
-    /// Poses of the joints for which rays were cast, and what was found.
-    found: (Vec<DAffine3>, Exchange),
+    /// Poses of the joints for which rays were cast, and what was found. The last one holds.
+    found: Vec<(Vec<DAffine3>, Exchange)>,
     renewal: Renewal,
     light: Light,
-    /// What patches absorbed in the step before [W/m2].
+    /// What patches absorb since it was found [W/m2].
     before: Vec<f64>,
+    /// How often infrared was found.
     steps: u64,
-    /// Errors so far: noise, what was left out, and arrival from the start of each step.
-    errors: [Spread; 3],
+    /// Errors so far: noise, what was left out, late arrival, and light that is held.
+    errors: [Spread; 4],
 }
 
 /// Errors over patches and steps [K].
@@ -55,8 +60,8 @@ impl ExchangeCheck {
     /// Exchange for first poses.
     pub fn new(craft: &Arc<Craft>, poses: &[DAffine3]) -> Self {
         Self {
-            found: (poses.to_vec(), craft.cast(poses)),
-            renewal: Renewal { angle: LIGHT * craft.settings.redraw_angle, found_for: None },
+            found: vec![(poses.to_vec(), craft.cast(poses))],
+            renewal: craft.renewal(),
             craft: Arc::clone(craft),
             light: Light::default(),
             before: Vec::new(),
@@ -65,28 +70,65 @@ impl ExchangeCheck {
         }
     }
 
-    /// What the faces of every node receive in a step, from rays for the poses that the engine uses. `nodes` are the temperature [K] and the share of the Sun of each.
-    pub fn received(&mut self, load: &StepLoad, poses: Option<&[DAffine3]>, nodes: &[[f64; 2]]) -> Vec<[Received; 2]> {
-        let mut turned = false;
-        if let Some(poses) = poses.filter(|poses| *poses != self.found.0) {
-            self.found = (poses.to_vec(), self.craft.cast(poses));
-            turned = true;
+    /// What the faces of every node receive in a step, from rays for the poses that the engine uses. The load lasts `steps`. `nodes` are the temperature [K] and the share of the Sun of each.
+    pub fn received(
+        &mut self,
+        load: &StepLoad,
+        steps: f64,
+        poses: Option<&[DAffine3]>,
+        nodes: &[[f64; 2]],
+    ) -> Vec<[Received; 2]> {
+        let turned = poses.is_some_and(|poses| self.turn(poses));
+        let Some((_, exchange)) = self.found.last() else { return Vec::new() };
+        let find = || {
+            let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
+            exchange.light(load, |node| nodes[node][1], mirrored.as_ref())
+        };
+        let of_nodes = |absorbed: &[f64], light: &Light| -> Vec<[Received; 2]> {
+            (0..nodes.len()).map(|node| exchange.of_node(node, absorbed, &light.seen)).collect()
+        };
+        let due = self.renewal.due(load, steps, turned || self.light.seen.is_empty());
+        if due == Due::Nothing {
+            return of_nodes(&self.before, &self.light);
         }
-        let exchange = &self.found.1;
-        if self.renewal.is_due(load) || turned || self.light.seen.is_empty() {
-            self.light = exchange.light(load, |node| nodes[node][1]);
+        let mut held = None;
+        if due == Due::All {
+            self.light = find();
+        } else if self.steps.is_multiple_of(EVERY) {
+            held = Some(exchange.held_too_long(load, [&self.light, &find()], |node| nodes[node][0]));
         }
         let sent = exchange.sent(load, &self.light, |node| nodes[node][0]);
         let absorbed = exchange.absorbed(&sent, &self.light);
-        let received = (0..nodes.len()).map(|node| exchange.of_node(node, &absorbed, &self.light.seen)).collect();
-        self.estimate(&sent, &absorbed, nodes, turned);
+        let received = of_nodes(&absorbed, &self.light);
+        self.estimate(&sent, &absorbed, nodes, (turned, held));
         self.before = absorbed;
         self.steps += 1;
         received
     }
 
-    fn estimate(&mut self, sent: &[f64], absorbed: &[f64], nodes: &[[f64; 2]], turned: bool) {
-        let exchange = &self.found.1;
+    /// Takes what holds for poses. Returns whether it is another than before.
+    fn turn(&mut self, poses: &[DAffine3]) -> bool {
+        let Some(place) = self.found.iter().rposition(|(own, _)| own == poses) else {
+            if self.found.len() >= MOST {
+                self.found.remove(0);
+            }
+            self.found.push((poses.to_vec(), self.craft.cast(poses)));
+            return true;
+        };
+        let held = place + 1 == self.found.len();
+        let known = self.found.remove(place);
+        self.found.push(known);
+        !held
+    }
+
+    fn estimate(
+        &mut self,
+        sent: &[f64],
+        absorbed: &[f64],
+        nodes: &[[f64; 2]],
+        (turned, held): (bool, Option<Vec<f64>>),
+    ) {
+        let Some((_, exchange)) = self.found.last() else { return };
         let kelvin = exchange.kelvin_per_flux(|node| nodes[node][0]);
         let warm = exchange.kelvin_per_flux(|_| COLD);
         let patches = || exchange.patches.iter().zip(kelvin.iter().zip(&warm)).enumerate();
@@ -102,21 +144,25 @@ impl ExchangeCheck {
             for (number, (patch, (kelvin, _))) in warm_ones() {
                 self.errors[0].add(kelvin * errors[number].noise, patch.area);
                 self.errors[1].add(kelvin * errors[number].left_out, patch.area);
+                // Light that was found for this very step has no such error.
+                self.errors[3].add(kelvin * held.as_ref().map_or(0.0, |held| held[number]), patch.area);
             }
         }
     }
 
     /// The errors in words.
     pub fn remark(&self) -> Option<String> {
-        let [noise, left_out, late] = &self.errors;
+        let [noise, left_out, late, held] = &self.errors;
         (noise.weight > 0.0).then(|| {
-            let late = if late.weight > 0.0 { late.told() } else { "unknown after one step".to_owned() };
+            let late = if late.weight > 0.0 { late.told() } else { "unknown yet".to_owned() };
             format!(
-                "Radiation between surfaces, errors of a patch in balance: noise of {} rays {}; pairs that were left out and rounding {}; arrival from the \
-                 start of each step {late}. Patches below {COLD} K are left out.",
+                "Radiation between surfaces, errors of a patch in balance: noise of {} rays {}; pairs that were left out and rounding {}; light of Sun and planet that is held {}; \
+                 arrival from the temperatures of up to {} s before a step {late}. Patches below {COLD} K are left out.",
                 self.craft.settings.rays,
                 noise.told(),
-                left_out.told()
+                left_out.told(),
+                held.told(),
+                self.craft.settings.hold
             )
         })
     }
@@ -124,11 +170,13 @@ impl ExchangeCheck {
     /// The state between two steps.
     pub fn save(&self) -> Saved {
         let mut saved = self.renewal.save();
-        saved.put("rays", &self.found.0.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
+        let poses = self.found.last().map(|(poses, _)| &poses[..]).unwrap_or_default();
+        saved.put("rays", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
         let seen = self.light.seen.iter().map(|seen| [seen.planet_ir, seen.albedo]);
         saved.put("seen", &seen.collect::<Vec<_>>());
         saved.put("reflected", &self.light.reflected);
         saved.put("sunlight", &self.light.sunlight);
+        saved.put("mirrored", &self.light.mirrored);
         saved.put("before", &self.before);
         saved.put("steps", &[self.steps]);
         saved.put("errors", &self.errors.map(|spread| [spread.squares, spread.weight, spread.most]));
@@ -143,18 +191,17 @@ impl ExchangeCheck {
         self.renewal.restore(saved)?;
         let poses: Vec<[f64; 12]> = saved.list("rays")?;
         let poses: Vec<DAffine3> = poses.iter().map(DAffine3::from_cols_array).collect();
-        if poses != self.found.0 {
-            self.found = (poses.clone(), self.craft.cast(&poses));
-        }
+        self.turn(&poses);
         let seen: Vec<[f64; 2]> = saved.list("seen")?;
         self.light = Light {
             seen: seen.into_iter().map(|[planet_ir, albedo]| Seen { planet_ir, albedo }).collect(),
             reflected: saved.list("reflected")?,
             sunlight: saved.list("sunlight")?,
+            mirrored: saved.list("mirrored")?,
         };
         self.before = saved.list("before")?;
         [self.steps] = saved.array("steps")?;
-        let errors: [[f64; 3]; 3] = saved.array("errors")?;
+        let errors: [[f64; 3]; 4] = saved.array("errors")?;
         self.errors = errors.map(|[squares, weight, most]| Spread { squares, weight, most });
         Ok(())
     }
