@@ -123,6 +123,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let own: u64 =
         arguments.shard.orbits(&spec).map(|orbit| spec.images_of(orbit)).map(|images| images.end - images.start).sum();
     say!("{} images of {} orbits on {}", spec.samples, spec.orbits(), target.name());
+    if scenes.has_distortion() {
+        say!(
+            "warning: the camera has distortion, for which BOP has no place: its readers draw with cam_K alone, and their masks \
+             lie beside those of the set; COCO, SPEED+ and the labels state it"
+        );
+    }
     let bar = progress_bar(own, "images");
     let order = Order {
         spec: &spec,

@@ -40,7 +40,7 @@ pub enum Drawn {
 }
 
 /// Words that name a distribution.
-const NAMES: [&str; 6] = ["uniform", "log_uniform", "normal", "choice", "direction", "rotation"];
+pub const NAMES: [&str; 6] = ["uniform", "log_uniform", "normal", "choice", "direction", "rotation"];
 
 /// Least probability of `within`, below which a normal distribution is refused.
 const LEAST_SHARE: f64 = 1e-6;

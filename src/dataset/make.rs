@@ -57,6 +57,8 @@ pub struct Made {
     pub rejections: Rejections,
     /// Time of the work [s].
     pub seconds: f64,
+    /// Part of it in which images were labelled, encoded and written, without what steps and draws [s].
+    pub seconds_of_files: f64,
     /// Whether the whole set is there.
     pub complete: bool,
 }
@@ -120,6 +122,7 @@ pub struct Order<'a> {
 pub fn make(order: &Order, stop: &AtomicBool, progress: &mut dyn FnMut(u64)) -> Result<Made, DatasetError> {
     let Order { spec, scenes, target, root, shard, begin, allows_outside } = *order;
     let began = Instant::now();
+    scenes.check_ends(spec)?;
     let scene = scenes.of_orbit(spec, 0)?.scene;
     let identity = identity(spec, &scene, target, allows_outside)?;
     // What is wrong with the craft is found before a folder is made.
@@ -148,15 +151,19 @@ pub fn make(order: &Order, stop: &AtomicBool, progress: &mut dyn FnMut(u64)) -> 
         let mut folder = store.begin(split, number)?;
         let mut encoded: Vec<Encoded> = Vec::new();
         let outcome = run.run(&|_| true, stop, &mut |craft, simulation, image, labelled| {
+            let began = Instant::now();
             let image = encode_image(spec, (craft, &solids, simulation), image, labelled)?;
             encoded.push(image.write(&mut folder)?);
+            made.seconds_of_files += began.elapsed().as_secs_f64();
             progress(1);
             Ok(())
         })?;
         if outcome.stopped {
             return Err(DatasetError::Stopped(root.to_path_buf()));
         }
+        let began = Instant::now();
         write(&mut folder, spec, &run, &outcome, encoded)?;
+        made.seconds_of_files += began.elapsed().as_secs_f64();
         made.images += count;
         made.orbits += 1;
         made.bytes += folder.bytes;
@@ -197,6 +204,7 @@ fn report(store: &Store, shard: Shard, target: &Target, made: &Made) -> Result<(
         "orbits": made.orbits,
         "orbits_kept": made.kept,
         "seconds": made.seconds,
+        "seconds_of_files": made.seconds_of_files,
         "images_an_hour": made.images_an_hour(),
         "bytes": made.bytes,
         "bytes_an_image": made.bytes_an_image(),

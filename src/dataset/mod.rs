@@ -5,6 +5,7 @@
 //! what a SPEC means.
 
 pub mod camera_rule;
+mod corner;
 pub mod distribution;
 pub mod error;
 pub mod index;
@@ -16,6 +17,7 @@ pub mod preview;
 pub mod random;
 mod reader;
 pub mod row;
+mod scene_sections;
 pub mod scene_values;
 pub mod season;
 mod sobol;

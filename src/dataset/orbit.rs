@@ -8,7 +8,7 @@ use serde_json::Value as Json;
 use super::camera_rule::CameraRule;
 use super::error::DatasetError;
 use super::random::Stream;
-use super::scene_values::{OrbitScene, SceneText};
+use super::scene_values::{NAMES, OrbitScene, OrbitValues, SceneText};
 use super::spec::Spec;
 use super::split::split_of;
 use super::time_rule::NoTime;
@@ -33,14 +33,12 @@ pub type Take<'a> = dyn FnMut(&Craft, &Simulation, Image, LabelledImage) -> Resu
 /// An orbit that is ready to run.
 pub struct OrbitRun<'a> {
     spec: &'a Spec,
+    scenes: &'a SceneText,
     number: u64,
+    values: OrbitValues,
     simulation: Simulation,
     /// The craft with its key points.
     pub craft: Craft,
-    /// What was drawn for the orbit by section.
-    pub drawn: Json,
-    sensor: Vec<(String, f64)>,
-    bits: u32,
 }
 
 /// What came of an orbit.
@@ -57,10 +55,9 @@ impl<'a> OrbitRun<'a> {
     ///
     /// # Errors
     /// A scene that can not be used, or key points that the craft does not have.
-    pub fn new(spec: &'a Spec, scenes: &SceneText, target: &Target, number: u64) -> Result<Self, DatasetError> {
-        let OrbitScene { scene, drawn } = scenes.of_orbit(spec, number)?;
+    pub fn new(spec: &'a Spec, scenes: &'a SceneText, target: &Target, number: u64) -> Result<Self, DatasetError> {
+        let OrbitScene { scene, values } = scenes.of_orbit(spec, number)?;
         check(spec, &scene)?;
-        let (sensor, bits) = sensor_of(&scene);
         let simulation = Simulation::from_scene(scene, target)?;
         let mut craft = craft(simulation.prepared());
         if let Some(name) = &spec.object {
@@ -77,12 +74,17 @@ impl<'a> OrbitRun<'a> {
             each.collect::<Result<Vec<_>, _>>()?
         };
         check_names(&craft.key_points).map_err(|error| wrong(error.to_string()))?;
-        Ok(Self { spec, number, simulation, craft, drawn, sensor, bits })
+        Ok(Self { spec, scenes, number, values, simulation, craft })
     }
 
     /// Number of the orbit.
     pub fn number(&self) -> u64 {
         self.number
+    }
+
+    /// What was drawn for the orbit by section.
+    pub fn drawn(&self) -> &Json {
+        &self.values.drawn
     }
 
     /// The simulation.
@@ -136,12 +138,22 @@ impl<'a> OrbitRun<'a> {
                 return Ok(outcome);
             }
             if wanted(image) {
+                let drawn = self.take_sensor(image)?;
                 let taken = self.image(image, time, &mut outcome.rejections)?;
-                let labelled = labelled(self.place(image), self.simulation.prepared(), taken.clone());
+                let labelled = labelled(self.place(image, &drawn), self.simulation.prepared(), taken.clone());
                 take(&self.craft, &self.simulation, taken, labelled)?;
             }
         }
         Ok(outcome)
+    }
+
+    /// Takes the sensor of an image. Returns what was drawn for it by section.
+    fn take_sensor(&mut self, image: u64) -> Result<Json, DatasetError> {
+        let Some(own) = self.scenes.of_image(self.spec, (self.number, &self.values), image)? else {
+            return Ok(Json::Null);
+        };
+        self.simulation.set_sensor(own.sensor)?;
+        Ok(own.drawn)
     }
 
     /// Draws poses until one is accepted.
@@ -201,19 +213,23 @@ impl<'a> OrbitRun<'a> {
     pub fn blank(&self) -> Result<LabelledImage, DatasetError> {
         let camera = self.simulation.camera()?.clone();
         let image = Image::new(camera, glam::DAffine3::IDENTITY, 0.0, Pixels::default());
-        Ok(labelled(self.place(self.spec.images_of(self.number).start), self.simulation.prepared(), image))
+        let first = self.spec.images_of(self.number).start;
+        Ok(labelled(self.place(first, &Json::Null), self.simulation.prepared(), image))
     }
 
-    fn place(&self, image: u64) -> Place {
+    fn place(&self, image: u64, drawn_for_image: &Json) -> Place {
         let mut drawn = Vec::new();
-        numbers("", &self.drawn, &mut drawn);
+        for values in [&self.values.drawn, drawn_for_image] {
+            numbers("", values, &mut drawn);
+        }
+        let (sensor, bits) = sensor_of(&self.simulation.prepared().scene);
         Place {
             sample: image,
             orbit: self.number as u32,
             number: (image - self.spec.images_of(self.number).start) as u32,
             split: split_of(self.spec, self.number),
-            bits: self.bits,
-            sensor: self.sensor.clone(),
+            bits,
+            sensor,
             drawn,
         }
     }
@@ -247,7 +263,11 @@ fn sensor_of(scene: &Scene) -> (Vec<(String, f64)>, u32) {
         ("range_high_K".to_owned(), sensor.range[1]),
         ("netd_K".to_owned(), sensor.noise.as_ref().map_or(0.0, |noise| noise.kelvin)),
         ("transmission".to_owned(), sensor.optics.transmission),
+        ("bad_pixels".to_owned(), sensor.bad_pixels),
     ];
+    if let Some(halo) = sensor.halo {
+        settings.extend([("stray_share".to_owned(), halo.share), ("stray_radius_px".to_owned(), halo.radius)]);
+    }
     let temperatures = [("lens_temperature_K", sensor.optics.lens), ("housing_temperature_K", sensor.optics.housing)];
     for (name, value) in temperatures {
         settings.extend(value.map(|value| (name.to_owned(), value)));
@@ -257,7 +277,9 @@ fn sensor_of(scene: &Scene) -> (Vec<(String, f64)>, u32) {
             ("offset_pattern_K".to_owned(), pattern.offset),
             ("gain_pattern".to_owned(), pattern.gain),
             ("drift_K_per_s".to_owned(), pattern.drift),
+            ("shutter_temperature_K".to_owned(), pattern.shutter),
         ]);
+        settings.extend(pattern.interval.map(|interval| ("shutter_interval_s".to_owned(), interval)));
     }
     (settings, sensor.bits)
 }
@@ -270,7 +292,7 @@ fn numbers(path: &str, value: &Json, found: &mut Vec<(String, f64)>) {
         Json::Object(values) => values.iter().for_each(|(key, value)| numbers(&joined(key), value, found)),
         Json::Array(items) => {
             for (index, item) in items.iter().enumerate() {
-                let name = ["match", "part", "name", "node"].iter().find_map(|key| item.get(*key)?.as_str());
+                let name = NAMES.iter().find_map(|key| item.get(*key)?.as_str());
                 numbers(&joined(name.unwrap_or(&index.to_string())), item, found);
             }
         }

@@ -138,5 +138,5 @@ fn orbit_json(run: &OrbitRun, outcome: &Outcome, rows: Vec<Json>, lines: Vec<Lin
             "coco_annotations": lines.coco.annotations,
         })
     });
-    json!({"drawn": run.drawn, "rejected": rejections, "images": rows, "lines": each.collect::<Vec<_>>()})
+    json!({"drawn": run.drawn(), "rejected": rejections, "images": rows, "lines": each.collect::<Vec<_>>()})
 }

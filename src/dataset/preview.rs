@@ -62,6 +62,7 @@ pub fn preview(
     stop: &AtomicBool,
     progress: &mut dyn FnMut(),
 ) -> Result<Preview, DatasetError> {
+    scenes.check_ends(spec)?;
     let orbits = spec.orbits().min(ORBITS);
     let mut rejections = Rejections::new();
     let mut samples: Vec<(LabelledImage, Vec<Overlay>)> = Vec::new();

@@ -1,18 +1,23 @@
-//! The scene of an orbit: the scene file with the values that were drawn.
+//! The scene of an orbit and the sensor of an image: the scene file with the values that were drawn.
 
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value as Json, json};
 use toml::{Table, Value};
 
+use super::corner::{corner, corners};
+use super::distribution::{Drawn, NAMES as NAMES_OF_DISTRIBUTIONS};
 use super::error::DatasetError;
 use super::random::Stream;
+use super::scene_sections::SENSOR;
 use super::spec::Spec;
 use crate::files::Reach;
-use crate::scene::Scene;
+use crate::lens::Distortion;
+use crate::scene::{Scene, SceneError};
+use crate::thermal::sensor::Sensor;
 
 /// Keys that tell the tables of a list apart.
-const NAMES: [&str; 4] = ["match", "part", "name", "node"];
+pub const NAMES: [&str; 4] = ["match", "part", "name", "node"];
 
 /// A scene file as a table.
 #[derive(Debug, Clone)]
@@ -20,12 +25,29 @@ pub struct SceneText {
     path: PathBuf,
     reach: Reach,
     table: Table,
+    has_distortion: bool,
 }
 
 /// The scene of an orbit, and what was drawn for it.
 pub struct OrbitScene {
     /// The scene.
     pub scene: Scene,
+    /// Its values.
+    pub values: OrbitValues,
+}
+
+/// The values of an orbit's scene.
+pub struct OrbitValues {
+    /// Those that were drawn, by section and key.
+    pub drawn: Json,
+    /// All values of the scene file.
+    table: Table,
+}
+
+/// The sensor of an image, and what was drawn for it.
+pub struct ImageSensor {
+    /// The sensor.
+    pub sensor: Sensor,
     /// The drawn values by section and key.
     pub drawn: Json,
 }
@@ -36,11 +58,17 @@ impl SceneText {
     /// # Errors
     /// Everything that [`Scene::load`] refuses.
     pub fn load(path: &Path, reach: Reach) -> Result<Self, DatasetError> {
-        Scene::load_within(path, reach.clone())?;
-        let unreadable = |reason: String| crate::scene::SceneError::Unreadable { path: path.to_path_buf(), reason };
+        let scene = Scene::load_within(path, reach.clone())?;
+        let has_distortion = scene.camera.is_some_and(|camera| camera.lens.distortion != Distortion::None);
+        let unreadable = |reason: String| SceneError::Unreadable { path: path.to_path_buf(), reason };
         let text = crate::files::read_text(path).map_err(|fault| unreadable(fault.to_string()))?;
         let table = text.parse::<Table>().map_err(|error| unreadable(error.to_string()))?;
-        Ok(Self { path: path.to_path_buf(), reach, table })
+        Ok(Self { path: path.to_path_buf(), reach, table, has_distortion })
+    }
+
+    /// Whether the camera's lens has distortion.
+    pub fn has_distortion(&self) -> bool {
+        self.has_distortion
     }
 
     /// The scene of an orbit.
@@ -49,11 +77,41 @@ impl SceneText {
     /// Values that the scene refuses, or a list of tables without the one that is named.
     pub fn of_orbit(&self, spec: &Spec, orbit: u64) -> Result<OrbitScene, DatasetError> {
         let source = spec.plan.source(Stream::Orbit, orbit, 0);
+        let (table, drawn) = self.table_of(spec, orbit, &|section, drawn| drawn.draw(section, &source))?;
+        let scene = self.scene(&table).map_err(|reason| DatasetError::Orbit { orbit, reason })?;
+        Ok(OrbitScene { scene, values: OrbitValues { drawn, table } })
+    }
+
+    /// Refuses distributions whose ends the scene refuses, before anything is made: such a value might be drawn late.
+    ///
+    /// # Errors
+    /// The first end that is refused.
+    pub fn check_ends(&self, spec: &Spec) -> Result<(), DatasetError> {
+        let of_orbit = spec.each_orbit.iter().map(|(_, drawn)| drawn);
+        for number in 0..corners(of_orbit.chain(&spec.each_image)) {
+            let (mut table, _) = self.table_of(spec, 0, &|_, drawn| corner(drawn, number))?;
+            let wrong = |message: String| DatasetError::Spec { path: spec.path.clone(), message };
+            if let Some(each_image) = &spec.each_image {
+                merge(&mut table, SENSOR, corner(each_image, number)).map_err(wrong)?;
+            }
+            self.scene(&table).map_err(|reason| wrong(format!("{reason} (at an end of what may be drawn)")))?;
+        }
+        Ok(())
+    }
+
+    /// The scene file of an orbit, and what was drawn for it by section. `value` gives the value of a section.
+    fn table_of(
+        &self,
+        spec: &Spec,
+        orbit: u64,
+        value: &dyn Fn(&str, &Drawn) -> Value,
+    ) -> Result<(Table, Json), DatasetError> {
+        let source = spec.plan.source(Stream::Orbit, orbit, 0);
         let mut table = self.table.clone();
         let mut told = Map::new();
         let wrong = |message: String| DatasetError::Spec { path: spec.path.clone(), message };
         for (section, drawn) in &spec.each_orbit {
-            let value = drawn.draw(section, &source);
+            let value = value(section, drawn);
             told.insert(section.clone(), as_json(&value));
             merge(&mut table, section, value).map_err(wrong)?;
         }
@@ -78,7 +136,11 @@ impl SceneText {
                 set(&mut table, "environment", "solar_constant", Value::Float(solar * find("solar_scale")));
             }
         }
-        if let Some(Value::Table(sensor)) = table.get_mut("sensor") {
+        // A sensor may be whole only with what is drawn for an image. Until the first one, it is that of the first.
+        if let Some(each_image) = &spec.each_image {
+            merge(&mut table, SENSOR, of_sensor(spec, each_image, spec.images_of(orbit).start)).map_err(wrong)?;
+        }
+        if let Some(Value::Table(sensor)) = table.get_mut(SENSOR) {
             // The counter of the noise is the time of the image.
             if !states_seed(spec) {
                 sensor.insert("seed".to_owned(), Value::Integer(source.bits("sensor.seed").into()));
@@ -86,18 +148,57 @@ impl SceneText {
             // Images are of times far apart, so the bolometer has settled in each.
             sensor.insert("time_constant".to_owned(), Value::Float(0.0));
         }
-        let orbit_error = |reason: String| DatasetError::Orbit { orbit, reason };
-        let text = toml::to_string(&table).map_err(|error| orbit_error(error.to_string()))?;
-        let scene = Scene::parse_within(&text, &self.path, self.reach.clone());
-        let scene = scene.map_err(|error| orbit_error(format!("with the values that were drawn, {error}")))?;
-        Ok(OrbitScene { scene, drawn: Json::Object(told) })
+        Ok((table, Json::Object(told)))
     }
+
+    /// The sensor of an image of an orbit. `None` where the SPEC draws none for each image.
+    ///
+    /// # Errors
+    /// Values that the scene refuses, or a scene without a sensor.
+    pub fn of_image(
+        &self,
+        spec: &Spec,
+        (orbit, values): (u64, &OrbitValues),
+        image: u64,
+    ) -> Result<Option<ImageSensor>, DatasetError> {
+        let Some(each_image) = &spec.each_image else { return Ok(None) };
+        let sensor = of_sensor(spec, each_image, image);
+        let drawn = json!({ SENSOR: as_json(&sensor) });
+        let mut table = values.table.clone();
+        let wrong = |reason: String| DatasetError::Orbit { orbit, reason: format!("image {image}: {reason}") };
+        merge(&mut table, SENSOR, sensor).map_err(wrong)?;
+        let sensor = self.scene(&table).map_err(wrong)?.sensor;
+        Ok(sensor.map(|sensor| ImageSensor { sensor, drawn }))
+    }
+
+    /// The scene of a table.
+    fn scene(&self, table: &Table) -> Result<Scene, String> {
+        let text = toml::to_string(table).map_err(|error| error.to_string())?;
+        Scene::parse_within(&text, &self.path, self.reach.clone()).map_err(|error| refusal(&error))
+    }
+}
+
+/// Why the scene refuses drawn values. Lines are left out, because no file has this text.
+fn refusal(error: &SceneError) -> String {
+    match error {
+        SceneError::Value { key, message, .. } if message.contains("found a table") => {
+            format!("{key}: {message}, which names none of the distributions {}", NAMES_OF_DISTRIBUTIONS.join(", "))
+        }
+        SceneError::Value { key, message, .. } => format!("{key}: {message}"),
+        SceneError::Several(errors) => errors.iter().map(refusal).collect::<Vec<_>>().join("; "),
+        other => other.to_string(),
+    }
+}
+
+/// What is drawn of the sensor for an image. It does not depend on the attempts at its pose.
+fn of_sensor(spec: &Spec, each_image: &Drawn, image: u64) -> Value {
+    each_image.draw(SENSOR, &spec.plan.source(Stream::Image, image, 0))
 }
 
 /// Whether the SPEC itself says which seed the sensor has.
 fn states_seed(spec: &Spec) -> bool {
-    let of_sensor = spec.each_orbit.iter().filter(|(section, _)| section == "sensor");
-    of_sensor.flat_map(|(_, drawn)| drawn.keys()).any(|key| key == "seed")
+    let of_orbit = spec.each_orbit.iter().filter(|(section, _)| section == SENSOR).map(|(_, drawn)| drawn);
+    of_orbit.chain(&spec.each_image).flat_map(Drawn::keys).any(|key| key == "seed")
 }
 
 fn set(table: &mut Table, section: &str, key: &str, value: Value) {

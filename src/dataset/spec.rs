@@ -11,11 +11,12 @@ use super::distribution::Drawn;
 use super::life::Life;
 use super::random::{Plan, Sampling};
 use super::reader::{SpecFile, Table};
+use super::scene_sections::{SENSOR, each_image, each_orbit, refuse_twice};
 use super::season::Season;
 use super::time_rule::TimeRule;
 use crate::files::{self, Reach};
 use crate::scene::SceneError;
-use crate::scene::keys::{ROOT, SECTIONS, suggestion};
+use crate::scene::keys::suggestion;
 
 /// Keys of the root.
 pub(crate) const KEYS: &[&str] = &[
@@ -30,6 +31,7 @@ pub(crate) const KEYS: &[&str] = &[
     "split",
     "object",
     "each_orbit",
+    "each_image",
     "season",
     "life",
     "time",
@@ -43,15 +45,6 @@ pub(crate) const SPLIT: &[&str] = &["train", "val", "test"];
 pub(crate) const REJECT: &[&str] = &["in_view", "visible_pixels", "clearance", "sun", "planet"];
 /// Keys of `[[key_point]]`.
 pub(crate) const KEY_POINT: &[&str] = &["name", "position", "part"];
-
-/// Sections of the scene that are the same in all orbits of a data set, and why.
-const FIXED: [(&str, &str); 5] = [
-    ("name", "a data set is of one craft"),
-    ("model", "all orbits have the same model"),
-    ("part", "all orbits have the same model"),
-    ("camera", "all images have the same camera, whose pose [camera] of the SPEC draws"),
-    ("output", "the SPEC says what is written"),
-];
 
 /// Most images of a data set.
 const MOST_SAMPLES: u64 = 1_000_000_000;
@@ -118,6 +111,8 @@ pub struct Spec {
     pub object: Option<String>,
     /// Values of the scene file that are drawn for each orbit, by section.
     pub each_orbit: Vec<(String, Drawn)>,
+    /// Values of the scene's `[sensor]` that are drawn for each image.
+    pub each_image: Option<Drawn>,
     /// Day of the year and plane of the orbit.
     pub season: Option<Season>,
     /// Age of the surfaces.
@@ -154,6 +149,12 @@ impl Spec {
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
         let file = SpecFile { path, text };
         let parsed = file.parse()?;
+        let keys = parsed.get_ref();
+        if !keys.contains_key("scene") && keys.contains_key("model") {
+            let message =
+                "this file is a scene: a SPEC names one by scene = \"FILE.toml\" (docs/datasets.md)".to_owned();
+            return Err(SceneError::Value { path: path.to_path_buf(), line: 1, key: "scene".to_owned(), message });
+        }
         let root = Table::root(&file, &parsed, KEYS)?;
         let scene = root.required("scene", root.path("scene")?, "the scene file")?;
         let samples = root.whole("samples", 1..=MOST_SAMPLES)?;
@@ -162,9 +163,10 @@ impl Spec {
         let poses_per_orbit =
             root.required("poses_per_orbit", poses, "the images that share the thermal run of an orbit")?;
         let each_orbit = each_orbit(&root)?;
+        let each_image = each_image(&root)?;
         let season = Season::read(&root)?;
         let life = Life::read(&root)?;
-        refuse_twice(&root, &each_orbit, season.is_some(), life.as_ref())?;
+        refuse_twice(&root, &each_orbit, each_image.as_ref(), season.is_some(), life.as_ref())?;
         let time = TimeRule::read(&root)?;
         let cameras = CameraRule::read(&root)?;
         let mut of_orbit: Vec<String> = each_orbit.iter().flat_map(|(section, drawn)| drawn.names(section)).collect();
@@ -172,6 +174,7 @@ impl Spec {
         of_orbit.extend(life.iter().flat_map(Life::names));
         let mut of_image = time.names();
         of_image.extend(CameraRule::names(&cameras));
+        of_image.extend(each_image.iter().flat_map(|drawn| drawn.names(SENSOR)));
         let samplings =
             [("random", Sampling::Random), ("latin_hypercube", Sampling::LatinHypercube), ("sobol", Sampling::Sobol)];
         let plan = Plan {
@@ -193,6 +196,7 @@ impl Spec {
             split: split(&root)?,
             object: root.text("object")?.map(str::to_owned),
             each_orbit,
+            each_image,
             season,
             life,
             time,
@@ -212,67 +216,6 @@ impl Spec {
         let first = orbit * self.poses_per_orbit;
         first..(first + self.poses_per_orbit).min(self.samples)
     }
-}
-
-/// Reads `[each_orbit]`, whose sections and keys are those of the scene file.
-fn each_orbit(root: &Table) -> Result<Vec<(String, Drawn)>, SceneError> {
-    let Some(table) = root.open_table("each_orbit")? else { return Ok(Vec::new()) };
-    let sections = table.all_drawn()?;
-    for (section, drawn) in &sections {
-        if let Some((_, why)) = FIXED.iter().find(|(fixed, _)| fixed == section) {
-            return Err(table.error(section, &format!("can not be drawn: {why}")));
-        }
-        if !ROOT.contains(&section.as_str()) {
-            return Err(
-                table.error(section, &format!("is no section of a scene{}", suggestion(section, ROOT.iter().copied())))
-            );
-        }
-        let known = SECTIONS.iter().find(|(header, _)| header.trim_matches(['[', ']']) == section);
-        let Some((header, keys)) = known else { continue };
-        let of_tables = header.starts_with("[[");
-        let tables: Vec<&Drawn> = match drawn {
-            Drawn::List(items) if of_tables => items.iter().collect(),
-            table @ Drawn::Table(_) if !of_tables => vec![table],
-            _ => return Err(table.error(section, &format!("expected a section {header} as in the scene"))),
-        };
-        for values in tables {
-            let Drawn::Table(values) = values else { continue };
-            if let Some((key, _)) = values.iter().find(|(key, _)| !keys.contains(&key.as_str())) {
-                let message =
-                    format!("the scene's {header} has no key '{key}'{}", suggestion(key, keys.iter().copied()));
-                return Err(table.error_within(section, key, &message));
-            }
-        }
-    }
-    Ok(sections)
-}
-
-/// Refuses a value that two sections of the SPEC draw.
-fn refuse_twice(
-    root: &Table,
-    each_orbit: &[(String, Drawn)],
-    has_season: bool,
-    life: Option<&Life>,
-) -> Result<(), SceneError> {
-    let of = |name: &str| each_orbit.iter().find(|(section, _)| section == name).map(|(_, drawn)| drawn);
-    if has_season && of("orbit").is_some_and(|orbit| orbit.keys().any(|key| key == "beta_deg")) {
-        return Err(
-            root.error("season", "draws the beta angle, and so does each_orbit.orbit.beta_deg: state one of the two")
-        );
-    }
-    let Some(Drawn::List(materials)) = of("material") else { return Ok(()) };
-    for material in materials {
-        let Drawn::Table(values) = material else { continue };
-        let name = values.iter().find(|(key, _)| key == "match").and_then(|(_, name)| name.text());
-        let ages = |key: &str| name.zip(life).is_some_and(|(name, life)| life.states(name, key));
-        if let Some((key, _)) = values.iter().find(|(key, _)| ages(key)) {
-            return Err(root.error(
-                "life",
-                &format!("draws the {key} of a material for which [[each_orbit.material]] states it too"),
-            ));
-        }
-    }
-    Ok(())
 }
 
 fn images(root: &Table) -> Result<Vec<ImageKind>, SceneError> {

@@ -37,6 +37,7 @@ use super::resource::Resource;
 use super::resource_row::SLOTS;
 use super::resources::SceneData;
 use super::sampling::{Distance, Sampled};
+use super::sensor::SensorTables;
 use super::store::Resources;
 use super::timing::{DeviceFrame, PassTimes};
 use crate::environment::StepLoad;
@@ -403,6 +404,17 @@ impl Renderer {
     pub fn set_temperatures(&mut self, temperatures: &[f32]) -> Result<(), GpuError> {
         self.wait()?;
         self.resources.upload(&mut self.once, Resource::Temperature, temperatures)
+    }
+
+    /// Takes another sensor for the images from here on. Returns whether it needs no other resources; otherwise nothing changes.
+    pub fn take_sensor(&mut self, tables: SensorTables) -> Result<bool, GpuError> {
+        let Some(sensor) = self.sensor.as_mut().filter(|sensor| sensor.takes(&tables)) else { return Ok(false) };
+        let kernel = tables.kernel.clone();
+        sensor.take(tables);
+        // The image before may still read the weights.
+        self.wait()?;
+        self.resources.write(Resource::SensorKernel, 0, &kernel)?;
+        Ok(true)
     }
 
     /// Allocated memory that grows with the number of nodes [bytes], without buffers that only the host reads.

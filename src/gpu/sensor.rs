@@ -112,6 +112,15 @@ impl SensorTables {
         Self { sensor: sensor.clone(), settings, kernel, vignetting, guesses, variant }
     }
 
+    /// Whether another sensor differs only in its settings and in the weights of its kernel.
+    pub fn is_alike(&self, other: &Self) -> bool {
+        let counts = [Count::SensorWeights, Count::SensorRows, Count::SensorCells, Count::SensorPixels];
+        self.variant == other.variant
+            && counts.iter().all(|count| self.count(*count) == other.count(*count))
+            && self.vignetting == other.vignetting
+            && self.guesses == other.guesses
+    }
+
     /// Number of elements for a `count` of the sensor; 0 for others.
     pub(super) fn count(&self, count: Count) -> usize {
         let layout::Sensor { width, height, groups, terms, cells_across, cells_down, .. } = self.settings;

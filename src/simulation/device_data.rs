@@ -39,15 +39,13 @@ impl DeviceData {
         let shapes = Shapes::of(&prepared.materials);
         let materials = prepared.materials.iter().map(|material| device_material(material, &shapes)).collect();
         let network = prepared.network.as_ref().and_then(|network| network.tables());
-        let sensor = prepared.scene.sensor.as_ref().zip(prepared.scene.camera.as_ref());
-        let sensor = sensor.map(|(sensor, camera)| SensorTables::new(sensor, &table, &sensor_view(camera)));
         Self {
             materials,
             shapes,
             band_table: band_table(&table),
             network,
             heat: prepared.scene.energy_balance.then(|| heat_tables(prepared)),
-            sensor,
+            sensor: sensor_tables(prepared),
             exchange: None,
             finishes: Finishes::new(prepared),
         }
@@ -108,6 +106,12 @@ impl DeviceData {
             shown,
         }
     }
+}
+
+/// What the sensor of the scene needs on a device. `None` without one.
+pub fn sensor_tables(prepared: &Prepared) -> Option<SensorTables> {
+    let (sensor, camera) = prepared.scene.sensor.as_ref().zip(prepared.scene.camera.as_ref())?;
+    Some(SensorTables::new(sensor, &RadianceTable::new(prepared.scene.band), &sensor_view(camera)))
 }
 
 /// Whether a camera has the image of the scene's own, for which the tables of the sensor are made.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
-use super::device_data::DeviceData;
+use super::device_data::{DeviceData, sensor_tables};
 use super::distant::{Distance, told};
 use super::energy::absorbed_heat;
 use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
@@ -278,6 +278,11 @@ impl Engine for DeviceEngine {
             self.camera = Some(camera.clone());
         }
         fits
+    }
+
+    fn take_sensor(&mut self, prepared: &Prepared) -> Result<bool, EngineError> {
+        let tables = sensor_tables(prepared).filter(|_| self.senses);
+        Ok(tables.map(|tables| self.renderer.take_sensor(tables)).transpose()?.unwrap_or(false))
     }
 
     fn submit(&mut self, step: Option<Step<'_>>, order: Order<'_>) -> Result<(), EngineError> {

@@ -4,6 +4,7 @@ use glam::DAffine3;
 
 pub use super::engine_error::EngineError;
 use super::network::{NetworkRun, StepCost};
+use super::prepare::Prepared;
 use crate::environment::StepLoad;
 use crate::gpu::timing::PassTimes;
 use crate::saved::Saved;
@@ -117,6 +118,13 @@ pub trait Engine: Send {
 
     /// Takes another camera for the images from here on. Returns whether its images need no other resources; otherwise nothing changes.
     fn take_camera(&mut self, camera: &Camera) -> bool;
+
+    /// Takes the sensor of a scene in which nothing else has changed, for the images from here on. None may be under way. Returns whether it needs no
+    /// other resources; otherwise nothing changes.
+    ///
+    /// # Errors
+    /// A lost device.
+    fn take_sensor(&mut self, prepared: &Prepared) -> Result<bool, EngineError>;
 
     /// Submits a step, or without one the present state. At most two may be under way.
     ///

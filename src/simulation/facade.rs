@@ -2,6 +2,7 @@
 //!
 //! Programs that use the library call this, and so does `isotherm render`. `run` in `simulation.rs` is the loop of a whole run with its files.
 
+pub mod sensor;
 pub mod temperatures;
 
 use std::path::Path;
@@ -398,15 +399,7 @@ impl Simulation {
         }
         let state = take(&self.prepared, &mut *self.engine, None, self.time)?;
         let before = self.prepared.scene.camera.replace(camera.clone());
-        let made = self.target.engine(&self.prepared, Some(&camera)).map_err(SimulationError::from);
-        let made = made.and_then(|mut engine| {
-            engine.keep_few_times(MOST_TIMES);
-            // The sensor of another camera begins anew.
-            let state = with_sensor_of(state, &engine.save()?, true);
-            begin_from(&state, &mut *engine, None)?;
-            Ok(engine)
-        });
-        match made {
+        match self.engine_with(state, Some(&camera)) {
             Ok(engine) => {
                 self.engine = engine;
                 self.drawn = Some(camera);
@@ -417,6 +410,15 @@ impl Simulation {
                 Err(error)
             }
         }
+    }
+
+    /// Another engine for a camera, in a thermal state. Its sensor begins anew.
+    fn engine_with(&self, state: Saved, camera: Option<&Camera>) -> Result<Box<dyn Engine>, SimulationError> {
+        let mut engine = self.target.engine(&self.prepared, camera)?;
+        engine.keep_few_times(MOST_TIMES);
+        let state = with_sensor_of(state, &engine.save()?, true);
+        begin_from(&state, &mut *engine, None)?;
+        Ok(engine)
     }
 
     /// Median device time of each group of passes [ms], by name, of the steps and images that were timed. Empty for the reference, and on a device without

@@ -300,6 +300,12 @@ impl Engine for ReferenceEngine {
         fits
     }
 
+    fn take_sensor(&mut self, prepared: &Prepared) -> Result<bool, EngineError> {
+        let Some((own, sensor)) = self.sensor.as_mut().zip(prepared.scene.sensor.as_ref()) else { return Ok(false) };
+        own.take(sensor);
+        Ok(true)
+    }
+
     fn submit(&mut self, step: Option<Step<'_>>, order: Order<'_>) -> Result<(), EngineError> {
         let trace = self.trace.clone();
         let _computes = trace.span(Track::Host, "f64 reference");

@@ -1,6 +1,7 @@
 //! Data sets: the same bytes however they are made, what verification finds, and errors.
 
 mod draws;
+mod each_image;
 mod errors;
 mod kills;
 mod made;

@@ -17,6 +17,7 @@ mod emissivities;
 mod energy;
 mod exchange;
 mod facade;
+mod facade_sensor;
 mod functions;
 mod fused;
 mod given;

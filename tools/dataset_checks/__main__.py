@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from . import coco, speed, web
+from . import coco, distorted, speed, web
 from .folder import images, need, say
 
 
@@ -23,7 +23,9 @@ def main() -> None:
     coco.check(root, arguments.images)
     speed.check(root, arguments.images)
     web.check(root, arguments.toolkit, arguments.work)
-    if arguments.toolkit:
+    if not distorted.is_pinhole(chosen[0]):
+        distorted.check(chosen)
+    elif arguments.toolkit:
         from . import bop
 
         bop.check(chosen, arguments.toolkit, arguments.work)

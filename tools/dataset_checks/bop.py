@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from . import raster
-from .folder import Image, need, read_png, say
+from .folder import Image, need, overlap, read_png, say
 
 # Tolerance of the visibility test [mm], that of the photorealistic images of BOP.
 DELTA = 5
@@ -100,11 +100,6 @@ def run_scripts(toolkit: Path, folder: Path, split: str, size: tuple[int, int], 
     finally:
         dataset_params.get_split_params, dataset_params.get_model_params = split_params, model_params
         renderer.create_renderer, misc.log, sys.argv = of_renderer, log, arguments
-
-
-def overlap(a: np.ndarray, b: np.ndarray) -> float:
-    any_of = np.count_nonzero(a | b)
-    return np.count_nonzero(a & b) / any_of if any_of else 1.0
 
 
 def overlap_of_boxes(a: list[int], b: list[int]) -> float:

@@ -57,6 +57,12 @@ def images(root: Path, most: int | None = None) -> list[Image]:
     return [found[int(place)] for place in np.linspace(0, len(found) - 1, most)]
 
 
+def overlap(a: np.ndarray, b: np.ndarray) -> float:
+    """Intersection of two masks over their union."""
+    any_of = np.count_nonzero(a | b)
+    return np.count_nonzero(a & b) / any_of if any_of else 1.0
+
+
 def say(text: str) -> None:
     print(f"dataset_check: {text}", flush=True)
 

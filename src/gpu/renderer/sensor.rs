@@ -21,6 +21,16 @@ impl ImageSensor {
         Self { frame: tables.frame(shown), settings: tables.settings, tables: tables.clone(), last: None }
     }
 
+    /// Takes the tables of another sensor with the same passes. The bolometer keeps its state.
+    pub fn take(&mut self, tables: SensorTables) {
+        self.tables = tables;
+    }
+
+    /// Whether the tables of another sensor need no other passes, buffers or uploads.
+    pub fn takes(&self, tables: &SensorTables) -> bool {
+        self.tables.is_alike(tables)
+    }
+
     /// The passes of an exposure at a time [s].
     pub fn expose(&mut self, time: f64) -> Frame {
         self.settings = self.tables.at(&self.tables.sensor.exposure(time, self.last));

@@ -49,6 +49,12 @@ impl SensorTwin {
         }
     }
 
+    /// Takes another sensor for the same pixels. The bolometer keeps its state.
+    pub fn take(&mut self, sensor: &Sensor) {
+        let (state, last) = (std::mem::take(&mut self.state), self.last);
+        *self = Self { state, last, ..Self::new(sensor, &self.table, self.view) };
+    }
+
     /// Digital number and count of each pixel for the radiance of an image [W m-2 sr-1] at a time [s].
     pub fn expose(&mut self, radiance: &[f64], time: f64) -> Vec<[u16; 2]> {
         let [width, _] = self.view.size;

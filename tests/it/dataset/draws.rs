@@ -24,7 +24,7 @@ fn orbits_of_a_latin_hypercube_fill_each_stratum_once() {
         let (spec, scenes) = workshop.spec();
         let mut strata = std::collections::BTreeSet::new();
         for orbit in 0..spec.orbits() {
-            let drawn = scenes.of_orbit(&spec, orbit).expect("a scene").drawn;
+            let drawn = scenes.of_orbit(&spec, orbit).expect("a scene").values.drawn;
             let phase = drawn["orbit"]["phase_deg"].as_f64().expect("a number");
             strata.insert((phase / 18.0) as u32);
         }
@@ -38,9 +38,9 @@ fn the_scene_of_an_orbit_has_its_values() {
     let workshop = Workshop::new(&[]);
     let (spec, scenes) = workshop.spec();
     let [one, other] = [0, 1].map(|orbit| scenes.of_orbit(&spec, orbit).expect("a scene"));
-    assert_ne!(one.drawn, other.drawn);
+    assert_ne!(one.values.drawn, other.values.drawn);
     let sensor = one.scene.sensor.expect("a sensor");
-    assert_eq!(Some(sensor.noise.expect("noise").kelvin), one.drawn["sensor"]["netd"].as_f64());
+    assert_eq!(Some(sensor.noise.expect("noise").kelvin), one.values.drawn["sensor"]["netd"].as_f64());
     assert_ne!(sensor.seed, other.scene.sensor.expect("a sensor").seed);
     assert_eq!(one.scene.name, "craft");
     assert!(workshop.make("set", (5, 6), Begin::Fresh).expect("a shard without orbits").images == 0);

@@ -38,6 +38,16 @@ fn a_wrong_spec_is_refused_with_line_and_key() {
         ("images = [\"numbers\"", "images = [\"number\"", "'number' is no kind of image; did you mean 'numbers'?"),
         ("begin = { absorptivity = 0.20, ", "begin = { ", "absorptivity stands in only one of begin and end"),
         ("seed = 5", "seed = ", "not valid TOML"),
+        ("scene = \"scene.toml\"", "model = 3", "spec.toml:1: scene: this file is a scene"),
+        ("position = [1, 1, 1]", "position = [1, 1]", "expected an array of 3 finite numbers, found an array of 2"),
+        ("[life]", "[each_image.joint]\nangle_deg = 3\n[life]", "each_image.joint: can not be drawn for an image"),
+        ("[life]", "[each_image.sensor]\nnetdd = 3\n[life]", "has no key 'netdd'; did you mean 'netd'?"),
+        ("[life]", "[each_image.sensor]\nnetd = 3\n[life]", "draws sensor.netd, and so does [each_orbit.sensor]"),
+        (
+            "[life]",
+            "[each_image.sensor]\ntime_constant = 3\n[life]",
+            "each_image.sensor.time_constant: can not be drawn: images lie far apart",
+        ),
     ] {
         assert!(SPEC.contains(from), "{from}");
         let error = Spec::parse(&SPEC.replacen(from, to, 1), Path::new("spec.toml")).expect_err(to).to_string();
@@ -49,7 +59,20 @@ fn a_wrong_spec_is_refused_with_line_and_key() {
 fn what_the_scene_refuses_is_told_before_anything_is_written() {
     for (changes, expected) in [
         (&[("match = \"cells\"", "match = \"cell\"")][..], "the scene has no [[material]] with match = \"cell\""),
+        (
+            &[("[life]", "[each_image.sensor]\ntransmission = 1.5\n[life]")],
+            "spec.toml: sensor.transmission: must be in [0.01, 1]",
+        ),
         (&[("[0.7, 0.9]", "[0.7, 1.9]"), ("[0.82, 0.02]", "[1.8, 0.01]")], "emissivity"),
+        // Drawn once in a million images, and refused at once.
+        (
+            &[("netd = { log_uniform = [0.05, 0.5] }", "netd = { normal = [0.3, 0.06] }")],
+            "sensor.netd: must be 0 or above [K], found -0.06",
+        ),
+        (
+            &[("netd = { log_uniform = [0.05, 0.5] }", "netd = { least = 0.1, greatest = 0.2 }")],
+            "which names none of the distributions uniform, log_uniform",
+        ),
         (&[("part = \"wing_starboard\"", "part = \"wing_starbord\"")], "wing_starbord"),
         (
             &[("kind = \"shell\"\ndistance = { log_uniform = [9, 40] }", "kind = \"path\"")],

@@ -1,0 +1,50 @@
+//! Values at the ends of distributions: what a scene must accept, however rarely it is drawn.
+
+use toml::Value;
+
+use super::distribution::Drawn;
+
+/// Number of the corners of some values that reach each of their ends and choices.
+pub fn corners<'a>(drawn: impl IntoIterator<Item = &'a Drawn>) -> usize {
+    fn of(drawn: &Drawn) -> usize {
+        match drawn {
+            Drawn::Choice(values, _) => values.len(),
+            Drawn::List(items) => items.iter().map(of).max().unwrap_or(1),
+            Drawn::Table(values) => values.iter().map(|(_, value)| of(value)).max().unwrap_or(1),
+            _ => 2,
+        }
+    }
+    drawn.into_iter().map(of).fold(2, usize::max)
+}
+
+/// A corner: the least values of all distributions, then their greatest, in turn. Choices take one value after the other.
+pub fn corner(drawn: &Drawn, number: usize) -> Value {
+    match drawn {
+        Drawn::Constant(value) => value.clone(),
+        Drawn::Uniform(ends) | Drawn::LogUniform(ends) | Drawn::Normal { within: ends, .. } => {
+            Value::Float(ends[number % 2])
+        }
+        Drawn::Choice(values, _) => values[number % values.len()].clone(),
+        Drawn::Direction => Value::Array([0.0, 0.0, 1.0].map(Value::Float).to_vec()),
+        Drawn::Rotation => Value::Array([1.0, 0.0, 0.0, 0.0].map(Value::Float).to_vec()),
+        Drawn::List(items) => Value::Array(items.iter().map(|item| corner(item, number)).collect()),
+        Drawn::Table(values) => {
+            Value::Table(values.iter().map(|(key, value)| (key.clone(), corner(value, number))).collect())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn corners_reach_both_ends_and_each_choice() {
+        let choice = Drawn::Choice((1..=3).map(Value::Integer).collect(), vec![1.0; 3]);
+        let table = Drawn::Table(vec![("a".to_owned(), Drawn::Uniform([-1.0, 2.0])), ("b".to_owned(), choice)]);
+        assert_eq!(corners([&table]), 3);
+        let shown = |number| corner(&table, number).to_string();
+        assert_eq!([0, 1, 2].map(shown), ["{ a = -1.0, b = 1 }", "{ a = 2.0, b = 2 }", "{ a = -1.0, b = 3 }"]);
+        assert_eq!(corners([&Drawn::Direction]), 2);
+    }
+}

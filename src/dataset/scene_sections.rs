@@ -1,0 +1,110 @@
+//! Sections of the scene that a SPEC draws, for each orbit or for each image.
+
+use super::distribution::Drawn;
+use super::life::Life;
+use super::reader::Table;
+use crate::scene::SceneError;
+use crate::scene::keys::{ROOT, SECTIONS, suggestion};
+
+/// The only section that is drawn for each image.
+pub(super) const SENSOR: &str = "sensor";
+
+/// Sections of the scene that are the same in all orbits of a data set, and why.
+const FIXED: [(&str, &str); 5] = [
+    ("name", "a data set is of one craft"),
+    ("model", "all orbits have the same model"),
+    ("part", "all orbits have the same model"),
+    ("camera", "all images have the same camera, whose pose [camera] of the SPEC draws"),
+    ("output", "the SPEC says what is written"),
+];
+
+/// Reads `[each_orbit]`, whose sections and keys are those of the scene file.
+pub(super) fn each_orbit(root: &Table) -> Result<Vec<(String, Drawn)>, SceneError> {
+    let Some(table) = root.open_table("each_orbit")? else { return Ok(Vec::new()) };
+    let sections = table.all_drawn()?;
+    for (section, drawn) in &sections {
+        if let Some((_, why)) = FIXED.iter().find(|(fixed, _)| fixed == section) {
+            return Err(table.error(section, &format!("can not be drawn: {why}")));
+        }
+        if !ROOT.contains(&section.as_str()) {
+            return Err(
+                table.error(section, &format!("is no section of a scene{}", suggestion(section, ROOT.iter().copied())))
+            );
+        }
+        check_keys(&table, section, drawn)?;
+    }
+    Ok(sections)
+}
+
+/// Reads `[each_image.sensor]`, whose keys are those of the scene's sensor.
+pub(super) fn each_image(root: &Table) -> Result<Option<Drawn>, SceneError> {
+    let Some(table) = root.open_table("each_image")? else { return Ok(None) };
+    let mut sections = table.all_drawn()?;
+    if let Some((section, _)) = sections.iter().find(|(section, _)| section != SENSOR) {
+        let message = "can not be drawn for an image: images of an orbit share its thermal run, and only [sensor] has no \
+                       part in that. State it in [each_orbit]";
+        return Err(table.error(section, message));
+    }
+    let Some((section, drawn)) = sections.pop() else { return Ok(None) };
+    check_keys(&table, &section, &drawn)?;
+    if drawn.keys().any(|key| key == "time_constant") {
+        let message = "can not be drawn: images lie far apart in time, so the bolometer has settled in each";
+        return Err(table.error_within(&section, "time_constant", message));
+    }
+    Ok(Some(drawn))
+}
+
+/// Refuses keys that a section of the scene does not have.
+fn check_keys(table: &Table, section: &str, drawn: &Drawn) -> Result<(), SceneError> {
+    let known = SECTIONS.iter().find(|(header, _)| header.trim_matches(['[', ']']) == section);
+    let Some((header, keys)) = known else { return Ok(()) };
+    let of_tables = header.starts_with("[[");
+    let tables: Vec<&Drawn> = match drawn {
+        Drawn::List(items) if of_tables => items.iter().collect(),
+        table @ Drawn::Table(_) if !of_tables => vec![table],
+        _ => return Err(table.error(section, &format!("expected a section {header} as in the scene"))),
+    };
+    for values in tables {
+        let Drawn::Table(values) = values else { continue };
+        if let Some((key, _)) = values.iter().find(|(key, _)| !keys.contains(&key.as_str())) {
+            let message = format!("the scene's {header} has no key '{key}'{}", suggestion(key, keys.iter().copied()));
+            return Err(table.error_within(section, key, &message));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a value that two sections of the SPEC draw.
+pub(super) fn refuse_twice(
+    root: &Table,
+    each_orbit: &[(String, Drawn)],
+    each_image: Option<&Drawn>,
+    has_season: bool,
+    life: Option<&Life>,
+) -> Result<(), SceneError> {
+    let of = |name: &str| each_orbit.iter().find(|(section, _)| section == name).map(|(_, drawn)| drawn);
+    if has_season && of("orbit").is_some_and(|orbit| orbit.keys().any(|key| key == "beta_deg")) {
+        return Err(
+            root.error("season", "draws the beta angle, and so does each_orbit.orbit.beta_deg: state one of the two")
+        );
+    }
+    if let (Some(of_orbit), Some(of_image)) = (of(SENSOR), each_image)
+        && let Some(key) = of_image.keys().find(|key| of_orbit.keys().any(|own| own == *key))
+    {
+        let message = format!("draws sensor.{key}, and so does [each_orbit.sensor]: state one of the two");
+        return Err(root.error("each_image", &message));
+    }
+    let Some(Drawn::List(materials)) = of("material") else { return Ok(()) };
+    for material in materials {
+        let Drawn::Table(values) = material else { continue };
+        let name = values.iter().find(|(key, _)| key == "match").and_then(|(_, name)| name.text());
+        let ages = |key: &str| name.zip(life).is_some_and(|(name, life)| life.states(name, key));
+        if let Some((key, _)) = values.iter().find(|(key, _)| ages(key)) {
+            return Err(root.error(
+                "life",
+                &format!("draws the {key} of a material for which [[each_orbit.material]] states it too"),
+            ));
+        }
+    }
+    Ok(())
+}
