@@ -126,6 +126,8 @@ pub struct PlanetLoad {
 /// The load of a step: means over its length, in the body frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepLoad {
+    /// When the step starts [s].
+    pub start: f64,
     /// Sun samples, at most [`MAX_SUN_SAMPLES`]. Empty in umbra and without a Sun.
     pub sun: Vec<SunSample>,
     /// Planet infrared and albedo. `None` where the scene has neither.

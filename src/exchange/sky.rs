@@ -99,6 +99,8 @@ pub struct FoundFor {
     pub fluxes: [f64; 2],
     /// Poses of the joints.
     pub poses: Vec<DAffine3>,
+    /// When the step starts [s].
+    pub start: f64,
 }
 
 impl FoundFor {
@@ -113,11 +115,15 @@ impl FoundFor {
             directions[1] = planet.sunward * sine - planet.nadir * cosine;
             fluxes[1] = if load.albedo.is_some() { planet.albedo_flux } else { 0.0 };
         }
-        Self { directions, fluxes, poses: load.joints.clone() }
+        Self { directions, fluxes, poses: load.joints.clone(), start: load.start }
     }
 
-    /// Whether what was found still holds, within an angle [rad].
+    /// Whether what was found still holds, within an angle [rad]. Where time goes back, or the warm-up ends, it does not: so equal orbits find the light at equal
+    /// times.
     fn holds(&self, now: &Self, angle: f64) -> bool {
+        if now.start < self.start || (self.start < 0.0 && now.start >= 0.0) {
+            return false;
+        }
         let apart = |(a, b): (&DVec3, &DVec3)| a.cross(*b).length().atan2(a.dot(*b));
         let alike = |(a, b): (&f64, &f64)| (a - b).abs() <= FLUX * a.max(*b);
         // Rounding must not count where the angle is 0.
@@ -151,9 +157,10 @@ impl Renewal {
     /// What is needed to go on later.
     pub fn save(&self) -> Saved {
         let mut saved = Saved::default();
-        if let Some(FoundFor { directions, fluxes, poses }) = &self.found_for {
+        if let Some(FoundFor { directions, fluxes, poses, start }) = &self.found_for {
             saved.put("directions", &directions.map(|direction| direction.to_array()));
             saved.put("fluxes", fluxes);
+            saved.put("start", &[*start]);
             saved.put("poses", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
         }
         saved
@@ -168,10 +175,12 @@ impl Renewal {
         if saved.has("directions") {
             let directions: [[f64; 3]; 3] = saved.array("directions")?;
             let poses: Vec<[f64; 12]> = saved.list("poses")?;
+            let [start] = saved.array("start")?;
             self.found_for = Some(FoundFor {
                 directions: directions.map(DVec3::from_array),
                 fluxes: saved.array("fluxes")?,
                 poses: poses.iter().map(DAffine3::from_cols_array).collect(),
+                start,
             });
         }
         Ok(())

@@ -190,6 +190,18 @@ impl Exchange {
         infrared.into_iter().zip(&light.sunlight).map(|(infrared, sunlight)| infrared + sunlight).collect()
     }
 
+    /// Infrared that nodes absorb from each other [W/m2], if each emits like a black body of this flux [W/m2].
+    pub fn exchanged_infrared(&self, black: &[f64]) -> Vec<f64> {
+        let sent = |patch: &Patch| {
+            let shares = self.nodes[patch.nodes.clone()].iter();
+            patch.optics.emissivity * shares.map(|(node, share)| share * black[*node as usize]).sum::<f64>()
+        };
+        let sent: Vec<f64> = self.patches.iter().map(sent).collect();
+        let absorbed = self.gathered(&self.infrared, |from| sent[from], |patch| patch.optics.emissivity);
+        let of_face = |patch: &u32| absorbed.get(*patch as usize).copied().unwrap_or_default();
+        self.of_node.iter().map(|faces| faces.iter().map(of_face).sum()).collect()
+    }
+
     fn gathered(
         &self,
         areas: &Areas,

@@ -111,6 +111,25 @@ impl ExchangeTables {
         }
     }
 
+    /// Infrared that nodes absorb from each other [W/m2], if each emits like a black body of this flux [W/m2]. Computed by the host.
+    pub fn exchanged_infrared(&self, black: &[f64]) -> Vec<f64> {
+        let members = |patch: &ExchangePatch| &self.members[patch.first_node as usize..patch.end_node as usize];
+        let share = |[node, share]: &[u32; 2]| black[*node as usize] * f64::from(f32::from_bits(*share));
+        let sent = |patch: &ExchangePatch| f64::from(patch.emissivity) * members(patch).iter().map(share).sum::<f64>();
+        let sent: Vec<f64> = self.patches.iter().map(sent).collect();
+        let area = |word: &u32| f64::from(f32::from_bits(word & 0xffff_0000)) * sent[(word & 0xffff) as usize];
+        let absorbed = |(own, patch): (&f64, &ExchangePatch)| {
+            let entries = self.entries[patch.first_entry as usize..patch.end_entry as usize].iter().flatten();
+            let arrives = entries.map(area).sum::<f64>() + f64::from(patch.itself) * own;
+            f64::from(patch.emissivity * patch.per_area) * arrives
+        };
+        let absorbed: Vec<f64> = sent.iter().zip(&self.patches).map(absorbed).collect();
+        let of_face = |patch: u32| absorbed.get(patch as usize).copied().unwrap_or_default();
+        let of_group =
+            |faces: &[u32; 8]| std::array::from_fn::<f64, GROUP, _>(|k| of_face(faces[k]) + of_face(faces[k + GROUP]));
+        self.nodes.iter().flat_map(of_group).collect()
+    }
+
     /// Number of elements for a `count`; 0 for those of others.
     pub fn count(&self, count: Count) -> usize {
         match count {

@@ -24,6 +24,13 @@ pub struct Step<'a> {
     pub length: f64,
 }
 
+impl Step<'_> {
+    /// Whether it belongs to the warm-up, which ends at time 0 and for which nobody waits step by step.
+    pub fn is_warm_up(&self) -> bool {
+        self.start < 0.0
+    }
+}
+
 /// Poses of the camera and of the joints at one instant.
 #[derive(Debug, Clone, Default)]
 pub struct Moment {
@@ -244,6 +251,11 @@ pub trait Engine: Send {
     /// Poses of the joints for which the rays of patches were cast that the last step used. `None` without radiation between surfaces.
     fn exchange_poses(&self) -> Option<&[DAffine3]> {
         None
+    }
+
+    /// Infrared that nodes absorb from each other [W/m2], if each emits like a black body of this flux [W/m2]. Empty without radiation between surfaces.
+    fn exchanged_infrared(&self, _black: &[f64]) -> Vec<f64> {
+        Vec::new()
     }
 
     /// What was found of radiation between surfaces, in words. Empty without it.

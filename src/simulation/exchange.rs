@@ -142,14 +142,14 @@ impl ExchangeTwin {
             renewal,
             light: Light::default(),
         };
-        twin.turn(poses);
+        twin.turn(poses, true);
         twin
     }
 
-    /// Follows the joints. Returns whether other rows hold than before.
-    fn turn(&mut self, poses: &[DAffine3]) -> bool {
+    /// Follows the joints, `at_once` or by shares of the work. Returns whether other rows hold than before.
+    fn turn(&mut self, poses: &[DAffine3], at_once: bool) -> bool {
         let craft = &self.craft;
-        let Ok(turned) = self.found.turn(poses, &mut |task| {
+        let Ok(turned) = self.found.turn(poses, at_once, &mut |task| {
             Ok::<_, Infallible>(match task {
                 Task::Whole(poses) | Task::Take(poses) => Some(craft.cast(poses)),
                 Task::Share(..) => None,
@@ -173,14 +173,16 @@ impl ExchangeTwin {
         &self.light
     }
 
-    /// What every patch absorbs from the others in a step [W/m2]. Temperatures [K] and shares of the Sun are those of the nodes.
+    /// What every patch absorbs from the others in a step [W/m2]. Temperatures [K] and shares of the Sun are those of the nodes. Rays for new poses are cast
+    /// `at_once` or by shares of the work.
     pub fn absorbed(
         &mut self,
         load: &StepLoad,
+        at_once: bool,
         temperature: impl Fn(usize) -> f64 + Sync,
         visibility: impl Fn(usize) -> f64 + Sync,
     ) -> Vec<f64> {
-        let turned = self.turn(&load.joints);
+        let turned = self.turn(&load.joints, at_once);
         let Some(exchange) = self.found.found() else { return Vec::new() };
         if self.renewal.is_due(load) || turned || self.light.seen.is_empty() {
             let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
@@ -189,14 +191,15 @@ impl ExchangeTwin {
         exchange.absorbed(&exchange.sent(load, &self.light, temperature), &self.light)
     }
 
-    /// What the faces of every node receive in a step. Temperatures [K] and shares of the Sun are those of the nodes.
+    /// What the faces of every node receive in a step, as [`ExchangeTwin::absorbed`].
     pub fn received(
         &mut self,
         load: &StepLoad,
+        at_once: bool,
         temperature: impl Fn(usize) -> f64 + Sync,
         visibility: impl Fn(usize) -> f64 + Sync,
     ) -> Vec<[Received; 2]> {
-        let absorbed = self.absorbed(load, temperature, visibility);
+        let absorbed = self.absorbed(load, at_once, temperature, visibility);
         self.of_nodes(&absorbed)
     }
 

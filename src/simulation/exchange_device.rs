@@ -66,7 +66,7 @@ impl DeviceExchange {
             inner: Vec::new(),
             covered: (0, 0.0),
         };
-        own.turn(poses)?;
+        own.turn(poses, true)?;
         own.inner = own.tables().map(|tables| tables.inner.clone()).unwrap_or_default();
         Ok(own)
     }
@@ -81,14 +81,14 @@ impl DeviceExchange {
         self.posed.poses()
     }
 
-    /// Follows the joints. Returns tables where others hold than before.
+    /// Follows the joints, `at_once` or by shares of the work. Returns tables where others hold than before.
     ///
     /// # Errors
     /// Buffers beyond the device, or a call that fails.
-    pub fn turn(&mut self, poses: &[DAffine3]) -> Result<Option<&ExchangeTables>, GpuError> {
+    pub fn turn(&mut self, poses: &[DAffine3], at_once: bool) -> Result<Option<&ExchangeTables>, GpuError> {
         let before = self.posed.found().map(|tables| tables.open.clone());
         let (craft, context, work) = (&self.craft, &self.context, &mut self.work);
-        let turned = self.posed.turn::<GpuError>(poses, &mut |task| match task {
+        let turned = self.posed.turn::<GpuError>(poses, at_once, &mut |task| match task {
             Task::Whole(poses) => Ok(Some(cast(context, craft, poses)?)),
             Task::Share(poses, number) => {
                 let work = match work {

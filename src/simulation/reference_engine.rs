@@ -148,14 +148,15 @@ impl ReferenceEngine {
     }
 
     /// Finds what nodes receive from the craft in a step.
-    fn exchange(&mut self, load: &StepLoad) {
+    fn exchange(&mut self, step: &Step<'_>) {
         let Some(exchange) = &mut self.exchange else { return };
         let mut of_slot = vec![[0.0, 0.0]; self.slots];
         let nodes = self.reference.temperatures().iter().zip(self.reference.visibility());
         for (slot, (temperature, visibility)) in self.node_of_slot.iter().zip(nodes) {
             of_slot[*slot as usize] = [*temperature, *visibility];
         }
-        let received = exchange.received(load, |slot| of_slot[slot][0], |slot| of_slot[slot][1]);
+        let received =
+            exchange.received(step.load, step.is_warm_up(), |slot| of_slot[slot][0], |slot| of_slot[slot][1]);
         self.reference.receive(self.node_of_slot.iter().map(|slot| received[*slot as usize]).collect());
     }
 
@@ -310,7 +311,7 @@ impl Engine for ReferenceEngine {
         if let Some(step) = step {
             self.steps += 1;
             self.reference.find_shadows(&mut self.shadows, step.load);
-            self.exchange(step.load);
+            self.exchange(&step);
             self.reference.step(step.load, step.steps);
             if order.absorbed {
                 let flux = self.flux(step.load);
@@ -439,6 +440,11 @@ impl Engine for ReferenceEngine {
         }
         [self.steps] = saved.array("steps")?;
         Ok(())
+    }
+
+    fn exchanged_infrared(&self, black: &[f64]) -> Vec<f64> {
+        let exchange = self.exchange.as_ref().and_then(ExchangeTwin::exchange);
+        exchange.map(|exchange| exchange.exchanged_infrared(black)).unwrap_or_default()
     }
 
     fn exchange_poses(&self) -> Option<&[DAffine3]> {

@@ -15,14 +15,17 @@ use crate::thermal::received::{Received, Seen};
 /// Steps between two estimates of noise and of what was left out.
 const EVERY: u64 = 20;
 
+/// Most poses whose rays are kept. The one that was used longest ago makes room.
+const MOST: usize = 32;
+
 /// Below this mean temperature [K] a patch hardly radiates, so that a flux says little of its temperature.
 const COLD: f64 = 85.0;
 
 /// What patches exchange, beside the run.
 pub(super) struct ExchangeCheck {
     craft: Arc<Craft>,
-    /// Poses of the joints for which rays were cast, and what was found.
-    found: (Vec<DAffine3>, Exchange),
+    /// Poses of the joints for which rays were cast, and what was found. The last one holds.
+    found: Vec<(Vec<DAffine3>, Exchange)>,
     renewal: Renewal,
     light: Light,
     /// What patches absorbed in the step before [W/m2].
@@ -56,7 +59,7 @@ impl ExchangeCheck {
     /// Exchange for first poses.
     pub fn new(craft: &Arc<Craft>, poses: &[DAffine3]) -> Self {
         Self {
-            found: (poses.to_vec(), craft.cast(poses)),
+            found: vec![(poses.to_vec(), craft.cast(poses))],
             renewal: Renewal { angle: LIGHT * craft.settings.redraw_angle, found_for: None },
             craft: Arc::clone(craft),
             light: Light::default(),
@@ -68,12 +71,8 @@ impl ExchangeCheck {
 
     /// What the faces of every node receive in a step, from rays for the poses that the engine uses. `nodes` are the temperature [K] and the share of the Sun of each.
     pub fn received(&mut self, load: &StepLoad, poses: Option<&[DAffine3]>, nodes: &[[f64; 2]]) -> Vec<[Received; 2]> {
-        let mut turned = false;
-        if let Some(poses) = poses.filter(|poses| *poses != self.found.0) {
-            self.found = (poses.to_vec(), self.craft.cast(poses));
-            turned = true;
-        }
-        let exchange = &self.found.1;
+        let turned = poses.is_some_and(|poses| self.turn(poses));
+        let Some((_, exchange)) = self.found.last() else { return Vec::new() };
         let find = || {
             let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
             exchange.light(load, |node| nodes[node][1], mirrored.as_ref())
@@ -93,6 +92,21 @@ impl ExchangeCheck {
         received
     }
 
+    /// Takes what holds for poses. Returns whether it is another than before.
+    fn turn(&mut self, poses: &[DAffine3]) -> bool {
+        let Some(place) = self.found.iter().rposition(|(own, _)| own == poses) else {
+            if self.found.len() >= MOST {
+                self.found.remove(0);
+            }
+            self.found.push((poses.to_vec(), self.craft.cast(poses)));
+            return true;
+        };
+        let held = place + 1 == self.found.len();
+        let known = self.found.remove(place);
+        self.found.push(known);
+        !held
+    }
+
     fn estimate(
         &mut self,
         sent: &[f64],
@@ -100,7 +114,7 @@ impl ExchangeCheck {
         nodes: &[[f64; 2]],
         (turned, held): (bool, Option<Vec<f64>>),
     ) {
-        let exchange = &self.found.1;
+        let Some((_, exchange)) = self.found.last() else { return };
         let kelvin = exchange.kelvin_per_flux(|node| nodes[node][0]);
         let warm = exchange.kelvin_per_flux(|_| COLD);
         let patches = || exchange.patches.iter().zip(kelvin.iter().zip(&warm)).enumerate();
@@ -141,7 +155,8 @@ impl ExchangeCheck {
     /// The state between two steps.
     pub fn save(&self) -> Saved {
         let mut saved = self.renewal.save();
-        saved.put("rays", &self.found.0.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
+        let poses = self.found.last().map(|(poses, _)| &poses[..]).unwrap_or_default();
+        saved.put("rays", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
         let seen = self.light.seen.iter().map(|seen| [seen.planet_ir, seen.albedo]);
         saved.put("seen", &seen.collect::<Vec<_>>());
         saved.put("reflected", &self.light.reflected);
@@ -161,9 +176,7 @@ impl ExchangeCheck {
         self.renewal.restore(saved)?;
         let poses: Vec<[f64; 12]> = saved.list("rays")?;
         let poses: Vec<DAffine3> = poses.iter().map(DAffine3::from_cols_array).collect();
-        if poses != self.found.0 {
-            self.found = (poses.clone(), self.craft.cast(&poses));
-        }
+        self.turn(&poses);
         let seen: Vec<[f64; 2]> = saved.list("seen")?;
         self.light = Light {
             seen: seen.into_iter().map(|[planet_ir, albedo]| Seen { planet_ir, albedo }).collect(),

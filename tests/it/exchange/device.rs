@@ -94,6 +94,23 @@ fn steps_follow_their_twin_with_every_response() {
     assert_silent(&context);
 }
 
+/// The warm-up asks the tables of the device, and the f64 exchange, for the same.
+#[test]
+fn tables_tell_the_host_what_nodes_absorb_from_each_other() {
+    let prepared = prepared(&[]);
+    let exchange = prepared.exchange.as_ref().expect("the scene has exchange").cast(&[]);
+    let black = |node: usize| 100.0 + (node * 37 % 101) as f64;
+    let flux: Vec<f64> = (0..exchange.of_node.len()).map(black).collect();
+    let twin = exchange.exchanged_infrared(&flux);
+    let found = ExchangeTables::new(&exchange, false).exchanged_infrared(&flux);
+    let off = |found: &[f64]| found.iter().zip(&twin).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert_eq!(found.len(), twin.len());
+    assert!(off(&found) < 1e-4, "{} W/m2", off(&found));
+    assert!(twin.iter().any(|flux| *flux > 1.0), "nodes see each other");
+    let other: Vec<f64> = flux.iter().map(|flux| 1.001 * flux).collect();
+    assert!(off(&ExchangeTables::new(&exchange, false).exchanged_infrared(&other)) > 1e-3);
+}
+
 /// The key changes temperatures where a material mirrors. Where none does, it changes nothing and says so.
 #[test]
 fn mirrored_sunlight_is_an_option() {
