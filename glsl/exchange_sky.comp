@@ -8,8 +8,8 @@ layout(local_size_x = 64) in;
 
 layout(push_constant) uniform PassBlock { ExchangePass pass; };
 layout(set = 0, binding = 0) uniform StepBlock { Step steps[1]; };
-// Directions of the rays, and whether they are open.
-layout(set = 0, binding = 1) readonly buffer ExchangeSkyBlock { uint sky[]; };
+// Directions of four rays, and whether they are open. What is missing in the last four of a patch does not count.
+layout(set = 0, binding = 1) readonly buffer ExchangeSkyBlock { uvec4 sky[]; };
 layout(set = 0, binding = 2) buffer ExchangeSeenBlock { vec2 seen[]; };
 layout(set = 0, binding = 3) readonly buffer ExchangePatchBlock { ExchangePatch patches[]; };
 // Rows of the poses of the body and of the joints.
@@ -18,6 +18,13 @@ layout(set = 0, binding = 4) readonly buffer ExchangePoseBlock { vec4 poses[]; }
 // A vector of the body in the frame of a joint.
 vec3 in_joint(uint pose, vec3 v) {
     return v.x * poses[pose].xyz + v.y * poses[pose + 1u].xyz + v.z * poses[pose + 2u].xyz;
+}
+
+// A ray to the planet, an open one, and the same weighted with the sunlight on the ground.
+vec4 ray_part(uint word, vec3 nadir, vec3 sun, float ratio) {
+    float light = light_on_ground(ray_direction(word), nadir, sun, ratio);
+    float open = float(word >> 31u);
+    return light < 0.0 ? vec4(0.0) : vec4(1.0, open, light, open * light);
 }
 
 void main() {
@@ -32,14 +39,17 @@ void main() {
     // Rays to the planet, the open ones, and the same weighted with the sunlight on the ground.
     vec4 sums = vec4(0.0);
     float free = 0.0;
-    uint first = own * pass.rays;
-    for (uint k = 0u; k < pass.rays; k++) {
-        uint word = sky[first + k];
-        float light = light_on_ground(ray_direction(word), nadir, sun, ratio);
-        float meets = light < 0.0 ? 0.0 : 1.0;
-        float open = float(word >> 31u);
-        free += open;
-        sums += meets * vec4(1.0, open, light, open * light);
+    uint fours = (pass.rays + 3u) / 4u;
+    uint first = own * fours;
+    for (uint k = 0u; k < fours; k++) {
+        uvec4 words = sky[first + k];
+        uint left = pass.rays - 4u * k;
+        uvec4 open = words >> uvec4(31u);
+        free += float(open.x + open.y + open.z + open.w);
+        sums += ray_part(words.x, nadir, sun, ratio);
+        sums += left > 1u ? ray_part(words.y, nadir, sun, ratio) : vec4(0.0);
+        sums += left > 2u ? ray_part(words.z, nadir, sun, ratio) : vec4(0.0);
+        sums += left > 3u ? ray_part(words.w, nadir, sun, ratio) : vec4(0.0);
     }
     free /= float(pass.rays);
     seen[own] = vec2(sums.x > 0.0 ? sums.y / sums.x : free, sums.z > 0.0 ? sums.w / sums.z : free);

@@ -130,6 +130,7 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
     let light = data.ranges.first().map(|range| range.variant);
     let exchanged = data
         .exchange
+        .as_ref()
         .zip(light)
         .map(|(data, light)| exchange(data.tables.order.len() as u32, light, true, data.mirrors.is_some()));
     let network = data.network.map(|network| network.shape.steps(1, 1, false).0).unwrap_or_default();

@@ -118,45 +118,78 @@ impl FoundFor {
         Self { directions, fluxes, poses: load.joints.clone(), start: load.start }
     }
 
-    /// Whether what was found still holds, within an angle [rad]. Where time goes back, or the warm-up ends, it does not: so equal orbits find the light at equal
-    /// times.
-    fn holds(&self, now: &Self, angle: f64) -> bool {
+    /// How far Sun, planet or joints have turned since [rad]; infinite where sunlight has changed, where time goes back, or where the
+    /// warm-up ends: so equal orbits find the light at equal times.
+    fn turn(&self, now: &Self) -> f64 {
         if now.start < self.start || (self.start < 0.0 && now.start >= 0.0) {
-            return false;
+            return f64::INFINITY;
         }
         let apart = |(a, b): (&DVec3, &DVec3)| a.cross(*b).length().atan2(a.dot(*b));
         let alike = |(a, b): (&f64, &f64)| (a - b).abs() <= FLUX * a.max(*b);
-        // Rounding must not count where the angle is 0.
-        let angle = angle.max(STILL);
-        self.directions.iter().zip(&now.directions).all(|pair| apart(pair) <= angle)
-            && self.fluxes.iter().zip(&now.fluxes).all(alike)
-            && turned(&self.poses, &now.poses) <= angle
+        if !self.fluxes.iter().zip(&now.fluxes).all(alike) {
+            return f64::INFINITY;
+        }
+        self.directions.iter().zip(&now.directions).map(apart).fold(turned(&self.poses, &now.poses), f64::max)
     }
 }
 
-/// When the light of Sun and planet is found anew: after the planet, the Sun or a joint has turned far enough against the craft, or sunlight has changed.
+/// What a step finds anew of what patches exchange.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Due {
+    /// Nothing: what was found before holds.
+    Nothing,
+    /// Infrared.
+    Infrared,
+    /// Infrared and the light of Sun and planet.
+    All,
+}
+
+/// When patches find anew what they exchange: infrared after some steps, the light of Sun and planet after the planet, the Sun or a joint has turned far enough
+/// against the craft, or sunlight has changed.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Renewal {
-    /// Angle after which it is found anew [rad].
+    /// Angle after which light is found anew [rad].
     pub angle: f64,
-    /// What it was last found for.
-    pub found_for: Option<FoundFor>,
+    /// Steps after which infrared is found anew.
+    pub every: f64,
+    /// What light was last found for.
+    found_for: Option<FoundFor>,
+    /// Steps since light and since infrared were found.
+    since: [f64; 2],
 }
 
 impl Renewal {
-    /// Whether the light must be found anew for a load. It counts as done then.
-    pub fn is_due(&mut self, load: &StepLoad) -> bool {
+    /// Nothing is found yet.
+    pub fn new(angle: f64, every: f64) -> Self {
+        Self { angle, every, ..Self::default() }
+    }
+
+    /// What must be found anew for a load that lasts `steps`. It counts as done then. With `fresh` it is all.
+    pub fn due(&mut self, load: &StepLoad, steps: f64, fresh: bool) -> Due {
         let now = FoundFor::new(load);
-        let holds = self.found_for.as_ref().is_some_and(|last| last.holds(&now, self.angle));
-        if !holds {
+        let turn = self.found_for.as_ref().map_or(f64::INFINITY, |last| last.turn(&now));
+        let infrared = self.since[1] >= self.every - STILL;
+        // The turn where infrared is found the next time: light is found with it, not some steps later.
+        let ahead = if infrared { (self.every - 1.0).max(0.0) / self.since[0].max(1.0) } else { 0.0 };
+        // Rounding must not count where the angle is 0.
+        let due = if fresh || turn * (1.0 + ahead) > self.angle.max(STILL) {
             self.found_for = Some(now);
-        }
-        !holds
+            self.since = [0.0; 2];
+            Due::All
+        } else if infrared {
+            self.since[1] = 0.0;
+            Due::Infrared
+        } else {
+            Due::Nothing
+        };
+        self.since = self.since.map(|since| since + steps);
+        due
     }
 
     /// What is needed to go on later.
     pub fn save(&self) -> Saved {
         let mut saved = Saved::default();
+        saved.put("since", &self.since);
         if let Some(FoundFor { directions, fluxes, poses, start }) = &self.found_for {
             saved.put("directions", &directions.map(|direction| direction.to_array()));
             saved.put("fluxes", fluxes);
@@ -172,6 +205,7 @@ impl Renewal {
     /// Lists of another kind.
     pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         self.found_for = None;
+        self.since = saved.array("since")?;
         if saved.has("directions") {
             let directions: [[f64; 3]; 3] = saved.array("directions")?;
             let poses: Vec<[f64; 12]> = saved.list("poses")?;
@@ -190,6 +224,7 @@ impl Renewal {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::environment::{StepLoad, SunSample};
     use crate::exchange::directions::{cosine_direction, fractions};
 
     #[test]
@@ -206,5 +241,34 @@ mod tests {
                 assert!(back.distance(axis) < 1.5e-4, "{axis} came back as {back}");
             }
         }
+    }
+
+    fn load(degrees: u32) -> StepLoad {
+        let (sine, cosine) = f64::from(degrees).to_radians().sin_cos();
+        let sun = vec![SunSample { direction: DVec3::new(cosine, sine, 0.0), flux: 1361.0 }];
+        StepLoad { sun, planet: None, albedo: None, background_temperature: 3.0, joints: Vec::new() }
+    }
+
+    /// What is found anew in steps in which the Sun turns by 1 deg.
+    fn found(renewal: &mut Renewal, steps: std::ops::Range<u32>) -> Vec<Due> {
+        steps.map(|number| renewal.due(&load(number), 1.0, false)).collect()
+    }
+
+    #[test]
+    fn infrared_is_held_for_steps_and_light_for_an_angle() {
+        use Due::{All, Infrared, Nothing};
+        let held = [All, Nothing, Nothing, Nothing, Infrared, Nothing, Nothing, Nothing];
+        let mut renewal = Renewal::new(10.5f64.to_radians(), 4.0);
+        // Light after 12 steps would be a turn of 12 deg, so it is found after 8.
+        assert_eq!(found(&mut renewal, 0..16), [held, held].concat());
+        // In every step, and light beyond its angle.
+        let mut renewal = Renewal::new(1.5f64.to_radians(), 0.0);
+        assert_eq!(found(&mut renewal, 0..5), [All, Infrared, All, Infrared, All]);
+        // A saved state goes on alike.
+        let (mut first, mut again) = (Renewal::new(0.5, 3.0), Renewal::new(0.5, 3.0));
+        found(&mut first, 0..2);
+        again.restore(&first.save()).expect("a saved state");
+        assert_eq!(found(&mut again, 2..7), [Nothing, Infrared, Nothing, Nothing, Infrared]);
+        assert_eq!(again.due(&load(7), 1.0, true), All);
     }
 }

@@ -1,7 +1,7 @@
 //! What every patch receives in a step. Twin: `glsl/exchange_light.comp`, `glsl/exchange_send.comp` and `glsl/exchange_receive.comp`.
 //!
-//! The light of Sun and planet, with its reflections, does not depend on temperatures. It is found anew when they have turned against the craft ([`Light`]). A step
-//! itself takes one product of the infrared that patches send with the rows of their exchange areas.
+//! The light of Sun and planet, with its reflections, does not depend on temperatures. It is found anew when they have turned against the craft ([`Light`]). Infrared
+//! takes one product of what patches send with the rows of their exchange areas, and is held for a time ([`super::sky::Renewal`]).
 //!
 //! A node emits to all sides, as it does without exchange: that stays in its own balance, with its temperature on the way through the step. What comes from
 //! other patches is a load. It follows from the temperatures at the start of the step. The infrared of space, which the rest of isotherm lets arrive from all sides, is taken
@@ -22,6 +22,9 @@ use crate::thermal::balance::Incident;
 use crate::thermal::incident::incident;
 use crate::thermal::received::{Received, Seen};
 
+/// Time for which infrared is held where a scene states none [s].
+pub const HOLD: f64 = 60.0;
+
 /// Most rays that keep the sky of a patch.
 pub const SKY_RAYS: u32 = 4096;
 
@@ -30,7 +33,7 @@ pub const SKY_RAYS: u32 = 4096;
 pub struct Settings {
     /// Rays of a patch.
     pub rays: u32,
-    /// Size of a patch [m]. `None` makes about [`PATCHES`] on the area of the craft.
+    /// Size of a patch [m]. `None` is the side of a square that is 1 / [`PATCHES`] of the area of the craft.
     pub patch_edge: Option<f64>,
     /// Most reflections; `None` follows all.
     pub bounces: Option<u32>,
@@ -38,16 +41,25 @@ pub struct Settings {
     pub redraw_angle: f64,
     /// Whether patches mirror sunlight once, instead of reflecting all of it diffusely.
     pub specular_sunlight: bool,
+    /// Time for which the infrared that patches exchange is held [s], and so the light while little turns.
+    pub hold: f64,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { rays: 256, patch_edge: None, bounces: None, redraw_angle: 15f64.to_radians(), specular_sunlight: false }
+        Self {
+            rays: 256,
+            patch_edge: None,
+            bounces: None,
+            redraw_angle: 30f64.to_radians(),
+            specular_sunlight: false,
+            hold: HOLD,
+        }
     }
 }
 
-/// Patches on the area of a craft whose scene states no size. Faces of sheets and borders of parts make them about twice as many.
-pub const PATCHES: f64 = 2500.0;
+/// Squares on the area of a craft whose scene states no size of patches. Faces of sheets, parts and directions of normals make several times as many patches.
+pub const PATCHES: f64 = 250.0;
 
 /// Most patches of a craft, so that the number of one takes half a word.
 pub const MOST_PATCHES: usize = 1 << 16;
@@ -145,9 +157,10 @@ impl Exchange {
         mirrored: Option<&Mirrored>,
     ) -> Light {
         let seen = self.seen(load);
-        let of = |(patch, seen): (&Patch, &Seen)| {
-            let lit: f64 =
-                self.nodes[patch.nodes.clone()].iter().map(|(node, share)| share * visibility(*node as usize)).sum();
+        let of = |(number, (patch, seen)): (usize, (&Patch, &Seen))| {
+            let shares = self.nodes[patch.nodes.clone()].iter();
+            let lit = self.factors.exposed(number)
+                * shares.map(|(node, share)| share * visibility(*node as usize)).sum::<f64>();
             let normal: DVec3 = load.joint_from_body(patch.joint).transpose() * patch.normal;
             let Incident { solar, albedo, planet_ir } = incident(load, normal);
             let optics = patch.optics;
@@ -156,7 +169,8 @@ impl Exchange {
             let diffuse = (1.0 - smooth) * direct + (1.0 - optics.absorptivity) * (seen.albedo * albedo);
             ([(1.0 - optics.emissivity) * seen.planet_ir * planet_ir, diffuse], smooth * direct)
         };
-        let (mut reflected, sent): (Vec<[f64; 2]>, Vec<f64>) = self.patches.par_iter().zip(&seen).map(of).unzip();
+        let (mut reflected, sent): (Vec<[f64; 2]>, Vec<f64>) =
+            self.patches.par_iter().zip(&seen).enumerate().map(of).unzip();
         let arrives = |to: usize| {
             let rows = mirrored.map_or(&[][..], |mirrored| mirrored.arrives.row(to));
             rows.iter().map(|(from, share)| share * sent[*from as usize]).sum::<f64>()
@@ -219,7 +233,10 @@ impl Exchange {
     pub fn of_node(&self, node: usize, absorbed: &[f64], seen: &[Seen]) -> [Received; 2] {
         self.of_node[node].map(|patch| match patch {
             NONE => Received::NOTHING,
-            patch => Received { absorbed: absorbed[patch as usize], seen: seen[patch as usize] },
+            patch => {
+                let patch = patch as usize;
+                Received { absorbed: absorbed[patch], seen: seen[patch], exposed: self.factors.exposed(patch) }
+            }
         })
     }
 }

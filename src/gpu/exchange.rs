@@ -34,8 +34,8 @@ pub struct ExchangeTables {
     pub members: Vec<[u32; 2]>,
     /// Four entries of a row: the upper half of an exchange area [m2] as f32, and below it a patch. First all rows of infrared, then those of sunlight.
     pub entries: Vec<[u32; 4]>,
-    /// Rays that keep the sky.
-    pub sky: Vec<u32>,
+    /// Rays that keep the sky, in fours for each patch.
+    pub sky: Vec<[u32; 4]>,
     /// Rays of each patch among them.
     pub sky_rays: u32,
     /// Patch at each place of the device. The longest rows come first, so that neighbouring invocations have as much to do.
@@ -92,6 +92,8 @@ impl ExchangeTables {
                 itself_reflected: itself(&exchange.sunlight),
                 joint: patch.joint,
                 specular: patch.gloss.specular as f32,
+                exposed: exchange.factors.exposed(*number as usize) as f32,
+                unused: [0.0; 3],
             }
         });
         let patches: Vec<ExchangePatch> = patches.collect();
@@ -101,7 +103,7 @@ impl ExchangeTables {
             members: exchange.nodes.iter().map(|(node, share)| [*node, (*share as f32).to_bits()]).collect(),
             room: if moves { 2 * entries.len() } else { entries.len() },
             entries,
-            sky: order.iter().flat_map(|patch| exchange.sky_of(*patch as usize)).copied().collect(),
+            sky: order.iter().flat_map(|patch| exchange.sky_of(*patch as usize).chunks(4)).map(four).collect(),
             sky_rays: exchange.sky_rays() as u32,
             order,
             open: (0..exchange.patches.len()).map(|patch| exchange.factors.to_space(patch) as f32).collect(),
@@ -151,6 +153,11 @@ fn push_row(entries: &mut Vec<[u32; 4]>, row: &[(u32, f64)], own: u32, place: u3
         others.flat_map(|(column, area)| pieces(*area).into_iter().map(|half| half << 16 | places[*column as usize]));
     let words: Vec<u32> = words.collect();
     entries.extend(words.chunks(4).map(|four| std::array::from_fn(|k| four.get(k).copied().unwrap_or(place))));
+}
+
+/// Four words, of which the last ones may be missing.
+fn four(words: &[u32]) -> [u32; 4] {
+    std::array::from_fn(|k| words.get(k).copied().unwrap_or_default())
 }
 
 /// Access to a whole resource through a binding.

@@ -219,7 +219,7 @@ impl Renderer {
         }
         let shadows = Shadows::new(data);
         let found = shadows.frame(&data.ranges);
-        let exchange = data.exchange.map(|data| Exchanging::new(&data));
+        let exchange = data.exchange.as_ref().map(|data| Exchanging::new(data));
         let lights = [(true, true), (true, false), (false, false)];
         let of_ranges = |(sun, albedo)| data.ranges.first().map(|range| range.variant.for_step(sun, albedo));
         let exchanged = exchange.as_ref().map(|own| own.frames(lights.into_iter().filter_map(of_ranges)));
@@ -272,6 +272,7 @@ impl Renderer {
 
     /// Sets every node to the balance temperature of a load.
     pub fn settle(&mut self, load: &StepLoad) -> Result<(), GpuError> {
+        self.exchange.iter_mut().for_each(|own| own.fresh = true);
         let frame = self.shadows(load)?.then(Frame::settle(&ranges_of_load(&self.ranges, load)));
         let submitted = self.send(&frame, Request::step(load, 1.0))?;
         self.commanded = Some(DeviceLoad::new(load, self.joints));
@@ -329,7 +330,7 @@ impl Renderer {
             let still_shaded = shadows.entries.is_empty();
             frame = frame.then(shadows);
             if !std::mem::take(&mut self.exchanged) {
-                frame = frame.then(self.exchange_frame(load));
+                frame = frame.then(self.exchange_frame(load, steps));
             }
             network = self.network_frame(steps, request.heating)?;
             if request.absorbed {
@@ -381,14 +382,14 @@ impl Renderer {
 
     /// Flux absorbed by the nodes of thermal networks [W/m2], and temperature of all other nodes [K], one value for
     /// each node. It overwrites the networks' temperatures, so call `set_temperatures` afterwards. Collect the frames
-    /// in flight before. A step `exchanges` radiation between surfaces, and the start of a run does not.
-    pub fn absorbed(&mut self, load: &StepLoad, exchanges: bool) -> Result<Vec<f32>, GpuError> {
+    /// in flight before. A load that lasts some steps exchanges radiation between surfaces, and the start of a run does not.
+    pub fn absorbed(&mut self, load: &StepLoad, steps: Option<f64>) -> Result<Vec<f32>, GpuError> {
         let mut ranges = ranges_of_load(&self.ranges, load);
         ranges.retain(|range| is_of_network(range.variant.kind));
         let wanted = Wanted { temperatures: true, ..Wanted::default() };
         let mut frame = self.shadows(load)?;
-        if exchanges {
-            frame = frame.then(self.exchange_frame(load));
+        if let Some(steps) = steps {
+            frame = frame.then(self.exchange_frame(load, steps));
             self.exchanged = true;
         } else {
             ranges = without_exchange(ranges);

@@ -139,7 +139,7 @@ table! {
     /// Rows of the poses of the body and of the joints, written by the host.
     ExchangePoses: row(48, Count::ExchangeJoints, FromHost, "ExchangePose").each_slot();
     /// Directions of rays, and whether they are open.
-    ExchangeSky: row(4, Count::ExchangeSky, Storage, "ExchangeSky");
+    ExchangeSky: row(16, Count::ExchangeSky, Storage, "ExchangeSky");
     /// Shares of the planet's infrared and albedo that every patch sees.
     ExchangeSeen: row(8, Count::ExchangePatches, Storage, "ExchangeSeen");
     /// Infrared of the planet and sunlight that every patch reflects at first [W/m2].
@@ -153,7 +153,7 @@ table! {
     /// Infrared that every patch sends at first [W/m2].
     ExchangeSent: row(4, Count::ExchangePatches, Storage, "ExchangeSent");
     /// Flux from other patches that every patch absorbs [W/m2].
-    ExchangeReceived: row(4, Count::ExchangePatches, Storage, "ExchangeReceived");
+    ExchangeReceived: row(8, Count::ExchangePatches, Storage, "ExchangeReceived");
     /// Temperature of every node before the last step [K], where images lie between steps.
     EarlierTemperature: row(GROUP, BetweenGroups, Storage, "Earlier");
     /// Temperature of every node at the time of an image between steps [K].

@@ -25,6 +25,7 @@ use super::variant::{StepKind, ThermalVariant};
 use crate::environment::albedo;
 use crate::environment::shadow::{Jointed, Occluders, Redraw};
 use crate::exchange::mirrors::Mirrors;
+use crate::exchange::sky::Renewal;
 use crate::gpu::nodes::{GROUP, RANGE_GROUPS};
 
 /// Nodes of a workgroup of the thermal step. Ranges are multiples of it.
@@ -97,12 +98,12 @@ pub struct Shown<'a> {
 }
 
 /// Patches that radiate to each other.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct ExchangeData<'a> {
     /// Their tables.
     pub tables: &'a ExchangeTables,
-    /// Angle after which the light of Sun and planet is found anew [rad].
-    pub light_angle: f64,
+    /// When what they exchange is found anew.
+    pub renewal: Renewal,
     /// The patches that mirror sunlight.
     pub mirrors: Option<&'a Arc<Mirrors>>,
 }
@@ -317,7 +318,7 @@ impl SceneData<'_> {
             Count::HeatGroups => only(self.heat.is_some(), groups),
             other => {
                 let of_sensor = self.sensor.filter(|_| drawn).map_or(0, |sensor| sensor.count(other));
-                let of_exchange = self.exchange.map_or(0, |exchange| exchange.count(other));
+                let of_exchange = self.exchange.as_ref().map_or(0, |exchange| exchange.count(other));
                 of_sensor + of_exchange + self.network.map_or(0, |network| network.count(other))
             }
         }
@@ -432,7 +433,7 @@ impl Resources {
             // Estimates are added to it, and new memory may hold anything.
             self.upload(once, Resource::OnePassTold, &vec![[0.0f32; 4]; network.shape.estimated() as usize])?;
         }
-        if let Some(ExchangeData { tables, .. }) = data.exchange {
+        if let Some(ExchangeData { tables, .. }) = &data.exchange {
             let places = tables.count(Count::ExchangePatches);
             self.upload(once, Resource::ExchangeNodes, &tables.nodes)?;
             self.upload(once, Resource::ExchangePatches, &tables.patches)?;
@@ -442,7 +443,7 @@ impl Resources {
             self.upload(once, Resource::ExchangeSeen, &vec![[1.0f32; 2]; places])?;
             self.upload(once, Resource::ExchangeReflected, &vec![[0.0f32; 2]; places])?;
             self.upload(once, Resource::ExchangeSunlight, &vec![0.0f32; places])?;
-            self.upload(once, Resource::ExchangeReceived, &vec![0.0f32; places])?;
+            self.upload(once, Resource::ExchangeReceived, &vec![[0.0f32, 1.0]; places])?;
         }
         if let Some(heat) = data.heat {
             let areas: Vec<f32> = heat.areas.iter().map(|area| *area as f32).collect();

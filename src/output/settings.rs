@@ -110,6 +110,7 @@ pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
                 ("rays", settings.rays.to_string()),
                 ("bounces", settings.bounces.map_or("all".to_owned(), |bounces| bounces.to_string())),
                 ("redraw angle", format!("{:.3} deg", settings.redraw_angle.to_degrees())),
+                ("hold", format!("{} s", settings.hold)),
             ],
         );
     }

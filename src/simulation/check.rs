@@ -195,7 +195,7 @@ impl Check {
     }
 
     /// Finds what nodes receive from the craft in a step, with rays for the `poses` that the engine uses.
-    fn receive(&mut self, load: &StepLoad, poses: Option<&[DAffine3]>) {
+    fn receive(&mut self, load: &StepLoad, steps: f64, poses: Option<&[DAffine3]>) {
         let Some(exchange) = &mut self.exchange else { return };
         if self.network.as_ref().is_some_and(|network| network.failed.is_some() || network.waits) {
             return;
@@ -211,7 +211,7 @@ impl Check {
                 nodes[*slot] = [network.temperatures.get(slot).copied().unwrap_or(0.0), *lit];
             }
         }
-        let received = exchange.received(load, poses, &nodes);
+        let received = exchange.received(load, steps, poses, &nodes);
         self.reference.receive(self.slots.iter().map(|slot| received[*slot]).collect());
         if let Some(network) = &mut self.network {
             network.loads.receive(network.slots.iter().map(|slot| received[*slot]).collect());
@@ -222,7 +222,7 @@ impl Check {
     /// its rays were cast.
     pub fn step(&mut self, load: &StepLoad, steps: f64, start: f64, length: f64, poses: Option<&[DAffine3]>) {
         self.reference.find_shadows(&mut self.shadows, load);
-        self.receive(load, poses);
+        self.receive(load, steps, poses);
         self.reference.step(load, steps);
         if let Some(network) = self.network.as_mut().filter(|network| network.failed.is_none() && !network.waits) {
             network.step(load, start, length);

@@ -2,7 +2,6 @@
 
 use super::distant::Distance;
 use super::energy::heat_tables;
-use super::exchange::LIGHT;
 use super::prepare::Prepared;
 use super::sampling::{ALWAYS, sampling};
 use super::surroundings::Finishes;
@@ -102,7 +101,7 @@ impl DeviceData {
             heat: self.heat.as_ref(),
             exchange: self.exchange.as_ref().zip(prepared.exchange.as_ref()).map(|(tables, craft)| ExchangeData {
                 tables,
-                light_angle: LIGHT * craft.settings.redraw_angle,
+                renewal: craft.renewal(),
                 mirrors: craft.mirrors.as_ref(),
             }),
             sensor: self.sensor.as_ref().filter(|_| is_own(prepared, camera)),

@@ -131,7 +131,7 @@ impl DeviceEngine {
         }
         let Some(network) = &mut self.network else { return Ok(None) };
         network.step_begins();
-        let mut values = self.renderer.absorbed(step.load, true)?;
+        let mut values = self.renderer.absorbed(step.load, Some(step.steps))?;
         network.step(network.scene().heat(|slot| f64::from(values[slot])), step.start, step.length)?;
         let tables = self.heat.as_ref().filter(|_| order.absorbed);
         let heat = tables.map(|tables| absorbed_heat(tables, |slot| f64::from(values[slot])));
@@ -174,7 +174,7 @@ impl DeviceEngine {
     fn follow_joints(&mut self, step: &Step<'_>) -> Result<(), EngineError> {
         let fourth = self.fourth();
         let Some(exchange) = &mut self.exchange else { return Ok(()) };
-        if let Some(tables) = exchange.turn(&step.load.joints, step.is_warm_up())? {
+        if let Some(tables) = exchange.turn(&step.load.joints, step.load.is_warm_up())? {
             while let Some(flying) = self.flying.pop_front() {
                 self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), fourth)?);
             }
@@ -257,7 +257,7 @@ impl Engine for DeviceEngine {
             return self.take_given(&given, time, false);
         }
         let Some(network) = &mut self.network else { return Ok(()) };
-        let mut values = self.renderer.absorbed(load, false)?;
+        let mut values = self.renderer.absorbed(load, None)?;
         network.settle(network.scene().heat(|slot| f64::from(values[slot])), time)?;
         put(&mut self.renderer, network, &mut values)?;
         Ok(self.renderer.set_network(&network.temperatures()?, network.on())?)

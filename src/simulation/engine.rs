@@ -24,13 +24,6 @@ pub struct Step<'a> {
     pub length: f64,
 }
 
-impl Step<'_> {
-    /// Whether it belongs to the warm-up, which ends at time 0 and for which nobody waits step by step.
-    pub fn is_warm_up(&self) -> bool {
-        self.start < 0.0
-    }
-}
-
 /// Poses of the camera and of the joints at one instant.
 #[derive(Debug, Clone, Default)]
 pub struct Moment {

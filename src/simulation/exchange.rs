@@ -13,7 +13,7 @@ use crate::exchange::cast::Scenery;
 use crate::exchange::defects::Defects;
 use crate::exchange::mirrors::Mirrors;
 use crate::exchange::patches::{Patches, Surface};
-use crate::exchange::sky::Renewal;
+use crate::exchange::sky::{Due, Renewal};
 use crate::exchange::step::{Exchange, Light, MOST_PATCHES, PATCHES, Settings};
 use crate::gpu::nodes::{GROUP, Nodes, PADDING};
 use crate::saved::{Saved, SavedError};
@@ -41,15 +41,18 @@ pub struct Craft {
     pub settings: Settings,
     /// The patches that mirror sunlight, where the scene wants it and some do.
     pub mirrors: Option<Arc<Mirrors>>,
+    /// Steps for which the infrared that patches exchange is held.
+    pub every: f64,
 }
 
 impl Craft {
-    /// Gathers the nodes of a scene.
+    /// Gathers the nodes of a scene with steps of a length [s].
     ///
     /// # Errors
     /// More rays than [`MOST_RAYS`], in words.
     pub fn new(
         settings: Settings,
+        step: f64,
         nodes: &Nodes,
         triangles: &[[u32; 3]],
         network: Option<&SceneNetwork>,
@@ -88,6 +91,7 @@ impl Craft {
         let mirrors = settings.specular_sunlight.then(|| Mirrors::new(&surface, &patches, settings.rays)).flatten();
         Ok(Self {
             defects: Defects::of(&surface, materials),
+            every: settings.hold / step,
             mirrors: mirrors.map(Arc::new),
             surface,
             patches,
@@ -102,6 +106,11 @@ impl Craft {
             warnings.push("[exchange]: specular_sunlight changes nothing, because no material of the craft states 'specular' above 0.".to_owned());
         }
         warnings
+    }
+
+    /// When what the patches exchange is found anew.
+    pub fn renewal(&self) -> Renewal {
+        Renewal::new(LIGHT * self.settings.redraw_angle, self.every)
     }
 
     /// Steps over which the work for new poses of the joints is spread.
@@ -129,18 +138,20 @@ pub struct ExchangeTwin {
     found: Posed<Exchange>,
     renewal: Renewal,
     light: Light,
+    /// What patches absorb [W/m2].
+    absorbed: Vec<f64>,
 }
 
 impl ExchangeTwin {
     /// An exchange whose rays are cast for poses first.
     pub fn new(craft: &Arc<Craft>, poses: &[DAffine3]) -> Self {
         let angle = craft.settings.redraw_angle;
-        let renewal = Renewal { angle: LIGHT * angle, found_for: None };
         let mut twin = Self {
             craft: Arc::clone(craft),
             found: Posed::new(angle, craft.shares()),
-            renewal,
+            renewal: craft.renewal(),
             light: Light::default(),
+            absorbed: Vec::new(),
         };
         twin.turn(poses, true);
         twin
@@ -173,33 +184,36 @@ impl ExchangeTwin {
         &self.light
     }
 
-    /// What every patch absorbs from the others in a step [W/m2]. Temperatures [K] and shares of the Sun are those of the nodes. Rays for new poses are cast
-    /// `at_once` or by shares of the work.
+    /// What every patch absorbs from the others in a load that lasts `steps` [W/m2]. Temperatures [K] and shares of the Sun are those of the nodes.
     pub fn absorbed(
         &mut self,
         load: &StepLoad,
-        at_once: bool,
+        steps: f64,
         temperature: impl Fn(usize) -> f64 + Sync,
         visibility: impl Fn(usize) -> f64 + Sync,
     ) -> Vec<f64> {
-        let turned = self.turn(&load.joints, at_once);
+        let turned = self.turn(&load.joints, load.is_warm_up());
         let Some(exchange) = self.found.found() else { return Vec::new() };
-        if self.renewal.is_due(load) || turned || self.light.seen.is_empty() {
+        let due = self.renewal.due(load, steps, turned || self.light.seen.is_empty());
+        if due == Due::All {
             let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
             self.light = exchange.light(load, visibility, mirrored.as_ref());
         }
-        exchange.absorbed(&exchange.sent(load, &self.light, temperature), &self.light)
+        if due > Due::Nothing {
+            self.absorbed = exchange.absorbed(&exchange.sent(load, &self.light, temperature), &self.light);
+        }
+        self.absorbed.clone()
     }
 
-    /// What the faces of every node receive in a step, as [`ExchangeTwin::absorbed`].
+    /// What the faces of every node receive in a load that lasts `steps`. Temperatures [K] and shares of the Sun are those of the nodes.
     pub fn received(
         &mut self,
         load: &StepLoad,
-        at_once: bool,
+        steps: f64,
         temperature: impl Fn(usize) -> f64 + Sync,
         visibility: impl Fn(usize) -> f64 + Sync,
     ) -> Vec<[Received; 2]> {
-        let absorbed = self.absorbed(load, at_once, temperature, visibility);
+        let absorbed = self.absorbed(load, steps, temperature, visibility);
         self.of_nodes(&absorbed)
     }
 
@@ -218,6 +232,7 @@ impl ExchangeTwin {
         saved.put("reflected", &self.light.reflected);
         saved.put("sunlight", &self.light.sunlight);
         saved.put("mirrored", &self.light.mirrored);
+        saved.put("absorbed", &self.absorbed);
         saved
     }
 
@@ -235,6 +250,7 @@ impl ExchangeTwin {
             sunlight: saved.list("sunlight")?,
             mirrored: saved.list("mirrored")?,
         };
+        self.absorbed = saved.list("absorbed")?;
         Ok(())
     }
 }

@@ -156,7 +156,8 @@ impl Prepared {
         warnings.extend(given.iter().flat_map(|given| given.warnings().to_vec()));
         let network = steps::network(&mut scene, shell, &parts, &nodes, &probes, &materials)?;
         warnings.extend(network.iter().flat_map(|network| network.remarks()));
-        let craft = |settings| Craft::new(settings, &nodes, &triangles, network.as_deref(), &materials);
+        let craft =
+            |settings| Craft::new(settings, scene.time.step, &nodes, &triangles, network.as_deref(), &materials);
         let exchange = scene.exchange.map(craft).transpose();
         let exchange = exchange.map_err(|message| PrepareError::Exchange { path: scene.source.clone(), message })?;
         warnings.extend(exchange.iter().flat_map(Craft::warnings));

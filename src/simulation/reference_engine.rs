@@ -148,15 +148,14 @@ impl ReferenceEngine {
     }
 
     /// Finds what nodes receive from the craft in a step.
-    fn exchange(&mut self, step: &Step<'_>) {
+    fn exchange(&mut self, load: &StepLoad, steps: f64) {
         let Some(exchange) = &mut self.exchange else { return };
         let mut of_slot = vec![[0.0, 0.0]; self.slots];
         let nodes = self.reference.temperatures().iter().zip(self.reference.visibility());
         for (slot, (temperature, visibility)) in self.node_of_slot.iter().zip(nodes) {
             of_slot[*slot as usize] = [*temperature, *visibility];
         }
-        let received =
-            exchange.received(step.load, step.is_warm_up(), |slot| of_slot[slot][0], |slot| of_slot[slot][1]);
+        let received = exchange.received(load, steps, |slot| of_slot[slot][0], |slot| of_slot[slot][1]);
         self.reference.receive(self.node_of_slot.iter().map(|slot| received[*slot as usize]).collect());
     }
 
@@ -311,7 +310,7 @@ impl Engine for ReferenceEngine {
         if let Some(step) = step {
             self.steps += 1;
             self.reference.find_shadows(&mut self.shadows, step.load);
-            self.exchange(&step);
+            self.exchange(step.load, step.steps);
             self.reference.step(step.load, step.steps);
             if order.absorbed {
                 let flux = self.flux(step.load);

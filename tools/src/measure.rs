@@ -4,6 +4,7 @@
 mod build_cost;
 #[path = "peers/clock.rs"]
 mod clock;
+mod exchange_cost;
 mod network_cost;
 mod one_pass;
 mod sensor_cost;
@@ -90,6 +91,18 @@ struct Arguments {
     /// Tolerance of the integrator that --one-pass compares with [K]
     #[arg(long, default_value_t = 0.01)]
     one_pass_tolerance: f64,
+    /// Measure only what radiation between surfaces adds to a step of the scene
+    #[arg(long)]
+    exchange: bool,
+    /// Size of the patches of --exchange [m]; the scene's own without
+    #[arg(long)]
+    patch_edge: Option<f64>,
+    /// Steps of --exchange from time 0
+    #[arg(long, default_value_t = 50)]
+    exchange_steps: u32,
+    /// How often --exchange takes them
+    #[arg(long, default_value_t = 4)]
+    exchange_rounds: u32,
     /// Measure only the building of the scene, at --build-edges
     #[arg(long)]
     build: bool,
@@ -157,6 +170,10 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
     }
     if arguments.shadows {
         return shadow_error::measure(&context, &scene, &arguments.shadow_edges, &arguments.shadow_maps);
+    }
+    if arguments.exchange {
+        let (steps, rounds) = (arguments.exchange_steps, arguments.exchange_rounds);
+        return exchange_cost::measure(&context, scene, arguments.patch_edge, steps, rounds);
     }
     if arguments.one_pass {
         let (edges, lengths) = (&arguments.one_pass_edges, &arguments.one_pass_lengths);

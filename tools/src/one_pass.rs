@@ -186,7 +186,7 @@ fn moved(material: &mut Material) {
 }
 
 /// What a share of the samples does not exceed. Other programs lengthen short passes more than long ones, so a tenth tells more than a median.
-fn least(samples: &[f64], of: usize) -> f64 {
+pub(super) fn least(samples: &[f64], of: usize) -> f64 {
     let mut sorted = samples.to_vec();
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() / of).copied().unwrap_or(f64::NAN)

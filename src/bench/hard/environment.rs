@@ -125,7 +125,7 @@ impl Plates {
         let mut renderer = Renderer::new(context, &device.data(&Shapes::default(), None)).map_err(failed)?;
         (0..self.steps)
             .map(|step| {
-                let found = renderer.absorbed(&self.load(step), false).map_err(failed)?;
+                let found = renderer.absorbed(&self.load(step), None).map_err(failed)?;
                 Ok(found[..self.normals.len()].iter().map(|flux| f64::from(*flux)).collect())
             })
             .collect()

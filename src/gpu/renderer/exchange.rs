@@ -10,12 +10,12 @@ use crate::gpu::resource::Resource;
 use crate::saved::Saved;
 
 impl Renderer {
-    /// The passes that find what nodes receive in a step. Empty where surfaces do not see each other.
-    pub(super) fn exchange_frame(&mut self, load: &StepLoad) -> Frame {
+    /// The passes that find what nodes receive in a load that lasts `steps`. Empty where surfaces do not see each other.
+    pub(super) fn exchange_frame(&mut self, load: &StepLoad, steps: f64) -> Frame {
         let Some(light) = ranges_of_load(&self.ranges, load).first().map(|range| range.variant) else {
             return Frame::default();
         };
-        self.exchange.as_mut().map(|own| own.frame(light, load)).unwrap_or_default()
+        self.exchange.as_mut().map(|own| own.frame(light, load, steps)).unwrap_or_default()
     }
 
     /// Replaces the tables after a joint has moved.
@@ -45,10 +45,10 @@ impl Renderer {
     pub fn received(&mut self) -> Result<Vec<f32>, GpuError> {
         self.wait()?;
         let Some(own) = &self.exchange else { return Ok(Vec::new()) };
-        let at_places: Vec<f32> =
+        let at_places: Vec<[f32; 2]> =
             self.resources.download(&mut self.once, Resource::ExchangeReceived, own.order.len())?;
         let mut of_patches = vec![0.0; at_places.len()];
-        own.order.iter().zip(at_places).for_each(|(patch, received)| of_patches[*patch as usize] = received);
+        own.order.iter().zip(at_places).for_each(|(patch, [received, _])| of_patches[*patch as usize] = received);
         Ok(of_patches)
     }
 
@@ -62,15 +62,16 @@ impl Renderer {
         self.resources.download(&mut self.once, Resource::ExchangeSeen, places)
     }
 
-    /// What patches reflect at first, and the sunlight that they absorb, as found last [W/m2].
+    /// What patches reflect at first, and the sunlight that they absorb, as found last [W/m2]; then all that they absorb, and the share that sunlight can reach.
     ///
     /// # Errors
     /// A call that fails.
-    pub(super) fn exchanged_light(&mut self) -> Result<(Vec<[f32; 2]>, Vec<f32>), GpuError> {
+    pub(super) fn exchanged_light(&mut self) -> Result<(Vec<[f32; 2]>, Vec<f32>, Vec<[f32; 2]>), GpuError> {
         self.wait()?;
         let Some(places) = self.exchange.as_ref().map(Exchanging::places) else { return Ok(Default::default()) };
         let reflected = self.resources.download(&mut self.once, Resource::ExchangeReflected, places)?;
-        Ok((reflected, self.resources.download(&mut self.once, Resource::ExchangeSunlight, places)?))
+        let sunlight = self.resources.download(&mut self.once, Resource::ExchangeSunlight, places)?;
+        Ok((reflected, sunlight, self.resources.download(&mut self.once, Resource::ExchangeReceived, places)?))
     }
 
     /// Takes what `seen`, `exchanged_light` and [`Exchanging::save`] gave.
@@ -83,6 +84,8 @@ impl Renderer {
         let sunlight: Vec<f32> = saved.list_of("sunlight", own.places())?;
         self.resources.upload(&mut self.once, Resource::ExchangeSeen, &seen)?;
         self.resources.upload(&mut self.once, Resource::ExchangeReflected, &reflected)?;
-        self.resources.upload(&mut self.once, Resource::ExchangeSunlight, &sunlight)
+        self.resources.upload(&mut self.once, Resource::ExchangeSunlight, &sunlight)?;
+        let received: Vec<[f32; 2]> = saved.list_of("received", own.places())?;
+        self.resources.upload(&mut self.once, Resource::ExchangeReceived, &received)
     }
 }

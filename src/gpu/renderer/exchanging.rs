@@ -1,10 +1,10 @@
-//! What a renderer keeps of radiation between surfaces: the order of patches, and when the light of Sun and planet is found anew.
+//! What a renderer keeps of radiation between surfaces: the order of patches, and when what they exchange is found anew.
 
 use std::sync::Arc;
 
 use crate::environment::StepLoad;
 use crate::exchange::mirrors::{Mirrored, Mirrors};
-use crate::exchange::sky::Renewal;
+use crate::exchange::sky::{Due, Renewal};
 use crate::gpu::exchange::exchange;
 use crate::gpu::frame::Frame;
 use crate::gpu::layout::{self, ExchangePass};
@@ -20,7 +20,7 @@ pub(super) struct Exchanging {
     pub order: Vec<u32>,
     pub room: usize,
     pub renewal: Renewal,
-    /// Whether the light must be found anew, whatever the angle.
+    /// Whether all must be found anew, whatever the angle and the time.
     pub fresh: bool,
     /// Rows of the poses that the next frame needs.
     pub poses: Vec<[[f32; 4]; 3]>,
@@ -33,14 +33,13 @@ pub(super) struct Exchanging {
 impl Exchanging {
     /// The state before the first step.
     pub fn new(data: &ExchangeData) -> Self {
-        let ExchangeData { tables, light_angle, mirrors } = *data;
-        let renewal = Renewal { angle: light_angle, found_for: None };
+        let ExchangeData { tables, renewal, mirrors } = data;
         Self {
             sky_rays: tables.sky_rays,
             joints: tables.joints,
             order: tables.order.clone(),
             room: tables.room,
-            renewal,
+            renewal: renewal.clone(),
             fresh: true,
             poses: Vec::new(),
             mirrors: mirrors.cloned(),
@@ -53,17 +52,19 @@ impl Exchanging {
         lights.map(|light| exchange(self.patches(), light, true, self.mirrors.is_some())).collect()
     }
 
-    /// The passes of a step under a load.
-    pub fn frame(&mut self, light: ThermalVariant, load: &StepLoad) -> Frame {
-        let anew = self.renewal.is_due(load) || self.fresh;
-        self.fresh = false;
-        if anew {
+    /// The passes under a load that lasts `steps`. None where what was found before holds.
+    pub fn frame(&mut self, light: ThermalVariant, load: &StepLoad, steps: f64) -> Frame {
+        let due = self.renewal.due(load, steps, std::mem::take(&mut self.fresh));
+        if due == Due::Nothing {
+            return Frame::default();
+        }
+        if due == Due::All {
             let pose = |joint: usize| layout::rows(&load.joints.get(joint).copied().unwrap_or_default());
             self.poses = (0..self.joints).map(pose).collect();
             let mirrors = self.mirrors.as_ref().filter(|_| light.sun);
             self.mirrored = mirrors.map(|mirrors| rows(&mirrors.mirrored(load), &self.order)).unwrap_or_default();
         }
-        exchange(self.patches(), light, anew, self.mirrors.is_some())
+        exchange(self.patches(), light, due == Due::All, self.mirrors.is_some())
     }
 
     /// Push constants of a pass.

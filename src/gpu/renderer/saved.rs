@@ -70,9 +70,10 @@ impl Renderer {
         if let Some(exchange) = &self.exchange {
             saved.put_all("exchange", exchange.save());
             saved.put("exchange.seen", &self.seen()?);
-            let (reflected, sunlight) = self.exchanged_light()?;
+            let (reflected, sunlight, received) = self.exchanged_light()?;
             saved.put("exchange.reflected", &reflected);
             saved.put("exchange.sunlight", &sunlight);
+            saved.put("exchange.received", &received);
         }
         saved.put("culled", &self.culling.save());
         saved.put("fused_steps", &[self.fused_steps]);

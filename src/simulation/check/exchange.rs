@@ -6,13 +6,13 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use crate::environment::StepLoad;
-use crate::exchange::sky::Renewal;
+use crate::exchange::sky::{Due, Renewal};
 use crate::exchange::step::{Exchange, Light};
 use crate::saved::{Saved, SavedError};
-use crate::simulation::exchange::{Craft, LIGHT};
+use crate::simulation::exchange::Craft;
 use crate::thermal::received::{Received, Seen};
 
-/// Steps between two estimates of noise and of what was left out.
+/// Findings of infrared between two estimates of noise and of what was left out.
 const EVERY: u64 = 20;
 
 /// Most poses whose rays are kept. The one that was used longest ago makes room.
@@ -28,10 +28,11 @@ pub(super) struct ExchangeCheck {
     found: Vec<(Vec<DAffine3>, Exchange)>,
     renewal: Renewal,
     light: Light,
-    /// What patches absorbed in the step before [W/m2].
+    /// What patches absorb since it was found [W/m2].
     before: Vec<f64>,
+    /// How often infrared was found.
     steps: u64,
-    /// Errors so far: noise, what was left out, arrival from the start of each step, and light that is held.
+    /// Errors so far: noise, what was left out, late arrival, and light that is held.
     errors: [Spread; 4],
 }
 
@@ -60,7 +61,7 @@ impl ExchangeCheck {
     pub fn new(craft: &Arc<Craft>, poses: &[DAffine3]) -> Self {
         Self {
             found: vec![(poses.to_vec(), craft.cast(poses))],
-            renewal: Renewal { angle: LIGHT * craft.settings.redraw_angle, found_for: None },
+            renewal: craft.renewal(),
             craft: Arc::clone(craft),
             light: Light::default(),
             before: Vec::new(),
@@ -69,23 +70,36 @@ impl ExchangeCheck {
         }
     }
 
-    /// What the faces of every node receive in a step, from rays for the poses that the engine uses. `nodes` are the temperature [K] and the share of the Sun of each.
-    pub fn received(&mut self, load: &StepLoad, poses: Option<&[DAffine3]>, nodes: &[[f64; 2]]) -> Vec<[Received; 2]> {
+    /// What the faces of every node receive in a step, from rays for the poses that the engine uses. The load lasts `steps`. `nodes` are the temperature [K] and the share of the Sun of each.
+    pub fn received(
+        &mut self,
+        load: &StepLoad,
+        steps: f64,
+        poses: Option<&[DAffine3]>,
+        nodes: &[[f64; 2]],
+    ) -> Vec<[Received; 2]> {
         let turned = poses.is_some_and(|poses| self.turn(poses));
         let Some((_, exchange)) = self.found.last() else { return Vec::new() };
         let find = || {
             let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
             exchange.light(load, |node| nodes[node][1], mirrored.as_ref())
         };
+        let of_nodes = |absorbed: &[f64], light: &Light| -> Vec<[Received; 2]> {
+            (0..nodes.len()).map(|node| exchange.of_node(node, absorbed, &light.seen)).collect()
+        };
+        let due = self.renewal.due(load, steps, turned || self.light.seen.is_empty());
+        if due == Due::Nothing {
+            return of_nodes(&self.before, &self.light);
+        }
         let mut held = None;
-        if self.renewal.is_due(load) || turned || self.light.seen.is_empty() {
+        if due == Due::All {
             self.light = find();
         } else if self.steps.is_multiple_of(EVERY) {
             held = Some(exchange.held_too_long(load, [&self.light, &find()], |node| nodes[node][0]));
         }
         let sent = exchange.sent(load, &self.light, |node| nodes[node][0]);
         let absorbed = exchange.absorbed(&sent, &self.light);
-        let received = (0..nodes.len()).map(|node| exchange.of_node(node, &absorbed, &self.light.seen)).collect();
+        let received = of_nodes(&absorbed, &self.light);
         self.estimate(&sent, &absorbed, nodes, (turned, held));
         self.before = absorbed;
         self.steps += 1;
@@ -140,14 +154,15 @@ impl ExchangeCheck {
     pub fn remark(&self) -> Option<String> {
         let [noise, left_out, late, held] = &self.errors;
         (noise.weight > 0.0).then(|| {
-            let late = if late.weight > 0.0 { late.told() } else { "unknown after one step".to_owned() };
+            let late = if late.weight > 0.0 { late.told() } else { "unknown yet".to_owned() };
             format!(
                 "Radiation between surfaces, errors of a patch in balance: noise of {} rays {}; pairs that were left out and rounding {}; light of Sun and planet that is held {}; \
-                 arrival from the start of each step {late}. Patches below {COLD} K are left out.",
+                 arrival from the temperatures of up to {} s before a step {late}. Patches below {COLD} K are left out.",
                 self.craft.settings.rays,
                 noise.told(),
                 left_out.told(),
-                held.told()
+                held.told(),
+                self.craft.settings.hold
             )
         })
     }

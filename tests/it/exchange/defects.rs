@@ -85,8 +85,14 @@ fn faces_inside_another_part_share_no_patch_with_faces_in_the_open() {
     {
         shapes.part([32, 4], grey(0.5, 0.8), |u, v| [corner + u * x + v * up, normal]);
     }
-    let settings =
-        Settings { rays: 256, patch_edge: Some(5.0), bounces: None, redraw_angle: 0.0, specular_sunlight: false };
+    let settings = Settings {
+        rays: 256,
+        patch_edge: Some(5.0),
+        bounces: None,
+        redraw_angle: 0.0,
+        specular_sunlight: false,
+        hold: 0.0,
+    };
     let inside = |buried: &[[bool; 2]]| {
         let patches = Patches::new(&shapes.surface, &shapes.materials, 5.0, buried);
         let scenery = Scenery::new(&shapes.surface, &[]);
