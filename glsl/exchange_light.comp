@@ -1,6 +1,7 @@
 #version 450
 // Infrared of the planet and sunlight that patches reflect at first. One patch an invocation. Twin: `Exchange::light` of src/exchange/step.rs.
 // Variants: SUN: sunlight. ALBEDO: of the planet too. PLANET_IR: infrared of the planet. SHADOW: nodes see a share of the Sun.
+// MIRRORS: patches mirror a share of the Sun's light.
 
 #include "types.glsl"
 #ifdef PLANET_IR
@@ -38,6 +39,9 @@ layout(set = 0, binding = 6) readonly buffer ExchangeSeenBlock { vec2 seen[]; };
 // Rows of the poses of the body and of the joints.
 layout(set = 0, binding = 7) readonly buffer ExchangePoseBlock { vec4 poses[]; };
 layout(set = 0, binding = 8) buffer ExchangeReflectedBlock { vec2 reflected[]; };
+#ifdef MIRRORS
+layout(set = 0, binding = 9) buffer ExchangeMirroredBlock { float mirrored[]; };
+#endif
 
 #ifdef SUN
 float sun_sample_flux(vec4 sample_, vec3 normal) {
@@ -101,6 +105,10 @@ void main() {
 #ifndef SHADOW
     sunlight += solar_flux(normal);
 #endif
+#endif
+#ifdef MIRRORS
+    mirrored[own] = here.specular * ((1.0 - here.absorptivity) * sunlight);
+    sunlight *= 1.0 - here.specular;
 #endif
 #ifdef ALBEDO
     sunlight += comes.y * albedo_flux(normal);

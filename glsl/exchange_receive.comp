@@ -1,6 +1,6 @@
 #version 450
 // Flux from all patches that patches absorb [W/m2], one patch an invocation. Twin: `Exchange::absorbed` of src/exchange/step.rs.
-// Variants: REFLECTED: sunlight that patches reflect at first. None: infrared. SUN: infrared, and sunlight that was found before.
+// Variants: REFLECTED: sunlight that patches reflect at first. MIRRORS: beside the sunlight that others mirror. None: infrared. SUN: infrared, and sunlight that was found before.
 
 #include "types.glsl"
 
@@ -58,6 +58,9 @@ void main() {
     float all = itself * from_patch(own) + ((arrives.x + arrives.y) + (arrives.z + arrives.w));
     float absorbed = takes * all * here.per_area;
 #ifdef REFLECTED
+#ifdef MIRRORS
+    absorbed += sunlight[own];
+#endif
     sunlight[own] = absorbed;
 #endif
 #ifndef REFLECTED

@@ -170,6 +170,7 @@ struct ExchangePatch {
     float itself;
     float itself_reflected;
     uint joint;
+    float specular;
 };
 
 struct ExchangePass {

@@ -128,8 +128,11 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
     let device_data = DeviceData::new(&prepared).with_exchange(tables);
     let data = device_data.scene_data(&prepared, camera);
     let light = data.ranges.first().map(|range| range.variant);
-    let exchanged =
-        data.exchange.as_ref().zip(light).map(|(data, light)| exchange(data.tables.order.len() as u32, light, true));
+    let exchanged = data
+        .exchange
+        .as_ref()
+        .zip(light)
+        .map(|(data, light)| exchange(data.tables.order.len() as u32, light, true, data.mirrors.is_some()));
     let network = data.network.map(|network| network.shape.steps(1, 1, false).0).unwrap_or_default();
     let wanted = Wanted {
         image: camera.is_some(),

@@ -1,26 +1,34 @@
 //! `isotherm view-factors`: what the surfaces of a scene see of each other, of the planet and of space.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
+use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::reach::ReachArguments;
 use super::run::prepare_scene;
 use crate::environment::{PlanetLoad, StepLoad};
 use crate::exchange::between::{To, radiative_areas, view_factors};
+use crate::exchange::cast::{Scenery, cast};
 use crate::exchange::step::Exchange;
+use crate::gpu::exchange::ExchangeTables;
+use crate::gpu::exchange_rays;
 use crate::output::console::say;
 use crate::output::destination::{Destination, destinations};
 use crate::output::exchange_pictures::{fish_eye, open_sky};
 use crate::output::inputs::keep_inputs;
+use crate::simulation::device_data::DeviceData;
 use crate::simulation::exchange::{Craft, describe};
 use crate::simulation::prepare::Prepared;
+use crate::simulation::target::Target;
 
 /// Write the view factors between the parts of a scene.
 ///
 /// [exchange] states the patches and rays. Without it they have its defaults.
 ///
 /// The file has the columns from, to, view_factor and standard_error. Among `to` stand `space`, and `planet` as it is seen at time 0. The rows of a
-/// part sum to 1. Rays are cast from every patch in the pose of time 0.
+/// part sum to 1. Rays are cast from every patch in the pose of
+/// time 0, on the device where it can.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  isotherm view-factors models/station.toml -o factors.csv --gr gr.csv")]
 pub struct Arguments {
@@ -46,12 +54,14 @@ pub struct Arguments {
     #[arg(long, value_name = "N", requires = "fish_eye")]
     patch: Option<usize>,
     #[command(flatten)]
+    device: DeviceArguments,
+    #[command(flatten)]
     reach: ReachArguments,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut scene = arguments.reach.scene(&arguments.scene)?;
-    scene.exchange.get_or_insert_default();
+    scene.exchange_by_default();
     let prepared = prepare_scene(scene)?;
     let Some(craft) = &prepared.exchange else {
         return Err(CliError::Usage(format!("{}: nothing exchanges heat", arguments.scene.display())));
@@ -68,8 +78,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let paths = [Some(&*arguments.output), gr.as_deref(), sky_path.as_deref(), fish_eye_path.as_deref()];
     let [factors, areas, sky_picture, seen] = destinations(paths)?;
     let load = sky(&prepared);
-    let exchange = craft.cast(&load.joints);
+    let target = arguments.device.open()?;
+    let (exchange, seconds) = found(craft, &load, &target)?;
     tell(craft, &exchange);
+    say!(
+        "time: {:.2} s for {} rays on {}, {:.2} s for view factors and exchange areas",
+        seconds[0],
+        patches * craft.settings.rays as usize,
+        target.name(),
+        seconds[1]
+    );
+    say!("memory of a device in a run: {:.1} MiB", device_bytes(&prepared, &exchange) / 1_048_576.0);
     let (names, group) = groups(&prepared, craft, arguments.patches);
     let name = |to: To| match to {
         To::Group(group) => names[group].clone(),
@@ -92,7 +111,31 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let (Some(picture), Some(patch)) = (seen, arguments.patch) {
         picture.write_bytes(&fish_eye(craft, &load.joints, patch)?)?;
     }
-    Ok(())
+    check_validation(&target)
+}
+
+/// The exchange in the pose of a load, by rays of a device where it can walk their tree. Also the time of the rays, and that of the rest [s].
+fn found(craft: &Craft, load: &StepLoad, target: &Target) -> Result<(Exchange, [f64; 2]), CliError> {
+    let began = Instant::now();
+    let (surface, patches, rays) = (&craft.surface, &craft.patches, craft.settings.rays);
+    let scenery = Scenery::new(surface, &load.joints);
+    let device = target.device().filter(|_| exchange_rays::can_walk(&scenery));
+    let ends = match device {
+        Some(context) => exchange_rays::cast(context, surface, patches, &scenery, rays)?,
+        None => cast(surface, patches, &scenery, rays, 0..patches.all.len() as u32),
+    };
+    let cast = began.elapsed().as_secs_f64();
+    let exchange = Exchange::new(surface, patches, &ends, &craft.settings);
+    Ok((exchange, [cast, began.elapsed().as_secs_f64() - cast]))
+}
+
+/// Buffers of the exchange in a run on a device.
+fn device_bytes(prepared: &Prepared, exchange: &Exchange) -> f64 {
+    let tables = ExchangeTables::new(exchange, prepared.joints() > 1);
+    let data = DeviceData::new(prepared).with_exchange(Some(tables));
+    let plan = data.scene_data(prepared, None).plan();
+    let of_exchange = plan.iter().filter(|planned| planned.resource.row().count.is_of_exchange());
+    of_exchange.map(|planned| planned.bytes as f64).sum()
 }
 
 /// The planet and the joints at time 0.

@@ -126,6 +126,8 @@ pub struct PlanetLoad {
 /// The load of a step: means over its length, in the body frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepLoad {
+    /// When the step starts [s].
+    pub start: f64,
     /// Sun samples, at most [`MAX_SUN_SAMPLES`]. Empty in umbra and without a Sun.
     pub sun: Vec<SunSample>,
     /// Planet infrared and albedo. `None` where the scene has neither.
@@ -139,6 +141,11 @@ pub struct StepLoad {
 }
 
 impl StepLoad {
+    /// Whether the step belongs to the warm-up, which ends at time 0. Nobody waits for its steps one by one.
+    pub fn is_warm_up(&self) -> bool {
+        self.start < 0.0
+    }
+
     /// Rotates body vectors into the joint's frame, in which its nodes keep the pose of the file.
     pub fn joint_from_body(&self, joint: u32) -> DMat3 {
         self.joints.get(joint as usize).map_or(DMat3::IDENTITY, |pose| pose.matrix3.transpose())

@@ -130,6 +130,7 @@ impl StepLoads {
             planet.albedo_flux = 0.0;
         }
         StepLoad {
+            start,
             sun: self.sun_samples(start, end),
             planet,
             albedo,

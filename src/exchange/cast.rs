@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::directions::{cosine_direction, fractions, point_near_corner};
 use super::patches::{NONE, Patches, Surface};
-use crate::environment::shadow::Occluders;
+use crate::environment::shadow::{Hit, Occluders};
 
 /// The end of a ray that leaves the craft.
 pub const SPACE: u32 = u32::MAX;
@@ -46,9 +46,16 @@ pub type Ray = [DVec3; 2];
 
 /// A ray of a patch in the file's pose, its start lifted off the surface by `start` [m].
 pub fn ray_of(surface: &Surface, patches: &Patches, start: f64, patch: u32, ray: u32) -> Ray {
+    let [point, normal] = start_of(surface, patches, patch, ray);
+    let [_, _, u, v] = fractions(patch, ray);
+    [point + start * normal, cosine_direction(normal, [u, v])]
+}
+
+/// Where a ray of a patch starts in the file's pose, and the unit normal of its face there.
+pub fn start_of(surface: &Surface, patches: &Patches, patch: u32, ray: u32) -> Ray {
     let own = &patches.all[patch as usize];
     let corners = &patches.corners[own.corners.clone()];
-    let [place, s, u, v] = fractions(patch, ray);
+    let [place, s, ..] = fractions(patch, ray);
     let at = corners.partition_point(|corner| corner.up_to < place).min(corners.len() - 1);
     let before = if at == 0 { 0.0 } else { corners[at - 1].up_to };
     // What the place leaves within its corner is as even as the place itself.
@@ -58,14 +65,21 @@ pub fn ray_of(surface: &Surface, patches: &Patches, start: f64, patch: u32, ray:
     let [second, third] = point_near_corner([within, s], corner % 3);
     let outward = (b - a).cross(c - a).normalize_or(DVec3::Z);
     let normal = if own.back { -outward } else { outward };
-    let point = a + second * (b - a) + third * (c - a);
-    [point + start * normal, cosine_direction(normal, [u, v])]
+    [a + second * (b - a) + third * (c - a), normal]
 }
 
 /// Where a ray ends: a patch, [`SPACE`] or [`INSIDE`].
 pub fn end_of(surface: &Surface, patches: &Patches, occluders: &Occluders, [from, direction]: Ray) -> u32 {
     let Some(hit) = occluders.first(from, direction) else { return SPACE };
     let triangle = surface.triangles[occluders.tree.order[hit.triangle] as usize];
+    match face_of(&triangle.map(|node| patches.of_node[node as usize]), &hit) {
+        NONE => INSIDE,
+        patch => patch,
+    }
+}
+
+/// The patch that a ray meets: that of the nearest corner, on the side from which the ray comes. `faces` are the fronts and backs of the corners.
+pub fn face_of(faces: &[[u32; 2]; 3], hit: &Hit) -> u32 {
     let [first, second, third] = [1.0 - hit.u - hit.v, hit.u, hit.v];
     let nearest = if first >= second.max(third) {
         0
@@ -74,10 +88,7 @@ pub fn end_of(surface: &Surface, patches: &Patches, occluders: &Occluders, [from
     } else {
         2
     };
-    match patches.of_node[triangle[nearest] as usize][usize::from(!hit.outside)] {
-        NONE => INSIDE,
-        patch => patch,
-    }
+    faces[nearest][usize::from(!hit.outside)]
 }
 
 /// Where each ray of some patches ends, `rays` for each.

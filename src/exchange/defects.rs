@@ -60,18 +60,31 @@ impl Defects {
         let told = [
             (
                 self.open_edges,
-                "open edges of skins that exchange heat outside only: rays that pass them meet inner faces, and their light comes back to its own patch",
+                ["open edge", "open edges"],
+                "on skins that exchange heat outside only; rays that pass there meet inner faces, and their light comes back to its own patch",
             ),
-            (self.crowded_edges, "edges of more than two triangles of such skins"),
+            (
+                self.crowded_edges,
+                ["edge", "edges"],
+                "of more than two triangles, on skins that exchange heat outside only; what is inside and what outside is not clear there",
+            ),
             (
                 self.coincident,
-                "triangles that lie exactly on another: they see past each other, and rays that start on one may meet the inner face of the other",
+                ["triangle", "triangles"],
+                "exactly on another; the two see past each other, and rays that start on one may meet the inner face of the other",
             ),
-            (self.inward, "closed bodies whose normals look inwards: they exchange heat with what is inside them"),
-            (self.without_area, "triangles without area: no ray starts or ends there"),
+            (
+                self.inward,
+                ["closed body", "closed bodies"],
+                "with normals that look inwards; heat goes to what is inside, and none to space",
+            ),
+            (self.without_area, ["triangle", "triangles"], "without area; no ray starts or ends there"),
         ];
-        let some = told.into_iter().filter(|(count, _)| *count > 0);
-        some.map(|(count, what)| format!("[exchange]: {count} {what}.")).collect()
+        let some = told.into_iter().filter(|(count, ..)| *count > 0);
+        let in_words = |(count, [one, several], what): (usize, [&str; 2], &str)| {
+            format!("[exchange]: {count} {} {what}.", if count == 1 { one } else { several })
+        };
+        some.map(in_words).collect()
     }
 }
 

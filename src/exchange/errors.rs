@@ -3,8 +3,12 @@
 use rayon::prelude::*;
 
 use super::factors::Factors;
+use super::patches::Patch;
 use super::step::{Exchange, Light};
+use crate::environment::StepLoad;
 use crate::thermal::STEFAN_BOLTZMANN;
+use crate::thermal::incident::incident;
+use crate::thermal::received::Seen;
 
 /// Share of the largest light below which what arrives no longer changes.
 const SETTLED: f64 = 1e-9;
@@ -71,14 +75,34 @@ impl Exchange {
                 square += share * brings * brings;
             }
             let variance = (square - mean * mean).max(0.0) / f64::from(self.factors.rays);
-            FluxError { noise: variance.sqrt(), left_out: rows[i] - taken }
+            FluxError { noise: variance.sqrt(), left_out: rows[i] - taken - light.mirrored.get(i).unwrap_or(&0.0) }
         };
         (0..self.patches.len()).into_par_iter().map(of).collect()
     }
 
+    /// What patches absorb more under light that is held than under that found for this very step [W/m2]. `temperature` is that of a node [K].
+    pub fn held_too_long(
+        &self,
+        load: &StepLoad,
+        [held, fresh]: [&Light; 2],
+        temperature: impl Fn(usize) -> f64 + Sync,
+    ) -> Vec<f64> {
+        let [before, now] = [held, fresh].map(|light| self.absorbed(&self.sent(load, light, &temperature), light));
+        let of = |(number, patch): (usize, &Patch)| {
+            let normal = load.joint_from_body(patch.joint).transpose() * patch.normal;
+            let open = incident(load, normal);
+            let direct = |light: &Light| {
+                let Seen { planet_ir, albedo } = light.seen[number];
+                patch.optics.emissivity * planet_ir * open.planet_ir + patch.optics.absorptivity * albedo * open.albedo
+            };
+            before[number] - now[number] + direct(held) - direct(fresh)
+        };
+        self.patches.par_iter().enumerate().map(of).collect()
+    }
+
     /// Change of the temperature of every patch by a flux of 1 W/m2 [K m2/W], where its nodes are in balance. `temperature` is that of a node [K].
     pub fn kelvin_per_flux(&self, temperature: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
-        let of = |patch: &super::patches::Patch| {
+        let of = |patch: &Patch| {
             let nodes = &self.nodes[patch.nodes.clone()];
             let mean: f64 = nodes.iter().map(|(node, share)| share * temperature(*node as usize)).sum();
             let faces = nodes.first().map_or([super::patches::NONE; 2], |(node, _)| self.of_node[*node as usize]);

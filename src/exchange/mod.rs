@@ -4,7 +4,7 @@
 //! factors that are reciprocal and closed ([`factors`]). Diffuse reflections turn these into exchange areas, of infrared and of sunlight apart
 //! ([`reflected`]). In every step a patch receives what all others send, and the planet's light through the open part of its sky ([`step`], [`sky`]).
 //!
-//! A patch has a uniform temperature and reflects diffusely. The room knows triangles and optical values. It knows no files and no Vulkan.
+//! A patch has a uniform temperature and reflects diffusely, but for direct sunlight that it may mirror once ([`mirrors`]). The room knows triangles and optical values. It knows no files and no Vulkan.
 
 pub mod between;
 pub mod buried;
@@ -13,6 +13,7 @@ pub mod defects;
 pub mod directions;
 pub mod errors;
 pub mod factors;
+pub mod mirrors;
 pub mod patches;
 pub mod reflected;
 pub mod sky;

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use crate::thermal::material::{Material, Optics, Sides};
+use crate::thermal::material::{Gloss, Material, Optics, Sides};
 
 /// No patch.
 pub const NONE: u32 = u32::MAX;
@@ -50,6 +50,8 @@ pub struct Patch {
     pub back: bool,
     /// Absorptivity and emissivity of this face.
     pub optics: Optics,
+    /// How this face mirrors.
+    pub gloss: Gloss,
     /// Area [m2].
     pub area: f64,
     /// Unit normal away from this face, mean over the nodes, in the file's pose.
@@ -153,6 +155,7 @@ impl Patches {
             material: key.material,
             back: key.back,
             optics: if key.back { material.back() } else { material.front },
+            gloss: material.gloss[usize::from(key.back)],
             area,
             normal: if key.back { -outward } else { outward },
             centre: mean(&|node| surface.positions[node]),

@@ -143,6 +143,8 @@ pub struct FoundFor {
     pub fluxes: [f64; 2],
     /// Poses of the joints.
     pub poses: Vec<DAffine3>,
+    /// When the step starts [s].
+    pub start: f64,
 }
 
 impl FoundFor {
@@ -157,11 +159,15 @@ impl FoundFor {
             directions[1] = planet.sunward * sine - planet.nadir * cosine;
             fluxes[1] = if load.albedo.is_some() { planet.albedo_flux } else { 0.0 };
         }
-        Self { directions, fluxes, poses: load.joints.clone() }
+        Self { directions, fluxes, poses: load.joints.clone(), start: load.start }
     }
 
-    /// How far Sun, planet or joints have turned since [rad]; infinite where sunlight has changed.
+    /// How far Sun, planet or joints have turned since [rad]; infinite where sunlight has changed, where time goes back, or where the
+    /// warm-up ends: so equal orbits find the light at equal times.
     fn turn(&self, now: &Self) -> f64 {
+        if now.start < self.start || (self.start < 0.0 && now.start >= 0.0) {
+            return f64::INFINITY;
+        }
         let apart = |(a, b): (&DVec3, &DVec3)| a.cross(*b).length().atan2(a.dot(*b));
         let alike = |(a, b): (&f64, &f64)| (a - b).abs() <= FLUX * a.max(*b);
         if !self.fluxes.iter().zip(&now.fluxes).all(alike) {
@@ -228,9 +234,10 @@ impl Renewal {
     pub fn save(&self) -> Saved {
         let mut saved = Saved::default();
         saved.put("since", &self.since);
-        if let Some(FoundFor { directions, fluxes, poses }) = &self.found_for {
+        if let Some(FoundFor { directions, fluxes, poses, start }) = &self.found_for {
             saved.put("directions", &directions.map(|direction| direction.to_array()));
             saved.put("fluxes", fluxes);
+            saved.put("start", &[*start]);
             saved.put("poses", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
         }
         saved
@@ -246,10 +253,12 @@ impl Renewal {
         if saved.has("directions") {
             let directions: [[f64; 3]; 3] = saved.array("directions")?;
             let poses: Vec<[f64; 12]> = saved.list("poses")?;
+            let [start] = saved.array("start")?;
             self.found_for = Some(FoundFor {
                 directions: directions.map(DVec3::from_array),
                 fluxes: saved.array("fluxes")?,
                 poses: poses.iter().map(DAffine3::from_cols_array).collect(),
+                start,
             });
         }
         Ok(())
@@ -325,7 +334,14 @@ mod tests {
     fn load(degrees: u32) -> StepLoad {
         let (sine, cosine) = f64::from(degrees).to_radians().sin_cos();
         let sun = vec![SunSample { direction: DVec3::new(cosine, sine, 0.0), flux: 1361.0 }];
-        StepLoad { sun, planet: None, albedo: None, background_temperature: 3.0, joints: Vec::new() }
+        StepLoad {
+            sun,
+            planet: None,
+            albedo: None,
+            background_temperature: 3.0,
+            joints: Vec::new(),
+            start: f64::from(degrees),
+        }
     }
 
     /// What is found anew in steps in which the Sun turns by 1 deg.

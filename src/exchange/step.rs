@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use super::cast::{SPACE, Scenery, ray_of};
 use super::directions::fractions;
 use super::factors::Factors;
+use super::mirrors::Mirrored;
 use super::patches::{NONE, Patch, Patches, Surface};
 use super::reflected::{Areas, exchange_areas};
 use super::sky::{PlanetView, Ray, bundled, bundles_of};
@@ -39,13 +40,22 @@ pub struct Settings {
     pub bounces: Option<u32>,
     /// Angle after which what moves is found anew [rad].
     pub redraw_angle: f64,
+    /// Whether patches mirror sunlight once, instead of reflecting all of it diffusely.
+    pub specular_sunlight: bool,
     /// Time for which the infrared that patches exchange is held [s], and so the light while little turns.
     pub hold: f64,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { rays: 256, patch_edge: None, bounces: None, redraw_angle: 15f64.to_radians(), hold: HOLD }
+        Self {
+            rays: 256,
+            patch_edge: None,
+            bounces: None,
+            redraw_angle: 15f64.to_radians(),
+            specular_sunlight: false,
+            hold: HOLD,
+        }
     }
 }
 
@@ -60,10 +70,12 @@ pub const MOST_PATCHES: usize = 1 << 16;
 pub struct Light {
     /// Shares of the planet's light that every patch sees.
     pub seen: Vec<Seen>,
-    /// Infrared of the planet and sunlight that every patch reflects at first [W/m2].
+    /// Infrared of the planet and sunlight that every patch reflects diffusely at first [W/m2]. Of sunlight it holds what others mirror onto the patch.
     pub reflected: Vec<[f64; 2]>,
     /// Sunlight from all patches that each one absorbs [W/m2].
     pub sunlight: Vec<f64>,
+    /// The part of it that others mirror directly onto the patch [W/m2]. Empty without mirrors.
+    pub mirrored: Vec<f64>,
 }
 
 /// The patches of a craft with all that they exchange.
@@ -141,8 +153,13 @@ impl Exchange {
         self.patches.par_iter().zip(self.sky.par_chunks(self.bundles.max(1))).map(seen).collect()
     }
 
-    /// The light of Sun and planet. `visibility` is the share of the Sun that a node sees.
-    pub fn light(&self, load: &StepLoad, visibility: impl Fn(usize) -> f64 + Sync) -> Light {
+    /// The light of Sun and planet. `visibility` is the share of the Sun that a node sees. With `mirrored` the specular share of direct sunlight goes where it says.
+    pub fn light(
+        &self,
+        load: &StepLoad,
+        visibility: impl Fn(usize) -> f64 + Sync,
+        mirrored: Option<&Mirrored>,
+    ) -> Light {
         let seen = self.seen(load);
         let of = |(patch, seen): (&Patch, &Seen)| {
             let lit: f64 =
@@ -150,14 +167,25 @@ impl Exchange {
             let normal: DVec3 = load.joint_from_body(patch.joint).transpose() * patch.normal;
             let Incident { solar, albedo, planet_ir } = incident(load, normal);
             let optics = patch.optics;
-            [
-                (1.0 - optics.emissivity) * seen.planet_ir * planet_ir,
-                (1.0 - optics.absorptivity) * (lit * solar + seen.albedo * albedo),
-            ]
+            let smooth = if mirrored.is_some() { patch.gloss.specular } else { 0.0 };
+            let direct = (1.0 - optics.absorptivity) * (lit * solar);
+            let diffuse = (1.0 - smooth) * direct + (1.0 - optics.absorptivity) * (seen.albedo * albedo);
+            ([(1.0 - optics.emissivity) * seen.planet_ir * planet_ir, diffuse], smooth * direct)
         };
-        let reflected: Vec<[f64; 2]> = self.patches.par_iter().zip(&seen).map(of).collect();
-        let sunlight = self.gathered(&self.sunlight, |from| reflected[from][1], |patch| patch.optics.absorptivity);
-        Light { seen, reflected, sunlight }
+        let (mut reflected, sent): (Vec<[f64; 2]>, Vec<f64>) = self.patches.par_iter().zip(&seen).map(of).unzip();
+        let arrives = |to: usize| {
+            let rows = mirrored.map_or(&[][..], |mirrored| mirrored.arrives.row(to));
+            rows.iter().map(|(from, share)| share * sent[*from as usize]).sum::<f64>()
+        };
+        let mut direct = Vec::new();
+        for (number, patch) in self.patches.iter().enumerate().filter(|_| mirrored.is_some()) {
+            let arrives = arrives(number);
+            reflected[number][1] += (1.0 - patch.optics.absorptivity) * arrives;
+            direct.push(patch.optics.absorptivity * arrives);
+        }
+        let mut sunlight = self.gathered(&self.sunlight, |from| reflected[from][1], |patch| patch.optics.absorptivity);
+        sunlight.iter_mut().zip(&direct).for_each(|(all, direct)| *all += direct);
+        Light { seen, reflected, sunlight, mirrored: direct }
     }
 
     /// Infrared that leaves each patch at first [W/m2]: emission above that of space, and the reflection of what comes from the planet. `temperature` [K] is that of a
@@ -176,6 +204,18 @@ impl Exchange {
     pub fn absorbed(&self, sent: &[f64], light: &Light) -> Vec<f64> {
         let infrared = self.gathered(&self.infrared, |from| sent[from], |patch| patch.optics.emissivity);
         infrared.into_iter().zip(&light.sunlight).map(|(infrared, sunlight)| infrared + sunlight).collect()
+    }
+
+    /// Infrared that nodes absorb from each other [W/m2], if each emits like a black body of this flux [W/m2].
+    pub fn exchanged_infrared(&self, black: &[f64]) -> Vec<f64> {
+        let sent = |patch: &Patch| {
+            let shares = self.nodes[patch.nodes.clone()].iter();
+            patch.optics.emissivity * shares.map(|(node, share)| share * black[*node as usize]).sum::<f64>()
+        };
+        let sent: Vec<f64> = self.patches.iter().map(sent).collect();
+        let absorbed = self.gathered(&self.infrared, |from| sent[from], |patch| patch.optics.emissivity);
+        let of_face = |patch: &u32| absorbed.get(*patch as usize).copied().unwrap_or_default();
+        self.of_node.iter().map(|faces| faces.iter().map(of_face).sum()).collect()
     }
 
     fn gathered(

@@ -46,6 +46,8 @@ pub struct ExchangeTables {
     pub open: Vec<f32>,
     /// Share of all light that meets inner faces, and number and area [m2] of the patches inside other parts.
     pub inside: (f64, (usize, f64)),
+    /// Share of the rays of each patch that met an inner face.
+    pub inner: Vec<f32>,
     /// Room for entries, of which a craft with joints may need more later.
     pub room: usize,
 }
@@ -89,7 +91,7 @@ impl ExchangeTables {
                 itself: itself(&exchange.infrared),
                 itself_reflected: itself(&exchange.sunlight),
                 joint: patch.joint,
-                unused: 0,
+                specular: patch.gloss.specular as f32,
             }
         });
         let patches: Vec<ExchangePatch> = patches.collect();
@@ -104,8 +106,28 @@ impl ExchangeTables {
             order,
             open: (0..exchange.patches.len()).map(|patch| exchange.factors.to_space(patch) as f32).collect(),
             inside: (exchange.factors.inside_share(), exchange.factors.buried()),
+            inner: exchange.factors.inside.iter().map(|share| *share as f32).collect(),
             joints: exchange.patches.iter().map(|patch| patch.joint as usize + 1).max().unwrap_or(1),
         }
+    }
+
+    /// Infrared that nodes absorb from each other [W/m2], if each emits like a black body of this flux [W/m2]. Computed by the host.
+    pub fn exchanged_infrared(&self, black: &[f64]) -> Vec<f64> {
+        let members = |patch: &ExchangePatch| &self.members[patch.first_node as usize..patch.end_node as usize];
+        let share = |[node, share]: &[u32; 2]| black[*node as usize] * f64::from(f32::from_bits(*share));
+        let sent = |patch: &ExchangePatch| f64::from(patch.emissivity) * members(patch).iter().map(share).sum::<f64>();
+        let sent: Vec<f64> = self.patches.iter().map(sent).collect();
+        let area = |word: &u32| f64::from(f32::from_bits(word & 0xffff_0000)) * sent[(word & 0xffff) as usize];
+        let absorbed = |(own, patch): (&f64, &ExchangePatch)| {
+            let entries = self.entries[patch.first_entry as usize..patch.end_entry as usize].iter().flatten();
+            let arrives = entries.map(area).sum::<f64>() + f64::from(patch.itself) * own;
+            f64::from(patch.emissivity * patch.per_area) * arrives
+        };
+        let absorbed: Vec<f64> = sent.iter().zip(&self.patches).map(absorbed).collect();
+        let of_face = |patch: u32| absorbed.get(patch as usize).copied().unwrap_or_default();
+        let of_group =
+            |faces: &[u32; 8]| std::array::from_fn::<f64, GROUP, _>(|k| of_face(faces[k]) + of_face(faces[k + GROUP]));
+        self.nodes.iter().flat_map(of_group).collect()
     }
 
     /// Number of elements for a `count`; 0 for those of others.
@@ -162,7 +184,7 @@ fn sky_pass(patches: u32) -> Entry {
     pass(ExchangeVariant::Sky, patches, accesses)
 }
 
-fn light_pass(light: ThermalVariant, patches: u32) -> Entry {
+fn light_pass(light: ThermalVariant, patches: u32, mirrors: bool) -> Entry {
     let mut accesses = vec![
         bound(0, Resource::Step, COMPUTE_UNIFORM),
         bound(3, Resource::ExchangePatches, COMPUTE_READ),
@@ -177,17 +199,31 @@ fn light_pass(light: ThermalVariant, patches: u32) -> Entry {
     when(light.sun && light.shadow, 4, Resource::ExchangeMembers, COMPUTE_READ);
     when(light.sun && light.shadow, 5, Resource::Visibility, COMPUTE_READ);
     when(light.planet_ir || light.albedo, 6, Resource::ExchangeSeen, COMPUTE_READ);
-    pass(ExchangeVariant::light(light), patches, accesses)
+    when(light.sun && mirrors, 9, Resource::ExchangeMirrored, COMPUTE_WRITE);
+    pass(ExchangeVariant::light(light, mirrors), patches, accesses)
 }
 
-fn reflected_pass(patches: u32) -> Entry {
+fn mirror_pass(patches: u32) -> Entry {
     let accesses = vec![
+        bound(0, Resource::ExchangePatches, COMPUTE_READ),
+        bound(1, Resource::ExchangeMirrors, COMPUTE_READ),
+        bound(2, Resource::ExchangeMirrored, COMPUTE_READ),
+        bound(3, Resource::ExchangeReflected, COMPUTE_READ),
+        bound(3, Resource::ExchangeReflected, COMPUTE_WRITE),
+        bound(4, Resource::ExchangeSunlight, COMPUTE_WRITE),
+    ];
+    pass(ExchangeVariant::Mirror, patches, accesses)
+}
+
+fn reflected_pass(patches: u32, mirrors: bool) -> Entry {
+    let mut accesses = vec![
         bound(0, Resource::ExchangePatches, COMPUTE_READ),
         bound(1, Resource::ExchangeEntries, COMPUTE_READ),
         bound(2, Resource::ExchangeReflected, COMPUTE_READ),
         bound(3, Resource::ExchangeSunlight, COMPUTE_WRITE),
     ];
-    pass(ExchangeVariant::Reflected, patches, accesses)
+    accesses.extend(mirrors.then(|| bound(3, Resource::ExchangeSunlight, COMPUTE_READ)));
+    pass(ExchangeVariant::Reflected { mirrors }, patches, accesses)
 }
 
 fn send_pass(planet_ir: bool, patches: u32) -> Entry {
@@ -213,8 +249,8 @@ fn receive_pass(sun: bool, patches: u32) -> Entry {
     pass(ExchangeVariant::Receive { sun }, patches, accesses)
 }
 
-/// The passes before the thermal step, under the light of its variants. With `anew` the light of Sun and planet is found anew.
-pub fn exchange(patches: u32, light: ThermalVariant, anew: bool) -> Frame {
+/// The passes before the thermal step, under the light of its variants. With `anew` the light of Sun and planet is found anew, with `mirrors` that of mirrors too.
+pub fn exchange(patches: u32, light: ThermalVariant, anew: bool, mirrors: bool) -> Frame {
     let mut entries = Vec::new();
     let barriers = |between: &[(Resource, Scope, Scope)]| {
         Entry::Barriers(between.iter().map(|(resource, before, after)| barrier(*resource, *before, *after)).collect())
@@ -222,6 +258,8 @@ pub fn exchange(patches: u32, light: ThermalVariant, anew: bool) -> Frame {
     // The last frame may still read what it received.
     let read = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
     let found = (COMPUTE_WRITE, COMPUTE_READ);
+    let changed = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_READ | A::SHADER_STORAGE_WRITE);
+    let mirrors = mirrors && light.sun;
     let lit = light.sun || light.planet_ir;
     if anew && (light.planet_ir || light.albedo) {
         entries.push(barriers(&[(Resource::ExchangeSeen, read, COMPUTE_WRITE)]));
@@ -229,13 +267,26 @@ pub fn exchange(patches: u32, light: ThermalVariant, anew: bool) -> Frame {
         entries.push(barriers(&[(Resource::ExchangeSeen, found.0, found.1)]));
     }
     if anew && lit {
-        entries.push(barriers(&[(Resource::ExchangeReflected, read, COMPUTE_WRITE)]));
-        entries.push(light_pass(light, patches));
+        let mut before = vec![(Resource::ExchangeReflected, read, COMPUTE_WRITE)];
+        before.extend(mirrors.then_some((Resource::ExchangeMirrored, read, COMPUTE_WRITE)));
+        entries.push(barriers(&before));
+        entries.push(light_pass(light, patches, mirrors));
+        if mirrors {
+            entries.push(barriers(&[
+                (Resource::ExchangeReflected, COMPUTE_WRITE, changed),
+                (Resource::ExchangeMirrored, found.0, found.1),
+                (Resource::ExchangeSunlight, read, COMPUTE_WRITE),
+            ]));
+            entries.push(mirror_pass(patches));
+        }
         entries.push(barriers(&[(Resource::ExchangeReflected, found.0, found.1)]));
     }
     if anew && light.sun {
-        entries.push(barriers(&[(Resource::ExchangeSunlight, read, COMPUTE_WRITE)]));
-        entries.push(reflected_pass(patches));
+        entries.push(barriers(&[match mirrors {
+            true => (Resource::ExchangeSunlight, COMPUTE_WRITE, changed),
+            false => (Resource::ExchangeSunlight, read, COMPUTE_WRITE),
+        }]));
+        entries.push(reflected_pass(patches, mirrors));
         entries.push(barriers(&[(Resource::ExchangeSunlight, found.0, found.1)]));
     }
     entries.push(barriers(&[

@@ -20,9 +20,16 @@ pub enum ExchangeVariant {
         albedo: bool,
         /// Whether the craft shadows itself.
         shadow: bool,
+        /// Whether patches mirror sunlight.
+        mirrors: bool,
     },
+    /// What patches receive of the sunlight that others mirror.
+    Mirror,
     /// What patches absorb of the sunlight that all reflect.
-    Reflected,
+    Reflected {
+        /// Whether patches mirror sunlight.
+        mirrors: bool,
+    },
     /// Infrared that patches send at first.
     Send {
         /// Whether there is planet infrared.
@@ -37,21 +44,21 @@ pub enum ExchangeVariant {
 
 impl ExchangeVariant {
     /// What patches reflect under the light of a thermal step.
-    pub fn light(variant: ThermalVariant) -> Self {
+    pub fn light(variant: ThermalVariant, mirrors: bool) -> Self {
         let ThermalVariant { sun, planet_ir, albedo, shadow, .. } = variant;
-        Self::Light { sun, planet_ir, albedo, shadow: sun && shadow }
+        Self::Light { sun, planet_ir, albedo, shadow: sun && shadow, mirrors: sun && mirrors }
     }
 
     /// Every variant in any scene.
     pub fn all() -> Vec<Self> {
-        let mut all = vec![Self::Rays, Self::Sky, Self::Reflected];
+        let mut all = vec![Self::Rays, Self::Sky, Self::Mirror];
         for is in [false, true] {
-            all.extend([Self::Send { planet_ir: is }, Self::Receive { sun: is }]);
+            all.extend([Self::Send { planet_ir: is }, Self::Receive { sun: is }, Self::Reflected { mirrors: is }]);
         }
-        for bits in 0..16 {
-            let [sun, planet_ir, albedo, shadow] = [0, 1, 2, 3].map(|bit| bits >> bit & 1 == 1);
-            if sun || !(albedo || shadow) {
-                all.push(Self::Light { sun, planet_ir, albedo, shadow });
+        for bits in 0..32 {
+            let [sun, planet_ir, albedo, shadow, mirrors] = [0, 1, 2, 3, 4].map(|bit| bits >> bit & 1 == 1);
+            if sun || !(albedo || shadow || mirrors) {
+                all.push(Self::Light { sun, planet_ir, albedo, shadow, mirrors });
             }
         }
         all
@@ -62,11 +69,18 @@ impl ExchangeVariant {
         let (entry, words) = match *self {
             Self::Rays => ("exchange_rays.comp", vec![]),
             Self::Sky => ("exchange_sky.comp", vec![]),
-            Self::Light { sun, planet_ir, albedo, shadow } => (
+            Self::Light { sun, planet_ir, albedo, shadow, mirrors } => (
                 "exchange_light.comp",
-                vec![(sun, "sun"), (planet_ir, "planet_ir"), (albedo, "albedo"), (shadow, "shadow")],
+                vec![
+                    (sun, "sun"),
+                    (planet_ir, "planet_ir"),
+                    (albedo, "albedo"),
+                    (shadow, "shadow"),
+                    (mirrors, "mirrors"),
+                ],
             ),
-            Self::Reflected => ("exchange_receive.comp", vec![(true, "reflected")]),
+            Self::Mirror => ("exchange_mirror.comp", vec![]),
+            Self::Reflected { mirrors } => ("exchange_receive.comp", vec![(true, "reflected"), (mirrors, "mirrors")]),
             Self::Send { planet_ir } => ("exchange_send.comp", vec![(planet_ir, "planet_ir")]),
             Self::Receive { sun } => ("exchange_receive.comp", vec![(sun, "sun")]),
         };

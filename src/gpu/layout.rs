@@ -420,8 +420,8 @@ shared! {
         pub itself_reflected: f32,
         /// Joint; 0 is the body.
         pub joint: u32,
-        /// Padding to the alignment of GLSL.
-        pub unused: u32,
+        /// Share of reflected sunlight that leaves in the mirror direction, where patches mirror sunlight.
+        pub specular: f32,
     }
 
     /// Push constants of a pass over patches.

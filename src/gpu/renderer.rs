@@ -219,7 +219,7 @@ impl Renderer {
         }
         let shadows = Shadows::new(data);
         let found = shadows.frame(&data.ranges);
-        let exchange = data.exchange.as_ref().map(|data| Exchanging::new(data.tables, data.renewal.clone()));
+        let exchange = data.exchange.as_ref().map(|data| Exchanging::new(data));
         let lights = [(true, true), (true, false), (false, false)];
         let of_ranges = |(sun, albedo)| data.ranges.first().map(|range| range.variant.for_step(sun, albedo));
         let exchanged = exchange.as_ref().map(|own| own.frames(lights.into_iter().filter_map(of_ranges)));
@@ -476,6 +476,7 @@ impl Renderer {
         self.resources.write_slices(Resource::SunView, slot, &std::mem::take(&mut self.shadows.views))?;
         if let Some(exchange) = &mut self.exchange {
             self.resources.write(Resource::ExchangePoses, slot, &std::mem::take(&mut exchange.poses))?;
+            self.resources.write(Resource::ExchangeMirrors, slot, &std::mem::take(&mut exchange.mirrored))?;
         }
         if let Some(sensor) = &self.sensor {
             self.resources.write(Resource::Sensor, slot, &[sensor.settings])?;

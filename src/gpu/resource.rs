@@ -146,6 +146,10 @@ table! {
     ExchangeReflected: row(8, Count::ExchangePatches, Storage, "ExchangeReflected");
     /// Sunlight from other patches that every patch absorbs [W/m2].
     ExchangeSunlight: row(4, Count::ExchangePatches, Storage, "ExchangeSunlight");
+    /// Rows of the shares of mirrored sunlight, written by the host.
+    ExchangeMirrors: row(8, Count::ExchangeMirrors, FromHost, "ExchangeMirror").each_slot();
+    /// Sunlight that every patch mirrors [W/m2].
+    ExchangeMirrored: row(4, Count::ExchangeMirrored, Storage, "ExchangeMirrored");
     /// Infrared that every patch sends at first [W/m2].
     ExchangeSent: row(4, Count::ExchangePatches, Storage, "ExchangeSent");
     /// Flux from other patches that every patch absorbs [W/m2].

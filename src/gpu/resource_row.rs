@@ -171,6 +171,10 @@ pub enum Count {
     ExchangeJoints,
     /// Rays that keep what patches see of the sky.
     ExchangeSky,
+    /// Patches, and pairs of those that mirror sunlight.
+    ExchangeMirrors,
+    /// Patches, if some mirror sunlight.
+    ExchangeMirrored,
     /// Runs of nodes whose absorbed heat is summed.
     HeatRuns,
     /// Groups, if absorbed heat is summed.
@@ -211,6 +215,21 @@ impl Count {
 }
 
 impl Count {
+    /// Whether the number is that of radiation between surfaces.
+    pub fn is_of_exchange(self) -> bool {
+        matches!(
+            self,
+            Self::ExchangeGroups
+                | Self::ExchangePatches
+                | Self::ExchangeMembers
+                | Self::ExchangeEntries
+                | Self::ExchangeJoints
+                | Self::ExchangeSky
+                | Self::ExchangeMirrors
+                | Self::ExchangeMirrored
+        )
+    }
+
     /// Whether the number grows with the size of the image.
     pub fn is_of_images(self) -> bool {
         matches!(

@@ -24,6 +24,7 @@ use super::store::Resources;
 use super::variant::{StepKind, ThermalVariant};
 use crate::environment::albedo;
 use crate::environment::shadow::{Jointed, Occluders, Redraw};
+use crate::exchange::mirrors::Mirrors;
 use crate::exchange::sky::Renewal;
 use crate::gpu::nodes::{GROUP, RANGE_GROUPS};
 
@@ -103,6 +104,20 @@ pub struct ExchangeData<'a> {
     pub tables: &'a ExchangeTables,
     /// When what they exchange is found anew.
     pub renewal: Renewal,
+    /// The patches that mirror sunlight.
+    pub mirrors: Option<&'a Arc<Mirrors>>,
+}
+
+impl ExchangeData<'_> {
+    /// Number of elements for a `count`; 0 for those of others.
+    fn count(&self, count: Count) -> usize {
+        let patches = self.tables.patches.len();
+        match (count, self.mirrors) {
+            (Count::ExchangeMirrors, Some(mirrors)) => patches + mirrors.most_pairs(),
+            (Count::ExchangeMirrored, Some(_)) => patches + 1,
+            _ => self.tables.count(count),
+        }
+    }
 }
 
 /// Triangles of each joint.
@@ -303,7 +318,7 @@ impl SceneData<'_> {
             Count::HeatGroups => only(self.heat.is_some(), groups),
             other => {
                 let of_sensor = self.sensor.filter(|_| drawn).map_or(0, |sensor| sensor.count(other));
-                let of_exchange = self.exchange.as_ref().map_or(0, |exchange| exchange.tables.count(other));
+                let of_exchange = self.exchange.as_ref().map_or(0, |exchange| exchange.count(other));
                 of_sensor + of_exchange + self.network.map_or(0, |network| network.count(other))
             }
         }

@@ -20,7 +20,7 @@ macro_rules! entry_points {
 /// Entry points of `glsl/`, each with its SPIR-V without words.
 pub const ENTRY_POINTS: &[(&str, &[u8])] = entry_points![
     "absorbed_heat.comp" "background.frag" "background.vert" "between.comp" "blackbody.comp" "brightness.comp" "cull.comp"
-    "distant.comp" "empty.comp" "exchange_light.comp" "exchange_rays.comp" "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp"
+    "distant.comp" "empty.comp" "exchange_light.comp" "exchange_mirror.comp" "exchange_rays.comp" "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp"
     "network_solve.comp" "network_wide.comp" "one_pass.comp" "one_pass_heaters.comp" "radiance.frag" "radiance.vert"
     "resample.comp" "response.comp" "sensor_cells.comp" "sensor_halo.comp" "sensor_pixel.comp" "sensor_rows.comp"
     "solar_depth.vert" "solar_rays.comp" "solar_visibility.comp" "thermal_step.comp" "traced.comp"
@@ -30,7 +30,7 @@ pub const ENTRY_POINTS: &[(&str, &[u8])] = entry_points![
 const TEXTS: &[(&str, &str)] = texts![
     "absorbed_heat.comp" "albedo.glsl" "background.frag" "background.vert" "balance.glsl" "band_table.glsl"
     "between.comp" "between.glsl" "blackbody.comp" "brightness.comp" "brightness.glsl" "cosine.glsl" "cull.comp"
-    "distant.comp" "emissivity.glsl" "empty.comp" "exchange_light.comp" "exchange_rays.comp" "exchange_rays.glsl"
+    "distant.comp" "emissivity.glsl" "empty.comp" "exchange_light.comp" "exchange_mirror.comp" "exchange_rays.comp" "exchange_rays.glsl"
     "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp" "exchange_sky.glsl" "lobe.glsl"
     "local_step.glsl" "network.glsl" "network_rows.glsl" "network_solve.comp" "network_types.glsl"
     "network_wide.comp" "one_pass.comp" "one_pass_heaters.comp" "pcg.glsl" "planck.glsl" "planet.glsl"

@@ -1,9 +1,27 @@
 //! `[exchange]`: radiation between the surfaces of the craft.
 
+use super::Scene;
 use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
 use crate::exchange::step::Settings;
+
+/// What a scene without the section takes for granted.
+const ABSENT: &str =
+    "No surface warms another, reflects onto it or hides the planet from it (there is no section [exchange]).";
+
+impl Scene {
+    /// Lets surfaces see each other by the defaults of `[exchange]`, where the scene has no such section.
+    pub fn exchange_by_default(&mut self) {
+        if self.exchange.is_none() {
+            self.exchange = Some(Settings::default());
+            self.assumptions.retain(|text| text != ABSENT);
+            self.assumptions.push(
+                "Patches and rays are those of the defaults of [exchange], which the scene does not have.".to_owned(),
+            );
+        }
+    }
+}
 
 /// Most reflections that a scene can state.
 const MOST_BOUNCES: u32 = 1000;
@@ -15,10 +33,7 @@ pub(super) fn read(
     assumptions: &mut Vec<String>,
 ) -> Result<Option<Settings>, SceneError> {
     let Some(section) = section else {
-        assumptions.push(
-            "No surface warms another, reflects onto it or hides the planet from it (there is no section [exchange])."
-                .to_owned(),
-        );
+        assumptions.push(ABSENT.to_owned());
         return Ok(None);
     };
     let patch_edge = section.number("patch_edge", Quantity::positive("m"))?;
@@ -30,10 +45,11 @@ pub(super) fn read(
         }
         Err(_) => section.whole("bounces", 0..=MOST_BOUNCES)?,
     };
-    assumptions.push(
-        "[exchange]: patches are uniform and reflect diffusely. What arrives from other patches follows from the temperatures at the start of a step."
-            .to_owned(),
-    );
+    let specular_sunlight = section.boolean("specular_sunlight")?.unwrap_or(default.specular_sunlight);
+    let mirrored = if specular_sunlight { ", but mirror direct sunlight once" } else { "" };
+    assumptions.push(format!(
+        "[exchange]: patches are uniform and reflect diffusely{mirrored}. What arrives from other patches follows from the temperatures at the start of a step."
+    ));
     if !has_shadows {
         assumptions.push("Sunlight reaches surfaces that others hide (there is no section [shadows]).".to_owned());
     }
@@ -44,6 +60,7 @@ pub(super) fn read(
         redraw_angle: section
             .number("redraw_angle_deg", Quantity::within(0.0, 90.0, "deg"))?
             .map_or(default.redraw_angle, f64::to_radians),
+        specular_sunlight,
         hold: section.number("hold", Quantity::within(0.0, 3600.0, "s"))?.unwrap_or(default.hold),
     }))
 }

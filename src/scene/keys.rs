@@ -70,7 +70,8 @@ pub(super) const ATTITUDE: &[&str] = &[
 pub(super) const ENVIRONMENT: &[&str] =
     &["solar_constant", "albedo", "planet_ir", "planet_radius", "background_temperature", "eclipse"];
 pub(super) const SHADOWS: &[&str] = &["method", "resolution", "redraw_angle_deg"];
-pub(super) const EXCHANGE: &[&str] = &["rays", "patch_edge", "bounces", "redraw_angle_deg", "hold"];
+pub(super) const EXCHANGE: &[&str] =
+    &["rays", "patch_edge", "bounces", "redraw_angle_deg", "specular_sunlight", "hold"];
 pub(super) const JOINT: &[&str] = &[
     "part",
     "kind",

@@ -72,4 +72,12 @@ impl Scenes {
         let names = self.all.iter().filter_map(|scene| scene.names.iter().min_by_key(|name| name.len()));
         names.map(String::as_str).collect::<Vec<_>>().join(", ")
     }
+
+    /// What scenes there are, in words.
+    pub fn told(&self) -> String {
+        match self.known() {
+            names if names.is_empty() => "no scene is here".to_owned(),
+            names => format!("the scenes here are {names}"),
+        }
+    }
 }

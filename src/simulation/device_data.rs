@@ -99,11 +99,11 @@ impl DeviceData {
             }),
             network: self.network.as_ref(),
             heat: self.heat.as_ref(),
-            exchange: self
-                .exchange
-                .as_ref()
-                .zip(prepared.exchange.as_ref())
-                .map(|(tables, craft)| ExchangeData { tables, renewal: craft.renewal() }),
+            exchange: self.exchange.as_ref().zip(prepared.exchange.as_ref()).map(|(tables, craft)| ExchangeData {
+                tables,
+                renewal: craft.renewal(),
+                mirrors: craft.mirrors.as_ref(),
+            }),
             sensor: self.sensor.as_ref().filter(|_| is_own(prepared, camera)),
             shown,
         }

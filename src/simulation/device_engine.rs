@@ -171,10 +171,10 @@ impl DeviceEngine {
     }
 
     /// Casts the rays of patches anew where a joint has moved.
-    fn follow_joints(&mut self, load: &StepLoad) -> Result<(), EngineError> {
+    fn follow_joints(&mut self, step: &Step<'_>) -> Result<(), EngineError> {
         let fourth = self.fourth();
         let Some(exchange) = &mut self.exchange else { return Ok(()) };
-        if let Some(tables) = exchange.turn(&load.joints)? {
+        if let Some(tables) = exchange.turn(&step.load.joints, step.load.is_warm_up())? {
             while let Some(flying) = self.flying.pop_front() {
                 self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), fourth)?);
             }
@@ -286,7 +286,7 @@ impl Engine for DeviceEngine {
         self.steps += u64::from(step.is_some());
         if let Some(step) = &step {
             self.change_over(step.start)?;
-            self.follow_joints(step.load)?;
+            self.follow_joints(step)?;
         }
         let (mut powers, mut heat) = (None, None);
         let mut keep = order.keep;
@@ -456,6 +456,11 @@ impl Engine for DeviceEngine {
 
     fn exchange_poses(&self) -> Option<&[DAffine3]> {
         self.exchange.as_ref().and_then(DeviceExchange::poses)
+    }
+
+    fn exchanged_infrared(&self, black: &[f64]) -> Vec<f64> {
+        let tables = self.exchange.as_ref().and_then(DeviceExchange::tables);
+        tables.map(|tables| tables.exchanged_infrared(black)).unwrap_or_default()
     }
 
     fn exchange_description(&self) -> Vec<(String, String)> {

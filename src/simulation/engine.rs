@@ -246,6 +246,11 @@ pub trait Engine: Send {
         None
     }
 
+    /// Infrared that nodes absorb from each other [W/m2], if each emits like a black body of this flux [W/m2]. Empty without radiation between surfaces.
+    fn exchanged_infrared(&self, _black: &[f64]) -> Vec<f64> {
+        Vec::new()
+    }
+
     /// What was found of radiation between surfaces, in words. Empty without it.
     fn exchange_description(&self) -> Vec<(String, String)> {
         Vec::new()

@@ -11,6 +11,7 @@ use crate::environment::StepLoad;
 use crate::exchange::buried::buried;
 use crate::exchange::cast::Scenery;
 use crate::exchange::defects::Defects;
+use crate::exchange::mirrors::Mirrors;
 use crate::exchange::patches::{Patches, Surface};
 use crate::exchange::sky::{Due, Renewal};
 use crate::exchange::step::{Exchange, Light, MOST_PATCHES, PATCHES, Settings};
@@ -38,6 +39,8 @@ pub struct Craft {
     pub defects: Defects,
     /// How rays and reflections are found.
     pub settings: Settings,
+    /// The patches that mirror sunlight, where the scene wants it and some do.
+    pub mirrors: Option<Arc<Mirrors>>,
     /// Steps for which the infrared that patches exchange is held.
     pub every: f64,
     /// Angle after which the light of Sun and planet is found anew [rad].
@@ -87,14 +90,25 @@ impl Craft {
                 settings.rays
             ));
         }
+        let mirrors = settings.specular_sunlight.then(|| Mirrors::new(&surface, &patches, settings.rays)).flatten();
         Ok(Self {
             defects: Defects::of(&surface, materials),
-            surface,
-            patches,
             every: settings.hold / step,
             light_angle: LIGHT * settings.redraw_angle,
+            mirrors: mirrors.map(Arc::new),
+            surface,
+            patches,
             settings,
         })
+    }
+
+    /// What to tell the user before the run.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.defects.warnings();
+        if self.settings.specular_sunlight && self.mirrors.is_none() {
+            warnings.push("[exchange]: specular_sunlight changes nothing, because no material of the craft states 'specular' above 0.".to_owned());
+        }
+        warnings
     }
 
     /// When what the patches exchange is found anew.
@@ -142,14 +156,14 @@ impl ExchangeTwin {
             light: Light::default(),
             absorbed: Vec::new(),
         };
-        twin.turn(poses);
+        twin.turn(poses, true);
         twin
     }
 
-    /// Follows the joints. Returns whether other rows hold than before.
-    fn turn(&mut self, poses: &[DAffine3]) -> bool {
+    /// Follows the joints, `at_once` or by shares of the work. Returns whether other rows hold than before.
+    fn turn(&mut self, poses: &[DAffine3], at_once: bool) -> bool {
         let craft = &self.craft;
-        let Ok(turned) = self.found.turn(poses, &mut |task| {
+        let Ok(turned) = self.found.turn(poses, at_once, &mut |task| {
             Ok::<_, Infallible>(match task {
                 Task::Whole(poses) | Task::Take(poses) => Some(craft.cast(poses)),
                 Task::Share(..) => None,
@@ -181,11 +195,12 @@ impl ExchangeTwin {
         temperature: impl Fn(usize) -> f64 + Sync,
         visibility: impl Fn(usize) -> f64 + Sync,
     ) -> Vec<f64> {
-        let turned = self.turn(&load.joints);
+        let turned = self.turn(&load.joints, load.is_warm_up());
         let Some(exchange) = self.found.found() else { return Vec::new() };
         let due = self.renewal.due(load, steps, turned || self.light.seen.is_empty());
         if due == Due::All {
-            self.light = exchange.light(load, visibility);
+            let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
+            self.light = exchange.light(load, visibility, mirrored.as_ref());
         }
         if due > Due::Nothing {
             self.absorbed = exchange.absorbed(&exchange.sent(load, &self.light, temperature), &self.light);
@@ -219,6 +234,7 @@ impl ExchangeTwin {
         saved.put("seen", &seen.collect::<Vec<_>>());
         saved.put("reflected", &self.light.reflected);
         saved.put("sunlight", &self.light.sunlight);
+        saved.put("mirrored", &self.light.mirrored);
         saved.put("absorbed", &self.absorbed);
         saved
     }
@@ -235,6 +251,7 @@ impl ExchangeTwin {
             seen: seen.into_iter().map(|[planet_ir, albedo]| Seen { planet_ir, albedo }).collect(),
             reflected: saved.list("reflected")?,
             sunlight: saved.list("sunlight")?,
+            mirrored: saved.list("mirrored")?,
         };
         self.absorbed = saved.list("absorbed")?;
         Ok(())

@@ -15,6 +15,9 @@ use crate::gpu::exchange::ExchangeTables;
 use crate::gpu::exchange_rays::{self, Caster};
 use crate::saved::{Saved, SavedError};
 
+/// Share of the rays of a patch beyond which a joint has moved it into another part.
+const COVERED: f32 = 0.1;
+
 /// Tables of a scene for the poses of its joints.
 pub(super) struct DeviceExchange {
     craft: Arc<Craft>,
@@ -23,6 +26,10 @@ pub(super) struct DeviceExchange {
     work: Option<Work>,
     /// Changes of the open sky of patches as rays were cast anew.
     changes: Changes,
+    /// Share of the rays of each patch that met an inner face in the first poses.
+    inner: Vec<f32>,
+    /// Most patches that joints have moved into another part, and their area [m2].
+    covered: (usize, f64),
 }
 
 /// Rays that are being cast for a pose.
@@ -50,8 +57,17 @@ impl DeviceExchange {
     pub fn new(context: &Arc<Context>, craft: &Arc<Craft>, poses: &[DAffine3]) -> Result<Self, GpuError> {
         let posed = Posed::new(craft.settings.redraw_angle, craft.shares());
         let (craft, context) = (Arc::clone(craft), Arc::clone(context));
-        let mut own = Self { craft, context, posed, work: None, changes: Changes::default() };
-        own.turn(poses)?;
+        let mut own = Self {
+            craft,
+            context,
+            posed,
+            work: None,
+            changes: Changes::default(),
+            inner: Vec::new(),
+            covered: (0, 0.0),
+        };
+        own.turn(poses, true)?;
+        own.inner = own.tables().map(|tables| tables.inner.clone()).unwrap_or_default();
         Ok(own)
     }
 
@@ -65,14 +81,14 @@ impl DeviceExchange {
         self.posed.poses()
     }
 
-    /// Follows the joints. Returns tables where others hold than before.
+    /// Follows the joints, `at_once` or by shares of the work. Returns tables where others hold than before.
     ///
     /// # Errors
     /// Buffers beyond the device, or a call that fails.
-    pub fn turn(&mut self, poses: &[DAffine3]) -> Result<Option<&ExchangeTables>, GpuError> {
+    pub fn turn(&mut self, poses: &[DAffine3], at_once: bool) -> Result<Option<&ExchangeTables>, GpuError> {
         let before = self.posed.found().map(|tables| tables.open.clone());
         let (craft, context, work) = (&self.craft, &self.context, &mut self.work);
-        let turned = self.posed.turn::<GpuError>(poses, &mut |task| match task {
+        let turned = self.posed.turn::<GpuError>(poses, at_once, &mut |task| match task {
             Task::Whole(poses) => Ok(Some(cast(context, craft, poses)?)),
             Task::Share(poses, number) => {
                 let work = match work {
@@ -90,6 +106,8 @@ impl DeviceExchange {
         })?;
         if let (Some(before), Some(now)) = (before, turned) {
             self.changes.take(&before, &now.open);
+            let covered = covered(craft, [&self.inner, &now.inner]);
+            self.covered = if covered.1 > self.covered.1 { covered } else { self.covered };
         }
         Ok(turned)
     }
@@ -117,6 +135,12 @@ impl DeviceExchange {
                 "change of the open sky of a patch where rays were cast anew".to_owned(),
                 format!("{times} times, at most {rms:.1e} (rms over patches), {largest:.1e} of a patch"),
             ));
+        }
+        let (count, area) = self.covered;
+        if count > 0 {
+            let text =
+                format!("at most {count} of {area:.2} m2; the rays that meet inner faces bring them their own light");
+            told.push(("patches that joints moved into other parts, by a tenth or more".to_owned(), text));
         }
         told
     }
@@ -187,6 +211,13 @@ impl Changes {
         self.rms = self.rms.max((squares / before.len().max(1) as f64).sqrt());
         self.largest = changes.fold(self.largest, f64::max);
     }
+}
+
+/// Patches of which a tenth more rays meet inner faces than before, and their area [m2].
+fn covered(craft: &Craft, [before, now]: [&[f32]; 2]) -> (usize, f64) {
+    let shares = before.iter().zip(now).zip(&craft.patches.all);
+    let more = shares.filter(|((before, now), _)| **now > **before + COVERED);
+    more.fold((0, 0.0), |(count, area), (_, patch)| (count + 1, area + patch.area))
 }
 
 /// The tables of rays that end at `ends`.

@@ -42,32 +42,32 @@ impl<T> Posed<T> {
         Self { angle, shares, known: Vec::new(), now: 0, pending: None, stalest: 0.0 }
     }
 
-    /// Finds what holds for poses, by `find` where nothing known does. Returns it where it is not what held before.
+    /// Finds what holds for poses, by `find` where nothing known does. Returns it where it is not what held before. With `at_once` new poses are not worked on
+    /// by shares.
     ///
     /// # Errors
     /// Those of `find`.
     pub fn turn<E>(
         &mut self,
         poses: &[DAffine3],
+        at_once: bool,
         find: &mut dyn FnMut(Task<'_>) -> Result<Option<T>, E>,
     ) -> Result<Option<&T>, E> {
         let before = self.known.get(self.now).is_some_and(|(_, found)| found.is_some()).then_some(self.now);
+        let spread = self.shares > 1;
         // Work that takes many steps begins early.
-        let begin = if self.shares > 1 { 0.5 * self.angle } else { self.angle };
-        let limit = begin.max(STILL);
-        let held = before.is_some() && turned(&self.known[self.now].0, poses) <= limit;
-        if !held {
-            let turns = self.known.iter().map(|(own, _)| turned(own, poses)).enumerate();
-            let nearest = turns.min_by(|a, b| a.1.total_cmp(&b.1));
-            match nearest {
-                Some((place, turn)) if turn <= limit => self.now = place,
-                Some(_) if self.shares > 1 && before.is_some() => {
-                    if self.pending.is_none() {
-                        self.pending = Some((poses.to_vec(), 0));
-                    }
+        let limit = if spread { 0.5 * self.angle } else { self.angle }.max(STILL);
+        let turns = self.known.iter().map(|(own, _)| turned(own, poses)).enumerate();
+        let nearest = turns.min_by(|a, b| a.1.total_cmp(&b.1));
+        let later = spread && !at_once && before.is_some();
+        match nearest {
+            Some((place, turn)) if turn <= limit || later => {
+                self.now = place;
+                if turn > limit && self.pending.is_none() {
+                    self.pending = Some((poses.to_vec(), 0));
                 }
-                _ => self.push(poses.to_vec(), None),
             }
+            _ => self.push(poses.to_vec(), None),
         }
         let (own, found) = &mut self.known[self.now];
         if found.is_none() {
@@ -168,7 +168,7 @@ mod tests {
 
     fn found(posed: &mut Posed<u32>, count: &mut u32, angle: f64) -> Option<u32> {
         let poses = [DAffine3::IDENTITY, DAffine3::from_rotation_z(angle)];
-        let Ok(found) = posed.turn(&poses, &mut |task| {
+        let Ok(found) = posed.turn(&poses, false, &mut |task| {
             Ok::<_, Infallible>((!matches!(task, Task::Share(..))).then(|| {
                 *count += 1;
                 *count

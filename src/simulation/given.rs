@@ -109,9 +109,13 @@ impl Given {
         }
         if temperatures.unmapped.is_none() && !bare.is_empty() {
             return Err(wrong(format!(
-                "{} parts have surfaces without a node of the file: {}; map them, or state temperatures.unmapped, their temperature [K]",
-                bare.len(),
-                bare.join(", ")
+                "surfaces of {} have no node of the file: {}; map them, or state temperatures.unmapped, their temperature [K]{}",
+                of_parts(&bare),
+                bare.join(", "),
+                match names_of(&idle(all, &node_of_slot)) {
+                    names if names.is_empty() => String::new(),
+                    names => format!(". Nodes of the file that are not on the model: {names}"),
+                }
             )));
         }
         let remarks = remarks(temperatures, parts, &node_of_slot, nodes.count, &bare);
@@ -170,6 +174,28 @@ fn candidates(mapping: &Mapping, all: &[SolvedNode], part: &str) -> Vec<u32> {
     (0..all.len() as u32).filter(|number| fits(&all[*number as usize])).collect()
 }
 
+/// A number of parts in words.
+fn of_parts(parts: &[String]) -> String {
+    if parts.len() == 1 { "1 part".to_owned() } else { format!("{} parts", parts.len()) }
+}
+
+/// The names that are not empty, one after another.
+fn names_of(names: &[String]) -> String {
+    names.iter().map(|name| &**name).filter(|name| !name.is_empty()).collect::<Vec<_>>().join(", ")
+}
+
+/// Names of the nodes of a file that are on no surface, empty for those without a name.
+fn idle(all: &[SolvedNode], node_of_slot: &[u32]) -> Vec<String> {
+    let mut used = vec![false; all.len()];
+    node_of_slot.iter().filter(|node| **node != NONE).for_each(|node| used[*node as usize] = true);
+    let idle = all.iter().zip(&used).filter(|(_, used)| !**used);
+    let named = idle.map(|(node, _)| match &*node.label {
+        label if label.is_empty() || node.name.is_empty() => node.name.clone(),
+        label => format!("{} ({label})", node.name),
+    });
+    named.collect()
+}
+
 fn remarks(
     temperatures: &Temperatures,
     parts: &[String],
@@ -179,25 +205,19 @@ fn remarks(
 ) -> Remarks {
     let solution = &temperatures.solution;
     let all = &solution.nodes;
-    let mut used = vec![false; all.len()];
-    node_of_slot.iter().filter(|node| **node != NONE).for_each(|node| used[*node as usize] = true);
     let mapped = node_of_slot.iter().filter(|node| **node != NONE).count();
-    let idle: Vec<&SolvedNode> = all.iter().zip(&used).filter(|(_, used)| !**used).map(|(node, _)| node).collect();
+    let idle = idle(all, node_of_slot);
     let file = temperatures.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let mut warnings: Vec<String> = solution.notes.iter().map(|note| format!("{file}: {note}")).collect();
     if !idle.is_empty() {
-        let names = idle.iter().filter(|node| !node.name.is_empty()).map(|node| match &*node.label {
-            "" => node.name.clone(),
-            label => format!("{} ({label})", node.name),
-        });
-        let names: Vec<String> = names.collect();
-        let listed = if names.is_empty() { String::new() } else { format!(": {}", names.join(", ")) };
-        warnings.push(format!("{} of the {} nodes of {file} are not on the model{listed}", idle.len(), all.len()));
+        let (count, names) = (idle.len(), names_of(&idle));
+        let listed = if names.is_empty() { String::new() } else { format!(": {names}") };
+        warnings.push(format!("{count} of the {} nodes of {file} are not on the model{listed}", all.len()));
     }
     if let (Some(kelvin), false) = (temperatures.unmapped, bare.is_empty()) {
         warnings.push(format!(
-            "{} parts have surfaces without a node of {file}, which are at {kelvin} K (temperatures.unmapped): {}",
-            bare.len(),
+            "surfaces of {} have no node of {file} and are at {kelvin} K (temperatures.unmapped): {}",
+            of_parts(bare),
             bare.join(", ")
         ));
     }

@@ -13,7 +13,8 @@ use super::keep::Keep;
 use super::prepare::Prepared;
 use super::structures::Structures;
 use crate::saved::{Saved, SavedError};
-use crate::thermal::network::periodic::SlowModes;
+use crate::thermal::network::periodic::{Coupling, SlowModes};
+use crate::thermal::network::radiative_slope;
 
 /// Orbits that an extrapolation uses.
 const DEPTH: usize = 3;
@@ -181,7 +182,10 @@ pub(super) fn warm_up<E: From<EngineError>>(
             && !done.is_met()
             && done.orbits < most
         {
-            let ahead = slow.as_mut().and_then(|slow| slow.ahead(&from, &to, &mean)).unwrap_or_else(|| to.clone());
+            let sent = |change: &[f64]| sent(prepared, engine, &mean, change);
+            let coupling: Option<Coupling<'_>> = prepared.exchange.is_some().then_some(&sent);
+            let ahead = slow.as_mut().and_then(|slow| slow.ahead(&from, &to, &mean, coupling));
+            let ahead = ahead.unwrap_or_else(|| to.clone());
             let guess = history.extrapolate(&from, &ahead).unwrap_or(ahead);
             engine.set_network_temperatures(&guess)?;
             if let Some(check) = check.as_deref_mut() {
@@ -198,6 +202,17 @@ pub(super) fn warm_up<E: From<EngineError>>(
     }
     engine.set_coarse(false);
     Ok(Some(done))
+}
+
+/// Heat that nodes of a network receive from each other [W] where their temperatures [K] change by `change`.
+fn sent(prepared: &Prepared, engine: &dyn Engine, temperatures: &[f64], change: &[f64]) -> Vec<f64> {
+    let Some(network) = &prepared.network else { return Vec::new() };
+    let mut sends = vec![0.0; prepared.nodes.vertex_of_node.len()];
+    let slopes: Vec<f64> =
+        temperatures.iter().zip(change).map(|(kelvin, change)| radiative_slope(*kelvin) * change).collect();
+    network.scatter(&slopes, |slot, slope| sends[slot] = slope);
+    let received = engine.exchanged_infrared(&sends);
+    network.heat(|slot| received.get(slot).copied().unwrap_or_default())
 }
 
 /// Moves the structures below plates towards their periodic state, after an orbit between two temperatures of each [K].

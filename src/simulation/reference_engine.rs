@@ -441,6 +441,11 @@ impl Engine for ReferenceEngine {
         Ok(())
     }
 
+    fn exchanged_infrared(&self, black: &[f64]) -> Vec<f64> {
+        let exchange = self.exchange.as_ref().and_then(ExchangeTwin::exchange);
+        exchange.map(|exchange| exchange.exchanged_infrared(black)).unwrap_or_default()
+    }
+
     fn exchange_poses(&self) -> Option<&[DAffine3]> {
         self.exchange.as_ref().and_then(ExchangeTwin::poses)
     }

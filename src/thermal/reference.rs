@@ -289,7 +289,7 @@ mod tests {
 
     fn load(flux: f64) -> StepLoad {
         let sun = vec![SunSample { direction: DVec3::X, flux }];
-        StepLoad { sun, planet: None, albedo: None, background_temperature: 2.7, joints: Vec::new() }
+        StepLoad { start: 0.0, sun, planet: None, albedo: None, background_temperature: 2.7, joints: Vec::new() }
     }
 
     fn materials() -> Vec<Material> {

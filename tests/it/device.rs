@@ -88,7 +88,7 @@ pub fn transition(heating: (Function, f64), cooling: (Function, f64), retarget: 
 
 /// A load with only the temperature of space [K].
 pub fn dark(background_temperature: f64) -> StepLoad {
-    StepLoad { sun: Vec::new(), planet: None, albedo: None, background_temperature, joints: Vec::new() }
+    StepLoad { start: 0.0, sun: Vec::new(), planet: None, albedo: None, background_temperature, joints: Vec::new() }
 }
 
 /// Sunlight from these directions, with these fluxes [W/m2].

@@ -3,6 +3,7 @@
 mod defects;
 mod device;
 mod joints;
+mod mirrors;
 mod shapes;
 mod step;
 mod view_factors;

@@ -168,7 +168,7 @@ fn parts_take_the_nodes_of_a_tmd_by_label_and_by_a_table() {
     let folder = craft("craft.TMD", &bytes, "");
     assert!(shows(&folder, |part, _, time| bent(part, time)));
     let warnings = folder.prepared().warnings.join("\n");
-    assert!(warnings.contains("1 inactive nodes are left out: 901 (OLD)"), "{warnings}");
+    assert!(warnings.contains("Inactive nodes are left out: 901 (OLD)"), "{warnings}");
     assert!(warnings.contains("1 of the 5 nodes of craft.TMD are not on the model: 900 (DEEP)"), "{warnings}");
 
     let folder = craft("craft.TMD", &bytes, "map = \"map.csv\"\n");
@@ -229,7 +229,7 @@ fn vertices_take_the_nearest_point_of_a_mesh() {
     let rest: Vec<_> =
         points.iter().zip(&places).filter(|(_, (part, _))| part != "mast").map(|(point, _)| *point).collect();
     let message = refused(&craft("t.vtu", vtu(&rest).as_bytes(), "distance = 0.0051\n"));
-    assert!(message.contains("1 parts have surfaces without a node of the file: mast ("), "{message}");
+    assert!(message.contains("surfaces of 1 part have no node of the file: mast ("), "{message}");
     let folder = craft("t.vtu", vtu(&rest).as_bytes(), "distance = 0.0051\nunmapped = 111\n");
     let warnings = folder.prepared().warnings.join("\n");
     assert!(warnings.contains("at 111 K (temperatures.unmapped): mast ("), "{warnings}");
@@ -298,7 +298,7 @@ fn what_does_not_fit_is_refused() {
         (all.replace("mast,300,290", "mast,300,hot"), "", "temperature: 'hot' is not a number"),
         (all.replace("mast,300,290", "mast,300,-290"), "", "a temperature is from 0 to 1000000 K"),
         (all.replace("mast,300,290", "mast,800,290"), "", "720 s of node 'mast' does not come after its row before"),
-        (all.replace("mast", "boom"), "", "1 parts have surfaces without a node of the file: mast (all "),
+        (all.replace("mast", "boom"), "", "surfaces of 1 part have no node of the file: mast (all "),
         (
             all.replace("body", "hull").replace("wing", "sail").replace("mast", "boom"),
             "",

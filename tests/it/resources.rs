@@ -48,7 +48,7 @@ fn all_lists() -> Vec<Frame> {
         all.push(Frame::between(&[StepRange { variant, groups: (0, 64), joint: 0 }], drawn, &[whole]));
         all.push(Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], drawn));
         if variant.exchange {
-            all.push(exchange(9, variant, true));
+            all.extend([false, true].map(|mirrors| exchange(9, variant, true, mirrors)));
         }
         if variant.shadow {
             let range = [StepRange { variant, groups: (0, 64), joint: 0 }];

@@ -10,8 +10,8 @@ use isotherm::lens::{Distortion, Lens};
 use isotherm::model::Part;
 use isotherm::scene::preset::PRESETS;
 use isotherm::scene::{
-    Background, CameraFrame, Draw, Edges, ImageFile, ImageFiles, Initial, Reflections, Scene, SceneError, Surrounded,
-    Video,
+    Background, CameraFrame, Draw, Edges, ImageFile, ImageFiles, Initial, Mapping, Reflections, Scene, SceneError,
+    Surrounded, Video,
 };
 use isotherm::thermal::sensor::gain_control::GainControl;
 use isotherm::thermal::sensor::halo::Halo;
@@ -50,7 +50,7 @@ impl Folder {
     }
 }
 
-/// A scene that states every key.
+/// A scene that states every key, but those of [temperatures], which would switch others off.
 const FULL: &str = include_str!("scene/full.toml");
 
 /// A minimal scene. `[materials]` is last so that rules can follow.
@@ -106,10 +106,11 @@ fn every_value_of_a_full_scene_arrives() {
     let exchange = scene.exchange.expect("the scene has exchange");
     assert_eq!((exchange.rays, exchange.patch_edge, exchange.bounces), (512, Some(1.5), Some(3)));
     assert_relative_eq!(exchange.redraw_angle, 2f64.to_radians(), epsilon = 1e-15);
+    assert!(exchange.specular_sunlight);
     // The table's entries do not state the sides of the default. The other sentence says what exchange takes for granted.
     let [left_out, sides, figures] = scene.assumptions.as_slice() else { panic!("{:?}", scene.assumptions) };
     assert!(figures.contains("Figures of FLIR Boson 640 (camera.preset)") && figures.contains("unknown"), "{figures}");
-    assert!(left_out.contains("patches are uniform and reflect diffusely"), "{left_out}");
+    assert!(left_out.contains("reflect diffusely, but mirror direct sunlight once"), "{left_out}");
     assert_eq!(sides, "Surfaces exchange heat on their outside only (sides is absent): materials.default.");
 
     let sensor = scene.sensor.as_ref().expect("the scene has a sensor");
@@ -150,6 +151,28 @@ fn every_value_of_a_full_scene_arrives() {
     for (axis, expected) in [(DVec3::X, DVec3::Y), (DVec3::Y, DVec3::Z), (DVec3::Z, DVec3::X)] {
         assert!((camera.frame_from_camera * axis - expected).length() < 1e-15);
     }
+}
+
+/// `[temperatures]` can not stand in the full scene: it takes the place of what other sections state.
+#[test]
+fn temperatures_of_a_file_switch_the_thermal_model_off() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("t.csv"), "node,T\nROOT,20\ntip,30\n").unwrap();
+    std::fs::write(folder.path("map.csv"), "part,node\nwing,t*\n*,ROOT\n").unwrap();
+    let keys = "file = \"t.csv\"\nby = \"table\"\nmap = \"map.csv\"\ndistance = 0.2\nunmapped = 250\nstart = 60\nunit = \"degC\"\n";
+    let scene = folder.parse(&format!("{FULL}[temperatures]\n{keys}")).unwrap();
+    let given = scene.temperatures.as_ref().expect("temperatures");
+    assert_eq!(
+        (&given.file, given.distance, given.unmapped, given.start),
+        (&folder.path("t.csv"), Some(0.2), Some(250.0), 60.0)
+    );
+    let rows = [["wing", "t*"], ["*", "ROOT"]].map(|row| row.map(str::to_owned));
+    assert_eq!(given.mapping, Mapping::Table(rows.to_vec()));
+    assert_eq!((scene.exchange, &scene.initial, scene.time.warm_up_orbits), (None, &Initial::Balance, 0.0));
+    assert!(scene.contacts.is_empty() && scene.heaters.is_empty() && !scene.energy_balance);
+    let told =
+        |scene: &Scene| scene.assumptions.iter().any(|text| text.contains("All temperatures are those of t.csv"));
+    assert!(told(&scene) && !told(&folder.parse(FULL).unwrap()));
 }
 
 #[test]

@@ -28,6 +28,8 @@ pub struct Occluders {
 pub struct Hit {
     /// Place of the triangle in [`Occluders::triangles`].
     pub triangle: usize,
+    /// Distance from the start of the ray [m].
+    pub distance: f64,
     /// Weight of its second corner.
     pub u: f64,
     /// Weight of its third corner.
@@ -110,7 +112,7 @@ impl Occluders {
                 if let Some((distance, u, v)) = meets(triangle, from, direction).filter(|found| found.0 < nearest) {
                     nearest = distance;
                     let outside = triangle[1].cross(triangle[2]).dot(direction) < 0.0;
-                    found = Some(Hit { triangle: number, u, v, outside });
+                    found = Some(Hit { triangle: number, distance, u, v, outside });
                 }
             }
             at += 1;

@@ -216,6 +216,7 @@ fn nothing_is_found_anew_at_an_angle_of_0_unless_something_moves() {
     use crate::environment::{StepLoad, SunSample};
 
     let load = |sun: DVec3, pose: DAffine3| StepLoad {
+        start: 0.0,
         sun: [SunSample { direction: sun, flux: 1361.0 }].into_iter().collect(),
         planet: None,
         albedo: None,

@@ -1,10 +1,14 @@
 //! What a renderer keeps of radiation between surfaces: the order of patches, and when what they exchange is found anew.
 
+use std::sync::Arc;
+
 use crate::environment::StepLoad;
+use crate::exchange::mirrors::{Mirrored, Mirrors};
 use crate::exchange::sky::{Due, Renewal};
-use crate::gpu::exchange::{ExchangeTables, exchange};
+use crate::gpu::exchange::exchange;
 use crate::gpu::frame::Frame;
 use crate::gpu::layout::{self, ExchangePass};
+use crate::gpu::resources::ExchangeData;
 use crate::gpu::variant::ThermalVariant;
 use crate::saved::Saved;
 
@@ -20,25 +24,32 @@ pub(super) struct Exchanging {
     pub fresh: bool,
     /// Rows of the poses that the next frame needs.
     pub poses: Vec<[[f32; 4]; 3]>,
+    /// The patches that mirror sunlight.
+    mirrors: Option<Arc<Mirrors>>,
+    /// Rows of mirrored sunlight that the next frame needs.
+    pub mirrored: Vec<[u32; 2]>,
 }
 
 impl Exchanging {
     /// The state before the first step.
-    pub fn new(tables: &ExchangeTables, renewal: Renewal) -> Self {
+    pub fn new(data: &ExchangeData) -> Self {
+        let ExchangeData { tables, renewal, mirrors } = data;
         Self {
             bundles: tables.bundles,
             joints: tables.joints,
             order: tables.order.clone(),
             room: tables.room,
-            renewal,
+            renewal: renewal.clone(),
             fresh: true,
             poses: Vec::new(),
+            mirrors: mirrors.cloned(),
+            mirrored: Vec::new(),
         }
     }
 
     /// Every list of passes in a scene with this light.
     pub fn frames(&self, lights: impl Iterator<Item = ThermalVariant>) -> Vec<Frame> {
-        lights.map(|light| exchange(self.patches(), light, true)).collect()
+        lights.map(|light| exchange(self.patches(), light, true, self.mirrors.is_some())).collect()
     }
 
     /// The passes under a load that lasts `steps`. None where what was found before holds.
@@ -50,8 +61,10 @@ impl Exchanging {
         if due == Due::All {
             let pose = |joint: usize| layout::rows(&load.joints.get(joint).copied().unwrap_or_default());
             self.poses = (0..self.joints).map(pose).collect();
+            let mirrors = self.mirrors.as_ref().filter(|_| light.sun);
+            self.mirrored = mirrors.map(|mirrors| rows(&mirrors.mirrored(load), &self.order)).unwrap_or_default();
         }
-        exchange(self.patches(), light, due == Due::All)
+        exchange(self.patches(), light, due == Due::All, self.mirrors.is_some())
     }
 
     /// Push constants of a pass.
@@ -73,4 +86,18 @@ impl Exchanging {
     pub fn save(&self) -> Saved {
         self.renewal.save()
     }
+}
+
+/// Rows of mirrored sunlight in the order of the device: the pairs of each patch by their first and the one after the last, then all pairs.
+fn rows(mirrored: &Mirrored, order: &[u32]) -> Vec<[u32; 2]> {
+    let mut places = vec![0u32; order.len()];
+    (0..).zip(order).for_each(|(place, patch)| places[*patch as usize] = place);
+    let mut rows = vec![[0; 2]; order.len()];
+    for (place, patch) in order.iter().enumerate() {
+        let first = rows.len() as u32;
+        let pair = |(from, share): &(u32, f64)| [places[*from as usize], (*share as f32).to_bits()];
+        rows.extend(mirrored.arrives.row(*patch as usize).iter().map(pair));
+        rows[place] = [first, rows.len() as u32];
+    }
+    rows
 }

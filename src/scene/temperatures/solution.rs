@@ -54,7 +54,7 @@ impl Solution {
             .collect();
         let mut notes = Vec::new();
         if !idle.is_empty() {
-            notes.push(format!("{} inactive nodes are left out: {}.", idle.len(), idle.join(", ")));
+            notes.push(format!("Inactive nodes are left out: {}.", idle.join(", ")));
         }
         Self { nodes, times: tmd.times.clone(), temperatures, notes }
     }

@@ -206,8 +206,8 @@ impl Session<'_> {
 
     fn create_mesh(&mut self, name: &str, model: &str) -> Answer {
         let Some(scene) = self.server.scenes.get(model) else {
-            let known = self.server.scenes.known();
-            return Err(Refusal::because(format!("there is no scene '{model}'; the scenes here are {known}")));
+            let told = self.server.scenes.told();
+            return Err(Refusal::because(format!("there is no scene '{model}'; {told}")));
         };
         if self.stage.craft_count() >= MOST_CRAFT {
             return Err(Refusal::because(format!("a session has at most {MOST_CRAFT} craft")));

@@ -233,7 +233,7 @@ impl<'s> Session<'s, '_> {
         };
         let Some(scene) = scene else {
             let asked = model.map_or_else(|| format!("'{name}'"), |model| format!("'{name}' with the model '{model}'"));
-            let message = format!("{asked} is not drawn: the scenes here are {}", scenes.known());
+            let message = format!("{asked} is not drawn: {}", scenes.told());
             if carries {
                 self.log(&message);
             } else {
@@ -284,10 +284,7 @@ impl<'s> Session<'s, '_> {
         }
         let painter = run.craft.values().flatten().next().map(|drawn| &drawn.painter);
         let (Some(image), Some(painter)) = (nearest(images), painter) else {
-            return Err(Refusal::because(format!(
-                "no craft has a scene; the scenes here are {}",
-                self.server.scenes.known()
-            )));
+            return Err(Refusal::because(format!("no craft has a scene; {}", self.server.scenes.told())));
         };
         let png = match camera.render_mode {
             0 => painter.png(&image),

@@ -1,4 +1,5 @@
-//! Radiation between surfaces in f64 beside a run, and its errors in kelvin: noise of rays, pairs that were left out, and arrival from the start of each step.
+//! Radiation between surfaces in f64 beside a run, and its errors in kelvin: noise of rays, pairs that were left out, light that is held, and arrival from the
+//! start of each step.
 
 use std::sync::Arc;
 
@@ -14,22 +15,25 @@ use crate::thermal::received::{Received, Seen};
 /// Findings of infrared between two estimates of noise and of what was left out.
 const EVERY: u64 = 20;
 
+/// Most poses whose rays are kept. The one that was used longest ago makes room.
+const MOST: usize = 32;
+
 /// Below this mean temperature [K] a patch hardly radiates, so that a flux says little of its temperature.
 const COLD: f64 = 85.0;
 
 /// What patches exchange, beside the run.
 pub(super) struct ExchangeCheck {
     craft: Arc<Craft>,
-    /// Poses of the joints for which rays were cast, and what was found.
-    found: (Vec<DAffine3>, Exchange),
+    /// Poses of the joints for which rays were cast, and what was found. The last one holds.
+    found: Vec<(Vec<DAffine3>, Exchange)>,
     renewal: Renewal,
     light: Light,
     /// What patches absorb since it was found [W/m2].
     before: Vec<f64>,
     /// How often infrared was found.
     steps: u64,
-    /// Errors so far: noise, what was left out, and late arrival.
-    errors: [Spread; 3],
+    /// Errors so far: noise, what was left out, late arrival, and light that is held.
+    errors: [Spread; 4],
 }
 
 /// Errors over patches and steps [K].
@@ -56,7 +60,7 @@ impl ExchangeCheck {
     /// Exchange for first poses.
     pub fn new(craft: &Arc<Craft>, poses: &[DAffine3]) -> Self {
         Self {
-            found: (poses.to_vec(), craft.cast(poses)),
+            found: vec![(poses.to_vec(), craft.cast(poses))],
             renewal: craft.renewal(),
             craft: Arc::clone(craft),
             light: Light::default(),
@@ -74,12 +78,12 @@ impl ExchangeCheck {
         poses: Option<&[DAffine3]>,
         nodes: &[[f64; 2]],
     ) -> Vec<[Received; 2]> {
-        let mut turned = false;
-        if let Some(poses) = poses.filter(|poses| *poses != self.found.0) {
-            self.found = (poses.to_vec(), self.craft.cast(poses));
-            turned = true;
-        }
-        let exchange = &self.found.1;
+        let turned = poses.is_some_and(|poses| self.turn(poses));
+        let Some((_, exchange)) = self.found.last() else { return Vec::new() };
+        let find = || {
+            let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
+            exchange.light(load, |node| nodes[node][1], mirrored.as_ref())
+        };
         let of_nodes = |absorbed: &[f64], light: &Light| -> Vec<[Received; 2]> {
             (0..nodes.len()).map(|node| exchange.of_node(node, absorbed, &light.seen)).collect()
         };
@@ -87,20 +91,44 @@ impl ExchangeCheck {
         if due == Due::Nothing {
             return of_nodes(&self.before, &self.light);
         }
+        let mut held = None;
         if due == Due::All {
-            self.light = exchange.light(load, |node| nodes[node][1]);
+            self.light = find();
+        } else if self.steps.is_multiple_of(EVERY) {
+            held = Some(exchange.held_too_long(load, [&self.light, &find()], |node| nodes[node][0]));
         }
         let sent = exchange.sent(load, &self.light, |node| nodes[node][0]);
         let absorbed = exchange.absorbed(&sent, &self.light);
         let received = of_nodes(&absorbed, &self.light);
-        self.estimate(&sent, &absorbed, nodes, turned);
+        self.estimate(&sent, &absorbed, nodes, (turned, held));
         self.before = absorbed;
         self.steps += 1;
         received
     }
 
-    fn estimate(&mut self, sent: &[f64], absorbed: &[f64], nodes: &[[f64; 2]], turned: bool) {
-        let exchange = &self.found.1;
+    /// Takes what holds for poses. Returns whether it is another than before.
+    fn turn(&mut self, poses: &[DAffine3]) -> bool {
+        let Some(place) = self.found.iter().rposition(|(own, _)| own == poses) else {
+            if self.found.len() >= MOST {
+                self.found.remove(0);
+            }
+            self.found.push((poses.to_vec(), self.craft.cast(poses)));
+            return true;
+        };
+        let held = place + 1 == self.found.len();
+        let known = self.found.remove(place);
+        self.found.push(known);
+        !held
+    }
+
+    fn estimate(
+        &mut self,
+        sent: &[f64],
+        absorbed: &[f64],
+        nodes: &[[f64; 2]],
+        (turned, held): (bool, Option<Vec<f64>>),
+    ) {
+        let Some((_, exchange)) = self.found.last() else { return };
         let kelvin = exchange.kelvin_per_flux(|node| nodes[node][0]);
         let warm = exchange.kelvin_per_flux(|_| COLD);
         let patches = || exchange.patches.iter().zip(kelvin.iter().zip(&warm)).enumerate();
@@ -116,21 +144,24 @@ impl ExchangeCheck {
             for (number, (patch, (kelvin, _))) in warm_ones() {
                 self.errors[0].add(kelvin * errors[number].noise, patch.area);
                 self.errors[1].add(kelvin * errors[number].left_out, patch.area);
+                // Light that was found for this very step has no such error.
+                self.errors[3].add(kelvin * held.as_ref().map_or(0.0, |held| held[number]), patch.area);
             }
         }
     }
 
     /// The errors in words.
     pub fn remark(&self) -> Option<String> {
-        let [noise, left_out, late] = &self.errors;
+        let [noise, left_out, late, held] = &self.errors;
         (noise.weight > 0.0).then(|| {
             let late = if late.weight > 0.0 { late.told() } else { "unknown yet".to_owned() };
             format!(
-                "Radiation between surfaces, errors of a patch in balance: noise of {} rays {}; pairs that were left out and rounding {}; arrival from the \
-                 temperatures of up to {} s before a step {late}. Patches below {COLD} K are left out.",
+                "Radiation between surfaces, errors of a patch in balance: noise of {} rays {}; pairs that were left out and rounding {}; light of Sun and planet that is held {}; \
+                 arrival from the temperatures of up to {} s before a step {late}. Patches below {COLD} K are left out.",
                 self.craft.settings.rays,
                 noise.told(),
                 left_out.told(),
+                held.told(),
                 self.craft.settings.hold
             )
         })
@@ -139,11 +170,13 @@ impl ExchangeCheck {
     /// The state between two steps.
     pub fn save(&self) -> Saved {
         let mut saved = self.renewal.save();
-        saved.put("rays", &self.found.0.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
+        let poses = self.found.last().map(|(poses, _)| &poses[..]).unwrap_or_default();
+        saved.put("rays", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
         let seen = self.light.seen.iter().map(|seen| [seen.planet_ir, seen.albedo]);
         saved.put("seen", &seen.collect::<Vec<_>>());
         saved.put("reflected", &self.light.reflected);
         saved.put("sunlight", &self.light.sunlight);
+        saved.put("mirrored", &self.light.mirrored);
         saved.put("before", &self.before);
         saved.put("steps", &[self.steps]);
         saved.put("errors", &self.errors.map(|spread| [spread.squares, spread.weight, spread.most]));
@@ -158,18 +191,17 @@ impl ExchangeCheck {
         self.renewal.restore(saved)?;
         let poses: Vec<[f64; 12]> = saved.list("rays")?;
         let poses: Vec<DAffine3> = poses.iter().map(DAffine3::from_cols_array).collect();
-        if poses != self.found.0 {
-            self.found = (poses.clone(), self.craft.cast(&poses));
-        }
+        self.turn(&poses);
         let seen: Vec<[f64; 2]> = saved.list("seen")?;
         self.light = Light {
             seen: seen.into_iter().map(|[planet_ir, albedo]| Seen { planet_ir, albedo }).collect(),
             reflected: saved.list("reflected")?,
             sunlight: saved.list("sunlight")?,
+            mirrored: saved.list("mirrored")?,
         };
         self.before = saved.list("before")?;
         [self.steps] = saved.array("steps")?;
-        let errors: [[f64; 3]; 3] = saved.array("errors")?;
+        let errors: [[f64; 3]; 4] = saved.array("errors")?;
         self.errors = errors.map(|[squares, weight, most]| Spread { squares, weight, most });
         Ok(())
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use isotherm::exchange::cast::{Scenery, cast};
 use isotherm::exchange::step::Exchange;
 use isotherm::gpu::context::Context;
-use isotherm::gpu::exchange::exchange as exchange_list;
+use isotherm::gpu::exchange::{ExchangeTables, exchange as exchange_list};
 use isotherm::gpu::exchange_rays;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::nodes::PADDING;
@@ -28,6 +28,13 @@ use crate::program::{end, isotherm, stderr, succeed};
 
 const EXCHANGE: &str =
     "[shadows]\nmethod = \"exact\"\n[exchange]\nrays = 128\npatch_edge = 0.8\nredraw_angle_deg = 0\n[radiance]";
+
+/// Wings that mirror half of the sunlight that they reflect, and a body that mirrors more.
+const MIRRORS: [(&str, &str); 3] = [
+    ("absorptivity = 0.75\n", "absorptivity = 0.4\nspecular = 0.5\n"),
+    ("absorptivity = 0.29\n", "absorptivity = 0.29\nspecular = 0.8\nroughness = 0.1\n"),
+    ("[radiance]", "specular_sunlight = true\n[radiance]"),
+];
 
 /// The craft with exchange and these changes.
 fn prepared(changes: &[(&str, &str)]) -> Prepared {
@@ -68,13 +75,16 @@ fn steps_follow_their_twin_with_every_response() {
         ("network", vec![(TRANSITION, SKIN)]),
         ("radiative", vec![(TRANSITION, radiative), (CELLS, radiative)]),
         ("instant", vec![(CELLS, "response = \"instant\"\n")]),
+        ("mirrors", MIRRORS.to_vec()),
     ] {
         let prepared = prepared(&changes);
         let worst = apart(&context, &prepared);
         println!("{what}: {:.1e} K", worst.difference);
         worst.within(0.05, "K", what);
+        let of_section = |change: &&(&str, &str)| change.1.starts_with("specular_sunlight");
+        let others: Vec<(&str, &str)> = changes.iter().filter(|change| !of_section(change)).copied().collect();
         let without = Folder::new(&scene_with(
-            &[&[("[radiance]", "[shadows]\nmethod = \"exact\"\n[radiance]")], &changes[..]].concat(),
+            &[&[("[radiance]", "[shadows]\nmethod = \"exact\"\n[radiance]")], &others[..]].concat(),
         ));
         let alone = history(&without.prepared(), &mut ReferenceEngine::new(&without.prepared(), None)).concat();
         let with = history(&prepared, &mut ReferenceEngine::new(&prepared, None)).concat();
@@ -84,17 +94,63 @@ fn steps_follow_their_twin_with_every_response() {
     assert_silent(&context);
 }
 
+/// The warm-up asks the tables of the device, and the f64 exchange, for the same.
+#[test]
+fn tables_tell_the_host_what_nodes_absorb_from_each_other() {
+    let prepared = prepared(&[]);
+    let exchange = prepared.exchange.as_ref().expect("the scene has exchange").cast(&[]);
+    let black = |node: usize| 100.0 + (node * 37 % 101) as f64;
+    let flux: Vec<f64> = (0..exchange.of_node.len()).map(black).collect();
+    let twin = exchange.exchanged_infrared(&flux);
+    let found = ExchangeTables::new(&exchange, false).exchanged_infrared(&flux);
+    let off = |found: &[f64]| found.iter().zip(&twin).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert_eq!(found.len(), twin.len());
+    assert!(off(&found) < 1e-4, "{} W/m2", off(&found));
+    assert!(twin.iter().any(|flux| *flux > 1.0), "nodes see each other");
+    let other: Vec<f64> = flux.iter().map(|flux| 1.001 * flux).collect();
+    assert!(off(&ExchangeTables::new(&exchange, false).exchanged_infrared(&other)) > 1e-3);
+}
+
+/// The key changes temperatures where a material mirrors. Where none does, it changes nothing and says so.
+#[test]
+fn mirrored_sunlight_is_an_option() {
+    let temperatures = |changes: &[(&str, &str)]| {
+        let prepared = prepared(changes);
+        (history(&prepared, &mut ReferenceEngine::new(&prepared, None)).concat(), prepared.warnings.join("\n"))
+    };
+    let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let (with, warnings) = temperatures(&MIRRORS);
+    let change = apart(&with, &temperatures(&MIRRORS[..2]).0);
+    println!("mirrored sunlight changes {change:.2} K");
+    assert!(change > 0.5 && !warnings.contains("specular_sunlight"), "{change} K, {warnings}");
+    let (none, warnings) = temperatures(&MIRRORS[2..]);
+    assert_eq!(apart(&none, &temperatures(&[]).0), 0.0);
+    assert!(warnings.contains("specular_sunlight changes nothing"), "{warnings}");
+    let has_buffers = |changes: &[(&str, &str)]| {
+        let prepared = prepared(changes);
+        let craft = prepared.exchange.as_ref().expect("the scene has exchange");
+        let tables = ExchangeTables::new(&craft.cast(&[]), false);
+        let data = DeviceData::new(&prepared).with_exchange(Some(tables));
+        format!("{:?}", data.scene_data(&prepared, None).plan()).contains("ExchangeMirror")
+    };
+    assert!(has_buffers(&MIRRORS) && !has_buffers(&MIRRORS[..2]) && !has_buffers(&MIRRORS[2..]));
+}
+
 /// What patches absorb, and space gets, is what they send, to 1e-6. The twin has the same factors.
 #[test]
 fn the_energy_of_a_step_balances() {
+    balances(&prepared(&[]));
+    balances(&prepared(&MIRRORS));
+}
+
+fn balances(prepared: &Prepared) {
     let context = context();
-    let prepared = prepared(&[]);
     let craft = prepared.exchange.as_ref().expect("the scene has exchange");
     let scenery = Scenery::new(&craft.surface, &[]);
     let rays = craft.settings.rays;
     let ends = exchange_rays::cast(&context, &craft.surface, &craft.patches, &scenery, rays).expect("rays");
     let exchange = Exchange::new(&craft.surface, &craft.patches, &ends, &craft.settings);
-    let mut engine = DeviceEngine::new(&context, &prepared, None).expect("a small scene");
+    let mut engine = DeviceEngine::new(&context, prepared, None).expect("a small scene");
     engine.settle_at(300.0, prepared.nodes.vertex_of_node.len()).expect("the engine settles");
     for number in 0..3 {
         let (start, length) = (60.0 * f64::from(number), 60.0);
@@ -108,7 +164,8 @@ fn the_energy_of_a_step_balances() {
         engine.deliver().expect("a step");
         let lit = visible(&mut engine);
         // The device finds light anew in every step of an angle of 0.
-        let light = exchange.light(&load, |node| f64::from(lit[node]));
+        let mirrored = craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(&load));
+        let light = exchange.light(&load, |node| f64::from(lit[node]), mirrored.as_ref());
         let sent = exchange.sent(&load, &light, |node| f64::from(before[node]));
         let twin = exchange.absorbed(&sent, &light);
         let found = engine.renderer.received().expect("what patches received");
@@ -120,6 +177,8 @@ fn the_energy_of_a_step_balances() {
             leaves += exchange.infrared.space[number] * sent[number]
                 + exchange.sunlight.space[number] * light.reflected[number][1];
             all += patch.area * (sent[number] + light.reflected[number][1]);
+            // What others mirror onto it is absorbed without being sent by a patch.
+            all += patch.area * light.mirrored.get(number).unwrap_or(&0.0);
         }
         let off = (absorbed + leaves - all) / all;
         println!("step {number}: sent {all:.1} W, absorbed {absorbed:.1} W, off {off:.1e}");
@@ -211,7 +270,7 @@ fn a_closed_box_keeps_its_temperature_for_an_orbit() {
 
 #[test]
 fn each_barrier_of_exchange_is_needed() {
-    for anew in [false, true] {
+    for (anew, mirrors) in [(false, false), (true, false), (true, true)] {
         let variant = ThermalVariant {
             kind: StepKind::Merge,
             curve: Curve::Power,
@@ -224,7 +283,7 @@ fn each_barrier_of_exchange_is_needed() {
             fused: false,
         };
         let range = [StepRange { variant, groups: (0, 64), joint: 0 }];
-        let step = exchange_list(70, variant, anew).then(Frame::step(&range, Wanted::default()));
+        let step = exchange_list(70, variant, anew, mirrors).then(Frame::step(&range, Wanted::default()));
         each_barrier_is_needed(&[Frame::settle(&range), step.clone(), step.clone(), step], 1);
     }
 }
@@ -253,6 +312,28 @@ fn rays_are_cast_anew_as_a_joint_turns() {
     let worst = apart(&context, &prepared);
     println!("with a joint: {:.1e} K", worst.difference);
     worst.within(0.05, "K", "a craft with a joint");
+    assert_silent(&context);
+}
+
+/// A mast that slides into the body is told with its area; one that slides away is not.
+#[test]
+fn patches_that_a_joint_moves_into_others_are_told() {
+    let context = context();
+    let told = |way: &str| {
+        let joint = format!(
+            "redraw_angle_deg = 10\n[[joint]]\npart = \"mast\"\nkind = \"translation\"\naxis = \"{way}\"\nmode = \"schedule\"\n\
+             schedule = {{ time = [0, 600], distance = [0, 2] }}\n[radiance]"
+        );
+        let with = EXCHANGE.replace("redraw_angle_deg = 0\n[radiance]", &joint);
+        let prepared = Folder::new(&scene_with(&[("[radiance]", &with)])).prepared();
+        let mut engine = DeviceEngine::new(&context, &prepared, None).expect("a small scene");
+        history(&prepared, &mut engine);
+        engine.exchange_description().into_iter().find(|(name, _)| name.contains("joints moved into other parts"))
+    };
+    let (_, inside) = told("+Z").expect("the mast is inside the body at the end");
+    println!("{inside}");
+    assert!(inside.contains("of 0.40 m2"), "{inside}");
+    assert_eq!(told("-Z"), None);
     assert_silent(&context);
 }
 

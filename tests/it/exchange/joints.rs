@@ -21,7 +21,14 @@ fn hinge() -> Shapes {
 }
 
 fn at(shapes: &Shapes, turned_deg: f64) -> Exchange {
-    let settings = Settings { rays: RAYS, patch_edge: Some(5.0), bounces: None, redraw_angle: 0.0, hold: 0.0 };
+    let settings = Settings {
+        rays: RAYS,
+        patch_edge: Some(5.0),
+        bounces: None,
+        redraw_angle: 0.0,
+        specular_sunlight: false,
+        hold: 0.0,
+    };
     let patches = Patches::new(&shapes.surface, &shapes.materials, 5.0, &[]);
     // A turn about -y opens the angle.
     let poses = [DAffine3::IDENTITY, DAffine3::from_rotation_y(-turned_deg.to_radians())];

@@ -16,7 +16,7 @@ fn net(exchange: &Exchange, load: &StepLoad, temperature: impl Fn(u32) -> f64 + 
         let patch = exchange.of_node[node][0];
         exchange.patches[patch as usize].part
     };
-    let light = exchange.light(load, |_| 1.0);
+    let light = exchange.light(load, |_| 1.0, None);
     let sent = exchange.sent(load, &light, |node| temperature(part_of_node(node)));
     let absorbed = exchange.absorbed(&sent, &light);
     let patches = exchange.patches.iter().zip(absorbed);
@@ -72,7 +72,7 @@ fn sheets_without_heat_capacity_do_not_swing_up() {
     shapes.plate(DVec3::ZERO, DVec3::X, DVec3::Y, 6, grey(0.5, 0.9));
     shapes.plate(DVec3::Z * 0.05, DVec3::Y, DVec3::X, 6, grey(0.5, 0.9));
     let exchange = exchange(&shapes, 2.0, 256);
-    let light = exchange.light(&dark(0.0), |_| 1.0);
+    let light = exchange.light(&dark(0.0), |_| 1.0, None);
     let mut fourth = [300f64.powi(4), 0.0];
     let mut whole = f64::INFINITY;
     for _ in 0..50 {
@@ -120,7 +120,7 @@ fn sunlight_in_a_box_ends_where_the_series_says() {
     shapes.room(DVec3::ONE, 4, |_| grey(0.5, 0.9));
     let load = StepLoad { sun: sunlight([(DVec3::Z, 1000.0)]), ..dark(0.0) };
     let exchange = exchange(&shapes, 1.5, 4096);
-    let light = exchange.light(&load, |_| 1.0);
+    let light = exchange.light(&load, |_| 1.0, None);
     let absorbed = exchange.absorbed(&exchange.sent(&load, &light, |_| 0.0), &light);
     // Only the floor, wall 0, looks at the Sun. It absorbs 500 W and reflects 500 W. With e_k the light that meets the floor, a side wall and the ceiling
     // after k reflections, e_(k+1) = F e_k / 2.
@@ -205,7 +205,7 @@ fn stated_errors_are_those_that_are_found() {
     shapes.plate(DVec3::ZERO, DVec3::X, DVec3::Y, 12, grey(0.5, 0.9));
     shapes.plate(DVec3::Z * 0.7, DVec3::Y, DVec3::X, 12, grey(0.5, 0.6));
     let hot = |exchange: &Exchange| {
-        let light = exchange.light(&dark(0.0), |_| 1.0);
+        let light = exchange.light(&dark(0.0), |_| 1.0, None);
         let temperature = |node: usize| {
             let patch = &exchange.patches[exchange.of_node[node][0] as usize];
             if patch.part == 1 && patch.centre.x < 0.5 { 400.0 } else { 200.0 }

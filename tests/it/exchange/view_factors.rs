@@ -15,7 +15,14 @@ use crate::device::dark;
 
 /// The exchange of shapes in patches of a size.
 pub fn exchange(shapes: &Shapes, patch_edge: f64, rays: u32) -> Exchange {
-    let settings = Settings { rays, patch_edge: Some(patch_edge), bounces: None, redraw_angle: 0.0, hold: 0.0 };
+    let settings = Settings {
+        rays,
+        patch_edge: Some(patch_edge),
+        bounces: None,
+        redraw_angle: 0.0,
+        specular_sunlight: false,
+        hold: 0.0,
+    };
     let patches = Patches::new(&shapes.surface, &shapes.materials, patch_edge, &[]);
     Exchange::cast(&shapes.surface, &patches, &Scenery::new(&shapes.surface, &[]), &settings)
 }

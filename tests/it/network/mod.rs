@@ -11,5 +11,6 @@ mod family;
 mod memory;
 mod published;
 mod random;
+mod rendered;
 mod sheets;
 pub mod tmd;

@@ -1,6 +1,6 @@
 //! ESATAN TMD files: the public deck DISCTR against its own solution, a small file against its closed form, refusals, and a network there and back.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use hdf5_writer::{AttributeBuilder, Hdf5Builder, WriteOptions};
@@ -17,7 +17,7 @@ use crate::model::shared_files::shared;
 use crate::program::run;
 
 /// What an imported solution may differ from that of the file [K].
-const LIMIT: f64 = 20e-3;
+pub const LIMIT: f64 = 20e-3;
 
 /// Temperatures of all nodes at the times of the file, as its default integrator finds them [K].
 pub fn solved(file: &NetworkFile) -> Vec<Vec<f64>> {
@@ -48,13 +48,20 @@ fn imported(tmd: &Tmd) -> (NetworkFile, ImportedTmd) {
     (read, imported)
 }
 
-#[test]
-fn the_public_deck_is_met() {
-    let Some(path) = shared().map(|shared| shared.join("thermal/DISCTR_TRANSIENT.TMD")) else { return };
+/// The public deck: the file that ISOTHERM_DISCTR names, or that of the shared folder. `None` with a printed line without it.
+pub fn deck() -> Option<PathBuf> {
+    let named = std::env::var_os("ISOTHERM_DISCTR").map(PathBuf::from);
+    let path = named.or_else(|| shared().map(|shared| shared.join("thermal/DISCTR_TRANSIENT.TMD")))?;
     if !path.exists() {
         println!("skipped: {} is not there (pycanha-core, test/data/esatan)", path.display());
-        return;
+        return None;
     }
+    Some(path)
+}
+
+#[test]
+fn the_public_deck_is_met() {
+    let Some(path) = deck() else { return };
     let tmd = Tmd::load(&path).expect("the deck");
     let (mut file, imported) = imported(&tmd);
     assert_eq!((file.network.len(), file.network.linear.len(), file.network.radiative.len()), (102, 190, 5050));

@@ -54,6 +54,7 @@ fn shifts(scale: Scale) -> Vec<f64> {
 fn load(shift: f64) -> StepLoad {
     let direction = DVec3::new(-shift, 0.0, HEIGHT).normalize();
     StepLoad {
+        start: 0.0,
         sun: vec![SunSample { direction, flux: 1361.0 }],
         planet: None,
         albedo: None,

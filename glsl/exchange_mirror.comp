@@ -1,0 +1,32 @@
+#version 450
+// Sunlight that others mirror onto patches: what they absorb of it [W/m2], and what they reflect beside their own. One patch an invocation.
+// Twin: `Exchange::light` of src/exchange/step.rs.
+
+#include "types.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(push_constant) uniform PassBlock { ExchangePass pass; };
+layout(set = 0, binding = 0) readonly buffer ExchangePatchBlock { ExchangePatch patches[]; };
+// The first pair of each patch and the one after its last, then the pairs: a patch, and the bits of the share of its light over an area.
+layout(set = 0, binding = 1) readonly buffer ExchangeMirrorBlock { uvec2 mirrors[]; };
+layout(set = 0, binding = 2) readonly buffer ExchangeMirroredBlock { float mirrored[]; };
+layout(set = 0, binding = 3) buffer ExchangeReflectedBlock { vec2 reflected[]; };
+layout(set = 0, binding = 4) buffer ExchangeSunlightBlock { float sunlight[]; };
+
+void main() {
+    uint own = pass.first + gl_GlobalInvocationID.x;
+    if (own >= pass.end) {
+        return;
+    }
+    uvec2 run = mirrors[own];
+    float arrives = 0.0;
+    for (uint k = run.x; k < run.y; k++) {
+        uvec2 pair = mirrors[k];
+        arrives += uintBitsToFloat(pair.y) * mirrored[pair.x];
+    }
+    float takes = patches[own].absorptivity;
+    vec2 own_light = reflected[own];
+    reflected[own] = vec2(own_light.x, own_light.y + (1.0 - takes) * arrives);
+    sunlight[own] = takes * arrives;
+}
