@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn bundles_keep_what_is_open_and_tell_the_planet_as_well_as_single_rays() {
+    fn bundles_keep_what_is_open_and_lose_less_than_fewer_rays_would() {
         for count in [1, 2, 3, 5, 30, 256] {
             let own = rays(4, count);
             let open = own.iter().filter(|ray| ray.open).count() as f64;
@@ -328,7 +328,7 @@ mod tests {
         println!(
             "error of the planet's share: 256 rays {single:.4}, in bundles {bundles:.4}, a quarter of the rays {quarter:.4}"
         );
-        assert!(bundles < 1.3 * single && bundles < quarter, "{single} {bundles} {quarter}");
+        assert!(bundles < 1.5 * single && bundles < 0.8 * quarter, "{single} {bundles} {quarter}");
     }
 
     fn load(degrees: u32) -> StepLoad {
