@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 
 layout(push_constant) uniform PassBlock { ExchangePass pass; };
 layout(set = 0, binding = 0) uniform StepBlock { Step steps[1]; };
-// Directions of four rays, and whether they are open. What is missing in the last four of a patch does not count.
+// Directions of four bundles, and the open ones of their 12 parts. What is missing in the last four of a patch does not count.
 layout(set = 0, binding = 1) readonly buffer ExchangeSkyBlock { uvec4 sky[]; };
 layout(set = 0, binding = 2) buffer ExchangeSeenBlock { vec2 seen[]; };
 layout(set = 0, binding = 3) readonly buffer ExchangePatchBlock { ExchangePatch patches[]; };
@@ -20,10 +20,10 @@ vec3 in_joint(uint pose, vec3 v) {
     return v.x * poses[pose].xyz + v.y * poses[pose + 1u].xyz + v.z * poses[pose + 2u].xyz;
 }
 
-// A ray to the planet, an open one, and the same weighted with the sunlight on the ground.
+// A bundle to the planet, its open share, and the same weighted with the sunlight on the ground.
 vec4 ray_part(uint word, vec3 nadir, vec3 sun, float ratio) {
     float light = light_on_ground(ray_direction(word), nadir, sun, ratio);
-    float open = float(word >> 31u);
+    float open = float(word >> 28u) * (1.0 / 12.0);
     return light < 0.0 ? vec4(0.0) : vec4(1.0, open, light, open * light);
 }
 
@@ -36,7 +36,7 @@ void main() {
     vec3 nadir = in_joint(pose, steps[0].nadir.xyz);
     vec3 sun = in_joint(pose, steps[0].sunward.xyz) * steps[0].sun_sine - nadir * steps[0].sun_cosine;
     float ratio = 1.0 / steps[0].nadir.w;
-    // Rays to the planet, the open ones, and the same weighted with the sunlight on the ground.
+    // Bundles to the planet, their open shares, and the same weighted with the sunlight on the ground.
     vec4 sums = vec4(0.0);
     float free = 0.0;
     uint fours = (pass.rays + 3u) / 4u;
@@ -44,13 +44,13 @@ void main() {
     for (uint k = 0u; k < fours; k++) {
         uvec4 words = sky[first + k];
         uint left = pass.rays - 4u * k;
-        uvec4 open = words >> uvec4(31u);
+        uvec4 open = words >> uvec4(28u);
         free += float(open.x + open.y + open.z + open.w);
         sums += ray_part(words.x, nadir, sun, ratio);
         sums += left > 1u ? ray_part(words.y, nadir, sun, ratio) : vec4(0.0);
         sums += left > 2u ? ray_part(words.z, nadir, sun, ratio) : vec4(0.0);
         sums += left > 3u ? ray_part(words.w, nadir, sun, ratio) : vec4(0.0);
     }
-    free /= float(pass.rays);
+    free /= 12.0 * float(pass.rays);
     seen[own] = vec2(sums.x > 0.0 ? sums.y / sums.x : free, sums.z > 0.0 ? sums.w / sums.z : free);
 }

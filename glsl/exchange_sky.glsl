@@ -1,9 +1,9 @@
-// Rays of a patch to the planet. Twin: src/exchange/sky.rs.
+// Bundles of rays of a patch to the planet. Twin: src/exchange/sky.rs.
 
 // Unit direction of a word: a place on an octahedron.
 vec3 ray_direction(uint word) {
-    float x = float((word >> 15u) & 0x7fffu) * (2.0 / 32767.0) - 1.0;
-    float y = float(word & 0x7fffu) * (2.0 / 32767.0) - 1.0;
+    float x = float((word >> 14u) & 0x3fffu) * (2.0 / 16383.0) - 1.0;
+    float y = float(word & 0x3fffu) * (2.0 / 16383.0) - 1.0;
     float z = 1.0 - abs(x) - abs(y);
     float below = max(-z, 0.0);
     x = x < 0.0 ? x + below : x - below;

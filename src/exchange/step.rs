@@ -11,11 +11,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::cast::{SPACE, Scenery, ray_of};
+use super::directions::fractions;
 use super::factors::Factors;
 use super::mirrors::Mirrored;
 use super::patches::{NONE, Patch, Patches, Surface};
 use super::reflected::{Areas, exchange_areas};
-use super::sky::{PlanetView, word_of};
+use super::sky::{PlanetView, Ray, bundled, bundles_of};
 use crate::environment::StepLoad;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::balance::Incident;
@@ -92,8 +93,10 @@ pub struct Exchange {
     pub infrared: Areas,
     /// Exchange areas of sunlight.
     pub sunlight: Areas,
-    /// Rays that keep the sky, the same number for each patch.
+    /// Bundles of rays that keep the sky, the same number for each patch.
     pub sky: Vec<u32>,
+    /// Bundles of a patch.
+    bundles: usize,
 }
 
 impl Exchange {
@@ -108,12 +111,15 @@ impl Exchange {
         let kept = settings.rays.min(SKY_RAYS);
         let sky = (0..patches.all.len() as u32).into_par_iter().flat_map_iter(|patch| {
             let own = &ends[patch as usize * settings.rays as usize..];
-            (0..kept).map(move |ray| {
+            let ray = |ray| {
                 let [_, direction] = ray_of(surface, patches, 0.0, patch, ray);
-                word_of(direction, own[ray as usize] == SPACE)
-            })
+                let [.., s, t] = fractions(patch, ray);
+                Ray { place: [s, t], direction, open: own[ray as usize] == SPACE }
+            };
+            bundled((0..kept).map(ray).collect())
         });
         Self {
+            bundles: bundles_of(kept as usize),
             sky: sky.collect(),
             patches: patches.all.clone(),
             nodes: patches.nodes.clone(),
@@ -135,23 +141,21 @@ impl Exchange {
         if self.patches[patch].buried { 1.0 - self.factors.inside[patch] } else { 1.0 }
     }
 
-    /// Number of rays that keep the sky of a patch.
-    pub fn sky_rays(&self) -> usize {
-        self.sky.len() / self.patches.len().max(1)
+    /// Number of bundles that keep the sky of a patch.
+    pub fn bundles(&self) -> usize {
+        self.bundles
     }
 
-    /// Rays that keep the sky of a patch.
+    /// Bundles that keep the sky of a patch.
     pub fn sky_of(&self, patch: usize) -> &[u32] {
-        let rays = self.sky_rays();
-        &self.sky[patch * rays..(patch + 1) * rays]
+        &self.sky[patch * self.bundles..(patch + 1) * self.bundles]
     }
 
     /// Shares of the planet's light that every patch sees.
     pub fn seen(&self, load: &StepLoad) -> Vec<Seen> {
         let Some(planet) = &load.planet else { return vec![Seen::ALL; self.patches.len()] };
-        let rays = self.sky_rays();
-        let seen = |(patch, own): (&Patch, &[u32])| PlanetView::new(planet, load, patch.joint).seen(&own[..rays]);
-        self.patches.par_iter().zip(self.sky.par_chunks(rays.max(1))).map(seen).collect()
+        let seen = |(patch, own): (&Patch, &[u32])| PlanetView::new(planet, load, patch.joint).seen(own);
+        self.patches.par_iter().zip(self.sky.par_chunks(self.bundles.max(1))).map(seen).collect()
     }
 
     /// The light of Sun and planet. `visibility` is the share of the Sun that a node sees. With `mirrored` the specular share of direct sunlight goes where it says.

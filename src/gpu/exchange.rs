@@ -34,10 +34,10 @@ pub struct ExchangeTables {
     pub members: Vec<[u32; 2]>,
     /// Four entries of a row: the upper half of an exchange area [m2] as f32, and below it a patch. First all rows of infrared, then those of sunlight.
     pub entries: Vec<[u32; 4]>,
-    /// Rays that keep the sky, in fours for each patch.
+    /// Bundles of rays that keep the sky, in fours for each patch.
     pub sky: Vec<[u32; 4]>,
-    /// Rays of each patch among them.
-    pub sky_rays: u32,
+    /// Bundles of each patch among them.
+    pub bundles: u32,
     /// Patch at each place of the device. The longest rows come first, so that neighbouring invocations have as much to do.
     pub order: Vec<u32>,
     /// Joints, the body too.
@@ -104,7 +104,7 @@ impl ExchangeTables {
             room: if moves { 2 * entries.len() } else { entries.len() },
             entries,
             sky: order.iter().flat_map(|patch| exchange.sky_of(*patch as usize).chunks(4)).map(four).collect(),
-            sky_rays: exchange.sky_rays() as u32,
+            bundles: exchange.bundles() as u32,
             order,
             open: (0..exchange.patches.len()).map(|patch| exchange.factors.to_space(patch) as f32).collect(),
             inside: (exchange.factors.inside_share(), exchange.factors.buried()),

@@ -26,7 +26,7 @@ pub const MOST_RAYS: usize = 1 << 28;
 /// Rays of a share of the work for new poses of the joints.
 const RAYS_OF_SHARE: usize = 1 << 18;
 /// Part of the redraw angle after which the light of Sun and planet is found anew.
-pub const LIGHT: f64 = 1.0 / 3.0;
+const LIGHT: f64 = 1.0 / 3.0;
 
 /// The surface of a scene and its patches. Nodes are those of the device.
 #[derive(Debug, Clone)]
@@ -43,6 +43,8 @@ pub struct Craft {
     pub mirrors: Option<Arc<Mirrors>>,
     /// Steps for which the infrared that patches exchange is held.
     pub every: f64,
+    /// Angle after which the light of Sun and planet is found anew [rad].
+    pub light_angle: f64,
 }
 
 impl Craft {
@@ -92,6 +94,7 @@ impl Craft {
         Ok(Self {
             defects: Defects::of(&surface, materials),
             every: settings.hold / step,
+            light_angle: LIGHT * settings.redraw_angle,
             mirrors: mirrors.map(Arc::new),
             surface,
             patches,
@@ -110,7 +113,7 @@ impl Craft {
 
     /// When what the patches exchange is found anew.
     pub fn renewal(&self) -> Renewal {
-        Renewal::new(LIGHT * self.settings.redraw_angle, self.every)
+        Renewal::new(self.light_angle, self.every)
     }
 
     /// Steps over which the work for new poses of the joints is spread.

@@ -1,4 +1,4 @@
-//! Measures what radiation between surfaces adds to a step of a scene, pass by pass, over the loads and the network of the same steps without it.
+//! Measures what radiation between surfaces adds to a step of a scene, pass by pass, over the loads and the network of the same steps without it, and what holding changes.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use super::one_pass::least;
 /// Passes that belong to shadows and to reading, which both runs have alike.
 const OTHERS: [&str; 4] = ["solar_", "read ", "cull", "settle "];
 
-/// Prints a row for each pass. The first `steps` steps of the scene are taken `rounds` times, with exchange and without in turns.
+/// Prints a row for each pass. The first `steps` steps of the scene are taken `rounds` times, with exchange, without, and with all found in every step, in turns.
 pub fn measure(
     context: &Arc<Context>,
     scene: Scene,
@@ -28,23 +28,35 @@ pub fn measure(
     let settings = scene.exchange.unwrap_or_default();
     let settings = Settings { patch_edge: patch_edge.or(settings.patch_edge), ..settings };
     let with = |exchange| Prepared::from_scene(Scene { exchange, ..scene.clone() }, &mut |_| {});
-    let runs = [with(Some(settings))?, with(None)?];
+    let mut runs = [with(Some(settings))?, with(None)?, with(Some(Settings { hold: 0.0, ..settings }))?];
+    // The last run finds everything in every step.
+    runs[2].exchange.iter_mut().for_each(|craft| Arc::make_mut(craft).light_angle = 0.0);
     let mut engines = Vec::new();
     for prepared in &runs {
         engines.push(DeviceEngine::new(context, prepared, None)?);
     }
     eprintln!("prepared");
     let length = scene.time.step;
+    // Differences of all nodes between the first and the last run: sum of squares, number and largest [K].
+    let (mut squares, mut compared, mut most) = (0.0, 0.0f64, 0.0f64);
     for _ in 0..rounds {
         for (engine, prepared) in engines.iter_mut().zip(&runs) {
             engine.settle(&prepared.loads.step_load(0.0, length), 0.0)?;
         }
         for number in 0..steps {
             let start = f64::from(number) * length;
+            let mut found = Vec::new();
             for (engine, prepared) in engines.iter_mut().zip(&runs) {
                 let load = prepared.loads.step_load(start, start + length);
                 engine.submit(Some(Step { load: &load, steps: 1.0, start, length }), Order::default())?;
                 engine.deliver()?;
+                found.push(engine.network_temperatures()?.unwrap_or_default());
+            }
+            // At first nodes are far from what exchange makes of them.
+            for (held, anew) in found[0].iter().zip(&found[2]).filter(|_| number >= steps / 2) {
+                squares += (held - anew).powi(2);
+                compared += 1.0;
+                most = most.max((held - anew).abs());
             }
         }
     }
@@ -60,7 +72,7 @@ pub fn measure(
         };
         passes.map(row).collect()
     };
-    let [own, bare] = [of(&engines[0]), of(&engines[1])];
+    let [own, bare, anew] = [0, 1, 2].map(|run| of(&engines[run]));
     let whole = |rows: &BTreeMap<String, [f64; 3]>| rows.values().map(|row| row[2]).sum::<f64>();
     let bare_ms = whole(&bare);
     for (name, value) in engines[0].exchange_description() {
@@ -81,11 +93,19 @@ pub fn measure(
     for (name, [time, often, sum]) in bare.iter().filter(|(name, _)| name.starts_with("thermal_step")) {
         println!("| {name}, without exchange | {time:.3} | {often:.2} | {sum:.3} | {:.3} |", sum / bare_ms);
     }
-    let passes: f64 = own.iter().filter(|(name, _)| name.starts_with("exchange_")).map(|(_, row)| row[2]).sum();
+    let passes = |rows: &BTreeMap<String, [f64; 3]>| {
+        let own = rows.iter().filter(|(name, _)| name.starts_with("exchange_") || name.ends_with(".exchange"));
+        own.map(|(_, row)| row[2]).sum::<f64>()
+    };
+    let loads: f64 = bare.iter().filter(|(name, _)| name.starts_with("thermal_step")).map(|(_, row)| row[2]).sum();
     println!(
-        "\nPasses of exchange: {:.3} of loads and network. With what it adds to the loads: {:.3}.\n",
-        passes / bare_ms,
-        (whole(&own) - bare_ms) / bare_ms
+        "\nExchange, with what it adds to the loads: {:.3} of loads and network; {:.3} with all found in every step. Holding infrared for {} s and light for {:.1} deg changes nodes by {:.4} K \
+         (rms), at most {most:.3} K, in the second half of the steps.\n",
+        (passes(&own) - loads) / bare_ms,
+        (passes(&anew) - loads) / bare_ms,
+        settings.hold,
+        runs[0].exchange.as_ref().map_or(0.0, |craft| craft.light_angle.to_degrees()),
+        (squares / compared.max(1.0)).sqrt()
     );
     Ok(())
 }

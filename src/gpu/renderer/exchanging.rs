@@ -14,7 +14,7 @@ use crate::saved::Saved;
 
 /// What a renderer keeps of the tables.
 pub(super) struct Exchanging {
-    sky_rays: u32,
+    bundles: u32,
     joints: usize,
     /// Patch at each place of the device.
     pub order: Vec<u32>,
@@ -35,7 +35,7 @@ impl Exchanging {
     pub fn new(data: &ExchangeData) -> Self {
         let ExchangeData { tables, renewal, mirrors } = data;
         Self {
-            sky_rays: tables.sky_rays,
+            bundles: tables.bundles,
             joints: tables.joints,
             order: tables.order.clone(),
             room: tables.room,
@@ -69,7 +69,7 @@ impl Exchanging {
 
     /// Push constants of a pass.
     pub fn constants(&self, first: u32, end: u32) -> ExchangePass {
-        ExchangePass { first, end, rays: self.sky_rays, boxes: 0, start: 0.0 }
+        ExchangePass { first, end, rays: self.bundles, boxes: 0, start: 0.0 }
     }
 
     /// Number of patches.
