@@ -48,6 +48,8 @@ pub struct Patch {
     pub material: u32,
     /// Whether it is the face against the normals.
     pub back: bool,
+    /// Whether it lies inside another part, in the file's pose.
+    pub buried: bool,
     /// Absorptivity and emissivity of this face.
     pub optics: Optics,
     /// How this face mirrors.
@@ -154,6 +156,7 @@ impl Patches {
             part: key.part,
             material: key.material,
             back: key.back,
+            buried: key.buried,
             optics: if key.back { material.back() } else { material.front },
             gloss: material.gloss[usize::from(key.back)],
             area,

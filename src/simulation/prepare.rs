@@ -160,7 +160,7 @@ impl Prepared {
             |settings| Craft::new(settings, scene.time.step, &nodes, &triangles, network.as_deref(), &materials);
         let exchange = scene.exchange.map(craft).transpose();
         let exchange = exchange.map_err(|message| PrepareError::Exchange { path: scene.source.clone(), message })?;
-        warnings.extend(exchange.iter().flat_map(|craft| craft.warnings()));
+        warnings.extend(exchange.iter().flat_map(Craft::warnings));
         Ok(Self {
             exchange: exchange.map(Arc::new),
             network,

@@ -1,6 +1,7 @@
 //! What is wrong with a surface is counted, and patches inside others are told.
 
 use glam::DVec3;
+use isotherm::environment::StepLoad;
 use isotherm::exchange::buried::buried;
 use isotherm::exchange::cast::Scenery;
 use isotherm::exchange::defects::Defects;
@@ -9,6 +10,7 @@ use isotherm::exchange::step::{Exchange, Settings};
 
 use super::shapes::{Shapes, grey};
 use super::view_factors::exchange;
+use crate::device::{dark, sunlight};
 
 fn defects(shapes: &Shapes) -> Defects {
     Defects::of(&shapes.surface, &shapes.materials)
@@ -106,4 +108,35 @@ fn faces_inside_another_part_share_no_patch_with_faces_in_the_open() {
     assert!(split.iter().all(|share| !(0.04..=0.96).contains(share)), "{split:?}");
     let whole = inside(&[]);
     assert!(whole.len() == 4 && whole.iter().all(|share| (0.4..0.6).contains(share)), "{whole:?}");
+}
+
+/// A closed patch could not give away the light that it took, so it takes none; the free half of the beam takes all.
+#[test]
+fn a_face_inside_another_part_takes_no_sunlight() {
+    let mut shapes = Shapes::default();
+    solid(&mut shapes, DVec3::ZERO, 2.0, 4);
+    let (x, y) = (2.0 * DVec3::X, 0.5 * DVec3::Y);
+    shapes.part([32, 4], grey(0.5, 0.8), |u, v| [DVec3::new(1.0, 0.75, 1.25) + u * x + v * y, DVec3::Z]);
+    let patches = |buried: &[[bool; 2]]| {
+        let patches = Patches::new(&shapes.surface, &shapes.materials, 5.0, buried);
+        let settings = Settings { patch_edge: Some(5.0), ..Settings::default() };
+        Exchange::cast(&shapes.surface, &patches, &Scenery::new(&shapes.surface, &[]), &settings)
+    };
+    let found = patches(&buried(&shapes.surface, &shapes.materials));
+    let of_beam = |found: &Exchange| -> Vec<f64> {
+        let beam = (0..found.patches.len()).filter(|patch| found.patches[*patch].part >= 6);
+        beam.map(|patch| found.exposed(patch)).collect()
+    };
+    let exposed = of_beam(&found);
+    assert_eq!(exposed.len(), 2, "{exposed:?}");
+    let [least, most] = [f64::min, f64::max].map(|of| exposed.iter().copied().reduce(of).expect("two halves"));
+    assert!(least < 0.04 && most == 1.0, "{exposed:?}");
+    let load = StepLoad { sun: sunlight([(DVec3::Z, 1000.0)]), ..dark(0.0) };
+    let light = found.light(&load, |_| 1.0, None);
+    for (number, patch) in found.patches.iter().enumerate().filter(|(_, patch)| patch.part >= 6) {
+        let reflected = (1.0 - patch.optics.absorptivity) * 1000.0 * found.exposed(number);
+        assert!((light.reflected[number][1] - reflected).abs() < 1e-9, "patch {number}");
+    }
+    // Faces that were not told apart take all of it.
+    assert!(of_beam(&patches(&[])).iter().all(|share| *share == 1.0));
 }

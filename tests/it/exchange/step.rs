@@ -198,6 +198,48 @@ fn a_plate_hides_the_planet_behind_it() {
     assert!((open.planet_ir - exact[0]).abs() > 0.01, "one ray is not enough");
 }
 
+/// A floor in the Sun reflects onto a wall that the Sun grazes, so what the wall absorbs goes with the cosine of the Sun on the floor.
+#[test]
+fn light_that_is_held_errs_by_what_is_told() {
+    let mut shapes = Shapes::default();
+    shapes.plate(DVec3::ZERO, DVec3::X, DVec3::Y, 4, grey(0.4, 0.9));
+    shapes.plate(DVec3::ZERO, DVec3::Y, DVec3::Z, 4, grey(0.7, 0.9));
+    let exchange = exchange(&shapes, 5.0, 1024);
+    let at = |zenith_deg: f64| {
+        let (sine, cosine) = zenith_deg.to_radians().sin_cos();
+        StepLoad { sun: sunlight([(DVec3::new(0.0, sine, cosine), 1000.0)]), ..dark(0.0) }
+    };
+    let [before, now] = [40.0, 45.0].map(at);
+    let [held, fresh] = [&before, &now].map(|load| exchange.light(load, |_| 1.0, None));
+    let told = exchange.held_too_long(&now, [&held, &fresh], |_| 250.0);
+    let wall = exchange.patches.iter().position(|patch| patch.part == 1).expect("the wall");
+    let more = fresh.sunlight[wall] * (40f64.to_radians().cos() / 45f64.to_radians().cos() - 1.0);
+    println!(
+        "the wall absorbs {:.3} W/m2, and {:.3} W/m2 more under light that is held",
+        fresh.sunlight[wall], told[wall]
+    );
+    assert!((told[wall] / more - 1.0).abs() < 1e-9 && more > 1.0, "{} against {more}", told[wall]);
+    assert!(exchange.held_too_long(&now, [&fresh; 2], |_| 250.0).iter().all(|error| *error == 0.0));
+    // The planet's infrared through a sky that is held as half open.
+    let nadir = DVec3::Z;
+    let planet = PlanetLoad {
+        nadir,
+        sunward: DVec3::X,
+        distance_ratio: 1.1,
+        planet_ir: 237.0,
+        albedo_flux: 0.0,
+        sun_zenith: 1.0,
+    };
+    let load = StepLoad { planet: Some(planet), ..dark(0.0) };
+    let fresh = exchange.light(&load, |_| 1.0, None);
+    let mut held = fresh.clone();
+    held.seen.iter_mut().for_each(|seen| seen.planet_ir *= 0.5);
+    let told = exchange.held_too_long(&load, [&held, &fresh], |_| 250.0);
+    // A plate that faces the planet takes 237 W/m2 over 1.1^2.
+    let exact = -0.5 * 0.9 * 237.0 / 1.21 * fresh.seen[0].planet_ir;
+    assert!((told[0] / exact - 1.0).abs() < 1e-9, "{} against {exact}", told[0]);
+}
+
 /// A plate before a hot wall of many patches: the noise of its rays, and what pairs are left out, against many castings and against nothing left out.
 #[test]
 fn stated_errors_are_those_that_are_found() {
