@@ -100,10 +100,10 @@ void main() {
         uvec2 member = members[k];
         lit += uintBitsToFloat(member.y) * visibility[member.x];
     }
-    sunlight += lit * solar_flux(normal);
+    sunlight += here.exposed * lit * solar_flux(normal);
 #endif
 #ifndef SHADOW
-    sunlight += solar_flux(normal);
+    sunlight += here.exposed * solar_flux(normal);
 #endif
 #endif
 #ifdef MIRRORS

@@ -1,5 +1,5 @@
 #version 450
-// Flux from all patches that patches absorb [W/m2], one patch an invocation. Twin: `Exchange::absorbed` of src/exchange/step.rs.
+// Flux from all patches that patches absorb [W/m2], and the share of each patch that sunlight can reach, one patch an invocation. Twin: `Exchange::absorbed` of src/exchange/step.rs.
 // Variants: REFLECTED: sunlight that patches reflect at first. MIRRORS: beside the sunlight that others mirror. None: infrared. SUN: infrared, and sunlight that was found before.
 
 #include "types.glsl"
@@ -16,7 +16,7 @@ layout(set = 0, binding = 3) buffer ExchangeSunlightBlock { float sunlight[]; };
 #endif
 #ifndef REFLECTED
 layout(set = 0, binding = 2) readonly buffer ExchangeSentBlock { float sent[]; };
-layout(set = 0, binding = 3) buffer ExchangeReceivedBlock { float received[]; };
+layout(set = 0, binding = 3) buffer ExchangeReceivedBlock { vec2 received[]; };
 #ifdef SUN
 layout(set = 0, binding = 4) readonly buffer ExchangeSunlightBlock { float sunlight[]; };
 #endif
@@ -67,6 +67,6 @@ void main() {
 #ifdef SUN
     absorbed += sunlight[own];
 #endif
-    received[own] = absorbed;
+    received[own] = vec2(absorbed, here.exposed);
 #endif
 }

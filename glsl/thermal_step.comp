@@ -62,8 +62,8 @@ layout(set = 0, binding = 13) readonly buffer VisibilityBlock { vec4 visibility[
 #ifdef EXCHANGE
 // Patches of the fronts of the nodes of a group, then of their backs.
 layout(set = 0, binding = 14) readonly buffer ExchangeNodeBlock { uvec4 exchange_nodes[]; };
-// Flux from other surfaces that every patch absorbs [W/m2].
-layout(set = 0, binding = 15) readonly buffer ExchangeReceivedBlock { float exchange_received[]; };
+// Flux from other surfaces that every patch absorbs [W/m2], and the share of the patch that sunlight can reach.
+layout(set = 0, binding = 15) readonly buffer ExchangeReceivedBlock { vec2 exchange_received[]; };
 #ifdef PLANET_IR
 #define HIDDEN
 #endif
@@ -142,7 +142,12 @@ vec4 albedo_flux(uint number, vec4 nx, vec4 ny, vec4 nz) {
 #ifdef EXCHANGE
 // Flux from other surfaces that the faces absorb [W/m2].
 vec4 received_flux(uvec4 at) {
-    return vec4(exchange_received[at.x], exchange_received[at.y], exchange_received[at.z], exchange_received[at.w]);
+    return vec4(exchange_received[at.x].x, exchange_received[at.y].x, exchange_received[at.z].x, exchange_received[at.w].x);
+}
+
+// Shares of the faces that lie outside other parts.
+vec4 exposed_share(uvec4 at) {
+    return vec4(exchange_received[at.x].y, exchange_received[at.y].y, exchange_received[at.z].y, exchange_received[at.w].y);
 }
 #endif
 
@@ -157,11 +162,14 @@ vec4 absorbed_flux(uint number, float absorptivity, float emissivity, vec4 nx, v
     vec2 fourth = exchange_seen[patches.w];
 #endif
 #ifdef SUN
+    vec4 sunlight = solar_flux(number, nx, ny, nz);
 #ifdef SHADOW
-    absorbed += absorptivity * seen * solar_flux(number, nx, ny, nz);
-#else
-    absorbed += absorptivity * solar_flux(number, nx, ny, nz);
+    sunlight *= seen;
 #endif
+#ifdef EXCHANGE
+    sunlight *= exposed_share(patches);
+#endif
+    absorbed += absorptivity * sunlight;
 #endif
 #ifdef ALBEDO
     vec4 albedo = albedo_flux(number, nx, ny, nz);

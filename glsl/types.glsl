@@ -171,6 +171,7 @@ struct ExchangePatch {
     float itself_reflected;
     uint joint;
     float specular;
+    float exposed;
 };
 
 struct ExchangePass {

@@ -78,6 +78,11 @@ impl Factors {
         Self { areas, shared, space: closed, rays, correction, inside }
     }
 
+    /// Share of a patch outside other parts: that of its rays which do not end on the inner face of a skin.
+    pub fn exposed(&self, patch: usize) -> f64 {
+        1.0 - self.inside[patch]
+    }
+
     /// Share of the light of all patches, by area, that meets the inner face of a skin.
     pub fn inside_share(&self) -> f64 {
         let met: f64 = self.inside.iter().zip(&self.areas).map(|(share, area)| share * area).sum();

@@ -52,7 +52,7 @@ impl Default for Settings {
             rays: 256,
             patch_edge: None,
             bounces: None,
-            redraw_angle: 15f64.to_radians(),
+            redraw_angle: 30f64.to_radians(),
             specular_sunlight: false,
             hold: HOLD,
         }
@@ -161,9 +161,10 @@ impl Exchange {
         mirrored: Option<&Mirrored>,
     ) -> Light {
         let seen = self.seen(load);
-        let of = |(patch, seen): (&Patch, &Seen)| {
-            let lit: f64 =
-                self.nodes[patch.nodes.clone()].iter().map(|(node, share)| share * visibility(*node as usize)).sum();
+        let of = |(number, (patch, seen)): (usize, (&Patch, &Seen))| {
+            let shares = self.nodes[patch.nodes.clone()].iter();
+            let lit = self.factors.exposed(number)
+                * shares.map(|(node, share)| share * visibility(*node as usize)).sum::<f64>();
             let normal: DVec3 = load.joint_from_body(patch.joint).transpose() * patch.normal;
             let Incident { solar, albedo, planet_ir } = incident(load, normal);
             let optics = patch.optics;
@@ -172,7 +173,8 @@ impl Exchange {
             let diffuse = (1.0 - smooth) * direct + (1.0 - optics.absorptivity) * (seen.albedo * albedo);
             ([(1.0 - optics.emissivity) * seen.planet_ir * planet_ir, diffuse], smooth * direct)
         };
-        let (mut reflected, sent): (Vec<[f64; 2]>, Vec<f64>) = self.patches.par_iter().zip(&seen).map(of).unzip();
+        let (mut reflected, sent): (Vec<[f64; 2]>, Vec<f64>) =
+            self.patches.par_iter().zip(&seen).enumerate().map(of).unzip();
         let arrives = |to: usize| {
             let rows = mirrored.map_or(&[][..], |mirrored| mirrored.arrives.row(to));
             rows.iter().map(|(from, share)| share * sent[*from as usize]).sum::<f64>()
@@ -235,7 +237,10 @@ impl Exchange {
     pub fn of_node(&self, node: usize, absorbed: &[f64], seen: &[Seen]) -> [Received; 2] {
         self.of_node[node].map(|patch| match patch {
             NONE => Received::NOTHING,
-            patch => Received { absorbed: absorbed[patch as usize], seen: seen[patch as usize] },
+            patch => {
+                let patch = patch as usize;
+                Received { absorbed: absorbed[patch], seen: seen[patch], exposed: self.factors.exposed(patch) }
+            }
         })
     }
 }

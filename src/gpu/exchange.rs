@@ -92,6 +92,8 @@ impl ExchangeTables {
                 itself_reflected: itself(&exchange.sunlight),
                 joint: patch.joint,
                 specular: patch.gloss.specular as f32,
+                exposed: exchange.factors.exposed(*number as usize) as f32,
+                unused: [0.0; 3],
             }
         });
         let patches: Vec<ExchangePatch> = patches.collect();

@@ -422,6 +422,10 @@ shared! {
         pub joint: u32,
         /// Share of reflected sunlight that leaves in the mirror direction, where patches mirror sunlight.
         pub specular: f32,
+        /// Share of the patch outside other parts, which sunlight can reach.
+        pub exposed: f32,
+        /// Rounds the size up to that of vectors.
+        pub unused: [f32; 3],
     }
 
     /// Push constants of a pass over patches.

@@ -153,7 +153,7 @@ table! {
     /// Infrared that every patch sends at first [W/m2].
     ExchangeSent: row(4, Count::ExchangePatches, Storage, "ExchangeSent");
     /// Flux from other patches that every patch absorbs [W/m2].
-    ExchangeReceived: row(4, Count::ExchangePatches, Storage, "ExchangeReceived");
+    ExchangeReceived: row(8, Count::ExchangePatches, Storage, "ExchangeReceived");
     /// Temperature of every node before the last step [K], where images lie between steps.
     EarlierTemperature: row(GROUP, BetweenGroups, Storage, "Earlier");
     /// Temperature of every node at the time of an image between steps [K].

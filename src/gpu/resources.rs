@@ -443,7 +443,7 @@ impl Resources {
             self.upload(once, Resource::ExchangeSeen, &vec![[1.0f32; 2]; places])?;
             self.upload(once, Resource::ExchangeReflected, &vec![[0.0f32; 2]; places])?;
             self.upload(once, Resource::ExchangeSunlight, &vec![0.0f32; places])?;
-            self.upload(once, Resource::ExchangeReceived, &vec![0.0f32; places])?;
+            self.upload(once, Resource::ExchangeReceived, &vec![[0.0f32, 1.0]; places])?;
         }
         if let Some(heat) = data.heat {
             let areas: Vec<f32> = heat.areas.iter().map(|area| *area as f32).collect();

@@ -26,7 +26,7 @@ pub const MOST_RAYS: usize = 1 << 28;
 /// Rays of a share of the work for new poses of the joints.
 const RAYS_OF_SHARE: usize = 1 << 18;
 /// Part of the redraw angle after which the light of Sun and planet is found anew.
-const LIGHT: f64 = 2.0 / 3.0;
+const LIGHT: f64 = 1.0 / 3.0;
 
 /// The surface of a scene and its patches. Nodes are those of the device.
 #[derive(Debug, Clone)]

@@ -23,15 +23,21 @@ pub struct Received {
     pub absorbed: f64,
     /// Shares of the planet's light that it sees.
     pub seen: Seen,
+    /// Share of the face outside other parts, which sunlight can reach.
+    pub exposed: f64,
 }
 
 impl Received {
     /// A face that sees nothing of the craft.
-    pub const NOTHING: Self = Self { absorbed: 0.0, seen: Seen::ALL };
+    pub const NOTHING: Self = Self { absorbed: 0.0, seen: Seen::ALL, exposed: 1.0 };
 
     /// What of an incident flux on an open face comes through.
     pub fn through(&self, open: Incident) -> Incident {
         let Seen { planet_ir, albedo } = self.seen;
-        Incident { planet_ir: planet_ir * open.planet_ir, albedo: albedo * open.albedo, ..open }
+        Incident {
+            solar: self.exposed * open.solar,
+            planet_ir: planet_ir * open.planet_ir,
+            albedo: albedo * open.albedo,
+        }
     }
 }

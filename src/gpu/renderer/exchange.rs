@@ -45,10 +45,10 @@ impl Renderer {
     pub fn received(&mut self) -> Result<Vec<f32>, GpuError> {
         self.wait()?;
         let Some(own) = &self.exchange else { return Ok(Vec::new()) };
-        let at_places: Vec<f32> =
+        let at_places: Vec<[f32; 2]> =
             self.resources.download(&mut self.once, Resource::ExchangeReceived, own.order.len())?;
         let mut of_patches = vec![0.0; at_places.len()];
-        own.order.iter().zip(at_places).for_each(|(patch, received)| of_patches[*patch as usize] = received);
+        own.order.iter().zip(at_places).for_each(|(patch, [received, _])| of_patches[*patch as usize] = received);
         Ok(of_patches)
     }
 
@@ -62,16 +62,16 @@ impl Renderer {
         self.resources.download(&mut self.once, Resource::ExchangeSeen, places)
     }
 
-    /// What patches reflect at first, the sunlight that they absorb, and all that they absorb, as found last [W/m2].
+    /// What patches reflect at first, and the sunlight that they absorb, as found last [W/m2]; then all that they absorb, and the share that sunlight can reach.
     ///
     /// # Errors
     /// A call that fails.
-    pub(super) fn exchanged_light(&mut self) -> Result<(Vec<[f32; 2]>, [Vec<f32>; 2]), GpuError> {
+    pub(super) fn exchanged_light(&mut self) -> Result<(Vec<[f32; 2]>, Vec<f32>, Vec<[f32; 2]>), GpuError> {
         self.wait()?;
         let Some(places) = self.exchange.as_ref().map(Exchanging::places) else { return Ok(Default::default()) };
         let reflected = self.resources.download(&mut self.once, Resource::ExchangeReflected, places)?;
         let sunlight = self.resources.download(&mut self.once, Resource::ExchangeSunlight, places)?;
-        Ok((reflected, [sunlight, self.resources.download(&mut self.once, Resource::ExchangeReceived, places)?]))
+        Ok((reflected, sunlight, self.resources.download(&mut self.once, Resource::ExchangeReceived, places)?))
     }
 
     /// Takes what `seen`, `exchanged_light` and [`Exchanging::save`] gave.
@@ -85,7 +85,7 @@ impl Renderer {
         self.resources.upload(&mut self.once, Resource::ExchangeSeen, &seen)?;
         self.resources.upload(&mut self.once, Resource::ExchangeReflected, &reflected)?;
         self.resources.upload(&mut self.once, Resource::ExchangeSunlight, &sunlight)?;
-        let received: Vec<f32> = saved.list_of("received", own.places())?;
+        let received: Vec<[f32; 2]> = saved.list_of("received", own.places())?;
         self.resources.upload(&mut self.once, Resource::ExchangeReceived, &received)
     }
 }

@@ -70,7 +70,7 @@ impl Renderer {
         if let Some(exchange) = &self.exchange {
             saved.put_all("exchange", exchange.save());
             saved.put("exchange.seen", &self.seen()?);
-            let (reflected, [sunlight, received]) = self.exchanged_light()?;
+            let (reflected, sunlight, received) = self.exchanged_light()?;
             saved.put("exchange.reflected", &reflected);
             saved.put("exchange.sunlight", &sunlight);
             saved.put("exchange.received", &received);
