@@ -43,11 +43,9 @@ impl Renderer {
     /// # Errors
     /// A call that fails.
     pub fn received(&mut self) -> Result<Vec<f32>, GpuError> {
-        self.wait()?;
+        let at_places = self.received_at_places()?;
         let Some(own) = &self.exchange else { return Ok(Vec::new()) };
-        let at_places: Vec<[f32; 2]> =
-            self.resources.download(&mut self.once, Resource::ExchangeReceived, own.order.len())?;
-        let mut of_patches = vec![0.0; at_places.len()];
+        let mut of_patches = vec![0.0; own.order.len()];
         own.order.iter().zip(at_places).for_each(|(patch, [received, _])| of_patches[*patch as usize] = received);
         Ok(of_patches)
     }
@@ -62,19 +60,28 @@ impl Renderer {
         self.resources.download(&mut self.once, Resource::ExchangeSeen, places)
     }
 
-    /// What patches reflect at first, and the sunlight that they absorb, as found last [W/m2]; then all that they absorb, and the share that sunlight can reach.
+    /// What patches reflect at first, and the sunlight that they absorb, as found last [W/m2].
     ///
     /// # Errors
     /// A call that fails.
-    pub(super) fn exchanged_light(&mut self) -> Result<(Vec<[f32; 2]>, Vec<f32>, Vec<[f32; 2]>), GpuError> {
+    pub(super) fn exchanged_light(&mut self) -> Result<(Vec<[f32; 2]>, Vec<f32>), GpuError> {
         self.wait()?;
         let Some(places) = self.exchange.as_ref().map(Exchanging::places) else { return Ok(Default::default()) };
         let reflected = self.resources.download(&mut self.once, Resource::ExchangeReflected, places)?;
-        let sunlight = self.resources.download(&mut self.once, Resource::ExchangeSunlight, places)?;
-        Ok((reflected, sunlight, self.resources.download(&mut self.once, Resource::ExchangeReceived, places)?))
+        Ok((reflected, self.resources.download(&mut self.once, Resource::ExchangeSunlight, places)?))
     }
 
-    /// Takes what `seen`, `exchanged_light` and [`Exchanging::save`] gave.
+    /// All that patches absorb [W/m2], and the share of each that sunlight can reach, in the order of the device.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub(super) fn received_at_places(&mut self) -> Result<Vec<[f32; 2]>, GpuError> {
+        self.wait()?;
+        let Some(places) = self.exchange.as_ref().map(Exchanging::places) else { return Ok(Vec::new()) };
+        self.resources.download(&mut self.once, Resource::ExchangeReceived, places)
+    }
+
+    /// Takes what `seen`, `exchanged_light`, `received_at_places` and [`Exchanging::save`] gave.
     pub(super) fn restore_exchange(&mut self, saved: &Saved) -> Result<(), GpuError> {
         let Some(own) = &mut self.exchange else { return Ok(()) };
         own.renewal.restore(saved)?;

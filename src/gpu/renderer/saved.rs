@@ -70,7 +70,8 @@ impl Renderer {
         if let Some(exchange) = &self.exchange {
             saved.put_all("exchange", exchange.save());
             saved.put("exchange.seen", &self.seen()?);
-            let (reflected, sunlight, received) = self.exchanged_light()?;
+            let (reflected, sunlight) = self.exchanged_light()?;
+            let received = self.received_at_places()?;
             saved.put("exchange.reflected", &reflected);
             saved.put("exchange.sunlight", &sunlight);
             saved.put("exchange.received", &received);
