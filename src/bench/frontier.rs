@@ -1,4 +1,5 @@
-//! Milliseconds against kelvin: every response with and without shadows, against the accurate network with shadows.
+//! Milliseconds against kelvin: every response with and without shadows, against the accurate network with all light of the scene. Where the scene has
+//! radiation between surfaces, networks run with it too.
 
 use std::sync::Arc;
 
@@ -6,28 +7,41 @@ use serde::Serialize;
 
 use super::clock::{Deadline, OUT_OF_TIME};
 use super::models::{Basis, Failed, Ran, run};
-use crate::compare::responses::{self, OfMaterial};
+use crate::compare::responses;
 use crate::gpu::context::Context;
-use crate::scene::Scene;
 use crate::simulation::prepare::Prepared;
 use crate::thermal::material::Domain;
 use crate::thermal::network::control::Integrator;
 
-/// A response, with or without shadows.
+/// A response, with or without shadows and radiation between surfaces.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FrontierRow {
     /// The response.
     pub response: String,
     /// Whether the craft shadows itself.
     pub shadows: bool,
+    /// Whether its surfaces exchange radiation.
+    pub exchange: bool,
     /// Median device time of the thermal, shadow and network passes of a step [ms].
     pub step_ms: Option<f64>,
-    /// Root mean square difference from the accurate network with shadows, over area and steps [K].
+    /// Root mean square difference from the accurate network with all light, over area and steps [K].
     pub rms_k: Option<f64>,
     /// The largest difference [K].
     pub max_k: Option<f64>,
     /// The reason if there are no numbers.
     pub failed: Option<String>,
+}
+
+impl FrontierRow {
+    /// Its light between parts, in words.
+    pub fn light(&self) -> &'static str {
+        match (self.shadows, self.exchange) {
+            (true, true) => "shadows and exchange",
+            (true, false) => "shadows",
+            (false, true) => "exchange",
+            (false, false) => "no shadows",
+        }
+    }
 }
 
 /// What moves the temperatures.
@@ -66,11 +80,20 @@ impl Way {
         }
     }
 
-    fn prepared(self, base: &Scene, of: &[OfMaterial], shadows: bool) -> Result<Prepared, Failed> {
-        let mut scene = base.clone();
+    /// What it has of light between parts, the most first: with shadows, and with radiation between surfaces.
+    fn lights(self, exchange: bool) -> impl Iterator<Item = [bool; 2]> {
+        let is_network = matches!(self, Self::Accurate | Self::Default);
+        let all = [[true, true], [true, false], [false, false]];
+        all.into_iter().filter(move |[_, exchanges]| !exchanges || (exchange && is_network))
+    }
+
+    fn prepared(self, basis: &Basis, [shadows, exchange]: [bool; 2]) -> Result<Prepared, Failed> {
+        let Basis { scene, of, .. } = basis;
+        let mut scene = scene.clone();
         if !shadows {
             scene.shadows = None;
         }
+        scene.exchange = basis.stated.filter(|_| exchange);
         let in_domain = |domain: Domain| {
             let mut of = of.to_vec();
             of.iter_mut().filter_map(|one| one.transition.as_mut()).for_each(|one| one.domain = domain);
@@ -92,7 +115,7 @@ impl Way {
     }
 }
 
-/// Runs every response with and without shadows through the orbit of `basis`. Without the accurate network there are times only.
+/// Runs every response through the orbit of `basis`. Without the accurate network there are times only.
 pub fn measure(
     context: &Arc<Context>,
     basis: &Basis,
@@ -103,8 +126,8 @@ pub fn measure(
     let mut truth: Option<Ran> = None;
     let mut rows = Vec::new();
     for way in Way::ALL {
-        for shadows in [true, false] {
-            let row = FrontierRow { response: way.name().to_owned(), shadows, ..FrontierRow::default() };
+        for light @ [shadows, exchange] in way.lights(basis.stated.is_some()) {
+            let row = FrontierRow { response: way.name().to_owned(), shadows, exchange, ..FrontierRow::default() };
             let left_out = if deadline.is_past() {
                 Some(OUT_OF_TIME)
             } else if quick && matches!(way, Way::Accurate | Way::Default) {
@@ -116,11 +139,11 @@ pub fn measure(
                 rows.push(FrontierRow { failed: Some(reason.to_owned()), ..row });
                 continue;
             }
-            says(&format!("frontier: {}, {}", way.name(), if shadows { "shadows" } else { "no shadows" }));
-            let ran = way.prepared(&basis.scene, &basis.of, shadows).and_then(|prepared| Ok(run(context, &prepared)?));
+            says(&format!("frontier: {}, {}", way.name(), row.light()));
+            let ran = way.prepared(basis, light).and_then(|prepared| Ok(run(context, &prepared)?));
             match ran {
                 Err(error) => rows.push(FrontierRow { failed: Some(error.to_string()), ..row }),
-                Ok(ran) if way == Way::Accurate && shadows => {
+                Ok(ran) if way == Way::Accurate && truth.is_none() => {
                     rows.push(FrontierRow { step_ms: ran.step_ms, rms_k: Some(0.0), max_k: Some(0.0), ..row });
                     truth = Some(ran);
                 }

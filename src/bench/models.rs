@@ -213,6 +213,8 @@ pub struct Basis {
     nodes: usize,
     /// Patches of the choices with radiation between surfaces.
     exchange: Settings,
+    /// The same where the scene asks for it.
+    pub(super) stated: Option<Settings>,
 }
 
 impl Basis {
@@ -231,7 +233,7 @@ impl Basis {
         let exchange = stated.unwrap_or_default();
         let instant = run(context, &responses::instant(&Choice::Instant.scene(&base, exchange), &mut |_| ())?)?;
         let of = responses::transitions(&network, &swings(&network, &instant))?;
-        Ok(Self { scene: base, of, areas, nodes: network.nodes.count, exchange })
+        Ok(Self { scene: base, of, areas, nodes: network.nodes.count, exchange, stated })
     }
 }
 

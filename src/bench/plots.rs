@@ -118,14 +118,13 @@ fn frontier(rows: &[FrontierRow], models: &Models) -> Option<Plot> {
     let mut lines = Vec::new();
     for row in rows {
         if let (Some(cost), Some(rms)) = (row.step_ms, row.rms_k.filter(|rms| *rms > 0.0)) {
-            let shadows = if row.shadows { "shadows" } else { "no shadows" };
-            push(&mut lines, &format!("{}, {shadows}", row.response), [cost, rms]);
+            push(&mut lines, &format!("{}, {}", row.response, row.light()), [cost, rms]);
         }
     }
     let exact = rows.iter().find(|row| row.rms_k == Some(0.0)).and_then(|row| row.step_ms);
     let cost = exact.map_or(String::new(), |ms| format!(", at {ms:.2} ms a step"));
     let title = format!("Milliseconds against kelvin: {}", models.scene);
-    let subtitle = format!("{} nodes; error against the accurate network with shadows{cost}", models.nodes);
+    let subtitle = format!("{} nodes; error against the accurate network with all light{cost}", models.nodes);
     let labels = ["thermal, shadow and network passes of a step [ms]", "error of the temperature, rms [K]"];
     lines_of(title, subtitle, labels, lines)
 }

@@ -230,10 +230,10 @@ pub fn models(measured: &Measured) -> Option<Table> {
     })
 }
 
-/// Cost and error of each response, with and without shadows.
+/// Cost and error of each response, with and without shadows and radiation between surfaces (exchange).
 pub fn frontier(measured: &Measured) -> Option<Table> {
     let row = |row: &FrontierRow| {
-        let mut cells = vec![row.response.clone(), if row.shadows { "yes" } else { "no" }.to_owned()];
+        let mut cells = vec![row.response.clone(), row.light().to_owned()];
         if let Some(reason) = &row.failed {
             return not_run(cells, reason, 5);
         }
@@ -243,7 +243,13 @@ pub fn frontier(measured: &Measured) -> Option<Table> {
     };
     (!measured.frontier.is_empty()).then(|| Table {
         title: format!("Milliseconds against kelvin on {}", measured.name),
-        head: heads(&["response", "shadows", "ms a step", "from the accurate network with shadows: rms", "largest"]),
+        head: heads(&[
+            "response",
+            "light between parts",
+            "ms a step",
+            "from the accurate network with all light: rms",
+            "largest",
+        ]),
         rows: measured.frontier.iter().map(row).collect(),
         notes: vec!["Every run starts as the scene states, in the steps of the table of model choices.".to_owned()],
     })
