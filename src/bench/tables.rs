@@ -197,9 +197,8 @@ pub fn models(measured: &Measured) -> Option<Table> {
         "Scene '{}', {} nodes, {} steps of {} s. The first row is the base; every other row changes one thing. Differences of \
          temperatures are weighted with area, over all steps; those of radiance are over the craft's pixels in an image every \
          {DRAW_EVERY} steps, with their share of its mean. The other responses approximate the network. The network starts from its \
-         periodic state if everything is measured. The others warm up for {MOST_ORBITS} orbits at most. The program does not \
-         model infrared and reflections between the surfaces of the craft, the part of the planet that one part hides from another, \
-         and a sensor.",
+         periodic state if everything is measured. The others warm up for {MOST_ORBITS} orbits at most. Surfaces exchange \
+         radiation, and hide the planet from each other, in the last two rows alone.",
         models.scene,
         models.nodes,
         models.steps,
