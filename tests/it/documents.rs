@@ -131,6 +131,8 @@ fn every_benchmark_has_a_command() {
             "surroundings",
             "shadows",
             "models",
+            "exchange-parts",
+            "exchange-cost",
             "build",
             "integrators",
             "small-networks",
