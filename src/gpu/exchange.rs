@@ -155,7 +155,7 @@ fn push_row(entries: &mut Vec<[u32; 4]>, row: &[(u32, f64)], own: u32, place: u3
     entries.extend(words.chunks(4).map(|four| std::array::from_fn(|k| four.get(k).copied().unwrap_or(place))));
 }
 
-/// Four words, of which the last ones may be missing.
+/// Four words. The last ones may be missing.
 fn four(words: &[u32]) -> [u32; 4] {
     std::array::from_fn(|k| words.get(k).copied().unwrap_or_default())
 }
