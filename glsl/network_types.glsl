@@ -1,4 +1,4 @@
-// Structures of thermal networks shared with Rust. Their twins in src/gpu/layout.rs document the members.
+// Structures of thermal networks shared with Rust. Their twins in src/gpu/layout/ document the members.
 
 struct NetworkLink {
     uint neighbour;
