@@ -6,13 +6,18 @@
 
 mod build;
 mod change_over;
+mod description;
+mod failure;
 mod given;
 mod left;
 mod run;
+mod saved;
+mod steady;
 
 pub(super) use build::shell;
-pub(crate) use run::unfinished;
-pub use run::{BEYOND, ESTIMATED, NetworkRun, StepCost};
+pub use description::{BEYOND, ESTIMATED};
+pub(crate) use failure::unfinished;
+pub use run::{NetworkRun, StepCost};
 
 use std::sync::Arc;
 
