@@ -103,7 +103,7 @@ fn means(odd: bool) -> Resource {
 
 /// Vectors of a stage.
 fn vectors(stage: u32) -> Resource {
-    if stage % 2 == 0 { Resource::OnePassVectorEven } else { Resource::OnePassVectorOdd }
+    if stage.is_multiple_of(2) { Resource::OnePassVectorEven } else { Resource::OnePassVectorOdd }
 }
 
 /// Barriers between compute passes over those of the buffers for which it is true.
