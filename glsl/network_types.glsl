@@ -48,6 +48,14 @@ struct HeaterStep {
     float step;
 };
 
+struct NetworkStage {
+    uint end;
+    float rate;
+    float here;
+    float older;
+    float part;
+};
+
 struct NetworkStep {
     uint first;
     uint end;

@@ -35,7 +35,7 @@ pub(super) fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome,
     let network_wall_ms = median(costs.iter().map(|cost| cost.wall_ms).collect());
     // A dispatch of many steps is not a single step.
     let step_ms =
-        mean(&|name| name.starts_with("thermal_step.") || name.starts_with("one_pass."), steps - engine.fused_steps())
+        mean(&|name| name.starts_with("thermal_step.") || name.starts_with("one_pass"), steps - engine.fused_steps())
             .map(|ms| network_ms.map_or(network_wall_ms.unwrap_or(ms), |network| ms + network))
             // Temperatures of a file take no thermal step.
             .filter(|_| prepared.given.is_none());

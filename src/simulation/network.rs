@@ -231,7 +231,7 @@ impl SceneNetwork {
             ("tolerance".to_owned(), format!("{} K", self.settings.tolerance)),
         ];
         match &self.one_pass {
-            Some(Ok(plan)) => lines.extend(described(plan)),
+            Some(Ok(plan)) => lines.extend(described(plan, self.step)),
             Some(Err(unfit)) => lines.push(("one pass a step".to_owned(), format!("not taken: {unfit}"))),
             None => {}
         }
@@ -279,18 +279,25 @@ impl SceneNetwork {
 }
 
 /// A network in one pass, in words.
-fn described(plan: &Plan) -> Vec<(String, String)> {
+fn described(plan: &Plan, step: f64) -> Vec<(String, String)> {
     let largest = plan.blocks().iter().map(|block| block.nodes.len()).max().unwrap_or(0);
     let nodes: usize = plan.blocks().iter().map(|block| block.nodes.len()).sum();
     let kinds = plan.conductions();
     let own: usize = kinds.iter().map(Conduction::weights).sum();
     let entry = |name: &str, value: String| (name.to_owned(), value);
-    vec![
+    let mut lines = vec![
         entry(
             "blocks that conduct exactly",
             format!("{} of {nodes} nodes, at most {largest} in one", plan.blocks().len()),
         ),
         entry("kinds of blocks", format!("{} with {own} weights, in place of {}", kinds.len(), plan.weights())),
         entry("fast nodes", (0..plan.network().len()).filter(|node| plan.is_fast(*node)).count().to_string()),
-    ]
+    ];
+    if let (Some(large), Some(series)) = (plan.large(), plan.series()) {
+        lines.push(entry("nodes of large blocks", format!("{}, in {} stages", large.nodes().len(), series.stages())));
+    }
+    if plan.longest() < step {
+        lines.push(entry("longest step", format!("{} s, because a longer one does not fit", plan.longest())));
+    }
+    lines
 }

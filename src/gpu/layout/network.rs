@@ -43,6 +43,20 @@ shared! {
         pub space_temperature_4: f32,
     }
 
+    /// A stage of the conduction inside large blocks.
+    pub struct NetworkStage {
+        /// Group after the last of large blocks.
+        pub end: u32,
+        /// Factor of X of the vector before, times the step [s].
+        pub rate: f32,
+        /// Factor of the vector before.
+        pub here: f32,
+        /// Factor of the second vector before.
+        pub older: f32,
+        /// Share of the vector in the change.
+        pub part: f32,
+    }
+
     /// Push constants of a pass over a network.
     pub struct NetworkPass {
         /// Number of active invocations. A solver decision reads this number of partial sums instead.

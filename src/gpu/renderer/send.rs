@@ -24,6 +24,10 @@ impl Renderer {
                 let constants = |one: &OnePass| bytemuck::bytes_of(&one.constants(first, end, since)).to_vec();
                 self.one_pass.as_ref().map(constants).unwrap_or_default()
             }
+            Said::Stage { number } => {
+                let constants = |one: &OnePass| bytemuck::bytes_of(&one.stage_constants(number)).to_vec();
+                self.one_pass.as_ref().map(constants).unwrap_or_default()
+            }
             Said::Heaters { number, first, trial } => {
                 let constants =
                     |one: &OnePass| bytemuck::bytes_of(&one.heater_constants(number, first, trial)).to_vec();
