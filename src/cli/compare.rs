@@ -7,6 +7,7 @@ use std::time::Instant;
 use super::arguments::{command_line, folder};
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
+use super::prepare::say_notes;
 use super::progress::{building_bar, progress_bar, show_stage, stop_flag};
 use super::reach::ReachArguments;
 use crate::compare::files::{PAGE, own_files, write};
@@ -62,12 +63,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let network = responses::network(&scene, &mut |stage| show_stage(&bar, stage));
     bar.finish_and_clear();
     let network = network?;
-    for warning in &network.warnings {
-        say!("warning: {warning}");
-    }
-    for assumption in &network.scene.assumptions {
-        say!("assumed: {assumption}");
-    }
+    say_notes(&network);
     let chosen = arguments.device.open()?;
     say!("device: {}", chosen.name());
     let folder = Folder::new(&arguments.output, &own_files()).prepare(arguments.force, &network.scene.files)?;

@@ -24,13 +24,18 @@ pub(super) fn prepare_scene(scene: Scene) -> Result<Prepared, CliError> {
     let prepared = Prepared::from_scene(scene, &mut |stage| show_stage(&bar, stage));
     bar.finish_and_clear();
     let prepared = prepared?;
+    say_notes(&prepared);
+    Ok(prepared)
+}
+
+/// Prints the warnings and the assumptions of a scene.
+pub(super) fn say_notes(prepared: &Prepared) {
     for warning in &prepared.warnings {
         say!("warning: {warning}");
     }
     for assumption in &prepared.scene.assumptions {
         say!("assumed: {assumption}");
     }
-    Ok(prepared)
 }
 
 /// Prints what is probably wrong in a scene, and keeps it for the report.
