@@ -44,15 +44,10 @@ fn shapes() -> Vec<OnePassShape> {
 /// The frames of a run, with steps that have no past. A last frame reads the temperatures.
 fn frames(shape: OnePassShape) -> Vec<Frame> {
     let variant = ThermalVariant {
-        kind: StepKind::Absorb,
-        curve: Curve::Power,
-        both_sides: false,
         sun: true,
         planet_ir: true,
         albedo: true,
-        shadow: false,
-        exchange: false,
-        fused: false,
+        ..ThermalVariant::bare(StepKind::Absorb, Curve::Power)
     };
     let ranges = [StepRange { variant, groups: (0, 64), joint: 0 }];
     let mut odd = false;

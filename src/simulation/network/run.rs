@@ -46,7 +46,7 @@ pub struct NetworkRun {
     pub(super) rejected: u64,
     pub(super) switches: u64,
     pub(super) given: Given,
-    pub(super) located: VecDeque<Switch>,
+    located: VecDeque<Switch>,
     /// The estimated error of the steps in the frames of a device, and how often they are halved.
     pub(super) told: Option<(Estimate, Halving)>,
     /// The network in one pass in f64, where the processor steps it so.
@@ -61,7 +61,7 @@ pub struct NetworkRun {
     pub(super) reason: Option<String>,
     pub(super) costs: Samples<StepCost>,
     /// Start of the step under way, and the device's clock at that time [ms].
-    pub(super) began: (Instant, Option<f64>),
+    began: (Instant, Option<f64>),
 }
 
 impl NetworkRun {
