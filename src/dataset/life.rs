@@ -38,7 +38,16 @@ impl Life {
         let age = table.drawn_number("age", 0.0..=1.0, "")?;
         let age = table.required("age", age, "the share of the life that has passed, 0 to 1")?;
         let materials = table.tables("material", LIFE_MATERIAL)?;
-        let materials = materials.iter().map(aging).collect::<Result<Vec<_>, _>>()?;
+        let mut read: Vec<Aging> = Vec::new();
+        for material in &materials {
+            let aging = aging(material)?;
+            if read.iter().any(|other| other.name == aging.name) {
+                let message = format!("'{}' is the match of another [[life.material]]", aging.name);
+                return Err(material.error("match", &message));
+            }
+            read.push(aging);
+        }
+        let materials = read;
         if materials.is_empty() {
             return Err(table.error("material", "is missing: sections [[life.material]]"));
         }

@@ -130,6 +130,9 @@ pub fn make(order: &Order, stop: &AtomicBool, progress: &mut dyn FnMut(u64)) -> 
         Some(first) => Some(OrbitRun::new(spec, scenes, target, first)?),
         None => None,
     };
+    if let Some(first) = &next {
+        first.check_symmetries()?;
+    }
     let place = |orbit: u64| (split_of(spec, orbit), orbit as u32);
     let store = Store::open(root, &identity, begin, &mut shard.orbits(spec).map(place))?;
     let mut made = Made::default();

@@ -24,6 +24,7 @@ mod sobol;
 pub mod spec;
 pub mod split;
 pub mod store;
+pub mod symmetry_rule;
 pub mod time_rule;
 mod toml_value;
 pub mod verify;

@@ -17,6 +17,7 @@ use crate::labels::craft::Craft;
 use crate::labels::from_scene::{Place, craft, labelled};
 use crate::labels::image::LabelledImage;
 use crate::labels::key_points::{CHOSEN, check_names, chosen, given};
+use crate::labels::symmetry::{self, symmetries};
 use crate::scene::Scene;
 use crate::simulation::engine::Pixels;
 use crate::simulation::facade::Simulation;
@@ -74,7 +75,20 @@ impl<'a> OrbitRun<'a> {
             each.collect::<Result<Vec<_>, _>>()?
         };
         check_names(&craft.key_points).map_err(|error| wrong(error.to_string()))?;
+        craft.symmetries = symmetries(&craft, &spec.symmetries).map_err(|error| wrong(error.to_string()))?;
         Ok(Self { spec, scenes, number, values, simulation, craft })
+    }
+
+    /// Refuses symmetries that the mesh does not have. It is the same in all orbits, so one of them is enough.
+    ///
+    /// # Errors
+    /// The first symmetry after which the mesh is another.
+    pub fn check_symmetries(&self) -> Result<(), DatasetError> {
+        let wrong = |error: symmetry::SymmetryError| DatasetError::Spec {
+            path: self.spec.path.clone(),
+            message: error.to_string(),
+        };
+        symmetry::check(&self.craft, &self.spec.symmetries).map_err(wrong)
     }
 
     /// Number of the orbit.

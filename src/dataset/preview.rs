@@ -74,6 +74,9 @@ pub fn preview(
         let wanted = (SAMPLES / orbits).min(count);
         let chosen: Vec<u64> = (0..wanted).map(|number| images.start + number * count / wanted).collect();
         let mut run = OrbitRun::new(spec, scenes, target, orbit)?;
+        if place == 0 {
+            run.check_symmetries()?;
+        }
         let outcome = run.run(&|image| chosen.contains(&image), stop, &mut |craft, _, _, labelled| {
             let overlays = overlays(craft, &labelled);
             samples.push((labelled, overlays));

@@ -214,7 +214,9 @@ impl<'a> Table<'a> {
     ) -> Result<Option<Drawn>, SceneError> {
         let Some(drawn) = self.drawn(key)? else { return Ok(None) };
         let Some([low, high]) = drawn.range() else {
-            return Err(self.error(key, &format!("must be a number or a distribution of numbers [{unit}]")));
+            let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
+            let found = self.table.get(key).map(|value| shown(value.get_ref())).unwrap_or_default();
+            return Err(self.error(key, &format!("must be a number or a distribution of numbers{unit}, found {found}")));
         };
         if !(range.contains(&low) && range.contains(&high)) {
             let [from, to] = [range.start(), range.end()];

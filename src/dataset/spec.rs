@@ -13,8 +13,10 @@ use super::random::{Plan, Sampling};
 use super::reader::{SpecFile, Table};
 use super::scene_sections::{SENSOR, each_image, each_orbit, refuse_twice};
 use super::season::Season;
+use super::symmetry_rule::symmetries;
 use super::time_rule::TimeRule;
 use crate::files::{self, Reach};
+use crate::labels::symmetry::Symmetry;
 use crate::scene::SceneError;
 use crate::scene::keys::suggestion;
 
@@ -38,6 +40,7 @@ pub(crate) const KEYS: &[&str] = &[
     "camera",
     "reject",
     "key_point",
+    "symmetry",
 ];
 /// Keys of `[split]`.
 pub(crate) const SPLIT: &[&str] = &["train", "val", "test"];
@@ -125,6 +128,8 @@ pub struct Spec {
     pub reject: Reject,
     /// Key points.
     pub key_points: Vec<KeyPoint>,
+    /// Symmetries of the craft's geometry.
+    pub symmetries: Vec<Symmetry>,
 }
 
 impl Spec {
@@ -203,6 +208,7 @@ impl Spec {
             cameras,
             reject: reject(&root)?,
             key_points: key_points(&root)?,
+            symmetries: symmetries(&root)?,
         })
     }
 
@@ -278,7 +284,7 @@ fn key_points(root: &Table) -> Result<Vec<KeyPoint>, SceneError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{camera_rule, life, season, time_rule};
+    use super::super::{camera_rule, life, season, symmetry_rule, time_rule};
     use super::*;
 
     const REFERENCE: &str = include_str!("../../docs/datasets.md");
@@ -295,6 +301,7 @@ mod tests {
             life::LIFE_MATERIAL,
             life::OPTICS,
             season::SEASON,
+            symmetry_rule::SYMMETRY,
             time_rule::TIME,
         ];
         for key in lists.iter().flat_map(|list| list.iter()) {

@@ -7,9 +7,15 @@ use super::silhouette::Solids;
 
 const HEAD: &str = include_str!("conventions.txt");
 
+/// What the text says of symmetries, of which the SPEC states none or some.
+const SYMMETRIES: [&str; 2] = [
+    "No symmetries are stated.",
+    "symmetries  models_info.json has those of the geometry that the SPEC states. Temperatures need not have them.",
+];
+
 /// `README.txt` of a data set: the conventions, and the numbers of objects, parts and key points.
 pub fn text(craft: &Craft, solids: &Solids) -> String {
-    let mut text = HEAD.to_owned();
+    let mut text = HEAD.replace("{symmetries}", SYMMETRIES[usize::from(!craft.symmetries.is_empty())]);
     // A text takes everything that is written to it.
     let _ = writeln!(text, "\nOBJECTS OF BOP\nobj_id  link\n");
     for object in solids.objects() {

@@ -1,6 +1,6 @@
 //! The craft of a data set as a mesh of named parts, some of which hang on joints.
 
-use glam::{DVec3, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 /// The craft, with all joints as they are in the model's file. Positions are in the body frame [m].
 ///
@@ -27,6 +27,8 @@ pub struct Craft {
     pub triangles: Vec<[u32; 3]>,
     /// The key points.
     pub key_points: Vec<KeyPoint>,
+    /// The symmetries of its objects, one for each object that has any.
+    pub symmetries: Vec<Symmetries>,
 }
 
 /// A named point of the craft.
@@ -38,6 +40,17 @@ pub struct KeyPoint {
     pub link: u32,
     /// Its place in the body frame with all joints as they are in the model's file [m].
     pub position: DVec3,
+}
+
+/// Turns after which a rigid object looks the same.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Symmetries {
+    /// The link that is the object.
+    pub link: u32,
+    /// Turns by a share of the circle, with all that follow from them and without the identity [m].
+    pub discrete: Vec<DAffine3>,
+    /// Unit vector along the axis about which any turn leaves it as it is, and a point of the axis [m].
+    pub continuous: Option<[DVec3; 2]>,
 }
 
 /// A rigid object of BOP: one link of the craft.

@@ -34,6 +34,7 @@ pub fn craft(prepared: &Prepared) -> Craft {
         vertex_part: slots().map(|slot| nodes.group_part[slot / GROUP]).collect(),
         triangles: triangles.filter(|triangle| triangle.iter().all(|vertex| *vertex != PADDING)).collect(),
         key_points: Vec::new(),
+        symmetries: Vec::new(),
     }
 }
 

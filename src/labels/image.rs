@@ -180,6 +180,7 @@ pub(crate) mod tests {
             vertex_part: vec![0, 0, 0, 1, 1, 1],
             triangles: vec![[0, 1, 2], [3, 4, 5]],
             key_points: vec![KeyPoint { name: "tip".to_owned(), link: 1, position: corner(3.0, 1.0) }],
+            symmetries: Vec::new(),
         }
     }
 

@@ -104,7 +104,7 @@ pub fn check_names(points: &[KeyPoint]) -> Result<(), KeyPointError> {
 
 /// The corners of each part: the vertices that reach farthest along the axes and the diagonals between them. Of vertices that reach equally far it is the one
 /// farthest from the middle of the part, and then the first.
-fn corners(craft: &Craft) -> Vec<u32> {
+pub(super) fn corners(craft: &Craft) -> Vec<u32> {
     let mut of_part: Vec<Vec<u32>> = vec![Vec::new(); craft.parts.len()];
     for vertex in used(craft) {
         of_part[craft.vertex_part[vertex as usize] as usize].push(vertex);

@@ -22,5 +22,6 @@ pub mod places;
 pub mod ply;
 pub mod silhouette;
 pub mod speed;
+pub mod symmetry;
 pub(crate) mod text;
 pub mod webdataset;

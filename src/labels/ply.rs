@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use serde_json::json;
 
-use super::craft::Craft;
+use super::craft::{Craft, Symmetries};
 use super::silhouette::Solids;
 use super::text::{line, object};
 
@@ -65,7 +65,30 @@ pub fn diameter(points: &[DVec3]) -> f64 {
     greatest
 }
 
-/// `models_info.json`: diameter, least corner and size of each object [mm].
+/// A number whose last digits, which rounding makes, are left out.
+fn rounded(number: f64) -> f64 {
+    (number * 1e12).round() / 1e12 + 0.0
+}
+
+/// The symmetries of an object as BOP has them: 4 x 4 matrices row by row, and axes with a point of each [mm].
+fn put_symmetries(info: &mut serde_json::Value, symmetries: &Symmetries) {
+    let matrix = |turn: &DAffine3| {
+        let (rows, place) = (turn.matrix3.transpose(), turn.translation * 1e3);
+        let row = |row: DVec3, last: f64| [row.x, row.y, row.z, last];
+        let rows =
+            [row(rows.x_axis, place.x), row(rows.y_axis, place.y), row(rows.z_axis, place.z), row(DVec3::ZERO, 1.0)];
+        rows.concat().into_iter().map(rounded).collect::<Vec<f64>>()
+    };
+    if !symmetries.discrete.is_empty() {
+        info["symmetries_discrete"] = symmetries.discrete.iter().map(matrix).collect();
+    }
+    if let Some([axis, place]) = symmetries.continuous {
+        let offset = (place * 1e3).to_array().map(rounded);
+        info["symmetries_continuous"] = json!([{ "axis": axis.to_array(), "offset": offset }]);
+    }
+}
+
+/// `models_info.json`: diameter, least corner and size of each object [mm], and its symmetries.
 pub fn models_info(craft: &Craft, solids: &Solids) -> String {
     object(solids.objects().iter().map(|solid| {
         let (vertices, _) = compact(&craft.triangles_of(solid.link));
@@ -74,11 +97,14 @@ pub fn models_info(craft: &Craft, solids: &Solids) -> String {
             .iter()
             .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], point| [low.min(*point), high.max(*point)]);
         let size = high - low;
-        let info = json!({
+        let mut info = json!({
             "diameter": diameter(&points),
             "min_x": low.x, "min_y": low.y, "min_z": low.z,
             "size_x": size.x, "size_y": size.y, "size_z": size.z,
         });
+        if let Some(own) = craft.symmetries.iter().find(|own| own.link == solid.link) {
+            put_symmetries(&mut info, own);
+        }
         (solid.id, line(info))
     }))
 }

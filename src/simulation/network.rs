@@ -231,7 +231,7 @@ impl SceneNetwork {
             ("tolerance".to_owned(), format!("{} K", self.settings.tolerance)),
         ];
         match &self.one_pass {
-            Some(Ok(plan)) => lines.extend(described(plan, self.step)),
+            Some(Ok(plan)) => lines.extend(described(plan)),
             Some(Err(unfit)) => lines.push(("one pass a step".to_owned(), format!("not taken: {unfit}"))),
             None => {}
         }
@@ -279,7 +279,7 @@ impl SceneNetwork {
 }
 
 /// A network in one pass, in words.
-fn described(plan: &Plan, step: f64) -> Vec<(String, String)> {
+fn described(plan: &Plan) -> Vec<(String, String)> {
     let largest = plan.blocks().iter().map(|block| block.nodes.len()).max().unwrap_or(0);
     let nodes: usize = plan.blocks().iter().map(|block| block.nodes.len()).sum();
     let kinds = plan.conductions();
@@ -296,7 +296,7 @@ fn described(plan: &Plan, step: f64) -> Vec<(String, String)> {
     if let (Some(large), Some(series)) = (plan.large(), plan.series()) {
         lines.push(entry("nodes of large blocks", format!("{}, in {} stages", large.nodes().len(), series.stages())));
     }
-    if plan.longest() < step {
+    if plan.halvings() > 0 {
         lines.push(entry("longest step", format!("{} s, because a longer one does not fit", plan.longest())));
     }
     lines

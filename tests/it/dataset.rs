@@ -5,6 +5,7 @@ mod each_image;
 mod errors;
 mod kills;
 mod made;
+mod symmetries;
 mod verify;
 mod views;
 
@@ -51,15 +52,19 @@ impl Workshop {
     }
 
     fn spec(&self) -> (Spec, SceneText) {
+        self.load().expect("a SPEC and a scene")
+    }
+
+    fn load(&self) -> Result<(Spec, SceneText), DatasetError> {
         let path = self.path("spec.toml");
-        let spec = Spec::load(&path, &Reach::of(&path)).expect("a SPEC");
-        let scenes = SceneText::load(&spec.scene, Reach::of(&spec.scene)).expect("a scene");
-        (spec, scenes)
+        let spec = Spec::load(&path, &Reach::of(&path))?;
+        let scenes = SceneText::load(&spec.scene, Reach::of(&spec.scene))?;
+        Ok((spec, scenes))
     }
 
     /// Makes a shard with the reference.
     fn make(&self, folder: &str, shard: (u64, u64), begin: Begin) -> Result<Made, DatasetError> {
-        let (spec, scenes) = self.spec();
+        let (spec, scenes) = self.load()?;
         let root = self.path(folder);
         let (index, of) = shard;
         let order = Order {

@@ -4,6 +4,7 @@ mod band_radiance;
 mod bench;
 mod blankets;
 mod camera_path;
+mod cases;
 mod check;
 mod commands;
 mod compare;

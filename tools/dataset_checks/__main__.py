@@ -1,4 +1,4 @@
-"""python -m dataset_checks FOLDER WORK [--images N] [--toolkit PATH] [--train]"""
+"""python -m dataset_checks FOLDER WORK [--images N] [--toolkit PATH]"""
 
 import argparse
 from pathlib import Path
@@ -13,7 +13,6 @@ def main() -> None:
     parser.add_argument("work", type=Path, help="a folder for what bop_toolkit writes")
     parser.add_argument("--images", type=int, default=30, help="images that are looked at closely; the tars are read whole")
     parser.add_argument("--toolkit", type=Path, help="a copy of thodan/bop_toolkit")
-    parser.add_argument("--train", action="store_true", help="train a small network, which takes minutes")
     arguments = parser.parse_args()
     root = arguments.folder
     need((root / "README.txt").exists(), f"{root} is no data set")
@@ -29,10 +28,6 @@ def main() -> None:
         from . import bop
 
         bop.check(chosen, arguments.toolkit, arguments.work)
-    if arguments.train:
-        from . import training
-
-        training.check(root)
     say("all right")
 
 

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 
-def copy(spec: Path, folder: Path, changed: dict[str, int | None]) -> Path:
+def copy(spec: Path, folder: Path, changed: dict[str, int | str | None]) -> Path:
     """Copies the SPEC with all that lies beside it, and puts values in place of its own. ``None`` keeps one."""
     shutil.copytree(spec.parent, folder)
     text = (folder / spec.name).read_text()

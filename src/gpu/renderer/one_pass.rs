@@ -45,10 +45,10 @@ impl OnePass {
         Self {
             tables: tables.clone(),
             plans: Plans::new(&plan),
+            halving: Halving::new(tables.tolerance, plan.halvings()),
             plan,
             odd: false,
             age: 0,
-            halving: Halving::new(tables.tolerance),
             told: Told::default(),
             told_steps: 0,
             on: on.collect(),

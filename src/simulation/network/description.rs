@@ -80,9 +80,12 @@ impl NetworkRun {
 fn told(estimate: &Estimate, halving: &Halving) -> Vec<(String, String)> {
     let Estimate { rms, most, node } = estimate;
     let mut lines = vec![(ESTIMATED.to_owned(), format!("{rms:.1e} K rms, at most {most:.1e} K at node {node}"))];
-    if halving.most > 0 {
+    if halving.least + halving.most > 0 {
         let name = "steps of a step of the scene".to_owned();
-        lines.push((name, format!("{} now, {} at most", halving.parts(), 1 << halving.most)));
+        lines.push((
+            name,
+            format!("{} now, {} at most", halving.parts() << halving.least, 1 << (halving.least + halving.most)),
+        ));
     }
     if halving.exceeded > 0 {
         let beyond = format!(

@@ -107,7 +107,7 @@ impl OnePass {
             trend: nothing.clone(),
             coupled: nothing,
             age: 0,
-            halving: Halving::new(tolerance),
+            halving: Halving::new(tolerance, plan.halvings()),
             plans: Plans::new(plan),
             plan: Arc::clone(plan),
             told: Default::default(),

@@ -4,35 +4,10 @@ use std::path::Path;
 
 use isotherm::scene::Scene;
 
+use super::super::cases::Case;
 use super::{FULL, Folder, SHORT, TABLE};
 
-/// A case of `refusals.txt`: lines that are taken out, lines that take their place, and the starts of all messages.
-struct Case {
-    text: &'static str,
-    out: String,
-    put: String,
-    expected: Vec<&'static str>,
-}
-
-impl Case {
-    fn all() -> Vec<Self> {
-        let cases = include_str!("refusals.txt").split("\n\n").filter(|case| !case.starts_with('#'));
-        let read = |text: &'static str| {
-            let lines = |mark: &'static str| text.lines().filter_map(move |line| line.strip_prefix(mark));
-            let joined = |mark| -> String { lines(mark).map(|line| format!("{line}\n")).collect() };
-            Self { text, out: joined("- "), put: joined("+ "), expected: lines("> ").collect() }
-        };
-        cases.map(read).collect()
-    }
-
-    /// The scene with the case in it, or nothing where it has no place.
-    fn spoil(&self, scene: &str) -> Option<String> {
-        match self.out.is_empty() {
-            true => Some(format!("{scene}{}", self.put)),
-            false => scene.contains(&self.out).then(|| scene.replacen(&self.out, &self.put, 1)),
-        }
-    }
-}
+const CASES: &str = include_str!("refusals.txt");
 
 /// All messages about a scene, each without the folder's own path.
 fn messages(folder: &Folder, scene: &str) -> Vec<String> {
@@ -45,7 +20,7 @@ fn messages(folder: &Folder, scene: &str) -> Vec<String> {
 fn what_is_wrong_is_refused_with_line_key_and_reason() {
     let folder = Folder::new();
     assert!(folder.parse(SHORT).is_ok(), "the scene that the cases spoil is itself right");
-    let cases = Case::all();
+    let cases = Case::all(CASES);
     let mut wrong = String::new();
     for case in &cases {
         let spoilt = case.spoil(SHORT).unwrap_or_else(|| panic!("no case of the short scene:\n{}", case.text));
@@ -63,7 +38,7 @@ fn what_is_wrong_is_refused_with_line_key_and_reason() {
 #[test]
 fn two_faults_are_told_together_and_cause_no_third() {
     let folder = Folder::new();
-    let cases = Case::all();
+    let cases = Case::all(CASES);
     let unlined = |message: &str| -> String {
         message.splitn(3, ':').enumerate().filter(|(place, _)| *place != 1).map(|(_, part)| part).collect()
     };

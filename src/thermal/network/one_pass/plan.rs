@@ -39,6 +39,8 @@ struct Shape {
     network: Network,
     /// Longest step [s].
     longest: f64,
+    /// How often the step of the scene was halved for it.
+    halvings: u32,
     blocks: Vec<Block>,
     kinds: Vec<Kind>,
     weak: Rows,
@@ -63,6 +65,11 @@ impl Plan {
     /// # Errors
     /// The reason why one pass can not take the network.
     pub fn new(network: &Network, step: f64, hottest: &[f64]) -> Result<Arc<Self>, Unfit> {
+        Self::halved(network, step, hottest, 0)
+    }
+
+    fn halved(network: &Network, step: f64, hottest: &[f64], halvings: u32) -> Result<Arc<Self>, Unfit> {
+        let step = step / f64::from(1u32 << halvings);
         let division = Division::new(network, step, hottest)?;
         let (blocks, kinds) = kinds(network, &division);
         let linear = network.linear.iter().zip(&division.inside);
@@ -77,6 +84,7 @@ impl Plan {
         let shape = Shape {
             network: network.clone(),
             longest: step,
+            halvings,
             blocks,
             kinds,
             weak: Rows::new(network.len(), weak, &network.radiative),
@@ -93,7 +101,7 @@ impl Plan {
     pub fn fitting(network: &Network, step: f64, hottest: &[f64]) -> Result<Arc<Self>, Unfit> {
         Self::new(network, step, hottest).or_else(|unfit| {
             let parts = if unfit.depends_on_the_step() { 1..=HALVINGS_AT_MOST } else { 0..=0 };
-            let shorter = |halvings: u32| Self::new(network, step / f64::from(1 << halvings), hottest).ok();
+            let shorter = |halvings| Self::halved(network, step, hottest, halvings).ok();
             parts.into_iter().find_map(shorter).ok_or(unfit)
         })
     }
@@ -117,6 +125,11 @@ impl Plan {
     /// The longest step for which the blocks were found [s].
     pub fn longest(&self) -> f64 {
         self.shape.longest
+    }
+
+    /// How often the step of the scene was halved so that the network fits.
+    pub fn halvings(&self) -> u32 {
+        self.shape.halvings
     }
 
     /// Runge-Kutta steps in a local step of the fastest node.

@@ -247,12 +247,14 @@ fn a_large_block_is_near_the_accurate_integrator() {
 fn a_shorter_step_fits_where_the_whole_one_does_not() {
     let mut network = sheet(6, 1.0);
     network.linear.iter_mut().for_each(|one| one.conductance *= 60.0);
-    let fits =
-        |step: f64| Plan::fitting(&network, step, &vec![HOTTEST; network.len()]).map(|plan| step / plan.longest());
+    let fits = |step: f64| {
+        Plan::fitting(&network, step, &vec![HOTTEST; network.len()])
+            .map(|plan| (step / plan.longest(), plan.halvings()))
+    };
     let of_node = |node: usize| network.capacitances[node] / (network.emissive_areas[node] * radiative_slope(HOTTEST));
     let least = (0..network.len()).map(of_node).fold(f64::INFINITY, f64::min);
     // A node of a block takes three time constants in a step.
-    for (constants, parts) in [(2.9, Ok(1.0)), (5.8, Ok(2.0)), (11.0, Ok(4.0)), (20.0, Ok(8.0))] {
+    for (constants, parts) in [(2.9, Ok((1.0, 0))), (5.8, Ok((2.0, 1))), (11.0, Ok((4.0, 2))), (20.0, Ok((8.0, 3)))] {
         assert_eq!(fits(constants * least), parts, "{constants} time constants");
     }
     assert!(matches!(fits(30.0 * least), Err(Unfit::Fast { .. })));
