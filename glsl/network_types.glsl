@@ -1,4 +1,4 @@
-// Structures of thermal networks shared with Rust. Their twins in src/gpu/layout.rs document the members.
+// Structures of thermal networks shared with Rust. Their twins in src/gpu/layout/ document the members.
 
 struct NetworkLink {
     uint neighbour;
@@ -46,6 +46,14 @@ struct HeaterStep {
     uint trial;
     float start;
     float step;
+};
+
+struct NetworkStage {
+    uint end;
+    float rate;
+    float here;
+    float older;
+    float part;
 };
 
 struct NetworkStep {

@@ -2,7 +2,7 @@
 // The step of a thermal network in one pass, four nodes an invocation. The barriers are in src/gpu/one_pass/frame.rs, the
 // f64 twin is src/thermal/network/one_pass.rs. Variants: ADVANCE or none: nodes outside blocks take the whole step.
 // ALONE: so do nodes without conductors, four of a group of drawn nodes. DRIVE: what the nodes of blocks receive.
-// CONDUCT: conduction inside the blocks. TRIAL: the step is taken to learn its change, and the temperatures stay. SHOWN:
+// CONDUCT: conduction inside the blocks. LARGE: these take it from stages (one_pass_stage.comp). TRIAL: the step is taken to learn its change, and the temperatures stay. SHOWN:
 // the drawn nodes take the temperatures. RADIATIVE: nodes radiate to each other. FAST: the local step takes the closed form.
 // MASKED: some sources are no drawn nodes. BALANCE: nodes without capacity take the temperatures of their balance.
 // Steps of a sample estimate the error. NOTE: the first of two such steps. ESTIMATE: the second. The host reads the errors.
@@ -65,11 +65,17 @@ layout(set = 0, binding = 9) readonly buffer CouplingBlock { vec4 couplings[]; }
 #ifdef CONDUCT
 layout(set = 0, binding = 8) readonly buffer DriveBlock { vec4 drives[]; };
 layout(set = 0, binding = 9) buffer CouplingBlock { vec4 couplings[]; };
+#ifdef LARGE
+// For each group: the change of the nodes by what they received and by conduction [K], then their spread error [K].
+layout(set = 0, binding = 11) readonly buffer SumBlock { vec4 sums[]; };
+#endif
+#ifndef LARGE
 // Weights of four columns for four nodes: those of the drives, then those of the temperatures.
 layout(set = 0, binding = 11) readonly buffer WeightBlock { vec4 weights[]; };
 // For each group: first group of its unit of blocks, group after the last, and first weight; then the bits of the factors
 // of the four nodes.
 layout(set = 0, binding = 12) readonly buffer UnitBlock { uvec4 units[]; };
+#endif
 #endif
 #ifndef DRIVE
 // Mean temperatures of the next step [K].
@@ -318,6 +324,13 @@ void main() {
     vec4 rest = states[2u * group + 1u];
 #ifdef CONDUCT
     vec4 drive = drives[2u * group];
+#ifdef LARGE
+    vec4 coupling = sums[2u * group] - drive;
+#ifdef ESTIMATE
+    tell(group, errors[2u * group] + sums[2u * group + 1u]);
+#endif
+#endif
+#ifndef LARGE
     vec4 here = drives[2u * group + 1u];
     uvec4 unit = units[2u * group];
     vec4 factor = uintBitsToFloat(units[2u * group + 1u]);
@@ -358,6 +371,7 @@ void main() {
     vec4 coupling = factor * sum;
 #ifdef ESTIMATE
     tell(group, error + fresh + factor * spread);
+#endif
 #endif
     couplings[group] = coupling;
     finish(group, base, rest, drive + coupling, 0.5 * (drive + coupling));

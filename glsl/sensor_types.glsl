@@ -1,4 +1,4 @@
-// The structure of the sensor that is shared with Rust. Its twin in src/gpu/layout.rs documents the members.
+// The structure of the sensor that is shared with Rust. Its twin in src/gpu/layout/ documents the members.
 
 struct Sensor {
     vec4 optics;

@@ -1,4 +1,4 @@
-// Structures shared with Rust. Their twins in src/gpu/layout.rs document the members.
+// Structures shared with Rust. Their twins in src/gpu/layout/ document the members.
 
 struct Material {
     float absorptivity;

@@ -108,23 +108,9 @@ pub fn time_pass(
     let data = SceneData {
         ranges: vec![StepRange { variant, groups: (0, groups as u32), joint: 0 }],
         group_material: &vec![0; groups],
-        group_part: &[],
         normals: &normals,
-        positions: &[],
-        triangles: &[],
         materials: &[material],
-        shapes,
-        band_table: &[],
-        image: None,
-        between: false,
-        sampling: None,
-        shadows: None,
-        joints: None,
-        network: None,
-        heat: None,
-        exchange: None,
-        sensor: None,
-        shown: Default::default(),
+        ..SceneData::empty(shapes)
     };
     let plan = data.plan();
     let bytes: u64 = plan.iter().filter(|planned| planned.resource.row().grows_with_nodes()).map(|p| p.bytes).sum();
@@ -189,15 +175,10 @@ struct Subject {
 
 fn subjects() -> Result<Vec<Subject>, FunctionError> {
     let loaded = |kind, curve| ThermalVariant {
-        kind,
-        curve,
-        both_sides: false,
         sun: kind != StepKind::Advance,
         planet_ir: kind != StepKind::Advance,
         albedo: kind != StepKind::Advance,
-        shadow: false,
-        exchange: false,
-        fused: false,
+        ..ThermalVariant::bare(kind, curve)
     };
     let profile = Profile { function: Function::expression(EXPRESSION)?, t_max_steps: T_MAX_STEPS };
     let (retarget, domain) = (Retarget::Merge, Domain::Temperature);

@@ -7,8 +7,8 @@ use serde_json::json;
 use super::device::DeviceArguments;
 use super::error::CliError;
 use super::info_network;
+use super::prepare::{device_memory, prepare_with_progress};
 use super::reach::ReachArguments;
-use super::run::{device_memory, prepare_with_progress};
 use crate::gpu::context;
 use crate::gpu::exchange::{ExchangeTables, exchange};
 use crate::gpu::frame::{Frame, Wanted};
@@ -133,7 +133,7 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
         .as_ref()
         .zip(light)
         .map(|(data, light)| exchange(data.tables.order.len() as u32, light, true, data.mirrors.is_some()));
-    let network = data.network.map(|network| network.shape.steps(1, 1, false).0).unwrap_or_default();
+    let network = data.network.map(|network| network.shape.steps(1, 1, false, network.stages()).0).unwrap_or_default();
     let wanted = Wanted {
         image: camera.is_some(),
         sampled: data.sampled(),

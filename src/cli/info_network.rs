@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::error::CliError;
 use super::network_export::write_tables;
+use super::prepare::prepare_with_progress;
 use super::progress::{spinner, stop_flag};
 use super::reach::ReachArguments;
-use super::run::prepare_with_progress;
 use crate::simulation::network_file::network_file;
 
 /// Most numbers of heat.

@@ -7,9 +7,9 @@ use indicatif::ProgressBar;
 
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
+use super::prepare::{guard, prepare_scene, prepare_with_progress, say_size};
 use super::progress::{progress_bar, stop_flag};
 use super::reach::ReachArguments;
-use super::run::{guard, prepare_scene, prepare_with_progress, say_size};
 use super::thermal_state;
 use crate::environment::trajectory::Trajectory;
 use crate::guard::finding::Effort;

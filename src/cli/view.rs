@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
+use super::prepare::{guard, prepare_scene};
 use super::progress::{progress_bar, stop_flag};
 use super::reach::ReachArguments;
-use super::run::{guard, prepare_scene};
 use super::thermal_state;
 use crate::guard::finding::Effort;
 use crate::output::console::{answer, say};

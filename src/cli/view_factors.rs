@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
+use super::prepare::prepare_scene;
 use super::reach::ReachArguments;
-use super::run::prepare_scene;
 use crate::environment::{PlanetLoad, StepLoad};
 use crate::exchange::between::{To, radiative_areas, view_factors};
 use crate::exchange::cast::{Scenery, cast};

@@ -18,6 +18,7 @@ use super::patches::{NONE, Patch, Patches, Surface};
 use super::reflected::{Areas, exchange_areas};
 use super::sky::{PlanetView, Ray, bundled, bundles_of};
 use crate::environment::StepLoad;
+use crate::saved::{Saved, SavedError};
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::balance::Incident;
 use crate::thermal::incident::incident;
@@ -76,6 +77,31 @@ pub struct Light {
     pub sunlight: Vec<f64>,
     /// The part of it that others mirror directly onto the patch [W/m2]. Empty without mirrors.
     pub mirrored: Vec<f64>,
+}
+
+impl Light {
+    /// Adds the light to a saved state.
+    pub fn save_into(&self, saved: &mut Saved) {
+        let seen = self.seen.iter().map(|seen| [seen.planet_ir, seen.albedo]);
+        saved.put("seen", &seen.collect::<Vec<_>>());
+        saved.put("reflected", &self.reflected);
+        saved.put("sunlight", &self.sunlight);
+        saved.put("mirrored", &self.mirrored);
+    }
+
+    /// The light that `save_into` added.
+    ///
+    /// # Errors
+    /// Lists of another kind.
+    pub fn restored(saved: &Saved) -> Result<Self, SavedError> {
+        let seen: Vec<[f64; 2]> = saved.list("seen")?;
+        Ok(Self {
+            seen: seen.into_iter().map(|[planet_ir, albedo]| Seen { planet_ir, albedo }).collect(),
+            reflected: saved.list("reflected")?,
+            sunlight: saved.list("sunlight")?,
+            mirrored: saved.list("mirrored")?,
+        })
+    }
 }
 
 /// The patches of a craft with all that they exchange.

@@ -16,7 +16,7 @@ use super::nodes::GROUP;
 use super::one_pass_variant::OnePassKind;
 use super::resource_row::Count;
 use crate::thermal::STEFAN_BOLTZMANN;
-use crate::thermal::network::one_pass::{Conduction, Heater, Plan};
+use crate::thermal::network::one_pass::{Conduction, Heater, Large, Link, Plan};
 
 /// A place without a node.
 const NONE: u32 = u32::MAX;
@@ -51,6 +51,8 @@ struct Unit {
     radiates: bool,
     /// Whether some of them are fast.
     fast: bool,
+    /// Whether they are in large blocks.
+    large: bool,
 }
 
 /// The tables of a network.
@@ -72,9 +74,9 @@ pub struct OnePassTables {
     pub(super) links: Vec<[u32; 4]>,
     /// Drawn nodes and areas.
     pub(super) sources: Vec<[u32; 4]>,
-    /// Range of the unit of each group in blocks, its first weight, and the factors of its nodes.
+    /// Range of the unit of each group in blocks, its first weight, and the factors of its nodes. In large blocks, range of the links inside.
     pub(super) units: Vec<[u32; 4]>,
-    /// Kinds of units in the order of their weights.
+    /// Kinds of units with matrices, in the order of their weights.
     kinds: Vec<(u32, bool)>,
     /// Columns of groups that each row of groups of a kind exchanges heat with.
     bands: Vec<Vec<[usize; 2]>>,
@@ -109,6 +111,7 @@ impl OnePassTables {
             (0..count).map(|node| plan.weak_of(node).iter().any(|link| link.exchange_area > 0.0)).collect();
         let mut free: Vec<bool> = (0..count).map(|node| !plan.is_massless(node)).collect();
         plan.blocks().iter().flat_map(|block| &block.nodes).for_each(|node| free[*node as usize] = false);
+        large_nodes(plan).iter().for_each(|node| free[*node as usize] = false);
         let alone = alone(plan, drawn, &sources, &mut free);
         let mut singles: Vec<u32> = (0..count as u32).filter(|node| free[*node as usize]).collect();
         let is = |node: &u32| (radiates[*node as usize], plan.is_fast(*node as usize));
@@ -117,10 +120,11 @@ impl OnePassTables {
         let mut ends = [0; SECTIONS.len()];
         // Numbers of the groups of drawn nodes that are alone, in their order.
         let mut drawn_groups = Vec::new();
-        for (Section { kind, radiative, fast }, end) in SECTIONS.into_iter().zip(&mut ends) {
+        for (Section { kind, radiative, fast, large }, end) in SECTIONS.into_iter().zip(&mut ends) {
             match kind {
                 OnePassKind::Drive | OnePassKind::Conduct => {
-                    let own = units.iter().filter(|unit| (unit.radiates, unit.fast) == (radiative, fast));
+                    let own =
+                        units.iter().filter(|unit| (unit.radiates, unit.fast, unit.large) == (radiative, fast, large));
                     node_of_slot.extend(own.flat_map(|unit| unit.nodes.iter().copied()));
                 }
                 OnePassKind::Advance => {
@@ -218,18 +222,7 @@ impl OnePassTables {
         let begin = [self.links.len(), self.sources.len()];
         let links = |place: usize| if group[place] == NONE { &[][..] } else { plan.weak_of(group[place] as usize) };
         let sources = |place: usize| if group[place] == NONE { &[][..] } else { &sources[group[place] as usize][..] };
-        let itself = |place: usize| if group[place] == NONE { 0 } else { self.slot_of_node[group[place] as usize] };
-        for at in 0..PLACES.map(|place| links(place).len()).into_iter().max().unwrap_or(0) {
-            let link = |place: usize| links(place).get(at);
-            let slot = |place| link(place).map_or(itself(place), |link| self.slot_of_node[link.neighbour as usize]);
-            let bits = |value: f64| (value as f32).to_bits();
-            self.links.push(PLACES.map(slot));
-            self.links.push(PLACES.map(|place| bits(link(place).map_or(0.0, |link| link.conductance))));
-            if radiative {
-                let exchange = |place| link(place).map_or(0.0, |link| STEFAN_BOLTZMANN * link.exchange_area);
-                self.links.push(PLACES.map(|place| bits(exchange(place))));
-            }
-        }
+        self.take_links(group, links, radiative);
         for at in 0..PLACES.map(|place| sources(place).len()).into_iter().max().unwrap_or(0) {
             let source = |place: usize| sources(place).get(at).copied().unwrap_or(missing);
             self.sources.push(PLACES.map(|place| source(place).0));
@@ -252,10 +245,16 @@ impl OnePassTables {
         let mut first = 0;
         let blocks = SECTIONS.into_iter().filter(|section| section.kind == OnePassKind::Drive);
         let of = |section: Section| {
-            units.iter().filter(move |unit| (unit.radiates, unit.fast) == (section.radiative, section.fast))
+            let Section { radiative, fast, large, .. } = section;
+            units.iter().filter(move |unit| (unit.radiates, unit.fast, unit.large) == (radiative, fast, large))
         };
         for unit in blocks.flat_map(of) {
             let groups = unit.nodes.len() / GROUP;
+            if unit.large {
+                unit.nodes.chunks(GROUP).for_each(|group| self.take_strong(group));
+                first += groups;
+                continue;
+            }
             let (number, mut weight) = *known.entry(unit.kind).or_insert_with(|| {
                 let (conduction, twice) = unit.kind;
                 let bands = bands(&plan.conductions()[conduction as usize], twice);
@@ -272,6 +271,33 @@ impl OnePassTables {
                 weight += COLUMNS * (to - from);
             }
             first += groups;
+        }
+    }
+
+    /// Takes the links of a group inside its large blocks.
+    fn take_strong(&mut self, group: &[u32]) {
+        let plan = Arc::clone(&self.plan);
+        let links = |place: usize| match plan.large() {
+            Some(large) if group[place] != NONE => large.links_of(group[place] as usize),
+            _ => &[],
+        };
+        let begin = self.links.len();
+        self.take_links(group, links, false);
+        self.units.push([begin, self.links.len(), 0, 0].map(|at| at as u32));
+        self.units.push([0; 4]);
+    }
+
+    /// Takes the links of four nodes: the neighbours, the conductances, and if `radiative` the radiative conductances. All rows have the length of the longest.
+    fn take_links<'a>(&mut self, group: &[u32], links: impl Fn(usize) -> &'a [Link], radiative: bool) {
+        let itself = |place: usize| if group[place] == NONE { 0 } else { self.slot_of_node[group[place] as usize] };
+        for at in 0..PLACES.map(|place| links(place).len()).into_iter().max().unwrap_or(0) {
+            let link = |place: usize| links(place).get(at);
+            let slot = |place| link(place).map_or(itself(place), |link| self.slot_of_node[link.neighbour as usize]);
+            let bits = |value: f64| (value as f32).to_bits();
+            let conductance = |place| bits(link(place).map_or(0.0, |link| link.conductance));
+            let exchange = |place| bits(link(place).map_or(0.0, |link| STEFAN_BOLTZMANN * link.exchange_area));
+            let words = [PLACES.map(slot), PLACES.map(conductance), PLACES.map(exchange)];
+            self.links.extend(&words[..if radiative { 3 } else { 2 }]);
         }
     }
 
@@ -304,11 +330,17 @@ impl OnePassTables {
         heaters::words(&self.heaters, plan, |node| self.slot_of_node[node as usize], self.first_power)
     }
 
+    /// Stages of the conduction inside large blocks.
+    pub fn stages(&self) -> u32 {
+        self.plan.series().map_or(0, |series| series.stages() as u32)
+    }
+
     /// Number of elements for a `count`.
     pub(super) fn count(&self, count: Count) -> usize {
         match count {
             Count::OnePassGroups => self.shape.groups() as usize,
             Count::OnePassBlockGroups => self.shape.in_blocks() as usize,
+            Count::OnePassLargeGroups => self.shape.in_large() as usize,
             Count::OnePassEstimated => self.shape.estimated() as usize,
             Count::OnePassLinks => self.links.len(),
             Count::OnePassSources => self.sources.len(),
@@ -351,6 +383,11 @@ fn alone(plan: &Plan, drawn: Drawn<'_>, sources: &[Vec<(u32, f32)>], free: &mut 
     groups
 }
 
+/// Nodes of the large blocks of a plan.
+fn large_nodes(plan: &Plan) -> &[u32] {
+    plan.large().map_or(&[], Large::nodes)
+}
+
 /// First column of groups that each row of groups of a unit exchanges heat with, and the one after the last. `twice`: the unit is two blocks.
 fn bands(conduction: &Conduction, twice: bool) -> Vec<[usize; 2]> {
     if twice {
@@ -384,8 +421,15 @@ fn units(plan: &Plan, singles: &mut Vec<u32>, is: impl Fn(&u32) -> (bool, bool))
             while nodes.len() % GROUP > 0 {
                 nodes.push(fill.pop().unwrap_or(NONE));
             }
-            units.push(Unit { kind: (conduction, some.len() == 2), nodes, radiates, fast });
+            units.push(Unit { kind: (conduction, some.len() == 2), nodes, radiates, fast, large: false });
         }
+    }
+    // Nodes of large blocks find each other by links, so that those of a section may stand together.
+    for (radiates, fast) in [(false, false), (false, true), (true, false), (true, true)] {
+        let own = large_nodes(plan).iter().copied().filter(|node| is(node) == (radiates, fast));
+        let mut nodes: Vec<u32> = own.collect();
+        nodes.resize(nodes.len().next_multiple_of(GROUP), NONE);
+        units.push(Unit { kind: (0, false), nodes, radiates, fast, large: true });
     }
     *singles = others;
     singles.append(&mut fill);

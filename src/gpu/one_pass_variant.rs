@@ -1,4 +1,4 @@
-//! Shader variants of `one_pass.comp`, the step of a thermal network in one pass.
+//! Shader variants of `one_pass.comp` and `one_pass_stage.comp`, the step of a thermal network in one pass.
 
 use super::shaders::Shader;
 use crate::thermal::network::one_pass::Sample;
@@ -35,6 +35,8 @@ pub struct OnePassVariant {
     pub fast: bool,
     /// Whether no drawn node is free to take what nobody sees.
     pub masked: bool,
+    /// Whether the conduction is that of large blocks, which stages found.
+    pub large: bool,
 }
 
 impl OnePassVariant {
@@ -51,6 +53,7 @@ impl OnePassVariant {
             radiative: self.radiative && !conducts && !alone || balances,
             fast: self.fast && !conducts && !balances,
             masked: self.masked && !alone && (shown || !conducts),
+            large: self.large && conducts,
             ..self
         }
     }
@@ -64,10 +67,10 @@ impl OnePassVariant {
             .flat_map(|kind| {
                 let samples = [Sample::None, Sample::Note, Sample::Estimate];
                 samples.into_iter().flat_map(move |sample| {
-                    (0..32).map(move |bits| {
+                    (0..64).map(move |bits| {
                         let is = |bit: u32| bits >> bit & 1 == 1;
-                        let [trial, shown, radiative, fast, masked] = [0, 1, 2, 3, 4].map(is);
-                        Self { kind, trial, sample, shown, radiative, fast, masked }.lean()
+                        let [trial, shown, radiative, fast, masked, large] = [0, 1, 2, 3, 4, 5].map(is);
+                        Self { kind, trial, sample, shown, radiative, fast, masked, large }.lean()
                     })
                 })
             })
@@ -88,6 +91,7 @@ impl OnePassVariant {
         };
         let words = [
             (true, kind),
+            (self.large, "large"),
             (self.trial, "trial"),
             (self.sample == Sample::Note, "note"),
             (self.sample == Sample::Estimate, "estimate"),
@@ -97,5 +101,28 @@ impl OnePassVariant {
             (self.masked, "masked"),
         ];
         Shader::new("one_pass.comp", words.into_iter().filter_map(|(is, word)| is.then_some(word)).collect())
+    }
+}
+
+/// A variant of `one_pass_stage.comp`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct StageVariant {
+    /// Whether it makes the first vector.
+    pub begins: bool,
+    /// Whether the estimated errors spread too.
+    pub estimates: bool,
+}
+
+impl StageVariant {
+    /// Every variant.
+    pub fn all() -> Vec<Self> {
+        [false, true].into_iter().flat_map(|begins| [false, true].map(|estimates| Self { begins, estimates })).collect()
+    }
+
+    /// Its shader, such as `one_pass_stage.begin.estimate`.
+    pub fn shader(self) -> Shader {
+        let words = [(self.begins, "begin"), (self.estimates, "estimate")];
+        let words = words.into_iter().filter_map(|(is, word)| is.then_some(word)).collect();
+        Shader::new("one_pass_stage.comp", words)
     }
 }

@@ -4,7 +4,7 @@ use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
 use super::exchange_variant::ExchangeVariant;
 use super::heat_source::HeatOf;
-use super::one_pass_variant::OnePassVariant;
+use super::one_pass_variant::{OnePassVariant, StageVariant};
 use super::radiance_variant::RadianceVariant;
 use super::resource::Resource;
 use super::sampling::RowOf;
@@ -135,6 +135,8 @@ pub enum Kernel {
     Wide(WideVariant),
     /// The step of a network in one pass.
     OnePass(OnePassVariant),
+    /// A stage of the conduction inside its large blocks.
+    Stage(StageVariant),
     /// Power of the heaters of a network in one pass.
     Heaters,
     /// Sums the absorbed heat of runs of nodes.
@@ -188,6 +190,7 @@ impl Kernel {
             Self::Response(variant) => vec![variant.shader()],
             Self::Wide(variant) => vec![variant.shader()],
             Self::OnePass(variant) => vec![variant.shader()],
+            Self::Stage(variant) => vec![variant.shader()],
             Self::SensorRows => plain("sensor_rows.comp"),
             Self::SensorCells => plain("sensor_cells.comp"),
             Self::SensorHalo => plain("sensor_halo.comp"),
@@ -256,6 +259,11 @@ pub enum Said {
         end: u32,
         /// Steps since the last estimate of the error.
         since: u32,
+    },
+    /// A stage of the conduction inside large blocks, counted from 1. 0 is the first vector.
+    Stage {
+        /// Its number.
+        number: u32,
     },
     /// Sums of absorbed heat.
     Heat {

@@ -6,7 +6,10 @@ mod exchanging;
 mod forward;
 mod network;
 mod one_pass;
+mod ranges;
+mod request;
 mod saved;
+mod send;
 mod sensor;
 mod shadows;
 mod slots;
@@ -17,6 +20,8 @@ use std::sync::Arc;
 use culling::Culling;
 use exchanging::Exchanging;
 use one_pass::{OnePass, is_of_network};
+use ranges::{idle, ranges_of_load, ranges_of_step, without_exchange};
+pub use request::{Collected, Heating, Request, Submitted, Traced};
 use sensor::ImageSensor;
 use shadows::Shadows;
 use slots::Slots;
@@ -26,13 +31,10 @@ use super::context::Context;
 use super::error::GpuError;
 use super::frame::{Frame, StepRange, TriangleRun, Wanted};
 use super::heat::{HeatOf, HeatTables, absorbed_heat};
-use super::layout::{self, HeatPass};
 use super::load::DeviceLoad;
 use super::memory::Buffer;
 use super::once::Once;
-use super::pass::Said;
 use super::radiance_variant::RadianceVariant;
-use super::record::Recorder;
 use super::resource::Resource;
 use super::resource_row::SLOTS;
 use super::resources::SceneData;
@@ -41,98 +43,6 @@ use super::sensor::SensorTables;
 use super::store::Resources;
 use super::timing::{DeviceFrame, PassTimes};
 use crate::environment::StepLoad;
-
-/// The heaters of a network over a step.
-#[derive(Debug, Clone, Copy)]
-pub struct Heating<'a> {
-    /// Start of the step [s].
-    pub start: f64,
-    /// Mean power of each heater while it is on [W].
-    pub powers: &'a [f64],
-}
-
-/// The tree for reflections of the craft, and the rays of an image.
-#[derive(Clone, Copy)]
-pub struct Traced<'a> {
-    /// Rays, without the sizes of the image.
-    pub settings: layout::Tracing,
-    /// Boxes of the tree.
-    pub boxes: &'a [layout::ShadowBox],
-    /// Its triangles, always in the same order.
-    pub triangles: &'a [layout::ShadowTriangle],
-    /// A number that changes with the tree.
-    pub version: u64,
-}
-
-/// Work and outputs of a frame.
-#[derive(Default, Clone, Copy)]
-pub struct Request<'a> {
-    /// Load of the nodes, and its duration [steps].
-    pub step: Option<(&'a StepLoad, f64)>,
-    /// Views of the image, one for the body and one for each joint. The view of a joint is relative to the joint's
-    /// frame. Without views, nothing is drawn.
-    pub views: &'a [layout::View],
-    /// The rolling shutter for each of the views, which are those of the first row. Empty if all rows see one pose.
-    pub shutters: &'a [layout::Shutter],
-    /// Whether the host reads the temperatures of all nodes.
-    pub temperatures: bool,
-    /// Whether the host reads the heat that every run of nodes absorbs.
-    pub absorbed: bool,
-    /// Time of the image [s], for a sensor. Without it the sensor sees nothing.
-    pub time: Option<f64>,
-    /// What surrounds the craft in the image. Without it the image has that of the slot's last one.
-    pub surroundings: Option<layout::Surroundings>,
-    /// Lobes of all rough mirrors before the planet.
-    pub lobes: &'a [f32],
-    /// Axes of the map of a planet that is not uniform, and its means over the direction of a surface.
-    pub planet: Option<(layout::PlanetView, &'a [f32])>,
-    /// What reflections of the craft need. Without it the image has that of the slot's last one.
-    pub traced: Option<Traced<'a>>,
-    /// How the crop of a craft that is far away is put into the pixels. The views are then those of the crop.
-    pub distant: Option<layout::Distant>,
-    /// Heaters of a network that the frame steps.
-    pub heating: Option<Heating<'a>>,
-    /// Whether the temperatures before the step are kept, for images between them and those after it.
-    pub keep: bool,
-    /// Share of the last step that has passed at the image's time. `None` shows the present temperatures.
-    pub between: Option<f32>,
-    /// A list to submit instead of the usual one for this request. Tests use it to leave a barrier out.
-    pub list: Option<&'a Frame>,
-}
-
-impl<'a> Request<'a> {
-    /// A step under a load for a number of steps, without outputs.
-    pub fn step(load: &'a StepLoad, steps: f64) -> Self {
-        Self { step: Some((load, steps)), ..Self::default() }
-    }
-
-    /// Adds the temperatures to the outputs.
-    pub fn and_temperatures(self) -> Self {
-        Self { temperatures: true, ..self }
-    }
-}
-
-/// Outputs of a frame.
-#[derive(Default)]
-pub struct Collected<'a> {
-    /// Radiance [W m-2 sr-1], temperature [K], depth [m] and coverage of every pixel; 0 for the background. Without
-    /// several samples the coverage is 1 where a surface is. Where the scene asks for the reflected radiance, it stands in
-    /// place of the coverage. Where it asks for a sky, the background has its radiance.
-    pub radiance: Option<&'a [[f32; 4]]>,
-    /// Part and material index of every pixel, each plus 1; 0 for the background.
-    pub identity: Option<&'a [[u32; 2]]>,
-    /// Digital number and count of temperature of every pixel.
-    pub readings: Option<Vec<[u16; 2]>>,
-    /// Temperature of every node [K].
-    pub temperatures: Option<&'a [f32]>,
-    /// Heat that every run of nodes absorbs in the step [W].
-    pub absorbed: Option<&'a [f32]>,
-}
-
-/// A submitted frame, to be passed to `collect`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[must_use = "what the frame leaves is read by `collect`"]
-pub struct Submitted(usize);
 
 /// A scene on the device.
 pub struct Renderer {
@@ -455,75 +365,6 @@ impl Renderer {
         self.resources.download(&mut self.once, Resource::Visibility, self.nodes)
     }
 
-    /// Writes the uniforms of a list and submits it.
-    fn send(&mut self, list: &Frame, request: Request<'_>) -> Result<Submitted, GpuError> {
-        let slot = self.slots.free()?;
-        if let Some((load, steps)) = request.step {
-            DeviceLoad::new(load, self.joints).write(&mut self.resources, slot, steps)?;
-        }
-        self.resources.write_slices(Resource::View, slot, request.views)?;
-        self.resources.write_slices(Resource::Shutter, slot, request.shutters)?;
-        if let Some(distant) = request.distant {
-            self.resources.write(Resource::Distant, slot, &[distant])?;
-        }
-        if let Some(around) = request.surroundings {
-            self.resources.write(Resource::Surroundings, slot, &[around])?;
-            self.resources.write(Resource::Lobes, slot, request.lobes)?;
-        }
-        if let Some(traced) = request.traced {
-            let [width, _] = self.drawn[usize::from(request.distant.is_some())];
-            let (texels, surface_width) = (self.texels(request.distant.is_some()), self.drawn[0][0]);
-            let settings = layout::Tracing { width, texels, surface_width, ..traced.settings };
-            self.resources.write(Resource::Tracing, slot, &[settings])?;
-            if self.trees[slot] != Some(traced.version) {
-                self.resources.write(Resource::TraceBoxes, slot, traced.boxes)?;
-                self.resources.write(Resource::TraceTriangles, slot, traced.triangles)?;
-                self.trees[slot] = Some(traced.version);
-            }
-        }
-        if let Some((view, means)) = request.planet {
-            self.resources.write(Resource::PlanetView, slot, &[view])?;
-            self.resources.write(Resource::PlanetMeans, slot, means)?;
-        }
-        self.resources.write_slices(Resource::SunView, slot, &std::mem::take(&mut self.shadows.views))?;
-        if let Some(exchange) = &mut self.exchange {
-            self.resources.write(Resource::ExchangePoses, slot, &std::mem::take(&mut exchange.poses))?;
-            self.resources.write(Resource::ExchangeMirrors, slot, &std::mem::take(&mut exchange.mirrored))?;
-        }
-        if let Some(sensor) = &self.sensor {
-            self.resources.write(Resource::Sensor, slot, &[sensor.settings])?;
-        }
-        let told = |said: Said| match said {
-            Said::Share => request.between.unwrap_or(1.0).to_le_bytes().to_vec(),
-            Said::Triangle(first) | Said::Texel(first) => first.to_le_bytes().to_vec(),
-            Said::Ray(ray, joint) => self.shadows.ray(ray, joint),
-            Said::OnePass { first, end, since } => {
-                let constants = |one: &OnePass| bytemuck::bytes_of(&one.constants(first, end, since)).to_vec();
-                self.one_pass.as_ref().map(constants).unwrap_or_default()
-            }
-            Said::Heaters { number, first, trial } => {
-                let constants =
-                    |one: &OnePass| bytemuck::bytes_of(&one.heater_constants(number, first, trial)).to_vec();
-                self.one_pass.as_ref().map(constants).unwrap_or_default()
-            }
-            Said::Patches { first, end } => {
-                let constants = |own: &Exchanging| bytemuck::bytes_of(&own.constants(first, end)).to_vec();
-                self.exchange.as_ref().map(constants).unwrap_or_default()
-            }
-            Said::Heat { first } => {
-                let space = request.step.map_or(0.0, |(load, _)| load.background_temperature);
-                bytemuck::bytes_of(&HeatPass { first, background_temperature_4: space.powi(4) as f32 }).to_vec()
-            }
-            Said::Nothing | Said::Network(_) => Vec::new(),
-        };
-        let (context, bindings) = (self.resources.context.as_ref(), Some(&self.bindings));
-        let recorder = |commands| {
-            let recorder = Recorder::new(context, commands, &self.resources, bindings, &told);
-            recorder.drawing(slot, &self.triangles, &self.shadows.occluders)
-        };
-        self.slots.submit(list, recorder).map(Submitted)
-    }
-
     /// Waits for a frame and returns its outputs. They are valid until its slot is submitted again.
     pub fn collect(&mut self, submitted: Submitted) -> Result<Collected<'_>, GpuError> {
         let number = submitted.0;
@@ -567,25 +408,4 @@ impl Renderer {
     pub fn take_frames(&mut self) -> Vec<DeviceFrame> {
         self.slots.frames.as_mut().map(std::mem::take).unwrap_or_default()
     }
-}
-
-/// The ranges as they are where surfaces do not see each other.
-fn without_exchange(mut ranges: Vec<StepRange>) -> Vec<StepRange> {
-    ranges.iter_mut().for_each(|range| range.variant.exchange = false);
-    ranges
-}
-
-/// The ranges with the smallest variants for a load.
-fn ranges_of_load(ranges: &[StepRange], load: &StepLoad) -> Vec<StepRange> {
-    ranges_of_step(ranges, !load.sun.is_empty(), load.albedo.is_some())
-}
-
-/// The ranges for an unchanged load: immediate responses are left out and transitions continue.
-fn idle(ranges: &[StepRange]) -> Vec<StepRange> {
-    let moving = ranges.iter().filter(|range| range.variant.kind.has_state());
-    moving.map(|range| StepRange { variant: range.variant.idle(), ..*range }).collect()
-}
-
-fn ranges_of_step(ranges: &[StepRange], has_sun: bool, has_albedo: bool) -> Vec<StepRange> {
-    ranges.iter().map(|range| StepRange { variant: range.variant.for_step(has_sun, has_albedo), ..*range }).collect()
 }

@@ -244,7 +244,7 @@ table! {
     OnePassLinks: row(16, Count::OnePassLinks, Storage, "Link");
     /// Drawn nodes that heat every group, and the areas.
     OnePassSources: row(16, Count::OnePassSources, Storage, "Source");
-    /// Range of groups, first weight and factors of every group in blocks.
+    /// Range of groups, first weight and factors of every group in blocks. In large blocks, range of the links inside.
     OnePassUnits: row(PAIRS, OnePassBlockGroups, Storage, "Unit");
     /// Weights of the conduction inside blocks.
     OnePassWeights: row(16, Count::OnePassWeights, Storage, "Weight");
@@ -255,13 +255,19 @@ table! {
     /// Bases and rests of the temperatures [K].
     OnePassStates: row(PAIRS, OnePassGroups, Storage, "State");
     /// What the nodes of blocks receive in a step, and their temperatures at its start [K].
-    OnePassDrives: row(PAIRS, OnePassBlockGroups, Storage, "Drive");
+    OnePassDrives: row(PAIRS, OnePassBlockGroups, Storage, "Drive Start");
     /// Change by conduction inside blocks in the last step [K].
     OnePassCouplings: row(GROUP, OnePassBlockGroups, Storage, "Coupling");
+    /// Every other vector of the stages of large blocks: changes and errors [K].
+    OnePassVectorEven: row(PAIRS, OnePassLargeGroups, Storage, "Before Gathered Vector");
+    /// The vectors between those of `OnePassVectorEven`.
+    OnePassVectorOdd: row(PAIRS, OnePassLargeGroups, Storage, "Before Gathered Vector");
+    /// Sums of these vectors by their parts [K].
+    OnePassSums: row(PAIRS, OnePassLargeGroups, Storage, "Sum");
     /// What the estimate of the error keeps: four numbers of every node.
     OnePassMemory: row(4 * GROUP, OnePassEstimated, Storage, "Memory");
     /// Error of the nodes of blocks before it spreads, and that since the last estimate [K].
-    OnePassErrors: row(PAIRS, OnePassBlockGroups, Storage, "Error");
+    OnePassErrors: row(PAIRS, OnePassBlockGroups, Storage, "Error Spread");
     /// Sum of the squares of the estimated errors of every group [K2], the largest [K], and its place.
     OnePassTold: row(GROUP, OnePassEstimated, Storage, "Told");
     /// Sensor, place, thresholds and gain of every heater.

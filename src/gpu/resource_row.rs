@@ -147,6 +147,8 @@ pub enum Count {
     OnePassGroups,
     /// Those of its groups that are in blocks.
     OnePassBlockGroups,
+    /// Those of its groups that are in large blocks.
+    OnePassLargeGroups,
     /// Those of its groups whose error is estimated.
     OnePassEstimated,
     /// Words of its links.
@@ -203,6 +205,7 @@ impl Count {
                 | Self::Draws
                 | Self::OnePassGroups
                 | Self::OnePassBlockGroups
+                | Self::OnePassLargeGroups
                 | Self::OnePassEstimated
                 | Self::OnePassLinks
                 | Self::OnePassSources

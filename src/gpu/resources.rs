@@ -73,6 +73,33 @@ pub struct SceneData<'a> {
     pub shown: Shown<'a>,
 }
 
+impl<'a> SceneData<'a> {
+    /// No nodes and no image, as a start for small scenes that are made by hand.
+    pub fn empty(shapes: &'a Shapes) -> Self {
+        Self {
+            ranges: Vec::new(),
+            group_material: &[],
+            group_part: &[],
+            normals: &[],
+            positions: &[],
+            triangles: &[],
+            materials: &[],
+            shapes,
+            band_table: &[],
+            image: None,
+            between: false,
+            sampling: None,
+            shadows: None,
+            joints: None,
+            network: None,
+            heat: None,
+            exchange: None,
+            sensor: None,
+            shown: Shown::default(),
+        }
+    }
+}
+
 /// What an image shows besides the emission of surfaces. By default that is nothing.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Shown<'a> {

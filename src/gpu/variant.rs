@@ -155,12 +155,11 @@ impl ThermalVariant {
 
     /// The variant for a step whose load has not changed. A plate needs its load in every step.
     pub fn idle(&self) -> Self {
-        if self.kind.is_transition() && !self.exchange { Self::advance(self.curve) } else { *self }
+        if self.kind.is_transition() && !self.exchange { Self::bare(StepKind::Advance, self.curve) } else { *self }
     }
 
-    /// A variant that advances time without a load.
-    fn advance(curve: Curve) -> Self {
-        let kind = StepKind::Advance;
+    /// A variant of a response without any load, for nodes that exchange heat on one side.
+    pub const fn bare(kind: StepKind, curve: Curve) -> Self {
         Self {
             kind,
             curve,

@@ -6,6 +6,7 @@ use super::OutputError;
 use super::finite::finite;
 use super::ticks::union;
 use crate::scene::Camera;
+use crate::simulation::image::not_finite;
 use crate::thermal::planck::Band;
 
 /// The camera's image at one step. Rows run from top to bottom, pixels from left to right. Pixels without a surface are
@@ -60,13 +61,10 @@ impl Frame {
     /// # Errors
     /// [`OutputError::NotFinite`] with step, pixel and what it shows.
     pub fn check_finite_of(&self, shown: impl Fn(usize) -> String) -> Result<(), OutputError> {
-        for (what, values) in [("radiance", &self.radiance), ("temperature", &self.temperature), ("depth", &self.depth)]
-        {
-            if let Some(pixel) = values.iter().position(|value| !value.is_finite()) {
-                let (x, y) = (pixel % self.width.max(1) as usize, pixel / self.width.max(1) as usize);
-                let name = || format!("step {}: the {what} in pixel ({x}, {y}) of {}", self.step, shown(pixel));
-                finite(f64::from(values[pixel]), name)?;
-            }
+        if let Some((what, pixel, value)) = not_finite(&self.radiance, &self.temperature, &self.depth) {
+            let (x, y) = (pixel % self.width.max(1) as usize, pixel / self.width.max(1) as usize);
+            let name = || format!("step {}: the {what} in pixel ({x}, {y}) of {}", self.step, shown(pixel));
+            finite(f64::from(value), name)?;
         }
         Ok(())
     }

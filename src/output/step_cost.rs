@@ -9,7 +9,7 @@ const KINDS: [(&str, &[&str]); 8] = [
     ("loads", &["thermal_step.absorb"]),
     ("responses of other parts", &["thermal_step."]),
     ("heaters", &["one_pass_heaters"]),
-    ("conduction inside blocks", &["one_pass.conduct"]),
+    ("conduction inside blocks", &["one_pass.conduct", "one_pass_stage"]),
     ("local step and weak conduction", &["one_pass."]),
     ("image", &["cull", "radiance", "read radiance", "read identity"]),
 ];

@@ -4,7 +4,8 @@
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Pixel, View};
+use super::surface::Pixel;
+use super::view::View;
 use crate::lens::Distortion;
 
 /// Most pixels that such a craft spans along either axis.

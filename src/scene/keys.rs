@@ -135,35 +135,23 @@ pub(super) const RADIANCE: &[&str] =
     &["band_um", "reflections", "background", "planet_temperature", "planet_map", "planet_day_night"];
 pub(super) const PLANET_MAP: &[&str] = &["file", "scale", "offset", "pole", "longitude_deg", "period"];
 pub(super) const PLANET_DAY_NIGHT: &[&str] = &["day", "night", "law"];
-pub(super) const CAMERA: &[&str] = &[
-    "width",
-    "height",
-    "fov_deg",
-    "focal_length",
-    "pixel_pitch",
-    "focal_px",
-    "fx",
-    "fy",
-    "cx",
-    "cy",
-    "skew",
-    "distortion",
-    "distortion_model",
-    "samples",
-    "line_time",
-    "frame",
-    "position",
-    "look_at",
-    "up",
-    "quaternion",
-    "path",
-    "path_relative_to",
-    "attitude",
-    "object",
-    "mount",
-    "near",
-    "preset",
-];
+
+/// Lists the keys of a camera: those that a ray of its image depends on, and the others. A preset may state some of the former.
+macro_rules! camera_keys {
+    (lens: $($lens:literal)*; others: $($other:literal)*;) => {
+        pub(super) const CAMERA: &[&str] = &[$($lens,)* $($other,)* "preset"];
+        /// The keys that a ray of the image depends on.
+        pub(super) const OF_THE_LENS: &[&str] = &[$($lens,)* "preset"];
+    };
+}
+
+camera_keys! {
+    lens: "width" "height" "fov_deg" "focal_length" "pixel_pitch" "focal_px" "fx" "fy" "cx"
+        "cy" "skew" "distortion" "distortion_model";
+    others: "samples" "line_time" "frame" "position" "look_at" "up" "quaternion" "path" "path_relative_to"
+        "attitude" "object" "mount" "near";
+}
+
 pub(super) const SENSOR: &[&str] = &[
     "seed",
     "point_spread",

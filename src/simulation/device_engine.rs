@@ -1,78 +1,51 @@
 //! The Vulkan device as an engine: it steps and draws every node in f32.
 
-use std::collections::VecDeque;
+mod camera;
+mod frames;
+mod host_step;
+
 use std::sync::Arc;
 
 use glam::DAffine3;
 
+use camera::DeviceCamera;
+use frames::{Flying, Fourth, Frames};
+
 use super::device_data::{DeviceData, sensor_tables};
-use super::distant::{Distance, told};
-use super::energy::absorbed_heat;
-use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
+use super::engine::{Delivered, Engine, EngineError, Order, Step};
 use super::exchange_device::DeviceExchange;
 use super::given::Given;
 use super::network::NetworkRun;
-use super::pose::draws_alike;
 use super::prepare::Prepared;
 use super::surroundings::Finishes;
-use super::viewpoint::{device_view, rolling, source_view};
 use crate::environment::StepLoad;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
-use crate::gpu::heat::{HeatOf, HeatTables};
 use crate::gpu::layout;
-use crate::gpu::renderer::{Heating, Renderer, Request, Submitted};
+use crate::gpu::renderer::{Heating, Renderer, Request};
 use crate::gpu::resources::check_plan;
-use crate::gpu::sampling::Sampling;
 use crate::gpu::timing::PassTimes;
 use crate::saved::Saved;
 use crate::scene::Camera;
 use crate::trace::{Trace, Track};
 
-/// What the fourth value of a pixel is, after radiance, temperature and depth.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Fourth {
-    /// Nothing that is an output.
-    Nothing,
-    /// Share of the samples that show a surface.
-    Coverage,
-    /// Reflected radiance.
-    Reflected,
-}
-
-/// A frame under way.
-struct Flying {
-    submitted: Submitted,
-    /// Heat that each run of network nodes absorbs in the step [W], where the host steps the network.
-    heat: Option<Vec<f64>>,
-}
-
 /// A scene on a device. Results are delivered in the order of the steps.
 pub struct DeviceEngine {
     /// The device state that steps and draws.
     pub renderer: Renderer,
-    flying: VecDeque<Flying>,
-    /// Results that were fetched early because a network needed the device.
-    ready: VecDeque<Delivered>,
+    frames: Frames,
     network: Option<NetworkRun>,
     /// Patches that radiate to each other, and what was found for poses of the joints.
     exchange: Option<DeviceExchange>,
-    /// Runs of nodes whose absorbed heat is summed.
-    heat: Option<HeatTables>,
     /// Temperatures of a file.
     given: Option<Arc<Given>>,
     /// Nodes with a structure below them.
     structures: Vec<usize>,
     steps: u64,
-    /// Intrinsics for the projection.
-    camera: Option<Camera>,
-    /// How the camera's image is made, without the map of the lens.
-    sampling: Option<Sampling>,
+    camera: Option<DeviceCamera>,
     /// Whether the image has a sensor.
     senses: bool,
     finishes: Finishes,
-    /// The boxes of a craft that may be far away.
-    distance: Option<Distance>,
     trace: Trace,
     context: Arc<Context>,
 }
@@ -97,141 +70,28 @@ impl DeviceEngine {
         Ok(Self {
             network: network.transpose()?,
             exchange,
-            heat: device.heat.clone(),
+            frames: Frames::new(device.heat.clone()),
             given: prepared.given.clone(),
             structures: prepared.structures(),
             renderer,
-            flying: VecDeque::new(),
-            ready: VecDeque::new(),
             steps: 0,
-            camera: camera.cloned(),
-            distance: data
-                .sampling
-                .as_ref()
-                .filter(|sampling| sampling.distant)
-                .zip(camera)
-                .and_then(|(_, camera)| Distance::new(prepared, camera)),
-            sampling: data.sampling.map(|sampling| Sampling { map: Vec::new(), ..sampling }),
             senses: data.sensor.is_some(),
+            camera: camera.map(|camera| DeviceCamera::new(prepared, camera, data.sampling)),
             finishes: device.finishes,
             trace: Trace::default(),
             context: Arc::clone(context),
         })
     }
 
-    /// Steps the network under the load of a step, and before it keeps the temperatures where the order says so. The host integrates between the loads and
-    /// the temperatures, so frames under way must end first.
-    fn step_network(&mut self, step: &Step<'_>, order: &Order<'_>) -> Result<Option<Vec<f64>>, EngineError> {
-        let fourth = self.fourth();
-        while let Some(flying) = self.flying.pop_front() {
-            self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), fourth)?);
-        }
-        if order.keep && self.network.is_some() {
-            self.renderer.keep_temperatures()?;
-        }
-        let Some(network) = &mut self.network else { return Ok(None) };
-        network.step_begins();
-        let mut values = self.renderer.absorbed(step.load, Some(step.steps))?;
-        network.step(network.scene().heat(|slot| f64::from(values[slot])), step.start, step.length)?;
-        let tables = self.heat.as_ref().filter(|_| order.absorbed);
-        let heat = tables.map(|tables| absorbed_heat(tables, |slot| f64::from(values[slot])));
-        put(&mut self.renderer, network, &mut values)?;
-        network.step_ends();
-        Ok(heat)
-    }
-
-    /// Writes the temperatures of a file at a time [s], and before them keeps those before the step where the order says so.
-    fn take_given(&mut self, given: &Given, time: f64, keep: bool) -> Result<(), EngineError> {
-        let fourth = self.fourth();
-        while let Some(flying) = self.flying.pop_front() {
-            self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), fourth)?);
-        }
-        if keep {
-            self.renderer.keep_temperatures()?;
-        }
-        let temperatures: Vec<f32> = given.at(time).iter().map(|kelvin| *kelvin as f32).collect();
-        Ok(self.renderer.set_temperatures(&temperatures)?)
-    }
-
-    /// Leaves the network to sub-steps if its frames do not keep the tolerance, before a step from `start` [s].
-    fn change_over(&mut self, start: f64) -> Result<(), EngineError> {
-        let (Some(network), Some(halving)) = (&self.network, self.renderer.halving()) else { return Ok(()) };
-        if !network.gives_up(halving) {
-            return Ok(());
-        }
-        let fourth = self.fourth();
-        while let Some(flying) = self.flying.pop_front() {
-            self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), fourth)?);
-        }
-        self.take_switches()?;
-        let estimate = self.renderer.network_estimate()?.map(|(estimate, _)| estimate).unwrap_or_default();
-        let temperatures = self.renderer.network_temperatures()?.unwrap_or_default();
-        self.renderer.end_network();
-        self.network.as_mut().map_or(Ok(()), |network| network.change_over(&temperatures, estimate, start))
-    }
-
-    /// Casts the rays of patches anew where a joint has moved.
-    fn follow_joints(&mut self, step: &Step<'_>) -> Result<(), EngineError> {
-        let fourth = self.fourth();
-        let Some(exchange) = &mut self.exchange else { return Ok(()) };
-        if let Some(tables) = exchange.turn(&step.load.joints, step.load.is_warm_up())? {
-            while let Some(flying) = self.flying.pop_front() {
-                self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), fourth)?);
-            }
-            self.renderer.set_exchange(tables)?;
-        }
-        Ok(())
-    }
-
-    /// Takes the switches of thermostats in frames that step the network.
-    fn take_switches(&mut self) -> Result<(), EngineError> {
-        let switches = self.renderer.take_switches();
-        self.network.as_mut().map_or(Ok(()), |network| network.take_switches(&switches))
-    }
-
     /// What the fourth value of a pixel is. A scene is refused where it is both.
     fn fourth(&self) -> Fourth {
-        if self.camera.as_ref().is_some_and(|camera| camera.samples > 1) {
+        if self.camera.as_ref().is_some_and(DeviceCamera::has_coverage) {
             Fourth::Coverage
         } else if self.finishes.is_apart() {
             Fourth::Reflected
         } else {
             Fourth::Nothing
         }
-    }
-
-    /// The camera pose against the body and against each joint.
-    fn views(&self, order: &Order<'_>) -> Option<Vec<layout::View>> {
-        let (pose, camera) = order.pose.as_ref().zip(self.camera.as_ref())?;
-        let still = [DAffine3::IDENTITY];
-        let joints = if order.joints.is_empty() { &still } else { order.joints };
-        let view = |joint: &DAffine3| match &self.sampling {
-            Some(sampling) => source_view(sampling, camera.near, &(*pose * *joint)),
-            None => device_view(camera, &(*pose * *joint)),
-        };
-        Some(joints.iter().map(view).collect())
-    }
-
-    /// The views of the crop of an image of a craft that is far away, and how its texels are put into pixels.
-    fn crop(&self, order: &Order<'_>) -> Option<(Vec<layout::View>, layout::Distant)> {
-        let (pose, camera) = order.pose.as_ref().zip(self.camera.as_ref())?;
-        let crop = self.distance.as_ref()?.crop(camera, pose, order.joints)?;
-        Some(told(camera, &crop, pose, order.joints))
-    }
-
-    /// The rolling shutter against the body and against each joint. Empty if all rows see one pose.
-    fn shutters(&self, order: &Order<'_>) -> Vec<layout::Shutter> {
-        let shutter = self.sampling.as_ref().and_then(|sampling| sampling.shutter.as_ref());
-        let (Some((_, shutter)), Some(camera), Some(Rows(moment))) = (shutter, &self.camera, order.rows) else {
-            return Vec::new();
-        };
-        let last = f64::from(camera.height - 1);
-        let [middle, last] = [0.5 * last, last].map(|row| {
-            let Moment { pose, joints } = moment(row);
-            let of_joint = |joint: &DAffine3| pose * *joint;
-            if joints.is_empty() { vec![pose] } else { joints.iter().map(of_joint).collect() }
-        });
-        middle.iter().zip(&last).map(|(middle, last)| rolling(shutter, middle, last)).collect()
     }
 }
 
@@ -253,14 +113,10 @@ impl Engine for DeviceEngine {
 
     fn settle(&mut self, load: &StepLoad, time: f64) -> Result<(), EngineError> {
         self.renderer.settle(load)?;
-        if let Some(given) = self.given.clone() {
-            return self.take_given(&given, time, false);
+        match self.given.clone() {
+            Some(given) => self.take_given(&given, time, false),
+            None => self.settle_network(load, time),
         }
-        let Some(network) = &mut self.network else { return Ok(()) };
-        let mut values = self.renderer.absorbed(load, None)?;
-        network.settle(network.scene().heat(|slot| f64::from(values[slot])), time)?;
-        put(&mut self.renderer, network, &mut values)?;
-        Ok(self.renderer.set_network(&network.temperatures()?, network.on())?)
     }
 
     fn settle_at(&mut self, temperature: f64, nodes: usize) -> Result<(), EngineError> {
@@ -272,12 +128,7 @@ impl Engine for DeviceEngine {
     }
 
     fn take_camera(&mut self, camera: &Camera) -> bool {
-        let any_lens = self.sampling.is_none() && !self.senses;
-        let fits = self.camera.as_ref().is_some_and(|own| draws_alike(own, camera, any_lens));
-        if fits {
-            self.camera = Some(camera.clone());
-        }
-        fits
+        self.camera.as_mut().is_some_and(|own| own.take(camera, self.senses))
     }
 
     fn take_sensor(&mut self, prepared: &Prepared) -> Result<bool, EngineError> {
@@ -311,12 +162,9 @@ impl Engine for DeviceEngine {
             }
             _ => {}
         }
-        let crop = self.crop(&order);
-        let (views, distant) = match &crop {
-            Some((views, distant)) => (Some(views.clone()), Some(*distant)),
-            None => (self.views(&order), None),
-        };
-        let shutters = self.shutters(&order);
+        let camera = self.camera.as_ref();
+        let (views, distant) = camera.map(|camera| camera.drawn(&order)).unwrap_or_default();
+        let shutters = camera.map(|camera| camera.shutters(&order)).unwrap_or_default();
         if let Some(around) = &order.surroundings {
             self.finishes.look_at(around);
         }
@@ -328,7 +176,7 @@ impl Engine for DeviceEngine {
         let planet = order.surroundings.zip(finishes.planet.as_ref()).and_then(|(around, planet)| planet.told(&around));
         let submitted = self.renderer.submit(Request {
             step: step.map(|step| (step.load, step.steps)),
-            views: views.as_deref().unwrap_or_default(),
+            views: &views,
             shutters: &shutters,
             temperatures: order.temperatures,
             absorbed: order.absorbed,
@@ -343,18 +191,18 @@ impl Engine for DeviceEngine {
             between: order.between.map(|share| share as f32),
             list: None,
         })?;
-        self.flying.push_back(Flying { submitted, heat });
+        self.frames.push(Flying { submitted, heat });
         Ok(())
     }
 
     fn deliver(&mut self) -> Result<Delivered, EngineError> {
-        if let Some(delivered) = self.ready.pop_front() {
+        if let Some(delivered) = self.frames.ready() {
             return Ok(delivered);
         }
-        let Some(flying) = self.flying.pop_front() else { return Ok(Delivered::default()) };
-        let waits = self.trace.span(Track::Host, "wait for the device");
+        let Some(flying) = self.frames.oldest() else { return Ok(Delivered::default()) };
         let fourth = self.fourth();
-        let delivered = collect(&mut self.renderer, flying, self.heat.as_ref(), fourth)?;
+        let waits = self.trace.span(Track::Host, "wait for the device");
+        let delivered = self.frames.collect(&mut self.renderer, flying, fourth)?;
         drop(waits);
         self.take_switches()?;
         self.renderer.take_frames().into_iter().for_each(|frame| self.trace.frame(frame));
@@ -485,45 +333,4 @@ impl Engine for DeviceEngine {
         network.set_temperatures(temperatures)?;
         Ok(self.renderer.set_network(temperatures, network.on())?)
     }
-}
-
-/// Converts a frame to the result of a step. `fourth` says what the fourth value of a pixel is.
-fn collect(
-    renderer: &mut Renderer,
-    flying: Flying,
-    tables: Option<&HeatTables>,
-    fourth: Fourth,
-) -> Result<Delivered, GpuError> {
-    let collected = renderer.collect(flying.submitted)?;
-    let mut absorbed: Option<Vec<f64>> =
-        collected.absorbed.map(|heat| heat.iter().map(|watts| f64::from(*watts)).collect());
-    if let (Some(tables), Some(of_network)) = (tables, flying.heat) {
-        let absorbed = absorbed.get_or_insert_with(|| vec![0.0; tables.runs.len()]);
-        for (number, _) in tables.runs.iter().enumerate().filter(|(_, run)| run.of == HeatOf::Flux) {
-            absorbed[number] = of_network[number];
-        }
-    }
-    let pixels = collected.radiance.zip(collected.identity).map(|(radiance, identity)| {
-        let [coverage, reflected] = [Fourth::Coverage, Fourth::Reflected].map(|wanted| {
-            if wanted == fourth { radiance.iter().map(|[.., value]| *value).collect() } else { Vec::new() }
-        });
-        Pixels {
-            radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
-            identity: identity.to_vec(),
-            coverage,
-            reflected,
-            readings: collected.readings,
-        }
-    });
-    Ok(Delivered { pixels, temperatures: collected.temperatures.map(<[f32]>::to_vec), absorbed })
-}
-
-/// Writes a network's temperatures over the fluxes in `values`, from which the device draws.
-fn put(renderer: &mut Renderer, network: &mut NetworkRun, values: &mut [f32]) -> Result<(), EngineError> {
-    if network.wrote_spare() {
-        renderer.spare_was_used();
-    }
-    let temperatures = network.temperatures()?;
-    network.scene().scatter(&temperatures, |slot, temperature| values[slot] = temperature as f32);
-    Ok(renderer.set_temperatures(values)?)
 }

@@ -18,7 +18,7 @@ use crate::exchange::step::{Exchange, Light, MOST_PATCHES, PATCHES, Settings};
 use crate::gpu::nodes::{GROUP, Nodes, PADDING};
 use crate::saved::{Saved, SavedError};
 use crate::thermal::material::Material;
-use crate::thermal::received::{Received, Seen};
+use crate::thermal::received::Received;
 
 /// Most rays of a scene. Their ends take 1 GiB.
 pub const MOST_RAYS: usize = 1 << 28;
@@ -230,11 +230,7 @@ impl ExchangeTwin {
     pub fn save(&self) -> Saved {
         let mut saved = self.renewal.save();
         saved.put_all("rays", self.found.save());
-        let seen = self.light.seen.iter().map(|seen| [seen.planet_ir, seen.albedo]);
-        saved.put("seen", &seen.collect::<Vec<_>>());
-        saved.put("reflected", &self.light.reflected);
-        saved.put("sunlight", &self.light.sunlight);
-        saved.put("mirrored", &self.light.mirrored);
+        self.light.save_into(&mut saved);
         saved.put("absorbed", &self.absorbed);
         saved
     }
@@ -246,13 +242,7 @@ impl ExchangeTwin {
     pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         self.renewal.restore(saved)?;
         self.found.restore(&saved.part("rays"), |poses| Ok::<_, SavedError>(self.craft.cast(poses)))?;
-        let seen: Vec<[f64; 2]> = saved.list("seen")?;
-        self.light = Light {
-            seen: seen.into_iter().map(|[planet_ir, albedo]| Seen { planet_ir, albedo }).collect(),
-            reflected: saved.list("reflected")?,
-            sunlight: saved.list("sunlight")?,
-            mirrored: saved.list("mirrored")?,
-        };
+        self.light = Light::restored(saved)?;
         self.absorbed = saved.list("absorbed")?;
         Ok(())
     }

@@ -64,7 +64,14 @@ impl Image {
 
     /// The first pixel of a surface whose radiance, temperature or depth is not finite, and which of them it is.
     pub fn not_finite(&self) -> Option<(&'static str, usize)> {
-        let lists = [("radiance", &self.radiance), ("temperature", &self.temperature), ("depth", &self.depth)];
-        lists.into_iter().find_map(|(name, values)| Some((name, values.iter().position(|value| !value.is_finite())?)))
+        not_finite(&self.radiance, &self.temperature, &self.depth).map(|(what, pixel, _)| (what, pixel))
     }
+}
+
+/// The first number of an image that is not finite: its name, its pixel, and itself.
+pub fn not_finite(radiance: &[f32], temperature: &[f32], depth: &[f32]) -> Option<(&'static str, usize, f32)> {
+    [("radiance", radiance), ("temperature", temperature), ("depth", depth)].into_iter().find_map(|(name, values)| {
+        let (pixel, value) = values.iter().enumerate().find(|(_, value)| !value.is_finite())?;
+        Some((name, pixel, *value))
+    })
 }

@@ -6,13 +6,18 @@
 
 mod build;
 mod change_over;
+mod description;
+mod failure;
 mod given;
 mod left;
 mod run;
+mod saved;
+mod steady;
 
 pub(super) use build::shell;
-pub(crate) use run::unfinished;
-pub use run::{BEYOND, ESTIMATED, NetworkRun, StepCost};
+pub use description::{BEYOND, ESTIMATED};
+pub(crate) use failure::unfinished;
+pub use run::{NetworkRun, StepCost};
 
 use std::sync::Arc;
 
@@ -280,12 +285,19 @@ fn described(plan: &Plan) -> Vec<(String, String)> {
     let kinds = plan.conductions();
     let own: usize = kinds.iter().map(Conduction::weights).sum();
     let entry = |name: &str, value: String| (name.to_owned(), value);
-    vec![
+    let mut lines = vec![
         entry(
             "blocks that conduct exactly",
             format!("{} of {nodes} nodes, at most {largest} in one", plan.blocks().len()),
         ),
         entry("kinds of blocks", format!("{} with {own} weights, in place of {}", kinds.len(), plan.weights())),
         entry("fast nodes", (0..plan.network().len()).filter(|node| plan.is_fast(*node)).count().to_string()),
-    ]
+    ];
+    if let (Some(large), Some(series)) = (plan.large(), plan.series()) {
+        lines.push(entry("nodes of large blocks", format!("{}, in {} stages", large.nodes().len(), series.stages())));
+    }
+    if plan.halvings() > 0 {
+        lines.push(entry("longest step", format!("{} s, because a longer one does not fit", plan.longest())));
+    }
+    lines
 }

@@ -148,15 +148,11 @@ impl LooseNodes {
                 Response::Transition(Transition { retarget: Retarget::Restart, .. }) => StepKind::Restart,
             };
             let variant = ThermalVariant {
-                kind,
-                curve: Curve::Power,
                 both_sides: matches!(material.sides, Sides::Both { .. }),
                 sun: present.sun,
                 planet_ir: present.planet_ir,
                 albedo: present.albedo,
-                shadow: false,
-                exchange: false,
-                fused: false,
+                ..ThermalVariant::bare(kind, Curve::Power)
             };
             nodes.ranges.push(StepRange { variant, groups: (first, nodes.group_material.len() as u32), joint: 0 });
         }
@@ -173,20 +169,9 @@ impl LooseNodes {
             group_part: &vec![0; self.group_material.len()],
             normals: &self.normals,
             positions: &vec![Vec3::ZERO; self.normals.len()],
-            triangles: &[],
             materials: &materials,
-            shapes: &shapes,
             band_table: &[0.0],
-            image: None,
-            between: false,
-            sampling: None,
-            shadows: None,
-            joints: None,
-            network: None,
-            heat: None,
-            exchange: None,
-            sensor: None,
-            shown: Default::default(),
+            ..SceneData::empty(&shapes)
         };
         Renderer::new(context, &data).expect("a small scene")
     }

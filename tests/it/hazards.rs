@@ -13,17 +13,7 @@ use isotherm::gpu::variant::{Curve, ResponseVariant, StepKind, ThermalVariant};
 use super::hazard::{HazardKind, barrier_count, hazards, unread_by_host, without_barrier};
 
 fn variant(kind: StepKind, both_sides: bool) -> ThermalVariant {
-    ThermalVariant {
-        kind,
-        curve: Curve::Power,
-        both_sides,
-        sun: true,
-        planet_ir: true,
-        albedo: true,
-        shadow: false,
-        exchange: false,
-        fused: false,
-    }
+    ThermalVariant { both_sides, sun: true, planet_ir: true, albedo: true, ..ThermalVariant::bare(kind, Curve::Power) }
 }
 
 fn range(kind: StepKind, both_sides: bool, groups: (u32, u32)) -> StepRange {

@@ -58,6 +58,7 @@ mod sensor;
 mod server;
 mod shaders;
 mod shadows;
+mod shown;
 mod step_length;
 #[cfg(unix)]
 mod streams;

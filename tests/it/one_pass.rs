@@ -3,7 +3,7 @@
 use ash::vk::PipelineStageFlags2;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::one_pass::frame::{OnePassShape, SECTIONS};
-use isotherm::gpu::one_pass_variant::{OnePassKind, OnePassVariant};
+use isotherm::gpu::one_pass_variant::{OnePassKind, OnePassVariant, StageVariant};
 use isotherm::gpu::pass::Kernel;
 use isotherm::gpu::shaders::Shader;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
@@ -22,6 +22,8 @@ use super::mesh_network::{SKIN, TRANSITION, history};
 use super::shaders::{bindings_of, declared};
 
 const ONE_PASS: &str = "[network]\nintegrator = \"one_pass\"\n";
+/// Stages of the conduction inside large blocks.
+const STAGES: u32 = 3;
 /// Sub-steps as by default where one pass does not take a network.
 const SUB_STEPS: &str = "[network]\nintegrator = \"cheap\"\ntolerance = 0.005\n";
 
@@ -42,15 +44,10 @@ fn shapes() -> Vec<OnePassShape> {
 /// The frames of a run, with steps that have no past. A last frame reads the temperatures.
 fn frames(shape: OnePassShape) -> Vec<Frame> {
     let variant = ThermalVariant {
-        kind: StepKind::Absorb,
-        curve: Curve::Power,
-        both_sides: false,
         sun: true,
         planet_ir: true,
         albedo: true,
-        shadow: false,
-        exchange: false,
-        fused: false,
+        ..ThermalVariant::bare(StepKind::Absorb, Curve::Power)
     };
     let ranges = [StepRange { variant, groups: (0, 64), joint: 0 }];
     let mut odd = false;
@@ -71,7 +68,7 @@ fn frames(shape: OnePassShape) -> Vec<Frame> {
         (2, 0),
         (2, 2),
     ] {
-        let (steps, next) = shape.steps(count, age, odd);
+        let (steps, next) = shape.steps(count, age, odd, STAGES);
         odd = next;
         frames.push(Frame::step(&ranges, Wanted::default()).then(steps));
     }
@@ -102,12 +99,16 @@ fn frames_have_all_their_barriers_and_no_other() {
 
 #[test]
 fn passes_declare_what_their_shaders_touch() {
-    let mut seen = Vec::new();
+    let (mut seen, mut stages) = (Vec::new(), Vec::new());
     for frame in lists_of_all_shapes() {
         for pass in frame.passes() {
             let shader = match pass.kernel() {
                 Some(Kernel::OnePass(variant)) if !seen.contains(&variant) => {
                     seen.push(variant);
+                    variant.shader()
+                }
+                Some(Kernel::Stage(variant)) => {
+                    stages.push(variant);
                     variant.shader()
                 }
                 Some(Kernel::Heaters) => Shader::new("one_pass_heaters.comp", Vec::new()),
@@ -122,6 +123,11 @@ fn passes_declare_what_their_shaders_touch() {
     seen.sort_unstable();
     all.sort_unstable();
     assert_eq!(seen, all);
+    stages.sort_unstable();
+    stages.dedup();
+    let mut all = StageVariant::all();
+    all.sort_unstable();
+    assert_eq!(stages, all);
 }
 
 fn on_device(prepared: &Prepared) -> Vec<f64> {
@@ -154,6 +160,10 @@ fn cases() -> Vec<(&'static str, String)> {
     let skin = (TRANSITION, SKIN);
     let mast = ("response = \"instant\"\n", MAST);
     let warm = "[initial]\ntemperature = 282\n";
+    // The cube is a block of more nodes than matrices are made for.
+    let quick = SKIN.replace("conductivity = 160", "conductivity = 2000");
+    // Its blocks take three time constants of radiation in a step, so it needs shorter ones.
+    let conducting = FOIL.replace("conductivity = 0", "conductivity = 1000");
     let massless = LAYERS.replace("density = 1420", "density = 0");
     vec![
         ("skin", scene(&[skin], "")),
@@ -182,6 +192,8 @@ fn cases() -> Vec<(&'static str, String)> {
                 &format!("{CONTACT}{}{warm}", SWITCHED.replace("3000", "8000")),
             ),
         ),
+        ("large block", scene(&[(TRANSITION, quick.as_str()), mast, ("max_edge = 0.7", "max_edge = 0.2")], CONTACT)),
+        ("conducting foil", scene(&[(TRANSITION, conducting.as_str()), ("max_edge = 0.7", "max_edge = 0.2")], "")),
         ("short steps", scene(&[skin, mast, ("step = 60", "step = 0.1"), ("steps = 12", "steps = 200")], CONTACT)),
     ]
 }
@@ -191,7 +203,9 @@ fn device_and_twin_agree() {
     for (name, scene) in cases() {
         let prepared = Folder::new(&scene).prepared();
         let network = prepared.network.as_ref().expect("a network");
-        assert!(network.plan().is_some(), "{name}: {:?}", prepared.warnings);
+        let plan = network.plan().unwrap_or_else(|| panic!("{name}: {:?}", prepared.warnings));
+        assert_eq!(plan.large().is_some(), ["large block", "conducting foil"].contains(&name), "{name}");
+        assert_eq!(plan.halvings() > 0, name == "conducting foil", "{name}: {} halvings", plan.halvings());
         Worst::of(&on_device(&prepared), &twin(&prepared), |node| format!("value {node}")).within(2e-3, "K", name);
     }
 }

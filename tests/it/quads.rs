@@ -41,17 +41,7 @@ impl Quads {
         let both_sides = false;
         Self {
             materials,
-            variant: ThermalVariant {
-                kind: StepKind::Instant,
-                curve: Curve::Power,
-                both_sides,
-                sun: false,
-                planet_ir: false,
-                albedo: false,
-                shadow: false,
-                exchange: false,
-                fused: false,
-            },
+            variant: ThermalVariant { both_sides, ..ThermalVariant::bare(StepKind::Instant, Curve::Power) },
             band: Band { lower: 8e-6, upper: 14e-6 },
             positions: Vec::new(),
             normals: Vec::new(),
@@ -93,18 +83,10 @@ impl Quads {
             positions: &padded(&self.positions),
             triangles: &self.triangles,
             materials: &self.materials.iter().map(|material| device_material(material, &shapes)).collect::<Vec<_>>(),
-            shapes: &shapes,
             band_table: &band_table(&RadianceTable::new(self.band)),
             image: Some([camera.width, camera.height]),
-            between: false,
             sampling: sampling(camera, context.info.sample_counts, false),
-            shadows: None,
-            joints: None,
-            network: None,
-            heat: None,
-            exchange: None,
-            sensor: None,
-            shown: Default::default(),
+            ..SceneData::empty(&shapes)
         };
         let mut renderer = Renderer::new(context, &data).expect("a small scene");
         let mut temperatures = self.temperatures.clone();

@@ -229,17 +229,7 @@ fn the_sensor_sees_the_image_of_several_samples_and_of_a_lens() {
 
 #[test]
 fn each_barrier_of_the_sensor_is_needed() {
-    let instant = ThermalVariant {
-        kind: StepKind::Instant,
-        curve: Curve::Power,
-        both_sides: false,
-        sun: false,
-        planet_ir: true,
-        albedo: false,
-        shadow: false,
-        exchange: false,
-        fused: false,
-    };
+    let instant = ThermalVariant { planet_ir: true, ..ThermalVariant::bare(StepKind::Instant, Curve::Power) };
     let ranges = [StepRange { variant: instant, groups: (0, 64), joint: 0 }];
     let settle = Frame::settle(&ranges);
     let drawn = Frame::step(&ranges, Wanted { image: true, cull: 100, ..Wanted::default() });

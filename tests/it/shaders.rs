@@ -28,17 +28,7 @@ pub const CURVES: [Curve; 3] =
 
 /// Every variant of a curve in any scene.
 pub fn thermal_variants(curve: Curve) -> Vec<ThermalVariant> {
-    let bare = |kind| ThermalVariant {
-        kind,
-        curve,
-        both_sides: false,
-        sun: false,
-        planet_ir: false,
-        albedo: false,
-        shadow: false,
-        exchange: false,
-        fused: false,
-    };
+    let bare = |kind| ThermalVariant::bare(kind, curve);
     let mut all = vec![bare(StepKind::Advance)];
     let stateless: &[StepKind] = if curve == Curve::Power { &[StepKind::Instant, StepKind::Absorb] } else { &[] };
     let plate = |over, fast| StepKind::Radiative { over, fast };

@@ -31,15 +31,11 @@ const WANTED: Wanted = Wanted {
 fn range() -> StepRange {
     let kind = StepKind::Merge;
     let variant = ThermalVariant {
-        kind,
-        curve: Curve::Power,
         both_sides: true,
         sun: true,
         planet_ir: true,
         albedo: true,
-        shadow: false,
-        exchange: false,
-        fused: false,
+        ..ThermalVariant::bare(kind, Curve::Power)
     };
     StepRange { variant, groups: (0, 64), joint: 0 }
 }

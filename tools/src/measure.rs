@@ -206,15 +206,10 @@ fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) ->
     for &nodes in &arguments.nodes {
         let nodes = nodes.next_multiple_of(256);
         let variant = |kind, sun, planet_ir, albedo| ThermalVariant {
-            kind,
-            curve: Curve::Power,
-            both_sides: false,
             sun,
             planet_ir,
             albedo,
-            shadow: false,
-            exchange: false,
-            fused: false,
+            ..ThermalVariant::bare(kind, Curve::Power)
         };
         let mut row = Vec::new();
         let mut bytes = 0.0;
@@ -265,17 +260,7 @@ fn functions(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Re
         let domain = Domain::Temperature;
         let transition = Transition { heating: profile.clone(), cooling: profile, retarget, domain };
         let (kind, curve) = shapes::curve(&transition);
-        let variant = ThermalVariant {
-            kind,
-            curve,
-            both_sides: false,
-            sun: true,
-            planet_ir: all,
-            albedo: all,
-            shadow: false,
-            exchange: false,
-            fused: false,
-        };
+        let variant = ThermalVariant { sun: true, planet_ir: all, albedo: all, ..ThermalVariant::bare(kind, curve) };
         // Processor time does not depend on other programs. The difference of few steps is mostly the pipeline's
         // creation.
         let processor_ms = |steps: &[StepLoad]| -> Result<f64, AnyError> {

@@ -212,37 +212,18 @@ static ZEROS: [u32; 8192] = [0; 8192];
 impl Loose {
     fn data<'a>(&'a self, shapes: &'a Shapes, shadows: Option<crate::gpu::resources::ShadowData<'a>>) -> SceneData<'a> {
         let groups = self.normals.len() / 4;
-        let variant = ThermalVariant {
-            kind: self.kind,
-            curve: Curve::Power,
-            both_sides: false,
-            sun: true,
-            planet_ir: false,
-            albedo: false,
-            shadow: self.shadow,
-            exchange: false,
-            fused: false,
-        };
+        let variant =
+            ThermalVariant { sun: true, shadow: self.shadow, ..ThermalVariant::bare(self.kind, Curve::Power) };
         SceneData {
             ranges: vec![StepRange { variant, groups: (0, groups as u32), joint: 0 }],
             group_material: &ZEROS[..groups],
             group_part: &ZEROS[..groups],
             normals: &self.normals,
             positions: &self.positions,
-            triangles: &[],
             materials: &[MATERIAL],
-            shapes,
             band_table: &[0.0],
-            image: None,
-            between: false,
-            sampling: None,
             shadows,
-            joints: None,
-            network: None,
-            heat: None,
-            exchange: None,
-            sensor: None,
-            shown: Default::default(),
+            ..SceneData::empty(shapes)
         }
     }
 }

@@ -3,7 +3,7 @@
 use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use crate::gpu::frame::Frame;
-use crate::gpu::one_pass_variant::{OnePassKind, OnePassVariant};
+use crate::gpu::one_pass_variant::{OnePassKind, OnePassVariant, StageVariant};
 use crate::gpu::pass::{
     Access, COMPUTE_READ, COMPUTE_WRITE, Entry, Kernel, Pass, Said, Scope, Work, access, barrier, scope,
 };
@@ -37,14 +37,24 @@ pub struct Section {
     pub radiative: bool,
     /// Whether a Runge-Kutta step is too coarse for one of them.
     pub fast: bool,
+    /// Whether they are in large blocks.
+    pub large: bool,
 }
 
 const fn section(kind: OnePassKind, radiative: bool, fast: bool) -> Section {
-    Section { kind, radiative, fast }
+    Section { kind, radiative, fast, large: false }
 }
 
-/// Sections of the groups in order. Blocks come first, and what has no estimate last.
-pub const SECTIONS: [Section; 11] = [
+const fn large(radiative: bool, fast: bool) -> Section {
+    Section { kind: OnePassKind::Drive, radiative, fast, large: true }
+}
+
+/// Sections of the groups in order. Large blocks come first, then other blocks, and what has no estimate last.
+pub const SECTIONS: [Section; 15] = [
+    large(true, true),
+    large(true, false),
+    large(false, true),
+    large(false, false),
     section(OnePassKind::Drive, true, true),
     section(OnePassKind::Drive, true, false),
     section(OnePassKind::Drive, false, true),
@@ -57,10 +67,12 @@ pub const SECTIONS: [Section; 11] = [
     section(OnePassKind::Alone, false, false),
     section(OnePassKind::Balance, true, false),
 ];
+/// Number of sections with large blocks.
+const LARGE: usize = 4;
 /// Number of sections with blocks.
-const BLOCKS: usize = 4;
+const BLOCKS: usize = 8;
 /// Number of sections with an estimate.
-const ESTIMATED: usize = 8;
+const ESTIMATED: usize = 12;
 
 /// Place of a step among those of a frame.
 #[derive(Clone, Copy)]
@@ -80,11 +92,18 @@ struct Place {
     trial: bool,
     /// Whether the drawn nodes take its temperatures.
     shown: bool,
+    /// Stages of the conduction inside large blocks.
+    stages: u32,
 }
 
 /// Mean temperatures from which a step starts. The step leaves those of the next one in the other buffer.
 fn means(odd: bool) -> Resource {
     if odd { Resource::OnePassMeanOdd } else { Resource::OnePassMeanEven }
+}
+
+/// Vectors of a stage.
+fn vectors(stage: u32) -> Resource {
+    if stage.is_multiple_of(2) { Resource::OnePassVectorEven } else { Resource::OnePassVectorOdd }
 }
 
 /// Barriers between compute passes over those of the buffers for which it is true.
@@ -98,9 +117,9 @@ fn wait(entries: &mut Vec<Entry>, buffers: &[(Resource, bool)]) {
 
 impl OnePassShape {
     /// Steps of one length, after the flux of the drawn nodes. `age` is the number of such steps before them. The state is
-    /// in the odd buffer if `odd`. Where there were none, the first one is tried before. The second result is `odd` for
-    /// the new state.
-    pub fn steps(&self, count: u32, age: u32, odd: bool) -> (Frame, bool) {
+    /// in the odd buffer if `odd`. Where there were none, the first one is tried before. Large blocks conduct in a number of `stages`. The second result is
+    /// `odd` for the new state.
+    pub fn steps(&self, count: u32, age: u32, odd: bool, stages: u32) -> (Frame, bool) {
         let tried = age == 0;
         let all = count + u32::from(tried);
         let mut entries = Vec::new();
@@ -118,6 +137,7 @@ impl OnePassShape {
                     odd: odd ^ (number % 2 == 1),
                     trial,
                     shown: number + 1 == all,
+                    stages,
                 },
                 &mut entries,
             );
@@ -174,7 +194,7 @@ impl OnePassShape {
                 &[(R::Temperature, shown && others), (this, gathers), (next, finishes), (R::OnePassStates, others)],
             );
         }
-        let mut last = None;
+        let mut last: Option<OnePassKind> = None;
         let steps = self.sections().filter(|(section, _)| matches!(section.kind, K::Drive | K::Advance | K::Alone));
         for (of, groups) in steps {
             let kind = Some(of.kind);
@@ -198,22 +218,92 @@ impl OnePassShape {
             last = kind;
         }
         if in_blocks {
+            let large = self.in_large() > 0;
+            if large {
+                self.stages(place, entries);
+            }
             wait(
                 entries,
                 &[
                     (R::Temperature, shown),
                     (next, finishes || balances),
                     (R::OnePassStates, !trial),
-                    (R::OnePassDrives, true),
+                    (R::OnePassDrives, !large),
                     (R::OnePassCouplings, true),
                     (R::OnePassMemory, estimates),
-                    (R::OnePassErrors, estimates),
+                    (R::OnePassErrors, estimates && !large),
                     (R::OnePassTold, estimates && has(&[K::Advance])),
+                    (R::OnePassSums, large),
                 ],
             );
             let conducts = section(K::Conduct, false, false);
-            entries.push(Entry::Pass(self.pass(conducts, place, (0, self.in_blocks()))));
+            let ranges = [(true, (0, self.in_large())), (false, (self.in_large(), self.in_blocks()))];
+            let mut passes = ranges.into_iter().filter(|(_, (first, end))| first < end);
+            let mut pass = |(large, groups)| Entry::Pass(self.pass(Section { large, ..conducts }, place, groups));
+            entries.extend(passes.next().map(&mut pass));
+            if let Some(other) = passes.next() {
+                // Other nodes of the same buffers.
+                wait(
+                    entries,
+                    &[
+                        (R::Temperature, shown),
+                        (next, true),
+                        (R::OnePassStates, !trial),
+                        (R::OnePassCouplings, true),
+                        (R::OnePassMemory, estimates),
+                        (R::OnePassTold, estimates),
+                    ],
+                );
+                entries.push(pass(other));
+            }
         }
+    }
+
+    /// The stages of the conduction inside large blocks. Each reads the vectors of the one before.
+    fn stages(&self, place: Place, entries: &mut Vec<Entry>) {
+        use Resource as R;
+        let estimates = place.sample == Sample::Estimate;
+        for number in 0..=place.stages {
+            let begins = number == 0;
+            wait(
+                entries,
+                &[
+                    (R::OnePassDrives, begins),
+                    (R::OnePassErrors, begins && estimates),
+                    (R::OnePassVectorEven, true),
+                    (R::OnePassVectorOdd, !begins),
+                    (R::OnePassSums, true),
+                ],
+            );
+            entries.push(Entry::Pass(self.stage(number, estimates)));
+        }
+    }
+
+    fn stage(&self, number: u32, estimates: bool) -> Pass {
+        use Resource as R;
+        let bound = |binding, resource, scope| Access { binding: Some(binding), ..access(resource, scope) };
+        let variant = StageVariant { begins: number == 0, estimates };
+        let mut accesses = vec![
+            bound(0, R::OnePassNodes, COMPUTE_READ),
+            bound(2, R::OnePassLinks, COMPUTE_READ),
+            bound(3, R::OnePassSums, COMPUTE_WRITE),
+            bound(4, vectors(number), COMPUTE_WRITE),
+            bound(12, R::OnePassUnits, COMPUTE_READ),
+        ];
+        if variant.begins {
+            accesses.extend([8, 5].map(|binding| bound(binding, R::OnePassDrives, COMPUTE_READ)));
+            if estimates {
+                accesses.extend([14, 6].map(|binding| bound(binding, R::OnePassErrors, COMPUTE_READ)));
+            }
+        } else {
+            accesses.push(bound(3, R::OnePassSums, COMPUTE_READ));
+            accesses.push(bound(4, vectors(number), COMPUTE_READ));
+            accesses.extend([8, 5].map(|binding| bound(binding, vectors(number + 1), COMPUTE_READ)));
+        }
+        let workgroups = self.in_large().div_ceil(WORKGROUP);
+        let (kernel, said) = (Kernel::Stage(variant), Said::Stage { number });
+        let work = Work::Dispatch { kernel, workgroups, set: number % 2, said };
+        Pass { name: variant.shader().name(), work, accesses }
     }
 
     /// The power of the heaters in a step.
@@ -235,6 +325,11 @@ impl OnePassShape {
         let workgroups = self.heaters.div_ceil(WORKGROUP);
         let work = Work::Dispatch { kernel: Kernel::Heaters, workgroups, set: u32::from(odd), said };
         Pass { name: "one_pass_heaters".to_owned(), work, accesses }
+    }
+
+    /// Groups in large blocks.
+    pub fn in_large(&self) -> u32 {
+        self.ends[LARGE - 1]
     }
 
     /// Groups in blocks.
@@ -262,9 +357,9 @@ impl OnePassShape {
     fn pass(&self, of: Section, place: Place, (first, end): (u32, u32)) -> Pass {
         use OnePassKind as K;
         use Resource as R;
-        let Section { kind, radiative, fast } = of;
+        let Section { kind, radiative, fast, large } = of;
         let Place { sample, since, trial, shown, odd, .. } = place;
-        let variant = OnePassVariant { kind, trial, sample, shown, radiative, fast, masked: self.masked }.lean();
+        let variant = OnePassVariant { kind, trial, sample, shown, radiative, fast, masked: self.masked, large }.lean();
         let mut accesses = Vec::new();
         let mut bind = |binding, resource, reads: bool, writes: bool| {
             let scopes = [(reads, COMPUTE_READ), (writes, COMPUTE_WRITE)];
@@ -291,8 +386,12 @@ impl OnePassShape {
         if conducts {
             bind(8, R::OnePassDrives, true, false);
             bind(9, R::OnePassCouplings, false, true);
-            bind(11, R::OnePassWeights, true, false);
-            bind(12, R::OnePassUnits, true, false);
+            if variant.large {
+                bind(11, R::OnePassSums, true, false);
+            } else {
+                bind(11, R::OnePassWeights, true, false);
+                bind(12, R::OnePassUnits, true, false);
+            }
         }
         bind(7, R::OnePassStates, true, !drives && !variant.trial);
         if !conducts || variant.shown {

@@ -1,7 +1,8 @@
 //! Radiation between surfaces on the device: its passes in a frame, and new tables where a joint has moved.
 
+use super::Renderer;
 use super::exchanging::Exchanging;
-use super::{Renderer, ranges_of_load};
+use super::ranges::ranges_of_load;
 use crate::environment::StepLoad;
 use crate::gpu::error::GpuError;
 use crate::gpu::exchange::ExchangeTables;

@@ -1,12 +1,12 @@
 //! Steps without outputs, many in one dispatch.
 
 use super::super::error::GpuError;
-use super::super::frame::{Frame, StepRange, Wanted};
+use super::super::frame::{Frame, Wanted};
 use super::super::layout::FUSED_STEPS;
 use super::super::load::DeviceLoad;
 use super::super::pass::Entry;
-use super::super::variant::ThermalVariant;
-use super::{Renderer, Request, Submitted, ranges_of_load, ranges_of_step};
+use super::ranges::{fused, ranges_of_load, ranges_of_step};
+use super::{Renderer, Request, Submitted};
 use crate::environment::StepLoad;
 
 impl Renderer {
@@ -76,10 +76,4 @@ impl Renderer {
         });
         self.bindings.add(&self.resources, frames.iter().flat_map(Frame::passes))
     }
-}
-
-/// The ranges with fused variants. A range without a state keeps its variant, because only its last step counts.
-fn fused(ranges: &[StepRange]) -> Vec<StepRange> {
-    let variant = |variant: ThermalVariant| variant.fused().unwrap_or(variant);
-    ranges.iter().map(|range| StepRange { variant: variant(range.variant), ..*range }).collect()
 }

@@ -49,7 +49,7 @@ impl Renderer {
             network.unread[slot] = Some([start, steps * network.tables.step]);
         }
         let Some(network) = &mut self.one_pass else { return Ok(Frame::default()) };
-        let (frame, odd) = network.tables.shape.steps(count, network.age, network.odd);
+        let (frame, odd) = network.tables.shape.steps(count, network.age, network.odd, network.stages());
         network.told_steps += estimates(network.age, count);
         (network.odd, network.age) = (odd, network.age.saturating_add(count));
         Ok(frame)

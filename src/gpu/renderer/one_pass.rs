@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use crate::gpu::frame::Frame;
-use crate::gpu::layout::{HeaterStep, NetworkStep};
+use crate::gpu::layout::{HeaterStep, NetworkStage, NetworkStep};
 use crate::gpu::nodes::GROUP;
 use crate::gpu::one_pass::OnePassTables;
 use crate::gpu::resource::Resource;
 use crate::gpu::resource_row::SLOTS;
 use crate::gpu::variant::StepKind;
 use crate::thermal::network::control::Switch;
-use crate::thermal::network::one_pass::{HALVINGS_AT_MOST, Halving, Plan, Plans, Told};
+use crate::thermal::network::one_pass::{HALVINGS_AT_MOST, Halving, Plan, Plans, Series, Stage, Told};
 
 /// Most steps of a network in a frame whose passes are timed: a coarse step of a warm-up has six of the scene, each halved three times.
 pub(super) const STEPS_AT_MOST: u32 = 6 << HALVINGS_AT_MOST;
@@ -45,10 +45,10 @@ impl OnePass {
         Self {
             tables: tables.clone(),
             plans: Plans::new(&plan),
+            halving: Halving::new(tables.tolerance, plan.halvings()),
             plan,
             odd: false,
             age: 0,
-            halving: Halving::new(tables.tolerance),
             told: Told::default(),
             told_steps: 0,
             on: on.collect(),
@@ -59,7 +59,9 @@ impl OnePass {
 
     /// Every list of a step, so that pipelines exist before a run.
     pub fn frames(&self) -> Vec<Frame> {
-        let of = |count, age| [false, true].map(|odd| self.tables.shape.steps(count, age, odd).0);
+        // Vectors of both parities.
+        let stages = 2;
+        let of = |count, age| [false, true].map(|odd| self.tables.shape.steps(count, age, odd, stages).0);
         // Each part in the estimate, also in the last step of a frame.
         let single = [1, 2, 4].into_iter().flat_map(|age| of(1, age));
         of(STEPS_AT_MOST, 0).into_iter().chain(single).collect()
@@ -94,6 +96,22 @@ impl OnePass {
         }
         let node = tables.slot_of_node.iter().position(|slot| Some(*slot) == largest);
         Told { node: node.unwrap_or(0), ..told }
+    }
+
+    /// Stages of the conduction inside large blocks.
+    pub fn stages(&self) -> u32 {
+        self.plan.series().map_or(0, |series| series.stages() as u32)
+    }
+
+    /// Push constants of a stage. 0 is the first vector.
+    pub fn stage_constants(&self, number: u32) -> NetworkStage {
+        let (end, step) = (self.tables.shape.in_large(), self.plan.step());
+        let of = |series: &Series| match number {
+            0 => Stage { rate: 1.0, here: 0.0, older: 0.0, part: series.first() },
+            number => series.stage(number as usize),
+        };
+        let Stage { rate, here, older, part } = self.plan.series().map(of).unwrap_or_default();
+        NetworkStage { end, rate: (step * rate) as f32, here: here as f32, older: older as f32, part: part as f32 }
     }
 
     /// Push constants of a pass of the heaters.

@@ -1,6 +1,7 @@
 //! The lens of a camera: focal lengths, principal point, skew and distortion.
 
 use super::super::error::SceneError;
+use super::super::keys::OF_THE_LENS;
 use super::super::preset::Preset;
 use super::super::quantity::Quantity;
 use super::super::section::Section;
@@ -8,24 +9,6 @@ use crate::lens::{Distortion, Lens};
 
 /// Place of the principal point, and skew.
 const PLACE: Quantity = Quantity::within(-100_000.0, 100_000.0, "px");
-
-/// The keys that a ray of the image depends on.
-const OF_THE_LENS: [&str; 14] = [
-    "width",
-    "height",
-    "preset",
-    "fov_deg",
-    "focal_length",
-    "pixel_pitch",
-    "focal_px",
-    "fx",
-    "fy",
-    "cx",
-    "cy",
-    "skew",
-    "distortion",
-    "distortion_model",
-];
 
 /// The lens of an image of this size. It is refused where it folds the image.
 pub(super) fn read(
@@ -53,7 +36,7 @@ pub(super) fn read(
     let lens = Lens { focal, centre, skew, distortion };
     if !lens.is_pinhole() {
         let key = if distortion == Distortion::None { "skew" } else { "distortion" };
-        lens.field(size).map_err(|error| section.clash(key, &OF_THE_LENS, error))?;
+        lens.field(size).map_err(|error| section.clash(key, OF_THE_LENS, error))?;
     }
     Ok(lens)
 }

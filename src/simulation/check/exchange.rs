@@ -10,7 +10,7 @@ use crate::exchange::sky::{Due, Renewal};
 use crate::exchange::step::{Exchange, Light};
 use crate::saved::{Saved, SavedError};
 use crate::simulation::exchange::Craft;
-use crate::thermal::received::{Received, Seen};
+use crate::thermal::received::Received;
 
 /// Findings of infrared between two estimates of noise and of what was left out.
 const EVERY: u64 = 20;
@@ -172,11 +172,7 @@ impl ExchangeCheck {
         let mut saved = self.renewal.save();
         let poses = self.found.last().map(|(poses, _)| &poses[..]).unwrap_or_default();
         saved.put("rays", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
-        let seen = self.light.seen.iter().map(|seen| [seen.planet_ir, seen.albedo]);
-        saved.put("seen", &seen.collect::<Vec<_>>());
-        saved.put("reflected", &self.light.reflected);
-        saved.put("sunlight", &self.light.sunlight);
-        saved.put("mirrored", &self.light.mirrored);
+        self.light.save_into(&mut saved);
         saved.put("before", &self.before);
         saved.put("steps", &[self.steps]);
         saved.put("errors", &self.errors.map(|spread| [spread.squares, spread.weight, spread.most]));
@@ -192,13 +188,7 @@ impl ExchangeCheck {
         let poses: Vec<[f64; 12]> = saved.list("rays")?;
         let poses: Vec<DAffine3> = poses.iter().map(DAffine3::from_cols_array).collect();
         self.turn(&poses);
-        let seen: Vec<[f64; 2]> = saved.list("seen")?;
-        self.light = Light {
-            seen: seen.into_iter().map(|[planet_ir, albedo]| Seen { planet_ir, albedo }).collect(),
-            reflected: saved.list("reflected")?,
-            sunlight: saved.list("sunlight")?,
-            mirrored: saved.list("mirrored")?,
-        };
+        self.light = Light::restored(saved)?;
         self.before = saved.list("before")?;
         [self.steps] = saved.array("steps")?;
         let errors: [[f64; 3]; 4] = saved.array("errors")?;

@@ -140,7 +140,7 @@ impl SceneNetwork {
         }
         let integrator = scene.network.integrator;
         let one_pass =
-            integrator.takes_one_pass().then(|| Plan::new(&shell.network, scene.time.step, &hottest_of_node));
+            integrator.takes_one_pass().then(|| Plan::fitting(&shell.network, scene.time.step, &hottest_of_node));
         let usual = if matches!(one_pass, Some(Ok(_))) { ONE_PASS_TOLERANCE } else { integrator.tolerance() };
         let settings = Settings { integrator, tolerance: scene.network.tolerance.unwrap_or(usual), floor: FLOOR };
         let (step, horizon) = (scene.time.step, scene.orbit.period());

@@ -1,7 +1,7 @@
 //! A network leaves the one pass for sub-steps where the estimate of its error stays above the tolerance.
 
+use super::NetworkRun;
 use super::left::Left;
-use super::{BEYOND, ESTIMATED, NetworkRun};
 use crate::gpu::error::GpuError;
 use crate::gpu::network::NetworkStepper;
 use crate::saved::Saved;
@@ -59,21 +59,5 @@ impl NetworkRun {
         }
         let [time, rms, most, node] = saved.array("left")?;
         self.leave(Left { time, estimate: Estimate { rms, most, node: node as usize } })
-    }
-
-    /// Where the network left the one pass, in words.
-    pub(super) fn left_lines(&self) -> Vec<(String, String)> {
-        let Some(Left { time, estimate: Estimate { rms, most, node } }) = self.left else { return Vec::new() };
-        let entry = |name: &str, value: String| (name.to_owned(), value);
-        vec![
-            entry(ESTIMATED, format!("{rms:.1e} K rms, at most {most:.1e} K at node {node}, until {time:.1} s")),
-            entry(
-                BEYOND,
-                format!(
-                    "the estimate stayed above {} K at an eighth of the step, so the network takes sub-steps from {time:.1} s on",
-                    self.scene.settings.tolerance
-                ),
-            ),
-        ]
     }
 }

@@ -1,10 +1,11 @@
-//! Runs a scene's network: steady state, then integration step by step.
+//! Runs a scene's network step by step.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Instant;
 
 use super::SceneNetwork;
+use super::failure::{failure, unfinished};
 use super::given::Given;
 use super::left::Left;
 use crate::gpu::context::Context;
@@ -12,14 +13,10 @@ use crate::gpu::error::GpuError;
 use crate::gpu::memory::Buffer;
 use crate::gpu::network::NetworkStepper;
 use crate::gpu::samples::Samples;
-use crate::saved::Saved;
 use crate::simulation::engine_error::EngineError;
 use crate::simulation::stepper::{AnyStepper, is_small, why_on_processor};
-use crate::thermal::STEFAN_BOLTZMANN;
-use crate::thermal::network::control::{ControlError, Leg, MOST_SUB_STEPS, Settings, Switch, Use, integrate_leg};
+use crate::thermal::network::control::{ControlError, Leg, Settings, Switch, Use, integrate_leg};
 use crate::thermal::network::one_pass::{Estimate, Halving, OnePass, SWITCHES_AT_MOST};
-use crate::thermal::network::reference::ReferenceStepper;
-use crate::thermal::network::steady::{SteadyError, steady};
 use crate::thermal::network::stepper::Stepper;
 
 /// Cost of a step of a network, including the transfers of loads and temperatures.
@@ -31,10 +28,6 @@ pub struct StepCost {
     pub device_ms: Option<f64>,
 }
 
-/// Name of the estimated error of a network in one pass, in a description.
-pub const ESTIMATED: &str = "estimated error";
-/// Name of the remark that this error is beyond the tolerance.
-pub const BEYOND: &str = "beyond the tolerance";
 /// Most switches in steps of one pass that are kept.
 pub const LOCATED_AT_MOST: usize = 64;
 
@@ -47,15 +40,15 @@ pub struct NetworkRun {
     pub(super) scene: Arc<SceneNetwork>,
     pub(super) worker: AnyStepper,
     pub(super) settings: Settings,
-    on: Vec<bool>,
-    step: f64,
-    uses: [Option<Use>; 3],
-    rejected: u64,
-    switches: u64,
-    given: Given,
+    pub(super) on: Vec<bool>,
+    pub(super) step: f64,
+    pub(super) uses: [Option<Use>; 3],
+    pub(super) rejected: u64,
+    pub(super) switches: u64,
+    pub(super) given: Given,
     located: VecDeque<Switch>,
     /// The estimated error of the steps in the frames of a device, and how often they are halved.
-    told: Option<(Estimate, Halving)>,
+    pub(super) told: Option<(Estimate, Halving)>,
     /// The network in one pass in f64, where the processor steps it so.
     pub(super) one_pass: Option<OnePass>,
     /// Where the network left the one pass.
@@ -63,10 +56,10 @@ pub struct NetworkRun {
     /// The device whose frames step the network, with the free buffers of the scene. It lends itself to find a steady state.
     pub(super) lender: Option<(Arc<Context>, Vec<Arc<Buffer>>)>,
     /// Whether the device wrote to free buffers of the scene while it was lent.
-    wrote_spare: bool,
+    pub(super) wrote_spare: bool,
     /// Why the processor integrates although there is a device.
     pub(super) reason: Option<String>,
-    costs: Samples<StepCost>,
+    pub(super) costs: Samples<StepCost>,
     /// Start of the step under way, and the device's clock at that time [ms].
     began: (Instant, Option<f64>),
 }
@@ -194,64 +187,6 @@ impl NetworkRun {
         self.costs = Samples::at_most(most);
     }
 
-    /// The state between two steps.
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn save(&mut self) -> Result<Saved, EngineError> {
-        let mut saved = Saved::default();
-        saved.put_all("worker", self.worker.save()?);
-        if let Some(one_pass) = &self.one_pass {
-            saved.put_all("one_pass", one_pass.save());
-        }
-        self.save_left(&mut saved);
-        saved.put("step", &[self.step]);
-        saved.put_flags("on", &self.on);
-        for (number, used) in self.uses.iter().enumerate() {
-            if let Some(Use { sub_steps, time, range, stages }) = used {
-                saved.put(format!("use.{number}"), &[*sub_steps, u64::from(stages[0]), u64::from(stages[1])]);
-                saved.put(format!("use_times.{number}"), &[*time, range[0], range[1]]);
-            }
-        }
-        saved.put_all("given", self.given.save());
-        saved.put("counts", &[self.rejected, self.switches]);
-        let costs: Vec<[f64; 2]> =
-            self.costs.iter().map(|cost| [cost.wall_ms, cost.device_ms.unwrap_or(f64::NAN)]).collect();
-        saved.put("costs", &costs);
-        saved.put("cost_counts", &[self.costs.count(), self.costs.every()]);
-        Ok(saved)
-    }
-
-    /// Takes what `save` gave.
-    ///
-    /// # Errors
-    /// A state of another network, or a call that fails.
-    pub fn restore(&mut self, saved: &Saved, most_costs: usize) -> Result<(), EngineError> {
-        self.restore_left(saved)?;
-        self.worker.restore(&saved.part("worker"))?;
-        if let Some(one_pass) = &mut self.one_pass {
-            one_pass.restore(&saved.part("one_pass"))?;
-        }
-        [self.step] = saved.array("step")?;
-        self.on = saved.flags("on")?;
-        for (number, used) in self.uses.iter_mut().enumerate() {
-            *used = None;
-            if saved.has(&format!("use.{number}")) {
-                let [sub_steps, fewest, most] = saved.array::<u64, 3>(&format!("use.{number}"))?;
-                let [time, short, long] = saved.array(&format!("use_times.{number}"))?;
-                *used = Some(Use { sub_steps, time, range: [short, long], stages: [fewest as u32, most as u32] });
-            }
-        }
-        self.given.restore(&saved.part("given"))?;
-        [self.rejected, self.switches] = saved.array("counts")?;
-        let costs: Vec<[f64; 2]> = saved.list("costs")?;
-        let cost =
-            |[wall_ms, device_ms]: [f64; 2]| StepCost { wall_ms, device_ms: Some(device_ms).filter(|ms| !ms.is_nan()) };
-        let [count, every] = saved.array("cost_counts")?;
-        self.costs = Samples::again(costs.into_iter().map(cost).collect(), most_costs, every, count);
-        Ok(())
-    }
-
     /// Sets whether steps may err by ten times the tolerance.
     pub fn set_coarse(&mut self, coarse: bool) {
         self.settings.tolerance = self.scene.settings.tolerance * if coarse { COARSE } else { 1.0 };
@@ -274,50 +209,6 @@ impl NetworkRun {
     /// The scene's network.
     pub fn scene(&self) -> &Arc<SceneNetwork> {
         &self.scene
-    }
-
-    /// The steady state under the heat of every node [W] at a time [s].
-    ///
-    /// # Errors
-    /// A call that fails, or no steady state.
-    pub fn settle(&mut self, heat: Vec<f64>, time: f64) -> Result<(), EngineError> {
-        let lender = self.lender.as_ref().filter(|_| !is_small(self.scene.network().len()));
-        let Some((context, spare)) = lender else { return self.find_steady(heat, time) };
-        // The device holds a stepper only for this search.
-        let scene = Arc::clone(&self.scene);
-        match NetworkStepper::beside(context, scene.network(), &scene.sensors(), spare.clone()) {
-            Ok(stepper) => self.worker = AnyStepper::Device(Box::new(stepper)),
-            Err(GpuError::UnsupportedNetwork { .. }) => {}
-            Err(error) => return Err(error.into()),
-        }
-        let found = self.find_steady(heat, time).and_then(|()| self.temperatures());
-        self.wrote_spare = self.wrote_spare();
-        self.worker = AnyStepper::reference(scene.network(), &scene.sensors());
-        self.set_temperatures(&found?)
-    }
-
-    fn find_steady(&mut self, heat: Vec<f64>, time: f64) -> Result<(), EngineError> {
-        // The search begins at the balance of each node alone.
-        let network = self.scene.network();
-        let space = network.space_temperature.powi(4);
-        let guess = |(heat, area): (&f64, &f64)| (heat.max(0.0) / (STEFAN_BOLTZMANN * area) + space).sqrt().sqrt();
-        let emitted: f64 = network.emissive_areas.iter().sum();
-        let common = guess((&heat.iter().sum::<f64>(), &emitted)).clamp(3.0, 2000.0);
-        self.settle_at(common)?;
-        let schedule = self.scene.schedule(heat, &self.on, time, 0.0);
-        let network = self.scene.network();
-        let found = match steady(&mut self.worker, network, &schedule) {
-            // The device steps a network but does not solve it as a whole.
-            Err(SteadyError::Stepper(GpuError::UnsupportedNetwork { .. })) => {
-                let mut stepper = ReferenceStepper::new(network.clone(), &self.scene.sensors());
-                let Ok(()) = stepper.set_temperatures(&vec![common; network.len()]);
-                steady(&mut stepper, network, &schedule).map_err(|error| failure(time, &unsteady(&error)))?
-            }
-            Err(SteadyError::Stepper(error)) => return Err(error.into()),
-            found => found.map_err(|error| failure(time, &unsteady(&error)))?,
-        };
-        self.on = found.on;
-        self.set_temperatures(&found.temperatures)
     }
 
     /// Sets every node to a temperature [K]. Arithmetic nodes balance at the first step.
@@ -436,111 +327,5 @@ impl NetworkRun {
             one_pass.set_on(&self.on);
         }
         Ok(self.worker.set_temperatures(temperatures)?)
-    }
-
-    /// The work so far in words, as pairs of name and value.
-    pub fn description(&self) -> Vec<(String, String)> {
-        if self.is_in_frames() {
-            let integrated = "in one pass a step on the device, f32 with carried rest";
-            let mut lines = vec![("integrated".to_owned(), integrated.to_owned())];
-            lines.extend(self.told.iter().flat_map(|(estimate, halving)| told(estimate, halving)));
-            lines.extend(self.switches_line());
-            return lines;
-        }
-        if let Some(one_pass) = &self.one_pass {
-            let integrated = "in one pass a step, f64 on the processor".to_owned();
-            let mut lines = vec![("integrated".to_owned(), integrated)];
-            lines.extend(told(&one_pass.estimate(), one_pass.halving()));
-            lines.extend(self.switches_line());
-            return lines;
-        }
-        let worker = match (&self.worker, &self.reason) {
-            (AnyStepper::Device(_), _) => "on the device, f32 with carried residual".to_owned(),
-            (AnyStepper::Reference(_), None) => "f64 on the processor".to_owned(),
-            (AnyStepper::Reference(_), Some(reason)) => {
-                format!("f64 on the processor, because {reason}")
-            }
-        };
-        let mut lines = vec![("integrated".to_owned(), worker)];
-        for (name, used) in ["Euler with residual", "RKL2", "TR-BDF2"].iter().zip(&self.uses) {
-            if let Some(used) = used {
-                let [short, long] = used.range;
-                let [fewest, most] = used.stages;
-                lines.push((
-                    (*name).to_owned(),
-                    format!("{} sub-steps of {short:.3} to {long:.3} s, {fewest} to {most} stages", used.sub_steps),
-                ));
-            }
-        }
-        let counts = self.worker.counts();
-        lines.push(("sub-steps taken back".to_owned(), self.rejected.to_string()));
-        lines.push(("stages".to_owned(), counts.stages.to_string()));
-        lines.push(("dispatches".to_owned(), counts.dispatches.to_string()));
-        lines.extend(self.left_lines());
-        lines.extend(self.switches_line());
-        lines
-    }
-
-    fn switches_line(&self) -> Option<(String, String)> {
-        (!self.on.is_empty()).then(|| ("switches of thermostats".to_owned(), self.switches.to_string()))
-    }
-}
-
-/// The estimated error of steps in one pass, in words.
-fn told(estimate: &Estimate, halving: &Halving) -> Vec<(String, String)> {
-    let Estimate { rms, most, node } = estimate;
-    let mut lines = vec![(ESTIMATED.to_owned(), format!("{rms:.1e} K rms, at most {most:.1e} K at node {node}"))];
-    if halving.most > 0 {
-        let name = "steps of a step of the scene".to_owned();
-        lines.push((name, format!("{} now, {} at most", halving.parts(), 1 << halving.most)));
-    }
-    if halving.exceeded > 0 {
-        let beyond = format!(
-            "the estimate exceeds {} K at an eighth of the step; integrator = \"accurate\" follows its tolerance",
-            halving.tolerance
-        );
-        lines.push((BEYOND.to_owned(), beyond));
-    }
-    lines
-}
-
-fn failure(time: f64, reason: &str) -> EngineError {
-    EngineError::Network { time, reason: reason.to_owned() }
-}
-
-fn unsteady<E>(error: &SteadyError<E>) -> String {
-    match error {
-        SteadyError::Stepper(_) => "the stepper failed".to_owned(),
-        SteadyError::Closed { node } => format!("the heat of node {node} has no path to a boundary or to space"),
-        SteadyError::NotFound { node } => format!(
-            "no steady state was found (node {node} is furthest from it): state initial.temperature to start elsewhere"
-        ),
-        SteadyError::Cycles { thermostat } => format!(
-            "no steady state: thermostat {thermostat} has none, on or off; state initial.temperature to start elsewhere"
-        ),
-    }
-}
-
-/// The cause of an integration error, in words.
-pub(crate) fn unfinished<E>(error: &ControlError<E>) -> String {
-    match error {
-        ControlError::Stepper(_) => "the stepper failed".to_owned(),
-        ControlError::Unbalanced { node, .. } => format!("the arithmetic nodes do not balance, worst at node {node}"),
-        ControlError::NoStep { node, temperature, .. } => {
-            format!("no sub-step is short enough; node {node} is at {temperature} K")
-        }
-        ControlError::Stiff { nodes: [a, b], conductance, .. } => {
-            format!("no sub-step is short enough; nodes {a} and {b} have a GL of {conductance:e} W/K")
-        }
-        ControlError::TooHot { node, temperature, .. } => {
-            format!("node {node} is hotter than the device holds, {temperature} K")
-        }
-        ControlError::Chatter { thermostat, switches, within, .. } => {
-            format!("thermostat {thermostat} switches {switches} times within {within:.1e} s")
-        }
-        ControlError::TooLong { step, .. } => {
-            format!("it took {MOST_SUB_STEPS:e} sub-steps, the most of a run; the last was {step:.1e} s long")
-        }
-        ControlError::Stopped => "it was stopped".to_owned(),
     }
 }

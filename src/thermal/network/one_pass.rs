@@ -4,17 +4,21 @@
 //! - Weak conductors act on M = T + half of the last change, explicitly. What leaves a node enters its neighbour, so heat is conserved.
 //! - Each node then takes its loads, its weak conduction and the conduction inside its block of the last step as constant power, and radiates. This change
 //!   is exact (`thermal::local_step`).
-//! - Each block conducts exactly, with what its nodes received in the step as a constant source (`exponential`).
+//! - Each block conducts exactly, with what its nodes received in the step as a constant source: a small one by matrices (`exponential`), a large one by a
+//!   polynomial (`series`).
 
 mod balance;
 mod blocks;
 mod conduction;
 mod exponential;
 mod halving;
+mod large;
 mod order;
 mod plan;
+mod rows;
 mod sample;
 mod saved;
+mod series;
 mod switching;
 mod told;
 
@@ -23,8 +27,11 @@ use std::sync::Arc;
 pub use blocks::{BLOCK_AT_MOST, Unfit};
 pub use conduction::Conduction;
 pub use halving::{HALVINGS_AT_MOST, Halving};
-pub use plan::{Block, Plan, Plans, Weak};
+pub use large::Large;
+pub use plan::{Block, Plan, Plans};
+pub use rows::Link;
 pub use sample::{Sample, estimates, since};
+pub use series::{Series, Stage};
 pub use switching::SWITCHES_AT_MOST;
 pub use told::{Estimate, Told};
 
@@ -100,7 +107,7 @@ impl OnePass {
             trend: nothing.clone(),
             coupled: nothing,
             age: 0,
-            halving: Halving::new(tolerance),
+            halving: Halving::new(tolerance, plan.halvings()),
             plans: Plans::new(plan),
             plan: Arc::clone(plan),
             told: Default::default(),
@@ -259,10 +266,7 @@ impl OnePass {
         // Pass 2: the blocks.
         let mut change = drive.clone();
         let mut coupling = vec![0.0; drive.len()];
-        plan.conduct(
-            |node, other| [drive[other] - drive[node], self.temperatures[other] - self.temperatures[node]],
-            &mut coupling,
-        );
+        plan.conduct(&drive, &self.temperatures, &mut coupling);
         change.iter_mut().zip(&coupling).for_each(|(change, coupling)| *change += coupling);
         match Sample::of(self.age) {
             Sample::Note if !trial => self.weak = weak,
@@ -277,7 +281,7 @@ impl OnePass {
     fn weak_heat(&self, plan: &Plan, node: usize) -> f64 {
         let mean = |node: usize| self.temperatures[node] + 0.5 * self.last[node];
         let here = mean(node);
-        let heat = |link: &Weak| {
+        let heat = |link: &Link| {
             let there = mean(link.neighbour as usize);
             link.conductance * (there - here) + link.exchange_area * radiated(there, here)
         };
@@ -303,7 +307,7 @@ impl OnePass {
             self.error[node] *= (-f64::from(steps) * fading).exp();
         }
         let mut spread = vec![0.0; new.len()];
-        plan.conduct(|node, other| [new[other] - new[node], self.error[other] - self.error[node]], &mut spread);
+        plan.conduct(&new, &self.error, &mut spread);
         for ((error, new), spread) in self.error.iter_mut().zip(&new).zip(&spread) {
             *error += new + spread;
         }

@@ -272,15 +272,12 @@ fn a_closed_box_keeps_its_temperature_for_an_orbit() {
 fn each_barrier_of_exchange_is_needed() {
     for (anew, mirrors) in [(false, false), (true, false), (true, true)] {
         let variant = ThermalVariant {
-            kind: StepKind::Merge,
-            curve: Curve::Power,
             both_sides: true,
             sun: true,
             planet_ir: true,
             albedo: true,
-            shadow: false,
             exchange: true,
-            fused: false,
+            ..ThermalVariant::bare(StepKind::Merge, Curve::Power)
         };
         let range = [StepRange { variant, groups: (0, 64), joint: 0 }];
         let step = exchange_list(70, variant, anew, mirrors).then(Frame::step(&range, Wanted::default()));

@@ -3,17 +3,13 @@
 use std::path::Path;
 
 use isotherm::scene::tmd::Tmd;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, EngineError};
-use isotherm::simulation::reference_engine::ReferenceEngine;
-use isotherm::simulation::{run, start};
 use serde_json::json;
 
 use super::tmd::{LIMIT, deck, small};
-use crate::craft::{Folder, never};
-use crate::device::{assert_silent, context};
+use crate::craft::Folder;
 use crate::model::make::Maker;
 use crate::program::succeed;
+use crate::shown::images;
 
 /// Columns of the squares that stand for nodes.
 const COLUMNS: usize = 11;
@@ -53,32 +49,22 @@ fn rendered(tmd: &Tmd, bytes: &Path) -> [f64; 2] {
     let folder = Folder(folder);
     folder.write("scene.toml", &scene);
     let prepared = folder.prepared();
-    let context = context();
-    let camera = prepared.scene.camera.as_ref();
-    let device = DeviceEngine::new(&context, &prepared, camera).expect("a device");
-    let engines: [Box<dyn Engine>; 2] = [Box::new(device), Box::new(ReferenceEngine::new(&prepared, camera))];
     let mut worst = [0.0f64; 2];
-    for mut engine in engines {
-        let (mut images, mut seen) = (0, vec![0; names.len()]);
-        start(&prepared, &mut *engine, None, &never(), &mut || ()).expect("it starts");
-        run::<EngineError>(&prepared, &mut *engine, None, &never(), &mut |result| {
-            let Some(pixels) = result.delivered.pixels else { return Ok(()) };
-            images += 1;
-            let time = (result.time / 100.0).round() as usize;
-            for (pixel, label) in pixels.radiance_temperature_depth.iter().zip(&pixels.identity) {
-                let Some(part) = (label[0] as usize).checked_sub(1) else { continue };
-                let node = tmd.nodes.iter().find(|node| node.name == prepared.parts[part]).expect("a node of the TMD");
+    for images in images(&prepared) {
+        let mut seen = vec![0; names.len()];
+        for image in &images {
+            let time = (image.time / 100.0).round() as usize;
+            for (part, kelvin) in &image.pixels {
+                let node = tmd.nodes.iter().find(|node| node.name == prepared.parts[*part]).expect("a node of the TMD");
                 for (worst, time) in worst.iter_mut().zip([time, (time + 1).min(last)]) {
-                    *worst = worst.max((f64::from(pixel[1]) - node.temperatures[time]).abs());
+                    *worst = worst.max((kelvin - node.temperatures[time]).abs());
                 }
-                seen[part] += 1;
+                seen[*part] += 1;
             }
-            Ok(())
-        })
-        .expect("it runs");
-        assert!(images == 3 && seen.iter().all(|pixels| *pixels > 3 * 20), "{images} images, pixels {seen:?}");
+        }
+        let count = images.len();
+        assert!(count == 3 && seen.iter().all(|pixels| *pixels > 3 * 20), "{count} images, pixels {seen:?}");
     }
-    assert_silent(&context);
     println!("rendered {:.3} mK off the solution of the file", 1e3 * worst[0]);
     worst
 }

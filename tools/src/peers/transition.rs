@@ -68,15 +68,10 @@ impl Work {
     fn variant(&self) -> ThermalVariant {
         let planet = self.loads == Loads::All;
         ThermalVariant {
-            kind: StepKind::Merge,
-            curve: Curve::Power,
-            both_sides: false,
             sun: true,
             planet_ir: planet,
             albedo: planet,
-            shadow: false,
-            exchange: false,
-            fused: false,
+            ..ThermalVariant::bare(StepKind::Merge, Curve::Power)
         }
     }
 
@@ -103,26 +98,13 @@ impl Work {
             cooling_t_max: T_MAX as f32,
             ..layout::Material::default()
         };
+        let shapes = Shapes::default();
         let data = SceneData {
             ranges: vec![StepRange { variant: self.variant(), groups: (0, groups as u32), joint: 0 }],
             group_material: &vec![0; groups],
-            group_part: &[],
             normals,
-            positions: &[],
-            triangles: &[],
             materials: &[material],
-            shapes: &Shapes::default(),
-            band_table: &[],
-            image: None,
-            between: false,
-            sampling: None,
-            shadows: None,
-            joints: None,
-            network: None,
-            heat: None,
-            exchange: None,
-            sensor: None,
-            shown: Default::default(),
+            ..SceneData::empty(&shapes)
         };
         let mut renderer = Renderer::new(context, &data)?;
         renderer.settle(start)?;

@@ -5,13 +5,14 @@
 
 use std::fmt;
 
+use super::series::{STAGES_AT_MOST, Series};
 use crate::thermal::network::{Network, NodeKind, radiative_slope};
 
 /// Share of a difference that a weak conductor moves at most in a step.
 const STRONG: f64 = 0.3;
 /// Share that all weak conductors of a node move at most.
 const CROWDED: f64 = 0.5;
-/// Most nodes of a block. The host multiplies whole matrices of this size when the scene loads.
+/// Most nodes of a block with matrices. The host multiplies whole matrices of this size when the scene loads.
 pub const BLOCK_AT_MOST: usize = 512;
 /// Most time constants of radiation in a step, in a block. With more, the conduction of the last step is no guide to the present one.
 const FADED: f64 = 3.0;
@@ -36,10 +37,12 @@ pub enum Unfit {
         /// The share that they move.
         share: f64,
     },
-    /// A block of too many nodes.
-    Large {
+    /// A large block that conducts too fast for its stages.
+    Stiff {
         /// Number of its nodes.
         nodes: usize,
+        /// Number of stages that it would take.
+        stages: usize,
     },
     /// A node of a block that radiates away its heat too fast.
     Fast {
@@ -48,6 +51,13 @@ pub enum Unfit {
         /// Number of its time constants in a step.
         ratio: f64,
     },
+}
+
+impl Unfit {
+    /// Whether a shorter step may fit.
+    pub fn depends_on_the_step(&self) -> bool {
+        !matches!(self, Self::Boundary { .. })
+    }
 }
 
 impl fmt::Display for Unfit {
@@ -62,9 +72,9 @@ impl fmt::Display for Unfit {
                 "the radiative conductors of node {node} move {share:.2} of a difference in a step, which is more than \
                  {CROWDED}"
             ),
-            Self::Large { nodes } => write!(
+            Self::Stiff { nodes, stages } => write!(
                 out,
-                "{nodes} nodes are joined by conductors that are fast beside the step; it takes {BLOCK_AT_MOST}"
+                "{nodes} nodes are joined by conductors that would take {stages} stages in a step; it takes {STAGES_AT_MOST}"
             ),
             Self::Fast { node, ratio } => {
                 write!(
@@ -80,8 +90,12 @@ impl fmt::Display for Unfit {
 /// The conductors of a network, divided.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Division {
-    /// Nodes of each block, ascending.
+    /// Nodes of each block of at most [`BLOCK_AT_MOST`], ascending.
     pub blocks: Vec<Vec<u32>>,
+    /// Nodes of each larger block, ascending.
+    pub large: Vec<Vec<u32>>,
+    /// Greatest rate at which differences in larger blocks decay [1/s], or a bound of it.
+    pub fastest: f64,
     /// Whether each linear conductor lies inside a block.
     pub inside: Vec<bool>,
 }
@@ -136,9 +150,6 @@ impl Division {
         (0..network.len() as u32).for_each(|node| members[sets.root(node) as usize].push(node));
         let blocks: Vec<Vec<u32>> = members.into_iter().filter(|members| members.len() > 1).collect();
         for block in &blocks {
-            if block.len() > BLOCK_AT_MOST {
-                return Err(Unfit::Large { nodes: block.len() });
-            }
             for node in block.iter().map(|node| *node as usize) {
                 if massless(node as u32) {
                     return Err(Unfit::Arithmetic { node });
@@ -148,9 +159,36 @@ impl Division {
                 }
             }
         }
-        let inside = network.linear.iter().map(|one| sets.root(one.nodes[0]) == sets.root(one.nodes[1])).collect();
-        Ok(Self { blocks, inside })
+        let inside: Vec<bool> =
+            network.linear.iter().map(|one| sets.root(one.nodes[0]) == sets.root(one.nodes[1])).collect();
+        let (large, blocks): (Vec<_>, Vec<_>) = blocks.into_iter().partition(|block| block.len() > BLOCK_AT_MOST);
+        let fastest = fastest(network, &inside, &large);
+        if let Some(largest) = large.iter().map(Vec::len).max() {
+            let stages = Series::new(step * fastest).stages();
+            if stages > STAGES_AT_MOST {
+                return Err(Unfit::Stiff { nodes: largest, stages });
+            }
+        }
+        Ok(Self { blocks, large, fastest, inside })
     }
+}
+
+/// Bound of the rates at which differences in blocks decay [1/s]: the greatest sum over a conductor of the rates of its two nodes, by conductors inside their
+/// block (Anderson & Morley, Linear Multilinear Algebra 18, 1985, 141, with conductances and capacitances).
+fn fastest(network: &Network, inside: &[bool], blocks: &[Vec<u32>]) -> f64 {
+    let mut rates = vec![None; network.len()];
+    blocks.iter().flatten().for_each(|node| rates[*node as usize] = Some(0.0));
+    let conductors =
+        || network.linear.iter().zip(inside).filter(|(one, inside)| **inside && one.nodes[0] != one.nodes[1]);
+    for (conductor, _) in conductors() {
+        for node in conductor.nodes.map(|node| node as usize) {
+            if let Some(rate) = &mut rates[node] {
+                *rate += conductor.conductance / network.capacitances[node];
+            }
+        }
+    }
+    let sum = |[a, b]: [u32; 2]| rates[a as usize].unwrap_or(0.0) + rates[b as usize].unwrap_or(0.0);
+    conductors().map(|(conductor, _)| sum(conductor.nodes)).fold(0.0, f64::max)
 }
 
 /// Disjoint sets of nodes. The smallest node represents its set.
@@ -202,6 +240,16 @@ mod tests {
     }
 
     #[test]
+    fn a_block_of_more_nodes_is_large() {
+        let of = |conductors: usize| Division::new(&chain(&vec![1.0; conductors]), 1.0, &vec![300.0; conductors + 1]);
+        let [small, large] = [BLOCK_AT_MOST - 1, BLOCK_AT_MOST].map(|conductors| of(conductors).expect("a chain"));
+        assert_eq!((small.blocks.len(), small.large.len(), small.fastest), (1, 0, 0.0));
+        assert_eq!((large.blocks.len(), large.large.len()), (0, 1));
+        // Differences of neighbours in a long chain of equal nodes decay at up to four times the rate of a conductor.
+        assert!((large.fastest - 4.0).abs() < 1e-12);
+    }
+
+    #[test]
     fn many_weak_conductors_of_a_node_are_strong_together() {
         // A star: each conductor moves 0.2 of a difference, six of them 0.6 of the centre's.
         let mut network = chain(&[0.0; 6]);
@@ -216,8 +264,10 @@ mod tests {
     fn what_does_not_fit_is_named() {
         let refused =
             |network: &Network| Division::new(network, 1.0, &[300.0; BLOCK_AT_MOST + 1]).expect_err("a refusal");
-        assert_eq!(refused(&chain(&[1.0; BLOCK_AT_MOST])), Unfit::Large { nodes: BLOCK_AT_MOST + 1 });
-        assert!(Division::new(&chain(&[1.0; BLOCK_AT_MOST - 1]), 1.0, &[300.0; BLOCK_AT_MOST]).is_ok());
+        let stiff = refused(&chain(&[1e5; BLOCK_AT_MOST]));
+        assert!(
+            matches!(stiff, Unfit::Stiff { nodes, stages } if nodes == BLOCK_AT_MOST + 1 && stages > STAGES_AT_MOST)
+        );
         let mut network = chain(&[0.1, 5.0]);
         network.emissive_areas[0] = 9.0 / radiative_slope(300.0);
         assert!(Division::new(&network, 1.0, &[300.0; 3]).is_ok(), "it conducts slowly");

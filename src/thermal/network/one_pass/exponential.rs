@@ -34,6 +34,11 @@ pub fn exponentials(matrix: &[f64], size: usize) -> [Vec<f64>; 2] {
     [mean, change].map(|values| symmetric(&values, size))
 }
 
+/// (1 - e^-x) / x, for x >= 0.
+pub fn mean_exponential(x: f64) -> f64 {
+    if x > 0.0 { -(-x).exp_m1() / x } else { 1.0 }
+}
+
 fn identity(size: usize) -> Vec<f64> {
     (0..size * size).map(|at| if at / size == at % size { 1.0 } else { 0.0 }).collect()
 }

@@ -18,23 +18,25 @@ const NODE_BOUND: (f64, f64) = (1.0, 10.0);
 pub struct Halving {
     /// Largest root mean square error that is accepted [K].
     pub tolerance: f64,
-    /// Halvings of the step of the scene.
+    /// Halvings of the step of the scene that the network needs to fit. They count among the most.
+    pub least: u32,
+    /// Halvings beyond the least.
     pub count: u32,
     /// Steps of the scene since the last decision. The first one comes early.
     pub since: u32,
     /// Decisions at which the error exceeded the tolerance with the most halvings.
     pub exceeded: u32,
-    /// Greatest number of halvings so far.
+    /// Greatest number of halvings beyond the least so far.
     pub most: u32,
 }
 
 impl Halving {
-    /// No halving yet.
-    pub fn new(tolerance: f64) -> Self {
-        Self { tolerance, count: 0, since: CHECKED - FIRST, exceeded: 0, most: 0 }
+    /// No halving yet beyond the least.
+    pub fn new(tolerance: f64, least: u32) -> Self {
+        Self { tolerance, least, count: 0, since: CHECKED - FIRST, exceeded: 0, most: 0 }
     }
 
-    /// Steps in a step of the scene.
+    /// Steps in the longest step that the network fits.
     pub fn parts(&self) -> u32 {
         1 << self.count
     }
@@ -51,7 +53,7 @@ impl Halving {
         let most = (NODE_BOUND.1 * self.tolerance).max(NODE_BOUND.0);
         let within = |share: f64| recent.rms <= share * self.tolerance && recent.most <= share * most;
         if !within(1.0) {
-            if self.count < HALVINGS_AT_MOST {
+            if self.least + self.count < HALVINGS_AT_MOST {
                 self.count += 1;
             } else {
                 self.exceeded += 1;
@@ -69,7 +71,7 @@ mod tests {
 
     #[test]
     fn steps_are_halved_above_the_tolerance_and_doubled_far_below_it() {
-        let mut halving = Halving::new(0.1);
+        let mut halving = Halving::new(0.1, 0);
         let told = |rms, most| Estimate { rms, most, node: 0 };
         for (estimate, parts) in [
             (told(0.09, 0.9), 1),
@@ -85,11 +87,17 @@ mod tests {
             assert_eq!(halving.parts(), parts, "{estimate:?}");
         }
         assert_eq!((halving.exceeded, halving.most), (1, 3));
+        let mut shorter = Halving::new(0.1, 2);
+        for parts in [2, 2] {
+            shorter.take(told(0.2, 0.1));
+            assert_eq!(shorter.parts(), parts, "a quarter of the step is halved once");
+        }
+        assert_eq!(shorter.exceeded, 1);
     }
 
     #[test]
     fn the_estimate_is_due_after_four_steps_and_then_after_sixteen() {
-        let mut halving = Halving::new(0.1);
+        let mut halving = Halving::new(0.1, 0);
         let due: Vec<u32> = (0..40).filter(|_| halving.is_due()).collect();
         assert_eq!(due, [4, 20, 36]);
     }

@@ -7,7 +7,11 @@ use rayon::prelude::*;
 
 use super::blocks::{Division, Unfit};
 use super::conduction::{Conduction, Kind};
+use super::halving::HALVINGS_AT_MOST;
+use super::large::Large;
 use super::order::ordered;
+use super::rows::{Link, Rows};
+use super::series::Series;
 use crate::thermal::local_step as local;
 use crate::thermal::network::{Network, NodeKind, radiative_slope};
 
@@ -17,17 +21,6 @@ const ROUNDING: f64 = 1e-6;
 const PLANS_AT_MOST: usize = 4;
 /// Relative difference up to which two blocks are copies of each other.
 const ALIKE: f64 = 1e-5;
-
-/// A weak exchange of a node with a neighbour.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Weak {
-    /// The neighbour.
-    pub neighbour: u32,
-    /// Linear conductance [W/K].
-    pub conductance: f64,
-    /// Radiative conductance [m2].
-    pub exchange_area: f64,
-}
 
 /// Nodes that conduct to each other exactly.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,11 +39,12 @@ struct Shape {
     network: Network,
     /// Longest step [s].
     longest: f64,
+    /// How often the step of the scene was halved for it.
+    halvings: u32,
     blocks: Vec<Block>,
     kinds: Vec<Kind>,
-    /// First weak exchange of each node, and one number at the end.
-    starts: Vec<u32>,
-    weak: Vec<Weak>,
+    weak: Rows,
+    large: Option<Large>,
     /// Greatest rate of radiation of each node [1/s]. 0 without a capacity.
     fading: Vec<f64>,
 }
@@ -61,6 +55,7 @@ pub struct Plan {
     shape: Arc<Shape>,
     step: f64,
     conductions: Vec<Conduction>,
+    series: Option<Series>,
 }
 
 impl Plan {
@@ -70,9 +65,15 @@ impl Plan {
     /// # Errors
     /// The reason why one pass can not take the network.
     pub fn new(network: &Network, step: f64, hottest: &[f64]) -> Result<Arc<Self>, Unfit> {
+        Self::halved(network, step, hottest, 0)
+    }
+
+    fn halved(network: &Network, step: f64, hottest: &[f64], halvings: u32) -> Result<Arc<Self>, Unfit> {
+        let step = step / f64::from(1u32 << halvings);
         let division = Division::new(network, step, hottest)?;
-        let (starts, weak) = weak_rows(network, &division);
         let (blocks, kinds) = kinds(network, &division);
+        let linear = network.linear.iter().zip(&division.inside);
+        let weak = linear.filter(|(_, inside)| !**inside).map(|(one, _)| one);
         let rate = |node: usize| match network.kinds[node] {
             NodeKind::Diffusive => {
                 network.emissive_areas[node] * radiative_slope(hottest[node]) / network.capacitances[node]
@@ -80,13 +81,35 @@ impl Plan {
             NodeKind::Arithmetic | NodeKind::Boundary => 0.0,
         };
         let fading = (0..network.len()).map(rate).collect();
-        let shape = Shape { network: network.clone(), longest: step, blocks, kinds, starts, weak, fading };
+        let shape = Shape {
+            network: network.clone(),
+            longest: step,
+            halvings,
+            blocks,
+            kinds,
+            weak: Rows::new(network.len(), weak, &network.radiative),
+            large: Large::new(network, &division),
+            fading,
+        };
         Ok(Self::of_shape(&Arc::new(shape), step))
+    }
+
+    /// A plan of the longest steps, among `step` [s], its half, its quarter and its eighth, that one pass can take.
+    ///
+    /// # Errors
+    /// The reason why one pass can not take the network in steps of `step`.
+    pub fn fitting(network: &Network, step: f64, hottest: &[f64]) -> Result<Arc<Self>, Unfit> {
+        Self::new(network, step, hottest).or_else(|unfit| {
+            let parts = if unfit.depends_on_the_step() { 1..=HALVINGS_AT_MOST } else { 0..=0 };
+            let shorter = |halvings| Self::halved(network, step, hottest, halvings).ok();
+            parts.into_iter().find_map(shorter).ok_or(unfit)
+        })
     }
 
     fn of_shape(shape: &Arc<Shape>, step: f64) -> Arc<Self> {
         let conductions = shape.kinds.par_iter().map(|kind| Conduction::new(kind, step)).collect();
-        Arc::new(Self { shape: Arc::clone(shape), step, conductions })
+        let series = shape.large.as_ref().map(|large| Series::new(step * large.fastest));
+        Arc::new(Self { shape: Arc::clone(shape), step, conductions, series })
     }
 
     /// The network.
@@ -102,6 +125,11 @@ impl Plan {
     /// The longest step for which the blocks were found [s].
     pub fn longest(&self) -> f64 {
         self.shape.longest
+    }
+
+    /// How often the step of the scene was halved so that the network fits.
+    pub fn halvings(&self) -> u32 {
+        self.shape.halvings
     }
 
     /// Runge-Kutta steps in a local step of the fastest node.
@@ -130,9 +158,19 @@ impl Plan {
         &self.conductions
     }
 
-    /// The weak exchanges of a node.
-    pub fn weak_of(&self, node: usize) -> &[Weak] {
-        &self.shape.weak[self.shape.starts[node] as usize..self.shape.starts[node + 1] as usize]
+    /// The exchanges of a node outside its block.
+    pub fn weak_of(&self, node: usize) -> &[Link] {
+        self.shape.weak.of(node)
+    }
+
+    /// The large blocks, where there are any.
+    pub fn large(&self) -> Option<&Large> {
+        self.shape.large.as_ref()
+    }
+
+    /// How large blocks conduct, where there are any.
+    pub fn series(&self) -> Option<&Series> {
+        self.series.as_ref()
     }
 
     /// Change of a node in a step [K] by 1 W that goes to nodes by their shares. It counts the node's own heat and that inside its block.
@@ -143,6 +181,17 @@ impl Plan {
         };
         let own = shares.iter().filter(|(heated, _)| *heated as usize == node);
         let own: f64 = own.map(|(_, share)| direct(node, *share)).sum();
+        if let (Some(large), Some(series)) = (self.large(), &self.series)
+            && let Some(place) = large.place(node as u32)
+        {
+            let mut vector = vec![0.0; large.nodes().len()];
+            for (heated, share) in shares {
+                if let Some(at) = large.place(*heated) {
+                    vector[at] += direct(*heated as usize, *share);
+                }
+            }
+            return series.apply(vector, |vector| large.rates(self.network(), self.step, vector))[place];
+        }
         let place_in = |block: &Block, node: u32| block.nodes.iter().position(|one| *one == node);
         let in_block = self.blocks().iter().find_map(|block| Some((block, place_in(block, node as u32)?)));
         let Some((block, row)) = in_block else { return own };
@@ -163,7 +212,7 @@ impl Plan {
 
     /// Whether nodes radiate to each other.
     pub fn radiates(&self) -> bool {
-        self.shape.weak.iter().any(|link| link.exchange_area > 0.0)
+        self.shape.weak.all().iter().any(|link| link.exchange_area > 0.0)
     }
 
     /// Number of weights of all blocks, with copies.
@@ -171,20 +220,28 @@ impl Plan {
         self.blocks().iter().map(|block| block.nodes.len().pow(2)).sum()
     }
 
-    /// The change of each node by conduction inside its block [K], from the differences of drives and of temperatures to a node that `differences` gives.
-    pub(super) fn conduct(&self, differences: impl Fn(usize, usize) -> [f64; 2], out: &mut [f64]) {
+    /// The change of each node by conduction inside its block [K], from what it received in the step and its temperature at the start [K].
+    pub(super) fn conduct(&self, drives: &[f64], starts: &[f64], out: &mut [f64]) {
         for block in self.blocks() {
             let conduction = &self.conductions[block.conduction as usize];
-            for (row, node) in block.nodes.iter().enumerate() {
+            for (row, node) in block.nodes.iter().map(|node| *node as usize).enumerate() {
                 let mut sum = 0.0;
                 let [first, end] = conduction.columns(row);
                 for column in first..end {
                     let [of_drive, of_start] = conduction.at(row, column);
-                    let [drive, start] = differences(*node as usize, block.nodes[column] as usize);
-                    sum += of_drive * drive + of_start * start;
+                    let other = block.nodes[column] as usize;
+                    sum += of_drive * (drives[other] - drives[node]) + of_start * (starts[other] - starts[node]);
                 }
-                out[*node as usize] = sum * block.capacitance / self.network().capacitances[*node as usize];
+                out[node] = sum * block.capacitance / self.network().capacitances[node];
             }
+        }
+        let (Some(large), Some(series)) = (self.large(), &self.series) else { return };
+        let of = |values: &[f64]| -> Vec<f64> { large.nodes().iter().map(|node| values[*node as usize]).collect() };
+        let rates = |vector: &[f64]| large.rates(self.network(), self.step, vector);
+        let (drives, lost) = (of(drives), rates(&of(starts)));
+        let changes = series.apply(drives.iter().zip(&lost).map(|(drive, lost)| drive - lost).collect(), rates);
+        for ((node, change), drive) in large.nodes().iter().zip(changes).zip(drives) {
+            out[*node as usize] = change - drive;
         }
     }
 }
@@ -213,36 +270,6 @@ impl Plans {
         });
         (plan, count as u32)
     }
-}
-
-/// Weak exchanges sorted by node, each in the rows of both its ends. Parallel ones are one.
-fn weak_rows(network: &Network, division: &Division) -> (Vec<u32>, Vec<Weak>) {
-    let linear = network.linear.iter().zip(&division.inside).filter(|(one, inside)| !**inside && one.conductance > 0.0);
-    let linear = linear.map(|(one, _)| (one.nodes, one.conductance, 0.0));
-    let radiative = network.radiative.iter().map(|one| (one.nodes, 0.0, one.exchange_area));
-    let mut rows = vec![Vec::new(); network.len()];
-    for ([a, b], conductance, exchange_area) in linear.chain(radiative).filter(|([a, b], ..)| a != b) {
-        for (node, neighbour) in [(a, b), (b, a)] {
-            rows[node as usize].push(Weak { neighbour, conductance, exchange_area });
-        }
-    }
-    for row in &mut rows {
-        row.sort_by_key(|link| link.neighbour);
-        row.dedup_by(|next, kept| {
-            let same = next.neighbour == kept.neighbour;
-            if same {
-                kept.conductance += next.conductance;
-                kept.exchange_area += next.exchange_area;
-            }
-            same
-        });
-    }
-    let mut starts = vec![0];
-    starts.extend(rows.iter().scan(0, |end, row| {
-        *end += row.len() as u32;
-        Some(*end)
-    }));
-    (starts, rows.into_iter().flatten().collect())
 }
 
 /// The blocks, and their kinds.

@@ -176,6 +176,90 @@ fn heat_is_conserved() {
     );
 }
 
+/// The conduction of a large block by stages is that by matrices, within what the series leaves out. Other conductances show.
+#[test]
+fn stages_conduct_as_matrices_do() {
+    let (step, count) = (15.0, BLOCK_AT_MOST + 8);
+    let rate = |link: usize| 0.05 * 10f64.powf(1.5 * scattered(link));
+    let chain = |factor: f64| {
+        let join =
+            |link: usize| LinearConductor { nodes: [link as u32, link as u32 + 1], conductance: factor * rate(link) };
+        Network {
+            kinds: vec![NodeKind::Diffusive; count],
+            capacitances: vec![1.0; count],
+            emissive_areas: vec![0.0; count],
+            temperatures: vec![300.0; count],
+            linear: (0..count - 1).map(join).collect(),
+            ..Network::default()
+        }
+    };
+    let mut matrix = vec![0.0; count * count];
+    for link in 0..count - 1 {
+        for (row, column, sign) in
+            [(link, link, 1.0), (link + 1, link + 1, 1.0), (link, link + 1, -1.0), (link + 1, link, -1.0)]
+        {
+            matrix[row * count + column] += sign * step * rate(link);
+        }
+    }
+    let [mean, change] = exponential::exponentials(&matrix, count);
+    let drives: Vec<f64> = (0..count).map(|node| 5.0 * scattered(3 * node)).collect();
+    let starts: Vec<f64> = (0..count).map(|node| 280.0 + 0.05 * node as f64).collect();
+    let row = |matrix: &[f64], node: usize, values: &[f64]| -> f64 {
+        matrix[node * count..(node + 1) * count].iter().zip(values).map(|(weight, value)| weight * value).sum()
+    };
+    let exact = |node: usize| row(&mean, node, &drives) + row(&change, node, &starts) - drives[node];
+    let worst = |factor: f64| {
+        let plan = Plan::new(&chain(factor), step, &vec![HOTTEST; count]).expect("a network for one pass");
+        assert_eq!(plan.large().map(|large| large.nodes().len()), Some(count));
+        let mut found = vec![0.0; count];
+        plan.conduct(&drives, &starts, &mut found);
+        (0..count).map(|node| (found[node] - exact(node)).abs()).fold(0.0, f64::max)
+    };
+    let [found, other] = [1.0, 1.01].map(worst);
+    println!("{found:.1e} K off, {other:.1e} K with other conductances");
+    assert!(found < 1e-4, "{found} K");
+    assert!(other > 30.0 * found, "{other} K with other conductances, {found} K");
+}
+
+/// A sheet that is one large block, with a heater in it.
+#[test]
+fn a_large_block_is_near_the_accurate_integrator() {
+    let mut network = sheet(24, 1.0);
+    network.linear.iter_mut().for_each(|one| one.conductance *= 60.0);
+    let truth = accurate(&network, 1500.0, 15.0);
+    let stepped = one_pass(&network, 1500.0, 15.0);
+    let series = stepped.plan.series().expect("a large block");
+    let error = rms(stepped.temperatures(), &truth);
+    println!("{} stages: {error:.1e} K rms, told {:.1e}", series.stages(), stepped.estimate().rms);
+    assert!(error < 0.01, "{error} K");
+    let told = stepped.estimate().rms;
+    assert!(told > 0.2 * error && told < 30.0 * error.max(1e-4), "{told} for {error}");
+    // What 1 W does to a node: its own heat and what conduction takes away.
+    let response = stepped.plan.response(40, &[(40, 1.0)]);
+    let alone = 15.0 / network.capacitances[40];
+    assert!(response > 0.0 && response < 0.7 * alone, "{response} of {alone} K");
+    let all: Vec<(u32, f64)> = network.capacitances.iter().zip(0..).map(|(c, node)| (node, c / 15.0)).collect();
+    assert!((stepped.plan.response(40, &all) - 1.0).abs() < 1e-4, "a common source heats all nodes alike");
+}
+
+/// A network that does not fit the step fits a half, a quarter or an eighth of it.
+#[test]
+fn a_shorter_step_fits_where_the_whole_one_does_not() {
+    let mut network = sheet(6, 1.0);
+    network.linear.iter_mut().for_each(|one| one.conductance *= 60.0);
+    let fits = |step: f64| {
+        Plan::fitting(&network, step, &vec![HOTTEST; network.len()])
+            .map(|plan| (step / plan.longest(), plan.halvings()))
+    };
+    let of_node = |node: usize| network.capacitances[node] / (network.emissive_areas[node] * radiative_slope(HOTTEST));
+    let least = (0..network.len()).map(of_node).fold(f64::INFINITY, f64::min);
+    // A node of a block takes three time constants in a step.
+    for (constants, parts) in [(2.9, Ok((1.0, 0))), (5.8, Ok((2.0, 1))), (11.0, Ok((4.0, 2))), (20.0, Ok((8.0, 3)))] {
+        assert_eq!(fits(constants * least), parts, "{constants} time constants");
+    }
+    assert!(matches!(fits(30.0 * least), Err(Unfit::Fast { .. })));
+}
+
 /// A blanket over a sheet. Each of its nodes exchanges heat with the structure below by radiation and conduction [W/K].
 fn covered(capacitance: f64, emittance: f64, conductance: f64) -> Network {
     let mut network = sheet(5, 30.0);

@@ -1,0 +1,65 @@
+//! Loads a scene for a command, and says what a user should know before it runs.
+
+use std::path::Path;
+
+use super::error::CliError;
+use super::progress::{building_bar, show_stage};
+use super::reach::ReachArguments;
+use crate::gpu::resources::{Planned, device_bytes};
+use crate::guard;
+use crate::guard::finding::Effort;
+use crate::output::console::say;
+use crate::scene::Scene;
+use crate::simulation::prepare::Prepared;
+use crate::simulation::target::Target;
+
+/// Loads a scene and prints its warnings.
+pub(super) fn prepare_with_progress(path: &Path, reach: ReachArguments) -> Result<Prepared, CliError> {
+    prepare_scene(reach.scene(path)?)
+}
+
+/// Prepares a scene and prints its warnings.
+pub(super) fn prepare_scene(scene: Scene) -> Result<Prepared, CliError> {
+    let bar = building_bar();
+    let prepared = Prepared::from_scene(scene, &mut |stage| show_stage(&bar, stage));
+    bar.finish_and_clear();
+    let prepared = prepared?;
+    for warning in &prepared.warnings {
+        say!("warning: {warning}");
+    }
+    for assumption in &prepared.scene.assumptions {
+        say!("assumed: {assumption}");
+    }
+    Ok(prepared)
+}
+
+/// Prints what is probably wrong in a scene, and keeps it for the report.
+pub(super) fn guard(prepared: &mut Prepared, effort: Effort) {
+    for finding in guard::check(prepared, effort).findings {
+        say!("warning: {finding}");
+        prepared.warnings.push(finding.to_string());
+    }
+}
+
+/// Memory of a run on the device, with images and what the host reads [bytes].
+pub(super) fn device_memory(prepared: &Prepared, plan: &[Planned]) -> u64 {
+    let of_network = prepared.network_bytes(plan);
+    plan.iter().map(|planned| planned.bytes).sum::<u64>() + of_network.device + of_network.host
+}
+
+/// Prints the number of nodes and triangles, and their memory on the device.
+pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Target) {
+    let nodes = prepared.nodes.count;
+    say!("{}: {nodes} nodes, {} triangles on {}", prepared.scene.name, prepared.triangle_count(), chosen.name());
+    if let Target::Device(context) = chosen {
+        let of_network = prepared.network_bytes(plan);
+        let all = device_memory(prepared, plan);
+        let of_nodes = device_bytes(plan) + of_network.device;
+        say!(
+            "device memory: {:.1} bytes a node; {:.1} MiB in all, images and buffers for the host included, of {} MiB free",
+            of_nodes as f64 / nodes.max(1) as f64,
+            all as f64 / f64::from(1 << 20),
+            context.free_memory() >> 20
+        );
+    }
+}

@@ -1,0 +1,227 @@
+//! The report of a run, and its summary on the console.
+
+use std::path::Path;
+
+use super::prepare::device_memory;
+use crate::gpu::resources::Planned;
+use crate::gpu::samples::Samples;
+use crate::gpu::sensor::{COPIED, READ};
+use crate::output::console::{answer, say};
+use crate::output::folder::Folder;
+use crate::output::image_index::IMAGES;
+use crate::output::job::{Outcome, REPORT_HTML, REPORT_JSON};
+use crate::output::report::{Device, FileEntry, ModelSize, PassTime, Report, SettingGroup, SourceFile, Speed};
+use crate::output::settings;
+use crate::output::step_cost::step_cost;
+use crate::output::tables::{JOINTS, SERIES};
+use crate::simulation::engine::Engine;
+use crate::simulation::forecast::{Forecast, Rate};
+use crate::simulation::network::{BEYOND, ESTIMATED};
+use crate::simulation::prepare::Prepared;
+use crate::simulation::target::Target;
+
+/// Cost of a step and of an image: the median of each pass, weighted by how often it ran.
+pub(super) fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome, wall_s: f64) -> Speed {
+    let passes = pass_times(engine);
+    let steps = engine.steps();
+    let images = outcome.frames.len() as u64;
+    let mean = |of_kind: &dyn Fn(&str) -> bool, runs: u64| {
+        let times = passes.iter().filter(|pass| of_kind(&pass.name)).map(|pass| pass.median_ms * pass.count as f64);
+        (runs > 0 && !passes.is_empty()).then(|| times.sum::<f64>() / runs as f64)
+    };
+    let costs = &outcome.network_costs;
+    let median = |samples: Vec<f64>| PassTime::from_samples("network", &samples).map(|time| time.median_ms);
+    let network_ms = median(costs.iter().filter_map(|cost| cost.device_ms).collect());
+    let network_wall_ms = median(costs.iter().map(|cost| cost.wall_ms).collect());
+    // A dispatch of many steps is not a single step.
+    let step_ms =
+        mean(&|name| name.starts_with("thermal_step.") || name.starts_with("one_pass"), steps - engine.fused_steps())
+            .map(|ms| network_ms.map_or(network_wall_ms.unwrap_or(ms), |network| ms + network))
+            // Temperatures of a file take no thermal step.
+            .filter(|_| prepared.given.is_none());
+    let of_image = |name: &str| {
+        ["cull", "radiance", "read radiance", "read identity", COPIED, READ].contains(&name)
+            || name.starts_with("sensor_")
+    };
+    Speed {
+        steps,
+        images,
+        ns_per_node_step: step_ms.map(|ms| ms * 1e6 / prepared.nodes.count.max(1) as f64),
+        step_ms,
+        network_ms,
+        network_wall_ms,
+        image_ms: mean(&of_image, images),
+        wall_s,
+    }
+}
+
+/// Name of the parts of a step's cost.
+const COST: &str = "device time of a step [ns a node]";
+
+/// The settings and integration of the thermal network.
+fn network_section(prepared: &Prepared, engine: &mut dyn Engine) -> Option<SettingGroup> {
+    let network = prepared.network.as_ref()?;
+    let mut entries: Vec<_> = network.description().into_iter().chain(engine.network_description()).collect();
+    let cost = step_cost(&pass_times(engine), engine.steps(), prepared.nodes.count);
+    if !cost.is_empty() {
+        entries.push((COST.to_owned(), cost));
+    }
+    Some(SettingGroup { title: "Thermal network".to_owned(), entries })
+}
+
+fn pass_times(engine: &dyn Engine) -> Vec<PassTime> {
+    let times = engine.pass_times().into_iter().flatten();
+    let of = |(name, samples): (&String, &Samples<f64>)| {
+        PassTime::from_samples(name, samples).map(|time| PassTime { count: samples.count(), ..time })
+    };
+    times.filter_map(of).collect()
+}
+
+/// What a run found, and on what. The caller adds buffers, speed and command line.
+pub(super) fn report(
+    prepared: &Prepared,
+    plan: &[Planned],
+    chosen: &Target,
+    engine: &mut dyn Engine,
+    outcome: Outcome,
+    start_up_s: f64,
+) -> Report {
+    let device = match chosen {
+        Target::Device(context) => Device {
+            name: context.info.name.clone(),
+            driver: context.info.driver.clone(),
+            details: vec![
+                ("Vulkan".to_owned(), context.info.api_version.clone()),
+                ("start-up".to_owned(), format!("{start_up_s:.2} s")),
+                ("stepping and drawing".to_owned(), format!("{:.2} s", outcome.stepping_s)),
+            ],
+        },
+        Target::Reference => Device { name: chosen.name(), ..Device::default() },
+    };
+    let kind = |number: usize, path: &Path| match number {
+        0 => "scene",
+        1 => "model",
+        _ if prepared.scene.materials.table() == Some(path) => "materials",
+        _ if prepared.scene.sky_files.iter().any(|known| known == path) => "trajectory or attitude",
+        _ => "response table",
+    };
+    let mut inputs = prepared.scene.files.iter().enumerate().map(|(number, path)| SourceFile {
+        kind: kind(number, path).to_owned(),
+        path: path.display().to_string(),
+        sha256: prepared.file_hashes.get(path).cloned().unwrap_or_default(),
+    });
+    let scene = SourceFile { sha256: prepared.hash.clone(), ..inputs.next().unwrap_or_default() };
+    let mut nodes_by_response: Vec<(String, u64)> = Vec::new();
+    for (kind, nodes) in prepared.nodes.by_kind() {
+        nodes_by_response.push((kind.to_string(), nodes as u64));
+    }
+    let files = [
+        (true, SERIES, "temperatures over time"),
+        (true, REPORT_JSON, "this report as JSON"),
+        (prepared.joints() > 1, JOINTS, "joints over time"),
+        (!outcome.frames.is_empty(), "frames/", "EXR and PNG of every image"),
+        (prepared.scene.time.draw.is_between_steps(), IMAGES, "time and pose of every image"),
+        (!outcome.plots.is_empty(), "plots/", "the plots as SVG"),
+    ];
+    let files = files.into_iter().filter(|(there, ..)| *there);
+    let memory = chosen.device().map(|_| device_memory(prepared, plan));
+    let forecast = Forecast::of(prepared).entries(&[Rate::of(chosen)], memory);
+    let forecast = SettingGroup { title: "Forecast before the first step".to_owned(), entries: forecast };
+    let mut warnings = prepared.warnings.clone();
+    let mut details_of_run = Vec::new();
+    if let Some(periodic) = outcome.periodic {
+        say!("warm-up: {}", periodic.summary());
+        details_of_run.push(("periodic warm-up".to_owned(), periodic.summary()));
+    }
+    if let Some(error) = outcome.between {
+        let error = format!("up to {error:.1e} K (an eighth of the second difference over the steps beside an image)");
+        answer!("temperatures between steps are off by {error}");
+        details_of_run.push(("temperatures of images between steps".to_owned(), format!("off by {error}")));
+    }
+    let missed = outcome.periodic.and_then(|periodic| periodic.warning(""));
+    let off = outcome.accuracy.as_ref().and_then(|accuracy| accuracy.warning(prepared));
+    let network = network_section(prepared, engine);
+    let entries = engine.exchange_description();
+    let exchange = (!entries.is_empty())
+        .then(|| SettingGroup { title: "Radiation between surfaces, as found".to_owned(), entries });
+    let said = |name: &str| network.iter().flat_map(|group| &group.entries).find(|(entry, _)| entry == name);
+    if let Some((name, value)) = said(ESTIMATED) {
+        say!("network in one pass: {name} {value}");
+    }
+    if let Some((name, value)) = said(COST) {
+        say!("{name}: {value}");
+    }
+    let beyond = said(BEYOND).map(|(_, value)| format!("the network in one pass: {value}"));
+    for warning in missed.into_iter().chain(off).chain(beyond) {
+        say!("warning: {warning}");
+        warnings.push(warning);
+    }
+    let device = Device { details: device.details.into_iter().chain(details_of_run).collect(), ..device };
+    Report {
+        title: prepared.scene.name.clone(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        scene,
+        inputs: inputs.collect(),
+        device,
+        accuracy: outcome.accuracy,
+        energy: outcome.energy,
+        model: ModelSize {
+            nodes: prepared.nodes.count as u64,
+            triangles: prepared.triangle_count() as u64,
+            area_m2: prepared.area,
+            nodes_by_response,
+        },
+        passes: pass_times(engine),
+        settings: settings::groups(prepared).into_iter().chain(network).chain(exchange).chain([forecast]).collect(),
+        assumptions: prepared.scene.assumptions.clone(),
+        warnings,
+        switched_off: prepared.switched_off(),
+        frames: outcome.frames,
+        pictures: outcome.pictures,
+        plots: outcome.plots,
+        files: files.map(|(_, path, what)| FileEntry { path: path.to_owned(), what: what.to_owned() }).collect(),
+        interrupted: !outcome.complete,
+        ..Report::default()
+    }
+}
+
+/// Prints what a report says in short.
+pub(super) fn print_summary(report: &Report, folder: &Folder) {
+    let speed = &report.speed;
+    answer!("{} steps and {} images in {:.1} s on {}", speed.steps, speed.images, speed.wall_s, report.device.name);
+    if let (Some(step), Some(node)) = (speed.step_ms, speed.ns_per_node_step) {
+        answer!("a thermal step takes {step:.2} ms, {node:.2} ns a node");
+        match (speed.network_ms, speed.network_wall_ms) {
+            (Some(own), Some(wall)) => answer!(
+                "the passes of the thermal network take {own:.2} ms of it; their wall time is {wall:.2} ms, loads, transfers and \
+                 control included"
+            ),
+            (None, Some(_)) => answer!("that is the wall time of the thermal network, which the processor integrates"),
+            (_, None) => {}
+        }
+    }
+    if let Some(accuracy) = &report.accuracy {
+        answer!(
+            "against the f64 reference: largest difference {:.1e} K, rms {:.1e} K ({} nodes, {} steps)",
+            accuracy.max_k,
+            accuracy.rms_k,
+            accuracy.nodes,
+            accuracy.steps
+        );
+        if let Some(error) = &accuracy.step_length {
+            answer!(
+                "error of the step length: at most {:.1e} K, rms {:.1e} K ({} nodes that store heat, twice the difference to steps of half the length)",
+                error.max_k,
+                error.rms_k,
+                error.nodes
+            );
+        }
+        for note in &accuracy.notes {
+            answer!("{note}");
+        }
+    }
+    if let Some(closure) = report.energy.as_ref().and_then(|energy| energy.closure) {
+        answer!("the energy balance of the network closes to {closure:.1e}");
+    }
+    answer!("report: {}", folder.file(REPORT_HTML).display());
+}

@@ -1,0 +1,89 @@
+//! The light of a sample: what a surface emits and reflects there, or the sky where none is.
+
+use glam::{DVec2, DVec3};
+
+use super::surface::{Around, Pixel, Surface};
+use super::traced::{Craft, Seen, traced_radiance};
+use super::triangle::Shown;
+use super::view::{View, grid};
+use crate::thermal::surroundings::{Reflector, emissivity, reflected_radiance, sky_radiance};
+
+/// What the light of samples comes from.
+pub(super) struct Light<'a> {
+    pub surface: &'a Surface<'a>,
+    pub view: &'a View,
+    /// Radiance of a blackbody at a temperature [K].
+    pub radiance: &'a dyn Fn(f64) -> f64,
+}
+
+impl Light<'_> {
+    /// Gives a sample its light. `ray` is that of its place in the image [px]. So far the radiance holds the emissivity, so that only visible samples are
+    /// converted.
+    pub fn shine(&self, sample: &mut Pixel, shown: Option<Shown>, ray: DVec2, place: [f64; 2]) {
+        let around = self.surface.around.as_ref().filter(|_| ray.is_finite());
+        let direction = ray.extend(1.0).normalize();
+        if sample.part > 0 {
+            let own = around.zip(shown).and_then(|(around, shown)| around.emissivity(sample, shown, direction));
+            sample.radiance = own.unwrap_or(sample.radiance) * (self.radiance)(sample.temperature);
+        }
+        let Some(around) = around else { return };
+        arrive(sample, around, shown, direction);
+        if let Some(light) = shown.and_then(|shown| self.of_craft(sample, around, shown, ray, place)) {
+            sample.reflected += light;
+            sample.radiance += light;
+        }
+    }
+
+    /// What a sample reflects of the craft itself. `None` where the craft is not traced.
+    fn of_craft(&self, sample: &Pixel, around: &Around, shown: Shown, ray: DVec2, place: [f64; 2]) -> Option<f64> {
+        let traced = around.traced.as_ref()?;
+        let surroundings = around.surroundings?;
+        let reflector = around.reflector(sample, shown)?;
+        let [across, down] = grid(self.view.samples).map(f64::from);
+        let texel = [across * place[0], down * place[1]];
+        let seen = Seen {
+            reflector,
+            normal: shown.normal,
+            to_camera: -ray.extend(1.0).normalize(),
+            place: sample.depth * ray.extend(1.0),
+            pixel: texel.map(|at| (16.0 * at) as u32),
+        };
+        let craft = Craft {
+            traced,
+            surroundings,
+            reflectors: around.reflectors,
+            looks: &around.looks,
+            temperatures: self.surface.temperatures,
+            radiance: self.radiance,
+        };
+        Some(traced_radiance(&craft, &self.view.camera_from_body, &seen))
+    }
+}
+
+impl Around<'_> {
+    /// The reflector that a sample shows.
+    fn reflector(&self, sample: &Pixel, shown: Shown) -> Option<&Reflector> {
+        self.reflectors.get(sample.material as usize - 1).map(|faces| &faces[shown.face])
+    }
+
+    /// Emissivity of what a sample shows. `direction` leads from the camera to it.
+    fn emissivity(&self, sample: &Pixel, shown: Shown, direction: DVec3) -> Option<f64> {
+        let reflector = self.reflector(sample, shown)?;
+        Some(emissivity(reflector, &self.looks, sample.temperature, shown.normal.dot(-direction).max(0.0)))
+    }
+}
+
+/// Adds what a surface reflects, or the sky where none is. `direction` leads from the camera to the sample.
+fn arrive(sample: &mut Pixel, around: &Around, shown: Option<Shown>, direction: DVec3) {
+    let Some(surroundings) = around.surroundings else { return };
+    match shown {
+        None if around.background => sample.radiance = sky_radiance(surroundings, &around.looks, direction),
+        None => {}
+        Some(shown) => {
+            if let Some(reflector) = around.reflector(sample, shown).filter(|_| around.reflects) {
+                sample.reflected = reflected_radiance(surroundings, reflector, &around.looks, shown.normal, -direction);
+                sample.radiance += sample.reflected;
+            }
+        }
+    }
+}

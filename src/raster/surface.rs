@@ -1,0 +1,74 @@
+//! What is drawn, and what a pixel of it shows.
+
+use glam::DVec3;
+
+use super::traced::Traced;
+use crate::thermal::surroundings::{Looks, Reflector, Surroundings};
+
+/// Triangles with the values of their vertices. A triangle has the part and material of its first vertex.
+#[derive(Debug, Clone, Copy)]
+pub struct Surface<'a> {
+    /// Vertex positions, body frame [m].
+    pub positions: &'a [DVec3],
+    /// Vertex indices, counter-clockwise seen from the front.
+    pub triangles: &'a [[u32; 3]],
+    /// Temperatures of the vertices [K].
+    pub temperatures: &'a [f64],
+    /// Part of each vertex.
+    pub vertex_part: &'a [u32],
+    /// Material of each vertex.
+    pub vertex_material: &'a [u32],
+    /// Emissivities of front and back for each material.
+    pub emissivities: &'a [[f64; 2]],
+    /// What surrounds the surface, and how it looks. `None` where it only emits, and alike to all sides.
+    pub around: Option<Around<'a>>,
+}
+
+/// What surrounds a surface, and how it reflects that.
+#[derive(Debug, Clone, Copy)]
+pub struct Around<'a> {
+    /// The surroundings, in camera axes. `None` where no pixel shows them.
+    pub surroundings: Option<&'a Surroundings>,
+    /// Whether they show behind the surface.
+    pub background: bool,
+    /// Normals of the vertices, body frame. They interpolate between the vertices.
+    pub normals: &'a [DVec3],
+    /// Whether it reflects them.
+    pub reflects: bool,
+    /// Front and back of each material. Empty where nothing reflects and every emissivity is one number.
+    pub reflectors: &'a [[Reflector; 2]],
+    /// The tables that they refer to.
+    pub looks: Looks<'a>,
+    /// The craft itself, where it is reflected too.
+    pub traced: Option<Traced<'a>>,
+}
+
+/// One pixel. Temperature, depth and identity are those at its centre.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pixel {
+    /// Emitted and reflected radiance in the band [W m-2 sr-1], in the mean of the samples. Where no surface is, it is that of the sky, or 0 without one.
+    pub radiance: f64,
+    /// The reflected part of it [W m-2 sr-1]. 0 where no surface is.
+    pub reflected: f64,
+    /// Share of the samples that show a surface.
+    pub coverage: f64,
+    /// Temperature [K]. 0 where no surface is.
+    pub temperature: f64,
+    /// Distance along the camera's axis [m]. Infinite where no surface is.
+    pub depth: f64,
+    /// Part + 1. 0 where no surface is.
+    pub part: u32,
+    /// Material + 1. 0 where no surface is.
+    pub material: u32,
+}
+
+/// A pixel that no triangle covers.
+pub const EMPTY: Pixel = Pixel {
+    radiance: 0.0,
+    reflected: 0.0,
+    coverage: 0.0,
+    temperature: 0.0,
+    depth: f64::INFINITY,
+    part: 0,
+    material: 0,
+};

@@ -1,0 +1,96 @@
+//! The camera of an image, and the rays that the samples of its pixels see.
+
+use glam::{DAffine3, DVec2};
+
+use crate::lens::{Distortion, Lens};
+
+/// A camera with OpenCV axes: +X right, +Y down, +Z forward.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// Rigid motion that takes body positions into camera axes.
+    pub camera_from_body: DAffine3,
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Which ray a place in the image sees.
+    pub lens: Lens,
+    /// Samples of a pixel: 1, 4, 8 or 16.
+    pub samples: u32,
+    /// Distance of the near plane [m], > 0.
+    pub near: f64,
+}
+
+/// The places of the samples in a pixel, from its upper left corner: the standard sample locations of Vulkan (chapter Rasterization,
+/// Multisampling).
+pub fn places(samples: u32) -> &'static [[f64; 2]] {
+    const ONE: [[f64; 2]; 1] = [[0.5, 0.5]];
+    const FOUR: [[f64; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
+    const EIGHT: [[f64; 2]; 8] = [
+        [0.5625, 0.3125],
+        [0.4375, 0.6875],
+        [0.8125, 0.5625],
+        [0.3125, 0.1875],
+        [0.1875, 0.8125],
+        [0.0625, 0.4375],
+        [0.6875, 0.9375],
+        [0.9375, 0.0625],
+    ];
+    const SIXTEEN: [[f64; 2]; 16] = [
+        [0.5625, 0.5625],
+        [0.4375, 0.3125],
+        [0.3125, 0.625],
+        [0.75, 0.4375],
+        [0.1875, 0.375],
+        [0.625, 0.8125],
+        [0.8125, 0.6875],
+        [0.6875, 0.1875],
+        [0.375, 0.875],
+        [0.5, 0.0625],
+        [0.25, 0.125],
+        [0.125, 0.75],
+        [0.0, 0.5],
+        [0.9375, 0.25],
+        [0.875, 0.9375],
+        [0.0625, 0.0],
+    ];
+    match samples {
+        0..=1 => &ONE,
+        2..=4 => &FOUR,
+        5..=8 => &EIGHT,
+        _ => &SIXTEEN,
+    }
+}
+
+/// Samples along the width and height of a pixel whose reflections of the craft are traced: those of a finer image.
+pub(super) fn grid(samples: u32) -> [u32; 2] {
+    match samples {
+        0..=1 => [1, 1],
+        2..=4 => [2, 2],
+        5..=8 => [4, 2],
+        _ => [4, 4],
+    }
+}
+
+/// The centres of the texels of a grid in a pixel.
+pub(super) fn centres([across, down]: [u32; 2]) -> Vec<[f64; 2]> {
+    let place = |number: u32| [(number % across, across), (number / across, down)];
+    let share = |(at, of): (u32, u32)| (f64::from(at) + 0.5) / f64::from(of);
+    (0..across * down).map(|number| place(number).map(share)).collect()
+}
+
+/// The rays of places in the pixels of a row, pixel after pixel. Where the lens has none, the ray is no number and meets nothing.
+pub(super) fn rays_of_row(view: &View, row: u32, places: &[[f64; 2]]) -> Vec<DVec2> {
+    let mut near = None;
+    let pixels = (0..view.width)
+        .flat_map(|column| places.iter().map(move |[x, y]| DVec2::new(f64::from(column) + x, f64::from(row) + y)));
+    let ray = |pixel| {
+        near = match near {
+            Some(ray) if view.lens.distortion != Distortion::None => view.lens.unproject_from(ray, pixel),
+            _ => None,
+        }
+        .or_else(|| view.lens.unproject(pixel));
+        near.unwrap_or(DVec2::NAN)
+    };
+    pixels.map(ray).collect()
+}

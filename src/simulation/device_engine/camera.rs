@@ -1,0 +1,87 @@
+//! The camera of a device: the views, the crop and the rows of an image that it draws.
+
+use glam::DAffine3;
+
+use crate::gpu::layout;
+use crate::gpu::sampling::Sampling;
+use crate::scene::Camera;
+use crate::simulation::distant::{Distance, told};
+use crate::simulation::engine::{Moment, Order, Rows};
+use crate::simulation::pose::draws_alike;
+use crate::simulation::prepare::Prepared;
+use crate::simulation::viewpoint::{device_view, rolling, source_view};
+
+/// A camera and how a device makes its image.
+pub(super) struct DeviceCamera {
+    camera: Camera,
+    /// How the image is made, without the map of the lens.
+    sampling: Option<Sampling>,
+    /// The boxes of a craft that may be far away.
+    distance: Option<Distance>,
+}
+
+impl DeviceCamera {
+    pub fn new(prepared: &Prepared, camera: &Camera, sampling: Option<Sampling>) -> Self {
+        let may_be_far = sampling.as_ref().is_some_and(|sampling| sampling.distant);
+        Self {
+            camera: camera.clone(),
+            distance: may_be_far.then(|| Distance::new(prepared, camera)).flatten(),
+            sampling: sampling.map(|sampling| Sampling { map: Vec::new(), ..sampling }),
+        }
+    }
+
+    /// Takes another camera whose image is drawn with the same resources. Returns whether it is one. `senses` says whether the image has a sensor.
+    pub fn take(&mut self, camera: &Camera, senses: bool) -> bool {
+        let any_lens = self.sampling.is_none() && !senses;
+        let fits = draws_alike(&self.camera, camera, any_lens);
+        if fits {
+            self.camera = camera.clone();
+        }
+        fits
+    }
+
+    /// Whether a pixel has several samples.
+    pub fn has_coverage(&self) -> bool {
+        self.camera.samples > 1
+    }
+
+    /// What is drawn: the views, and for a craft that is far away how their crop is put into pixels. Nothing without a pose.
+    pub fn drawn(&self, order: &Order<'_>) -> (Vec<layout::View>, Option<layout::Distant>) {
+        match self.crop(order) {
+            Some((views, distant)) => (views, Some(distant)),
+            None => (self.views(order).unwrap_or_default(), None),
+        }
+    }
+
+    /// The camera pose against the body and against each joint.
+    fn views(&self, order: &Order<'_>) -> Option<Vec<layout::View>> {
+        let pose = order.pose.as_ref()?;
+        let still = [DAffine3::IDENTITY];
+        let joints = if order.joints.is_empty() { &still } else { order.joints };
+        let view = |joint: &DAffine3| match &self.sampling {
+            Some(sampling) => source_view(sampling, self.camera.near, &(*pose * *joint)),
+            None => device_view(&self.camera, &(*pose * *joint)),
+        };
+        Some(joints.iter().map(view).collect())
+    }
+
+    /// The views of the crop of an image of a craft that is far away, and how its texels are put into pixels.
+    fn crop(&self, order: &Order<'_>) -> Option<(Vec<layout::View>, layout::Distant)> {
+        let pose = order.pose.as_ref()?;
+        let crop = self.distance.as_ref()?.crop(&self.camera, pose, order.joints)?;
+        Some(told(&self.camera, &crop, pose, order.joints))
+    }
+
+    /// The rolling shutter against the body and against each joint. Empty if all rows see one pose.
+    pub fn shutters(&self, order: &Order<'_>) -> Vec<layout::Shutter> {
+        let shutter = self.sampling.as_ref().and_then(|sampling| sampling.shutter.as_ref());
+        let (Some((_, shutter)), Some(Rows(moment))) = (shutter, order.rows) else { return Vec::new() };
+        let last = f64::from(self.camera.height - 1);
+        let [middle, last] = [0.5 * last, last].map(|row| {
+            let Moment { pose, joints } = moment(row);
+            let of_joint = |joint: &DAffine3| pose * *joint;
+            if joints.is_empty() { vec![pose] } else { joints.iter().map(of_joint).collect() }
+        });
+        middle.iter().zip(&last).map(|(middle, last)| rolling(shutter, middle, last)).collect()
+    }
+}

@@ -1,0 +1,96 @@
+//! What the host does for a step before its frame: it steps a network, takes the temperatures of a file, and follows joints that have moved.
+
+use super::DeviceEngine;
+use crate::environment::StepLoad;
+use crate::gpu::error::GpuError;
+use crate::gpu::renderer::Renderer;
+use crate::simulation::energy::absorbed_heat;
+use crate::simulation::engine::{EngineError, Order, Step};
+use crate::simulation::given::Given;
+use crate::simulation::network::NetworkRun;
+
+impl DeviceEngine {
+    /// Steps the network under the load of a step, and before it keeps the temperatures where the order says so. The host integrates between the loads and
+    /// the temperatures, so frames under way must end first.
+    pub(super) fn step_network(&mut self, step: &Step<'_>, order: &Order<'_>) -> Result<Option<Vec<f64>>, EngineError> {
+        self.end_frames()?;
+        if order.keep && self.network.is_some() {
+            self.renderer.keep_temperatures()?;
+        }
+        let Some(network) = &mut self.network else { return Ok(None) };
+        network.step_begins();
+        let mut values = self.renderer.absorbed(step.load, Some(step.steps))?;
+        network.step(network.scene().heat(|slot| f64::from(values[slot])), step.start, step.length)?;
+        let tables = self.frames.tables.as_ref().filter(|_| order.absorbed);
+        let heat = tables.map(|tables| absorbed_heat(tables, |slot| f64::from(values[slot])));
+        put(&mut self.renderer, network, &mut values)?;
+        network.step_ends();
+        Ok(heat)
+    }
+
+    /// Finds the steady state of the network under a load at a time [s].
+    pub(super) fn settle_network(&mut self, load: &StepLoad, time: f64) -> Result<(), EngineError> {
+        let Some(network) = &mut self.network else { return Ok(()) };
+        let mut values = self.renderer.absorbed(load, None)?;
+        network.settle(network.scene().heat(|slot| f64::from(values[slot])), time)?;
+        put(&mut self.renderer, network, &mut values)?;
+        Ok(self.renderer.set_network(&network.temperatures()?, network.on())?)
+    }
+
+    /// Writes the temperatures of a file at a time [s], and before them keeps those before the step where the order says so.
+    pub(super) fn take_given(&mut self, given: &Given, time: f64, keep: bool) -> Result<(), EngineError> {
+        self.end_frames()?;
+        if keep {
+            self.renderer.keep_temperatures()?;
+        }
+        let temperatures: Vec<f32> = given.at(time).iter().map(|kelvin| *kelvin as f32).collect();
+        Ok(self.renderer.set_temperatures(&temperatures)?)
+    }
+
+    /// Leaves the network to sub-steps if its frames do not keep the tolerance, before a step from `start` [s].
+    pub(super) fn change_over(&mut self, start: f64) -> Result<(), EngineError> {
+        let (Some(network), Some(halving)) = (&self.network, self.renderer.halving()) else { return Ok(()) };
+        if !network.gives_up(halving) {
+            return Ok(());
+        }
+        self.end_frames()?;
+        self.take_switches()?;
+        let estimate = self.renderer.network_estimate()?.map(|(estimate, _)| estimate).unwrap_or_default();
+        let temperatures = self.renderer.network_temperatures()?.unwrap_or_default();
+        self.renderer.end_network();
+        self.network.as_mut().map_or(Ok(()), |network| network.change_over(&temperatures, estimate, start))
+    }
+
+    /// Casts the rays of patches anew where a joint has moved.
+    pub(super) fn follow_joints(&mut self, step: &Step<'_>) -> Result<(), EngineError> {
+        let fourth = self.fourth();
+        let Some(exchange) = &mut self.exchange else { return Ok(()) };
+        if let Some(tables) = exchange.turn(&step.load.joints, step.load.is_warm_up())? {
+            self.frames.end(&mut self.renderer, fourth)?;
+            self.renderer.set_exchange(tables)?;
+        }
+        Ok(())
+    }
+
+    /// Waits for all frames under way.
+    fn end_frames(&mut self) -> Result<(), GpuError> {
+        let fourth = self.fourth();
+        self.frames.end(&mut self.renderer, fourth)
+    }
+
+    /// Takes the switches of thermostats in frames that step the network.
+    pub(super) fn take_switches(&mut self) -> Result<(), EngineError> {
+        let switches = self.renderer.take_switches();
+        self.network.as_mut().map_or(Ok(()), |network| network.take_switches(&switches))
+    }
+}
+
+/// Writes a network's temperatures over the fluxes in `values`, from which the device draws.
+fn put(renderer: &mut Renderer, network: &mut NetworkRun, values: &mut [f32]) -> Result<(), EngineError> {
+    if network.wrote_spare() {
+        renderer.spare_was_used();
+    }
+    let temperatures = network.temperatures()?;
+    network.scene().scatter(&temperatures, |slot, temperature| values[slot] = temperature as f32);
+    Ok(renderer.set_temperatures(values)?)
+}

@@ -1,0 +1,90 @@
+//! Images of a simulation that is driven from outside, from any camera and pose.
+
+use super::Simulation;
+use crate::scene::{Background, Camera, Reflections};
+use crate::simulation::engine::{Order, Rows};
+use crate::simulation::facade_error::SimulationError;
+use crate::simulation::image::Image;
+use crate::simulation::pose::{CameraError, Pose, check_camera, draws_alike};
+use crate::simulation::surroundings::surroundings_at;
+use crate::simulation::thermal_state::take;
+use crate::simulation::{moments, pose_at};
+
+impl Simulation {
+    /// What a camera sees at the present time. The camera need not be that of the scene. Pose and lens of a camera without distortion may change from image
+    /// to image at no cost. Another size, another distortion or another number of samples makes the resources of the image anew, and with a sensor any other lens.
+    ///
+    /// # Errors
+    /// A camera or a pose that can not be used, an image beyond the device, or a call that fails.
+    pub fn image(&mut self, camera: &Camera, pose: &Pose) -> Result<Image, SimulationError> {
+        let camera = pose.of(camera);
+        self.check(&camera)?;
+        self.begin()?;
+        self.take_camera(camera)?;
+        let time = self.time;
+        let prepared = &self.prepared;
+        let camera = prepared.scene.camera.as_ref().and_then(|camera| camera.at(time, None).ok());
+        let (Some(camera), Some(pose)) = (camera, pose_at(prepared, time)) else {
+            return Err(CameraError::Pose("its path has no pose at this time").into());
+        };
+        let joints = prepared.loads.joints_at(time).1;
+        let moments = moments(prepared, time, None);
+        let rows = moments.as_ref().map(|moments| Rows(moments));
+        let surroundings = surroundings_at(prepared, time, &pose);
+        let order = Order { pose: Some(pose), joints: &joints, rows, surroundings, time, ..Order::default() };
+        self.engine.submit(None, order)?;
+        let pixels = self.engine.deliver()?.pixels.unwrap_or_default();
+        let width = camera.width as usize;
+        let mut image = Image::new(camera, pose, time, pixels);
+        if prepared.scene.sensor.as_ref().is_none_or(|sensor| sensor.kelvin_per_count.is_none()) {
+            image.counts = None;
+        }
+        match image.not_finite() {
+            None => Ok(image),
+            Some((what, pixel)) => Err(SimulationError::NotFinite { time, what, x: pixel % width, y: pixel / width }),
+        }
+    }
+
+    fn check(&self, camera: &Camera) -> Result<(), SimulationError> {
+        let known = |drawn: &Camera| draws_alike(drawn, camera, false) && drawn.near == camera.near;
+        if !self.drawn.as_ref().is_some_and(known) {
+            check_camera(camera)?;
+        }
+        camera.check_times(std::iter::once(self.time))?;
+        let surrounded = &self.prepared.scene.surrounded;
+        let around = surrounded.reflections != Reflections::Off || surrounded.background != Background::Off;
+        if camera.line_time > 0.0 && around {
+            let message = "line_time cannot be combined with radiance.reflections or radiance.background";
+            return Err(CameraError::Combination(message).into());
+        }
+        if camera.samples > 1 && surrounded.channels {
+            return Err(CameraError::Combination("samples above 1 cannot be combined with output.channels").into());
+        }
+        Ok(())
+    }
+
+    /// Makes the engine draw for a camera.
+    fn take_camera(&mut self, camera: Camera) -> Result<(), SimulationError> {
+        if self.drawn.as_ref() == Some(&camera) {
+            return Ok(());
+        }
+        if self.engine.take_camera(&camera) {
+            self.prepared.scene.camera = Some(camera.clone());
+            self.drawn = Some(camera);
+            return Ok(());
+        }
+        let state = take(&self.prepared, &mut *self.engine, None, self.time)?;
+        let before = self.prepared.scene.camera.replace(camera.clone());
+        match self.engine_with(state, Some(&camera)) {
+            Ok(engine) => {
+                self.engine = engine;
+                self.drawn = Some(camera);
+                Ok(())
+            }
+            Err(error) => {
+                self.prepared.scene.camera = before;
+                Err(error)
+            }
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! Exchanges of heat sorted by node.
+
+use crate::thermal::network::{LinearConductor, RadiativeConductor};
+
+/// An exchange of a node with a neighbour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Link {
+    /// The neighbour.
+    pub neighbour: u32,
+    /// Linear conductance [W/K].
+    pub conductance: f64,
+    /// Radiative conductance [m2].
+    pub exchange_area: f64,
+}
+
+/// The exchanges of each node. Each is in the rows of both its ends, and parallel ones are one.
+#[derive(Debug)]
+pub struct Rows {
+    /// First exchange of each node, and one number at the end.
+    starts: Vec<u32>,
+    links: Vec<Link>,
+}
+
+impl Rows {
+    /// The rows of a network of `count` nodes.
+    pub fn new<'a>(
+        count: usize,
+        linear: impl Iterator<Item = &'a LinearConductor>,
+        radiative: &[RadiativeConductor],
+    ) -> Self {
+        let linear = linear.filter(|one| one.conductance > 0.0).map(|one| (one.nodes, one.conductance, 0.0));
+        let radiative = radiative.iter().map(|one| (one.nodes, 0.0, one.exchange_area));
+        let mut rows = vec![Vec::new(); count];
+        for ([a, b], conductance, exchange_area) in linear.chain(radiative).filter(|([a, b], ..)| a != b) {
+            for (node, neighbour) in [(a, b), (b, a)] {
+                rows[node as usize].push(Link { neighbour, conductance, exchange_area });
+            }
+        }
+        for row in &mut rows {
+            row.sort_by_key(|link| link.neighbour);
+            row.dedup_by(|next, kept| {
+                let same = next.neighbour == kept.neighbour;
+                if same {
+                    kept.conductance += next.conductance;
+                    kept.exchange_area += next.exchange_area;
+                }
+                same
+            });
+        }
+        let mut starts = vec![0];
+        starts.extend(rows.iter().scan(0, |end, row| {
+            *end += row.len() as u32;
+            Some(*end)
+        }));
+        Self { starts, links: rows.into_iter().flatten().collect() }
+    }
+
+    /// All exchanges.
+    pub fn all(&self) -> &[Link] {
+        &self.links
+    }
+
+    /// The exchanges of a node.
+    pub fn of(&self, node: usize) -> &[Link] {
+        &self.links[self.starts[node] as usize..self.starts[node + 1] as usize]
+    }
+}
