@@ -13,6 +13,8 @@ import json
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -23,6 +25,8 @@ from ._errors import IsothermError
 # A list of checksums is written last, so it says that its orbit is whole.
 _CHECKSUMS = "checksums.sha256"
 _OF_ORBIT = ("orbit.json", _CHECKSUMS)
+# What a data set was begun with, so that none goes on with another SPEC, scene or device.
+_IDENTITY = Path(".isotherm", "dataset.json")
 _REPORT = "report-ray.json"
 
 
@@ -42,8 +46,13 @@ class _Store:
         (into / place).mkdir(parents=True, exist_ok=True)
         self._files.get_file(f"{self._root}/{place}/{name}", str(into / place / name))
 
+    def get_identity(self, folder: Path) -> None:
+        """Puts what the data set was begun with, if it was begun, into a folder that stands for it."""
+        if self._files.exists(f"{self._root}/{_IDENTITY.as_posix()}"):
+            self.get(_IDENTITY.parent.as_posix(), _IDENTITY.name, folder)
+
     def put(self, folder: Path) -> None:
-        """The files of a data set but its reports and records, lists of checksums last."""
+        """The files of a data set but its reports and the records of processes, lists of checksums last."""
         paths = [path for path in folder.rglob("*") if path.is_file() and _is_of_set(path.relative_to(folder))]
         for path in sorted(paths, key=lambda path: (path.name == _CHECKSUMS, path)):
             target = f"{self._root}/{path.relative_to(folder).as_posix()}"
@@ -55,7 +64,9 @@ class _Store:
 
 
 def _is_of_set(path: Path) -> bool:
-    return path.parts[0] != ".isotherm" and not (len(path.parts) == 1 and path.name.startswith("report-"))
+    if path.parts[0] == _IDENTITY.parts[0]:
+        return path == _IDENTITY
+    return not (len(path.parts) == 1 and path.name.startswith("report-"))
 
 
 def _folder(uri: str) -> Path | None:
@@ -63,6 +74,22 @@ def _folder(uri: str) -> Path | None:
     if uri.startswith("file://"):
         return Path(uri.removeprefix("file://"))
     return None if "://" in uri else Path(uri).absolute()
+
+
+@contextmanager
+def _scratch(store: _Store, uri: str) -> Iterator[Path]:
+    """A folder on this machine that stands for an object store, with what the data set was begun with."""
+    with tempfile.TemporaryDirectory(prefix="isotherm-") as scratch:
+        folder = Path(scratch, "set")
+        store.get_identity(folder)
+        try:
+            yield folder
+        except IsothermError as error:
+            other = str(error).removeprefix(f"{folder} holds a data set with another ")
+            if other == str(error):
+                raise
+            what = other.split(";")[0]
+            raise type(error)(f"{uri} holds a data set with another {what}; name another place") from None
 
 
 def make_orbit(spec: str, uri: str, orbit: int, orbits: int, device: str | None, outside: bool) -> dict[str, Any]:
@@ -73,9 +100,10 @@ def make_orbit(spec: str, uri: str, orbit: int, orbits: int, device: str | None,
         made = _native.make_dataset(spec, folder, **options)
         (folder / f"report-{orbit}-of-{orbits}.json").unlink(missing_ok=True)
         return made
-    with tempfile.TemporaryDirectory(prefix="isotherm-") as scratch:
-        made = _native.make_dataset(spec, Path(scratch, "set"), **options)
-        _Store(uri).put(Path(scratch, "set"))
+    store = _Store(uri)
+    with _scratch(store, uri) as folder:
+        made = _native.make_dataset(spec, folder, **options)
+        store.put(folder)
         return made
 
 
@@ -93,8 +121,7 @@ def finish(spec: str, uri: str, orbits: int, device: str | None, outside: bool) 
     if folder is not None:
         return make(folder)
     store = _Store(uri)
-    with tempfile.TemporaryDirectory(prefix="isotherm-") as scratch:
-        folder = Path(scratch, "set")
+    with _scratch(store, uri) as folder:
         make(folder)
         for place in store.orbits():
             for name in _OF_ORBIT:

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use isotherm::Target;
 use isotherm::dataset::error::DatasetError;
 use isotherm::dataset::make::{Made, Order, Shard, make};
 use isotherm::dataset::scene_values::SceneText;
 use isotherm::dataset::spec::Spec;
 use isotherm::dataset::store::Begin;
 use isotherm::files::Reach;
+use isotherm::{SimulationError, Target};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -28,7 +28,7 @@ fn reach(path: &Path, allow_outside: bool) -> Reach {
 #[pyfunction]
 #[pyo3(signature = (spec, *, allow_outside=false))]
 pub fn dataset_orbits(py: Python<'_>, spec: PathBuf, allow_outside: bool) -> PyResult<u64> {
-    let spec = Spec::load(&spec, &reach(&spec, allow_outside)).map_err(|error| dataset_error(py, &error.into()))?;
+    let spec = Spec::load(&spec, &reach(&spec, allow_outside)).map_err(|error| dataset_error(py, error.into()))?;
     Ok(spec.orbits())
 }
 
@@ -75,7 +75,7 @@ pub fn make_dataset<'py>(
     if let Some(signal) = signal {
         return Err(signal);
     }
-    let made = made.map_err(|error| dataset_error(py, &error))?;
+    let made = made.map_err(|error| dataset_error(py, error))?;
     let told = PyDict::new(py);
     told.set_item("images", made.images)?;
     told.set_item("orbits", made.orbits)?;
@@ -86,9 +86,10 @@ pub fn make_dataset<'py>(
     Ok(told)
 }
 
-fn dataset_error(py: Python<'_>, error: &DatasetError) -> PyErr {
+fn dataset_error(py: Python<'_>, error: DatasetError) -> PyErr {
     match error {
-        DatasetError::Simulation(error) => raised(py, error),
+        DatasetError::Scene(error) => raised(py, &SimulationError::Prepare(error.into())),
+        DatasetError::Simulation(error) => raised(py, &error),
         other => refused(py, other.to_string()),
     }
 }

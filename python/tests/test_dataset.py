@@ -39,9 +39,24 @@ def test_tasks_make_what_one_process_makes(spec: Path, tmp_path: Path) -> None:
         assert not list(folder.glob("report-*"))
 
 
+def test_an_object_store_takes_no_orbit_of_another_spec(spec: Path, tmp_path: Path) -> None:
+    uri = f"local://{tmp_path / 'store'}"
+    dataset.make_orbit(str(spec), uri, 0, 2, "cpu", False)
+    spec.write_text(spec.read_text().replace("seed = 1", "seed = 2"))
+    with pytest.raises(
+        isotherm.RequestError, match="^local://.*store holds a data set with another SPEC; name another place"
+    ):
+        dataset.make_orbit(str(spec), uri, 1, 2, "cpu", False)
+    with pytest.raises(
+        isotherm.RequestError, match="^local://.*store holds a data set with another SPEC; name another place"
+    ):
+        dataset.finish(str(spec), uri, 2, "cpu", False)
+
+
 def test_what_can_not_be_made_is_refused(spec: Path, tmp_path: Path) -> None:
     with pytest.raises(isotherm.RequestError, match="shards count from 0"):
         _native.make_dataset(spec, tmp_path / "out", shard=2, shards=2)
     spec.write_text(spec.read_text() + "\nsample = 3\n")
-    with pytest.raises(isotherm.IsothermError, match="sample"):
+    with pytest.raises(isotherm.SceneError, match="did you mean 'samples'") as raised:
         _native.dataset_orbits(spec)
+    assert (raised.value.file, raised.value.key) == (str(spec), "reject.sample")

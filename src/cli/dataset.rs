@@ -9,10 +9,12 @@ use super::progress::{progress_bar, stop_flag};
 use super::reach::ReachArguments;
 use crate::dataset::error::DatasetError;
 use crate::dataset::make::{Made, Order, Shard, make};
+use crate::dataset::orbit_folder::CHECKSUMS;
 use crate::dataset::preview::{SAMPLES, preview};
 use crate::dataset::scene_values::SceneText;
 use crate::dataset::spec::Spec;
-use crate::dataset::store::{Begin, CHECKSUMS, identity};
+use crate::dataset::split::empty_splits;
+use crate::dataset::store::{Begin, identity};
 use crate::dataset::verify::{Verified, again, checksums, copy_of_spec, labels, picked};
 use crate::output::console::{self, answer, say};
 use crate::output::destination::{Destination, destinations};
@@ -129,6 +131,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
              lie beside those of the set; COCO, SPEED+ and the labels state it"
         );
     }
+    for split in empty_splits(&spec) {
+        say!(
+            "warning: no orbit is left for {}: {} orbits are too few for its share; lower poses_per_orbit",
+            split.name(),
+            spec.orbits()
+        );
+    }
     let bar = progress_bar(own, "images");
     let order = Order {
         spec: &spec,
@@ -154,12 +163,22 @@ fn load(path: &Path, reach: ReachArguments) -> Result<(Spec, SceneText), CliErro
 
 fn verify(arguments: &VerifyArguments) -> Result<(), CliError> {
     let root = &arguments.folder;
-    let identity = identity(root)?;
+    let identity = match identity(root) {
+        // A copy without isotherm's own records, such as one from an archive, still has its list.
+        Err(_) if root.join(CHECKSUMS).is_file() => serde_json::Value::Null,
+        found => found?,
+    };
     let stop = stop_flag();
     let mut found = Verified::default();
     checksums(root, &mut found)?;
     let of_identity = |key: &str| identity.get(key).and_then(serde_json::Value::as_str).unwrap_or_default();
     let path = arguments.spec.clone().unwrap_or_else(|| PathBuf::from(of_identity("spec")));
+    if path.as_os_str().is_empty() && arguments.samples > 0 {
+        return Err(CliError::Usage(format!(
+            "{} does not say where its SPEC is, so no image can be rendered again: name the SPEC with --spec, or pass --samples 0",
+            root.display()
+        )));
+    }
     // The copy says the same, but the scene lies beside the SPEC itself.
     let copy = copy_of_spec(root)?;
     labels(root, &copy, &stop, &mut found)?;
@@ -173,8 +192,10 @@ fn verify(arguments: &VerifyArguments) -> Result<(), CliError> {
             )));
         }
         let target = match (&arguments.device.device, of_identity("device")) {
-            (None, name) => Target::open(Some(if name.starts_with("cpu (f64") { "cpu" } else { name }))?,
-            (Some(_), _) => arguments.device.open()?,
+            (None, name) if !name.is_empty() => {
+                Target::open(Some(if name.starts_with("cpu (f64") { "cpu" } else { name }))?
+            }
+            _ => arguments.device.open()?,
         };
         let images = picked(&spec, arguments.samples, arguments.draw);
         again(root, (&spec, &scenes, &target), &images, &stop, &mut found)?;

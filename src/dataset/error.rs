@@ -85,6 +85,9 @@ pub enum DatasetError {
     /// A signal ended it.
     #[error("stopped; what was finished is in {}, and --resume goes on with it", .0.display())]
     Stopped(PathBuf),
+    /// A signal ended what writes nothing but at its end.
+    #[error("stopped; nothing was written")]
+    StoppedBefore,
 }
 
 impl DatasetError {
@@ -93,7 +96,7 @@ impl DatasetError {
         match self {
             Self::Simulation(error) => error.is_of_the_user(),
             Self::Output(error) => error.is_about_the_folder(),
-            Self::Stopped(_) | Self::Damaged { .. } => false,
+            Self::Stopped(_) | Self::StoppedBefore | Self::Damaged { .. } => false,
             _ => true,
         }
     }

@@ -1,6 +1,7 @@
 //! Makes the orbits of a shard, and the files of the whole set where all are there.
 
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -9,10 +10,11 @@ use serde_json::{Map, Value as Json, json};
 use super::error::DatasetError;
 use super::orbit::{OrbitRun, Rejections};
 use super::orbit_files::{Encoded, encode_image, write};
+use super::orbit_folder::sum_of;
 use super::scene_values::SceneText;
 use super::spec::Spec;
 use super::split::split_of;
-use super::store::{Begin, REPORT, Store, entries, sum_of};
+use super::store::{Begin, REPORT, Store};
 use super::whole::{SCENE, finish, is_complete};
 use crate::files;
 use crate::host;
@@ -75,15 +77,22 @@ impl Made {
     }
 }
 
-/// What a data set is begun with.
+/// What a data set is begun with. `scene` is that of its first orbit, and `files` are those that any orbit may take.
 ///
 /// # Errors
 /// A file of the scene that can not be read.
-pub fn identity(spec: &Spec, scene: &Scene, target: &Target, allows_outside: bool) -> Result<Json, DatasetError> {
+fn identity(
+    spec: &Spec,
+    scene: &Scene,
+    files: &BTreeSet<PathBuf>,
+    target: &Target,
+    allows_outside: bool,
+) -> Result<Json, DatasetError> {
     let read = |path: &std::path::PathBuf| {
         std::fs::read(path).map_err(|error| DatasetError::Output(OutputError::Read(path.clone(), error)))
     };
-    let contents = scene.files.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    let others = files.iter().filter(|file| !scene.files.contains(file));
+    let contents = scene.files.iter().chain(others).map(read).collect::<Result<Vec<_>, _>>()?;
     let slices: Vec<&[u8]> = contents.iter().map(Vec::as_slice).collect();
     let absolute = std::path::absolute(&spec.path).unwrap_or_else(|_| spec.path.clone());
     Ok(json!({
@@ -122,9 +131,9 @@ pub struct Order<'a> {
 pub fn make(order: &Order, stop: &AtomicBool, progress: &mut dyn FnMut(u64)) -> Result<Made, DatasetError> {
     let Order { spec, scenes, target, root, shard, begin, allows_outside } = *order;
     let began = Instant::now();
-    scenes.check_ends(spec)?;
+    let files = scenes.check_ends(spec)?;
     let scene = scenes.of_orbit(spec, 0)?.scene;
-    let identity = identity(spec, &scene, target, allows_outside)?;
+    let identity = identity(spec, &scene, &files, target, allows_outside)?;
     // What is wrong with the craft is found before a folder is made.
     let mut next = match shard.orbits(spec).next() {
         Some(first) => Some(OrbitRun::new(spec, scenes, target, first)?),
@@ -196,7 +205,6 @@ pub fn make(order: &Order, stop: &AtomicBool, progress: &mut dyn FnMut(u64)) -> 
 
 /// Writes the report of a process, which holds times and is under no checksum.
 fn report(store: &Store, shard: Shard, target: &Target, made: &Made) -> Result<(), DatasetError> {
-    let files = entries(store.root())?.into_iter().filter(|path| path.is_file());
     let rejected: Map<String, Json> =
         made.rejections.iter().map(|(reason, count)| (reason.words().to_owned(), json!(count))).collect();
     let report = json!({
@@ -211,7 +219,6 @@ fn report(store: &Store, shard: Shard, target: &Target, made: &Made) -> Result<(
         "images_an_hour": made.images_an_hour(),
         "bytes": made.bytes,
         "bytes_an_image": made.bytes_an_image(),
-        "bytes_of_the_whole_set": files.filter_map(|path| path.metadata().ok()).map(|file| file.len()).sum::<u64>(),
         "peak_memory_bytes": host::peak_memory(),
         "rejected": rejected,
         "complete": made.complete,

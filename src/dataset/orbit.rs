@@ -124,7 +124,7 @@ impl<'a> OrbitRun<'a> {
             let (time, rejected) =
                 self.spec.time.draw(&self.spec.plan, image, sky, attempts).map_err(|reason| match reason {
                     NoTime::NoEclipse => no_sample("the orbit has no eclipse from which [time] counts"),
-                    NoTime::NoLight => no_sample("no time has the light that [time] asks for"),
+                    NoTime::NoLight => no_sample("no time after the start has the light that [time] asks for"),
                 })?;
             times.push((time, image, rejected));
         }

@@ -6,10 +6,10 @@ use serde_json::{Map, Value as Json, json};
 
 use super::error::DatasetError;
 use super::orbit::{OrbitRun, Outcome};
+use super::orbit_folder::OrbitFolder;
 use super::row::{file_of, row};
 use super::spec::{ImageKind, Spec};
 use super::split::split_of;
-use super::store::OrbitFolder;
 use crate::labels::image::LabelledImage;
 use crate::labels::made::{Label, Lines, Made, made, orbit};
 use crate::labels::places;

@@ -84,7 +84,7 @@ pub fn preview(
             Ok(())
         })?;
         if outcome.stopped {
-            return Err(DatasetError::Stopped(spec.path.clone()));
+            return Err(DatasetError::StoppedBefore);
         }
         for (reason, count) in outcome.rejections {
             *rejections.entry(reason).or_default() += count;

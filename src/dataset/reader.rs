@@ -6,6 +6,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::distribution::Drawn;
+use super::distribution_reader::read;
 use super::toml_value::{number, shown};
 use crate::scene::SceneError;
 use crate::scene::keys::{suggestion, unknown_key};
@@ -202,7 +203,7 @@ impl<'a> Table<'a> {
     fn drawn_value(&self, key: &str, value: &'a Spanned<DeValue<'a>>) -> Result<Drawn, SceneError> {
         let fault =
             |(place, message): (std::ops::Range<usize>, String)| self.file.error(place.start, &self.key(key), &message);
-        Drawn::read(value).map_err(fault)
+        read(value).map_err(fault)
     }
 
     /// A number that is drawn, all of whose values lie in a range.

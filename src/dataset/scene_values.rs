@@ -1,5 +1,6 @@
 //! The scene of an orbit and the sensor of an image: the scene file with the values that were drawn.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value as Json, json};
@@ -82,11 +83,13 @@ impl SceneText {
         Ok(OrbitScene { scene, values: OrbitValues { drawn, table } })
     }
 
-    /// Refuses distributions whose ends the scene refuses, before anything is made: such a value might be drawn late.
+    /// Refuses distributions whose ends the scene refuses, before anything is made: such a value might be drawn late. Returns all files that a scene of the
+    /// SPEC names.
     ///
     /// # Errors
     /// The first end that is refused.
-    pub fn check_ends(&self, spec: &Spec) -> Result<(), DatasetError> {
+    pub fn check_ends(&self, spec: &Spec) -> Result<BTreeSet<PathBuf>, DatasetError> {
+        let mut files = BTreeSet::new();
         let of_orbit = spec.each_orbit.iter().map(|(_, drawn)| drawn);
         for number in 0..corners(of_orbit.chain(&spec.each_image)) {
             let (mut table, _) = self.table_of(spec, 0, &|_, drawn| corner(drawn, number))?;
@@ -94,9 +97,11 @@ impl SceneText {
             if let Some(each_image) = &spec.each_image {
                 merge(&mut table, SENSOR, corner(each_image, number)).map_err(wrong)?;
             }
-            self.scene(&table).map_err(|reason| wrong(format!("{reason} (at an end of what may be drawn)")))?;
+            let scene =
+                self.scene(&table).map_err(|reason| wrong(format!("{reason} (at an end of what may be drawn)")))?;
+            files.extend(scene.files);
         }
-        Ok(())
+        Ok(files)
     }
 
     /// The scene file of an orbit, and what was drawn for it by section. `value` gives the value of a section.

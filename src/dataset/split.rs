@@ -6,14 +6,27 @@ use crate::labels::image::Split;
 
 /// What the images of an orbit are for. The numbers of orbits are those of the shares, rounded.
 pub fn split_of(spec: &Spec, orbit: u64) -> Split {
-    let orbits = spec.orbits();
-    let place = spec.plan.place(Stream::Orbit, "split", orbit, orbits) as f64;
-    let [train, validation, _] = spec.split.map(|share| share * orbits as f64);
-    if place < train.round() {
+    let place = spec.plan.place(Stream::Orbit, "split", orbit, spec.orbits()) as f64;
+    let [validation, test] = begins(spec);
+    if place < validation {
         Split::Train
-    } else if place < (train + validation).round() {
+    } else if place < test {
         Split::Validation
     } else {
         Split::Test
     }
+}
+
+/// The purposes that have a share, but for which there are too few orbits.
+pub fn empty_splits(spec: &Spec) -> Vec<Split> {
+    let [validation, test] = begins(spec);
+    let counts = [validation, test - validation, spec.orbits() as f64 - test];
+    let all = Split::ALL.into_iter().zip(counts).zip(spec.split);
+    all.filter(|((_, count), share)| *count < 1.0 && *share > 0.0).map(|((split, _), _)| split).collect()
+}
+
+/// The places at which validation and tests begin.
+fn begins(spec: &Spec) -> [f64; 2] {
+    let [train, validation, _] = spec.split.map(|share| share * spec.orbits() as f64);
+    [train.round(), (train + validation).round()]
 }

@@ -6,12 +6,12 @@
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use serde_json::Value as Json;
-use sha2::{Digest, Sha256};
 
 use super::error::DatasetError;
+use super::orbit_folder::{CHECKSUMS, OrbitFolder};
 use crate::labels::image::Split;
 use crate::labels::places;
 use crate::output::OutputError;
@@ -27,8 +27,6 @@ const LOCK: &str = "lock";
 /// The file that is locked while the files of the whole set are written.
 const FINISH: &str = "finish.lock";
 
-/// Name of the list of checksums, of an orbit and of the whole set.
-pub const CHECKSUMS: &str = "checksums.sha256";
 /// Start of the names of reports, which no checksum covers.
 pub const REPORT: &str = "report-";
 
@@ -50,18 +48,6 @@ pub struct Store {
     work: PathBuf,
     // Its lock ends with it.
     _lock: File,
-}
-
-/// An orbit in the making.
-#[derive(Debug)]
-pub struct OrbitFolder {
-    root: PathBuf,
-    path: PathBuf,
-    /// Its path in the data set.
-    place: String,
-    sums: Vec<(String, String)>,
-    /// Bytes that were written.
-    pub bytes: u64,
 }
 
 impl Store {
@@ -129,13 +115,7 @@ impl Store {
             fs::remove_dir_all(&path).map_err(failed)?;
         }
         fs::create_dir(&path).map_err(failed)?;
-        Ok(OrbitFolder {
-            root: self.root.clone(),
-            path,
-            place: places::orbit(split, orbit),
-            sums: Vec::new(),
-            bytes: 0,
-        })
+        Ok(OrbitFolder::new(&self.root, path, places::orbit(split, orbit)))
     }
 
     /// Puts a whole orbit in its place. Where another process was faster, that orbit stays, which has the same bytes.
@@ -143,16 +123,14 @@ impl Store {
     /// # Errors
     /// A folder that can not be written.
     pub fn commit(&self, mut folder: OrbitFolder) -> Result<(), DatasetError> {
-        folder.sums.sort();
-        let list: String = folder.sums.iter().map(|(path, sum)| format!("{sum}  {path}\n")).collect();
-        folder.write_uncounted(CHECKSUMS, list.as_bytes())?;
-        let place = self.root.join(&folder.place);
+        folder.write_list()?;
+        let place = folder.place();
         let failed = |error| OutputError::write(&place, error);
         if let Some(split) = place.parent() {
             fs::create_dir_all(split).map_err(failed)?;
         }
-        match fs::rename(&folder.path, &place) {
-            Err(_) if place.is_dir() => fs::remove_dir_all(&folder.path).map_err(failed)?,
+        match fs::rename(folder.path(), &place) {
+            Err(_) if place.is_dir() => fs::remove_dir_all(folder.path()).map_err(failed)?,
             renamed => renamed.map_err(failed)?,
         }
         Ok(())
@@ -220,98 +198,6 @@ impl Drop for Store {
     }
 }
 
-impl OrbitFolder {
-    /// Writes a file of the orbit, by its path in the data set or in the orbit's folder.
-    ///
-    /// # Errors
-    /// A full disk.
-    pub fn write(&mut self, path: &str, bytes: &[u8]) -> Result<(), DatasetError> {
-        let name = self.name(path).to_owned();
-        self.write_uncounted(&name, bytes)?;
-        self.sums.push((format!("{}/{name}", self.place), sum_of(bytes)));
-        Ok(())
-    }
-
-    /// Writes a file of the orbit from what `content` writes. It may read the orbit's other files.
-    ///
-    /// # Errors
-    /// What `content` returns, or a full disk.
-    pub fn write_from(
-        &mut self,
-        path: &str,
-        content: impl FnOnce(&Self, &mut dyn Write) -> io::Result<()>,
-    ) -> Result<(), DatasetError> {
-        let name = self.name(path).to_owned();
-        let mut writer = Summed { hasher: Sha256::new(), bytes: 0, file: None };
-        let written = (|| {
-            writer.file = Some(io::BufWriter::new(File::create(self.path.join(&name))?));
-            content(self, &mut writer)?;
-            writer.flush()
-        })();
-        written.map_err(|error| self.failed(&name, error))?;
-        self.bytes += writer.bytes;
-        self.sums.push((format!("{}/{name}", self.place), hexadecimal(&writer.hasher.finalize())));
-        Ok(())
-    }
-
-    /// Reads a file of the orbit.
-    ///
-    /// # Errors
-    /// It was not written, or can not be read.
-    pub fn read(&self, path: &str) -> io::Result<Vec<u8>> {
-        fs::read(self.path.join(self.name(path)))
-    }
-
-    /// A path in the orbit's folder.
-    fn name<'a>(&self, path: &'a str) -> &'a str {
-        path.strip_prefix(&self.place).map_or(path, |name| name.trim_start_matches('/'))
-    }
-
-    /// The error names the file that would have appeared.
-    fn failed(&self, name: &str, error: io::Error) -> OutputError {
-        OutputError::write(&self.root.join(&self.place).join(name), error)
-    }
-
-    fn write_uncounted(&mut self, name: &str, bytes: &[u8]) -> Result<(), DatasetError> {
-        let file = self.path.join(name);
-        if let Some(parent) = file.parent() {
-            fs::create_dir_all(parent).map_err(|error| self.failed(name, error))?;
-        }
-        fs::write(&file, bytes).map_err(|error| self.failed(name, error))?;
-        self.bytes += bytes.len() as u64;
-        Ok(())
-    }
-}
-
-/// A file whose checksum grows with it.
-struct Summed {
-    hasher: Sha256,
-    bytes: u64,
-    file: Option<io::BufWriter<File>>,
-}
-
-impl Write for Summed {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let count = self.file.as_mut().map_or(Ok(bytes.len()), |file| file.write(bytes))?;
-        self.hasher.update(&bytes[..count]);
-        self.bytes += count as u64;
-        Ok(count)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.as_mut().map_or(Ok(()), Write::flush)
-    }
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// SHA-256 (hexadecimal).
-pub fn sum_of(bytes: &[u8]) -> String {
-    hexadecimal(&Sha256::digest(bytes))
-}
-
 /// What a data set was begun with.
 ///
 /// # Errors
@@ -344,8 +230,11 @@ fn compare(root: &Path, there: &str, identity: &Json) -> Result<(), DatasetError
 /// A new folder for this process, with its lock.
 fn work_folder(home: &Path) -> io::Result<(PathBuf, File)> {
     let work = tempfile::Builder::new().prefix(WORK).tempdir_in(home)?.keep();
-    let lock = File::create(work.join(LOCK))?;
+    // It has its name when it is locked already, so nobody takes the folder for one of a dead process.
+    let begun = work.join("begun");
+    let lock = File::create(&begun)?;
     lock.lock()?;
+    fs::rename(&begun, work.join(LOCK))?;
     Ok((work, lock))
 }
 
@@ -355,8 +244,13 @@ fn remove_dead(home: &Path) -> Result<(), OutputError> {
         let is_work = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(WORK));
         // A folder without a lock file was made a moment ago, or its process was killed then. It is empty.
         let Some(lock) = is_work.then(|| File::open(path.join(LOCK)).ok()).flatten() else { continue };
-        if !matches!(lock.try_lock(), Err(TryLockError::WouldBlock)) {
-            fs::remove_dir_all(&path).map_err(|error| OutputError::Remove(path.clone(), error))?;
+        if matches!(lock.try_lock(), Err(TryLockError::WouldBlock)) {
+            continue;
+        }
+        match fs::remove_dir_all(&path) {
+            // Another process was faster.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            removed => removed.map_err(|error| OutputError::Remove(path.clone(), error))?,
         }
     }
     Ok(())
@@ -370,8 +264,10 @@ fn clear(root: &Path) -> Result<(), OutputError> {
         _ => Ok(()),
     };
     let list = fs::read_to_string(root.join(CHECKSUMS)).unwrap_or_default();
-    for path in list.lines().filter_map(|line| line.split_once("  ")).map(|(_, path)| root.join(path)) {
-        remove(&path)?;
+    let named = list.lines().filter_map(|line| line.split_once("  ")).map(|(_, path)| Path::new(path));
+    // A list from elsewhere may name files outside the folder, which are not of the data set.
+    for path in named.filter(|path| path.components().all(|part| matches!(part, Component::Normal(_)))) {
+        remove(&root.join(path))?;
     }
     for split in Split::ALL {
         for orbit in entries(&root.join(split.name())).unwrap_or_default() {

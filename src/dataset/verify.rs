@@ -13,11 +13,12 @@ use super::error::DatasetError;
 use super::index;
 use super::orbit::OrbitRun;
 use super::orbit_files::{Encoded, ORBIT, encode_image};
+use super::orbit_folder::CHECKSUMS;
 use super::random::{Plan, Sampling, Stream};
 use super::scene_values::SceneText;
 use super::spec::Spec;
 use super::split::split_of;
-use super::store::{CHECKSUMS, REPORT, entries};
+use super::store::{REPORT, entries};
 use super::whole::{INDEX, SPEC};
 use crate::labels::image::OPENCV_PIXEL;
 use crate::labels::places;
@@ -110,7 +111,7 @@ pub fn labels(root: &Path, spec: &Spec, stop: &AtomicBool, found: &mut Verified)
     let mut rows = 0;
     for orbit in 0..spec.orbits() {
         if stop.load(Ordering::Relaxed) {
-            return Err(DatasetError::Stopped(root.to_path_buf()));
+            return Err(DatasetError::StoppedBefore);
         }
         let folder = root.join(places::orbit(split_of(spec, orbit), orbit as u32));
         let own = read_json(&folder.join(ORBIT))?;
@@ -249,7 +250,7 @@ pub fn again(
             Ok(())
         })?;
         if outcome.stopped {
-            return Err(DatasetError::Stopped(root.to_path_buf()));
+            return Err(DatasetError::StoppedBefore);
         }
         found.rendered += encoded.len();
         for (path, bytes) in encoded.iter().flat_map(Encoded::files) {

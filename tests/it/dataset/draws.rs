@@ -1,6 +1,6 @@
 //! What is drawn, on the scale of a whole data set.
 
-use isotherm::dataset::split::split_of;
+use isotherm::dataset::split::{empty_splits, split_of};
 use isotherm::dataset::store::Begin;
 use isotherm::labels::image::Split;
 
@@ -13,6 +13,20 @@ fn the_split_has_its_shares_of_the_orbits() {
     let (spec, _) = workshop.spec();
     let count = |split| (0..spec.orbits()).filter(|orbit| split_of(&spec, *orbit) == split).count();
     assert_eq!(Split::ALL.map(count), [340, 330, 330]);
+}
+
+/// Six orbits leave one for a share of a tenth, and none for the other.
+#[test]
+fn a_share_without_an_orbit_is_told() {
+    let split = ("{ train = 0.34, val = 0.33, test = 0.33 }", "{ train = 0.8, val = 0.1, test = 0.1 }");
+    for (samples, expected) in [("samples = 12", vec![Split::Validation]), ("samples = 40", Vec::new())] {
+        let (spec, _) = Workshop::new(&[split, ("samples = 6", samples)]).spec();
+        assert_eq!(empty_splits(&spec), expected, "{samples}");
+        let empty = |split| (0..spec.orbits()).all(|orbit| split_of(&spec, orbit) != split);
+        assert_eq!(Split::ALL.into_iter().filter(|split| empty(*split)).collect::<Vec<_>>(), expected, "{samples}");
+    }
+    let (spec, _) = Workshop::new(&[("split = { train = 0.34, val = 0.33, test = 0.33 }", "")]).spec();
+    assert_eq!(empty_splits(&spec), []);
 }
 
 /// Samples of a latin hypercube lie one in each stratum, so every tenth of the orbits has a tenth of the phases.

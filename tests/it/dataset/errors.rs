@@ -68,3 +68,41 @@ fn the_command_tells_what_is_wrong_with_exit_code_2() {
     let (code, error) = run(&["dataset", "verify", "nowhere"]);
     assert!(code == Some(2) && error.contains("holds no data set"), "{error}");
 }
+
+/// What `--force` removes is in the folder, whatever a list of checksums says.
+#[test]
+fn a_list_that_names_files_elsewhere_removes_none_of_them() {
+    let workshop = Workshop::new(&[("samples = 6", "samples = 1")]);
+    workshop.whole("set");
+    let (beside, own) = (workshop.0.write("beside.txt", "mine"), workshop.path("set/README.txt"));
+    let absolute = workshop.0.write("absolute.txt", "mine");
+    let list = workshop.path("set/checksums.sha256");
+    let text = std::fs::read_to_string(&list).expect("a list");
+    std::fs::write(&list, format!("{text}0  ../beside.txt\n0  {}\n", absolute.display())).expect("written");
+    workshop
+        .change(&[("samples = 6", "samples = 1"), ("images = [\"numbers\", \"radiance\"]", "images = [\"radiance\"]")]);
+    let written = std::fs::metadata(&own).and_then(|file| file.modified()).expect("a time");
+    workshop.make("set", (0, 1), Begin::Force).expect("another data set");
+    assert!(beside.exists() && absolute.exists());
+    assert_ne!(std::fs::metadata(&own).and_then(|file| file.modified()).expect("a time"), written);
+}
+
+/// A file of the scene that only some orbits take is a part of the data set for all of them.
+#[test]
+fn a_resumed_set_has_the_same_files_in_all_orbits() {
+    let map = |value: f64| format!("{}\n", vec![value.to_string(); 48].join(",")).repeat(36);
+    let drawn = "netd = { log_uniform = [0.05, 0.5] }";
+    let with_map =
+        format!("{drawn}\nhousing_temperature = 293\nvignetting_map = {{ choice = [\"a.csv\", \"b.csv\"] }}");
+    let workshop = Workshop::new(&[(drawn, &with_map)]);
+    for name in ["a.csv", "b.csv"] {
+        workshop.0.write("a.csv", &map(0.9));
+        workshop.0.write("b.csv", &map(0.8));
+        let set = &format!("set_{name}");
+        workshop.make(set, (0, 3), Begin::Fresh).expect("an orbit");
+        workshop.make(set, (0, 3), Begin::Resume).expect("nothing has changed");
+        workshop.0.write(name, &map(0.7));
+        let error = workshop.make(set, (1, 3), Begin::Fresh).expect_err(name).to_string();
+        assert!(error.contains("holds a data set with another scene or model"), "{name}: {error}");
+    }
+}

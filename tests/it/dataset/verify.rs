@@ -4,9 +4,10 @@ use std::fs;
 use std::sync::atomic::AtomicBool;
 
 use isotherm::Target;
-use isotherm::dataset::store::sum_of;
+use isotherm::dataset::orbit_folder::sum_of;
 use isotherm::dataset::verify::{Verified, again, checksums, labels, picked};
 
+use super::super::program::{end, isotherm, refusal, succeed};
 use super::Workshop;
 
 #[test]
@@ -55,4 +56,29 @@ fn a_flipped_byte_a_wrong_label_and_another_image_are_found() {
     all(&mut found);
     assert!(found.faults.iter().any(|fault| fault.contains("from its projection")), "{:?}", found.faults);
     assert!(!found.faults.iter().any(|fault| fault.contains("was changed")), "{:?}", found.faults);
+}
+
+/// A copy without isotherm's own records, as an archive or an object store may have it.
+#[test]
+fn a_copy_without_records_is_checked_as_far_as_it_can_be() {
+    let workshop = Workshop::new(&[("samples = 6", "samples = 1")]);
+    workshop.whole("set");
+    fs::remove_dir_all(workshop.path("set/.isotherm")).expect("removed");
+    let home = workshop.0.0.path();
+    let (code, error) = refusal(&end(isotherm(home, &["dataset", "verify", "set"])));
+    assert!(code == Some(2) && error.contains("set does not say where its SPEC is"), "{error}");
+    let told = succeed(home, &["dataset", "verify", "set", "--samples", "0"]);
+    assert!(told.contains("the labels of 1 images and 0 images that were rendered again"), "{told}");
+    let told = succeed(home, &["dataset", "verify", "set", "--spec", "spec.toml", "--device", "cpu"]);
+    assert!(told.contains("the labels of 1 images and 1 images that were rendered again"), "{told}");
+}
+
+/// Nothing is written, so there is nothing to go on with.
+#[test]
+fn a_stopped_verification_promises_no_resume() {
+    let workshop = Workshop::new(&[("samples = 6", "samples = 1")]);
+    workshop.whole("set");
+    let (spec, _) = workshop.spec();
+    let stopped = labels(&workshop.path("set"), &spec, &AtomicBool::new(true), &mut Verified::default());
+    assert_eq!(stopped.expect_err("stopped").to_string(), "stopped; nothing was written");
 }
