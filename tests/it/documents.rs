@@ -138,6 +138,8 @@ fn every_benchmark_has_a_command() {
             "small-networks",
             "stages",
             "one-pass",
+            "one-pass-large",
+            "one-pass-fine",
             "peers"
         ]
     );

@@ -35,3 +35,9 @@ def of_orbit(sums: str, orbit: int) -> dict[str, str]:
     lines = [line.split("  ", 1) for line in sums.splitlines()]
     places = [(name.split("/", 2), sum_) for sum_, name in lines]
     return {place[2]: sum_ for place, sum_ in places if len(place) == 3 and place[1] == f"{orbit:06}"}
+
+
+def differing(sums: str, other: str) -> list[str]:
+    """The names that two lists of checksums give otherwise, or that only one of them has."""
+    lines = set(sums.splitlines()) ^ set(other.splitlines())
+    return sorted({line.split("  ", 1)[1] for line in lines})
