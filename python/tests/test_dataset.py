@@ -56,7 +56,7 @@ def test_an_object_store_takes_no_orbit_of_another_spec(spec: Path, tmp_path: Pa
 def test_what_can_not_be_made_is_refused(spec: Path, tmp_path: Path) -> None:
     with pytest.raises(isotherm.RequestError, match="shards count from 0"):
         _native.make_dataset(spec, tmp_path / "out", shard=2, shards=2)
-    spec.write_text(spec.read_text() + "\nsample = 3\n")
+    spec.write_text("sample = 3\n" + spec.read_text())
     with pytest.raises(isotherm.SceneError, match="did you mean 'samples'") as raised:
         _native.dataset_orbits(spec)
-    assert (raised.value.file, raised.value.key) == (str(spec), "reject.sample")
+    assert (raised.value.file, raised.value.key) == (str(spec), "sample")
