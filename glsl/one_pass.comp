@@ -4,7 +4,7 @@
 // ALONE: so do nodes without conductors, four of a group of drawn nodes. DRIVE: what the nodes of blocks receive.
 // CONDUCT: conduction inside the blocks. LARGE: these take it from stages (one_pass_stage.comp). TRIAL: the step is taken to learn its change, and the temperatures stay. SHOWN:
 // the drawn nodes take the temperatures. RADIATIVE: nodes radiate to each other. FAST: the local step takes the closed form.
-// MASKED: some sources are no drawn nodes. BALANCE: nodes without capacity take the temperatures of their balance.
+// BALANCE: nodes without capacity take the temperatures of their balance.
 // Steps of a sample estimate the error. NOTE: the first of two such steps. ESTIMATE: the second. The host reads the errors.
 
 #include "network_types.glsl"
@@ -97,9 +97,9 @@ layout(set = 0, binding = 7) buffer StateBlock { vec4 states[]; };
 // For each group: first word of its links and the one after the last, first word of its sources and the one after the
 // last. ALONE: the third is its word of areas, and the fourth its group of drawn nodes.
 layout(set = 0, binding = 1) readonly buffer RowBlock { uvec4 rows[]; };
-// Sources: the drawn nodes of four nodes, then the bits of the areas [m2] over which they heat them. MASKED: UNDRAWN is
-// set where nothing is drawn, as for heaters, whose power [W] stands behind the drawn nodes. Otherwise a place without a
-// source has area 0, and a drawn node that nobody sees.
+// Sources: the drawn nodes of four nodes, then the bits of the areas [m2] over which they heat them. UNDRAWN is set where
+// nothing is drawn: at heaters, whose power [W] stands behind the drawn nodes, and at places without a source, whose area
+// is 0. Each drawn node is written by one node alone.
 layout(set = 0, binding = 3) readonly buffer SourceBlock { uvec4 sources[]; };
 // Flux that the drawn nodes absorb [W/m2]. SHOWN: then their temperatures [K].
 #ifdef ALONE
@@ -161,9 +161,7 @@ vec4 source_heat(uint group) {
     for (uint k = row.z; k < row.w; k += 2u) {
         uvec4 at = sources[k];
         vec4 area = uintBitsToFloat(sources[k + 1u]);
-#ifdef MASKED
         at &= uvec4(UNDRAWN - 1u);
-#endif
         into += area * vec4(temperature[at.x], temperature[at.y], temperature[at.z], temperature[at.w]);
     }
     return into;
@@ -266,13 +264,6 @@ void show(uint group, vec4 reached) {
 #ifndef ALONE
     for (uint k = row.z; k < row.w; k += 2u) {
         uvec4 at = sources[k];
-#ifndef MASKED
-        temperature[at.x] = reached.x;
-        temperature[at.y] = reached.y;
-        temperature[at.z] = reached.z;
-        temperature[at.w] = reached.w;
-#endif
-#ifdef MASKED
         if (at.x < UNDRAWN) {
             temperature[at.x] = reached.x;
         }
@@ -285,7 +276,6 @@ void show(uint group, vec4 reached) {
         if (at.w < UNDRAWN) {
             temperature[at.w] = reached.w;
         }
-#endif
     }
 #endif
 }

@@ -24,6 +24,8 @@ const NONE: u32 = u32::MAX;
 const WINDOW: usize = 512;
 /// Set in the place of a source that is no drawn node.
 const UNDRAWN: u32 = 1 << 31;
+/// A source without area, for a node that has fewer than others of its group.
+const NO_SOURCE: (u32, f32) = (UNDRAWN, 0.0);
 /// Weights of four nodes in a tile: four columns of drives and four of temperatures.
 const COLUMNS: usize = 8;
 
@@ -34,8 +36,6 @@ pub struct Drawn<'a> {
     pub nodes: &'a [u32],
     /// Area over which its flux heats the node [m2].
     pub areas: &'a [f64],
-    /// A drawn node that nobody sees, if there is one.
-    pub padding: Option<u32>,
 }
 
 /// Places of a group.
@@ -156,8 +156,7 @@ impl OnePassTables {
         for (slot, node) in node_of_slot.iter().enumerate().filter(|(_, node)| **node != NONE) {
             slot_of_node[*node as usize] = slot as u32;
         }
-        let masked = drawn.padding.is_none() || !heaters.is_empty();
-        let shape = OnePassShape { ends, heaters: heaters.len() as u32, masked };
+        let shape = OnePassShape { ends, heaters: heaters.len() as u32 };
         let (plan, nothing) = (Arc::clone(plan), Vec::new);
         let mut tables = Self {
             plan,
@@ -176,7 +175,6 @@ impl OnePassTables {
             heaters,
             first_power,
         };
-        let missing = (drawn.padding.unwrap_or(UNDRAWN), 0.0);
         let mut groups = node_of_slot.chunks(GROUP);
         let mut drawn_groups = drawn_groups.into_iter();
         for (section, groups_end) in SECTIONS.iter().zip(ends) {
@@ -184,7 +182,7 @@ impl OnePassTables {
             for group in groups.by_ref().take(left) {
                 match section.kind {
                     OnePassKind::Alone => tables.take_alone(group, &sources, drawn_groups.next().unwrap_or(0)),
-                    _ => tables.take_group(group, &sources, section.radiative, missing),
+                    _ => tables.take_group(group, &sources, section.radiative),
                 }
             }
         }
@@ -215,8 +213,8 @@ impl OnePassTables {
         self.sources.push(PLACES.map(|place| area(place).to_bits()));
     }
 
-    /// Takes nodes with their links and sources. `missing` stands for a source of a node that has fewer than others of its group.
-    fn take_group(&mut self, group: &[u32], sources: &[Vec<(u32, f32)>], radiative: bool, missing: (u32, f32)) {
+    /// Takes nodes with their links and sources.
+    fn take_group(&mut self, group: &[u32], sources: &[Vec<(u32, f32)>], radiative: bool) {
         self.take_nodes(group);
         let plan = Arc::clone(&self.plan);
         let begin = [self.links.len(), self.sources.len()];
@@ -224,7 +222,7 @@ impl OnePassTables {
         let sources = |place: usize| if group[place] == NONE { &[][..] } else { &sources[group[place] as usize][..] };
         self.take_links(group, links, radiative);
         for at in 0..PLACES.map(|place| sources(place).len()).into_iter().max().unwrap_or(0) {
-            let source = |place: usize| sources(place).get(at).copied().unwrap_or(missing);
+            let source = |place: usize| sources(place).get(at).copied().unwrap_or(NO_SOURCE);
             self.sources.push(PLACES.map(|place| source(place).0));
             self.sources.push(PLACES.map(|place| source(place).1.to_bits()));
         }

@@ -33,8 +33,6 @@ pub struct OnePassVariant {
     pub radiative: bool,
     /// Whether the local step takes the closed form.
     pub fast: bool,
-    /// Whether no drawn node is free to take what nobody sees.
-    pub masked: bool,
     /// Whether the conduction is that of large blocks, which stages found.
     pub large: bool,
 }
@@ -52,7 +50,6 @@ impl OnePassVariant {
             shown,
             radiative: self.radiative && !conducts && !alone || balances,
             fast: self.fast && !conducts && !balances,
-            masked: self.masked && !alone && (shown || !conducts),
             large: self.large && conducts,
             ..self
         }
@@ -67,10 +64,10 @@ impl OnePassVariant {
             .flat_map(|kind| {
                 let samples = [Sample::None, Sample::Note, Sample::Estimate];
                 samples.into_iter().flat_map(move |sample| {
-                    (0..64).map(move |bits| {
+                    (0..32).map(move |bits| {
                         let is = |bit: u32| bits >> bit & 1 == 1;
-                        let [trial, shown, radiative, fast, masked, large] = [0, 1, 2, 3, 4, 5].map(is);
-                        Self { kind, trial, sample, shown, radiative, fast, masked, large }.lean()
+                        let [trial, shown, radiative, fast, large] = [0, 1, 2, 3, 4].map(is);
+                        Self { kind, trial, sample, shown, radiative, fast, large }.lean()
                     })
                 })
             })
@@ -98,7 +95,6 @@ impl OnePassVariant {
             (self.shown, "shown"),
             (self.radiative, "radiative"),
             (self.fast, "fast"),
-            (self.masked, "masked"),
         ];
         Shader::new("one_pass.comp", words.into_iter().filter_map(|(is, word)| is.then_some(word)).collect())
     }

@@ -62,8 +62,6 @@ pub struct SceneNetwork {
     heated: Vec<Heated>,
     /// The network in one pass, or why it is not stepped so. `None` where the scene asks for sub-steps.
     one_pass: Option<Result<Arc<Plan>, Unfit>>,
-    /// A device node that nobody sees.
-    padding: Option<u32>,
     /// Length of a step of the scene [s].
     step: f64,
     /// Time over which errors accumulate [s].
@@ -174,7 +172,7 @@ impl SceneNetwork {
 
     /// The tables with which a device steps the network in one pass.
     pub(super) fn tables(&self) -> Option<OnePassTables> {
-        let drawn = Drawn { nodes: &self.node_of_slot, areas: &self.load_areas, padding: self.padding };
+        let drawn = Drawn { nodes: &self.node_of_slot, areas: &self.load_areas };
         self.plan().map(|plan| OnePassTables::new(plan, self.step, drawn, self.heaters(), self.settings.tolerance))
     }
 

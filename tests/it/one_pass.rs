@@ -36,8 +36,7 @@ fn shapes() -> Vec<OnePassShape> {
     let last_block = SECTIONS.iter().filter(|section| section.kind == OnePassKind::Drive).count();
     ends.push(std::array::from_fn(|section| if section < last_block { 0 } else { 30 * (section as u32 + 1) }));
     assert_eq!(ends.len() as u32, count + 2);
-    let switched =
-        |ends| [(0, false), (0, true), (2, true)].map(|(heaters, masked)| OnePassShape { ends, heaters, masked });
+    let switched = |ends| [0, 2].map(|heaters| OnePassShape { ends, heaters });
     ends.into_iter().flat_map(switched).collect()
 }
 

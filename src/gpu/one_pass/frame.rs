@@ -24,8 +24,6 @@ pub struct OnePassShape {
     pub ends: [u32; SECTIONS.len()],
     /// Number of heaters.
     pub heaters: u32,
-    /// Whether no drawn node is free to take what nobody sees.
-    pub masked: bool,
 }
 
 /// A run of groups whose nodes are treated alike.
@@ -359,7 +357,7 @@ impl OnePassShape {
         use Resource as R;
         let Section { kind, radiative, fast, large } = of;
         let Place { sample, since, trial, shown, odd, .. } = place;
-        let variant = OnePassVariant { kind, trial, sample, shown, radiative, fast, masked: self.masked, large }.lean();
+        let variant = OnePassVariant { kind, trial, sample, shown, radiative, fast, large }.lean();
         let mut accesses = Vec::new();
         let mut bind = |binding, resource, reads: bool, writes: bool| {
             let scopes = [(reads, COMPUTE_READ), (writes, COMPUTE_WRITE)];

@@ -144,7 +144,6 @@ impl SceneNetwork {
         let usual = if matches!(one_pass, Some(Ok(_))) { ONE_PASS_TOLERANCE } else { integrator.tolerance() };
         let settings = Settings { integrator, tolerance: scene.network.tolerance.unwrap_or(usual), floor: FLOOR };
         let (step, horizon) = (scene.time.step, scene.orbit.period());
-        let padding = nodes.vertex_of_node.iter().position(|vertex| *vertex == PADDING).map(|slot| slot as u32);
-        Ok(Self { shell, settings, node_of_slot, load_areas, heated, one_pass, padding, step, horizon })
+        Ok(Self { shell, settings, node_of_slot, load_areas, heated, one_pass, step, horizon })
     }
 }
