@@ -7,6 +7,8 @@
 
 pub mod frame;
 pub(super) mod heaters;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

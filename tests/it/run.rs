@@ -390,6 +390,39 @@ fn a_finished_run_is_not_resumed_and_a_stopped_one_ends_as_an_undisturbed_one() 
     assert_eq!(report(&out)["accuracy"], report(&whole)["accuracy"]);
 }
 
+/// llvmpipe takes the number of its threads from `LP_NUM_THREADS`. With sixteen on a few cores workgroups run in another order each time. Other drivers
+/// have no such setting, and then the test says that a run repeats.
+#[test]
+#[ignore = "long: tools/test --all"]
+fn the_threads_of_the_driver_change_no_bit() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    let mut scene = std::fs::read_to_string(models.join("station.toml")).expect("the station of models/");
+    for (from, to) in [
+        ("[exchange]\npatch_edge = 8.0\n", ""),
+        ("[shadows]\n", ""),
+        ("steps = 360\n", "steps = 2\n"),
+        ("draw_every = 10\n", "draw_every = 1\n"),
+        ("width = 1024\nheight = 768\n", "width = 256\nheight = 192\n"),
+    ] {
+        assert!(scene.contains(from), "the scene has no '{from}'");
+        scene = scene.replace(from, to);
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(folder.path().join("scene.toml"), scene).expect("a scene");
+    std::fs::copy(models.join("station.glb"), folder.path().join("station.glb")).expect("a model");
+    let [one, sixteen] = ["1", "16"].map(|threads| {
+        let mut command = isotherm(folder.path(), &["run", "scene.toml", "-o", threads]);
+        command.env("LP_NUM_THREADS", threads);
+        let output = end(command);
+        assert!(output.status.success(), "{}", stderr(&output));
+        files(&folder.path().join(threads))
+    });
+    assert!(one.keys().eq(sixteen.keys()));
+    for (name, bytes) in one.iter().filter(|(name, _)| !name.starts_with("report.")) {
+        assert!(*bytes == sixteen[name], "{name} differs");
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn a_signal_to_a_command_without_steps_leaves_no_unfinished_file() {
