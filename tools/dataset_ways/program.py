@@ -17,11 +17,12 @@ from . import folder
 class Process:
     """A process of ``isotherm dataset``."""
 
-    def __init__(self, program: Path, spec: Path, output: Path, *options: str) -> None:
+    def __init__(self, program: Path, spec: Path, output: Path, *options: str, threads: int | None = None) -> None:
         command = [program, "dataset", spec, "-o", output, "--allow-outside", *options]
         self._log = output.with_suffix(f".{time.monotonic_ns()}.log")
         with self._log.open("w") as log:
-            self._process = subprocess.Popen(command, stdout=log, stderr=log)
+            driver = {"LP_NUM_THREADS": str(threads)} if threads else {}
+            self._process = subprocess.Popen(command, stdout=log, stderr=log, env=os.environ | driver)
 
     def kill_after(self, seconds: float) -> None:
         """Sends SIGKILL after so many seconds, in a thread of its own."""
@@ -36,9 +37,9 @@ class Process:
         return used.ru_maxrss * 1024
 
 
-def alone(program: Path, spec: Path, output: Path, *options: str) -> int:
-    """One process. Returns its greatest memory in bytes, like all functions of this file."""
-    return Process(program, spec, output, *options).wait()
+def alone(program: Path, spec: Path, output: Path, *options: str, threads: int | None = None) -> int:
+    """One process. Returns its greatest memory in bytes, like all functions of this file. lavapipe starts so many ``threads``."""
+    return Process(program, spec, output, *options, threads=threads).wait()
 
 
 def killed(program: Path, spec: Path, output: Path, seconds: float, seed: int) -> int:
