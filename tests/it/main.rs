@@ -53,6 +53,7 @@ mod response;
 mod response_fit;
 mod rooms;
 mod run;
+mod run_stopped;
 mod scene;
 mod sensor;
 mod server;

@@ -62,14 +62,13 @@ pub fn measure(
 ) -> Result<(), AnyError> {
     println!(
         "Network in one pass, device time [ns a drawn node and step], the least tenth of the steps; errors of all nodes and steps \
-         against sub-steps at a tolerance of {tolerance} K, both from the steady state at time 0. Whole steps are those by the host's clock without shadows and exchange, the least quarter, mostly without timestamps. \
-         By the clock: what a whole step takes more than with the transition, over the transition's pass, plus 1\n"
+         against sub-steps at a tolerance of {tolerance} K, both from the steady state at time 0. Whole steps are those by the host's clock without shadows and exchange, the least quarter, mostly without timestamps\n"
     );
     println!(
         "| edge [m] | drawn nodes | network nodes | step [s] | steps | one pass: loads | local step and weak conduction | conduction inside blocks | in all | \
-         over the transition | by the clock | transition | error rms [K] | p99 | max | its node | estimate rms [K] | max | passes a step | bytes a node | sub-steps [ns] | whole step [ms] | with the transition [ms] |"
+         over the transition | transition | error rms [K] | p99 | max | its node | estimate rms [K] | max | passes a step | bytes a node | sub-steps [ns] | whole step [ms] | with the transition [ms] |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for edge in edges {
         for length in lengths {
             let mut scene = scene.clone();
@@ -144,11 +143,10 @@ fn row(context: &Arc<Context>, scene: &Scene, edge: f64, steps: u32, tolerance: 
     let mut costs: Vec<f64> = engines[1].network_costs().iter().map(|cost| 1e6 * cost.wall_ms / count).collect();
     costs.sort_by(f64::total_cmp);
     println!(
-        "| {edge} | {count} | {} | {step} | {steps} | {loads:.1} | {local:.1} | {inside:.1} | {:.1} | {:.2} | {:.2} | {other:.1} | {:.5} | {:.4} | {:.3} | {} at step {} | {:.5} | {:.3} | {passes_a_step} | {bytes:.0} | {:.0} | {:.2} | {:.2} |",
+        "| {edge} | {count} | {} | {step} | {steps} | {loads:.1} | {local:.1} | {inside:.1} | {:.1} | {:.2} | {other:.1} | {:.5} | {:.4} | {:.3} | {} at step {} | {:.5} | {:.3} | {passes_a_step} | {bytes:.0} | {:.0} | {:.2} | {:.2} |",
         network.network().len(),
         loads + local + inside,
         (loads + local + inside) / other,
-        1.0 + (whole - of_transition) / (1e-6 * count * other),
         (errors.squares / errors.count as f64).sqrt(),
         errors.p99(),
         errors.most.0,
