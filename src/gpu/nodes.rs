@@ -155,6 +155,11 @@ pub struct Nodes {
 }
 
 impl Nodes {
+    /// Places of the nodes without padding, each with its vertex. What padding holds is nobody's value.
+    pub fn real(&self) -> impl Iterator<Item = (usize, u32)> + '_ {
+        self.vertex_of_node.iter().copied().enumerate().filter(|(_, vertex)| *vertex != PADDING)
+    }
+
     /// Orders the vertices of a model without joints. `node_areas` [m2] has one entry for each vertex.
     pub fn new(model: &Model, node_areas: &[f64], materials: &[Material]) -> Self {
         Self::with_joints(model, node_areas, materials, &vec![0; model.parts.len()])
@@ -349,7 +354,10 @@ mod tests {
         let nodes = Nodes::new(&model, &areas, &materials);
         assert_eq!(nodes.count, 101);
         assert_eq!(nodes.vertex_of_node.len(), GROUP * nodes.groups);
-        assert_eq!(nodes.vertex_of_node.iter().filter(|&&v| v != PADDING).count(), 101);
+        let mut real: Vec<(usize, u32)> = nodes.real().collect();
+        real.sort_unstable_by_key(|(_, vertex)| *vertex);
+        let expected = nodes.node_of_vertex.iter().zip(0..).map(|(node, vertex)| (*node as usize, vertex));
+        assert_eq!(real, expected.collect::<Vec<_>>());
         for (vertex, &node) in nodes.node_of_vertex.iter().enumerate() {
             let (node, group) = (node as usize, node as usize / GROUP);
             assert_eq!(nodes.vertex_of_node[node] as usize, vertex);

@@ -20,7 +20,7 @@ use super::engine::EngineError;
 use super::prepare::Prepared;
 use crate::environment::StepLoad;
 use crate::environment::shadow::Shadows;
-use crate::gpu::nodes::{GROUP, PADDING};
+use crate::gpu::nodes::GROUP;
 use crate::saved::Saved;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::incident::{IncidentFunction, incident};
@@ -119,10 +119,7 @@ pub struct Check {
 impl Check {
     /// Whether a scene can be checked. Where surfaces radiate to each other every node must be known.
     pub fn is_possible(prepared: &Prepared) -> bool {
-        let drawn = || {
-            let nodes = &prepared.nodes.vertex_of_node;
-            (0..nodes.len()).filter(|slot| nodes[*slot] != PADDING)
-        };
+        let drawn = || prepared.nodes.real().map(|(slot, _)| slot);
         let of_network = prepared.network.as_ref().map_or(0, |scene| drawn().filter(|slot| scene.has(*slot)).count());
         let all = drawn().count();
         prepared.exchange.is_none() || all <= LARGEST_IN_WARM_UP || (all == of_network && all <= LARGEST_NETWORK)
@@ -131,8 +128,7 @@ impl Check {
     /// A sample of nodes, evenly spread.
     pub fn new(prepared: &Prepared, sample: usize) -> Self {
         let nodes = &prepared.nodes;
-        let mut real: Vec<usize> =
-            (0..nodes.vertex_of_node.len()).filter(|slot| nodes.vertex_of_node[*slot] != PADDING).collect();
+        let mut real: Vec<usize> = nodes.real().map(|(slot, _)| slot).collect();
         let mut network = None;
         let mut left_out = false;
         if let Some(scene) = &prepared.network {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use wildmatch::WildMatch;
 
 use super::prepare_error::PrepareError;
-use crate::gpu::nodes::{GROUP, Nodes, PADDING};
+use crate::gpu::nodes::{GROUP, Nodes};
 use crate::scene::{Mapping, Scene, SolvedNode, Temperatures};
 
 /// A node of the model without one of the file.
@@ -51,8 +51,7 @@ impl Given {
         let grid = |chosen: &[u32]| temperatures.distance.map(|distance| Grid::new(all, chosen, distance));
         let everywhere = if temperatures.mapping == Mapping::Place { grid(&everything) } else { None };
         let mut slots_of_part = vec![Vec::new(); parts.len()];
-        let drawn = nodes.vertex_of_node.iter().enumerate().filter(|(_, vertex)| **vertex != PADDING);
-        for (slot, _) in drawn {
+        for (slot, _) in nodes.real() {
             slots_of_part[nodes.group_part[slot / GROUP] as usize].push(slot);
         }
         let mut bare = Vec::new();

@@ -21,7 +21,7 @@ pub use run::{NetworkRun, StepCost};
 
 use std::sync::Arc;
 
-use crate::gpu::nodes::{GROUP, Nodes, PADDING};
+use crate::gpu::nodes::{GROUP, Nodes};
 use crate::gpu::one_pass::{Drawn, OnePassTables};
 use crate::thermal::network::control::Settings;
 use crate::thermal::network::one_pass::{Conduction, Heater, Plan, Unfit};
@@ -108,11 +108,11 @@ impl SceneNetwork {
     /// Part of every network node. `nodes` are those of the device.
     pub(super) fn parts(&self, nodes: &Nodes) -> Vec<u32> {
         let mut parts = vec![0; self.network().len()];
-        for (slot, vertex) in nodes.vertex_of_node.iter().enumerate().filter(|(_, vertex)| **vertex != PADDING) {
+        for (slot, vertex) in nodes.real() {
             let part = nodes.group_part[slot / GROUP];
             for of_vertex in [&self.shell.node_of_vertex, &self.shell.structure_of_vertex] {
                 // A vertex outside the network has no node.
-                if let Some(own) = parts.get_mut(of_vertex[*vertex as usize] as usize) {
+                if let Some(own) = parts.get_mut(of_vertex[vertex as usize] as usize) {
                     *own = part;
                 }
             }

@@ -12,7 +12,6 @@ use super::forward::{Passing, forward};
 use super::keep::Keep;
 use super::prepare::Prepared;
 use super::structures::Structures;
-use crate::gpu::nodes::PADDING;
 use crate::saved::{Saved, SavedError};
 use crate::thermal::network::periodic::{Coupling, SlowModes};
 use crate::thermal::network::radiative_slope;
@@ -165,9 +164,9 @@ pub(super) fn warm_up<E: From<EngineError>>(
         done.orbits += 1;
         done.coarse += u32::from(coarse);
         // The drawn temperatures of a network that was moved change only at the next step, so its own temperatures are compared.
-        let own_nodes = |slot: usize| prepared.network.as_ref().is_some_and(|network| network.has(slot));
-        let others = drawn_outside(&prepared.nodes.vertex_of_node, &own_nodes)
-            .map(|slot| f64::from((before[slot] - after[slot]).abs()));
+        let drawn = |slot: &usize| prepared.network.as_ref().is_none_or(|network| !network.has(*slot));
+        let others = prepared.nodes.real().map(|(slot, _)| slot).filter(drawn);
+        let others = others.map(|slot| f64::from((before[slot] - after[slot]).abs()));
         let own = from.iter().flatten().zip(to.iter().flatten()).map(|(from, to)| (from - to).abs());
         let below_to = engine.structures()?;
         let below = below_from.iter().zip(&below_to).map(|(from, to)| (from - to).abs());
@@ -204,15 +203,6 @@ pub(super) fn warm_up<E: From<EngineError>>(
     }
     engine.set_coarse(false);
     Ok(Some(done))
-}
-
-/// Places of the nodes on the device that no network has, without padding. What padding holds is nobody's temperature.
-fn drawn_outside<'a>(
-    vertex_of_node: &'a [u32],
-    in_network: &'a dyn Fn(usize) -> bool,
-) -> impl Iterator<Item = usize> + 'a {
-    let real = vertex_of_node.iter().enumerate().filter(|(_, vertex)| **vertex != PADDING);
-    real.map(|(slot, _)| slot).filter(|slot| !in_network(*slot))
 }
 
 /// Heat that nodes of a network receive from each other [W] where their temperatures [K] change by `change`.
@@ -356,13 +346,6 @@ fn least_squares(columns: &[Vec<f64>], target: &[f64]) -> Option<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn padding_and_nodes_of_the_network_do_not_say_whether_a_warm_up_is_periodic() {
-        let counted: Vec<usize> =
-            drawn_outside(&[4, 0, PADDING, 1, 2, PADDING], &|slot| slot == 0 || slot == 3).collect();
-        assert_eq!(counted, [1, 4]);
-    }
 
     #[test]
     fn linear_maps_of_few_rates_are_solved_in_a_few_orbits() {

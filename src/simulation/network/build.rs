@@ -131,8 +131,8 @@ impl SceneNetwork {
             return Err(PrepareError::network(scene, message));
         }
         let mut hottest_of_node = vec![hottest.iter().copied().fold(0.0, f64::max); shell.network.len()];
-        for (slot, vertex) in nodes.vertex_of_node.iter().enumerate().filter(|(_, vertex)| **vertex != PADDING) {
-            let node = shell.node_of_vertex[*vertex as usize];
+        for (slot, vertex) in nodes.real() {
+            let node = shell.node_of_vertex[vertex as usize];
             if node != NO_NODE {
                 hottest_of_node[node as usize] =
                     hottest[nodes.group_material[slot / crate::gpu::nodes::GROUP] as usize];
