@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Most bytes of a file that is read whole. Trajectories of a year at 1 s take half of it.
-pub const LARGEST_FILE: u64 = 4 << 30;
+pub(crate) const LARGEST_FILE: u64 = 4 << 30;
 
 /// Why a file is not read.
 #[derive(Debug, thiserror::Error)]
@@ -56,7 +56,7 @@ impl Reach {
     ///
     /// # Errors
     /// See [`FileFault`].
-    pub fn admit(&self, path: &Path) -> Result<(), FileFault> {
+    pub(crate) fn admit(&self, path: &Path) -> Result<(), FileFault> {
         regular(&std::fs::metadata(path)?)?;
         let Self::Within(folder) = self else { return Ok(()) };
         let (folder, path) = (folder.canonicalize()?, path.canonicalize()?);
@@ -68,7 +68,7 @@ impl Reach {
 ///
 /// # Errors
 /// See [`FileFault`].
-pub fn open(path: &Path) -> Result<(File, u64), FileFault> {
+pub(crate) fn open(path: &Path) -> Result<(File, u64), FileFault> {
     regular(&std::fs::metadata(path)?)?;
     let file = File::open(path)?;
     let metadata = file.metadata()?;
@@ -80,7 +80,7 @@ pub fn open(path: &Path) -> Result<(File, u64), FileFault> {
 ///
 /// # Errors
 /// See [`FileFault`].
-pub fn read(path: &Path) -> Result<Vec<u8>, FileFault> {
+pub(crate) fn read(path: &Path) -> Result<Vec<u8>, FileFault> {
     let (file, length) = open(path)?;
     read_to(file, length, LARGEST_FILE)
 }
@@ -89,7 +89,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>, FileFault> {
 ///
 /// # Errors
 /// See [`FileFault`].
-pub fn read_text(path: &Path) -> Result<String, FileFault> {
+pub(crate) fn read_text(path: &Path) -> Result<String, FileFault> {
     String::from_utf8(read(path)?).map_err(|_| FileFault::Utf8)
 }
 
@@ -97,7 +97,7 @@ pub fn read_text(path: &Path) -> Result<String, FileFault> {
 ///
 /// # Errors
 /// See [`FileFault`].
-pub fn read_text_or_pipe(path: &Path) -> Result<String, FileFault> {
+pub(crate) fn read_text_or_pipe(path: &Path) -> Result<String, FileFault> {
     let metadata = std::fs::metadata(path)?;
     if !is_stream(&metadata) {
         regular(&metadata)?;

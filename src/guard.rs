@@ -9,9 +9,9 @@ use finding::{Effort, Finding};
 use materials::MaterialFacts;
 use view::Sight;
 
-pub mod finding;
-pub mod identity;
-pub mod materials;
+pub(crate) mod finding;
+pub(crate) mod identity;
+pub(crate) mod materials;
 mod meshes;
 mod shapes;
 mod view;
@@ -20,18 +20,18 @@ mod view;
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Checked {
     /// Lower and upper corner of the box around the craft, in the body frame and the file's pose [m].
-    pub bounds_m: [[f64; 3]; 2],
+    pub(crate) bounds_m: [[f64; 3]; 2],
     /// The craft in the images. `None` where the scene draws none.
-    pub sight: Option<Sight>,
+    pub(crate) sight: Option<Sight>,
     /// Every material that the model uses.
-    pub materials: Vec<MaterialFacts>,
+    pub(crate) materials: Vec<MaterialFacts>,
     /// What is probably wrong.
     pub findings: Vec<Finding>,
 }
 
 impl Checked {
     /// Size of the craft along the body axes [m].
-    pub fn size_m(&self) -> [f64; 3] {
+    pub(crate) fn size_m(&self) -> [f64; 3] {
         let [low, high] = self.bounds_m;
         [0, 1, 2].map(|axis| high[axis] - low[axis])
     }

@@ -1,7 +1,7 @@
 //! Free and peak memory of the host, and the load of its processors.
 
 /// Free memory of the host [bytes]. `None` where the system does not report it.
-pub fn free_memory() -> Option<u64> {
+pub(crate) fn free_memory() -> Option<u64> {
     kilobytes("/proc/meminfo", "MemAvailable:")
 }
 
@@ -12,16 +12,16 @@ pub fn peak_memory() -> Option<u64> {
 
 /// Work of all processors since the machine started, in units of the kernel's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ProcessorTime {
+pub(crate) struct ProcessorTime {
     /// Work that was asked for, both done and waiting for other guests of the same host.
-    pub asked: u64,
+    pub(crate) asked: u64,
     /// Part of it that waited.
-    pub stolen: u64,
+    pub(crate) stolen: u64,
 }
 
 impl ProcessorTime {
     /// The work until now. `None` where the system does not report it.
-    pub fn now() -> Option<Self> {
+    pub(crate) fn now() -> Option<Self> {
         Self::of(&std::fs::read_to_string("/proc/stat").ok()?)
     }
 
@@ -34,7 +34,7 @@ impl ProcessorTime {
     }
 
     /// Share of the work since an earlier time that waited for other guests. `None` where no work was asked for.
-    pub fn stolen_since(self, earlier: Self) -> Option<f64> {
+    pub(crate) fn stolen_since(self, earlier: Self) -> Option<f64> {
         let asked = self.asked.saturating_sub(earlier.asked);
         (asked > 0).then(|| self.stolen.saturating_sub(earlier.stolen) as f64 / asked as f64)
     }

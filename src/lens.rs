@@ -4,12 +4,12 @@
 //! calib3d: `projectPoints` and `fisheye::projectPoints`). Pixels differ by half a pixel: the centre of the upper left pixel is (0.5, 0.5) here and (0, 0) in
 //! OpenCV.
 
-pub mod rolling;
+pub(crate) mod rolling;
 
 use glam::{DMat2, DVec2};
 
 /// Largest angle between a ray and the camera's axis that a distorted image may have [rad]: an image plane shows no more.
-pub const WIDEST: f64 = 75.0 * std::f64::consts::PI / 180.0;
+pub(crate) const WIDEST: f64 = 75.0 * std::f64::consts::PI / 180.0;
 
 /// Least area of a ray's surroundings in the image, as a share of their area without distortion. Below it the image folds.
 const LEAST_AREA: f64 = 1e-4;
@@ -67,11 +67,11 @@ pub enum LensError {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Field {
     /// Smallest x and y.
-    pub low: DVec2,
+    pub(crate) low: DVec2,
     /// Largest x and y.
-    pub high: DVec2,
+    pub(crate) high: DVec2,
     /// Most pixels for a unit of the ray, in any direction at any place.
-    pub finest: f64,
+    pub(crate) finest: f64,
 }
 
 impl Distortion {
@@ -130,7 +130,7 @@ impl Lens {
     }
 
     /// Whether the lens has neither skew nor distortion.
-    pub fn is_pinhole(&self) -> bool {
+    pub(crate) fn is_pinhole(&self) -> bool {
         self.skew == 0.0 && self.distortion == Distortion::None
     }
 
@@ -140,7 +140,7 @@ impl Lens {
     }
 
     /// Where a ray meets the image [px]. A ray far outside the frame may land within it, because a model describes only what its frame shows.
-    pub fn project(&self, ray: DVec2) -> DVec2 {
+    pub(crate) fn project(&self, ray: DVec2) -> DVec2 {
         self.matrix() * self.distortion.bend(ray).0 + DVec2::from(self.centre)
     }
 
@@ -161,7 +161,7 @@ impl Lens {
     }
 
     /// The same by Newton's method from the ray of a near place.
-    pub fn unproject_from(&self, near: DVec2, pixel: DVec2) -> Option<DVec2> {
+    pub(crate) fn unproject_from(&self, near: DVec2, pixel: DVec2) -> Option<DVec2> {
         let tolerance = 1e-10 * (1.0 + pixel.abs().max_element());
         let least = LEAST_AREA * self.focal[0] * self.focal[1];
         let mut ray = near;

@@ -4,46 +4,50 @@
 //!
 //! The modules stand in the order of the data:
 //!
-//! - [`scene`]: the scene file, checked
-//! - [`model`]: triangles, parts and materials of a glTF file
-//! - [`environment`]: Sun and planet in the body frame
-//! - [`thermal`]: the mathematics of a node in f64
-//! - [`gpu`]: the same in f32 on Vulkan
-//! - [`simulation`]: the loop that steps, draws and collects
-//! - [`guard`]: what is probably wrong in a scene
-//! - [`output`]: images, plots and report
-//! - [`labels`]: what those who train on images want to know of them
-//! - [`view`]: the page of `isotherm view`
+//! - `scene`: the scene file, checked
+//! - `model`: triangles, parts and materials of a glTF file
+//! - `environment`: Sun and planet in the body frame
+//! - `thermal`: the mathematics of a node in f64
+//! - `gpu`: the same in f32 on Vulkan
+//! - `simulation`: the loop that steps, draws and collects
+//! - `guard`: what is probably wrong in a scene
+//! - `output`: images, plots and report
+//! - `labels`: what those who train on images want to know of them
+//! - `view`: the page of `isotherm view`
 //!
-//! [`server`] serves images to simulators in other programs. [`compare`] runs one scene under three responses. [`paper`] makes the figures of Vural et al. 2023. [`bench`] measures speed and error. [`trace`]
-//! records what host and device did. [`text`] makes names safe to show. [`lens`] tells which ray a pixel sees. [`saved`] holds what
+//! `server` serves images to simulators in other programs. `compare` runs one scene under three responses. `paper` makes the figures of Vural et al. 2023. `bench` measures speed and error. `trace`
+//! records what host and device did. `text` makes names safe to show. `lens` tells which ray a pixel sees. `saved` holds what
 //! a run needs to go on later.
 
-pub mod bench;
-pub mod cli;
-pub mod compare;
-pub mod dataset;
-pub mod environment;
-pub mod exchange;
-pub mod files;
-pub mod gpu;
-pub mod guard;
-pub mod host;
-pub mod labels;
-pub mod lens;
-pub mod model;
-pub mod output;
-pub mod paper;
-pub mod raster;
-pub mod saved;
-pub mod scene;
-pub mod server;
-pub mod simulation;
-pub mod text;
-pub mod thermal;
-pub mod trace;
-pub mod view;
+#![deny(unreachable_pub)]
 
+mod bench;
+mod cli;
+mod compare;
+mod dataset;
+mod environment;
+mod exchange;
+mod files;
+mod gpu;
+mod guard;
+mod host;
+pub mod internals;
+mod labels;
+mod lens;
+mod model;
+mod output;
+mod paper;
+mod raster;
+mod saved;
+mod scene;
+mod server;
+mod simulation;
+mod text;
+mod thermal;
+mod trace;
+mod view;
+
+pub use cli::main;
 pub use environment::placements::PlaceError;
 pub use scene::{Camera, CameraFrame};
 pub use simulation::facade::temperatures::PartTemperature;

@@ -5,12 +5,12 @@
 //! in perspective without dividing by the depth of a vertex. A triangle may therefore cross the camera's plane, and the near plane is a test of z alone.
 //! Every sample of a pixel has its own ray, through the distortion of the lens.
 
-pub mod distant;
+pub(crate) mod distant;
 mod light;
 mod surface;
 #[cfg(test)]
 mod tests;
-pub mod traced;
+pub(crate) mod traced;
 mod triangle;
 mod view;
 
@@ -18,9 +18,11 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use light::Light;
-pub use surface::{Around, EMPTY, Pixel, Surface};
+pub use surface::Pixel;
+pub use surface::Surface;
+pub(crate) use surface::{Around, EMPTY};
 use triangle::{Bounds, Projected, draw, project};
-pub use view::{View, places};
+pub(crate) use view::{View, places};
 use view::{centres, grid, rays_of_row};
 
 /// Pixels of a row that are tried together.

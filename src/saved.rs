@@ -11,9 +11,9 @@ use bytemuck::Pod;
 #[error("its list '{name}' {reason}")]
 pub struct SavedError {
     /// Name of the list.
-    pub name: String,
+    pub(crate) name: String,
     /// What is wrong with it.
-    pub reason: String,
+    pub(crate) reason: String,
 }
 
 /// Lists of numbers by name.
@@ -24,27 +24,27 @@ pub struct Saved {
 
 impl Saved {
     /// Puts a list under a name.
-    pub fn put<T: Pod>(&mut self, name: impl Into<String>, values: &[T]) {
+    pub(crate) fn put<T: Pod>(&mut self, name: impl Into<String>, values: &[T]) {
         self.lists.insert(name.into(), bytemuck::cast_slice(values).to_vec());
     }
 
     /// Puts a text under a name.
-    pub fn put_text(&mut self, name: impl Into<String>, text: &str) {
+    pub(crate) fn put_text(&mut self, name: impl Into<String>, text: &str) {
         self.put(name, text.as_bytes());
     }
 
     /// Puts truth values under a name.
-    pub fn put_flags(&mut self, name: impl Into<String>, flags: &[bool]) {
+    pub(crate) fn put_flags(&mut self, name: impl Into<String>, flags: &[bool]) {
         self.put(name, &flags.iter().map(|flag| u8::from(*flag)).collect::<Vec<_>>());
     }
 
     /// Puts lists under names that begin with a common part.
-    pub fn put_all(&mut self, prefix: &str, other: Saved) {
+    pub(crate) fn put_all(&mut self, prefix: &str, other: Saved) {
         self.lists.extend(other.lists.into_iter().map(|(name, bytes)| (format!("{prefix}.{name}"), bytes)));
     }
 
     /// The lists whose names begin with a common part, without that part.
-    pub fn part(&self, prefix: &str) -> Saved {
+    pub(crate) fn part(&self, prefix: &str) -> Saved {
         let own = |(name, bytes): (&String, &Vec<u8>)| {
             Some((name.strip_prefix(prefix)?.strip_prefix('.')?.to_owned(), bytes.clone()))
         };
@@ -52,7 +52,7 @@ impl Saved {
     }
 
     /// Whether there is a list of this name.
-    pub fn has(&self, name: &str) -> bool {
+    pub(crate) fn has(&self, name: &str) -> bool {
         self.lists.contains_key(name)
     }
 
@@ -84,7 +84,7 @@ impl Saved {
     ///
     /// # Errors
     /// As [`Saved::list_of`].
-    pub fn array<T: Pod, const N: usize>(&self, name: &str) -> Result<[T; N], SavedError> {
+    pub(crate) fn array<T: Pod, const N: usize>(&self, name: &str) -> Result<[T; N], SavedError> {
         let list = self.list_of(name, N)?;
         list.try_into().map_err(|_| wrong(name, "has another length"))
     }
@@ -93,7 +93,7 @@ impl Saved {
     ///
     /// # Errors
     /// As [`Saved::list`].
-    pub fn flags(&self, name: &str) -> Result<Vec<bool>, SavedError> {
+    pub(crate) fn flags(&self, name: &str) -> Result<Vec<bool>, SavedError> {
         Ok(self.list::<u8>(name)?.into_iter().map(|flag| flag != 0).collect())
     }
 
@@ -101,12 +101,12 @@ impl Saved {
     ///
     /// # Errors
     /// It is absent or no UTF-8.
-    pub fn text(&self, name: &str) -> Result<String, SavedError> {
+    pub(crate) fn text(&self, name: &str) -> Result<String, SavedError> {
         String::from_utf8(self.list(name)?).map_err(|_| wrong(name, "is no text"))
     }
 
     /// Names and bytes of all lists, in the order of the names.
-    pub fn lists(&self) -> impl Iterator<Item = (&str, &[u8])> {
+    pub(crate) fn lists(&self) -> impl Iterator<Item = (&str, &[u8])> {
         self.lists.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()))
     }
 }

@@ -4,44 +4,44 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DAffine3;
 
-pub mod check;
-pub mod density;
-pub mod device_data;
-pub mod device_engine;
-pub mod distant;
+pub(crate) mod check;
+pub(crate) mod density;
+pub(crate) mod device_data;
+pub(crate) mod device_engine;
+pub(crate) mod distant;
 mod emissivity;
-pub mod energy;
-pub mod engine;
+pub(crate) mod energy;
+pub(crate) mod engine;
 mod engine_error;
-pub mod exchange;
+pub(crate) mod exchange;
 mod exchange_device;
 mod exchange_poses;
-pub mod facade;
-pub mod facade_error;
-pub mod forecast;
-pub mod forward;
-pub mod given;
-pub mod image;
-pub mod joints;
-pub mod keep;
-pub mod network;
-pub mod network_file;
-pub mod periodic;
-pub mod pose;
-pub mod prepare;
-pub mod prepare_error;
+pub(crate) mod facade;
+pub(crate) mod facade_error;
+pub(crate) mod forecast;
+pub(crate) mod forward;
+pub(crate) mod given;
+pub(crate) mod image;
+pub(crate) mod joints;
+pub(crate) mod keep;
+pub(crate) mod network;
+pub(crate) mod network_file;
+pub(crate) mod periodic;
+pub(crate) mod pose;
+pub(crate) mod prepare;
+pub(crate) mod prepare_error;
 mod prepare_names;
 mod prepare_steps;
-pub mod reference_engine;
-pub mod sampling;
-pub mod state;
-pub mod stepper;
+pub(crate) mod reference_engine;
+pub(crate) mod sampling;
+pub(crate) mod state;
+pub(crate) mod stepper;
 mod structures;
-pub mod surroundings;
-pub mod target;
-pub mod thermal_state;
-pub mod traced;
-pub mod viewpoint;
+pub(crate) mod surroundings;
+pub(crate) mod target;
+pub(crate) mod thermal_state;
+pub(crate) mod traced;
+pub(crate) mod viewpoint;
 
 use crate::gpu::layout::FUSED_STEPS;
 use crate::saved::{Saved, SavedError};
@@ -92,7 +92,7 @@ pub fn start(
 ///
 /// # Errors
 /// A call that fails, or what `keep` returns.
-pub fn start_from<E: From<EngineError>>(
+pub(crate) fn start_from<E: From<EngineError>>(
     prepared: &Prepared,
     engine: &mut dyn Engine,
     mut check: Option<&mut Check>,
@@ -195,7 +195,7 @@ fn warm_up<E: From<EngineError>>(
 }
 
 /// What takes the results of a run.
-pub trait Consumer<E> {
+pub(crate) trait Consumer<E> {
     /// Takes the results of a step, in order.
     ///
     /// # Errors
@@ -245,7 +245,7 @@ pub fn run<E: From<EngineError>>(
 ///
 /// # Errors
 /// As [`run`].
-pub fn run_from<E: From<EngineError>>(
+pub(crate) fn run_from<E: From<EngineError>>(
     prepared: &Prepared,
     engine: &mut dyn Engine,
     mut check: Option<&mut Check>,
@@ -399,7 +399,7 @@ pub fn pose_at(prepared: &Prepared, time: f64) -> Option<DAffine3> {
 }
 
 /// The same for an image at its own time.
-pub fn pose_of(prepared: &Prepared, time: f64, image: Option<u32>) -> Option<DAffine3> {
+pub(crate) fn pose_of(prepared: &Prepared, time: f64, image: Option<u32>) -> Option<DAffine3> {
     let camera = prepared.scene.camera.as_ref()?.at(time, image).ok()?;
     Some(camera_from_body(&camera, &prepared.loads.sky_model().sky(time)))
 }
@@ -415,7 +415,7 @@ pub fn moments(prepared: &Prepared, time: f64, image: Option<u32>) -> Option<imp
 }
 
 /// Whether a step is drawn.
-pub fn is_drawn(draw: &Draw, step: u32) -> bool {
+pub(crate) fn is_drawn(draw: &Draw, step: u32) -> bool {
     match draw {
         Draw::None | Draw::Times(_) => false,
         Draw::Every(n) => step.is_multiple_of(*n),

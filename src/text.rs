@@ -22,17 +22,17 @@ pub fn is_hidden(character: char) -> bool {
 }
 
 /// The text with hidden characters as Rust writes them: `\n`, `\t`, `\u{1b}`. It is one line. A backslash stays as it is.
-pub fn plain(text: &str) -> Cow<'_, str> {
+pub(crate) fn plain(text: &str) -> Cow<'_, str> {
     shown(text, is_hidden)
 }
 
 /// As [`plain`], but line feeds stay.
-pub fn plain_lines(text: &str) -> Cow<'_, str> {
+pub(crate) fn plain_lines(text: &str) -> Cow<'_, str> {
     shown(text, |character| character != '\n' && is_hidden(character))
 }
 
 /// A JSON text of the same value in which hidden characters are `\u001b` or the like. Line feeds outside strings stay.
-pub fn plain_json(json: &str) -> Cow<'_, str> {
+pub(crate) fn plain_json(json: &str) -> Cow<'_, str> {
     let hidden = |character: char| character != '\n' && is_hidden(character);
     if !json.contains(hidden) {
         return Cow::Borrowed(json);

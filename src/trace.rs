@@ -12,7 +12,7 @@ use crate::gpu::timing::DeviceFrame;
 
 /// The worker of a track. Tracks are shown in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Track {
+pub(crate) enum Track {
     /// The thread that runs the loop.
     Host,
     /// The thread that writes files while the loop goes on.
@@ -55,7 +55,7 @@ pub struct Trace(Option<Arc<Shared>>);
 
 /// A span of work that ends when this is dropped.
 #[must_use = "the span ends when this is dropped"]
-pub struct Span<'a> {
+pub(crate) struct Span<'a> {
     trace: &'a Trace,
     track: Track,
     name: &'static str,
@@ -82,23 +82,23 @@ impl Shared {
 
 impl Trace {
     /// Starts a recording.
-    pub fn recording() -> Self {
+    pub(crate) fn recording() -> Self {
         let empty = || Mutex::new(Vec::new());
         Self(Some(Arc::new(Shared { began: Instant::now(), events: empty(), frames: Mutex::new(Vec::new()) })))
     }
 
     /// Whether spans are recorded.
-    pub fn is_recording(&self) -> bool {
+    pub(crate) fn is_recording(&self) -> bool {
         self.0.is_some()
     }
 
     /// Begins a span of work.
-    pub fn span(&self, track: Track, name: &'static str) -> Span<'_> {
+    pub(crate) fn span(&self, track: Track, name: &'static str) -> Span<'_> {
         Span { trace: self, track, name, began: Instant::now() }
     }
 
     /// Records a frame of the device.
-    pub fn frame(&self, frame: DeviceFrame) {
+    pub(crate) fn frame(&self, frame: DeviceFrame) {
         if let Some(shared) = &self.0 {
             shared.frames.lock().unwrap_or_else(PoisonError::into_inner).push(frame);
         }
@@ -109,7 +109,7 @@ impl Trace {
     ///
     /// The device's clock is shifted by the least amount with which no frame begins before its submission. `other_data.clock_slack_us` is the most by which
     /// all frames could be later.
-    pub fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         let Some(shared) = &self.0 else { return json!({ "traceEvents": [] }) };
         let frames = shared.frames.lock().unwrap_or_else(PoisonError::into_inner);
         let events = shared.events.lock().unwrap_or_else(PoisonError::into_inner);

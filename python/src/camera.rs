@@ -1,9 +1,9 @@
 //! The intrinsics of a camera.
 
 use glam::{DMat3, DQuat, DVec3};
-use isotherm::lens::{Distortion, Lens};
-use isotherm::simulation::pose::check_camera;
-use isotherm::{CameraFrame, scene};
+use isotherm::CameraFrame;
+use isotherm::internals;
+use isotherm::internals::{Distortion, Lens, check_camera};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -14,13 +14,13 @@ use crate::numbers::matrix;
 /// Size, lens and samples of a camera. It has no pose.
 #[pyclass(frozen, from_py_object, module = "isotherm")]
 #[derive(Clone)]
-pub struct Camera(pub scene::Camera);
+pub struct Camera(pub internals::Camera);
 
 impl Camera {
     /// The camera with the pose or path of another.
-    pub fn posed_as(&self, other: &scene::Camera) -> scene::Camera {
-        let scene::Camera { motion, frame, position, frame_from_camera, .. } = other.clone();
-        scene::Camera { motion, frame, position, frame_from_camera, ..self.0.clone() }
+    pub fn posed_as(&self, other: &internals::Camera) -> internals::Camera {
+        let internals::Camera { motion, frame, position, frame_from_camera, .. } = other.clone();
+        internals::Camera { motion, frame, position, frame_from_camera, ..self.0.clone() }
     }
 }
 
@@ -59,13 +59,13 @@ impl Camera {
     ) -> PyResult<Self> {
         let centre = [cx.unwrap_or(f64::from(width) / 2.0), cy.unwrap_or(f64::from(height) / 2.0)];
         let distortion = self::distortion(&distortion)?;
-        let camera = scene::Camera {
+        let camera = internals::Camera {
             width,
             height,
             lens: Lens { focal: [fx, fy.unwrap_or(fx)], centre, skew, distortion },
             samples,
             line_time,
-            motion: scene::Motion::Still,
+            motion: internals::Motion::Still,
             frame: CameraFrame::Body,
             position: DVec3::ZERO,
             frame_from_camera: DQuat::IDENTITY,

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-use isotherm::gpu::context::{self, Context};
+use isotherm::internals;
+use isotherm::internals::Context;
 use isotherm::{SimulationError, Target};
 use pyo3::prelude::*;
 
@@ -29,7 +30,7 @@ pub fn open(name: Option<&str>) -> Result<Target, SimulationError> {
 /// Names of the Vulkan devices of this computer, best first. Beside them there is always ``"cpu"``, the reference in double precision.
 #[pyfunction]
 pub fn devices(py: Python<'_>) -> PyResult<Vec<String>> {
-    let found = py.detach(context::devices).map_err(|error| raised(py, &error.into()))?;
+    let found = py.detach(internals::devices).map_err(|error| raised(py, &error.into()))?;
     Ok(found.into_iter().filter(|device| device.lacks.is_empty()).map(|device| device.name).collect())
 }
 

@@ -1,7 +1,7 @@
 //! Errors as Python exceptions, with file, line and key.
 
 use isotherm::SimulationError;
-use isotherm::simulation::engine::EngineError;
+use isotherm::internals::EngineError;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 

@@ -2,9 +2,8 @@
 
 use glam::DAffine3;
 use isotherm::Image;
-use isotherm::output::colour::ColourScale;
-use isotherm::output::frame;
-use isotherm::output::picture::picture;
+use isotherm::internals;
+use isotherm::internals::{ColourScale, picture};
 use numpy::{Element, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
@@ -94,7 +93,7 @@ impl Frame {
     fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let values = |array: &Py<PyArray2<f32>>| array.bind(py).to_owned_array().into_iter().collect::<Vec<f32>>();
         let labels = |array: &Py<PyArray2<u32>>| array.bind(py).to_owned_array().into_iter().collect::<Vec<u32>>();
-        let frame = frame::Frame {
+        let frame = internals::OutputFrame {
             width: self.camera.0.width,
             height: self.camera.0.height,
             step: 0,

@@ -1,6 +1,6 @@
 //! Sun and planet as the craft sees them.
 
-use isotherm::environment;
+use isotherm::internals;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
@@ -8,7 +8,7 @@ use crate::numbers::{array, matrix};
 
 /// Sun and planet in the body frame at one time.
 #[pyclass(frozen, module = "isotherm")]
-pub struct Sky(pub environment::Sky);
+pub struct Sky(pub internals::Sky);
 
 #[pymethods]
 impl Sky {

@@ -23,15 +23,15 @@ pub struct NetworkCase {
     /// Short name, for files.
     pub key: &'static str,
     /// Description for readers.
-    pub title: String,
+    pub(crate) title: String,
     /// The network at its initial temperatures.
     pub network: Network,
     /// Heat of every node [W] in each frame. It is constant within a frame.
-    pub frames: Vec<Vec<f64>>,
+    pub(crate) frames: Vec<Vec<f64>>,
     /// Length of a frame [s].
-    pub frame: f64,
+    pub(crate) frame: f64,
     /// Stiffness of the case in docs/numerics.md 3.
-    pub published_stiffness: f64,
+    pub(crate) published_stiffness: f64,
 }
 
 /// The sizes of the cases.
@@ -49,12 +49,12 @@ pub struct Size {
 
 impl Size {
     /// One orbit. The sheets and the structure have 900 to 968 nodes, the cube 2402.
-    pub fn whole() -> Self {
+    pub(crate) fn whole() -> Self {
         Self { cube: 20, sheet: 29, blanket: 21, frames: 0..STEPS }
     }
 
     /// The same meshes for a few frames around the entry into the planet's shadow, at step 97.
-    pub fn quick() -> Self {
+    pub(crate) fn quick() -> Self {
         Self { frames: 80..120, ..Self::whole() }
     }
 }
@@ -95,7 +95,7 @@ pub enum CaseError {
 }
 
 /// The paper's conducting cube in aluminium.
-pub fn cube(size: &Size) -> Result<NetworkCase, CaseError> {
+pub(crate) fn cube(size: &Size) -> Result<NetworkCase, CaseError> {
     let mut mesh = Mesh::default();
     let at: Vec<f64> = (0..=size.cube).map(|cell| EDGE * (cell as f64 / size.cube as f64 - 0.5)).collect();
     for (face, [normal, u, v]) in AXES.iter().enumerate() {
@@ -112,7 +112,7 @@ pub fn cube(size: &Size) -> Result<NetworkCase, CaseError> {
 
 /// A white sheet of 1 mm aluminium in 1 cm cells. Its zenith and nadir faces are in the orbit, with a moving spot of
 /// reflected sunlight. `slivers` adds two rows of slivers.
-pub fn sheet(size: &Size, slivers: bool) -> Result<NetworkCase, CaseError> {
+pub(crate) fn sheet(size: &Size, slivers: bool) -> Result<NetworkCase, CaseError> {
     let edge = 0.01 * size.sheet as f64;
     let even: Vec<f64> = (0..=size.sheet).map(|cell| 0.01 * cell as f64).collect();
     let mut uneven = even.clone();
@@ -140,7 +140,7 @@ pub fn sheet(size: &Size, slivers: bool) -> Result<NetworkCase, CaseError> {
 }
 
 /// The paper's MLI without heat capacity over 1 mm of aluminium in 2 cm cells, with boxes on a quarter of it.
-pub fn blanket(size: &Size) -> Result<NetworkCase, CaseError> {
+pub(crate) fn blanket(size: &Size) -> Result<NetworkCase, CaseError> {
     let at: Vec<f64> = (0..=size.blanket).map(|cell| 0.02 * cell as f64).collect();
     let edge = 0.02 * size.blanket as f64;
     let mut mesh = Mesh::default();
@@ -166,7 +166,7 @@ pub fn blanket(size: &Size) -> Result<NetworkCase, CaseError> {
 
 impl NetworkCase {
     /// Frame length over the longest stable forward Euler step. The temperature [K] is above all in the case.
-    pub fn stiffness(&self) -> f64 {
+    pub(crate) fn stiffness(&self) -> f64 {
         0.5 * self.frame * self.network.fastest_rate(&vec![400.0; self.network.len()])
     }
 }

@@ -7,23 +7,23 @@ use super::plan::Measurement;
 /// Time for `--quick` [s]. A running measurement still finishes.
 const QUICK_S: f64 = 70.0;
 /// Reason for an empty row.
-pub const OUT_OF_TIME: &str = "left out: --quick had no time left";
+pub(crate) const OUT_OF_TIME: &str = "left out: --quick had no time left";
 
 /// The time after which no new measurement may begin.
 #[derive(Debug, Clone, Copy)]
-pub struct Deadline(Option<Instant>);
+pub(crate) struct Deadline(Option<Instant>);
 
 impl Deadline {
     /// No deadline.
-    pub const NONE: Self = Self(None);
+    pub(crate) const NONE: Self = Self(None);
 
     /// Whether the deadline is over.
-    pub fn is_past(self) -> bool {
+    pub(crate) fn is_past(self) -> bool {
         self.0.is_some_and(|end| Instant::now() >= end)
     }
 
     /// Time for one of `of` measurements [s], at most `most`.
-    pub fn share(self, of: usize, most: f64) -> f64 {
+    pub(crate) fn share(self, of: usize, most: f64) -> f64 {
         let left = |end: Instant| end.saturating_duration_since(Instant::now()).as_secs_f64();
         self.0.map_or(most, |end| most.min(left(end) / of.max(1) as f64))
     }
@@ -31,7 +31,7 @@ impl Deadline {
 
 /// The start of the measurements and their time limits.
 #[derive(Debug, Clone, Copy)]
-pub struct Clock {
+pub(crate) struct Clock {
     began: Instant,
     quick: bool,
     targets: usize,
@@ -39,17 +39,17 @@ pub struct Clock {
 
 impl Clock {
     /// Starts the clock for a number of targets.
-    pub fn start(quick: bool, targets: usize) -> Self {
+    pub(crate) fn start(quick: bool, targets: usize) -> Self {
         Self { began: Instant::now(), quick, targets }
     }
 
     /// Seconds since the start.
-    pub fn seconds(&self) -> f64 {
+    pub(crate) fn seconds(&self) -> f64 {
         self.began.elapsed().as_secs_f64()
     }
 
     /// Deadline of a measurement on a target, among the wanted measurements.
-    pub fn deadline(&self, target: usize, measurement: Measurement, wanted: &[Measurement]) -> Deadline {
+    pub(crate) fn deadline(&self, target: usize, measurement: Measurement, wanted: &[Measurement]) -> Deadline {
         if !self.quick {
             return Deadline::NONE;
         }

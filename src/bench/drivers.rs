@@ -20,23 +20,23 @@ const STEPS: u32 = 40;
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct DriverRow {
     /// The reference device and the compared device.
-    pub devices: [String; 2],
+    pub(crate) devices: [String; 2],
     /// Name of the scene.
-    pub scene: String,
+    pub(crate) scene: String,
     /// Number of nodes, including padding.
-    pub nodes: usize,
+    pub(crate) nodes: usize,
     /// Root mean square over nodes [K].
-    pub rms_k: f64,
+    pub(crate) rms_k: f64,
     /// Largest [K].
-    pub max_k: f64,
+    pub(crate) max_k: f64,
     /// Pixels with a surface in either image.
-    pub pixels: usize,
+    pub(crate) pixels: usize,
     /// Pixels with different parts or materials.
-    pub other_part: usize,
+    pub(crate) other_part: usize,
     /// Largest relative difference of radiance in pixels with the same part.
-    pub radiance_relative: f64,
+    pub(crate) radiance_relative: f64,
     /// The reason if a device could not be compared.
-    pub failed: Option<String>,
+    pub(crate) failed: Option<String>,
 }
 
 /// The results of a device.
@@ -47,7 +47,7 @@ struct Left {
 }
 
 /// Compares every device with the first. A row states the reason if a comparison failed.
-pub fn measure(devices: &[Arc<Context>], scene: &Scene) -> Vec<DriverRow> {
+pub(crate) fn measure(devices: &[Arc<Context>], scene: &Scene) -> Vec<DriverRow> {
     let mut left = Vec::new();
     let mut rows = Vec::new();
     for context in devices {

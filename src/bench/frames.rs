@@ -18,9 +18,9 @@ use crate::simulation::prepare::Prepared;
 use crate::simulation::surroundings::surroundings_at;
 
 /// Longest triangle edges [m].
-pub const EDGES: [f64; 4] = [2.0, 1.0, 0.5, 0.25];
+pub(crate) const EDGES: [f64; 4] = [2.0, 1.0, 0.5, 0.25];
 /// Size of the images [px].
-pub const IMAGE: [u32; 2] = [640, 512];
+pub(crate) const IMAGE: [u32; 2] = [640, 512];
 /// Target length of a step [s], as in a loop at 10 Hz.
 const STEP_S: f64 = 0.1;
 /// Temperature at which networks start [K].
@@ -32,53 +32,53 @@ const WARM_UP: u32 = 3;
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FrameRow {
     /// Name of the scene.
-    pub scene: String,
+    pub(crate) scene: String,
     /// Longest triangle edge [m].
-    pub longest_edge_m: f64,
+    pub(crate) longest_edge_m: f64,
     /// Whether shadows are on.
-    pub shadows: bool,
-    pub nodes: usize,
-    pub triangles: usize,
+    pub(crate) shadows: bool,
+    pub(crate) nodes: usize,
+    pub(crate) triangles: usize,
     /// Device memory that grows with the nodes [bytes per node].
-    pub bytes_a_node: f64,
+    pub(crate) bytes_a_node: f64,
     /// Time from the loaded scene to a ready device [s].
-    pub start_up_s: f64,
+    pub(crate) start_up_s: f64,
     /// Length of a step [s].
-    pub step_s: f64,
+    pub(crate) step_s: f64,
     /// Number of measured steps.
-    pub steps: u32,
+    pub(crate) steps: u32,
     /// Time of each pass in the steps that include it.
-    pub passes: Vec<PassSpread>,
+    pub(crate) passes: Vec<PassSpread>,
     /// Time of a step with its image on the host [ms].
-    pub whole_step_ms: Option<Spread>,
+    pub(crate) whole_step_ms: Option<Spread>,
     /// The longest step with an image [ms].
-    pub worst_step_ms: Option<f64>,
+    pub(crate) worst_step_ms: Option<f64>,
     /// Time of a step without an image [ms].
-    pub step_ms: Option<Spread>,
+    pub(crate) step_ms: Option<Spread>,
     /// The reason if there are no times.
-    pub failed: Option<String>,
+    pub(crate) failed: Option<String>,
 }
 
 /// Times of a pass.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PassSpread {
+pub(crate) struct PassSpread {
     /// Name of the pass without its variant.
-    pub name: String,
+    pub(crate) name: String,
     /// Time in a step [ms]. Only steps that include the pass count.
-    pub ms: Spread,
+    pub(crate) ms: Spread,
 }
 
 /// The amount of measurement.
 #[derive(Debug, Clone, Copy)]
-pub struct Effort {
+pub(crate) struct Effort {
     /// Number of steps with an image.
-    pub steps: u32,
+    pub(crate) steps: u32,
     /// Most nodes. Larger densities are left out.
-    pub most_nodes: usize,
+    pub(crate) most_nodes: usize,
 }
 
 /// Measures the scene at one longest edge [m]. The row states the reason if that fails.
-pub fn measure(context: &Arc<Context>, scene: &Scene, edge: f64, shadows: bool, effort: Effort) -> FrameRow {
+pub(crate) fn measure(context: &Arc<Context>, scene: &Scene, edge: f64, shadows: bool, effort: Effort) -> FrameRow {
     let row = FrameRow { failed: None, ..left_out(scene, edge, shadows, "") };
     match measured(context, scene, row.clone(), effort) {
         Ok(row) => row,
@@ -87,7 +87,7 @@ pub fn measure(context: &Arc<Context>, scene: &Scene, edge: f64, shadows: bool, 
 }
 
 /// A row without measurement, with the reason.
-pub fn left_out(scene: &Scene, edge: f64, shadows: bool, reason: &str) -> FrameRow {
+pub(crate) fn left_out(scene: &Scene, edge: f64, shadows: bool, reason: &str) -> FrameRow {
     FrameRow {
         scene: scene.name.clone(),
         longest_edge_m: edge,

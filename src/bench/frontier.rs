@@ -17,24 +17,24 @@ use crate::thermal::network::control::Integrator;
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FrontierRow {
     /// The response.
-    pub response: String,
+    pub(crate) response: String,
     /// Whether the craft shadows itself.
-    pub shadows: bool,
+    pub(crate) shadows: bool,
     /// Whether its surfaces exchange radiation.
-    pub exchange: bool,
+    pub(crate) exchange: bool,
     /// Median device time of the thermal, shadow and network passes of a step [ms].
-    pub step_ms: Option<f64>,
+    pub(crate) step_ms: Option<f64>,
     /// Root mean square difference from the accurate network with all light, over area and steps [K].
-    pub rms_k: Option<f64>,
+    pub(crate) rms_k: Option<f64>,
     /// The largest difference [K].
-    pub max_k: Option<f64>,
+    pub(crate) max_k: Option<f64>,
     /// The reason if there are no numbers.
-    pub failed: Option<String>,
+    pub(crate) failed: Option<String>,
 }
 
 impl FrontierRow {
     /// Its light between parts, in words.
-    pub fn light(&self) -> &'static str {
+    pub(crate) fn light(&self) -> &'static str {
         match (self.shadows, self.exchange) {
             (true, true) => "shadows and exchange",
             (true, false) => "shadows",
@@ -116,7 +116,7 @@ impl Way {
 }
 
 /// Runs every response through the orbit of `basis`. Without the accurate network there are times only.
-pub fn measure(
+pub(crate) fn measure(
     context: &Arc<Context>,
     basis: &Basis,
     quick: bool,

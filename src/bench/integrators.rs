@@ -71,7 +71,7 @@ pub struct Run {
 
 impl Run {
     /// Time of a frame [ms], measured by the device if it has a clock.
-    pub fn time(&self) -> Option<Spread> {
+    pub(crate) fn time(&self) -> Option<Spread> {
         self.device_ms.or(self.wall_ms)
     }
 }
@@ -88,7 +88,7 @@ pub struct Work {
     /// Dispatches.
     pub dispatches: u64,
     /// Iterations of Newton's method and of conjugate gradients.
-    pub iterations: u64,
+    pub(crate) iterations: u64,
 }
 
 /// The path of a stepper: see [`Run::path`].
@@ -101,7 +101,7 @@ fn path(stepper: &AnyStepper) -> &'static str {
 
 /// The reason why a run ended early.
 #[derive(Debug, thiserror::Error)]
-pub enum Ended {
+pub(crate) enum Ended {
     /// The stepper does not support it.
     #[error(transparent)]
     Gpu(#[from] GpuError),
@@ -115,7 +115,7 @@ pub enum Ended {
 
 /// Integrates all frames. `done` gets the duration [ms] and the temperatures [K] of each frame, and decides whether to
 /// continue.
-pub fn in_frames(
+pub(crate) fn in_frames(
     stepper: &mut AnyStepper,
     case: &NetworkCase,
     scheme: Scheme,

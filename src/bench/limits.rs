@@ -19,18 +19,18 @@ const SAMPLES: usize = 20;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Limits {
     /// Copies between device buffers. Each byte is read and written.
-    pub copies: Vec<Copied>,
+    pub(crate) copies: Vec<Copied>,
     /// Time of an empty dispatch from recording until the host sees its end [us].
-    pub submission_us: Option<Spread>,
+    pub(crate) submission_us: Option<Spread>,
     /// Time of each of many empty dispatches with barriers between them [us].
-    pub dispatch_us: Option<Spread>,
+    pub(crate) dispatch_us: Option<Spread>,
     /// Whether the device's clock measured the times.
-    pub by_timestamps: bool,
+    pub(crate) by_timestamps: bool,
 }
 
 impl Limits {
     /// The highest median bandwidth [GB/s].
-    pub fn bandwidth(&self) -> Option<f64> {
+    pub(crate) fn bandwidth(&self) -> Option<f64> {
         let rates = self.copies.iter().filter_map(|copied| copied.gigabytes_per_second);
         rates.map(|rate| rate.median).reduce(f64::max)
     }
@@ -38,18 +38,18 @@ impl Limits {
 
 /// Measurement of a copy.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Copied {
+pub(crate) struct Copied {
     /// Bytes copied.
-    pub bytes: u64,
+    pub(crate) bytes: u64,
     /// Bytes read and written over time [GB/s].
-    pub gigabytes_per_second: Option<Spread>,
+    pub(crate) gigabytes_per_second: Option<Spread>,
 }
 
 /// Measures a device. `quick` leaves out the larger copy.
 ///
 /// # Errors
 /// No memory, or a call that fails.
-pub fn measure(context: &Arc<Context>, quick: bool) -> Result<Limits, GpuError> {
+pub(crate) fn measure(context: &Arc<Context>, quick: bool) -> Result<Limits, GpuError> {
     let mut all = Vec::new();
     for bytes in BYTES.into_iter().take(if quick { 1 } else { BYTES.len() }) {
         let samples = copies(context, bytes, SAMPLES)?;

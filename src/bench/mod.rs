@@ -6,22 +6,22 @@
 //! `schemes` the ways to integrate them. `integrators` compares each with `truth`. `record` holds all results.
 //! `tables`, `plots`, `page` and `files` show them.
 
-pub mod cases;
+pub(crate) mod cases;
 mod clock;
 mod drivers;
-pub mod files;
+pub(crate) mod files;
 mod frames;
 mod frontier;
-pub mod hard;
-pub mod integrators;
+pub(crate) mod hard;
+pub(crate) mod integrators;
 mod limits;
-pub mod models;
+pub(crate) mod models;
 mod page;
 pub(crate) mod plan;
 mod plots;
-pub mod record;
-pub mod responses;
+pub(crate) mod record;
+pub(crate) mod responses;
 pub(crate) mod run;
-pub mod schemes;
-pub mod tables;
-pub mod truth;
+pub(crate) mod schemes;
+pub(crate) mod tables;
+pub(crate) mod truth;

@@ -29,9 +29,9 @@ const STEPS: u32 = 60;
 /// Steps of a quick run: a quarter of an orbit instead of the periodic state.
 const QUICK_STEPS: u32 = 12;
 /// Most orbits of the warm-up if nothing conducts. Rays take up to a second a step.
-pub const MOST_ORBITS: f64 = 3.0;
+pub(crate) const MOST_ORBITS: f64 = 3.0;
 /// Steps between two images.
-pub const DRAW_EVERY: u32 = 6;
+pub(crate) const DRAW_EVERY: u32 = 6;
 /// Size of the images [px].
 const IMAGE: [u32; 2] = [320, 256];
 /// Error of the visible share of the Sun above which a node counts as wrong.
@@ -43,32 +43,32 @@ const LEAST_COSINE: f64 = 0.01;
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Models {
     /// Name of the scene.
-    pub scene: String,
+    pub(crate) scene: String,
     /// Number of nodes.
-    pub nodes: usize,
+    pub(crate) nodes: usize,
     /// Length of a step [s].
-    pub step_s: f64,
+    pub(crate) step_s: f64,
     /// Number of compared steps.
-    pub steps: u32,
+    pub(crate) steps: u32,
     /// The choices. The base comes first.
-    pub choices: Vec<ChoiceRow>,
+    pub(crate) choices: Vec<ChoiceRow>,
 }
 
 /// The measurements of one choice.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct ChoiceRow {
+pub(crate) struct ChoiceRow {
     /// The choice, or its change against the base.
-    pub choice: String,
+    pub(crate) choice: String,
     /// Median device time of the thermal, shadow and network passes of a step [ms].
-    pub step_ms: Option<f64>,
+    pub(crate) step_ms: Option<f64>,
     /// Differences from the base.
-    pub from_base: Option<Moved>,
+    pub(crate) from_base: Option<Moved>,
     /// Differences from the network.
-    pub from_network: Option<Moved>,
+    pub(crate) from_network: Option<Moved>,
     /// Errors of the base's shadows. Only the choice of shadows by rays has them.
-    pub wrong_shadows: Option<WrongShadows>,
+    pub(crate) wrong_shadows: Option<WrongShadows>,
     /// The reason if there are no numbers.
-    pub failed: Option<String>,
+    pub(crate) failed: Option<String>,
 }
 
 /// Share of wrong nodes among those that face the Sun. A node is wrong if its visible share of the Sun is off by more
@@ -83,15 +83,15 @@ pub struct WrongShadows {
 
 /// The differences between two runs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Moved {
+pub(crate) struct Moved {
     /// Root mean square over area and steps [K].
-    pub rms_k: f64,
+    pub(crate) rms_k: f64,
     /// Largest [K].
-    pub max_k: f64,
+    pub(crate) max_k: f64,
     /// Root mean square over the craft's pixels [W m-2 sr-1].
-    pub radiance_rms: f64,
+    pub(crate) radiance_rms: f64,
     /// Mean radiance of the craft's pixels in the other run [W m-2 sr-1].
-    pub radiance_mean: f64,
+    pub(crate) radiance_mean: f64,
 }
 
 /// An error of a choice.
@@ -202,7 +202,7 @@ pub(super) struct Ran {
 }
 
 /// What the choices have in common.
-pub struct Basis {
+pub(crate) struct Basis {
     /// One orbit of the scene in long steps, with shadows.
     pub(super) scene: Scene,
     /// The transition of each material.
@@ -222,7 +222,7 @@ impl Basis {
     ///
     /// # Errors
     /// The scene cannot be prepared, or the device fails.
-    pub fn new(context: &Arc<Context>, scene: &Scene, quick: bool, says: &dyn Fn(&str)) -> Result<Self, Failed> {
+    pub(crate) fn new(context: &Arc<Context>, scene: &Scene, quick: bool, says: &dyn Fn(&str)) -> Result<Self, Failed> {
         let mut base = one_orbit(scene, quick);
         let stated = base.exchange.take();
         // The fitted transitions need the network's values.
@@ -238,7 +238,13 @@ impl Basis {
 }
 
 /// Measures all choices of a scene. `quick` leaves the network out. If a choice fails, its row states the reason.
-pub fn measure(context: &Arc<Context>, basis: &Basis, quick: bool, deadline: Deadline, says: &dyn Fn(&str)) -> Models {
+pub(crate) fn measure(
+    context: &Arc<Context>,
+    basis: &Basis,
+    quick: bool,
+    deadline: Deadline,
+    says: &dyn Fn(&str),
+) -> Models {
     let Basis { scene: base, areas, nodes, .. } = basis;
     let mut base_run = None;
     let mut network_run = None;

@@ -8,7 +8,7 @@ use crate::output::html::{Html, kelvin, significant};
 use crate::output::report::PlotEntry;
 
 /// The page.
-pub fn page(bench: &Bench, diagrams: &[PlotEntry]) -> String {
+pub(crate) fn page(bench: &Bench, diagrams: &[PlotEntry]) -> String {
     let mut html = Html::page("Speed against error - isotherm bench");
     html.element("h1", "Speed against error");
     let names: Vec<&str> = bench.devices.iter().map(|measured| measured.name.as_str()).collect();

@@ -9,7 +9,7 @@ use crate::simulation::target::Target;
 
 /// A part of the measurements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Measurement {
+pub(crate) enum Measurement {
     /// Copies and an empty dispatch.
     Limits,
     /// Nanoseconds a node and step of each response.
@@ -28,11 +28,11 @@ pub enum Measurement {
 
 impl Measurement {
     /// All parts in order of execution.
-    pub const ALL: [Self; 7] =
+    pub(crate) const ALL: [Self; 7] =
         [Self::Limits, Self::Responses, Self::Frames, Self::Models, Self::Drivers, Self::Integrators, Self::Hard];
 
     /// Its name on the command line.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Limits => "limits",
             Self::Responses => "responses",
@@ -45,24 +45,24 @@ impl Measurement {
     }
 
     /// The part with this name.
-    pub fn named(name: &str) -> Option<Self> {
+    pub(crate) fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|one| one.name() == name)
     }
 }
 
-pub struct Plan {
+pub(crate) struct Plan {
     /// Which parts.
-    pub measurements: Vec<Measurement>,
+    pub(crate) measurements: Vec<Measurement>,
     /// Whether to use fewer schemes, nodes and frames.
-    pub quick: bool,
+    pub(crate) quick: bool,
     /// Devices.
-    pub targets: Vec<Target>,
+    pub(crate) targets: Vec<Target>,
     /// Scenes for whole steps.
-    pub scenes: Vec<Scene>,
+    pub(crate) scenes: Vec<Scene>,
     /// Scene for model choices.
-    pub model_scene: Option<Scene>,
+    pub(crate) model_scene: Option<Scene>,
     /// The command line.
-    pub command_line: String,
+    pub(crate) command_line: String,
 }
 
 impl Plan {

@@ -13,7 +13,7 @@ use crate::output::plot_axis::Axis;
 use crate::output::report::PlotEntry;
 
 /// All plots of each device: responses, whole steps, model choices and integrator cases.
-pub fn all(bench: &Bench) -> Result<Vec<PlotEntry>, OutputError> {
+pub(crate) fn all(bench: &Bench) -> Result<Vec<PlotEntry>, OutputError> {
     let mut entries = Vec::new();
     for (number, measured) in (1..).zip(&bench.devices) {
         let own = [

@@ -29,24 +29,24 @@ use crate::thermal::network::{LinearConductor, Network, NodeKind};
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct ResponseRow {
     /// The response and its function.
-    pub response: String,
+    pub(crate) response: String,
     /// Number of nodes.
-    pub nodes: usize,
+    pub(crate) nodes: usize,
     /// Time of a step, or of a network's stage [ns a node].
-    pub ns_a_node: Option<Spread>,
+    pub(crate) ns_a_node: Option<Spread>,
     /// Bytes that a node reads and writes in a step. Each array counts once.
-    pub bytes_a_node: f64,
+    pub(crate) bytes_a_node: f64,
     /// Bandwidth [GB/s].
-    pub gigabytes_per_second: Option<f64>,
+    pub(crate) gigabytes_per_second: Option<f64>,
     /// Share of the copy bandwidth from the same run.
-    pub share_of_copy: Option<f64>,
+    pub(crate) share_of_copy: Option<f64>,
     /// The reason if there is no time.
-    pub failed: Option<String>,
+    pub(crate) failed: Option<String>,
 }
 
 /// An error that prevents the measurement.
 #[derive(Debug, thiserror::Error)]
-pub enum ResponseError {
+pub(crate) enum ResponseError {
     /// The loads.
     #[error(transparent)]
     Sky(#[from] SkyError),
@@ -71,11 +71,11 @@ pub struct TimedPass {
     /// Time of every compiled variant that ran [ms].
     pub times: Vec<PassTime>,
     /// Sum over the variants [ms].
-    pub samples: Vec<f64>,
+    pub(crate) samples: Vec<f64>,
     /// Device memory that grows with the nodes [bytes per node].
     pub bytes_a_node: f64,
     /// Bytes that a node reads and writes in a step. Each array counts once.
-    pub moved_a_node: f64,
+    pub(crate) moved_a_node: f64,
 }
 
 /// Runs a variant on nodes with normals in all directions: once unmeasured, once measured. The steps run one by one, or
@@ -213,7 +213,7 @@ fn subjects() -> Result<Vec<Subject>, FunctionError> {
 
 /// Measures every response at every number of nodes. Each does `steps` in full sunlight with planet infrared and
 /// albedo. `bandwidth` [GB/s] is that of a copy in the same run. If a size does not fit, its row says so.
-pub fn measure(
+pub(crate) fn measure(
     context: &Arc<Context>,
     sizes: &[usize],
     steps: u32,

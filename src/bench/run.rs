@@ -23,7 +23,7 @@ use crate::simulation::target::Target;
 
 /// An error that stops all measurements. The error of a single measurement is in its row.
 #[derive(Debug, thiserror::Error)]
-pub enum BenchError {
+pub(crate) enum BenchError {
     /// A device.
     #[error(transparent)]
     Gpu(#[from] GpuError),
@@ -42,7 +42,7 @@ pub enum BenchError {
 }
 
 /// Runs the plan. `says` gets the name of each measurement beforehand.
-pub fn run(plan: &Plan, says: &dyn Fn(&str)) -> Result<Bench, BenchError> {
+pub(crate) fn run(plan: &Plan, says: &dyn Fn(&str)) -> Result<Bench, BenchError> {
     let clock = Clock::start(plan.quick, plan.targets.len());
     let wanted = |one| plan.measurements.contains(&one);
     let mut truths = Vec::new();

@@ -54,7 +54,7 @@ impl Scheme {
     }
 
     /// The method without its sub-steps or tolerance.
-    pub fn family(&self) -> String {
+    pub(crate) fn family(&self) -> String {
         match self {
             Self::Fixed(Fixed::Euler, _) => "Euler, fixed".to_owned(),
             Self::Fixed(Fixed::Rkl2, _) => "RKL2, fixed".to_owned(),
@@ -64,7 +64,7 @@ impl Scheme {
     }
 
     /// The reason if the scheme cannot run on a case.
-    pub fn refusal(&self, case: &NetworkCase) -> Option<String> {
+    pub(crate) fn refusal(&self, case: &NetworkCase) -> Option<String> {
         let hopeless = matches!(self, Self::Fixed(Fixed::Euler, _)) && case.stiffness() > MOST_EULER;
         hopeless.then(|| format!("it is stable from {:.2e} passes a frame on only", case.stiffness()))
     }

@@ -17,13 +17,13 @@ use crate::output::statistics::Spread;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// Title.
-    pub title: String,
+    pub(crate) title: String,
     /// Names of the columns, with units.
-    pub head: Vec<String>,
+    pub(crate) head: Vec<String>,
     /// Cells.
-    pub rows: Vec<Vec<String>>,
+    pub(crate) rows: Vec<Vec<String>>,
     /// Sentences below the table.
-    pub notes: Vec<String>,
+    pub(crate) notes: Vec<String>,
 }
 
 impl Table {
@@ -69,7 +69,7 @@ fn not_run(mut cells: Vec<String>, reason: &str, columns: usize) -> Vec<String> 
 }
 
 /// Limits of a device.
-pub fn limits(measured: &Measured) -> Option<Table> {
+pub(crate) fn limits(measured: &Measured) -> Option<Table> {
     let limits = measured.limits.as_ref()?;
     let mut rows: Vec<Vec<String>> = limits
         .copies
@@ -92,7 +92,7 @@ pub fn limits(measured: &Measured) -> Option<Table> {
 }
 
 /// Cost of a node.
-pub fn responses(measured: &Measured) -> Option<Table> {
+pub(crate) fn responses(measured: &Measured) -> Option<Table> {
     let row = |row: &ResponseRow| {
         let name = row.response.clone();
         let nodes = row.nodes.to_string();
@@ -121,7 +121,7 @@ pub fn responses(measured: &Measured) -> Option<Table> {
 }
 
 /// Whole steps of scenes, with a column for each pass.
-pub fn frames(measured: &Measured) -> Option<Table> {
+pub(crate) fn frames(measured: &Measured) -> Option<Table> {
     let mut names: Vec<&str> = Vec::new();
     for pass in measured.frames.iter().flat_map(|row| &row.passes) {
         if !names.contains(&pass.name.as_str()) {
@@ -173,7 +173,7 @@ pub fn frames(measured: &Measured) -> Option<Table> {
 }
 
 /// Cost and effect of each model choice.
-pub fn models(measured: &Measured) -> Option<Table> {
+pub(crate) fn models(measured: &Measured) -> Option<Table> {
     let models = measured.models.as_ref()?;
     let base = models.choices.iter().find_map(|row| row.step_ms.filter(|_| row.from_base.is_none()));
     let kelvins = |moved: Option<Moved>| match moved {
@@ -230,7 +230,7 @@ pub fn models(measured: &Measured) -> Option<Table> {
 }
 
 /// Cost and error of each response, with and without shadows and radiation between surfaces (exchange).
-pub fn frontier(measured: &Measured) -> Option<Table> {
+pub(crate) fn frontier(measured: &Measured) -> Option<Table> {
     let row = |row: &FrontierRow| {
         let mut cells = vec![row.response.clone(), row.light().to_owned()];
         if let Some(reason) = &row.failed {
@@ -255,7 +255,7 @@ pub fn frontier(measured: &Measured) -> Option<Table> {
 }
 
 /// Differences between devices.
-pub fn drivers(bench: &Bench) -> Option<Table> {
+pub(crate) fn drivers(bench: &Bench) -> Option<Table> {
     let row = |row: &DriverRow| {
         let [first, other] = &row.devices;
         let devices = vec![first.clone(), other.clone()];
@@ -297,7 +297,7 @@ const PASSES: [&str; 8] = [
 ];
 
 /// The integrators on a case.
-pub fn integrators(measured: &Measured, integrated: &Integrated, case: &CaseSummary) -> Table {
+pub(crate) fn integrators(measured: &Measured, integrated: &Integrated, case: &CaseSummary) -> Table {
     let mut notes = vec![format!(
         "{} nodes ({} of them arithmetic), {} conductors, stiffness {} (docs/numerics.md 3: {}); {} frames of {:.2} s. Path: \
          'dispatches' is a dispatch for every stage.",
@@ -370,7 +370,7 @@ fn row(run: &Run, frames: usize) -> Vec<String> {
 }
 
 /// The hard cases of a device. `None` if they were not measured.
-pub fn hard(measured: &Measured) -> Option<Table> {
+pub(crate) fn hard(measured: &Measured) -> Option<Table> {
     let rows = &measured.hard;
     if rows.is_empty() {
         return None;

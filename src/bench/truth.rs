@@ -9,33 +9,33 @@ use crate::simulation::stepper::AnyStepper;
 use crate::thermal::network::NodeKind;
 
 /// Temperatures [K] of all nodes at the end of every frame.
-pub type Rows = Vec<Vec<f64>>;
+pub(crate) type Rows = Vec<Vec<f64>>;
 
 /// A summary of an integrator case.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CaseSummary {
     /// Short name.
-    pub key: String,
+    pub(crate) key: String,
     /// Description.
-    pub title: String,
+    pub(crate) title: String,
     /// Number of nodes.
-    pub nodes: usize,
+    pub(crate) nodes: usize,
     /// Number of nodes without heat capacity.
-    pub arithmetic: usize,
+    pub(crate) arithmetic: usize,
     /// Number of linear and radiative conductors.
-    pub conductors: usize,
+    pub(crate) conductors: usize,
     /// Number of frames.
-    pub frames: usize,
+    pub(crate) frames: usize,
     /// Length of a frame [s].
-    pub frame_s: f64,
+    pub(crate) frame_s: f64,
     /// Frame length over the longest stable step of forward Euler.
-    pub stiffness: f64,
+    pub(crate) stiffness: f64,
     /// Stiffness of the case in docs/numerics.md 3.
-    pub published_stiffness: f64,
+    pub(crate) published_stiffness: f64,
     /// RKL2 sub-steps a frame of the f64 reference.
-    pub reference_sub_steps: u32,
+    pub(crate) reference_sub_steps: u32,
     /// Error of the reference, estimated with half as many sub-steps.
-    pub reference_error: FrameError,
+    pub(crate) reference_error: FrameError,
 }
 
 impl CaseSummary {
@@ -63,7 +63,7 @@ pub struct Truth {
     /// Temperatures at the ends of frames.
     pub rows: Rows,
     /// RKL2 sub-steps a frame in f64.
-    pub sub_steps: u32,
+    pub(crate) sub_steps: u32,
     /// Its own error: a third of the difference from half as many sub-steps, because the method has order 2.
     pub own: FrameError,
 }

@@ -39,7 +39,7 @@ use crate::simulation::target::Target;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm bench -o out/bench\n  \
 isotherm bench -o out/bench --quick --only integrators --device llvmpipe\n  isotherm bench --hard --quick")]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Output folder. Without --force it must be empty or absent
     #[arg(short, long, value_name = "DIR", required_unless_present = "hard", value_parser = folder())]
     output: Option<PathBuf>,

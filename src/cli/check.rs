@@ -32,7 +32,7 @@ const FILES: [&str; 2] = [IMAGE, WHOLE];
     after_help = "Examples:\n  isotherm check models/station.toml\n  isotherm check models/station.toml -o out/check\n  \
 isotherm check models/station.toml --json --strict"
 )]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Scene file (TOML, described in docs/scene.md)
     scene: PathBuf,
     /// Folder for pictures with each material in its own colour: what the camera sees first, and the whole craft

@@ -34,7 +34,7 @@ use crate::output::statistics::Spread;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm compare models/station.toml -o out/compare\n  \
 isotherm compare models/station.toml -o out/compare --force --device cpu")]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Scene file (TOML; docs/scene.md says what it holds)
     scene: PathBuf,
     /// Output folder. Without --force it must be empty or absent

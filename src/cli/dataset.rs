@@ -30,7 +30,7 @@ use crate::simulation::target::Target;
 isotherm dataset models/cubesat_dataset.toml -o out/cubesat_set --resume\n  \
 isotherm dataset models/station_dataset.toml -o out/station_set --shard 0/3"
 )]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(subcommand)]
     other: Option<Other>,
     /// SPEC file (TOML, described in docs/datasets.md)

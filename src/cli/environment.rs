@@ -45,7 +45,7 @@ no regular file, the eclipses are messages on standard error.";
 /// Write Sun, planet and eclipses along a scene's trajectory, or the planet loads on one plate.
 #[derive(clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, after_help = EXAMPLES)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Scene file (TOML, described in docs/scene.md)
     #[arg(required = true)]
     scene: Option<PathBuf>,

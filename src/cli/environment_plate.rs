@@ -17,7 +17,7 @@ use crate::output::finite::finite;
 #[command(
     after_help = "Example:\n  isotherm environment plate --altitude 408e3 --nadir-angle 90 --sun-zenith 60 --json"
 )]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Height above the planet's surface [m]
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     altitude: f64,

@@ -35,7 +35,7 @@ use crate::text::plain_json;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm info\n  isotherm info models/station.toml\n  \
 isotherm info models/station.glb --json\n  isotherm info models/station.toml --network network/")]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Scene or model
     file: Option<PathBuf>,
     /// Print JSON

@@ -35,7 +35,7 @@ const PLOTTED: usize = 12;
 /// OUT.events.csv. Without --device, a network of at most 1024 nodes is integrated in f64 on the processor.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
     #[command(flatten)]

@@ -24,7 +24,7 @@ const NETWORK: &str = "network.toml";
 #[command(after_help = "Examples:\n  isotherm network export models/cubesat_network.toml -o cubesat.TMD\n  \
 isotherm network export models/cubesat_network.toml --series cubesat.csv -o cubesat.TMD\n  \
 isotherm network export models/cubesat_network.toml -o tables/")]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Network file (TOML)
     #[arg(value_name = "FILE.toml")]
     file: PathBuf,

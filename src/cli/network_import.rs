@@ -18,7 +18,7 @@ use crate::scene::tmd::Tmd;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm network import DISCTR_TRANSIENT.TMD -o disctr.toml\n  \
 isotherm network disctr.toml -o disctr.csv\n  isotherm network import thermal_csv_files/ -o network.toml")]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// TMD file, or folder with the CSV files of s2e-core
     #[arg(value_name = "FILE.TMD|DIR")]
     source: PathBuf,

@@ -47,7 +47,7 @@ const STATION: [(&str, &[u8]); 2] = [
 #[command(after_help = "Examples:\n  isotherm paper -o out/paper\n  \
 isotherm paper -o out/paper --force --device cpu\n  \
 isotherm paper -o out/paper --scene models/station_transition.toml --time 1200")]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Output folder. Without --force it must be empty or absent
     #[arg(short, long, value_name = "DIR", value_parser = folder())]
     output: PathBuf,

@@ -19,7 +19,7 @@ use crate::thermal::radiance::{RadianceTable, band_radiance};
 #[command(
     after_help = "Examples:\n  isotherm radiance --band 8:14 300 267 180\n  isotherm radiance --band 3:5 --inverse 1.5"
 )]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Band [um], within 1 to 50
     #[arg(long, value_name = "LOWER:UPPER", default_value = "8:14", value_parser = parse_band)]
     band: Band,

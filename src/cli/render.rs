@@ -40,7 +40,7 @@ use crate::simulation::thermal_state::begin_from;
 #[command(after_help = "Examples:\n  isotherm render models/station.toml --time 1200 -o station.exr\n  \
 isotherm render models/station.toml --poses poses.csv -o out/poses\n  \
 isotherm render models/station.toml --poses poses.csv -o out/poses --from-state out/warm.state")]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Scene file (TOML, described in docs/scene.md)
     scene: PathBuf,
     /// Time since the start [s]; the last step is shorter if this is no multiple of the scene's step

@@ -10,7 +10,7 @@ use super::{response_fit, response_targets};
 /// The device computes in f32, and --device cpu computes in f64. The CSV has 9 significant digits.
 #[derive(clap::Args)]
 #[command(after_help = response_targets::HELP, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
     #[command(flatten)]

@@ -28,7 +28,7 @@ const MOST_DOTS: usize = 400;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm response fit cooling.csv\n  \
 isotherm response fit cooling.csv --target 2.7 --plot cooling.svg")]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// CSV with the columns time [s] (or step) and temperature [K]
     #[arg(value_name = "DATA.csv")]
     data: PathBuf,

@@ -27,7 +27,7 @@ Example:
 
 #[derive(clap::Args)]
 /// The arguments of `isotherm response`.
-pub struct Targets {
+pub(crate) struct Targets {
     /// Function for heating, and its duration t_max [steps]
     #[arg(long, required = true, value_name = "F:TMAX", value_parser = parse_profile)]
     heating: Option<Profile>,

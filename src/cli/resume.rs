@@ -15,13 +15,13 @@ use crate::simulation::target::Target;
 
 /// A run that is to go on: its folder, which is locked, and its state.
 pub(super) struct Earlier {
-    pub folder: Folder,
-    pub state: Saved,
+    pub(crate) folder: Folder,
+    pub(crate) state: Saved,
 }
 
 impl Earlier {
     /// Opens a run. `None` where it is finished.
-    pub fn open(root: &Path) -> Result<Option<Self>, CliError> {
+    pub(crate) fn open(root: &Path) -> Result<Option<Self>, CliError> {
         let folder = Folder::new(root, &FILES).reopen()?;
         if folder.is_finished() {
             return Ok(None);
@@ -49,7 +49,7 @@ impl Earlier {
     }
 
     /// The scene file, from where the run was begun or from here. A given path of the same file is the same.
-    pub fn scene(&self, given: Option<&Path>) -> Result<PathBuf, CliError> {
+    pub(crate) fn scene(&self, given: Option<&Path>) -> Result<PathBuf, CliError> {
         let saved = PathBuf::from(self.text("scene")?);
         let directory = PathBuf::from(self.text("directory")?);
         let from_there = directory.join(&saved);
@@ -60,31 +60,31 @@ impl Earlier {
     }
 
     /// The device for `--device`.
-    pub fn device(&self) -> Result<String, CliError> {
+    pub(crate) fn device(&self) -> Result<String, CliError> {
         let name = self.text("device")?;
         Ok(if name == Target::Reference.name() { "cpu".to_owned() } else { name })
     }
 
     /// The command line that began the run.
-    pub fn command_line(&self) -> Result<String, CliError> {
+    pub(crate) fn command_line(&self) -> Result<String, CliError> {
         self.text("command_line")
     }
 
     /// Nodes that the reference also steps.
-    pub fn check(&self) -> Result<Option<usize>, CliError> {
+    pub(crate) fn check(&self) -> Result<Option<usize>, CliError> {
         let found: Result<[u64; 1], _> = self.state.array("run.check");
         let [nodes] = found.map_err(|error| self.refused(&error.to_string()))?;
         Ok(usize::try_from(nodes).ok().filter(|nodes| *nodes > 0))
     }
 
     /// Whether the run was begun with `--allow-outside`.
-    pub fn allows_outside(&self) -> Result<bool, CliError> {
+    pub(crate) fn allows_outside(&self) -> Result<bool, CliError> {
         let found: Result<[u64; 1], _> = self.state.array("run.allow_outside");
         Ok(found.map_err(|error| self.refused(&error.to_string()))? == [1])
     }
 
     /// Refuses a run that would go on under another scene, device or check.
-    pub fn compare(&self, now: &Saved) -> Result<(), CliError> {
+    pub(crate) fn compare(&self, now: &Saved) -> Result<(), CliError> {
         let mut differences = Vec::new();
         for (name, what) in [("device", "device"), ("driver", "driver")] {
             let (then, now) = (self.text(name)?, now.text(&format!("run.{name}")).unwrap_or_default());

@@ -41,7 +41,7 @@ isotherm run --resume out/station\n  \
 isotherm run models/station.toml -o out/warm --save-state out/warm.state --save-state-at 0\n  \
 isotherm run models/station.toml -o out/again --from-state out/warm.state\n  \
 isotherm run models/station.toml -o out/robot --mcap out/robot.mcap")]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Scene file (TOML, described in docs/scene.md)
     #[arg(required_unless_present = "resume")]
     scene: Option<PathBuf>,

@@ -26,7 +26,7 @@ use crate::server::{surrender, vizard};
 #[command(after_help = "Examples:\n  isotherm serve models/station.toml --protocol vizard\n  \
 isotherm serve target=models/station.toml chaser=craft.toml --protocol vizard --picture apparent16\n  \
 isotherm serve models/station.toml --protocol surrender --listen 127.0.0.1:5151 --log requests.log")]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Scene files. Clients name a scene by its path, its file name with or without ending, or by NAME
     #[arg(required = true, value_name = "[NAME=]SCENE")]
     scenes: Vec<PathBuf>,

@@ -24,7 +24,7 @@ use crate::view::session::Session;
 isotherm view models/station.toml --port 8080 --no-browser\n  \
 isotherm view models/station.toml --size 960x540 --from-state out/warm.state\n\n\
 The page listens on 127.0.0.1 only. Ctrl-C ends it.")]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Scene file (TOML, described in docs/scene.md)
     scene: PathBuf,
     /// Port on this computer; 0 takes a free one

@@ -31,7 +31,7 @@ use crate::simulation::target::Target;
 /// time 0, on the device where it can.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  isotherm view-factors models/station.toml -o factors.csv --gr gr.csv")]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Scene
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,

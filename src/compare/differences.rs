@@ -2,25 +2,25 @@
 
 /// The largest difference in a group of nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Largest {
+pub(crate) struct Largest {
     /// The run minus the network [K].
-    pub difference: f32,
+    pub(crate) difference: f32,
     /// Temperature in the run [K].
-    pub temperature: f32,
+    pub(crate) temperature: f32,
     /// Temperature in the network [K].
-    pub network: f32,
+    pub(crate) network: f32,
     /// Number of the step.
-    pub step: u32,
+    pub(crate) step: u32,
     /// Vertex of the model after subdivision. It is the same node in every run.
-    pub vertex: u32,
+    pub(crate) vertex: u32,
 }
 
 /// Differences in a part, or in the whole craft, over all steps.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct OfGroup {
-    pub nodes: u64,
+pub(crate) struct OfGroup {
+    pub(crate) nodes: u64,
     /// Area [m2].
-    pub area: f64,
+    pub(crate) area: f64,
     weight: f64,
     sum: f64,
     squares: f64,
@@ -29,57 +29,57 @@ pub struct OfGroup {
 
 impl OfGroup {
     /// Mean over area and steps of the run minus the network [K].
-    pub fn mean(&self) -> f64 {
+    pub(crate) fn mean(&self) -> f64 {
         if self.weight > 0.0 { self.sum / self.weight } else { 0.0 }
     }
 
     /// Root mean square over area and steps [K].
-    pub fn rms(&self) -> f64 {
+    pub(crate) fn rms(&self) -> f64 {
         if self.weight > 0.0 { (self.squares / self.weight).sqrt() } else { 0.0 }
     }
 
     /// The largest difference. `None` without nodes.
-    pub fn largest(&self) -> Option<Largest> {
+    pub(crate) fn largest(&self) -> Option<Largest> {
         self.largest
     }
 }
 
 /// Differences of one step over all nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OfStep {
+pub(crate) struct OfStep {
     /// Time since the start [s].
-    pub time: f64,
+    pub(crate) time: f64,
     /// Area-weighted mean of the run minus the network [K].
-    pub mean: f64,
+    pub(crate) mean: f64,
     /// Area-weighted root mean square [K].
-    pub rms: f64,
+    pub(crate) rms: f64,
     /// Largest [K].
-    pub max: f32,
+    pub(crate) max: f32,
 }
 
 /// The vertices of the model. They are the same in every run.
 #[derive(Debug, Clone, Default)]
-pub struct Vertices {
+pub(crate) struct Vertices {
     /// Areas [m2].
-    pub areas: Vec<f64>,
-    pub parts: Vec<u32>,
-    pub materials: Vec<u32>,
+    pub(crate) areas: Vec<f64>,
+    pub(crate) parts: Vec<u32>,
+    pub(crate) materials: Vec<u32>,
     /// Positions in the body frame [m].
-    pub positions: Vec<[f32; 3]>,
+    pub(crate) positions: Vec<[f32; 3]>,
 }
 
 /// The differences between a run and the network.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Differences {
-    pub parts: Vec<OfGroup>,
+pub(crate) struct Differences {
+    pub(crate) parts: Vec<OfGroup>,
     /// Of all nodes.
-    pub all: OfGroup,
-    pub steps: Vec<OfStep>,
+    pub(crate) all: OfGroup,
+    pub(crate) steps: Vec<OfStep>,
 }
 
 impl Differences {
     /// An empty record.
-    pub fn new(vertices: &Vertices, parts: usize) -> Self {
+    pub(crate) fn new(vertices: &Vertices, parts: usize) -> Self {
         let mut made = Self { parts: vec![OfGroup::default(); parts], ..Self::default() };
         for (part, area) in vertices.parts.iter().zip(&vertices.areas) {
             for group in [&mut made.parts[*part as usize], &mut made.all] {
@@ -91,7 +91,7 @@ impl Differences {
     }
 
     /// Adds a step. Temperatures of run and network [K] are in vertex order.
-    pub fn add(&mut self, vertices: &Vertices, step: u32, time: f64, run: &[f32], network: &[f32]) {
+    pub(crate) fn add(&mut self, vertices: &Vertices, step: u32, time: f64, run: &[f32], network: &[f32]) {
         let mut of_step = OfGroup::default();
         for (vertex, (temperature, reference)) in run.iter().zip(network).enumerate() {
             let (area, part) = (vertices.areas[vertex], vertices.parts[vertex] as usize);
@@ -118,7 +118,7 @@ impl Differences {
 const COLUMNS: &str = "part,response,rms,max,time,step,node,x,y,z,material,temperature,network,mean,nodes,area";
 
 /// Rows of `compare.csv`: one for each part and response, then one for `all`. `step` is the length of a step [s].
-pub fn table(
+pub(crate) fn table(
     parts: &[String],
     materials: &[String],
     vertices: &Vertices,

@@ -14,16 +14,16 @@ use crate::output::eclipses::Eclipses;
 use crate::output::folder::Folder;
 use crate::output::report::{Picture, write_plots};
 
-pub const PAGE: &str = "compare.html";
+pub(crate) const PAGE: &str = "compare.html";
 /// Differences by part.
-pub const TABLE: &str = "compare.csv";
+pub(crate) const TABLE: &str = "compare.csv";
 /// Differences of all nodes over time.
-pub const OVER_TIME: &str = "differences.csv";
+pub(crate) const OVER_TIME: &str = "differences.csv";
 /// All shown steps on one sheet.
-pub const SHEET: &str = "comparison.png";
+pub(crate) const SHEET: &str = "comparison.png";
 
 /// The files of a comparison.
-pub fn own_files() -> Vec<String> {
+pub(crate) fn own_files() -> Vec<String> {
     let names = [PAGE, TABLE, OVER_TIME, SHEET, "panels/step_#.png", "plots/*.svg"].map(str::to_owned);
     names.into_iter().chain(RESPONSES.map(series_name)).collect()
 }
@@ -34,7 +34,12 @@ fn series_name(response: &str) -> String {
 }
 
 /// Writes every file. `pictured` is called after each picture.
-pub fn write(folder: &Folder, runs: &Runs, page: &Page, pictured: &(dyn Fn() + Sync)) -> Result<(), OutputError> {
+pub(crate) fn write(
+    folder: &Folder,
+    runs: &Runs,
+    page: &Page,
+    pictured: &(dyn Fn() + Sync),
+) -> Result<(), OutputError> {
     let network = &runs.ran[NETWORK];
     let scene = &network.prepared.scene;
     let found = [INSTANT, TRANSITION].map(|run| (RESPONSES[run], &runs.ran[run].differences));

@@ -19,21 +19,21 @@ use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::fit::FitError;
 
 /// The responses in display order. The last is the reference.
-pub const RESPONSES: [&str; 3] = ["instant", "transition", "network"];
+pub(crate) const RESPONSES: [&str; 3] = ["instant", "transition", "network"];
 /// Index of the run without thermal memory.
-pub const INSTANT: usize = 0;
+pub(crate) const INSTANT: usize = 0;
 /// Index of the run with transitions.
-pub const TRANSITION: usize = 1;
+pub(crate) const TRANSITION: usize = 1;
 /// Index of the run with the energy balance.
-pub const NETWORK: usize = 2;
+pub(crate) const NETWORK: usize = 2;
 
 /// Remark for readers of a comparison of a scene that states no warm-up.
-pub const PERIODIC_START: &str = "Each run starts from its own periodic state, because the scene states no warm-up: \
+pub(crate) const PERIODIC_START: &str = "Each run starts from its own periodic state, because the scene states no warm-up: \
                                   warm_up_orbits = 0 keeps the cold start.";
 
 /// An error that prevents a comparison.
 #[derive(Debug, thiserror::Error)]
-pub enum CompareError {
+pub(crate) enum CompareError {
     /// The scene or its model.
     #[error(transparent)]
     Prepare(#[from] PrepareError),

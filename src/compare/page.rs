@@ -11,16 +11,16 @@ use crate::thermal::step_response::Fitted;
 
 /// Further facts on the page.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Page {
+pub(crate) struct Page {
     /// The command line.
-    pub command_line: String,
+    pub(crate) command_line: String,
     /// Wall time of the command up to this page [s].
-    pub wall_s: f64,
+    pub(crate) wall_s: f64,
 }
 
 impl Page {
     /// The page. `tables` are the names of the CSV files.
-    pub fn html(&self, runs: &Runs, tables: &[String], pictures: &[Picture], plots: &[PlotEntry]) -> String {
+    pub(crate) fn html(&self, runs: &Runs, tables: &[String], pictures: &[Picture], plots: &[PlotEntry]) -> String {
         let prepared = &runs.ran[NETWORK].prepared;
         let scene = &prepared.scene;
         let mut html = Html::page(&format!("{} - three responses - isotherm", scene.name));

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::output::OutputError;
 
 /// One row of temperatures for each step.
-pub struct Record {
+pub(crate) struct Record {
     file: File,
     folder: PathBuf,
     vertices: usize,
@@ -15,13 +15,13 @@ pub struct Record {
 
 impl Record {
     /// An empty record in a folder. It vanishes when the process ends.
-    pub fn new(folder: &Path, vertices: usize) -> Result<Self, OutputError> {
+    pub(crate) fn new(folder: &Path, vertices: usize) -> Result<Self, OutputError> {
         let file = tempfile::tempfile_in(folder).map_err(|source| OutputError::write(folder, source))?;
         Ok(Self { file, folder: folder.to_path_buf(), vertices })
     }
 
     /// Adds the temperatures of the next step [K] in vertex order.
-    pub fn push(&mut self, temperatures: &[f32]) -> Result<(), OutputError> {
+    pub(crate) fn push(&mut self, temperatures: &[f32]) -> Result<(), OutputError> {
         let written = self.file.write_all(bytemuck::cast_slice(temperatures));
         written.map_err(|source| OutputError::write(&self.folder, source))
     }
@@ -29,7 +29,7 @@ impl Record {
     /// The temperatures of a step [K].
     ///
     /// The step was not recorded.
-    pub fn row(&mut self, step: u32) -> Result<Vec<f32>, OutputError> {
+    pub(crate) fn row(&mut self, step: u32) -> Result<Vec<f32>, OutputError> {
         let mut row = vec![0.0f32; self.vertices];
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut row);
         let start = u64::from(step) * bytes.len() as u64;

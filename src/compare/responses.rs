@@ -13,7 +13,7 @@ use crate::thermal::step_response::{Fitted, Plate};
 
 /// The origin of a material's transition.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Origin {
+pub(crate) enum Origin {
     /// The scene states it.
     Stated,
     /// Fitted to the step response of the material's network.
@@ -24,27 +24,31 @@ pub enum Origin {
 
 /// The transition of a material, with its origin.
 #[derive(Debug, Clone, PartialEq)]
-pub struct OfMaterial {
-    pub name: String,
+pub(crate) struct OfMaterial {
+    pub(crate) name: String,
     /// The transition in the run `transition`. `None` for an `instant` material.
-    pub transition: Option<Transition>,
-    pub origin: Origin,
+    pub(crate) transition: Option<Transition>,
+    pub(crate) origin: Origin,
 }
 
 /// Whether a material stays `instant` in all runs: the scene says so, and it states no network values.
-pub fn is_kept(material: &Material) -> bool {
+pub(crate) fn is_kept(material: &Material) -> bool {
     let silent = Bulk { conductivity: None, ..material.bulk } == Bulk::default();
     material.response == Response::Instant && silent
 }
 
 /// The scene with every material `instant`.
-pub fn instant(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepared, PrepareError> {
+pub(crate) fn instant(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepared, PrepareError> {
     let change = |materials: &mut [Material]| materials.iter_mut().for_each(|one| one.response = Response::Instant);
     Prepared::with_materials(without_network(scene), change, progress)
 }
 
 /// The scene with every material a `transition`. `of` has an entry for each material.
-pub fn transition(scene: &Scene, of: &[OfMaterial], progress: &mut dyn FnMut(Stage)) -> Result<Prepared, PrepareError> {
+pub(crate) fn transition(
+    scene: &Scene,
+    of: &[OfMaterial],
+    progress: &mut dyn FnMut(Stage),
+) -> Result<Prepared, PrepareError> {
     let change = |materials: &mut [Material]| {
         for (material, of) in materials.iter_mut().zip(of) {
             material.response = of.transition.clone().map_or(Response::Instant, Response::Transition);
@@ -54,7 +58,7 @@ pub fn transition(scene: &Scene, of: &[OfMaterial], progress: &mut dyn FnMut(Sta
 }
 
 /// The scene with every material that stores heat `radiative`. A material that stores none follows its load at once.
-pub fn radiative(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepared, PrepareError> {
+pub(crate) fn radiative(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepared, PrepareError> {
     let change = |materials: &mut [Material]| {
         for material in materials.iter_mut() {
             let plate = Radiative::of(&material.bulk, scene.time.step).ok();
@@ -68,7 +72,7 @@ pub fn radiative(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepa
 ///
 /// # Errors
 /// All materials that lack network values, in one error. Also as [`Prepared::new`].
-pub fn network(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepared, CompareError> {
+pub(crate) fn network(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepared, CompareError> {
     let mut lacks = Vec::new();
     let mut any = false;
     let change = |materials: &mut [Material]| {
@@ -96,7 +100,7 @@ pub fn network(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepare
 }
 
 /// The missing network keys of a material, with units.
-pub fn lacking(material: &Material) -> Vec<String> {
+pub(crate) fn lacking(material: &Material) -> Vec<String> {
     let mut filled = material.clone();
     let mut keys = Vec::new();
     while let Err(ShellError::Lacks { key, .. }) = ShellMaterial::of(&filled) {
@@ -125,7 +129,7 @@ fn without_network(scene: &Scene) -> Scene {
 ///
 /// # Errors
 /// No transition fits a material.
-pub fn transitions(network: &Prepared, swings: &[[f64; 2]]) -> Result<Vec<OfMaterial>, CompareError> {
+pub(crate) fn transitions(network: &Prepared, swings: &[[f64; 2]]) -> Result<Vec<OfMaterial>, CompareError> {
     let of = |(material, between): (&Material, &[f64; 2])| {
         let (transition, origin) = match (&material.response, &material.transition) {
             (Response::Network, Some(stated)) => (Some(stated.clone()), Origin::Stated),
@@ -187,7 +191,7 @@ fn plate(material: &Material) -> Plate {
 }
 
 /// What to tell the user of a material's fitted transition in a run of `steps` steps of `step` [s], with its warm-up.
-pub fn fit_warnings(of: &OfMaterial, steps: f64, step: f64) -> Vec<String> {
+pub(crate) fn fit_warnings(of: &OfMaterial, steps: f64, step: f64) -> Vec<String> {
     let (Origin::Fitted(fitted), Some(transition)) = (&of.origin, &of.transition) else { return Vec::new() };
     let mut warnings: Vec<String> =
         fitted.doubts.iter().map(|doubt| format!("The fit of '{}' is doubtful. {doubt}.", of.name)).collect();
@@ -206,7 +210,7 @@ pub fn fit_warnings(of: &OfMaterial, steps: f64, step: f64) -> Vec<String> {
 }
 
 /// A profile in the syntax of a scene file.
-pub fn profile_text(profile: &Profile, step: f64) -> String {
+pub(crate) fn profile_text(profile: &Profile, step: f64) -> String {
     let own = match &profile.function {
         Function::Shaped(shape) => match &shape.kind {
             Kind::Exponential { rate } | Kind::Logarithmic { rate } => format!("{}, rate {rate:.3}", shape.kind.name()),
@@ -219,7 +223,7 @@ pub fn profile_text(profile: &Profile, step: f64) -> String {
 }
 
 /// A domain in the syntax of a scene file.
-pub fn domain_text(domain: Domain) -> &'static str {
+pub(crate) fn domain_text(domain: Domain) -> &'static str {
     match domain {
         Domain::Temperature => "T",
         Domain::FourthPower => "T4",
@@ -227,7 +231,7 @@ pub fn domain_text(domain: Domain) -> &'static str {
 }
 
 /// Notes on the runs, besides the scene's assumptions.
-pub fn notes(network: &Prepared, of: &[OfMaterial], scene_file: &Path) -> Vec<String> {
+pub(crate) fn notes(network: &Prepared, of: &[OfMaterial], scene_file: &Path) -> Vec<String> {
     let mut notes = Vec::new();
     let names = |which: &dyn Fn(&OfMaterial) -> bool| {
         of.iter().filter(|one| which(one)).map(|one| one.name.clone()).collect::<Vec<_>>().join(", ")

@@ -26,12 +26,12 @@ use crate::simulation::target::Target;
 use crate::simulation::{is_drawn, moments, pose_at, start};
 
 /// Most steps that are shown as pictures.
-pub const MOST_VIEWS: usize = 6;
+pub(crate) const MOST_VIEWS: usize = 6;
 /// Most pixels in all views together. Large images have fewer views.
 const MOST_PIXELS: usize = 1 << 26;
 
 /// Progress of the runs.
-pub enum Progress {
+pub(crate) enum Progress {
     /// A run begins: its index and number of steps. 0 if the length of its warm-up is unknown.
     Begins(usize, u64),
     /// A step, or an orbit of a periodic warm-up, is done.
@@ -40,36 +40,36 @@ pub enum Progress {
 
 /// Cost of a run, in wall times on the host, measured in the same way for every response.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Cost {
+pub(crate) struct Cost {
     /// A thermal step [ms] from its submission until it is done, including the network.
-    pub step: Option<Spread>,
+    pub(crate) step: Option<Spread>,
     /// An image [ms] from its submission until radiance, temperature and labels are on the host.
-    pub image: Option<Spread>,
+    pub(crate) image: Option<Spread>,
     /// Mean device time of the thermal passes of a step [ms], without warm-up. For a network it includes only the
     /// loads.
-    pub device_step_ms: Option<f64>,
+    pub(crate) device_step_ms: Option<f64>,
     /// Steps of the warm-up, if its length is fixed.
-    pub warm_up: u64,
+    pub(crate) warm_up: u64,
     /// Wall time of the warm-up [s].
-    pub warm_up_s: f64,
+    pub(crate) warm_up_s: f64,
     /// Wall time of the run with start-up and warm-up but without pictures [s].
-    pub wall_s: f64,
+    pub(crate) wall_s: f64,
 }
 
 /// The results of a run.
-pub struct Ran {
+pub(crate) struct Ran {
     /// The prepared scene.
-    pub prepared: Prepared,
+    pub(crate) prepared: Prepared,
     /// Temperatures of parts, materials and probes.
-    pub series: Series,
+    pub(crate) series: Series,
     /// What it cost.
-    pub cost: Cost,
+    pub(crate) cost: Cost,
     /// Convergence of a periodic warm-up.
-    pub periodic: Option<Periodic>,
+    pub(crate) periodic: Option<Periodic>,
     /// Settings and work of its network.
-    pub network: Vec<(String, String)>,
+    pub(crate) network: Vec<(String, String)>,
     /// Differences from the network. They are empty for the network itself.
-    pub differences: Differences,
+    pub(crate) differences: Differences,
     /// Lowest and highest temperature of each vertex [K].
     range: Vec<[f32; 2]>,
     /// Temperature and part of each pixel at the shown steps.
@@ -77,22 +77,22 @@ pub struct Ran {
 }
 
 /// All three runs.
-pub struct Runs {
+pub(crate) struct Runs {
     /// The runs in the order of `RESPONSES`.
-    pub ran: Vec<Ran>,
+    pub(crate) ran: Vec<Ran>,
     /// The transition of each material.
-    pub materials: Vec<OfMaterial>,
+    pub(crate) materials: Vec<OfMaterial>,
     /// The vertices, which all runs share.
-    pub vertices: Vertices,
+    pub(crate) vertices: Vertices,
     /// The shown steps.
-    pub views: Vec<Views>,
+    pub(crate) views: Vec<Views>,
     /// Name of the device.
-    pub device: String,
+    pub(crate) device: String,
 }
 
 impl Runs {
     /// Warm-ups that did not become periodic, and fits that are not to be trusted.
-    pub fn warnings(&self) -> Vec<String> {
+    pub(crate) fn warnings(&self) -> Vec<String> {
         let mut warnings: Vec<String> = RESPONSES
             .iter()
             .zip(&self.ran)
@@ -109,7 +109,7 @@ impl Runs {
     }
 
     /// Parts in descending order of the difference between `instant` and the network. Parts without area are left out.
-    pub fn farthest_parts(&self) -> Vec<usize> {
+    pub(crate) fn farthest_parts(&self) -> Vec<usize> {
         let parts = &self.ran[INSTANT].differences.parts;
         let mut order: Vec<usize> = (0..parts.len()).filter(|part| parts[*part].area > 0.0).collect();
         order.sort_by(|a, b| parts[*b].rms().total_cmp(&parts[*a].rms()).then(a.cmp(b)));
@@ -118,7 +118,7 @@ impl Runs {
 }
 
 /// The shown steps: the drawn steps, thinned evenly to `most`.
-pub fn shown_steps(draw: &Draw, steps: u32, most: usize) -> Vec<u32> {
+pub(crate) fn shown_steps(draw: &Draw, steps: u32, most: usize) -> Vec<u32> {
     let drawn: Vec<u32> = (0..=steps).filter(|step| is_drawn(draw, *step)).collect();
     let count = drawn.len().min(most);
     // The middles of equal shares avoid the ends, and include both noon and midnight of an orbit.
@@ -130,7 +130,7 @@ pub fn shown_steps(draw: &Draw, steps: u32, most: usize) -> Vec<u32> {
 ///
 /// # Errors
 /// A scene that cannot be compared, a device error, or Ctrl-C.
-pub fn all(
+pub(crate) fn all(
     scene: &Scene,
     target: &Target,
     folder: &Path,

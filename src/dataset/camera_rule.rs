@@ -29,7 +29,7 @@ enum Place {
 
 /// A way to place the camera.
 #[derive(Debug, Clone, PartialEq)]
-pub struct CameraRule {
+pub(crate) struct CameraRule {
     weight: f64,
     frame: CameraFrame,
     place: Place,
@@ -56,7 +56,7 @@ impl CameraRule {
     }
 
     /// Names of the numbers of an image.
-    pub fn names(rules: &[Self]) -> Vec<String> {
+    pub(crate) fn names(rules: &[Self]) -> Vec<String> {
         let mut names = if rules.len() > 1 { vec!["camera.choice".to_owned()] } else { Vec::new() };
         let mut add = |name: String| {
             if !names.contains(&name) {
@@ -84,7 +84,7 @@ impl CameraRule {
     }
 
     /// The rule of an image.
-    pub fn choose<'a>(rules: &'a [Self], source: &Source) -> &'a Self {
+    pub(crate) fn choose<'a>(rules: &'a [Self], source: &Source) -> &'a Self {
         let all: f64 = rules.iter().map(|rule| rule.weight).sum();
         let mut left = if rules.len() > 1 { source.uniform("camera.choice") * all } else { 0.0 };
         let met = rules.iter().find(|rule| {
@@ -95,7 +95,7 @@ impl CameraRule {
     }
 
     /// Whether it takes the path of the scene's camera.
-    pub fn is_on_path(&self) -> bool {
+    pub(crate) fn is_on_path(&self) -> bool {
         self.place == Place::Path
     }
 
@@ -103,7 +103,7 @@ impl CameraRule {
     ///
     /// # Errors
     /// A path that does not cover the time, or a view without a direction.
-    pub fn draw(&self, source: &Source, camera: &Camera, time: f64) -> Result<Pose, CameraError> {
+    pub(crate) fn draw(&self, source: &Source, camera: &Camera, time: f64) -> Result<Pose, CameraError> {
         let roll = DQuat::from_rotation_z(self.roll.number("camera.roll", source).to_radians());
         let pointing = ["camera.pointing.x", "camera.pointing.y"].map(|name| self.pointing.number(name, source));
         let centre = DVec2::from(camera.lens.centre);

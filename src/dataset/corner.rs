@@ -5,7 +5,7 @@ use toml::Value;
 use super::distribution::Drawn;
 
 /// Number of the corners of some values that reach each of their ends and choices.
-pub fn corners<'a>(drawn: impl IntoIterator<Item = &'a Drawn>) -> usize {
+pub(crate) fn corners<'a>(drawn: impl IntoIterator<Item = &'a Drawn>) -> usize {
     fn of(drawn: &Drawn) -> usize {
         match drawn {
             Drawn::Choice(values, _) => values.len(),
@@ -18,7 +18,7 @@ pub fn corners<'a>(drawn: impl IntoIterator<Item = &'a Drawn>) -> usize {
 }
 
 /// A corner: the least values of all distributions, then their greatest, in turn. Choices take one value after the other.
-pub fn corner(drawn: &Drawn, number: usize) -> Value {
+pub(crate) fn corner(drawn: &Drawn, number: usize) -> Value {
     match drawn {
         Drawn::Constant(value) => value.clone(),
         Drawn::Uniform(ends) | Drawn::LogUniform(ends) | Drawn::Normal { within: ends, .. } => {

@@ -6,7 +6,7 @@ use super::random::Source;
 
 /// A value, or how it is drawn.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Drawn {
+pub(crate) enum Drawn {
     /// Always the same.
     Constant(Value),
     /// Any number between two with the same probability.
@@ -35,11 +35,11 @@ pub enum Drawn {
 }
 
 /// Words that name a distribution.
-pub const NAMES: [&str; 6] = ["uniform", "log_uniform", "normal", "choice", "direction", "rotation"];
+pub(crate) const NAMES: [&str; 6] = ["uniform", "log_uniform", "normal", "choice", "direction", "rotation"];
 
 impl Drawn {
     /// Draws the value. Its numbers belong to `name`.
-    pub fn draw(&self, name: &str, source: &Source) -> Value {
+    pub(crate) fn draw(&self, name: &str, source: &Source) -> Value {
         match self {
             Self::Constant(value) => value.clone(),
             Self::Choice(values, shares) => {
@@ -74,7 +74,7 @@ impl Drawn {
     }
 
     /// Draws a number. It is 0 where the value is none.
-    pub fn number(&self, name: &str, source: &Source) -> f64 {
+    pub(crate) fn number(&self, name: &str, source: &Source) -> f64 {
         match self.draw(name, source) {
             Value::Float(number) => number,
             Value::Integer(number) => number as f64,
@@ -96,7 +96,7 @@ impl Drawn {
     }
 
     /// Names of the numbers that it takes, in order.
-    pub fn names(&self, name: &str) -> Vec<String> {
+    pub(crate) fn names(&self, name: &str) -> Vec<String> {
         match self {
             Self::Constant(_) => Vec::new(),
             Self::Uniform(_) | Self::LogUniform(_) | Self::Normal { .. } | Self::Choice(..) => vec![name.to_owned()],
@@ -112,18 +112,18 @@ impl Drawn {
     }
 
     /// A text that is always the same.
-    pub fn text(&self) -> Option<&str> {
+    pub(crate) fn text(&self) -> Option<&str> {
         if let Self::Constant(value) = self { value.as_str() } else { None }
     }
 
     /// The keys of a table.
-    pub fn keys(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn keys(&self) -> impl Iterator<Item = &str> {
         let values = if let Self::Table(values) = self { values.as_slice() } else { &[] };
         values.iter().map(|(key, _)| key.as_str())
     }
 
     /// Least and greatest number that may be drawn. `None` where it is not a number.
-    pub fn range(&self) -> Option<[f64; 2]> {
+    pub(crate) fn range(&self) -> Option<[f64; 2]> {
         let of = |value: &Value| match value {
             Value::Float(number) => Some(*number),
             Value::Integer(number) => Some(*number as f64),
@@ -144,7 +144,7 @@ impl Drawn {
 }
 
 /// A unit vector within an angle [deg] of +Z, uniform on the sphere.
-pub fn direction(name: &str, source: &Source, half_angle_deg: f64) -> [f64; 3] {
+pub(crate) fn direction(name: &str, source: &Source, half_angle_deg: f64) -> [f64; 3] {
     let around = std::f64::consts::TAU * source.uniform(&format!("{name}.around"));
     let least = libm::cos(half_angle_deg.to_radians());
     let z = 1.0 - source.uniform(&format!("{name}.height")) * (1.0 - least);

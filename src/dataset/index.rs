@@ -29,7 +29,7 @@ struct Column {
 ///
 /// # Errors
 /// A table that can not be encoded.
-pub fn encode(rows: &[Map<String, Json>]) -> Result<Vec<u8>, OutputError> {
+pub(crate) fn encode(rows: &[Map<String, Json>]) -> Result<Vec<u8>, OutputError> {
     let failed = |error: ParquetError| OutputError::Encode("Parquet index".to_owned(), error.to_string());
     let columns = columns(rows);
     let fields = columns.iter().map(|column| {
@@ -83,7 +83,7 @@ pub fn encode(rows: &[Map<String, Json>]) -> Result<Vec<u8>, OutputError> {
 ///
 /// # Errors
 /// It is no Parquet file.
-pub fn rows_in(file: File) -> Result<usize, String> {
+pub(crate) fn rows_in(file: File) -> Result<usize, String> {
     let reader = SerializedFileReader::new(file).map_err(|error| error.to_string())?;
     Ok(reader.metadata().file_metadata().num_rows() as usize)
 }

@@ -27,7 +27,7 @@ struct Aging {
 
 /// How the craft ages.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Life {
+pub(crate) struct Life {
     age: Drawn,
     materials: Vec<Aging>,
 }
@@ -55,20 +55,20 @@ impl Life {
     }
 
     /// Names of the numbers of an orbit.
-    pub fn names(&self) -> Vec<String> {
+    pub(crate) fn names(&self) -> Vec<String> {
         let scatter =
             self.materials.iter().filter_map(|one| Some(one.scatter.as_ref()?.names(&format!("life.{}", one.name))));
         self.age.names("life.age").into_iter().chain(scatter.flatten()).collect()
     }
 
     /// Whether it says which absorptivity or emissivity a material has.
-    pub fn states(&self, name: &str, key: &str) -> bool {
+    pub(crate) fn states(&self, name: &str, key: &str) -> bool {
         let place = OPTICS.iter().position(|optics| *optics == key);
         self.materials.iter().any(|one| one.name == name && place.is_some_and(|place| one.ends[place].is_some()))
     }
 
     /// The age, and for each material the keys of its `[[material]]` in the scene.
-    pub fn draw(&self, source: &Source) -> (f64, Vec<Value>) {
+    pub(crate) fn draw(&self, source: &Source) -> (f64, Vec<Value>) {
         let age = self.age.number("life.age", source);
         let values = self.materials.iter().map(|one| {
             let name = format!("life.{}", one.name);

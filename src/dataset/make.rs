@@ -35,11 +35,8 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// All orbits.
-    pub const WHOLE: Self = Self { index: 0, of: 1 };
-
     /// The orbits of the shard.
-    pub fn orbits(self, spec: &Spec) -> impl Iterator<Item = u64> + use<> {
+    pub(crate) fn orbits(self, spec: &Spec) -> impl Iterator<Item = u64> + use<> {
         (self.index..spec.orbits()).step_by(self.of as usize)
     }
 }
@@ -60,19 +57,19 @@ pub struct Made {
     /// Time of the work [s].
     pub seconds: f64,
     /// Part of it in which images were labelled, encoded and written, without what steps and draws [s].
-    pub seconds_of_files: f64,
+    pub(crate) seconds_of_files: f64,
     /// Whether the whole set is there.
     pub complete: bool,
 }
 
 impl Made {
     /// Images in an hour.
-    pub fn images_an_hour(&self) -> f64 {
+    pub(crate) fn images_an_hour(&self) -> f64 {
         if self.seconds > 0.0 { self.images as f64 / self.seconds * 3600.0 } else { 0.0 }
     }
 
     /// Bytes of an image with its labels.
-    pub fn bytes_an_image(&self) -> f64 {
+    pub(crate) fn bytes_an_image(&self) -> f64 {
         self.bytes as f64 / self.images.max(1) as f64
     }
 }

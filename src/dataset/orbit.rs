@@ -29,7 +29,7 @@ use crate::simulation::viewpoint::camera_from_body;
 pub type Rejections = BTreeMap<Reason, u64>;
 
 /// What takes the images of an orbit.
-pub type Take<'a> = dyn FnMut(&Craft, &Simulation, Image, LabelledImage) -> Result<(), DatasetError> + 'a;
+pub(crate) type Take<'a> = dyn FnMut(&Craft, &Simulation, Image, LabelledImage) -> Result<(), DatasetError> + 'a;
 
 /// An orbit that is ready to run.
 pub struct OrbitRun<'a> {
@@ -39,7 +39,7 @@ pub struct OrbitRun<'a> {
     values: OrbitValues,
     simulation: Simulation,
     /// The craft with its key points.
-    pub craft: Craft,
+    pub(crate) craft: Craft,
 }
 
 /// What came of an orbit.
@@ -48,7 +48,7 @@ pub struct Outcome {
     /// Rejected attempts.
     pub rejections: Rejections,
     /// Whether a signal ended it.
-    pub stopped: bool,
+    pub(crate) stopped: bool,
 }
 
 impl<'a> OrbitRun<'a> {
@@ -83,7 +83,7 @@ impl<'a> OrbitRun<'a> {
     ///
     /// # Errors
     /// The first symmetry after which the mesh is another.
-    pub fn check_symmetries(&self) -> Result<(), DatasetError> {
+    pub(crate) fn check_symmetries(&self) -> Result<(), DatasetError> {
         let wrong = |error: symmetry::SymmetryError| DatasetError::Spec {
             path: self.spec.path.clone(),
             message: error.to_string(),
@@ -92,18 +92,13 @@ impl<'a> OrbitRun<'a> {
     }
 
     /// Number of the orbit.
-    pub fn number(&self) -> u64 {
+    pub(crate) fn number(&self) -> u64 {
         self.number
     }
 
     /// What was drawn for the orbit by section.
-    pub fn drawn(&self) -> &Json {
+    pub(crate) fn drawn(&self) -> &Json {
         &self.values.drawn
-    }
-
-    /// The simulation.
-    pub fn simulation(&self) -> &Simulation {
-        &self.simulation
     }
 
     /// Times of the images [s], each with its number in the data set and its rejected attempts, in the order of time.
@@ -224,7 +219,7 @@ impl<'a> OrbitRun<'a> {
     ///
     /// # Errors
     /// The scene has no camera.
-    pub fn blank(&self) -> Result<LabelledImage, DatasetError> {
+    pub(crate) fn blank(&self) -> Result<LabelledImage, DatasetError> {
         let camera = self.simulation.camera()?.clone();
         let image = Image::new(camera, glam::DAffine3::IDENTITY, 0.0, Pixels::default());
         let first = self.spec.images_of(self.number).start;

@@ -21,14 +21,14 @@ use crate::simulation::facade::Simulation;
 use crate::simulation::image::Image;
 
 /// The file of an orbit from which the files of the whole set are made.
-pub const ORBIT: &str = "orbit.json";
+pub(crate) const ORBIT: &str = "orbit.json";
 /// The WebDataset of an orbit.
-pub const TAR: &str = "webdataset.tar";
+pub(crate) const TAR: &str = "webdataset.tar";
 /// Ending of the radiance in a WebDataset.
 const RADIANCE: &str = "radiance.exr";
 
 /// An image with its labels, encoded.
-pub struct Encoded {
+pub(crate) struct Encoded {
     /// Its key in the WebDataset.
     key: String,
     labels: Vec<Label>,
@@ -38,7 +38,7 @@ pub struct Encoded {
 
 impl Encoded {
     /// Paths in the data set and bytes of its files.
-    pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
+    pub(crate) fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
         self.labels.iter().filter_map(|label| Some((label.path.as_deref()?, label.bytes.as_slice())))
     }
 
@@ -46,7 +46,7 @@ impl Encoded {
     ///
     /// # Errors
     /// A full disk.
-    pub fn write(mut self, folder: &mut OrbitFolder) -> Result<Self, DatasetError> {
+    pub(crate) fn write(mut self, folder: &mut OrbitFolder) -> Result<Self, DatasetError> {
         for label in &mut self.labels {
             if let Some(path) = &label.path {
                 folder.write(path, &std::mem::take(&mut label.bytes))?;
@@ -60,7 +60,7 @@ impl Encoded {
 ///
 /// # Errors
 /// An image that can not be encoded.
-pub fn encode_image(
+pub(crate) fn encode_image(
     spec: &Spec,
     run: (&crate::labels::craft::Craft, &Solids, &Simulation),
     image: Image,
@@ -87,7 +87,7 @@ pub fn encode_image(
 ///
 /// # Errors
 /// A full disk.
-pub fn write(
+pub(crate) fn write(
     folder: &mut OrbitFolder,
     spec: &Spec,
     run: &OrbitRun,

@@ -10,11 +10,11 @@ use super::error::DatasetError;
 use crate::output::OutputError;
 
 /// Name of the list of checksums, of an orbit and of the whole set.
-pub const CHECKSUMS: &str = "checksums.sha256";
+pub(crate) const CHECKSUMS: &str = "checksums.sha256";
 
 /// An orbit in the making.
 #[derive(Debug)]
-pub struct OrbitFolder {
+pub(crate) struct OrbitFolder {
     root: PathBuf,
     path: PathBuf,
     /// Its path in the data set.
@@ -22,7 +22,7 @@ pub struct OrbitFolder {
     /// Paths and checksums of its files.
     sums: Vec<(String, String)>,
     /// Bytes that were written.
-    pub bytes: u64,
+    pub(crate) bytes: u64,
 }
 
 impl OrbitFolder {
@@ -52,7 +52,7 @@ impl OrbitFolder {
     ///
     /// # Errors
     /// A full disk.
-    pub fn write(&mut self, path: &str, bytes: &[u8]) -> Result<(), DatasetError> {
+    pub(crate) fn write(&mut self, path: &str, bytes: &[u8]) -> Result<(), DatasetError> {
         let name = self.name(path).to_owned();
         self.write_uncounted(&name, bytes)?;
         self.sums.push((format!("{}/{name}", self.place), sum_of(bytes)));
@@ -63,7 +63,7 @@ impl OrbitFolder {
     ///
     /// # Errors
     /// What `content` returns, or a full disk.
-    pub fn write_from(
+    pub(crate) fn write_from(
         &mut self,
         path: &str,
         content: impl FnOnce(&Self, &mut dyn Write) -> io::Result<()>,
@@ -85,7 +85,7 @@ impl OrbitFolder {
     ///
     /// # Errors
     /// It was not written, or can not be read.
-    pub fn read(&self, path: &str) -> io::Result<Vec<u8>> {
+    pub(crate) fn read(&self, path: &str) -> io::Result<Vec<u8>> {
         fs::read(self.path.join(self.name(path)))
     }
 

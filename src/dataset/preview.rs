@@ -24,7 +24,7 @@ use crate::output::ticks;
 use crate::simulation::target::Target;
 
 /// Number of samples on a sheet.
-pub const SAMPLES: u64 = 24;
+pub(crate) const SAMPLES: u64 = 24;
 /// Most orbits that are run for it.
 const ORBITS: u64 = 4;
 /// Tiles in a row, and their width [px].
@@ -48,7 +48,7 @@ pub struct Preview {
     /// Number of the samples on it.
     pub samples: usize,
     /// Rejected attempts.
-    pub rejections: Rejections,
+    pub(crate) rejections: Rejections,
 }
 
 /// Draws the sheet of a SPEC. `progress` is called for each sample.

@@ -9,7 +9,7 @@ use super::sobol::{DIMENSIONS, sobol};
 
 /// How the first attempts of all samples fill the unit cube.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sampling {
+pub(crate) enum Sampling {
     /// Independent numbers.
     Random,
     /// Each of N samples lies in its own N-th of each quantity.
@@ -20,7 +20,7 @@ pub enum Sampling {
 
 /// What is numbered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stream {
+pub(crate) enum Stream {
     /// Orbits.
     Orbit,
     /// Images.
@@ -38,20 +38,20 @@ impl Stream {
 
 /// The numbers of a data set.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Plan {
+pub(crate) struct Plan {
     /// Seed of the data set.
-    pub seed: u64,
+    pub(crate) seed: u64,
     /// How first attempts are spread.
-    pub sampling: Sampling,
+    pub(crate) sampling: Sampling,
     /// Number of orbits, and of images.
-    pub counts: [u64; 2],
+    pub(crate) counts: [u64; 2],
     /// Names of the numbers of an orbit, and of an image, in the order of their Sobol dimensions.
-    pub names: [Vec<String>; 2],
+    pub(crate) names: [Vec<String>; 2],
 }
 
 /// The numbers of one orbit or image.
 #[derive(Debug, Clone, Copy)]
-pub struct Source<'a> {
+pub(crate) struct Source<'a> {
     plan: &'a Plan,
     stream: Stream,
     number: u64,
@@ -60,7 +60,7 @@ pub struct Source<'a> {
 
 impl Plan {
     /// The numbers of an orbit or image in one of its attempts, from 0.
-    pub fn source(&self, stream: Stream, number: u64, attempt: u32) -> Source<'_> {
+    pub(crate) fn source(&self, stream: Stream, number: u64, attempt: u32) -> Source<'_> {
         Source { plan: self, stream, number, attempt }
     }
 
@@ -70,14 +70,14 @@ impl Plan {
     }
 
     /// A place from 0 to `count - 1` for each number from 0 to `count - 1`, no place twice.
-    pub fn place(&self, stream: Stream, name: &str, number: u64, count: u64) -> u64 {
+    pub(crate) fn place(&self, stream: Stream, name: &str, number: u64, count: u64) -> u64 {
         permuted(number, count, self.key(stream, name))
     }
 }
 
 impl Source<'_> {
     /// A number between 0 and 1, without the ends.
-    pub fn uniform(&self, name: &str) -> f64 {
+    pub(crate) fn uniform(&self, name: &str) -> f64 {
         let Self { plan, stream, number, attempt } = *self;
         let plain = unit(word(&format!("{}/{}/{number}/{attempt}/{name}", plan.seed, stream.word())));
         if attempt > 0 {
@@ -103,7 +103,7 @@ impl Source<'_> {
     }
 
     /// 32 bits, such as a seed of a sensor.
-    pub fn bits(&self, name: &str) -> u32 {
+    pub(crate) fn bits(&self, name: &str) -> u32 {
         let Self { plan, stream, number, attempt } = *self;
         word(&format!("{}/{}/{number}/{attempt}/{name}", plan.seed, stream.word())) as u32
     }

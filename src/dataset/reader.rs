@@ -14,8 +14,8 @@ use crate::text::{plain, plain_lines};
 
 /// Path and text of a SPEC file.
 pub(super) struct SpecFile<'a> {
-    pub path: &'a Path,
-    pub text: &'a str,
+    pub(crate) path: &'a Path,
+    pub(crate) text: &'a str,
 }
 
 /// A table of the file.
@@ -27,7 +27,7 @@ pub(super) struct Table<'a> {
 }
 
 impl<'a> SpecFile<'a> {
-    pub fn parse(&self) -> Result<Spanned<DeTable<'a>>, SceneError> {
+    pub(crate) fn parse(&self) -> Result<Spanned<DeTable<'a>>, SceneError> {
         DeTable::parse(self.text).map_err(|error| SceneError::Syntax {
             path: self.path.to_path_buf(),
             line: self.line(error.span().unwrap_or(0..0).start),
@@ -47,7 +47,11 @@ impl<'a> SpecFile<'a> {
 
 impl<'a> Table<'a> {
     /// The root table.
-    pub fn root(file: &'a SpecFile<'a>, table: &'a Spanned<DeTable<'a>>, known: &[&str]) -> Result<Self, SceneError> {
+    pub(crate) fn root(
+        file: &'a SpecFile<'a>,
+        table: &'a Spanned<DeTable<'a>>,
+        known: &[&str],
+    ) -> Result<Self, SceneError> {
         Self { file, name: String::new(), table: table.get_ref(), start: 0 }.of(known)
     }
 
@@ -68,13 +72,13 @@ impl<'a> Table<'a> {
     }
 
     /// An error about the value of a key, or about the table where the key is missing.
-    pub fn error(&self, key: &str, message: &str) -> SceneError {
+    pub(crate) fn error(&self, key: &str, message: &str) -> SceneError {
         let at = self.table.get(key).map_or(self.start, |value| value.span().start);
         self.file.error(at, &self.key(key), message)
     }
 
     /// An error about a key of a table, or of a list of tables, under a key.
-    pub fn error_within(&self, key: &str, inner: &str, message: &str) -> SceneError {
+    pub(crate) fn error_within(&self, key: &str, inner: &str, message: &str) -> SceneError {
         fn place(value: &DeValue, inner: &str) -> Option<usize> {
             match value {
                 DeValue::Table(table) => table.get_key_value(inner).map(|(key, _)| key.span().start),
@@ -98,34 +102,34 @@ impl<'a> Table<'a> {
     }
 
     /// Whether a key holds one table, not a list of them.
-    pub fn is_table(&self, key: &str) -> bool {
+    pub(crate) fn is_table(&self, key: &str) -> bool {
         self.table.get(key).is_some_and(|value| value.get_ref().is_table())
     }
 
-    pub fn has(&self, key: &str) -> bool {
+    pub(crate) fn has(&self, key: &str) -> bool {
         self.table.contains_key(key)
     }
 
     /// The value of a mandatory key.
-    pub fn required<T>(&self, key: &str, value: Option<T>, what: &str) -> Result<T, SceneError> {
+    pub(crate) fn required<T>(&self, key: &str, value: Option<T>, what: &str) -> Result<T, SceneError> {
         value.ok_or_else(|| self.error(key, &format!("is missing: {what}")))
     }
 
-    pub fn boolean(&self, key: &str) -> Result<Option<bool>, SceneError> {
+    pub(crate) fn boolean(&self, key: &str) -> Result<Option<bool>, SceneError> {
         self.found(key, "true or false", DeValue::as_bool)
     }
 
-    pub fn text(&self, key: &str) -> Result<Option<&'a str>, SceneError> {
+    pub(crate) fn text(&self, key: &str) -> Result<Option<&'a str>, SceneError> {
         self.found(key, "a text that is not empty", |value| value.as_str().filter(|text| !text.trim().is_empty()))
     }
 
-    pub fn texts(&self, key: &str) -> Result<Option<Vec<&'a str>>, SceneError> {
+    pub(crate) fn texts(&self, key: &str) -> Result<Option<Vec<&'a str>>, SceneError> {
         let each = |value: &'a DeValue<'a>| value.as_array()?.iter().map(|item| item.get_ref().as_str()).collect();
         self.found(key, "an array of texts", each)
     }
 
     /// A whole number in a range.
-    pub fn whole(&self, key: &str, range: std::ops::RangeInclusive<u64>) -> Result<Option<u64>, SceneError> {
+    pub(crate) fn whole(&self, key: &str, range: std::ops::RangeInclusive<u64>) -> Result<Option<u64>, SceneError> {
         let expected = format!("a whole number from {} to {}", range.start(), range.end());
         self.found(key, &expected, |value| {
             let DeValue::Integer(integer) = value else { return None };
@@ -135,12 +139,12 @@ impl<'a> Table<'a> {
     }
 
     /// A number in a range.
-    pub fn number(&self, key: &str, range: std::ops::RangeInclusive<f64>) -> Result<Option<f64>, SceneError> {
+    pub(crate) fn number(&self, key: &str, range: std::ops::RangeInclusive<f64>) -> Result<Option<f64>, SceneError> {
         let expected = format!("a number from {} to {}", range.start(), range.end());
         self.found(key, &expected, |value| number(value).filter(|number| range.contains(number)))
     }
 
-    pub fn numbers<const N: usize>(&self, key: &str) -> Result<Option<[f64; N]>, SceneError> {
+    pub(crate) fn numbers<const N: usize>(&self, key: &str) -> Result<Option<[f64; N]>, SceneError> {
         let expected = format!("an array of {N} finite numbers");
         self.found(key, &expected, |value| {
             let numbers: Option<Vec<f64>> = value.as_array()?.iter().map(|item| number(item.get_ref())).collect();
@@ -149,7 +153,7 @@ impl<'a> Table<'a> {
     }
 
     /// One of the words of `choices`.
-    pub fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError> {
+    pub(crate) fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError> {
         let Some(word) = self.text(key)? else { return Ok(None) };
         let known = choices.iter().map(|(word, _)| *word);
         let message = || format!("'{word}' is none of its words{}", suggestion(word, known.clone()));
@@ -157,7 +161,7 @@ impl<'a> Table<'a> {
         found.map(|(_, value)| Some(*value)).ok_or_else(|| self.error(key, &message()))
     }
 
-    pub fn table(&self, key: &str, known: &[&str]) -> Result<Option<Self>, SceneError> {
+    pub(crate) fn table(&self, key: &str, known: &[&str]) -> Result<Option<Self>, SceneError> {
         let Some(table) = self.found(key, &format!("a section [{}]", self.key(key)), DeValue::as_table)? else {
             return Ok(None);
         };
@@ -166,7 +170,7 @@ impl<'a> Table<'a> {
     }
 
     /// The tables of `[[key]]`.
-    pub fn tables(&self, key: &str, known: &[&str]) -> Result<Vec<Self>, SceneError> {
+    pub(crate) fn tables(&self, key: &str, known: &[&str]) -> Result<Vec<Self>, SceneError> {
         let expected = format!("sections [[{}]] in double brackets", self.key(key));
         let tables = self.found(key, &expected, |value| {
             let each = value.as_array()?.iter().map(|item| Some((item.get_ref().as_table()?, item.span().start)));
@@ -177,13 +181,13 @@ impl<'a> Table<'a> {
     }
 
     /// A value that is drawn: a distribution, a constant, or a list or table of them.
-    pub fn drawn(&self, key: &str) -> Result<Option<Drawn>, SceneError> {
+    pub(crate) fn drawn(&self, key: &str) -> Result<Option<Drawn>, SceneError> {
         let Some(value) = self.table.get(key) else { return Ok(None) };
         self.drawn_value(key, value).map(Some)
     }
 
     /// All values of the table, by their keys in the order of the file.
-    pub fn all_drawn(&self) -> Result<Vec<(String, Drawn)>, SceneError> {
+    pub(crate) fn all_drawn(&self) -> Result<Vec<(String, Drawn)>, SceneError> {
         let mut keys: Vec<_> = self.table.iter().collect();
         keys.sort_by_key(|(key, _)| key.span().start);
         let of = |(key, value): (&Spanned<_>, &'a Spanned<DeValue<'a>>)| {
@@ -194,7 +198,7 @@ impl<'a> Table<'a> {
     }
 
     /// All keys of a table whose keys are those of another file.
-    pub fn open_table(&self, key: &str) -> Result<Option<Self>, SceneError> {
+    pub(crate) fn open_table(&self, key: &str) -> Result<Option<Self>, SceneError> {
         let table = self.found(key, &format!("a section [{}]", self.key(key)), DeValue::as_table)?;
         let start = self.table.get(key).map_or(0, |value| value.span().start);
         Ok(table.map(|table| Self { file: self.file, name: self.key(key), table, start }))
@@ -207,7 +211,7 @@ impl<'a> Table<'a> {
     }
 
     /// A number that is drawn, all of whose values lie in a range.
-    pub fn drawn_number(
+    pub(crate) fn drawn_number(
         &self,
         key: &str,
         range: std::ops::RangeInclusive<f64>,
@@ -228,7 +232,7 @@ impl<'a> Table<'a> {
     }
 
     /// A path from the folder of the file.
-    pub fn path(&self, key: &str) -> Result<Option<PathBuf>, SceneError> {
+    pub(crate) fn path(&self, key: &str) -> Result<Option<PathBuf>, SceneError> {
         let home = self.file.path.parent().unwrap_or(Path::new(""));
         Ok(self.text(key)?.map(|path| home.join(path)))
     }

@@ -8,7 +8,7 @@ use crate::labels::image::LabelledImage;
 use crate::labels::places;
 
 /// The file of an image of a kind, in the data set.
-pub fn file_of(image: &LabelledImage, kind: ImageKind) -> (&'static str, String) {
+pub(crate) fn file_of(image: &LabelledImage, kind: ImageKind) -> (&'static str, String) {
     match kind {
         ImageKind::Numbers => ("gray", places::of_image(image, "gray", "png")),
         ImageKind::Radiance => ("radiance", places::of_image(image, "radiance", "exr")),
@@ -16,7 +16,7 @@ pub fn file_of(image: &LabelledImage, kind: ImageKind) -> (&'static str, String)
 }
 
 /// The row of an image, in the order of the columns.
-pub fn row(image: &LabelledImage, kinds: &[ImageKind]) -> Map<String, Json> {
+pub(crate) fn row(image: &LabelledImage, kinds: &[ImageKind]) -> Map<String, Json> {
     let mut row = Map::new();
     let mut put = |key: &str, value: Json| {
         row.insert(key.to_owned(), value);
@@ -77,7 +77,7 @@ pub fn row(image: &LabelledImage, kinds: &[ImageKind]) -> Map<String, Json> {
 }
 
 /// Angle at the craft between the directions to the Sun and to the camera [deg].
-pub fn phase_angle_deg(image: &LabelledImage) -> f64 {
+pub(crate) fn phase_angle_deg(image: &LabelledImage) -> f64 {
     let to_camera = -image.camera_from_body.translation.normalize_or(DVec3::NEG_Z);
     to_camera.cross(image.sun).length().atan2(to_camera.dot(image.sun)).to_degrees()
 }

@@ -18,7 +18,7 @@ use crate::scene::{Scene, SceneError};
 use crate::thermal::sensor::Sensor;
 
 /// Keys that tell the tables of a list apart.
-pub const NAMES: [&str; 4] = ["match", "part", "name", "node"];
+pub(crate) const NAMES: [&str; 4] = ["match", "part", "name", "node"];
 
 /// A scene file as a table.
 #[derive(Debug, Clone)]
@@ -46,11 +46,11 @@ pub struct OrbitValues {
 }
 
 /// The sensor of an image, and what was drawn for it.
-pub struct ImageSensor {
+pub(crate) struct ImageSensor {
     /// The sensor.
-    pub sensor: Sensor,
+    pub(crate) sensor: Sensor,
     /// The drawn values by section and key.
-    pub drawn: Json,
+    pub(crate) drawn: Json,
 }
 
 impl SceneText {
@@ -68,7 +68,7 @@ impl SceneText {
     }
 
     /// Whether the camera's lens has distortion.
-    pub fn has_distortion(&self) -> bool {
+    pub(crate) fn has_distortion(&self) -> bool {
         self.has_distortion
     }
 
@@ -88,7 +88,7 @@ impl SceneText {
     ///
     /// # Errors
     /// The first end that is refused.
-    pub fn check_ends(&self, spec: &Spec) -> Result<BTreeSet<PathBuf>, DatasetError> {
+    pub(crate) fn check_ends(&self, spec: &Spec) -> Result<BTreeSet<PathBuf>, DatasetError> {
         let mut files = BTreeSet::new();
         let of_orbit = spec.each_orbit.iter().map(|(_, drawn)| drawn);
         for number in 0..corners(of_orbit.chain(&spec.each_image)) {
@@ -160,7 +160,7 @@ impl SceneText {
     ///
     /// # Errors
     /// Values that the scene refuses, or a scene without a sensor.
-    pub fn of_image(
+    pub(crate) fn of_image(
         &self,
         spec: &Spec,
         (orbit, values): (u64, &OrbitValues),

@@ -25,7 +25,7 @@ const OBLIQUITY: f64 = 23.44;
 
 /// Day of the year and plane of the orbit.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Season {
+pub(crate) struct Season {
     day: Drawn,
     inclination: Drawn,
     node: Drawn,
@@ -44,7 +44,7 @@ impl Season {
     }
 
     /// Names of the numbers of an orbit.
-    pub fn names(&self) -> Vec<String> {
+    pub(crate) fn names(&self) -> Vec<String> {
         [("day", &self.day), ("inclination_deg", &self.inclination), ("node_deg", &self.node)]
             .iter()
             .flat_map(|(key, drawn)| drawn.names(&format!("season.{key}")))
@@ -52,7 +52,7 @@ impl Season {
     }
 
     /// The drawn values by name: day, inclination and node, and the beta angle [deg] and the factor of the solar constant that follow.
-    pub fn draw(&self, source: &Source) -> [(&'static str, f64); 5] {
+    pub(crate) fn draw(&self, source: &Source) -> [(&'static str, f64); 5] {
         let day = self.day.number("season.day", source);
         let inclination = self.inclination.number("season.inclination_deg", source);
         let node = self.node.number("season.node_deg", source);

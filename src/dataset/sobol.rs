@@ -3,7 +3,7 @@
 //! Polynomials and initial numbers: Joe and Kuo (2008), file new-joe-kuo-6.21201. Scrambling: Burley (2020), Practical hash-based Owen scrambling.
 
 /// Number of dimensions.
-pub const DIMENSIONS: usize = 21;
+pub(crate) const DIMENSIONS: usize = 21;
 
 /// Polynomial and initial numbers of the second dimension and those after it.
 const TABLE: [(u32, &[u32]); DIMENSIONS - 1] = [
@@ -56,7 +56,7 @@ fn plain(index: u32, dimension: usize) -> u32 {
 }
 
 /// A scrambled point of a dimension, as 32 bits of a fraction.
-pub fn sobol(index: u32, dimension: usize, seed: u32) -> u32 {
+pub(crate) fn sobol(index: u32, dimension: usize, seed: u32) -> u32 {
     let mut point = plain(index, dimension).reverse_bits().wrapping_add(seed);
     for factor in [0x6c50_b47c, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6u32] {
         point ^= point.wrapping_mul(factor);

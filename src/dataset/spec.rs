@@ -54,7 +54,7 @@ const MOST_SAMPLES: u64 = 1_000_000_000;
 
 /// A kind of image file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum ImageKind {
+pub(crate) enum ImageKind {
     /// Digital numbers of the sensor as PNG.
     Numbers,
     /// Radiance, temperature, depth, part and material as EXR.
@@ -63,73 +63,73 @@ pub enum ImageKind {
 
 /// What an image must show.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Reject {
+pub(crate) struct Reject {
     /// Least share of the craft's points that lie in the frame.
-    pub in_view: f64,
+    pub(crate) in_view: f64,
     /// Least number of pixels that show the craft.
-    pub visible_pixels: u64,
+    pub(crate) visible_pixels: u64,
     /// Least distance from the camera to the craft's points [m].
-    pub clearance: f64,
+    pub(crate) clearance: f64,
     /// Whether an image with the Sun in it is rejected.
-    pub sun: bool,
+    pub(crate) sun: bool,
     /// Whether an image with the planet in it is rejected.
-    pub planet: bool,
+    pub(crate) planet: bool,
 }
 
 /// A point of the craft.
 #[derive(Debug, Clone, PartialEq)]
-pub struct KeyPoint {
+pub(crate) struct KeyPoint {
     /// Its name.
     pub name: String,
     /// Its place in the file's pose, body frame [m].
     pub position: DVec3,
     /// The part with which it moves. `None` for the body.
-    pub part: Option<String>,
+    pub(crate) part: Option<String>,
 }
 
 /// A SPEC.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spec {
     /// The file.
-    pub path: PathBuf,
+    pub(crate) path: PathBuf,
     /// Its text.
-    pub text: String,
+    pub(crate) text: String,
     /// The scene file.
     pub scene: PathBuf,
     /// Number of images.
-    pub samples: u64,
+    pub(crate) samples: u64,
     /// Images of an orbit.
-    pub poses_per_orbit: u64,
+    pub(crate) poses_per_orbit: u64,
     /// The numbers that are drawn.
-    pub plan: Plan,
+    pub(crate) plan: Plan,
     /// Most attempts at an image.
-    pub attempts: u32,
+    pub(crate) attempts: u32,
     /// Image files, sorted.
-    pub images: Vec<ImageKind>,
+    pub(crate) images: Vec<ImageKind>,
     /// Whether each orbit has a tar with its images and labels.
-    pub webdataset: bool,
+    pub(crate) webdataset: bool,
     /// Shares of train, val and test.
-    pub split: [f64; 3],
+    pub(crate) split: [f64; 3],
     /// Name of the craft in the labels. `None` takes that of the scene.
-    pub object: Option<String>,
+    pub(crate) object: Option<String>,
     /// Values of the scene file that are drawn for each orbit, by section.
-    pub each_orbit: Vec<(String, Drawn)>,
+    pub(crate) each_orbit: Vec<(String, Drawn)>,
     /// Values of the scene's `[sensor]` that are drawn for each image.
-    pub each_image: Option<Drawn>,
+    pub(crate) each_image: Option<Drawn>,
     /// Day of the year and plane of the orbit.
-    pub season: Option<Season>,
+    pub(crate) season: Option<Season>,
     /// Age of the surfaces.
-    pub life: Option<Life>,
+    pub(crate) life: Option<Life>,
     /// Times of the images.
-    pub time: TimeRule,
+    pub(crate) time: TimeRule,
     /// How the camera is placed, one of them for each image.
-    pub cameras: Vec<CameraRule>,
+    pub(crate) cameras: Vec<CameraRule>,
     /// What is rejected.
-    pub reject: Reject,
+    pub(crate) reject: Reject,
     /// Key points.
-    pub key_points: Vec<KeyPoint>,
+    pub(crate) key_points: Vec<KeyPoint>,
     /// Symmetries of the craft's geometry.
-    pub symmetries: Vec<Symmetry>,
+    pub(crate) symmetries: Vec<Symmetry>,
 }
 
 impl Spec {
@@ -151,7 +151,7 @@ impl Spec {
     ///
     /// # Errors
     /// As for [`Spec::load`].
-    pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
+    pub(crate) fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
         let file = SpecFile { path, text };
         let parsed = file.parse()?;
         let keys = parsed.get_ref();
@@ -218,7 +218,7 @@ impl Spec {
     }
 
     /// The images of an orbit.
-    pub fn images_of(&self, orbit: u64) -> std::ops::Range<u64> {
+    pub(crate) fn images_of(&self, orbit: u64) -> std::ops::Range<u64> {
         let first = orbit * self.poses_per_orbit;
         first..(first + self.poses_per_orbit).min(self.samples)
     }

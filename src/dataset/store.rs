@@ -28,7 +28,7 @@ const LOCK: &str = "lock";
 const FINISH: &str = "finish.lock";
 
 /// Start of the names of reports, which no checksum covers.
-pub const REPORT: &str = "report-";
+pub(crate) const REPORT: &str = "report-";
 
 /// What is done with what a folder holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,7 +43,7 @@ pub enum Begin {
 
 /// The folder.
 #[derive(Debug)]
-pub struct Store {
+pub(crate) struct Store {
     root: PathBuf,
     work: PathBuf,
     // Its lock ends with it.
@@ -55,7 +55,7 @@ impl Store {
     ///
     /// # Errors
     /// A folder with other files, another data set or orbits of this process, or one that can not be written.
-    pub fn open(
+    pub(crate) fn open(
         root: &Path,
         identity: &Json,
         begin: Begin,
@@ -95,12 +95,12 @@ impl Store {
     }
 
     /// The folder.
-    pub fn root(&self) -> &Path {
+    pub(crate) fn root(&self) -> &Path {
         &self.root
     }
 
     /// Whether an orbit is there, which is then whole.
-    pub fn has(&self, split: Split, orbit: u32) -> bool {
+    pub(crate) fn has(&self, split: Split, orbit: u32) -> bool {
         self.root.join(places::orbit(split, orbit)).is_dir()
     }
 
@@ -108,7 +108,7 @@ impl Store {
     ///
     /// # Errors
     /// A folder that can not be written.
-    pub fn begin(&self, split: Split, orbit: u32) -> Result<OrbitFolder, DatasetError> {
+    pub(crate) fn begin(&self, split: Split, orbit: u32) -> Result<OrbitFolder, DatasetError> {
         let path = self.work.join(format!("{orbit:06}"));
         let failed = |error| OutputError::CreateFolder(path.clone(), error);
         if path.exists() {
@@ -122,7 +122,7 @@ impl Store {
     ///
     /// # Errors
     /// A folder that can not be written.
-    pub fn commit(&self, mut folder: OrbitFolder) -> Result<(), DatasetError> {
+    pub(crate) fn commit(&self, mut folder: OrbitFolder) -> Result<(), DatasetError> {
         folder.write_list()?;
         let place = folder.place();
         let failed = |error| OutputError::write(&place, error);
@@ -140,20 +140,8 @@ impl Store {
     ///
     /// # Errors
     /// A full disk, or a folder that can not be written.
-    pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), DatasetError> {
+    pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> Result<(), DatasetError> {
         self.write_to(&self.root.join(name), bytes)
-    }
-
-    /// Writes a file of the whole set as [`Store::write`] does, from what `content` writes.
-    ///
-    /// # Errors
-    /// Those of `content`, or as for [`Store::write`].
-    pub fn write_with(
-        &self,
-        name: &str,
-        content: impl FnOnce(&mut dyn Write) -> Result<(), DatasetError>,
-    ) -> Result<(), DatasetError> {
-        self.write_path(&self.root.join(name), content)
     }
 
     fn write_to(&self, path: &Path, bytes: &[u8]) -> Result<(), DatasetError> {
@@ -181,7 +169,7 @@ impl Store {
     ///
     /// # Errors
     /// What `work` returns, or a file that can not be locked.
-    pub fn alone<T>(&self, work: impl FnOnce() -> Result<T, DatasetError>) -> Result<T, DatasetError> {
+    pub(crate) fn alone<T>(&self, work: impl FnOnce() -> Result<T, DatasetError>) -> Result<T, DatasetError> {
         let path = self.root.join(HOME).join(FINISH);
         let failed = |error| OutputError::write(&path, error);
         let file = File::create(&path).map_err(failed)?;
@@ -202,7 +190,7 @@ impl Drop for Store {
 ///
 /// # Errors
 /// A folder without a data set.
-pub fn identity(root: &Path) -> Result<Json, DatasetError> {
+pub(crate) fn identity(root: &Path) -> Result<Json, DatasetError> {
     let path = root.join(HOME).join(IDENTITY);
     let none = |reason: String| DatasetError::None { folder: root.to_path_buf(), reason };
     let text =
@@ -290,7 +278,7 @@ fn clear(root: &Path) -> Result<(), OutputError> {
 }
 
 /// Paths in a folder, sorted.
-pub fn entries(folder: &Path) -> Result<Vec<PathBuf>, OutputError> {
+pub(crate) fn entries(folder: &Path) -> Result<Vec<PathBuf>, OutputError> {
     let read = |source| OutputError::Read(folder.to_path_buf(), source);
     let mut paths = fs::read_dir(folder)
         .and_then(|list| list.map(|entry| entry.map(|entry| entry.path())).collect::<io::Result<Vec<_>>>())

@@ -31,7 +31,7 @@ enum Light {
 
 /// How times are drawn.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TimeRule {
+pub(crate) struct TimeRule {
     origin: Origin,
     drawn: Drawn,
     light: Light,
@@ -39,7 +39,7 @@ pub struct TimeRule {
 
 /// Why an orbit has no time for an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NoTime {
+pub(crate) enum NoTime {
     /// It has no eclipse, and times are counted from one.
     NoEclipse,
     /// No attempt met the light that is asked for, or a time after the start.
@@ -72,7 +72,7 @@ impl TimeRule {
     }
 
     /// Names of the numbers of an image.
-    pub fn names(&self) -> Vec<String> {
+    pub(crate) fn names(&self) -> Vec<String> {
         self.drawn.names("time")
     }
 
@@ -80,7 +80,7 @@ impl TimeRule {
     ///
     /// # Errors
     /// No attempt gives a time.
-    pub fn draw(&self, plan: &Plan, image: u64, sky: &SkyModel, attempts: u32) -> Result<(f64, u32), NoTime> {
+    pub(crate) fn draw(&self, plan: &Plan, image: u64, sky: &SkyModel, attempts: u32) -> Result<(f64, u32), NoTime> {
         let period = sky.period();
         let origin = match self.origin {
             Origin::Start => 0.0,

@@ -266,7 +266,7 @@ pub fn again(
 ///
 /// # Errors
 /// It can not be read.
-pub fn copy_of_spec(root: &Path) -> Result<Spec, DatasetError> {
+pub(crate) fn copy_of_spec(root: &Path) -> Result<Spec, DatasetError> {
     let path = root.join(SPEC);
     let text = fs::read_to_string(&path).map_err(|error| OutputError::Read(path.clone(), error))?;
     Ok(Spec::parse(&text, &path)?)

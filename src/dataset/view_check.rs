@@ -28,7 +28,7 @@ pub enum Reason {
 
 impl Reason {
     /// In words, as reports have it.
-    pub fn words(self) -> &'static str {
+    pub(crate) fn words(self) -> &'static str {
         match self {
             Self::Light => "other light",
             Self::NoPose => "no pose",
@@ -48,7 +48,7 @@ const MOST_POINTS: usize = 4096;
 const RAYS: u32 = 16;
 
 /// Points of the craft at a time [s], body frame [m].
-pub fn points(prepared: &Prepared, time: f64) -> Vec<DVec3> {
+pub(crate) fn points(prepared: &Prepared, time: f64) -> Vec<DVec3> {
     let nodes = &prepared.nodes;
     let poses = prepared.loads.joints_at(time).1;
     let stride = nodes.node_of_vertex.len().div_ceil(MOST_POINTS).max(1);
@@ -61,7 +61,13 @@ pub fn points(prepared: &Prepared, time: f64) -> Vec<DVec3> {
 }
 
 /// Why a view is rejected. `None` where it is not.
-pub fn rejected(reject: &Reject, camera: &Camera, pose: &DAffine3, points: &[DVec3], sky: &Sky) -> Option<Reason> {
+pub(crate) fn rejected(
+    reject: &Reject,
+    camera: &Camera,
+    pose: &DAffine3,
+    points: &[DVec3],
+    sky: &Sky,
+) -> Option<Reason> {
     let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
     let in_frame = |place: DVec3| {
         let pixel = (place.z > 0.0).then(|| camera.lens.project(place.truncate() / place.z));

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use serde_json::{Map, Value as Json, json};
+use serde_json::{Value as Json, json};
 
 use super::error::DatasetError;
 use super::index;
@@ -21,16 +21,16 @@ use crate::labels::{bop, coco, places, speed};
 use crate::output::OutputError;
 
 /// The copy of the SPEC.
-pub const SPEC: &str = "spec.toml";
+pub(crate) const SPEC: &str = "spec.toml";
 /// The copy of the scene file.
-pub const SCENE: &str = "scene.toml";
+pub(crate) const SCENE: &str = "scene.toml";
 /// The index.
-pub const INDEX: &str = "index.parquet";
+pub(crate) const INDEX: &str = "index.parquet";
 /// Counts of images and rejections.
-pub const SUMMARY: &str = "dataset.json";
+pub(crate) const SUMMARY: &str = "dataset.json";
 
 /// Whether all orbits are there.
-pub fn is_complete(spec: &Spec, store: &Store) -> bool {
+pub(crate) fn is_complete(spec: &Spec, store: &Store) -> bool {
     (0..spec.orbits()).all(|orbit| store.has(split_of(spec, orbit), orbit as u32))
 }
 
@@ -38,7 +38,12 @@ pub fn is_complete(spec: &Spec, store: &Store) -> bool {
 ///
 /// # Errors
 /// An orbit's file that can not be read, or a full disk.
-pub fn finish(spec: &Spec, store: &Store, craft: &Craft, files: &[(String, Vec<u8>)]) -> Result<(), DatasetError> {
+pub(crate) fn finish(
+    spec: &Spec,
+    store: &Store,
+    craft: &Craft,
+    files: &[(String, Vec<u8>)],
+) -> Result<(), DatasetError> {
     store.alone(|| {
         if store.root().join(CHECKSUMS).is_file() {
             return Ok(());
@@ -100,7 +105,7 @@ pub fn finish(spec: &Spec, store: &Store, craft: &Craft, files: &[(String, Vec<u
 ///
 /// # Errors
 /// It can not be read.
-pub fn orbit_file(root: &Path, split: Split, orbit: u32) -> Result<Json, DatasetError> {
+pub(crate) fn orbit_file(root: &Path, split: Split, orbit: u32) -> Result<Json, DatasetError> {
     let path = root.join(places::orbit(split, orbit)).join(ORBIT);
     let text = fs::read_to_string(&path).map_err(|error| OutputError::Read(path.clone(), error))?;
     let damaged = |error: serde_json::Error| OutputError::Read(path.clone(), error.into());
@@ -121,13 +126,4 @@ fn lines_of<'a>(spec: &'a Spec, root: &'a Path, split: Split, key: &'static str)
         });
         each.collect::<Vec<_>>()
     })
-}
-
-/// The rows of an orbit.
-pub fn rows_of(orbit: &Json) -> Vec<&Map<String, Json>> {
-    orbit
-        .get("images")
-        .and_then(Json::as_array)
-        .map(|rows| rows.iter().filter_map(Json::as_object).collect())
-        .unwrap_or_default()
 }

@@ -38,7 +38,7 @@ pub(super) fn grid_direction(column: usize, row: usize) -> Option<DVec3> {
 }
 
 /// `albedo_factor` read from a table. `direction` is a unit normal in the planet frame.
-pub fn albedo_table_lookup(table: &AlbedoTable, direction: DVec3) -> f64 {
+pub(crate) fn albedo_table_lookup(table: &AlbedoTable, direction: DVec3) -> f64 {
     let sum = direction.x.abs() + direction.y.abs() + direction.z.abs();
     let scale = 0.5 * RESOLUTION as f64;
     let column = (direction.x / sum + 1.0) * scale;
@@ -67,7 +67,7 @@ static INCIDENCE_RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre:
 /// front of the plate. On a ring of equal angle from nadir both cosines are a + b cos(azimuth). Both are positive on at most two arcs, so the ring has a
 /// closed form. The integration variable is the angle of incidence on the surface, 0 at nadir to 90 deg at the limb, because the integrand is smooth in it
 /// at the limb. The interval is cut where a ring touches the terminator or the plate's horizon.
-pub fn albedo_factor(normal: DVec3, distance_ratio: f64, sun_zenith: f64) -> f64 {
+pub(crate) fn albedo_factor(normal: DVec3, distance_ratio: f64, sun_zenith: f64) -> f64 {
     albedo_factor_with(&INCIDENCE_RULE, normal, distance_ratio, sun_zenith)
 }
 

@@ -30,7 +30,7 @@ pub struct AlbedoField {
 }
 
 /// Intervals of the zenith angle while the terminator crosses the visible cap.
-pub const CROSSING_INTERVALS: usize = 24;
+pub(crate) const CROSSING_INTERVALS: usize = 24;
 
 impl AlbedoField {
     /// The field for a distance to the planet's centre over its radius, > 1.
@@ -113,12 +113,12 @@ fn cubic(t: f64) -> [f64; 4] {
 /// The altitudes of the fields rise by the factor [`RATIO`]. A cubic interpolates between the four nearest fields, each read with the
 /// terminator at the same place of the visible cap.
 #[derive(Debug, Clone, PartialEq)]
-pub struct AlbedoFields {
+pub(crate) struct AlbedoFields {
     fields: Vec<OnceLock<Arc<AlbedoField>>>,
 }
 
 /// Altitude of a field over the altitude of the field below it.
-pub const RATIO: f64 = 1.15;
+pub(crate) const RATIO: f64 = 1.15;
 
 /// Lowest and highest altitude over the planet's radius: 64 m and 6.4e9 km over Earth.
 const LOWEST: f64 = 1e-5;
@@ -135,7 +135,7 @@ impl AlbedoFields {
     /// The table for a distance ratio and a zenith angle of the Sun [rad]. `None` where everything that the craft sees is dark.
     ///
     /// Outside the altitudes of the fields it computes the exact table, which is slow.
-    pub fn table(&self, distance_ratio: f64, sun_zenith: f64) -> Option<AlbedoTable> {
+    pub(crate) fn table(&self, distance_ratio: f64, sun_zenith: f64) -> Option<AlbedoTable> {
         let horizon = horizon_angle(distance_ratio);
         let shares = shares(horizon, spread(distance_ratio, horizon), sun_zenith)?;
         let altitude = distance_ratio - 1.0;

@@ -46,7 +46,7 @@ pub enum Attitude {
 
 /// An attitude law with its constant rotations computed.
 #[derive(Debug, Clone, PartialEq)]
-pub enum BodyFrame {
+pub(crate) enum BodyFrame {
     /// The rotation against the orbit frame (LVLH) is constant.
     FollowsOrbit {
         /// Rotates orbit-frame vectors into the body frame.
@@ -79,7 +79,7 @@ pub enum BodyFrame {
 
 impl BodyFrame {
     /// The body frame of an attitude law. `None` where two axes are parallel, or an axis or quaternion is zero or not finite.
-    pub fn new(attitude: &Attitude) -> Option<Self> {
+    pub(crate) fn new(attitude: &Attitude) -> Option<Self> {
         let usable = |quaternion: &DQuat| quaternion.is_finite() && quaternion.length() > 0.0;
         match attitude {
             Attitude::Nadir { nadir_axis, forward_axis } => {
@@ -104,12 +104,12 @@ impl BodyFrame {
     }
 
     /// Whether the body frame repeats with a circular orbit.
-    pub fn repeats_with_the_orbit(&self) -> bool {
+    pub(crate) fn repeats_with_the_orbit(&self) -> bool {
         !matches!(self, Self::Spins { .. } | Self::History(_) | Self::Given(_))
     }
 
     /// Period of a spinning body [s]. `None` for any other.
-    pub fn spin_period(&self) -> Option<f64> {
+    pub(crate) fn spin_period(&self) -> Option<f64> {
         match self {
             Self::Spins { rate, .. } if *rate != 0.0 => Some(TAU / rate.abs()),
             _ => None,
@@ -120,7 +120,7 @@ impl BodyFrame {
     /// does not cover the time.
     ///
     /// A Sun-pointing attitude whose Sun lies along the orbit normal (beta = 90 deg) uses the inertial X as its second axis.
-    pub fn rotations(&self, point: &OrbitPoint) -> (DMat3, DMat3) {
+    pub(crate) fn rotations(&self, point: &OrbitPoint) -> (DMat3, DMat3) {
         let inertial_from_orbit = point.inertial_from_orbit;
         let from_inertial = |body_from_inertial: DMat3| (body_from_inertial, body_from_inertial * inertial_from_orbit);
         let from_orbit = |body_from_orbit: DMat3| (body_from_orbit * inertial_from_orbit.transpose(), body_from_orbit);

@@ -10,7 +10,7 @@ const J2: f64 = 1.082_626_7e-3;
 const EQUATOR: f64 = 6.378_136_3e6;
 
 /// Acceleration by the Earth's gravity with its oblateness [m/s2] (Vallado, eq. 8-30). The equator of GCRF serves as the Earth's.
-pub fn gravity(position: DVec3) -> DVec3 {
+pub(crate) fn gravity(position: DVec3) -> DVec3 {
     let mu = EARTH_GRAVITATIONAL_PARAMETER;
     let r2 = position.length_squared();
     let central = -mu / (r2 * r2.sqrt());
@@ -22,15 +22,15 @@ pub fn gravity(position: DVec3) -> DVec3 {
 
 /// A change of velocity between two samples [m/s].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Residual {
+pub(crate) struct Residual {
     /// The part that gravity does not explain.
-    pub unexplained: f64,
+    pub(crate) unexplained: f64,
     /// The part that gravity explains at the lower of the two samples.
-    pub falling: f64,
+    pub(crate) falling: f64,
 }
 
 /// Compares the velocity of a sample with a coast from the sample before. `None` without velocities, and for spans beyond [`LONGEST_COAST`].
-pub fn residual(from: &Sample, to: &Sample) -> Option<Residual> {
+pub(crate) fn residual(from: &Sample, to: &Sample) -> Option<Residual> {
     let (mut velocity, end) = (from.velocity?, to.velocity?);
     let span = to.time - from.time;
     let mut position = from.position;
@@ -54,10 +54,10 @@ pub fn residual(from: &Sample, to: &Sample) -> Option<Residual> {
 }
 
 /// Largest angle of the orbit that a coast may cover [rad]. Longer spacings are not compared.
-pub const LONGEST_COAST: f64 = 1.0;
+pub(crate) const LONGEST_COAST: f64 = 1.0;
 
 /// Angle by which the craft goes round the planet between two positions [rad]: the mean motion of the circular orbit through the farther one.
-pub fn turn(from: &Sample, to: &Sample) -> f64 {
+pub(crate) fn turn(from: &Sample, to: &Sample) -> f64 {
     let radius = from.position.length().max(to.position.length());
     (to.time - from.time) * (EARTH_GRAVITATIONAL_PARAMETER / radius.powi(3)).sqrt()
 }

@@ -3,7 +3,7 @@
 use std::ops::{Add, Div, Mul, Sub};
 
 /// A vector space whose elements can be interpolated.
-pub trait Vector:
+pub(crate) trait Vector:
     Copy + Default + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self> + Div<f64, Output = Self>
 {
 }
@@ -14,19 +14,19 @@ impl<V> Vector for V where
 }
 
 /// Highest degree that is used.
-pub const HIGHEST_DEGREE: usize = 31;
+pub(crate) const HIGHEST_DEGREE: usize = 31;
 
 /// Conditions of the highest degree, where the values and slopes of whole samples are used.
 const MOST_NODES: usize = HIGHEST_DEGREE + 2;
 
 /// The degree that is used for a stated degree. Values and slopes of whole samples give an odd degree, and at least two samples are needed.
-pub fn hermite_degree(stated: usize) -> usize {
+pub(crate) fn hermite_degree(stated: usize) -> usize {
     (stated | 1).max(3)
 }
 
 /// Value and slope at `time` of the polynomial through `samples`. A sample is its time with its value, slope and second derivative. The polynomial meets
 /// the first `each` of these three. The samples are in order of time and give at most two conditions more than [`HIGHEST_DEGREE`].
-pub fn polynomial<V: Vector>(samples: &[(f64, [V; 3])], each: usize, time: f64) -> (V, V) {
+pub(crate) fn polynomial<V: Vector>(samples: &[(f64, [V; 3])], each: usize, time: f64) -> (V, V) {
     let middle = samples[samples.len() / 2].0;
     // Times over the length of the window keep the differences within the range of the values.
     let scale = (samples[samples.len() - 1].0 - samples[0].0).max(1.0);
@@ -60,7 +60,7 @@ pub fn polynomial<V: Vector>(samples: &[(f64, [V; 3])], each: usize, time: f64) 
 }
 
 /// The `points` samples around a time, out of `count`. `next` is the first sample after that time.
-pub fn window(count: usize, next: usize, points: usize) -> std::ops::Range<usize> {
+pub(crate) fn window(count: usize, next: usize, points: usize) -> std::ops::Range<usize> {
     let points = points.min(count);
     let first = next.saturating_sub(points.div_ceil(2)).min(count - points);
     first..first + points

@@ -10,19 +10,19 @@ use super::orbit::SUN_RADIUS;
 
 /// Apparent discs of Sun and planet, as seen from the craft.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Discs {
+pub(crate) struct Discs {
     /// Angle between the two centres [rad].
-    pub separation: f64,
+    pub(crate) separation: f64,
     /// Apparent radius of the Sun [rad].
-    pub sun: f64,
+    pub(crate) sun: f64,
     /// Apparent radius of the planet [rad].
-    pub planet: f64,
+    pub(crate) planet: f64,
 }
 
 impl Discs {
     /// The discs that a craft sees. `craft` and `sun` are positions from the planet's centre [m] in one frame. The craft is outside the
     /// planet of radius `planet_radius` [m].
-    pub fn seen_from(craft: DVec3, sun: DVec3, planet_radius: f64) -> Self {
+    pub(crate) fn seen_from(craft: DVec3, sun: DVec3, planet_radius: f64) -> Self {
         let to_sun = sun - craft;
         let to_planet = -craft;
         Self {
@@ -33,12 +33,12 @@ impl Discs {
     }
 
     /// Distance of the discs from outer tangency [rad]. It is negative in penumbra and umbra.
-    pub fn outer_gap(&self) -> f64 {
+    pub(crate) fn outer_gap(&self) -> f64 {
         self.separation - (self.planet + self.sun)
     }
 
     /// Distance of the discs from inner tangency [rad]. It is negative where one disc covers the other (umbra, or annular eclipse).
-    pub fn inner_gap(&self) -> f64 {
+    pub(crate) fn inner_gap(&self) -> f64 {
         self.separation - (self.planet - self.sun).abs()
     }
 
@@ -46,7 +46,7 @@ impl Discs {
     ///
     /// The discs are projected stereographically about the Sun's centre, where circles remain circles. The curvature of a limb that fills half the sky is
     /// then right. Planar discs with the angular radii would err by 5e-4 in low orbits. The scale of the projection changes by only 1e-5 over the Sun.
-    pub fn lit_fraction(&self) -> f64 {
+    pub(crate) fn lit_fraction(&self) -> f64 {
         if self.outer_gap() >= 0.0 {
             return 1.0;
         }
@@ -80,7 +80,7 @@ fn lens_area(a: f64, b: f64, near_edge: f64) -> f64 {
 
 /// The time in [`start`, `end`] at which a continuous function changes sign, to [`CONTACT_TOLERANCE`], by bisection. `None` where its
 /// signs at the ends agree.
-pub fn sign_change(function: impl Fn(f64) -> f64, start: f64, end: f64) -> Option<f64> {
+pub(crate) fn sign_change(function: impl Fn(f64) -> f64, start: f64, end: f64) -> Option<f64> {
     let (mut low, mut high) = (start, end);
     let negative_at_low = function(low) < 0.0;
     if (function(high) < 0.0) == negative_at_low {
@@ -101,7 +101,7 @@ pub fn sign_change(function: impl Fn(f64) -> f64, start: f64, end: f64) -> Optio
 }
 
 /// Length of the bracket at which bisection ends [s].
-pub const CONTACT_TOLERANCE: f64 = 1e-8;
+pub(crate) const CONTACT_TOLERANCE: f64 = 1e-8;
 
 #[cfg(test)]
 mod tests {

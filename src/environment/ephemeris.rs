@@ -11,7 +11,7 @@ use super::state::{SLACK, Sample, State};
 
 /// How an ephemeris is interpolated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Interpolation {
+pub(crate) enum Interpolation {
     /// A polynomial of this degree through positions.
     Lagrange(usize),
     /// A polynomial through positions and velocities, whose degree is [`hermite_degree`] of this number.
@@ -21,17 +21,17 @@ pub enum Interpolation {
 }
 
 /// Degree where a file states none. On the public ISS ephemeris (240 s) Hermite 7 errs by 2 m, as do 5 and 11.
-pub const DEFAULT_DEGREE: usize = 7;
+pub(crate) const DEFAULT_DEGREE: usize = 7;
 
 /// Change of velocity between two samples that gravity does not explain [m/s]. A change above it, and above the two shares below, is a manoeuvre.
-pub const MANOEUVRE: f64 = 0.1;
+pub(crate) const MANOEUVRE: f64 = 0.1;
 
 /// Least ratio of a manoeuvre's unexplained change to the lower quartile of all intervals. Few intervals of a segment hold a manoeuvre.
-pub const MANOEUVRE_SHARE: f64 = 10.0;
+pub(crate) const MANOEUVRE_SHARE: f64 = 10.0;
 
 /// Least ratio of a manoeuvre's unexplained change to the change by gravity. The error of the gravity model (2e-5 in low orbit) and drag
 /// at a perigee of 180 km (3e-5) stay below it.
-pub const MANOEUVRE_OF_GRAVITY: f64 = 1e-4;
+pub(crate) const MANOEUVRE_OF_GRAVITY: f64 = 1e-4;
 
 /// Two states of one epoch count as equal where they differ by less [m] [m/s]. Files are rounded, and orbits determined, no better than this.
 const SAME_POSITION: f64 = 1.0;
@@ -39,33 +39,33 @@ const SAME_VELOCITY: f64 = 0.01;
 
 /// Samples of one segment of a file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Segment {
+pub(crate) struct Segment {
     /// In order of time. Two samples of one time are a step of the trajectory (a manoeuvre).
-    pub samples: Vec<Sample>,
+    pub(crate) samples: Vec<Sample>,
     /// How to interpolate.
-    pub interpolation: Interpolation,
+    pub(crate) interpolation: Interpolation,
     /// Times between which the segment may be used [s].
-    pub usable: (f64, f64),
+    pub(crate) usable: (f64, f64),
 }
 
 /// A trajectory given by samples.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ephemeris {
+pub(crate) struct Ephemeris {
     /// In order of time. They may touch.
     pieces: Vec<Segment>,
 }
 
 /// Counts of what was found in the samples, for the report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Findings {
+pub(crate) struct Findings {
     /// Samples equal to the one before.
-    pub repeated: usize,
+    pub(crate) repeated: usize,
     /// Epochs with two different states.
-    pub steps: usize,
+    pub(crate) steps: usize,
     /// Gaps inside segments.
-    pub gaps: usize,
+    pub(crate) gaps: usize,
     /// Intervals in which a manoeuvre was detected that no sample states.
-    pub manoeuvres: usize,
+    pub(crate) manoeuvres: usize,
 }
 
 impl fmt::Display for Findings {
@@ -84,7 +84,7 @@ impl fmt::Display for Findings {
 
 impl Ephemeris {
     /// An ephemeris from the segments of a file. The samples of each are in order of time.
-    pub fn new(segments: Vec<Segment>) -> (Self, Findings) {
+    pub(crate) fn new(segments: Vec<Segment>) -> (Self, Findings) {
         let mut findings = Findings::default();
         let mut pieces = Vec::new();
         for segment in segments {
@@ -95,7 +95,7 @@ impl Ephemeris {
     }
 
     /// The state at a time [s]. `None` where no piece covers it to within [`SLACK`]. At a step it is the state after it.
-    pub fn state(&self, time: f64) -> Option<State> {
+    pub(crate) fn state(&self, time: f64) -> Option<State> {
         let after = self.pieces.partition_point(|piece| piece.usable.0 <= time);
         // Where pieces overlap the later one takes over.
         let covering = self.pieces[..after].iter().rev().find(|piece| time <= piece.usable.1);
@@ -107,7 +107,7 @@ impl Ephemeris {
     }
 
     /// Intervals of time that are covered [s]. Intervals that touch are joined.
-    pub fn coverage(&self) -> Vec<(f64, f64)> {
+    pub(crate) fn coverage(&self) -> Vec<(f64, f64)> {
         let mut joined: Vec<(f64, f64)> = Vec::new();
         for piece in &self.pieces {
             match joined.last_mut() {
@@ -119,7 +119,7 @@ impl Ephemeris {
     }
 
     /// Times at which the trajectory may jump or bend [s].
-    pub fn seams(&self) -> impl Iterator<Item = f64> + '_ {
+    pub(crate) fn seams(&self) -> impl Iterator<Item = f64> + '_ {
         self.pieces.iter().flat_map(|piece| [piece.usable.0, piece.usable.1])
     }
 }

@@ -12,13 +12,13 @@ use hifitime::Epoch;
 use super::utc::utc_days;
 
 /// Rate of the Earth's rotation [rad/s] (IERS Conventions 2010, table 1.2).
-pub const EARTH_RATE: f64 = 7.292_115e-5;
+pub(crate) const EARTH_RATE: f64 = 7.292_115e-5;
 
 const ARC_SECOND: f64 = PI / 648_000.0;
 
 /// Frame in which a trajectory is stated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ReferenceFrame {
+pub(crate) enum ReferenceFrame {
     /// GCRF, ICRF, EME2000, J2000.
     Inertial,
     /// True equator and mean equinox of date, the frame of SGP4.
@@ -28,14 +28,14 @@ pub enum ReferenceFrame {
 }
 
 /// Julian centuries of TT since J2000.
-pub fn tt_centuries(epoch: Epoch) -> f64 {
+pub(crate) fn tt_centuries(epoch: Epoch) -> f64 {
     epoch.to_tt_centuries_j2k()
 }
 
 /// Rotates vectors of the mean equator and equinox of date into GCRF. `centuries` is TT since J2000.
 ///
 /// Source: Capitaine, Wallace & Chapront 2003, A&A 412, eq. 40 (the equatorial angles of IAU 2006).
-pub fn gcrf_from_mean(centuries: f64) -> DMat3 {
+pub(crate) fn gcrf_from_mean(centuries: f64) -> DMat3 {
     let t = centuries;
     let zeta = (((0.018_018_28 * t + 0.298_849_9) * t + 2_306.083_227) * t + 2.650_545) * ARC_SECOND;
     let z = (((0.018_268_37 * t + 1.092_734_8) * t + 2_306.077_181) * t - 2.650_545) * ARC_SECOND;
@@ -44,7 +44,7 @@ pub fn gcrf_from_mean(centuries: f64) -> DMat3 {
 }
 
 /// Mean obliquity of the ecliptic [rad] (IAU 2006).
-pub fn mean_obliquity(centuries: f64) -> f64 {
+pub(crate) fn mean_obliquity(centuries: f64) -> f64 {
     let t = centuries;
     (((0.002_003_40 * t - 0.000_183_1) * t - 46.836_769) * t + 84_381.406) * ARC_SECOND
 }
@@ -68,7 +68,7 @@ const NUTATION: [([f64; 5], [f64; 4]); 13] = [
 ];
 
 /// Nutation in longitude and in obliquity [rad]. The arguments are those of Meeus, chapter 22.
-pub fn nutation(centuries: f64) -> [f64; 2] {
+pub(crate) fn nutation(centuries: f64) -> [f64; 2] {
     let t = centuries;
     let arguments = [
         297.850_36 + (445_267.111_480 - 0.001_914_2 * t) * t,
@@ -88,7 +88,7 @@ pub fn nutation(centuries: f64) -> [f64; 2] {
 }
 
 /// Rotates vectors of the true equator and equinox of date into GCRF.
-pub fn gcrf_from_true(centuries: f64) -> DMat3 {
+pub(crate) fn gcrf_from_true(centuries: f64) -> DMat3 {
     let [longitude, obliquity] = nutation(centuries);
     let mean = mean_obliquity(centuries);
     gcrf_from_mean(centuries)
@@ -103,7 +103,7 @@ fn equation_of_equinoxes(centuries: f64) -> f64 {
 }
 
 /// Rotates TEME vectors into GCRF.
-pub fn gcrf_from_teme(centuries: f64) -> DMat3 {
+pub(crate) fn gcrf_from_teme(centuries: f64) -> DMat3 {
     gcrf_from_true(centuries) * DMat3::from_rotation_z(equation_of_equinoxes(centuries))
 }
 
@@ -117,12 +117,12 @@ fn sidereal_time(epoch: Epoch) -> f64 {
 }
 
 /// Rotates ITRF vectors into GCRF.
-pub fn gcrf_from_itrf(epoch: Epoch) -> DMat3 {
+pub(crate) fn gcrf_from_itrf(epoch: Epoch) -> DMat3 {
     gcrf_from_true(tt_centuries(epoch)) * DMat3::from_rotation_z(sidereal_time(epoch))
 }
 
 /// Transforms a position and a velocity of a frame into GCRF.
-pub fn to_gcrf(
+pub(crate) fn to_gcrf(
     frame: ReferenceFrame,
     epoch: Epoch,
     position: DVec3,

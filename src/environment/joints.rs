@@ -10,18 +10,18 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use keys::Keys;
 
-pub mod keys;
+pub(crate) mod keys;
 mod track;
 mod walk;
 
-pub use walk::Joints;
+pub(crate) use walk::Joints;
 
 /// Sine of the angle between axis and Sun below which the Sun does not define a position.
 const ALONG: f64 = 1e-9;
 
 /// The degree of freedom of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub(crate) enum Kind {
     /// Rotation about the axis.
     Rotation,
     /// Translation along the axis.
@@ -30,7 +30,7 @@ pub enum Kind {
 
 /// What prescribes the position of a joint.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Drive {
+pub(crate) enum Drive {
     /// A constant position [rad or m].
     Fixed(f64),
     /// Linear between times [s] and positions [rad or m], constant beyond the ends. A repeated time is a jump.
@@ -51,41 +51,41 @@ pub enum Drive {
 
 /// A joint with one degree of freedom.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Guided {
+pub(crate) struct Guided {
     /// Its degree of freedom.
-    pub kind: Kind,
+    pub(crate) kind: Kind,
     /// Unit axis in the file's pose, body frame.
-    pub axis: DVec3,
+    pub(crate) axis: DVec3,
     /// A point on the axis in the file's pose, body frame [m].
-    pub origin: DVec3,
+    pub(crate) origin: DVec3,
     /// What prescribes its position.
-    pub drive: Drive,
+    pub(crate) drive: Drive,
     /// Least and greatest position [rad or m].
-    pub limits: Option<[f64; 2]>,
+    pub(crate) limits: Option<[f64; 2]>,
     /// Greatest rate [rad/s or m/s]. Without one the joint is always at its target position.
-    pub rate: Option<f64>,
+    pub(crate) rate: Option<f64>,
 }
 
 /// A node that plays a glTF animation.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Played {
+pub(crate) struct Played {
     /// Rotation (x, y, z, w), where it is animated.
-    pub rotation: Option<Keys<4>>,
+    pub(crate) rotation: Option<Keys<4>>,
     /// Translation [m], where it is animated.
-    pub translation: Option<Keys<3>>,
+    pub(crate) translation: Option<Keys<3>>,
     /// Length of the animation [s].
-    pub duration: f64,
+    pub(crate) duration: f64,
     /// Whether it starts again after its end.
-    pub repeats: bool,
+    pub(crate) repeats: bool,
     /// The node's own translation [m] and rotation in the file's pose.
-    pub rest: (DVec3, DQuat),
+    pub(crate) rest: (DVec3, DQuat),
     /// From the parent's frame to the body's in the file's pose: a similarity.
-    pub body_from_parent: DAffine3,
+    pub(crate) body_from_parent: DAffine3,
 }
 
 /// How a joint moves.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Motion {
+pub(crate) enum Motion {
     /// A joint with one degree of freedom.
     Guided(Guided),
     /// An animation.
@@ -94,13 +94,13 @@ pub enum Motion {
 
 /// A joint.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Joint {
+pub(crate) struct Joint {
     /// Name of its glTF node.
-    pub name: String,
+    pub(crate) name: String,
     /// The parent joint, which stands before it in the list. `None` for the body.
-    pub parent: Option<usize>,
+    pub(crate) parent: Option<usize>,
     /// How it moves.
-    pub motion: Motion,
+    pub(crate) motion: Motion,
 }
 
 /// Why a joint can not be held at a position.
@@ -236,7 +236,7 @@ impl Joint {
     }
 
     /// Whether its position is an angle.
-    pub fn turns(&self) -> bool {
+    pub(crate) fn turns(&self) -> bool {
         match &self.motion {
             Motion::Guided(guided) => guided.kind == Kind::Rotation,
             Motion::Played(played) => played.rotation.is_some(),

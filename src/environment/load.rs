@@ -38,6 +38,6 @@ pub fn exact_albedo_flux(load: &StepLoad, normal: DVec3) -> f64 {
 }
 
 /// Transforms a body-frame vector into the planet frame (x to the Sun's side, z to nadir).
-pub fn planet_frame_direction(planet: &PlanetLoad, vector: DVec3) -> DVec3 {
+pub(crate) fn planet_frame_direction(planet: &PlanetLoad, vector: DVec3) -> DVec3 {
     DVec3::new(vector.dot(planet.sunward), vector.dot(planet.nadir.cross(planet.sunward)), vector.dot(planet.nadir))
 }

@@ -5,32 +5,32 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-pub mod albedo;
-pub mod albedo_field;
-pub mod attitude;
-pub mod coast;
-pub mod divided_differences;
-pub mod eclipse;
-pub mod ephemeris;
-pub mod frames;
-pub mod joints;
-pub mod load;
-pub mod orbit;
-pub mod orbit_point;
-pub mod placements;
-pub mod pose_path;
-pub mod position_history;
-pub mod quadrature;
-pub mod rotation_history;
-pub mod shadow;
-pub mod sky;
-pub mod spacing;
-pub mod state;
-pub mod step;
-pub mod sun;
-pub mod trajectory;
-pub mod utc;
-pub mod view_factor;
+pub(crate) mod albedo;
+pub(crate) mod albedo_field;
+pub(crate) mod attitude;
+pub(crate) mod coast;
+pub(crate) mod divided_differences;
+pub(crate) mod eclipse;
+pub(crate) mod ephemeris;
+pub(crate) mod frames;
+pub(crate) mod joints;
+pub(crate) mod load;
+pub(crate) mod orbit;
+pub(crate) mod orbit_point;
+pub(crate) mod placements;
+pub(crate) mod pose_path;
+pub(crate) mod position_history;
+pub(crate) mod quadrature;
+pub(crate) mod rotation_history;
+pub(crate) mod shadow;
+pub(crate) mod sky;
+pub(crate) mod spacing;
+pub(crate) mod state;
+pub(crate) mod step;
+pub(crate) mod sun;
+pub(crate) mod trajectory;
+pub(crate) mod utc;
+pub(crate) mod view_factor;
 
 pub use attitude::Attitude;
 pub use orbit::CircularOrbit;
@@ -71,9 +71,9 @@ pub struct Sky {
     /// Distance to the planet's centre over its radius, > 1.
     pub distance_ratio: f64,
     /// Angle at the planet's centre between the craft and the Sun [rad]: the Sun's zenith angle below the craft.
-    pub sun_zenith: f64,
+    pub(crate) sun_zenith: f64,
     /// Flux of sunlight over that at one astronomical unit.
-    pub solar_scale: f64,
+    pub(crate) solar_scale: f64,
 }
 
 impl Sky {
@@ -142,12 +142,12 @@ pub struct StepLoad {
 
 impl StepLoad {
     /// Whether the step belongs to the warm-up, which ends at time 0. Nobody waits for its steps one by one.
-    pub fn is_warm_up(&self) -> bool {
+    pub(crate) fn is_warm_up(&self) -> bool {
         self.start < 0.0
     }
 
     /// Rotates body vectors into the joint's frame, in which its nodes keep the pose of the file.
-    pub fn joint_from_body(&self, joint: u32) -> DMat3 {
+    pub(crate) fn joint_from_body(&self, joint: u32) -> DMat3 {
         self.joints.get(joint as usize).map_or(DMat3::IDENTITY, |pose| pose.matrix3.transpose())
     }
 }

@@ -6,17 +6,17 @@ use std::fmt;
 use glam::{DMat3, DVec3};
 
 /// Earth's gravitational parameter [m3/s2] (IERS Conventions 2010, table 1.1).
-pub const EARTH_GRAVITATIONAL_PARAMETER: f64 = 3.986_004_418e14;
+pub(crate) const EARTH_GRAVITATIONAL_PARAMETER: f64 = 3.986_004_418e14;
 
 /// Distance of the Sun from the planet, one astronomical unit [m] (IAU 2012 resolution B2).
-pub const SUN_DISTANCE: f64 = 149_597_870_700.0;
+pub(crate) const SUN_DISTANCE: f64 = 149_597_870_700.0;
 
 /// Radius of the Sun [m] (IAU 2015 resolution B3, nominal).
-pub const SUN_RADIUS: f64 = 6.957e8;
+pub(crate) const SUN_RADIUS: f64 = 6.957e8;
 
 /// Lowest altitude as a share of the planet's radius. A lower value is probably in kilometres by mistake. For the Earth
 /// it is 6.4 km.
-pub const LOWEST_ALTITUDE: f64 = 1e-3;
+pub(crate) const LOWEST_ALTITUDE: f64 = 1e-3;
 
 /// A circular orbit. Altitude and period are separate inputs. The program prints a disagreement between them.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,49 +33,49 @@ pub struct CircularOrbit {
 
 impl CircularOrbit {
     /// Angle from orbit noon [rad], in [0, 2 pi) up to rounding.
-    pub fn angle(&self, time: f64) -> f64 {
+    pub(crate) fn angle(&self, time: f64) -> f64 {
         (self.phase + TAU * (time / self.period).fract()).rem_euclid(TAU)
     }
 
     /// Unit vector to the Sun, inertial frame.
-    pub fn sun_direction(&self) -> DVec3 {
+    pub(crate) fn sun_direction(&self) -> DVec3 {
         DVec3::new(self.beta.cos(), 0.0, self.beta.sin())
     }
 
     /// Unit vector from the planet's centre to the craft, inertial frame.
-    pub fn zenith(&self, time: f64) -> DVec3 {
+    pub(crate) fn zenith(&self, time: f64) -> DVec3 {
         let (sin, cos) = self.angle(time).sin_cos();
         DVec3::new(cos, sin, 0.0)
     }
 
     /// Rotates orbit-frame (LVLH: X velocity, Y against the orbit normal, Z nadir) vectors into the inertial frame.
-    pub fn inertial_from_orbit(&self, time: f64) -> DMat3 {
+    pub(crate) fn inertial_from_orbit(&self, time: f64) -> DMat3 {
         let zenith = self.zenith(time);
         DMat3::from_cols(DVec3::new(-zenith.y, zenith.x, 0.0), -DVec3::Z, -zenith)
     }
 }
 
 /// The Kepler period [s] of a circular orbit of Earth with this radius [m].
-pub fn kepler_period(orbit_radius: f64) -> f64 {
+pub(crate) fn kepler_period(orbit_radius: f64) -> f64 {
     TAU * (orbit_radius.powi(3) / EARTH_GRAVITATIONAL_PARAMETER).sqrt()
 }
 
 /// The radius [m] of a circular orbit of Earth with this period [s].
-pub fn kepler_radius(period: f64) -> f64 {
+pub(crate) fn kepler_radius(period: f64) -> f64 {
     (EARTH_GRAVITATIONAL_PARAMETER * (period / TAU).powi(2)).cbrt()
 }
 
 /// An altitude and a period that do not agree (docs/numerics.md 2). They are printed but not corrected.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PeriodDisagreement {
+pub(crate) struct PeriodDisagreement {
     /// Altitude of the scene [m].
-    pub altitude: f64,
+    pub(crate) altitude: f64,
     /// Period of the scene [s].
-    pub period: f64,
+    pub(crate) period: f64,
     /// Period of a circular orbit at this altitude around Earth [s].
-    pub kepler_period: f64,
+    pub(crate) kepler_period: f64,
     /// Altitude of a circular orbit with this period around Earth [m].
-    pub kepler_altitude: f64,
+    pub(crate) kepler_altitude: f64,
 }
 
 impl fmt::Display for PeriodDisagreement {
@@ -93,7 +93,7 @@ impl fmt::Display for PeriodDisagreement {
 }
 
 /// Disagreement of the altitude and the period of an orbit around a planet of this radius [m]. `None` where they agree within [`PERIOD_TOLERANCE`].
-pub fn period_disagreement(orbit: &CircularOrbit, planet_radius: f64) -> Option<PeriodDisagreement> {
+pub(crate) fn period_disagreement(orbit: &CircularOrbit, planet_radius: f64) -> Option<PeriodDisagreement> {
     // The gravitational parameter of another planet is not known.
     if !EARTH_RADII.contains(&planet_radius) {
         return None;
@@ -108,10 +108,10 @@ pub fn period_disagreement(orbit: &CircularOrbit, planet_radius: f64) -> Option<
 }
 
 /// Planet radii that count as Earth's [m].
-pub const EARTH_RADII: std::ops::RangeInclusive<f64> = 6.350e6..=6.385e6;
+pub(crate) const EARTH_RADII: std::ops::RangeInclusive<f64> = 6.350e6..=6.385e6;
 
 /// Greatest difference between period and Kepler period that is not reported [s]. Users round to a second.
-pub const PERIOD_TOLERANCE: f64 = 1.0;
+pub(crate) const PERIOD_TOLERANCE: f64 = 1.0;
 
 #[cfg(test)]
 mod tests {

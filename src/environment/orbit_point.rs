@@ -23,19 +23,19 @@ pub enum Orbit {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OrbitPoint {
     /// Time since the start [s].
-    pub time: f64,
+    pub(crate) time: f64,
     /// Craft from the planet's centre [m].
     pub position: DVec3,
     /// Sun from the planet's centre [m].
     pub sun: DVec3,
     /// Unit vector from the craft to the Sun.
-    pub sun_direction: DVec3,
+    pub(crate) sun_direction: DVec3,
     /// Rotates orbit-frame (LVLH: X along the velocity, Y against the orbit normal, Z nadir) vectors into the inertial frame.
     pub inertial_from_orbit: DMat3,
     /// Solar flux over that at one astronomical unit.
-    pub solar_scale: f64,
+    pub(crate) solar_scale: f64,
     /// Angular rate of the craft round the planet [rad/s].
-    pub rate: f64,
+    pub(crate) rate: f64,
 }
 
 impl From<&CircularOrbit> for Orbit {
@@ -67,7 +67,7 @@ impl Orbit {
     }
 
     /// The trajectory. `None` for any other orbit.
-    pub fn trajectory(&self) -> Option<&Trajectory> {
+    pub(crate) fn trajectory(&self) -> Option<&Trajectory> {
         match self {
             Self::Circular(_) | Self::Given(_) => None,
             Self::Trajectory(trajectory) => Some(trajectory),

@@ -6,30 +6,30 @@ use super::state::SLACK;
 
 /// Where a craft and the Sun are at a time. All vectors are in one inertial frame, from the planet's centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub(crate) struct Place {
     /// Time since the start [s].
-    pub time: f64,
+    pub(crate) time: f64,
     /// The craft [m].
-    pub position: DVec3,
+    pub(crate) position: DVec3,
     /// Its velocity [m/s]. Without one, the orbit frame has the plane of two neighbouring positions.
-    pub velocity: Option<DVec3>,
+    pub(crate) velocity: Option<DVec3>,
     /// The Sun [m].
-    pub sun: DVec3,
+    pub(crate) sun: DVec3,
     /// Rotates body vectors into the inertial frame.
-    pub inertial_from_body: DQuat,
+    pub(crate) inertial_from_body: DQuat,
 }
 
 /// Craft and Sun at a time between places, from the planet's centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Course {
+pub(crate) struct Course {
     /// The craft [m].
-    pub position: DVec3,
+    pub(crate) position: DVec3,
     /// The Sun [m].
-    pub sun: DVec3,
+    pub(crate) sun: DVec3,
     /// A vector along the normal of the orbit. It is zero where nothing tells it.
-    pub momentum: DVec3,
+    pub(crate) momentum: DVec3,
     /// Rate of the craft round the planet [rad/s].
-    pub rate: f64,
+    pub(crate) rate: f64,
 }
 
 /// Why a place is refused.
@@ -83,7 +83,7 @@ impl Placements {
     ///
     /// # Errors
     /// An unusable value.
-    pub fn new(first: Place, planet_radius: f64) -> Result<Self, PlaceError> {
+    pub(crate) fn new(first: Place, planet_radius: f64) -> Result<Self, PlaceError> {
         check(&first, planet_radius)?;
         Ok(Self { places: vec![first] })
     }
@@ -92,7 +92,7 @@ impl Placements {
     ///
     /// # Errors
     /// An unusable value, or a time that is not later than the last one.
-    pub fn and(&self, next: Place, now: f64, planet_radius: f64) -> Result<Self, PlaceError> {
+    pub(crate) fn and(&self, next: Place, now: f64, planet_radius: f64) -> Result<Self, PlaceError> {
         check(&next, planet_radius)?;
         let last = self.last().time;
         if next.time <= last {
@@ -106,12 +106,12 @@ impl Placements {
     }
 
     /// The last place.
-    pub fn last(&self) -> &Place {
+    pub(crate) fn last(&self) -> &Place {
         &self.places[self.places.len() - 1]
     }
 
     /// Times of the places [s].
-    pub fn times(&self) -> impl Iterator<Item = f64> {
+    pub(crate) fn times(&self) -> impl Iterator<Item = f64> {
         self.places.iter().map(|place| place.time)
     }
 
@@ -119,7 +119,7 @@ impl Placements {
     ///
     /// # Errors
     /// The first time that is not covered.
-    pub fn check(&self, from: f64, to: f64) -> Result<(), PlaceError> {
+    pub(crate) fn check(&self, from: f64, to: f64) -> Result<(), PlaceError> {
         let (first, last) = (self.places[0].time, self.last().time);
         let uncovered = |time| Err(PlaceError::Uncovered { time, from: first, to: last });
         if from < first - SLACK {
@@ -138,7 +138,7 @@ impl Placements {
     }
 
     /// Craft and Sun at a time [s].
-    pub fn at(&self, time: f64) -> Course {
+    pub(crate) fn at(&self, time: f64) -> Course {
         let (a, b, share) = self.around(time);
         let plane = |place: &Place| place.velocity.map(|velocity| place.position.cross(velocity));
         let between = a.position.cross(b.position);
@@ -155,7 +155,7 @@ impl Placements {
     }
 
     /// Rotation of body vectors into the inertial frame at a time [s].
-    pub fn inertial_from_body(&self, time: f64) -> DQuat {
+    pub(crate) fn inertial_from_body(&self, time: f64) -> DQuat {
         let (a, b, share) = self.around(time);
         a.inertial_from_body.normalize().slerp(b.inertial_from_body.normalize(), share)
     }

@@ -14,7 +14,7 @@ const PARALLEL: f64 = 1e-6;
 
 /// Positions of a path.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Places {
+pub(crate) enum Places {
     /// Samples in the camera's frame, from the craft [m].
     Samples(PositionHistory),
     /// A trajectory of its own round the planet. The craft's position is subtracted in f64.
@@ -28,7 +28,7 @@ pub enum Places {
 
 /// Rotations of a path.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Turns {
+pub(crate) enum Turns {
     /// Rotations of the camera's carrier into the camera's frame.
     History(Arc<RotationHistory>),
     /// Towards a point of the camera's frame [m], with a direction that is up in the image.
@@ -37,13 +37,13 @@ pub enum Turns {
 
 /// A path of a camera in its frame.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PosePath {
+pub(crate) struct PosePath {
     /// Positions.
-    pub places: Places,
+    pub(crate) places: Places,
     /// Rotations.
-    pub turns: Turns,
+    pub(crate) turns: Turns,
     /// Rotates camera axes into those of its carrier.
-    pub mount: DQuat,
+    pub(crate) mount: DQuat,
 }
 
 /// Why there is no pose at a time.
@@ -72,7 +72,7 @@ impl PosePath {
     ///
     /// # Errors
     /// A time that is not covered, with the ranges that are, or a view without a direction.
-    pub fn pose(&self, time: f64) -> Result<(DVec3, DQuat), NoPose> {
+    pub(crate) fn pose(&self, time: f64) -> Result<(DVec3, DQuat), NoPose> {
         let position = self.position(time)?;
         let carrier = match &self.turns {
             Turns::History(history) => history.rotation(time).ok_or_else(|| {
@@ -89,7 +89,7 @@ impl PosePath {
     }
 
     /// The first time of the path [s]. `None` for a trajectory by elements.
-    pub fn start(&self) -> Option<f64> {
+    pub(crate) fn start(&self) -> Option<f64> {
         let coverage = match &self.places {
             Places::Samples(history) => Some(history.coverage()),
             Places::Chaser { trajectory, .. } => trajectory.coverage(),
@@ -129,7 +129,7 @@ fn ranges(coverage: &[(f64, f64)]) -> String {
 }
 
 /// Rotation from OpenCV camera axes (+X right, +Y down, +Z forward). `up` must not be parallel to `forward`.
-pub fn look(forward: DVec3, up: DVec3) -> DQuat {
+pub(crate) fn look(forward: DVec3, up: DVec3) -> DQuat {
     let right = forward.cross(up).normalize();
     DQuat::from_mat3(&DMat3::from_cols(right, forward.cross(right), forward)).normalize()
 }

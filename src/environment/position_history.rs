@@ -8,7 +8,7 @@ use super::state::SLACK;
 
 /// Positions given by samples, in pieces between gaps.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PositionHistory {
+pub(crate) struct PositionHistory {
     /// In order of time. Nothing is interpolated between pieces.
     pieces: Vec<Vec<Sample>>,
 }
@@ -18,7 +18,7 @@ type Sample = (f64, [DVec3; 3]);
 
 impl PositionHistory {
     /// A history of times [s], which increase, and positions [m]. [`gaps`] are not bridged.
-    pub fn new(samples: &[(f64, DVec3)]) -> Self {
+    pub(crate) fn new(samples: &[(f64, DVec3)]) -> Self {
         let times: Vec<f64> = samples.iter().map(|(time, _)| *time).collect();
         let gaps = gaps(&times, 0.0, |_| false);
         let ends = (0..gaps.len()).filter(|index| gaps[*index]).map(|index| index + 1).chain([samples.len()]);
@@ -33,7 +33,7 @@ impl PositionHistory {
     }
 
     /// Position at a time [s]. `None` where no piece covers it to within [`SLACK`].
-    pub fn position(&self, time: f64) -> Option<DVec3> {
+    pub(crate) fn position(&self, time: f64) -> Option<DVec3> {
         let covers = |piece: &&Vec<Sample>| piece[0].0 - SLACK <= time && time <= piece[piece.len() - 1].0 + SLACK;
         let piece = self.pieces.iter().find(covers)?;
         let time = time.clamp(piece[0].0, piece[piece.len() - 1].0);
@@ -45,7 +45,7 @@ impl PositionHistory {
     }
 
     /// Intervals of time that are covered [s].
-    pub fn coverage(&self) -> Vec<(f64, f64)> {
+    pub(crate) fn coverage(&self) -> Vec<(f64, f64)> {
         self.pieces.iter().map(|piece| (piece[0].0, piece[piece.len() - 1].0)).collect()
     }
 }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 /// A Gauss-Legendre rule on [0, 1].
 #[derive(Debug, Clone, PartialEq)]
-pub struct GaussLegendre {
+pub(crate) struct GaussLegendre {
     nodes: Vec<(f64, f64)>,
 }
 
@@ -13,7 +13,7 @@ impl GaussLegendre {
     ///
     /// The nodes are the roots of the Legendre polynomial, found by Newton's method from the cosine estimate (Press et al., Numerical Recipes, section
     /// 4.6).
-    pub fn new(points: usize) -> Self {
+    pub(crate) fn new(points: usize) -> Self {
         let nodes = (0..points)
             .map(|index| {
                 let mut x = (PI * (index as f64 + 0.75) / (points as f64 + 0.5)).cos();
@@ -30,14 +30,14 @@ impl GaussLegendre {
     }
 
     /// Nodes of [`start`, `end`] and their weights.
-    pub fn on(&self, start: f64, end: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
+    pub(crate) fn on(&self, start: f64, end: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
         let length = end - start;
         self.nodes.iter().map(move |&(x, weight)| (start + length * x, length * weight))
     }
 
     /// The rule with its nodes dense at both ends, for integrands that vary there as the power 1/2 or 3/2 of the distance to the end. With x = t^2 (3 - 2t)
     /// such powers become t^2 sqrt(3 - 2t) or smoother in t.
-    pub fn on_smoothed(&self, start: f64, end: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
+    pub(crate) fn on_smoothed(&self, start: f64, end: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
         let length = end - start;
         self.nodes.iter().map(move |&(t, weight)| {
             let x = t * t * (3.0 - 2.0 * t);

@@ -8,20 +8,20 @@ use super::state::SLACK;
 
 /// A rotation at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RotationSample {
+pub(crate) struct RotationSample {
     /// Time since the start of the scene [s].
-    pub time: f64,
+    pub(crate) time: f64,
     /// Rotates body vectors into the history's frame.
-    pub frame_from_body: DQuat,
+    pub(crate) frame_from_body: DQuat,
     /// Derivative of its components by time [1/s], where it is stated.
-    pub derivative: Option<DQuat>,
+    pub(crate) derivative: Option<DQuat>,
     /// Rate about the body's Z axis until the next sample [rad/s], in the history of a spinning body.
-    pub spin: Option<f64>,
+    pub(crate) spin: Option<f64>,
 }
 
 /// The reference frame of a history.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum HistoryFrame {
+pub(crate) enum HistoryFrame {
     /// The scene's inertial frame: GCRF, or that of the circular orbit.
     Inertial,
     /// The orbit frame (LVLH).
@@ -30,7 +30,7 @@ pub enum HistoryFrame {
 
 /// Interpolation between samples. Samples with a spin rate follow that rate instead.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RotationInterpolation {
+pub(crate) enum RotationInterpolation {
     /// The shorter arc between two samples, at a constant rate (SLERP).
     Arc,
     /// A polynomial of this degree through the components of the quaternions. The result is normalised.
@@ -41,29 +41,29 @@ pub enum RotationInterpolation {
 
 /// Samples of one segment of a file.
 #[derive(Debug, Clone, PartialEq)]
-pub struct RotationSegment {
+pub(crate) struct RotationSegment {
     /// In order of time. Two samples of one time are a jump.
-    pub samples: Vec<RotationSample>,
+    pub(crate) samples: Vec<RotationSample>,
     /// How to interpolate.
-    pub interpolation: RotationInterpolation,
+    pub(crate) interpolation: RotationInterpolation,
     /// Times between which the segment may be used [s].
-    pub usable: (f64, f64),
+    pub(crate) usable: (f64, f64),
 }
 
 /// An attitude given by samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RotationHistory {
     /// Its source, for reports.
-    pub description: String,
+    pub(crate) description: String,
     /// The frame of the rotations.
-    pub frame: HistoryFrame,
+    pub(crate) frame: HistoryFrame,
     /// In order of time. Nothing is interpolated between pieces.
     pieces: Vec<RotationSegment>,
 }
 
 impl RotationHistory {
     /// A history of segments whose samples are in order of time. Two samples of one time are a jump. [`gaps`] are not bridged.
-    pub fn new(description: String, frame: HistoryFrame, segments: Vec<RotationSegment>) -> Self {
+    pub(crate) fn new(description: String, frame: HistoryFrame, segments: Vec<RotationSegment>) -> Self {
         let mut pieces = Vec::new();
         for RotationSegment { samples, interpolation, usable } in segments {
             let times: Vec<f64> = samples.iter().map(|sample| sample.time).collect();
@@ -87,7 +87,7 @@ impl RotationHistory {
     }
 
     /// Rotation of the body into the frame at a time [s]. `None` where no piece covers it to within [`SLACK`].
-    pub fn rotation(&self, time: f64) -> Option<DQuat> {
+    pub(crate) fn rotation(&self, time: f64) -> Option<DQuat> {
         let after = self.pieces.partition_point(|piece| piece.usable.0 <= time);
         let covering = self.pieces[..after].iter().rev().find(|piece| time <= piece.usable.1);
         let beside = || {
@@ -99,7 +99,7 @@ impl RotationHistory {
     }
 
     /// Intervals of time that are covered [s]. Intervals that touch are joined.
-    pub fn coverage(&self) -> Vec<(f64, f64)> {
+    pub(crate) fn coverage(&self) -> Vec<(f64, f64)> {
         let mut joined: Vec<(f64, f64)> = Vec::new();
         for piece in &self.pieces {
             let (start, end) = piece.usable;
@@ -112,7 +112,7 @@ impl RotationHistory {
     }
 
     /// Largest angle between neighbouring quaternions [rad]. From pi on the direction of the turn is unknown.
-    pub fn largest_turn(&self) -> f64 {
+    pub(crate) fn largest_turn(&self) -> f64 {
         let turn = |pair: &[RotationSample]| {
             if pair[0].spin.is_some() { 0.0 } else { pair[0].frame_from_body.angle_between(pair[1].frame_from_body) }
         };

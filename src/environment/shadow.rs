@@ -15,14 +15,18 @@ mod redraw;
 mod shadows;
 mod tree;
 
-pub use depth_map::{DepthMap, SunView};
-pub use rays::{Hit, Occluders, SUN_RAYS, disc_directions};
-pub use redraw::Redraw;
-pub use shadows::{Jointed, Method, Shadows};
-pub use tree::{LARGEST_TREE, Tree, TreeNode, tree_boxes};
+pub use depth_map::DepthMap;
+pub use depth_map::SunView;
+pub use rays::Occluders;
+pub(crate) use rays::{Hit, SUN_RAYS, disc_directions};
+pub(crate) use redraw::Redraw;
+pub(crate) use shadows::Jointed;
+pub use shadows::Method;
+pub use shadows::Shadows;
+pub(crate) use tree::{LARGEST_TREE, Tree, tree_boxes};
 
 /// Angular radius of the Sun's disc at 1 au [rad]: 695,700 km (IAU 2015 resolution B3) over 149,597,870.7 km.
-pub const SUN_ANGULAR_RADIUS: f64 = 695_700.0 / 149_597_870.7;
+pub(crate) const SUN_ANGULAR_RADIUS: f64 = 695_700.0 / 149_597_870.7;
 
 /// The normal of a surface on the side of the Sun: the given normal or its opposite.
 fn lit_side(normal: DVec3, sun: DVec3) -> DVec3 {

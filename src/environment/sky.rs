@@ -109,7 +109,7 @@ impl SkyModel {
     ///
     /// # Errors
     /// A place that can not be.
-    pub fn placed(&self, place: Place, now: f64) -> Result<Self, PlaceError> {
+    pub(crate) fn placed(&self, place: Place, now: f64) -> Result<Self, PlaceError> {
         let places = match &self.orbit {
             Orbit::Given(places) => places.and(place, now, self.planet_radius)?,
             _ => Placements::new(place, self.planet_radius)?,
@@ -160,12 +160,12 @@ impl SkyModel {
     }
 
     /// Period of the orbit [s].
-    pub fn period(&self) -> f64 {
+    pub(crate) fn period(&self) -> f64 {
         self.orbit.period()
     }
 
     /// Period after which everything in the body frame repeats [s]. `None` where it does not repeat.
-    pub fn repeats_after(&self) -> Option<f64> {
+    pub(crate) fn repeats_after(&self) -> Option<f64> {
         match &self.orbit {
             Orbit::Circular(orbit) if self.body.repeats_with_the_orbit() => Some(orbit.period),
             _ => None,
@@ -173,12 +173,12 @@ impl SkyModel {
     }
 
     /// Period of a spinning craft [s]. `None` for any other.
-    pub fn spin_period(&self) -> Option<f64> {
+    pub(crate) fn spin_period(&self) -> Option<f64> {
         self.body.spin_period()
     }
 
     /// Distance to the planet's centre over its radius. `None` where it changes.
-    pub fn constant_distance_ratio(&self) -> Option<f64> {
+    pub(crate) fn constant_distance_ratio(&self) -> Option<f64> {
         match &self.orbit {
             Orbit::Circular(orbit) => Some(1.0 + orbit.altitude / self.planet_radius),
             Orbit::Trajectory(_) | Orbit::Given(_) => None,
@@ -222,7 +222,7 @@ impl SkyModel {
     }
 
     /// Times in (`start`, `end`) [s] at which penumbra or umbra begins or ends, in order.
-    pub fn contacts(&self, start: f64, end: f64) -> Vec<f64> {
+    pub(crate) fn contacts(&self, start: f64, end: f64) -> Vec<f64> {
         self.events(start, end).into_iter().map(|event| event.time).collect()
     }
 
@@ -306,7 +306,7 @@ impl SkyModel {
     }
 
     /// Angle by which the Sun's direction turns in the body frame between two times [rad], from chords.
-    pub fn sun_sweep(&self, start: f64, end: f64) -> f64 {
+    pub(crate) fn sun_sweep(&self, start: f64, end: f64) -> f64 {
         const CHORDS: u32 = 16;
         let direction = |index: u32| self.sun_direction(start + (end - start) * f64::from(index) / f64::from(CHORDS));
         let chord = |index: u32| 2.0 * (0.5 * direction(index).distance(direction(index + 1))).min(1.0).asin();
@@ -353,7 +353,7 @@ pub struct EclipseEvent {
 }
 
 /// Angle round the planet of one stretch in the search on a trajectory [rad].
-pub const STRETCH: f64 = 0.05;
+pub(crate) const STRETCH: f64 = 0.05;
 
 /// Longest stretch [s]. Far from the Earth the motion of the Sun limits it.
 const LONGEST_STRETCH: f64 = 86_400.0;
@@ -363,7 +363,7 @@ const LOOK_EVERY: f64 = 60.0;
 const MOST_LOOKS: f64 = 1e5;
 
 /// Angle at the planet's centre between the horizon and the point below the craft [rad].
-pub fn horizon_angle(distance_ratio: f64) -> f64 {
+pub(crate) fn horizon_angle(distance_ratio: f64) -> f64 {
     (distance_ratio * distance_ratio - 1.0).max(0.0).sqrt().atan()
 }
 

@@ -1,14 +1,14 @@
 //! Detects gaps in a series of epochs: spacings too long for the sampling around them.
 
 /// A spacing is long above this ratio to the usual one. Two epochs are then missing.
-pub const GAP: f64 = 2.5;
+pub(crate) const GAP: f64 = 2.5;
 
 /// Number of similar long spacings in a row that count as coarser sampling. Fewer are single epochs between gaps.
-pub const COARSE: usize = 4;
+pub(crate) const COARSE: usize = 4;
 
 /// For each spacing of `times` (which do not decrease), whether it is a gap. Spacings of at most `same` are not. A run of [`COARSE`] similar spacings is
 /// not a gap either, except spacings that are `too_far` to bridge.
-pub fn gaps(times: &[f64], same: f64, too_far: impl Fn(usize) -> bool) -> Vec<bool> {
+pub(crate) fn gaps(times: &[f64], same: f64, too_far: impl Fn(usize) -> bool) -> Vec<bool> {
     let spacings: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let typical = median(&spacings, same);
     let is_long: Vec<bool> = spacings.iter().map(|spacing| *spacing > GAP * typical).collect();

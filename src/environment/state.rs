@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 /// Difference between two times that counts as rounding [s], such as between 541.8 s and 5418 steps of 0.1 s.
-pub const SLACK: f64 = 1e-6;
+pub(crate) const SLACK: f64 = 1e-6;
 
 /// Position and velocity of a craft, GCRF, from the planet's centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,16 +11,16 @@ pub struct State {
     /// Position [m].
     pub position: DVec3,
     /// Velocity [m/s].
-    pub velocity: DVec3,
+    pub(crate) velocity: DVec3,
 }
 
 /// One sample of an ephemeris.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
+pub(crate) struct Sample {
     /// Time since the start of the scene [s].
     pub time: f64,
     /// Position [m], GCRF.
-    pub position: DVec3,
+    pub(crate) position: DVec3,
     /// Velocity [m/s], GCRF, where it is stated.
-    pub velocity: Option<DVec3>,
+    pub(crate) velocity: Option<DVec3>,
 }

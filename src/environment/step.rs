@@ -49,7 +49,7 @@ impl AlbedoSource {
 ///
 /// A plate on which the Sun rises or sets during a sample errs by at most its flux times 1/8 of the angle. This is 0.05 W/m2 for the eight samples of
 /// a 17 s step in low orbit. Every other plate gets its exact mean flux.
-pub const SWEEP_PER_SAMPLE: f64 = 1.1e-3;
+pub(crate) const SWEEP_PER_SAMPLE: f64 = 1.1e-3;
 
 static LIT_RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(4));
 static PENUMBRA_RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(12));
@@ -70,7 +70,7 @@ impl StepLoads {
     }
 
     /// Adds joints to the craft. Joints with a rate are walked from the time `from` [s] on in steps of `step` [s].
-    pub fn with_joints(mut self, joints: Vec<Joint>, from: f64, step: f64) -> Self {
+    pub(crate) fn with_joints(mut self, joints: Vec<Joint>, from: f64, step: f64) -> Self {
         let sun = |time: f64| self.sky.sun_direction(time);
         self.joints = Joints::under_a_sky(joints, from, step, self.sky.repeats_after(), sun);
         self
@@ -80,12 +80,12 @@ impl StepLoads {
     ///
     /// # Errors
     /// A place that can not be.
-    pub fn place(&mut self, place: Place, now: f64) -> Result<(), PlaceError> {
+    pub(crate) fn place(&mut self, place: Place, now: f64) -> Result<(), PlaceError> {
         self.sky = self.sky.placed(place, now)?;
         if let Some(AlbedoSource::Fixed(_)) = self.albedo {
             self.albedo = Some(AlbedoSource::Varying(AlbedoFields::default()));
         }
-        self.joints = self.joints.from_here(now, &|time| self.sky.sun_direction(time));
+        self.joints = self.joints.restart_at(now, &|time| self.sky.sun_direction(time));
         Ok(())
     }
 
@@ -93,14 +93,14 @@ impl StepLoads {
     ///
     /// # Errors
     /// There is no such joint, it plays an animation, or the position lies outside its limits.
-    pub fn set_joint(&mut self, name: &str, position: f64, now: f64) -> Result<(), JointError> {
+    pub(crate) fn set_joint(&mut self, name: &str, position: f64, now: f64) -> Result<(), JointError> {
         let joints = self.joints.held(name, position)?;
-        self.joints = joints.from_here(now, &|time| self.sky.sun_direction(time));
+        self.joints = joints.restart_at(now, &|time| self.sky.sun_direction(time));
         Ok(())
     }
 
     /// The joints.
-    pub fn joints(&self) -> &Joints {
+    pub(crate) fn joints(&self) -> &Joints {
         &self.joints
     }
 

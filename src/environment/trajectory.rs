@@ -19,7 +19,7 @@ const CENTURY: f64 = 36_525.0 * 86_400.0;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
     /// Its source, for reports.
-    pub description: String,
+    pub(crate) description: String,
     /// Time 0 of the scene.
     start: Epoch,
     /// Time 0 of the scene in centuries of TT since J2000.
@@ -31,7 +31,7 @@ pub struct Trajectory {
 
 /// Source of the craft's positions.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Source {
+pub(crate) enum Source {
     /// A two-line element set.
     Elements {
         /// The propagator.
@@ -86,7 +86,7 @@ impl Trajectory {
     ///
     /// # Errors
     /// There is no state at time 0.
-    pub fn new(description: String, start: Epoch, source: Source) -> Result<Self, TrajectoryError> {
+    pub(crate) fn new(description: String, start: Epoch, source: Source) -> Result<Self, TrajectoryError> {
         let mut trajectory = Self::elsewhere(description, start, source);
         trajectory.check(0.0, 0.0)?;
         if let Some(State { position, velocity }) = trajectory.state(0.0) {
@@ -100,14 +100,14 @@ impl Trajectory {
     }
 
     /// A trajectory that need not cover time 0. It has no period.
-    pub fn elsewhere(description: String, start: Epoch, source: Source) -> Self {
+    pub(crate) fn elsewhere(description: String, start: Epoch, source: Source) -> Self {
         // Seconds are added to this epoch. TAI has no leap seconds.
         let start = start.to_time_scale(TimeScale::TAI);
         Self { description, start, start_centuries: tt_centuries(start), source, period: f64::INFINITY }
     }
 
     /// Intervals of time that an ephemeris covers [s]. `None` for elements.
-    pub fn coverage(&self) -> Option<Vec<(f64, f64)>> {
+    pub(crate) fn coverage(&self) -> Option<Vec<(f64, f64)>> {
         match &self.source {
             Source::Elements { .. } => None,
             Source::Ephemeris(ephemeris) => Some(ephemeris.coverage()),
@@ -115,22 +115,22 @@ impl Trajectory {
     }
 
     /// Time 0 of the scene.
-    pub fn start(&self) -> Epoch {
+    pub(crate) fn start(&self) -> Epoch {
         self.start
     }
 
     /// Period of the osculating orbit at time 0 [s]. Infinite for an open orbit.
-    pub fn period(&self) -> f64 {
+    pub(crate) fn period(&self) -> f64 {
         self.period
     }
 
     /// Epoch of a scene time.
-    pub fn epoch(&self, time: f64) -> Epoch {
+    pub(crate) fn epoch(&self, time: f64) -> Epoch {
         self.start + Unit::Second * time
     }
 
     /// UTC of a scene time, to the millisecond: `2023-10-29T17:03:44.412Z`.
-    pub fn utc(&self, time: f64) -> String {
+    pub(crate) fn utc(&self, time: f64) -> String {
         utc(self.epoch(time))
     }
 
@@ -149,7 +149,7 @@ impl Trajectory {
     }
 
     /// Position of the Sun from the planet's centre [m].
-    pub fn sun(&self, time: f64) -> DVec3 {
+    pub(crate) fn sun(&self, time: f64) -> DVec3 {
         sun_position(self.centuries(time))
     }
 
@@ -158,7 +158,7 @@ impl Trajectory {
     }
 
     /// Times at which the trajectory may have a jump or a kink [s].
-    pub fn seams(&self) -> Vec<f64> {
+    pub(crate) fn seams(&self) -> Vec<f64> {
         match &self.source {
             Source::Elements { .. } => Vec::new(),
             Source::Ephemeris(ephemeris) => ephemeris.seams().collect(),
@@ -223,6 +223,6 @@ impl fmt::Display for Trajectory {
 }
 
 /// Seconds from one epoch to another, leap seconds included.
-pub fn seconds_between(from: Epoch, to: Epoch) -> f64 {
+pub(crate) fn seconds_between(from: Epoch, to: Epoch) -> f64 {
     (to.to_tai_duration() - from.to_tai_duration()).to_seconds()
 }

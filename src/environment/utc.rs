@@ -23,7 +23,7 @@ fn clock(tai: Duration) -> (Duration, bool) {
 }
 
 /// UTC as ISO 8601, to the nearest millisecond. The second is 60 in a leap second.
-pub fn utc(epoch: Epoch) -> String {
+pub(crate) fn utc(epoch: Epoch) -> String {
     let (clock, leaping) = clock(epoch.to_tai_duration().round(Unit::Millisecond * 1));
     let (year, month, day, hour, minute, second, nanoseconds) = Epoch::from_tai_duration(clock).to_gregorian_tai();
     let second = second + u8::from(leaping);
@@ -32,14 +32,14 @@ pub fn utc(epoch: Epoch) -> String {
 }
 
 /// Days of UTC since J2000 (2000-01-01 12:00). A day with a leap second counts its last second twice.
-pub fn utc_days(epoch: Epoch) -> f64 {
+pub(crate) fn utc_days(epoch: Epoch) -> f64 {
     /// Days from 1900-01-01 0h to 2000-01-01 12h.
     const J2000: f64 = 36_524.5;
     clock(epoch.to_tai_duration()).0.to_unit(Unit::Day) - J2000
 }
 
 /// Start of the leap second after `23:59:59` UTC. `None` where there is none.
-pub fn leap_second_after(last: Epoch) -> Option<Epoch> {
+pub(crate) fn leap_second_after(last: Epoch) -> Option<Epoch> {
     let next = Epoch::from_tai_duration(last.to_tai_duration() + Unit::Second * 1);
     clock(next.to_tai_duration()).1.then_some(next)
 }

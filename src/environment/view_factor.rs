@@ -5,16 +5,16 @@ use std::f64::consts::PI;
 /// The planet's apparent radius as the sine and cosine of its angle. It is computed once in a step in f64, because for a low orbit a cosine made from an
 /// f32 sine loses its digits.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ApparentRadius {
+pub(crate) struct ApparentRadius {
     /// Planet radius over distance.
-    pub sin: f64,
+    pub(crate) sin: f64,
     /// Distance to the horizon over distance to the centre.
-    pub cos: f64,
+    pub(crate) cos: f64,
 }
 
 impl ApparentRadius {
     /// The apparent radius at a distance to the planet's centre over its radius, >= 1.
-    pub fn new(distance_ratio: f64) -> Self {
+    pub(crate) fn new(distance_ratio: f64) -> Self {
         let cos = ((distance_ratio - 1.0).max(0.0) * (distance_ratio + 1.0)).sqrt() / distance_ratio;
         Self { sin: 1.0 / distance_ratio, cos }
     }
@@ -29,7 +29,7 @@ impl ApparentRadius {
 ///
 /// This is the exact solution (Juul 1979, J. Heat Transfer 101; Martinez, "Radiative view factors", tilted patch to a sphere). Arc tangents replace its arc
 /// sine and arc cosine, which lose half their digits at both tangencies. For x > 1 the whole disc is seen and F = s^2 cos_tilt. For x < -1, F = 0.
-pub fn plate_view_factor(cos_tilt: f64, radius: ApparentRadius) -> f64 {
+pub(crate) fn plate_view_factor(cos_tilt: f64, radius: ApparentRadius) -> f64 {
     let ApparentRadius { sin: s, cos: k } = radius;
     if cos_tilt >= s {
         return s * s * cos_tilt;

@@ -70,7 +70,7 @@ pub fn view_factors(exchange: &Exchange, group: &[usize], load: &StepLoad) -> Ve
 
 /// Radiative exchange areas [m2] between groups, all reflections of infrared counted: emissivity times area times Gebhart's factor. Each pair stands once. Those to
 /// space contain the planet, because they are those of the whole sky.
-pub fn radiative_areas(exchange: &Exchange, group: &[usize]) -> Vec<(usize, To, f64)> {
+pub(crate) fn radiative_areas(exchange: &Exchange, group: &[usize]) -> Vec<(usize, To, f64)> {
     let mut sums: BTreeMap<(usize, To), f64> = BTreeMap::new();
     for (patch, own) in exchange.patches.iter().enumerate() {
         let (from, emissivity) = (group[patch], own.optics.emissivity);

@@ -8,17 +8,17 @@ use super::patches::{NONE, Patches, Surface};
 use crate::environment::shadow::{Hit, Occluders};
 
 /// The end of a ray that leaves the craft.
-pub const SPACE: u32 = u32::MAX;
+pub(crate) const SPACE: u32 = u32::MAX;
 /// The end of a ray on the inner face of a skin, which exchanges no heat. Only meshes that are open or that reach into each other have such rays.
-pub const INSIDE: u32 = u32::MAX - 1;
+pub(crate) const INSIDE: u32 = u32::MAX - 1;
 
 /// The craft as placed by its joints, for rays.
 #[derive(Debug, Clone)]
 pub struct Scenery {
     /// Poses of the body and of the joints. None is the file's pose.
-    pub poses: Vec<DAffine3>,
+    pub(crate) poses: Vec<DAffine3>,
     /// The tree of the triangles.
-    pub occluders: Occluders,
+    pub(crate) occluders: Occluders,
 }
 
 impl Scenery {
@@ -42,17 +42,17 @@ impl Scenery {
 }
 
 /// A ray: its start [m] and its direction, a unit vector.
-pub type Ray = [DVec3; 2];
+pub(crate) type Ray = [DVec3; 2];
 
 /// A ray of a patch in the file's pose, its start lifted off the surface by `start` [m].
-pub fn ray_of(surface: &Surface, patches: &Patches, start: f64, patch: u32, ray: u32) -> Ray {
+pub(crate) fn ray_of(surface: &Surface, patches: &Patches, start: f64, patch: u32, ray: u32) -> Ray {
     let [point, normal] = start_of(surface, patches, patch, ray);
     let [_, _, u, v] = fractions(patch, ray);
     [point + start * normal, cosine_direction(normal, [u, v])]
 }
 
 /// Where a ray of a patch starts in the file's pose, and the unit normal of its face there.
-pub fn start_of(surface: &Surface, patches: &Patches, patch: u32, ray: u32) -> Ray {
+pub(crate) fn start_of(surface: &Surface, patches: &Patches, patch: u32, ray: u32) -> Ray {
     let own = &patches.all[patch as usize];
     let corners = &patches.corners[own.corners.clone()];
     let [place, s, ..] = fractions(patch, ray);
@@ -69,7 +69,7 @@ pub fn start_of(surface: &Surface, patches: &Patches, patch: u32, ray: u32) -> R
 }
 
 /// Where a ray ends: a patch, [`SPACE`] or [`INSIDE`].
-pub fn end_of(surface: &Surface, patches: &Patches, occluders: &Occluders, [from, direction]: Ray) -> u32 {
+pub(crate) fn end_of(surface: &Surface, patches: &Patches, occluders: &Occluders, [from, direction]: Ray) -> u32 {
     let Some(hit) = occluders.first(from, direction) else { return SPACE };
     let triangle = surface.triangles[occluders.tree.order[hit.triangle] as usize];
     match face_of(&triangle.map(|node| patches.of_node[node as usize]), &hit) {
@@ -79,7 +79,7 @@ pub fn end_of(surface: &Surface, patches: &Patches, occluders: &Occluders, [from
 }
 
 /// The patch that a ray meets: that of the nearest corner, on the side from which the ray comes. `faces` are the fronts and backs of the corners.
-pub fn face_of(faces: &[[u32; 2]; 3], hit: &Hit) -> u32 {
+pub(crate) fn face_of(faces: &[[u32; 2]; 3], hit: &Hit) -> u32 {
     let [first, second, third] = [1.0 - hit.u - hit.v, hit.u, hit.v];
     let nearest = if first >= second.max(third) {
         0

@@ -11,13 +11,13 @@ use glam::DVec3;
 use crate::thermal::sensor::noise::pcg4d;
 
 /// Steps of the recurrence, 2^32 / g^k for k = 1 to 4, where g^5 = g + 1.
-pub const STEPS: [u32; 4] = [3_679_390_609, 3_152_041_523, 2_700_274_806, 2_313_257_605];
+pub(crate) const STEPS: [u32; 4] = [3_679_390_609, 3_152_041_523, 2_700_274_806, 2_313_257_605];
 
 /// Second word of the hash of a patch, so that it differs from other uses of the same hash.
 const SALT: u32 = 0x5eed;
 
 /// The four numbers of a ray, each in (0, 1). Their upper 24 bits decide, which f32 holds exactly.
-pub fn fractions(patch: u32, ray: u32) -> [f64; 4] {
+pub(crate) fn fractions(patch: u32, ray: u32) -> [f64; 4] {
     let shift = pcg4d([patch, SALT, 0, 0]);
     std::array::from_fn(|k| {
         let word = shift[k].wrapping_add(ray.wrapping_mul(STEPS[k]));
@@ -26,7 +26,7 @@ pub fn fractions(patch: u32, ray: u32) -> [f64; 4] {
 }
 
 /// Two unit vectors at right angles to a unit vector and to each other (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
-pub fn basis(normal: DVec3) -> [DVec3; 2] {
+pub(crate) fn basis(normal: DVec3) -> [DVec3; 2] {
     let sign = if normal.z < 0.0 { -1.0 } else { 1.0 };
     let a = -1.0 / (sign + normal.z);
     let b = normal.x * normal.y * a;
@@ -37,7 +37,7 @@ pub fn basis(normal: DVec3) -> [DVec3; 2] {
 }
 
 /// Direction about a unit normal for two numbers in (0, 1). Its probability is proportional to the cosine (Malley's method).
-pub fn cosine_direction(normal: DVec3, [u, v]: [f64; 2]) -> DVec3 {
+pub(crate) fn cosine_direction(normal: DVec3, [u, v]: [f64; 2]) -> DVec3 {
     let [x, y] = basis(normal);
     let (sine, cosine) = (TAU * v).sin_cos();
     let radius = u.sqrt();
@@ -46,7 +46,7 @@ pub fn cosine_direction(normal: DVec3, [u, v]: [f64; 2]) -> DVec3 {
 
 /// Barycentric weights of the second and third corner of a point that two numbers in (0, 1) spread evenly over the part of a triangle that is nearest to
 /// corner number `corner`, by its weights.
-pub fn point_near_corner([s, t]: [f64; 2], corner: usize) -> [f64; 2] {
+pub(crate) fn point_near_corner([s, t]: [f64; 2], corner: usize) -> [f64; 2] {
     let root = s.sqrt();
     let weights = [1.0 - root, root * (1.0 - t), root * t];
     let most = (0..3).fold(0, |best, k| if weights[k] > weights[best] { k } else { best });

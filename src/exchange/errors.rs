@@ -25,7 +25,7 @@ pub struct FluxError {
 }
 
 /// Light that arrives at every patch [W/m2] with all its reflections, at most `bounces`, of what leaves each at first. Nothing is left out.
-pub fn arriving(factors: &Factors, absorptivities: &[f64], bounces: Option<u32>, sent: &[f64]) -> Vec<f64> {
+pub(crate) fn arriving(factors: &Factors, absorptivities: &[f64], bounces: Option<u32>, sent: &[f64]) -> Vec<f64> {
     let mut arrives = vec![0.0; sent.len()];
     for _ in 0..=bounces.unwrap_or(MOST).min(MOST) {
         let leaves = leaving(absorptivities, sent, &arrives);

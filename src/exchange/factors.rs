@@ -29,7 +29,7 @@ pub struct Factors {
     /// Area times view factor to space [m2].
     pub space: Vec<f64>,
     /// Rays of each patch.
-    pub rays: u32,
+    pub(crate) rays: u32,
     /// What was changed to make the view factors reciprocal and closed.
     pub correction: Correction,
     /// Share of the rays of each patch that ended on the inner face of a skin.
@@ -42,14 +42,14 @@ pub struct Correction {
     /// Root mean square over the view factors above 0.
     pub rms: f64,
     /// The largest.
-    pub largest: f64,
+    pub(crate) largest: f64,
     /// Largest error of a row that no factors close, over its area. It went to the diagonal.
     pub unclosed: f64,
 }
 
 impl Factors {
     /// View factors from the ends of `rays` rays of each patch.
-    pub fn new(patches: &[Patch], ends: &[u32], rays: u32) -> Self {
+    pub(crate) fn new(patches: &[Patch], ends: &[u32], rays: u32) -> Self {
         let areas: Vec<f64> = patches.iter().map(|patch| patch.area).collect();
         let share = 1.0 / f64::from(rays);
         let counted: Vec<(Row, f64, u32)> = ends
@@ -90,18 +90,13 @@ impl Factors {
         buried.fold((0, 0.0), |(count, all), (_, area)| (count + 1, all + area))
     }
 
-    /// View factor from one patch to another.
-    pub fn to(&self, from: usize, to: u32) -> f64 {
-        self.shared.at(from, to) / self.areas[from]
-    }
-
     /// View factor from a patch to space.
     pub fn to_space(&self, from: usize) -> f64 {
         self.space[from] / self.areas[from]
     }
 
     /// Variance of a shared area [m4] as that of independent rays, at least that of a single ray.
-    pub fn variance(&self, from: usize, to: u32) -> f64 {
+    pub(crate) fn variance(&self, from: usize, to: u32) -> f64 {
         let (own, other) = (self.areas[from], self.areas[to as usize]);
         let shared = self.shared.at(from, to);
         let weight = own * other / (own + other);
@@ -109,12 +104,12 @@ impl Factors {
     }
 
     /// The same of the area that a patch shares with space [m4].
-    pub fn variance_to_space(&self, from: usize) -> f64 {
+    pub(crate) fn variance_to_space(&self, from: usize) -> f64 {
         self.areas[from] * self.areas[from] * self.of_share(self.to_space(from))
     }
 
     /// Variance of a share of the rays of a patch.
-    pub fn of_share(&self, share: f64) -> f64 {
+    pub(crate) fn of_share(&self, share: f64) -> f64 {
         let rays = f64::from(self.rays);
         (share * (1.0 - share)).max(1.0 / rays) / rays
     }

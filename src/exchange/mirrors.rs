@@ -15,7 +15,7 @@ use crate::environment::shadow::Occluders;
 use crate::thermal::lobe::facet_reflection;
 
 /// Most mirrored rays of a patch. They have one direction, so fewer do than for a hemisphere.
-pub const MOST_RAYS: u32 = 32;
+pub(crate) const MOST_RAYS: u32 = 32;
 
 /// Cosine below which the Sun does not light a face. It leaves room for the f32 of the device.
 const GRAZING: f64 = -1e-5;
@@ -96,13 +96,8 @@ impl Mirrors {
     }
 
     /// Most pairs of patches between which sunlight is mirrored.
-    pub fn most_pairs(&self) -> usize {
+    pub(crate) fn most_pairs(&self) -> usize {
         self.faces.iter().map(|face| face.rays.len().max(1)).sum()
-    }
-
-    /// Number of patches that mirror.
-    pub fn count(&self) -> usize {
-        self.faces.len()
     }
 
     /// Where the sunlight goes that is mirrored under a load. A patch that the Sun does not light mirrors nothing.

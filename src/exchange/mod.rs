@@ -6,18 +6,18 @@
 //!
 //! A patch has a uniform temperature and reflects diffusely, but for direct sunlight that it may mirror once ([`mirrors`]). The room knows triangles and optical values. It knows no files and no Vulkan.
 
-pub mod between;
-pub mod buried;
-pub mod cast;
-pub mod defects;
-pub mod directions;
-pub mod errors;
-pub mod factors;
-pub mod mirrors;
-pub mod patches;
-pub mod reflected;
-pub mod sky;
-pub mod sparse;
-pub mod step;
-pub mod turn;
-pub mod words;
+pub(crate) mod between;
+pub(crate) mod buried;
+pub(crate) mod cast;
+pub(crate) mod defects;
+pub(crate) mod directions;
+pub(crate) mod errors;
+pub(crate) mod factors;
+pub(crate) mod mirrors;
+pub(crate) mod patches;
+pub(crate) mod reflected;
+pub(crate) mod sky;
+pub(crate) mod sparse;
+pub(crate) mod step;
+pub(crate) mod turn;
+pub(crate) mod words;

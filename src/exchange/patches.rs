@@ -10,7 +10,7 @@ use glam::DVec3;
 use crate::thermal::material::{Gloss, Material, Optics, Sides};
 
 /// No patch.
-pub const NONE: u32 = u32::MAX;
+pub(crate) const NONE: u32 = u32::MAX;
 
 /// Bins of a normal along each axis of a face of the cube around it. With three, the axes of the body lie in the middle of a bin.
 const BINS: f64 = 3.0;
@@ -41,15 +41,15 @@ pub struct Surface {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patch {
     /// Joint; 0 is the body.
-    pub joint: u32,
+    pub(crate) joint: u32,
     /// Part.
     pub part: u32,
     /// Material.
-    pub material: u32,
+    pub(crate) material: u32,
     /// Whether it is the face against the normals.
-    pub back: bool,
+    pub(crate) back: bool,
     /// Whether it lies inside another part, in the file's pose.
-    pub buried: bool,
+    pub(crate) buried: bool,
     /// Absorptivity and emissivity of this face.
     pub optics: Optics,
     /// How this face mirrors.
@@ -61,18 +61,18 @@ pub struct Patch {
     /// Mean place [m].
     pub centre: DVec3,
     /// Its nodes in [`Patches::nodes`].
-    pub nodes: std::ops::Range<usize>,
+    pub(crate) nodes: std::ops::Range<usize>,
     /// Its corners of triangles in [`Patches::corners`].
-    pub corners: std::ops::Range<usize>,
+    pub(crate) corners: std::ops::Range<usize>,
 }
 
 /// A corner of a triangle, on whose surface rays of a patch start.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Corner {
+pub(crate) struct Corner {
     /// Number of the triangle times three, plus that of the corner.
-    pub corner: u32,
+    pub(crate) corner: u32,
     /// Share of the rays of the patch that start here or at a corner before.
-    pub up_to: f64,
+    pub(crate) up_to: f64,
 }
 
 /// All patches of a craft. Those of one joint are consecutive.
@@ -81,11 +81,11 @@ pub struct Patches {
     /// The patches.
     pub all: Vec<Patch>,
     /// Nodes of the patches, each with its share of the patch's area.
-    pub nodes: Vec<(u32, f64)>,
+    pub(crate) nodes: Vec<(u32, f64)>,
     /// Corners of the patches.
-    pub corners: Vec<Corner>,
+    pub(crate) corners: Vec<Corner>,
     /// Patches of the front and of the back of each node, or [`NONE`].
-    pub of_node: Vec<[u32; 2]>,
+    pub(crate) of_node: Vec<[u32; 2]>,
 }
 
 impl Patches {
@@ -170,7 +170,7 @@ impl Patches {
 
 impl Surface {
     /// Area of a triangle [m2].
-    pub fn area_of(&self, triangle: usize) -> f64 {
+    pub(crate) fn area_of(&self, triangle: usize) -> f64 {
         let [a, b, c] = self.triangles[triangle].map(|node| self.positions[node as usize]);
         0.5 * (b - a).cross(c - a).length()
     }

@@ -16,7 +16,7 @@ use super::sparse::{Row, Sparse};
 use super::words::{MOST as WORDS, rounded};
 
 /// Area of the entries of a row that may be left out, over the area of its patch. They are pairs that do not see each other directly.
-pub const LEFT_OUT: f64 = 0.05;
+pub(crate) const LEFT_OUT: f64 = 0.05;
 /// Rounds in which kept entries take what was left out.
 const ROUNDS: usize = 100;
 /// Share of the light of a row below which reflections are no longer followed.
@@ -34,15 +34,15 @@ const MIRROR: f64 = 1e-6;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Areas {
     /// H_ij [m2], symmetric.
-    pub between: Sparse,
+    pub(crate) between: Sparse,
     /// Area times the share of the light of a patch that reaches space [m2].
     pub space: Vec<f64>,
     /// Largest share of the light of a patch that returns to it in place of further reflections.
-    pub returned: f64,
+    pub(crate) returned: f64,
 }
 
 /// Exchange areas of patches with these absorptivities, with at most `bounces` reflections, or all.
-pub fn exchange_areas(factors: &Factors, absorptivities: &[f64], bounces: Option<u32>) -> Areas {
+pub(crate) fn exchange_areas(factors: &Factors, absorptivities: &[f64], bounces: Option<u32>) -> Areas {
     let areas = &factors.areas;
     let [given, lost] = shares(factors, absorptivities, bounces);
     let rows: Vec<Row> = (0..areas.len())

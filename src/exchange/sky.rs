@@ -27,22 +27,22 @@ const FLUX: f64 = 0.01;
 
 /// A ray of a patch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ray {
+pub(crate) struct Ray {
     /// The two numbers that chose its direction about the normal.
-    pub place: [f64; 2],
+    pub(crate) place: [f64; 2],
     /// Its direction.
-    pub direction: DVec3,
+    pub(crate) direction: DVec3,
     /// Whether it left the craft.
-    pub open: bool,
+    pub(crate) open: bool,
 }
 
 /// Number of bundles of some rays.
-pub fn bundles_of(rays: usize) -> usize {
+pub(crate) fn bundles_of(rays: usize) -> usize {
     rays.div_ceil(BUNDLE)
 }
 
 /// Words of the bundles of a patch. Neighbours make a bundle: rays are sorted into rings about the normal, and those of a ring by azimuth.
-pub fn bundled(mut rays: Vec<Ray>) -> Vec<u32> {
+pub(crate) fn bundled(mut rays: Vec<Ray>) -> Vec<u32> {
     let (count, length) = (bundles_of(rays.len()), rays.len());
     // As many bundles around a ring as there are rings, times four, have about the same width and height.
     let rings = ((count as f64).sqrt() / 2.0).round().max(1.0) as usize;
@@ -136,20 +136,20 @@ impl PlanetView {
 
 /// What the light of Sun and planet on a craft depends on.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FoundFor {
+pub(crate) struct FoundFor {
     /// Directions to the planet, to the Sun as the planet sees it, and to the Sun as the craft sees it, body frame. Zero without.
-    pub directions: [DVec3; 3],
+    pub(crate) directions: [DVec3; 3],
     /// Sunlight of the Sun and of the planet [W/m2].
-    pub fluxes: [f64; 2],
+    pub(crate) fluxes: [f64; 2],
     /// Poses of the joints.
-    pub poses: Vec<DAffine3>,
+    pub(crate) poses: Vec<DAffine3>,
     /// When the step starts [s].
-    pub start: f64,
+    pub(crate) start: f64,
 }
 
 impl FoundFor {
     /// That of a load.
-    pub fn new(load: &StepLoad) -> Self {
+    pub(crate) fn new(load: &StepLoad) -> Self {
         let mut directions = [DVec3::ZERO; 3];
         let mut fluxes = [load.sun.iter().map(|sample| sample.flux).sum(), 0.0];
         directions[2] = load.sun.iter().map(|sample| sample.flux * sample.direction).sum::<DVec3>().normalize_or_zero();
@@ -179,7 +179,7 @@ impl FoundFor {
 
 /// What a step finds anew of what patches exchange.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Due {
+pub(crate) enum Due {
     /// Nothing: what was found before holds.
     Nothing,
     /// Infrared.
@@ -193,9 +193,9 @@ pub enum Due {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Renewal {
     /// Angle after which light is found anew [rad].
-    pub angle: f64,
+    pub(crate) angle: f64,
     /// Steps after which infrared is found anew.
-    pub every: f64,
+    pub(crate) every: f64,
     /// What light was last found for.
     found_for: Option<FoundFor>,
     /// Steps since light and since infrared were found.
@@ -204,12 +204,12 @@ pub struct Renewal {
 
 impl Renewal {
     /// Nothing is found yet.
-    pub fn new(angle: f64, every: f64) -> Self {
+    pub(crate) fn new(angle: f64, every: f64) -> Self {
         Self { angle, every, ..Self::default() }
     }
 
     /// What must be found anew for a load that lasts `steps`. It counts as done then. With `fresh` it is all.
-    pub fn due(&mut self, load: &StepLoad, steps: f64, fresh: bool) -> Due {
+    pub(crate) fn due(&mut self, load: &StepLoad, steps: f64, fresh: bool) -> Due {
         let now = FoundFor::new(load);
         let turn = self.found_for.as_ref().map_or(f64::INFINITY, |last| last.turn(&now));
         let infrared = self.since[1] >= self.every - STILL;
@@ -231,7 +231,7 @@ impl Renewal {
     }
 
     /// What is needed to go on later.
-    pub fn save(&self) -> Saved {
+    pub(crate) fn save(&self) -> Saved {
         let mut saved = Saved::default();
         saved.put("since", &self.since);
         if let Some(FoundFor { directions, fluxes, poses, start }) = &self.found_for {
@@ -247,7 +247,7 @@ impl Renewal {
     ///
     /// # Errors
     /// Lists of another kind.
-    pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
+    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         self.found_for = None;
         self.since = saved.array("since")?;
         if saved.has("directions") {

@@ -1,20 +1,20 @@
 //! A sparse square matrix in rows.
 
 /// A row: columns and values.
-pub type Row = Vec<(u32, f64)>;
+pub(crate) type Row = Vec<(u32, f64)>;
 
 /// Rows one after another. The entries of a row are sorted by column.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sparse {
     /// First entry of each row, and the one after the last.
-    pub first: Vec<u32>,
+    pub(crate) first: Vec<u32>,
     /// Columns and values.
-    pub entries: Vec<(u32, f64)>,
+    pub(crate) entries: Vec<(u32, f64)>,
 }
 
 impl Sparse {
     /// The matrix of sorted rows.
-    pub fn from_rows(rows: Vec<Row>) -> Self {
+    pub(crate) fn from_rows(rows: Vec<Row>) -> Self {
         let mut first = vec![0];
         let mut entries = Vec::new();
         for row in rows {
@@ -25,13 +25,8 @@ impl Sparse {
     }
 
     /// Number of rows.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.first.len().saturating_sub(1)
-    }
-
-    /// Whether it has no rows.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     /// Entries of a row.
@@ -46,7 +41,7 @@ impl Sparse {
     }
 
     /// The transposed matrix.
-    pub fn transposed(&self) -> Self {
+    pub(crate) fn transposed(&self) -> Self {
         let mut rows = vec![Vec::new(); self.len()];
         for row in 0..self.len() {
             self.row(row).iter().for_each(|(column, value)| rows[*column as usize].push((row as u32, *value)));
@@ -55,7 +50,7 @@ impl Sparse {
     }
 
     /// Combines two matrices entry by entry. An entry that one of them lacks is 0 there. Entries of 0 are left out.
-    pub fn combined(&self, other: &Self, with: impl Fn(usize, u32, f64, f64) -> f64) -> Self {
+    pub(crate) fn combined(&self, other: &Self, with: impl Fn(usize, u32, f64, f64) -> f64) -> Self {
         let rows = (0..self.len()).map(|row| {
             let (a, b) = (self.row(row), other.row(row));
             let (mut i, mut j, mut merged) = (0, 0, Vec::with_capacity(a.len().max(b.len())));

@@ -25,10 +25,10 @@ use crate::thermal::incident::incident;
 use crate::thermal::received::{Received, Seen};
 
 /// Time for which infrared is held where a scene states none [s].
-pub const HOLD: f64 = 60.0;
+pub(crate) const HOLD: f64 = 60.0;
 
 /// Most rays that keep the sky of a patch.
-pub const SKY_RAYS: u32 = 4096;
+pub(crate) const SKY_RAYS: u32 = 4096;
 
 /// How the rays and reflections of a scene are found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,10 +61,10 @@ impl Default for Settings {
 }
 
 /// Squares on the area of a craft whose scene states no size of patches. Faces of sheets, parts and directions of normals make several times as many patches.
-pub const PATCHES: f64 = 250.0;
+pub(crate) const PATCHES: f64 = 250.0;
 
 /// Most patches of a craft, so that the number of one takes half a word.
-pub const MOST_PATCHES: usize = 1 << 16;
+pub(crate) const MOST_PATCHES: usize = 1 << 16;
 
 /// The light of Sun and planet on a craft, held while they hardly turn against it.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -81,7 +81,7 @@ pub struct Light {
 
 impl Light {
     /// Adds the light to a saved state.
-    pub fn save_into(&self, saved: &mut Saved) {
+    pub(crate) fn save_into(&self, saved: &mut Saved) {
         let seen = self.seen.iter().map(|seen| [seen.planet_ir, seen.albedo]);
         saved.put("seen", &seen.collect::<Vec<_>>());
         saved.put("reflected", &self.reflected);
@@ -93,7 +93,7 @@ impl Light {
     ///
     /// # Errors
     /// Lists of another kind.
-    pub fn restored(saved: &Saved) -> Result<Self, SavedError> {
+    pub(crate) fn restored(saved: &Saved) -> Result<Self, SavedError> {
         let seen: Vec<[f64; 2]> = saved.list("seen")?;
         Ok(Self {
             seen: seen.into_iter().map(|[planet_ir, albedo]| Seen { planet_ir, albedo }).collect(),
@@ -110,7 +110,7 @@ pub struct Exchange {
     /// The patches.
     pub patches: Vec<Patch>,
     /// Nodes of the patches, each with its share of the patch's area.
-    pub nodes: Vec<(u32, f64)>,
+    pub(crate) nodes: Vec<(u32, f64)>,
     /// Patches of the front and of the back of each node, or [`NONE`].
     pub of_node: Vec<[u32; 2]>,
     /// View factors.
@@ -168,12 +168,12 @@ impl Exchange {
     }
 
     /// Number of bundles that keep the sky of a patch.
-    pub fn bundles(&self) -> usize {
+    pub(crate) fn bundles(&self) -> usize {
         self.bundles
     }
 
     /// Bundles that keep the sky of a patch.
-    pub fn sky_of(&self, patch: usize) -> &[u32] {
+    pub(crate) fn sky_of(&self, patch: usize) -> &[u32] {
         &self.sky[patch * self.bundles..(patch + 1) * self.bundles]
     }
 
@@ -265,7 +265,7 @@ impl Exchange {
     }
 
     /// What the two faces of a node receive, from what every patch absorbs and sees.
-    pub fn of_node(&self, node: usize, absorbed: &[f64], seen: &[Seen]) -> [Received; 2] {
+    pub(crate) fn of_node(&self, node: usize, absorbed: &[f64], seen: &[Seen]) -> [Received; 2] {
         self.of_node[node].map(|patch| match patch {
             NONE => Received::NOTHING,
             patch => {

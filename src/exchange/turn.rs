@@ -3,7 +3,7 @@
 use glam::{DAffine3, DQuat};
 
 /// Largest turn of a joint between poses [rad]. A way counts as a turn about the origin, over a metre at least.
-pub fn turned(before: &[DAffine3], now: &[DAffine3]) -> f64 {
+pub(crate) fn turned(before: &[DAffine3], now: &[DAffine3]) -> f64 {
     if before.len() != now.len() {
         return f64::INFINITY;
     }

@@ -1,12 +1,12 @@
 //! Numbers as sums of a few numbers of 8 bits, as the device keeps exchange areas: a column and such a number share a word.
 
 /// The nearest number with 8 significant bits, the upper half of an f32.
-pub fn short(value: f64) -> f64 {
+pub(crate) fn short(value: f64) -> f64 {
     f64::from(f32::from_bits(upper_half(value) << 16))
 }
 
 /// The number nearest to a value among sums of at most `most` numbers of 8 bits. It ends where the rest is at most `least`.
-pub fn rounded(value: f64, least: f64, most: usize) -> f64 {
+pub(crate) fn rounded(value: f64, least: f64, most: usize) -> f64 {
     let mut sum = short(value);
     for _ in 1..most {
         if (value - sum).abs() <= least {
@@ -18,7 +18,7 @@ pub fn rounded(value: f64, least: f64, most: usize) -> f64 {
 }
 
 /// The upper halves of the f32 whose sum is a value that `rounded` gave.
-pub fn pieces(value: f64) -> Vec<u32> {
+pub(crate) fn pieces(value: f64) -> Vec<u32> {
     let (mut rest, mut pieces) = (value, Vec::new());
     while rest != 0.0 && pieces.len() < MOST {
         pieces.push(upper_half(rest));
@@ -28,7 +28,7 @@ pub fn pieces(value: f64) -> Vec<u32> {
 }
 
 /// Most numbers of a sum: they hold the 24 bits of an f32.
-pub const MOST: usize = 3;
+pub(crate) const MOST: usize = 3;
 
 fn upper_half(value: f64) -> u32 {
     let bits = (value as f32).to_bits();

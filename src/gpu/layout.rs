@@ -14,7 +14,7 @@ pub use image::{Band, Distant, DrawCommand, PlanetView, Reflector, Sampling, Shu
 pub use network::{HeaterStep, NetworkLink, NetworkPass, NetworkSolver, NetworkStage, NetworkStep};
 pub use sensor::Sensor;
 pub use shadow::{ShadowBox, ShadowTriangle, SunRay, SunView, rows, shadow_tree};
-pub use shared::{Member, Structure};
+pub use shared::Structure;
 pub use step::{FUSED_STEPS, HeatPass, Material, Step, Steps};
 
 /// Distance between the joint slices of a uniform buffer [bytes]. Every device accepts it as an offset alignment.

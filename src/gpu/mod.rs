@@ -2,6 +2,8 @@
 //!
 //! [`context`] opens a device. [`renderer`] holds a scene on it. [`frame`] lists the passes of a frame.
 
+#![allow(unreachable_pub)]
+
 mod bindings;
 pub mod blackbody;
 pub mod compile;

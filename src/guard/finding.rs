@@ -9,16 +9,16 @@ const MOST_NAMES: usize = 4;
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {
     /// Most images for which the place of the craft in the image is computed.
-    pub images: usize,
+    pub(crate) images: usize,
     /// Most images for which the camera may be found inside the craft.
-    pub inside: usize,
+    pub(crate) inside: usize,
     /// The time of the only image [s], in place of those that the scene states.
-    pub at: Option<f64>,
+    pub(crate) at: Option<f64>,
 }
 
 impl Effort {
     /// At the start of a run.
-    pub const BRIEF: Self = Self { images: 32, inside: 2, at: None };
+    pub(crate) const BRIEF: Self = Self { images: 32, inside: 2, at: None };
     /// For `isotherm check`.
     pub const WHOLE: Self = Self { images: 10_000, inside: 64, at: None };
 }
@@ -53,7 +53,7 @@ pub(super) fn named(kind: &str, names: &[&str]) -> String {
 }
 
 /// A number with four significant digits, or as many as it has before its point.
-pub fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     if !value.is_finite() || value == 0.0 {
         return value.to_string();
     }

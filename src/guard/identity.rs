@@ -19,17 +19,15 @@ const HALF_FIELD: f64 = 0.25;
 
 /// Part and material of each pixel, rows from the top.
 #[derive(Debug, Clone)]
-pub struct Identity {
+pub(crate) struct Identity {
     /// Width [px].
-    pub width: u32,
-    /// Height [px].
-    pub height: u32,
+    pub(crate) width: u32,
     /// Part + 1 and material + 1 of each pixel. 0 where no surface is.
-    pub pixels: Vec<[u32; 2]>,
+    pub(crate) pixels: Vec<[u32; 2]>,
 }
 
 /// What the camera sees in the first image, with the time of that image [s]. `None` where the scene draws none.
-pub fn of_first_image(prepared: &Prepared) -> Option<(f64, Identity)> {
+pub(crate) fn of_first_image(prepared: &Prepared) -> Option<(f64, Identity)> {
     let camera = prepared.scene.camera.as_ref()?;
     let (time, own) = image_time(&prepared.scene.time, 0)?;
     let pose = pose_of(prepared, time, own)?;
@@ -46,7 +44,7 @@ pub fn of_first_image(prepared: &Prepared) -> Option<(f64, Identity)> {
 }
 
 /// The whole craft at time 0, seen obliquely from above: from +X, -Y and +Z of the body.
-pub fn of_whole_craft(prepared: &Prepared) -> Identity {
+pub(crate) fn of_whole_craft(prepared: &Prepared) -> Identity {
     let places = prepared.nodes_at(0.0);
     let drawn = prepared.triangles.iter().flatten().map(|node| places.positions[*node as usize].as_dvec3());
     let (low, high) = drawn.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
@@ -79,5 +77,5 @@ fn draw(prepared: &Prepared, time: f64, view: &View) -> Identity {
         around: None,
     };
     let pixels = rasterise(&surface, view, |_| 1.0).into_iter().map(|pixel| [pixel.part, pixel.material]).collect();
-    Identity { width: view.width, height: view.height, pixels }
+    Identity { width: view.width, pixels }
 }

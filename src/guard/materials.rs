@@ -11,7 +11,7 @@ use crate::thermal::balance::{balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response, Sides, Structure};
 
 /// Temperature at which time constants are stated [K].
-pub const AT: f64 = 300.0;
+pub(crate) const AT: f64 = 300.0;
 /// Thickness of a shell as a share of its part, above which it is no shell.
 const THICK: f64 = 0.1;
 /// Density below which it is probably in g/cm3 [kg/m3].
@@ -21,23 +21,23 @@ const HOT: f64 = 500.0;
 
 /// What is known of a material.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct MaterialFacts {
+pub(crate) struct MaterialFacts {
     /// Name of the glTF material.
-    pub name: String,
+    pub(crate) name: String,
     /// Its response.
-    pub response: &'static str,
+    pub(crate) response: &'static str,
     /// Area of its surface [m2].
-    pub area_m2: f64,
+    pub(crate) area_m2: f64,
     /// Balance temperature in full sunlight from straight ahead, without conduction [K].
-    pub hottest_k: f64,
+    pub(crate) hottest_k: f64,
     /// Heat capacity per area [J/(m2 K)]. `None` where the response needs none, or a transition moves it.
-    pub capacity: Option<f64>,
+    pub(crate) capacity: Option<f64>,
     /// Time constant: heat capacity over radiative conductance at 300 K, or the `t_max` of its transition [s].
-    pub time_constant_s: Option<f64>,
+    pub(crate) time_constant_s: Option<f64>,
     /// The time constant in steps of the scene.
-    pub time_constant_steps: Option<f64>,
+    pub(crate) time_constant_steps: Option<f64>,
     /// Length over which conduction evens temperatures out: sqrt(k d / 4 eps sigma T^3) at 300 K [m].
-    pub conduction_length_m: Option<f64>,
+    pub(crate) conduction_length_m: Option<f64>,
 }
 
 /// Conductance per area by radiation at 300 K [W/(m2 K)].

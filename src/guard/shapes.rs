@@ -23,20 +23,20 @@ const FLAT: f64 = 1e-6;
 #[derive(Debug, Clone)]
 pub(super) struct Shape {
     /// The part.
-    pub part: u32,
+    pub(crate) part: u32,
     /// Its joint; 0 is the body.
-    pub joint: u32,
+    pub(crate) joint: u32,
     /// Corners of its box in the file's pose [m].
-    pub low: DVec3,
-    pub high: DVec3,
+    pub(crate) low: DVec3,
+    pub(crate) high: DVec3,
     /// Area [m2].
-    pub area: f64,
+    pub(crate) area: f64,
     /// Area of each material on it [m2].
-    pub materials: BTreeMap<u32, f64>,
+    pub(crate) materials: BTreeMap<u32, f64>,
     /// Mean of the longest edges of its triangles, weighted by area [m].
-    pub edge: f64,
+    pub(crate) edge: f64,
     /// Its triangles, as places in `Prepared::triangles`.
-    pub triangles: Vec<u32>,
+    pub(crate) triangles: Vec<u32>,
     /// Sum of the area vectors [m2].
     vector: DVec3,
     /// Volume that it encloses if it is closed, negative where its triangles face inward [m3].
@@ -47,7 +47,7 @@ pub(super) struct Shape {
 
 impl Shape {
     /// Longest side of its box [m].
-    pub fn extent(&self) -> f64 {
+    pub(crate) fn extent(&self) -> f64 {
         (self.high - self.low).max_element()
     }
 }

@@ -17,19 +17,19 @@ const POINT: f64 = 2.0;
 
 /// The craft in the images.
 #[derive(Debug, Clone, serde::Serialize)]
-pub struct Sight {
+pub(crate) struct Sight {
     /// Number of images of the scene.
-    pub images: u64,
+    pub(crate) images: u64,
     /// Number of images that were looked at.
-    pub looked_at: usize,
+    pub(crate) looked_at: usize,
     /// How many of them do not show the craft.
-    pub out_of_view: usize,
+    pub(crate) out_of_view: usize,
     /// Time of the first image [s].
-    pub first_s: f64,
+    pub(crate) first_s: f64,
     /// Size of the box around the craft in the first image [px]. `None` where a part of it is beside or behind the camera.
-    pub first_px: Option<[f64; 2]>,
+    pub(crate) first_px: Option<[f64; 2]>,
     /// Distance from the camera to the middle of the craft in the first image [m].
-    pub first_distance_m: f64,
+    pub(crate) first_distance_m: f64,
 }
 
 /// A camera, and the way from the body frame to its axes.

@@ -26,7 +26,7 @@ fn cam_k(image: &LabelledImage) -> [f64; 9] {
 }
 
 /// The entry of an image in `scene_camera.json`. `depth_scale` is the step of its map of depths [mm].
-pub fn camera_of(image: &LabelledImage, depth_scale: f64) -> String {
+pub(crate) fn camera_of(image: &LabelledImage, depth_scale: f64) -> String {
     let mut entry = json!({ "cam_K": cam_k(image), "depth_scale": depth_scale });
     let (model, numbers) = image.distortion();
     if !numbers.is_empty() {
@@ -37,7 +37,7 @@ pub fn camera_of(image: &LabelledImage, depth_scale: f64) -> String {
 }
 
 /// The entry of an image in `scene_gt.json`.
-pub fn poses_of(image: &LabelledImage, solids: &Solids) -> String {
+pub(crate) fn poses_of(image: &LabelledImage, solids: &Solids) -> String {
     let pose = |object: &super::craft::Object| {
         let pose = image.camera_from_link(object.link as usize);
         let position = pose.translation * 1e3;
@@ -47,7 +47,7 @@ pub fn poses_of(image: &LabelledImage, solids: &Solids) -> String {
 }
 
 /// The entry of an image in `scene_gt_info.json`: counts of pixels, and boxes from the first to the last pixel (scripts/calc_gt_info.py).
-pub fn info_of(image: &LabelledImage, silhouettes: &[Silhouette]) -> String {
+pub(crate) fn info_of(image: &LabelledImage, silhouettes: &[Silhouette]) -> String {
     let nowhere = [-1; 4];
     let info = |silhouette: &Silhouette| {
         let visible = silhouette.visible.iter().filter(|set| **set).count() as u64;
@@ -72,7 +72,7 @@ fn visible_share(silhouette: &Silhouette) -> f64 {
 }
 
 /// The lines of an image in `test_targets_bop19.json`: each object of which a tenth is visible.
-pub fn targets_of(image: &LabelledImage, solids: &Solids, silhouettes: &[Silhouette]) -> Vec<String> {
+pub(crate) fn targets_of(image: &LabelledImage, solids: &Solids, silhouettes: &[Silhouette]) -> Vec<String> {
     let named = solids.objects().iter().zip(silhouettes);
     let seen = named.filter(|(_, silhouette)| visible_share(silhouette) >= TARGET);
     let target = |(object, _): (&super::craft::Object, _)| {
@@ -82,17 +82,17 @@ pub fn targets_of(image: &LabelledImage, solids: &Solids, silhouettes: &[Silhoue
 }
 
 /// A file of a scene from the entries of its images, each with its number: `scene_camera.json`, `scene_gt.json` or `scene_gt_info.json`.
-pub fn scene(entries: impl IntoIterator<Item = (u32, String)>) -> String {
+pub(crate) fn scene(entries: impl IntoIterator<Item = (u32, String)>) -> String {
     object(entries)
 }
 
 /// `test_targets_bop19.json` from its lines.
-pub fn targets(lines: impl IntoIterator<Item = String>) -> String {
+pub(crate) fn targets(lines: impl IntoIterator<Item = String>) -> String {
     list(lines)
 }
 
 /// `camera.json`: the camera of all images. Depths have their scale in `scene_camera.json`.
-pub fn camera(image: &LabelledImage) -> String {
+pub(crate) fn camera(image: &LabelledImage) -> String {
     let [fx, _, cx, _, fy, cy, ..] = cam_k(image);
     let camera = json!({ "fx": fx, "fy": fy, "cx": cx, "cy": cy, "width": image.width, "height": image.height });
     line(camera) + "\n"

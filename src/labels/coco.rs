@@ -15,19 +15,19 @@ use super::places::shown;
 use super::text::{enclosed, line};
 
 /// Category of the craft.
-pub const CRAFT: u32 = 1;
+pub(crate) const CRAFT: u32 = 1;
 
 /// The entries of one image.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Entry {
     /// The image.
-    pub image: String,
+    pub(crate) image: String,
     /// What it shows.
     pub annotations: Vec<String>,
 }
 
 /// The entries of an image: the craft, and each part that a pixel shows. The numbers follow from that of the sample, so each occurs once in a data set.
-pub fn entry(craft: &Craft, image: &LabelledImage, seen: &[Seen]) -> Entry {
+pub(crate) fn entry(craft: &Craft, image: &LabelledImage, seen: &[Seen]) -> Entry {
     let named = json!({ "id": image.sample, "file_name": shown(image), "width": image.width, "height": image.height });
     let first = image.sample * (craft.parts.len() as u64 + 1) + 1;
     let mut annotations = Vec::new();
@@ -73,7 +73,7 @@ fn annotation(image: &LabelledImage, mask: &[bool], category: u32, id: u64) -> O
 }
 
 /// The file of a split from the entries of its images, piece by piece.
-pub fn file(
+pub(crate) fn file(
     craft: &Craft,
     split: Split,
     images: impl IntoIterator<Item = String>,

@@ -14,7 +14,7 @@ const SYMMETRIES: [&str; 2] = [
 ];
 
 /// `README.txt` of a data set: the conventions, and the numbers of objects, parts and key points.
-pub fn text(craft: &Craft, solids: &Solids) -> String {
+pub(crate) fn text(craft: &Craft, solids: &Solids) -> String {
     let mut text = HEAD.replace("{symmetries}", SYMMETRIES[usize::from(!craft.symmetries.is_empty())]);
     // A text takes everything that is written to it.
     let _ = writeln!(text, "\nOBJECTS OF BOP\nobj_id  link\n");

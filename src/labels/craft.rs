@@ -8,27 +8,27 @@ use glam::{DAffine3, DVec3, Vec3};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Craft {
     /// Name of the scene.
-    pub name: String,
+    pub(crate) name: String,
     /// Names of the parts, each once. A pixel of the first has the value 1.
-    pub parts: Vec<String>,
+    pub(crate) parts: Vec<String>,
     /// Names of the materials. A pixel of the first has the value 1.
-    pub materials: Vec<String>,
+    pub(crate) materials: Vec<String>,
     /// Names of the links: `body`, then those of the joints.
     pub links: Vec<String>,
     /// Link of each part.
-    pub link_of_part: Vec<u32>,
+    pub(crate) link_of_part: Vec<u32>,
     /// Vertex positions [m].
-    pub positions: Vec<DVec3>,
+    pub(crate) positions: Vec<DVec3>,
     /// Unit outward normals of the vertices.
-    pub normals: Vec<Vec3>,
+    pub(crate) normals: Vec<Vec3>,
     /// Part of each vertex. A triangle has the part of its first vertex.
-    pub vertex_part: Vec<u32>,
+    pub(crate) vertex_part: Vec<u32>,
     /// Vertex indices, counter-clockwise seen from the front.
-    pub triangles: Vec<[u32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
     /// The key points.
     pub key_points: Vec<KeyPoint>,
     /// The symmetries of its objects, one for each object that has any.
-    pub symmetries: Vec<Symmetries>,
+    pub(crate) symmetries: Vec<Symmetries>,
 }
 
 /// A named point of the craft.
@@ -37,20 +37,20 @@ pub struct KeyPoint {
     /// Its name.
     pub name: String,
     /// The link that carries it: 0 is the body, `i + 1` is joint `i`.
-    pub link: u32,
+    pub(crate) link: u32,
     /// Its place in the body frame with all joints as they are in the model's file [m].
     pub position: DVec3,
 }
 
 /// Turns after which a rigid object looks the same.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Symmetries {
+pub(crate) struct Symmetries {
     /// The link that is the object.
-    pub link: u32,
+    pub(crate) link: u32,
     /// Turns by a share of the circle, with all that follow from them and without the identity [m].
-    pub discrete: Vec<DAffine3>,
+    pub(crate) discrete: Vec<DAffine3>,
     /// Unit vector along the axis about which any turn leaves it as it is, and a point of the axis [m].
-    pub continuous: Option<[DVec3; 2]>,
+    pub(crate) continuous: Option<[DVec3; 2]>,
 }
 
 /// A rigid object of BOP: one link of the craft.
@@ -59,19 +59,19 @@ pub struct Object {
     /// Number from 1.
     pub id: u32,
     /// The link.
-    pub link: u32,
+    pub(crate) link: u32,
     /// Its name.
-    pub name: String,
+    pub(crate) name: String,
 }
 
 impl Craft {
     /// Link of a vertex.
-    pub fn link_of_vertex(&self, vertex: u32) -> u32 {
+    pub(crate) fn link_of_vertex(&self, vertex: u32) -> u32 {
         self.link_of_part[self.vertex_part[vertex as usize] as usize]
     }
 
     /// The rigid objects: the body, and then each joint on which something hangs directly. Without joints, the craft is the only object.
-    pub fn objects(&self) -> Vec<Object> {
+    pub(crate) fn objects(&self) -> Vec<Object> {
         let mut has = vec![false; self.links.len()];
         for triangle in &self.triangles {
             has[self.link_of_vertex(triangle[0]) as usize] = true;
@@ -88,7 +88,7 @@ impl Craft {
     }
 
     /// The triangles of a link.
-    pub fn triangles_of(&self, link: u32) -> Vec<[u32; 3]> {
+    pub(crate) fn triangles_of(&self, link: u32) -> Vec<[u32; 3]> {
         self.triangles.iter().copied().filter(|triangle| self.link_of_vertex(triangle[0]) == link).collect()
     }
 }

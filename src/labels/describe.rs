@@ -11,15 +11,15 @@ use super::text::line;
 
 /// The steps of the maps of an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Steps {
+pub(crate) struct Steps {
     /// Of depths [mm].
-    pub depth: f64,
+    pub(crate) depth: f64,
     /// Of temperatures [K].
-    pub temperature: f64,
+    pub(crate) temperature: f64,
 }
 
 /// The text of `label/NUMBER.json`. Each key ends with its unit where it has one.
-pub fn label(craft: &Craft, image: &LabelledImage, seen: &[Seen], steps: Steps) -> String {
+pub(crate) fn label(craft: &Craft, image: &LabelledImage, seen: &[Seen], steps: Steps) -> String {
     let turn = image.quaternion();
     let (model, numbers) = image.distortion();
     let pose = |pose: &DAffine3| json!({ "R": rows(pose), "t_m": pose.translation.to_array() });

@@ -8,7 +8,7 @@ use crate::simulation::image::Image;
 use crate::simulation::prepare::Prepared;
 
 /// Name of the link that no joint moves.
-pub const BODY: &str = "body";
+pub(crate) const BODY: &str = "body";
 
 /// The craft of a scene, without key points. Its mesh is the one that is drawn.
 pub fn craft(prepared: &Prepared) -> Craft {

@@ -2,13 +2,13 @@
 
 use glam::{DVec2, DVec3};
 
-pub use super::craft::KeyPoint;
+pub(crate) use super::craft::KeyPoint;
 
 use super::craft::Craft;
 use super::image::LabelledImage;
 
 /// Key points of a craft for which nobody chose any.
-pub const CHOSEN: usize = 12;
+pub(crate) const CHOSEN: usize = 12;
 
 /// Spacings of the pixels by which a key point may lie behind what its pixel shows. A surface at 63 deg to the line of sight changes its depth by
 /// two of them from one pixel to the next.
@@ -35,7 +35,7 @@ pub enum Visibility {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seen {
     /// Its place in camera axes [m].
-    pub point: DVec3,
+    pub(crate) point: DVec3,
     /// Where it appears, in OpenCV's pixels. `None` behind the camera.
     pub pixel: Option<DVec2>,
     /// Whether it is seen.
@@ -44,7 +44,7 @@ pub struct Seen {
 
 /// Why a key point can not be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum KeyPointError {
+pub(crate) enum KeyPointError {
     /// The craft has no such part.
     #[error("the key point '{name}' lies on the part '{part}', but the parts are: {known}")]
     Part {
@@ -68,7 +68,7 @@ pub enum KeyPointError {
 ///
 /// # Errors
 /// A part that does not exist, or a place that is not finite.
-pub fn given(craft: &Craft, name: &str, position: DVec3, part: Option<&str>) -> Result<KeyPoint, KeyPointError> {
+pub(crate) fn given(craft: &Craft, name: &str, position: DVec3, part: Option<&str>) -> Result<KeyPoint, KeyPointError> {
     if !position.is_finite() {
         return Err(KeyPointError::NotFinite(name.to_owned()));
     }
@@ -93,7 +93,7 @@ pub fn given(craft: &Craft, name: &str, position: DVec3, part: Option<&str>) -> 
 ///
 /// # Errors
 /// The name.
-pub fn check_names(points: &[KeyPoint]) -> Result<(), KeyPointError> {
+pub(crate) fn check_names(points: &[KeyPoint]) -> Result<(), KeyPointError> {
     let mut names: Vec<&str> = points.iter().map(|point| point.name.as_str()).collect();
     names.sort_unstable();
     match names.windows(2).find(|pair| pair[0] == pair[1]) {

@@ -14,7 +14,7 @@ use crate::output::OutputError;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Label {
     /// Its file in the folder of the data set. `None` where it only stands in the tar.
-    pub path: Option<String>,
+    pub(crate) path: Option<String>,
     /// Its ending in the tar. `None` where it only stands in the folder.
     pub ending: Option<&'static str>,
     /// Its bytes.
@@ -25,17 +25,17 @@ pub struct Label {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Lines {
     /// Number of the image in its orbit.
-    pub number: u32,
+    pub(crate) number: u32,
     /// Its entry in `scene_camera.json`.
-    pub camera: String,
+    pub(crate) camera: String,
     /// Its entry in `scene_gt.json`.
-    pub poses: String,
+    pub(crate) poses: String,
     /// Its entry in `scene_gt_info.json`.
-    pub info: String,
+    pub(crate) info: String,
     /// Its lines in `test_targets_bop19.json`, if it is for tests.
-    pub targets: Vec<String>,
+    pub(crate) targets: Vec<String>,
     /// Its entry in the list of SPEED+.
-    pub speed: String,
+    pub(crate) speed: String,
     /// Its entries in the list of COCO.
     pub coco: coco::Entry,
 }

@@ -5,21 +5,21 @@ use crate::output::OutputError;
 use crate::output::gray::{png_8, png_16};
 
 /// The finest step of a map of temperatures [K].
-pub const TEMPERATURE_STEP: f64 = 0.01;
+pub(crate) const TEMPERATURE_STEP: f64 = 0.01;
 /// The finest step of a map of depths [mm].
-pub const DEPTH_STEP: f64 = 0.1;
+pub(crate) const DEPTH_STEP: f64 = 0.1;
 
 /// A map of 16 bits and the step of its values.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Map {
+pub(crate) struct Map {
     /// The PNG.
-    pub png: Vec<u8>,
+    pub(crate) png: Vec<u8>,
     /// What a value of 1 stands for.
-    pub step: f64,
+    pub(crate) step: f64,
 }
 
 /// The first of `finest` times 1, 2, 5, 10, 20, 50 and so on of which 65535 reach a value.
-pub fn step_for(greatest: f64, finest: f64) -> f64 {
+pub(crate) fn step_for(greatest: f64, finest: f64) -> f64 {
     let tens = (0..300).map(|power| 10_f64.powi(power));
     let mut steps = tens.flat_map(|ten| [1.0, 2.0, 5.0].map(|digit| digit * ten * finest));
     steps.find(|step| (greatest / step).round() <= f64::from(u16::MAX)).unwrap_or(f64::INFINITY)
@@ -46,7 +46,7 @@ fn map(
 ///
 /// # Errors
 /// A depth that is not finite, or an image that PNG can not hold.
-pub fn depth(image: &LabelledImage) -> Result<Map, OutputError> {
+pub(crate) fn depth(image: &LabelledImage) -> Result<Map, OutputError> {
     map(image, "depth", image.depth.iter().map(|depth| 1e3 * f64::from(*depth)), DEPTH_STEP)
 }
 
@@ -54,7 +54,7 @@ pub fn depth(image: &LabelledImage) -> Result<Map, OutputError> {
 ///
 /// # Errors
 /// As [`depth`].
-pub fn temperature(image: &LabelledImage) -> Result<Map, OutputError> {
+pub(crate) fn temperature(image: &LabelledImage) -> Result<Map, OutputError> {
     map(image, "temperature", image.temperature.iter().map(|kelvin| f64::from(*kelvin)), TEMPERATURE_STEP)
 }
 
@@ -62,7 +62,7 @@ pub fn temperature(image: &LabelledImage) -> Result<Map, OutputError> {
 ///
 /// # Errors
 /// More parts than 16 bits can count.
-pub fn part(image: &LabelledImage) -> Result<Vec<u8>, OutputError> {
+pub(crate) fn part(image: &LabelledImage) -> Result<Vec<u8>, OutputError> {
     let short = |part: &u32| {
         u16::try_from(*part).map_err(|_| {
             OutputError::Encode("map of parts".to_owned(), format!("part {part} does not fit into 16 bits"))
@@ -76,7 +76,7 @@ pub fn part(image: &LabelledImage) -> Result<Vec<u8>, OutputError> {
 ///
 /// # Errors
 /// An image that PNG can not hold.
-pub fn mask(image: &LabelledImage, mask: &[bool]) -> Result<Vec<u8>, OutputError> {
+pub(crate) fn mask(image: &LabelledImage, mask: &[bool]) -> Result<Vec<u8>, OutputError> {
     let bytes: Vec<u8> = mask.iter().map(|set| if *set { 255 } else { 0 }).collect();
     png_8([image.width, image.height], &bytes, &[])
 }
@@ -85,7 +85,7 @@ pub fn mask(image: &LabelledImage, mask: &[bool]) -> Result<Vec<u8>, OutputError
 ///
 /// # Errors
 /// A digital number above what its bits can hold.
-pub fn digital_numbers(image: &LabelledImage) -> Result<Option<Vec<u8>>, OutputError> {
+pub(crate) fn digital_numbers(image: &LabelledImage) -> Result<Option<Vec<u8>>, OutputError> {
     let Some(numbers) = &image.digital_numbers else { return Ok(None) };
     let size = [image.width, image.height];
     if let Some(high) = numbers.iter().find(|number| u32::from(**number) >> image.bits.min(16) != 0) {

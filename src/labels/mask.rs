@@ -7,9 +7,9 @@
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Bounds {
     /// First column and row.
-    pub first: [i64; 2],
+    pub(crate) first: [i64; 2],
     /// Last column and row.
-    pub last: [i64; 2],
+    pub(crate) last: [i64; 2],
 }
 
 impl Bounds {
@@ -21,14 +21,14 @@ impl Bounds {
     }
 
     /// The box as COCO has it: x, y, width and height in pixels, so that a single pixel has the width 1 (`rleToBbox`).
-    pub fn coco(&self) -> [i64; 4] {
+    pub(crate) fn coco(&self) -> [i64; 4] {
         let [x, y, width, height] = self.bop();
         [x, y, width + 1, height + 1]
     }
 }
 
 /// The pixels of a mask that are set, of an image of this width. `None` for an empty mask.
-pub fn bounds(mask: &[bool], width: usize) -> Option<Bounds> {
+pub(crate) fn bounds(mask: &[bool], width: usize) -> Option<Bounds> {
     let set = mask.iter().enumerate().filter(|(_, set)| **set);
     let places = set.map(|(at, _)| [(at % width) as i64, (at / width) as i64]);
     places.fold(None, |bounds: Option<Bounds>, [x, y]| {
@@ -38,7 +38,7 @@ pub fn bounds(mask: &[bool], width: usize) -> Option<Bounds> {
 }
 
 /// Run lengths along the columns. The first run is of pixels that are not set, and may be 0.
-pub fn runs(mask: &[bool], [width, height]: [usize; 2]) -> Vec<u64> {
+pub(crate) fn runs(mask: &[bool], [width, height]: [usize; 2]) -> Vec<u64> {
     let mut runs = vec![0];
     let mut set = false;
     for at in (0..width).flat_map(|column| (0..height).map(move |row| row * width + column)) {
@@ -54,7 +54,7 @@ pub fn runs(mask: &[bool], [width, height]: [usize; 2]) -> Vec<u64> {
 }
 
 /// The string of run lengths.
-pub fn compressed(runs: &[u64]) -> String {
+pub(crate) fn compressed(runs: &[u64]) -> String {
     let mut text = String::new();
     for (place, run) in runs.iter().enumerate() {
         let mut left = *run as i64 - if place > 2 { runs[place - 2] as i64 } else { 0 };

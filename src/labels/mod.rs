@@ -7,21 +7,21 @@
 //! Each list of a whole data set consists of entries of single images. An entry depends on its image and the craft alone, so shards make them in any order,
 //! and whoever joins the shards only puts them between a head and an end.
 
-pub mod bop;
-pub mod coco;
-pub mod conventions;
-pub mod craft;
-pub mod describe;
-pub mod from_scene;
-pub mod image;
-pub mod key_points;
-pub mod made;
-pub mod maps;
-pub mod mask;
-pub mod places;
-pub mod ply;
-pub mod silhouette;
-pub mod speed;
-pub mod symmetry;
+pub(crate) mod bop;
+pub(crate) mod coco;
+pub(crate) mod conventions;
+pub(crate) mod craft;
+pub(crate) mod describe;
+pub(crate) mod from_scene;
+pub(crate) mod image;
+pub(crate) mod key_points;
+pub(crate) mod made;
+pub(crate) mod maps;
+pub(crate) mod mask;
+pub(crate) mod places;
+pub(crate) mod ply;
+pub(crate) mod silhouette;
+pub(crate) mod speed;
+pub(crate) mod symmetry;
 pub(crate) mod text;
-pub mod webdataset;
+pub(crate) mod webdataset;

@@ -3,52 +3,52 @@
 use super::image::{LabelledImage, Split};
 
 /// The conventions of all labels.
-pub const CONVENTIONS: &str = "README.txt";
+pub(crate) const CONVENTIONS: &str = "README.txt";
 /// The camera, for BOP.
-pub const BOP_CAMERA: &str = "camera.json";
+pub(crate) const BOP_CAMERA: &str = "camera.json";
 /// The test images, for BOP.
-pub const BOP_TARGETS: &str = "test_targets_bop19.json";
+pub(crate) const BOP_TARGETS: &str = "test_targets_bop19.json";
 /// Extents of the objects, for BOP.
-pub const MODELS_INFO: &str = "models/models_info.json";
+pub(crate) const MODELS_INFO: &str = "models/models_info.json";
 /// The whole craft with its joints as they are in the model's file. Only for a craft with joints.
-pub const CRAFT_MODEL: &str = "models/craft.ply";
+pub(crate) const CRAFT_MODEL: &str = "models/craft.ply";
 /// The camera, for SPEED+.
-pub const SPEED_CAMERA: &str = "speed/camera.json";
+pub(crate) const SPEED_CAMERA: &str = "speed/camera.json";
 /// The key points, for SPEED+.
-pub const SPEED_KEY_POINTS: &str = "speed/keypoints.json";
+pub(crate) const SPEED_KEY_POINTS: &str = "speed/keypoints.json";
 
 /// The mesh of a rigid object.
-pub fn model(object: u32) -> String {
+pub(crate) fn model(object: u32) -> String {
     format!("models/obj_{object:06}.ply")
 }
 
 /// The list of a split for COCO.
-pub fn coco(split: Split) -> String {
+pub(crate) fn coco(split: Split) -> String {
     format!("coco/{}.json", split.name())
 }
 
 /// The list of a split for SPEED+.
-pub fn speed(split: Split) -> String {
+pub(crate) fn speed(split: Split) -> String {
     format!("speed/{}.json", split.long_name())
 }
 
 /// The folder of an orbit, which is a scene of BOP.
-pub fn orbit(split: Split, orbit: u32) -> String {
+pub(crate) fn orbit(split: Split, orbit: u32) -> String {
     format!("{}/{orbit:06}", split.name())
 }
 
 /// A file of an image: `gray`, `depth`, `part`, `temperature`, `radiance` or `label`, with its ending.
-pub fn of_image(image: &LabelledImage, what: &str, ending: &str) -> String {
+pub(crate) fn of_image(image: &LabelledImage, what: &str, ending: &str) -> String {
     format!("{}/{what}/{:06}.{ending}", orbit(image.split, image.orbit), image.number)
 }
 
 /// A mask of an object in an image: `mask` or `mask_visib`. `place` is the place of the object in `scene_gt.json`.
-pub fn of_mask(image: &LabelledImage, what: &str, place: usize) -> String {
+pub(crate) fn of_mask(image: &LabelledImage, what: &str, place: usize) -> String {
     format!("{}/{what}/{:06}_{place:06}.png", orbit(image.split, image.orbit), image.number)
 }
 
 /// The file that shows an image to a reader of COCO or SPEED+: its digital numbers, or its radiance where the scene has no sensor.
-pub fn shown(image: &LabelledImage) -> String {
+pub(crate) fn shown(image: &LabelledImage) -> String {
     match image.digital_numbers {
         Some(_) => of_image(image, "gray", "png"),
         None => of_image(image, "radiance", "exr"),
@@ -56,6 +56,6 @@ pub fn shown(image: &LabelledImage) -> String {
 }
 
 /// Key of an image in a WebDataset, which is that of bop_toolkit.
-pub fn key(image: &LabelledImage) -> String {
+pub(crate) fn key(image: &LabelledImage) -> String {
     format!("{:06}_{:06}", image.orbit, image.number)
 }

@@ -26,7 +26,7 @@ fn millimetres(position: DVec3) -> DVec3 {
 }
 
 /// Triangles of a craft as an ASCII PLY in millimetres, with vertex normals (docs/bop_datasets_format.md of bop_toolkit, "3D object models").
-pub fn ply(craft: &Craft, triangles: &[[u32; 3]]) -> String {
+pub(crate) fn ply(craft: &Craft, triangles: &[[u32; 3]]) -> String {
     let (vertices, triangles) = compact(triangles);
     let mut text = format!(
         "ply\nformat ascii 1.0\ncomment millimetres, body axes of Isotherm\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
@@ -47,7 +47,7 @@ pub fn ply(craft: &Craft, triangles: &[[u32; 3]]) -> String {
 }
 
 /// Greatest distance between two points: that of the pair found by trying pairs from the outermost inwards, until none can be farther apart.
-pub fn diameter(points: &[DVec3]) -> f64 {
+pub(crate) fn diameter(points: &[DVec3]) -> f64 {
     let [low, high] = points
         .iter()
         .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], point| [low.min(*point), high.max(*point)]);
@@ -89,7 +89,7 @@ fn put_symmetries(info: &mut serde_json::Value, symmetries: &Symmetries) {
 }
 
 /// `models_info.json`: diameter, least corner and size of each object [mm], and its symmetries.
-pub fn models_info(craft: &Craft, solids: &Solids) -> String {
+pub(crate) fn models_info(craft: &Craft, solids: &Solids) -> String {
     object(solids.objects().iter().map(|solid| {
         let (vertices, _) = compact(&craft.triangles_of(solid.link));
         let points: Vec<DVec3> = vertices.iter().map(|vertex| millimetres(craft.positions[*vertex as usize])).collect();

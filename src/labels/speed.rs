@@ -22,12 +22,12 @@ pub fn entry(image: &LabelledImage) -> String {
 }
 
 /// The list of a split from its entries, piece by piece.
-pub fn file(entries: impl IntoIterator<Item = String>) -> impl Iterator<Item = String> {
+pub(crate) fn file(entries: impl IntoIterator<Item = String>) -> impl Iterator<Item = String> {
     enclosed("[", entries, "]\n")
 }
 
 /// `camera.json`, with the keys of SPEED+. Where the pitch of the pixels is not known, the lengths `fx`, `fy`, `ppx` and `ppy` in metres are absent.
-pub fn camera(image: &LabelledImage) -> String {
+pub(crate) fn camera(image: &LabelledImage) -> String {
     let k = image.camera_matrix();
     let (model, numbers) = image.distortion();
     let numbers = if numbers.is_empty() { vec![0.0; 5] } else { numbers };
@@ -44,7 +44,7 @@ pub fn camera(image: &LabelledImage) -> String {
 }
 
 /// The key points [m], and the link that carries each.
-pub fn key_points(craft: &Craft) -> String {
+pub(crate) fn key_points(craft: &Craft) -> String {
     let points = craft.key_points.iter().map(|point| {
         line(json!({
             "name": point.name,

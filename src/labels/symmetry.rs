@@ -22,7 +22,7 @@ const GOLDEN: f64 = 0.381_966_011_250_105;
 
 /// Which turns about an axis leave an object as it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Turns {
+pub(crate) enum Turns {
     /// Those by this share of the circle and its multiples.
     Share(u32),
     /// All.
@@ -31,22 +31,22 @@ pub enum Turns {
 
 /// A symmetry as somebody states it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Symmetry {
+pub(crate) struct Symmetry {
     /// The object. `None` for the craft, or for its body where it has joints.
-    pub object: Option<String>,
+    pub(crate) object: Option<String>,
     /// Unit vector along the axis, body frame.
-    pub axis: DVec3,
+    pub(crate) axis: DVec3,
     /// A point of the axis, body frame [m].
-    pub origin: DVec3,
+    pub(crate) origin: DVec3,
     /// The turns.
-    pub turns: Turns,
+    pub(crate) turns: Turns,
     /// Greatest distance of a turned vertex from the mesh, as a share of the object's diameter.
-    pub tolerance: f64,
+    pub(crate) tolerance: f64,
 }
 
 /// Why a symmetry can not be.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum SymmetryError {
+pub(crate) enum SymmetryError {
     /// The craft has no such object.
     #[error("[[symmetry]] names the object '{object}', and the objects are: {known}")]
     Object {
@@ -134,7 +134,7 @@ impl Symmetry {
 ///
 /// # Errors
 /// An object that does not exist, or turns that do not fit together.
-pub fn symmetries(craft: &Craft, stated: &[Symmetry]) -> Result<Vec<Symmetries>, SymmetryError> {
+pub(crate) fn symmetries(craft: &Craft, stated: &[Symmetry]) -> Result<Vec<Symmetries>, SymmetryError> {
     let objects = craft.objects();
     let with_object = stated.iter().map(|one| Ok((one.object_in(&objects)?, one)));
     let with_object = with_object.collect::<Result<Vec<_>, SymmetryError>>()?;
@@ -197,7 +197,7 @@ fn group(turns: &[DAffine3], size: f64) -> Option<Vec<DAffine3>> {
 ///
 /// # Errors
 /// An object that is another after a turn.
-pub fn check(craft: &Craft, stated: &[Symmetry]) -> Result<(), SymmetryError> {
+pub(crate) fn check(craft: &Craft, stated: &[Symmetry]) -> Result<(), SymmetryError> {
     let objects = craft.objects();
     for one in stated {
         let object = one.object_in(&objects)?;

@@ -14,11 +14,11 @@ use super::text::line;
 const MODE: u32 = 0o644;
 
 /// A tar under construction. Its bytes depend on its members alone: owner, group and time are 0.
-pub struct Tar<W: Write>(tar::Builder<W>);
+pub(crate) struct Tar<W: Write>(tar::Builder<W>);
 
 impl<W: Write> Tar<W> {
     /// An empty tar.
-    pub fn new(writer: W) -> Self {
+    pub(crate) fn new(writer: W) -> Self {
         Self(tar::Builder::new(writer))
     }
 
@@ -26,7 +26,11 @@ impl<W: Write> Tar<W> {
     ///
     /// # Errors
     /// What the writer returns, or a name beyond what a tar holds.
-    pub fn add<'a>(&mut self, key: &str, files: impl IntoIterator<Item = (&'a str, &'a [u8])>) -> io::Result<()> {
+    pub(crate) fn add<'a>(
+        &mut self,
+        key: &str,
+        files: impl IntoIterator<Item = (&'a str, &'a [u8])>,
+    ) -> io::Result<()> {
         let mut files: Vec<(&str, &[u8])> = files.into_iter().collect();
         files.sort_unstable_by_key(|(ending, _)| *ending);
         for (ending, bytes) in files {
@@ -46,13 +50,13 @@ impl<W: Write> Tar<W> {
     ///
     /// # Errors
     /// What the writer returns.
-    pub fn finish(self) -> io::Result<W> {
+    pub(crate) fn finish(self) -> io::Result<W> {
         self.0.into_inner()
     }
 }
 
 /// The masks of all objects as lists of run lengths, by their places in `gt.json` (`save_masks` in `bop_imagewise.py`).
-pub fn masks<'a>(image: &LabelledImage, masks: impl IntoIterator<Item = &'a [bool]>) -> String {
+pub(crate) fn masks<'a>(image: &LabelledImage, masks: impl IntoIterator<Item = &'a [bool]>) -> String {
     let [width, height] = [image.width as usize, image.height as usize];
     let entry = |(place, mask): (usize, &[bool])| {
         (place.to_string(), json!({ "counts": runs(mask, [width, height]), "size": [height, width] }))
@@ -61,12 +65,12 @@ pub fn masks<'a>(image: &LabelledImage, masks: impl IntoIterator<Item = &'a [boo
 }
 
 /// The visible masks of silhouettes.
-pub fn visible_masks(image: &LabelledImage, silhouettes: &[Silhouette]) -> String {
+pub(crate) fn visible_masks(image: &LabelledImage, silhouettes: &[Silhouette]) -> String {
     masks(image, silhouettes.iter().map(|silhouette| silhouette.visible.as_slice()))
 }
 
 /// The whole masks of silhouettes.
-pub fn full_masks(image: &LabelledImage, silhouettes: &[Silhouette]) -> String {
+pub(crate) fn full_masks(image: &LabelledImage, silhouettes: &[Silhouette]) -> String {
     masks(image, silhouettes.iter().map(|silhouette| silhouette.full.as_slice()))
 }
 

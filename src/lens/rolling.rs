@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::{Distortion, Field, Lens};
 
 /// Iterations of the row of a point. They converge by the share of the image that a point moves in the time of all rows.
-pub const ROW_ITERATIONS: u32 = 6;
+pub(crate) const ROW_ITERATIONS: u32 = 6;
 
 /// A camera whose rows see poses of their own.
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +22,7 @@ pub struct Rolling {
 
 impl Rolling {
     /// Share of the image above the row of a ray: 0 at the first row and 1 at the last.
-    pub fn share_above(&self, ray: DVec2) -> f64 {
+    pub(crate) fn share_above(&self, ray: DVec2) -> f64 {
         let bent = self.lens.distortion.bend(ray).0;
         (self.lens.focal[1] * bent.y + self.lens.centre[1] - 0.5) / f64::from(self.rows - 1)
     }

@@ -48,12 +48,12 @@ impl Strided<'_> {
 
 impl<'a> Accessors<'a> {
     /// Joins a document and its buffers.
-    pub fn new(document: &'a Document<'a>, buffers: &'a [Cow<'a, [u8]>]) -> Self {
+    pub(crate) fn new(document: &'a Document<'a>, buffers: &'a [Cow<'a, [u8]>]) -> Self {
         Self { document, buffers, decoded: document.views.iter().map(|_| OnceCell::new()).collect() }
     }
 
     /// Reads positions or normals as f64. The `normalized` flag decides the conversion of integers.
-    pub fn vectors(&self, index: usize, purpose: Use) -> Result<Vec<[f64; 3]>, Fault> {
+    pub(crate) fn vectors(&self, index: usize, purpose: Use) -> Result<Vec<[f64; 3]>, Fault> {
         let (accessor, component) = self.typed(index, Type::Vec3)?;
         let normalized = accessor.normalized;
         use ComponentType::{F32, I8, I16, U8, U16, U32};
@@ -80,7 +80,7 @@ impl<'a> Accessors<'a> {
     }
 
     /// Error that rounding may have left in unit vectors of an accessor, as a length. 0 for floats.
-    pub fn rounding(&self, index: usize) -> f64 {
+    pub(crate) fn rounding(&self, index: usize) -> f64 {
         let Some(accessor) = self.document.accessors.get(index) else { return 0.0 };
         let Checked::Valid(component) = &accessor.component_type else { return 0.0 };
         let largest = match component.0 {
@@ -96,7 +96,7 @@ impl<'a> Accessors<'a> {
     }
 
     /// Reads vertex indices.
-    pub fn indices(&self, index: usize) -> Result<Vec<u32>, Fault> {
+    pub(crate) fn indices(&self, index: usize) -> Result<Vec<u32>, Fault> {
         let (accessor, component) = self.typed(index, Type::Scalar)?;
         if !is_index(component) || accessor.normalized {
             let problem = format!("holds {}, which vertex indices may not be", component_name(component));
@@ -107,7 +107,7 @@ impl<'a> Accessors<'a> {
 
     /// Reads elements of `N` numbers each: 1 is a scalar, 3 or 4 a vector. Integers must be normalized (glTF 2.0, 3.11). `holder` says what they are, for
     /// messages.
-    pub fn keys<const N: usize>(&self, index: usize, holder: &str) -> Result<Vec<[f64; N]>, Fault> {
+    pub(crate) fn keys<const N: usize>(&self, index: usize, holder: &str) -> Result<Vec<[f64; N]>, Fault> {
         let wanted = match N {
             1 => Type::Scalar,
             3 => Type::Vec3,

@@ -10,8 +10,8 @@ const CHUNK_HEADER_LENGTH: usize = 8;
 
 /// The two parts of a glTF file.
 pub(super) struct Container<'a> {
-    pub json: &'a [u8],
-    pub binary: Option<&'a [u8]>,
+    pub(crate) json: &'a [u8],
+    pub(crate) binary: Option<&'a [u8]>,
 }
 
 /// Splits a GLB file. Any other file counts as JSON text.

@@ -46,18 +46,18 @@ const COMPRESSION: &[&str] = &["KHR_draco_mesh_compression", "KHR_meshopt_compre
 /// A node. The type of the `gltf` crate has f32 transforms, which would be micrometres off on a station.
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct Node {
-    pub name: Option<String>,
+    pub(crate) name: Option<String>,
     /// Index of its mesh.
-    pub mesh: Option<usize>,
+    pub(crate) mesh: Option<usize>,
     #[serde(default)]
-    pub children: Vec<usize>,
+    pub(crate) children: Vec<usize>,
     /// Column-major transform. It replaces the three fields below.
-    pub matrix: Option<[f64; 16]>,
+    pub(crate) matrix: Option<[f64; 16]>,
     /// Translation [m].
-    pub translation: Option<[f64; 3]>,
+    pub(crate) translation: Option<[f64; 3]>,
     /// Unit quaternion, scalar last.
-    pub rotation: Option<[f64; 4]>,
-    pub scale: Option<[f64; 3]>,
+    pub(crate) rotation: Option<[f64; 4]>,
+    pub(crate) scale: Option<[f64; 3]>,
     #[serde(default)]
     extensions: NodeExtensions,
 }
@@ -76,7 +76,7 @@ struct Copies {
 
 impl Node {
     /// Accessors of the places of the copies of its mesh, by attribute. `None` where it has its mesh once.
-    pub fn copies(&self) -> Option<&BTreeMap<String, usize>> {
+    pub(crate) fn copies(&self) -> Option<&BTreeMap<String, usize>> {
         self.extensions.copies.as_ref().map(|copies| &copies.attributes)
     }
 }
@@ -86,42 +86,42 @@ impl Node {
 pub(super) struct Scene {
     pub name: Option<String>,
     #[serde(default)]
-    pub nodes: Vec<usize>,
+    pub(crate) nodes: Vec<usize>,
 }
 
 /// A buffer. Its URI stays JSON text, because a data URI can have gigabytes.
 pub(super) struct Buffer<'a> {
-    pub name: Option<String>,
-    pub uri: Option<&'a RawValue>,
-    pub byte_length: u64,
+    pub(crate) name: Option<String>,
+    pub(crate) uri: Option<&'a RawValue>,
+    pub(crate) byte_length: u64,
     /// Whether it only stands for decoded bytes, and has none of its own.
-    pub is_fallback: bool,
+    pub(crate) is_fallback: bool,
 }
 
 /// The used part of a glTF document. Its indices are unchecked.
 pub(super) struct Document<'a> {
-    pub accessors: Vec<Accessor>,
-    pub views: Vec<View>,
+    pub(crate) accessors: Vec<Accessor>,
+    pub(crate) views: Vec<View>,
     /// How each buffer view is compressed, if it is.
-    pub compressed: Vec<Option<Compressed>>,
-    pub buffers: Vec<Buffer<'a>>,
-    pub meshes: Vec<Mesh>,
-    pub nodes: Vec<Node>,
-    pub scenes: Vec<Scene>,
-    pub materials: Vec<ModelMaterial>,
+    pub(crate) compressed: Vec<Option<Compressed>>,
+    pub(crate) buffers: Vec<Buffer<'a>>,
+    pub(crate) meshes: Vec<Mesh>,
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) scenes: Vec<Scene>,
+    pub(crate) materials: Vec<ModelMaterial>,
     /// Unchecked animations. An error only matters if a joint uses one.
-    pub animations: Vec<Value>,
+    pub(crate) animations: Vec<Value>,
     /// Index of the default scene, or of the first one.
-    pub default_scene: usize,
+    pub(crate) default_scene: usize,
     /// Whether `KHR_mesh_quantization` is declared. It allows integer positions and normals.
-    pub quantized: bool,
+    pub(crate) quantized: bool,
     /// The unused contents of the document.
-    pub skipped: Vec<Skipped>,
+    pub(crate) skipped: Vec<Skipped>,
 }
 
 impl<'a> Document<'a> {
     /// Parses the JSON text. It refuses glTF versions other than 2 and unsupported required extensions.
-    pub fn parse(json: &'a [u8]) -> Result<Self, Fault> {
+    pub(crate) fn parse(json: &'a [u8]) -> Result<Self, Fault> {
         let Root { values: root, buffers } = serde_json::from_slice(json).map_err(Fault::Json)?;
         check_version(&root)?;
         let used = strings(&root, "extensionsUsed")?;
@@ -149,12 +149,12 @@ impl<'a> Document<'a> {
     }
 
     /// `node 5 "name"`.
-    pub fn node_label(&self, index: usize) -> String {
+    pub(crate) fn node_label(&self, index: usize) -> String {
         label("node", index, self.nodes.get(index).and_then(|node| node.name.as_deref()))
     }
 
     /// `accessor 3 "name"`.
-    pub fn accessor_label(&self, index: usize) -> String {
+    pub(crate) fn accessor_label(&self, index: usize) -> String {
         label("accessor", index, self.accessors.get(index).and_then(|accessor| accessor.name.as_deref()))
     }
 }

@@ -14,21 +14,21 @@ const AFFINE_TOLERANCE: f64 = 1e-6;
 
 /// A node of the default scene with a mesh.
 pub(super) struct Instance {
-    pub node: usize,
+    pub(crate) node: usize,
     /// Index in [`Graph::nodes`].
-    pub place: usize,
+    pub(crate) place: usize,
     /// Index of its mesh. It is in range.
-    pub mesh: usize,
+    pub(crate) mesh: usize,
     /// Number of the copy, where the node states copies of its mesh.
-    pub copy: Option<usize>,
-    pub body_from_part: DMat4,
+    pub(crate) copy: Option<usize>,
+    pub(crate) body_from_part: DMat4,
 }
 
 pub(super) struct Graph {
     /// All nodes, parents before children.
-    pub nodes: Vec<SceneNode>,
+    pub(crate) nodes: Vec<SceneNode>,
     /// Nodes with a mesh, parents before children, in file order.
-    pub instances: Vec<Instance>,
+    pub(crate) instances: Vec<Instance>,
 }
 
 /// Walks the default scene and checks it. The walk is not recursive, because a chain of a million nodes is legal.

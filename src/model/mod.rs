@@ -26,9 +26,9 @@ mod subdivide;
 mod summary;
 mod weld;
 
-pub use collapse::Merged;
-pub use error::{Fault, ModelError};
-pub use summary::{ModelSummary, Share};
+pub(crate) use collapse::Merged;
+pub(crate) use error::Fault;
+pub use error::ModelError;
 
 /// A glTF material. Its thermal values come from the scene's rules or from `extras`.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,41 +53,41 @@ pub struct Part {
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneNode {
     /// Index in the file.
-    pub index: usize,
+    pub(crate) index: usize,
     /// Name, or `node_N`. Names may repeat.
-    pub name: String,
+    pub(crate) name: String,
     /// Index of the parent in [`Model::tree`]. `None` for a root.
-    pub parent: Option<usize>,
+    pub(crate) parent: Option<usize>,
     /// Transform from the parent's frame to the body frame.
-    pub body_from_parent: DMat4,
+    pub(crate) body_from_parent: DMat4,
     /// Transform from the node's frame to the body frame.
-    pub body_from_node: DMat4,
+    pub(crate) body_from_node: DMat4,
     /// Its own translation [m] and rotation (quaternion x, y, z, w). `None` if it has a matrix.
-    pub rest: Option<(DVec3, DQuat)>,
+    pub(crate) rest: Option<(DVec3, DQuat)>,
 }
 
 /// The animation of one node.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct NodeMotion {
+pub(crate) struct NodeMotion {
     /// Index of the node in the file.
-    pub node: usize,
+    pub(crate) node: usize,
     /// Rotation keys (x, y, z, w), if any.
-    pub rotation: Option<Keys<4>>,
+    pub(crate) rotation: Option<Keys<4>>,
     /// Translation keys [m], if any.
-    pub translation: Option<Keys<3>>,
+    pub(crate) translation: Option<Keys<3>>,
     /// Another animated property, which joints do not support.
-    pub other: Option<String>,
+    pub(crate) other: Option<String>,
 }
 
 /// One animation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Animation {
     /// glTF name, or `animation_N`.
-    pub name: String,
+    pub(crate) name: String,
     /// Time of its last key [s].
-    pub duration: f64,
+    pub(crate) duration: f64,
     /// The animated nodes.
-    pub nodes: Vec<NodeMotion>,
+    pub(crate) nodes: Vec<NodeMotion>,
 }
 
 /// A part of the file that was left out, and the reason.

@@ -12,15 +12,15 @@ use super::{Fault, Skipped};
 /// One primitive: vertices of one material and the triangles between them.
 pub(super) struct Geometry {
     /// Index into the document's materials. It is in range.
-    pub material: Option<usize>,
+    pub(crate) material: Option<usize>,
     /// Positions. They are finite.
-    pub positions: Vec<DVec3>,
+    pub(crate) positions: Vec<DVec3>,
     /// Normals of the file, one for each position. They have any length and may not be finite.
-    pub normals: Option<Vec<DVec3>>,
+    pub(crate) normals: Option<Vec<DVec3>>,
     /// Error that rounding may have left in the normals, as a length of unit vectors. 0 for floats.
-    pub rounding: f64,
+    pub(crate) rounding: f64,
     /// Indices into `positions`, in range, counter-clockwise seen from outside.
-    pub triangles: Vec<[u32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
 }
 
 /// Reads the triangles of a mesh. Primitives without triangles join `skipped`.

@@ -23,26 +23,26 @@ pub struct Share {
 pub struct ModelSummary {
     /// The file. It is not in the JSON.
     #[serde(skip)]
-    pub source: PathBuf,
+    pub(crate) source: PathBuf,
     /// Triangles of all instances in the default scene, without those of zero area.
     pub triangles: usize,
     /// Number of used vertices.
-    pub vertices: usize,
+    pub(crate) vertices: usize,
     /// Number of glTF nodes in the default scene, including nodes without mesh.
     pub nodes: usize,
     /// Area [m2], one side of each triangle.
     pub area_m2: f64,
     /// Smallest and largest coordinates in the body frame [m].
-    pub bounds_m: [[f64; 3]; 2],
+    pub(crate) bounds_m: [[f64; 3]; 2],
     /// Share of each material, in order of first use.
     pub materials: Vec<Share>,
     /// Share of each part, in traversal order.
     pub parts: Vec<Share>,
     /// What was left out, with the reason.
-    pub skipped: Vec<Skipped>,
+    pub(crate) skipped: Vec<Skipped>,
     /// Remarks. They are not in the JSON.
     #[serde(skip)]
-    pub notes: Vec<String>,
+    pub(crate) notes: Vec<String>,
 }
 
 impl Model {

@@ -25,14 +25,14 @@ impl Apparent {
     }
 
     /// The frame with brightness temperatures in place of the surfaces' temperatures. What sends nothing is background.
-    pub fn frame(&self, frame: &Frame) -> Frame {
+    pub(crate) fn frame(&self, frame: &Frame) -> Frame {
         let temperature: Vec<f32> = frame.radiance.iter().map(|radiance| self.temperature(*radiance)).collect();
         let part = temperature.iter().map(|temperature| u32::from(*temperature > 0.0)).collect();
         Frame { temperature, part, ..frame.clone() }
     }
 
     /// Smallest and largest brightness temperature of a frame [K].
-    pub fn range(&self, frame: &Frame) -> Option<[f32; 2]> {
+    pub(crate) fn range(&self, frame: &Frame) -> Option<[f32; 2]> {
         let sent = frame.radiance.iter().copied().filter(|radiance| *radiance > f32::MIN_POSITIVE);
         let ends = sent.map(|radiance| [radiance, radiance]).reduce(super::ticks::union)?;
         Some(ends.map(|radiance| self.temperature(radiance)))

@@ -10,7 +10,7 @@ pub(super) struct Between {
     /// Temperatures at the last two steps [K].
     before: Vec<Vec<f32>>,
     /// Largest error so far [K].
-    pub error: Option<f64>,
+    pub(crate) error: Option<f64>,
 }
 
 impl Between {
@@ -18,7 +18,7 @@ impl Between {
     ///
     /// # Errors
     /// A list is absent.
-    pub fn of(saved: &Saved) -> Result<Self, SavedError> {
+    pub(crate) fn of(saved: &Saved) -> Result<Self, SavedError> {
         let error: Vec<f64> = saved.list("between.error")?;
         let names = ["between.0", "between.1"].into_iter().filter(|name| saved.has(name));
         Ok(Self {
@@ -28,7 +28,7 @@ impl Between {
     }
 
     /// Puts the error, and the temperatures that the next step needs.
-    pub fn save(&self, saved: &mut Saved) {
+    pub(crate) fn save(&self, saved: &mut Saved) {
         saved.put("between.error", self.error.as_slice());
         for (number, temperatures) in self.before.iter().enumerate() {
             saved.put(format!("between.{number}"), temperatures);
@@ -36,7 +36,7 @@ impl Between {
     }
 
     /// Takes the temperatures at the end of a step [K].
-    pub fn take(&mut self, prepared: &Prepared, step: u32, temperatures: Vec<f32>) {
+    pub(crate) fn take(&mut self, prepared: &Prepared, step: u32, temperatures: Vec<f32>) {
         let time = &prepared.scene.time;
         if let [first, second] = self.before.as_slice() {
             let near = (step - 1..=step).any(|step| !time.draw.in_step(step, time.step).is_empty());

@@ -14,7 +14,7 @@ use super::OutputError;
 use crate::text::plain;
 
 /// Red, green, blue in sRGB.
-pub type Rgb = [u8; 3];
+pub(crate) type Rgb = [u8; 3];
 
 /// Pixels in sRGB, 8 bits a channel, rows from top to bottom.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +26,7 @@ pub struct Canvas {
 
 /// A fixed-width font for Latin-1. Other characters appear as `?`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Face {
+pub(crate) enum Face {
     /// 6 x 13 pixels.
     Small,
     /// 8 x 13 pixels.
@@ -45,18 +45,18 @@ impl Face {
     }
 
     /// Width of a line of text [px].
-    pub fn width(self, text: &str) -> u32 {
+    pub(crate) fn width(self, text: &str) -> u32 {
         let font = self.font();
         text.chars().count() as u32 * (font.character_size.width + font.character_spacing)
     }
 
     /// Height of a line of text [px].
-    pub fn height(self) -> u32 {
+    pub(crate) fn height(self) -> u32 {
         self.font().character_size.height
     }
 
     /// The text, cut with `...` if it is wider than `width` [px].
-    pub fn fit(self, text: &str, width: u32) -> String {
+    pub(crate) fn fit(self, text: &str, width: u32) -> String {
         if self.width(text) <= width {
             return text.to_owned();
         }
@@ -75,12 +75,12 @@ pub(super) const FRAME_LINE: Rgb = [120, 124, 130];
 
 impl Canvas {
     /// A canvas of one colour.
-    pub fn new(width: u32, height: u32, colour: Rgb) -> Self {
+    pub(crate) fn new(width: u32, height: u32, colour: Rgb) -> Self {
         Self { width, height, pixels: vec![colour; width as usize * height as usize] }
     }
 
     /// A canvas of `width * height` pixels. Missing ones are black, surplus ones are dropped.
-    pub fn from_pixels(width: u32, height: u32, mut pixels: Vec<Rgb>) -> Self {
+    pub(crate) fn from_pixels(width: u32, height: u32, mut pixels: Vec<Rgb>) -> Self {
         pixels.resize(width as usize * height as usize, [0; 3]);
         Self { width, height, pixels }
     }
@@ -101,7 +101,7 @@ impl Canvas {
     }
 
     /// Fills a rectangle, clipped to the canvas.
-    pub fn fill(&mut self, x: u32, y: u32, width: u32, height: u32, colour: Rgb) {
+    pub(crate) fn fill(&mut self, x: u32, y: u32, width: u32, height: u32, colour: Rgb) {
         let right = x.saturating_add(width).min(self.width) as usize;
         for row in y..y.saturating_add(height).min(self.height) {
             let start = row as usize * self.width as usize;
@@ -112,7 +112,7 @@ impl Canvas {
     }
 
     /// Copies another canvas with its upper left corner at (x, y). Every pixel becomes a square of `zoom` pixels.
-    pub fn paste(&mut self, other: &Self, x: u32, y: u32, zoom: u32) {
+    pub(crate) fn paste(&mut self, other: &Self, x: u32, y: u32, zoom: u32) {
         for row in 0..other.height {
             for column in 0..other.width {
                 let colour = other.pixels[row as usize * other.width as usize + column as usize];
@@ -122,7 +122,7 @@ impl Canvas {
     }
 
     /// Writes a line of text with its top at `y`. `x` is its left end, middle or right end.
-    pub fn text(&mut self, text: &str, x: u32, y: u32, face: Face, alignment: Alignment, [r, g, b]: Rgb) {
+    pub(crate) fn text(&mut self, text: &str, x: u32, y: u32, face: Face, alignment: Alignment, [r, g, b]: Rgb) {
         let style = TextStyleBuilder::new().alignment(alignment).baseline(Baseline::Top).build();
         let font = MonoTextStyle::new(face.font(), Rgb888::new(r, g, b));
         let text = plain(text);
@@ -130,7 +130,7 @@ impl Canvas {
     }
 
     /// The picture at another size. Each new pixel is the mean of the area that it covers.
-    pub fn resized(&self, width: u32, height: u32) -> Self {
+    pub(crate) fn resized(&self, width: u32, height: u32) -> Self {
         let columns = cover(self.width, width);
         let rows = cover(self.height, height);
         let mut pixels = Vec::with_capacity(width as usize * height as usize);

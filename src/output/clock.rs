@@ -9,13 +9,13 @@ use super::series::SeriesRow;
 
 /// How many digits tell the times of images apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Seconds {
+pub(crate) struct Seconds {
     digits: usize,
 }
 
 impl Seconds {
     /// Whole seconds where times lie a second or more apart. Otherwise as many digits as their smallest distance has, or two where it has many.
-    pub fn between(times: &[f64]) -> Self {
+    pub(crate) fn between(times: &[f64]) -> Self {
         let all: Vec<f64> = std::iter::once(0.0).chain(times.iter().copied()).collect();
         let gaps = all.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > 0.0);
         let least = gaps.fold(f64::INFINITY, f64::min);
@@ -31,19 +31,19 @@ impl Seconds {
     }
 
     /// A time [s] as text.
-    pub fn of(self, time: f64) -> String {
+    pub(crate) fn of(self, time: f64) -> String {
         format!("{time:.*}", self.digits)
     }
 
     /// The same with one digit more.
-    pub fn finer(self, time: f64) -> String {
+    pub(crate) fn finer(self, time: f64) -> String {
         format!("{time:.*}", self.digits + 1)
     }
 }
 
 /// The unit of displayed times.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Clock {
+pub(crate) struct Clock {
     pub(super) unit: &'static str,
     seconds: f64,
 }

@@ -5,24 +5,24 @@ use super::frame::Frame;
 use super::ticks::{round_range, union};
 
 /// Colour of pixels without a surface: a bluish grey outside the colour map.
-pub const BACKGROUND: Rgb = [58, 64, 72];
+pub(crate) const BACKGROUND: Rgb = [58, 64, 72];
 
 /// Colour of NaN: a magenta outside every map, so that nobody overlooks it.
-pub const NOT_A_NUMBER: Rgb = [255, 0, 255];
+pub(crate) const NOT_A_NUMBER: Rgb = [255, 0, 255];
 
 /// A colour map over a range of values. Lightness rises from the lower to the upper end, so the order of temperatures
 /// shows in print and to the colour-blind. The map is inferno (van der Walt and Smith, 2015).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ColourScale {
     /// Value of the darkest colour.
-    pub lower: f64,
+    pub(crate) lower: f64,
     /// Value of the lightest colour, above `lower`.
-    pub upper: f64,
+    pub(crate) upper: f64,
 }
 
 impl ColourScale {
     /// A scale with the given ends.
-    pub fn new([lower, upper]: [f64; 2]) -> Self {
+    pub(crate) fn new([lower, upper]: [f64; 2]) -> Self {
         Self { lower, upper }
     }
 
@@ -35,7 +35,7 @@ impl ColourScale {
 
     /// Colour of a value. Values beyond an end have the colour of that end, which pictures mark
     /// ([`ColourScale::exceeded_by`]).
-    pub fn colour(&self, value: f32) -> Rgb {
+    pub(crate) fn colour(&self, value: f32) -> Rgb {
         if value.is_nan() {
             return NOT_A_NUMBER;
         }
@@ -45,7 +45,7 @@ impl ColourScale {
     }
 
     /// Whether the frame has values below the lower end, and above the upper end.
-    pub fn exceeded_by(&self, frame: &Frame) -> [bool; 2] {
+    pub(crate) fn exceeded_by(&self, frame: &Frame) -> [bool; 2] {
         frame.range().map_or([false; 2], |[least, greatest]| {
             // The ends are f64 and the values f32. A value equal to an end must not exceed it.
             [least < self.lower as f32, greatest > self.upper as f32]
@@ -53,7 +53,7 @@ impl ColourScale {
     }
 
     /// A frame in false colour.
-    pub fn image(&self, frame: &Frame) -> Canvas {
+    pub(crate) fn image(&self, frame: &Frame) -> Canvas {
         let values = frame.temperature.iter().zip(&frame.part);
         let colours = values.map(|(&value, &part)| if part == 0 { BACKGROUND } else { self.colour(value) });
         Canvas::from_pixels(frame.width, frame.height, colours.collect())

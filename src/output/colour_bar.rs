@@ -11,19 +11,19 @@ const BAR_HEIGHT: u32 = 16;
 /// A horizontal colour bar.
 pub(super) struct Bar<'a> {
     /// What it shows.
-    pub label: &'a str,
+    pub(crate) label: &'a str,
     /// Values at both ends.
-    pub ends: [f64; 2],
+    pub(crate) ends: [f64; 2],
     /// Position (share of the length) and number of each mark.
-    pub marks: Vec<(f64, String)>,
+    pub(crate) marks: Vec<(f64, String)>,
     /// Smallest and largest value in the pictures.
-    pub present: Option<[f32; 2]>,
+    pub(crate) present: Option<[f32; 2]>,
 }
 
 impl Bar<'_> {
     /// Draws the bar at `x`, `y` with the given width: label, range of values, and numbers. A triangle marks an
     /// exceeded end. `colour` maps a share of the length to a colour.
-    pub fn draw(&self, canvas: &mut Canvas, [x, y, width]: [u32; 3], colour: impl Fn(f64) -> Rgb) {
+    pub(crate) fn draw(&self, canvas: &mut Canvas, [x, y, width]: [u32; 3], colour: impl Fn(f64) -> Rgb) {
         let [lower, upper] = self.ends;
         let text = Face::Normal.height();
         canvas.text(&Face::Normal.fit(self.label, width), x, y, Face::Normal, Alignment::Left, INK);

@@ -20,22 +20,22 @@ const TITLE_HEIGHT: u32 = 46;
 const SCALE_HEIGHT: u32 = 62;
 /// The title and the scales of a comparison.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Legend {
+pub(crate) struct Legend {
     /// First line of a picture.
-    pub title: String,
+    pub(crate) title: String,
     /// Names of the responses.
-    pub names: [String; 3],
+    pub(crate) names: [String; 3],
     /// Scale of temperatures.
-    pub temperature: ColourScale,
+    pub(crate) temperature: ColourScale,
     /// Scale of differences.
-    pub difference: DifferenceScale,
+    pub(crate) difference: DifferenceScale,
     /// The shown part of every image: left, top, width and height [px].
-    pub crop: [u32; 4],
+    pub(crate) crop: [u32; 4],
 }
 
 impl Legend {
     /// One legend for all views. `range` [K] fixes the temperature scale, which otherwise covers the views.
-    pub fn new(title: &str, names: [&str; 3], views: &[Views], range: Option<[f64; 2]>) -> Self {
+    pub(crate) fn new(title: &str, names: [&str; 3], views: &[Views], range: Option<[f64; 2]>) -> Self {
         let covering = || ColourScale::covering(views.iter().filter_map(temperature_range));
         Self {
             title: title.to_owned(),
@@ -104,7 +104,7 @@ impl Legend {
 }
 
 /// All views on one sheet. Each row has three temperature pictures and two difference pictures.
-pub fn sheet(views: &[Views], legend: &Legend, details: &str) -> Result<Canvas, OutputError> {
+pub(crate) fn sheet(views: &[Views], legend: &Legend, details: &str) -> Result<Canvas, OutputError> {
     views.iter().try_for_each(Views::check)?;
     let [width, height] = legend.cell(260);
     let caption = Face::Normal.height() + 8;
@@ -154,7 +154,7 @@ pub fn sheet(views: &[Views], legend: &Legend, details: &str) -> Result<Canvas, 
 }
 
 /// One view, large: temperatures above differences, with the numbers below.
-pub fn panel(view: &Views, legend: &Legend) -> Result<Canvas, OutputError> {
+pub(crate) fn panel(view: &Views, legend: &Legend) -> Result<Canvas, OutputError> {
     view.check()?;
     let [width, height] = legend.cell(440);
     let header = Face::Title.height() + 8;

@@ -8,19 +8,19 @@ use super::report::PlotEntry;
 use super::series::{Series, SeriesRow};
 
 /// Most parts with a plot, and most probes with a plot.
-pub const MOST_PLOTS: usize = 6;
+pub(crate) const MOST_PLOTS: usize = 6;
 
 /// A response and its temperatures.
 #[derive(Debug, Clone, Copy)]
-pub struct NamedSeries<'a> {
+pub(crate) struct NamedSeries<'a> {
     /// Its name.
-    pub name: &'a str,
+    pub(crate) name: &'a str,
     /// Its temperatures. All responses have the same columns.
-    pub series: &'a Series,
+    pub(crate) series: &'a Series,
 }
 
 /// Plots root mean square differences over time. Each response has points [time in s, difference in K].
-pub fn differences(
+pub(crate) fn differences(
     lines: &[(&str, Vec<[f64; 2]>)],
     rows: &[SeriesRow],
     reference: &str,
@@ -40,7 +40,7 @@ pub fn differences(
 /// Plots the whole craft, the parts with indices `parts` (at most `MOST_PLOTS`) and the probes. Each plot has a line
 /// for every response. The last response is the reference. File names use numbers, because part names may be invalid as
 /// file names.
-pub fn temperatures(
+pub(crate) fn temperatures(
     responses: &[NamedSeries],
     parts: &[usize],
     eclipses: &Eclipses,

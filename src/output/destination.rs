@@ -10,14 +10,14 @@ use super::csv_rows::{write_checked_rows, write_rows};
 use super::whole_file::{check_writable, write_atomic};
 
 /// The name of standard output on a command line.
-pub const STANDARD_OUTPUT: &str = "-";
+pub(crate) const STANDARD_OUTPUT: &str = "-";
 
 /// Most links that are followed to a file. Linux has the same limit.
 const MOST_LINKS: usize = 40;
 
 /// Where the bytes of one file go.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Destination {
+pub(crate) enum Destination {
     /// Standard output.
     StandardOutput,
     /// A device, a pipe or a socket. It is opened and written, never replaced.
@@ -31,7 +31,7 @@ impl Destination {
     ///
     /// # Errors
     /// The path is a folder, or cannot be resolved.
-    pub fn at(path: &Path) -> Result<Self, OutputError> {
+    pub(crate) fn at(path: &Path) -> Result<Self, OutputError> {
         if path == Path::new(STANDARD_OUTPUT) {
             return Ok(Self::StandardOutput);
         }
@@ -51,7 +51,7 @@ impl Destination {
     /// # Errors
     /// Those of `content`, or the destination takes no more. A file is then as it was. If standard output takes no more, the command still writes its other
     /// files and fails at its end.
-    pub fn write<F>(&self, content: F) -> Result<(), OutputError>
+    pub(crate) fn write<F>(&self, content: F) -> Result<(), OutputError>
     where
         F: FnOnce(&mut dyn Write) -> Result<(), OutputError>,
     {
@@ -84,7 +84,7 @@ impl Destination {
     ///
     /// # Errors
     /// As [`Destination::write`].
-    pub fn write_bytes(&self, bytes: &[u8]) -> Result<(), OutputError> {
+    pub(crate) fn write_bytes(&self, bytes: &[u8]) -> Result<(), OutputError> {
         self.write(|writer| writer.write_all(bytes).map_err(|source| self.failed(source)))
     }
 
@@ -92,7 +92,7 @@ impl Destination {
     ///
     /// # Errors
     /// As [`Destination::write`].
-    pub fn write_csv<C: AsRef<str>>(
+    pub(crate) fn write_csv<C: AsRef<str>>(
         &self,
         rows: impl IntoIterator<Item = impl IntoIterator<Item = C>>,
     ) -> Result<(), OutputError> {
@@ -103,7 +103,7 @@ impl Destination {
     ///
     /// # Errors
     /// As [`Destination::write`], and that of the row. A file is then as it was.
-    pub fn write_checked_csv(
+    pub(crate) fn write_checked_csv(
         &self,
         rows: impl IntoIterator<Item = Result<Vec<String>, OutputError>>,
     ) -> Result<(), OutputError> {
@@ -122,7 +122,7 @@ impl Destination {
 ///
 /// # Errors
 /// A path is a folder or cannot be written, or two paths lead to the same place.
-pub fn destinations<const N: usize>(paths: [Option<&Path>; N]) -> Result<[Option<Destination>; N], OutputError> {
+pub(crate) fn destinations<const N: usize>(paths: [Option<&Path>; N]) -> Result<[Option<Destination>; N], OutputError> {
     let mut found = [const { None }; N];
     for (number, path) in paths.iter().enumerate() {
         let Some(path) = path else { continue };
@@ -149,7 +149,7 @@ pub fn destinations<const N: usize>(paths: [Option<&Path>; N]) -> Result<[Option
 ///
 /// # Errors
 /// As [`Destination::at`].
-pub fn has_neighbours(path: &Path) -> Result<bool, OutputError> {
+pub(crate) fn has_neighbours(path: &Path) -> Result<bool, OutputError> {
     Ok(matches!(Destination::at(path)?, Destination::File(_)))
 }
 

@@ -14,14 +14,14 @@ const HELD: f64 = 0.995;
 /// Colours of differences: blue below zero, white at zero, red above. The map is ColorBrewer's RdBu, which suits the
 /// colour-blind, over asinh of the difference.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DifferenceScale {
+pub(crate) struct DifferenceScale {
     /// Largest absolute difference on the scale [K].
-    pub limit: f64,
+    pub(crate) limit: f64,
 }
 
 impl DifferenceScale {
     /// A scale with round ends that covers nearly all differences in the views.
-    pub fn covering(views: &[Views]) -> Self {
+    pub(crate) fn covering(views: &[Views]) -> Self {
         let all = views.iter().flat_map(|view| view.differences(0).chain(view.differences(1)));
         let mut sizes: Vec<f32> = all.map(f32::abs).filter(|size| size.is_finite()).collect();
         if sizes.is_empty() {
@@ -64,7 +64,7 @@ impl DifferenceScale {
     }
 
     /// Colour of a difference [K].
-    pub fn colour(&self, difference: f32) -> Rgb {
+    pub(crate) fn colour(&self, difference: f32) -> Rgb {
         if difference.is_nan() {
             return NOT_A_NUMBER;
         }

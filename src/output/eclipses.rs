@@ -4,16 +4,16 @@ use crate::simulation::prepare::Prepared;
 
 /// Eclipses: start and end of each [s].
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Eclipses {
+pub(crate) struct Eclipses {
     /// The planet hides the whole Sun.
-    pub umbra: Vec<(f64, f64)>,
+    pub(crate) umbra: Vec<(f64, f64)>,
     /// The planet hides a part of the Sun.
-    pub penumbra: Vec<(f64, f64)>,
+    pub(crate) penumbra: Vec<(f64, f64)>,
 }
 
 impl Eclipses {
     /// Umbra and penumbra intervals, clipped to the run.
-    pub fn of(prepared: &Prepared) -> Self {
+    pub(crate) fn of(prepared: &Prepared) -> Self {
         let time = &prepared.scene.time;
         let end = f64::from(time.steps) * time.step;
         let sky = prepared.loads.sky_model();
@@ -36,7 +36,7 @@ impl Eclipses {
     }
 
     /// Name of the shadow at a time [s]: `umbra` or `penumbra`.
-    pub fn at(&self, time: f64) -> Option<&'static str> {
+    pub(crate) fn at(&self, time: f64) -> Option<&'static str> {
         let within = |intervals: &[(f64, f64)]| intervals.iter().any(|(start, end)| (*start..*end).contains(&time));
         let shadows = [("umbra", &self.umbra), ("penumbra", &self.penumbra)];
         shadows.into_iter().find(|(_, intervals)| within(intervals)).map(|(name, _)| name)

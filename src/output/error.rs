@@ -127,7 +127,7 @@ impl OutputError {
     }
 
     /// Whether the user can fix it: a folder or file is in the way, missing or not writable.
-    pub fn is_about_the_folder(&self) -> bool {
+    pub(crate) fn is_about_the_folder(&self) -> bool {
         !matches!(self, Self::Mismatch(_) | Self::Encode(..) | Self::StandardOutput(_) | Self::NotFinite { .. })
     }
 }

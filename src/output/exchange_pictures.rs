@@ -26,7 +26,7 @@ const WRONG: Rgb = [255, 0, 255];
 ///
 /// # Errors
 /// No PNG can be written.
-pub fn fish_eye(craft: &Craft, poses: &[DAffine3], patch: usize) -> Result<Vec<u8>, OutputError> {
+pub(crate) fn fish_eye(craft: &Craft, poses: &[DAffine3], patch: usize) -> Result<Vec<u8>, OutputError> {
     let scenery = Scenery::new(&craft.surface, poses);
     let own = &craft.patches.all[patch];
     let pose = poses.get(own.joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
@@ -53,7 +53,7 @@ pub fn fish_eye(craft: &Craft, poses: &[DAffine3], patch: usize) -> Result<Vec<u
 ///
 /// # Errors
 /// No PNG can be written.
-pub fn open_sky(craft: &Craft, poses: &[DAffine3], exchange: &Exchange) -> Result<Vec<u8>, OutputError> {
+pub(crate) fn open_sky(craft: &Craft, poses: &[DAffine3], exchange: &Exchange) -> Result<Vec<u8>, OutputError> {
     let scenery = Scenery::new(&craft.surface, poses);
     let scale = ColourScale::new([0.0, 1.0]);
     let towards = DVec3::new(1.0, -1.0, -1.0).normalize();

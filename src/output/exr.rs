@@ -34,7 +34,7 @@ pub fn write_exr(path: &Path, frame: &Frame, header: &FrameHeader) -> Result<(),
 }
 
 /// The bytes of the EXR file of a frame.
-pub fn encode(frame: &Frame, header: &FrameHeader) -> Result<Vec<u8>, OutputError> {
+pub(crate) fn encode(frame: &Frame, header: &FrameHeader) -> Result<Vec<u8>, OutputError> {
     frame.check()?;
     frame.check_finite()?;
     let mut channels = SmallVec::from_vec(vec![

@@ -146,8 +146,8 @@ fn doubles(kind: &str, values: &[f64]) -> AttributeValue {
 
 /// The attributes of a file, and its name for errors.
 pub(super) struct Attributes<'a> {
-    pub path: &'a Path,
-    pub attributes: &'a LayerAttributes,
+    pub(crate) path: &'a Path,
+    pub(crate) attributes: &'a LayerAttributes,
 }
 
 impl Attributes<'_> {
@@ -206,7 +206,7 @@ impl Attributes<'_> {
         }
     }
 
-    pub fn integer(&self, name: &str) -> Result<u32, OutputError> {
+    pub(crate) fn integer(&self, name: &str) -> Result<u32, OutputError> {
         match self.get(name)? {
             AttributeValue::I32(value) => Ok(value.cast_unsigned()),
             _ => Err(self.wrong(name)),
@@ -214,11 +214,11 @@ impl Attributes<'_> {
     }
 
     /// A number that frames may lack.
-    pub fn optional_integer(&self, name: &str) -> Result<Option<u32>, OutputError> {
+    pub(crate) fn optional_integer(&self, name: &str) -> Result<Option<u32>, OutputError> {
         if self.attributes.other.contains_key(&text(name)) { self.integer(name).map(Some) } else { Ok(None) }
     }
 
-    pub fn doubles<const N: usize>(&self, name: &str) -> Result<[f64; N], OutputError> {
+    pub(crate) fn doubles<const N: usize>(&self, name: &str) -> Result<[f64; N], OutputError> {
         match self.get(name)? {
             AttributeValue::F64(value) if N == 1 => Ok([*value; N]),
             AttributeValue::Custom { bytes, .. } if bytes.len() == 8 * N => {
@@ -232,7 +232,7 @@ impl Attributes<'_> {
         }
     }
 
-    pub fn header(&self, width: u32, height: u32) -> Result<FrameHeader, OutputError> {
+    pub(crate) fn header(&self, width: u32, height: u32) -> Result<FrameHeader, OutputError> {
         let [lower, upper] = self.doubles("isotherm_band_um")?.map(|micrometres: f64| micrometres / 1e6);
         let quaternion = "isotherm_frame_from_camera_wxyz";
         let numbers: Result<Vec<f64>, _> = self.string(quaternion)?.split(' ').map(str::parse).collect();

@@ -6,6 +6,6 @@ use super::OutputError;
 ///
 /// # Errors
 /// [`OutputError::NotFinite`].
-pub fn finite(value: f64, what: impl FnOnce() -> String) -> Result<f64, OutputError> {
+pub(crate) fn finite(value: f64, what: impl FnOnce() -> String) -> Result<f64, OutputError> {
     if value.is_finite() { Ok(value) } else { Err(OutputError::NotFinite { what: what(), value }) }
 }

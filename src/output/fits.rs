@@ -6,7 +6,7 @@
 const BLOCK: usize = 2880;
 
 /// A value in the header.
-pub enum Value {
+pub(crate) enum Value {
     /// A whole number.
     Integer(i64),
     /// A number.
@@ -17,7 +17,7 @@ pub enum Value {
 
 /// The file. Rows run from the top. FITS begins at the bottom, so the last row is written first, and readers show the image upright. Each card has a
 /// keyword of at most 8 characters, a value and a comment.
-pub fn fits_16([width, height]: [u32; 2], values: &[u16], cards: &[(&str, Value, &str)]) -> Vec<u8> {
+pub(crate) fn fits_16([width, height]: [u32; 2], values: &[u16], cards: &[(&str, Value, &str)]) -> Vec<u8> {
     let mut header = String::new();
     let mut card = |keyword: &str, value: &Value, comment: &str| {
         let value = match value {

@@ -93,7 +93,7 @@ impl Folder {
     ///
     /// # Errors
     /// No run was begun there, another command writes into it, or it is refused.
-    pub fn reopen(mut self) -> Result<Self, OutputError> {
+    pub(crate) fn reopen(mut self) -> Result<Self, OutputError> {
         if !self.root.is_dir() {
             return Err(OutputError::NoRun(self.root));
         }
@@ -112,7 +112,7 @@ impl Folder {
     ///
     /// # Errors
     /// They cannot be written.
-    pub fn make_folders(&self) -> Result<(), OutputError> {
+    pub(crate) fn make_folders(&self) -> Result<(), OutputError> {
         for path in self.folders() {
             fs::create_dir_all(&path).map_err(|source| OutputError::CreateFolder(path.clone(), source))?;
             // Permission bits do not show read-only mounts or quotas, so this tries to write.
@@ -122,12 +122,12 @@ impl Folder {
     }
 
     /// Whether the run in a reopened folder came to its end.
-    pub fn is_finished(&self) -> bool {
+    pub(crate) fn is_finished(&self) -> bool {
         self.earlier.finished
     }
 
     /// Path of the saved state of a run.
-    pub fn state(&self) -> PathBuf {
+    pub(crate) fn state(&self) -> PathBuf {
         self.root.join(HOME).join(STATE)
     }
 
@@ -135,7 +135,7 @@ impl Folder {
     ///
     /// # Errors
     /// The manifest cannot be written.
-    pub fn finish(&self) -> Result<(), OutputError> {
+    pub(crate) fn finish(&self) -> Result<(), OutputError> {
         if let Some(manifest) = &self.manifest {
             manifest.finish()?;
         }
@@ -192,7 +192,7 @@ impl Folder {
     ///
     /// # Errors
     /// [`OutputError::Overwrites`].
-    pub fn keep_inputs(&self, inputs: &[PathBuf]) -> Result<(), OutputError> {
+    pub(crate) fn keep_inputs(&self, inputs: &[PathBuf]) -> Result<(), OutputError> {
         let mut own = Vec::new();
         for name in self.names_of_folders() {
             own.extend(self.own_in(name)?.iter().map(|path| real(path)));
@@ -204,7 +204,7 @@ impl Folder {
     }
 
     /// Removes the folders that [`Folder::prepare`] created, if nothing was written to them.
-    pub fn take_back(&self) {
+    pub(crate) fn take_back(&self) {
         for folder in self.folders().iter().filter(|folder| **folder != self.root) {
             // This fails for a folder with files in it, which then stays.
             let _ = fs::remove_dir(folder);
@@ -219,7 +219,7 @@ impl Folder {
     }
 
     /// Path of the folder.
-    pub fn root(&self) -> &Path {
+    pub(crate) fn root(&self) -> &Path {
         &self.root
     }
 
@@ -232,7 +232,7 @@ impl Folder {
     ///
     /// # Errors
     /// Those of `content`, a file of somebody else in its place, or a full disk.
-    pub fn write<F>(&self, name: &str, content: F) -> Result<(), OutputError>
+    pub(crate) fn write<F>(&self, name: &str, content: F) -> Result<(), OutputError>
     where
         F: FnOnce(&mut dyn Write) -> Result<(), OutputError>,
     {
@@ -261,7 +261,7 @@ impl Folder {
     ///
     /// # Errors
     /// As [`Folder::write`].
-    pub fn write_bytes(&self, name: &str, bytes: &[u8]) -> Result<(), OutputError> {
+    pub(crate) fn write_bytes(&self, name: &str, bytes: &[u8]) -> Result<(), OutputError> {
         self.write(name, |writer| {
             writer.write_all(bytes).map_err(|source| OutputError::write(&self.file(name), source))
         })
@@ -271,7 +271,7 @@ impl Folder {
     ///
     /// # Errors
     /// As [`Folder::write`].
-    pub fn write_csv<C: AsRef<str>>(
+    pub(crate) fn write_csv<C: AsRef<str>>(
         &self,
         name: &str,
         rows: impl IntoIterator<Item = impl IntoIterator<Item = C>>,
@@ -285,7 +285,7 @@ impl Folder {
     ///
     /// # Errors
     /// As [`Folder::write`], and that of the row.
-    pub fn write_checked_csv(
+    pub(crate) fn write_checked_csv(
         &self,
         name: &str,
         rows: impl IntoIterator<Item = Result<Vec<String>, OutputError>>,
@@ -299,7 +299,7 @@ impl Folder {
     ///
     /// # Errors
     /// As [`Folder::write`].
-    pub fn write_json(&self, name: &str, value: &impl serde::Serialize) -> Result<(), OutputError> {
+    pub(crate) fn write_json(&self, name: &str, value: &impl serde::Serialize) -> Result<(), OutputError> {
         let json =
             serde_json::to_string_pretty(value).map_err(|error| OutputError::write(&self.file(name), error.into()))?;
         self.write_bytes(name, format!("{json}\n").as_bytes())

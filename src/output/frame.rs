@@ -52,7 +52,7 @@ impl Frame {
     ///
     /// # Errors
     /// [`OutputError::NotFinite`] with step, pixel and part.
-    pub fn check_finite(&self) -> Result<(), OutputError> {
+    pub(crate) fn check_finite(&self) -> Result<(), OutputError> {
         self.check_finite_of(|pixel| format!("part number {}", self.part.get(pixel).copied().unwrap_or(0)))
     }
 
@@ -60,7 +60,7 @@ impl Frame {
     ///
     /// # Errors
     /// [`OutputError::NotFinite`] with step, pixel and what it shows.
-    pub fn check_finite_of(&self, shown: impl Fn(usize) -> String) -> Result<(), OutputError> {
+    pub(crate) fn check_finite_of(&self, shown: impl Fn(usize) -> String) -> Result<(), OutputError> {
         if let Some((what, pixel, value)) = not_finite(&self.radiance, &self.temperature, &self.depth) {
             let (x, y) = (pixel % self.width.max(1) as usize, pixel / self.width.max(1) as usize);
             let name = || format!("step {}: the {what} in pixel ({x}, {y}) of {}", self.step, shown(pixel));
@@ -70,7 +70,7 @@ impl Frame {
     }
 
     /// Refuses channels that do not fill the image.
-    pub fn check(&self) -> Result<(), OutputError> {
+    pub(crate) fn check(&self) -> Result<(), OutputError> {
         check_channels(
             [self.width, self.height],
             &[
@@ -101,11 +101,11 @@ pub(super) fn check_channels([width, height]: [u32; 2], channels: &[(&str, usize
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameHeader {
     /// Name of the scene.
-    pub scene: String,
+    pub(crate) scene: String,
     /// SHA-256 of the scene and its files (hexadecimal).
     pub scene_sha256: String,
     /// The computing device.
-    pub device: String,
+    pub(crate) device: String,
     /// Version of isotherm.
     pub version: String,
     /// Spectral band.
@@ -119,7 +119,7 @@ pub struct FrameHeader {
     /// The same for the inertial frame. Its origin is that of the body frame. `None` in a file of an earlier version.
     pub camera_from_inertial: Option<DMat4>,
     /// Camera pose at the time of the last row. `None` if all rows see one pose.
-    pub last_row_from_body: Option<DMat4>,
+    pub(crate) last_row_from_body: Option<DMat4>,
     /// Name and pose of each joint at this step: maps places of its parts in the model's file to body coordinates [m].
     pub joints: Vec<(String, DMat4)>,
     /// Names of the parts. The first has pixel value 1.

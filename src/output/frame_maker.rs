@@ -51,7 +51,12 @@ impl<'a> FrameMaker<'a> {
     ///
     /// # Errors
     /// As for `frame`.
-    pub fn frame_of(&self, image: Image, step: u32, number: Option<u32>) -> Result<(Frame, FrameHeader), OutputError> {
+    pub(crate) fn frame_of(
+        &self,
+        image: Image,
+        step: u32,
+        number: Option<u32>,
+    ) -> Result<(Frame, FrameHeader), OutputError> {
         let pose = image.camera_from_body;
         let frame = Frame {
             width: image.camera.width,

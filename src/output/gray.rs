@@ -12,7 +12,11 @@ fn failed(error: impl ToString) -> OutputError {
 ///
 /// # Errors
 /// An image that PNG can not hold.
-pub fn png_16([width, height]: [u32; 2], values: &[u16], text: &[(&str, String)]) -> Result<Vec<u8>, OutputError> {
+pub(crate) fn png_16(
+    [width, height]: [u32; 2],
+    values: &[u16],
+    text: &[(&str, String)],
+) -> Result<Vec<u8>, OutputError> {
     let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_be_bytes()).collect();
     png_of([width, height], png::BitDepth::Sixteen, &bytes, text)
 }
@@ -21,7 +25,7 @@ pub fn png_16([width, height]: [u32; 2], values: &[u16], text: &[(&str, String)]
 ///
 /// # Errors
 /// As [`png_16`].
-pub fn png_8(size: [u32; 2], values: &[u8], text: &[(&str, String)]) -> Result<Vec<u8>, OutputError> {
+pub(crate) fn png_8(size: [u32; 2], values: &[u8], text: &[(&str, String)]) -> Result<Vec<u8>, OutputError> {
     png_of(size, png::BitDepth::Eight, values, text)
 }
 
@@ -51,7 +55,7 @@ fn png_of(
 ///
 /// # Errors
 /// No image, images of different sizes, or what `images` returns.
-pub fn animated(
+pub(crate) fn animated(
     [width, height]: [u32; 2],
     count: usize,
     rate: f64,

@@ -18,7 +18,7 @@ const RARE: Duration = Duration::from_millis(20);
 const MOST_BYTES: usize = 1 << 16;
 
 /// A growing table of a folder.
-pub struct Growing<'a> {
+pub(crate) struct Growing<'a> {
     folder: &'a Folder,
     name: String,
     path: PathBuf,
@@ -36,7 +36,7 @@ impl<'a> Growing<'a> {
     ///
     /// # Errors
     /// A file of somebody else in its place, or a full disk.
-    pub fn begin(folder: &'a Folder, name: &str, head: Vec<String>) -> Result<Self, OutputError> {
+    pub(crate) fn begin(folder: &'a Folder, name: &str, head: Vec<String>) -> Result<Self, OutputError> {
         let path = folder.place_for(name)?;
         // The table of an earlier part of the run begins anew.
         let before = std::fs::metadata(&path).map_or(0, |found| found.len());
@@ -53,7 +53,7 @@ impl<'a> Growing<'a> {
     ///
     /// # Errors
     /// The table is shorter, or cannot be written.
-    pub fn again(folder: &'a Folder, name: &str, length: u64) -> Result<Self, OutputError> {
+    pub(crate) fn again(folder: &'a Folder, name: &str, length: u64) -> Result<Self, OutputError> {
         let path = folder.place_for(name)?;
         let failed = |source| OutputError::write(&path, source);
         let mut file = OpenOptions::new().write(true).open(&path).map_err(failed)?;
@@ -78,7 +78,7 @@ impl<'a> Growing<'a> {
     ///
     /// # Errors
     /// A full disk. All lines that fit as a whole are kept.
-    pub fn push(&mut self, cells: Vec<String>) -> Result<(), OutputError> {
+    pub(crate) fn push(&mut self, cells: Vec<String>) -> Result<(), OutputError> {
         write_rows(&mut self.waiting, [cells]).map_err(|source| OutputError::write(&self.path, source))?;
         let now = Instant::now();
         let rare = now - std::mem::replace(&mut self.came, now) > RARE;
@@ -89,7 +89,7 @@ impl<'a> Growing<'a> {
     ///
     /// # Errors
     /// As [`Growing::push`].
-    pub fn flush(&mut self) -> Result<(), OutputError> {
+    pub(crate) fn flush(&mut self) -> Result<(), OutputError> {
         self.written = Instant::now();
         if self.waiting.is_empty() {
             return Ok(());
@@ -112,7 +112,7 @@ impl<'a> Growing<'a> {
     ///
     /// # Errors
     /// As [`Growing::push`].
-    pub fn sync(&mut self) -> Result<u64, OutputError> {
+    pub(crate) fn sync(&mut self) -> Result<u64, OutputError> {
         self.flush()?;
         self.file.sync_data().map_err(|source| OutputError::write(&self.path, source))?;
         Ok(self.length)
@@ -129,7 +129,7 @@ impl<'a> Growing<'a> {
     ///
     /// # Errors
     /// It cannot be read.
-    pub fn reader(&mut self) -> Result<impl Read + use<>, OutputError> {
+    pub(crate) fn reader(&mut self) -> Result<impl Read + use<>, OutputError> {
         self.flush()?;
         File::open(&self.path).map_err(|source| OutputError::Read(self.path.clone(), source))
     }

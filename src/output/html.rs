@@ -17,7 +17,7 @@ pub(crate) struct Html(String);
 
 impl Html {
     /// Starts a page with its style. The header stays open.
-    pub fn page(title: &str) -> Self {
+    pub(crate) fn page(title: &str) -> Self {
         let mut html = Self::default();
         html.raw("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
         html.raw("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
@@ -27,29 +27,29 @@ impl Html {
     }
 
     /// Ends a page that [`Html::page`] began.
-    pub fn into_page(mut self) -> String {
+    pub(crate) fn into_page(mut self) -> String {
         self.raw("</main>\n</body>\n</html>\n");
         self.0
     }
 
     /// Adds markup without escaping it.
-    pub fn raw(&mut self, markup: &str) {
+    pub(crate) fn raw(&mut self, markup: &str) {
         self.0.push_str(markup);
     }
 
-    pub fn element(&mut self, tag: &str, text: &str) {
+    pub(crate) fn element(&mut self, tag: &str, text: &str) {
         self.0.push_str(&format!("<{tag}>{}</{tag}>\n", escape(text)));
     }
 
     /// Embeds a PNG picture with a title and a link to its file.
-    pub fn picture(&mut self, png: &[u8], title: &str, file: &str) {
+    pub(crate) fn picture(&mut self, png: &[u8], title: &str, file: &str) {
         let data = STANDARD.encode(png);
         let image = format!("<img src=\"data:image/png;base64,{data}\" alt=\"{}\">\n", escape(title));
         self.figure(&image, title, file);
     }
 
     /// Adds an image or SVG drawing with a title and a link to its file.
-    pub fn figure(&mut self, content: &str, title: &str, file: &str) {
+    pub(crate) fn figure(&mut self, content: &str, title: &str, file: &str) {
         self.raw("<figure>\n");
         self.raw(content);
         self.raw(&format!("<figcaption>{}, ", escape(title)));
@@ -57,7 +57,7 @@ impl Html {
     }
 
     /// Large numbers at the top: value, unit and meaning.
-    pub fn headline(&mut self, figures: impl IntoIterator<Item = (String, String, String)>) {
+    pub(crate) fn headline(&mut self, figures: impl IntoIterator<Item = (String, String, String)>) {
         self.raw("<div class=\"headline\">\n");
         for (value, unit, what) in figures {
             let (value, unit) = (escape(&value), escape(&unit));
@@ -68,7 +68,7 @@ impl Html {
     }
 
     /// A list under a title. Without items it adds nothing.
-    pub fn list(&mut self, title: &str, items: &[String], class: &str) {
+    pub(crate) fn list(&mut self, title: &str, items: &[String], class: &str) {
         if items.is_empty() {
             return;
         }
@@ -79,7 +79,7 @@ impl Html {
     }
 
     /// Links to files in the folder.
-    pub fn files<'a>(&mut self, names: impl IntoIterator<Item = &'a str>) {
+    pub(crate) fn files<'a>(&mut self, names: impl IntoIterator<Item = &'a str>) {
         self.element("h2", "Files");
         self.raw("<ul class=\"plain\">\n");
         names.into_iter().for_each(|name| self.raw(&format!("<li>{}</li>\n", link(name))));
@@ -87,16 +87,16 @@ impl Html {
     }
 
     /// The command line.
-    pub fn command(&mut self, line: &str) {
+    pub(crate) fn command(&mut self, line: &str) {
         self.raw(&format!("<p>Command: <code>{}</code></p>\n", escape(line)));
     }
 
     /// A table of names and values.
-    pub fn pairs(&mut self, pairs: impl IntoIterator<Item = (String, String)>) {
+    pub(crate) fn pairs(&mut self, pairs: impl IntoIterator<Item = (String, String)>) {
         self.table(&[], pairs.into_iter().map(|(name, value)| vec![name, value]));
     }
 
-    pub fn settings(&mut self, groups: &[SettingGroup]) {
+    pub(crate) fn settings(&mut self, groups: &[SettingGroup]) {
         for group in groups {
             self.element("h3", &group.title);
             self.pairs(group.entries.iter().cloned());
@@ -104,7 +104,7 @@ impl Html {
     }
 
     /// A table with an optional head. Columns of numbers are right-aligned.
-    pub fn table(&mut self, head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
+    pub(crate) fn table(&mut self, head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
         let rows: Vec<Vec<String>> = rows.into_iter().collect();
         let numeric = |cell: &String| cell.replace(THIN_SPACE, "").parse::<f64>().is_ok();
         let columns = rows.iter().map(Vec::len).max().unwrap_or(0);

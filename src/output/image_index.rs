@@ -6,7 +6,7 @@ use super::run_pictures::WrittenFrame;
 use crate::scene::{Camera, Time};
 
 /// File of the index.
-pub const IMAGES: &str = "images.csv";
+pub(crate) const IMAGES: &str = "images.csv";
 
 const HEAD: [&str; 10] = ["time", "x", "y", "z", "qw", "qx", "qy", "qz", "image", "file"];
 

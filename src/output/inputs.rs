@@ -9,7 +9,7 @@ use super::OutputError;
 ///
 /// # Errors
 /// [`OutputError::Overwrites`].
-pub fn keep_inputs<'a>(output: &Path, inputs: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), OutputError> {
+pub(crate) fn keep_inputs<'a>(output: &Path, inputs: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), OutputError> {
     let output_file = real(output);
     match inputs.into_iter().any(|input| real(input) == output_file) {
         true => Err(OutputError::Overwrites(output.to_path_buf())),

@@ -27,16 +27,16 @@ use crate::simulation::thermal_state::begin_from;
 use crate::simulation::{Consumer, run_from, start_from};
 use crate::trace::Track;
 
-pub use super::job_state::frames_of;
-pub use super::job_terms::{Done, Job, JobError, Outcome, SaveEvery};
+pub(crate) use super::job_state::frames_of;
+pub(crate) use super::job_terms::{Done, Job, JobError, Outcome, SaveEvery};
 pub(crate) use super::recorder::check_finite;
 
 /// The report as JSON.
-pub const REPORT_JSON: &str = "report.json";
+pub(crate) const REPORT_JSON: &str = "report.json";
 /// The report as a page.
-pub const REPORT_HTML: &str = "report.html";
+pub(crate) const REPORT_HTML: &str = "report.html";
 /// All files of a run.
-pub const FILES: [&str; 21] = [
+pub(crate) const FILES: [&str; 21] = [
     "frames/step_#.exr",
     "frames/step_#.png",
     "frames/step_#.json",
@@ -67,7 +67,7 @@ const WAITING_FRAMES: usize = 2;
 ///
 /// # Errors
 /// A call that fails, a full disk, or a saved state of another scene.
-pub fn run_into(
+pub(crate) fn run_into(
     prepared: &Prepared,
     engine: &mut dyn Engine,
     folder: &Folder,

@@ -16,10 +16,10 @@ use crate::simulation::state::capture;
 /// What an earlier part of a run did.
 #[derive(Default)]
 pub(super) struct Earlier {
-    pub frames: Vec<WrittenFrame>,
+    pub(crate) frames: Vec<WrittenFrame>,
     /// Wall time of the whole run and of its steps [s].
-    pub seconds: [f64; 2],
-    pub between: Between,
+    pub(crate) seconds: [f64; 2],
+    pub(crate) between: Between,
 }
 
 /// Number that stands for no image in a saved list.
@@ -30,7 +30,7 @@ fn image_of(saved: u32) -> Option<u32> {
 }
 
 impl Earlier {
-    pub fn of(saved: &Saved) -> Result<Self, SavedError> {
+    pub(crate) fn of(saved: &Saved) -> Result<Self, SavedError> {
         let steps: Vec<u32> = saved.list("frames")?;
         let ranges: Vec<[f32; 2]> = saved.list_of("frame_ranges", steps.len())?;
         let images: Vec<u32> = saved.list_of("frame_images", steps.len())?;
@@ -60,7 +60,7 @@ pub(super) fn put_frames(saved: &mut Saved, written: &[WrittenFrame]) {
 ///
 /// # Errors
 /// A list is absent.
-pub fn frames_of(saved: &Saved) -> Result<Vec<String>, SavedError> {
+pub(crate) fn frames_of(saved: &Saved) -> Result<Vec<String>, SavedError> {
     if !saved.has("frames") {
         return Ok(Vec::new());
     }
@@ -71,14 +71,14 @@ pub fn frames_of(saved: &Saved) -> Result<Vec<String>, SavedError> {
 
 /// Saves the state of the warm-up.
 pub(super) struct Keeper<'a> {
-    pub job: &'a Job<'a>,
-    pub folder: &'a Folder,
+    pub(crate) job: &'a Job<'a>,
+    pub(crate) folder: &'a Folder,
     /// The state that was taken last.
-    pub state: Saved,
+    pub(crate) state: Saved,
     /// Steps before the last state that was saved, and when it was saved.
-    pub saved: (u32, Instant),
-    pub began: Instant,
-    pub before: [f64; 2],
+    pub(crate) saved: (u32, Instant),
+    pub(crate) began: Instant,
+    pub(crate) before: [f64; 2],
 }
 
 impl Keep<JobError> for Keeper<'_> {

@@ -13,7 +13,7 @@ use crate::simulation::periodic::Periodic;
 
 /// An error that ends a run early.
 #[derive(Debug, thiserror::Error)]
-pub enum JobError {
+pub(crate) enum JobError {
     /// The engine.
     #[error(transparent)]
     Engine(#[from] EngineError),
@@ -41,7 +41,7 @@ pub enum JobError {
 
 /// A unit of progress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Done {
+pub(crate) enum Done {
     /// A warm-up step.
     WarmUp,
     /// A step.
@@ -51,52 +51,52 @@ pub enum Done {
 }
 
 /// The results of a run.
-pub struct Outcome {
+pub(crate) struct Outcome {
     /// Whether all steps were done.
-    pub complete: bool,
+    pub(crate) complete: bool,
     /// Drawn frames.
-    pub frames: Vec<FrameEntry>,
+    pub(crate) frames: Vec<FrameEntry>,
     /// Pictures for the report.
-    pub pictures: Vec<Picture>,
+    pub(crate) pictures: Vec<Picture>,
     /// Plots for the report.
-    pub plots: Vec<PlotEntry>,
+    pub(crate) plots: Vec<PlotEntry>,
     /// Error of the device against the f64 reference, if requested.
-    pub accuracy: Option<Accuracy>,
+    pub(crate) accuracy: Option<Accuracy>,
     /// The energy balance, if the scene keeps it.
-    pub energy: Option<EnergyBalance>,
+    pub(crate) energy: Option<EnergyBalance>,
     /// Estimated error of the temperatures between steps [K], where images lie there.
-    pub between: Option<f64>,
+    pub(crate) between: Option<f64>,
     /// The thermal state that was asked for, where its step was reached.
-    pub state: Option<Saved>,
+    pub(crate) state: Option<Saved>,
     /// Convergence of a periodic warm-up, if requested.
-    pub periodic: Option<Periodic>,
+    pub(crate) periodic: Option<Periodic>,
     /// Cost of the network in every step after the warm-up.
-    pub network_costs: Vec<StepCost>,
+    pub(crate) network_costs: Vec<StepCost>,
     /// Wall time of the steps without start-up and pictures [s].
-    pub stepping_s: f64,
+    pub(crate) stepping_s: f64,
     /// Wall time of the earlier parts of the run [s].
-    pub wall_before_s: f64,
+    pub(crate) wall_before_s: f64,
 }
 
 /// How a run is done.
-pub struct Job<'a> {
+pub(crate) struct Job<'a> {
     /// Number of nodes that the f64 reference also steps.
-    pub check: Option<usize>,
+    pub(crate) check: Option<usize>,
     /// How often the state is saved.
-    pub save_every: SaveEvery,
+    pub(crate) save_every: SaveEvery,
     /// What a saved state says of the run, for the command that resumes it.
-    pub identity: &'a Saved,
+    pub(crate) identity: &'a Saved,
     /// The state of an earlier part of the run.
-    pub earlier: Option<&'a Saved>,
+    pub(crate) earlier: Option<&'a Saved>,
     /// The thermal state at time 0, instead of a warm-up.
-    pub begin: Option<&'a Saved>,
+    pub(crate) begin: Option<&'a Saved>,
     /// The step after which the thermal state is taken.
-    pub take_after: Option<u32>,
+    pub(crate) take_after: Option<u32>,
 }
 
 /// How often the state of a run is saved. It is saved after the warm-up, after the last step and when the run is stopped in any case.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum SaveEvery {
+pub(crate) enum SaveEvery {
     /// After so much wall-clock time. Never where it is 0.
     Time(Duration),
     /// After so many steps.

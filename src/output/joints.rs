@@ -13,31 +13,31 @@ use super::thinned::Thinned;
 
 /// The table of joint positions: angles [deg] of turning joints, distances [m] of sliding joints.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct JointColumns {
+pub(crate) struct JointColumns {
     columns: Vec<(String, bool)>,
 }
 
 impl JointColumns {
     /// Columns of joints with these names. The flag marks turning joints.
-    pub fn new(joints: impl Iterator<Item = (String, bool)>) -> Self {
+    pub(crate) fn new(joints: impl Iterator<Item = (String, bool)>) -> Self {
         let (names, turns): (Vec<String>, Vec<bool>) = joints.unzip();
         Self { columns: unique(&names).into_iter().zip(turns).collect() }
     }
 
     /// Whether there is no joint.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.columns.is_empty()
     }
 
     /// The head of `joints.csv`: `time` [s], then `NAME:deg` or `NAME:m` for each joint.
-    pub fn head(&self) -> Vec<String> {
+    pub(crate) fn head(&self) -> Vec<String> {
         let unit = |turns: &bool| if *turns { "deg" } else { "m" };
         let names = self.columns.iter().map(|(name, turns)| format!("{name}:{}", unit(turns)));
         std::iter::once("time".to_owned()).chain(names).collect()
     }
 
     /// The cells of the positions [rad or m] at a time [s], with six decimals.
-    pub fn cells(&self, time: f64, positions: &[f64]) -> Vec<String> {
+    pub(crate) fn cells(&self, time: f64, positions: &[f64]) -> Vec<String> {
         let shown = |((_, turns), position): (&(String, bool), &f64)| {
             format!("{:.6}", if *turns { position.to_degrees() } else { *position })
         };
@@ -48,7 +48,7 @@ impl JointColumns {
     ///
     /// # Errors
     /// The table cannot be read.
-    pub fn plots<R: Read>(
+    pub(crate) fn plots<R: Read>(
         &self,
         mut open: impl FnMut() -> Result<R, OutputError>,
         eclipses: &Eclipses,

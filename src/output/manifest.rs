@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use super::OutputError;
 
 /// The folder for isotherm's own records in an output folder.
-pub const HOME: &str = ".isotherm";
+pub(crate) const HOME: &str = ".isotherm";
 const NAME: &str = "manifest";
 /// Time for which a locked folder is asked again: a process that was killed gives back its memory first, and its locks after that.
 const DYING: Duration = Duration::from_secs(1);
@@ -66,20 +66,20 @@ impl Known {
 
 /// All files of a manifest.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Listing {
+pub(crate) struct Listing {
     files: BTreeMap<String, Vec<Known>>,
     /// Whether the command that wrote them came to its end.
-    pub finished: bool,
+    pub(crate) finished: bool,
 }
 
 impl Listing {
     /// Paths relative to the folder.
-    pub fn paths(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn paths(&self) -> impl Iterator<Item = &str> {
         self.files.keys().map(String::as_str)
     }
 
     /// Whether a path is listed.
-    pub fn has(&self, path: &str) -> bool {
+    pub(crate) fn has(&self, path: &str) -> bool {
         self.files.contains_key(path)
     }
 
@@ -87,7 +87,7 @@ impl Listing {
     ///
     /// # Errors
     /// [`OutputError::Changed`] or [`OutputError::Link`].
-    pub fn verified(&self, root: &Path, path: &str) -> Result<Option<PathBuf>, OutputError> {
+    pub(crate) fn verified(&self, root: &Path, path: &str) -> Result<Option<PathBuf>, OutputError> {
         let full = root.join(path);
         let mut at = root.to_path_buf();
         let mut parts = Path::new(path).components().peekable();
@@ -122,7 +122,7 @@ fn modified_ns(found: &Metadata) -> u128 {
 
 /// A manifest that this process has locked.
 #[derive(Debug)]
-pub struct Manifest {
+pub(crate) struct Manifest {
     path: PathBuf,
     journal: Mutex<Journal>,
 }
@@ -135,14 +135,14 @@ struct Journal {
 
 /// Place of a growing file's line.
 #[derive(Debug, Clone, Copy)]
-pub struct Place(u64);
+pub(crate) struct Place(u64);
 
 impl Manifest {
     /// Locks the manifest of a folder. `None` where it has none.
     ///
     /// # Errors
     /// Another process has locked it, it is a link, or it cannot be read.
-    pub fn open(root: &Path) -> Result<Option<(Self, Listing)>, OutputError> {
+    pub(crate) fn open(root: &Path) -> Result<Option<(Self, Listing)>, OutputError> {
         let (home, path) = (root.join(HOME), root.join(HOME).join(NAME));
         for (part, is_home) in [(&home, true), (&path, false)] {
             match fs::symlink_metadata(part) {
@@ -168,7 +168,7 @@ impl Manifest {
     ///
     /// # Errors
     /// Another process did so in this moment, or it cannot be written.
-    pub fn create(root: &Path) -> Result<Self, OutputError> {
+    pub(crate) fn create(root: &Path) -> Result<Self, OutputError> {
         let home = root.join(HOME);
         let path = home.join(NAME);
         let failed = |source| OutputError::NotWritable(root.to_path_buf(), source);
@@ -241,7 +241,7 @@ impl Manifest {
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn begin(&self) -> Result<(), OutputError> {
+    pub(crate) fn begin(&self) -> Result<(), OutputError> {
         self.with(|journal| {
             journal.file.set_len(0)?;
             journal.end = 0;
@@ -254,7 +254,7 @@ impl Manifest {
     ///
     /// # Errors
     /// The manifest cannot be written.
-    pub fn note(&self, path: &str, found: &Metadata) -> Result<(), OutputError> {
+    pub(crate) fn note(&self, path: &str, found: &Metadata) -> Result<(), OutputError> {
         let entry = Entry {
             file: Some(path.to_owned()),
             bytes: Some(found.len().to_string()),
@@ -268,7 +268,7 @@ impl Manifest {
     ///
     /// # Errors
     /// The manifest cannot be written.
-    pub fn note_growing(&self, path: &str, [from, to]: [u64; 2]) -> Result<Place, OutputError> {
+    pub(crate) fn note_growing(&self, path: &str, [from, to]: [u64; 2]) -> Result<Place, OutputError> {
         // Two lengths tell that a write is under way, which has no time yet.
         self.append(&growing(path, from, to.max(from + 1), 0)).map(Place)
     }
@@ -277,7 +277,7 @@ impl Manifest {
     ///
     /// # Errors
     /// The manifest cannot be written.
-    pub fn note_growth(
+    pub(crate) fn note_growth(
         &self,
         place: Place,
         path: &str,
@@ -297,12 +297,12 @@ impl Manifest {
     ///
     /// # Errors
     /// The manifest cannot be written.
-    pub fn finish(&self) -> Result<(), OutputError> {
+    pub(crate) fn finish(&self) -> Result<(), OutputError> {
         self.append(&Entry { finished: Some(true), ..Entry::default() }).map(|_| ())
     }
 
     /// Removes the manifest. The lock holds until this is dropped.
-    pub fn remove(&self) {
+    pub(crate) fn remove(&self) {
         let _ = fs::remove_file(&self.path);
         if let Some(home) = self.path.parent() {
             // This fails for a folder with files in it, which then stays.

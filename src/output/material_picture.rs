@@ -41,7 +41,7 @@ const COLOURS: [Rgb; 19] = [
 ];
 
 /// Colour of a material. After the first nineteen the colours come again, darker and lighter in turn.
-pub fn colour(material: usize) -> Rgb {
+pub(crate) fn colour(material: usize) -> Rgb {
     let [round, place] = [material / COLOURS.len(), material % COLOURS.len()];
     COLOURS[place].map(|value| match round % 3 {
         0 => value,
@@ -51,13 +51,13 @@ pub fn colour(material: usize) -> Rgb {
 }
 
 /// A material in the legend: its name, and a remark behind it.
-pub type Entry = (String, String);
+pub(crate) type Entry = (String, String);
 
 /// The picture of an image of `width` pixels a row. `pixels` has part + 1 and material + 1 of each, 0 where no surface is. Borders between parts are darker.
 ///
 /// # Errors
 /// A size that does not fit the pixels.
-pub fn material_picture(
+pub(crate) fn material_picture(
     width: u32,
     pixels: &[[u32; 2]],
     materials: &[Entry],

@@ -25,7 +25,7 @@ use crate::lens::Distortion;
 use crate::scene::Camera;
 
 /// Kelvin of a count of the images of temperature.
-pub const KELVIN_PER_COUNT: f64 = 0.01;
+pub(crate) const KELVIN_PER_COUNT: f64 = 0.01;
 
 /// Frame of the images.
 const CAMERA: &str = "camera";
@@ -56,7 +56,7 @@ fn stamp(start: Option<Epoch>, time: f64) -> (i32, u32) {
 ///
 /// # Errors
 /// A frame that can not be read, or a destination that takes no more.
-pub fn write(
+pub(crate) fn write(
     writer: &mut dyn Write,
     folder: &Folder,
     frames: &[FrameEntry],

@@ -14,23 +14,23 @@ const LEGEND: u32 = 200;
 
 /// Plots in a grid. Panels without legends should have few lines that the title explains.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Panels {
+pub(crate) struct Panels {
     /// First line, bold.
-    pub title: String,
+    pub(crate) title: String,
     /// Second line.
-    pub subtitle: String,
+    pub(crate) subtitle: String,
     /// Number of columns.
-    pub columns: usize,
+    pub(crate) columns: usize,
     /// Whether each panel has a legend on its right.
-    pub legends: bool,
+    pub(crate) legends: bool,
     /// The panels, row by row.
-    pub plots: Vec<Plot>,
+    pub(crate) plots: Vec<Plot>,
 }
 
 impl Panels {
     /// The figure as an SVG document. It is 960 pixels wide and scales to any width. The same figure gives the same
     /// text.
-    pub fn svg(&self) -> Result<String, OutputError> {
+    pub(crate) fn svg(&self) -> Result<String, OutputError> {
         let columns = self.columns.max(1);
         let rows = self.plots.len().div_ceil(columns).max(1);
         let height = TITLE + PANEL_HEIGHT * u32::try_from(rows).unwrap_or(1);

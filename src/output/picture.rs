@@ -40,7 +40,7 @@ pub fn picture(frame: &Frame, scale: &ColourScale, title: &str, details: &str) -
 
 /// A plain picture on the left and a frame in false colour on the right. Each has a caption above it. The frame has its
 /// colour scale.
-pub fn beside(
+pub(crate) fn beside(
     left: (&Canvas, &str),
     right: (&Frame, &str),
     scale: &ColourScale,
@@ -69,7 +69,7 @@ pub fn beside(
 
 /// A small frame on a contact sheet.
 #[derive(Debug, Clone)]
-pub struct Tile {
+pub(crate) struct Tile {
     caption: String,
     image: Canvas,
     range: Option<[f32; 2]>,
@@ -78,7 +78,7 @@ pub struct Tile {
 
 impl Tile {
     /// A small copy of a frame: at most `width` pixels wide.
-    pub fn new(frame: &Frame, scale: &ColourScale, caption: &str, width: u32) -> Result<Self, OutputError> {
+    pub(crate) fn new(frame: &Frame, scale: &ColourScale, caption: &str, width: u32) -> Result<Self, OutputError> {
         frame.check()?;
         let image = scale.image(frame);
         let width = width.clamp(1, frame.width);
@@ -94,13 +94,13 @@ impl Tile {
 
 impl Tile {
     /// A tile whose picture was drawn already, with the range of its temperatures [K].
-    pub fn drawn(caption: &str, image: Canvas, range: Option<[f32; 2]>) -> Self {
+    pub(crate) fn drawn(caption: &str, image: Canvas, range: Option<[f32; 2]>) -> Self {
         Self { caption: caption.to_owned(), image, range, exceeded: [false; 2] }
     }
 }
 
 /// A grid of small pictures with captions, one title and one scale. `columns` is the number of tiles in a row.
-pub fn contact_sheet(tiles: &[Tile], columns: u32, scale: &ColourScale, title: &str, details: &str) -> Canvas {
+pub(crate) fn contact_sheet(tiles: &[Tile], columns: u32, scale: &ColourScale, title: &str, details: &str) -> Canvas {
     const GAP: u32 = 8;
     let caption_height = Face::Small.height() + 4;
     let columns = columns.clamp(1, tiles.len().max(1) as u32);

@@ -29,9 +29,9 @@ pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 /// Space around the axes [px].
 pub(super) struct Layout {
     /// Height of title and subtitle.
-    pub title: u32,
+    pub(crate) title: u32,
     /// Width of the legend on the right. 0 means no legend.
-    pub legend: u32,
+    pub(crate) legend: u32,
 }
 
 const INK: RGBColor = RGBColor(25, 28, 32);
@@ -69,11 +69,11 @@ pub struct Line {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shade {
     /// Name in the legend.
-    pub name: String,
+    pub(crate) name: String,
     /// Start and end of each interval, in units of the x axis.
-    pub intervals: Vec<(f64, f64)>,
+    pub(crate) intervals: Vec<(f64, f64)>,
     /// Darkness in [0, 1].
-    pub strength: f64,
+    pub(crate) strength: f64,
 }
 
 /// A line plot.

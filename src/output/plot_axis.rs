@@ -29,7 +29,7 @@ impl Axis {
     }
 
     /// Whether the axis can show a value.
-    pub fn shows(&self, value: f64) -> bool {
+    pub(crate) fn shows(&self, value: f64) -> bool {
         value.is_finite() && (!self.log || value > 0.0)
     }
 
@@ -60,9 +60,9 @@ impl Axis {
 /// Maps values to positions between the ends of an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Scale {
-    pub lower: f64,
-    pub upper: f64,
-    pub log: bool,
+    pub(crate) lower: f64,
+    pub(crate) upper: f64,
+    pub(crate) log: bool,
 }
 
 /// Most marks on an axis.
@@ -80,7 +80,7 @@ impl Scale {
     }
 
     /// The value clamped to the ends, for shading that may be cut.
-    pub fn inside(&self, value: f64) -> f64 {
+    pub(crate) fn inside(&self, value: f64) -> f64 {
         value.clamp(self.lower, self.upper)
     }
 }

@@ -14,14 +14,14 @@ use crate::simulation::prepare::Prepared;
 use crate::simulation::{StepResult, run};
 
 /// All files of the images.
-pub const FILES: [&str; 4] = ["frames/image_#.exr", "frames/image_#.json", "frames/image_#_*", IMAGES];
+pub(crate) const FILES: [&str; 4] = ["frames/image_#.exr", "frames/image_#.json", "frames/image_#_*", IMAGES];
 
 /// Draws the images of a scene whose images have their own times and poses, from the state at time 0 on. Returns whether all were drawn before `stop` was
 /// set. `drawn` is called after each image.
 ///
 /// # Errors
 /// A call that fails, or a full disk.
-pub fn write_pose_images(
+pub(crate) fn write_pose_images(
     prepared: &Prepared,
     engine: &mut dyn Engine,
     folder: &Folder,

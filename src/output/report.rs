@@ -11,121 +11,121 @@ use crate::simulation::energy::EnergyBalance;
 
 /// Everything that a run reports. Empty lists and absent options are not shown.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Report {
+pub(crate) struct Report {
     /// Title: the scene's name.
-    pub title: String,
+    pub(crate) title: String,
     /// Version of isotherm.
-    pub version: String,
+    pub(crate) version: String,
     /// The command line.
-    pub command_line: String,
+    pub(crate) command_line: String,
     /// The scene file.
-    pub scene: SourceFile,
+    pub(crate) scene: SourceFile,
     /// The other input files: model, material tables.
-    pub inputs: Vec<SourceFile>,
+    pub(crate) inputs: Vec<SourceFile>,
     /// The computing device.
-    pub device: Device,
+    pub(crate) device: Device,
     /// Speed of the run.
-    pub speed: Speed,
+    pub(crate) speed: Speed,
     /// Error against the f64 reference. `None` if nothing was compared, as in a run of the reference itself.
-    pub accuracy: Option<Accuracy>,
+    pub(crate) accuracy: Option<Accuracy>,
     /// Energy balance of the run. `None` if the scene does not keep it.
-    pub energy: Option<EnergyBalance>,
+    pub(crate) energy: Option<EnergyBalance>,
     /// Size of the model.
-    pub model: ModelSize,
+    pub(crate) model: ModelSize,
     /// Buffers on the device.
-    pub buffers: Vec<BufferSize>,
+    pub(crate) buffers: Vec<BufferSize>,
     /// Passes of a step with their times.
-    pub passes: Vec<PassTime>,
+    pub(crate) passes: Vec<PassTime>,
     /// Settings of the scene by section, in file order.
-    pub settings: Vec<SettingGroup>,
+    pub(crate) settings: Vec<SettingGroup>,
     /// Defaults that were used.
-    pub assumptions: Vec<String>,
+    pub(crate) assumptions: Vec<String>,
     /// Warnings for the user.
-    pub warnings: Vec<String>,
+    pub(crate) warnings: Vec<String>,
     /// Effects that the scene switches off. They cost nothing.
-    pub switched_off: Vec<String>,
+    pub(crate) switched_off: Vec<String>,
     /// The drawn steps.
-    pub frames: Vec<FrameEntry>,
+    pub(crate) frames: Vec<FrameEntry>,
     /// Pictures for the page.
-    pub pictures: Vec<Picture>,
+    pub(crate) pictures: Vec<Picture>,
     /// Plots for the page.
-    pub plots: Vec<PlotEntry>,
+    pub(crate) plots: Vec<PlotEntry>,
     /// All files of the run.
-    pub files: Vec<FileEntry>,
+    pub(crate) files: Vec<FileEntry>,
     /// Whether the run stopped before its last step.
-    pub interrupted: bool,
+    pub(crate) interrupted: bool,
 }
 
 /// An input file.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct SourceFile {
+pub(crate) struct SourceFile {
     /// `scene`, `model`, `materials`.
-    pub kind: String,
+    pub(crate) kind: String,
     /// Path as given.
-    pub path: String,
+    pub(crate) path: String,
     /// SHA-256 of its bytes (hexadecimal).
-    pub sha256: String,
+    pub(crate) sha256: String,
 }
 
 /// A device and its driver.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Device {
+pub(crate) struct Device {
     /// `llvmpipe (LLVM 15.0.6, 256 bits)`, or `cpu` for the f64 reference.
-    pub name: String,
+    pub(crate) name: String,
     /// Driver and its version.
-    pub driver: String,
+    pub(crate) driver: String,
     /// Further facts: API version, relevant limits.
-    pub details: Vec<(String, String)>,
+    pub(crate) details: Vec<(String, String)>,
 }
 
 /// Speed of the run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Speed {
+pub(crate) struct Speed {
     /// Steps, including the warm-up.
-    pub steps: u64,
+    pub(crate) steps: u64,
     /// Number of images.
-    pub images: u64,
+    pub(crate) images: u64,
     /// Median device time of a thermal step [ns/(node step)].
-    pub ns_per_node_step: Option<f64>,
+    pub(crate) ns_per_node_step: Option<f64>,
     /// Median time of a thermal step [ms], with all network passes. It is the wall time if the processor integrates.
-    pub step_ms: Option<f64>,
+    pub(crate) step_ms: Option<f64>,
     /// Median device time of the network passes of a step [ms].
-    pub network_ms: Option<f64>,
+    pub(crate) network_ms: Option<f64>,
     /// Median wall time of the network in a step [ms], with loads, transfers and step control.
-    pub network_wall_ms: Option<f64>,
+    pub(crate) network_wall_ms: Option<f64>,
     /// Median time of an image without writing files [ms].
-    pub image_ms: Option<f64>,
+    pub(crate) image_ms: Option<f64>,
     /// Wall time of the whole run with files [s].
-    pub wall_s: f64,
+    pub(crate) wall_s: f64,
 }
 
 /// Size of the model during the run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct ModelSize {
+pub(crate) struct ModelSize {
     /// Number of thermal nodes.
-    pub nodes: u64,
+    pub(crate) nodes: u64,
     /// Number of drawn triangles.
-    pub triangles: u64,
+    pub(crate) triangles: u64,
     /// Area [m2].
-    pub area_m2: f64,
+    pub(crate) area_m2: f64,
     /// Number of nodes with each response: `transition`, 12345.
-    pub nodes_by_response: Vec<(String, u64)>,
+    pub(crate) nodes_by_response: Vec<(String, u64)>,
 }
 
 /// A buffer on the device.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct BufferSize {
+pub(crate) struct BufferSize {
     /// Its name.
-    pub name: String,
+    pub(crate) name: String,
     /// Size [bytes].
-    pub bytes: u64,
+    pub(crate) bytes: u64,
 }
 
 /// Times of a pass, from timestamps on the device.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct PassTime {
     /// Name of the pass.
-    pub name: String,
+    pub(crate) name: String,
     /// Median [ms].
     pub median_ms: f64,
     /// Tenth percentile [ms].
@@ -146,72 +146,72 @@ impl PassTime {
 
 /// A group of settings.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct SettingGroup {
+pub(crate) struct SettingGroup {
     /// `Orbit`, `Material white_paint`.
-    pub title: String,
+    pub(crate) title: String,
     /// Name and value with its unit.
-    pub entries: Vec<(String, String)>,
+    pub(crate) entries: Vec<(String, String)>,
 }
 
 /// A drawn step.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct FrameEntry {
+pub(crate) struct FrameEntry {
     /// Number of the step.
-    pub step: u32,
+    pub(crate) step: u32,
     /// Time since the start [s].
-    pub time_s: f64,
+    pub(crate) time_s: f64,
     /// EXR file, relative to the report.
-    pub file: String,
+    pub(crate) file: String,
     /// PNG file, relative to the report, if there is one.
-    pub picture: Option<String>,
+    pub(crate) picture: Option<String>,
 }
 
 /// A picture on the page.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Picture {
+pub(crate) struct Picture {
     /// Caption.
-    pub title: String,
+    pub(crate) title: String,
     /// File, relative to the report.
-    pub file: String,
+    pub(crate) file: String,
     /// The PNG bytes. `report.json` has only the file name.
     #[serde(skip)]
-    pub png: Vec<u8>,
+    pub(crate) png: Vec<u8>,
 }
 
 /// A plot on the page.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct PlotEntry {
+pub(crate) struct PlotEntry {
     /// Title.
-    pub title: String,
+    pub(crate) title: String,
     /// File, relative to the report.
-    pub file: String,
+    pub(crate) file: String,
     /// The SVG document from [`super::plot::Plot::svg`]. `report.json` has only the file name.
     #[serde(skip)]
-    pub svg: String,
+    pub(crate) svg: String,
 }
 
 /// Writes plots into the folder of a command.
 ///
 /// # Errors
 /// A file cannot be written.
-pub fn write_plots(folder: &Folder, plots: &[PlotEntry]) -> Result<(), OutputError> {
+pub(crate) fn write_plots(folder: &Folder, plots: &[PlotEntry]) -> Result<(), OutputError> {
     plots.iter().try_for_each(|plot| folder.write_bytes(&plot.file, plot.svg.as_bytes()))
 }
 
 impl PlotEntry {
     /// A plot with the file `plots/NAME.svg`.
-    pub fn new(name: &str, title: &str, plot: &Plot) -> Result<Self, OutputError> {
+    pub(crate) fn new(name: &str, title: &str, plot: &Plot) -> Result<Self, OutputError> {
         Ok(Self { title: title.to_owned(), file: format!("plots/{name}.svg"), svg: plot.svg()? })
     }
 }
 
 /// A file of the run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct FileEntry {
+pub(crate) struct FileEntry {
     /// Path, relative to the report.
-    pub path: String,
+    pub(crate) path: String,
     /// Its contents.
-    pub what: String,
+    pub(crate) what: String,
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use crate::simulation::energy::{EnergyBalance, PartEnergy};
 const MOST_PARTS: usize = 20;
 
 /// The page of a report.
-pub fn page(report: &Report) -> String {
+pub(crate) fn page(report: &Report) -> String {
     let mut html = Html::page(&format!("{} - isotherm report", report.title));
     html.element("h1", &report.title);
     html.element("p", &format!("{}, with isotherm {} on {}", report.scene.path, report.version, report.device.name));

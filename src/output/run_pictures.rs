@@ -23,13 +23,13 @@ const TILE_WIDTH: u32 = 320;
 /// A frame in the output folder.
 pub(super) struct WrittenFrame {
     /// Its step.
-    pub step: u32,
+    pub(crate) step: u32,
     /// Its number, where it has its own time.
-    pub image: Option<u32>,
+    pub(crate) image: Option<u32>,
     /// Its smallest and largest temperature [K].
-    pub range: Option<[f32; 2]>,
+    pub(crate) range: Option<[f32; 2]>,
     /// Its smallest and largest apparent temperature [K], where they are drawn.
-    pub apparent: Option<[f32; 2]>,
+    pub(crate) apparent: Option<[f32; 2]>,
 }
 
 impl WrittenFrame {

@@ -16,7 +16,7 @@ use crate::thermal::sensor::twin::stuck;
 use crate::thermal::sensor::{Sensor, Vignetting};
 
 /// The files of the sensor of a scene.
-pub struct SensorFiles<'a> {
+pub(crate) struct SensorFiles<'a> {
     scene: &'a Scene,
     sensor: &'a Sensor,
     camera: &'a Camera,
@@ -27,7 +27,7 @@ pub struct SensorFiles<'a> {
 
 impl<'a> SensorFiles<'a> {
     /// The files of a scene. `None` without a sensor.
-    pub fn new(scene: &'a Scene) -> Option<Self> {
+    pub(crate) fn new(scene: &'a Scene) -> Option<Self> {
         let (sensor, camera) = scene.sensor.as_ref().zip(scene.camera.as_ref())?;
         let constants = Constants::new(sensor, &RadianceTable::new(scene.band));
         let mut bad = [Vec::new(), Vec::new()];
@@ -47,7 +47,12 @@ impl<'a> SensorFiles<'a> {
     ///
     /// # Errors
     /// An image that can not be encoded.
-    pub fn of(&self, stem: &str, frame: &Frame, readings: &[[u16; 2]]) -> Result<Vec<(String, Vec<u8>)>, OutputError> {
+    pub(crate) fn of(
+        &self,
+        stem: &str,
+        frame: &Frame,
+        readings: &[[u16; 2]],
+    ) -> Result<Vec<(String, Vec<u8>)>, OutputError> {
         let size = [frame.width, frame.height];
         let numbers: Vec<u16> = readings.iter().map(|reading| reading[0]).collect();
         let counts: Vec<u16> = readings.iter().map(|reading| reading[1]).collect();

@@ -9,22 +9,22 @@ use super::statistics::Summary;
 
 /// Temperatures of one step.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SeriesRow {
+pub(crate) struct SeriesRow {
     /// Time since the start [s].
-    pub time: f64,
+    pub(crate) time: f64,
     /// All nodes.
-    pub all: Option<Summary>,
+    pub(crate) all: Option<Summary>,
     /// Each part.
-    pub parts: Vec<Option<Summary>>,
+    pub(crate) parts: Vec<Option<Summary>>,
     /// Each material.
-    pub materials: Vec<Option<Summary>>,
+    pub(crate) materials: Vec<Option<Summary>>,
     /// Each probe [K].
-    pub probes: Vec<f32>,
+    pub(crate) probes: Vec<f32>,
 }
 
 /// Rows and the names of their columns.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Series {
+pub(crate) struct Series {
     parts: Vec<String>,
     materials: Vec<String>,
     probes: Vec<String>,
@@ -33,7 +33,7 @@ pub struct Series {
 
 impl Series {
     /// An empty series. Repeated names get `#2`, `#3`, so that every column has its own name.
-    pub fn new(parts: &[String], materials: &[String], probes: &[String]) -> Self {
+    pub(crate) fn new(parts: &[String], materials: &[String], probes: &[String]) -> Self {
         Self { parts: unique(parts), materials: unique(materials), probes: unique(probes), rows: vec![] }
     }
 
@@ -41,7 +41,7 @@ impl Series {
     ///
     /// # Errors
     /// The row lacks a value for a column.
-    pub fn push(&mut self, row: SeriesRow) -> Result<(), OutputError> {
+    pub(crate) fn push(&mut self, row: SeriesRow) -> Result<(), OutputError> {
         self.check(&row)?;
         self.rows.push(row);
         Ok(())
@@ -65,22 +65,22 @@ impl Series {
     }
 
     /// Names of the parts.
-    pub fn parts(&self) -> &[String] {
+    pub(crate) fn parts(&self) -> &[String] {
         &self.parts
     }
 
     /// Names of the materials.
-    pub fn materials(&self) -> &[String] {
+    pub(crate) fn materials(&self) -> &[String] {
         &self.materials
     }
 
     /// Names of the probes.
-    pub fn probes(&self) -> &[String] {
+    pub(crate) fn probes(&self) -> &[String] {
         &self.probes
     }
 
     /// The rows, in the order in which they were added.
-    pub fn rows(&self) -> &[SeriesRow] {
+    pub(crate) fn rows(&self) -> &[SeriesRow] {
         &self.rows
     }
 
@@ -88,7 +88,7 @@ impl Series {
     ///
     /// # Errors
     /// The row lacks a value for a column.
-    pub fn cells(&self, row: &SeriesRow) -> Result<Vec<String>, OutputError> {
+    pub(crate) fn cells(&self, row: &SeriesRow) -> Result<Vec<String>, OutputError> {
         self.check(row)?;
         Ok(cells(row))
     }
@@ -97,12 +97,12 @@ impl Series {
     /// `material:NAME` and for `all`, then `probe:NAME` [K]. A group without area has empty cells. Means have six
     /// decimals. Other numbers have the fewest digits that read back to the same f32 (`min`, `max`, probes) or f64
     /// (`time`).
-    pub fn write(&self, writer: impl Write) -> io::Result<()> {
+    pub(crate) fn write(&self, writer: impl Write) -> io::Result<()> {
         write_rows(writer, std::iter::once(self.column_names()).chain(self.rows.iter().map(cells)))
     }
 
     /// Names of the columns.
-    pub fn column_names(&self) -> Vec<String> {
+    pub(crate) fn column_names(&self) -> Vec<String> {
         let three = |prefix: String| ["min", "mean", "max"].map(|which| format!("{prefix}:{which}"));
         let parts = self.parts.iter().flat_map(|name| three(format!("part:{name}")));
         let materials = self.materials.iter().flat_map(|name| three(format!("material:{name}")));

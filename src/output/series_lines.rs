@@ -12,23 +12,23 @@ use super::thinned::Thinned;
 const MOST_LINES: usize = 10;
 
 /// Lines of one kind: materials, parts or probes.
-pub struct Kind {
+pub(crate) struct Kind {
     /// Lines that have values.
-    pub count: usize,
+    pub(crate) count: usize,
     /// Those with the widest swing, thinned.
-    pub lines: Vec<Line>,
+    pub(crate) lines: Vec<Line>,
 }
 
 /// The lines of `series.csv`.
-pub struct SeriesLines {
+pub(crate) struct SeriesLines {
     /// Unit of the times.
-    pub clock: Clock,
+    pub(crate) clock: Clock,
     /// Materials.
-    pub materials: Kind,
+    pub(crate) materials: Kind,
     /// Parts.
-    pub parts: Kind,
+    pub(crate) parts: Kind,
     /// Probes.
-    pub probes: Kind,
+    pub(crate) probes: Kind,
 }
 
 /// A line in the table: its name, the column of its mean, and whether the least and the greatest value stand beside it.
@@ -43,7 +43,7 @@ impl SeriesLines {
     ///
     /// # Errors
     /// It cannot be read.
-    pub fn read<R: Read>(
+    pub(crate) fn read<R: Read>(
         series: &Series,
         mut open: impl FnMut() -> Result<R, OutputError>,
     ) -> Result<Self, OutputError> {

@@ -9,7 +9,7 @@ use crate::thermal::material::{Domain, Profile, Response, Retarget, Sides};
 use crate::thermal::sensor::{Sensor, Vignetting};
 
 /// All settings in groups, in file order.
-pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
+pub(crate) fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
     let scene = &prepared.scene;
     let mut sections = Vec::new();
     let mut section = |title: &str, entries: Vec<(&str, String)>| {
@@ -175,7 +175,7 @@ pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
 }
 
 /// What tells the lens and the samples of a camera, in words.
-pub fn lens_lines(camera: &Camera) -> Vec<(&'static str, String)> {
+pub(crate) fn lens_lines(camera: &Camera) -> Vec<(&'static str, String)> {
     let Lens { focal: [fx, fy], centre: [cx, cy], skew, distortion } = camera.lens;
     let (x, y) = (cx - 0.5, cy - 0.5);
     let mut lines = vec![

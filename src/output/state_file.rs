@@ -79,7 +79,7 @@ pub fn decode(bytes: &[u8]) -> Result<Saved, String> {
 ///
 /// # Errors
 /// The disk is full, or the folder cannot be written.
-pub fn write(path: &Path, saved: &Saved) -> Result<(), OutputError> {
+pub(crate) fn write(path: &Path, saved: &Saved) -> Result<(), OutputError> {
     let failed = |source| OutputError::write(path, source);
     let part = path.with_file_name("part-state");
     let _unfinished = Unfinished::new(&part);
@@ -104,7 +104,7 @@ pub fn write(path: &Path, saved: &Saved) -> Result<(), OutputError> {
 ///
 /// # Errors
 /// There is none, or it is no whole state of this format.
-pub fn read(path: &Path) -> Result<Saved, OutputError> {
+pub(crate) fn read(path: &Path) -> Result<Saved, OutputError> {
     let refused = |reason: String| OutputError::State(path.to_path_buf(), reason);
     let bytes = match fs::read(path) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {

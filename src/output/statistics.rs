@@ -9,32 +9,32 @@ const CHUNK: usize = 1 << 15;
 
 /// Temperatures of a group of nodes.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct Summary {
+pub(crate) struct Summary {
     /// Smallest [K].
-    pub min: f32,
+    pub(crate) min: f32,
     /// Area-weighted mean [K].
-    pub mean: f64,
+    pub(crate) mean: f64,
     /// Largest [K].
-    pub max: f32,
+    pub(crate) max: f32,
 }
 
 /// Median, tenth and ninetieth percentile of samples.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Spread {
     /// Median.
-    pub median: f64,
+    pub(crate) median: f64,
     /// Tenth percentile.
-    pub p10: f64,
+    pub(crate) p10: f64,
     /// Ninetieth percentile.
-    pub p90: f64,
+    pub(crate) p90: f64,
     /// Number of samples.
-    pub samples: u64,
+    pub(crate) samples: u64,
 }
 
 impl Spread {
     /// Percentiles with linear interpolation between ranks. `None` without samples. Samples that are not finite do not
     /// count.
-    pub fn of(samples: &[f64]) -> Option<Self> {
+    pub(crate) fn of(samples: &[f64]) -> Option<Self> {
         let mut sorted: Vec<f64> = samples.iter().copied().filter(|sample| sample.is_finite()).collect();
         sorted.sort_by(f64::total_cmp);
         let last = sorted.len().checked_sub(1)?;
@@ -48,7 +48,7 @@ impl Spread {
     }
 
     /// The same values in another unit.
-    pub fn scaled(self, factor: f64) -> Self {
+    pub(crate) fn scaled(self, factor: f64) -> Self {
         Self { median: factor * self.median, p10: factor * self.p10, p90: factor * self.p90, ..self }
     }
 }
@@ -89,7 +89,7 @@ impl Sum {
 
 /// Nodes in groups (parts or materials), with their areas [m2].
 #[derive(Debug, Clone, PartialEq)]
-pub struct Groups {
+pub(crate) struct Groups {
     areas: Vec<f64>,
     group: Vec<u32>,
     count: usize,
@@ -100,7 +100,7 @@ impl Groups {
     ///
     /// # Errors
     /// The lists differ in length, or a group number is too large.
-    pub fn new(areas: Vec<f64>, group: Vec<u32>, count: usize) -> Result<Self, OutputError> {
+    pub(crate) fn new(areas: Vec<f64>, group: Vec<u32>, count: usize) -> Result<Self, OutputError> {
         if areas.len() != group.len() {
             let reason = format!("{} group numbers, but {} areas", group.len(), areas.len());
             return Err(OutputError::Mismatch(reason));
@@ -112,7 +112,7 @@ impl Groups {
     }
 
     /// All nodes as one group.
-    pub fn all(areas: Vec<f64>) -> Self {
+    pub(crate) fn all(areas: Vec<f64>) -> Self {
         let group = vec![0; areas.len()];
         Self { areas, group, count: 1 }
     }
@@ -121,7 +121,7 @@ impl Groups {
     ///
     /// # Errors
     /// The number of temperatures differs from the number of nodes.
-    pub fn summaries(&self, temperatures: &[f32]) -> Result<Vec<Option<Summary>>, OutputError> {
+    pub(crate) fn summaries(&self, temperatures: &[f32]) -> Result<Vec<Option<Summary>>, OutputError> {
         if temperatures.len() != self.areas.len() {
             let reason = format!("{} temperatures, but {} areas", temperatures.len(), self.areas.len());
             return Err(OutputError::Mismatch(reason));

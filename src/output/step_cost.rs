@@ -15,7 +15,7 @@ const KINDS: [(&str, &[&str]); 8] = [
 ];
 
 /// Device time of each kind of work in words, in nanoseconds a node and step: the median of each pass, times its number. Empty without times.
-pub fn step_cost(passes: &[PassTime], steps: u64, nodes: usize) -> String {
+pub(crate) fn step_cost(passes: &[PassTime], steps: u64, nodes: usize) -> String {
     let kind = |name: &str| KINDS.iter().position(|(_, starts)| starts.iter().any(|start| name.starts_with(start)));
     let mut sums = [0.0; KINDS.len()];
     for pass in passes {

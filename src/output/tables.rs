@@ -16,9 +16,9 @@ use crate::gpu::nodes::GROUP;
 use crate::simulation::prepare::Prepared;
 
 /// Temperatures over time.
-pub const SERIES: &str = "series.csv";
+pub(crate) const SERIES: &str = "series.csv";
 /// Positions of joints over time.
-pub const JOINTS: &str = "joints.csv";
+pub(crate) const JOINTS: &str = "joints.csv";
 
 /// The growing tables of a run.
 pub(super) struct Tables<'a> {
@@ -30,13 +30,13 @@ pub(super) struct Tables<'a> {
 }
 
 impl<'a> Tables<'a> {
-    pub fn begin(prepared: &Prepared, folder: &'a Folder) -> Result<Self, OutputError> {
+    pub(crate) fn begin(prepared: &Prepared, folder: &'a Folder) -> Result<Self, OutputError> {
         let begin = |name: &str, head: Vec<String>, _: usize| Growing::begin(folder, name, head);
         Self::new(prepared, begin)
     }
 
     /// Goes on with the tables of an earlier part of the run, which had these lengths [bytes].
-    pub fn again(prepared: &Prepared, folder: &'a Folder, lengths: [u64; 2]) -> Result<Self, OutputError> {
+    pub(crate) fn again(prepared: &Prepared, folder: &'a Folder, lengths: [u64; 2]) -> Result<Self, OutputError> {
         Self::new(prepared, |name, _, number| Growing::again(folder, name, lengths[number]))
     }
 
@@ -58,7 +58,7 @@ impl<'a> Tables<'a> {
         })
     }
 
-    pub fn add(&mut self, prepared: &Prepared, time: f64, temperatures: &[f32]) -> Result<(), OutputError> {
+    pub(crate) fn add(&mut self, prepared: &Prepared, time: f64, temperatures: &[f32]) -> Result<(), OutputError> {
         let row = self.groups.row(time, temperatures, &prepared.probes)?;
         self.series.push(self.columns.cells(&row)?)?;
         match &mut self.joints {
@@ -68,12 +68,12 @@ impl<'a> Tables<'a> {
     }
 
     /// Brings the tables to the disk. Returns their lengths [bytes].
-    pub fn sync(&mut self) -> Result<[u64; 2], OutputError> {
+    pub(crate) fn sync(&mut self) -> Result<[u64; 2], OutputError> {
         let joints = self.joints.as_mut().map_or(Ok(0), Growing::sync)?;
         Ok([self.series.sync()?, joints])
     }
 
-    pub fn plots(&mut self, eclipses: &Eclipses) -> Result<Vec<PlotEntry>, OutputError> {
+    pub(crate) fn plots(&mut self, eclipses: &Eclipses) -> Result<Vec<PlotEntry>, OutputError> {
         let series = &mut self.series;
         let mut plots = temperature_plots(SeriesLines::read(&self.columns, || series.reader())?, eclipses)?;
         if let Some(joints) = &mut self.joints {

@@ -9,7 +9,7 @@ use super::series_lines::{Kind, SeriesLines};
 const MOST_BANDS: usize = 5;
 
 /// Draws the plots `materials`, `parts` and `probes`. Plots without lines are left out.
-pub fn temperature_plots(series: SeriesLines, eclipses: &Eclipses) -> Result<Vec<PlotEntry>, OutputError> {
+pub(crate) fn temperature_plots(series: SeriesLines, eclipses: &Eclipses) -> Result<Vec<PlotEntry>, OutputError> {
     let clock = series.clock;
     let kinds = [
         ("materials", "Materials", series.materials),

@@ -16,7 +16,7 @@ pub(super) struct Unfinished(PathBuf);
 
 impl Unfinished {
     /// Notes the path of an unfinished file.
-    pub fn new(path: &Path) -> Self {
+    pub(crate) fn new(path: &Path) -> Self {
         unfinished().push(path.to_path_buf());
         Self(path.to_path_buf())
     }
@@ -29,7 +29,7 @@ impl Drop for Unfinished {
 }
 
 /// Removes all unfinished files of this process. Call it right before the process ends.
-pub fn remove_unfinished() {
+pub(crate) fn remove_unfinished() {
     for path in unfinished().drain(..) {
         // The file may have been renamed in this moment, and then it is finished.
         let _ = fs::remove_file(path);

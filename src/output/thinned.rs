@@ -26,13 +26,13 @@ struct Point {
 
 impl Thinned {
     /// A line that will get so many points.
-    pub fn of(points: u64) -> Self {
+    pub(crate) fn of(points: u64) -> Self {
         let stretch = if points <= MOST_ROWS { 1 } else { points.div_ceil(STRETCHES) };
         Self { stretch, came: 0, first: None, least: None, greatest: None, last: None, kept: Vec::new() }
     }
 
     /// Adds a point after so many gaps.
-    pub fn push(&mut self, at: [f64; 3], gaps: u64) {
+    pub(crate) fn push(&mut self, at: [f64; 3], gaps: u64) {
         let point = Point { number: self.came, at, gaps };
         if self.came.is_multiple_of(self.stretch) {
             self.end_stretch();
@@ -57,7 +57,7 @@ impl Thinned {
     }
 
     /// The kept points, with NaN in every gap.
-    pub fn points(mut self) -> Vec<[f64; 3]> {
+    pub(crate) fn points(mut self) -> Vec<[f64; 3]> {
         self.end_stretch();
         if let Some(last) = self.last.filter(|last| self.kept.last() != Some(last)) {
             self.kept.push(last);

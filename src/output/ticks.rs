@@ -2,15 +2,15 @@
 
 /// Marks at multiples of 1, 2 or 5 times a power of ten, all inside `[lower, upper]`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ticks {
+pub(crate) struct Ticks {
     /// Distance between marks.
-    pub step: f64,
+    pub(crate) step: f64,
     /// The marks in ascending order.
-    pub values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
 }
 
 /// At most `most` round marks in a range. `most` is 2 or more. An empty or infinite range has none.
-pub fn ticks(lower: f64, upper: f64, most: usize) -> Ticks {
+pub(crate) fn ticks(lower: f64, upper: f64, most: usize) -> Ticks {
     let span = upper - lower;
     if !(span > 0.0 && span.is_finite()) {
         return Ticks { step: 0.0, values: vec![] };
@@ -30,7 +30,7 @@ fn round_step(step: f64) -> f64 {
 
 /// The smallest non-empty range with round ends that contains `[lower, upper]`. Ends are multiples of about a twentieth
 /// of the span.
-pub fn round_range(lower: f64, upper: f64) -> [f64; 2] {
+pub(crate) fn round_range(lower: f64, upper: f64) -> [f64; 2] {
     // A single temperature still needs a range: a thousandth of the value, or 1 around zero.
     let margin = if upper > lower { 0.0 } else { (lower.abs() * 1e-3).max(if lower == 0.0 { 0.5 } else { 0.0 }) };
     let (lower, upper) = (lower - margin, upper + margin);
@@ -45,7 +45,7 @@ pub(super) fn union([a, b]: [f32; 2], [c, d]: [f32; 2]) -> [f32; 2] {
 
 /// A number with enough decimals to distinguish neighbours one `step` apart. Very large or small numbers use powers of
 /// ten.
-pub fn label(value: f64, step: f64) -> String {
+pub(crate) fn label(value: f64, step: f64) -> String {
     // Rounding of i * step may miss zero.
     let value = if value.abs() < step.abs() * 1e-6 { 0.0 } else { value };
     let size = value.abs().max(step.abs());

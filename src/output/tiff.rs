@@ -1,7 +1,7 @@
 //! Grey TIFF of 16 bits: baseline TIFF 6.0, one strip without compression, which every reader knows. A description holds scale and offset.
 
 /// The file. `description` goes into the tag ImageDescription (270).
-pub fn tiff_16([width, height]: [u32; 2], values: &[u16], description: &str) -> Vec<u8> {
+pub(crate) fn tiff_16([width, height]: [u32; 2], values: &[u16], description: &str) -> Vec<u8> {
     const SHORT: u16 = 3;
     const LONG: u16 = 4;
     const ASCII: u16 = 2;

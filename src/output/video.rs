@@ -9,15 +9,15 @@ use super::gray::{animated, read_png};
 use crate::scene::{ImageFiles, Video};
 
 /// File of an animated PNG.
-pub const APNG: &str = "video.png";
+pub(crate) const APNG: &str = "video.png";
 /// File of an MP4.
-pub const MP4: &str = "video.mp4";
+pub(crate) const MP4: &str = "video.mp4";
 
 /// Refuses a video that can not be made, before the run.
 ///
 /// # Errors
 /// `ffmpeg` is not installed.
-pub fn check(images: &ImageFiles) -> Result<(), OutputError> {
+pub(crate) fn check(images: &ImageFiles) -> Result<(), OutputError> {
     if images.video != Some(Video::Mp4) {
         return Ok(());
     }
@@ -37,7 +37,7 @@ pub fn check(images: &ImageFiles) -> Result<(), OutputError> {
 ///
 /// # Errors
 /// A display that can not be read, `ffmpeg` fails, or a full disk.
-pub fn write(folder: &Folder, images: &ImageFiles, displays: &[String]) -> Result<(), OutputError> {
+pub(crate) fn write(folder: &Folder, images: &ImageFiles, displays: &[String]) -> Result<(), OutputError> {
     let (Some(video), Some(first)) = (images.video, displays.first()) else { return Ok(()) };
     let read = |name: &String| {
         let path = folder.file(name);

@@ -6,19 +6,19 @@ use super::ticks::union;
 
 /// The camera's view at one step under each response.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Views {
+pub(crate) struct Views {
     /// Number of the step.
-    pub step: u32,
+    pub(crate) step: u32,
     /// The time in words.
-    pub caption: String,
+    pub(crate) caption: String,
     /// Width in pixels.
-    pub width: u32,
+    pub(crate) width: u32,
     /// Height in pixels.
-    pub height: u32,
+    pub(crate) height: u32,
     /// Surface temperatures [K] under each response. The last response is the reference.
-    pub temperatures: [Vec<f32>; 3],
+    pub(crate) temperatures: [Vec<f32>; 3],
     /// Index of the part + 1 at each pixel. It is 0 without a surface.
-    pub part: Vec<u32>,
+    pub(crate) part: Vec<u32>,
 }
 
 impl Views {
@@ -34,7 +34,7 @@ impl Views {
     }
 
     /// Root mean square of the differences of a response [K]. `None` if no surface is in view.
-    pub fn rms(&self, response: usize) -> Option<f64> {
+    pub(crate) fn rms(&self, response: usize) -> Option<f64> {
         let (count, squares) = self
             .differences(response)
             .fold((0u64, 0.0), |(count, sum), d| (count + 1, sum + f64::from(d) * f64::from(d)));

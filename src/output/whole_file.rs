@@ -16,7 +16,7 @@ const TEMPORARY_PREFIX: &str = ".isotherm-";
 ///
 /// # Errors
 /// As [`write_atomic`].
-pub fn check_writable(path: &Path) -> Result<(), OutputError> {
+pub(crate) fn check_writable(path: &Path) -> Result<(), OutputError> {
     temporary_beside(path).map(|_| ())
 }
 
@@ -25,7 +25,7 @@ pub fn check_writable(path: &Path) -> Result<(), OutputError> {
 ///
 /// # Errors
 /// Those of `content`, or [`OutputError::Write`] if the folder is missing or not writable or the disk is full.
-pub fn write_atomic<F>(path: &Path, content: F) -> Result<(), OutputError>
+pub(crate) fn write_atomic<F>(path: &Path, content: F) -> Result<(), OutputError>
 where
     F: FnOnce(&mut dyn Write) -> Result<(), OutputError>,
 {

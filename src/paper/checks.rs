@@ -6,7 +6,7 @@ use crate::output::folder::Folder;
 
 /// Largest difference at which two numbers agree, in the unit of the check.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Tolerance {
+pub(crate) enum Tolerance {
     /// The paper's number is exact, and isotherm's is computed in f32.
     Computation(f64),
     /// The paper's number was read from a plot or is approximate.
@@ -17,27 +17,27 @@ pub enum Tolerance {
 
 /// One number that the paper states.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Check {
+pub(crate) struct Check {
     /// The meaning of the number.
-    pub statement: String,
+    pub(crate) statement: String,
     /// The paper's number, or the result of its equations.
-    pub expected: f64,
+    pub(crate) expected: f64,
     /// Isotherm's number.
-    pub computed: f64,
+    pub(crate) computed: f64,
     /// Largest difference at which they agree.
-    pub tolerance: Tolerance,
+    pub(crate) tolerance: Tolerance,
     /// Unit of both numbers.
-    pub unit: &'static str,
+    pub(crate) unit: &'static str,
 }
 
 impl Check {
     /// Isotherm's number minus the paper's.
-    pub fn difference(&self) -> f64 {
+    pub(crate) fn difference(&self) -> f64 {
         self.computed - self.expected
     }
 
     /// Whether they agree. NaN never agrees.
-    pub fn agrees(&self) -> bool {
+    pub(crate) fn agrees(&self) -> bool {
         match self.tolerance {
             Tolerance::Computation(size) | Tolerance::Reading(size) => self.difference().abs() <= size,
             Tolerance::Below => self.computed < self.expected,
@@ -45,7 +45,7 @@ impl Check {
     }
 
     /// The statement with unit and tolerance.
-    pub fn statement_with_unit(&self) -> String {
+    pub(crate) fn statement_with_unit(&self) -> String {
         let how = match self.tolerance {
             Tolerance::Computation(size) => format!("within {size}"),
             Tolerance::Reading(size) => format!("read to {size}"),
@@ -55,7 +55,7 @@ impl Check {
     }
 
     /// Expected, computed and difference as text.
-    pub fn numbers(&self) -> [String; 3] {
+    pub(crate) fn numbers(&self) -> [String; 3] {
         let expected = match self.tolerance {
             Tolerance::Below => format!("{:.6}", self.expected),
             _ => self.expected.to_string(),
@@ -65,7 +65,7 @@ impl Check {
 }
 
 /// Writes the file `name`, `checks.csv`: statement, expected, computed, difference, agrees (`true` or `false`).
-pub fn write(folder: &Folder, name: &str, checks: &[Check]) -> Result<(), OutputError> {
+pub(crate) fn write(folder: &Folder, name: &str, checks: &[Check]) -> Result<(), OutputError> {
     let head = ["statement", "expected", "computed", "difference", "agrees"].map(str::to_owned);
     let row = |check: &Check| {
         for value in [check.expected, check.computed] {

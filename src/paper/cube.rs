@@ -21,7 +21,7 @@ use crate::thermal::network::{LinearConductor, Network, NodeKind};
 /// Steps of an orbit.
 pub const STEPS: usize = 360;
 /// Orbit period in the paper [s].
-pub const PERIOD: f64 = 6017.0;
+pub(crate) const PERIOD: f64 = 6017.0;
 /// Length of a step [s].
 pub const STEP: f64 = PERIOD / STEPS as f64;
 /// Altitude in the paper, and the altitude that fits its period (docs/numerics.md 2) [m].
@@ -29,23 +29,23 @@ pub const ALTITUDES: [f64; 2] = [224e3, 772e3];
 /// Solar constants of docs/numerics.md 2 [W/m2]. The paper states none.
 pub const SOLAR_CONSTANTS: [f64; 2] = [1361.0, 1367.0];
 /// Equatorial radius of docs/numerics.md 2 [m].
-pub const PLANET_RADIUS: f64 = 6_378_137.0;
+pub(crate) const PLANET_RADIUS: f64 = 6_378_137.0;
 /// Radiative temperature of space [K].
-pub const SPACE: f64 = 2.7;
+pub(crate) const SPACE: f64 = 2.7;
 /// Infrared exitance [W/m2] and Bond albedo of the planet (docs/numerics.md 2).
 const PLANET: (f64, f64) = (237.0, 0.3);
 /// Edge of a panel [m].
-pub const EDGE: f64 = 1.0;
+pub(crate) const EDGE: f64 = 1.0;
 /// Thickness of a panel [m].
-pub const THICKNESS: f64 = 0.1;
+pub(crate) const THICKNESS: f64 = 0.1;
 
 /// Faces in node order. +Z points to the zenith, +X along the velocity, and Y along the orbit normal, where the Sun
 /// never stands.
-pub const FACES: [&str; 6] = ["+X", "-X", "+Y", "-Y", "+Z", "-Z"];
+pub(crate) const FACES: [&str; 6] = ["+X", "-X", "+Y", "-Y", "+Z", "-Z"];
 /// Index of the face along the orbit normal.
-pub const SIDE: usize = 2;
+pub(crate) const SIDE: usize = 2;
 /// Index of the zenith face.
-pub const ZENITH: usize = 4;
+pub(crate) const ZENITH: usize = 4;
 
 const NORMALS: [DVec3; 6] = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
 
@@ -53,11 +53,11 @@ const NORMALS: [DVec3; 6] = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVe
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Panel {
     /// Absorptivity and emissivity of the outer face.
-    pub optics: Optics,
+    pub(crate) optics: Optics,
     /// Conductivity k [W m-1 K-1].
-    pub conductivity: f64,
+    pub(crate) conductivity: f64,
     /// Volumetric heat capacity rho c [J m-3 K-1]. It is 0 for panels that store no heat.
-    pub heat_capacity: f64,
+    pub(crate) heat_capacity: f64,
 }
 
 /// Aluminium 6061.
@@ -68,7 +68,7 @@ pub const ALUMINIUM: Panel = Panel {
 };
 
 /// Goldized MLI.
-pub const MLI: Panel =
+pub(crate) const MLI: Panel =
     Panel { optics: Optics { absorptivity: 0.19, emissivity: 0.02 }, conductivity: 0.01, heat_capacity: 0.0 };
 
 /// The loads on the panels.
@@ -108,21 +108,21 @@ impl fmt::Display for Cube {
 }
 
 /// Temperatures of the faces [K] at steps 0 to [`STEPS`] of a periodic orbit.
-pub type Orbit = Vec<[f64; 6]>;
+pub(crate) type Orbit = Vec<[f64; 6]>;
 
 /// The input of a solver: a network and the heat of every node [W] in steps 0 to `STEPS - 1`. Step n lasts from (n -
 /// 1/2) to (n + 1/2) times `STEP` with constant heat. Step `STEPS` is step 0 of the next orbit.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Problem {
+pub(crate) struct Problem {
     /// The panels.
-    pub network: Network,
+    pub(crate) network: Network,
     /// Heat of every face [W] at every step.
-    pub heat: Vec<[f64; 6]>,
+    pub(crate) heat: Vec<[f64; 6]>,
 }
 
 impl Problem {
     /// Heat of a face as pairs of time [s] and power [W] from 0 to [`PERIOD`]. It jumps between steps.
-    pub fn table(&self, face: usize) -> Vec<[f64; 2]> {
+    pub(crate) fn table(&self, face: usize) -> Vec<[f64; 2]> {
         let power = |step: usize| self.heat[step % self.heat.len()][face];
         let jumps = (0..self.heat.len()).flat_map(|step| {
             let time = (step as f64 + 0.5) * STEP;
@@ -135,14 +135,14 @@ impl Problem {
 
 impl Cube {
     /// The network and its heat.
-    pub fn problem(&self) -> Result<Problem, SkyError> {
+    pub(crate) fn problem(&self) -> Result<Problem, SkyError> {
         let heat = self.absorbed()?.into_iter().map(|faces| faces.map(|flux| EDGE * EDGE * flux)).collect();
         Ok(Problem { network: self.network(), heat })
     }
 
     /// Mean absorbed flux of every face in each of the [`STEPS`] steps [W/m2]. Time `index * STEP` is the middle of the
     /// step.
-    pub fn absorbed(&self) -> Result<Vec<[f64; 6]>, SkyError> {
+    pub(crate) fn absorbed(&self) -> Result<Vec<[f64; 6]>, SkyError> {
         let loads = self.sky_loads()?;
         let flux = |step: usize| {
             let middle = step as f64 * STEP;
@@ -160,7 +160,7 @@ impl Cube {
     }
 
     /// Steps at which the planet covers and uncovers half of the Sun. `None` without shadow.
-    pub fn shadow(&self) -> Result<Option<[f64; 2]>, SkyError> {
+    pub(crate) fn shadow(&self) -> Result<Option<[f64; 2]>, SkyError> {
         let contacts = self.sky_loads()?.sky_model().contacts(0.0, PERIOD);
         Ok(match contacts[..] {
             [penumbra, umbra, umbra_end, penumbra_end] => {
@@ -171,7 +171,7 @@ impl Cube {
     }
 
     /// The disagreement between period and altitude. Both are used as given.
-    pub fn period_disagreement(&self) -> Option<PeriodDisagreement> {
+    pub(crate) fn period_disagreement(&self) -> Option<PeriodDisagreement> {
         period_disagreement(&self.orbit(), PLANET_RADIUS)
     }
 
@@ -223,20 +223,20 @@ const START: f64 = 270.0;
 /// Lowest and highest temperature of a face and their steps in [0, [`STEPS`]). The step is the vertex of a parabola
 /// through neighbours.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Extremes {
+pub(crate) struct Extremes {
     /// Lowest [K].
-    pub lowest: f64,
+    pub(crate) lowest: f64,
     /// Highest [K].
-    pub highest: f64,
+    pub(crate) highest: f64,
     /// Step of the lowest.
-    pub lowest_step: f64,
+    pub(crate) lowest_step: f64,
     /// Step of the highest.
-    pub highest_step: f64,
+    pub(crate) highest_step: f64,
 }
 
 impl Extremes {
     /// Extremes of a face. NaN for an empty orbit.
-    pub fn of(orbit: &Orbit, face: usize) -> Self {
+    pub(crate) fn of(orbit: &Orbit, face: usize) -> Self {
         let series: Vec<f64> = orbit.iter().take(STEPS).map(|faces| faces[face]).collect();
         let extreme = |sign: f64| {
             let best = (0..series.len()).max_by(|a, b| (sign * series[*a]).total_cmp(&(sign * series[*b])));
@@ -249,12 +249,12 @@ impl Extremes {
     }
 
     /// Steps from the lowest to the highest.
-    pub fn rise(&self) -> f64 {
+    pub(crate) fn rise(&self) -> f64 {
         (self.highest_step - self.lowest_step).rem_euclid(STEPS as f64)
     }
 
     /// Steps from the highest to the lowest.
-    pub fn fall(&self) -> f64 {
+    pub(crate) fn fall(&self) -> f64 {
         STEPS as f64 - self.rise()
     }
 }
@@ -268,6 +268,6 @@ fn vertex(series: &[f64], at: usize) -> f64 {
 }
 
 /// Mean temperature of a face over an orbit [K].
-pub fn mean(orbit: &Orbit, face: usize) -> f64 {
+pub(crate) fn mean(orbit: &Orbit, face: usize) -> f64 {
     orbit.iter().take(STEPS).map(|faces| faces[face]).sum::<f64>() / orbit.len().min(STEPS) as f64
 }

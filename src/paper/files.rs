@@ -4,27 +4,27 @@ use super::orbit_figures::TABLES;
 use super::transitions::{JUMPS, Jump};
 
 /// The picture of figure 7.
-pub const FIGURE_7: &str = "figure7.png";
+pub(crate) const FIGURE_7: &str = "figure7.png";
 /// The table of checks.
-pub const CHECKS: &str = "checks.csv";
+pub(crate) const CHECKS: &str = "checks.csv";
 /// The page.
-pub const INDEX: &str = "index.html";
+pub(crate) const INDEX: &str = "index.html";
 
 /// CSV of a transition's temperatures.
-pub fn series_name(jump: &Jump) -> String {
+pub(crate) fn series_name(jump: &Jump) -> String {
     format!("figure{}_{}.csv", jump.figure[0], jump.figure[1])
 }
 
 /// The plot of a figure.
-pub fn plot_name(figure: u8) -> String {
+pub(crate) fn plot_name(figure: u8) -> String {
     format!("figure{figure}.svg")
 }
 
 /// The CSV files.
-pub fn tables() -> Vec<String> {
+pub(crate) fn tables() -> Vec<String> {
     TABLES.map(str::to_owned).into_iter().chain(JUMPS.iter().map(series_name)).chain([CHECKS.to_owned()]).collect()
 }
 
-pub fn own_files() -> Vec<String> {
+pub(crate) fn own_files() -> Vec<String> {
     tables().into_iter().chain((2..=6).map(plot_name)).chain([FIGURE_7, INDEX].map(str::to_owned)).collect()
 }

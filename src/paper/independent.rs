@@ -8,12 +8,12 @@ use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::{Network, NodeKind};
 
 /// Solves all cubes.
-pub fn orbits() -> Orbits {
+pub(crate) fn orbits() -> Orbits {
     Orbits::compute(|_: &Cube, problem: &Problem| Ok::<_, SkyError>(settle(problem))).unwrap()
 }
 
 /// A cube's periodic state.
-pub fn settle(problem: &Problem) -> Orbit {
+pub(crate) fn settle(problem: &Problem) -> Orbit {
     let diffusive = problem.network.kinds[0] == NodeKind::Diffusive;
     if !diffusive {
         return (0..=STEPS).map(|step| balance(&problem.network, &problem.heat[step % STEPS])).collect();

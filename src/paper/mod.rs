@@ -6,7 +6,7 @@
 //! figure 7. `checks` compares numbers, and `page` shows everything.
 
 pub(crate) mod checks;
-pub mod cube;
+pub(crate) mod cube;
 pub(crate) mod files;
 #[cfg(test)]
 mod independent;

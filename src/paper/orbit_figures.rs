@@ -8,7 +8,7 @@ use crate::output::plot::{Line, Mark, Plot, Shade};
 use crate::output::plot_axis::Axis;
 
 /// Files of the tables of figures 2 to 4, in the order of [`figures`].
-pub const TABLES: [&str; 7] = [
+pub(crate) const TABLES: [&str; 7] = [
     "figure2_1.csv",
     "figure2_2.csv",
     "figure2_3.csv",
@@ -20,28 +20,28 @@ pub const TABLES: [&str; 7] = [
 
 /// Temperatures [K] of every step. Each line of a plot is a column.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Table {
+pub(crate) struct Table {
     /// File in the folder.
-    pub file: &'static str,
+    pub(crate) file: &'static str,
     /// Names of the columns after `step`.
-    pub columns: Vec<String>,
+    pub(crate) columns: Vec<String>,
     /// A row for each of the steps 0 to [`STEPS`].
-    pub rows: Vec<Vec<f64>>,
+    pub(crate) rows: Vec<Vec<f64>>,
 }
 
 /// A figure and its data.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Figure {
+pub(crate) struct Figure {
     /// Number in the paper.
-    pub number: u8,
+    pub(crate) number: u8,
     /// The picture.
-    pub svg: String,
+    pub(crate) svg: String,
     /// One table for each panel.
-    pub tables: Vec<Table>,
+    pub(crate) tables: Vec<Table>,
 }
 
 /// Figures 2, 3 and 4.
-pub fn figures(orbits: &Orbits, device: &str) -> Result<[Figure; 3], OutputError> {
+pub(crate) fn figures(orbits: &Orbits, device: &str) -> Result<[Figure; 3], OutputError> {
     let zenith = |solved: &Solved| named(&format!("{} W/m2", solved.case.solar_constant), solved, ZENITH);
     let two = [&orbits.aluminium, &orbits.conducting, &orbits.mli, &orbits.conducting_mli];
     let figure_2 = two.iter().zip(1..).map(|(pair, number)| {

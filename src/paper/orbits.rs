@@ -4,36 +4,36 @@ use super::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, MLI, Orbit, PLANET_RADIUS, 
 use crate::environment::sky::SkyError;
 
 /// Number of cubes.
-pub const CASES: u64 = 14;
+pub(crate) const CASES: u64 = 14;
 
 /// A cube and its periodic state.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Solved {
+pub(crate) struct Solved {
     /// The cube and its orbit.
-    pub case: Cube,
+    pub(crate) case: Cube,
     /// Temperatures of its faces [K].
-    pub orbit: Orbit,
+    pub(crate) orbit: Orbit,
     /// Steps at which the planet covers and uncovers half of the Sun. `None` without shadow.
-    pub shadow: Option<[f64; 2]>,
+    pub(crate) shadow: Option<[f64; 2]>,
 }
 
 /// All cubes. Pairs differ in solar constant or in altitude.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Orbits {
+pub(crate) struct Orbits {
     /// Aluminium, radiating only, Sun only, by solar constant.
-    pub aluminium: [Solved; 2],
+    pub(crate) aluminium: [Solved; 2],
     /// Aluminium, conducting, Sun only, by solar constant.
-    pub conducting: [Solved; 2],
+    pub(crate) conducting: [Solved; 2],
     /// Aluminium, conducting, Sun with planet shadow, by altitude.
-    pub shadowed: [Solved; 2],
+    pub(crate) shadowed: [Solved; 2],
     /// MLI, radiating only, Sun only, by solar constant.
-    pub mli: [Solved; 2],
+    pub(crate) mli: [Solved; 2],
     /// MLI, conducting, Sun only, by solar constant.
-    pub conducting_mli: [Solved; 2],
+    pub(crate) conducting_mli: [Solved; 2],
     /// MLI, radiating only, all loads, by altitude.
-    pub all_loads: [Solved; 2],
+    pub(crate) all_loads: [Solved; 2],
     /// MLI, radiating only, all loads but albedo, by altitude.
-    pub without_albedo: [Solved; 2],
+    pub(crate) without_albedo: [Solved; 2],
 }
 
 impl Orbits {
@@ -41,7 +41,9 @@ impl Orbits {
     ///
     /// # Errors
     /// Those of `settle`. The paper's values cause no sky errors.
-    pub fn compute<E: From<SkyError>>(mut settle: impl FnMut(&Cube, &Problem) -> Result<Orbit, E>) -> Result<Self, E> {
+    pub(crate) fn compute<E: From<SkyError>>(
+        mut settle: impl FnMut(&Cube, &Problem) -> Result<Orbit, E>,
+    ) -> Result<Self, E> {
         let mut pair = |panel: Panel, conducting: bool, loads: Loads| {
             let [dim, bright] = SOLAR_CONSTANTS;
             let [low, high] = ALTITUDES;
@@ -69,7 +71,7 @@ impl Orbits {
     }
 
     /// The values that isotherm chose where the paper is silent or contradicts itself.
-    pub fn assumed(&self) -> Vec<String> {
+    pub(crate) fn assumed(&self) -> Vec<String> {
         let mut lines = vec![
             "the cube: a node a panel, which radiates outside only (inside exchange is off) and conducts from middle to \
              middle of its four neighbours, 20 W/K each in aluminium"

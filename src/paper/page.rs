@@ -6,22 +6,22 @@ use crate::output::html::{Html, kelvin};
 
 /// The contents of the page.
 #[derive(Debug, Clone, Copy)]
-pub struct Page<'a> {
+pub(crate) struct Page<'a> {
     /// The computing device.
-    pub device: &'a str,
+    pub(crate) device: &'a str,
     /// The SVG of figures 2 to 6.
-    pub plots: &'a [(u8, String)],
+    pub(crate) plots: &'a [(u8, String)],
     /// Figure 7 as PNG, and its caption.
-    pub picture: (&'a [u8], &'a str),
-    pub transitions: &'a [Check],
-    pub scenario: &'a [Check],
+    pub(crate) picture: (&'a [u8], &'a str),
+    pub(crate) transitions: &'a [Check],
+    pub(crate) scenario: &'a [Check],
     /// Assumptions about the scenario.
-    pub assumed: &'a [String],
+    pub(crate) assumed: &'a [String],
 }
 
 impl Page<'_> {
     /// The document.
-    pub fn html(&self) -> String {
+    pub(crate) fn html(&self) -> String {
         let mut html = Html::page("The paper's figures - isotherm");
         html.element("h1", "The paper's figures, made again");
         html.element(

@@ -9,7 +9,7 @@ use super::orbits::{Orbits, Solved};
 use crate::environment::orbit::kepler_period;
 
 /// The rows of docs/numerics.md 2.
-pub fn checks(orbits: &Orbits) -> Vec<Check> {
+pub(crate) fn checks(orbits: &Orbits) -> Vec<Check> {
     let mut rows = Rows(Vec::new());
     rows.orbit(orbits);
     rows.aluminium(orbits);

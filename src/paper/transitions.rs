@@ -10,7 +10,7 @@ use crate::thermal::material::{Domain, Profile, Retarget, Transition};
 use super::checks::{Check, Tolerance};
 
 /// Last step of every transition, and of the values in docs/numerics.md 1.
-pub const LAST_STEP: usize = 1000;
+pub(crate) const LAST_STEP: usize = 1000;
 
 /// Last step on the axis of shorter transitions. The paper's orbit has 360 steps. Its longest transition except those
 /// of 1000 steps ends at step 361.
@@ -21,15 +21,15 @@ const DEVICE_TOLERANCE: f64 = 2e-4;
 
 /// A node at rest that gets a new target at step 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Jump {
+pub(crate) struct Jump {
     /// Number in the paper: figure and jump.
-    pub figure: [u8; 2],
+    pub(crate) figure: [u8; 2],
     /// Temperature at step 0 [K].
-    pub from: f64,
+    pub(crate) from: f64,
     /// Target from step 1 on [K].
-    pub to: f64,
+    pub(crate) to: f64,
     /// Duration [steps].
-    pub t_max: f64,
+    pub(crate) t_max: f64,
     /// Equations 3 and 4 at [`QUADRATIC_STEPS`] [K] with six decimals (docs/numerics.md 1).
     quadratic: [f64; 7],
     /// Equations 1 and 2 at [`LINEAR_STEPS`] [K], if docs/numerics.md 1 gives them.
@@ -50,7 +50,7 @@ const fn jump(
 }
 
 /// The ten transitions of figures 5 and 6.
-pub const JUMPS: [Jump; 10] = [
+pub(crate) const JUMPS: [Jump; 10] = [
     jump(
         [5, 1],
         [2.7, 267.0],
@@ -89,18 +89,20 @@ pub const JUMPS: [Jump; 10] = [
 
 /// A transition and its temperatures [K] at steps 0 to [`LAST_STEP`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct Computed {
+pub(crate) struct Computed {
     /// The jump.
-    pub jump: Jump,
+    pub(crate) jump: Jump,
     /// Temperatures with the quadratic function, as in the figures.
-    pub quadratic: Vec<f64>,
+    pub(crate) quadratic: Vec<f64>,
     /// Temperatures with the linear function, if docs/numerics.md 1 gives values for comparison.
-    pub linear: Option<Vec<f64>>,
+    pub(crate) linear: Option<Vec<f64>>,
 }
 
 /// Computes all transitions. `respond` takes an initial temperature [K] and a target [K] for each step. It returns the
 /// temperature at step 0 and after every step.
-pub fn compute<E>(respond: impl Fn(&Transition, f64, &[f64]) -> Result<Vec<f64>, E>) -> Result<Vec<Computed>, E> {
+pub(crate) fn compute<E>(
+    respond: impl Fn(&Transition, f64, &[f64]) -> Result<Vec<f64>, E>,
+) -> Result<Vec<Computed>, E> {
     let one = |jump: Jump| {
         let with = |function| {
             let profile = Profile { function, t_max_steps: jump.t_max };
@@ -117,7 +119,7 @@ pub fn compute<E>(respond: impl Fn(&Transition, f64, &[f64]) -> Result<Vec<f64>,
 
 impl Jump {
     /// `5.1`.
-    pub fn number(&self) -> String {
+    pub(crate) fn number(&self) -> String {
         format!("{}.{}", self.figure[0], self.figure[1])
     }
 
@@ -128,7 +130,7 @@ impl Jump {
 
 impl Computed {
     /// Compares the results with the values of docs/numerics.md 1.
-    pub fn checks(&self) -> Vec<Check> {
+    pub(crate) fn checks(&self) -> Vec<Check> {
         let check = |equations: &str, step: usize, expected: f64, computed: Option<&f64>| Check {
             statement: format!("figure {}, {}, {equations}, at step {step}", self.jump.number(), self.jump.describe()),
             expected,
@@ -166,7 +168,7 @@ impl Computed {
 }
 
 /// A figure as SVG, arranged as in the paper: figure 5 has a row of heating and one of cooling, figure 6 has pairs.
-pub fn figure(number: u8, computed: &[Computed], device: &str) -> Result<String, OutputError> {
+pub(crate) fn figure(number: u8, computed: &[Computed], device: &str) -> Result<String, OutputError> {
     let (title, columns) = match number {
         5 => ("Figure 5: quadratic transitions of 361, 100 and 1000 steps", 3),
         _ => ("Figure 6: quadratic transitions over wide and narrow ranges in 100 steps", 2),

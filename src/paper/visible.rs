@@ -18,17 +18,17 @@ const SKY: Rgb = [6, 8, 14];
 
 /// The craft: nodes in device order, triangles and materials.
 #[derive(Debug, Clone, Copy)]
-pub struct Craft<'a> {
+pub(crate) struct Craft<'a> {
     /// Positions and normals of the nodes.
-    pub nodes: &'a Nodes,
+    pub(crate) nodes: &'a Nodes,
     /// Node indices.
-    pub triangles: &'a [[u32; 3]],
+    pub(crate) triangles: &'a [[u32; 3]],
     /// The materials that the nodes refer to.
-    pub materials: &'a [Material],
+    pub(crate) materials: &'a [Material],
 }
 
 /// Draws the craft in sunlight from the unit vector `sun` (body frame). `lit_fraction` is the visible share of the Sun.
-pub fn draw(craft: &Craft, view: &View, sun: DVec3, lit_fraction: f64) -> Canvas {
+pub(crate) fn draw(craft: &Craft, view: &View, sun: DVec3, lit_fraction: f64) -> Canvas {
     // The rasteriser multiplies an interpolated number by one of the visible face. Here these are the cosine of the Sun
     // angle and the reflectivity. A back face has the opposite normal, so its reflectivity is negative. The product is
     // positive if the visible face is lit.

@@ -9,27 +9,27 @@ use super::view::View;
 use crate::lens::Distortion;
 
 /// Most pixels that such a craft spans along either axis.
-pub const DISTANT: f64 = 16.0;
+pub(crate) const DISTANT: f64 = 16.0;
 /// Most texels of a crop along either axis.
-pub const TEXELS: u32 = 256;
+pub(crate) const TEXELS: u32 = 256;
 /// Places in a pixel along each axis at which its sky is seen, with several samples.
-pub const SKY_LOOKUPS: u32 = 4;
+pub(crate) const SKY_LOOKUPS: u32 = 4;
 
 /// A crop of an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Crop {
+pub(crate) struct Crop {
     /// Its upper left corner [px].
-    pub corner: DVec2,
+    pub(crate) corner: DVec2,
     /// Texels along the side of a pixel.
-    pub scale: f64,
+    pub(crate) scale: f64,
     /// Width and height [texels].
-    pub size: [u32; 2],
+    pub(crate) size: [u32; 2],
 }
 
 impl Crop {
     /// The crop around boxes that hold the craft, each with its motion into the body frame. `most` is the most texels along each axis. `None` for a craft that is
     /// near, and through a distorting lens.
-    pub fn around(view: &View, boxes: &[(DAffine3, [DVec3; 2])], most: [u32; 2]) -> Option<Self> {
+    pub(crate) fn around(view: &View, boxes: &[(DAffine3, [DVec3; 2])], most: [u32; 2]) -> Option<Self> {
         if view.lens.distortion != Distortion::None || view.lens.skew != 0.0 {
             return None;
         }
@@ -60,7 +60,7 @@ impl Crop {
     }
 
     /// The view that draws the crop.
-    pub fn view(&self, view: &View) -> View {
+    pub(crate) fn view(&self, view: &View) -> View {
         let mut lens = view.lens;
         lens.focal = lens.focal.map(|focal| focal * self.scale);
         lens.centre = [0, 1].map(|axis| (lens.centre[axis] - self.corner[axis]) * self.scale);
@@ -75,7 +75,7 @@ impl Crop {
 }
 
 /// Puts the texels of a crop into the pixels of an image of the sky, `width` pixels wide.
-pub fn gather(sky: &mut [Pixel], width: usize, crop: &Crop, texels: &[Pixel]) {
+pub(crate) fn gather(sky: &mut [Pixel], width: usize, crop: &Crop, texels: &[Pixel]) {
     let share = 1.0 / (crop.scale * crop.scale);
     for (row, pixels) in sky.chunks_mut(width.max(1)).enumerate() {
         let down = crop.edge(row, 1)..crop.edge(row + 1, 1);

@@ -10,16 +10,16 @@ use crate::thermal::surroundings::{Reflector, emissivity, reflected_radiance, sk
 
 /// What the light of samples comes from.
 pub(super) struct Light<'a> {
-    pub surface: &'a Surface<'a>,
-    pub view: &'a View,
+    pub(crate) surface: &'a Surface<'a>,
+    pub(crate) view: &'a View,
     /// Radiance of a blackbody at a temperature [K].
-    pub radiance: &'a dyn Fn(f64) -> f64,
+    pub(crate) radiance: &'a dyn Fn(f64) -> f64,
 }
 
 impl Light<'_> {
     /// Gives a sample its light. `ray` is that of its place in the image [px]. So far the radiance holds the emissivity, so that only visible samples are
     /// converted.
-    pub fn shine(&self, sample: &mut Pixel, shown: Option<Shown>, ray: DVec2, place: [f64; 2]) {
+    pub(crate) fn shine(&self, sample: &mut Pixel, shown: Option<Shown>, ray: DVec2, place: [f64; 2]) {
         let around = self.surface.around.as_ref().filter(|_| ray.is_finite());
         let direction = ray.extend(1.0).normalize();
         if sample.part > 0 {

@@ -28,19 +28,19 @@ pub struct Surface<'a> {
 #[derive(Debug, Clone, Copy)]
 pub struct Around<'a> {
     /// The surroundings, in camera axes. `None` where no pixel shows them.
-    pub surroundings: Option<&'a Surroundings>,
+    pub(crate) surroundings: Option<&'a Surroundings>,
     /// Whether they show behind the surface.
-    pub background: bool,
+    pub(crate) background: bool,
     /// Normals of the vertices, body frame. They interpolate between the vertices.
-    pub normals: &'a [DVec3],
+    pub(crate) normals: &'a [DVec3],
     /// Whether it reflects them.
-    pub reflects: bool,
+    pub(crate) reflects: bool,
     /// Front and back of each material. Empty where nothing reflects and every emissivity is one number.
-    pub reflectors: &'a [[Reflector; 2]],
+    pub(crate) reflectors: &'a [[Reflector; 2]],
     /// The tables that they refer to.
-    pub looks: Looks<'a>,
+    pub(crate) looks: Looks<'a>,
     /// The craft itself, where it is reflected too.
-    pub traced: Option<Traced<'a>>,
+    pub(crate) traced: Option<Traced<'a>>,
 }
 
 /// One pixel. Temperature, depth and identity are those at its centre.
@@ -49,9 +49,9 @@ pub struct Pixel {
     /// Emitted and reflected radiance in the band [W m-2 sr-1], in the mean of the samples. Where no surface is, it is that of the sky, or 0 without one.
     pub radiance: f64,
     /// The reflected part of it [W m-2 sr-1]. 0 where no surface is.
-    pub reflected: f64,
+    pub(crate) reflected: f64,
     /// Share of the samples that show a surface.
-    pub coverage: f64,
+    pub(crate) coverage: f64,
     /// Temperature [K]. 0 where no surface is.
     pub temperature: f64,
     /// Distance along the camera's axis [m]. Infinite where no surface is.
@@ -63,7 +63,7 @@ pub struct Pixel {
 }
 
 /// A pixel that no triangle covers.
-pub const EMPTY: Pixel = Pixel {
+pub(crate) const EMPTY: Pixel = Pixel {
     radiance: 0.0,
     reflected: 0.0,
     coverage: 0.0,

@@ -14,52 +14,52 @@ use crate::thermal::surroundings::{
 };
 
 /// Reflections that are followed. What lies beyond the last one counts as black.
-pub const REFLECTIONS: u32 = 2;
+pub(crate) const REFLECTIONS: u32 = 2;
 /// Most boxes of the tree of the craft on a device, whose invocations walk it once for each reflection.
-pub const LARGEST_REFLECTED: usize = LARGEST_TREE / REFLECTIONS as usize;
+pub(crate) const LARGEST_REFLECTED: usize = LARGEST_TREE / REFLECTIONS as usize;
 /// Draws of a direction of a rough mirror. Then its mirror direction stands for it.
 const LOBE_DRAWS: u32 = 6;
 
 /// Triangles of the craft as placed by its joints, and the rays against them.
 #[derive(Debug, Clone, Copy)]
-pub struct Traced<'a> {
+pub(crate) struct Traced<'a> {
     /// The triangles, body frame.
-    pub occluders: &'a Occluders,
+    pub(crate) occluders: &'a Occluders,
     /// Nodes of the corners of each triangle in the order of the tree, and its material.
-    pub corners: &'a [[u32; 4]],
+    pub(crate) corners: &'a [[u32; 4]],
     /// Word of the time, so that each image has rays of its own.
-    pub word: u32,
+    pub(crate) word: u32,
 }
 
 /// The craft that is reflected, and what surrounds it.
 #[derive(Clone, Copy)]
-pub struct Craft<'a> {
+pub(crate) struct Craft<'a> {
     /// Its triangles and rays.
-    pub traced: &'a Traced<'a>,
+    pub(crate) traced: &'a Traced<'a>,
     /// What surrounds it, in the axes of the camera.
-    pub surroundings: &'a Surroundings,
+    pub(crate) surroundings: &'a Surroundings,
     /// Front and back of each material.
-    pub reflectors: &'a [[Reflector; 2]],
+    pub(crate) reflectors: &'a [[Reflector; 2]],
     /// The tables that they refer to.
-    pub looks: &'a Looks<'a>,
+    pub(crate) looks: &'a Looks<'a>,
     /// Temperatures of the nodes [K].
-    pub temperatures: &'a [f64],
+    pub(crate) temperatures: &'a [f64],
     /// Radiance of a blackbody at a temperature [K].
-    pub radiance: &'a dyn Fn(f64) -> f64,
+    pub(crate) radiance: &'a dyn Fn(f64) -> f64,
 }
 
 /// What a sample shows, in the axes of the camera.
-pub struct Seen<'a> {
+pub(crate) struct Seen<'a> {
     /// The face.
-    pub reflector: &'a Reflector,
+    pub(crate) reflector: &'a Reflector,
     /// Its normal, a unit vector.
-    pub normal: DVec3,
+    pub(crate) normal: DVec3,
     /// Unit vector to the camera.
-    pub to_camera: DVec3,
+    pub(crate) to_camera: DVec3,
     /// Its place [m].
-    pub place: DVec3,
+    pub(crate) place: DVec3,
     /// Place in the image, or in the finer one of several samples [1/16 texel].
-    pub pixel: [u32; 2],
+    pub(crate) pixel: [u32; 2],
 }
 
 /// Four numbers in (0, 1) of a draw for a place in the image.
@@ -92,7 +92,7 @@ fn reflected_from(
 }
 
 /// Radiance of the craft in a reflection, beyond that of the surroundings which it hides [W m-2 sr-1].
-pub fn traced_radiance(craft: &Craft, camera_from_body: &DAffine3, sample: &Seen) -> f64 {
+pub(crate) fn traced_radiance(craft: &Craft, camera_from_body: &DAffine3, sample: &Seen) -> f64 {
     let Craft { traced, surroundings, looks, .. } = *craft;
     let occluders = traced.occluders;
     let body_from_camera = camera_from_body.inverse();

@@ -11,7 +11,7 @@ pub(super) struct Projected {
     planes: [DVec3; 3],
     temperatures: [f64; 3],
     /// Rays that may meet it.
-    pub rays: Bounds,
+    pub(crate) rays: Bounds,
     /// Normals of the visible face at the vertices, camera axes. 0 where nothing needs them.
     normals: [DVec3; 3],
     /// 0 for the front, 1 for the back.
@@ -24,19 +24,19 @@ pub(super) struct Projected {
 /// A rectangle of rays.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds {
-    pub low: DVec2,
-    pub high: DVec2,
+    pub(crate) low: DVec2,
+    pub(crate) high: DVec2,
 }
 
 impl Bounds {
     /// No ray.
-    pub const NONE: Self = Self { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY };
+    pub(crate) const NONE: Self = Self { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY };
 
-    pub fn with(self, ray: DVec2) -> Self {
+    pub(crate) fn with(self, ray: DVec2) -> Self {
         Self { low: self.low.min(ray), high: self.high.max(ray) }
     }
 
-    pub fn meets(&self, other: &Self) -> bool {
+    pub(crate) fn meets(&self, other: &Self) -> bool {
         self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
     }
 }
@@ -45,9 +45,9 @@ impl Bounds {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shown {
     /// Normal of length 1, camera axes.
-    pub normal: DVec3,
+    pub(crate) normal: DVec3,
     /// 0 for the front, 1 for the back.
-    pub face: usize,
+    pub(crate) face: usize,
 }
 
 /// Draws the samples of a triangle, with its emissivity in place of the radiance.

@@ -8,22 +8,22 @@ use crate::lens::{Distortion, Lens};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
     /// Rigid motion that takes body positions into camera axes.
-    pub camera_from_body: DAffine3,
+    pub(crate) camera_from_body: DAffine3,
     /// Width in pixels.
-    pub width: u32,
+    pub(crate) width: u32,
     /// Height in pixels.
-    pub height: u32,
+    pub(crate) height: u32,
     /// Which ray a place in the image sees.
-    pub lens: Lens,
+    pub(crate) lens: Lens,
     /// Samples of a pixel: 1, 4, 8 or 16.
-    pub samples: u32,
+    pub(crate) samples: u32,
     /// Distance of the near plane [m], > 0.
-    pub near: f64,
+    pub(crate) near: f64,
 }
 
 /// The places of the samples in a pixel, from its upper left corner: the standard sample locations of Vulkan (chapter Rasterization,
 /// Multisampling).
-pub fn places(samples: u32) -> &'static [[f64; 2]] {
+pub(crate) fn places(samples: u32) -> &'static [[f64; 2]] {
     const ONE: [[f64; 2]; 1] = [[0.5, 0.5]];
     const FOUR: [[f64; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
     const EIGHT: [[f64; 2]; 8] = [

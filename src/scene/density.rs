@@ -20,9 +20,9 @@ pub struct Edges {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartRule {
     /// Wildcard patterns (`*`, `?`).
-    pub patterns: Vec<String>,
+    pub(crate) patterns: Vec<String>,
     /// The stated lengths. `[model]` gives the missing ones.
-    pub edges: Edges,
+    pub(crate) edges: Edges,
 }
 
 /// The node density of a scene.
@@ -36,7 +36,7 @@ pub struct Density {
 
 impl PartRule {
     /// Whether one of the patterns matches the name of a part. Case counts.
-    pub fn matches(&self, part: &str) -> bool {
+    pub(crate) fn matches(&self, part: &str) -> bool {
         self.patterns.iter().any(|pattern| WildMatch::new(pattern).matches(part))
     }
 }
@@ -49,17 +49,17 @@ impl Density {
     }
 
     /// Longest edge of every part [m]. It is infinite where the part keeps the file's triangles.
-    pub fn max_edges(&self, model: &Model) -> Vec<f64> {
+    pub(crate) fn max_edges(&self, model: &Model) -> Vec<f64> {
         model.parts.iter().map(|part| self.of(part).max.unwrap_or(f64::INFINITY)).collect()
     }
 
     /// Shortest edge of every part [m]. It is 0 where nothing is merged.
-    pub fn min_edges(&self, model: &Model) -> Vec<f64> {
+    pub(crate) fn min_edges(&self, model: &Model) -> Vec<f64> {
         model.parts.iter().map(|part| self.of(part).min.unwrap_or(0.0)).collect()
     }
 
     /// One sentence for each pattern that has no effect.
-    pub fn idle_patterns(&self, model: &Model) -> Vec<String> {
+    pub(crate) fn idle_patterns(&self, model: &Model) -> Vec<String> {
         let mut idle = Vec::new();
         for (index, rule) in self.parts.iter().enumerate() {
             for pattern in &rule.patterns {

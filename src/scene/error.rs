@@ -73,7 +73,7 @@ pub enum SceneError {
 
 impl SceneError {
     /// The file that the error is about, its line (from 1), and the key in it, as far as they are known. Of several errors those of the first.
-    pub fn place(&self) -> (Option<&Path>, Option<usize>, Option<&str>) {
+    pub(crate) fn place(&self) -> (Option<&Path>, Option<usize>, Option<&str>) {
         match self {
             Self::Unreadable { path, .. } => (Some(path), None, None),
             Self::Syntax { path, line, .. } => (Some(path), Some(*line), None),

@@ -12,7 +12,7 @@ const ABSENT: &str =
 
 impl Scene {
     /// Lets surfaces see each other by the defaults of `[exchange]`, where the scene has no such section.
-    pub fn exchange_by_default(&mut self) {
+    pub(crate) fn exchange_by_default(&mut self) {
         if self.exchange.is_none() {
             self.exchange = Some(Settings::default());
             self.assumptions.retain(|text| text != ABSENT);

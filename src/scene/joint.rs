@@ -16,16 +16,16 @@ use crate::environment::joints::{Drive, Guided, Kind};
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointRule {
     /// Line of its header, from 1.
-    pub line: usize,
+    pub(crate) line: usize,
     /// Patterns (`*`, `?`) on names of glTF nodes.
-    pub nodes: Vec<String>,
+    pub(crate) nodes: Vec<String>,
     /// How the nodes move.
-    pub motion: JointMotion,
+    pub(crate) motion: JointMotion,
 }
 
 /// How a node moves.
 #[derive(Debug, Clone, PartialEq)]
-pub enum JointMotion {
+pub(crate) enum JointMotion {
     /// One number drives the motion. Vectors are in the node's own frame.
     Guided(Guided),
     /// A glTF animation drives the motion.

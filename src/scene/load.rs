@@ -233,7 +233,7 @@ fn optional_sensor(
 
 /// SHA-256 (hexadecimal) of the contents of [`Scene::files`], in order. Each content follows its length, so that no
 /// byte can move between files unnoticed.
-pub fn scene_hash(contents: &[&[u8]]) -> String {
+pub(crate) fn scene_hash(contents: &[&[u8]]) -> String {
     let mut hasher = Sha256::new();
     for content in contents {
         hasher.update((content.len() as u64).to_le_bytes());
@@ -243,7 +243,7 @@ pub fn scene_hash(contents: &[&[u8]]) -> String {
 }
 
 /// SHA-256 of a file (hexadecimal).
-pub fn file_hash(content: &[u8]) -> String {
+pub(crate) fn file_hash(content: &[u8]) -> String {
     Sha256::digest(content).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 

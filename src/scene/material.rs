@@ -31,7 +31,7 @@ pub struct MaterialRules {
 #[derive(Debug, Clone)]
 pub struct MaterialRule {
     /// Wildcard patterns (`*`, `?`) on glTF material names.
-    pub patterns: Vec<String>,
+    pub(crate) patterns: Vec<String>,
     /// The values. `name` is set when the rule is applied.
     pub material: Material,
 }
@@ -266,7 +266,7 @@ impl MaterialRules {
     }
 
     /// Path of the materials table.
-    pub fn table(&self) -> Option<&Path> {
+    pub(crate) fn table(&self) -> Option<&Path> {
         self.extras.table_path.as_deref()
     }
 

@@ -22,12 +22,12 @@ pub struct NetworkSettings {
     /// Target error [K]. `None` is the default of what steps the network.
     pub tolerance: Option<f64>,
     /// Nodes that exchange heat faster than this are merged [1/s].
-    pub merge_rate: f64,
+    pub(crate) merge_rate: f64,
 }
 
 /// Patterns (`*`, `?`) on names of parts or materials.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Owners {
+pub(crate) enum Owners {
     /// Of parts.
     Parts(String),
     /// Of glTF materials.
@@ -38,47 +38,47 @@ pub enum Owners {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactRule {
     /// The two sides.
-    pub between: [Owners; 2],
+    pub(crate) between: [Owners; 2],
     /// Largest distance between surfaces in contact [m].
-    pub distance: f64,
+    pub(crate) distance: f64,
     /// Thermal conductance of the contact.
-    pub conductance: ContactConductance,
+    pub(crate) conductance: ContactConductance,
 }
 
 /// A heater. Its power is spread over the area of its parts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Heater {
     /// Patterns on names of parts.
-    pub parts: Vec<String>,
+    pub(crate) parts: Vec<String>,
     /// Power over scene time. With a thermostat it acts only while the heater is on.
-    pub power: HeatTable,
+    pub(crate) power: HeatTable,
     /// The thermostat, if any.
-    pub thermostat: Option<HeaterThermostat>,
+    pub(crate) thermostat: Option<HeaterThermostat>,
 }
 
 /// A thermostat with hysteresis. Its sensor is the structure at a probe.
 #[derive(Debug, Clone, PartialEq)]
-pub struct HeaterThermostat {
+pub(crate) struct HeaterThermostat {
     /// Index of the probe.
-    pub probe: usize,
+    pub(crate) probe: usize,
     /// Temperature below which it switches on [K].
-    pub on_below: f64,
+    pub(crate) on_below: f64,
     /// Temperature above which it switches off [K].
-    pub off_above: f64,
+    pub(crate) off_above: f64,
     /// Whether it is on at the start.
-    pub initially_on: bool,
+    pub(crate) initially_on: bool,
 }
 
 impl Owners {
     /// The pattern.
-    pub fn pattern(&self) -> &str {
+    pub(crate) fn pattern(&self) -> &str {
         match self {
             Self::Parts(pattern) | Self::Materials(pattern) => pattern,
         }
     }
 
     /// Whether the pattern matches the name of the part or of the material.
-    pub fn fits(&self, part: &str, material: &str) -> bool {
+    pub(crate) fn fits(&self, part: &str, material: &str) -> bool {
         match self {
             Self::Parts(pattern) => WildMatch::new(pattern).matches(part),
             Self::Materials(pattern) => WildMatch::new(pattern).matches(material),

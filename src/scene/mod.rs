@@ -34,11 +34,11 @@ mod load;
 mod material;
 mod mesh_network;
 mod motion;
-pub mod network;
+pub(crate) mod network;
 mod orbit;
 mod output;
 mod planet;
-pub mod preset;
+pub(crate) mod preset;
 mod profile;
 mod quantity;
 mod radiance;
@@ -48,34 +48,42 @@ mod sensor_tables;
 mod shadows;
 mod sky_scene;
 mod table;
-pub mod targets;
+pub(crate) mod targets;
 mod temperatures;
-pub mod texts;
+pub(crate) mod texts;
 mod time;
-pub mod tmd;
+pub(crate) mod tmd;
 mod valid_scene;
 mod value_source;
 mod values;
 mod vector;
 mod view;
-pub mod work;
+pub(crate) mod work;
 
-pub use camera::{Poses, read_poses};
-pub use density::{Density, Edges, PartRule};
+pub(crate) use camera::{Poses, read_poses};
+pub use density::Density;
+pub use density::Edges;
 pub use error::SceneError;
-pub use joint::{JointMotion, JointRule};
-pub use load::{file_hash, scene_hash};
-pub use material::{MaterialRule, MaterialRules};
-pub use mesh_network::{ContactRule, Heater, HeaterThermostat, NetworkSettings, Owners};
-pub use motion::{CameraPath, Motion};
-pub use output::{ImageFile, ImageFiles, Video};
-pub use preset::Preset;
-pub use radiance::{Background, Reflections, Surrounded};
+pub(crate) use joint::{JointMotion, JointRule};
+pub(crate) use load::{file_hash, scene_hash};
+pub use material::MaterialRule;
+pub(crate) use material::MaterialRules;
+pub(crate) use mesh_network::{ContactRule, Heater, NetworkSettings, Owners};
+pub use motion::Motion;
+pub use output::ImageFile;
+pub use output::ImageFiles;
+pub use output::Video;
+pub(crate) use preset::Preset;
+pub use radiance::Background;
+pub use radiance::Reflections;
+pub use radiance::Surrounded;
 pub use shadows::ShadowSettings;
 pub use sky_scene::SkyScene;
-pub use temperatures::{Mapping, Solution, SolvedNode, Temperatures};
-pub use vector::AXES;
-pub use view::{Initial, Probe};
+pub use temperatures::Mapping;
+pub(crate) use temperatures::{Solution, SolvedNode, Temperatures};
+pub(crate) use vector::AXES;
+pub use view::Initial;
+pub(crate) use view::Probe;
 
 /// A checked scene. `assumptions` lists every default that was used.
 #[derive(Debug, Clone)]
@@ -147,7 +155,7 @@ pub struct Scene {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Time {
     /// Date of time 0, if the scene states it.
-    pub start: Option<Epoch>,
+    pub(crate) start: Option<Epoch>,
     /// Length of a step [s].
     pub step: f64,
     /// Number of steps.
@@ -157,9 +165,9 @@ pub struct Time {
     /// Number of orbits before time 0.
     pub warm_up_orbits: f64,
     /// Whether the scene states no warm-up, so that `warm_up_orbits` is 0.
-    pub warm_up_assumed: bool,
+    pub(crate) warm_up_assumed: bool,
     /// Change over an orbit [K] below which the warm-up ends early. `None` always runs all orbits.
-    pub periodic: Option<f64>,
+    pub(crate) periodic: Option<f64>,
     /// Which steps are drawn, or the times of the images.
     pub draw: Draw,
 }
@@ -179,12 +187,12 @@ pub enum Draw {
 
 impl Draw {
     /// Whether images have their own times.
-    pub fn is_between_steps(&self) -> bool {
+    pub(crate) fn is_between_steps(&self) -> bool {
         matches!(self, Self::Times(_))
     }
 
     /// Number and time [s] of the images at their own times that lie in the interval of a step of this length [s]. Step 0 has those of time 0.
-    pub fn in_step(&self, step: u32, length: f64) -> Vec<(u32, f64)> {
+    pub(crate) fn in_step(&self, step: u32, length: f64) -> Vec<(u32, f64)> {
         let Self::Times(times) = self else { return Vec::new() };
         let before = |number: f64| times.partition_point(|time| time / length <= number + STEP_SLACK);
         let first = if step == 0 { 0 } else { before(f64::from(step) - 1.0) };
@@ -234,7 +242,7 @@ pub struct Camera {
 
 impl Camera {
     /// Time from the first row of an image to its last [s].
-    pub fn shutter_time(&self) -> f64 {
+    pub(crate) fn shutter_time(&self) -> f64 {
         self.line_time * f64::from(self.height.saturating_sub(1))
     }
 }

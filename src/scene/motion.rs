@@ -22,9 +22,9 @@ pub enum Motion {
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraPath {
     /// The file, for errors.
-    pub file: PathBuf,
+    pub(crate) file: PathBuf,
     /// Poses over time.
-    pub poses: PosePath,
+    pub(crate) poses: PosePath,
 }
 
 impl CameraPath {

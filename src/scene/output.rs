@@ -37,7 +37,7 @@ const FILES: [(&str, ImageFile); 7] = [
 
 impl ImageFile {
     /// End of its name, such as `dn.png`.
-    pub fn ending(self) -> &'static str {
+    pub(crate) fn ending(self) -> &'static str {
         FILES.iter().find(|(_, file)| *file == self).map_or("", |(ending, _)| ending)
     }
 

@@ -13,23 +13,23 @@ pub struct Preset {
     /// Width and height [px].
     pub size: [u32; 2],
     /// Horizontal field of view [deg]. Without one it depends on the lens.
-    pub fov_deg: Option<f64>,
+    pub(crate) fov_deg: Option<f64>,
     /// Distance between pixels [m].
-    pub pitch: Option<f64>,
+    pub(crate) pitch: Option<f64>,
     /// Shortest and longest wavelength [um].
     pub band_um: Option<[f64; 2]>,
     /// NETD [K].
     pub netd: Option<f64>,
     /// f-number of the NETD.
-    pub netd_f_number: Option<f64>,
+    pub(crate) netd_f_number: Option<f64>,
     /// Thermal time constant [s].
     pub time_constant: Option<f64>,
     /// Bits of a digital number.
-    pub bits: Option<u32>,
+    pub(crate) bits: Option<u32>,
     /// Range of temperatures [K].
-    pub range: Option<[f64; 2]>,
+    pub(crate) range: Option<[f64; 2]>,
     /// Where the figures stand.
-    pub source: &'static str,
+    pub(crate) source: &'static str,
 }
 
 /// A camera of which nothing is known.

@@ -20,11 +20,11 @@ const USUAL: f64 = 300.0;
 
 /// What `[sensor]` needs from other sections.
 pub(super) struct Of<'a> {
-    pub camera: &'a Camera,
-    pub preset: Option<&'static Preset>,
+    pub(crate) camera: &'a Camera,
+    pub(crate) preset: Option<&'static Preset>,
     /// Distance between pixels [m], where it is known.
-    pub pitch: Option<f64>,
-    pub band: Band,
+    pub(crate) pitch: Option<f64>,
+    pub(crate) band: Band,
 }
 
 #[derive(Clone, Copy)]

@@ -16,9 +16,9 @@ use crate::text::plain;
 #[derive(Debug, Clone)]
 pub struct SkyScene {
     /// Name for titles: the file's `name` key, or its stem.
-    pub name: String,
+    pub(crate) name: String,
     /// Steps.
-    pub time: Time,
+    pub(crate) time: Time,
     /// The orbit or trajectory.
     pub orbit: Orbit,
     /// The orientation of the craft.
@@ -26,9 +26,9 @@ pub struct SkyScene {
     /// Sun, planet and space.
     pub environment: Environment,
     /// One sentence for each default that was used.
-    pub assumptions: Vec<String>,
+    pub(crate) assumptions: Vec<String>,
     /// Every file that was read, the scene file first. It is empty inside a whole [`super::Scene`].
-    pub files: Vec<PathBuf>,
+    pub(crate) files: Vec<PathBuf>,
 }
 
 impl SkyScene {

@@ -9,32 +9,32 @@ use crate::files;
 /// Highest temperature of a scene [K]. Its fourth power still fits an f32.
 const HOTTEST: f64 = 1e6;
 /// Most steps of a response. A larger number is probably a mistake.
-pub const MAX_STEPS: u32 = 10_000_000;
+pub(crate) const MAX_STEPS: u32 = 10_000_000;
 
 /// An error in a file of targets.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{}: {message}", path.display())]
 pub struct TargetsError {
     /// The file.
-    pub path: PathBuf,
+    pub(crate) path: PathBuf,
     /// Row, column, what is wrong, and which values are valid.
-    pub message: String,
+    pub(crate) message: String,
 }
 
 /// A row of the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
     /// First step of the target.
-    pub step: u32,
+    pub(crate) step: u32,
     /// Temperature [K].
-    pub target: f64,
+    pub(crate) target: f64,
 }
 
 /// Reads and checks a file of targets.
 ///
 /// # Errors
 /// A file that cannot be read, and everything that [`parse`] refuses.
-pub fn load(path: &Path) -> Result<Vec<Row>, TargetsError> {
+pub(crate) fn load(path: &Path) -> Result<Vec<Row>, TargetsError> {
     let wrong = |message: String| TargetsError { path: path.to_path_buf(), message };
     parse(&files::read_text_or_pipe(path).map_err(|error| wrong(format!("cannot be read: {error}")))?, path)
 }
@@ -76,7 +76,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Vec<Row>, TargetsError> {
 }
 
 /// The target of every step from 1 to `steps` [K].
-pub fn commanded(rows: &[Row], initial: f64, steps: u32) -> Vec<f64> {
+pub(crate) fn commanded(rows: &[Row], initial: f64, steps: u32) -> Vec<f64> {
     let mut rows = rows.iter().peekable();
     let mut target = initial;
     (1..=steps)
@@ -93,7 +93,7 @@ pub fn commanded(rows: &[Row], initial: f64, steps: u32) -> Vec<f64> {
 ///
 /// # Errors
 /// A message if the text is not a number or is out of range.
-pub fn parse_temperature(text: &str) -> Result<f64, String> {
+pub(crate) fn parse_temperature(text: &str) -> Result<f64, String> {
     let temperature: f64 = text.trim().parse().map_err(|_| format!("'{text}' is not a number"))?;
     if !(0.0..=HOTTEST).contains(&temperature) {
         return Err(format!("a temperature is from 0 to {HOTTEST} K, not {text}"));

@@ -15,7 +15,7 @@ mod table;
 mod vtk;
 
 use solution::HOTTEST;
-pub use solution::{Solution, SolvedNode};
+pub(crate) use solution::{Solution, SolvedNode};
 
 /// Temperatures from a file, instead of a thermal model.
 #[derive(Debug, Clone)]
@@ -23,7 +23,7 @@ pub struct Temperatures {
     /// The file.
     pub file: PathBuf,
     /// What it holds.
-    pub solution: Arc<Solution>,
+    pub(crate) solution: Arc<Solution>,
     /// How its nodes are mapped to the model.
     pub mapping: Mapping,
     /// Most distance between a vertex and its node, where several nodes are possible [m].
@@ -47,7 +47,7 @@ pub enum Mapping {
 
 impl Mapping {
     /// In words.
-    pub fn describe(&self) -> String {
+    pub(crate) fn describe(&self) -> String {
         match self {
             Self::Name => "by the names of the parts".to_owned(),
             Self::Table(rows) => format!("by a table of {} rows", rows.len()),
@@ -61,7 +61,7 @@ impl Solution {
     ///
     /// # Errors
     /// A file that cannot be read or is no such table: see [`SceneError`].
-    pub fn load_csv(path: &Path) -> Result<Self, SceneError> {
+    pub(crate) fn load_csv(path: &Path) -> Result<Self, SceneError> {
         table::parse(&read_text(path)?, path, 0.0)
     }
 }

@@ -57,7 +57,7 @@ pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<T
 
 impl Scene {
     /// The scene with a periodic warm-up, where it states no warm-up and its orbit repeats. Otherwise it is as stated.
-    pub fn periodic_unless_stated(&self, assumption: &str) -> Self {
+    pub(crate) fn periodic_unless_stated(&self, assumption: &str) -> Self {
         let mut scene = self.clone();
         if self.time.warm_up_assumed && self.orbit.period().is_finite() {
             (scene.time.periodic, scene.time.warm_up_orbits) = (Some(PERIODIC_TOLERANCE), MOST_ORBITS);

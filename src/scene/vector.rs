@@ -7,7 +7,7 @@ use super::quantity::Quantity;
 use super::section::Section;
 
 /// The axes of a frame with their names. They are also the normals of a cube.
-pub const AXES: [(&str, DVec3); 6] = [
+pub(crate) const AXES: [(&str, DVec3); 6] = [
     ("+X", DVec3::X),
     ("-X", DVec3::NEG_X),
     ("+Y", DVec3::Y),

@@ -6,18 +6,18 @@ use super::{Camera, Draw, Time};
 use crate::environment::Orbit;
 
 /// Most steps of a run or of a warm-up: a hundred days at 100 Hz, rounded up.
-pub const MOST_STEPS: f64 = 1e9;
+pub(crate) const MOST_STEPS: f64 = 1e9;
 /// Latest time of a scene [s], 3000 years. Sun and planets are not known better beyond.
-pub const LATEST: f64 = 1e11;
+pub(crate) const LATEST: f64 = 1e11;
 /// Most orbits of a run. Each has its eclipses, which are found and drawn.
-pub const MOST_ORBITS: f64 = 1e6;
+pub(crate) const MOST_ORBITS: f64 = 1e6;
 /// Most bytes of images, before compression.
 const MOST_IMAGE_BYTES: f64 = 1e13;
 /// Bytes of a pixel: radiance, temperature, depth, part and material.
 const PIXEL_BYTES: f64 = 20.0;
 
 /// Why a time is too late for a scene with this step and orbit. `None` if it is not.
-pub fn too_late(time: f64, step: f64, orbit: &Orbit) -> Option<String> {
+pub(crate) fn too_late(time: f64, step: f64, orbit: &Orbit) -> Option<String> {
     let (steps, orbits) = (time / step, time / orbit.period());
     if steps > MOST_STEPS {
         return Some(format!("{time} s are {steps:.3e} steps of {step} s; the limit is {MOST_STEPS:e} steps"));
@@ -56,7 +56,7 @@ fn warm_up_orbits(time: &Time) -> f64 {
 }
 
 /// Most steps of the warm-up. A periodic one begins each orbit anew, and may be done earlier.
-pub fn warm_up_steps(time: &Time, orbit: &Orbit) -> f64 {
+pub(crate) fn warm_up_steps(time: &Time, orbit: &Orbit) -> f64 {
     let orbits = warm_up_orbits(time);
     if orbits == 0.0 {
         return 0.0;
@@ -82,7 +82,7 @@ pub(super) fn check_images(section: &Section, time: &Time, camera: Option<&Camer
 }
 
 /// Number of images that the steps of a run draw.
-pub fn images(time: &Time) -> u64 {
+pub(crate) fn images(time: &Time) -> u64 {
     match &time.draw {
         Draw::None => 0,
         Draw::Every(stride) => u64::from(time.steps / stride) + 1,
@@ -92,7 +92,7 @@ pub fn images(time: &Time) -> u64 {
 }
 
 /// Time [s] of one of the images of a run, with its number where it has its own time. `None` beyond the last one.
-pub fn image_time(time: &Time, number: u64) -> Option<(f64, Option<u32>)> {
+pub(crate) fn image_time(time: &Time, number: u64) -> Option<(f64, Option<u32>)> {
     let of_step = |step: u64| (step as f64 * time.step, None);
     match &time.draw {
         Draw::None => None,
@@ -105,7 +105,7 @@ pub fn image_time(time: &Time, number: u64) -> Option<(f64, Option<u32>)> {
 }
 
 /// Times of the images of a run [s].
-pub fn image_times(time: &Time) -> Box<dyn Iterator<Item = f64> + '_> {
+pub(crate) fn image_times(time: &Time) -> Box<dyn Iterator<Item = f64> + '_> {
     let of_step = |step: u32| f64::from(step) * time.step;
     match &time.draw {
         Draw::None => Box::new(std::iter::empty()),

@@ -46,7 +46,7 @@ impl<'a> Connection<'a> {
     ///
     /// # Errors
     /// The system refuses its settings.
-    pub fn new(stream: TcpStream, stop: &'a AtomicBool, patience: Patience) -> Result<Self, End> {
+    pub(crate) fn new(stream: TcpStream, stop: &'a AtomicBool, patience: Patience) -> Result<Self, End> {
         stream.set_nonblocking(false)?;
         stream.set_nodelay(true)?;
         stream.set_read_timeout(Some(LOOK))?;
@@ -56,7 +56,7 @@ impl<'a> Connection<'a> {
     }
 
     /// Whether the server stops.
-    pub fn stop(&self) -> &'a AtomicBool {
+    pub(crate) fn stop(&self) -> &'a AtomicBool {
         self.stop
     }
 
@@ -64,7 +64,7 @@ impl<'a> Connection<'a> {
     ///
     /// # Errors
     /// The client closes or stays silent, or the server stops.
-    pub fn begin_message(&mut self, most: usize) -> Result<(), End> {
+    pub(crate) fn begin_message(&mut self, most: usize) -> Result<(), End> {
         self.left = most;
         self.until = Instant::now() + self.patience.idle;
         if self.waiting.is_empty() {
@@ -78,7 +78,7 @@ impl<'a> Connection<'a> {
     ///
     /// # Errors
     /// As for [`Connection::begin_message`], and a message that is too long.
-    pub fn take_into(&mut self, bytes: &mut [u8]) -> Result<(), End> {
+    pub(crate) fn take_into(&mut self, bytes: &mut [u8]) -> Result<(), End> {
         self.spend(bytes.len())?;
         let mut done = 0;
         while done < bytes.len() {
@@ -91,7 +91,7 @@ impl<'a> Connection<'a> {
     ///
     /// # Errors
     /// As for [`Connection::take_into`].
-    pub fn take(&mut self, length: u64) -> Result<Vec<u8>, End> {
+    pub(crate) fn take(&mut self, length: u64) -> Result<Vec<u8>, End> {
         let length = usize::try_from(length).unwrap_or(usize::MAX);
         self.spend(length)?;
         let mut bytes = Vec::new();
@@ -108,7 +108,7 @@ impl<'a> Connection<'a> {
     ///
     /// # Errors
     /// As for [`Connection::take_into`].
-    pub fn array<const N: usize>(&mut self) -> Result<[u8; N], End> {
+    pub(crate) fn array<const N: usize>(&mut self) -> Result<[u8; N], End> {
         let mut bytes = [0; N];
         self.take_into(&mut bytes)?;
         Ok(bytes)
@@ -156,7 +156,7 @@ impl<'a> Connection<'a> {
     ///
     /// # Errors
     /// The client takes none for too long, or has gone.
-    pub fn send(&mut self, bytes: &[u8]) -> Result<(), End> {
+    pub(crate) fn send(&mut self, bytes: &[u8]) -> Result<(), End> {
         let mut done = 0;
         self.until = Instant::now() + self.patience.message;
         while done < bytes.len() {

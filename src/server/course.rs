@@ -6,24 +6,24 @@ use crate::simulation::facade::Placement;
 
 /// Where a craft is at a time. Vectors have inertial axes and begin at the planet's centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct State {
+pub(crate) struct State {
     /// Time since the start [s].
-    pub time: f64,
+    pub(crate) time: f64,
     /// The craft [m].
     pub position: DVec3,
     /// Its velocity [m/s].
-    pub velocity: DVec3,
+    pub(crate) velocity: DVec3,
     /// The Sun [m].
-    pub sun: DVec3,
+    pub(crate) sun: DVec3,
     /// Rotates body vectors into the inertial axes.
-    pub inertial_from_body: DQuat,
+    pub(crate) inertial_from_body: DQuat,
     /// Gravitational parameter of the planet [m3/s2]. 0 if it is unknown.
-    pub gravity: f64,
+    pub(crate) gravity: f64,
 }
 
 impl State {
     /// The state as a place of the craft.
-    pub fn placement(&self) -> Placement {
+    pub(crate) fn placement(&self) -> Placement {
         Placement {
             time: self.time,
             position: Some(self.position),
@@ -34,7 +34,7 @@ impl State {
     }
 
     /// The state at a place. What the place leaves out is that of this state.
-    pub fn at(&self, place: &Placement) -> Self {
+    pub(crate) fn at(&self, place: &Placement) -> Self {
         Self {
             time: place.time,
             position: place.position.unwrap_or(self.position),
@@ -47,7 +47,7 @@ impl State {
 }
 
 /// Most places of the craft between two states.
-pub const MOST_PLACES: f64 = 1e5;
+pub(crate) const MOST_PLACES: f64 = 1e5;
 /// Angle round the planet of a step of the integration [rad]. The error of a revolution is then below 1 m in low orbits.
 const ARC: f64 = 0.01;
 
@@ -56,7 +56,7 @@ const ARC: f64 = 0.01;
 /// Under way the craft falls freely from both ends, and the two positions are mixed by the share of time. So it meets both states, and a force other than the
 /// planet's gravity acts all the same. Attitudes follow the shorter arc, because the body rate is not sent. Without velocities or gravity there is no place
 /// under way, and [`crate::simulation::facade::Simulation::place`] says what lies between.
-pub fn between(from: &State, to: &State, length: f64) -> Option<Vec<Placement>> {
+pub(crate) fn between(from: &State, to: &State, length: f64) -> Option<Vec<Placement>> {
     let span = to.time - from.time;
     if span / length > MOST_PLACES {
         return None;

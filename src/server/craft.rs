@@ -15,25 +15,25 @@ use crate::simulation::pose::Pose;
 use crate::simulation::target::Target;
 
 /// Most pixels of an image that a client may ask for.
-pub const MOST_PIXELS: u64 = 1 << 24;
+pub(crate) const MOST_PIXELS: u64 = 1 << 24;
 /// Places that are handed to the simulation before it steps to the last of them.
 const AT_ONCE: usize = 32;
 
 /// A camera as a protocol describes it. Its axes are those of OpenCV.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct View {
+pub(crate) struct View {
     /// Width and height in pixels.
-    pub size: [u32; 2],
+    pub(crate) size: [u32; 2],
     /// Focal lengths in pixels (x, y). The principal point is the middle of the image.
-    pub focal: [f64; 2],
+    pub(crate) focal: [f64; 2],
     /// Position in the craft's body frame [m].
-    pub position: DVec3,
+    pub(crate) position: DVec3,
     /// Rotates camera axes into the craft's body frame.
-    pub body_from_camera: DMat3,
+    pub(crate) body_from_camera: DMat3,
 }
 
 /// A craft of a session.
-pub struct Craft {
+pub(crate) struct Craft {
     simulation: Simulation,
     /// Length of a step [s].
     step: f64,
@@ -45,27 +45,22 @@ impl Craft {
     ///
     /// # Errors
     /// The device can not hold it.
-    pub fn new(scene: &Scene, target: &Target) -> Result<Self, Refusal> {
+    pub(crate) fn new(scene: &Scene, target: &Target) -> Result<Self, Refusal> {
         let simulation = Simulation::from_scene(scene.clone(), target)?;
         let step = simulation.prepared().scene.time.step;
         Ok(Self { simulation, step, last: None })
     }
 
     /// The simulation of the craft.
-    pub fn simulation(&mut self) -> &mut Simulation {
+    pub(crate) fn simulation(&mut self) -> &mut Simulation {
         &mut self.simulation
-    }
-
-    /// The last state that arrived.
-    pub fn state(&self) -> Option<&State> {
-        self.last.as_ref()
     }
 
     /// Moves the craft to a state, and steps its temperatures to the last end of a step before it. The first state begins the simulation.
     ///
     /// # Errors
     /// A state that can not be used, or one that is too far from the last.
-    pub fn observe(&mut self, state: State, stop: &AtomicBool) -> Result<(), Refusal> {
+    pub(crate) fn observe(&mut self, state: State, stop: &AtomicBool) -> Result<(), Refusal> {
         let Some(last) = &self.last else {
             self.simulation.place(state.placement())?;
             self.last = Some(state);
@@ -100,7 +95,7 @@ impl Craft {
     ///
     /// # Errors
     /// A camera that can not be used, or a call that fails.
-    pub fn image(&mut self, view: &View, stop: &AtomicBool) -> Result<Image, Refusal> {
+    pub(crate) fn image(&mut self, view: &View, stop: &AtomicBool) -> Result<Image, Refusal> {
         let [width, height] = view.size;
         if u64::from(width) * u64::from(height) > MOST_PIXELS {
             return Err(Refusal::because(format!("an image of {width} x {height} pixels is too large")));
@@ -128,7 +123,7 @@ impl Craft {
 }
 
 /// Shows several craft in one image: in each pixel the nearest surface. `None` without an image. All have the same size.
-pub fn nearest(images: impl IntoIterator<Item = Image>) -> Option<Image> {
+pub(crate) fn nearest(images: impl IntoIterator<Item = Image>) -> Option<Image> {
     images.into_iter().reduce(|mut near, far| {
         for pixel in 0..near.part.len().min(far.part.len()) {
             let (there, here) = (far.part[pixel] != 0, near.part[pixel] != 0);

@@ -63,7 +63,7 @@ pub enum End {
 
 /// Why a request is refused. The connection goes on.
 #[derive(Debug, thiserror::Error)]
-pub enum Refusal {
+pub(crate) enum Refusal {
     /// The reason in words.
     #[error("{0}")]
     Reason(String),
@@ -80,7 +80,7 @@ pub enum Refusal {
 
 impl Refusal {
     /// A refusal for a reason.
-    pub fn because(reason: impl Into<String>) -> Self {
+    pub(crate) fn because(reason: impl Into<String>) -> Self {
         Self::Reason(reason.into())
     }
 }

@@ -46,7 +46,7 @@ impl Log {
     }
 
     /// Writes a line for a request. A disk that is full does not end the server.
-    pub fn request(&self, client: &str, request: &str) {
+    pub(crate) fn request(&self, client: &str, request: &str) {
         let line = format!("{client} {}\n", short(request));
         match &self.place {
             Place::Nowhere => {}
@@ -58,7 +58,7 @@ impl Log {
     }
 
     /// Tells people, and the log.
-    pub fn tell(&self, client: &str, message: &str) {
+    pub(crate) fn tell(&self, client: &str, message: &str) {
         self.request(client, &format!("! {message}"));
         match self.told.fetch_add(1, Ordering::Relaxed) {
             told if told < MOST_MESSAGES => say!("{client}: {}", short(message)),

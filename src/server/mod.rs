@@ -4,13 +4,13 @@
 //! moves a [`craft`] and answers with a [`picture`]. [`scenes`] says which names lead to which scene files: no client can name another file. [`connection`]
 //! bounds how long a client may take and how much it may send.
 
-pub mod connection;
-pub mod course;
-pub mod craft;
-pub mod error;
-pub mod listen;
-pub mod log;
-pub mod picture;
-pub mod scenes;
-pub mod surrender;
-pub mod vizard;
+pub(crate) mod connection;
+pub(crate) mod course;
+pub(crate) mod craft;
+pub(crate) mod error;
+pub(crate) mod listen;
+pub(crate) mod log;
+pub(crate) mod picture;
+pub(crate) mod scenes;
+pub(crate) mod surrender;
+pub(crate) mod vizard;

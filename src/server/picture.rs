@@ -11,9 +11,9 @@ use crate::scene::Scene;
 use crate::simulation::image::Image;
 
 /// Kelvin of a count of a picture of 16 bits.
-pub const KELVIN_PER_COUNT: f64 = 0.01;
+pub(crate) const KELVIN_PER_COUNT: f64 = 0.01;
 /// Range of a picture of 8 bits where nobody states one [K].
-pub const DEFAULT_RANGE: [f64; 2] = [150.0, 400.0];
+pub(crate) const DEFAULT_RANGE: [f64; 2] = [150.0, 400.0];
 
 /// A kind of picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,7 +38,7 @@ pub struct Picture {
 }
 
 /// Draws pictures of a scene.
-pub struct Painter {
+pub(crate) struct Painter {
     kind: Kind,
     range: [f64; 2],
     bits: u32,
@@ -47,7 +47,7 @@ pub struct Painter {
 
 impl Painter {
     /// A painter of a kind of picture.
-    pub fn new(picture: Picture, scene: &Scene) -> Self {
+    pub(crate) fn new(picture: Picture, scene: &Scene) -> Self {
         Self {
             kind: picture.kind,
             range: picture.range.or(scene.colour_range).unwrap_or(DEFAULT_RANGE),
@@ -60,7 +60,7 @@ impl Painter {
     ///
     /// # Errors
     /// An image that can not be encoded.
-    pub fn png(&self, image: &Image) -> Result<Vec<u8>, OutputError> {
+    pub(crate) fn png(&self, image: &Image) -> Result<Vec<u8>, OutputError> {
         let size = image.size();
         let text = |json: serde_json::Value| [("isotherm", json.to_string())];
         let in_counts = |kelvin: &dyn Fn(usize) -> f32, quantity: &str| {
@@ -108,7 +108,7 @@ impl Painter {
 ///
 /// # Errors
 /// An image that can not be encoded.
-pub fn depth_png(image: &Image, far: f64) -> Result<Vec<u8>, OutputError> {
+pub(crate) fn depth_png(image: &Image, far: f64) -> Result<Vec<u8>, OutputError> {
     let pixel = |pixel: usize| match image.part[pixel] {
         0 => [255; 3],
         _ => depth_colour(f64::from(image.depth[pixel]) / far),

@@ -25,7 +25,7 @@ impl Scenes {
     ///
     /// # Errors
     /// A scene that can not run, or a name that another scene has.
-    pub fn add(&mut self, name: Option<&str>, path: &Path, scene: Scene) -> Result<(), ServerError> {
+    pub(crate) fn add(&mut self, name: Option<&str>, path: &Path, scene: Scene) -> Result<(), ServerError> {
         let mut names = match name {
             Some(name) => vec![name.to_owned()],
             None => {
@@ -58,23 +58,18 @@ impl Scenes {
     }
 
     /// The scene of a name.
-    pub fn get(&self, name: &str) -> Option<&Scene> {
+    pub(crate) fn get(&self, name: &str) -> Option<&Scene> {
         self.named(name).map(|named| &named.scene)
     }
 
-    /// All scenes.
-    pub fn iter(&self) -> impl Iterator<Item = &Scene> {
-        self.all.iter().map(|named| &named.scene)
-    }
-
     /// The shortest name of each scene, for messages.
-    pub fn known(&self) -> String {
+    pub(crate) fn known(&self) -> String {
         let names = self.all.iter().filter_map(|scene| scene.names.iter().min_by_key(|name| name.len()));
         names.map(String::as_str).collect::<Vec<_>>().join(", ")
     }
 
     /// What scenes there are, in words.
-    pub fn told(&self) -> String {
+    pub(crate) fn told(&self) -> String {
         match self.known() {
             names if names.is_empty() => "no scene is here".to_owned(),
             names => format!("the scenes here are {names}"),

@@ -27,7 +27,7 @@ use crate::thermal::incident::{IncidentFunction, incident};
 use crate::thermal::reference::Reference;
 
 /// Nodes in the sample where the user gives no number.
-pub const SAMPLE: usize = 256;
+pub(crate) const SAMPLE: usize = 256;
 
 /// Most drawn nodes of a network that is stepped through the warm-up.
 const LARGEST_IN_WARM_UP: usize = 20_000;
@@ -48,30 +48,30 @@ const COLD: f64 = 85.0;
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct Accuracy {
     /// Nodes in the sample.
-    pub nodes: u64,
+    pub(crate) nodes: u64,
     /// Nodes in the scene.
-    pub of_nodes: u64,
+    pub(crate) of_nodes: u64,
     /// Steps compared.
-    pub steps: u64,
+    pub(crate) steps: u64,
     /// Largest difference [K].
     pub max_k: f64,
     /// Root mean square difference [K].
-    pub rms_k: f64,
+    pub(crate) rms_k: f64,
     /// Node of the largest difference: its number, part and material in words.
-    pub worst_node: String,
+    pub(crate) worst_node: String,
     /// Step of the largest difference.
-    pub worst_step: u64,
+    pub(crate) worst_step: u64,
     /// Time of that step [s].
-    pub worst_time_s: f64,
+    pub(crate) worst_time_s: f64,
     /// What the length of the step costs. `None` where no node of the sample stores heat, or their network is too large.
     pub step_length: Option<StepLengthError>,
     /// Remark for the user: nodes whose absorbed flux was compared.
-    pub notes: Vec<String>,
+    pub(crate) notes: Vec<String>,
 }
 
 impl Accuracy {
     /// What to tell the user of a device that is far from the reference.
-    pub fn warning(&self, prepared: &Prepared) -> Option<String> {
+    pub(crate) fn warning(&self, prepared: &Prepared) -> Option<String> {
         let in_one_pass = prepared.network.as_ref().is_some_and(|network| network.plan().is_some());
         self.warning_beyond(if in_one_pass { EXPECTED_IN_ONE_PASS } else { EXPECTED })
     }
@@ -118,7 +118,7 @@ pub struct Check {
 
 impl Check {
     /// Whether a scene can be checked. Where surfaces radiate to each other every node must be known.
-    pub fn is_possible(prepared: &Prepared) -> bool {
+    pub(crate) fn is_possible(prepared: &Prepared) -> bool {
         let drawn = || prepared.nodes.real().map(|(slot, _)| slot);
         let of_network = prepared.network.as_ref().map_or(0, |scene| drawn().filter(|slot| scene.has(*slot)).count());
         let all = drawn().count();
@@ -171,7 +171,7 @@ impl Check {
     }
 
     /// Settles the sample at a load, at a time [s].
-    pub fn settle(&mut self, load: &StepLoad, time: f64) {
+    pub(crate) fn settle(&mut self, load: &StepLoad, time: f64) {
         self.reference.find_shadows(&mut self.shadows, load);
         self.reference.settle(load);
         if let Some(network) = self.network.as_mut().filter(|network| !network.waits) {
@@ -182,7 +182,7 @@ impl Check {
     }
 
     /// Settles the sample at a temperature [K].
-    pub fn settle_at(&mut self, temperature: f64) {
+    pub(crate) fn settle_at(&mut self, temperature: f64) {
         self.reference.settle_at(temperature);
         if let Some(network) = self.network.as_mut().filter(|network| !network.waits) {
             let done = network.run.settle_at(temperature);
@@ -216,7 +216,7 @@ impl Check {
 
     /// Advances the sample by `steps` steps, from `start` [s] for `length` [s]. Where surfaces radiate to each other the engine tells the poses of the joints for which
     /// its rays were cast.
-    pub fn step(&mut self, load: &StepLoad, steps: f64, start: f64, length: f64, poses: Option<&[DAffine3]>) {
+    pub(crate) fn step(&mut self, load: &StepLoad, steps: f64, start: f64, length: f64, poses: Option<&[DAffine3]>) {
         self.reference.find_shadows(&mut self.shadows, load);
         self.receive(load, steps, poses);
         self.reference.step(load, steps);
@@ -274,14 +274,14 @@ impl Check {
     }
 
     /// Present temperatures of the sample [K]. They are compared when the device delivers the same step.
-    pub fn temperatures(&self) -> Vec<f64> {
+    pub(crate) fn temperatures(&self) -> Vec<f64> {
         let known = |slot: &usize| self.network.as_ref().and_then(|network| network.temperatures.get(slot));
         let nodes = self.slots.iter().zip(self.reference.temperatures());
         nodes.map(|(slot, temperature)| known(slot).copied().unwrap_or(*temperature)).collect()
     }
 
     /// Compares delivered temperatures with those that the reference had at that step.
-    pub fn compare(&mut self, step: u32, time: f64, reference: &[f64], device: &[f32]) {
+    pub(crate) fn compare(&mut self, step: u32, time: f64, reference: &[f64], device: &[f32]) {
         self.steps += 1;
         for (slot, expected) in self.slots.iter().zip(reference) {
             let found = f64::from(device[*slot]);
@@ -306,7 +306,7 @@ impl Check {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn save(&mut self) -> Result<Saved, EngineError> {
+    pub(crate) fn save(&mut self) -> Result<Saved, EngineError> {
         let mut saved = Saved::default();
         saved.put_all("nodes", self.reference.save());
         if let Some(shadows) = &self.shadows {
@@ -330,7 +330,7 @@ impl Check {
     ///
     /// # Errors
     /// A state of another scene or sample.
-    pub fn restore(&mut self, saved: &Saved) -> Result<(), EngineError> {
+    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), EngineError> {
         self.reference.restore(&saved.part("nodes"))?;
         if let Some(shadows) = &mut self.shadows {
             shadows.restore(&saved.part("shadows"))?;

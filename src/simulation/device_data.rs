@@ -26,7 +26,7 @@ pub struct DeviceData {
     band_table: Vec<f32>,
     network: Option<OnePassTables>,
     /// Runs of nodes whose absorbed heat is summed.
-    pub heat: Option<HeatTables>,
+    pub(crate) heat: Option<HeatTables>,
     sensor: Option<SensorTables>,
     exchange: Option<ExchangeTables>,
     pub(super) finishes: Finishes,
@@ -62,7 +62,7 @@ impl DeviceData {
     }
 
     /// The same for a device whose images may have these numbers of samples of a texel, as a sum of powers of two.
-    pub fn scene_data_with<'a>(
+    pub(crate) fn scene_data_with<'a>(
         &'a self,
         prepared: &'a Prepared,
         camera: Option<&Camera>,
@@ -109,7 +109,7 @@ impl DeviceData {
 }
 
 /// What the sensor of the scene needs on a device. `None` without one.
-pub fn sensor_tables(prepared: &Prepared) -> Option<SensorTables> {
+pub(crate) fn sensor_tables(prepared: &Prepared) -> Option<SensorTables> {
     let (sensor, camera) = prepared.scene.sensor.as_ref().zip(prepared.scene.camera.as_ref())?;
     Some(SensorTables::new(sensor, &RadianceTable::new(prepared.scene.band), &sensor_view(camera)))
 }

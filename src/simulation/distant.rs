@@ -13,7 +13,7 @@ use crate::scene::work::image_times;
 const MOST_LOOKS: usize = 10_000;
 
 /// The boxes that hold the parts of a craft.
-pub struct Distance {
+pub(crate) struct Distance {
     /// Joint, and lower and upper corner of its nodes in the file's pose [m].
     boxes: Vec<(usize, [DVec3; 2])>,
     /// Most texels of a crop.
@@ -22,7 +22,7 @@ pub struct Distance {
 
 impl Distance {
     /// The boxes of a craft whose images may need a crop. `None` where no image of the scene shows it so small, or with a rolling shutter.
-    pub fn new(prepared: &Prepared, camera: &Camera) -> Option<Self> {
+    pub(crate) fn new(prepared: &Prepared, camera: &Camera) -> Option<Self> {
         if camera.line_time > 0.0 {
             return None;
         }
@@ -55,7 +55,7 @@ impl Distance {
     }
 
     /// The crop of an image. `None` where the craft is near.
-    pub fn crop(&self, camera: &Camera, pose: &DAffine3, joints: &[DAffine3]) -> Option<Crop> {
+    pub(crate) fn crop(&self, camera: &Camera, pose: &DAffine3, joints: &[DAffine3]) -> Option<Crop> {
         let motion = |joint: usize| joints.get(joint).copied().unwrap_or(DAffine3::IDENTITY);
         let boxes: Vec<_> = self.boxes.iter().map(|(joint, ends)| (motion(*joint), *ends)).collect();
         Crop::around(&raster_view(camera, pose), &boxes, self.most)
@@ -63,7 +63,7 @@ impl Distance {
 }
 
 /// What a device needs of a crop: how it is drawn into an image of the camera's size, and how it is put into the pixels.
-pub fn told(
+pub(crate) fn told(
     camera: &Camera,
     crop: &Crop,
     pose: &DAffine3,

@@ -29,7 +29,7 @@ pub struct PartEnergy {
     /// Stored at the end, less what was stored at the start.
     pub stored_j: f64,
     /// Received from other parts by conductors. It is what the other columns leave.
-    pub received_j: f64,
+    pub(crate) received_j: f64,
     /// Absorbed less emitted by surfaces that store no heat. A transition makes or loses this heat.
     pub unstored_j: f64,
 }
@@ -47,7 +47,7 @@ pub struct EnergyBalance {
 }
 
 /// Absorbed heat of each run of nodes [W] from the flux that its nodes absorb [W/m2]. Twin: `glsl/absorbed_heat.comp`.
-pub fn absorbed_heat(tables: &HeatTables, flux: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
+pub(crate) fn absorbed_heat(tables: &HeatTables, flux: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
     let of = |run: &HeatRun| slots(run).map(|slot| tables.areas[slot] * flux(slot)).sum();
     tables.runs.par_iter().map(of).collect()
 }
@@ -57,7 +57,7 @@ fn slots(run: &HeatRun) -> std::ops::Range<usize> {
 }
 
 /// The runs of nodes of a scene.
-pub fn heat_tables(prepared: &Prepared) -> HeatTables {
+pub(crate) fn heat_tables(prepared: &Prepared) -> HeatTables {
     let nodes = &prepared.nodes;
     let mut runs: Vec<HeatRun> = Vec::new();
     for range in &nodes.ranges {
@@ -126,7 +126,7 @@ impl Account {
     ///
     /// # Errors
     /// A call that fails, or sums of another scene.
-    pub fn again(prepared: &Prepared, engine: &mut dyn Engine, saved: &Saved) -> Result<Self, EngineError> {
+    pub(crate) fn again(prepared: &Prepared, engine: &mut dyn Engine, saved: &Saved) -> Result<Self, EngineError> {
         let mut account = Self::of(prepared, engine)?;
         account.restore(saved)?;
         Ok(account)
@@ -217,7 +217,7 @@ impl Account {
     }
 
     /// The sums, for a run that goes on later.
-    pub fn save(&self) -> Saved {
+    pub(crate) fn save(&self) -> Saved {
         let mut saved = Saved::default();
         for (name, values) in [
             ("absorbed", &self.absorbed),

@@ -31,7 +31,7 @@ pub struct Moment {
     /// Pose of the camera.
     pub pose: DAffine3,
     /// Poses of the body and of the joints. Empty where nothing moves.
-    pub joints: Vec<DAffine3>,
+    pub(crate) joints: Vec<DAffine3>,
 }
 
 /// The moment at which a row of an image is taken. Rows are counted from 0 at the top.

@@ -21,7 +21,7 @@ use crate::thermal::material::Material;
 use crate::thermal::received::Received;
 
 /// Most rays of a scene. Their ends take 1 GiB.
-pub const MOST_RAYS: usize = 1 << 28;
+pub(crate) const MOST_RAYS: usize = 1 << 28;
 
 /// Rays of a share of the work for new poses of the joints.
 const RAYS_OF_SHARE: usize = 1 << 18;
@@ -36,13 +36,13 @@ pub struct Craft {
     /// The patches.
     pub patches: Patches,
     /// What is wrong with the surface.
-    pub defects: Defects,
+    pub(crate) defects: Defects,
     /// How rays and reflections are found.
     pub settings: Settings,
     /// The patches that mirror sunlight, where the scene wants it and some do.
     pub mirrors: Option<Arc<Mirrors>>,
     /// Steps for which the infrared that patches exchange is held.
-    pub every: f64,
+    pub(crate) every: f64,
     /// Angle after which the light of Sun and planet is found anew [rad].
     pub light_angle: f64,
 }
@@ -52,7 +52,7 @@ impl Craft {
     ///
     /// # Errors
     /// More rays than [`MOST_RAYS`], in words.
-    pub fn new(
+    pub(crate) fn new(
         settings: Settings,
         step: f64,
         nodes: &Nodes,
@@ -103,7 +103,7 @@ impl Craft {
     }
 
     /// What to tell the user before the run.
-    pub fn warnings(&self) -> Vec<String> {
+    pub(crate) fn warnings(&self) -> Vec<String> {
         let mut warnings = self.defects.warnings();
         if self.settings.specular_sunlight && self.mirrors.is_none() {
             warnings.push("[exchange]: specular_sunlight changes nothing, because no material of the craft states 'specular' above 0.".to_owned());
@@ -112,17 +112,17 @@ impl Craft {
     }
 
     /// When what the patches exchange is found anew.
-    pub fn renewal(&self) -> Renewal {
+    pub(crate) fn renewal(&self) -> Renewal {
         Renewal::new(self.light_angle, self.every)
     }
 
     /// Steps over which the work for new poses of the joints is spread.
-    pub fn shares(&self) -> u32 {
+    pub(crate) fn shares(&self) -> u32 {
         (self.patches.all.len() * self.settings.rays as usize).div_ceil(RAYS_OF_SHARE).max(1) as u32
     }
 
     /// Patches whose rays are cast in a share of the work.
-    pub fn patches_of_share(&self, number: u32) -> std::ops::Range<u32> {
+    pub(crate) fn patches_of_share(&self, number: u32) -> std::ops::Range<u32> {
         let (count, shares) = (self.patches.all.len() as u64, u64::from(self.shares()));
         let [first, end] = [number, number + 1].map(|number| (count * u64::from(number) / shares) as u32);
         first..end
@@ -136,7 +136,7 @@ impl Craft {
 
 /// The exchange of a scene in f64, step by step.
 #[derive(Debug, Clone)]
-pub struct ExchangeTwin {
+pub(crate) struct ExchangeTwin {
     craft: Arc<Craft>,
     found: Posed<Exchange>,
     renewal: Renewal,
@@ -147,7 +147,7 @@ pub struct ExchangeTwin {
 
 impl ExchangeTwin {
     /// An exchange whose rays are cast for poses first.
-    pub fn new(craft: &Arc<Craft>, poses: &[DAffine3]) -> Self {
+    pub(crate) fn new(craft: &Arc<Craft>, poses: &[DAffine3]) -> Self {
         let angle = craft.settings.redraw_angle;
         let mut twin = Self {
             craft: Arc::clone(craft),
@@ -173,22 +173,17 @@ impl ExchangeTwin {
     }
 
     /// Poses for which the rays that hold were cast.
-    pub fn poses(&self) -> Option<&[DAffine3]> {
+    pub(crate) fn poses(&self) -> Option<&[DAffine3]> {
         self.found.poses()
     }
 
     /// What the patches exchange in the present pose.
-    pub fn exchange(&self) -> Option<&Exchange> {
+    pub(crate) fn exchange(&self) -> Option<&Exchange> {
         self.found.found()
     }
 
-    /// The light of Sun and planet that holds.
-    pub fn light(&self) -> &Light {
-        &self.light
-    }
-
     /// What every patch absorbs from the others in a load that lasts `steps` [W/m2]. Temperatures [K] and shares of the Sun are those of the nodes.
-    pub fn absorbed(
+    pub(crate) fn absorbed(
         &mut self,
         load: &StepLoad,
         steps: f64,
@@ -209,7 +204,7 @@ impl ExchangeTwin {
     }
 
     /// What the faces of every node receive in a load that lasts `steps`. Temperatures [K] and shares of the Sun are those of the nodes.
-    pub fn received(
+    pub(crate) fn received(
         &mut self,
         load: &StepLoad,
         steps: f64,
@@ -221,13 +216,13 @@ impl ExchangeTwin {
     }
 
     /// What the faces of every node receive where patches absorb this [W/m2].
-    pub fn of_nodes(&self, absorbed: &[f64]) -> Vec<[Received; 2]> {
+    pub(crate) fn of_nodes(&self, absorbed: &[f64]) -> Vec<[Received; 2]> {
         let Some(exchange) = self.found.found() else { return Vec::new() };
         (0..exchange.of_node.len()).map(|node| exchange.of_node(node, absorbed, &self.light.seen)).collect()
     }
 
     /// The state between two steps.
-    pub fn save(&self) -> Saved {
+    pub(crate) fn save(&self) -> Saved {
         let mut saved = self.renewal.save();
         saved.put_all("rays", self.found.save());
         self.light.save_into(&mut saved);
@@ -239,7 +234,7 @@ impl ExchangeTwin {
     ///
     /// # Errors
     /// Lists of another kind.
-    pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
+    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         self.renewal.restore(saved)?;
         self.found.restore(&saved.part("rays"), |poses| Ok::<_, SavedError>(self.craft.cast(poses)))?;
         self.light = Light::restored(saved)?;
@@ -249,7 +244,7 @@ impl ExchangeTwin {
 }
 
 /// Light that meets inner faces, in words: its share, and the number and area [m2] of patches inside other parts.
-pub fn inside(share: f64, (count, area): (usize, f64)) -> String {
+pub(crate) fn inside(share: f64, (count, area): (usize, f64)) -> String {
     let buried = if count == 0 {
         String::new()
     } else {
@@ -259,7 +254,7 @@ pub fn inside(share: f64, (count, area): (usize, f64)) -> String {
 }
 
 /// What was found of a craft, in words.
-pub fn describe(craft: &Craft, exchange: &Exchange) -> Vec<(String, String)> {
+pub(crate) fn describe(craft: &Craft, exchange: &Exchange) -> Vec<(String, String)> {
     let correction = exchange.factors.correction;
     let per_patch = |entries: usize| entries as f64 / exchange.patches.len().max(1) as f64;
     let [infrared, sunlight] =

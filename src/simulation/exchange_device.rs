@@ -54,7 +54,7 @@ impl DeviceExchange {
     ///
     /// # Errors
     /// Buffers beyond the device, or a call that fails.
-    pub fn new(context: &Arc<Context>, craft: &Arc<Craft>, poses: &[DAffine3]) -> Result<Self, GpuError> {
+    pub(crate) fn new(context: &Arc<Context>, craft: &Arc<Craft>, poses: &[DAffine3]) -> Result<Self, GpuError> {
         let posed = Posed::new(craft.settings.redraw_angle, craft.shares());
         let (craft, context) = (Arc::clone(craft), Arc::clone(context));
         let mut own = Self {
@@ -72,12 +72,12 @@ impl DeviceExchange {
     }
 
     /// What holds now.
-    pub fn tables(&self) -> Option<&ExchangeTables> {
+    pub(crate) fn tables(&self) -> Option<&ExchangeTables> {
         self.posed.found()
     }
 
     /// Poses for which the rays that hold were cast.
-    pub fn poses(&self) -> Option<&[DAffine3]> {
+    pub(crate) fn poses(&self) -> Option<&[DAffine3]> {
         self.posed.poses()
     }
 
@@ -85,7 +85,7 @@ impl DeviceExchange {
     ///
     /// # Errors
     /// Buffers beyond the device, or a call that fails.
-    pub fn turn(&mut self, poses: &[DAffine3], at_once: bool) -> Result<Option<&ExchangeTables>, GpuError> {
+    pub(crate) fn turn(&mut self, poses: &[DAffine3], at_once: bool) -> Result<Option<&ExchangeTables>, GpuError> {
         let before = self.posed.found().map(|tables| tables.open.clone());
         let (craft, context, work) = (&self.craft, &self.context, &mut self.work);
         let turned = self.posed.turn::<GpuError>(poses, at_once, &mut |task| match task {
@@ -113,7 +113,7 @@ impl DeviceExchange {
     }
 
     /// What was found, and how rays followed joints.
-    pub fn description(&self) -> Vec<(String, String)> {
+    pub(crate) fn description(&self) -> Vec<(String, String)> {
         let of_tables = |tables: &ExchangeTables| {
             let per_patch = 4.0 * tables.entries.len() as f64 / tables.order.len().max(1) as f64;
             [
@@ -146,7 +146,7 @@ impl DeviceExchange {
     }
 
     /// The poses, without what was found for them.
-    pub fn save(&self) -> Saved {
+    pub(crate) fn save(&self) -> Saved {
         self.posed.save()
     }
 
@@ -154,7 +154,7 @@ impl DeviceExchange {
     ///
     /// # Errors
     /// Lists of another kind, or those of `turn`.
-    pub fn restore<E: From<SavedError> + From<GpuError>>(
+    pub(crate) fn restore<E: From<SavedError> + From<GpuError>>(
         &mut self,
         saved: &Saved,
     ) -> Result<Option<&ExchangeTables>, E> {

@@ -33,12 +33,12 @@ pub(super) struct Posed<T> {
     /// Poses that are worked on, and for how many steps.
     pending: Option<(Vec<DAffine3>, u32)>,
     /// Largest turn of a joint since the poses of what was used [rad].
-    pub stalest: f64,
+    pub(crate) stalest: f64,
 }
 
 impl<T> Posed<T> {
     /// Nothing is found yet. Findings hold within `angle` [rad]. The work for new poses is spread over `shares` steps, and its result is taken after as many again.
-    pub fn new(angle: f64, shares: u32) -> Self {
+    pub(crate) fn new(angle: f64, shares: u32) -> Self {
         Self { angle, shares, known: Vec::new(), now: 0, pending: None, stalest: 0.0 }
     }
 
@@ -47,7 +47,7 @@ impl<T> Posed<T> {
     ///
     /// # Errors
     /// Those of `find`.
-    pub fn turn<E>(
+    pub(crate) fn turn<E>(
         &mut self,
         poses: &[DAffine3],
         at_once: bool,
@@ -106,17 +106,17 @@ impl<T> Posed<T> {
     }
 
     /// Poses for which what holds now was found.
-    pub fn poses(&self) -> Option<&[DAffine3]> {
+    pub(crate) fn poses(&self) -> Option<&[DAffine3]> {
         self.known.get(self.now).map(|known| &known.0[..])
     }
 
     /// What holds now.
-    pub fn found(&self) -> Option<&T> {
+    pub(crate) fn found(&self) -> Option<&T> {
         self.known.get(self.now)?.1.as_ref()
     }
 
     /// The poses, without what was found for them.
-    pub fn save(&self) -> Saved {
+    pub(crate) fn save(&self) -> Saved {
         let mut saved = Saved::default();
         saved.put("count", &[self.known.len() as u64, self.now as u64]);
         saved.put("stalest", &[self.stalest]);
@@ -134,7 +134,7 @@ impl<T> Posed<T> {
     ///
     /// # Errors
     /// Lists of another kind, or those of `find`.
-    pub fn restore<E: From<SavedError>>(
+    pub(crate) fn restore<E: From<SavedError>>(
         &mut self,
         saved: &Saved,
         find: impl FnOnce(&[DAffine3]) -> Result<T, E>,

@@ -4,9 +4,9 @@
 
 mod image;
 mod place;
-pub mod sensor;
+pub(crate) mod sensor;
 mod state;
-pub mod temperatures;
+pub(crate) mod temperatures;
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -91,7 +91,7 @@ impl Simulation {
     ///
     /// # Errors
     /// A device that can not hold it.
-    pub fn new(prepared: Prepared, target: &Target) -> Result<Self, SimulationError> {
+    pub(crate) fn new(prepared: Prepared, target: &Target) -> Result<Self, SimulationError> {
         let camera = prepared.scene.camera.clone();
         let mut engine = target.engine(&prepared, camera.as_ref())?;
         engine.keep_few_times(MOST_TIMES);
@@ -146,7 +146,7 @@ impl Simulation {
     }
 
     /// How a periodic warm-up ended. `None` where the scene has none, and before it.
-    pub fn periodic(&self) -> Option<&Periodic> {
+    pub(crate) fn periodic(&self) -> Option<&Periodic> {
         self.periodic.as_ref()
     }
 
@@ -264,7 +264,7 @@ impl Simulation {
 
     /// Median device time of each group of passes [ms], by name, of the steps and images that were timed. Empty for the reference, and on a device without
     /// timestamps.
-    pub fn pass_times(&self) -> Vec<(String, f64)> {
+    pub(crate) fn pass_times(&self) -> Vec<(String, f64)> {
         let median = |(name, samples): (&String, &Samples<f64>)| {
             let mut sorted = samples.to_vec();
             sorted.sort_by(f64::total_cmp);

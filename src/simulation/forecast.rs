@@ -17,28 +17,28 @@ const LONG_NUMBER_BYTES: f64 = 20.0;
 
 /// Rough cost of the work of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rate {
+pub(crate) struct Rate {
     /// Whose rate it is.
-    pub of: &'static str,
+    pub(crate) of: &'static str,
     /// Of a node in a step [s].
-    pub node: f64,
+    pub(crate) node: f64,
     /// Of a pixel of an image, its files included [s].
-    pub pixel: f64,
+    pub(crate) pixel: f64,
     /// Of a step for the host: loads, series and calls [s].
-    pub step: f64,
+    pub(crate) step: f64,
 }
 
 impl Rate {
     /// The f64 reference.
-    pub const REFERENCE: Self = Self { of: "the f64 reference", node: 150e-9, pixel: 1e-6, step: 60e-6 };
+    pub(crate) const REFERENCE: Self = Self { of: "the f64 reference", node: 150e-9, pixel: 1e-6, step: 60e-6 };
     /// A Vulkan driver that computes on the processor.
-    pub const PROCESSOR: Self =
+    pub(crate) const PROCESSOR: Self =
         Self { of: "a Vulkan driver on the processor", node: 60e-9, pixel: 400e-9, step: 400e-6 };
     /// A GPU.
-    pub const GPU: Self = Self { of: "a GPU", node: 1e-9, pixel: 150e-9, step: 150e-6 };
+    pub(crate) const GPU: Self = Self { of: "a GPU", node: 1e-9, pixel: 150e-9, step: 150e-6 };
 
     /// The rate of a target.
-    pub fn of(target: &Target) -> Self {
+    pub(crate) fn of(target: &Target) -> Self {
         match target.device() {
             None => Self::REFERENCE,
             Some(context) if context.info.kind == "cpu" => Self::PROCESSOR,
@@ -49,28 +49,28 @@ impl Rate {
 
 /// The work of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Forecast {
+pub(crate) struct Forecast {
     /// Steps of the warm-up. A periodic one ends as soon as it can, so this is the most.
-    pub warm_up: u64,
+    pub(crate) warm_up: u64,
     /// Whether the warm-up may end earlier.
-    pub warm_up_is_most: bool,
+    pub(crate) warm_up_is_most: bool,
     /// Steps after it.
-    pub steps: u64,
+    pub(crate) steps: u64,
     /// Images.
-    pub images: u64,
+    pub(crate) images: u64,
     /// Pixels of an image.
-    pub pixels: u64,
+    pub(crate) pixels: u64,
     /// Nodes.
-    pub nodes: u64,
+    pub(crate) nodes: u64,
     /// Bytes of all files, before compression.
-    pub file_bytes: f64,
+    pub(crate) file_bytes: f64,
     /// Whether a network takes sub-steps, whose number is not known before.
-    pub network: bool,
+    pub(crate) network: bool,
 }
 
 impl Forecast {
     /// The work of a scene's run.
-    pub fn of(prepared: &Prepared) -> Self {
+    pub(crate) fn of(prepared: &Prepared) -> Self {
         let (scene, time) = (&prepared.scene, &prepared.scene.time);
         let pixels = scene.camera.as_ref().map_or(0, |camera| u64::from(camera.width) * u64::from(camera.height));
         let images = if pixels > 0 { work::images(time) } else { 0 };
@@ -92,23 +92,23 @@ impl Forecast {
     }
 
     /// The same without a warm-up.
-    pub fn without_warm_up(self) -> Self {
+    pub(crate) fn without_warm_up(self) -> Self {
         Self { warm_up: 0, warm_up_is_most: false, ..self }
     }
 
     /// The same steps with one image, and no series.
-    pub fn of_one_image(self) -> Self {
+    pub(crate) fn of_one_image(self) -> Self {
         Self { images: 1, file_bytes: self.pixels as f64 * PIXEL_BYTES, ..self }
     }
 
     /// A rough time [s]. A network counts as one sub-step a step.
-    pub fn seconds(&self, rate: Rate) -> f64 {
+    pub(crate) fn seconds(&self, rate: Rate) -> f64 {
         let steps = (self.warm_up + self.steps) as f64;
         steps * (rate.step + self.nodes as f64 * rate.node) + self.images as f64 * self.pixels as f64 * rate.pixel
     }
 
     /// The work in words, with the memory of the device [bytes], where there is one.
-    pub fn entries(&self, rates: &[Rate], memory: Option<u64>) -> Vec<(String, String)> {
+    pub(crate) fn entries(&self, rates: &[Rate], memory: Option<u64>) -> Vec<(String, String)> {
         let most = if self.warm_up_is_most { "at most " } else { "" };
         let least = if self.network { "at least " } else { "" };
         let mut entries = vec![
@@ -126,7 +126,7 @@ impl Forecast {
     }
 
     /// The work in a sentence.
-    pub fn sentence(&self, rate: Rate) -> String {
+    pub(crate) fn sentence(&self, rate: Rate) -> String {
         let most = if self.warm_up_is_most { "at most " } else { "" };
         let network = if self.network { "at least " } else { "" };
         format!(
@@ -142,7 +142,7 @@ impl Forecast {
 }
 
 /// Bytes with a unit.
-pub fn bytes(count: f64) -> String {
+pub(crate) fn bytes(count: f64) -> String {
     let units = ["bytes", "kB", "MB", "GB", "TB"];
     let place = if count < 1.0 { 0 } else { ((count.log10() / 3.0) as usize).min(units.len() - 1) };
     let value = count / 1e3f64.powi(place as i32);
@@ -150,7 +150,7 @@ pub fn bytes(count: f64) -> String {
 }
 
 /// A time to one or two digits.
-pub fn duration(seconds: f64) -> String {
+pub(crate) fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 1.0 => "1 s".to_owned(),
         s if s < 120.0 => format!("{s:.0} s"),

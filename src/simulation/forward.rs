@@ -14,13 +14,13 @@ use crate::gpu::layout::FUSED_STEPS;
 
 /// Interval of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Passing {
+pub(crate) struct Passing {
     /// Start [s].
-    pub start: f64,
+    pub(crate) start: f64,
     /// End [s].
-    pub end: f64,
+    pub(crate) end: f64,
     /// Length in steps.
-    pub steps: f64,
+    pub(crate) steps: f64,
 }
 
 /// Advances through steps, with the check's nodes where there is a check. `progress` is called for each step. Returns whether all steps were done before
@@ -28,7 +28,7 @@ pub struct Passing {
 ///
 /// # Errors
 /// A call that fails.
-pub fn forward(
+pub(crate) fn forward(
     prepared: &Prepared,
     engine: &mut dyn Engine,
     mut check: Option<&mut Check>,

@@ -18,7 +18,7 @@ const SLACK: f64 = 1e-9;
 
 /// Temperatures of a scene from a file.
 #[derive(Debug, Clone)]
-pub struct Given {
+pub(crate) struct Given {
     temperatures: Arc<Temperatures>,
     /// Node of the file of each node on the device.
     node_of_slot: Vec<u32>,
@@ -41,7 +41,7 @@ impl Given {
     /// # Errors
     /// Times that the file does not cover, several nodes for a part without place or distance, or surfaces without a node where the scene states no
     /// temperature for them.
-    pub fn new(scene: &Scene, parts: &[String], nodes: &Nodes) -> Result<Option<Self>, PrepareError> {
+    pub(crate) fn new(scene: &Scene, parts: &[String], nodes: &Nodes) -> Result<Option<Self>, PrepareError> {
         let Some(temperatures) = &scene.temperatures else { return Ok(None) };
         let wrong = |reason: String| PrepareError::Temperatures { path: scene.source.clone(), reason };
         covers(scene, temperatures).map_err(wrong)?;
@@ -122,19 +122,19 @@ impl Given {
     }
 
     /// Temperatures of all nodes in device order at a time of the scene [K]. Padding is at 0 K.
-    pub fn at(&self, time: f64) -> Vec<f64> {
+    pub(crate) fn at(&self, time: f64) -> Vec<f64> {
         let rows = self.temperatures.solution.at(time + self.temperatures.start);
         let unmapped = self.temperatures.unmapped.unwrap_or(0.0);
         self.node_of_slot.iter().map(|node| if *node == NONE { unmapped } else { rows[*node as usize] }).collect()
     }
 
     /// The nodes of the file and the surfaces that are not mapped, in words.
-    pub fn warnings(&self) -> &[String] {
+    pub(crate) fn warnings(&self) -> &[String] {
         &self.remarks.warnings
     }
 
     /// The mapping, in words.
-    pub fn lines(&self) -> &[(String, String)] {
+    pub(crate) fn lines(&self) -> &[(String, String)] {
         &self.remarks.lines
     }
 }

@@ -58,18 +58,18 @@ impl Image {
     }
 
     /// Width and height in pixels.
-    pub fn size(&self) -> [u32; 2] {
+    pub(crate) fn size(&self) -> [u32; 2] {
         [self.camera.width, self.camera.height]
     }
 
     /// The first pixel of a surface whose radiance, temperature or depth is not finite, and which of them it is.
-    pub fn not_finite(&self) -> Option<(&'static str, usize)> {
+    pub(crate) fn not_finite(&self) -> Option<(&'static str, usize)> {
         not_finite(&self.radiance, &self.temperature, &self.depth).map(|(what, pixel, _)| (what, pixel))
     }
 }
 
 /// The first number of an image that is not finite: its name, its pixel, and itself.
-pub fn not_finite(radiance: &[f32], temperature: &[f32], depth: &[f32]) -> Option<(&'static str, usize, f32)> {
+pub(crate) fn not_finite(radiance: &[f32], temperature: &[f32], depth: &[f32]) -> Option<(&'static str, usize, f32)> {
     [("radiance", radiance), ("temperature", temperature), ("depth", depth)].into_iter().find_map(|(name, values)| {
         let (pixel, value) = values.iter().enumerate().find(|(_, value)| !value.is_finite())?;
         Some((name, pixel, *value))

@@ -137,34 +137,34 @@ fn similarity(transform: DMat4) -> Option<DAffine3> {
 
 /// A joint as `isotherm info` prints it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Description {
+pub(crate) struct Description {
     /// Name of its glTF node.
-    pub name: String,
+    pub(crate) name: String,
     /// The parent joint, or `body`.
-    pub hangs_on: String,
+    pub(crate) hangs_on: String,
     /// `rotation`, `translation` or `animation`.
-    pub kind: &'static str,
+    pub(crate) kind: &'static str,
     /// `fixed`, `sun`, `schedule` or `animation`.
-    pub mode: &'static str,
+    pub(crate) mode: &'static str,
     /// Unit axis in the file's pose, body frame.
-    pub axis: Option<[f64; 3]>,
+    pub(crate) axis: Option<[f64; 3]>,
     /// A point on the axis [m].
-    pub origin: Option<[f64; 3]>,
+    pub(crate) origin: Option<[f64; 3]>,
     /// Least and greatest position [deg or m].
-    pub limits: Option<[f64; 2]>,
+    pub(crate) limits: Option<[f64; 2]>,
     /// Greatest rate [deg/s or m/s].
-    pub rate: Option<f64>,
+    pub(crate) rate: Option<f64>,
     /// Position at time 0 [deg or m].
-    pub position: f64,
+    pub(crate) position: f64,
     /// Unit of the position: `deg` or `m`.
-    pub unit: &'static str,
+    pub(crate) unit: &'static str,
     /// Nodes that it moves, without those of its child joints.
-    pub nodes: usize,
+    pub(crate) nodes: usize,
 }
 
 impl Description {
     /// The joint in words.
-    pub fn sentence(&self) -> String {
+    pub(crate) fn sentence(&self) -> String {
         let Self { kind, mode, hangs_on, unit, position, nodes, .. } = self;
         let mut text = format!("{kind}, {mode}, on {hangs_on}: {position:.3} {unit}, {nodes} nodes");
         if let (Some([x, y, z]), Some([a, b, c])) = (self.axis, self.origin) {
@@ -181,7 +181,7 @@ impl Description {
 }
 
 /// The joints of a scene, in the order of the model.
-pub fn describe(loads: &StepLoads, nodes: &Nodes) -> Vec<Description> {
+pub(crate) fn describe(loads: &StepLoads, nodes: &Nodes) -> Vec<Description> {
     let joints = loads.joints().joints();
     let positions = loads.joints_at(0.0).0;
     let shown = |turns: bool, value: f64| {

@@ -5,7 +5,7 @@ use super::engine::Engine;
 use crate::saved::Saved;
 
 /// Keeps states of a warm-up.
-pub trait Keep<E> {
+pub(crate) trait Keep<E> {
     /// Takes the state between two steps. `own` is what the warm-up itself goes on from, `done` the number of steps before it.
     ///
     /// # Errors
@@ -23,7 +23,7 @@ pub trait Keep<E> {
 }
 
 /// Keeps nothing.
-pub struct KeepNothing;
+pub(crate) struct KeepNothing;
 
 impl<E> Keep<E> for KeepNothing {
     fn take(&mut self, _: u32, _: Saved, _: &mut dyn Engine, _: Option<&mut Check>) -> Result<(), E> {

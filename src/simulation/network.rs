@@ -15,9 +15,10 @@ mod saved;
 mod steady;
 
 pub(super) use build::shell;
-pub use description::{BEYOND, ESTIMATED};
+pub(crate) use description::{BEYOND, ESTIMATED};
 pub(crate) use failure::unfinished;
-pub use run::{NetworkRun, StepCost};
+pub(crate) use run::NetworkRun;
+pub use run::StepCost;
 
 use std::sync::Arc;
 
@@ -30,10 +31,10 @@ use crate::thermal::network::{Network, NodeKind};
 use crate::thermal::shell::{NO_NODE, Shell};
 
 /// Remark for readers of a network's temperatures without `[exchange]`.
-pub const HOLLOW: &str = "A thermal network exchanges heat with space, Sun and planet on the outside of bodies only: \
+pub(crate) const HOLLOW: &str = "A thermal network exchanges heat with space, Sun and planet on the outside of bodies only: \
                           radiation inside hollow bodies and between surfaces is off.";
 /// The same with it.
-pub const HOLLOW_WITH_EXCHANGE: &str = "Nothing radiates inside hollow bodies.";
+pub(crate) const HOLLOW_WITH_EXCHANGE: &str = "Nothing radiates inside hollow bodies.";
 
 /// A heater of a scene's network.
 #[derive(Debug, Clone)]
@@ -75,22 +76,22 @@ impl SceneNetwork {
     }
 
     /// Whether a node of the device belongs to the network.
-    pub fn has(&self, slot: usize) -> bool {
+    pub(crate) fn has(&self, slot: usize) -> bool {
         self.node_of_slot[slot] != NO_NODE
     }
 
     /// Whether a node of the device belongs to the network and stores heat there.
-    pub fn stores_heat(&self, slot: usize) -> bool {
+    pub(crate) fn stores_heat(&self, slot: usize) -> bool {
         self.has(slot) && self.network().kinds[self.node_of_slot[slot] as usize] == NodeKind::Diffusive
     }
 
     /// Number of nodes of a kind.
-    pub fn nodes_of(&self, kind: NodeKind) -> usize {
+    pub(crate) fn nodes_of(&self, kind: NodeKind) -> usize {
         self.network().kinds.iter().filter(|one| **one == kind).count()
     }
 
     /// Heat of every network node [W] from the flux that device nodes absorb [W/m2].
-    pub fn heat(&self, absorbed: impl Fn(usize) -> f64) -> Vec<f64> {
+    pub(crate) fn heat(&self, absorbed: impl Fn(usize) -> f64) -> Vec<f64> {
         let mut heat = vec![0.0; self.network().len()];
         for (slot, (node, area)) in self.node_of_slot.iter().zip(&self.load_areas).enumerate() {
             if *node != NO_NODE {
@@ -157,7 +158,7 @@ impl SceneNetwork {
     }
 
     /// Calls a function with every device node in the network and its temperature [K].
-    pub fn scatter(&self, temperatures: &[f64], mut set: impl FnMut(usize, f64)) {
+    pub(crate) fn scatter(&self, temperatures: &[f64], mut set: impl FnMut(usize, f64)) {
         for (slot, node) in self.node_of_slot.iter().enumerate() {
             if *node != NO_NODE {
                 set(slot, temperatures[*node as usize]);

@@ -33,11 +33,11 @@ pub struct Periodic {
     /// Number of orbits.
     pub orbits: u32,
     /// Number of coarse orbits, which come first.
-    pub coarse: u32,
+    pub(crate) coarse: u32,
     /// Largest change of a node over the last orbit [K].
-    pub change: f64,
+    pub(crate) change: f64,
     /// Tolerance [K].
-    pub tolerance: f64,
+    pub(crate) tolerance: f64,
 }
 
 impl Periodic {
@@ -56,7 +56,7 @@ impl Periodic {
     }
 
     /// What to tell the user of a warm-up of the run `of` that missed its tolerance.
-    pub fn warning(&self, of: &str) -> Option<String> {
+    pub(crate) fn warning(&self, of: &str) -> Option<String> {
         (!self.is_met()).then(|| {
             format!(
                 "The warm-up{of} did not become periodic within {} K: {}. State a larger warm_up_orbits or warm_up_tolerance.",
@@ -89,7 +89,7 @@ impl Way {
     ///
     /// # Errors
     /// A list that is absent or of another length.
-    pub fn of(saved: &Saved) -> Result<Self, SavedError> {
+    pub(crate) fn of(saved: &Saved) -> Result<Self, SavedError> {
         let [orbits, coarse, known] = saved.array::<u32, 3>("orbits")?;
         let [change, tolerance, last] = saved.array("changes")?;
         let lists =

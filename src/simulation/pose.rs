@@ -83,7 +83,7 @@ impl Pose {
     }
 
     /// The camera with this pose.
-    pub fn of(&self, camera: &Camera) -> Camera {
+    pub(crate) fn of(&self, camera: &Camera) -> Camera {
         match *self {
             Self::OfCamera => camera.clone(),
             Self::Given { frame, position, frame_from_camera } => {
@@ -132,7 +132,7 @@ pub fn check_camera(camera: &Camera) -> Result<(), CameraError> {
 }
 
 /// Whether the resources for the image of one camera also serve another. `any_lens` says that nothing but the projection depends on the lens.
-pub fn draws_alike(one: &Camera, other: &Camera, any_lens: bool) -> bool {
+pub(crate) fn draws_alike(one: &Camera, other: &Camera, any_lens: bool) -> bool {
     let image = |camera: &Camera| (camera.width, camera.height, camera.samples, camera.line_time);
     let lens = one.lens == other.lens || (any_lens && one.lens.is_pinhole() && other.lens.is_pinhole());
     image(one) == image(other) && lens

@@ -64,21 +64,21 @@ pub struct Prepared {
     /// The tree of these triangles, where shadows are found by rays.
     pub shadow_tree: Option<Occluders>,
     /// Node indices of the triangles that cast shadows, which are those of the model before it is split. Empty without shadows.
-    pub occluders: Vec<[u32; 3]>,
+    pub(crate) occluders: Vec<[u32; 3]>,
     /// The runs of `occluders`.
-    pub occluder_runs: Vec<TriangleRun>,
+    pub(crate) occluder_runs: Vec<TriangleRun>,
     /// Result of merging short edges, where the scene asks for it.
-    pub merged: Option<Merged>,
+    pub(crate) merged: Option<Merged>,
     /// Area of the model [m2].
     pub area: f64,
     /// Loads of any step: Sun, planet and albedo.
     pub loads: StepLoads,
     /// Node of each probe.
-    pub probes: Vec<usize>,
+    pub(crate) probes: Vec<usize>,
     /// The thermal network of the materials with response `network`.
     pub network: Option<Arc<SceneNetwork>>,
     /// The temperatures of a file, where the scene takes them from one.
-    pub given: Option<Arc<Given>>,
+    pub(crate) given: Option<Arc<Given>>,
     /// Patches that radiate to each other, where the scene has `[exchange]`.
     pub exchange: Option<Arc<Craft>>,
     /// Remarks for the user.
@@ -264,7 +264,7 @@ impl Prepared {
     }
 
     /// The nodes as placed by the joints at a time [s].
-    pub fn nodes_at(&self, time: f64) -> Nodes {
+    pub(crate) fn nodes_at(&self, time: f64) -> Nodes {
         let mut nodes = self.nodes.clone();
         let poses = self.loads.joints_at(time).1;
         for slot in 0..nodes.positions.len() {
@@ -289,12 +289,12 @@ impl Prepared {
     }
 
     /// Joint of each of some nodes; 0 is the body.
-    pub fn joints_of(&self, slots: impl Iterator<Item = usize>) -> Vec<u32> {
+    pub(crate) fn joints_of(&self, slots: impl Iterator<Item = usize>) -> Vec<u32> {
         slots.map(|slot| self.nodes.joint(slot)).collect()
     }
 
     /// Triangles of the model as it is drawn.
-    pub fn triangle_count(&self) -> usize {
+    pub(crate) fn triangle_count(&self) -> usize {
         self.triangle_runs.iter().map(|run| (run.triangles.1 - run.triangles.0) as usize).sum()
     }
 
@@ -302,7 +302,7 @@ impl Prepared {
     ///
     /// # Errors
     /// More steps, time or orbits than a run may have.
-    pub fn cover(&self, time: f64) -> Result<(), PrepareError> {
+    pub(crate) fn cover(&self, time: f64) -> Result<(), PrepareError> {
         match too_late(time, self.scene.time.step, &self.scene.orbit) {
             Some(reason) => Err(PrepareError::Late { path: self.scene.source.clone(), reason }),
             None => Ok(()),
@@ -319,7 +319,7 @@ impl Prepared {
     }
 
     /// Effects that the scene leaves out or that isotherm does not model, in words.
-    pub fn switched_off(&self) -> Vec<String> {
+    pub(crate) fn switched_off(&self) -> Vec<String> {
         let environment = &self.scene.environment;
         let absent = [
             (environment.solar_constant.is_none(), "Sun"),

@@ -27,10 +27,10 @@ pub enum Stage {
 
 impl Stage {
     /// Number of stages.
-    pub const COUNT: u64 = 5;
+    pub(crate) const COUNT: u64 = 5;
 
     /// Number of stages before this one.
-    pub fn number(self) -> u64 {
+    pub(crate) fn number(self) -> u64 {
         match self {
             Self::Reading => 0,
             Self::Splitting(_) => 1,
@@ -213,7 +213,7 @@ pub enum PrepareError {
 
 impl PrepareError {
     /// The messages of all errors, one by one.
-    pub fn each(&self) -> Vec<String> {
+    pub(crate) fn each(&self) -> Vec<String> {
         match self {
             Self::Several(errors) => errors.iter().flat_map(Self::each).collect(),
             Self::Scene(error) => error.each().iter().map(ToString::to_string).collect(),
@@ -227,7 +227,7 @@ impl PrepareError {
     }
 
     /// The file that the error is about, its line (from 1), and the key in it, as far as they are known.
-    pub fn place(&self) -> (Option<&Path>, Option<usize>, Option<&str>) {
+    pub(crate) fn place(&self) -> (Option<&Path>, Option<usize>, Option<&str>) {
         match self {
             Self::Scene(error) => error.place(),
             Self::Several(errors) => errors.first().map_or((None, None, None), Self::place),

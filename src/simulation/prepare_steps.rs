@@ -89,11 +89,11 @@ fn unplayed(scene: &Scene, model: &Model) -> Option<String> {
 
 /// A model with the node density of its scene.
 pub(super) struct Dense {
-    pub model: Model,
+    pub(crate) model: Model,
     /// Result of merging short edges.
-    pub merged: Option<Merged>,
+    pub(crate) merged: Option<Merged>,
     /// The triangles that cast shadows, as they were before long edges were split.
-    pub occluders: Vec<[u32; 3]>,
+    pub(crate) occluders: Vec<[u32; 3]>,
 }
 
 /// Merges short edges and splits long ones.

@@ -126,7 +126,7 @@ impl ReferenceEngine {
     }
 
     /// Heat of the network's nodes under a load [W], without that of heaters and of other surfaces. Empty without a network.
-    pub fn network_heat(&mut self, load: &StepLoad) -> Vec<f64> {
+    pub(crate) fn network_heat(&mut self, load: &StepLoad) -> Vec<f64> {
         self.reference.find_shadows(&mut self.shadows, load);
         self.heat(load)
     }

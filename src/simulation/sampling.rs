@@ -14,7 +14,7 @@ use crate::lens::{Distortion, Lens};
 use crate::scene::Camera;
 
 /// Numbers of samples of a texel that nearly every device has, as a sum of powers of two.
-pub const ALWAYS: u32 = 1 + 4;
+pub(crate) const ALWAYS: u32 = 1 + 4;
 
 /// Texels along each side of a pixel through a distorting lens, at least.
 const FINER: u32 = 2;

@@ -18,13 +18,13 @@ use super::periodic::Periodic;
 use crate::saved::{Saved, SavedError};
 
 /// Most measured times of each kind that a run keeps.
-pub const MOST_TIMES: usize = 4096;
+pub(crate) const MOST_TIMES: usize = 4096;
 
 /// The state before a step.
 ///
 /// # Errors
 /// A call that fails.
-pub fn capture(next: u32, engine: &mut dyn Engine, check: Option<&mut Check>) -> Result<Saved, EngineError> {
+pub(crate) fn capture(next: u32, engine: &mut dyn Engine, check: Option<&mut Check>) -> Result<Saved, EngineError> {
     let mut saved = Saved::default();
     saved.put("next", &[next]);
     saved.put_all("engine", engine.save()?);
@@ -38,7 +38,7 @@ pub fn capture(next: u32, engine: &mut dyn Engine, check: Option<&mut Check>) ->
 ///
 /// # Errors
 /// A state of another scene, engine or check, or a call that fails.
-pub fn restore(saved: &Saved, engine: &mut dyn Engine, check: Option<&mut Check>) -> Result<u32, EngineError> {
+pub(crate) fn restore(saved: &Saved, engine: &mut dyn Engine, check: Option<&mut Check>) -> Result<u32, EngineError> {
     engine.keep_few_times(MOST_TIMES);
     engine.restore(&saved.part("engine"), MOST_TIMES)?;
     if let Some(check) = check {
@@ -49,7 +49,7 @@ pub fn restore(saved: &Saved, engine: &mut dyn Engine, check: Option<&mut Check>
 }
 
 /// Puts the result of a periodic warm-up.
-pub fn put_periodic(saved: &mut Saved, periodic: Option<Periodic>) {
+pub(crate) fn put_periodic(saved: &mut Saved, periodic: Option<Periodic>) {
     if let Some(Periodic { orbits, coarse, change, tolerance }) = periodic {
         saved.put("periodic", &[f64::from(orbits), f64::from(coarse), change, tolerance]);
     }
@@ -59,7 +59,7 @@ pub fn put_periodic(saved: &mut Saved, periodic: Option<Periodic>) {
 ///
 /// # Errors
 /// A list of another length.
-pub fn periodic(saved: &Saved) -> Result<Option<Periodic>, SavedError> {
+pub(crate) fn periodic(saved: &Saved) -> Result<Option<Periodic>, SavedError> {
     if !saved.has("periodic") {
         return Ok(None);
     }

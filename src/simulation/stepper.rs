@@ -12,15 +12,15 @@ use crate::thermal::network::stepper::{Attempt, Method, Stepper, WorkCounts};
 
 /// Most nodes of a network that the processor integrates in f64 although there is a device. On lavapipe, where each stage is a dispatch too, the processor
 /// was 2 to 8000 times as fast at 16 to 1,058 nodes, and 0.7 to 12 times at 4,096 (docs/benchmarks.md, small networks).
-pub const ON_PROCESSOR_AT_MOST: usize = 1024;
+pub(crate) const ON_PROCESSOR_AT_MOST: usize = 1024;
 
 /// Whether the processor integrates a network of `nodes` although there is a device.
-pub fn is_small(nodes: usize) -> bool {
+pub(crate) fn is_small(nodes: usize) -> bool {
     nodes <= ON_PROCESSOR_AT_MOST
 }
 
 /// Why the processor integrates a small network of `nodes`, in words.
-pub fn why_on_processor(nodes: usize) -> String {
+pub(crate) fn why_on_processor(nodes: usize) -> String {
     format!("{nodes} nodes are at most {ON_PROCESSOR_AT_MOST}, which a device would integrate more slowly")
 }
 
@@ -34,12 +34,12 @@ pub enum AnyStepper {
 
 impl AnyStepper {
     /// A stepper in f64 on the processor.
-    pub fn reference(network: &Network, sensors: &[u32]) -> Self {
+    pub(crate) fn reference(network: &Network, sensors: &[u32]) -> Self {
         Self::Reference(Box::new(ReferenceStepper::new(network.clone(), sensors)))
     }
 
     /// Estimates of an error below this are rounding [K].
-    pub fn floor(&self) -> f64 {
+    pub(crate) fn floor(&self) -> f64 {
         match self {
             Self::Device(_) => ESTIMATE_FLOOR,
             Self::Reference(_) => FLOOR,
@@ -47,7 +47,7 @@ impl AnyStepper {
     }
 
     /// The stepper on the device, where there is one.
-    pub fn device(&self) -> Option<&NetworkStepper> {
+    pub(crate) fn device(&self) -> Option<&NetworkStepper> {
         match self {
             Self::Device(stepper) => Some(stepper),
             Self::Reference(_) => None,
@@ -55,7 +55,7 @@ impl AnyStepper {
     }
 
     /// Device time of all submissions so far [ms]. `None` without a device or a clock.
-    pub fn device_ms(&self) -> Option<f64> {
+    pub(crate) fn device_ms(&self) -> Option<f64> {
         self.device()?.device_ms()
     }
 
@@ -63,7 +63,7 @@ impl AnyStepper {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn save(&mut self) -> Result<Saved, GpuError> {
+    pub(crate) fn save(&mut self) -> Result<Saved, GpuError> {
         let WorkCounts { dispatches, stages, sub_steps, iterations } = self.counts();
         let mut saved = match self {
             Self::Device(stepper) => stepper.save(),
@@ -81,7 +81,7 @@ impl AnyStepper {
     ///
     /// # Errors
     /// A state of another network, or a call that fails.
-    pub fn restore(&mut self, saved: &Saved) -> Result<(), GpuError> {
+    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), GpuError> {
         let [dispatches, stages, sub_steps, iterations] = saved.array("counts")?;
         let counts = WorkCounts { dispatches, stages, sub_steps, iterations };
         match self {

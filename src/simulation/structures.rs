@@ -13,7 +13,7 @@ pub(super) struct Structures {
 
 impl Structures {
     /// Temperatures nearer to the periodic state [K], after an orbit from `from` to `to` [K]. `None` in the first orbit.
-    pub fn ahead(&mut self, from: &[f64], to: &[f64]) -> Option<Vec<f64>> {
+    pub(crate) fn ahead(&mut self, from: &[f64], to: &[f64]) -> Option<Vec<f64>> {
         let last = self.last.replace([from.to_vec(), to.to_vec()])?;
         let [starts, ends] = &last;
         let own = |(((from, to), start), end): (((&f64, &f64), &f64), &f64)| {
@@ -26,7 +26,7 @@ impl Structures {
     }
 
     /// The state between two orbits.
-    pub fn save(&self, saved: &mut Saved) {
+    pub(crate) fn save(&self, saved: &mut Saved) {
         if let Some([starts, ends]) = &self.last {
             saved.put("structures.starts", starts);
             saved.put("structures.ends", ends);
@@ -37,7 +37,7 @@ impl Structures {
     ///
     /// # Errors
     /// A list that is absent.
-    pub fn of(saved: &Saved) -> Result<Self, SavedError> {
+    pub(crate) fn of(saved: &Saved) -> Result<Self, SavedError> {
         if !saved.has("structures.starts") {
             return Ok(Self::default());
         }

@@ -75,31 +75,31 @@ fn map_from_inertial(prepared: &Prepared, time: f64) -> Option<DMat3> {
     Some(
         pattern
             .axes
-            .from_inertial(time, sun, || epoch.map_or(DMat3::IDENTITY, |epoch| gcrf_from_itrf(epoch).transpose())),
+            .map_from_inertial(time, sun, || epoch.map_or(DMat3::IDENTITY, |epoch| gcrf_from_itrf(epoch).transpose())),
     )
 }
 
 /// How the materials of a scene emit and reflect, and what its pixels show.
-pub struct Finishes {
+pub(crate) struct Finishes {
     /// Front and back of each material. Empty where nothing reflects and every emissivity is one number.
-    pub reflectors: Vec<[Reflector; 2]>,
+    pub(crate) reflectors: Vec<[Reflector; 2]>,
     /// Their emissivities over angle and temperature. Empty where every emissivity is one number.
     tables: Vec<EmissivityTable>,
     /// The lobes of the rough ones.
-    pub lobes: Lobes,
+    pub(crate) lobes: Lobes,
     /// The planet, where it is not uniform.
-    pub planet: Option<MappedPlanet>,
+    pub(crate) planet: Option<MappedPlanet>,
     /// The craft, where its surfaces reflect each other.
-    pub traced: Option<TracedCraft>,
+    pub(crate) traced: Option<TracedCraft>,
     variant: RadianceVariant,
     /// Normals of the nodes with the slopes of crinkled foil that is drawn. Empty where none is.
-    pub crinkled: Vec<Vec3>,
+    pub(crate) crinkled: Vec<Vec3>,
     rounded: Vec<layout::Reflector>,
     rounded_tables: Vec<f32>,
 }
 
 /// Tables of the faces of all materials, front and back in turn. Empty where every emissivity is one number.
-pub fn emissivity_tables(materials: &[Material], band: Band) -> Vec<EmissivityTable> {
+pub(crate) fn emissivity_tables(materials: &[Material], band: Band) -> Vec<EmissivityTable> {
     if materials.iter().flat_map(|material| &material.in_band).all(BandEmissivity::is_plain) {
         return Vec::new();
     }
@@ -126,7 +126,7 @@ fn crinkled_normals(prepared: &Prepared) -> Vec<Vec3> {
 
 impl Finishes {
     /// The finishes of a scene. A scene without reflections and without laws of emissivity has none.
-    pub fn new(prepared: &Prepared) -> Self {
+    pub(crate) fn new(prepared: &Prepared) -> Self {
         let (scene, settings) = (&prepared.scene, &prepared.scene.surrounded);
         let tables = emissivity_tables(&prepared.materials, scene.band);
         let reflects = settings.reflections != Reflections::Off;
@@ -197,7 +197,7 @@ impl Finishes {
     }
 
     /// What the device needs of them.
-    pub fn shown(&self) -> Shown<'_> {
+    pub(crate) fn shown(&self) -> Shown<'_> {
         Shown {
             variant: self.variant,
             reflectors: &self.rounded,
@@ -212,22 +212,22 @@ impl Finishes {
     }
 
     /// Whether the sky is drawn behind the craft.
-    pub fn has_background(&self) -> bool {
+    pub(crate) fn has_background(&self) -> bool {
         self.variant.background
     }
 
     /// Whether surfaces reflect.
-    pub fn reflects(&self) -> bool {
+    pub(crate) fn reflects(&self) -> bool {
         self.variant.reflections
     }
 
     /// Whether the frames show the reflected radiance apart.
-    pub fn is_apart(&self) -> bool {
+    pub(crate) fn is_apart(&self) -> bool {
         self.variant.apart
     }
 
     /// Makes what depends on the surroundings of an image.
-    pub fn look_at(&mut self, around: &Surroundings) {
+    pub(crate) fn look_at(&mut self, around: &Surroundings) {
         self.lobes.before(around.planet);
         if let Some((planet, axes)) = self.planet.as_mut().zip(around.map_from_camera) {
             planet.look_at(axes * around.nadir, around.planet);
@@ -235,7 +235,7 @@ impl Finishes {
     }
 
     /// The tables for the surroundings that were looked at last.
-    pub fn looks(&self) -> Looks<'_> {
+    pub(crate) fn looks(&self) -> Looks<'_> {
         Looks {
             lobes: self.lobes.latest(),
             tables: &self.tables,
@@ -245,7 +245,7 @@ impl Finishes {
 }
 
 /// A planet that is not uniform, before the surfaces of a scene.
-pub struct MappedPlanet {
+pub(crate) struct MappedPlanet {
     /// Radiances over that of the planet's mean temperature.
     map: Arc<Equirectangular>,
     /// Roughnesses of the mirrors that see it. `None` where nothing reflects.
@@ -289,7 +289,7 @@ impl MappedPlanet {
     }
 
     /// What the device needs of it in an image: the axes of the map against those of the camera, and the means.
-    pub fn told(&self, around: &Surroundings) -> Option<(layout::PlanetView, &[f32])> {
+    pub(crate) fn told(&self, around: &Surroundings) -> Option<(layout::PlanetView, &[f32])> {
         let axes = around.map_from_camera?;
         Some((layout::PlanetView::new(&axes, [self.map.columns, self.map.rows]), &self.rounded))
     }
@@ -300,7 +300,7 @@ impl MappedPlanet {
 const RADIUS_STEP: f64 = 2e-3;
 
 /// Lobes of rough mirrors before the planet. They are made anew where its apparent radius changes.
-pub struct Lobes {
+pub(crate) struct Lobes {
     roughnesses: Vec<f64>,
     /// Number of the rounded radius of the planet that the lobes belong to.
     radius: Option<i64>,
@@ -314,7 +314,7 @@ impl Lobes {
     }
 
     /// The lobes before a planet.
-    pub fn before(&mut self, planet: ApparentRadius) -> &[Lobe] {
+    pub(crate) fn before(&mut self, planet: ApparentRadius) -> &[Lobe] {
         let rounded = (planet.sin.atan2(planet.cos).ln() / RADIUS_STEP).round();
         if self.radius != Some(rounded as i64) && !self.roughnesses.is_empty() {
             let radius = (rounded * RADIUS_STEP).exp().min(std::f64::consts::FRAC_PI_2);
@@ -328,12 +328,12 @@ impl Lobes {
     }
 
     /// The lobes before the last planet.
-    pub fn latest(&self) -> &[Lobe] {
+    pub(crate) fn latest(&self) -> &[Lobe] {
         &self.lobes
     }
 
     /// The same, rounded to f32 for the device.
-    pub fn values_before(&mut self, planet: ApparentRadius) -> &[f32] {
+    pub(crate) fn values_before(&mut self, planet: ApparentRadius) -> &[f32] {
         self.before(planet);
         &self.values
     }

@@ -40,7 +40,7 @@ impl Target {
     }
 
     /// Its name for users.
-    pub fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         self.device().map_or("cpu (f64 reference)".to_owned(), |context| context.info.name.clone())
     }
 
@@ -78,7 +78,7 @@ impl Target {
     ///
     /// # Errors
     /// An error of the device.
-    pub fn respond(&self, transition: &Transition, initial: f64, targets: &[f64]) -> Result<Vec<f64>, GpuError> {
+    pub(crate) fn respond(&self, transition: &Transition, initial: f64, targets: &[f64]) -> Result<Vec<f64>, GpuError> {
         let Self::Device(context) = self else { return Ok(respond_f64(transition, initial, targets)) };
         let run = Run { initial: initial as f32, targets: targets.iter().map(|target| *target as f32).collect() };
         Ok(respond(context, transition, &[run])?.into_iter().flatten().map(f64::from).collect())

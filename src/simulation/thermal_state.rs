@@ -61,7 +61,7 @@ fn identity(prepared: &Prepared, on_device: bool) -> Saved {
 ///
 /// # Errors
 /// A call that fails.
-pub fn take(
+pub(crate) fn take(
     prepared: &Prepared,
     engine: &mut dyn Engine,
     check: Option<&mut Check>,
@@ -97,7 +97,7 @@ pub fn take(
 ///
 /// # Errors
 /// A list is absent.
-pub fn origin(saved: &Saved) -> Result<String, SavedError> {
+pub(crate) fn origin(saved: &Saved) -> Result<String, SavedError> {
     let [time] = saved.array::<f64, 1>("of.time")?;
     Ok(format!("{time} s of {}", saved.text("of.scene")?))
 }
@@ -106,7 +106,7 @@ pub fn origin(saved: &Saved) -> Result<String, SavedError> {
 ///
 /// # Errors
 /// A list is absent, because the file holds another kind of state.
-pub fn differences(saved: &Saved, prepared: &Prepared, on_device: bool) -> Result<Vec<String>, SavedError> {
+pub(crate) fn differences(saved: &Saved, prepared: &Prepared, on_device: bool) -> Result<Vec<String>, SavedError> {
     let now = identity(prepared, on_device);
     let both = |name: &str| Ok::<_, SavedError>((saved.text(name)?, now.text(name)?));
     let mut found = Vec::new();
@@ -158,7 +158,11 @@ pub fn differences(saved: &Saved, prepared: &Prepared, on_device: bool) -> Resul
 ///
 /// # Errors
 /// A call that fails, or lists of another length.
-pub fn begin_from(saved: &Saved, engine: &mut dyn Engine, check: Option<&mut Check>) -> Result<bool, EngineError> {
+pub(crate) fn begin_from(
+    saved: &Saved,
+    engine: &mut dyn Engine,
+    check: Option<&mut Check>,
+) -> Result<bool, EngineError> {
     let state = saved.part("state");
     restore(&state, engine, None)?;
     let Some(check) = check else { return Ok(false) };

@@ -10,26 +10,26 @@ use crate::gpu::renderer;
 use crate::raster::traced;
 
 /// The triangles of a craft whose surfaces reflect each other.
-pub struct TracedCraft {
+pub(crate) struct TracedCraft {
     surface: Jointed,
     occluders: Occluders,
     /// Poses of the joints that the tree was made for.
     poses: Vec<DAffine3>,
     /// Nodes of the corners of each triangle in the order of the tree, and its material.
-    pub corners: Vec<[u32; 4]>,
+    pub(crate) corners: Vec<[u32; 4]>,
     boxes: Vec<ShadowBox>,
     triangles: Vec<ShadowTriangle>,
     version: u64,
 }
 
 /// The triangles that reflections may meet. Those without area only fill up runs.
-pub fn reflected(prepared: &Prepared) -> impl Iterator<Item = [u32; 3]> {
+pub(crate) fn reflected(prepared: &Prepared) -> impl Iterator<Item = [u32; 3]> {
     prepared.triangles.iter().copied().filter(|[a, b, c]| a != b && b != c && c != a)
 }
 
 impl TracedCraft {
     /// The craft at the start of a scene.
-    pub fn new(prepared: &Prepared) -> Self {
+    pub(crate) fn new(prepared: &Prepared) -> Self {
         let nodes = &prepared.nodes;
         let joints = match prepared.joints() {
             0 | 1 => Vec::new(),
@@ -49,12 +49,12 @@ impl TracedCraft {
     }
 
     /// Number of boxes of the tree.
-    pub fn boxes(&self) -> usize {
+    pub(crate) fn boxes(&self) -> usize {
         self.boxes.len()
     }
 
     /// Fits the tree to the poses of the joints.
-    pub fn follow(&mut self, joints: &[DAffine3]) {
+    pub(crate) fn follow(&mut self, joints: &[DAffine3]) {
         if self.surface.joints.is_empty() || self.poses == joints {
             return;
         }
@@ -65,7 +65,7 @@ impl TracedCraft {
     }
 
     /// What the device needs for an image at a time [s].
-    pub fn told(&self, time: f64) -> renderer::Traced<'_> {
+    pub(crate) fn told(&self, time: f64) -> renderer::Traced<'_> {
         let settings = layout::Tracing {
             boxes: self.boxes.len() as u32,
             word: word(time),
@@ -78,7 +78,7 @@ impl TracedCraft {
     }
 
     /// What the rasteriser needs for it.
-    pub fn seen(&self, time: f64) -> traced::Traced<'_> {
+    pub(crate) fn seen(&self, time: f64) -> traced::Traced<'_> {
         traced::Traced { occluders: &self.occluders, corners: &self.corners, word: word(time) }
     }
 }

@@ -27,7 +27,7 @@ pub fn device_view(camera: &Camera, pose: &DAffine3) -> layout::View {
 }
 
 /// The pose and intrinsics for a device that draws a crop of the camera's image into one of the same size.
-pub fn crop_view(camera: &Camera, crop: &Crop, pose: &DAffine3) -> layout::View {
+pub(crate) fn crop_view(camera: &Camera, crop: &Crop, pose: &DAffine3) -> layout::View {
     let lens = crop.view(&raster_view(camera, pose)).lens;
     view([camera.width, camera.height], lens.focal, lens.centre, camera.near, pose)
 }
@@ -55,7 +55,7 @@ fn view(size: [u32; 2], focal: [f64; 2], centre: [f64; 2], near: f64, pose: &DAf
 }
 
 /// The poses of the middle and of the last row, for a rolling shutter.
-pub fn rolling(shutter: &layout::Shutter, middle: &DAffine3, last: &DAffine3) -> layout::Shutter {
+pub(crate) fn rolling(shutter: &layout::Shutter, middle: &DAffine3, last: &DAffine3) -> layout::Shutter {
     let ([middle_x, middle_y, middle_z], [last_x, last_y, last_z]) = (rows(middle), rows(last));
     layout::Shutter { middle_x, middle_y, middle_z, last_x, last_y, last_z, ..*shutter }
 }
@@ -69,7 +69,7 @@ fn rows(pose: &DAffine3) -> [[f32; 4]; 3] {
 }
 
 /// The pixels and intrinsics for the sensor.
-pub fn sensor_view(camera: &Camera) -> sensor::twin::View {
+pub(crate) fn sensor_view(camera: &Camera) -> sensor::twin::View {
     sensor::twin::View {
         size: [camera.width as usize, camera.height as usize],
         focal: camera.lens.focal,

@@ -7,15 +7,15 @@ use crate::thermal::material::{Material, Optics, Sides};
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Incident {
     /// Solar flux.
-    pub solar: f64,
+    pub(crate) solar: f64,
     /// Albedo flux.
-    pub albedo: f64,
+    pub(crate) albedo: f64,
     /// Planet infrared.
-    pub planet_ir: f64,
+    pub(crate) planet_ir: f64,
 }
 
 /// Flux that one face absorbs [W/m2]: sunlight times its absorptivity, infrared times its emissivity (grey, Kirchhoff's law).
-pub fn absorbed_by_face(optics: Optics, incident: Incident) -> f64 {
+pub(crate) fn absorbed_by_face(optics: Optics, incident: Incident) -> f64 {
     optics.absorptivity * (incident.solar + incident.albedo) + optics.emissivity * incident.planet_ir
 }
 
@@ -39,7 +39,7 @@ pub fn emissivity_sum(material: &Material) -> f64 {
 
 /// Temperature [K] at which eps sigma (T^4 - T_background^4) equals the absorbed flux [W/m2]. The background is a temperature [K]. With an `emissivity_sum`
 /// of 0 there is no balance and the result is infinite.
-pub fn balance_temperature(absorbed: f64, emissivity_sum: f64, background_temperature: f64) -> f64 {
+pub(crate) fn balance_temperature(absorbed: f64, emissivity_sum: f64, background_temperature: f64) -> f64 {
     let background_squared = background_temperature * background_temperature;
     let fourth_power = absorbed / (emissivity_sum * STEFAN_BOLTZMANN) + background_squared * background_squared;
     fourth_power.sqrt().sqrt()

@@ -3,13 +3,13 @@
 use rayon::prelude::*;
 
 /// Temperature at a share of the time from one step to the next [K].
-pub fn between(earlier: f64, later: f64, share: f64) -> f64 {
+pub(crate) fn between(earlier: f64, later: f64, share: f64) -> f64 {
     earlier * (1.0 - share) + later * share
 }
 
 /// Largest error of [`between`] over the nodes [K], from the temperatures at three steps in a row: a straight line between two values of a smooth function
 /// is off by up to an eighth of its second difference.
-pub fn between_error(three: [&[f32]; 3]) -> f64 {
+pub(crate) fn between_error(three: [&[f32]; 3]) -> f64 {
     let [first, second, third] = three;
     let error = |node: usize| {
         let [a, b, c] = [first[node], second[node], third[node]].map(f64::from);

@@ -7,20 +7,20 @@ use crate::thermal::radiance::{RadianceTable, band_radiance};
 /// Highest temperature of the inverse [K].
 pub const MAX_TEMPERATURE: f64 = 20_000.0;
 /// Shift of an f32's bits that leaves its octave and eighth of an octave, the index of the first guess.
-pub const GUESS_SHIFT: u32 = 20;
+pub(crate) const GUESS_SHIFT: u32 = 20;
 /// Newton steps after the guess. The guess is within 1e-2 in ln L, so the second step reaches f32 rounding.
-pub const NEWTON_STEPS: u32 = 4;
+pub(crate) const NEWTON_STEPS: u32 = 4;
 
 /// Table of 1/T over radiance, the first guess of the inverse. It is linear in L between entries. With eight entries an octave this is nearly linear in ln
 /// L. The index comes from the bits of an f32, which spares the device a logarithm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BrightnessTable {
     /// 1/T [1/K] at the radiances whose f32 bits are `(first_index + i) << GUESS_SHIFT`.
-    pub inverse_temperatures: Vec<f64>,
+    pub(crate) inverse_temperatures: Vec<f64>,
     /// Index of the least normal f32.
-    pub first_index: u32,
+    pub(crate) first_index: u32,
     /// Least radiance of the inverse [W m-2 sr-1]: the least normal f32.
-    pub min_radiance: f64,
+    pub(crate) min_radiance: f64,
     /// Temperature of `min_radiance` [K].
     pub min_temperature: f64,
     /// Radiance at `MAX_TEMPERATURE` [W m-2 sr-1].
@@ -29,7 +29,7 @@ pub struct BrightnessTable {
 
 /// An error of the inverse: a radiance without a brightness temperature.
 #[derive(Debug, Clone, PartialEq, Error)]
-pub enum BrightnessError {
+pub(crate) enum BrightnessError {
     /// A radiance that is not positive and finite.
     #[error("radiance {0} W m-2 sr-1 has no brightness temperature: it must be positive and finite")]
     NotPositive(f64),
@@ -75,7 +75,7 @@ impl BrightnessTable {
     }
 
     /// Checks that the inverse exists.
-    pub fn check(&self, radiance: f64) -> Result<(), BrightnessError> {
+    pub(crate) fn check(&self, radiance: f64) -> Result<(), BrightnessError> {
         if !(radiance > 0.0 && radiance.is_finite()) {
             return Err(BrightnessError::NotPositive(radiance));
         }
@@ -90,7 +90,7 @@ impl BrightnessTable {
     }
 
     /// First guess of 1/T [1/K] for a radiance that `check` passes.
-    pub fn guess(&self, radiance: f32) -> f64 {
+    pub(crate) fn guess(&self, radiance: f32) -> f64 {
         let bits = radiance.to_bits();
         let cell = ((bits >> GUESS_SHIFT) - self.first_index) as usize;
         let within = f64::from(bits & ((1 << GUESS_SHIFT) - 1)) / f64::from(1 << GUESS_SHIFT);
@@ -102,7 +102,7 @@ impl BrightnessTable {
 /// Temperature of a blackbody of this radiance [W m-2 sr-1] in the table's band [K].
 ///
 /// It is Newton's iteration for u = 1/T on ln L, which is nearly linear in u: d ln L / du = -(T + c2/lambda_max + T^2 d ln G/dT).
-pub fn brightness_temperature(
+pub(crate) fn brightness_temperature(
     table: &RadianceTable,
     guesses: &BrightnessTable,
     radiance: f64,

@@ -9,7 +9,7 @@ use glam::{DVec3, Vec3};
 ///
 /// The normals of three nodes interpolate over their triangle. That halves the variance of the slopes, in the mean over the triangle, so those of the nodes have
 /// twice as much.
-pub fn crinkled(normal: DVec3, position: Vec3, variance: f64, seed: u32) -> DVec3 {
+pub(crate) fn crinkled(normal: DVec3, position: Vec3, variance: f64, seed: u32) -> DVec3 {
     let Some(normal) = normal.try_normalize() else { return normal };
     let mut state = u64::from(seed);
     for part in position.to_array() {

@@ -37,14 +37,14 @@ pub struct BandEmissivity {
 
 impl BandEmissivity {
     /// Whether it has no law of its own.
-    pub fn is_plain(&self) -> bool {
+    pub(crate) fn is_plain(&self) -> bool {
         self.by_angle.is_none() && self.by_wavelength.is_none()
     }
 }
 
 impl ByAngle {
     /// Emissivity at a cosine of the angle from the normal, in [0, 1].
-    pub fn at(&self, cosine: f64) -> f64 {
+    pub(crate) fn at(&self, cosine: f64) -> f64 {
         match self {
             Self::Fresnel { n, k } => 1.0 - fresnel_reflectivity(*n, *k, cosine),
             Self::Table(points) => interpolate(points, cosine.clamp(0.0, 1.0).acos()),
@@ -52,7 +52,7 @@ impl ByAngle {
     }
 
     /// Mean over the hemisphere, weighed with the cosine.
-    pub fn hemispherical(&self) -> f64 {
+    pub(crate) fn hemispherical(&self) -> f64 {
         let rule = GaussLegendre::new(8);
         let panels = 64;
         let panel = |number: usize| [number, number + 1].map(|end| end as f64 / f64::from(panels));
@@ -79,7 +79,7 @@ pub fn fresnel_reflectivity(n: f64, k: f64, cosine: f64) -> f64 {
 
 impl ByWavelength {
     /// Emissivity in a band at a temperature [K]: the mean that Planck's law weighs. The points cover the band.
-    pub fn in_band(&self, band: Band, temperature: f64) -> f64 {
+    pub(crate) fn in_band(&self, band: Band, temperature: f64) -> f64 {
         let temperature = self.temperature.unwrap_or(temperature);
         let emissivity = |wavelength: f64| interpolate(&self.points, wavelength);
         if temperature <= 0.0 {
@@ -115,7 +115,7 @@ impl ByWavelength {
     }
 
     /// Whether the points reach over a band, to a rounding.
-    pub fn covers(&self, band: Band) -> bool {
+    pub(crate) fn covers(&self, band: Band) -> bool {
         let first = self.points.first().map_or(f64::INFINITY, |point| point[0]);
         let last = self.points.last().map_or(0.0, |point| point[0]);
         first <= band.lower * (1.0 + 1e-9) && last >= band.upper * (1.0 - 1e-9)

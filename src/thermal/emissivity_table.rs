@@ -5,25 +5,25 @@ use super::planck::Band;
 use super::radiance::MIDDLE_TEMPERATURE;
 
 /// Entries over the square root of the cosine from the normal. They are dense where a surface is seen edge-on, where metals have their peak.
-pub const ANGLES: usize = 129;
+pub(crate) const ANGLES: usize = 129;
 /// Entries over v = T / (T + 400 K).
-pub const TEMPERATURES: usize = 129;
+pub(crate) const TEMPERATURES: usize = 129;
 /// Numbers of a face.
-pub const TABLE_VALUES: usize = ANGLES + TEMPERATURES;
+pub(crate) const TABLE_VALUES: usize = ANGLES + TEMPERATURES;
 
 /// Temperature of the last entry [K], whose v is 1.
 const HOTTEST: f64 = 1e9;
 
 /// The tables of a face.
 #[derive(Debug, Clone, PartialEq)]
-pub struct EmissivityTable {
+pub(crate) struct EmissivityTable {
     /// Factors over the angle, then factors over the temperature: [`TABLE_VALUES`] numbers.
-    pub values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
 }
 
 impl EmissivityTable {
     /// Tabulates a law in a band. `plain` is the emissivity of a face without one.
-    pub fn new(law: &BandEmissivity, plain: f64, band: Band) -> Self {
+    pub(crate) fn new(law: &BandEmissivity, plain: f64, band: Band) -> Self {
         let along_normal = law.by_angle.as_ref().map_or(1.0, |by_angle| by_angle.at(1.0));
         let angles = (0..ANGLES).map(|entry| {
             let cosine = (entry as f64 / (ANGLES - 1) as f64).powi(2);
@@ -46,23 +46,23 @@ impl EmissivityTable {
     }
 
     /// Emissivity at a temperature [K] and a cosine of the angle from the normal.
-    pub fn emissivity(&self, temperature: f64, cosine: f64) -> f64 {
+    pub(crate) fn emissivity(&self, temperature: f64, cosine: f64) -> f64 {
         self.temperature_factor(temperature) * self.angle_factor(cosine)
     }
 
     /// Factor of the angle.
-    pub fn angle_factor(&self, cosine: f64) -> f64 {
+    pub(crate) fn angle_factor(&self, cosine: f64) -> f64 {
         read(&self.values[..ANGLES], cosine.clamp(0.0, 1.0).sqrt())
     }
 
     /// Factor of the temperature [K].
-    pub fn temperature_factor(&self, temperature: f64) -> f64 {
+    pub(crate) fn temperature_factor(&self, temperature: f64) -> f64 {
         let temperature = temperature.max(0.0);
         read(&self.values[ANGLES..], temperature / (temperature + MIDDLE_TEMPERATURE))
     }
 
     /// Largest emissivity at any angle and temperature.
-    pub fn largest(&self) -> f64 {
+    pub(crate) fn largest(&self) -> f64 {
         let most = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
         most(&self.values[..ANGLES]) * most(&self.values[ANGLES..])
     }

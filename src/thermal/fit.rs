@@ -18,27 +18,27 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-pub use crate::thermal::function::Sample;
+pub(crate) use crate::thermal::function::Sample;
 use data::Data;
-pub use data::{FEWEST_ROWS, FitError};
+pub(crate) use data::FitError;
+pub(crate) use response::Fit;
 use response::NOTHING;
-pub use response::{Fit, Response};
 use search::{KINDS, Problem};
 
 /// Result of a fit.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fits {
+pub(crate) struct Fits {
     /// Every kind that can be fitted, the best first.
-    pub best: Vec<Fit>,
+    pub(crate) best: Vec<Fit>,
     /// Kinds that can not be fitted, with the reason.
-    pub left_out: Vec<(&'static str, String)>,
+    pub(crate) left_out: Vec<(&'static str, String)>,
 }
 
 /// Fits every kind in both domains. A table is fitted only in T, because in T^4 it differs only between its rows.
 ///
 /// # Errors
 /// Data that are not a step response, or a target [K] that contradicts them.
-pub fn fit(samples: &[Sample], target: Option<f64>) -> Result<Fits, FitError> {
+pub(crate) fn fit(samples: &[Sample], target: Option<f64>) -> Result<Fits, FitError> {
     let data = Data::new(samples, target)?;
     let mut fits = Fits { best: Vec::new(), left_out: Vec::new() };
     let domains = [Domain::Temperature, Domain::FourthPower];

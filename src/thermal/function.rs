@@ -9,15 +9,16 @@ use std::sync::{Arc, OnceLock};
 mod error;
 mod expression;
 mod measured;
-pub mod parse;
-pub mod pieces;
+pub(crate) mod parse;
+pub(crate) mod pieces;
 mod polynomial;
 
-pub use error::FunctionError;
-pub use expression::Expression;
-pub use measured::{Measured, Sample};
+pub(crate) use error::FunctionError;
+pub(crate) use expression::Expression;
+pub(crate) use measured::Measured;
+pub use measured::Sample;
 use pieces::Pieces;
-pub use polynomial::Polynomial;
+pub(crate) use polynomial::Polynomial;
 
 /// Largest rate of an exponential. Beyond about 700 the share left would leave the range of f64.
 const MAX_EXPONENTIAL_RATE: f64 = 500.0;
@@ -43,7 +44,7 @@ pub enum Function {
 #[derive(Debug, Clone)]
 pub struct Shape {
     /// Its kind.
-    pub kind: Kind,
+    pub(crate) kind: Kind,
     /// Share of the time in which the way is done. It is below 1 where the function reaches its target early.
     active: f64,
     /// Made when they are first asked for, because a table of materials has many functions that a scene does not use.
@@ -59,7 +60,7 @@ impl PartialEq for Shape {
 
 /// The kinds of function that are not powers.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Kind {
+pub(crate) enum Kind {
     /// A sum of powers of s.
     Polynomial(Polynomial),
     /// (1 - e^-ks) / (1 - e^-k).
@@ -118,7 +119,7 @@ impl Function {
     ///
     /// # Errors
     /// A file that cannot be read, or its first bad row.
-    pub fn read_table(path: &std::path::Path, target: Option<f64>) -> Result<Self, FunctionError> {
+    pub(crate) fn read_table(path: &std::path::Path, target: Option<f64>) -> Result<Self, FunctionError> {
         Self::shaped(Kind::Table(Measured::read(path, target)?))
     }
 
@@ -151,7 +152,7 @@ impl Function {
     ///
     /// # Errors
     /// A function that changes too fast.
-    pub fn check(&self) -> Result<(), FunctionError> {
+    pub(crate) fn check(&self) -> Result<(), FunctionError> {
         match self {
             Self::Linear | Self::Quadratic => Ok(()),
             Self::Shaped(shape) => shape.check(),
@@ -159,7 +160,7 @@ impl Function {
     }
 
     /// Name of the kind in scene files.
-    pub fn kind_name(&self) -> &'static str {
+    pub(crate) fn kind_name(&self) -> &'static str {
         match self {
             Self::Linear => "linear",
             Self::Quadratic => "quadratic",
@@ -168,7 +169,7 @@ impl Function {
     }
 
     /// The exponent of a power function.
-    pub fn power(&self) -> Option<f64> {
+    pub(crate) fn power(&self) -> Option<f64> {
         match self {
             Self::Linear => Some(1.0),
             Self::Quadratic => Some(2.0),
@@ -177,7 +178,7 @@ impl Function {
     }
 
     /// Share of the way left when the share `r` of the time is left.
-    pub fn remaining(&self, r: f64) -> f64 {
+    pub(crate) fn remaining(&self, r: f64) -> f64 {
         match self {
             Self::Linear => r,
             Self::Quadratic => r * r,
@@ -191,7 +192,7 @@ impl Function {
     }
 
     /// Share of the time in which the way is done. It is below 1 where the function reaches its target early.
-    pub fn active(&self) -> f64 {
+    pub(crate) fn active(&self) -> f64 {
         match self {
             Self::Linear | Self::Quadratic => 1.0,
             Self::Shaped(shape) => shape.active,
@@ -199,7 +200,7 @@ impl Function {
     }
 
     /// The function as the device evaluates it, over the time in which the way is done.
-    pub fn pieces(&self) -> Pieces {
+    pub(crate) fn pieces(&self) -> Pieces {
         match self {
             Self::Linear | Self::Quadratic => Pieces::new(&|r| self.remaining(r)),
             Self::Shaped(shape) => shape.pieces().clone(),
@@ -240,7 +241,7 @@ impl Shape {
 
 impl Kind {
     /// Name in scene files.
-    pub fn name(&self) -> &'static str {
+    pub(crate) fn name(&self) -> &'static str {
         match self {
             Self::Polynomial(_) => "polynomial",
             Self::Exponential { .. } => "exponential",
@@ -251,7 +252,7 @@ impl Kind {
     }
 
     /// Share of the way left when the share `r` of the time is left.
-    pub fn remaining(&self, r: f64) -> f64 {
+    pub(crate) fn remaining(&self, r: f64) -> f64 {
         match self {
             Self::Polynomial(polynomial) => polynomial.remaining(r),
             // e^-ks - e^-k = e^-ks (1 - e^-kr) does not cancel near the end.

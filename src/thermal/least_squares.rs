@@ -2,11 +2,11 @@
 
 /// A point and its sum of squared residuals.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Minimum {
+pub(crate) struct Minimum {
     /// The variables.
-    pub x: Vec<f64>,
+    pub(crate) x: Vec<f64>,
     /// Sum of the squared residuals there. It is infinite where a residual is NaN.
-    pub sum_of_squares: f64,
+    pub(crate) sum_of_squares: f64,
 }
 
 /// Step of a difference relative to a variable. It is near the cube root of the rounding error, where the error of a central difference is least.
@@ -27,7 +27,7 @@ struct Direction {
 /// returns the same number of values at every point.
 ///
 /// The result is the local minimum near `start`. Try several starts where there may be more than one.
-pub fn minimise(
+pub(crate) fn minimise(
     residuals: &dyn Fn(&[f64]) -> Vec<f64>,
     start: &[f64],
     bounds: &[[f64; 2]],

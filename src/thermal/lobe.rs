@@ -12,35 +12,35 @@ use crate::environment::view_factor::ApparentRadius;
 
 /// Nodes of the table over the view, at places x = sqrt(1 - sqrt(cosine)). These are even in the angle where the view is straight, and close to each other
 /// where it grazes the surface and a lobe changes within its own width.
-pub const VIEWS: usize = 33;
+pub(crate) const VIEWS: usize = 33;
 /// Nodes of the table over the cosine of the planet's side.
-pub const SIDES: usize = 17;
+pub(crate) const SIDES: usize = 17;
 /// Nodes of the table over the angle to the limb.
-pub const LIMBS: usize = 65;
+pub(crate) const LIMBS: usize = 65;
 /// Numbers of a lobe: shares, then the sum of the lobe over the hemisphere for each view.
-pub const LOBE_VALUES: usize = VIEWS * SIDES * LIMBS + VIEWS;
+pub(crate) const LOBE_VALUES: usize = VIEWS * SIDES * LIMBS + VIEWS;
 
 /// Directions that stand for a lobe.
 const DIRECTIONS: usize = 4096;
 /// Least cosine of a view. Beyond it a surface is seen edge-on.
-pub const LEAST_VIEW: f64 = 1e-3;
+pub(crate) const LEAST_VIEW: f64 = 1e-3;
 
 /// Where the planet stands as seen from a surface and along its mirror direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub(crate) struct Place {
     /// Cosine between the surface's normal and the direction to the camera.
-    pub view: f64,
+    pub(crate) view: f64,
     /// Sine of the angle from the mirror direction to the limb, positive where the mirror direction meets the planet.
-    pub sine: f64,
+    pub(crate) sine: f64,
     /// Cosine of that angle.
-    pub cosine: f64,
+    pub(crate) cosine: f64,
     /// Cosine of the azimuth of the planet's centre about the mirror direction. It is 1 on the side of the normal.
-    pub side: f64,
+    pub(crate) side: f64,
 }
 
 impl Place {
     /// The place of a planet in the direction `nadir`. `normal`, `mirror` and `nadir` are unit vectors.
-    pub fn new(normal: DVec3, view: f64, mirror: DVec3, nadir: DVec3, planet: ApparentRadius) -> Self {
+    pub(crate) fn new(normal: DVec3, view: f64, mirror: DVec3, nadir: DVec3, planet: ApparentRadius) -> Self {
         let (along, across) = (mirror.dot(nadir), mirror.cross(nadir).length());
         let slant = ((1.0 - view) * (1.0 + view)).max(0.0).sqrt();
         let side = (normal.dot(nadir) - view * along) / (slant * across).max(1e-20);
@@ -55,11 +55,11 @@ impl Place {
 
 /// The lobe of one roughness before a planet of one apparent radius.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Lobe {
+pub(crate) struct Lobe {
     /// Roughness alpha of the GGX distribution.
-    pub roughness: f64,
+    pub(crate) roughness: f64,
     /// [`LOBE_VALUES`] numbers.
-    pub values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
 }
 
 /// A direction of a lobe in the axes mirror direction, side of the normal, across; and its weight.
@@ -67,7 +67,7 @@ type Weighted = ([f64; 3], f64);
 
 impl Lobe {
     /// Tabulates a lobe of a roughness in (0, 1].
-    pub fn new(roughness: f64, planet: ApparentRadius) -> Self {
+    pub(crate) fn new(roughness: f64, planet: ApparentRadius) -> Self {
         let radius = planet.sin.atan2(planet.cos);
         let of_view = |view: usize| {
             let cosine = (1.0 - (view as f64 / (VIEWS - 1) as f64).powi(2)).powi(2).max(LEAST_VIEW);
@@ -90,7 +90,7 @@ impl Lobe {
     }
 
     /// Share of the lobe that meets the planet.
-    pub fn share(&self, place: Place) -> f64 {
+    pub(crate) fn share(&self, place: Place) -> f64 {
         let half = place.sine / (1.0 + place.cosine).max(1e-6);
         let limb = half / (self.roughness + half.abs());
         let view = place_of(place.view);
@@ -112,7 +112,7 @@ impl Lobe {
 
     /// Reflected radiance over irradiance across its rays for light from one direction [1/sr]. `light` and `half` are the cosines between the normal and the
     /// light, and the half vector.
-    pub fn glint(&self, view: f64, light: f64, half: f64) -> f64 {
+    pub(crate) fn glint(&self, view: f64, light: f64, half: f64) -> f64 {
         if light <= 0.0 {
             return 0.0;
         }
@@ -134,7 +134,7 @@ fn place_of(view: f64) -> f64 {
 }
 
 /// Share of the facets that are not hidden at a cosine (Smith, GGX).
-pub fn masking(cosine: f64, roughness: f64) -> f64 {
+pub(crate) fn masking(cosine: f64, roughness: f64) -> f64 {
     let square = roughness * roughness;
     2.0 * cosine / (cosine + (square + (1.0 - square) * cosine * cosine).sqrt())
 }
@@ -154,7 +154,7 @@ fn directions(roughness: f64, view: f64, count: usize) -> Vec<Weighted> {
 
 /// Direction of a visible facet's reflection for two numbers in (0, 1) (Heitz 2018). The third axis is the normal, and the first lies in the plane of the view.
 /// `view` is the cosine of its angle. Directions below the surface and those that other facets hide still count.
-pub fn facet_reflection(roughness: f64, view: f64, [u, v]: [f64; 2]) -> DVec3 {
+pub(crate) fn facet_reflection(roughness: f64, view: f64, [u, v]: [f64; 2]) -> DVec3 {
     let slant = (1.0 - view * view).max(0.0).sqrt();
     let to_camera = DVec3::new(slant, 0.0, view);
     let stretched = DVec3::new(roughness * slant, 0.0, view).normalize();

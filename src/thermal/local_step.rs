@@ -5,9 +5,9 @@
 //! change d of x, which holds below and above the balance.
 
 /// Share of a node's time constant that a Runge-Kutta step spans at most.
-pub const SHARE: f64 = 0.175;
+pub(crate) const SHARE: f64 = 0.175;
 /// Runge-Kutta steps of a slow node.
-pub const SLOW_STEPS: u32 = 2;
+pub(crate) const SLOW_STEPS: u32 = 2;
 /// Share of the emission at the start below which a power has no closed form here: the temperature of balance is too far away.
 const WEAK: f64 = 1.0 / 1296.0;
 /// Newton iterations of the closed form. They leave 1e-5 K at three time constants and 4e-4 K at eleven.
@@ -17,7 +17,7 @@ const IN_BALANCE: f64 = 9.0;
 
 /// Change of a temperature [K] over a step. `start` is the change at the rate of the start [K], and `emission` [1/K3] the change that the emission at 1 K
 /// causes. A step is `count` steps of Runge-Kutta.
-pub fn local_change(temperature: f64, start: f64, emission: f64, count: u32) -> f64 {
+pub(crate) fn local_change(temperature: f64, start: f64, emission: f64, count: u32) -> f64 {
     let share = 1.0 / f64::from(count);
     let rate = |change: f64| {
         let reached = temperature + change;
@@ -36,7 +36,7 @@ pub fn local_change(temperature: f64, start: f64, emission: f64, count: u32) -> 
 }
 
 /// The same change of a fast node, in closed form. Where hardly any power is left, it takes `count` Runge-Kutta steps.
-pub fn fast_change(temperature: f64, start: f64, emission: f64, count: u32) -> f64 {
+pub(crate) fn fast_change(temperature: f64, start: f64, emission: f64, count: u32) -> f64 {
     let emitted = emission * temperature.powi(4);
     let power = start + emitted;
     if power <= WEAK * emitted || power <= 0.0 {
@@ -72,7 +72,7 @@ const NEAR: f64 = 5.0;
 /// The same change for any power that is not negative, and any step. `power` [K] is the change that the power alone would cause. A node that is far hotter
 /// than its balance first cools freely, T = (T0^-3 + 3 k t)^(-1/3), with its power as a perturbation of first order, and takes the closed form for what is
 /// left of the step.
-pub fn whole_change(temperature: f64, start: f64, power: f64, emission: f64) -> f64 {
+pub(crate) fn whole_change(temperature: f64, start: f64, power: f64, emission: f64) -> f64 {
     let emitted = emission * temperature.powi(4);
     if power > WEAK * emitted {
         return closed_change(temperature, start, power, emission);

@@ -48,9 +48,9 @@ pub enum Sides {
 
 /// Longest time to the target [steps]. The device's clock divides `t_max` into 2^30 to 2^31 parts, and rule `restart` counts in units of 128 parts. From
 /// 2^24 steps on the clock would not advance.
-pub const LONGEST_T_MAX: f64 = 10_000_000.0;
+pub(crate) const LONGEST_T_MAX: f64 = 10_000_000.0;
 /// Shortest transition that is not 0 [steps]. The device divides by it.
-pub const SHORTEST_T_MAX: f64 = 1e-6;
+pub(crate) const SHORTEST_T_MAX: f64 = 1e-6;
 
 /// One branch (heating or cooling) of a transition.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,12 +63,12 @@ pub struct Profile {
 
 impl Profile {
     /// Time until no way is left [steps]. It is less than `t_max_steps` where a function reaches its target early.
-    pub fn duration(&self) -> f64 {
+    pub(crate) fn duration(&self) -> f64 {
         self.t_max_steps * self.function.active()
     }
 
     /// Share of the way left when the share `r` of the duration is left.
-    pub fn remaining(&self, r: f64) -> f64 {
+    pub(crate) fn remaining(&self, r: f64) -> f64 {
         let active = self.function.active();
         self.function.remaining(1.0 - active + active * r)
     }
@@ -97,7 +97,7 @@ impl Domain {
     const UNIT: f64 = 100.0;
 
     /// Converts a temperature [K] to the unit of the domain: K, or (100 K)^4.
-    pub fn of(self, temperature: f64) -> f64 {
+    pub(crate) fn of(self, temperature: f64) -> f64 {
         match self {
             Self::Temperature => temperature,
             Self::FourthPower => (temperature / Self::UNIT).powi(4),
@@ -105,7 +105,7 @@ impl Domain {
     }
 
     /// Converts a value of the domain to a temperature [K].
-    pub fn temperature(self, value: f64) -> f64 {
+    pub(crate) fn temperature(self, value: f64) -> f64 {
         match self {
             Self::Temperature => value,
             // An effective origin may lie below 0. A node that rounding takes below 0 is at 0 K.
@@ -129,7 +129,7 @@ pub struct Transition {
 
 impl Transition {
     /// Whether T moves and both branches are powers of the time left.
-    pub fn is_power(&self) -> bool {
+    pub(crate) fn is_power(&self) -> bool {
         self.domain == Domain::Temperature
             && self.heating.function.power().is_some()
             && self.cooling.function.power().is_some()
@@ -151,7 +151,7 @@ pub struct Radiative {
 
 /// Why a material can not be a plate by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NoPlate {
+pub(crate) enum NoPlate {
     /// A value is missing; its key.
     Lacks(&'static str),
     /// It stores no heat, and neither does anything below it.
@@ -165,7 +165,7 @@ impl Radiative {
     ///
     /// # Errors
     /// Values that are missing, or no heat that is stored.
-    pub fn of(bulk: &Bulk, step: f64) -> Result<Self, NoPlate> {
+    pub(crate) fn of(bulk: &Bulk, step: f64) -> Result<Self, NoPlate> {
         let capacity = bulk.capacity_per_area().map_err(NoPlate::Lacks)?;
         let below = |over: Structure| Below {
             capacity: over.capacity_per_area(),
@@ -214,11 +214,11 @@ pub struct Bulk {
     /// Specific heat [J/(kg K)].
     pub specific_heat: Option<f64>,
     /// Heat capacity per area [J/(m2 K)]. Where it is stated, density and specific heat are not needed.
-    pub heat_capacity_per_area: Option<f64>,
+    pub(crate) heat_capacity_per_area: Option<f64>,
     /// Conductivity [W/(m K)].
     pub conductivity: Option<f64>,
     /// The structure below a layered material.
-    pub over: Option<Structure>,
+    pub(crate) over: Option<Structure>,
 }
 
 impl Bulk {
@@ -226,7 +226,7 @@ impl Bulk {
     ///
     /// # Errors
     /// The key of a value that is missing.
-    pub fn capacity_per_area(&self) -> Result<f64, &'static str> {
+    pub(crate) fn capacity_per_area(&self) -> Result<f64, &'static str> {
         if let Some(stated) = self.heat_capacity_per_area {
             return Ok(stated);
         }
@@ -241,24 +241,24 @@ impl Bulk {
 
 impl Structure {
     /// Heat capacity per area [J/(m2 K)].
-    pub fn capacity_per_area(&self) -> f64 {
+    pub(crate) fn capacity_per_area(&self) -> f64 {
         self.thickness * self.density * self.specific_heat
     }
 }
 
 /// A sheet behind the visible one that exchanges heat with it by radiation, such as the structure below an MLI blanket.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Structure {
+pub(crate) struct Structure {
     /// Radiative conductance (GR) per area between the two: the blanket's effective emittance.
-    pub effective_emittance: f64,
+    pub(crate) effective_emittance: f64,
     /// Thickness [m].
-    pub thickness: f64,
+    pub(crate) thickness: f64,
     /// Density [kg/m3].
-    pub density: f64,
+    pub(crate) density: f64,
     /// Specific heat [J/(kg K)].
-    pub specific_heat: f64,
+    pub(crate) specific_heat: f64,
     /// Conductivity [W/(m K)].
-    pub conductivity: f64,
+    pub(crate) conductivity: f64,
 }
 
 /// A material with every value checked and in SI units.
@@ -286,12 +286,12 @@ pub struct Material {
 
 impl Material {
     /// Whether its nodes have a structure below them that is no node of a network.
-    pub fn has_own_structure(&self) -> bool {
+    pub(crate) fn has_own_structure(&self) -> bool {
         matches!(self.response, Response::Radiative(Radiative { over: Some(_), .. }))
     }
 
     /// Optics of the back. A material that exchanges heat outside only has the same on both faces.
-    pub fn back(&self) -> Optics {
+    pub(crate) fn back(&self) -> Optics {
         match self.sides {
             Sides::Outside => self.front,
             Sides::Both { back } => back,

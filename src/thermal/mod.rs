@@ -2,31 +2,31 @@
 //!
 //! This room does not use Vulkan or files. Every function that also runs on the device has the same name in `glsl/`.
 
-pub mod balance;
-pub mod between;
-pub mod brightness;
-pub mod crinkle;
-pub mod emissivity;
-pub mod emissivity_table;
-pub mod fit;
-pub mod function;
-pub mod incident;
-pub mod least_squares;
-pub mod lobe;
-pub mod local_step;
-pub mod material;
-pub mod network;
-pub mod planck;
-pub mod planet_map;
-pub mod radiance;
-pub mod radiative;
-pub mod received;
-pub mod reference;
-pub mod sensor;
-pub mod shell;
-pub mod step_response;
-pub mod surroundings;
-pub mod transition;
+pub(crate) mod balance;
+pub(crate) mod between;
+pub(crate) mod brightness;
+pub(crate) mod crinkle;
+pub(crate) mod emissivity;
+pub(crate) mod emissivity_table;
+pub(crate) mod fit;
+pub(crate) mod function;
+pub(crate) mod incident;
+pub(crate) mod least_squares;
+pub(crate) mod lobe;
+pub(crate) mod local_step;
+pub(crate) mod material;
+pub(crate) mod network;
+pub(crate) mod planck;
+pub(crate) mod planet_map;
+pub(crate) mod radiance;
+pub(crate) mod radiative;
+pub(crate) mod received;
+pub(crate) mod reference;
+pub(crate) mod sensor;
+pub(crate) mod shell;
+pub(crate) mod step_response;
+pub(crate) mod surroundings;
+pub(crate) mod transition;
 
 /// Stefan-Boltzmann constant [W m-2 K-4], CODATA 2018 (exact to the digits given).
 pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;

@@ -4,19 +4,19 @@
 //! nodes (C = 0) balance at every moment. Boundary nodes keep their temperature.
 
 mod connection;
-pub mod control;
+pub(crate) mod control;
 mod newton;
-pub mod one_pass;
-pub mod periodic;
-pub mod reference;
-pub mod rkl2;
-pub mod schedule;
+pub(crate) mod one_pass;
+pub(crate) mod periodic;
+pub(crate) mod reference;
+pub(crate) mod rkl2;
+pub(crate) mod schedule;
 mod sparse;
-pub mod steady;
-pub mod stepper;
+pub(crate) mod steady;
+pub(crate) mod stepper;
 mod switches;
 mod system;
-pub mod tr_bdf2;
+pub(crate) mod tr_bdf2;
 
 use super::STEFAN_BOLTZMANN;
 
@@ -33,7 +33,7 @@ pub enum NodeKind {
 
 impl NodeKind {
     /// Its name in a network file.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Diffusive => "diffusive",
             Self::Arithmetic => "arithmetic",
@@ -138,11 +138,11 @@ impl Network {
 }
 
 /// sigma (Ta^4 - Tb^4) [W/m2], as a product that does not cancel where the temperatures are close.
-pub fn radiated(a: f64, b: f64) -> f64 {
+pub(crate) fn radiated(a: f64, b: f64) -> f64 {
     STEFAN_BOLTZMANN * (a - b) * (a + b) * (a * a + b * b)
 }
 
 /// d(sigma T^4)/dT [W m-2 K-1].
-pub fn radiative_slope(temperature: f64) -> f64 {
+pub(crate) fn radiative_slope(temperature: f64) -> f64 {
     4.0 * STEFAN_BOLTZMANN * temperature * temperature * temperature
 }

@@ -24,19 +24,19 @@ impl Display for Band {
 
 impl Band {
     /// Both wavelengths [um], without the rounding error of 7.3e-6 * 1e6.
-    pub fn micrometres(&self) -> [f64; 2] {
+    pub(crate) fn micrometres(&self) -> [f64; 2] {
         [self.lower, self.upper].map(|metres| (metres * 1e15).round() / 1e9)
     }
 }
 
 /// Planck constant [J s], exact (SI 2019).
-pub const PLANCK: f64 = 6.626_070_15e-34;
+pub(crate) const PLANCK: f64 = 6.626_070_15e-34;
 /// Speed of light [m/s], exact (SI 2019).
-pub const LIGHT_SPEED: f64 = 299_792_458.0;
+pub(crate) const LIGHT_SPEED: f64 = 299_792_458.0;
 /// Boltzmann constant [J/K], exact (SI 2019).
-pub const BOLTZMANN: f64 = 1.380_649e-23;
+pub(crate) const BOLTZMANN: f64 = 1.380_649e-23;
 /// Second radiation constant c2 = h c / k [m K].
-pub const SECOND_RADIATION: f64 = PLANCK * LIGHT_SPEED / BOLTZMANN;
+pub(crate) const SECOND_RADIATION: f64 = PLANCK * LIGHT_SPEED / BOLTZMANN;
 
 const POINTS: usize = 16;
 /// Distance from the lower limit beyond which the integrand, which decays as e^-y, adds less than 1e-17 of the integral.
@@ -52,7 +52,7 @@ pub fn band_radiance_exact(band: Band, temperature: f64) -> f64 {
 ///
 /// With z = c2 / (lambda T), L is 2 k^4 T^4 / (h^3 c^2) times the integral of z^3 / (e^z - 1) over the band. y = z - x is integrated by Gauss-Legendre
 /// panels of width at most 1, far from the poles at z = 2 pi i.
-pub fn scaled_radiance(band: Band, temperature: f64) -> f64 {
+pub(crate) fn scaled_radiance(band: Band, temperature: f64) -> f64 {
     let x = SECOND_RADIATION / (band.upper * temperature);
     // The difference of the two limits is a product, so that a narrow band does not cancel.
     let width = SECOND_RADIATION * (band.upper - band.lower) / (band.upper * band.lower * temperature);
@@ -75,13 +75,13 @@ pub fn scaled_radiance(band: Band, temperature: f64) -> f64 {
 }
 
 /// Limit of `scaled_radiance` as T -> 0: 2 k c / lambda_max^3. Only the edge at lambda_max radiates, over a width of lambda_max^2 T / c2.
-pub fn scaled_radiance_cold(band: Band) -> f64 {
+pub(crate) fn scaled_radiance_cold(band: Band) -> f64 {
     2.0 * BOLTZMANN * LIGHT_SPEED / band.upper.powi(3)
 }
 
 /// Limit of `scaled_radiance` as T -> infinity (Rayleigh-Jeans). It is the integral of 2 c k / lambda^4, (2 c k / 3) (lambda_min^-3 - lambda_max^-3), with
 /// the difference of cubes as a product.
-pub fn scaled_radiance_hot(band: Band) -> f64 {
+pub(crate) fn scaled_radiance_hot(band: Band) -> f64 {
     let (low, high) = (1.0 / band.upper, 1.0 / band.lower);
     let difference = (band.upper - band.lower) / (band.upper * band.lower);
     2.0 / 3.0 * LIGHT_SPEED * BOLTZMANN * difference * (high * high + high * low + low * low)

@@ -11,18 +11,18 @@ use crate::environment::view_factor::ApparentRadius;
 /// Values over latitude and longitude in equal steps. The first row lies at the pole +Z, and the first column begins at the longitude -180 deg. Longitude 0 is +X
 /// and 90 deg is +Y. Between the centres of four cells a value is bilinear. A pole has the mean of the row beside it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Equirectangular {
+pub(crate) struct Equirectangular {
     /// Cells of a row, at least 1.
-    pub columns: usize,
+    pub(crate) columns: usize,
     /// Rows, at least 2.
-    pub rows: usize,
+    pub(crate) rows: usize,
     /// The values: the pole +Z for each column, then row after row, and the other pole for each column.
-    pub values: Vec<f32>,
+    pub(crate) values: Vec<f32>,
 }
 
 impl Equirectangular {
     /// A map of the values of its cells, row after row.
-    pub fn new(columns: usize, rows: usize, cells: &[f32]) -> Self {
+    pub(crate) fn new(columns: usize, rows: usize, cells: &[f32]) -> Self {
         let pole = |row: &[f32]| {
             let mean = row.iter().map(|value| f64::from(*value)).sum::<f64>() / columns as f64;
             vec![mean as f32; columns]
@@ -32,12 +32,12 @@ impl Equirectangular {
     }
 
     /// The values of the cells, row after row.
-    pub fn cells(&self) -> &[f32] {
+    pub(crate) fn cells(&self) -> &[f32] {
         &self.values[self.columns..(self.rows + 1) * self.columns]
     }
 
     /// Value in a direction, a unit vector.
-    pub fn at(&self, direction: DVec3) -> f64 {
+    pub(crate) fn at(&self, direction: DVec3) -> f64 {
         let longitude = direction.y.atan2(direction.x);
         let polar = direction.truncate().length().atan2(direction.z);
         let column = (longitude / TAU + 0.5) * self.columns as f64 - 0.5;
@@ -57,7 +57,7 @@ impl Equirectangular {
     }
 
     /// Mean over the sphere.
-    pub fn mean(&self) -> f64 {
+    pub(crate) fn mean(&self) -> f64 {
         let weight = |row: usize| ((row as f64 + 0.5) / self.rows as f64 * PI).sin();
         let of_row =
             |row: usize| self.cells()[row * self.columns..][..self.columns].iter().map(|v| f64::from(*v)).sum::<f64>();
@@ -75,7 +75,7 @@ fn centre_of(column: usize, row: usize, [columns, rows]: [usize; 2]) -> DVec3 {
 
 /// How the axes of a planet's map turn in the inertial frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum MapAxes {
+pub(crate) enum MapAxes {
     /// +Z leads to the Sun.
     Sun,
     /// Those of the Earth, on a trajectory.
@@ -95,9 +95,9 @@ pub enum MapAxes {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanetPattern {
     /// Brightness temperatures in the band [K].
-    pub temperatures: Equirectangular,
+    pub(crate) temperatures: Equirectangular,
     /// The axes of the map.
-    pub axes: MapAxes,
+    pub(crate) axes: MapAxes,
 }
 
 /// Law of the temperature between day and night.
@@ -131,7 +131,7 @@ impl PlanetPattern {
 impl MapAxes {
     /// Rotates inertial vectors into the axes of the map at a time [s]. `sun` is the direction from the planet to the Sun, and `earth` rotates inertial vectors
     /// into those of the Earth.
-    pub fn from_inertial(&self, time: f64, sun: DVec3, earth: impl Fn() -> DMat3) -> DMat3 {
+    pub(crate) fn map_from_inertial(&self, time: f64, sun: DVec3, earth: impl Fn() -> DMat3) -> DMat3 {
         match *self {
             Self::Sun => {
                 let across = sun.any_orthonormal_vector();
@@ -150,7 +150,7 @@ impl MapAxes {
 }
 
 /// Direction from the planet's centre to the point that is seen along a ray which meets the planet. `nadir` leads to the centre; both are unit vectors.
-pub fn seen_point(direction: DVec3, nadir: DVec3, disc: ApparentRadius) -> DVec3 {
+pub(crate) fn seen_point(direction: DVec3, nadir: DVec3, disc: ApparentRadius) -> DVec3 {
     let (along, across) = (direction.dot(nadir), direction.cross(nadir).length());
     let (inside, outside) = (along * disc.sin - across * disc.cos, along * disc.sin + across * disc.cos);
     // The angle at the point, against its vertical, and the angle at the planet's centre.
@@ -160,28 +160,28 @@ pub fn seen_point(direction: DVec3, nadir: DVec3, disc: ApparentRadius) -> DVec3
 }
 
 /// Cells of the means of a planet over the direction of a surface.
-pub const MEAN_COLUMNS: usize = 96;
+pub(crate) const MEAN_COLUMNS: usize = 96;
 /// Rows of them.
-pub const MEAN_ROWS: usize = 48;
+pub(crate) const MEAN_ROWS: usize = 48;
 /// Numbers of one kind of surface.
-pub const MEAN_VALUES: usize = MEAN_COLUMNS * (MEAN_ROWS + 2);
+pub(crate) const MEAN_VALUES: usize = MEAN_COLUMNS * (MEAN_ROWS + 2);
 
 /// Points that stand for the disc.
 const DISC_POINTS: usize = 2048;
 
 /// What surfaces see of a planet that is not uniform. All values are radiances over that of the planet's own temperature.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SeenPlanet {
+pub(crate) struct SeenPlanet {
     /// The map.
-    pub map: Arc<Equirectangular>,
+    pub(crate) map: Arc<Equirectangular>,
     /// Mean over the part of the disc that a surface sees: of a diffuse one over its normal, then of rough mirrors over the mirror direction. The axes are those
     /// of the map.
-    pub means: Vec<Equirectangular>,
+    pub(crate) means: Vec<Equirectangular>,
 }
 
 impl SeenPlanet {
     /// The means of a planet whose centre is in the direction `nadir` of its map's axes, for mirrors of these roughnesses.
-    pub fn new(map: &Arc<Equirectangular>, nadir: DVec3, disc: ApparentRadius, roughnesses: &[f64]) -> Self {
+    pub(crate) fn new(map: &Arc<Equirectangular>, nadir: DVec3, disc: ApparentRadius, roughnesses: &[f64]) -> Self {
         let points = disc_points(nadir, disc, DISC_POINTS)
             .map(|direction| (direction, map.at(seen_point(direction, nadir, disc))));
         let points: Vec<(DVec3, f64)> = points.collect();
@@ -225,7 +225,7 @@ fn disc_points(centre: DVec3, disc: ApparentRadius, count: usize) -> impl Iterat
 }
 
 /// Angle by which the planet's centre may move in its map before the means are made anew [rad].
-pub const MEANS_ANGLE: f64 = 0.1 * PI / 180.0;
+pub(crate) const MEANS_ANGLE: f64 = 0.1 * PI / 180.0;
 
 #[cfg(test)]
 mod tests {
@@ -328,7 +328,7 @@ mod tests {
     fn day_lies_on_the_side_of_the_sun() {
         let sun = DVec3::new(0.6, 0.0, -0.8);
         let step = PlanetPattern::day_night(300.0, 240.0, DayLaw::Step);
-        let from_inertial = step.axes.from_inertial(7.0, sun, || DMat3::NAN);
+        let from_inertial = step.axes.map_from_inertial(7.0, sun, || DMat3::NAN);
         let at = |pattern: &PlanetPattern, direction: DVec3| pattern.temperatures.at(from_inertial * direction);
         let beside = sun.any_orthonormal_vector();
         assert_eq!((at(&step, sun), at(&step, -sun)), (300.0, 240.0));
@@ -345,13 +345,13 @@ mod tests {
         let day = 86_164.1;
         let axes = MapAxes::Turning { pole: DVec3::Z, longitude: 0.5, rate: TAU / day };
         let longitude = |time: f64| {
-            let below = axes.from_inertial(time, DVec3::X, || DMat3::NAN) * DVec3::X;
+            let below = axes.map_from_inertial(time, DVec3::X, || DMat3::NAN) * DVec3::X;
             below.y.atan2(below.x)
         };
         assert!((longitude(0.0) - 0.5).abs() < 1e-12);
         assert!((longitude(day / 8.0) - (0.5 - PI / 4.0)).abs() < 1e-9, "what is below +X lies farther west");
         let tilted = MapAxes::Turning { pole: DVec3::X, longitude: 0.0, rate: 0.0 };
-        let rotation = tilted.from_inertial(0.0, DVec3::X, || DMat3::NAN);
+        let rotation = tilted.map_from_inertial(0.0, DVec3::X, || DMat3::NAN);
         assert!((rotation * DVec3::X - DVec3::Z).length() < 1e-12 && (rotation.determinant() - 1.0).abs() < 1e-12);
     }
 }

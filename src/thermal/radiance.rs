@@ -3,20 +3,20 @@
 use crate::thermal::planck::{Band, SECOND_RADIATION, scaled_radiance, scaled_radiance_cold, scaled_radiance_hot};
 
 /// Intervals of the table over v in [0, 1].
-pub const INTERVALS: usize = 1024;
+pub(crate) const INTERVALS: usize = 1024;
 /// Temperature at the middle of the table, where v = T / (T + 400 K) [K].
-pub const MIDDLE_TEMPERATURE: f64 = 400.0;
+pub(crate) const MIDDLE_TEMPERATURE: f64 = 400.0;
 
 /// Table of ln G of a band over v = T / (T + 400 K), with G = L e^x / T and x = c2 / (lambda_max T).
 #[derive(Debug, Clone, PartialEq)]
 pub struct RadianceTable {
     /// The band.
-    pub band: Band,
+    pub(crate) band: Band,
     /// c2 / lambda_max [K], so that x = `edge_temperature` / T.
-    pub edge_temperature: f64,
+    pub(crate) edge_temperature: f64,
     /// ln(G / (1 W m-2 sr-1 K-1)) at v = (i - 1) / `INTERVALS`. The first and last values lie outside [0, 1]. They extend the cubic of the neighbouring
     /// interval to the end interval.
-    pub values: Vec<f64>,
+    pub(crate) values: Vec<f64>,
 }
 
 impl RadianceTable {
@@ -36,7 +36,7 @@ impl RadianceTable {
     }
 
     /// ln G at a temperature [K] > 0, and its derivative [1/K].
-    pub fn ln_scaled(&self, temperature: f64) -> (f64, f64) {
+    pub(crate) fn ln_scaled(&self, temperature: f64) -> (f64, f64) {
         let v = temperature / (temperature + MIDDLE_TEMPERATURE);
         let place = v * INTERVALS as f64;
         let cell = (place as usize).min(INTERVALS - 1);
@@ -76,12 +76,12 @@ pub(super) mod tests {
     use crate::thermal::planck::band_radiance_exact;
 
     /// A band given in um.
-    pub const fn microns(lower: f64, upper: f64) -> Band {
+    pub(crate) const fn microns(lower: f64, upper: f64) -> Band {
         Band { lower: lower * 1e-6, upper: upper * 1e-6 }
     }
 
     /// The bands of the measurements: common cameras, and narrow, wide and extreme bands in 1 to 50 um.
-    pub const BANDS: [Band; 9] = [
+    pub(crate) const BANDS: [Band; 9] = [
         microns(8.0, 14.0),
         microns(3.0, 5.0),
         microns(10.3, 11.3),
@@ -94,7 +94,7 @@ pub(super) mod tests {
     ];
 
     /// Temperatures between the table's points, 30 to 1000 K.
-    pub fn temperatures() -> impl Iterator<Item = f64> {
+    pub(crate) fn temperatures() -> impl Iterator<Item = f64> {
         (0..1500).map(|i| 30.0 * (1000.0_f64 / 30.0).powf(f64::from(i) / 1499.0))
     }
 

@@ -16,50 +16,50 @@ const BALANCED: f64 = 1e12;
 const STRUCTURE_SHARE: f64 = 0.05;
 
 /// Most parts of a step for a structure that stores little heat.
-pub const PARTS_AT_MOST: u32 = 64;
+pub(crate) const PARTS_AT_MOST: u32 = 64;
 
 /// State of a plate between steps.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct PlateState {
+pub(crate) struct PlateState {
     /// Temperature of the outside [K].
-    pub outside: f64,
+    pub(crate) outside: f64,
     /// Temperature of the structure [K]. It is that of the outside at the start of a run.
-    pub structure: f64,
+    pub(crate) structure: f64,
     /// Last change of the structure, for a whole step [K].
-    pub trend: f64,
+    pub(crate) trend: f64,
 }
 
 impl PlateState {
     /// A plate at rest at a temperature [K].
-    pub fn settled(temperature: f64) -> Self {
+    pub(crate) fn settled(temperature: f64) -> Self {
         Self { outside: temperature, structure: temperature, trend: 0.0 }
     }
 }
 
 /// What a plate absorbs and emits during a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PlateLoad {
+pub(crate) struct PlateLoad {
     /// Absorbed flux of both faces [W/m2].
-    pub absorbed: f64,
+    pub(crate) absorbed: f64,
     /// Sum of the emissivities of the faces.
-    pub emissivity: f64,
+    pub(crate) emissivity: f64,
     /// Temperature of space [K].
-    pub background: f64,
+    pub(crate) background: f64,
 }
 
 impl Radiative {
     /// Change of the outside by a flux of 1 W/m2 in a step [K m2/W].
-    pub fn share(&self) -> f64 {
+    pub(crate) fn share(&self) -> f64 {
         (self.step / self.capacity).min(BALANCED)
     }
 
     /// Change of the structure by a flux of 1 W/m2 in a step [K m2/W]. 0 without a structure.
-    pub fn structure_share(&self) -> f64 {
+    pub(crate) fn structure_share(&self) -> f64 {
         self.over.map_or(0.0, |over| self.step / over.capacity)
     }
 
     /// Conductance by radiation between outside and structure [W/(m2 K4)].
-    pub fn exchange(&self) -> f64 {
+    pub(crate) fn exchange(&self) -> f64 {
         self.over.map_or(0.0, |over| STEFAN_BOLTZMANN * over.effective_emittance)
     }
 
@@ -72,14 +72,14 @@ impl Radiative {
     }
 
     /// Parts of a step in which the structure is held.
-    pub fn parts(&self) -> u32 {
+    pub(crate) fn parts(&self) -> u32 {
         let rate = 4.0 * self.exchange() * self.hottest.powi(3) * self.structure_share();
         (rate / STRUCTURE_SHARE).ceil().max(1.0) as u32
     }
 }
 
 /// The state of a plate after `steps` steps of the scene.
-pub fn radiative_step(state: PlateState, load: PlateLoad, steps: f64, plate: &Radiative) -> PlateState {
+pub(crate) fn radiative_step(state: PlateState, load: PlateLoad, steps: f64, plate: &Radiative) -> PlateState {
     let parts = plate.parts();
     let length = steps / f64::from(parts);
     let (share, exchange) = (length * plate.share(), plate.exchange());

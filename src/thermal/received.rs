@@ -13,26 +13,26 @@ pub struct Seen {
 
 impl Seen {
     /// A face from which nothing is hidden.
-    pub const ALL: Self = Self { planet_ir: 1.0, albedo: 1.0 };
+    pub(crate) const ALL: Self = Self { planet_ir: 1.0, albedo: 1.0 };
 }
 
 /// What a face receives.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Received {
+pub(crate) struct Received {
     /// Flux from other surfaces that the face absorbs [W/m2].
-    pub absorbed: f64,
+    pub(crate) absorbed: f64,
     /// Shares of the planet's light that it sees.
-    pub seen: Seen,
+    pub(crate) seen: Seen,
     /// Share of the face outside other parts, which sunlight can reach.
-    pub exposed: f64,
+    pub(crate) exposed: f64,
 }
 
 impl Received {
     /// A face that sees nothing of the craft.
-    pub const NOTHING: Self = Self { absorbed: 0.0, seen: Seen::ALL, exposed: 1.0 };
+    pub(crate) const NOTHING: Self = Self { absorbed: 0.0, seen: Seen::ALL, exposed: 1.0 };
 
     /// What of an incident flux on an open face comes through.
-    pub fn through(&self, open: Incident) -> Incident {
+    pub(crate) fn through(&self, open: Incident) -> Incident {
         let Seen { planet_ir, albedo } = self.seen;
         Incident {
             solar: self.exposed * open.solar,

@@ -58,7 +58,7 @@ impl<F: IncidentFlux> Reference<F> {
     }
 
     /// The same nodes with the joint of each (0 is the body). Their normals are those of the file's pose.
-    pub fn with_joints(self, joints: Vec<u32>) -> Self {
+    pub(crate) fn with_joints(self, joints: Vec<u32>) -> Self {
         Self { joints, ..self }
     }
 
@@ -72,27 +72,27 @@ impl<F: IncidentFlux> Reference<F> {
     }
 
     /// Sets the share of the Sun that each node sees under the craft's own shadow. It is 1 at the start.
-    pub fn shade(&mut self, visibility: Vec<f64>) {
+    pub(crate) fn shade(&mut self, visibility: Vec<f64>) {
         self.visibility = visibility;
     }
 
     /// Sets what the front and back of each node receive from the craft until the next call.
-    pub fn receive(&mut self, received: Vec<[Received; 2]>) {
+    pub(crate) fn receive(&mut self, received: Vec<[Received; 2]>) {
         self.received = received;
     }
 
     /// What the faces of each node receive from the craft. Empty where surfaces do not see each other.
-    pub fn received(&self) -> &[[Received; 2]] {
+    pub(crate) fn received(&self) -> &[[Received; 2]] {
         &self.received
     }
 
     /// Share of the Sun that each node sees.
-    pub fn visibility(&self) -> &[f64] {
+    pub(crate) fn visibility(&self) -> &[f64] {
         &self.visibility
     }
 
     /// Finds the shadows of a load where the last ones no longer hold.
-    pub fn find_shadows(&mut self, shadows: &mut Option<Shadows>, load: &StepLoad) {
+    pub(crate) fn find_shadows(&mut self, shadows: &mut Option<Shadows>, load: &StepLoad) {
         if let Some(visibility) = shadows.as_mut().and_then(|shadows| shadows.visibility(load)) {
             self.shade(visibility);
         }
@@ -162,7 +162,7 @@ impl<F: IncidentFlux> Reference<F> {
     }
 
     /// Replaces the temperature of the structure below a plate [K].
-    pub fn set_structure(&mut self, node: usize, temperature: f64) {
+    pub(crate) fn set_structure(&mut self, node: usize, temperature: f64) {
         self.states[node] = kept(PlateState { structure: temperature, trend: 0.0, ..plate_of(self.states[node]) });
     }
 
@@ -172,7 +172,7 @@ impl<F: IncidentFlux> Reference<F> {
     }
 
     /// Flux that nodes of a thermal network absorb [W/m2]. 0 for other nodes.
-    pub fn absorbed(&self, load: &StepLoad) -> Vec<f64> {
+    pub(crate) fn absorbed(&self, load: &StepLoad) -> Vec<f64> {
         let absorbed = |node: usize| {
             let material = &self.materials[self.nodes[node].material as usize];
             self.absorbed_by(node, material, load)
@@ -181,13 +181,13 @@ impl<F: IncidentFlux> Reference<F> {
     }
 
     /// Sets the temperature of a network node [K].
-    pub fn set_temperature(&mut self, node: usize, temperature: f64) {
+    pub(crate) fn set_temperature(&mut self, node: usize, temperature: f64) {
         self.temperatures[node] = temperature;
         self.states[node].target = temperature;
     }
 
     /// The state of the nodes, with the share of the Sun that each sees.
-    pub fn save(&self) -> Saved {
+    pub(crate) fn save(&self) -> Saved {
         let mut saved = Saved::default();
         let states: Vec<[f64; 3]> = self.states.iter().map(|one| [one.target, one.span, one.elapsed]).collect();
         saved.put("states", &states);
@@ -200,7 +200,7 @@ impl<F: IncidentFlux> Reference<F> {
     ///
     /// # Errors
     /// Lists of another length.
-    pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
+    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         let states: Vec<[f64; 3]> = saved.list_of("states", self.nodes.len())?;
         self.states =
             states.into_iter().map(|[target, span, elapsed]| TransitionState { target, span, elapsed }).collect();

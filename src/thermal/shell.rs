@@ -20,47 +20,47 @@ mod merge;
 mod tests;
 mod weld;
 
-pub use contact::{Contact, ContactConductance, Selection};
+pub(crate) use contact::{Contact, ContactConductance, Selection};
 
 /// A vertex that belongs to no node of the network.
-pub const NO_NODE: u32 = u32::MAX;
+pub(crate) const NO_NODE: u32 = u32::MAX;
 
 /// Pairs of nodes that exchange heat faster than this [1/s] are merged, unless the scene gives another rate (docs/numerics.md 3).
-pub const MERGE_RATE: f64 = 60.0;
+pub(crate) const MERGE_RATE: f64 = 60.0;
 
 /// The surface from which a network is made.
 #[derive(Debug, Clone, Copy)]
-pub struct Surface<'a> {
+pub(crate) struct Surface<'a> {
     /// Positions of the drawn vertices [m].
     pub positions: &'a [DVec3],
     /// Vertices of the triangles.
     pub triangles: &'a [[u32; 3]],
     /// Part of every vertex.
-    pub parts: &'a [u32],
+    pub(crate) parts: &'a [u32],
     /// Material of every vertex.
-    pub materials: &'a [u32],
+    pub(crate) materials: &'a [u32],
 }
 
 /// One conducting, heat-storing sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Sheet {
+pub(crate) struct Sheet {
     /// Capacitance per area: thickness x density x specific heat [J/(m2 K)]. 0 makes arithmetic nodes.
-    pub capacitance: f64,
+    pub(crate) capacitance: f64,
     /// Conductivity x thickness [W/K]. 0 is an insulator.
-    pub conductance: f64,
+    pub(crate) conductance: f64,
     /// Thickness [m].
-    pub thickness: f64,
+    pub(crate) thickness: f64,
 }
 
 /// Material data for a network.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ShellMaterial {
+pub(crate) struct ShellMaterial {
     /// The visible sheet.
-    pub outer: Sheet,
+    pub(crate) outer: Sheet,
     /// Sum of the emissivities of the faces that see space.
-    pub emissivity: f64,
+    pub(crate) emissivity: f64,
     /// The structure below, and the effective emittance between the two sheets.
-    pub over: Option<(Sheet, f64)>,
+    pub(crate) over: Option<(Sheet, f64)>,
 }
 
 /// An error of a surface or a contact.
@@ -102,21 +102,21 @@ pub enum ShellError {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ShellSummary {
     /// Number of drawn vertices in the network.
-    pub vertices: usize,
+    pub(crate) vertices: usize,
     /// Number of nodes that were removed by merging.
-    pub merged: usize,
+    pub(crate) merged: usize,
     /// Rate above which pairs were merged [1/s].
-    pub merge_rate: f64,
+    pub(crate) merge_rate: f64,
     /// Number of pairs of nodes whose negative conductance was set to 0.
-    pub clamped: usize,
+    pub(crate) clamped: usize,
     /// Sum of the removed negative weights as a share of the sum of all weights.
-    pub clamped_share: f64,
+    pub(crate) clamped_share: f64,
     /// Number of edges flipped by the Delaunay triangulation.
-    pub flips: usize,
+    pub(crate) flips: usize,
     /// Number of edges that could not be flipped because more than two triangles meet there, or two with opposite winding.
-    pub non_manifold: usize,
+    pub(crate) non_manifold: usize,
     /// Number of triangles too flat to conduct.
-    pub degenerate: usize,
+    pub(crate) degenerate: usize,
     /// Number of pairs of nodes for each contact.
     pub contacts: Vec<(String, usize, f64)>,
 }
@@ -125,13 +125,13 @@ pub struct ShellSummary {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Shell {
     /// Nodes and conductors.
-    pub network: Network,
+    pub(crate) network: Network,
     /// Node of each drawn vertex, or `NO_NODE`.
-    pub node_of_vertex: Vec<u32>,
+    pub(crate) node_of_vertex: Vec<u32>,
     /// Node of the structure behind each drawn vertex. It is the vertex's own node where there is no layer.
-    pub structure_of_vertex: Vec<u32>,
+    pub(crate) structure_of_vertex: Vec<u32>,
     /// Area over which the flux at a drawn vertex heats its node [m2]. 0 outside the network.
-    pub load_areas: Vec<f64>,
+    pub(crate) load_areas: Vec<f64>,
     /// Report for the user.
     pub summary: ShellSummary,
 }
@@ -141,7 +141,7 @@ impl ShellMaterial {
     ///
     /// # Errors
     /// [`ShellError::Lacks`] where a value is missing that the network needs.
-    pub fn of(material: &Material) -> Result<Self, ShellError> {
+    pub(crate) fn of(material: &Material) -> Result<Self, ShellError> {
         let bulk = &material.bulk;
         let lacks = |key: &str| {
             let unit = match key {
@@ -173,7 +173,7 @@ impl ShellMaterial {
 
 impl Shell {
     /// Adds to `heat` the heat of every node [W] from the absorbed flux of every drawn vertex [W/m2].
-    pub fn gather(&self, absorbed: impl Fn(usize) -> f64, heat: &mut [f64]) {
+    pub(crate) fn gather(&self, absorbed: impl Fn(usize) -> f64, heat: &mut [f64]) {
         for (vertex, (node, area)) in self.node_of_vertex.iter().zip(&self.load_areas).enumerate() {
             if *node != NO_NODE {
                 heat[*node as usize] += area * absorbed(vertex);

@@ -15,37 +15,37 @@ const ROWS: u32 = 100;
 /// Share of the way that is left at the end of the sampled response.
 const LEFT: f64 = 0.01;
 /// Least difference of two balance temperatures [K]. Below it there is no response to fit.
-pub const LEAST_STEP: f64 = 10.0;
+pub(crate) const LEAST_STEP: f64 = 10.0;
 /// Least value of the lower balance temperature [K].
-pub const COLDEST: f64 = 10.0;
+pub(crate) const COLDEST: f64 = 10.0;
 
 /// A plate of a material.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plate {
+pub(crate) struct Plate {
     /// Capacitance [J/(m2 K)].
-    pub capacitance: f64,
+    pub(crate) capacitance: f64,
     /// Sum of the emissivities of the faces that radiate.
-    pub emissivity: f64,
+    pub(crate) emissivity: f64,
 }
 
 /// A transition fitted to a plate's heating and cooling between two balance temperatures.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fitted {
+pub(crate) struct Fitted {
     /// The fitted transition.
-    pub transition: Transition,
+    pub(crate) transition: Transition,
     /// The balance temperatures [K], the lower first.
-    pub between: [f64; 2],
+    pub(crate) between: [f64; 2],
     /// Root mean square and largest difference between plate and transition during heating [K].
-    pub heating: [f64; 2],
+    pub(crate) heating: [f64; 2],
     /// Root mean square and largest difference during cooling [K].
-    pub cooling: [f64; 2],
+    pub(crate) cooling: [f64; 2],
     /// Reasons not to trust the fit of the heating or cooling, in words.
-    pub doubts: Vec<String>,
+    pub(crate) doubts: Vec<String>,
 }
 
 impl Plate {
     /// Time [s] in which the plate moves from `from` to `to` [K] towards its `balance` [K]. It is infinite where `to` is the balance or lies beyond it.
-    pub fn time(&self, from: f64, to: f64, balance: f64) -> f64 {
+    pub(crate) fn time(&self, from: f64, to: f64, balance: f64) -> f64 {
         let way = |t: f64| ((balance + t) / (balance - t)).abs().ln() + 2.0 * (t / balance).atan();
         if (balance - to) * (balance - from) <= 0.0 {
             return f64::INFINITY;
@@ -54,7 +54,7 @@ impl Plate {
     }
 
     /// Temperature [K] at `time` [s] after the balance of a plate at `from` moved to `balance` [K].
-    pub fn temperature(&self, from: f64, balance: f64, time: f64) -> f64 {
+    pub(crate) fn temperature(&self, from: f64, balance: f64, time: f64) -> f64 {
         // The bisection is over the share of the way left. The time grows as the share falls.
         let [mut short, mut long] = [1.0f64, 0.0f64];
         for _ in 0..100 {
@@ -69,7 +69,7 @@ impl Plate {
     }
 
     /// The sampled response from one balance temperature to another [K], until a hundredth of the way is left.
-    pub fn record(&self, from: f64, balance: f64) -> Vec<Sample> {
+    pub(crate) fn record(&self, from: f64, balance: f64) -> Vec<Sample> {
         let end = self.time(from, balance + (from - balance) * LEFT, balance);
         let time = |row: u32| end * f64::from(row) / f64::from(ROWS);
         let sample = |row| Sample { time: time(row), temperature: self.temperature(from, balance, time(row)) };
@@ -81,7 +81,7 @@ impl Plate {
     ///
     /// # Errors
     /// A response that no function fits.
-    pub fn fit(&self, between: [f64; 2], step: f64) -> Result<Fitted, FitError> {
+    pub(crate) fn fit(&self, between: [f64; 2], step: f64) -> Result<Fitted, FitError> {
         let between = apart(between);
         let [cold, hot] = between;
         if self.capacitance <= 0.0 {

@@ -13,59 +13,59 @@ use super::planet_map::{SeenPlanet, seen_point};
 use crate::environment::view_factor::{ApparentRadius, plate_view_factor};
 
 /// Temperature of the blackbody with the Sun's radiance [K] (IAU 2015 resolution B3, nominal effective temperature).
-pub const SUN_TEMPERATURE: f64 = 5772.0;
+pub(crate) const SUN_TEMPERATURE: f64 = 5772.0;
 
 /// The surroundings at one instant. Directions are unit vectors in the axes of the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Surroundings {
     /// Direction to the planet's centre.
-    pub nadir: DVec3,
+    pub(crate) nadir: DVec3,
     /// Apparent radius of the planet.
-    pub planet: ApparentRadius,
+    pub(crate) planet: ApparentRadius,
     /// Direction to the Sun's centre.
-    pub sun: DVec3,
+    pub(crate) sun: DVec3,
     /// Apparent radius of the Sun.
-    pub sun_disc: ApparentRadius,
+    pub(crate) sun_disc: ApparentRadius,
     /// Radiance of the planet [W m-2 sr-1].
-    pub planet_radiance: f64,
+    pub(crate) planet_radiance: f64,
     /// Radiance of deep space [W m-2 sr-1].
-    pub space_radiance: f64,
+    pub(crate) space_radiance: f64,
     /// Radiance of the Sun's disc [W m-2 sr-1]. 0 without a Sun.
-    pub sun_radiance: f64,
+    pub(crate) sun_radiance: f64,
     /// Share of the Sun's disc that the planet leaves visible.
-    pub lit_fraction: f64,
+    pub(crate) lit_fraction: f64,
     /// Rotates camera axes into those of the planet's map. `None` for a uniform planet.
-    pub map_from_camera: Option<DMat3>,
+    pub(crate) map_from_camera: Option<DMat3>,
 }
 
 /// How a face emits and reflects in the band.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reflector {
+pub(crate) struct Reflector {
     /// Emissivity. The rest is reflected. A table stands in its place.
-    pub emissivity: f64,
+    pub(crate) emissivity: f64,
     /// Share of the reflected light that leaves about the mirror direction. The rest is diffuse.
-    pub specular: f64,
+    pub(crate) specular: f64,
     /// Index of the lobe of the mirror. `None` for a smooth one.
-    pub lobe: Option<usize>,
+    pub(crate) lobe: Option<usize>,
     /// Index of its emissivity over angle and temperature. `None` where no face of the scene has one.
-    pub table: Option<usize>,
+    pub(crate) table: Option<usize>,
     /// With a table: its factor at the temperature of planet, space and Sun, whose light it reflects.
-    pub of_sources: [f64; 3],
+    pub(crate) of_sources: [f64; 3],
 }
 
 /// Tables of a scene's images, which reflectors refer to.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Looks<'a> {
+pub(crate) struct Looks<'a> {
     /// Lobes of rough mirrors before the planet.
-    pub lobes: &'a [Lobe],
+    pub(crate) lobes: &'a [Lobe],
     /// Emissivities over angle and temperature.
-    pub tables: &'a [EmissivityTable],
+    pub(crate) tables: &'a [EmissivityTable],
     /// A planet that is not uniform.
-    pub planet: Option<&'a SeenPlanet>,
+    pub(crate) planet: Option<&'a SeenPlanet>,
 }
 
 /// Emissivity of a face at a temperature [K] and a cosine of the angle from its normal.
-pub fn emissivity(reflector: &Reflector, looks: &Looks, temperature: f64, cosine: f64) -> f64 {
+pub(crate) fn emissivity(reflector: &Reflector, looks: &Looks, temperature: f64, cosine: f64) -> f64 {
     match reflector.table.and_then(|table| looks.tables.get(table)) {
         Some(table) => table.emissivity(temperature, cosine),
         None => reflector.emissivity,
@@ -73,12 +73,12 @@ pub fn emissivity(reflector: &Reflector, looks: &Looks, temperature: f64, cosine
 }
 
 /// Share of the light of a blackbody at a temperature [K] that a face reflects, at a cosine of the angle from its normal.
-pub fn kept_share(reflector: &Reflector, looks: &Looks, temperature: f64, cosine: f64) -> f64 {
+pub(crate) fn kept_share(reflector: &Reflector, looks: &Looks, temperature: f64, cosine: f64) -> f64 {
     1.0 - emissivity(reflector, looks, temperature, cosine)
 }
 
 /// The surroundings with what a face reflects of the light of each. It reflects what it does not emit, at the same angle and wavelengths (Kirchhoff's law).
-pub fn dimmed(around: &Surroundings, reflector: &Reflector, looks: &Looks, cosine: f64) -> Surroundings {
+pub(crate) fn dimmed(around: &Surroundings, reflector: &Reflector, looks: &Looks, cosine: f64) -> Surroundings {
     let [planet, space, sun] = match reflector.table.and_then(|table| looks.tables.get(table)) {
         Some(table) => reflector.of_sources.map(|factor| 1.0 - factor * table.angle_factor(cosine)),
         None => [1.0 - reflector.emissivity; 3],
@@ -92,12 +92,12 @@ pub fn dimmed(around: &Surroundings, reflector: &Reflector, looks: &Looks, cosin
 }
 
 /// Sine of the apparent radius minus the angle between two unit vectors. It is negative outside the disc.
-pub fn within(direction: DVec3, centre: DVec3, disc: ApparentRadius) -> f64 {
+pub(crate) fn within(direction: DVec3, centre: DVec3, disc: ApparentRadius) -> f64 {
     direction.dot(centre) * disc.sin - direction.cross(centre).length() * disc.cos
 }
 
 /// Radiance from a direction [W m-2 sr-1].
-pub fn sky_radiance(around: &Surroundings, looks: &Looks, direction: DVec3) -> f64 {
+pub(crate) fn sky_radiance(around: &Surroundings, looks: &Looks, direction: DVec3) -> f64 {
     if within(direction, around.nadir, around.planet) >= 0.0 {
         let point = || seen_point(direction, around.nadir, around.planet);
         let relative = looks.planet.zip(around.map_from_camera).map(|(planet, axes)| planet.map.at(axes * point()));
@@ -110,13 +110,13 @@ pub fn sky_radiance(around: &Surroundings, looks: &Looks, direction: DVec3) -> f
 }
 
 /// Irradiance across the Sun's rays [W/m2].
-pub fn sun_irradiance(around: &Surroundings) -> f64 {
+pub(crate) fn sun_irradiance(around: &Surroundings) -> f64 {
     PI * around.sun_disc.sin * around.sun_disc.sin * around.sun_radiance * around.lit_fraction
 }
 
 /// Radiance that a face reflects to the camera [W m-2 sr-1]. `normal` is that of the visible face and `to_camera` the direction to the camera, both of
 /// length 1. The normal of a mesh may lean away from the camera at a silhouette. The face then counts as seen edge-on.
-pub fn reflected_radiance(
+pub(crate) fn reflected_radiance(
     around: &Surroundings,
     reflector: &Reflector,
     looks: &Looks,

@@ -23,7 +23,7 @@ mod walks;
 /// A restart changes the curve by a finite amount, however small the move. So device and reference must agree on what a move is. f32 resolves 3e-5 K at
 /// 300 K and 6e-5 K at 1000 K, and a balance temperature on the device varies by a few of these. This is 23 and 11 of them. Moves of round size, such as
 /// 0.5 mK and 1 mK, lie several of them below and above. A slow drift is not lost, because the stored target stays until the drift from it counts.
-pub const MOVED: f64 = 7e-4;
+pub(crate) const MOVED: f64 = 7e-4;
 
 /// State of a node between steps, in units of the transition's domain: K, or (100 K)^4.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,12 +45,12 @@ impl TransitionState {
 }
 
 /// The branch of a span: heating where the span is zero or positive.
-pub fn branch(span: f64, transition: &Transition) -> &Profile {
+pub(crate) fn branch(span: f64, transition: &Transition) -> &Profile {
     if span >= 0.0 { &transition.heating } else { &transition.cooling }
 }
 
 /// Share of a duration that is left. 0 where the duration is 0.
-pub fn remaining_time(elapsed: f64, duration: f64) -> f64 {
+pub(crate) fn remaining_time(elapsed: f64, duration: f64) -> f64 {
     if duration > 0.0 { (1.0 - elapsed / duration).max(0.0) } else { 0.0 }
 }
 
@@ -60,7 +60,7 @@ fn stays(present: f64, commanded: f64, domain: Domain) -> bool {
 }
 
 /// The state after a new target (in units of the domain), before time advances.
-pub fn retarget(state: TransitionState, commanded: f64, transition: &Transition) -> TransitionState {
+pub(crate) fn retarget(state: TransitionState, commanded: f64, transition: &Transition) -> TransitionState {
     let change = commanded - state.target;
     if change == 0.0 || transition.retarget == Retarget::Restart && stays(state.target, commanded, transition.domain) {
         return state;
@@ -91,7 +91,7 @@ pub fn retarget(state: TransitionState, commanded: f64, transition: &Transition)
 const OVER: f64 = 1.0 / (1 << 22) as f64;
 
 /// The state `steps_dt` steps later. Time stops at the end of the branch.
-pub fn advance(state: TransitionState, steps_dt: f64, transition: &Transition) -> TransitionState {
+pub(crate) fn advance(state: TransitionState, steps_dt: f64, transition: &Transition) -> TransitionState {
     let duration = branch(state.span, transition).duration();
     let elapsed = state.elapsed + steps_dt;
     TransitionState { elapsed: if elapsed < duration * (1.0 - OVER) { elapsed } else { duration }, ..state }

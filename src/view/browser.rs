@@ -3,7 +3,7 @@
 use std::process::{Command, Stdio};
 
 /// Asks the desktop to open an address. Returns whether there is a desktop that could be asked.
-pub fn open(address: &str) -> bool {
+pub(crate) fn open(address: &str) -> bool {
     let set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let mut command = if cfg!(windows) {
         let mut command = Command::new("rundll32");

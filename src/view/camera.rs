@@ -23,7 +23,7 @@ const NEAR_SHARE: f64 = 0.05;
 ///
 /// # Errors
 /// A size for a scene with a sensor, in words.
-pub fn camera(own: Option<&Camera>, sensor: bool, size: Option<[u32; 2]>) -> Result<Camera, String> {
+pub(crate) fn camera(own: Option<&Camera>, sensor: bool, size: Option<[u32; 2]>) -> Result<Camera, String> {
     let Some(own) = own else { return Ok(plain(size.unwrap_or(SIZE))) };
     if sensor {
         return match size {
@@ -71,7 +71,7 @@ fn plain([width, height]: [u32; 2]) -> Camera {
 
 /// Where the camera of a page is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Look {
+pub(crate) enum Look {
     /// Where the scene's camera is.
     Scene,
     /// At a position, with a point in the middle of the image, in the body frame [m].
@@ -90,7 +90,7 @@ impl Look {
     ///
     /// # Errors
     /// A pose that can not be used.
-    pub fn of(&self, camera: &Camera) -> Result<(Camera, Pose), SimulationError> {
+    pub(crate) fn of(&self, camera: &Camera) -> Result<(Camera, Pose), SimulationError> {
         match *self {
             Self::Scene => Ok((camera.clone(), Pose::OfCamera)),
             Self::At { position, target, up } => {
@@ -103,7 +103,7 @@ impl Look {
 }
 
 /// Middle of the craft and the radius of a ball around it in the file's pose [m].
-pub fn extent(prepared: &Prepared) -> (DVec3, f64) {
+pub(crate) fn extent(prepared: &Prepared) -> (DVec3, f64) {
     let nodes = &prepared.nodes;
     let positions = || nodes.node_of_vertex.iter().map(|slot| nodes.positions[*slot as usize].as_dvec3());
     let ends = positions().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], at| [low.min(at), high.max(at)]);

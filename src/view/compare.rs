@@ -19,21 +19,21 @@ const EVERY: f64 = 0.5;
 
 /// What a comparison needs.
 #[derive(Clone)]
-pub struct Comparison {
+pub(crate) struct Comparison {
     /// The scene.
-    pub scene: Scene,
+    pub(crate) scene: Scene,
     /// The place of computation.
-    pub target: Target,
+    pub(crate) target: Target,
     /// Ends it early.
-    pub stop: Arc<AtomicBool>,
+    pub(crate) stop: Arc<AtomicBool>,
     /// Whether one is under way.
-    pub is_under_way: Arc<AtomicBool>,
+    pub(crate) is_under_way: Arc<AtomicBool>,
 }
 
 impl Comparison {
     /// Runs the scene from its warm-up to its end without images, beside f64 for a sample of nodes. `tell` takes messages for the pages, the last of which has
     /// the result or the reason why there is none.
-    pub fn run(&self, tell: &mut dyn FnMut(String)) {
+    pub(crate) fn run(&self, tell: &mut dyn FnMut(String)) {
         let message = match self.compare(tell) {
             Ok(message) => message,
             Err(error) => json!({ "type": "accuracy", "failed": error.to_string() }).to_string(),

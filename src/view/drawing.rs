@@ -49,27 +49,27 @@ struct Header<'a> {
 }
 
 /// What all pages have in common.
-pub struct Common {
+pub(crate) struct Common {
     /// The camera without a pose.
-    pub camera: Camera,
+    pub(crate) camera: Camera,
     /// Brightness temperatures of the scene's band.
-    pub apparent: Apparent,
+    pub(crate) apparent: Apparent,
 }
 
 /// How time stands.
 #[derive(Debug, Clone, Copy)]
-pub struct Clock {
+pub(crate) struct Clock {
     /// The step to which time goes.
-    pub goal: u32,
+    pub(crate) goal: u32,
     /// Whether it goes on.
-    pub playing: bool,
+    pub(crate) playing: bool,
 }
 
 /// The image of a page as a message, and what it showed.
 ///
 /// # Errors
 /// A pose that can not be used, or a call that fails.
-pub fn draw(
+pub(crate) fn draw(
     player: &mut Player,
     common: &Common,
     look: &Look,

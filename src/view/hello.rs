@@ -23,7 +23,7 @@ const MAPS: [(&str, colorous::Gradient); 5] = [
 ];
 
 /// The scene in words and numbers, as JSON. `has_camera` tells whether the scene has a camera of its own.
-pub fn hello(simulation: &Simulation, camera: &Camera, has_camera: bool) -> String {
+pub(crate) fn hello(simulation: &Simulation, camera: &Camera, has_camera: bool) -> String {
     let prepared = simulation.prepared();
     let scene = &prepared.scene;
     let (middle, radius) = extent(prepared);

@@ -56,7 +56,11 @@ struct Shared {
 ///
 /// # Errors
 /// The listener can not be used.
-pub async fn serve(listener: TcpListener, commands: Sender<Command>, stop: Arc<AtomicBool>) -> std::io::Result<()> {
+pub(crate) async fn serve(
+    listener: TcpListener,
+    commands: Sender<Command>,
+    stop: Arc<AtomicBool>,
+) -> std::io::Result<()> {
     listener.set_nonblocking(true)?;
     let listener = tokio::net::TcpListener::from_std(listener)?;
     let worker = commands.clone();

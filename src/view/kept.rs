@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 /// Values of steps. That of step 0 is never dropped.
-pub struct Kept<T> {
+pub(crate) struct Kept<T> {
     values: BTreeMap<u32, (T, usize)>,
     /// Only multiples of this number are kept.
     every: u32,
@@ -13,17 +13,17 @@ pub struct Kept<T> {
 
 impl<T> Kept<T> {
     /// Nothing yet. Steps are kept that are a multiple of `every`, in about `most` bytes.
-    pub fn new(every: u32, most: usize) -> Self {
+    pub(crate) fn new(every: u32, most: usize) -> Self {
         Self { values: BTreeMap::new(), every: every.max(1), bytes: 0, most }
     }
 
     /// Whether the value of a step is wanted.
-    pub fn wants(&self, step: u32) -> bool {
+    pub(crate) fn wants(&self, step: u32) -> bool {
         step.is_multiple_of(self.every) && !self.values.contains_key(&step)
     }
 
     /// Keeps the value of a step, which takes so many bytes.
-    pub fn keep(&mut self, step: u32, value: T, bytes: usize) {
+    pub(crate) fn keep(&mut self, step: u32, value: T, bytes: usize) {
         if !self.wants(step) {
             return;
         }
@@ -38,12 +38,12 @@ impl<T> Kept<T> {
     }
 
     /// The last step up to a step, and its value.
-    pub fn before(&self, step: u32) -> Option<(u32, &T)> {
+    pub(crate) fn before(&self, step: u32) -> Option<(u32, &T)> {
         self.values.range(..=step).next_back().map(|(step, (value, _))| (*step, value))
     }
 
     /// Steps and values in order.
-    pub fn all(&self) -> impl Iterator<Item = (u32, &T)> {
+    pub(crate) fn all(&self) -> impl Iterator<Item = (u32, &T)> {
         self.values.iter().map(|(step, (value, _))| (*step, value))
     }
 }

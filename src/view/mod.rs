@@ -3,15 +3,15 @@
 //! [`http`] answers the browser. [`worker`] is the thread that owns the simulation: it steps, draws and answers each page in turn. All pages share one
 //! time, and each has a camera of its own. [`player`] moves the simulation forward and back. `docs/view.md` has the messages.
 
-pub mod browser;
-pub mod camera;
-pub mod compare;
-pub mod drawing;
-pub mod hello;
-pub mod http;
-pub mod kept;
-pub mod packet;
-pub mod player;
-pub mod request;
-pub mod session;
-pub mod worker;
+pub(crate) mod browser;
+pub(crate) mod camera;
+pub(crate) mod compare;
+pub(crate) mod drawing;
+pub(crate) mod hello;
+pub(crate) mod http;
+pub(crate) mod kept;
+pub(crate) mod packet;
+pub(crate) mod player;
+pub(crate) mod request;
+pub(crate) mod session;
+pub(crate) mod worker;

@@ -6,33 +6,33 @@
 use serde::Serialize;
 
 /// The first bytes of an image.
-pub const MAGIC: &[u8; 4] = b"ISOT";
+pub(crate) const MAGIC: &[u8; 4] = b"ISOT";
 
 /// Finest step between two temperatures [K].
 const FINEST: f64 = 0.01;
 
 /// What a plane holds and how it is read.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Plane {
+pub(crate) struct Plane {
     /// `temperature`, `apparent`, `counts`, `part` or `material`.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// Bytes of a number: 1 or 2.
-    pub bytes: usize,
+    pub(crate) bytes: usize,
     /// The value is this many times the number.
-    pub scale: f64,
+    pub(crate) scale: f64,
 }
 
 /// Planes with their bytes.
 #[derive(Debug, Default)]
-pub struct Planes {
+pub(crate) struct Planes {
     /// What they are.
-    pub listed: Vec<Plane>,
+    pub(crate) listed: Vec<Plane>,
     bytes: Vec<u8>,
 }
 
 impl Planes {
     /// Adds temperatures [K]. The step between two numbers is 0.01 K below 655 K, and twice, four times ... as much where an image is hotter.
-    pub fn temperatures(&mut self, name: &'static str, values: &[f32]) {
+    pub(crate) fn temperatures(&mut self, name: &'static str, values: &[f32]) {
         let most = f64::from(values.iter().copied().fold(0.0, f32::max));
         let mut scale = FINEST;
         while most > scale * f64::from(u16::MAX) && scale < 1e30 {
@@ -43,12 +43,12 @@ impl Planes {
     }
 
     /// Adds digital numbers.
-    pub fn counts(&mut self, values: &[u16]) {
+    pub(crate) fn counts(&mut self, values: &[u16]) {
         self.words(Plane { name: "counts", bytes: 2, scale: 1.0 }, values.iter().copied());
     }
 
     /// Adds labels up to `count`. Each takes a byte where all of them fit, and two bytes otherwise.
-    pub fn labels(&mut self, name: &'static str, values: &[u32], count: usize) {
+    pub(crate) fn labels(&mut self, name: &'static str, values: &[u32], count: usize) {
         if count < 256 {
             self.listed.push(Plane { name, bytes: 1, scale: 1.0 });
             self.bytes.extend(values.iter().map(|value| *value as u8));
@@ -70,7 +70,7 @@ impl Planes {
     }
 
     /// The whole message.
-    pub fn packet(&self, header: &str) -> Vec<u8> {
+    pub(crate) fn packet(&self, header: &str) -> Vec<u8> {
         let length = header.len().next_multiple_of(4);
         let mut packet = Vec::with_capacity(8 + length + self.bytes.len());
         packet.extend_from_slice(MAGIC);

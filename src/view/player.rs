@@ -19,25 +19,25 @@ const STATES: u32 = 64;
 
 /// A node whose temperature is drawn over time.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Probe {
+pub(crate) struct Probe {
     /// Its number.
-    pub id: u64,
+    pub(crate) id: u64,
     /// Its name in the scene, or that of its part.
-    pub name: String,
+    pub(crate) name: String,
     /// Its material.
-    pub material: String,
+    pub(crate) material: String,
     /// Its vertex of the model, with the scene's node density.
-    pub node: usize,
+    pub(crate) node: usize,
 }
 
 /// What an image showed, to find the node at a pixel.
-pub struct Seen {
+pub(crate) struct Seen {
     image: Image,
 }
 
 impl Seen {
     /// Keeps what a later question needs.
-    pub fn new(image: Image) -> Self {
+    pub(crate) fn new(image: Image) -> Self {
         let unneeded = (Vec::new(), Vec::new(), Vec::new());
         let image = Image { radiance: unneeded.0, temperature: unneeded.1, coverage: unneeded.2, ..image };
         Self { image }
@@ -45,7 +45,7 @@ impl Seen {
 }
 
 /// A simulation that stands at the end of a step, or at time 0.
-pub struct Player {
+pub(crate) struct Player {
     simulation: Simulation,
     step: u32,
     states: Kept<Saved>,
@@ -61,7 +61,7 @@ impl Player {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn new(simulation: Simulation) -> Result<Self, SimulationError> {
+    pub(crate) fn new(simulation: Simulation) -> Result<Self, SimulationError> {
         let every = (simulation.prepared().scene.time.steps / STATES).max(1);
         let mut player = Self {
             simulation,
@@ -83,29 +83,29 @@ impl Player {
     }
 
     /// The simulation.
-    pub fn simulation(&mut self) -> &mut Simulation {
+    pub(crate) fn simulation(&mut self) -> &mut Simulation {
         &mut self.simulation
     }
 
     /// Number of the present step.
-    pub fn step(&self) -> u32 {
+    pub(crate) fn step(&self) -> u32 {
         self.step
     }
 
     /// Steps of the scene.
-    pub fn steps(&self) -> u32 {
+    pub(crate) fn steps(&self) -> u32 {
         self.simulation.prepared().scene.time.steps
     }
 
     /// The step whose end is nearest to a time [s]. `None` outside the scene.
-    pub fn step_at(&self, time: f64) -> Option<u32> {
+    pub(crate) fn step_at(&self, time: f64) -> Option<u32> {
         let length = self.simulation.prepared().scene.time.step;
         let step = (time / length).round();
         (0.0..=f64::from(self.steps())).contains(&step).then_some(step as u32)
     }
 
     /// Host time of the last step [ms].
-    pub fn step_ms(&self) -> f64 {
+    pub(crate) fn step_ms(&self) -> f64 {
         self.step_ms
     }
 
@@ -113,7 +113,7 @@ impl Player {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn towards(&mut self, goal: u32, stop: &AtomicBool) -> Result<bool, SimulationError> {
+    pub(crate) fn towards(&mut self, goal: u32, stop: &AtomicBool) -> Result<bool, SimulationError> {
         let nearer = self.states.before(goal).filter(|(step, _)| self.step > goal || *step > self.step);
         if let Some((step, saved)) = nearer {
             self.simulation.restore(saved)?;
@@ -146,25 +146,25 @@ impl Player {
     }
 
     /// The probes.
-    pub fn probes(&self) -> &[Probe] {
+    pub(crate) fn probes(&self) -> &[Probe] {
         &self.probes
     }
 
     /// Times [s] and temperatures [K] of a probe at all steps that are kept.
-    pub fn curve(&self, probe: &Probe) -> Vec<(f64, f32)> {
+    pub(crate) fn curve(&self, probe: &Probe) -> Vec<(f64, f32)> {
         let length = self.simulation.prepared().scene.time.step;
         let point = |(step, all): (u32, &Vec<f32>)| (f64::from(step) * length, all[probe.node]);
         self.temperatures.all().map(point).collect()
     }
 
     /// Present temperatures of the probes [K], if this step is kept.
-    pub fn present(&self) -> Option<Vec<f32>> {
+    pub(crate) fn present(&self) -> Option<Vec<f32>> {
         let (_, all) = self.temperatures.before(self.step).filter(|(step, _)| *step == self.step)?;
         Some(self.probes.iter().map(|probe| all[probe.node]).collect())
     }
 
     /// Adds a probe at the node nearest to what a pixel showed. Returns whether there is one.
-    pub fn add_at(&mut self, seen: &Seen, x: u32, y: u32) -> bool {
+    pub(crate) fn add_at(&mut self, seen: &Seen, x: u32, y: u32) -> bool {
         let found = self.node_at(&seen.image, x, y);
         if let Some(slot) = found {
             self.add(slot, None);
@@ -173,7 +173,7 @@ impl Player {
     }
 
     /// Removes a probe. Returns whether there was one.
-    pub fn remove(&mut self, id: u64) -> bool {
+    pub(crate) fn remove(&mut self, id: u64) -> bool {
         let before = self.probes.len();
         self.probes.retain(|probe| probe.id != id);
         self.probes.len() < before

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 /// Longest message of a page [bytes].
-pub const LONGEST: usize = 4096;
+pub(crate) const LONGEST: usize = 4096;
 
 /// Range of the rate at which time plays [steps/s].
 const RATES: std::ops::RangeInclusive<f64> = 0.1..=240.0;
@@ -11,7 +11,7 @@ const RATES: std::ops::RangeInclusive<f64> = 0.1..=240.0;
 /// The numbers that come with an image, beside surface temperature, part and material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Quantity {
+pub(crate) enum Quantity {
     /// None.
     Temperature,
     /// Brightness temperature: that of a blackbody with the radiance of the pixel.
@@ -23,7 +23,7 @@ pub enum Quantity {
 /// A wish of a page.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Request {
+pub(crate) enum Request {
     /// An image has arrived, so another may follow.
     Shown {},
     /// The camera looks from a position to a point, in the body frame [m].
@@ -80,7 +80,7 @@ impl Request {
     ///
     /// # Errors
     /// What is wrong with it, in words.
-    pub fn read(text: &str) -> Result<Self, String> {
+    pub(crate) fn read(text: &str) -> Result<Self, String> {
         let request: Self =
             serde_json::from_str(text).map_err(|error| format!("the message is not understood: {error}"))?;
         match request {

@@ -28,7 +28,7 @@ const REST: Duration = Duration::from_millis(500);
 
 /// A message to a page.
 #[derive(Debug, Clone)]
-pub enum ToPage {
+pub(crate) enum ToPage {
     /// JSON.
     Text(String),
     /// An image.
@@ -36,7 +36,7 @@ pub enum ToPage {
 }
 
 /// A message to the worker.
-pub enum Command {
+pub(crate) enum Command {
     /// A page was opened.
     Join {
         /// Its number.
@@ -65,21 +65,21 @@ struct Page {
 }
 
 /// The worker.
-pub struct Worker {
+pub(crate) struct Worker {
     /// The simulation.
-    pub player: Player,
+    pub(crate) player: Player,
     /// What all pages have in common.
-    pub common: Common,
+    pub(crate) common: Common,
     /// Where the camera of a new page is.
-    pub first_look: Look,
+    pub(crate) first_look: Look,
     /// The first message to each page.
-    pub hello: String,
+    pub(crate) hello: String,
     /// For the comparison with f64.
-    pub comparison: Comparison,
+    pub(crate) comparison: Comparison,
     /// The way to the worker itself, for the comparison.
-    pub own: Sender<Command>,
+    pub(crate) own: Sender<Command>,
     /// Ends it.
-    pub stop: Arc<AtomicBool>,
+    pub(crate) stop: Arc<AtomicBool>,
 }
 
 /// How time goes.
@@ -96,7 +96,7 @@ impl Worker {
     ///
     /// # Errors
     /// A call of the device that fails.
-    pub fn run(mut self, runtime: &Handle, mut commands: Receiver<Command>) -> Result<(), SimulationError> {
+    pub(crate) fn run(mut self, runtime: &Handle, mut commands: Receiver<Command>) -> Result<(), SimulationError> {
         let mut pages: BTreeMap<u64, Page> = BTreeMap::new();
         let mut time = Time { goal: 0, rate: None, due: Instant::now() };
         while !self.stop.load(Ordering::Relaxed) {
@@ -339,6 +339,6 @@ fn mark(pages: &mut BTreeMap<u64, Page>) {
 }
 
 /// A message that says why something was not done.
-pub fn problem_message(problem: &str) -> String {
+pub(crate) fn problem_message(problem: &str) -> String {
     json!({ "type": "problem", "message": problem }).to_string()
 }

@@ -1,10 +1,8 @@
 //! Band radiance and its inverse on the device against Planck's law by quadrature.
 
-use isotherm::gpu::blackbody::{band_radiances, brightness_temperatures};
-use isotherm::thermal::brightness::{BrightnessTable, MAX_TEMPERATURE};
-use isotherm::thermal::planck::Band;
-use isotherm::thermal::planck::band_radiance_exact;
-use isotherm::thermal::radiance::RadianceTable;
+use isotherm::internals::{
+    Band, BrightnessTable, MAX_TEMPERATURE, RadianceTable, band_radiance_exact, band_radiances, brightness_temperatures,
+};
 
 use super::device::{Worst, assert_silent, context};
 use super::random::Random;

@@ -5,16 +5,12 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::LazyLock;
 
-use isotherm::bench::cases::{self, NetworkCase, Size};
-use isotherm::bench::files::{self, OWN, PAGE, RECORD};
-use isotherm::bench::integrators::{Effort, FrameError, Integrated, Run, measure};
-use isotherm::bench::record::{Bench, Measured};
-use isotherm::bench::schemes::{ABSENT, Fixed, Scheme};
-use isotherm::bench::tables;
-use isotherm::bench::truth::{CaseSummary, Truth};
-use isotherm::output::folder::Folder;
-use isotherm::simulation::target::Target;
-use isotherm::thermal::network::control::Integrator;
+use isotherm::internals;
+use isotherm::internals::{
+    ABSENT, Bench, CaseSummary, Fixed, Folder, FrameError, Integrated, Integrator, IntegratorEffort as Effort,
+    IntegratorRun as Run, Measured, NetworkCase, OWN, PAGE, RECORD, Scheme, Size, Target, Truth,
+    measure_integrator as measure,
+};
 
 use super::device::context;
 use super::program::{end, isotherm, refusal, run};
@@ -26,7 +22,7 @@ const FINE: u32 = 64;
 /// The four cases at small size, around the entry into the planet's shadow.
 static CASES: LazyLock<Vec<(NetworkCase, Truth)>> = LazyLock::new(|| {
     let size = Size { cube: 14, sheet: 8, blanket: 6, frames: 92..104 };
-    let cases = cases::all(&size).expect("the cases");
+    let cases = internals::all_cases(&size).expect("the cases");
     let solved = |case: NetworkCase| {
         let truth = Truth::of(&case, FINE).expect("a reference");
         (case, truth)
@@ -171,7 +167,7 @@ fn the_page_names_every_scheme_and_what_is_absent() {
     let bench = bench_of(vec![run, failed], solved);
     let folder = tempfile::tempdir().expect("a folder");
     let files = Folder::new(folder.path(), &OWN).prepare(false, &[]).expect("an empty folder");
-    files::write(&files, &bench).expect("a folder to write to");
+    internals::write_bench_files(&files, &bench).expect("a folder to write to");
     let page = std::fs::read_to_string(files.file(PAGE)).expect("the page");
     for text in ["RKL2, fixed, 1 sub-step", "a scheme", "no &lt;reason&gt;", "a &lt;device&gt;", "<svg", "1, 2, 3"] {
         assert!(page.contains(text), "{text}");
@@ -182,7 +178,7 @@ fn the_page_names_every_scheme_and_what_is_absent() {
     for outside in ["http://", "https://", "<link", "<script", "@import", "url("] {
         assert!(!page.replace("http://www.w3.org/2000/svg", "").contains(outside), "{outside}");
     }
-    let text = tables::all(&bench)[0].markdown();
+    let text = internals::all_tables(&bench)[0].markdown();
     let widths: Vec<usize> =
         text.lines().filter(|line| line.starts_with('|')).map(|line| line.matches('|').count()).collect();
     assert!(widths.len() > 6 && widths.iter().all(|width| *width == widths[0]), "{text}");
@@ -232,6 +228,6 @@ fn a_copy_may_be_longer_than_a_binding() {
         println!("not tried: {} binds more than 1 GiB", context.info.name);
         return;
     }
-    let samples = isotherm::gpu::limits::copies(&context, longer, 1).expect("no shader binds what is copied");
+    let samples = isotherm::internals::copies(&context, longer, 1).expect("no shader binds what is copied");
     assert_eq!(samples.wall_ms.len(), 1);
 }

@@ -3,15 +3,10 @@
 use std::path::Path;
 
 use glam::{DAffine3, DVec3};
-use isotherm::environment::StepLoad;
-use isotherm::environment::shadow::{DepthMap, Method, Occluders, SunView};
-use isotherm::files::Reach;
-use isotherm::gpu::nodes::PADDING;
-use isotherm::gpu::renderer::Renderer;
-use isotherm::scene::{Scene, ShadowSettings};
-use isotherm::simulation::device_data::DeviceData;
-use isotherm::simulation::prepare::Prepared;
-use isotherm::thermal::material::Sides;
+use isotherm::internals::{
+    DepthMap, DeviceData, Occluders, PADDING, Prepared, Reach, Renderer, Scene, ShadowMethod as Method, ShadowSettings,
+    Sides, StepLoad, SunView,
+};
 use serde_json::json;
 
 use super::craft::{Folder, glb, scene_with};

@@ -3,16 +3,10 @@
 use std::f64::consts::TAU;
 
 use glam::{DMat4, DQuat, DVec3};
-use isotherm::gpu::layout::View;
-use isotherm::output::exr::read_exr;
-use isotherm::output::frame::{Frame, FrameHeader};
-use isotherm::scene::{CameraFrame, Draw, Motion, Scene};
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, EngineError};
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::reference_engine::ReferenceEngine;
-use isotherm::simulation::viewpoint::{camera_from_body, device_view};
-use isotherm::simulation::{StepResult, run, start};
+use isotherm::internals::{
+    CameraFrame, DeviceEngine, Draw, Engine, EngineError, FrameHeader, Motion, OutputFrame as Frame, Prepared,
+    ReferenceEngine, Scene, StepResult, View, camera_from_body, device_view, read_exr, run, start,
+};
 
 use super::craft::{Folder, never, scene_with};
 use super::device::{assert_silent, context};

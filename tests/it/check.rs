@@ -1,9 +1,7 @@
 //! `isotherm check`, and the same warnings at the start of a run: each wrong scene is warned of, and a right one is not.
 
 use glam::Vec3;
-use isotherm::guard::check;
-use isotherm::guard::finding::{Effort, Finding};
-use isotherm::simulation::prepare::Prepared;
+use isotherm::internals::{CheckEffort as Effort, Finding, Prepared, check};
 use serde_json::json;
 
 use super::craft::{Folder, SCENE, glb, scene_with};

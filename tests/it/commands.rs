@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use isotherm::thermal::planck::Band;
-use isotherm::thermal::planck::band_radiance_exact;
+use isotherm::internals::{Band, band_radiance_exact};
 use serde_json::Value;
 
 use super::craft::{AREA, Folder, SCENE, scene_with};

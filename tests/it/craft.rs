@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use isotherm::simulation::prepare::Prepared;
+use isotherm::internals::Prepared;
 use serde_json::json;
 
 use super::model::make::Maker;

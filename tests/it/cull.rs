@@ -3,17 +3,10 @@
 use std::path::Path;
 
 use glam::{DAffine3, DQuat};
-use isotherm::gpu::context::Context;
-use isotherm::gpu::frame::{Frame, Wanted};
-use isotherm::gpu::layout::View;
-use isotherm::gpu::pass::{Entry, Kernel, Work};
-use isotherm::gpu::renderer::{Collected, Renderer, Request};
-use isotherm::gpu::resource::Resource;
-use isotherm::gpu::resources::SceneData;
-use isotherm::scene::{Camera, Scene};
-use isotherm::simulation::device_data::DeviceData;
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::viewpoint::{camera_from_body, device_view};
+use isotherm::internals::{
+    Camera, Collected, Context, DeviceData, Entry, Frame, Kernel, Prepared, Renderer, Request, Resource, Scene,
+    SceneData, View, Wanted, Work, camera_from_body, device_view,
+};
 
 type Pixels = (Vec<[u32; 4]>, Vec<[u32; 2]>);
 

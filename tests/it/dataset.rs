@@ -15,12 +15,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use isotherm::Target;
-use isotherm::dataset::error::DatasetError;
-use isotherm::dataset::make::{Made, Order, Shard, make};
-use isotherm::dataset::scene_values::SceneText;
-use isotherm::dataset::spec::Spec;
-use isotherm::dataset::store::Begin;
-use isotherm::files::Reach;
+use isotherm::internals::{
+    Begin, DatasetError, DatasetMade as Made, DatasetOrder as Order, Reach, SceneText, Shard, Spec, make,
+};
 
 use super::craft;
 

@@ -3,21 +3,11 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use isotherm::environment::{PlanetLoad, StepLoad, SunSample};
-use isotherm::gpu::context::Context;
-use isotherm::gpu::error::GpuError;
-use isotherm::gpu::frame::StepRange;
-use isotherm::gpu::nodes::GROUP;
-use isotherm::gpu::renderer::{Renderer, Request};
-use isotherm::gpu::resources::{NODES_PER_WORKGROUP, SceneData};
-use isotherm::gpu::shapes::Shapes;
-use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
-use isotherm::simulation::device_data::device_material;
-use isotherm::thermal::balance::emissivity_sum;
-use isotherm::thermal::material::{
-    Bulk, Domain, Function, Material, Optics, Profile, Response, Retarget, Sides, Transition,
+use isotherm::internals::{
+    Bulk, Context, Curve, Domain, GROUP, GpuError, Material, NODES_PER_WORKGROUP, Optics, PlanetLoad, Profile,
+    ReferenceNode, Renderer, Request, Response, ResponseFunction as Function, Retarget, SceneData, Shapes, Sides,
+    StepKind, StepLoad, StepRange, SunSample, ThermalVariant, Transition, device_material, emissivity_sum,
 };
-use isotherm::thermal::reference::ReferenceNode;
 
 use crate::random::Random;
 

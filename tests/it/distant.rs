@@ -1,8 +1,6 @@
 //! A craft that spans few pixels keeps its radiant intensity.
 
-use isotherm::gpu::resource::Resource;
-use isotherm::simulation::device_data::DeviceData;
-use isotherm::simulation::engine::Pixels;
+use isotherm::internals::{DeviceData, Pixels, Resource};
 
 use super::craft::{Folder, scene_with};
 use super::reflections::{apart, by_reference, on_device, shining};

@@ -1,11 +1,6 @@
 //! Emissivity by angle and wavelength, and planets that are not uniform: the device against f64, and exact answers.
 
-use isotherm::gpu::resource::Resource;
-use isotherm::simulation::device_data::DeviceData;
-use isotherm::simulation::engine::Pixels;
-use isotherm::simulation::prepare::Prepared;
-use isotherm::thermal::emissivity::fresnel_reflectivity;
-use isotherm::thermal::planck::{Band, band_radiance_exact};
+use isotherm::internals::{Band, DeviceData, Pixels, Prepared, Resource, band_radiance_exact, fresnel_reflectivity};
 
 use super::craft::{Folder, scene_with};
 use super::reflections::{apart, by_reference, isothermal, on_device, shining};

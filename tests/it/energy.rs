@@ -1,11 +1,8 @@
 //! The energy balance of a run: what the device sums against the reference, and whether a network closes.
 
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::energy::{Account, EnergyBalance};
-use isotherm::simulation::engine::{Engine, EngineError};
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::reference_engine::ReferenceEngine;
-use isotherm::simulation::{run, start};
+use isotherm::internals::{
+    Account, DeviceEngine, EnergyBalance, Engine, EngineError, Prepared, ReferenceEngine, run, start,
+};
 
 use super::craft::{Folder, never, scene_with};
 use super::device::{assert_silent, context};

@@ -6,8 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use glam::{DQuat, DVec3};
-use isotherm::output::state_file::{decode, encode};
-use isotherm::simulation::{StepResult, run, start};
+use isotherm::internals::{StepResult, decode, encode, run, start};
 use isotherm::{Camera, CameraFrame, Image, Placement, Pose, Simulation, SimulationError, Target};
 
 use super::craft::{Folder, SCENE, never, scene_with};
@@ -30,7 +29,7 @@ fn of_a_run(folder: &Folder, target: &Target) -> Vec<StepResult> {
     let mut results = Vec::new();
     let mut take = |result: StepResult| {
         results.push(result);
-        Ok::<_, isotherm::simulation::engine::EngineError>(())
+        Ok::<_, isotherm::internals::EngineError>(())
     };
     run(&prepared, &mut *engine, None, &never(), &mut take).expect("it runs");
     results

@@ -1,9 +1,6 @@
 //! Many steps in one dispatch give the same result as single steps, through an eclipse and with shadows.
 
-use isotherm::gpu::layout::FUSED_STEPS;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Order, Step};
-use isotherm::simulation::prepare::Prepared;
+use isotherm::internals::{DeviceEngine, Engine, EngineOrder as Order, FUSED_STEPS, Prepared, Step};
 
 use super::craft::{Folder, scene_with};
 use super::device::{assert_silent, context};

@@ -5,11 +5,7 @@ use std::path::PathBuf;
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use glam::DVec3;
-use isotherm::gpu::nodes::{GROUP, PADDING};
-use isotherm::scene::tmd::{Conductors, Tmd, TmdNode};
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::reference_engine::ReferenceEngine;
+use isotherm::internals::{Conductors, DeviceEngine, GROUP, PADDING, Prepared, ReferenceEngine, Tmd, TmdNode};
 
 use super::craft::{Folder, scene_with};
 use super::device::{assert_silent, context};

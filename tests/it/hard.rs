@@ -3,14 +3,14 @@
 
 use std::sync::LazyLock;
 
-use isotherm::bench::hard::{self, HardCase, HardRow, Scale};
-use isotherm::simulation::target::Target;
+use isotherm::internals;
+use isotherm::internals::{HardCase, HardRow, Scale, Target};
 
 use super::device::context;
 
 static CASES: LazyLock<(Vec<HardCase>, Vec<f64>)> = LazyLock::new(|| {
-    let cases = hard::all();
-    let without = hard::without(&cases, Scale::Small);
+    let cases = internals::all_hard_cases();
+    let without = internals::without(&cases, Scale::Small);
     (cases, without)
 });
 
@@ -19,7 +19,7 @@ const MISSES: [&str; 0] = [];
 
 fn check(target: &Target) {
     let (cases, without) = &*CASES;
-    let rows = hard::measure(target, cases, without, Scale::Small, &|_| {});
+    let rows = internals::measure_hard_case(target, cases, without, Scale::Small, &|_| {});
     for row in &rows {
         let (found, limit) = (row.error.map(|error| row.in_unit(error)), row.in_unit(row.limit));
         println!("{}: {found:?}, limit {limit}, without {} ({:.1} s)", row.name, row.in_unit(row.without), row.wall_s);

@@ -8,10 +8,7 @@ use std::fmt;
 
 use ash::vk::{AccessFlags2, ImageLayout, PipelineStageFlags2};
 
-use isotherm::gpu::frame::Frame;
-use isotherm::gpu::pass::{Access, Barrier, Entry, Scope, is_write, writes};
-use isotherm::gpu::resource::Resource;
-use isotherm::gpu::resource_row::Role;
+use isotherm::internals::{Access, Barrier, Entry, Frame, Resource, Role, Scope, is_write, writes};
 
 /// Kind of a missing dependency.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

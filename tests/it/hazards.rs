@@ -1,14 +1,10 @@
 //! The hazard check finds nothing in complete frames, and something if any barrier is missing.
 
-use isotherm::environment::shadow::Method;
-use isotherm::gpu::frame::{Frame, StepRange, TriangleRun, Wanted};
-use isotherm::gpu::heat::{HeatOf, absorbed_heat};
-use isotherm::gpu::lists;
-use isotherm::gpu::pass::{Entry, Kernel};
-use isotherm::gpu::radiance_variant::RadianceVariant;
-use isotherm::gpu::resource::Resource;
-use isotherm::gpu::sampling::{Distance, RowOf, Sampled};
-use isotherm::gpu::variant::{Curve, ResponseVariant, StepKind, ThermalVariant};
+use isotherm::internals;
+use isotherm::internals::{
+    Curve, Distance, Entry, Frame, HeatOf, Kernel, RadianceVariant, Resource, ResponseVariant, RowOf, Sampled,
+    ShadowMethod as Method, StepKind, StepRange, ThermalVariant, TriangleRun, Wanted, absorbed_heat,
+};
 
 use super::hazard::{HazardKind, barrier_count, hazards, unread_by_host, without_barrier};
 
@@ -232,23 +228,23 @@ fn what_is_submitted_once_has_all_its_barriers() {
         ];
         let of_method = if method == Method::Exact { &tree[..] } else { &[Resource::Occluders] };
         for resource in uploaded.into_iter().chain(of_method.iter().copied()) {
-            let row = [lists::upload(resource), settle.clone(), step.clone()];
+            let row = [internals::upload(resource), settle.clone(), step.clone()];
             assert_eq!(hazards(&row), []);
             let broken = [without_barrier(&row[0], 0), settle.clone(), step.clone()];
             assert!(!hazards(&broken).is_empty(), "{resource:?}");
         }
         for resource in [Resource::Temperature, Resource::Visibility] {
-            each_barrier_is_needed(&[settle.clone(), bare.clone(), lists::download(resource)], 2);
+            each_barrier_is_needed(&[settle.clone(), bare.clone(), internals::download(resource)], 2);
         }
     }
     let curve = Curve::Shaped { fourth_power: false };
-    let response = lists::respond(ResponseVariant { kind: StepKind::Merge, curve }, 4);
-    each_barrier_is_needed(&[lists::upload(Resource::Target), response.clone(), response.clone(), response], 0);
+    let response = internals::respond_list(ResponseVariant { kind: StepKind::Merge, curve }, 4);
+    each_barrier_is_needed(&[internals::upload(Resource::Target), response.clone(), response.clone(), response], 0);
     for kernel in [Kernel::Blackbody, Kernel::Brightness] {
-        each_barrier_is_needed(&[lists::upload(Resource::BandTable), lists::radiation(kernel, 3)], 0);
+        each_barrier_is_needed(&[internals::upload(Resource::BandTable), internals::radiation(kernel, 3)], 0);
     }
-    each_barrier_is_needed(&[lists::filled(), lists::copied(), lists::copied()], 0);
-    each_barrier_is_needed(&[lists::dispatched(3), lists::dispatched(3)], 0);
+    each_barrier_is_needed(&[internals::filled(), internals::copied(), internals::copied()], 0);
+    each_barrier_is_needed(&[internals::dispatched(3), internals::dispatched(3)], 0);
 }
 
 /// Every ordering of device work is in a list. Only the recorder makes Vulkan barriers, and only from lists.

@@ -1,9 +1,6 @@
 //! A step with an unchanged load only evaluates transitions, and gives the same result.
 
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Order, Step};
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::reference_engine::ReferenceEngine;
+use isotherm::internals::{DeviceEngine, Engine, EngineOrder as Order, Prepared, ReferenceEngine, Step};
 
 use super::craft::{Folder, scene_with};
 use super::device::{Worst, assert_silent, context};

@@ -2,12 +2,7 @@
 //! plane.
 
 use glam::{DAffine3, DVec3};
-use isotherm::lens::Lens;
-use isotherm::scene::Camera;
-use isotherm::simulation::engine::Pixels;
-use isotherm::thermal::material::{Material, Optics, Response, Sides};
-use isotherm::thermal::planck::Band;
-use isotherm::thermal::planck::band_radiance_exact;
+use isotherm::internals::{Band, Camera, Lens, Material, Optics, Pixels, Response, Sides, band_radiance_exact};
 
 use super::device::{Worst, assert_silent, context, corner_grid, material};
 use super::quads::{Quads, camera, looking};

@@ -5,12 +5,8 @@ use std::time::Instant;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use isotherm::files::Reach;
-use isotherm::model::Model;
-use isotherm::scene::network::NetworkFile;
-use isotherm::scene::{Scene, texts};
-use isotherm::simulation::prepare::Prepared;
-use isotherm::thermal::function::Function;
+use isotherm::internals;
+use isotherm::internals::{Function, Model, NetworkFile, Prepared, Reach, Scene};
 use serde_json::{Value, json};
 
 use super::craft::{Folder, SCENE, scene_with};
@@ -255,7 +251,7 @@ fn numbers_beyond_reason_are_refused_where_they_stand() {
 #[test]
 fn elements_that_are_no_numbers_are_refused() {
     let path = Path::new("iss.tle");
-    assert!(texts::trajectory(TLE, path).is_ok());
+    assert!(internals::trajectory(TLE, path).is_ok());
     for (from, to, field) in [
         (" 51.6441", "     NaN", "inclination"),
         (" 22.2092", "     inf", "right ascension"),
@@ -271,7 +267,7 @@ fn elements_that_are_no_numbers_are_refused() {
         let digit = |letter: char| if letter == '-' { 1 } else { letter.to_digit(10).unwrap_or(0) };
         let sum = second[..68].chars().map(digit).sum::<u32>() % 10;
         let text = format!("{}\n{}{sum}\n", lines[1], &second[..68]);
-        let message = texts::trajectory(&text, path).expect_err(field).to_string();
+        let message = internals::trajectory(&text, path).expect_err(field).to_string();
         assert!(message.contains(field), "{message}");
     }
 }
@@ -279,7 +275,7 @@ fn elements_that_are_no_numbers_are_refused() {
 #[test]
 fn elements_without_a_checksum_are_refused() {
     let text = TLE.replacen("9993", "999!", 1);
-    let message = texts::trajectory(&text, Path::new("iss.tle")).unwrap_err().to_string();
+    let message = internals::trajectory(&text, Path::new("iss.tle")).unwrap_err().to_string();
     assert!(message.contains("in column 69 is no digit"), "{message}");
 }
 
@@ -390,7 +386,7 @@ fn xml_of_many_attributes_and_deep_tags_is_refused_at_once() {
         (format!("<ndm>{}</ndm>", "<!-- <a b=\"1\"> -->".repeat(100_000)), "holds no <oem>"),
     ];
     for (text, said) in tags {
-        let message = texts::trajectory(&text, Path::new("made.oem")).expect_err(said).to_string();
+        let message = internals::trajectory(&text, Path::new("made.oem")).expect_err(said).to_string();
         assert!(message.contains(said), "{message}");
     }
     assert!(began.elapsed().as_secs_f64() < 2.0, "{:?}", began.elapsed());

@@ -1,19 +1,10 @@
 //! Joints: a rotated joint equals a rotated model, device against twin, moving shadows, and refusals.
 
 use glam::{DQuat, DVec3};
-use isotherm::environment::shadow::Method;
-use isotherm::files::Reach;
-use isotherm::gpu::frame::{Frame, StepRange, TriangleRun, Wanted};
-use isotherm::gpu::nodes::PADDING;
-use isotherm::gpu::pass::Kernel;
-use isotherm::gpu::renderer::{Renderer, Request};
-use isotherm::scene::Scene;
-use isotherm::simulation::device_data::DeviceData;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, EngineError, Pixels};
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::reference_engine::ReferenceEngine;
-use isotherm::simulation::{run, start};
+use isotherm::internals::{
+    DeviceData, DeviceEngine, Engine, EngineError, Frame, Kernel, PADDING, Pixels, Prepared, Reach, ReferenceEngine,
+    Renderer, Request, Scene, ShadowMethod as Method, StepRange, TriangleRun, Wanted, run, start,
+};
 use serde_json::json;
 
 use super::craft::{Folder, glb, never, prepared, scene_with};

@@ -3,12 +3,10 @@
 use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec2, DVec3};
-use isotherm::labels::craft::Craft;
-use isotherm::labels::from_scene::{Place, craft, labelled};
-use isotherm::labels::image::{LabelledImage, Split};
-use isotherm::labels::key_points::{Visibility, chosen, seen};
-use isotherm::labels::made::{Made, fixed, made, orbit};
-use isotherm::labels::silhouette::Solids;
+use isotherm::internals::{
+    Craft, LabelledImage, LabelsMade as Made, Place, Solids, Split, Visibility, chosen, craft, fixed, labelled, made,
+    orbit, seen,
+};
 use isotherm::{CameraFrame, Pose, Simulation, Target};
 use serde_json::Value;
 
@@ -196,7 +194,7 @@ fn depth_and_pose_put_each_pixel_on_the_box() {
     let craft = craft_of(&simulation);
     for (number, from) in views().enumerate() {
         let image = image(&mut simulation, 0.5 * from, DVec3::ZERO, number as u32);
-        let entry = json(&isotherm::labels::speed::entry(&image));
+        let entry = json(&isotherm::internals::entry(&image));
         let turn: Vec<f64> = serde_json::from_value(entry["q_vbs2tango_true"].clone()).expect("four numbers");
         let origin: [f64; 3] = serde_json::from_value(entry["r_Vo2To_vbs_true"].clone()).expect("three numbers");
         let turn = glam::DQuat::from_xyzw(turn[1], turn[2], turn[3], turn[0]);
@@ -271,7 +269,7 @@ fn an_orbit_has_its_lists_and_a_data_set_its_models() {
     // What an image has in the lists is what it has in the tar, and lines survive a file.
     assert_eq!(json(text(&labels[2], "gt.json")), json(std::str::from_utf8(&files[1].1).expect("text"))["2"]);
     let kept = serde_json::to_string(&lines[2]).expect("it can be kept");
-    assert_eq!(serde_json::from_str::<isotherm::labels::made::Lines>(&kept).expect("it can be read"), lines[2]);
+    assert_eq!(serde_json::from_str::<isotherm::internals::Lines>(&kept).expect("it can be read"), lines[2]);
     // The same image has the same bytes.
     assert_eq!(made(&craft, &solids, &images[2]).expect("labels"), labels[2]);
 

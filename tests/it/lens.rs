@@ -1,21 +1,12 @@
 //! Images through distorting lenses and with several samples of a pixel: the device against the f64 rasteriser and against closed forms.
 
 use glam::{DAffine3, DMat4, DVec3};
-use isotherm::lens::rolling::Rolling;
-use isotherm::lens::{Distortion, Lens};
-use isotherm::output::exr::{read_exr, write_exr};
-use isotherm::output::frame_maker::FrameMaker;
-use isotherm::raster;
-use isotherm::scene::Camera;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Delivered, Engine, Order, Pixels, Rows};
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::reference_engine::ReferenceEngine;
-use isotherm::simulation::sampling::sampling;
-use isotherm::simulation::viewpoint::raster_view;
-use isotherm::simulation::{StepResult, moments, pose_at, start};
-use isotherm::thermal::material::{Response, Sides};
-use isotherm::thermal::planck::band_radiance_exact;
+use isotherm::internals;
+use isotherm::internals::{
+    Camera, Delivered, DeviceEngine, Distortion, Engine, EngineOrder as Order, FrameMaker, Lens, Pixels, Prepared,
+    ReferenceEngine, Response, Rolling, Rows, Sides, StepResult, band_radiance_exact, moments, pose_at, raster_view,
+    read_exr, sampling, start, write_exr,
+};
 
 use super::craft::{Folder, never, scene_with};
 use super::device::{Worst, assert_silent, context, material};
@@ -311,7 +302,7 @@ fn drawn(prepared: &Prepared, engine: &mut dyn Engine) -> Pixels {
 }
 
 /// The image of vertices that stand where the twin of the vertex shader puts them, in f64. `slower` divides the time of a row.
-fn by_twin(prepared: &Prepared, slower: f64) -> Vec<raster::Pixel> {
+fn by_twin(prepared: &Prepared, slower: f64) -> Vec<internals::Pixel> {
     let camera = prepared.scene.camera.as_ref().expect("a camera");
     let moment = moments(prepared, 0.0, None).expect("a rolling shutter");
     let last = f64::from(camera.height - 1);
@@ -325,7 +316,7 @@ fn by_twin(prepared: &Prepared, slower: f64) -> Vec<raster::Pixel> {
     let positions: Vec<DVec3> = nodes.positions.iter().map(|position| rolling.rolled(position.as_dvec3())).collect();
     let of_group = |group: &[u32]| (0..positions.len()).map(|node| group[node / 4]).collect::<Vec<_>>();
     let (parts, materials) = (of_group(&nodes.group_part), of_group(&nodes.group_material));
-    let surface = raster::Surface {
+    let surface = internals::RasterSurface {
         positions: &positions,
         triangles: &prepared.triangles,
         temperatures: &vec![300.0; positions.len()],
@@ -334,7 +325,7 @@ fn by_twin(prepared: &Prepared, slower: f64) -> Vec<raster::Pixel> {
         emissivities: &vec![[1.0; 2]; prepared.materials.len()],
         around: None,
     };
-    raster::rasterise(&surface, &raster_view(camera, &DAffine3::IDENTITY), |_| 1.0)
+    internals::rasterise(&surface, &raster_view(camera, &DAffine3::IDENTITY), |_| 1.0)
 }
 
 /// A craft that turns while the rows are taken, through each kind of lens.
@@ -364,9 +355,9 @@ fn each_row_of_a_rolling_shutter_sees_the_pose_of_its_time() {
         let (off, moved) = (apart(&found, &exact), apart(&global, &exact));
         if lens.is_empty() {
             // The same vertices in f64: depths to rounding, and edges that rasterisers round.
-            let differ = |twin: &[raster::Pixel]| {
+            let differ = |twin: &[internals::Pixel]| {
                 let pairs = found.radiance_temperature_depth.iter().zip(&found.identity).zip(twin);
-                let apart = |((pixel, label), twin): &((&[f32; 3], &[u32; 2]), &raster::Pixel)| {
+                let apart = |((pixel, label), twin): &((&[f32; 3], &[u32; 2]), &internals::Pixel)| {
                     let depth = (f64::from(pixel[2]) / twin.depth - 1.0).abs();
                     label[0] != twin.part || (twin.part > 0 && depth > 1e-5)
                 };

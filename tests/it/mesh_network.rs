@@ -1,12 +1,8 @@
 //! Thermal networks of scenes: closed form, device against twin, periodic state, refusals.
 
-use isotherm::gpu::nodes::PADDING;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, EngineError};
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::reference_engine::ReferenceEngine;
-use isotherm::simulation::{run, start};
-use isotherm::thermal::STEFAN_BOLTZMANN;
+use isotherm::internals::{
+    DeviceEngine, Engine, EngineError, PADDING, Prepared, ReferenceEngine, STEFAN_BOLTZMANN, run, start,
+};
 
 use super::craft::{Folder, never, scene_with};
 use super::device::{Worst, assert_silent, context};

@@ -9,7 +9,7 @@ pub mod shared_files;
 mod subdivision;
 
 use glam::{DVec3, Vec3};
-use isotherm::model::Model;
+use isotherm::internals::Model;
 
 /// Volume inside the triangles [m3] by the divergence theorem. It is positive for outward winding.
 fn volume(model: &Model) -> f64 {

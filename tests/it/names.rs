@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use isotherm::text::is_hidden;
+use isotherm::internals::is_hidden;
 use serde_json::json;
 
 use super::craft::{Folder, glb, scene_with};

@@ -1,13 +1,9 @@
 //! The network of a scene as a network file: solved by itself it has the temperatures of the scene.
 
-use isotherm::scene::network::NetworkFile;
-use isotherm::simulation::engine::{Engine, EngineError};
-use isotherm::simulation::network_file::network_file;
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::reference_engine::ReferenceEngine;
-use isotherm::simulation::{run, start};
-use isotherm::thermal::network::control::{Integrator, Settings, integrate};
-use isotherm::thermal::network::reference::ReferenceStepper;
+use isotherm::internals::{
+    Engine, EngineError, Integrator, NetworkFile, NetworkSettings as Settings, Prepared, ReferenceEngine,
+    ReferenceStepper, integrate, network_file, run, start,
+};
 
 use super::craft::{Folder, never, scene_with};
 use super::mesh_network::{SKIN, TRANSITION};

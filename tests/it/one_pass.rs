@@ -1,18 +1,11 @@
 //! A scene's network in one pass a step: barriers, bindings, device against twin, and the integrator's choice.
 
 use ash::vk::PipelineStageFlags2;
-use isotherm::gpu::frame::{Frame, StepRange, Wanted};
-use isotherm::gpu::one_pass::frame::{OnePassShape, SECTIONS};
-use isotherm::gpu::one_pass_variant::{OnePassKind, OnePassVariant, StageVariant};
-use isotherm::gpu::pass::Kernel;
-use isotherm::gpu::shaders::Shader;
-use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
-use isotherm::simulation::check::Check;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, EngineError, Order, Step};
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::reference_engine::ReferenceEngine;
-use isotherm::simulation::{run, start};
+use isotherm::internals::{
+    Check, Curve, DeviceEngine, Engine, EngineError, EngineOrder as Order, Frame, Kernel, OnePassKind, OnePassShape,
+    OnePassVariant, Prepared, ReferenceEngine, SECTIONS, Shader, StageVariant, Step, StepKind, StepRange,
+    ThermalVariant, Wanted, run, start,
+};
 
 use super::craft::{Folder, never, scene_with};
 use super::device::{Worst, assert_silent, context};

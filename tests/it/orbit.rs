@@ -1,15 +1,11 @@
 //! Transitions on the device against their f64 twins under the load of an orbit.
 
 use glam::DVec3;
-use isotherm::environment::StepLoad;
-use isotherm::environment::step::StepLoads;
-use isotherm::environment::{Attitude, CircularOrbit, Environment};
-use isotherm::thermal::STEFAN_BOLTZMANN;
-use isotherm::thermal::incident::{IncidentFunction, incident};
-use isotherm::thermal::material::Function::{Linear, Quadratic};
-use isotherm::thermal::material::{Material, Optics, Response, Retarget, Sides};
-use isotherm::thermal::reference::{Reference, ReferenceNode, commanded_temperature};
-use isotherm::thermal::transition::{TransitionState, temperature, transition_step};
+use isotherm::internals::{
+    Attitude, CircularOrbit, Environment, IncidentFunction, Material, Optics, Reference, ReferenceNode, Response,
+    ResponseFunction::Linear, ResponseFunction::Quadratic, Retarget, STEFAN_BOLTZMANN, Sides, StepLoad, StepLoads,
+    TransitionState, commanded_temperature, incident, temperature, transition_step,
+};
 
 use super::device::{ALL, LooseNodes, Worst, assert_silent, context, material, transition};
 use super::random::Random;
@@ -80,7 +76,7 @@ fn over_loads(materials: Vec<Material>, loads: &[StepLoad], twin_materials: Vec<
     for (step, load) in loads.iter().enumerate() {
         twin.step(load, 1.0);
         let submitted = renderer
-            .submit(isotherm::gpu::renderer::Request::step(load, 1.0).and_temperatures())
+            .submit(isotherm::internals::Request::step(load, 1.0).and_temperatures())
             .expect("the device steps");
         let collected = renderer.collect(submitted).expect("the device answers");
         let device = collected.temperatures.expect("temperatures were asked for");

@@ -2,13 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use isotherm::output::exr::{read_exr, write_exr};
-use isotherm::output::frame_maker::FrameMaker;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Pixels};
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::reference_engine::ReferenceEngine;
-use isotherm::simulation::{StepResult, start, still};
+use isotherm::internals::{
+    DeviceEngine, Engine, FrameMaker, Pixels, Prepared, ReferenceEngine, StepResult, read_exr, start, still, write_exr,
+};
 
 use super::craft::{Folder, SCENE, never, prepared};
 use super::device::{Worst, assert_silent, context, corner_grid};

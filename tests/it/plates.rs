@@ -3,18 +3,10 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use isotherm::environment::StepLoad;
-use isotherm::gpu::context::Context;
-use isotherm::gpu::renderer::Request;
-use isotherm::simulation::check::Check;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, EngineError, Order, Step};
-use isotherm::simulation::reference_engine::ReferenceEngine;
-use isotherm::simulation::{run, start};
-use isotherm::thermal::STEFAN_BOLTZMANN;
-use isotherm::thermal::incident::incident;
-use isotherm::thermal::material::{Below, Material, Optics, Radiative, Response, Sides};
-use isotherm::thermal::reference::Reference;
+use isotherm::internals::{
+    Below, Check, Context, DeviceEngine, Engine, EngineError, EngineOrder as Order, Material, Optics, Radiative,
+    Reference, ReferenceEngine, Request, Response, STEFAN_BOLTZMANN, Sides, Step, StepLoad, incident, run, start,
+};
 
 use super::craft::{Folder, never, scene_with};
 use super::device::{
@@ -251,7 +243,7 @@ fn plates_go_on_from_a_saved_state() {
     let nodes = LooseNodes::new(ALL, materials(15.0), &directions());
     let mut one = nodes.renderer(&context, &[]);
     one.settle(&orbit(0.0)).expect("the device settles");
-    let step = |renderer: &mut isotherm::gpu::renderer::Renderer, number: u32| {
+    let step = |renderer: &mut isotherm::internals::Renderer, number: u32| {
         let submitted =
             renderer.submit(Request::step(&orbit(f64::from(number) / 300.0), 1.0)).expect("the device steps");
         renderer.collect(submitted).expect("the device answers");
@@ -268,7 +260,7 @@ fn plates_go_on_from_a_saved_state() {
     let lists = ["target", "span", "elapsed"];
     let [one, other] = [one, other].map(|mut one| one.save().expect("a state"));
     for list in lists {
-        let bits = |saved: &isotherm::saved::Saved| -> Vec<u32> { saved.list(list).expect("a list") };
+        let bits = |saved: &isotherm::internals::Saved| -> Vec<u32> { saved.list(list).expect("a list") };
         assert_eq!(bits(&one), bits(&other), "{list}");
     }
 }

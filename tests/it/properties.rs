@@ -1,16 +1,9 @@
 //! Properties of any scene: start, rest without sources, energy, areas, and responses that coincide.
 
-use isotherm::gpu::nodes::{GROUP, PADDING};
-use isotherm::gpu::resource::Resource;
-use isotherm::simulation::device_data::DeviceData;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, EngineError, Order, Step};
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::{run, start};
-use isotherm::thermal::STEFAN_BOLTZMANN;
-use isotherm::thermal::balance::{absorbed_flux, emissivity_sum};
-use isotherm::thermal::incident::incident;
-use isotherm::thermal::reference::{ReferenceNode, commanded_temperature};
+use isotherm::internals::{
+    DeviceData, DeviceEngine, Engine, EngineError, EngineOrder as Order, GROUP, PADDING, Prepared, ReferenceNode,
+    Resource, STEFAN_BOLTZMANN, Step, absorbed_flux, commanded_temperature, emissivity_sum, incident, run, start,
+};
 
 use super::craft::{AREA, Folder, glb_of_box, never, scene_with};
 use super::device::{Worst, assert_silent, context};

@@ -3,24 +3,11 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
-use isotherm::gpu::blackbody::band_table;
-use isotherm::gpu::context::Context;
-use isotherm::gpu::frame::StepRange;
-use isotherm::gpu::layout::View;
-use isotherm::gpu::renderer::{Renderer, Request};
-use isotherm::gpu::resources::{NODES_PER_WORKGROUP, SceneData};
-use isotherm::gpu::shapes::Shapes;
-use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
-use isotherm::lens::Lens;
-use isotherm::raster::{Pixel, Surface, rasterise};
-use isotherm::scene::{Camera, CameraFrame, Motion};
-use isotherm::simulation::device_data::device_material;
-use isotherm::simulation::engine::Pixels;
-use isotherm::simulation::sampling::sampling;
-use isotherm::simulation::viewpoint::{device_view, raster_view, source_view};
-use isotherm::thermal::material::Material;
-use isotherm::thermal::planck::Band;
-use isotherm::thermal::radiance::{RadianceTable, band_radiance};
+use isotherm::internals::{
+    Band, Camera, CameraFrame, Context, Curve, Lens, Material, Motion, NODES_PER_WORKGROUP, Pixel, Pixels,
+    RadianceTable, RasterSurface as Surface, Renderer, Request, SceneData, Shapes, StepKind, StepRange, ThermalVariant,
+    View, band_radiance, band_table, device_material, device_view, raster_view, rasterise, sampling, source_view,
+};
 
 /// Quads with temperatures at their corners. Each is a group of four nodes.
 pub struct Quads {

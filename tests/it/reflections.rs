@@ -1,14 +1,9 @@
 //! Reflected surroundings and the sky behind the craft: the device against the f64 rasteriser, and exact answers.
 
-use isotherm::gpu::resource::Resource;
-use isotherm::scene::Camera;
-use isotherm::simulation::device_data::DeviceData;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, EngineError, Pixels};
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::reference_engine::ReferenceEngine;
-use isotherm::simulation::{StepResult, run, start, still};
-use isotherm::thermal::planck::{Band, band_radiance_exact};
+use isotherm::internals::{
+    Band, Camera, DeviceData, DeviceEngine, Engine, EngineError, Pixels, Prepared, ReferenceEngine, Resource,
+    StepResult, band_radiance_exact, run, start, still,
+};
 
 use super::craft::{Folder, never, scene_with};
 use super::device::{assert_silent, context};

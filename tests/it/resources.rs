@@ -2,18 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use isotherm::environment::shadow::Method;
-use isotherm::gpu::exchange::exchange;
-use isotherm::gpu::exchange_rays;
-use isotherm::gpu::frame::{Frame, StepRange, TriangleRun, Wanted};
-use isotherm::gpu::heat::{HeatOf, absorbed_heat};
-use isotherm::gpu::lists;
-use isotherm::gpu::pass::Kernel;
-use isotherm::gpu::radiance_variant::RadianceVariant;
-use isotherm::gpu::resource::Resource;
-use isotherm::gpu::sampling::{Distance, RowOf, Sampled};
-use isotherm::gpu::sensor;
-use isotherm::gpu::sensor_variant::SensorVariant;
+use isotherm::internals;
+use isotherm::internals::{
+    Distance, Frame, HeatOf, Kernel, RadianceVariant, Resource, RowOf, Sampled, SensorVariant, ShadowMethod as Method,
+    StepRange, TriangleRun, Wanted, absorbed_heat, exchange,
+};
 
 use crate::network::barriers::lists_of_all_plans;
 use crate::one_pass::lists_of_all_shapes;
@@ -42,7 +35,7 @@ fn all_lists() -> Vec<Frame> {
         (None, false, Some(RowOf::Pinhole)),
     ]
     .map(|(mean, lens, shutter)| Frame::step(&[], sampled(mean, lens, shutter)));
-    let mut all = vec![lists::radiation(Kernel::Blackbody, 1), lists::radiation(Kernel::Brightness, 1)];
+    let mut all = vec![internals::radiation(Kernel::Blackbody, 1), internals::radiation(Kernel::Brightness, 1)];
     let whole = TriangleRun { joint: 0, triangles: (0, 9) };
     for variant in CURVES.into_iter().flat_map(thermal_variants) {
         all.push(Frame::between(&[StepRange { variant, groups: (0, 64), joint: 0 }], drawn, &[whole]));
@@ -62,14 +55,14 @@ fn all_lists() -> Vec<Frame> {
     all.extend(RadianceVariant::all().into_iter().map(of_far));
     let of_mean = |shows| Frame::step(&[], Wanted { shows, ..sampled(Some(4), false, None) });
     all.extend(RadianceVariant::all().into_iter().filter(|shows| !shows.apart).map(of_mean));
-    all.extend(CURVES.into_iter().flat_map(response_variants).map(|variant| lists::respond(variant, 1)));
+    all.extend(CURVES.into_iter().flat_map(response_variants).map(|variant| internals::respond_list(variant, 1)));
     let places = [HeatOf::Balance, HeatOf::Target, HeatOf::Flux];
     all.push(absorbed_heat(&places.map(|of| (of, (0, 1)))));
     all.extend(of_images);
     for shown in [Resource::RadianceImage, Resource::ImageRadiance] {
-        all.extend(SensorVariant::all().into_iter().map(|variant| sensor::frame(variant, 64, 64, shown)));
+        all.extend(SensorVariant::all().into_iter().map(|variant| internals::frame(variant, 64, 64, shown)));
     }
-    all.push(exchange_rays::list(0, 9, 64));
+    all.push(internals::list(0, 9, 64));
     all.extend(lists_of_all_plans());
     all.extend(lists_of_all_shapes());
     all

@@ -3,11 +3,10 @@
 use std::sync::Arc;
 
 use crate::random::Random;
-use isotherm::gpu::context::Context;
-use isotherm::gpu::response::{Run, respond};
-use isotherm::thermal::function::{Function, Sample};
-use isotherm::thermal::material::{Domain, Profile, Retarget, Transition};
-use isotherm::thermal::transition::{TransitionState, transition_step};
+use isotherm::internals::{
+    Context, Domain, Function, Profile, ResponseRun as Run, Retarget, Sample, Transition, TransitionState,
+    respond_on_device as respond, transition_step,
+};
 
 fn device() -> Arc<Context> {
     Context::open(None, false).expect("a Vulkan device")

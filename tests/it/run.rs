@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use isotherm::output::exr::read_exr;
-use isotherm::output::frame::Frame;
+use isotherm::internals::{OutputFrame as Frame, read_exr};
 use serde_json::Value;
 
 use super::craft::{Folder, SCENE, scene_with};

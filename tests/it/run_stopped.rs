@@ -3,7 +3,7 @@
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use isotherm::output::exr::read_exr;
+use isotherm::internals::read_exr;
 
 use super::craft::{Folder, scene_with};
 use super::program::{end, isotherm, refusal, stderr, succeed};

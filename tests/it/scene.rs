@@ -4,19 +4,11 @@ use std::path::{Path, PathBuf};
 
 use approx::assert_relative_eq;
 use glam::{DMat4, DQuat, DVec3};
-use isotherm::environment::shadow::Method;
-use isotherm::environment::{Attitude, Orbit};
-use isotherm::lens::{Distortion, Lens};
-use isotherm::model::Part;
-use isotherm::scene::preset::PRESETS;
-use isotherm::scene::{
-    Background, CameraFrame, Draw, Edges, ImageFile, ImageFiles, Initial, Mapping, Reflections, Scene, SceneError,
-    Surrounded, Video,
+use isotherm::internals::{
+    Attitude, Background, CameraFrame, Distortion, Draw, Edges, GainControl, Halo, ImageFile, ImageFiles, Initial,
+    Lens, Mapping, Netd, Orbit, PRESETS, Part, Pattern, Reflections, Scene, SceneError, SensorOptics as Optics,
+    ShadowMethod as Method, Spread, Surrounded, Video, Vignetting,
 };
-use isotherm::thermal::sensor::gain_control::GainControl;
-use isotherm::thermal::sensor::halo::Halo;
-use isotherm::thermal::sensor::spread::Spread;
-use isotherm::thermal::sensor::{Netd, Optics, Pattern, Vignetting};
 
 mod materials;
 mod refusals;

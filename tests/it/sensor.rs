@@ -3,25 +3,12 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
-use isotherm::gpu::context::Context;
-use isotherm::gpu::frame::{Frame, StepRange, Wanted};
-use isotherm::gpu::resource::Resource;
-use isotherm::gpu::sampling::{Distance, Sampled};
-use isotherm::gpu::sensor::frame;
-use isotherm::gpu::sensor_variant::SensorVariant;
-use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
-use isotherm::lens::Distortion;
-use isotherm::scene::Camera;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Order};
-use isotherm::simulation::pose_at;
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::reference_engine::ReferenceEngine;
-use isotherm::thermal::radiance::{RadianceTable, band_radiance};
-use isotherm::thermal::sensor::halo::Halo;
-use isotherm::thermal::sensor::reading::{Constants, radiance_slope};
-use isotherm::thermal::sensor::spread::Spread;
-use isotherm::thermal::sensor::{Netd, Optics, Pattern, Sensor, Vignetting};
+use isotherm::internals::{
+    Camera, Constants, Context, Curve, DeviceEngine, Distance, Distortion, Engine, EngineOrder as Order, Frame, Halo,
+    Netd, Pattern, Prepared, RadianceTable, ReferenceEngine, Resource, Sampled, Sensor, SensorOptics as Optics,
+    SensorVariant, Spread, StepKind, StepRange, ThermalVariant, Vignetting, Wanted, band_radiance, frame, pose_at,
+    radiance_slope,
+};
 
 use super::craft::{Folder, SCENE};
 use super::device::{assert_silent, context};

@@ -13,11 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use isotherm::Target;
-use isotherm::server::connection::Patience;
-use isotherm::server::listen::{Server, Talk, bind, serve};
-use isotherm::server::log::Log;
-use isotherm::server::picture::{Kind, Picture};
-use isotherm::server::scenes::Scenes;
+use isotherm::internals::{Kind, Log, Patience, Picture, Scenes, Server, Talk, bind, serve};
 
 /// A server with one scene of the name `craft`, or with none.
 fn server(scene: Option<&Path>, target: Target, kind: Kind) -> Server {

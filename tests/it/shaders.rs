@@ -4,20 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 
-use isotherm::gpu::exchange_variant::ExchangeVariant;
-use isotherm::gpu::frame::{Frame, StepRange, Wanted};
-use isotherm::gpu::layout;
-use isotherm::gpu::one_pass_variant::OnePassVariant;
-use isotherm::gpu::pass::{Kernel, Pass, is_write};
-use isotherm::gpu::radiance_variant::RadianceVariant;
-use isotherm::gpu::resource::Resource;
-use isotherm::gpu::resource_row::Role;
-use isotherm::gpu::sampling::{Distance, RowOf, Sampled};
-use isotherm::gpu::sensor;
-use isotherm::gpu::sensor_variant::SensorVariant;
-use isotherm::gpu::shaders::{ENTRY_POINTS, Shader};
-use isotherm::gpu::variant::{Curve, ResponseVariant, StepKind, ThermalVariant};
-use isotherm::gpu::wide_variant::{WideKind, WideVariant};
+use isotherm::internals;
+use isotherm::internals::{
+    Curve, Distance, ENTRY_POINTS, ExchangeVariant, Frame, Kernel, OnePassVariant, Pass, RadianceVariant, Resource,
+    ResponseVariant, Role, RowOf, Sampled, SensorVariant, Shader, StepKind, StepRange, ThermalVariant, Wanted,
+    WideKind, WideVariant, is_write,
+};
 use naga::front::spv;
 
 use crate::device::validation_is_asked_for;
@@ -223,7 +215,7 @@ fn structures_agree_with_glsl() {
     let mut seen = BTreeMap::new();
     for shader in all_shaders() {
         let (name, structures) = (shader.name(), shared_structures(&reflect(&shader)));
-        for (rust_name, size, members) in layout::structures() {
+        for (rust_name, size, members) in internals::structures() {
             let Some((stride, glsl)) = structures.get(rust_name) else { continue };
             let rust: Vec<_> =
                 members.iter().map(|member| (member.name.to_owned(), member.offset, member.size)).collect();
@@ -236,7 +228,7 @@ fn structures_agree_with_glsl() {
             *seen.entry(rust_name).or_insert(0) += 1;
         }
     }
-    let expected: Vec<&str> = layout::structures().iter().map(|(name, ..)| *name).collect();
+    let expected: Vec<&str> = internals::structures().iter().map(|(name, ..)| *name).collect();
     let mut found: Vec<&str> = seen.keys().copied().collect();
     found.sort_by_key(|name| expected.iter().position(|wanted| wanted == name));
     assert_eq!(found, expected, "every shared structure stands in some shader");
@@ -280,7 +272,7 @@ fn passes_declare_what_their_shaders_touch() {
         assert_eq!(declared(pass), bindings_of(&variant.shader()), "{}", pass.name);
     }
     for variant in SensorVariant::all() {
-        let frame = sensor::frame(variant, 64, 64, Resource::RadianceImage);
+        let frame = internals::frame(variant, 64, 64, Resource::RadianceImage);
         for pass in frame.passes() {
             for shader in pass.kernel().into_iter().flat_map(Kernel::shaders) {
                 assert_eq!(declared(pass), bindings_of(&shader), "{}", shader.name());

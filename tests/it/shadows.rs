@@ -3,13 +3,9 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use isotherm::environment::StepLoad;
-use isotherm::environment::shadow::{Method, Shadows};
-use isotherm::gpu::context::Context;
-use isotherm::gpu::nodes::PADDING;
-use isotherm::gpu::renderer::{Renderer, Request};
-use isotherm::simulation::device_data::DeviceData;
-use isotherm::simulation::prepare::Prepared;
+use isotherm::internals::{
+    Context, DeviceData, PADDING, Prepared, Renderer, Request, ShadowMethod as Method, Shadows, StepLoad,
+};
 use serde_json::json;
 
 use super::craft::{Folder, glb, scene_with};

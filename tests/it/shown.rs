@@ -1,10 +1,6 @@
 //! The temperatures that images of a scene show, on a device and on the f64 reference.
 
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, EngineError};
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::reference_engine::ReferenceEngine;
-use isotherm::simulation::{run, start};
+use isotherm::internals::{DeviceEngine, Engine, EngineError, Prepared, ReferenceEngine, run, start};
 
 use super::craft::never;
 use super::device::{assert_silent, context};

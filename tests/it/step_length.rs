@@ -2,11 +2,7 @@
 
 use std::f64::consts::SQRT_2;
 
-use isotherm::simulation::check::{Check, StepLengthError};
-use isotherm::simulation::engine::EngineError;
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::reference_engine::ReferenceEngine;
-use isotherm::simulation::{run, start};
+use isotherm::internals::{Check, EngineError, Prepared, ReferenceEngine, StepLengthError, run, start};
 use serde_json::Value;
 
 use super::craft::{Folder, never, scene_with};
@@ -47,7 +43,7 @@ fn stated(prepared: &Prepared) -> StepLengthError {
 fn apart(prepared: &Prepared, coarse: &[Vec<f64>], fine: &[Vec<f64>], materials: &[&str]) -> [f64; 2] {
     let nodes = &prepared.nodes;
     let real =
-        (0..nodes.vertex_of_node.len()).filter(|slot| nodes.vertex_of_node[*slot] != isotherm::gpu::nodes::PADDING);
+        (0..nodes.vertex_of_node.len()).filter(|slot| nodes.vertex_of_node[*slot] != isotherm::internals::PADDING);
     let meant: Vec<bool> = real
         .map(|slot| materials.contains(&prepared.materials[nodes.group_material[slot / 4] as usize].name.as_str()))
         .collect();

@@ -55,7 +55,7 @@ fn a_run_from_a_state_is_the_run_that_saved_it() {
     succeed(folder.0.path(), &["run", "other.toml", "-o", "other", "--from-state", STATE]);
     // The image at time 0 is that of the state.
     succeed(folder.0.path(), &["render", "scene.toml", "--time", "0", "-o", "one.exr", "--from-state", STATE]);
-    let frame = |name: &str| isotherm::output::exr::read_exr(&folder.path(name)).expect("a frame").0;
+    let frame = |name: &str| isotherm::internals::read_exr(&folder.path(name)).expect("a frame").0;
     assert_eq!(frame("one.exr").temperature, frame("one/frames/step_000000.exr").temperature);
     // Another sample has no state in the file.
     let without =

@@ -1,10 +1,6 @@
 //! Reflections of the craft itself: the device against f64 and exact answers.
 
-use isotherm::gpu::resource::Resource;
-use isotherm::simulation::device_data::DeviceData;
-use isotherm::simulation::engine::Pixels;
-use isotherm::simulation::prepare::Prepared;
-use isotherm::thermal::planck::band_radiance_exact;
+use isotherm::internals::{DeviceData, Pixels, Prepared, Resource, band_radiance_exact};
 use serde_json::json;
 
 use super::craft::{Folder, glb_of_box, scene_with};
@@ -45,7 +41,7 @@ fn the_device_traces_as_the_reference() {
         assert!(sky < 0.005 && surface < 0.02, "{name}: {sky} of the sky and {surface} of the surfaces differ");
         assert!(changed > 0.2, "{name}: warmer space must show in {changed} of the surfaces");
         let mut plain = prepared;
-        plain.scene.surrounded.reflections = isotherm::scene::Reflections::Environment;
+        plain.scene.surrounded.reflections = isotherm::internals::Reflections::Environment;
         let ([_, without], _) = apart(&found, &by_reference(&plain), 1e-4);
         println!("{name}: the craft shows in {without:.3} of the surfaces");
         assert!(without > 0.03, "{name}: the craft must show in {without} of the surfaces");
@@ -123,7 +119,7 @@ fn a_closed_isothermal_cavity_looks_black_whatever_its_walls() {
             assert!(worst < most, "{name}: {worst:e}");
         }
         let mut open = prepared;
-        open.scene.surrounded.reflections = isotherm::scene::Reflections::Environment;
+        open.scene.surrounded.reflections = isotherm::internals::Reflections::Environment;
         let (_, mean) = over_black(&on_device(&open), &open);
         assert!(mean < 0.8, "{name}: without the craft its reflections are dark: {mean}");
     }
@@ -159,7 +155,7 @@ fn several_samples_and_lenses_are_traced_too() {
     println!("four samples: {sky:.4} of the sky, {surface:.4} of the surfaces, else {worst:.1e}");
     assert!(sky < 0.005 && surface < 0.05, "{sky} of the sky and {surface} of the surfaces differ");
     let mut plain = prepared;
-    plain.scene.surrounded.reflections = isotherm::scene::Reflections::Environment;
+    plain.scene.surrounded.reflections = isotherm::internals::Reflections::Environment;
     let ([_, without], _) = apart(&found, &by_reference(&plain), 1e-3);
     assert!(without > 0.05, "the craft must show in {without} of the surfaces");
 }
@@ -175,7 +171,7 @@ fn a_distant_craft_reflects_itself_too() {
     println!("{shown} pixels: {sky:.4} of the sky, {surface:.4} of the surfaces, else {worst:.1e}");
     assert!((10..200).contains(&shown) && sky < 0.005 && surface <= 0.07, "{sky} and {surface} of {shown}");
     let mut plain = prepared;
-    plain.scene.surrounded.reflections = isotherm::scene::Reflections::Environment;
+    plain.scene.surrounded.reflections = isotherm::internals::Reflections::Environment;
     let ([_, without], _) = apart(&found, &by_reference(&plain), 2e-3);
     assert!(without > 0.1, "the craft must show in {without} of the surfaces");
 }
@@ -295,7 +291,7 @@ fn a_mirror_shows_the_warm_wall_beside_it() {
             assert!((shown / exact - 1.0).abs() < 3e-6, "{shown} against {exact}");
         }
         let mut open = prepared;
-        open.scene.surrounded.reflections = isotherm::scene::Reflections::Environment;
+        open.scene.surrounded.reflections = isotherm::internals::Reflections::Environment;
         let shown = f64::from(on_device(&open).radiance_temperature_depth[centre][0]);
         assert!((shown / exact - 1.0).abs() > 0.01, "without the wall it is darker: {shown}");
     }

@@ -4,10 +4,7 @@ use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use isotherm::environment::load::{albedo_flux, planet_ir_flux, solar_flux};
-use isotherm::environment::sky::{Boundary, SkyModel};
-use isotherm::files::Reach;
-use isotherm::scene::SkyScene;
+use isotherm::internals::{Boundary, Reach, SkyModel, SkyScene, albedo_flux, planet_ir_flux, solar_flux};
 
 use super::craft::{Folder, SCENE, prepared, scene_with};
 use super::program::{end, isotherm, json, refusal, succeed};

@@ -3,13 +3,10 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use isotherm::gpu::context::Context;
-use isotherm::gpu::frame::{Frame, StepRange, Wanted};
-use isotherm::gpu::renderer::Request;
-use isotherm::gpu::variant::{StepKind, ThermalVariant};
-use isotherm::simulation::target::respond_f64;
-use isotherm::thermal::material::Function::{Linear, Quadratic};
-use isotherm::thermal::material::{Function, Response, Retarget, Sides};
+use isotherm::internals::{
+    Context, Frame, Request, Response, ResponseFunction as Function, ResponseFunction::Linear,
+    ResponseFunction::Quadratic, Retarget, Sides, StepKind, StepRange, ThermalVariant, Wanted, respond_f64,
+};
 
 use super::device::{LooseNodes, Present, Worst, assert_silent, context, dark, material, temperatures, transition};
 use super::random::Random;

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use isotherm::output::exr::read_exr;
+use isotherm::internals::read_exr;
 
 use super::model::shared_files::shared;
 use super::program::stderr;

@@ -3,13 +3,10 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use isotherm::environment::albedo_field::AlbedoField;
-use isotherm::environment::load::{albedo_flux, exact_albedo_flux, planet_ir_flux, solar_flux};
-use isotherm::environment::{MAX_SUN_SAMPLES, PlanetLoad, StepLoad};
-use isotherm::thermal::STEFAN_BOLTZMANN;
-use isotherm::thermal::incident::incident;
-use isotherm::thermal::material::{Material, Optics, Response, Sides};
-use isotherm::thermal::reference::commanded_temperature;
+use isotherm::internals::{
+    AlbedoField, MAX_SUN_SAMPLES, Material, Optics, PlanetLoad, Response, STEFAN_BOLTZMANN, Sides, StepLoad,
+    albedo_flux, commanded_temperature, exact_albedo_flux, incident, planet_ir_flux, solar_flux,
+};
 
 use super::device::{
     ALL, LooseNodes, Present, Worst, assert_silent, black, context, dark, material, planet, settled, sunlight,

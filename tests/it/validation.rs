@@ -3,15 +3,11 @@
 use std::sync::{Arc, LazyLock};
 
 use glam::DVec3;
-use isotherm::environment::albedo_field::AlbedoField;
-use isotherm::environment::{PlanetLoad, StepLoad};
-use isotherm::gpu::context::Context;
-use isotherm::gpu::frame::{Frame, StepRange, Wanted};
-use isotherm::gpu::pass::{Barrier, Entry, Work};
-use isotherm::gpu::renderer::{Renderer, Request};
-use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
-use isotherm::simulation::viewpoint::device_view;
-use isotherm::thermal::material::{Function, Optics, Retarget, Sides};
+use isotherm::internals::{
+    AlbedoField, Barrier, Context, Curve, Entry, Frame, Optics, PlanetLoad, Renderer, Request,
+    ResponseFunction as Function, Retarget, Sides, StepKind, StepLoad, StepRange, ThermalVariant, Wanted, Work,
+    device_view,
+};
 
 use super::device::{assert_silent, dark, material, planet, sunlight, transition, validated_context};
 use super::hazard::without_barrier;
@@ -24,7 +20,7 @@ const WANTED: Wanted = Wanted {
     sampled: None,
     cull: TRIANGLES,
     temperatures: true,
-    shows: isotherm::gpu::radiance_variant::RadianceVariant::PLAIN,
+    shows: isotherm::internals::RadianceVariant::PLAIN,
     texels: 0,
 };
 

@@ -9,9 +9,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use glam::DVec3;
-use isotherm::output::apparent::Apparent;
-use isotherm::scene::Scene;
-use isotherm::view::session::{Session, ViewError};
+use isotherm::internals::{Apparent, Scene, Session, ViewError};
 use isotherm::{CameraFrame, Image, Pose, Simulation, Target};
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket};

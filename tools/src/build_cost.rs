@@ -5,16 +5,11 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::Instant;
 
-use isotherm::gpu::context::Context;
-use isotherm::gpu::resources::device_bytes;
-use isotherm::host;
-use isotherm::scene::{Density, Edges, Scene};
-use isotherm::simulation::device_data::DeviceData;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Order, Step};
-use isotherm::simulation::network::StepCost;
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::viewpoint::camera_from_body;
+use isotherm::internals;
+use isotherm::internals::{
+    Context, Density, DeviceData, DeviceEngine, Edges, Engine, EngineOrder as Order, Prepared, Scene, Step, StepCost,
+    camera_from_body, device_bytes,
+};
 
 use super::AnyError;
 
@@ -42,12 +37,12 @@ pub fn measure(edges: &[f64], arguments: &[String]) -> Result<(), AnyError> {
 /// Builds and steps one density, and prints its row.
 pub fn measure_one(context: &Arc<Context>, mut scene: Scene, edge: f64) -> Result<(), AnyError> {
     scene.density = Density { model: Edges { max: Some(edge), min: scene.density.model.min }, parts: Vec::new() };
-    let before = host::peak_memory().ok_or("this system does not tell the peak of memory")?;
+    let before = internals::peak_memory().ok_or("this system does not tell the peak of memory")?;
     let began = Instant::now();
     let prepared = Prepared::from_scene(scene, &mut |_| {})?;
     let build = began.elapsed().as_secs_f64();
     let nodes = prepared.nodes.count as f64;
-    let peak = || host::peak_memory().map_or(f64::NAN, |peak| peak.saturating_sub(before) as f64 / nodes);
+    let peak = || internals::peak_memory().map_or(f64::NAN, |peak| peak.saturating_sub(before) as f64 / nodes);
     let host = peak();
 
     let camera = prepared.scene.camera.clone();

@@ -3,13 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use isotherm::exchange::step::Settings;
-use isotherm::gpu::context::Context;
-use isotherm::gpu::samples::Samples;
-use isotherm::scene::Scene;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Order, Step};
-use isotherm::simulation::prepare::Prepared;
+use isotherm::internals::{
+    Context, DeviceEngine, Engine, EngineOrder as Order, ExchangeSettings as Settings, Prepared, Samples, Scene, Step,
+};
 
 use super::AnyError;
 use super::one_pass::least;

@@ -18,21 +18,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Parser;
-use isotherm::bench::responses;
-use isotherm::environment::StepLoad;
-use isotherm::files::Reach;
-use isotherm::gpu::context::Context;
-use isotherm::gpu::shapes::{self, Shapes};
-use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
-use isotherm::output::report::PassTime;
-use isotherm::scene::Scene;
-use isotherm::simulation::device_data::DeviceData;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Order, Step};
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::viewpoint::camera_from_body;
-use isotherm::thermal::function::{Function, Sample};
-use isotherm::thermal::material::{Domain, Profile, Response, Retarget, Transition};
+use isotherm::internals;
+use isotherm::internals::{
+    Context, Curve, DeviceData, DeviceEngine, Domain, Engine, EngineOrder as Order, Function, PassTime, Prepared,
+    Profile, Reach, Response, Retarget, Sample, Scene, Shapes, Step, StepKind, StepLoad, ThermalVariant, Transition,
+    camera_from_body,
+};
 
 use isotherm_tools::exit_code;
 
@@ -196,7 +187,7 @@ fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) ->
          | bytes a node |"
     );
     println!("|---|---|---|---|---|---|---|---|");
-    let loads = isotherm::environment::step::StepLoads::new(&scene.orbit, &scene.attitude, &scene.environment)?;
+    let loads = isotherm::internals::StepLoads::new(&scene.orbit, &scene.attitude, &scene.environment)?;
     let step = scene.time.step;
     let count = f64::from(arguments.steps);
     let load = |start: f64| loads.step_load(start, start + step);
@@ -249,7 +240,7 @@ fn functions(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Re
     );
     println!("| function | merge: Sun | all three loads | restart: Sun | all three loads |");
     println!("|---|---|---|---|---|");
-    let loads = isotherm::environment::step::StepLoads::new(&scene.orbit, &scene.attitude, &scene.environment)?;
+    let loads = isotherm::internals::StepLoads::new(&scene.orbit, &scene.attitude, &scene.environment)?;
     let step = scene.time.step;
     let steps: Vec<StepLoad> =
         (0..arguments.steps).map(|i| loads.step_load(f64::from(i) * step, f64::from(i + 1) * step)).collect();
@@ -259,7 +250,7 @@ fn functions(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Re
         let profile = Profile { function: function.clone(), t_max_steps: 1000.0 };
         let domain = Domain::Temperature;
         let transition = Transition { heating: profile.clone(), cooling: profile, retarget, domain };
-        let (kind, curve) = shapes::curve(&transition);
+        let (kind, curve) = internals::curve(&transition);
         let variant = ThermalVariant { sun: true, planet_ir: all, albedo: all, ..ThermalVariant::bare(kind, curve) };
         // Processor time does not depend on other programs. The difference of few steps is mostly the pipeline's
         // creation.
@@ -368,7 +359,7 @@ fn time_pass(
 ) -> Result<(Vec<PassTime>, f64), AnyError> {
     // Pieces of the one function begin at 0.
     let power = if shapes.values.is_empty() { 2.0 } else { 0.0 };
-    let pass = responses::time_pass(context, variant, power, shapes, nodes, steps, false)?;
+    let pass = internals::time_pass(context, variant, power, shapes, nodes, steps, false)?;
     Ok((pass.times, pass.bytes_a_node))
 }
 

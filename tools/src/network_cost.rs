@@ -3,14 +3,11 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use isotherm::gpu::context::Context;
-use isotherm::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
-use isotherm::thermal::network::control::{FLOOR, Integrator, Series, Settings, integrate};
-use isotherm::thermal::network::reference::ReferenceStepper;
-use isotherm::thermal::network::rkl2::stable_product;
-use isotherm::thermal::network::schedule::{HeatTable, Schedule};
-use isotherm::thermal::network::stepper::{Method, Stepper};
-use isotherm::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
+use isotherm::internals::{
+    Context, ESTIMATE_FLOOR, FLOOR, HeatTable, Integrator, LinearConductor, Network, NetworkSettings as Settings,
+    NetworkStepper, NodeKind, RadiativeConductor, ReferenceStepper, Schedule, Series, StepMethod as Method, Stepper,
+    integrate, stable_product,
+};
 
 use super::AnyError;
 

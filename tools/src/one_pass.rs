@@ -3,15 +3,10 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use isotherm::gpu::context::Context;
-use isotherm::scene::{Density, Edges, Scene};
-use isotherm::simulation::device_data::DeviceData;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Order, Step};
-use isotherm::simulation::prepare::Prepared;
-use isotherm::thermal::function::Function;
-use isotherm::thermal::material::{Domain, Material, Profile, Response, Retarget, Transition};
-use isotherm::thermal::network::control::Integrator;
+use isotherm::internals::{
+    Context, Density, DeviceData, DeviceEngine, Domain, Edges, Engine, EngineOrder as Order, Function, Integrator,
+    Material, Prepared, Profile, Response, Retarget, Scene, Step, Transition,
+};
 
 use super::AnyError;
 

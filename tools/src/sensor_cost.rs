@@ -3,13 +3,9 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use isotherm::gpu::context::Context;
-use isotherm::scene::Scene;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Order};
-use isotherm::simulation::pose_at;
-use isotherm::simulation::prepare::Prepared;
-use isotherm::thermal::sensor::{Optics, Sensor};
+use isotherm::internals::{
+    Context, DeviceEngine, Engine, EngineOrder as Order, Prepared, Scene, Sensor, SensorOptics as Optics, pose_at,
+};
 
 use super::AnyError;
 use super::network_cost::processor_seconds;

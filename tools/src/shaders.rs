@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Parser;
-use isotherm::gpu::shaders::{ENTRY_POINTS, Shader};
+use isotherm::internals::{ENTRY_POINTS, Shader};
 
 /// Compile the entry points of glsl/ to spirv/.
 ///

@@ -4,14 +4,10 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use isotherm::bench::models::{WRONG_SHARE, facing, wrong_shadows};
-use isotherm::environment::shadow::Method;
-use isotherm::gpu::context::Context;
-use isotherm::gpu::nodes::PADDING;
-use isotherm::gpu::renderer::{Renderer, Request};
-use isotherm::scene::{Scene, ShadowSettings};
-use isotherm::simulation::device_data::DeviceData;
-use isotherm::simulation::prepare::Prepared;
+use isotherm::internals::{
+    Context, DeviceData, PADDING, Prepared, Renderer, Request, Scene, ShadowMethod as Method, ShadowSettings,
+    WRONG_SHARE, facing, wrong_shadows,
+};
 
 use super::AnyError;
 

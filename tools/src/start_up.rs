@@ -5,13 +5,9 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-use isotherm::files::Reach;
-use isotherm::gpu::context::Context;
-use isotherm::scene::Scene;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Order, Step};
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::viewpoint::camera_from_body;
+use isotherm::internals::{
+    Context, DeviceEngine, Engine, EngineOrder as Order, Prepared, Reach, Scene, Step, camera_from_body,
+};
 
 use super::AnyError;
 

@@ -2,15 +2,10 @@
 
 use std::sync::Arc;
 
-use isotherm::gpu::context::Context;
-use isotherm::scene::{Background, Reflections, Scene, Surrounded};
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Order};
-use isotherm::simulation::pose_at;
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::surroundings::surroundings_at;
-use isotherm::thermal::emissivity::ByAngle;
-use isotherm::thermal::planet_map::{DayLaw, PlanetPattern};
+use isotherm::internals::{
+    Background, ByAngle, Context, DayLaw, DeviceEngine, Engine, EngineOrder as Order, PlanetPattern, Prepared,
+    Reflections, Scene, Surrounded, pose_at, surroundings_at,
+};
 
 use super::AnyError;
 

@@ -18,7 +18,7 @@ pub enum Scale {
 
 impl Scale {
     /// Selects one of three values.
-    pub fn of<T>(self, small: T, quick: T, whole: T) -> T {
+    pub(crate) fn of<T>(self, small: T, quick: T, whole: T) -> T {
         match self {
             Self::Small => small,
             Self::Quick => quick,
@@ -28,32 +28,32 @@ impl Scale {
 }
 
 /// Measures a target. Returns the largest error in the unit of the case, or the reason why there is none.
-pub type Measure = Box<dyn Fn(&Target, Scale) -> Result<f64, String> + Send + Sync>;
+pub(crate) type Measure = Box<dyn Fn(&Target, Scale) -> Result<f64, String> + Send + Sync>;
 /// The same error without the remedy, computed by simple code on the processor.
-pub type Without = Box<dyn Fn(Scale) -> f64 + Send + Sync>;
+pub(crate) type Without = Box<dyn Fn(Scale) -> f64 + Send + Sync>;
 
 /// A hard case.
 pub struct HardCase {
     /// Unique name.
     pub name: String,
     /// Input and expected result.
-    pub what: String,
+    pub(crate) what: String,
     /// Unit of error and limit.
     pub unit: &'static str,
     /// Largest allowed error.
     pub limit: f64,
     /// Source of the limit.
-    pub source: String,
+    pub(crate) source: String,
     /// The method that keeps the error below the limit.
-    pub remedy: &'static str,
+    pub(crate) remedy: &'static str,
     /// The simpler method that replaces the remedy.
-    pub removed: &'static str,
+    pub(crate) removed: &'static str,
     /// Whether the expected result comes from the f64 reference. The reference then has no error of its own.
-    pub expects_reference: bool,
+    pub(crate) expects_reference: bool,
     /// Measures the error on a target.
-    pub measure: Measure,
+    pub(crate) measure: Measure,
     /// Measures the error without the remedy. It is infinite if there is no valid number.
-    pub without: Without,
+    pub(crate) without: Without,
 }
 
 impl HardCase {
@@ -99,34 +99,34 @@ pub struct HardRow {
     /// Name.
     pub name: String,
     /// Input and expected result.
-    pub what: String,
+    pub(crate) what: String,
     /// Unit of errors and limit.
-    pub unit: String,
+    pub(crate) unit: String,
     /// Largest error.
     pub error: Option<f64>,
     /// Largest allowed error.
     pub limit: f64,
     /// Source of the limit.
-    pub limit_source: String,
+    pub(crate) limit_source: String,
     /// Whether the error is within the limit. `None` if nothing was measured.
-    pub holds: Option<bool>,
+    pub(crate) holds: Option<bool>,
     /// The method that keeps the error below the limit.
-    pub remedy: String,
+    pub(crate) remedy: String,
     /// The simpler method that replaces the remedy.
-    pub removed: String,
+    pub(crate) removed: String,
     /// Error without the remedy. It is `null` in JSON if there is no valid number.
     pub without: f64,
     /// The reason for an omitted measurement.
-    pub omitted: Option<String>,
+    pub(crate) omitted: Option<String>,
     /// The reason for a failed measurement.
-    pub failed: Option<String>,
+    pub(crate) failed: Option<String>,
     /// Wall time of the measurement [s].
     pub wall_s: f64,
 }
 
 impl HardRow {
     /// A row without measurement.
-    pub fn of(case: &HardCase, without: f64) -> Self {
+    pub(crate) fn of(case: &HardCase, without: f64) -> Self {
         Self {
             name: case.name.clone(),
             what: case.what.clone(),

@@ -26,7 +26,7 @@ use crate::thermal::network::control::Integrator;
 use crate::thermal::network::schedule::{HeatTable, Schedule};
 use crate::thermal::network::{Network, NodeKind};
 
-pub mod shadow;
+pub(crate) mod shadow;
 
 /// Solar constant [W/m2].
 const SUN: f64 = 1361.0;
@@ -311,7 +311,7 @@ fn tumble(degrees: f64) -> HardCase {
         )
 }
 
-pub fn cases() -> Vec<HardCase> {
+pub(crate) fn cases() -> Vec<HardCase> {
     let mut cases: Vec<HardCase> = [0.01, 0.1, 1.0, 16.7, 60.0].map(eclipse).into();
     cases.extend([6.0, 36.0].map(tumble));
     cases

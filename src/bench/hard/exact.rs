@@ -3,14 +3,14 @@
 use crate::thermal::network::{Network, NodeKind};
 
 /// Temperature [K] after a number of steps from rest to a target: eqs. 1 to 4 of Vural et al. 2023.
-pub fn curve(power: i32, t_max: f64, old: f64, target: f64, steps: f64) -> f64 {
+pub(crate) fn curve(power: i32, t_max: f64, old: f64, target: f64, steps: f64) -> f64 {
     let left = (1.0 - (steps / t_max).min(1.0)).powi(power);
     old * left + target * (1.0 - left)
 }
 
 /// The solution of a conducting network under constant heat: a sum over the modes of its symmetric form sqrt(C) T. All
 /// nodes must store heat.
-pub struct Modes {
+pub(crate) struct Modes {
     roots: Vec<f64>,
     /// Rate [1/s] and vector of each mode.
     rates: Vec<f64>,
@@ -21,7 +21,7 @@ pub struct Modes {
 
 impl Modes {
     /// Solves the eigenvalue problem. `None` if a node stores no heat, radiates or is a boundary.
-    pub fn of(network: &Network, heat: &[f64]) -> Option<Self> {
+    pub(crate) fn of(network: &Network, heat: &[f64]) -> Option<Self> {
         let count = network.len();
         let plain = network.radiative.is_empty()
             && network.emissive_areas.iter().all(|area| *area == 0.0)
@@ -48,7 +48,7 @@ impl Modes {
     }
 
     /// Temperatures [K] at a time [s].
-    pub fn at(&self, time: f64) -> Vec<f64> {
+    pub(crate) fn at(&self, time: f64) -> Vec<f64> {
         let mut found = vec![0.0; self.roots.len()];
         for (mode, vector) in self.vectors.iter().enumerate() {
             let x = self.rates[mode] * time;
@@ -110,7 +110,7 @@ fn rotate(rows: &mut [Vec<f64>], [p, q]: [usize; 2], cosine: f64, sine: f64) {
 }
 
 /// The zero of a falling function between two bounds, by bisection.
-pub fn root_of_falling(function: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+pub(crate) fn root_of_falling(function: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
         if function(middle) > 0.0 {

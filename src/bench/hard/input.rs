@@ -106,7 +106,7 @@ fn taken_by_parser() -> f64 {
 }
 
 /// The cases. They use no device, so they are the same on every target.
-pub fn cases() -> Vec<HardCase> {
+pub(crate) fn cases() -> Vec<HardCase> {
     let case = |name: &str, count: usize, source: &str, measure: fn() -> Result<f64, String>, without: fn() -> f64| {
         let what = format!("each number as nan, -nan, inf and -inf, {count} in all: refused, naming the key");
         HardCase::new(format!("non-finite input, {name}"), what, "accepted", (0.0, source))

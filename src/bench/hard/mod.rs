@@ -18,7 +18,9 @@ mod plain;
 mod transitions;
 mod way;
 
-pub use case::{HardCase, HardRow, Scale};
+pub use case::HardCase;
+pub use case::HardRow;
+pub use case::Scale;
 
 /// All cases.
 pub fn all() -> Vec<HardCase> {

@@ -3,11 +3,11 @@
 use super::case::{apart, worst_of};
 use crate::thermal::network::{LinearConductor, Network, NodeKind};
 
-pub mod cold;
-pub mod conducting;
-pub mod massless;
-pub mod residual;
-pub mod thermostats;
+pub(crate) mod cold;
+pub(crate) mod conducting;
+pub(crate) mod massless;
+pub(crate) mod residual;
+pub(crate) mod thermostats;
 
 /// Error limit of the default integrator [K], and its source.
 const DEFAULT: (f64, &str) = (20e-3, "docs/numerics.md 6, default");

@@ -5,7 +5,7 @@ use crate::thermal::network::{Network, NodeKind, radiated};
 
 /// The remedy that a plain transition omits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Omission {
+pub(crate) enum Omission {
     /// Time may pass t_max.
     Clamp,
     /// A new target keeps the phase of the running curve in either direction. A node at rest starts a curve.
@@ -19,7 +19,7 @@ pub enum Omission {
 }
 
 /// Temperatures [K] in f64 after every step, for a power of the remaining time, without one of the remedies.
-pub fn transition(power: i32, t_max: f64, initial: f64, targets: &[f32], omitted: Omission) -> Vec<f64> {
+pub(crate) fn transition(power: i32, t_max: f64, initial: f64, targets: &[f32], omitted: Omission) -> Vec<f64> {
     let (mut old, mut target, mut elapsed, mut now) = (initial, initial, t_max, initial);
     let left = |elapsed: f64| {
         let r = if omitted != Omission::Immediate && t_max == 0.0 { 0.0 } else { 1.0 - elapsed / t_max };
@@ -47,7 +47,7 @@ pub fn transition(power: i32, t_max: f64, initial: f64, targets: &[f32], omitted
 
 /// The merge rule of docs/numerics.md 1 in f32. The state is only the old temperature, the target and the elapsed
 /// steps. The span is computed as their difference.
-pub fn merge_f32(power: i32, t_max: f32, initial: f32, targets: &[f32]) -> Vec<f64> {
+pub(crate) fn merge_f32(power: i32, t_max: f32, initial: f32, targets: &[f32]) -> Vec<f64> {
     let (mut old, mut target, mut elapsed) = (initial, initial, t_max);
     let step = |commanded: &f32| {
         let d = commanded - target;
@@ -76,7 +76,7 @@ pub fn merge_f32(power: i32, t_max: f32, initial: f32, targets: &[f32]) -> Vec<f
 
 /// Equal steps of forward Euler in f32 under heat that is constant over each `frame` [s]. Returns the unchecked
 /// temperatures [K] after every frame.
-pub fn euler_f32(
+pub(crate) fn euler_f32(
     network: &Network,
     frames: &mut dyn Iterator<Item = Vec<f64>>,
     frame: f64,
@@ -112,7 +112,7 @@ pub fn euler_f32(
 
 /// A simple step in f64.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Step {
+pub(crate) enum Step {
     /// Forward Euler.
     Euler,
     /// Each node relaxes exponentially towards its balance with the neighbours before the step.
@@ -123,7 +123,7 @@ pub enum Step {
 }
 
 /// Equal steps in f64 under constant heat. Returns the unchecked temperatures [K] after each step.
-pub fn steps(network: &Network, heat: &[f64], step: f64, count: u32, kind: Step) -> Vec<Vec<f64>> {
+pub(crate) fn steps(network: &Network, heat: &[f64], step: f64, count: u32, kind: Step) -> Vec<Vec<f64>> {
     let mut now = network.temperatures.clone();
     let mut rows = Vec::new();
     for _ in 0..count {
@@ -152,7 +152,7 @@ pub fn steps(network: &Network, heat: &[f64], step: f64, count: u32, kind: Step)
 }
 
 /// Forward Euler at its stability limit for a body that only radiates: its temperature [K] at a time [s].
-pub fn cooling_at_the_bound(capacitance: f64, area: f64, space: f64, from: f64, times: &[f64]) -> Vec<f64> {
+pub(crate) fn cooling_at_the_bound(capacitance: f64, area: f64, space: f64, from: f64, times: &[f64]) -> Vec<f64> {
     let (mut now, mut t) = (from, 0.0);
     let mut found = Vec::new();
     for time in times {

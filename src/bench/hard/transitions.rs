@@ -149,7 +149,7 @@ fn commanded(case: HardCase, nodes: fn(Scale) -> Vec<Commanded>, without: fn(&Co
     case.measured(worst, move |scale| nodes(scale).iter().map(without).fold(0.0, worst_of))
 }
 
-pub fn cases() -> Vec<HardCase> {
+pub(crate) fn cases() -> Vec<HardCase> {
     let case = |name: &str, what: &str, limit| HardCase::new(name, what, "K", limit);
     let of_reference = |name, what, limit| HardCase { expects_reference: true, ..case(name, what, limit) };
     vec![

@@ -8,7 +8,7 @@ use crate::thermal::network::schedule::Schedule;
 use crate::thermal::network::stepper::{Method, Stepper};
 
 /// Integrates a network through its schedule.
-pub fn integrated(
+pub(crate) fn integrated(
     target: &Target,
     network: &Network,
     schedule: &Schedule,
@@ -24,7 +24,7 @@ pub fn integrated(
 ///
 /// # Errors
 /// A device error, or a temperature out of range.
-pub fn fixed_euler(
+pub(crate) fn fixed_euler(
     target: &Target,
     network: &Network,
     frames: &mut dyn Iterator<Item = Vec<f64>>,

@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 
 /// Interpolation between keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum KeyInterpolation {
+pub(crate) enum KeyInterpolation {
     /// Constant until the next key.
     Step,
     /// Linear. Rotations take the shortest arc.
@@ -15,7 +15,7 @@ pub enum KeyInterpolation {
 
 /// The keys of a channel: rising times [s], and for each a value, or a tangent, value and tangent of a cubic.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Keys<const N: usize> {
+pub(crate) struct Keys<const N: usize> {
     times: Vec<f64>,
     values: Vec<[f64; N]>,
     interpolation: KeyInterpolation,
@@ -23,17 +23,17 @@ pub struct Keys<const N: usize> {
 
 impl<const N: usize> Keys<N> {
     /// Keys of values without tangents.
-    pub fn new(times: Vec<f64>, values: Vec<[f64; N]>, interpolation: KeyInterpolation) -> Self {
+    pub(crate) fn new(times: Vec<f64>, values: Vec<[f64; N]>, interpolation: KeyInterpolation) -> Self {
         Self { times, values, interpolation }
     }
 
     /// Time of the last key [s].
-    pub fn last_time(&self) -> Option<f64> {
+    pub(crate) fn last_time(&self) -> Option<f64> {
         self.times.last().copied()
     }
 
     /// The value of every key, without tangents.
-    pub fn stated(&self) -> impl Iterator<Item = [f64; N]> {
+    pub(crate) fn stated(&self) -> impl Iterator<Item = [f64; N]> {
         (0..self.times.len()).map(|key| self.value(key))
     }
 
@@ -78,7 +78,7 @@ impl<const N: usize> Keys<N> {
 
 impl Keys<3> {
     /// The vector at a time [s].
-    pub fn vector(&self, time: f64) -> DVec3 {
+    pub(crate) fn vector(&self, time: f64) -> DVec3 {
         let blend = |a: [f64; 3], b: [f64; 3], s: f64| DVec3::from_array(a).lerp(DVec3::from_array(b), s).to_array();
         DVec3::from_array(self.at(time, blend))
     }
@@ -86,7 +86,7 @@ impl Keys<3> {
 
 impl Keys<4> {
     /// The rotation at a time [s].
-    pub fn rotation(&self, time: f64) -> DQuat {
+    pub(crate) fn rotation(&self, time: f64) -> DQuat {
         let unit = |value: [f64; 4]| DQuat::from_array(value).normalize();
         let blend = |a: [f64; 4], b: [f64; 4], s: f64| unit(a).slerp(unit(b), s).to_array();
         unit(self.at(time, blend))

@@ -12,7 +12,7 @@ const MOST_MARKS: usize = 2048;
 
 /// A walk from a start.
 #[derive(Debug, Default)]
-pub struct Track {
+pub(crate) struct Track {
     start: f64,
     first: Vec<f64>,
     seen: Mutex<Seen>,
@@ -43,18 +43,18 @@ impl Clone for Track {
 
 impl Track {
     /// A walk from a time [s] and the positions at that time.
-    pub fn new(start: f64, first: Vec<f64>) -> Self {
+    pub(crate) fn new(start: f64, first: Vec<f64>) -> Self {
         let seen = Seen { blocks: Vec::new(), marks: vec![first.clone()], spacing: 1 };
         Self { start, first, seen: Mutex::new(seen) }
     }
 
     /// Time at which it starts [s].
-    pub fn start(&self) -> f64 {
+    pub(crate) fn start(&self) -> f64 {
         self.start
     }
 
     /// Positions after `number` steps and after one more. `next` gives the positions after a number of steps from those of the step before.
-    pub fn pair(&self, number: u64, next: &dyn Fn(u64, &[f64]) -> Vec<f64>) -> [Vec<f64>; 2] {
+    pub(crate) fn pair(&self, number: u64, next: &dyn Fn(u64, &[f64]) -> Vec<f64>) -> [Vec<f64>; 2] {
         let mut seen = self.seen();
         let block = seen.block(number / BLOCK, next);
         let place = (number % BLOCK) as usize;
@@ -63,7 +63,7 @@ impl Track {
 
     /// Numbers that are kept at present.
     #[cfg(test)]
-    pub fn stored(&self) -> usize {
+    pub(crate) fn stored(&self) -> usize {
         let seen = self.seen();
         let blocks = seen.blocks.iter().flat_map(|(_, block)| block).map(Vec::len).sum::<usize>();
         blocks + seen.marks.iter().map(Vec::len).sum::<usize>()

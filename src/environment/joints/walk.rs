@@ -26,7 +26,7 @@ const MOST_KEPT: usize = 1 << 24;
 
 /// All joints of a craft. A joint stands after its parent.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Joints {
+pub(crate) struct Joints {
     joints: Vec<Joint>,
     walk: Walk,
 }
@@ -53,17 +53,17 @@ struct Lead {
 
 impl Joints {
     /// The joints, each after its parent.
-    pub fn joints(&self) -> &[Joint] {
+    pub(crate) fn joints(&self) -> &[Joint] {
         &self.joints
     }
 
     /// Whether nothing moves.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.joints.is_empty()
     }
 
     /// Position of each joint [rad or m] at a time [s], and the poses of the body and of each joint. Both are empty where there is no joint.
-    pub fn at(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> (Vec<f64>, Vec<DAffine3>) {
+    pub(crate) fn at(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> (Vec<f64>, Vec<DAffine3>) {
         if self.joints.is_empty() {
             return (Vec::new(), Vec::new());
         }
@@ -103,7 +103,7 @@ impl Joints {
     }
 
     /// The same joints, which walk anew from their positions at a time [s]. What was walked ahead of it is forgotten.
-    pub fn from_here(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> Self {
+    pub(crate) fn restart_at(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> Self {
         let mut all = Self { joints: self.joints.clone(), walk: Walk { step: self.walk.step, ..Walk::default() } };
         if all.joints.iter().any(|joint| joint.rate().is_some()) {
             all.walk.track = Some(Track::new(time, self.at(time, sun).0));
@@ -115,7 +115,7 @@ impl Joints {
     ///
     /// # Errors
     /// There is no such joint, it plays an animation, or the position lies outside its limits.
-    pub fn held(&self, name: &str, position: f64) -> Result<Self, JointError> {
+    pub(crate) fn held(&self, name: &str, position: f64) -> Result<Self, JointError> {
         let mut all = self.clone();
         let known = || self.joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>().join(", ");
         let unknown = || JointError::Unknown { name: name.to_owned(), known: known() };
@@ -141,7 +141,7 @@ impl Joints {
 
     /// The same under a sky that repeats after `period` [s]. Where the joints repeat as well, periods before time 0 are not walked. The step is the longest
     /// up to `step` that divides the period. Angles of joints without limits may differ from those of the full walk by whole turns.
-    pub fn under_a_sky(
+    pub(crate) fn under_a_sky(
         joints: Vec<Joint>,
         from: f64,
         step: f64,

@@ -43,12 +43,13 @@ pub struct SunView {
 
 impl SunView {
     /// A view that contains all corners of a box (lower and upper corner [m]).
-    pub fn new(sun: DVec3, bounds: [DVec3; 2], resolution: u32) -> Self {
+    #[cfg(test)]
+    pub(crate) fn new(sun: DVec3, bounds: [DVec3; 2], resolution: u32) -> Self {
         Self::around(sun, corners_of(bounds), resolution, bounds[0].distance(bounds[1]))
     }
 
     /// A view that contains all points [m]. `size` is the size of the craft [m], the same in all of its views.
-    pub fn around(sun: DVec3, points: impl Iterator<Item = DVec3>, resolution: u32, size: f64) -> Self {
+    pub(crate) fn around(sun: DVec3, points: impl Iterator<Item = DVec3>, resolution: u32, size: f64) -> Self {
         let away = -sun;
         let right = away.any_orthonormal_vector();
         let down = away.cross(right);
@@ -72,7 +73,7 @@ impl SunView {
     }
 
     /// This view in the frame in which the nodes of a joint do not move.
-    pub fn in_joint(&self, body_from_joint: &DAffine3) -> Self {
+    pub(crate) fn in_joint(&self, body_from_joint: &DAffine3) -> Self {
         let (turn, shift) = (body_from_joint.matrix3.transpose(), body_from_joint.translation);
         let along = DVec3::new(shift.dot(self.right), shift.dot(self.down), -shift.dot(self.sun));
         Self {
@@ -85,7 +86,7 @@ impl SunView {
     }
 
     /// Column, row (in texels, the first texel's centre at 0.5) and depth (0 to 1) of a point [m].
-    pub fn texel_from_body(&self, point: DVec3) -> DVec3 {
+    pub(crate) fn texel_from_body(&self, point: DVec3) -> DVec3 {
         DVec3::new(
             (point.dot(self.right) - self.corner.x) / self.texel,
             (point.dot(self.down) - self.corner.y) / self.texel,
@@ -94,7 +95,7 @@ impl SunView {
     }
 
     /// This projection as the rows of a matrix: three factors and an offset.
-    pub fn rows(&self) -> [[f64; 4]; 3] {
+    pub(crate) fn rows(&self) -> [[f64; 4]; 3] {
         let row = |axis: DVec3, corner: f64, unit: f64| {
             let axis = axis / unit;
             [axis.x, axis.y, axis.z, -corner / unit]
@@ -114,7 +115,7 @@ impl SunView {
     }
 
     /// Depth that corresponds to the side of a texel.
-    pub fn texel_depth(&self) -> f64 {
+    pub(crate) fn texel_depth(&self) -> f64 {
         self.texel / self.range
     }
 }
@@ -141,7 +142,7 @@ impl<'a> DepthMap<'a> {
     }
 
     /// Draws triangles with positions [m]. A texel holds the depth at its centre, as on the device.
-    pub fn new(view: SunView, positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
+    pub(crate) fn new(view: SunView, positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         let side = view.resolution as usize;
         let mut depths = vec![1.0f64; side * side];
         for triangle in triangles {

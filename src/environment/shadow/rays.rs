@@ -8,7 +8,7 @@ use super::tree::Tree;
 use super::{SUN_ANGULAR_RADIUS, lit_side};
 
 /// Points of the Sun's disc, each with one ray.
-pub const SUN_RAYS: usize = 16;
+pub(crate) const SUN_RAYS: usize = 16;
 /// Distance between a ray's start and its surface, as a share of the size of the craft.
 const START: f64 = 1e-5;
 
@@ -16,30 +16,30 @@ const START: f64 = 1e-5;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Occluders {
     /// Corner and edges of each triangle [m], in the order of the tree's leaves.
-    pub triangles: Vec<[DVec3; 3]>,
+    pub(crate) triangles: Vec<[DVec3; 3]>,
     /// The tree of their boxes.
     pub tree: Tree,
     /// Distance between a ray's start and its surface [m].
-    pub start: f64,
+    pub(crate) start: f64,
 }
 
 /// The first triangle that a ray meets.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hit {
+pub(crate) struct Hit {
     /// Place of the triangle in [`Occluders::triangles`].
-    pub triangle: usize,
+    pub(crate) triangle: usize,
     /// Distance from the start of the ray [m].
-    pub distance: f64,
+    pub(crate) distance: f64,
     /// Weight of its second corner.
-    pub u: f64,
+    pub(crate) u: f64,
     /// Weight of its third corner.
-    pub v: f64,
+    pub(crate) v: f64,
     /// Whether the ray meets the face around which the corners turn to the left.
-    pub outside: bool,
+    pub(crate) outside: bool,
 }
 
 /// Unit vectors to points that share the Sun's disc evenly, on a sunflower spiral (Vogel 1979).
-pub fn disc_directions(sun: DVec3) -> [DVec3; SUN_RAYS] {
+pub(crate) fn disc_directions(sun: DVec3) -> [DVec3; SUN_RAYS] {
     let (x, y) = sun.any_orthonormal_pair();
     let golden = 0.5 * (5f64.sqrt() - 1.0);
     std::array::from_fn(|i| {
@@ -51,7 +51,7 @@ pub fn disc_directions(sun: DVec3) -> [DVec3; SUN_RAYS] {
 
 impl Occluders {
     /// The occluders of triangles with positions [m].
-    pub fn new(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
+    pub(crate) fn new(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         let tree = Tree::new(positions, triangles);
         let mut occluders = Self { triangles: Vec::new(), tree, start: 0.0 };
         occluders.place(positions, triangles);
@@ -59,7 +59,7 @@ impl Occluders {
     }
 
     /// The same after their positions [m] have changed. The order of the triangles stays.
-    pub fn refit(&mut self, positions: &[DVec3], triangles: &[[u32; 3]]) {
+    pub(crate) fn refit(&mut self, positions: &[DVec3], triangles: &[[u32; 3]]) {
         self.tree.refit(positions, triangles);
         self.place(positions, triangles);
     }
@@ -81,12 +81,12 @@ impl Occluders {
     }
 
     /// Whether a triangle lies in a direction from a point [m].
-    pub fn is_hidden(&self, from: DVec3, direction: DVec3) -> bool {
+    pub(crate) fn is_hidden(&self, from: DVec3, direction: DVec3) -> bool {
         self.walk(from, direction, &mut |_| true)
     }
 
     /// Distance from a point [m] to the first triangle in a direction [m].
-    pub fn nearest(&self, from: DVec3, direction: DVec3) -> Option<f64> {
+    pub(crate) fn nearest(&self, from: DVec3, direction: DVec3) -> Option<f64> {
         let mut nearest: Option<f64> = None;
         self.walk(from, direction, &mut |distance| {
             nearest = Some(nearest.map_or(distance, |least| least.min(distance)));
@@ -96,7 +96,7 @@ impl Occluders {
     }
 
     /// The first triangle in a direction from a point [m]. Of two at the same distance it is the one that the walk meets first.
-    pub fn first(&self, from: DVec3, direction: DVec3) -> Option<Hit> {
+    pub(crate) fn first(&self, from: DVec3, direction: DVec3) -> Option<Hit> {
         let inverse = direction.recip();
         let (mut at, mut nearest, mut found) = (0, f64::INFINITY, None);
         while let Some(node) = self.tree.nodes.get(at) {

@@ -14,13 +14,13 @@ const STILL: f64 = 1e-9;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Redraw {
     /// Joint, lower corner and upper corner [m] of each box, in the file's pose.
-    pub bounds: Vec<(u32, [DVec3; 2])>,
+    pub(crate) bounds: Vec<(u32, [DVec3; 2])>,
     /// Texels each way.
-    pub resolution: u32,
+    pub(crate) resolution: u32,
     /// Turn of the Sun or of a joint against the craft after which shadows are found anew [rad].
-    pub angle: f64,
+    pub(crate) angle: f64,
     /// Direction of the Sun (body frame) and poses of the joints for which shadows were last found.
-    pub found_for: Option<(DVec3, Vec<DAffine3>)>,
+    pub(crate) found_for: Option<(DVec3, Vec<DAffine3>)>,
 }
 
 impl Redraw {
@@ -37,7 +37,7 @@ impl Redraw {
     }
 
     /// Whether the last shadows still hold for a load.
-    pub fn holds(&self, load: &StepLoad) -> bool {
+    pub(crate) fn holds(&self, load: &StepLoad) -> bool {
         let Some(sun) = sun_of(load) else { return true };
         self.found_for.as_ref().is_some_and(|(last, poses)| {
             // From sine and cosine, because the arc cosine does not resolve angles below 1e-8.
@@ -47,7 +47,7 @@ impl Redraw {
     }
 
     /// The light and the poses for which shadows were last found.
-    pub fn save(&self) -> Saved {
+    pub(crate) fn save(&self) -> Saved {
         let mut saved = Saved::default();
         if let Some((sun, poses)) = &self.found_for {
             saved.put("sun", &sun.to_array());
@@ -60,7 +60,7 @@ impl Redraw {
     ///
     /// # Errors
     /// Lists of another kind.
-    pub fn found_for(saved: &Saved) -> Result<Option<(DVec3, Vec<DAffine3>)>, SavedError> {
+    pub(crate) fn found_for(saved: &Saved) -> Result<Option<(DVec3, Vec<DAffine3>)>, SavedError> {
         if !saved.has("sun") {
             return Ok(None);
         }

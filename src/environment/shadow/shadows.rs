@@ -20,16 +20,16 @@ pub enum Method {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Jointed {
     /// Positions in the file's pose [m].
-    pub positions: Vec<DVec3>,
+    pub(crate) positions: Vec<DVec3>,
     /// Corners of the triangles.
-    pub triangles: Vec<[u32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
     /// Joint of each position. Empty where nothing moves.
-    pub joints: Vec<u32>,
+    pub(crate) joints: Vec<u32>,
 }
 
 impl Jointed {
     /// The positions as placed by the joints [m].
-    pub fn placed(&self, poses: &[DAffine3]) -> Vec<DVec3> {
+    pub(crate) fn placed(&self, poses: &[DAffine3]) -> Vec<DVec3> {
         let joints = self.joints.par_iter();
         self.positions.par_iter().zip(joints).map(|(at, joint)| pose(poses, *joint).transform_point3(*at)).collect()
     }
@@ -67,7 +67,7 @@ const FEW: usize = 4096;
 
 impl Shadows {
     /// Shadows on nodes (positions [m] and unit normals in the file's pose). `node_joints` holds the joint of each node. It is empty where nothing moves.
-    pub fn new(
+    pub(crate) fn new(
         nodes: Vec<[DVec3; 2]>,
         node_joints: Vec<u32>,
         casters: Jointed,
@@ -82,7 +82,7 @@ impl Shadows {
     }
 
     /// What is needed to go on later, apart from the visibility that was found.
-    pub fn save(&self) -> Saved {
+    pub(crate) fn save(&self) -> Saved {
         self.redraw.save()
     }
 
@@ -90,7 +90,7 @@ impl Shadows {
     ///
     /// # Errors
     /// Lists of another kind.
-    pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
+    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         self.redraw.found_for = Redraw::found_for(saved)?;
         Ok(())
     }

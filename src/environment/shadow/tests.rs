@@ -138,7 +138,12 @@ fn a_tree_finds_what_a_search_of_all_triangles_finds() {
     let tree = Occluders::new(&positions, &triangles);
     let all = Occluders {
         tree: Tree {
-            nodes: vec![TreeNode { skip: 1, first: 0, count: 300, ..tree.tree.nodes[0] }],
+            nodes: vec![crate::environment::shadow::tree::TreeNode {
+                skip: 1,
+                first: 0,
+                count: 300,
+                ..tree.tree.nodes[0]
+            }],
             order: tree.tree.order.clone(),
         },
         ..tree.clone()

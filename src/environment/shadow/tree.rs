@@ -10,7 +10,7 @@ const LEAF: usize = 4;
 /// Candidate places at which a box is split.
 const BINS: usize = 16;
 /// Most boxes of a tree on the device. lavapipe ends the loops of an invocation after 65,535 turns without an error.
-pub const LARGEST_TREE: usize = 65_000;
+pub(crate) const LARGEST_TREE: usize = 65_000;
 
 const EMPTY: [DVec3; 2] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
 
@@ -18,15 +18,15 @@ const EMPTY: [DVec3; 2] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TreeNode {
     /// Lower corner [m].
-    pub low: DVec3,
+    pub(crate) low: DVec3,
     /// Upper corner [m].
-    pub high: DVec3,
+    pub(crate) high: DVec3,
     /// The next node where a ray misses the box.
-    pub skip: u32,
+    pub(crate) skip: u32,
     /// First triangle of a leaf.
-    pub first: u32,
+    pub(crate) first: u32,
     /// Number of triangles in a leaf. 0 for an inner node.
-    pub count: u32,
+    pub(crate) count: u32,
 }
 
 /// The nodes in the order of a walk, and the order of the triangles.
@@ -35,11 +35,11 @@ pub struct Tree {
     /// Every node stands before its descendants.
     pub nodes: Vec<TreeNode>,
     /// Triangle numbers in the order of the leaves.
-    pub order: Vec<u32>,
+    pub(crate) order: Vec<u32>,
 }
 
 /// Number of boxes of a tree with so many triangles. It does not depend on their positions.
-pub fn tree_boxes(triangles: usize) -> usize {
+pub(crate) fn tree_boxes(triangles: usize) -> usize {
     (2 * triangles.div_ceil(LEAF)).saturating_sub(1)
 }
 
@@ -51,7 +51,7 @@ struct Builder {
 
 impl Tree {
     /// The tree of triangles with positions [m].
-    pub fn new(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
+    pub(crate) fn new(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         let bounds: Vec<[DVec3; 2]> = triangles
             .iter()
             .map(|triangle| {
@@ -71,7 +71,7 @@ impl Tree {
 
 impl Tree {
     /// Fits the boxes to triangles that have moved. Their order stays.
-    pub fn refit(&mut self, positions: &[DVec3], triangles: &[[u32; 3]]) {
+    pub(crate) fn refit(&mut self, positions: &[DVec3], triangles: &[[u32; 3]]) {
         for place in (0..self.nodes.len()).rev() {
             let TreeNode { first, count, .. } = self.nodes[place];
             let [low, high] = if count > 0 {

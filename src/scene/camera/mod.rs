@@ -15,7 +15,7 @@ use super::vector::point;
 use super::{Camera, CameraFrame};
 
 pub(super) use path::Around;
-pub use path::{Poses, read_poses};
+pub(crate) use path::{Poses, read_poses};
 
 use super::motion::Motion;
 

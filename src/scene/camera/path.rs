@@ -43,7 +43,7 @@ impl Camera {
     ///
     /// # Errors
     /// The first time without one, with the file and the times that it covers.
-    pub fn check_times(&self, mut times: impl Iterator<Item = f64>) -> Result<(), SceneError> {
+    pub(crate) fn check_times(&self, mut times: impl Iterator<Item = f64>) -> Result<(), SceneError> {
         let Motion::Path(path) = &self.motion else { return Ok(()) };
         let last_row = self.shutter_time();
         let absent = |time: f64| path.poses.pose(time).err().or_else(|| path.poses.pose(time + last_row).err());
@@ -56,9 +56,9 @@ impl Camera {
 
 /// The orbit that a path is relative to, and time 0 where it has a date.
 pub(in crate::scene) struct Around<'a> {
-    pub orbit: &'a Orbit,
-    pub planet_radius: f64,
-    pub start: Option<Epoch>,
+    pub(crate) orbit: &'a Orbit,
+    pub(crate) planet_radius: f64,
+    pub(crate) start: Option<Epoch>,
 }
 
 /// The keys that a path depends on.
@@ -309,11 +309,11 @@ fn unit(q: &[f64]) -> Result<DQuat, String> {
 }
 
 /// Poses of a table, in the order of their times.
-pub struct Poses {
+pub(crate) struct Poses {
     /// Times of the poses [s], which do not decrease.
-    pub times: Vec<f64>,
+    pub(crate) times: Vec<f64>,
     /// Position [m] and rotation of camera axes, in the camera's frame.
-    pub poses: Vec<(DVec3, DQuat)>,
+    pub(crate) poses: Vec<(DVec3, DQuat)>,
 }
 
 /// Reads a table of poses that a command names. It has the columns `time,x,y,z,qw,qx,qy,qz`. Times may be equal, and do
@@ -321,7 +321,7 @@ pub struct Poses {
 ///
 /// # Errors
 /// A file that cannot be read, a value that no pose can have, or a time before 0, with file and line.
-pub fn read_poses(path: &Path, start: Option<Epoch>) -> Result<Poses, SceneError> {
+pub(crate) fn read_poses(path: &Path, start: Option<Epoch>) -> Result<Poses, SceneError> {
     let rows = table(path, &read_text(path)?, start, Order::NotFalling)?;
     let mut all = Poses { times: Vec::new(), poses: Vec::new() };
     for row in rows {

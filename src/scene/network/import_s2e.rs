@@ -15,7 +15,7 @@ pub struct Imported {
     /// Text of the network file.
     pub text: String,
     /// One sentence for each assumption and omission.
-    pub notes: Vec<String>,
+    pub(crate) notes: Vec<String>,
 }
 
 /// A row of node.csv.
@@ -32,7 +32,7 @@ struct Node {
 ///
 /// # Errors
 /// A message with file and line if a file is missing or invalid.
-pub fn import(folder: &Path) -> Result<Imported, String> {
+pub(crate) fn import(folder: &Path) -> Result<Imported, String> {
     let read = |file: &str| {
         let path = folder.join(file);
         if !path.exists() {

@@ -15,11 +15,11 @@ use crate::files::{self, Reach};
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 
-pub mod export_tmd;
-pub mod import_s2e;
-pub mod import_tmd;
+pub(crate) mod export_tmd;
+pub(crate) mod import_s2e;
+pub(crate) mod import_tmd;
 pub(in crate::scene) mod node;
-pub mod tables;
+pub(crate) mod tables;
 mod write;
 
 const ROOT: &[&str] = &["space_temperature", "node", "linear_conductor", "radiative_conductor", "thermostat", "output"];
@@ -41,7 +41,7 @@ pub struct NetworkFile {
     /// Output times [s] in file order. Each gives one row of the series.
     pub times: Vec<f64>,
     /// One sentence for each default that was used.
-    pub assumptions: Vec<String>,
+    pub(crate) assumptions: Vec<String>,
 }
 
 impl NetworkFile {
@@ -130,7 +130,7 @@ impl NetworkFile {
 
 impl NetworkFile {
     /// Selects the rows that the file asks for from the rows at the schedule's times.
-    pub fn asked<T: Clone>(&self, rows: &[T]) -> Vec<T> {
+    pub(crate) fn asked<T: Clone>(&self, rows: &[T]) -> Vec<T> {
         let row = |time: &f64| rows.get(self.schedule.times.partition_point(|at| at < time)).cloned();
         self.times.iter().filter_map(row).collect()
     }

@@ -2,14 +2,14 @@
 
 use super::NetworkFile;
 /// Names of the tables.
-pub const NAMES: [&str; 4] = ["nodes.csv", "gl.csv", "gr.csv", "heat.csv"];
+pub(crate) const NAMES: [&str; 4] = ["nodes.csv", "gl.csv", "gr.csv", "heat.csv"];
 
 type Rows = Vec<Vec<String>>;
 
 impl NetworkFile {
     /// The rows of the tables `NAMES`, each with its header: nodes, linear and radiative conductors, and the heat of each node that has any [W]. A time
     /// of heat that stands twice is a jump.
-    pub fn tables(&self) -> [Rows; 4] {
+    pub(crate) fn tables(&self) -> [Rows; 4] {
         let network = &self.network;
         let header = |names: &[&str]| vec![names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>()];
         let mut nodes = header(&["node", "kind", "capacitance_j_per_k", "emissive_area_m2", "temperature_k"]);

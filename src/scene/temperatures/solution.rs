@@ -9,26 +9,26 @@ pub(super) const HOTTEST: f64 = 1e6;
 
 /// A node of a solution.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SolvedNode {
+pub(crate) struct SolvedNode {
     /// Name. Empty for a point of a mesh.
-    pub name: String,
+    pub(crate) name: String,
     /// Another name, which several nodes may share. May be empty.
-    pub label: String,
+    pub(crate) label: String,
     /// Place in the body frame [m], if the file states it.
-    pub place: Option<DVec3>,
+    pub(crate) place: Option<DVec3>,
 }
 
 /// Temperatures of nodes over time.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Solution {
+pub(crate) struct Solution {
     /// The nodes.
-    pub nodes: Vec<SolvedNode>,
+    pub(crate) nodes: Vec<SolvedNode>,
     /// Times [s], ascending.
-    pub times: Vec<f64>,
+    pub(crate) times: Vec<f64>,
     /// Temperatures [K]: those of all nodes at the first time, then those at the next.
-    pub temperatures: Vec<f64>,
+    pub(crate) temperatures: Vec<f64>,
     /// One sentence for each thing that the file lacks or that is left out.
-    pub notes: Vec<String>,
+    pub(crate) notes: Vec<String>,
 }
 
 impl Solution {
@@ -66,12 +66,12 @@ impl Solution {
     }
 
     /// Whether every node has a place.
-    pub fn has_places(&self) -> bool {
+    pub(crate) fn has_places(&self) -> bool {
         self.nodes.iter().all(|node| node.place.is_some())
     }
 
     /// Temperatures of all nodes at a time of the file [K], linear between its times.
-    pub fn at(&self, time: f64) -> Vec<f64> {
+    pub(crate) fn at(&self, time: f64) -> Vec<f64> {
         let count = self.nodes.len();
         let row = |at: usize| &self.temperatures[at * count..(at + 1) * count];
         let next = self.times.partition_point(|own| *own < time);
@@ -86,7 +86,7 @@ impl Solution {
     }
 
     /// The longest stretch between two times [s].
-    pub fn longest(&self) -> f64 {
+    pub(crate) fn longest(&self) -> f64 {
         self.times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max)
     }
 }

@@ -1,7 +1,7 @@
 //! Which calls of the client say how light is drawn, and so change nothing here.
 
 /// Calls that set how a picture is drawn, in a way that a scene of isotherm sets itself or that has no counterpart. Scripts make them as a matter of form.
-pub const FORMAL: [&str; 23] = [
+pub(crate) const FORMAL: [&str; 23] = [
     "closeViewer",
     "createBRDF",
     "createShape",
@@ -28,7 +28,7 @@ pub const FORMAL: [&str; 23] = [
 ];
 
 /// Calls that would change the picture if they were followed. They are answered with a warning.
-pub const WITHOUT_EFFECT: [&str; 36] = [
+pub(crate) const WITHOUT_EFFECT: [&str; 36] = [
     "attachDynamicTexture",
     "createUserDataTexture",
     "createVideoTexture",

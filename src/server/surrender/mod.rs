@@ -3,12 +3,12 @@
 //! [`values`] reads and writes them, [`stage`] holds camera and objects, [`calls`] says which calls do something, and [`session`] answers them.
 //! `docs/serve.md` says what a script sees.
 
-pub mod calls;
-pub mod session;
-pub mod stage;
-pub mod values;
+pub(crate) mod calls;
+pub(crate) mod session;
+pub(crate) mod stage;
+pub(crate) mod values;
 
 pub use session::talk;
 
 /// The port that scripts connect to by default.
-pub const PORT: u16 = 5151;
+pub(crate) const PORT: u16 = 5151;

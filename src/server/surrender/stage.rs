@@ -12,7 +12,7 @@ const MOST_OBJECTS: usize = 10_000;
 /// Most bytes of a name.
 const LONGEST_NAME: usize = 1000;
 /// Name of the camera among the objects.
-pub const CAMERA: &str = "camera";
+pub(crate) const CAMERA: &str = "camera";
 /// Size of an image before a script sets one [px].
 const SIZE: [u32; 2] = [512, 512];
 /// Field of view before a script sets one [rad].
@@ -25,25 +25,25 @@ fn forward_from_backward() -> DMat3 {
 
 /// An object of a script.
 #[derive(Default)]
-pub struct Object {
+pub(crate) struct Object {
     /// Position in the script's frame [m].
-    pub position: DVec3,
+    pub(crate) position: DVec3,
     /// Rotates its axes into the script's frame.
-    pub attitude: DQuat,
+    pub(crate) attitude: DQuat,
     /// The craft, where a scene belongs to it.
-    pub craft: Option<Craft>,
+    pub(crate) craft: Option<Craft>,
 }
 
 /// Camera and objects.
-pub struct Stage {
+pub(crate) struct Stage {
     /// Whether quaternions begin with the scalar.
-    pub scalar_first: bool,
+    pub(crate) scalar_first: bool,
     /// Whether the camera looks along +z of its axes.
-    pub looks_forward: bool,
+    pub(crate) looks_forward: bool,
     /// Width and height of the image [px].
-    pub size: [u32; 2],
+    pub(crate) size: [u32; 2],
     /// Full fields of view (x, y) [rad].
-    pub field: [f64; 2],
+    pub(crate) field: [f64; 2],
     position: DVec3,
     /// Rotates camera axes (OpenCV) into the script's frame.
     attitude: DMat3,
@@ -70,7 +70,7 @@ impl Stage {
     ///
     /// # Errors
     /// There are too many.
-    pub fn object(&mut self, name: &str) -> Result<&mut Object, Refusal> {
+    pub(crate) fn object(&mut self, name: &str) -> Result<&mut Object, Refusal> {
         if self.objects.len() >= MOST_OBJECTS && !self.objects.contains_key(name) {
             return Err(Refusal::because(format!("there are {MOST_OBJECTS} objects already")));
         }
@@ -81,12 +81,12 @@ impl Stage {
     }
 
     /// The object of a name.
-    pub fn known(&self, name: &str) -> Option<&Object> {
+    pub(crate) fn known(&self, name: &str) -> Option<&Object> {
         self.objects.get(name)
     }
 
     /// Number of craft.
-    pub fn craft_count(&self) -> usize {
+    pub(crate) fn craft_count(&self) -> usize {
         self.objects.values().filter(|object| object.craft.is_some()).count()
     }
 
@@ -94,7 +94,7 @@ impl Stage {
     ///
     /// # Errors
     /// Fields of view that are none.
-    pub fn views(&mut self) -> Result<Vec<(View, &mut Craft)>, Refusal> {
+    pub(crate) fn views(&mut self) -> Result<Vec<(View, &mut Craft)>, Refusal> {
         let (size, attitude, position) = (self.size, self.attitude, self.position);
         let [x, y] = self.field;
         let good = |field: f64| field > 0.0 && field < std::f64::consts::PI;
@@ -119,7 +119,7 @@ impl Stage {
     ///
     /// # Errors
     /// There are too many objects, or a number is not finite.
-    pub fn set_position(&mut self, name: &str, position: [f64; 3]) -> Result<(), Refusal> {
+    pub(crate) fn set_position(&mut self, name: &str, position: [f64; 3]) -> Result<(), Refusal> {
         let position = DVec3::from(position);
         if !position.is_finite() {
             return Err(Refusal::because(format!("the position of '{name}' is not finite")));
@@ -135,7 +135,7 @@ impl Stage {
     ///
     /// # Errors
     /// There are too many objects, or the quaternion has no direction.
-    pub fn set_attitude(&mut self, name: &str, [a, b, c, d]: [f64; 4]) -> Result<(), Refusal> {
+    pub(crate) fn set_attitude(&mut self, name: &str, [a, b, c, d]: [f64; 4]) -> Result<(), Refusal> {
         let numbers = if self.scalar_first { DVec4::new(b, c, d, a) } else { DVec4::new(a, b, c, d) };
         let Some(unit) = numbers.try_normalize() else {
             return Err(Refusal::because(format!("the attitude of '{name}' is no rotation")));
@@ -151,12 +151,12 @@ impl Stage {
     }
 
     /// Position of an object [m].
-    pub fn position(&self, name: &str) -> Option<DVec3> {
+    pub(crate) fn position(&self, name: &str) -> Option<DVec3> {
         if name == CAMERA { Some(self.position) } else { self.known(name).map(|object| object.position) }
     }
 
     /// Attitude of an object, in the order and with the camera axes of the present conventions.
-    pub fn attitude(&self, name: &str) -> Option<[f64; 4]> {
+    pub(crate) fn attitude(&self, name: &str) -> Option<[f64; 4]> {
         let of_camera = || if self.looks_forward { self.attitude } else { self.attitude * forward_from_backward() };
         let quaternion = if name == CAMERA { DQuat::from_mat3(&of_camera()) } else { self.known(name)?.attitude };
         let [x, y, z, w] = quaternion.to_array();

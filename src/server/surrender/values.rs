@@ -6,7 +6,7 @@ use crate::server::connection::Connection;
 use crate::server::error::End;
 
 /// Most bytes of a request. Scripts send textures of some megabytes.
-pub const MOST_BYTES: usize = 64 << 20;
+pub(crate) const MOST_BYTES: usize = 64 << 20;
 /// Most values of a request.
 const MOST_VALUES: u32 = 100_000;
 /// Deepest nesting of lists and hashes.
@@ -42,7 +42,7 @@ pub enum Value {
 
 impl Value {
     /// The value as a number.
-    pub fn number(&self) -> Option<f64> {
+    pub(crate) fn number(&self) -> Option<f64> {
         match self {
             Self::Int(value) => Some(f64::from(*value)),
             Self::Unsigned(value) => Some(*value as f64),
@@ -52,7 +52,7 @@ impl Value {
     }
 
     /// A list of this many numbers.
-    pub fn numbers<const N: usize>(&self) -> Option<[f64; N]> {
+    pub(crate) fn numbers<const N: usize>(&self) -> Option<[f64; N]> {
         let Self::List(list) = self else { return None };
         let numbers: Option<Vec<f64>> = list.iter().map(Self::number).collect();
         numbers?.try_into().ok()
@@ -68,7 +68,7 @@ impl Value {
 ///
 /// # Errors
 /// Bytes that are no request, one that is too long or too deep, or a client that has gone.
-pub fn read(connection: &mut Connection) -> Result<Hash, End> {
+pub(crate) fn read(connection: &mut Connection) -> Result<Hash, End> {
     connection.begin_message(MOST_BYTES)?;
     Reader { connection, values: MOST_VALUES }.hash(0)
 }

@@ -6,46 +6,46 @@ use crate::server::craft::View;
 
 /// The rotation from parent to child axes of modified Rodrigues parameters: tan(angle/4) along the axis. Schaub & Junkins, Analytical Mechanics of Space
 /// Systems, eq. 3.152.
-pub fn child_from_parent(parameters: DVec3) -> DMat3 {
+pub(crate) fn child_from_parent(parameters: DVec3) -> DMat3 {
     DMat3::from_quat(parent_from_child(parameters)).transpose()
 }
 
 /// The rotation of child vectors into parent axes.
-pub fn parent_from_child(parameters: DVec3) -> DQuat {
+pub(crate) fn parent_from_child(parameters: DVec3) -> DQuat {
     let square = parameters.length_squared();
     DQuat::from_vec4((2.0 * parameters).extend(1.0 - square) / (1.0 + square)).normalize()
 }
 
 /// The rotation of body vectors into camera axes (OpenCV) of the camera's direction on the wire. Those axes look along -x, with y to the right and z up.
-pub fn camera_from_body(direction: DVec3) -> DMat3 {
+pub(crate) fn camera_from_body(direction: DVec3) -> DMat3 {
     let wire = child_from_parent(direction).transpose();
     DMat3::from_cols(wire.y_axis, -wire.z_axis, -wire.x_axis).transpose()
 }
 
 /// A craft's place for the geometry of an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub(crate) struct Place {
     /// Position of the body frame's origin [m]. All places of an image have the same origin.
-    pub position: DVec3,
+    pub(crate) position: DVec3,
     /// Rotates body vectors into the inertial axes.
-    pub inertial_from_body: DQuat,
+    pub(crate) inertial_from_body: DQuat,
 }
 
 /// A camera on a craft.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mounted {
+pub(crate) struct Mounted {
     /// Width and height in pixels.
-    pub size: [u32; 2],
+    pub(crate) size: [u32; 2],
     /// Vertical field of view [rad].
-    pub field_of_view: f64,
+    pub(crate) field_of_view: f64,
     /// Position in the body frame of the craft that carries it [m].
-    pub position: DVec3,
+    pub(crate) position: DVec3,
     /// Rotates vectors of that body frame into camera axes (OpenCV).
-    pub camera_from_body: DMat3,
+    pub(crate) camera_from_body: DMat3,
 }
 
 /// What a camera on one craft sees of another. Only differences of positions count, in f64.
-pub fn view(camera: &Mounted, carrier: &Place, seen: &Place) -> View {
+pub(crate) fn view(camera: &Mounted, carrier: &Place, seen: &Place) -> View {
     let focal = 0.5 * f64::from(camera.size[1]) / (0.5 * camera.field_of_view).tan();
     let seen_from_inertial = seen.inertial_from_body.conjugate();
     let apart = carrier.position - seen.position + carrier.inertial_from_body * camera.position;

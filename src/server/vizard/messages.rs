@@ -6,162 +6,162 @@ use prost::Message;
 
 /// Time of a message.
 #[derive(Clone, PartialEq, Message)]
-pub struct Time {
+pub(crate) struct Time {
     /// Number of the simulation's step, from 1.
     #[prost(int64, tag = "1")]
-    pub frame: i64,
+    pub(crate) frame: i64,
     /// Time since the start [ns].
     #[prost(double, tag = "2")]
-    pub elapsed: f64,
+    pub(crate) elapsed: f64,
 }
 
 /// Date of the start, UTC.
 #[derive(Clone, PartialEq, Message)]
-pub struct Epoch {
+pub(crate) struct Epoch {
     /// Year.
     #[prost(int32, tag = "1")]
-    pub year: i32,
+    pub(crate) year: i32,
     /// Month, from 1.
     #[prost(int32, tag = "2")]
-    pub month: i32,
+    pub(crate) month: i32,
     /// Day, from 1.
     #[prost(int32, tag = "3")]
-    pub day: i32,
+    pub(crate) day: i32,
     /// Hour.
     #[prost(int32, tag = "4")]
-    pub hours: i32,
+    pub(crate) hours: i32,
     /// Minute.
     #[prost(int32, tag = "5")]
-    pub minutes: i32,
+    pub(crate) minutes: i32,
     /// Second.
     #[prost(double, tag = "6")]
-    pub seconds: f64,
+    pub(crate) seconds: f64,
 }
 
 /// A planet, a moon or the Sun.
 #[derive(Clone, PartialEq, Message)]
-pub struct Body {
+pub(crate) struct Body {
     /// Name, such as `earth` or `sun`.
     #[prost(string, tag = "1")]
-    pub name: String,
+    pub(crate) name: String,
     /// Position [m], inertial axes.
     #[prost(double, repeated, tag = "2")]
-    pub position: Vec<f64>,
+    pub(crate) position: Vec<f64>,
     /// Velocity [m/s].
     #[prost(double, repeated, tag = "3")]
-    pub velocity: Vec<f64>,
+    pub(crate) velocity: Vec<f64>,
     /// Gravitational parameter [km3/s2].
     #[prost(double, tag = "5")]
-    pub mu: f64,
+    pub(crate) mu: f64,
     /// Equatorial radius [km].
     #[prost(double, tag = "6")]
-    pub radius: f64,
+    pub(crate) radius: f64,
 }
 
 /// A spacecraft, or a part of one.
 #[derive(Clone, PartialEq, Message)]
-pub struct Spacecraft {
+pub(crate) struct Spacecraft {
     /// Name: the script's `ModelTag`.
     #[prost(string, tag = "1")]
-    pub name: String,
+    pub(crate) name: String,
     /// Position of the body frame's origin [m].
     #[prost(double, repeated, tag = "2")]
-    pub position: Vec<f64>,
+    pub(crate) position: Vec<f64>,
     /// Velocity [m/s].
     #[prost(double, repeated, tag = "3")]
-    pub velocity: Vec<f64>,
+    pub(crate) velocity: Vec<f64>,
     /// Modified Rodrigues parameters from the inertial axes to the body axes.
     #[prost(double, repeated, tag = "4")]
-    pub rotation: Vec<f64>,
+    pub(crate) rotation: Vec<f64>,
     /// Name of the craft of which this is a part.
     #[prost(string, tag = "19")]
-    pub parent: String,
+    pub(crate) parent: String,
 }
 
 /// A camera.
 #[derive(Clone, PartialEq, Message)]
-pub struct Camera {
+pub(crate) struct Camera {
     /// Number by which an image is asked for.
     #[prost(int64, tag = "1")]
-    pub id: i64,
+    pub(crate) id: i64,
     /// Name of the craft that carries it.
     #[prost(string, tag = "2")]
-    pub parent: String,
+    pub(crate) parent: String,
     /// Vertical field of view, edge to edge [deg].
     #[prost(double, tag = "3")]
-    pub field_of_view: f64,
+    pub(crate) field_of_view: f64,
     /// Width and height [px].
     #[prost(int64, repeated, tag = "4")]
-    pub resolution: Vec<i64>,
+    pub(crate) resolution: Vec<i64>,
     /// Position in the body frame of the craft that carries it [m].
     #[prost(double, repeated, tag = "7")]
     pub position: Vec<f64>,
     /// Modified Rodrigues parameters from the body axes to the visualiser's camera axes.
     #[prost(double, repeated, tag = "8")]
-    pub direction: Vec<f64>,
+    pub(crate) direction: Vec<f64>,
     /// 0 for a picture, 1 for depth.
     #[prost(int32, tag = "16")]
-    pub render_mode: i32,
+    pub(crate) render_mode: i32,
     /// Near and far plane of the picture of depth [m].
     #[prost(double, repeated, tag = "17")]
-    pub depth_planes: Vec<f64>,
+    pub(crate) depth_planes: Vec<f64>,
 }
 
 /// A model that the script names for some craft.
 #[derive(Clone, PartialEq, Message)]
-pub struct CustomModel {
+pub(crate) struct CustomModel {
     /// Any text: here the name of a scene.
     #[prost(string, tag = "1")]
-    pub path: String,
+    pub(crate) path: String,
     /// Names of the craft.
     #[prost(string, repeated, tag = "2")]
-    pub bodies: Vec<String>,
+    pub(crate) bodies: Vec<String>,
 }
 
 /// Settings of the visualiser.
 #[derive(Clone, PartialEq, Message)]
-pub struct Settings {
+pub(crate) struct Settings {
     /// Models.
     #[prost(message, repeated, tag = "12")]
-    pub models: Vec<CustomModel>,
+    pub(crate) models: Vec<CustomModel>,
 }
 
 /// Settings of a run under way.
 #[derive(Clone, PartialEq, Message)]
-pub struct LiveSettings {
+pub(crate) struct LiveSettings {
     /// Whether the run ends with this message.
     #[prost(bool, tag = "3")]
-    pub terminate: bool,
+    pub(crate) terminate: bool,
 }
 
 /// Everything that a step of the simulation shows.
 #[derive(Clone, PartialEq, Message)]
-pub struct VizMessage {
+pub(crate) struct VizMessage {
     /// Time.
     #[prost(message, optional, tag = "1")]
-    pub time: Option<Time>,
+    pub(crate) time: Option<Time>,
     /// Planets, moons and the Sun.
     #[prost(message, repeated, tag = "2")]
-    pub bodies: Vec<Body>,
+    pub(crate) bodies: Vec<Body>,
     /// Spacecraft.
     #[prost(message, repeated, tag = "3")]
-    pub spacecraft: Vec<Spacecraft>,
+    pub(crate) spacecraft: Vec<Spacecraft>,
     /// All cameras.
     #[prost(message, repeated, tag = "4")]
-    pub cameras: Vec<Camera>,
+    pub(crate) cameras: Vec<Camera>,
     /// Settings, not in every message.
     #[prost(message, optional, tag = "7")]
-    pub settings: Option<Settings>,
+    pub(crate) settings: Option<Settings>,
     /// Date of the start, in the first message.
     #[prost(message, optional, tag = "8")]
-    pub epoch: Option<Epoch>,
+    pub(crate) epoch: Option<Epoch>,
     /// Settings of a run under way.
     #[prost(message, optional, tag = "10")]
-    pub live: Option<LiveSettings>,
+    pub(crate) live: Option<LiveSettings>,
 }
 
 /// Three numbers as a vector. `None` where there are not three finite ones. An absent list is zero, as for all numbers.
-pub fn vector(list: &[f64]) -> Option<glam::DVec3> {
+pub(crate) fn vector(list: &[f64]) -> Option<glam::DVec3> {
     let found = match list {
         [] => glam::DVec3::ZERO,
         [x, y, z] => glam::DVec3::new(*x, *y, *z),

@@ -3,13 +3,13 @@
 //! [`zmtp`] is the transport, [`messages`] the schema, [`frames`] the geometry, [`world`] takes states of craft, planet and Sun out of a message, and
 //! [`session`] answers requests. `docs/serve.md` says what a script must do.
 
-pub mod frames;
-pub mod messages;
-pub mod session;
-pub mod world;
-pub mod zmtp;
+pub(crate) mod frames;
+pub(crate) mod messages;
+pub(crate) mod session;
+pub(crate) mod world;
+pub(crate) mod zmtp;
 
 pub use session::talk;
 
 /// The port that scripts connect to by default.
-pub const PORT: u16 = 5556;
+pub(crate) const PORT: u16 = 5556;

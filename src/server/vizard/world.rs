@@ -15,7 +15,7 @@ const LEAST_SUN_DISTANCE: f64 = 1e9;
 
 /// Where the Sun's position is from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SunFrom {
+pub(crate) enum SunFrom {
     /// The message.
     Message,
     /// The date, because the message has no Sun.
@@ -26,24 +26,24 @@ pub enum SunFrom {
 
 /// Planet and Sun of a message. Vectors have the message's origin and axes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Heavens {
+pub(crate) struct Heavens {
     /// Name of the planet.
-    pub planet: String,
+    pub(crate) planet: String,
     /// Radius of the planet [m]. 0 if it is unknown.
-    pub radius: f64,
+    pub(crate) radius: f64,
     position: DVec3,
     velocity: DVec3,
     gravity: f64,
     sun: DVec3,
     /// Where the Sun's position is from.
-    pub sun_from: SunFrom,
+    pub(crate) sun_from: SunFrom,
 }
 
 /// The date of a message's epoch.
 ///
 /// # Errors
 /// It is no date.
-pub fn date(epoch: &messages::Epoch) -> Result<Epoch, Refusal> {
+pub(crate) fn date(epoch: &messages::Epoch) -> Result<Epoch, Refusal> {
     let small = |value: i32| u8::try_from(value).ok();
     let parts = small(epoch.month).zip(small(epoch.day)).zip(small(epoch.hours)).zip(small(epoch.minutes));
     let date = parts.filter(|_| (1900..=2200).contains(&epoch.year)).and_then(|(((month, day), hours), minutes)| {
@@ -67,7 +67,7 @@ fn usable(what: &str, name: &str, list: &[f64]) -> Result<DVec3, Refusal> {
 ///
 /// # Errors
 /// There is no planet, or no Sun and no date.
-pub fn heavens(
+pub(crate) fn heavens(
     message: &VizMessage,
     craft: DVec3,
     planet: Option<&str>,
@@ -118,7 +118,7 @@ pub fn heavens(
 ///
 /// # Errors
 /// Numbers that are not finite.
-pub fn place(craft: &Spacecraft) -> Result<Place, Refusal> {
+pub(crate) fn place(craft: &Spacecraft) -> Result<Place, Refusal> {
     Ok(Place {
         position: usable("position", &craft.name, &craft.position)?,
         inertial_from_body: parent_from_child(usable("rotation", &craft.name, &craft.rotation)?),
@@ -129,7 +129,7 @@ pub fn place(craft: &Spacecraft) -> Result<Place, Refusal> {
 ///
 /// # Errors
 /// Numbers that are not finite.
-pub fn state(craft: &Spacecraft, heavens: &Heavens, time: f64) -> Result<State, Refusal> {
+pub(crate) fn state(craft: &Spacecraft, heavens: &Heavens, time: f64) -> Result<State, Refusal> {
     let Place { position, inertial_from_body } = place(craft)?;
     Ok(State {
         time,

@@ -8,7 +8,7 @@ use crate::server::connection::Connection;
 use crate::server::error::End;
 
 /// Most bytes of a message. A real one has some kilobytes.
-pub const MOST_BYTES: usize = 1 << 20;
+pub(crate) const MOST_BYTES: usize = 1 << 20;
 /// Most frames of a message. A real one has five.
 const MOST_FRAMES: usize = 16;
 /// Bytes of a greeting.
@@ -25,17 +25,17 @@ struct Frame {
 }
 
 /// A request: what leads the answer back, and the frames.
-pub struct Request {
+pub(crate) struct Request {
     envelope: Vec<Vec<u8>>,
     /// The frames of the message.
-    pub frames: Vec<Vec<u8>>,
+    pub(crate) frames: Vec<Vec<u8>>,
 }
 
 /// Greets a client and agrees on the socket types.
 ///
 /// # Errors
 /// A client that speaks another protocol, version or security, or that waits too long.
-pub fn greet(connection: &mut Connection) -> Result<(), End> {
+pub(crate) fn greet(connection: &mut Connection) -> Result<(), End> {
     connection.send(&greeting())?;
     connection.begin_message(MOST_BYTES)?;
     let theirs = connection.array::<GREETING>()?;
@@ -121,7 +121,7 @@ fn frame_within(connection: &mut Connection) -> Result<Frame, End> {
 ///
 /// # Errors
 /// Bytes that are no message, a message that is too long, or a client that has gone.
-pub fn receive(connection: &mut Connection) -> Result<Request, End> {
+pub(crate) fn receive(connection: &mut Connection) -> Result<Request, End> {
     connection.begin_message(MOST_BYTES)?;
     let mut frames = Vec::new();
     loop {
@@ -158,7 +158,7 @@ pub fn receive(connection: &mut Connection) -> Result<Request, End> {
 ///
 /// # Errors
 /// A client that has gone.
-pub fn answer(connection: &mut Connection, request: &Request, frames: &[&[u8]]) -> Result<(), End> {
+pub(crate) fn answer(connection: &mut Connection, request: &Request, frames: &[&[u8]]) -> Result<(), End> {
     let all = request.envelope.iter().map(Vec::as_slice).chain(frames.iter().copied());
     let count = request.envelope.len() + frames.len();
     let mut bytes = Vec::new();

@@ -58,7 +58,7 @@ impl Spread {
 
 impl ExchangeCheck {
     /// Exchange for first poses.
-    pub fn new(craft: &Arc<Craft>, poses: &[DAffine3]) -> Self {
+    pub(crate) fn new(craft: &Arc<Craft>, poses: &[DAffine3]) -> Self {
         Self {
             found: vec![(poses.to_vec(), craft.cast(poses))],
             renewal: craft.renewal(),
@@ -71,7 +71,7 @@ impl ExchangeCheck {
     }
 
     /// What the faces of every node receive in a step, from rays for the poses that the engine uses. The load lasts `steps`. `nodes` are the temperature [K] and the share of the Sun of each.
-    pub fn received(
+    pub(crate) fn received(
         &mut self,
         load: &StepLoad,
         steps: f64,
@@ -151,7 +151,7 @@ impl ExchangeCheck {
     }
 
     /// The errors in words.
-    pub fn remark(&self) -> Option<String> {
+    pub(crate) fn remark(&self) -> Option<String> {
         let [noise, left_out, late, held] = &self.errors;
         (noise.weight > 0.0).then(|| {
             let late = if late.weight > 0.0 { late.told() } else { "unknown yet".to_owned() };
@@ -168,7 +168,7 @@ impl ExchangeCheck {
     }
 
     /// The state between two steps.
-    pub fn save(&self) -> Saved {
+    pub(crate) fn save(&self) -> Saved {
         let mut saved = self.renewal.save();
         let poses = self.found.last().map(|(poses, _)| &poses[..]).unwrap_or_default();
         saved.put("rays", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
@@ -183,7 +183,7 @@ impl ExchangeCheck {
     ///
     /// # Errors
     /// Lists of another kind.
-    pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
+    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         self.renewal.restore(saved)?;
         let poses: Vec<[f64; 12]> = saved.list("rays")?;
         let poses: Vec<DAffine3> = poses.iter().map(DAffine3::from_cols_array).collect();

@@ -24,7 +24,7 @@ const ERROR_OF_DIFFERENCE: f64 = 2.0;
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct StepLengthError {
     /// Nodes of the sample that store heat.
-    pub nodes: u64,
+    pub(crate) nodes: u64,
     /// Largest error [K].
     pub max_k: f64,
     /// Root mean square error [K].
@@ -53,7 +53,12 @@ pub(super) struct Halves {
 
 impl Halves {
     /// A sample at half the step, not yet begun. `slots` are the device nodes of `reference`. `network` tells whether the check steps a network.
-    pub fn new(prepared: &Prepared, reference: &Reference<IncidentFunction>, slots: &[usize], network: bool) -> Self {
+    pub(crate) fn new(
+        prepared: &Prepared,
+        reference: &Reference<IncidentFunction>,
+        slots: &[usize],
+        network: bool,
+    ) -> Self {
         let scene = prepared.network.as_ref().filter(|_| network);
         let drawn = scene.map_or_else(Vec::new, |scene| {
             (0..prepared.nodes.vertex_of_node.len()).filter(|slot| scene.has(*slot)).collect()
@@ -86,7 +91,7 @@ impl Halves {
     }
 
     /// Whether the steps have begun, and any node stores heat.
-    pub fn has_begun(&self) -> bool {
+    pub(crate) fn has_begun(&self) -> bool {
         self.begun && self.stores.iter().any(Option::is_some)
     }
 
@@ -94,7 +99,7 @@ impl Halves {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn begin(
+    pub(crate) fn begin(
         &mut self,
         reference: &Reference<IncidentFunction>,
         network: Option<&mut NetworkCheck>,
@@ -110,7 +115,7 @@ impl Halves {
     }
 
     /// Advances by `steps` steps from `start` [s] for `length` [s], in two halves. `whole` and `network` have the shares of the Sun.
-    pub fn step(
+    pub(crate) fn step(
         &mut self,
         whole: &Reference<IncidentFunction>,
         network: Option<&Reference<IncidentFunction>>,
@@ -134,7 +139,7 @@ impl Halves {
     }
 
     /// Compares with the temperatures of the sample after the whole step [K], which ended at `time` [s].
-    pub fn compare(&mut self, whole: &[f64], time: f64) {
+    pub(crate) fn compare(&mut self, whole: &[f64], time: f64) {
         let known = |slot: &usize| self.network.as_ref().and_then(|network| network.temperatures.get(slot)).copied();
         let nodes = self.stores.iter().zip(whole.iter().zip(self.reference.temperatures()));
         for (slot, (whole, own)) in nodes.filter_map(|(slot, both)| Some((slot.as_ref()?, both))) {
@@ -150,7 +155,7 @@ impl Halves {
     }
 
     /// The error so far. `named` names a device node.
-    pub fn error(&self, named: impl Fn(usize) -> String) -> Option<StepLengthError> {
+    pub(crate) fn error(&self, named: impl Fn(usize) -> String) -> Option<StepLengthError> {
         (self.compared > 0).then(|| StepLengthError {
             nodes: self.stores.iter().flatten().count() as u64,
             max_k: self.largest,
@@ -161,7 +166,7 @@ impl Halves {
     }
 
     /// Why a network is not in the error of the step length.
-    pub fn remark(&self) -> Option<String> {
+    pub(crate) fn remark(&self) -> Option<String> {
         let failed = self.network.as_ref().and_then(|network| network.failed.as_ref());
         match (self.too_large, failed) {
             (Some(count), _) => Some(format!(
@@ -178,7 +183,7 @@ impl Halves {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn save(&mut self) -> Result<Saved, EngineError> {
+    pub(crate) fn save(&mut self) -> Result<Saved, EngineError> {
         let mut saved = Saved::default();
         saved.put_all("nodes", self.reference.save());
         if let Some(network) = &mut self.network {
@@ -194,7 +199,7 @@ impl Halves {
     ///
     /// # Errors
     /// A state of another scene or sample.
-    pub fn restore(&mut self, saved: &Saved) -> Result<(), EngineError> {
+    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), EngineError> {
         self.reference.restore(&saved.part("nodes"))?;
         if let Some(network) = &mut self.network {
             network.restore(&saved.part("network"))?;

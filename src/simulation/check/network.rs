@@ -14,20 +14,20 @@ use crate::thermal::reference::Reference;
 
 /// The network in f64, with the loads of all its nodes.
 pub(super) struct NetworkCheck {
-    pub run: NetworkRun,
-    pub loads: Reference<IncidentFunction>,
-    pub shadows: Option<Shadows>,
-    pub slots: Vec<usize>,
+    pub(crate) run: NetworkRun,
+    pub(crate) loads: Reference<IncidentFunction>,
+    pub(crate) shadows: Option<Shadows>,
+    pub(crate) slots: Vec<usize>,
     /// Temperatures of the sample's network nodes [K], by slot.
-    pub temperatures: HashMap<usize, f64>,
+    pub(crate) temperatures: HashMap<usize, f64>,
     /// Whether it waits for the state of the device at time 0.
-    pub waits: bool,
-    pub failed: Option<String>,
+    pub(crate) waits: bool,
+    pub(crate) failed: Option<String>,
 }
 
 impl NetworkCheck {
     /// A network that is not yet started. `slots` are its drawn nodes.
-    pub fn new(prepared: &Prepared, scene: &Arc<SceneNetwork>, slots: Vec<usize>) -> Self {
+    pub(crate) fn new(prepared: &Prepared, scene: &Arc<SceneNetwork>, slots: Vec<usize>) -> Self {
         let loads = slots.iter().map(|slot| prepared.nodes.reference_node(*slot)).collect();
         Self {
             run: NetworkRun::tight(scene),
@@ -42,14 +42,14 @@ impl NetworkCheck {
     }
 
     /// Heat of every network node under a load [W].
-    pub fn heat(&mut self, load: &StepLoad) -> Vec<f64> {
+    pub(crate) fn heat(&mut self, load: &StepLoad) -> Vec<f64> {
         self.loads.find_shadows(&mut self.shadows, load);
         let absorbed: HashMap<usize, f64> = self.slots.iter().copied().zip(self.loads.absorbed(load)).collect();
         self.run.scene().heat(|slot| absorbed[&slot])
     }
 
     /// Advances under a load from `start` [s] for `length` [s].
-    pub fn step(&mut self, load: &StepLoad, start: f64, length: f64) {
+    pub(crate) fn step(&mut self, load: &StepLoad, start: f64, length: f64) {
         let heat = self.heat(load);
         let done = self.run.step(heat, start, length);
         self.after(done);
@@ -59,7 +59,7 @@ impl NetworkCheck {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn save(&mut self) -> Result<Saved, EngineError> {
+    pub(crate) fn save(&mut self) -> Result<Saved, EngineError> {
         let mut saved = Saved::default();
         saved.put_all("run", self.run.save()?);
         saved.put_all("loads", self.loads.save());
@@ -81,7 +81,7 @@ impl NetworkCheck {
     ///
     /// # Errors
     /// A state of another scene.
-    pub fn restore(&mut self, saved: &Saved) -> Result<(), EngineError> {
+    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), EngineError> {
         self.run.restore(&saved.part("run"), usize::MAX)?;
         self.loads.restore(&saved.part("loads"))?;
         if let Some(shadows) = &mut self.shadows {
@@ -96,7 +96,7 @@ impl NetworkCheck {
     }
 
     /// Takes the temperatures after a call, or why it failed.
-    pub fn after(&mut self, done: Result<(), EngineError>) {
+    pub(crate) fn after(&mut self, done: Result<(), EngineError>) {
         let found = done.and_then(|()| self.run.temperatures());
         match found {
             Ok(temperatures) => {

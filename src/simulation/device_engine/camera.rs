@@ -21,7 +21,7 @@ pub(super) struct DeviceCamera {
 }
 
 impl DeviceCamera {
-    pub fn new(prepared: &Prepared, camera: &Camera, sampling: Option<Sampling>) -> Self {
+    pub(crate) fn new(prepared: &Prepared, camera: &Camera, sampling: Option<Sampling>) -> Self {
         let may_be_far = sampling.as_ref().is_some_and(|sampling| sampling.distant);
         Self {
             camera: camera.clone(),
@@ -31,7 +31,7 @@ impl DeviceCamera {
     }
 
     /// Takes another camera whose image is drawn with the same resources. Returns whether it is one. `senses` says whether the image has a sensor.
-    pub fn take(&mut self, camera: &Camera, senses: bool) -> bool {
+    pub(crate) fn take(&mut self, camera: &Camera, senses: bool) -> bool {
         let any_lens = self.sampling.is_none() && !senses;
         let fits = draws_alike(&self.camera, camera, any_lens);
         if fits {
@@ -41,12 +41,12 @@ impl DeviceCamera {
     }
 
     /// Whether a pixel has several samples.
-    pub fn has_coverage(&self) -> bool {
+    pub(crate) fn has_coverage(&self) -> bool {
         self.camera.samples > 1
     }
 
     /// What is drawn: the views, and for a craft that is far away how their crop is put into pixels. Nothing without a pose.
-    pub fn drawn(&self, order: &Order<'_>) -> (Vec<layout::View>, Option<layout::Distant>) {
+    pub(crate) fn drawn(&self, order: &Order<'_>) -> (Vec<layout::View>, Option<layout::Distant>) {
         match self.crop(order) {
             Some((views, distant)) => (views, Some(distant)),
             None => (self.views(order).unwrap_or_default(), None),
@@ -73,7 +73,7 @@ impl DeviceCamera {
     }
 
     /// The rolling shutter against the body and against each joint. Empty if all rows see one pose.
-    pub fn shutters(&self, order: &Order<'_>) -> Vec<layout::Shutter> {
+    pub(crate) fn shutters(&self, order: &Order<'_>) -> Vec<layout::Shutter> {
         let shutter = self.sampling.as_ref().and_then(|sampling| sampling.shutter.as_ref());
         let (Some((_, shutter)), Some(Rows(moment))) = (shutter, order.rows) else { return Vec::new() };
         let last = f64::from(self.camera.height - 1);

@@ -20,9 +20,9 @@ pub(super) enum Fourth {
 
 /// A frame under way.
 pub(super) struct Flying {
-    pub submitted: Submitted,
+    pub(crate) submitted: Submitted,
     /// Heat that each run of network nodes absorbs in the step [W], where the host steps the network.
-    pub heat: Option<Vec<f64>>,
+    pub(crate) heat: Option<Vec<f64>>,
 }
 
 /// Frames under way, and the results of those that ended before somebody asked for them.
@@ -30,22 +30,22 @@ pub(super) struct Frames {
     flying: VecDeque<Flying>,
     ready: VecDeque<Delivered>,
     /// Runs of nodes whose absorbed heat is summed.
-    pub tables: Option<HeatTables>,
+    pub(crate) tables: Option<HeatTables>,
 }
 
 impl Frames {
     /// No frame yet.
-    pub fn new(tables: Option<HeatTables>) -> Self {
+    pub(crate) fn new(tables: Option<HeatTables>) -> Self {
         Self { flying: VecDeque::new(), ready: VecDeque::new(), tables }
     }
 
     /// Takes a frame that was submitted.
-    pub fn push(&mut self, frame: Flying) {
+    pub(crate) fn push(&mut self, frame: Flying) {
         self.flying.push_back(frame);
     }
 
     /// Waits for all frames under way, because the host needs the device. `fourth` says what the fourth value of a pixel is.
-    pub fn end(&mut self, renderer: &mut Renderer, fourth: Fourth) -> Result<(), GpuError> {
+    pub(crate) fn end(&mut self, renderer: &mut Renderer, fourth: Fourth) -> Result<(), GpuError> {
         while let Some(flying) = self.flying.pop_front() {
             let delivered = self.collect(renderer, flying, fourth)?;
             self.ready.push_back(delivered);
@@ -54,17 +54,22 @@ impl Frames {
     }
 
     /// The oldest result that is ready.
-    pub fn ready(&mut self) -> Option<Delivered> {
+    pub(crate) fn ready(&mut self) -> Option<Delivered> {
         self.ready.pop_front()
     }
 
     /// The oldest frame under way.
-    pub fn oldest(&mut self) -> Option<Flying> {
+    pub(crate) fn oldest(&mut self) -> Option<Flying> {
         self.flying.pop_front()
     }
 
     /// Waits for a frame, and makes it the result of a step. `fourth` says what the fourth value of a pixel is.
-    pub fn collect(&self, renderer: &mut Renderer, flying: Flying, fourth: Fourth) -> Result<Delivered, GpuError> {
+    pub(crate) fn collect(
+        &self,
+        renderer: &mut Renderer,
+        flying: Flying,
+        fourth: Fourth,
+    ) -> Result<Delivered, GpuError> {
         let collected = renderer.collect(flying.submitted)?;
         let mut absorbed: Option<Vec<f64>> =
             collected.absorbed.map(|heat| heat.iter().map(|watts| f64::from(*watts)).collect());

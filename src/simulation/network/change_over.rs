@@ -16,7 +16,7 @@ const PATIENCE: u32 = 4;
 
 impl NetworkRun {
     /// Whether sub-steps are to take over. A scene that asks for one pass keeps it.
-    pub fn gives_up(&self, halving: Halving) -> bool {
+    pub(crate) fn gives_up(&self, halving: Halving) -> bool {
         halving.exceeded >= PATIENCE && self.scene.settings.integrator == Integrator::Default
     }
 
@@ -24,7 +24,12 @@ impl NetworkRun {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn change_over(&mut self, temperatures: &[f64], estimate: Estimate, time: f64) -> Result<(), EngineError> {
+    pub(crate) fn change_over(
+        &mut self,
+        temperatures: &[f64],
+        estimate: Estimate,
+        time: f64,
+    ) -> Result<(), EngineError> {
         self.leave(Left { time, estimate })?;
         self.set_temperatures(temperatures)
     }

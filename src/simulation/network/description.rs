@@ -7,9 +7,9 @@ use crate::thermal::network::one_pass::{Estimate, Halving};
 use crate::thermal::network::stepper::Stepper;
 
 /// Name of the estimated error of a network in one pass, in a description.
-pub const ESTIMATED: &str = "estimated error";
+pub(crate) const ESTIMATED: &str = "estimated error";
 /// Name of the remark that this error is beyond the tolerance.
-pub const BEYOND: &str = "beyond the tolerance";
+pub(crate) const BEYOND: &str = "beyond the tolerance";
 
 impl NetworkRun {
     /// The work so far in words, as pairs of name and value.

@@ -12,13 +12,13 @@ pub(super) struct Given {
 
 impl Given {
     /// Heaters that have given nothing at a time [s].
-    pub fn at(time: f64, on: &[bool]) -> Self {
+    pub(crate) fn at(time: f64, on: &[bool]) -> Self {
         let since = on.iter().map(|on| if *on { time } else { f64::NAN }).collect();
         Self { joules: vec![0.0; on.len()], since }
     }
 
     /// Takes a switch of a heater with a power over time.
-    pub fn switch(&mut self, heater: usize, power: &HeatTable, time: f64, on: bool) {
+    pub(crate) fn switch(&mut self, heater: usize, power: &HeatTable, time: f64, on: bool) {
         if heater >= self.joules.len() {
             return;
         }
@@ -27,7 +27,7 @@ impl Given {
     }
 
     /// Heat of a heater until a time [J].
-    pub fn until(&self, heater: usize, power: &HeatTable, time: f64) -> f64 {
+    pub(crate) fn until(&self, heater: usize, power: &HeatTable, time: f64) -> f64 {
         let (Some(since), Some(joules)) = (self.since.get(heater).copied(), self.joules.get(heater)) else {
             return 0.0;
         };
@@ -36,7 +36,7 @@ impl Given {
     }
 
     /// The heat so far.
-    pub fn save(&self) -> Saved {
+    pub(crate) fn save(&self) -> Saved {
         let mut saved = Saved::default();
         saved.put("joules", &self.joules);
         saved.put("since", &self.since);
@@ -47,7 +47,7 @@ impl Given {
     ///
     /// # Errors
     /// Another number of heaters.
-    pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
+    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         self.joules = saved.list("joules")?;
         self.since = saved.list_of("since", self.joules.len())?;
         Ok(())

@@ -4,9 +4,9 @@ use crate::thermal::network::one_pass::Estimate;
 
 /// Where a network left the one pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Left {
+pub(crate) struct Left {
     /// Scene time [s].
-    pub time: f64,
+    pub(crate) time: f64,
     /// Its estimated error.
-    pub estimate: Estimate,
+    pub(crate) estimate: Estimate,
 }

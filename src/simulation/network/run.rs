@@ -29,7 +29,7 @@ pub struct StepCost {
 }
 
 /// Most switches in steps of one pass that are kept.
-pub const LOCATED_AT_MOST: usize = 64;
+pub(crate) const LOCATED_AT_MOST: usize = 64;
 
 const COARSE: f64 = 10.0;
 /// Tolerance of the reference as a share of the scene's tolerance.
@@ -66,13 +66,13 @@ pub struct NetworkRun {
 
 impl NetworkRun {
     /// A network that the processor integrates in f64.
-    pub fn reference(scene: &Arc<SceneNetwork>) -> Self {
+    pub(crate) fn reference(scene: &Arc<SceneNetwork>) -> Self {
         let one_pass = scene.plan().map(|plan| OnePass::new(plan, scene.heaters(), scene.settings.tolerance));
         Self { one_pass, ..Self::new(scene, AnyStepper::reference(scene.network(), &scene.sensors())) }
     }
 
     /// A network that the processor integrates in f64 at a tenth of the tolerance and never in one pass, as the reference for errors of sub-steps.
-    pub fn tight(scene: &Arc<SceneNetwork>) -> Self {
+    pub(crate) fn tight(scene: &Arc<SceneNetwork>) -> Self {
         let mut run = Self { one_pass: None, ..Self::reference(scene) };
         run.settings.tolerance *= TIGHT;
         run
@@ -83,7 +83,7 @@ impl NetworkRun {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn on_device(
+    pub(crate) fn on_device(
         context: &Arc<Context>,
         scene: &Arc<SceneNetwork>,
         spare: Vec<Arc<Buffer>>,
@@ -129,24 +129,24 @@ impl NetworkRun {
     }
 
     /// Whether the frames of a device step the network. Its temperatures are then those of the frames.
-    pub fn is_in_frames(&self) -> bool {
+    pub(crate) fn is_in_frames(&self) -> bool {
         self.lender.is_some()
     }
 
     /// Begins a step. The work until `step_ends` is its cost.
-    pub fn step_begins(&mut self) {
+    pub(crate) fn step_begins(&mut self) {
         self.began = (Instant::now(), self.worker.device_ms());
     }
 
     /// Ends a step. See `step_begins`.
-    pub fn step_ends(&mut self) {
+    pub(crate) fn step_ends(&mut self) {
         let (wall, device) = self.began;
         let device_ms = self.worker.device_ms().map(|now| now - device.unwrap_or(0.0));
         self.costs.push(StepCost { wall_ms: wall.elapsed().as_secs_f64() * 1e3, device_ms });
     }
 
     /// Whether free buffers of the scene were written since the last call.
-    pub fn wrote_spare(&mut self) -> bool {
+    pub(crate) fn wrote_spare(&mut self) -> bool {
         match &mut self.worker {
             AnyStepper::Device(stepper) => stepper.wrote_spare(),
             AnyStepper::Reference(_) => std::mem::take(&mut self.wrote_spare),
@@ -154,17 +154,17 @@ impl NetworkRun {
     }
 
     /// Allocated device memory in addition to the scene's [bytes]. `None` where the processor integrates.
-    pub fn device_bytes(&self) -> Option<u64> {
+    pub(crate) fn device_bytes(&self) -> Option<u64> {
         Some(self.worker.device()?.device_bytes())
     }
 
     /// Begins to count the heat of the heaters at time 0.
-    pub fn count_heat(&mut self) {
+    pub(crate) fn count_heat(&mut self) {
         self.given = Given::at(0.0, &self.scene.heaters_on(&self.on));
     }
 
     /// Heat that every heater has given from time 0 until a time [J].
-    pub fn given(&self, time: f64) -> Vec<f64> {
+    pub(crate) fn given(&self, time: f64) -> Vec<f64> {
         (0..self.scene.heated.len())
             .map(|heater| self.given.until(heater, &self.scene.heated[heater].power, time))
             .collect()
@@ -183,17 +183,17 @@ impl NetworkRun {
     }
 
     /// Forgets the costs of the steps so far, and bounds how many are kept.
-    pub fn keep_few_costs(&mut self, most: usize) {
+    pub(crate) fn keep_few_costs(&mut self, most: usize) {
         self.costs = Samples::at_most(most);
     }
 
     /// Sets whether steps may err by ten times the tolerance.
-    pub fn set_coarse(&mut self, coarse: bool) {
+    pub(crate) fn set_coarse(&mut self, coarse: bool) {
         self.settings.tolerance = self.scene.settings.tolerance * if coarse { COARSE } else { 1.0 };
     }
 
     /// States of the thermostats.
-    pub fn on(&self) -> &[bool] {
+    pub(crate) fn on(&self) -> &[bool] {
         &self.on
     }
 
@@ -201,7 +201,7 @@ impl NetworkRun {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn start_from(&mut self, temperatures: &[f64], on: &[bool]) -> Result<(), EngineError> {
+    pub(crate) fn start_from(&mut self, temperatures: &[f64], on: &[bool]) -> Result<(), EngineError> {
         self.on = on.to_vec();
         self.set_temperatures(temperatures)
     }
@@ -215,7 +215,7 @@ impl NetworkRun {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn settle_at(&mut self, temperature: f64) -> Result<(), EngineError> {
+    pub(crate) fn settle_at(&mut self, temperature: f64) -> Result<(), EngineError> {
         self.set_temperatures(&vec![temperature; self.scene.network().len()])
     }
 
@@ -223,7 +223,7 @@ impl NetworkRun {
     ///
     /// # Errors
     /// A call that fails, or temperatures that cannot be found.
-    pub fn step(&mut self, heat: Vec<f64>, start: f64, length: f64) -> Result<(), EngineError> {
+    pub(crate) fn step(&mut self, heat: Vec<f64>, start: f64, length: f64) -> Result<(), EngineError> {
         if let Some(one_pass) = &mut self.one_pass {
             let switches = one_pass.advance(&heat, &self.scene.heater_powers(start, length), start, length);
             self.on = one_pass.on();
@@ -274,7 +274,7 @@ impl NetworkRun {
     ///
     /// # Errors
     /// A thermostat whose band can not hold.
-    pub fn take_switches(&mut self, switches: &[Switch]) -> Result<(), EngineError> {
+    pub(crate) fn take_switches(&mut self, switches: &[Switch]) -> Result<(), EngineError> {
         self.switches += switches.len() as u64;
         for switch in switches {
             self.on[switch.thermostat] = switch.on;
@@ -296,7 +296,7 @@ impl NetworkRun {
     }
 
     /// Takes the estimated error of the steps in the frames of a device, and how often they are halved.
-    pub fn take_estimate(&mut self, told: Option<(Estimate, Halving)>) {
+    pub(crate) fn take_estimate(&mut self, told: Option<(Estimate, Halving)>) {
         self.told = told;
     }
 
@@ -309,7 +309,7 @@ impl NetworkRun {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn temperatures(&mut self) -> Result<Vec<f64>, EngineError> {
+    pub(crate) fn temperatures(&mut self) -> Result<Vec<f64>, EngineError> {
         if let Some(one_pass) = &self.one_pass {
             return Ok(one_pass.temperatures().to_vec());
         }
@@ -320,7 +320,7 @@ impl NetworkRun {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn set_temperatures(&mut self, temperatures: &[f64]) -> Result<(), EngineError> {
+    pub(crate) fn set_temperatures(&mut self, temperatures: &[f64]) -> Result<(), EngineError> {
         self.step = f64::INFINITY;
         if let Some(one_pass) = &mut self.one_pass {
             one_pass.set_temperatures(temperatures);

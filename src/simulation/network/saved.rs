@@ -11,7 +11,7 @@ impl NetworkRun {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn save(&mut self) -> Result<Saved, EngineError> {
+    pub(crate) fn save(&mut self) -> Result<Saved, EngineError> {
         let mut saved = Saved::default();
         saved.put_all("worker", self.worker.save()?);
         if let Some(one_pass) = &self.one_pass {
@@ -39,7 +39,7 @@ impl NetworkRun {
     ///
     /// # Errors
     /// A state of another network, or a call that fails.
-    pub fn restore(&mut self, saved: &Saved, most_costs: usize) -> Result<(), EngineError> {
+    pub(crate) fn restore(&mut self, saved: &Saved, most_costs: usize) -> Result<(), EngineError> {
         self.restore_left(saved)?;
         self.worker.restore(&saved.part("worker"))?;
         if let Some(one_pass) = &mut self.one_pass {

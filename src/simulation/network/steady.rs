@@ -18,7 +18,7 @@ impl NetworkRun {
     ///
     /// # Errors
     /// A call that fails, or no steady state.
-    pub fn settle(&mut self, heat: Vec<f64>, time: f64) -> Result<(), EngineError> {
+    pub(crate) fn settle(&mut self, heat: Vec<f64>, time: f64) -> Result<(), EngineError> {
         let lender = self.lender.as_ref().filter(|_| !is_small(self.scene.network().len()));
         let Some((context, spare)) = lender else { return self.find_steady(heat, time) };
         // The device holds a stepper only for this search.

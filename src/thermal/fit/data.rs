@@ -3,7 +3,7 @@
 use crate::thermal::function::Sample;
 
 /// Fewest rows. It exceeds the number of free parameters of every function.
-pub const FEWEST_ROWS: usize = 6;
+pub(crate) const FEWEST_ROWS: usize = 6;
 
 /// Rows used in the search for a start. The fit itself uses all rows.
 const SEARCH_ROWS: usize = 200;
@@ -14,7 +14,7 @@ const LARGEST_TIME: f64 = 1e100;
 
 /// An error in the data. Rows count from 1, without the header.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum FitError {
+pub(crate) enum FitError {
     /// Too few rows.
     #[error("{0} rows are too few: a step response needs at least {FEWEST_ROWS}")]
     TooFew(usize),
@@ -60,7 +60,7 @@ pub enum FitError {
 
 impl FitError {
     /// The same error with a line number of the file instead of the row number.
-    pub fn in_lines(mut self, lines: &[u64]) -> Self {
+    pub(crate) fn in_lines(mut self, lines: &[u64]) -> Self {
         if let Self::Value { row, .. } | Self::Order { row, .. } = &mut self {
             *row = lines.get(*row - 1).map_or(*row, |line| *line as usize);
         }
@@ -70,16 +70,16 @@ impl FitError {
 
 /// Checked data: times [unit of the data] since the first row, and temperatures [K]. The first row itself is left out.
 pub(super) struct Data {
-    pub rows: Vec<[f64; 2]>,
-    pub initial: f64,
+    pub(crate) rows: Vec<[f64; 2]>,
+    pub(crate) initial: f64,
     /// Temperature difference to the row farthest from the first [K]. It is negative for cooling.
-    pub span: f64,
-    pub range: f64,
-    pub target: Option<f64>,
+    pub(crate) span: f64,
+    pub(crate) range: f64,
+    pub(crate) target: Option<f64>,
 }
 
 impl Data {
-    pub fn new(samples: &[Sample], target: Option<f64>) -> Result<Self, FitError> {
+    pub(crate) fn new(samples: &[Sample], target: Option<f64>) -> Result<Self, FitError> {
         for (row, sample) in (1..).zip(samples) {
             let value = |what, value, wanted| FitError::Value { row, what, value, wanted };
             if !sample.time.is_finite() || sample.time.abs() > LARGEST_TIME {
@@ -116,12 +116,12 @@ impl Data {
         Ok(Self { rows, initial, span, range: span.abs(), target })
     }
 
-    pub fn last_time(&self) -> f64 {
+    pub(crate) fn last_time(&self) -> f64 {
         self.rows[self.rows.len() - 1][0]
     }
 
     /// About `SEARCH_ROWS` rows at even intervals, with the last one.
-    pub fn thinned(&self) -> Vec<[f64; 2]> {
+    pub(crate) fn thinned(&self) -> Vec<[f64; 2]> {
         let stride = self.rows.len().div_ceil(SEARCH_ROWS);
         let mut rows: Vec<[f64; 2]> = self.rows.iter().rev().step_by(stride).copied().collect();
         rows.reverse();

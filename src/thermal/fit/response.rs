@@ -14,43 +14,43 @@ const FAR: f64 = 3.0;
 
 /// A step response.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Response {
+pub(crate) struct Response {
     /// Response function.
-    pub function: Function,
+    pub(crate) function: Function,
     /// Domain of the function.
-    pub domain: Domain,
+    pub(crate) domain: Domain,
     /// Time to the target, in the unit of the data.
-    pub t_max: f64,
+    pub(crate) t_max: f64,
     /// Initial temperature [K].
-    pub initial: f64,
+    pub(crate) initial: f64,
     /// Target [K].
-    pub target: f64,
+    pub(crate) target: f64,
 }
 
 /// The best fit of a kind in a domain.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fit {
+pub(crate) struct Fit {
     /// The response. It starts at the temperature of the first row.
-    pub response: Response,
+    pub(crate) response: Response,
     /// Number of free parameters.
-    pub parameters: usize,
+    pub(crate) parameters: usize,
     /// Root mean square of the differences from the data [K].
-    pub rms: f64,
+    pub(crate) rms: f64,
     /// Largest difference [K].
-    pub max: f64,
+    pub(crate) max: f64,
     /// Whether the response ends after the last row. t_max is then an extrapolation.
-    pub ends_after_data: bool,
+    pub(crate) ends_after_data: bool,
     /// t_max over the time of the last row.
-    pub of_data: f64,
+    pub(crate) of_data: f64,
     /// `max` as a share of the range of the data.
-    pub share: f64,
+    pub(crate) share: f64,
     /// Fitted numbers that are at a bound of the search, in words. The data do not determine them.
-    pub at_bounds: Vec<&'static str>,
+    pub(crate) at_bounds: Vec<&'static str>,
 }
 
 impl Response {
     /// Temperature [K] at a time after the first row.
-    pub fn temperature(&self, time: f64) -> f64 {
+    pub(crate) fn temperature(&self, time: f64) -> f64 {
         let done = self.function.done(time / self.t_max);
         let (initial, target) = (self.domain.of(self.initial), self.domain.of(self.target));
         self.domain.temperature(initial * (1.0 - done) + target * done)
@@ -82,7 +82,7 @@ impl Fit {
     }
 
     /// Reasons not to trust the fit, in words.
-    pub fn doubts(&self) -> Vec<String> {
+    pub(crate) fn doubts(&self) -> Vec<String> {
         let mut doubts = Vec::new();
         if self.share > POOR {
             doubts.push(format!("it is up to {:.3} K off the data, {:.0} % of the step", self.max, 100.0 * self.share));

@@ -29,7 +29,7 @@ pub(super) enum Kind {
 
 impl Kind {
     /// Its name in scene files.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Linear => "linear",
             Self::Quadratic => "quadratic",
@@ -59,7 +59,7 @@ pub(super) enum Shape {
 
 impl Shape {
     /// f(s) for s in [0, 1].
-    pub fn done(&self, s: f64) -> f64 {
+    pub(crate) fn done(&self, s: f64) -> f64 {
         match self {
             Self::Linear => s,
             Self::Quadratic => s * (2.0 - s),
@@ -73,7 +73,7 @@ impl Shape {
     ///
     /// # Errors
     /// Parameters that the function's own checks refuse.
-    pub fn function(&self) -> Result<Function, FunctionError> {
+    pub(crate) fn function(&self) -> Result<Function, FunctionError> {
         match self {
             Self::Linear => Ok(Function::Linear),
             Self::Quadratic => Ok(Function::Quadratic),
@@ -86,9 +86,9 @@ impl Shape {
 
 /// One kind in one domain. Variables: ln t_max, the way to the target over the range of the data, then the function's parameters.
 pub(super) struct Problem<'a> {
-    pub data: &'a Data,
-    pub kind: Kind,
-    pub domain: Domain,
+    pub(crate) data: &'a Data,
+    pub(crate) kind: Kind,
+    pub(crate) domain: Domain,
 }
 
 impl Problem<'_> {
@@ -96,7 +96,7 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// A function that its own checks refuse.
-    pub fn solve(&self) -> Result<Fit, FunctionError> {
+    pub(crate) fn solve(&self) -> Result<Fit, FunctionError> {
         let data = self.data;
         let rows = data.thinned();
         let mut starts: Vec<Minimum> = Vec::new();

@@ -19,7 +19,7 @@ const JUMP: f64 = 1e-4;
 
 /// GLSL text of `s`, compiled.
 #[derive(Debug, Clone)]
-pub struct Expression {
+pub(crate) struct Expression {
     text: String,
     program: Program,
     /// f at 0, and 1 / (f(1) - f(0)).
@@ -46,7 +46,7 @@ impl Expression {
     }
 
     /// The text.
-    pub fn text(&self) -> &str {
+    pub(crate) fn text(&self) -> &str {
         &self.text
     }
 

@@ -26,7 +26,7 @@ pub struct Sample {
 
 /// Points (share of the time left, share of the way left) from the end to the start, with their slopes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Measured {
+pub(crate) struct Measured {
     r: Vec<f64>,
     left: Vec<f64>,
     slope: Vec<f64>,
@@ -50,13 +50,8 @@ impl Measured {
     }
 
     /// Number of points, including the end of an extrapolation.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.r.len()
-    }
-
-    /// Whether it has no points. It always has some.
-    pub fn is_empty(&self) -> bool {
-        self.r.is_empty()
     }
 
     fn checked(
@@ -145,7 +140,7 @@ impl Measured {
     }
 
     /// Ends of the pieces as shares of the time left, in rising order.
-    pub fn knots(&self) -> &[f64] {
+    pub(crate) fn knots(&self) -> &[f64] {
         &self.r
     }
 

@@ -5,14 +5,15 @@ use std::path::Path;
 use super::{Function, FunctionError};
 
 /// Names of all kinds, in the order of the documentation.
-pub const KINDS: [&str; 7] = ["linear", "quadratic", "polynomial", "exponential", "logarithmic", "table", "expression"];
+pub(crate) const KINDS: [&str; 7] =
+    ["linear", "quadratic", "polynomial", "exponential", "logarithmic", "table", "expression"];
 
 impl Function {
     /// Parses a function. The file of a table is relative to the working directory.
     ///
     /// # Errors
     /// An unknown name, a missing or unexpected value, or an error of the kind itself.
-    pub fn parse(text: &str) -> Result<Self, FunctionError> {
+    pub(crate) fn parse(text: &str) -> Result<Self, FunctionError> {
         let (name, value) = match text.split_once('=') {
             Some((name, value)) => (name.trim(), Some(value.trim())),
             None => (text.trim(), None),

@@ -6,17 +6,17 @@
 //! turns back. Only where two pieces meet may the share fall, by the rounding of f32: 1.5e-8 of the way.
 
 /// Pieces on either side.
-pub const SIDE: usize = 1 << 14;
+pub(crate) const SIDE: usize = 1 << 14;
 /// Number of smaller pieces that a piece is divided into.
-pub const PARTS: usize = 1 << 4;
+pub(crate) const PARTS: usize = 1 << 4;
 /// Error of the share done above which a function is refused: 3 mK of 300 K.
-pub const LARGEST_ERROR: f64 = 1e-5;
+pub(crate) const LARGEST_ERROR: f64 = 1e-5;
 /// Error of the share done above which a piece is divided.
 const SMALL_ERROR: f64 = 1e-6;
 /// How often a piece is divided.
 const DEEPEST: u32 = 2;
 /// Most pieces of a function.
-pub const MOST: usize = 1 << 20;
+pub(crate) const MOST: usize = 1 << 20;
 /// Places in a piece at which its error is measured.
 const LOOKED_AT: [f64; 3] = [0.25, 0.5, 0.75];
 /// Number of pieces in a stretch over which [`are_plain`] compares a function with a line.
@@ -26,20 +26,20 @@ const COMPARED_AT: [f64; 4] = [0.137, 0.381, 0.618, 0.853];
 
 /// The pieces of a function, and their error.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Pieces {
+pub(crate) struct Pieces {
     /// Value at the near end of each piece, and its increase to the far end. [`SIDE`] pieces go from the start inwards, as many from the end inwards. Then
     /// come the smaller ones. A piece that is divided has instead of its increase minus the index of the first of its [`PARTS`] parts. On the side of the
     /// start the value is the share done, or minus the share left. On the side of the end it is the share left, or minus the share done.
-    pub cells: Vec<[f32; 2]>,
+    pub(crate) cells: Vec<[f32; 2]>,
     /// Largest error of the share done.
-    pub error: f64,
+    pub(crate) error: f64,
     /// Share of the time gone at which it occurs.
-    pub worst: f64,
+    pub(crate) worst: f64,
 }
 
 impl Pieces {
     /// Pieces of a function. The function gives the share of the way left when a share of the time is left.
-    pub fn new(remaining: &dyn Fn(f64) -> f64) -> Self {
+    pub(crate) fn new(remaining: &dyn Fn(f64) -> f64) -> Self {
         let mut pieces = Self { cells: vec![[0.0; 2]; 2 * SIDE], error: 0.0, worst: 0.0 };
         for start in [true, false] {
             let side = Side { start, remaining };
@@ -84,7 +84,8 @@ impl Pieces {
     }
 
     /// Share of the way left when the share `r` of the time is left, from the pieces.
-    pub fn remaining(&self, r: f64) -> f64 {
+    #[cfg(test)]
+    pub(crate) fn remaining(&self, r: f64) -> f64 {
         let start = 1.0 - r < r;
         let place = (2.0 * r.min(1.0 - r)).sqrt() * SIDE as f64;
         let number = (place as usize).min(SIDE - 1);
@@ -104,7 +105,7 @@ impl Pieces {
 /// Whether a function needs no pieces to show that they would follow it: it follows lines that are `STRETCH` times as long as a piece. This takes a
 /// twentieth of the values that pieces take. A function that never decreases keeps each jump until its end, so a jump or a corner shows between any two of
 /// the places that are looked at, but for one that the function makes up for within a twentieth of a stretch.
-pub fn are_plain(remaining: &dyn Fn(f64) -> f64) -> bool {
+pub(crate) fn are_plain(remaining: &dyn Fn(f64) -> f64) -> bool {
     [true, false].into_iter().all(|start| {
         let side = Side { start, remaining };
         let count = SIDE / STRETCH;

@@ -14,7 +14,7 @@ const MAX_COEFFICIENTS: usize = 64;
 
 /// f(s) = c0 + c1 s + c2 s^2 + ...
 #[derive(Debug, Clone, PartialEq)]
-pub struct Polynomial {
+pub(crate) struct Polynomial {
     coefficients: Vec<f64>,
     /// Coefficients of w in powers of r = 1 - s. The first is 0, so w is exact at the end.
     left: Vec<f64>,
@@ -68,7 +68,7 @@ impl Polynomial {
     }
 
     /// c0, c1, ... as given.
-    pub fn coefficients(&self) -> &[f64] {
+    pub(crate) fn coefficients(&self) -> &[f64] {
         &self.coefficients
     }
 

@@ -4,12 +4,12 @@ use super::{Network, NodeKind};
 
 impl Network {
     /// An arithmetic node whose heat has no sink: no path of conductors and arithmetic nodes leads from it to a diffusive node, to a boundary or to space.
-    pub fn unbalanced_node(&self) -> Option<usize> {
+    pub(crate) fn unbalanced_node(&self) -> Option<usize> {
         self.closed_node(|kind| kind != NodeKind::Arithmetic)
     }
 
     /// A node whose heat has no sink in a steady state: no path leads from it to a boundary or to space.
-    pub fn unsteady_node(&self) -> Option<usize> {
+    pub(crate) fn unsteady_node(&self) -> Option<usize> {
         self.closed_node(|kind| kind == NodeKind::Boundary)
     }
 

@@ -11,7 +11,12 @@ mod rejected;
 mod switching;
 mod terms;
 
-pub use terms::{ControlError, FLOOR, Integrator, Leg, ONE_PASS_TOLERANCE, Series, Settings, Switch, Use};
+pub use terms::ControlError;
+pub use terms::FLOOR;
+pub use terms::Integrator;
+pub use terms::Series;
+pub use terms::Settings;
+pub(crate) use terms::{Leg, ONE_PASS_TOLERANCE, Switch, Use};
 
 /// Greatest number of RKL2 stages before TR-BDF2 is cheaper, and the number below which RKL2 is used again.
 const MOST_STAGES: [u32; 2] = [41, 25];
@@ -41,10 +46,10 @@ const NO_HEAT: f64 = 0.01;
 const OPEN_SHARE: f64 = 1e-3;
 /// Rate of a conductor that explains why no sub-step was good [1/s]. Its nodes equalise within a thousand of the shortest sub-steps, which the first
 /// sub-steps must resolve.
-pub const STIFFEST: f64 = 1e15;
+pub(crate) const STIFFEST: f64 = 1e15;
 
 /// Most sub-steps of a stepper, over all its integrations: hours of the smallest network.
-pub const MOST_SUB_STEPS: u64 = 10_000_000_000;
+pub(crate) const MOST_SUB_STEPS: u64 = 10_000_000_000;
 
 /// Integrates from time 0 to the last output time. `stepper` holds the network at its start and reports the schedule's sensors. `watch` receives the time
 /// reached and returns whether to continue.
@@ -63,7 +68,7 @@ pub fn integrate<S: Stepper>(
 }
 
 /// [`integrate`] that also returns what was computed before an error: the rows and switches until then.
-pub fn integrate_and_keep<S: Stepper>(
+pub(crate) fn integrate_and_keep<S: Stepper>(
     stepper: &mut S,
     network: &Network,
     schedule: &Schedule,
@@ -79,7 +84,7 @@ pub fn integrate_and_keep<S: Stepper>(
 ///
 /// # Errors
 /// See [`ControlError`].
-pub fn integrate_leg<S: Stepper>(
+pub(crate) fn integrate_leg<S: Stepper>(
     stepper: &mut S,
     network: &Network,
     schedule: &Schedule,

@@ -24,16 +24,16 @@ mod told;
 
 use std::sync::Arc;
 
-pub use blocks::{BLOCK_AT_MOST, Unfit};
-pub use conduction::Conduction;
-pub use halving::{HALVINGS_AT_MOST, Halving};
-pub use large::Large;
-pub use plan::{Block, Plan, Plans};
-pub use rows::Link;
-pub use sample::{Sample, estimates, since};
-pub use series::{Series, Stage};
-pub use switching::SWITCHES_AT_MOST;
-pub use told::{Estimate, Told};
+pub(crate) use blocks::Unfit;
+pub(crate) use conduction::Conduction;
+pub(crate) use halving::{HALVINGS_AT_MOST, Halving};
+pub(crate) use large::Large;
+pub(crate) use plan::{Plan, Plans};
+pub(crate) use rows::Link;
+pub(crate) use sample::{Sample, estimates, since};
+pub(crate) use series::{Series, Stage};
+pub(crate) use switching::SWITCHES_AT_MOST;
+pub(crate) use told::{Estimate, Told};
 
 use self::balance::{Balance, balancing_change};
 use self::sample::left_in_the_mean;
@@ -48,14 +48,14 @@ use crate::thermal::local_step as local;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Heater {
     /// Heated nodes with their shares of its power.
-    pub shares: Vec<(u32, f64)>,
+    pub(crate) shares: Vec<(u32, f64)>,
     /// What switches it. Without a thermostat it is always on.
-    pub thermostat: Option<Thermostat>,
+    pub(crate) thermostat: Option<Thermostat>,
 }
 
 impl Heater {
     /// Change of the sensor in a step of a plan by the heater [K].
-    pub fn gain(&self, plan: &Plan) -> f64 {
+    pub(crate) fn gain(&self, plan: &Plan) -> f64 {
         let gain = |one: &Thermostat| one.power * plan.response(one.sensor as usize, &self.shares);
         self.thermostat.as_ref().map_or(0.0, gain)
     }
@@ -63,7 +63,7 @@ impl Heater {
 
 /// A network that is stepped in one pass.
 #[derive(Debug, Clone)]
-pub struct OnePass {
+pub(crate) struct OnePass {
     plans: Plans,
     plan: Arc<Plan>,
     /// Temperatures [K].
@@ -94,7 +94,7 @@ pub struct OnePass {
 
 impl OnePass {
     /// A network at its temperatures, with heaters. The step is halved where its estimated error exceeds `tolerance` [K].
-    pub fn new(plan: &Arc<Plan>, heaters: Vec<Heater>, tolerance: f64) -> Self {
+    pub(crate) fn new(plan: &Arc<Plan>, heaters: Vec<Heater>, tolerance: f64) -> Self {
         let nothing = vec![0.0; plan.network().len()];
         let gains = heaters.iter().map(|one| one.gain(plan)).collect();
         Self {
@@ -117,12 +117,12 @@ impl OnePass {
     }
 
     /// Temperatures [K].
-    pub fn temperatures(&self) -> &[f64] {
+    pub(crate) fn temperatures(&self) -> &[f64] {
         &self.temperatures
     }
 
     /// Replaces the temperatures [K].
-    pub fn set_temperatures(&mut self, temperatures: &[f64]) {
+    pub(crate) fn set_temperatures(&mut self, temperatures: &[f64]) {
         self.temperatures.copy_from_slice(temperatures);
         for values in [&mut self.last, &mut self.coupling, &mut self.error] {
             values.fill(0.0);
@@ -131,7 +131,7 @@ impl OnePass {
     }
 
     /// Replaces the states of the thermostats.
-    pub fn set_on(&mut self, on: &[bool]) {
+    pub(crate) fn set_on(&mut self, on: &[bool]) {
         let switched = self.states.iter_mut().zip(&self.heaters).filter(|(_, heater)| heater.thermostat.is_some());
         for ((state, _), on) in switched.zip(on) {
             *state = State { on: *on, ..State::default() };
@@ -139,14 +139,14 @@ impl OnePass {
     }
 
     /// Whether the heater of each thermostat is on.
-    pub fn on(&self) -> Vec<bool> {
+    pub(crate) fn on(&self) -> Vec<bool> {
         let switched = self.states.iter().zip(&self.heaters).filter(|(_, heater)| heater.thermostat.is_some());
         switched.map(|(state, _)| state.on).collect()
     }
 
     /// Advances from `start` [s] by `length` [s] under a constant heat of every node and a constant power of every heater [W], in equal steps that are
     /// not longer than the plan's. Returns the switches of thermostats.
-    pub fn advance(&mut self, heat: &[f64], powers: &[f64], start: f64, length: f64) -> Vec<Switch> {
+    pub(crate) fn advance(&mut self, heat: &[f64], powers: &[f64], start: f64, length: f64) -> Vec<Switch> {
         if self.halving.is_due() {
             let recent = std::mem::take(&mut self.told[1]);
             self.halving.take(recent.estimate());
@@ -209,12 +209,12 @@ impl OnePass {
     }
 
     /// Estimated error of all steps so far.
-    pub fn estimate(&self) -> Estimate {
+    pub(crate) fn estimate(&self) -> Estimate {
         self.told[0].and(self.told[1]).estimate()
     }
 
     /// How often the step is halved.
-    pub fn halving(&self) -> &Halving {
+    pub(crate) fn halving(&self) -> &Halving {
         &self.halving
     }
 

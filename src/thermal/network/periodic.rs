@@ -11,17 +11,17 @@ use super::{Network, NodeKind};
 
 /// Result of [`settle`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct Settled {
+pub(crate) struct Settled {
     /// Temperatures [K] of every node at the times reported by `orbit`, in the periodic state.
-    pub orbit: Vec<Vec<f64>>,
+    pub(crate) orbit: Vec<Vec<f64>>,
     /// Number of orbits.
-    pub orbits: u32,
+    pub(crate) orbits: u32,
     /// Correction of the start of the last orbit [K], which is its error.
-    pub change: f64,
+    pub(crate) change: f64,
 }
 
 /// Most orbits. A strongly nonlinear network needs about ten.
-pub const MOST_ORBITS: u32 = 60;
+pub(crate) const MOST_ORBITS: u32 = 60;
 
 /// Finds the start [K] from which an orbit leads back to itself.
 ///
@@ -31,7 +31,7 @@ pub const MOST_ORBITS: u32 = 60;
 ///
 /// # Errors
 /// Those of `orbit` and `balance`.
-pub fn settle<S, E>(
+pub(crate) fn settle<S, E>(
     network: &Network,
     period: f64,
     tolerance: f64,
@@ -89,14 +89,14 @@ where
 /// Heat that nodes send to each other besides the conductors of the network is a [`Coupling`]. Each solve is then repeated with the heat that the changes found
 /// so far send. That converges, because no node sends more than it emits.
 #[derive(Debug)]
-pub struct SlowModes<'a> {
+pub(crate) struct SlowModes<'a> {
     network: &'a Network,
     period: f64,
     newton: Newton,
 }
 
 /// Changes of the heat that nodes receive from each other [W], from changes of their temperatures [K].
-pub type Coupling<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
+pub(crate) type Coupling<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
 
 /// Most repetitions of a solve with a coupling.
 const MOST_REPETITIONS: usize = 100;
@@ -105,14 +105,14 @@ const REPEATED: f64 = 0.01;
 
 impl<'a> SlowModes<'a> {
     /// For a network whose heat repeats after `period` [s].
-    pub fn new(network: &'a Network, period: f64) -> Self {
+    pub(crate) fn new(network: &'a Network, period: f64) -> Self {
         let newton = Newton::new(network, |node| network.kinds[node] != NodeKind::Boundary);
         Self { network, period, newton }
     }
 
     /// Temperatures [K] nearer to the periodic state than `end`, from an orbit with this `start` and these means. `None` where a part of the network can
     /// not lose heat.
-    pub fn ahead(
+    pub(crate) fn ahead(
         &mut self,
         start: &[f64],
         end: &[f64],

@@ -31,7 +31,7 @@ impl ReferenceStepper {
     }
 
     /// Takes up work counts of an earlier part of the run.
-    pub fn set_counts(&mut self, counts: WorkCounts) {
+    pub(crate) fn set_counts(&mut self, counts: WorkCounts) {
         self.system.counts = counts;
     }
 

@@ -4,17 +4,17 @@ use super::system::{State, System, in_range};
 
 /// Coefficients of a stage. The stage is mu D(j-1) + nu D(j-2) + h (mu_rate F(j-1) + gamma_rate F(0)) above the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stage {
+pub(crate) struct Stage {
     /// Factor of the stage before.
-    pub mu: f64,
+    pub(crate) mu: f64,
     /// Factor of the second stage before.
-    pub nu: f64,
+    pub(crate) nu: f64,
     /// Factor of the rate of the stage before.
-    pub mu_rate: f64,
+    pub(crate) mu_rate: f64,
     /// Factor of the rate at the start.
-    pub gamma_rate: f64,
+    pub(crate) gamma_rate: f64,
     /// Time of the stage as a share of the sub-step.
-    pub time: f64,
+    pub(crate) time: f64,
 }
 
 /// Stability limit of `stages` for the product of sub-step and fastest rate: (s^2 + s - 2) / 2.
@@ -31,7 +31,7 @@ pub fn stages_for(product: f64) -> u32 {
 }
 
 /// The stages from number 1 on (equations 16 and 17 of the paper).
-pub fn coefficients(stages: u32) -> Vec<Stage> {
+pub(crate) fn coefficients(stages: u32) -> Vec<Stage> {
     let width = 2.0 / stable_product(stages);
     let b = |j: f64| if j < 2.0 { 1.0 / 3.0 } else { (j * j + j - 2.0) / (2.0 * j * (j + 1.0)) };
     let mu_rate = b(1.0) * width;
@@ -52,7 +52,7 @@ pub fn coefficients(stages: u32) -> Vec<Stage> {
 /// Factor of 12 (y - y') + 6 h (F + F') in the error estimate. For y' = z y / h that sum is z^3 y (Sommeijer, Shampine & Verwer, J. Comput. Appl. Math. 88,
 /// 1998, 316). The error of the method is this times 1/6 minus its own coefficient (s^2 + s - 6) / (9 (s^2 + s - 2)), which is the third derivative of its
 /// stability polynomial over 6.
-pub fn error_factor(stages: u32) -> f64 {
+pub(crate) fn error_factor(stages: u32) -> f64 {
     let stable = stable_product(stages);
     1.0 / 6.0 - (stable - 2.0) / (9.0 * stable)
 }

@@ -11,7 +11,7 @@ pub struct HeatTable {
 
 impl HeatTable {
     /// Mean heat from `from` to `to` [s], which is later [W].
-    pub fn mean(&self, from: f64, to: f64) -> f64 {
+    pub(crate) fn mean(&self, from: f64, to: f64) -> f64 {
         let mut ends: Vec<f64> = self.times.iter().copied().filter(|time| *time > from && *time < to).collect();
         ends.push(to);
         let mut begin = from;
@@ -30,7 +30,7 @@ impl HeatTable {
     }
 
     /// Heat just before `t` [s]: another one than just after it at a jump [W].
-    pub fn before(&self, t: f64) -> f64 {
+    pub(crate) fn before(&self, t: f64) -> f64 {
         let next = self.times.partition_point(|time| *time < t);
         let (Some(last), Some(first)) = (self.powers.last(), self.powers.first()) else { return 0.0 };
         if next == 0 {
@@ -44,7 +44,7 @@ impl HeatTable {
     }
 
     /// The sum of tables.
-    pub fn sum(tables: &[&Self]) -> Self {
+    pub(crate) fn sum(tables: &[&Self]) -> Self {
         if let [alone] = tables {
             return (*alone).clone();
         }
@@ -99,7 +99,7 @@ pub struct Thermostat {
 
 impl Thermostat {
     /// Why the thermostat can not go on where it makes a number of `switches` within a time [s], and what to do.
-    pub fn chatter(&self, switches: u32, within: f64) -> String {
+    pub(crate) fn chatter(&self, switches: u32, within: f64) -> String {
         let Self { on_below, off_above, power, .. } = self;
         format!(
             "switches {switches} times within {within:.1e} s: its band from {on_below} to {off_above} K ({:.3e} K) can not hold with \
@@ -131,7 +131,7 @@ pub struct Schedule {
 
 impl Schedule {
     /// All heat of each of `nodes` nodes without that of thermostats. `None` where there is none.
-    pub fn heat_of_nodes(&self, nodes: usize) -> Vec<Option<HeatTable>> {
+    pub(crate) fn heat_of_nodes(&self, nodes: usize) -> Vec<Option<HeatTable>> {
         let mut tables: Vec<Vec<HeatTable>> = vec![Vec::new(); nodes];
         for (node, power) in self.constant.iter().enumerate().filter(|(_, power)| **power != 0.0) {
             tables[node].push(HeatTable::constant(*power));
@@ -150,7 +150,7 @@ impl Schedule {
     }
 
     /// Fewest sub-steps of an integration: one for each stretch between output times and breaks of the heat.
-    pub fn fewest_sub_steps(&self) -> u64 {
+    pub(crate) fn fewest_sub_steps(&self) -> u64 {
         let end = self.times.last().copied().unwrap_or(0.0);
         let breaks = self.breaks();
         let mut ends: Vec<f64> =

@@ -40,7 +40,7 @@ pub struct Attempt {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct WorkCounts {
     /// Dispatches. 0 in f64.
-    pub dispatches: u64,
+    pub(crate) dispatches: u64,
     /// Stages. Each evaluates all exchanges.
     pub stages: u64,
     /// Sub-steps, including rejected ones.

@@ -5,11 +5,11 @@ use super::NodeKind;
 use super::system::{State, System, in_range};
 
 /// gamma = 2 - sqrt 2. With it both implicit stages have the same matrix.
-pub const GAMMA: f64 = 2.0 - std::f64::consts::SQRT_2;
+pub(crate) const GAMMA: f64 = 2.0 - std::f64::consts::SQRT_2;
 /// gamma / 2: weight of a stage's own rate.
-pub const DIAGONAL: f64 = 0.5 * GAMMA;
+pub(crate) const DIAGONAL: f64 = 0.5 * GAMMA;
 /// sqrt 2 / 4: weight of the first two rates in the result.
-pub const WEIGHT: f64 = std::f64::consts::SQRT_2 / 4.0;
+pub(crate) const WEIGHT: f64 = std::f64::consts::SQRT_2 / 4.0;
 
 /// Takes a sub-step. Returns the estimate of its error [K], or `None` where it fails.
 ///

@@ -24,13 +24,13 @@ impl Default for GainControl {
 
 impl GainControl {
     /// The 8 bits of each digital number. `most` is the largest number.
-    pub fn display(&self, numbers: &[u16], most: u16) -> Vec<u8> {
+    pub(crate) fn display(&self, numbers: &[u16], most: u16) -> Vec<u8> {
         let curve = self.curve(numbers, most);
         numbers.iter().map(|number| curve[usize::from((*number).min(most))]).collect()
     }
 
     /// The 8 bits of all digital numbers, for the histogram of an image.
-    pub fn curve(&self, numbers: &[u16], most: u16) -> Vec<u8> {
+    pub(crate) fn curve(&self, numbers: &[u16], most: u16) -> Vec<u8> {
         let mut histogram = vec![0u64; usize::from(most) + 1];
         for number in numbers {
             histogram[usize::from((*number).min(most))] += 1;

@@ -19,18 +19,18 @@ const REACH: f64 = 3.5;
 
 /// The grid of a halo over an image.
 #[derive(Debug, Clone, PartialEq)]
-pub struct HaloGrid {
+pub(crate) struct HaloGrid {
     /// Side of a cell [px].
-    pub cell: usize,
+    pub(crate) cell: usize,
     /// Number of cells across and down.
-    pub size: [usize; 2],
+    pub(crate) size: [usize; 2],
     /// Weights at distances of 0, 1, 2 ... cells. All weights along an axis have the sum 1.
-    pub weights: Vec<f64>,
+    pub(crate) weights: Vec<f64>,
 }
 
 impl HaloGrid {
     /// The grid for an image.
-    pub fn new(halo: &Halo, [width, height]: [usize; 2]) -> Self {
+    pub(crate) fn new(halo: &Halo, [width, height]: [usize; 2]) -> Self {
         let cell = ((halo.radius / FINENESS).floor() as usize).max(1);
         // A cell's average adds cell^2 / 12 to the variance, reading between the middles cell^2 / 6.
         let widened = if cell == 1 { 0.0 } else { (cell * cell) as f64 / 4.0 };
@@ -43,7 +43,7 @@ impl HaloGrid {
     }
 
     /// Mean of an image over each cell.
-    pub fn cells(&self, image: &[f64], width: usize) -> Vec<f64> {
+    pub(crate) fn cells(&self, image: &[f64], width: usize) -> Vec<f64> {
         let height = image.len() / width;
         let mean = |place: usize| {
             let (left, top) = (place % self.size[0] * self.cell, place / self.size[0] * self.cell);
@@ -55,7 +55,7 @@ impl HaloGrid {
     }
 
     /// The Gaussian over the cells. Beyond its borders the image goes on as at the border.
-    pub fn halo(&self, cells: &[f64]) -> Vec<f64> {
+    pub(crate) fn halo(&self, cells: &[f64]) -> Vec<f64> {
         let (reach, [columns, rows]) = (self.weights.len() as isize - 1, self.size.map(|size| size as isize));
         let one = |place: isize| {
             let (x, y) = (place % columns, place / columns);
@@ -69,7 +69,7 @@ impl HaloGrid {
     }
 
     /// The halo at a pixel, between the middles of four cells.
-    pub fn halo_at(&self, halo: &[f64], x: usize, y: usize) -> f64 {
+    pub(crate) fn halo_at(&self, halo: &[f64], x: usize, y: usize) -> f64 {
         let place = |at: usize, axis: usize| {
             let middle = (at as f64 + 0.5) / self.cell as f64 - 0.5;
             let low = middle.floor();

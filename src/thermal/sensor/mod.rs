@@ -7,19 +7,19 @@
 //! The *signal* of a pixel is the radiance that arrives at the detector [W m-2 sr-1]: the scene's times the transmission of the lens, plus what the
 //! optics emit.
 
-pub mod gain_control;
-pub mod halo;
-pub mod noise;
-pub mod reading;
-pub mod spread;
-pub mod twin;
+pub(crate) mod gain_control;
+pub(crate) mod halo;
+pub(crate) mod noise;
+pub(crate) mod reading;
+pub(crate) mod spread;
+pub(crate) mod twin;
 
 use gain_control::GainControl;
 use halo::Halo;
 use spread::Spread;
 
 /// Most pixels of an image with a sensor: one dispatch of 65,535 workgroups of 256 pixels.
-pub const MOST_PIXELS: u64 = 65_535 * 256;
+pub(crate) const MOST_PIXELS: u64 = 65_535 * 256;
 
 /// A sensor. What is `None` or 0 is absent.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,13 +104,13 @@ pub struct Pattern {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exposure {
     /// Time in microseconds, the counter of the temporal noise.
-    pub counter: u64,
+    pub(crate) counter: u64,
     /// Share of the last state that is left.
-    pub decay: f64,
+    pub(crate) decay: f64,
     /// Number of shutter corrections since time 0.
-    pub shutter: u32,
+    pub(crate) shutter: u32,
     /// Time since the last correction [s].
-    pub age: f64,
+    pub(crate) age: f64,
 }
 
 impl Sensor {
@@ -134,7 +134,7 @@ impl Sensor {
     }
 
     /// The exposure at a time [s] after one at `last`. Without an earlier one the bolometer has settled.
-    pub fn exposure(&self, time: f64, last: Option<f64>) -> Exposure {
+    pub(crate) fn exposure(&self, time: f64, last: Option<f64>) -> Exposure {
         let shutter =
             self.pattern.and_then(|pattern| pattern.interval).map_or(0.0, |interval| (time / interval).floor());
         let interval = self.pattern.and_then(|pattern| pattern.interval).unwrap_or(0.0);
@@ -148,7 +148,7 @@ impl Sensor {
 }
 
 /// Share of the bolometer's state that is left after an interval [s]. An interval that is not above 0 is that of another sequence, so nothing is left.
-pub fn decay(time_constant: Option<f64>, interval: Option<f64>) -> f64 {
+pub(crate) fn decay(time_constant: Option<f64>, interval: Option<f64>) -> f64 {
     match (time_constant, interval) {
         (Some(constant), Some(interval)) if interval > 0.0 => (-interval / constant).exp(),
         _ => 0.0,

@@ -2,7 +2,7 @@
 
 /// What a random number is for. Numbers of different streams are independent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stream {
+pub(crate) enum Stream {
     /// Temporal noise, counted by time.
     Time = 0,
     /// Offsets, counted by shutter corrections.
@@ -16,7 +16,7 @@ pub enum Stream {
 }
 
 /// Hash of four words to four words (pcg4d of Jarzynski and Olano, "Hash Functions for GPU Rendering", Journal of Computer Graphics Techniques 9(3), 2020).
-pub fn pcg4d(v: [u32; 4]) -> [u32; 4] {
+pub(crate) fn pcg4d(v: [u32; 4]) -> [u32; 4] {
     let [mut x, mut y, mut z, mut w] = v.map(|v| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
     let stir = |x: &mut u32, y: &mut u32, z: &mut u32, w: &mut u32| {
         *x = x.wrapping_add(y.wrapping_mul(*w));
@@ -31,18 +31,18 @@ pub fn pcg4d(v: [u32; 4]) -> [u32; 4] {
 }
 
 /// Four random words for a group of four pixels.
-pub fn random_words(seed: u32, counter: u64, stream: Stream, group: u32) -> [u32; 4] {
+pub(crate) fn random_words(seed: u32, counter: u64, stream: Stream, group: u32) -> [u32; 4] {
     pcg4d([group, counter as u32, ((counter >> 32) as u32).wrapping_mul(16) + stream as u32, seed])
 }
 
 /// A word as a number between -1 and 1, neither included. Its 23 upper bits decide, and f32 holds the number exactly.
-pub fn symmetric(word: u32) -> f64 {
+pub(crate) fn symmetric(word: u32) -> f64 {
     (f64::from(word >> 9) + 0.5) / f64::from(1 << 22) - 1.0
 }
 
 /// A word as a number of the normal distribution, at most 5.3 standard deviations from 0. Giles's approximation of the inverse error function ("Approximating
 /// the erfinv function", GPU Computing Gems 2, 2011) errs by less than 1e-6.
-pub fn normal(word: u32) -> f64 {
+pub(crate) fn normal(word: u32) -> f64 {
     let x = symmetric(word);
     let w = -((1.0 - x) * (1.0 + x)).ln();
     let polynomial = |at: f64, coefficients: [f64; 9]| coefficients.into_iter().fold(0.0, |sum, c| sum * at + c);

@@ -5,37 +5,37 @@ use crate::thermal::brightness::{BrightnessTable, brightness_temperature};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
 
 /// Largest count of the radiometric output.
-pub const MOST_COUNT: f64 = 65_535.0;
+pub(crate) const MOST_COUNT: f64 = 65_535.0;
 
 /// The sensor's numbers in units of the signal [W m-2 sr-1].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Constants {
     /// Share of the scene's radiance in the signal.
-    pub transmitted: f64,
+    pub(crate) transmitted: f64,
     /// Signal of the lens.
-    pub emitted: f64,
+    pub(crate) emitted: f64,
     /// Signal of the housing where nothing else is seen.
-    pub housing: f64,
+    pub(crate) housing: f64,
     /// Standard deviation of the temporal noise.
-    pub noise: f64,
+    pub(crate) noise: f64,
     /// Standard deviation of the offsets.
-    pub offset_pattern: f64,
+    pub(crate) offset_pattern: f64,
     /// Standard deviation of the gains.
-    pub gain_pattern: f64,
+    pub(crate) gain_pattern: f64,
     /// Standard deviation of the drift [1/s].
-    pub drift: f64,
+    pub(crate) drift: f64,
     /// Signal at which gains have no effect.
-    pub level: f64,
+    pub(crate) level: f64,
     /// Digital numbers of a signal of 1.
     pub scale: f64,
     /// Digital number of a signal of 0.
     pub offset: f64,
     /// Largest digital number.
-    pub most: f64,
+    pub(crate) most: f64,
     /// Share of bad pixels.
-    pub bad: f64,
+    pub(crate) bad: f64,
     /// Counts of a kelvin. 0 without a radiometric output.
-    pub counts: f64,
+    pub(crate) counts: f64,
 }
 
 impl Constants {
@@ -68,29 +68,29 @@ impl Constants {
     }
 
     /// Signal of a pixel that sees a radiance, with the share `vignette` of the light.
-    pub fn signal(&self, radiance: f64, vignette: f64) -> f64 {
+    pub(crate) fn signal(&self, radiance: f64, vignette: f64) -> f64 {
         vignette * (self.transmitted * radiance + self.emitted) + (1.0 - vignette) * self.housing
     }
 
     /// The radiance of the scene for a signal.
-    pub fn radiance(&self, signal: f64, vignette: f64) -> f64 {
+    pub(crate) fn radiance(&self, signal: f64, vignette: f64) -> f64 {
         ((signal - (1.0 - vignette) * self.housing) / vignette - self.emitted) / self.transmitted
     }
 
     /// Digital number of a signal.
-    pub fn digital_number(&self, signal: f64) -> f64 {
+    pub(crate) fn digital_number(&self, signal: f64) -> f64 {
         (signal * self.scale + self.offset + 0.5).floor().clamp(0.0, self.most)
     }
 
     /// Signal in the middle of the interval that a digital number stands for.
-    pub fn signal_of(&self, number: f64) -> f64 {
+    pub(crate) fn signal_of(&self, number: f64) -> f64 {
         (number - self.offset) / self.scale
     }
 }
 
 impl Netd {
     /// The NETD at the camera's own f-number [K]: the light that a detector receives is 1 / (4 F^2 + 1) of that of the half space.
-    pub fn at_f_number(&self) -> f64 {
+    pub(crate) fn at_f_number(&self) -> f64 {
         let share = |f: f64| 4.0 * f * f + 1.0;
         self.kelvin * share(self.f_number) / share(self.stated_f_number)
     }
@@ -104,7 +104,7 @@ pub fn radiance_slope(table: &RadianceTable, temperature: f64) -> f64 {
 }
 
 /// Count of the radiometric output for a radiance. 0 where the radiance has no brightness temperature.
-pub fn count(constants: &Constants, table: &RadianceTable, guesses: &BrightnessTable, radiance: f64) -> f64 {
+pub(crate) fn count(constants: &Constants, table: &RadianceTable, guesses: &BrightnessTable, radiance: f64) -> f64 {
     let temperature = brightness_temperature(table, guesses, radiance.min(guesses.max_radiance)).unwrap_or(0.0);
     (temperature * constants.counts + 0.5).floor().clamp(0.0, MOST_COUNT)
 }

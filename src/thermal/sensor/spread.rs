@@ -7,41 +7,41 @@ use libm::erf;
 use rayon::prelude::*;
 
 /// Largest distance of a weight from the middle [px].
-pub const MOST_RADIUS: usize = 31;
+pub(crate) const MOST_RADIUS: usize = 31;
 /// Share of the kernel that terms left out may hold together.
-pub const DROPPED: f64 = 1e-3;
+pub(crate) const DROPPED: f64 = 1e-3;
 
 /// A product of a column and a row of weights.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Term {
+pub(crate) struct Term {
     /// Weights along a row, from -radius to radius.
-    pub row: Vec<f64>,
+    pub(crate) row: Vec<f64>,
     /// Weights along a column.
-    pub column: Vec<f64>,
+    pub(crate) column: Vec<f64>,
 }
 
 /// A point spread. Beyond its borders an image goes on as at the border.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spread {
     /// Largest distance from the middle [px].
-    pub radius: usize,
+    pub(crate) radius: usize,
     /// Separable kernels. Their sum has the sum 1.
-    pub terms: Vec<Term>,
+    pub(crate) terms: Vec<Term>,
     /// Weights of the whole kernel, row after row, with the sum 1.
     pub weights: Vec<f64>,
 }
 
 impl Spread {
     /// Room for weights on the device: 16 KiB of four weights each, which every device allows for a uniform buffer.
-    pub const ROOM: usize = 1024;
+    pub(crate) const ROOM: usize = 1024;
 
     /// Whether a device has room for the weights, beside those of a halo.
-    pub fn fits(&self) -> bool {
+    pub(crate) fn fits(&self) -> bool {
         self.terms.len() * (4 * self.radius + 5) + 32 <= Self::ROOM
     }
 
     /// A Gaussian with a standard deviation [px], integrated over pixels whose sensitive side is `fill` [px]. With a fill of 0 it is taken at points.
-    pub fn gaussian(sigma: f64, fill: f64) -> Self {
+    pub(crate) fn gaussian(sigma: f64, fill: f64) -> Self {
         let radius = ((4.0 * sigma + fill / 2.0).ceil() as usize).clamp(1, MOST_RADIUS);
         let weight = |at: f64| match fill > 0.0 {
             true => {
@@ -87,7 +87,7 @@ impl Spread {
     }
 
     /// A kernel of weights, row after row, whose side is 2 x radius + 1. Its weights are divided by their sum, which is above 0.
-    pub fn new(radius: usize, weights: Vec<f64>) -> Self {
+    pub(crate) fn new(radius: usize, weights: Vec<f64>) -> Self {
         let sum: f64 = weights.iter().sum();
         let weights: Vec<f64> = weights.into_iter().map(|weight| weight / sum).collect();
         let terms = separable(&weights, 2 * radius + 1);
@@ -95,7 +95,7 @@ impl Spread {
     }
 
     /// The image after the point spread. `width` is that of the image.
-    pub fn apply(&self, image: &[f64], width: usize) -> Vec<f64> {
+    pub(crate) fn apply(&self, image: &[f64], width: usize) -> Vec<f64> {
         let height = image.len() / width;
         let mut sum = vec![0.0; image.len()];
         for term in &self.terms {
@@ -108,7 +108,7 @@ impl Spread {
 }
 
 /// Weighted sums along rows.
-pub fn spread_rows(image: &[f64], width: usize, weights: &[f64]) -> Vec<f64> {
+pub(crate) fn spread_rows(image: &[f64], width: usize, weights: &[f64]) -> Vec<f64> {
     let radius = (weights.len() / 2) as isize;
     let at = |row: usize, column: isize| image[row * width + column.clamp(0, width as isize - 1) as usize];
     let one = |place: usize| {
@@ -119,7 +119,7 @@ pub fn spread_rows(image: &[f64], width: usize, weights: &[f64]) -> Vec<f64> {
 }
 
 /// Weighted sums along columns.
-pub fn spread_columns(image: &[f64], width: usize, height: usize, weights: &[f64]) -> Vec<f64> {
+pub(crate) fn spread_columns(image: &[f64], width: usize, height: usize, weights: &[f64]) -> Vec<f64> {
     let radius = (weights.len() / 2) as isize;
     let at = |row: isize, column: usize| image[row.clamp(0, height as isize - 1) as usize * width + column];
     let one = |place: usize| {
@@ -187,7 +187,7 @@ fn separable(weights: &[f64], n: usize) -> Vec<Term> {
 }
 
 /// Intensity of the diffraction pattern (2 J1(v) / v)^2 at v = pi r, with the distance r in units of wavelength x f-number. 1 in the middle.
-pub fn airy_intensity(r: f64) -> f64 {
+pub(crate) fn airy_intensity(r: f64) -> f64 {
     let v = std::f64::consts::PI * r;
     if v < 1e-6 { 1.0 } else { (2.0 * libm::j1(v) / v).powi(2) }
 }

@@ -15,15 +15,15 @@ const GROUP: usize = 4;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
     /// Width and height [px].
-    pub size: [usize; 2],
+    pub(crate) size: [usize; 2],
     /// Focal lengths [px].
-    pub focal: [f64; 2],
+    pub(crate) focal: [f64; 2],
     /// Principal point [px].
-    pub centre: [f64; 2],
+    pub(crate) centre: [f64; 2],
 }
 
 /// A sensor with its state.
-pub struct SensorTwin {
+pub(crate) struct SensorTwin {
     sensor: Sensor,
     view: View,
     constants: Constants,
@@ -37,7 +37,7 @@ pub struct SensorTwin {
 
 impl SensorTwin {
     /// A sensor that has seen nothing.
-    pub fn new(sensor: &Sensor, table: &RadianceTable, view: View) -> Self {
+    pub(crate) fn new(sensor: &Sensor, table: &RadianceTable, view: View) -> Self {
         Self {
             constants: Constants::new(sensor, table),
             guesses: sensor.kelvin_per_count.map(|_| BrightnessTable::new(table)),
@@ -50,13 +50,13 @@ impl SensorTwin {
     }
 
     /// Takes another sensor for the same pixels. The bolometer keeps its state.
-    pub fn take(&mut self, sensor: &Sensor) {
+    pub(crate) fn take(&mut self, sensor: &Sensor) {
         let (state, last) = (std::mem::take(&mut self.state), self.last);
         *self = Self { state, last, ..Self::new(sensor, &self.table, self.view) };
     }
 
     /// Digital number and count of each pixel for the radiance of an image [W m-2 sr-1] at a time [s].
-    pub fn expose(&mut self, radiance: &[f64], time: f64) -> Vec<[u16; 2]> {
+    pub(crate) fn expose(&mut self, radiance: &[f64], time: f64) -> Vec<[u16; 2]> {
         let [width, _] = self.view.size;
         let exposure = self.sensor.exposure(time, self.last);
         let seen =
@@ -113,7 +113,7 @@ impl SensorTwin {
     }
 
     /// The state between two images.
-    pub fn save(&self) -> Saved {
+    pub(crate) fn save(&self) -> Saved {
         let mut saved = Saved::default();
         saved.put("state", &self.state);
         saved.put("last", &[self.last.unwrap_or(f64::NAN)]);
@@ -124,7 +124,7 @@ impl SensorTwin {
     ///
     /// # Errors
     /// A state of another image.
-    pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
+    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         self.state = saved.list_of("state", self.state.len())?;
         let [last] = saved.array::<f64, 1>("last")?;
         self.last = Some(last).filter(|last| !last.is_nan());
@@ -133,14 +133,14 @@ impl SensorTwin {
 }
 
 /// Fourth power of the cosine between the line of sight of a pixel and the axis.
-pub fn cos4(view: &View, x: usize, y: usize) -> f64 {
+pub(crate) fn cos4(view: &View, x: usize, y: usize) -> f64 {
     let off = |at: usize, axis: usize| (at as f64 + 0.5 - view.centre[axis]) / view.focal[axis];
     let square = 1.0 + off(x, 0).powi(2) + off(y, 1).powi(2);
     1.0 / (square * square)
 }
 
 /// Whether a pixel is stuck at the largest number (`true`) or at 0 (`false`). `None` where it works.
-pub fn stuck(word: u32, share: f64) -> Option<bool> {
+pub(crate) fn stuck(word: u32, share: f64) -> Option<bool> {
     let place = f64::from(word >> 8) / f64::from(1 << 24);
     (place < share).then_some(word & 1 == 1)
 }

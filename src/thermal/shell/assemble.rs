@@ -27,7 +27,7 @@ impl Shell {
     ///
     /// # Errors
     /// A contact that is not valid.
-    pub fn new(
+    pub(crate) fn new(
         surface: &Surface,
         materials: &[Option<ShellMaterial>],
         contacts: &[Contact],

@@ -22,18 +22,18 @@ use side::Side;
 
 /// A selection of vertices by part and by material. A vertex must fit both.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Selection {
+pub(crate) struct Selection {
     /// Name for messages.
-    pub name: String,
+    pub(crate) name: String,
     /// Whether each part is selected.
-    pub parts: Vec<bool>,
+    pub(crate) parts: Vec<bool>,
     /// Whether each material is selected.
-    pub materials: Vec<bool>,
+    pub(crate) materials: Vec<bool>,
 }
 
 /// Conductance of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ContactConductance {
+pub(crate) enum ContactConductance {
     /// Total conductance [W/K].
     Total(f64),
     /// Conductance per contact area [W/(m2 K)].
@@ -42,15 +42,15 @@ pub enum ContactConductance {
 
 /// A contact between two selections.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Contact {
+pub(crate) struct Contact {
     /// Name for messages.
-    pub name: String,
+    pub(crate) name: String,
     /// The two selections.
-    pub between: [Selection; 2],
+    pub(crate) between: [Selection; 2],
     /// Greatest distance between the surfaces [m].
-    pub distance: f64,
+    pub(crate) distance: f64,
     /// Conductance of the contact.
-    pub conductance: ContactConductance,
+    pub(crate) conductance: ContactConductance,
 }
 
 impl Selection {

@@ -4,6 +4,7 @@ use super::*;
 use crate::thermal::function::{Function, Sample};
 use crate::thermal::material::Domain;
 
+#[allow(unreachable_pub)]
 #[path = "../../../tests/it/random.rs"]
 mod random;
 
@@ -321,17 +322,17 @@ fn changes_of_the_target_cancel_and_add_up() {
 }
 
 impl Random {
-    pub fn one_of<T: Clone>(&mut self, choices: &[T]) -> T {
+    pub(crate) fn one_of<T: Clone>(&mut self, choices: &[T]) -> T {
         choices[(self.unit() * choices.len() as f64) as usize].clone()
     }
 
-    pub fn t_max(&mut self) -> f64 {
+    pub(crate) fn t_max(&mut self) -> f64 {
         let (short, long) = (self.between(1.0, 5.0), self.between(0.1, 361.0));
         self.one_of(&[0.0, 1.0, short, long, long])
     }
 
     /// What the target does next: holds, jitters by an ulp, creeps, or jumps.
-    pub fn target(&mut self, before: f64) -> f64 {
+    pub(crate) fn target(&mut self, before: f64) -> f64 {
         let change = match (10.0 * self.unit()) as u32 {
             0..4 => 0.0,
             4..6 => self.one_of(&[before.next_up() - before, before.next_down() - before]),

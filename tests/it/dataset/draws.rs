@@ -1,8 +1,6 @@
 //! What is drawn, on the scale of a whole data set.
 
-use isotherm::dataset::split::{empty_splits, split_of};
-use isotherm::dataset::store::Begin;
-use isotherm::labels::image::Split;
+use isotherm::internals::{Begin, Split, empty_splits, split_of};
 
 use super::Workshop;
 

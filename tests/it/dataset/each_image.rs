@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use isotherm::Target;
-use isotherm::dataset::verify::{Verified, again, picked};
+use isotherm::internals::{Verified, again, picked};
 use serde_json::Value;
 
 use super::{Workshop, differing};

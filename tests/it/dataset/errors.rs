@@ -1,7 +1,6 @@
 //! Errors of SPEC files and folders, as users see them.
 
-use isotherm::dataset::error::DatasetError;
-use isotherm::dataset::store::Begin;
+use isotherm::internals::{Begin, DatasetError};
 
 use super::super::cases::Case;
 use super::super::program::{end, isotherm, refusal};

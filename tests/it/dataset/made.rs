@@ -2,8 +2,7 @@
 
 use std::fs;
 
-use isotherm::dataset::error::DatasetError;
-use isotherm::dataset::store::Begin;
+use isotherm::internals::{Begin, DatasetError};
 use serde_json::Value;
 
 use super::{Workshop, differing};

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DMat3, DVec3};
-use isotherm::dataset::store::Begin;
+use isotherm::internals::Begin;
 use serde_json::Value;
 
 use super::Workshop;

@@ -4,8 +4,7 @@ use std::fs;
 use std::sync::atomic::AtomicBool;
 
 use isotherm::Target;
-use isotherm::dataset::orbit_folder::sum_of;
-use isotherm::dataset::verify::{Verified, again, checksums, labels, picked};
+use isotherm::internals::{Verified, again, checksums, labels, picked, sum_of};
 
 use super::super::program::{end, isotherm, refusal, succeed};
 use super::Workshop;

@@ -4,10 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use glam::DVec3;
 use isotherm::Target;
-use isotherm::dataset::orbit::{OrbitRun, Rejections};
-use isotherm::dataset::preview::preview;
-use isotherm::dataset::view_check::Reason;
-use isotherm::labels::image::LabelledImage;
+use isotherm::internals::{LabelledImage, OrbitRun, Reason, Rejections, preview};
 
 use super::Workshop;
 

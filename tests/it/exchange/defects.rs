@@ -1,12 +1,7 @@
 //! What is wrong with a surface is counted, and patches inside others are told.
 
 use glam::DVec3;
-use isotherm::environment::StepLoad;
-use isotherm::exchange::buried::buried;
-use isotherm::exchange::cast::Scenery;
-use isotherm::exchange::defects::Defects;
-use isotherm::exchange::patches::Patches;
-use isotherm::exchange::step::{Exchange, Settings};
+use isotherm::internals::{Defects, Exchange, ExchangeSettings as Settings, Patches, Scenery, StepLoad, buried};
 
 use super::shapes::{Shapes, grey};
 use super::view_factors::exchange;

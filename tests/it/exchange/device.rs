@@ -2,21 +2,12 @@
 
 use std::sync::Arc;
 
-use isotherm::exchange::cast::{Scenery, cast};
-use isotherm::exchange::step::Exchange;
-use isotherm::gpu::context::Context;
-use isotherm::gpu::exchange::{ExchangeTables, exchange as exchange_list};
-use isotherm::gpu::exchange_rays;
-use isotherm::gpu::frame::{Frame, StepRange, Wanted};
-use isotherm::gpu::nodes::PADDING;
-use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
-use isotherm::simulation::device_data::DeviceData;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, EngineError, Order, Step};
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::reference_engine::ReferenceEngine;
-use isotherm::simulation::run;
-use isotherm::thermal::STEFAN_BOLTZMANN;
+use isotherm::internals;
+use isotherm::internals::{
+    Context, Curve, DeviceData, DeviceEngine, Engine, EngineError, EngineOrder as Order, Exchange, ExchangeTables,
+    Frame, PADDING, Prepared, ReferenceEngine, STEFAN_BOLTZMANN, Scenery, Step, StepKind, StepRange, ThermalVariant,
+    Wanted, cast_rays as cast, exchange as exchange_list, run,
+};
 use serde_json::json;
 
 use crate::craft::{Folder, never, scene_with};
@@ -56,7 +47,7 @@ fn rays_end_where_those_of_the_twin_do() {
     let (surface, patches, rays) = (&craft.surface, &craft.patches, 256);
     let scenery = Scenery::new(surface, &[]);
     let count = patches.all.len() as u32;
-    let found = exchange_rays::cast(&context, surface, patches, &scenery, rays).expect("the device casts");
+    let found = internals::cast_on_device(&context, surface, patches, &scenery, rays).expect("the device casts");
     let twin = cast(surface, patches, &scenery, rays, 0..count);
     let wrong = found.iter().zip(&twin).filter(|(a, b)| a != b).count();
     println!("{count} patches: {wrong} of {} rays end elsewhere", twin.len());
@@ -148,7 +139,7 @@ fn balances(prepared: &Prepared) {
     let craft = prepared.exchange.as_ref().expect("the scene has exchange");
     let scenery = Scenery::new(&craft.surface, &[]);
     let rays = craft.settings.rays;
-    let ends = exchange_rays::cast(&context, &craft.surface, &craft.patches, &scenery, rays).expect("rays");
+    let ends = internals::cast_on_device(&context, &craft.surface, &craft.patches, &scenery, rays).expect("rays");
     let exchange = Exchange::new(&craft.surface, &craft.patches, &ends, &craft.settings);
     let mut engine = DeviceEngine::new(&context, prepared, None).expect("a small scene");
     engine.settle_at(300.0, prepared.nodes.vertex_of_node.len()).expect("the engine settles");
@@ -371,7 +362,7 @@ fn a_run_with_exchange_delivers_every_step() {
     let context = context();
     let prepared = prepared(&[]);
     let mut engine = DeviceEngine::new(&context, &prepared, None).expect("a small scene");
-    isotherm::simulation::start(&prepared, &mut engine, None, &never(), &mut || ()).expect("the engine starts");
+    isotherm::internals::start(&prepared, &mut engine, None, &never(), &mut || ()).expect("the engine starts");
     let mut steps = 0;
     run::<EngineError>(&prepared, &mut engine, None, &never(), &mut |result| {
         let all = result.delivered.temperatures.expect("temperatures");

@@ -1,9 +1,7 @@
 //! A plate that turns: rows of an older pose against rows of fresh rays.
 
 use glam::{DAffine3, DVec3};
-use isotherm::exchange::cast::Scenery;
-use isotherm::exchange::patches::Patches;
-use isotherm::exchange::step::{Exchange, Settings};
+use isotherm::internals::{Exchange, ExchangeSettings as Settings, Patches, Scenery};
 
 use super::shapes::{Shapes, grey};
 

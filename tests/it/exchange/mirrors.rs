@@ -1,12 +1,10 @@
 //! Sunlight that patches mirror once, against closed forms: a mirror over a black plate, a trough, a mirror that turns, and the energy of all.
 
 use glam::{DAffine3, DVec3};
-use isotherm::environment::StepLoad;
-use isotherm::exchange::cast::Scenery;
-use isotherm::exchange::mirrors::{Mirrored, Mirrors, reflection};
-use isotherm::exchange::patches::Patches;
-use isotherm::exchange::step::{Exchange, Light, Settings};
-use isotherm::thermal::material::{Gloss, Material};
+use isotherm::internals::{
+    Exchange, ExchangeSettings as Settings, Gloss, Light, Material, Mirrored, Mirrors, Patches, Scenery, StepLoad,
+    reflection,
+};
 
 use super::shapes::{Shapes, grey};
 use crate::device::{dark, sunlight};

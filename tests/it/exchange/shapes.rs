@@ -3,8 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use isotherm::exchange::patches::Surface;
-use isotherm::thermal::material::{Bulk, Material, Optics, Response, Sides};
+use isotherm::internals::{Bulk, Material, Optics, PatchSurface as Surface, Response, Sides};
 
 /// A surface that grows part by part.
 #[derive(Default)]

@@ -1,10 +1,7 @@
 //! Exchange in f64 against closed forms: isothermal boxes, two plates, sunlight in a box, and the planet behind a plate.
 
 use glam::DVec3;
-use isotherm::environment::{PlanetLoad, StepLoad};
-use isotherm::exchange::sky::PlanetView;
-use isotherm::exchange::step::Exchange;
-use isotherm::thermal::STEFAN_BOLTZMANN;
+use isotherm::internals::{Exchange, PlanetLoad, PlanetView, STEFAN_BOLTZMANN, StepLoad};
 
 use super::shapes::{Shapes, grey};
 use super::view_factors::exchange;

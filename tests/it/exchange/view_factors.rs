@@ -5,10 +5,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use isotherm::exchange::between::{To, ViewFactor, view_factors};
-use isotherm::exchange::cast::Scenery;
-use isotherm::exchange::patches::Patches;
-use isotherm::exchange::step::{Exchange, Settings};
+use isotherm::internals::{Exchange, ExchangeSettings as Settings, Patches, Scenery, To, ViewFactor, view_factors};
 
 use super::shapes::{Shapes, grey};
 use crate::device::dark;
@@ -48,7 +45,7 @@ fn assert_is(what: &str, found: &[ViewFactor], from: usize, to: usize, answer: f
     assert!((sum - 1.0).abs() < 1e-9, "{what}: the row sums to {sum}");
 }
 
-fn plain() -> isotherm::thermal::material::Material {
+fn plain() -> isotherm::internals::Material {
     grey(0.5, 0.5)
 }
 

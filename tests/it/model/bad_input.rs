@@ -1,6 +1,6 @@
 //! Damaged and hostile files give an error with file and element, and never a panic.
 
-use isotherm::model::Model;
+use isotherm::internals::Model;
 use serde_json::{Value, json};
 
 use super::check_promises;

@@ -1,7 +1,7 @@
 //! The loader and legal but unusual geometry.
 
 use glam::{DVec3, Vec3};
-use isotherm::model::Model;
+use isotherm::internals::Model;
 use serde_json::json;
 
 use super::make::{CUBE_TRIANGLES, Maker, cube_corners};

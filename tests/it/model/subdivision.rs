@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use isotherm::model::{Model, ModelError};
+use isotherm::internals::{Model, ModelError};
 use serde_json::json;
 
 use super::make::Maker;

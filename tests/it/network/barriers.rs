@@ -2,10 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use isotherm::gpu::frame::Frame;
-use isotherm::gpu::network::frame::WidePlan;
-use isotherm::gpu::network::uses::uses;
-use isotherm::gpu::pass::Entry;
+use isotherm::internals::{Entry, Frame, WidePlan, uses};
 
 use crate::hazard::{hazards, unread_by_host};
 use crate::hazards::each_barrier_is_needed;

@@ -1,11 +1,10 @@
 //! Networks with a closed-form solution, and invariants of every solution.
 
-use isotherm::thermal::network::control::{ControlError, Integrator, Series, Settings, integrate};
-use isotherm::thermal::network::reference::ReferenceStepper;
-use isotherm::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
-use isotherm::thermal::network::steady::{SteadyError, steady};
-use isotherm::thermal::network::stepper::{Method, Stepper};
-use isotherm::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
+use isotherm::internals::{
+    ControlError, HeatTable, Integrator, LinearConductor, Network, NetworkSettings as Settings, NodeKind,
+    RadiativeConductor, ReferenceStepper, Schedule, Series, SteadyError, StepMethod as Method, Stepper, Thermostat,
+    integrate, steady,
+};
 
 use super::random::{Random, case};
 

@@ -2,13 +2,10 @@
 
 use std::sync::Arc;
 
-use isotherm::gpu::context::Context;
-use isotherm::gpu::error::GpuError;
-use isotherm::gpu::network::NetworkStepper;
-use isotherm::thermal::network::reference::ReferenceStepper;
-use isotherm::thermal::network::rkl2::stages_for;
-use isotherm::thermal::network::stepper::{Attempt, Method, Stepper};
-use isotherm::thermal::network::{LinearConductor, Network, NodeKind};
+use isotherm::internals::{
+    Attempt, Context, GpuError, LinearConductor, Network, NetworkStepper, NodeKind, ReferenceStepper,
+    StepMethod as Method, Stepper, stages_for,
+};
 
 use super::random::case;
 use crate::device::{Worst, assert_silent, context, validated_context};

@@ -1,10 +1,9 @@
 //! The five-node network of the shared data: a transient and its steady state.
 
-use isotherm::thermal::network::control::{Integrator, Settings, integrate};
-use isotherm::thermal::network::reference::ReferenceStepper;
-use isotherm::thermal::network::schedule::{HeatTable, Schedule};
-use isotherm::thermal::network::steady::steady;
-use isotherm::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
+use isotherm::internals::{
+    HeatTable, Integrator, LinearConductor, Network, NetworkSettings as Settings, NodeKind, RadiativeConductor,
+    ReferenceStepper, Schedule, integrate, steady,
+};
 use serde_json::Value;
 
 use crate::model::shared_files::shared;

@@ -1,8 +1,7 @@
 //! The reference solution of networks: Radau IIA of order 5 with dense matrices, step-size control, and switches to a
 //! nanosecond. It shares only the types of a network with the tested code.
 
-use isotherm::thermal::network::schedule::{HeatTable, Schedule};
-use isotherm::thermal::network::{Network, NodeKind};
+use isotherm::internals::{HeatTable, Network, NodeKind, Schedule};
 
 const SIGMA: f64 = 5.670374419e-8;
 /// Error allowed in one step [K].

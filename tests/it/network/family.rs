@@ -1,9 +1,9 @@
 //! Random networks: every integrator against the exact solution.
 
-use isotherm::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
-use isotherm::thermal::network::control::{Integrator, Series, Settings, integrate};
-use isotherm::thermal::network::reference::ReferenceStepper;
-use isotherm::thermal::network::stepper::Stepper;
+use isotherm::internals::{
+    ESTIMATE_FLOOR, Integrator, NetworkSettings as Settings, NetworkStepper, ReferenceStepper, Series, Stepper,
+    integrate,
+};
 
 use super::exact::{Solution, solve};
 use super::random::{Case, case};

@@ -3,18 +3,11 @@
 
 use std::path::Path;
 
-use isotherm::gpu::network::{NetworkBytes, NetworkStepper};
-use isotherm::gpu::resource::Resource;
-use isotherm::gpu::resources::{Planned, device_bytes};
-use isotherm::scene::{Density, Edges, Scene};
-use isotherm::simulation::device_data::DeviceData;
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Order};
-use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::viewpoint::camera_from_body;
-use isotherm::thermal::network::control::Integrator;
-use isotherm::thermal::network::stepper::{Method, Stepper};
-use isotherm::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
+use isotherm::internals::{
+    Density, DeviceData, DeviceEngine, Edges, Engine, EngineOrder as Order, Integrator, LinearConductor, Network,
+    NetworkBytes, NetworkStepper, NodeKind, Planned, Prepared, RadiativeConductor, Resource, Scene,
+    StepMethod as Method, Stepper, camera_from_body, device_bytes,
+};
 
 use crate::craft::{Folder, scene_with};
 use crate::device::{assert_silent, context, validated_context};

@@ -1,10 +1,9 @@
 //! Published solutions: NAFEMS T2 and T3, and the five-node network of the shared data.
 
-use isotherm::thermal::network::control::{Integrator, Settings, integrate};
-use isotherm::thermal::network::reference::ReferenceStepper;
-use isotherm::thermal::network::schedule::{HeatTable, Schedule};
-use isotherm::thermal::network::steady::steady;
-use isotherm::thermal::network::{LinearConductor, Network, NodeKind};
+use isotherm::internals::{
+    HeatTable, Integrator, LinearConductor, Network, NetworkSettings as Settings, NodeKind, ReferenceStepper, Schedule,
+    integrate, steady,
+};
 
 /// Cells of a bar.
 const CELLS: usize = 100;

@@ -1,7 +1,6 @@
 //! Random networks of kinds that are difficult for integrators, the same in every run.
 
-use isotherm::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
-use isotherm::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
+use isotherm::internals::{HeatTable, LinearConductor, Network, NodeKind, RadiativeConductor, Schedule, Thermostat};
 
 pub use crate::random::Random;
 

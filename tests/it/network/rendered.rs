@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use isotherm::scene::tmd::Tmd;
+use isotherm::internals::Tmd;
 use serde_json::json;
 
 use super::tmd::{LIMIT, deck, small};

@@ -1,9 +1,8 @@
 //! Networks on the device against their f64 twin: stiff sheets with slivers, and steps too small for plain f32.
 
-use isotherm::gpu::network::NetworkStepper;
-use isotherm::thermal::network::reference::ReferenceStepper;
-use isotherm::thermal::network::stepper::{Method, Stepper};
-use isotherm::thermal::network::{LinearConductor, Network, NodeKind};
+use isotherm::internals::{
+    LinearConductor, Network, NetworkStepper, NodeKind, ReferenceStepper, StepMethod as Method, Stepper,
+};
 
 use super::device::{cube, run, worst};
 use crate::device::context;

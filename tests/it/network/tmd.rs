@@ -4,13 +4,11 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use hdf5_writer::{AttributeBuilder, Hdf5Builder, WriteOptions};
-use isotherm::scene::network::NetworkFile;
-use isotherm::scene::network::export_tmd::{Solved, tmd};
-use isotherm::scene::network::import_tmd::{self, ImportedTmd};
-use isotherm::scene::tmd::{Conductors, Tmd, TmdError, TmdNode};
-use isotherm::thermal::network::control::{Integrator, Settings, integrate};
-use isotherm::thermal::network::reference::ReferenceStepper;
-use isotherm::thermal::network::{Network, NodeKind};
+use isotherm::internals;
+use isotherm::internals::{
+    Conductors, ImportedTmd, Integrator, Network, NetworkFile, NetworkSettings as Settings, NodeKind, ReferenceStepper,
+    Solved, Tmd, TmdError, TmdNode, integrate, tmd,
+};
 
 use super::command::FILE;
 use crate::model::shared_files::shared;
@@ -40,7 +38,7 @@ fn off(file: &NetworkFile, rows: &[Vec<f64>], tmd: &Tmd, late: usize) -> f64 {
 
 /// A TMD as a network, by way of the text of a network file.
 fn imported(tmd: &Tmd) -> (NetworkFile, ImportedTmd) {
-    let imported = import_tmd::network(tmd).expect("a network");
+    let imported = internals::network(tmd).expect("a network");
     let text = imported.file.text(&["a comment".to_owned()], &imported.comments);
     let read = NetworkFile::parse(&text, Path::new("imported.toml")).expect("a network file");
     assert_eq!((&read.labels, &read.network), (&imported.file.labels, &imported.file.network));
@@ -183,7 +181,7 @@ fn what_is_no_tmd_is_refused() {
     assert!(message(&|tmd| tmd.linear.nodes[0] = [0, 9]).contains("joins node 10 of 4"));
     assert!(message(&|tmd| tmd.linear.values[0] = -1.0).contains("conductor 1 is -1 at time 1"));
     let empty = changed(|tmd| tmd.nodes.iter_mut().for_each(|node| node.kind = 'X')).expect("a TMD");
-    assert_eq!(import_tmd::network(&empty).unwrap_err(), "no node is active");
+    assert_eq!(internals::network(&empty).unwrap_err(), "no node is active");
 }
 
 /// Two networks with numbers that differ by rounding of degrees Celsius alone.

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use isotherm::model::{Model, ModelMaterial};
-use isotherm::scene::{MaterialRule, SceneError};
-use isotherm::thermal::emissivity::{BandEmissivity, ByAngle, ByWavelength};
-use isotherm::thermal::material::{Domain, Function, Gloss, Optics, Profile, Response, Retarget, Sides, Transition};
+use isotherm::internals::{
+    BandEmissivity, ByAngle, ByWavelength, Domain, Gloss, MaterialRule, Model, ModelMaterial, Optics, Profile,
+    Response, ResponseFunction as Function, Retarget, SceneError, Sides, Transition,
+};
 use serde_json::json;
 
 use super::{FULL, Folder, SHORT, TABLE};

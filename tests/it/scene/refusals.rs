@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use isotherm::scene::Scene;
+use isotherm::internals::Scene;
 
 use super::super::cases::Case;
 use super::{FULL, Folder, SHORT, TABLE};

@@ -2,10 +2,9 @@
 
 use std::path::PathBuf;
 
-use isotherm::model::{Model, ModelMaterial};
-use isotherm::scene::Scene;
-use isotherm::thermal::function::{Function, Sample};
-use isotherm::thermal::material::{Domain, Profile, Response, Retarget, Transition};
+use isotherm::internals::{
+    Domain, Function, Model, ModelMaterial, Profile, Response, Retarget, Sample, Scene, Transition,
+};
 use serde_json::{Value, json};
 
 use super::{Folder, SHORT, TABLE};

@@ -7,10 +7,8 @@ use std::time::{Duration, Instant};
 
 use glam::{DMat3, DQuat, DVec3};
 use isotherm::Target;
-use isotherm::server::listen::Talk;
-use isotherm::server::picture::Kind;
-use isotherm::server::surrender::values::{Hash, Value, write};
-use isotherm::server::{surrender, vizard};
+use isotherm::internals;
+use isotherm::internals::{Hash, Kind, Talk, Value, write_value as write};
 
 use super::protobuf::{Camera, Fields, body, craft, message};
 use super::zmtp::{Requester, opening, request};
@@ -220,15 +218,15 @@ fn surrender_is_alive(address: SocketAddr) {
 
 #[test]
 fn vizard_endures_malformed_messages() {
-    endures(vizard::talk, None, &vizard_flood(), 3000, vizard_is_alive);
-    endures(vizard::talk, Some(&Folder::new(SCENE)), &vizard_flood(), 300, vizard_is_alive);
+    endures(internals::talk_vizard, None, &vizard_flood(), 3000, vizard_is_alive);
+    endures(internals::talk_vizard, Some(&Folder::new(SCENE)), &vizard_flood(), 300, vizard_is_alive);
 }
 
 #[test]
 fn surrender_endures_malformed_messages() {
     let messages = (surrender_messages(), None);
-    endures(surrender::talk, None, &messages, 3000, surrender_is_alive);
-    endures(surrender::talk, Some(&Folder::new(SCENE)), &messages, 300, surrender_is_alive);
+    endures(internals::talk_surrender, None, &messages, 3000, surrender_is_alive);
+    endures(internals::talk_surrender, Some(&Folder::new(SCENE)), &messages, 300, surrender_is_alive);
 }
 
 #[cfg(target_os = "linux")]
@@ -249,7 +247,7 @@ fn surrender_endures_a_flood() {
 #[test]
 fn sessions_are_apart() {
     let served = server(None, Target::Reference, Kind::Apparent);
-    serving(&served, vizard::talk, |address| {
+    serving(&served, internals::talk_vizard, |address| {
         let mut client = Requester::open(address).expect("a connection");
         for bytes in [
             &b"GET / HTTP/1.1\r\n\r\nGET / HTTP/1.1\r\n\r\nGET / HTTP/1.1\r\n\r\nGET / HTTP/1.1\r\n\r\n"[..],

@@ -1,6 +1,6 @@
 //! `isotherm run --mcap`: the records of the log, read as the format says.
 
-use isotherm::output::exr::read_exr;
+use isotherm::internals::read_exr;
 
 use crate::craft::{Folder, SCENE};
 use crate::program::succeed;

@@ -4,9 +4,8 @@ use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
-use isotherm::server::picture::Kind;
-use isotherm::server::surrender;
-use isotherm::server::surrender::values::{Hash, Value, write};
+use isotherm::internals;
+use isotherm::internals::{Hash, Kind, Value, write_value as write};
 use isotherm::{CameraFrame, Pose, Simulation, Target};
 
 use super::{server, serving};
@@ -119,7 +118,7 @@ fn pixels_are_those_of_the_library() {
     let target = Target::Device(context());
     let served = server(Some(&folder.path("scene.toml")), target.clone(), Kind::Apparent);
     let mut own = Simulation::load(&folder.path("scene.toml"), &target).expect("a scene");
-    serving(&served, surrender::talk, |address| {
+    serving(&served, internals::talk_surrender, |address| {
         let mut client = Client::open(address);
         let (version, _) = client.ask("version", &[]);
         assert!(matches!(version.get("version"), Some(Value::Text(text)) if text.starts_with("isotherm ")));

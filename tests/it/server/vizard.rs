@@ -1,9 +1,8 @@
 //! Basilisk's protocol: images of a run that is sent step by step are those of the same run in process.
 
 use glam::{DMat3, DQuat, DVec3};
-use isotherm::output::gray::read_png;
-use isotherm::server::picture::Kind;
-use isotherm::server::vizard;
+use isotherm::internals;
+use isotherm::internals::{Kind, read_png};
 use isotherm::{CameraFrame, Image, Pose, Simulation, Target};
 
 use super::protobuf::{Camera, Fields, body, craft, message};
@@ -127,7 +126,7 @@ fn images_of_a_run_are_those_in_process() {
     let folder = Folder::new(&scene());
     let target = Target::Device(context());
     let served = server(Some(&folder.path("scene.toml")), target.clone(), Kind::Surface16);
-    serving(&served, vizard::talk, |address| {
+    serving(&served, internals::talk_vizard, |address| {
         // Two runs, one after the other, on one connection; the second far from the origin.
         let mut client = Requester::open(address).expect("a connection");
         for origin in [DVec3::ZERO, DVec3::new(1.1e11, -0.9e11, 0.4e11)] {
@@ -187,7 +186,7 @@ fn what_a_server_does_not_know_has_no_image() {
     let target = Target::Reference;
     let served = server(Some(&folder.path("scene.toml")), target.clone(), Kind::Apparent);
     let run = Run::new(&folder, &target, DVec3::ZERO);
-    serving(&served, vizard::talk, |address| {
+    serving(&served, internals::talk_vizard, |address| {
         let mut client = Requester::open(address).expect("a connection");
         assert_eq!(client.image(0), b"", "no state has come");
         let (position, velocity, attitude, _) = run.state(1.0);

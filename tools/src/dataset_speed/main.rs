@@ -8,8 +8,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use gpu::Gpu;
-use isotherm::output::plot::{Line, Mark, Plot};
-use isotherm::output::plot_axis::Axis;
+use isotherm::internals::{Axis, Line, Mark, Plot};
 use isotherm_tools::{exit_code, section};
 use shards::{Measured, measure};
 

@@ -3,16 +3,8 @@
 use std::path::Path;
 
 use base64::Engine;
-use isotherm::environment::sky::SkyModel;
-use isotherm::files::Reach;
-use isotherm::model::Model;
-use isotherm::scene::network::NetworkFile;
-use isotherm::scene::network::export_tmd::tmd;
-use isotherm::scene::network::import_s2e::{Files, convert};
-use isotherm::scene::network::import_tmd;
-use isotherm::scene::tmd::Tmd;
-use isotherm::scene::{Scene, targets, texts};
-use isotherm::thermal::function::Function;
+use isotherm::internals;
+use isotherm::internals::{Files, Function, Model, NetworkFile, Reach, Scene, SkyModel, Tmd, convert, tmd};
 
 use crate::folder::Folder;
 
@@ -174,7 +166,7 @@ fn read_scene(case: &[u8], folder: &Folder) -> Result<(), String> {
 }
 
 fn read_materials(case: &[u8], folder: &Folder) -> Result<(), String> {
-    texts::materials(&text(case), &folder.path("table.toml")).map(|_| ()).map_err(told)
+    internals::materials(&text(case), &folder.path("table.toml")).map(|_| ()).map_err(told)
 }
 
 fn read_network(case: &[u8], _: &Folder) -> Result<(), String> {
@@ -201,7 +193,7 @@ fn read_tmd(case: &[u8], _: &Folder) -> Result<(), String> {
     let finite =
         read.nodes.iter().flat_map(|node| &node.temperatures).chain(&read.times).all(|value| value.is_finite());
     assert!(finite);
-    let text = import_tmd::network(&read)?.file.text(&[], &[]);
+    let text = internals::network(&read)?.file.text(&[], &[]);
     if let Err(error) = text.parse::<toml::Table>() {
         panic!("the network file is not TOML: {error}");
     }
@@ -224,7 +216,7 @@ fn read_model(case: &[u8], folder: &Folder) -> Result<(), String> {
 }
 
 fn read_trajectory(case: &[u8], _: &Folder) -> Result<(), String> {
-    let trajectory = texts::trajectory(&text(case), Path::new("trajectory")).map_err(told)?;
+    let trajectory = internals::trajectory(&text(case), Path::new("trajectory")).map_err(told)?;
     if trajectory.check(0.0, 60.0).is_ok() {
         let state = trajectory.state(30.0);
         assert!(state.is_none_or(|state| state.position.is_finite()), "{:?}", state.map(|state| state.position));
@@ -233,7 +225,7 @@ fn read_trajectory(case: &[u8], _: &Folder) -> Result<(), String> {
 }
 
 fn read_attitude(case: &[u8], _: &Folder) -> Result<(), String> {
-    texts::attitude(&text(case), Path::new("attitude")).map(|_| ()).map_err(told)
+    internals::attitude(&text(case), Path::new("attitude")).map(|_| ()).map_err(told)
 }
 
 /// A table counts as accepted where one of its readers takes it.
@@ -247,10 +239,10 @@ fn read_csv(case: &[u8], folder: &Folder) -> Result<(), String> {
         if text.starts_with("time") { read() } else { Err("it has no times".to_owned()) }
     };
     let results = [
-        targets::parse(&text, &path).map(|_| ()).map_err(told),
+        internals::parse(&text, &path).map(|_| ()).map_err(told),
         function.map(|_| ()).map_err(told),
-        of_time(&|| texts::trajectory(&text, &path).map(|_| ()).map_err(told)),
-        of_time(&|| texts::attitude(&text, &path).map(|_| ()).map_err(told)),
+        of_time(&|| internals::trajectory(&text, &path).map(|_| ()).map_err(told)),
+        of_time(&|| internals::attitude(&text, &path).map(|_| ()).map_err(told)),
     ];
     results.into_iter().reduce(|before, after| before.or(after)).unwrap_or(Ok(()))
 }

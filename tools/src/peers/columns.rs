@@ -11,10 +11,7 @@ use std::sync::Arc;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use isotherm::gpu::context::Context;
-use isotherm::gpu::network::NetworkStepper;
-use isotherm::thermal::network::stepper::{Method, Stepper};
-use isotherm::thermal::network::{LinearConductor, Network, NodeKind};
+use isotherm::internals::{Context, LinearConductor, Network, NetworkStepper, NodeKind, StepMethod as Method, Stepper};
 
 use super::AnyError;
 use super::clock::Clock;

@@ -8,15 +8,9 @@ use std::sync::Arc;
 use glam::DAffine3;
 use serde_json::{Value, json};
 
-use isotherm::files::Reach;
-use isotherm::gpu::context::Context;
-use isotherm::lens::Lens;
-use isotherm::scene::{Camera, Scene};
-use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Order};
-use isotherm::simulation::pose_at;
-use isotherm::simulation::prepare::Prepared;
-use isotherm::thermal::material::{Optics, Sides};
+use isotherm::internals::{
+    Camera, Context, DeviceEngine, Engine, EngineOrder as Order, Lens, Optics, Prepared, Reach, Scene, Sides, pose_at,
+};
 
 use super::AnyError;
 use super::clock::Clock;

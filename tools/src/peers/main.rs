@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use isotherm::gpu::context::Context;
+use isotherm::internals::Context;
 use serde_json::{Value, json};
 
 type AnyError = Box<dyn std::error::Error>;

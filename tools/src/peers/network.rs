@@ -5,11 +5,9 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use isotherm::gpu::context::Context;
-use isotherm::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
-use isotherm::scene::network::NetworkFile;
-use isotherm::thermal::network::control::{Integrator, Settings, integrate};
-use isotherm::thermal::network::stepper::Stepper;
+use isotherm::internals::{
+    Context, ESTIMATE_FLOOR, Integrator, NetworkFile, NetworkSettings as Settings, NetworkStepper, Stepper, integrate,
+};
 
 use super::AnyError;
 use super::clock::Clock;

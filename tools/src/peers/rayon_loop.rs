@@ -5,7 +5,8 @@
 
 use rayon::prelude::*;
 
-use isotherm::environment::{StepLoad, albedo};
+use isotherm::internals;
+use isotherm::internals::StepLoad;
 
 /// Nodes in a chunk. Its seven arrays fit into the first-level cache.
 const CHUNK: usize = 1024;
@@ -244,9 +245,9 @@ impl Planet {
     /// The step's albedo table over the directions of a normal (octahedral), bilinear.
     #[inline(always)]
     fn albedo(&self, normal: [f32; 3]) -> f32 {
-        const LAST: f32 = albedo::RESOLUTION as f32 - 1.0;
-        const MIDDLE: f32 = 0.5 * albedo::RESOLUTION as f32;
-        const STRIDE: usize = albedo::RESOLUTION + 1;
+        const LAST: f32 = internals::RESOLUTION as f32 - 1.0;
+        const MIDDLE: f32 = 0.5 * internals::RESOLUTION as f32;
+        const STRIDE: usize = internals::RESOLUTION + 1;
         let dot = |axis: &[f32; 3]| normal[0] * axis[0] + normal[1] * axis[1] + normal[2] * axis[2];
         let (x, y, z) = (dot(&self.sunward), dot(&self.across), dot(&self.nadir));
         let sum = (x.abs() + y.abs() + z.abs()).max(1e-6);

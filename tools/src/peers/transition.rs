@@ -6,19 +6,12 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 
-use isotherm::environment::StepLoad;
-use isotherm::gpu::context::Context;
-use isotherm::gpu::frame::StepRange;
-use isotherm::gpu::layout;
-use isotherm::gpu::renderer::{Renderer, Request};
-use isotherm::gpu::resources::SceneData;
-use isotherm::gpu::shapes::Shapes;
-use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
-use isotherm::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS, STEP, STEPS};
-use isotherm::thermal::function::Function;
-use isotherm::thermal::incident::{IncidentFunction, incident};
-use isotherm::thermal::material::{Bulk, Domain, Material, Optics, Profile, Response, Retarget, Sides, Transition};
-use isotherm::thermal::reference::{Reference, ReferenceNode};
+use isotherm::internals;
+use isotherm::internals::{
+    ALTITUDES, ALUMINIUM, Bulk, Context, Cube, Curve, Domain, Function, IncidentFunction, Loads, Material, Optics,
+    Profile, Reference, ReferenceNode, Renderer, Request, Response, Retarget, SOLAR_CONSTANTS, STEP, STEPS, SceneData,
+    Shapes, Sides, StepKind, StepLoad, StepRange, ThermalVariant, Transition, incident,
+};
 
 use super::clock::Clock;
 use super::rayon_loop::{Load, Nodes, Surface, has_avx2};
@@ -87,7 +80,7 @@ impl Work {
     fn renderer(&self, context: &Arc<Context>, normals: &[Vec3], start: &StepLoad) -> Result<Renderer, AnyError> {
         let groups = normals.len() / 4;
         let [absorptivity, emissivity] = [OPTICS.absorptivity as f32, OPTICS.emissivity as f32];
-        let material = layout::Material {
+        let material = internals::DeviceMaterial {
             absorptivity,
             emissivity,
             back_absorptivity: absorptivity,
@@ -96,7 +89,7 @@ impl Work {
             heating_t_max: T_MAX as f32,
             cooling_function: self.power as f32,
             cooling_t_max: T_MAX as f32,
-            ..layout::Material::default()
+            ..internals::DeviceMaterial::default()
         };
         let shapes = Shapes::default();
         let data = SceneData {

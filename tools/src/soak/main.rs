@@ -10,8 +10,7 @@ use std::process::{Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use isotherm::output::plot::{Line, Plot};
-use isotherm::output::plot_axis::Axis;
+use isotherm::internals::{Axis, Line, Plot};
 use isotherm_tools::{exit_code, section};
 
 const SCENE: &str = include_str!("soak.toml");

@@ -119,7 +119,7 @@ fn on_device(context: &Arc<Context>, method: Method, scale: Scale) -> Result<f64
 }
 
 /// The case by depth map and by rays.
-pub fn cases() -> Vec<HardCase> {
+pub(crate) fn cases() -> Vec<HardCase> {
     let case = |name: &str, method: Method| {
         HardCase::new(
             format!("moving shadow edge, {name}"),

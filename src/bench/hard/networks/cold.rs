@@ -120,7 +120,7 @@ fn below_zero(name: &str, what: &str, limit: (f64, &str), empties: fn() -> Empti
         .measured(move |target, _| empties().refused(target), move |_| empties().unrefused())
 }
 
-pub fn cases() -> Vec<HardCase> {
+pub(crate) fn cases() -> Vec<HardCase> {
     vec![
         free_cooling(Integrator::Default, DEFAULT),
         free_cooling(Integrator::Accurate, ACCURATE),

@@ -160,7 +160,7 @@ fn chain(_: Scale) -> Problem {
     Problem { network: built.0, heat, times, expected: expected.unwrap_or_default() }
 }
 
-pub fn cases() -> Vec<HardCase> {
+pub(crate) fn cases() -> Vec<HardCase> {
     let case = |name: &str, what: &str| HardCase::new(name, what, "K", DEFAULT);
     vec![
         conducting(

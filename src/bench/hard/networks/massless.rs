@@ -63,7 +63,7 @@ impl Foil {
 }
 
 /// The case of C = 0.
-pub fn no_capacitance() -> HardCase {
+pub(crate) fn no_capacitance() -> HardCase {
     let error = |target: &Target, kind, capacitance, integrator| {
         let series = integrated(target, &Foil::network(kind, capacitance), &Foil::schedule(), integrator);
         Ok(Foil::error(&series.map_err(|error| unfinished(&error))?.rows))

@@ -112,6 +112,6 @@ fn day() -> HardCase {
     )
 }
 
-pub fn cases() -> Vec<HardCase> {
+pub(crate) fn cases() -> Vec<HardCase> {
     [10, 100, 1000].map(slow_heating).into_iter().chain([day()]).collect()
 }

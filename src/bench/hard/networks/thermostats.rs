@@ -131,7 +131,7 @@ fn asked_every_millisecond() -> f64 {
     f64::from(switches)
 }
 
-pub fn cases() -> Vec<HardCase> {
+pub(crate) fn cases() -> Vec<HardCase> {
     let crossing = "sub-steps end where a sensor crosses its threshold";
     vec![
         HardCase::new(

@@ -68,7 +68,7 @@ enum Statement {
 
 /// A compiled expression.
 #[derive(Debug, Clone)]
-pub struct Program {
+pub(crate) struct Program {
     body: Vec<Statement>,
     slots: usize,
     locals: usize,
@@ -79,7 +79,7 @@ impl Program {
     ///
     /// # Errors
     /// A message of naga, or an operation other than arithmetic.
-    pub fn compile(text: &str) -> Result<Self, String> {
+    pub(crate) fn compile(text: &str) -> Result<Self, String> {
         check_text(text)?;
         // The text has a line of its own, so that naga's messages show only the text.
         let source =
@@ -98,7 +98,7 @@ impl Program {
     }
 
     /// Value at s.
-    pub fn run(&self, s: f64) -> f64 {
+    pub(crate) fn run(&self, s: f64) -> f64 {
         let (mut slots, mut locals) = (vec![0.0; self.slots], vec![0.0; self.locals]);
         run(&self.body, s, &mut slots, &mut locals).unwrap_or(f64::NAN)
     }

@@ -20,11 +20,11 @@ pub enum Integrator {
 }
 
 /// Default tolerance of the network of a scene in one pass [K].
-pub const ONE_PASS_TOLERANCE: f64 = 5e-2;
+pub(crate) const ONE_PASS_TOLERANCE: f64 = 5e-2;
 
 impl Integrator {
     /// Default tolerance of sub-steps [K].
-    pub fn tolerance(self) -> f64 {
+    pub(crate) fn tolerance(self) -> f64 {
         match self {
             Self::Default | Self::OnePass => 5e-3,
             Self::Cheap => 5e-2,
@@ -72,15 +72,15 @@ pub struct Switch {
 
 /// Use of a method: time and sub-steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Use {
+pub(crate) struct Use {
     /// Number of kept sub-steps.
-    pub sub_steps: u64,
+    pub(crate) sub_steps: u64,
     /// Time covered [s].
-    pub time: f64,
+    pub(crate) time: f64,
     /// Shortest and longest sub-step [s].
-    pub range: [f64; 2],
+    pub(crate) range: [f64; 2],
     /// Fewest and most stages of a sub-step.
-    pub stages: [u32; 2],
+    pub(crate) stages: [u32; 2],
 }
 
 /// Results of an integration.
@@ -91,30 +91,30 @@ pub struct Series {
     /// Switches in the order of time.
     pub switches: Vec<Switch>,
     /// Use of Euler, RKL2 and TR-BDF2.
-    pub uses: [Option<Use>; 3],
+    pub(crate) uses: [Option<Use>; 3],
     /// Slowest and fastest bound of the relaxation rate [1/s].
-    pub rates: Option<[f64; 2]>,
+    pub(crate) rates: Option<[f64; 2]>,
     /// Number of rejected tries.
-    pub rejected: u64,
+    pub(crate) rejected: u64,
     /// Total work.
     pub counts: WorkCounts,
     /// States of the thermostats at the end.
-    pub on: Vec<bool>,
+    pub(crate) on: Vec<bool>,
     /// Sub-step proposed by the last estimate [s].
-    pub step: f64,
+    pub(crate) step: f64,
     /// Sub-step proposed by the first estimate [s]. Where the heat jumps equally at the start of each leg, the next leg may begin with it.
-    pub first_step: Option<f64>,
+    pub(crate) first_step: Option<f64>,
 }
 
 /// State of one leg among many consecutive ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Leg {
+pub(crate) struct Leg {
     /// Time over which errors accumulate [s].
-    pub horizon: f64,
+    pub(crate) horizon: f64,
     /// First sub-step to try [s].
-    pub step: f64,
+    pub(crate) step: f64,
     /// Whether thermostats shorten the sub-steps, so that switching times hold over a long run.
-    pub tight_switches: bool,
+    pub(crate) tight_switches: bool,
 }
 
 /// An error of an integration.

@@ -5,18 +5,18 @@ const ITERATIONS: u32 = 12;
 
 /// Heat into a node at its temperature [W], and what of it depends on the temperature.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Balance {
+pub(crate) struct Balance {
     /// Heat into the node [W].
-    pub into: f64,
+    pub(crate) into: f64,
     /// Sum of its linear conductances [W/K].
-    pub conductance: f64,
+    pub(crate) conductance: f64,
     /// Sum of its exchange areas, with that to space, times the Stefan-Boltzmann constant [W/K4].
-    pub emission: f64,
+    pub(crate) emission: f64,
 }
 
 /// Change of a temperature [K] to the balance, into - conductance d - emission ((T + d)^4 - T^4) = 0, by Newton's method. From above it does not overshoot, so
 /// it starts where one of the two terms alone takes all heat. Twin: `balancing_change` of `glsl/one_pass.comp`.
-pub fn balancing_change(balance: Balance, temperature: f64) -> f64 {
+pub(crate) fn balancing_change(balance: Balance, temperature: f64) -> f64 {
     let Balance { into, conductance, emission } = balance;
     let most = (into + conductance * temperature + emission * temperature.powi(4)).max(0.0);
     let by_conduction = if conductance > 0.0 { most / conductance } else { f64::INFINITY };

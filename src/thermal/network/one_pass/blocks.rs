@@ -13,13 +13,13 @@ const STRONG: f64 = 0.3;
 /// Share that all weak conductors of a node move at most.
 const CROWDED: f64 = 0.5;
 /// Most nodes of a block with matrices. The host multiplies whole matrices of this size when the scene loads.
-pub const BLOCK_AT_MOST: usize = 512;
+pub(crate) const BLOCK_AT_MOST: usize = 512;
 /// Most time constants of radiation in a step, in a block. With more, the conduction of the last step is no guide to the present one.
 const FADED: f64 = 3.0;
 
 /// The reason why a network is not stepped in one pass.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Unfit {
+pub(crate) enum Unfit {
     /// An arithmetic node that exchanges heat with another one, or too fast with others.
     Arithmetic {
         /// The node.
@@ -55,7 +55,7 @@ pub enum Unfit {
 
 impl Unfit {
     /// Whether a shorter step may fit.
-    pub fn depends_on_the_step(&self) -> bool {
+    pub(crate) fn depends_on_the_step(&self) -> bool {
         !matches!(self, Self::Boundary { .. })
     }
 }
@@ -89,15 +89,15 @@ impl fmt::Display for Unfit {
 
 /// The conductors of a network, divided.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Division {
+pub(crate) struct Division {
     /// Nodes of each block of at most [`BLOCK_AT_MOST`], ascending.
-    pub blocks: Vec<Vec<u32>>,
+    pub(crate) blocks: Vec<Vec<u32>>,
     /// Nodes of each larger block, ascending.
-    pub large: Vec<Vec<u32>>,
+    pub(crate) large: Vec<Vec<u32>>,
     /// Greatest rate at which differences in larger blocks decay [1/s], or a bound of it.
-    pub fastest: f64,
+    pub(crate) fastest: f64,
     /// Whether each linear conductor lies inside a block.
-    pub inside: Vec<bool>,
+    pub(crate) inside: Vec<bool>,
 }
 
 impl Division {
@@ -105,7 +105,7 @@ impl Division {
     ///
     /// # Errors
     /// See [`Unfit`].
-    pub fn new(network: &Network, step: f64, hottest: &[f64]) -> Result<Self, Unfit> {
+    pub(crate) fn new(network: &Network, step: f64, hottest: &[f64]) -> Result<Self, Unfit> {
         if let Some(node) = network.kinds.iter().position(|kind| *kind == NodeKind::Boundary) {
             return Err(Unfit::Boundary { node });
         }

@@ -9,9 +9,9 @@ const NOTHING: f64 = 1e-7;
 #[derive(Debug)]
 pub(super) struct Kind {
     /// Capacitance of each node over their mean.
-    pub shares: Vec<f64>,
+    pub(crate) shares: Vec<f64>,
     /// Conductors: two places in the block, and the conductance over the mean capacitance [1/s].
-    pub rates: Vec<([u32; 2], f64)>,
+    pub(crate) rates: Vec<([u32; 2], f64)>,
 }
 
 /// The weights of a row, from the first that is not 0 to the last.
@@ -24,7 +24,7 @@ struct Row {
 /// The matrices of blocks that are copies of each other. Both are symmetric, times a node's capacitance over the block's mean. A row of a matrix with
 /// the differences of other nodes to its node gives the change of that node. The diagonal is 0.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Conduction(Vec<Row>);
+pub(crate) struct Conduction(Vec<Row>);
 
 impl Conduction {
     /// The matrices of a kind of block over a step [s].
@@ -58,23 +58,23 @@ impl Conduction {
     }
 
     /// Number of nodes.
-    pub fn size(&self) -> usize {
+    pub(crate) fn size(&self) -> usize {
         self.0.len()
     }
 
     /// Number of weights of each matrix.
-    pub fn weights(&self) -> usize {
+    pub(crate) fn weights(&self) -> usize {
         self.0.iter().map(|row| row.weights.len()).sum()
     }
 
     /// First column of a row with a weight, and the one after the last.
-    pub fn columns(&self, row: usize) -> [usize; 2] {
+    pub(crate) fn columns(&self, row: usize) -> [usize; 2] {
         let Row { first, weights } = &self.0[row];
         [*first, first + weights.len()]
     }
 
     /// What a node gets of what another received in the step, and of the temperature of the other at the start.
-    pub fn at(&self, row: usize, column: usize) -> [f64; 2] {
+    pub(crate) fn at(&self, row: usize, column: usize) -> [f64; 2] {
         let Row { first, weights } = &self.0[row];
         column.checked_sub(*first).and_then(|at| weights.get(at)).copied().unwrap_or_default()
     }

@@ -11,7 +11,7 @@ const TERMS: usize = 11;
 const NOTHING: f64 = 1e-18;
 
 /// P and Q of a symmetric matrix of non-negative eigenvalues, `size` x `size`, row after row.
-pub fn exponentials(matrix: &[f64], size: usize) -> [Vec<f64>; 2] {
+pub(crate) fn exponentials(matrix: &[f64], size: usize) -> [Vec<f64>; 2] {
     let row_sum = |row: &[f64]| row.iter().map(|value| value.abs()).sum::<f64>();
     let norm = matrix.chunks(size).map(row_sum).fold(0.0, f64::max);
     let doublings = (norm / SMALL).log2().ceil().max(0.0) as i32;
@@ -35,7 +35,7 @@ pub fn exponentials(matrix: &[f64], size: usize) -> [Vec<f64>; 2] {
 }
 
 /// (1 - e^-x) / x, for x >= 0.
-pub fn mean_exponential(x: f64) -> f64 {
+pub(crate) fn mean_exponential(x: f64) -> f64 {
     if x > 0.0 { -(-x).exp_m1() / x } else { 1.0 }
 }
 

@@ -7,7 +7,7 @@ const CHECKED: u32 = 16;
 /// Those after which it decides first.
 const FIRST: u32 = 4;
 /// Greatest number of halvings.
-pub const HALVINGS_AT_MOST: u32 = 3;
+pub(crate) const HALVINGS_AT_MOST: u32 = 3;
 /// Share of the bounds below which a halving is taken back. Twice the step has four times the error.
 const RELAXED: f64 = 1.0 / 16.0;
 /// Least bound of the error of a single node [K], and that bound over the tolerance.
@@ -17,39 +17,39 @@ const NODE_BOUND: (f64, f64) = (1.0, 10.0);
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Halving {
     /// Largest root mean square error that is accepted [K].
-    pub tolerance: f64,
+    pub(crate) tolerance: f64,
     /// Halvings of the step of the scene that the network needs to fit. They count among the most.
-    pub least: u32,
+    pub(crate) least: u32,
     /// Halvings beyond the least.
-    pub count: u32,
+    pub(crate) count: u32,
     /// Steps of the scene since the last decision. The first one comes early.
-    pub since: u32,
+    pub(crate) since: u32,
     /// Decisions at which the error exceeded the tolerance with the most halvings.
-    pub exceeded: u32,
+    pub(crate) exceeded: u32,
     /// Greatest number of halvings beyond the least so far.
-    pub most: u32,
+    pub(crate) most: u32,
 }
 
 impl Halving {
     /// No halving yet beyond the least.
-    pub fn new(tolerance: f64, least: u32) -> Self {
+    pub(crate) fn new(tolerance: f64, least: u32) -> Self {
         Self { tolerance, least, count: 0, since: CHECKED - FIRST, exceeded: 0, most: 0 }
     }
 
     /// Steps in the longest step that the network fits.
-    pub fn parts(&self) -> u32 {
+    pub(crate) fn parts(&self) -> u32 {
         1 << self.count
     }
 
     /// Counts a step of the scene. Returns whether the estimate is to be taken before it.
-    pub fn is_due(&mut self) -> bool {
+    pub(crate) fn is_due(&mut self) -> bool {
         let due = self.since == CHECKED;
         self.since = if due { 1 } else { self.since + 1 };
         due
     }
 
     /// Decides by the estimate since the last decision.
-    pub fn take(&mut self, recent: Estimate) {
+    pub(crate) fn take(&mut self, recent: Estimate) {
         let most = (NODE_BOUND.1 * self.tolerance).max(NODE_BOUND.0);
         let within = |share: f64| recent.rms <= share * self.tolerance && recent.most <= share * most;
         if !within(1.0) {

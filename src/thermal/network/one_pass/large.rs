@@ -50,17 +50,17 @@ impl Large {
     }
 
     /// Their nodes. Those that conduct to each other stand close.
-    pub fn nodes(&self) -> &[u32] {
+    pub(crate) fn nodes(&self) -> &[u32] {
         &self.nodes
     }
 
     /// The conductors of a node inside its block.
-    pub fn links_of(&self, node: usize) -> &[Link] {
+    pub(crate) fn links_of(&self, node: usize) -> &[Link] {
         self.rows.of(node)
     }
 
     /// Place of a node among [`Self::nodes`].
-    pub fn place(&self, node: u32) -> Option<usize> {
+    pub(crate) fn place(&self, node: u32) -> Option<usize> {
         Some(self.places[node as usize]).filter(|place| *place != NOWHERE).map(|place| place as usize)
     }
 

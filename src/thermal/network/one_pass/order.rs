@@ -4,7 +4,7 @@
 //! Exchange between far nodes is nothing within a step, so all weights of a block then lie near the diagonal.
 
 /// The places of a block in their new order. `pairs` are the conductors between them, which join all places.
-pub fn ordered(count: usize, pairs: &[[u32; 2]]) -> Vec<usize> {
+pub(crate) fn ordered(count: usize, pairs: &[[u32; 2]]) -> Vec<usize> {
     let mut neighbours = vec![Vec::new(); count];
     for [a, b] in pairs.iter().map(|pair| pair.map(|at| at as usize)) {
         neighbours[a].push(b);

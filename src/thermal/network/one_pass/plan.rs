@@ -24,13 +24,13 @@ const ALIKE: f64 = 1e-5;
 
 /// Nodes that conduct to each other exactly.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Block {
+pub(crate) struct Block {
     /// The nodes. Those that conduct to each other stand close.
-    pub nodes: Vec<u32>,
+    pub(crate) nodes: Vec<u32>,
     /// Number of its matrices.
-    pub conduction: u32,
+    pub(crate) conduction: u32,
     /// Mean capacitance of its nodes [J/K].
-    pub capacitance: f64,
+    pub(crate) capacitance: f64,
 }
 
 /// The parts of a plan that do not depend on the length of a step.
@@ -64,7 +64,7 @@ impl Plan {
     ///
     /// # Errors
     /// The reason why one pass can not take the network.
-    pub fn new(network: &Network, step: f64, hottest: &[f64]) -> Result<Arc<Self>, Unfit> {
+    pub(crate) fn new(network: &Network, step: f64, hottest: &[f64]) -> Result<Arc<Self>, Unfit> {
         Self::halved(network, step, hottest, 0)
     }
 
@@ -98,7 +98,7 @@ impl Plan {
     ///
     /// # Errors
     /// The reason why one pass can not take the network in steps of `step`.
-    pub fn fitting(network: &Network, step: f64, hottest: &[f64]) -> Result<Arc<Self>, Unfit> {
+    pub(crate) fn fitting(network: &Network, step: f64, hottest: &[f64]) -> Result<Arc<Self>, Unfit> {
         Self::new(network, step, hottest).or_else(|unfit| {
             let parts = if unfit.depends_on_the_step() { 1..=HALVINGS_AT_MOST } else { 0..=0 };
             let shorter = |halvings| Self::halved(network, step, hottest, halvings).ok();
@@ -113,17 +113,17 @@ impl Plan {
     }
 
     /// The network.
-    pub fn network(&self) -> &Network {
+    pub(crate) fn network(&self) -> &Network {
         &self.shape.network
     }
 
     /// Length of a step [s].
-    pub fn step(&self) -> f64 {
+    pub(crate) fn step(&self) -> f64 {
         self.step
     }
 
     /// The longest step for which the blocks were found [s].
-    pub fn longest(&self) -> f64 {
+    pub(crate) fn longest(&self) -> f64 {
         self.shape.longest
     }
 
@@ -133,33 +133,33 @@ impl Plan {
     }
 
     /// Runge-Kutta steps in a local step of the fastest node.
-    pub fn local_steps(&self) -> u32 {
+    pub(crate) fn local_steps(&self) -> u32 {
         let fastest = self.shape.fading.iter().copied().fold(0.0, f64::max);
         (self.step * fastest / local::SHARE).ceil().max(f64::from(local::SLOW_STEPS)) as u32
     }
 
     /// Whether a node takes the closed form in its local step, because Runge-Kutta steps would not do for the longest step.
-    pub fn is_fast(&self, node: usize) -> bool {
+    pub(crate) fn is_fast(&self, node: usize) -> bool {
         self.shape.longest * self.shape.fading[node] > f64::from(local::SLOW_STEPS) * local::SHARE
     }
 
     /// Whether a node stores no heat.
-    pub fn is_massless(&self, node: usize) -> bool {
+    pub(crate) fn is_massless(&self, node: usize) -> bool {
         self.network().kinds[node] == NodeKind::Arithmetic
     }
 
     /// The blocks.
-    pub fn blocks(&self) -> &[Block] {
+    pub(crate) fn blocks(&self) -> &[Block] {
         &self.shape.blocks
     }
 
     /// The matrices of the blocks.
-    pub fn conductions(&self) -> &[Conduction] {
+    pub(crate) fn conductions(&self) -> &[Conduction] {
         &self.conductions
     }
 
     /// The exchanges of a node outside its block.
-    pub fn weak_of(&self, node: usize) -> &[Link] {
+    pub(crate) fn weak_of(&self, node: usize) -> &[Link] {
         self.shape.weak.of(node)
     }
 
@@ -169,12 +169,12 @@ impl Plan {
     }
 
     /// How large blocks conduct, where there are any.
-    pub fn series(&self) -> Option<&Series> {
+    pub(crate) fn series(&self) -> Option<&Series> {
         self.series.as_ref()
     }
 
     /// Change of a node in a step [K] by 1 W that goes to nodes by their shares. It counts the node's own heat and that inside its block.
-    pub fn response(&self, node: usize, shares: &[(u32, f64)]) -> f64 {
+    pub(crate) fn response(&self, node: usize, shares: &[(u32, f64)]) -> f64 {
         let direct = |node: usize, share: f64| match self.network().capacitances[node] {
             0.0 => 0.0,
             capacitance => self.step * share / capacitance,
@@ -210,13 +210,8 @@ impl Plan {
         own + factor * (gained - own * all)
     }
 
-    /// Whether nodes radiate to each other.
-    pub fn radiates(&self) -> bool {
-        self.shape.weak.all().iter().any(|link| link.exchange_area > 0.0)
-    }
-
     /// Number of weights of all blocks, with copies.
-    pub fn weights(&self) -> usize {
+    pub(crate) fn weights(&self) -> usize {
         self.blocks().iter().map(|block| block.nodes.len().pow(2)).sum()
     }
 
@@ -248,17 +243,17 @@ impl Plan {
 
 /// A plan, and those of other lengths of step that were used last.
 #[derive(Debug, Clone)]
-pub struct Plans(Vec<Arc<Plan>>);
+pub(crate) struct Plans(Vec<Arc<Plan>>);
 
 impl Plans {
     /// The plan of the longest step.
-    pub fn new(plan: &Arc<Plan>) -> Self {
+    pub(crate) fn new(plan: &Arc<Plan>) -> Self {
         Self(vec![Arc::clone(plan)])
     }
 
     /// Divides a length [s] into equal steps that are not longer than the longest, and each of these into `parts`. Returns the plan of these steps and
     /// their number.
-    pub fn over(&mut self, length: f64, parts: u32) -> (Arc<Plan>, u32) {
+    pub(crate) fn over(&mut self, length: f64, parts: u32) -> (Arc<Plan>, u32) {
         let count = (length / self.0[0].longest() - ROUNDING).ceil().max(1.0) * f64::from(parts);
         let step = length / count;
         let known = self.0.iter().find(|plan| (plan.step / step - 1.0).abs() < ROUNDING).map(Arc::clone);

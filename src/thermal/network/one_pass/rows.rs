@@ -4,18 +4,18 @@ use crate::thermal::network::{LinearConductor, RadiativeConductor};
 
 /// An exchange of a node with a neighbour.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Link {
+pub(crate) struct Link {
     /// The neighbour.
-    pub neighbour: u32,
+    pub(crate) neighbour: u32,
     /// Linear conductance [W/K].
-    pub conductance: f64,
+    pub(crate) conductance: f64,
     /// Radiative conductance [m2].
-    pub exchange_area: f64,
+    pub(crate) exchange_area: f64,
 }
 
 /// The exchanges of each node. Each is in the rows of both its ends, and parallel ones are one.
 #[derive(Debug)]
-pub struct Rows {
+pub(crate) struct Rows {
     /// First exchange of each node, and one number at the end.
     starts: Vec<u32>,
     links: Vec<Link>,
@@ -23,7 +23,7 @@ pub struct Rows {
 
 impl Rows {
     /// The rows of a network of `count` nodes.
-    pub fn new<'a>(
+    pub(crate) fn new<'a>(
         count: usize,
         linear: impl Iterator<Item = &'a LinearConductor>,
         radiative: &[RadiativeConductor],
@@ -55,13 +55,8 @@ impl Rows {
         Self { starts, links: rows.into_iter().flatten().collect() }
     }
 
-    /// All exchanges.
-    pub fn all(&self) -> &[Link] {
-        &self.links
-    }
-
     /// The exchanges of a node.
-    pub fn of(&self, node: usize) -> &[Link] {
+    pub(crate) fn of(&self, node: usize) -> &[Link] {
         &self.links[self.starts[node] as usize..self.starts[node + 1] as usize]
     }
 }

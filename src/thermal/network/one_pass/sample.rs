@@ -20,7 +20,7 @@ pub enum Sample {
 
 impl Sample {
     /// The part of a step after `age` steps of the same length.
-    pub fn of(age: u32) -> Self {
+    pub(crate) fn of(age: u32) -> Self {
         match (age < EARLY || age % EVERY >= EVERY - 2, age % 2) {
             (false, _) => Self::None,
             (true, 0) => Self::Note,
@@ -30,7 +30,7 @@ impl Sample {
 }
 
 /// Steps since the last estimate, at an estimate after `age` steps. 0 at the first one.
-pub fn since(age: u32) -> u32 {
+pub(crate) fn since(age: u32) -> u32 {
     match age {
         0..2 => 0,
         2..EARLY => 2,
@@ -40,14 +40,14 @@ pub fn since(age: u32) -> u32 {
 }
 
 /// Number of estimates in `count` steps after `age` ones, without the first one.
-pub fn estimates(age: u32, count: u32) -> u64 {
+pub(crate) fn estimates(age: u32, count: u32) -> u64 {
     let told = |age: &u32| Sample::of(*age) == Sample::Estimate && since(*age) > 0;
     (age..age.saturating_add(count)).filter(told).count() as u64
 }
 
 /// Share that radiation leaves of equal errors of `steps` steps, in the mean. It lets a share of exp(-`fading`) pass in a step. Twin: `left_in_the_mean` of
 /// `glsl/one_pass.comp`.
-pub fn left_in_the_mean(fading: f64, steps: u32) -> f64 {
+pub(crate) fn left_in_the_mean(fading: f64, steps: u32) -> f64 {
     let steps = f64::from(steps.max(1));
     if fading < 1e-3 {
         return 1.0 - 0.5 * (steps - 1.0) * fading;

@@ -5,7 +5,7 @@ use crate::saved::{Saved, SavedError};
 
 impl OnePass {
     /// The state between two steps.
-    pub fn save(&self) -> Saved {
+    pub(crate) fn save(&self) -> Saved {
         let mut saved = Saved::default();
         for (name, values) in self.lists() {
             saved.put(name, values);
@@ -24,7 +24,7 @@ impl OnePass {
     ///
     /// # Errors
     /// A state of another network.
-    pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
+    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         let nodes = self.temperatures.len();
         for (name, values) in self.lists_mut() {
             *values = saved.list_of(name, nodes)?;

@@ -9,32 +9,32 @@ use super::exponential::mean_exponential;
 /// Sum of the coefficients that are left out. A change of 10 K is so exact to 0.3 mK.
 const LEFT_OUT: f64 = 3e-5;
 /// Most stages of a step.
-pub const STAGES_AT_MOST: usize = 256;
+pub(crate) const STAGES_AT_MOST: usize = 256;
 
 /// A stage: the vector is `rate` times X of the one before, plus `here` times the one before, plus `older` times the one before that. The sum of all vectors
 /// times `part` is the change.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Stage {
+pub(crate) struct Stage {
     /// Factor of X of the vector before.
-    pub rate: f64,
+    pub(crate) rate: f64,
     /// Factor of the vector before.
-    pub here: f64,
+    pub(crate) here: f64,
     /// Factor of the second vector before.
-    pub older: f64,
+    pub(crate) older: f64,
     /// Share of the vector in the change.
-    pub part: f64,
+    pub(crate) part: f64,
 }
 
 /// The Chebyshev series of P for 0 <= x <= `fastest`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Series {
+pub(crate) struct Series {
     fastest: f64,
     coefficients: Vec<f64>,
 }
 
 impl Series {
     /// The shortest series for eigenvalues of X up to `fastest`.
-    pub fn new(fastest: f64) -> Self {
+    pub(crate) fn new(fastest: f64) -> Self {
         // Above this degree the coefficients are far below rounding.
         let count = 32 + (10.0 * fastest.sqrt()).ceil() as usize;
         let angle = |at: usize| std::f64::consts::PI * (at as f64 + 0.5) / count as f64;
@@ -59,17 +59,17 @@ impl Series {
     }
 
     /// Number of stages after the first vector, which is D - X T.
-    pub fn stages(&self) -> usize {
+    pub(crate) fn stages(&self) -> usize {
         self.coefficients.len() - 1
     }
 
     /// Share of the first vector in the change.
-    pub fn first(&self) -> f64 {
+    pub(crate) fn first(&self) -> f64 {
         self.coefficients[0]
     }
 
     /// A stage, counted from 1.
-    pub fn stage(&self, number: usize) -> Stage {
+    pub(crate) fn stage(&self, number: usize) -> Stage {
         let part = self.coefficients[number];
         match number {
             1 => Stage { rate: 2.0 / self.fastest, here: -1.0, older: 0.0, part },
@@ -78,7 +78,7 @@ impl Series {
     }
 
     /// P(X) of a vector. `rates` gives X of a vector.
-    pub fn apply(&self, vector: Vec<f64>, rates: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64> {
+    pub(crate) fn apply(&self, vector: Vec<f64>, rates: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64> {
         let mut sum: Vec<f64> = vector.iter().map(|value| self.first() * value).collect();
         let (mut before, mut older) = (vector, vec![0.0; sum.len()]);
         for number in 1..=self.stages() {

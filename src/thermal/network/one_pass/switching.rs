@@ -6,38 +6,38 @@
 use crate::thermal::network::schedule::Thermostat;
 
 /// Switches in a step beyond which a thermostat chatters.
-pub const SWITCHES_AT_MOST: u32 = 1000;
+pub(crate) const SWITCHES_AT_MOST: u32 = 1000;
 
 /// A thermostat between two steps.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct State {
+pub(crate) struct State {
     /// Whether the heater is on.
-    pub on: bool,
+    pub(crate) on: bool,
     /// Whether the sensor has been on the near side of the threshold since the last switch. Only then can it cross the threshold.
-    pub armed: bool,
+    pub(crate) armed: bool,
     /// Share of the last step that the heater was on.
-    pub duty: f64,
+    pub(crate) duty: f64,
 }
 
 /// The sensor of a thermostat at the start of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sensed {
+pub(crate) struct Sensed {
     /// Temperature [K].
-    pub here: f64,
+    pub(crate) here: f64,
     /// Change in the last step [K]. `None` where the last step had another length.
-    pub last: Option<f64>,
+    pub(crate) last: Option<f64>,
     /// Change in a step by the heater [K].
-    pub gain: f64,
+    pub(crate) gain: f64,
 }
 
 impl State {
     /// The state at the start of a run.
-    pub fn new(thermostat: Option<&Thermostat>) -> Self {
+    pub(crate) fn new(thermostat: Option<&Thermostat>) -> Self {
         Self { on: thermostat.is_none_or(|one| one.initially_on), ..Self::default() }
     }
 
     /// Share of a step that the heater is on. Calls `switched` with the place of each switch in the step, from 0 to 1.
-    pub fn duty(&mut self, thermostat: &Thermostat, sensed: Sensed, mut switched: impl FnMut(f64)) -> f64 {
+    pub(crate) fn duty(&mut self, thermostat: &Thermostat, sensed: Sensed, mut switched: impl FnMut(f64)) -> f64 {
         let free = sensed.last.map(|last| last - sensed.gain * self.duty);
         let (mut here, mut place, mut duty, mut count) = (sensed.here, 0.0, 0.0, 0);
         loop {

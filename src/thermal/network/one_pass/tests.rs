@@ -179,7 +179,7 @@ fn heat_is_conserved() {
 /// The conduction of a large block by stages is that by matrices, within what the series leaves out. Other conductances show.
 #[test]
 fn stages_conduct_as_matrices_do() {
-    let (step, count) = (15.0, BLOCK_AT_MOST + 8);
+    let (step, count) = (15.0, super::blocks::BLOCK_AT_MOST + 8);
     let rate = |link: usize| 0.05 * 10f64.powf(1.5 * scattered(link));
     let chain = |factor: f64| {
         let join =

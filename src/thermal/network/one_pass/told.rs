@@ -2,20 +2,20 @@
 
 /// Estimated errors that are added up.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Told {
+pub(crate) struct Told {
     /// Sum of their squares [K2].
-    pub squares: f64,
+    pub(crate) squares: f64,
     /// Their number.
-    pub count: u64,
+    pub(crate) count: u64,
     /// The largest [K].
-    pub most: f64,
+    pub(crate) most: f64,
     /// Its node.
-    pub node: usize,
+    pub(crate) node: usize,
 }
 
 impl Told {
     /// With other errors.
-    pub fn and(self, other: Self) -> Self {
+    pub(crate) fn and(self, other: Self) -> Self {
         let largest = if other.most > self.most { other } else { self };
         Self {
             squares: self.squares + other.squares,
@@ -26,7 +26,7 @@ impl Told {
     }
 
     /// Their root mean square and the largest.
-    pub fn estimate(self) -> Estimate {
+    pub(crate) fn estimate(self) -> Estimate {
         Estimate { rms: (self.squares / self.count.max(1) as f64).sqrt(), most: self.most, node: self.node }
     }
 }
@@ -39,5 +39,5 @@ pub struct Estimate {
     /// Largest [K].
     pub most: f64,
     /// The node with the largest.
-    pub node: usize,
+    pub(crate) node: usize,
 }
