@@ -322,7 +322,7 @@ fn sources() -> BTreeMap<String, String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut found = BTreeMap::new();
     visit(&root, &root, &mut found);
-    found.retain(|file, _| file != "lib.rs" && file != "main.rs");
+    found.retain(|file, _| !["lib.rs", "internals.rs", "main.rs"].contains(&file.as_str()));
     found
 }
 
