@@ -10,7 +10,8 @@ use serde_json::Value;
 
 /// Show that a change of the program changes no output.
 ///
-/// Images, series, plots and pictures are compared byte by byte. Reports are compared without their times.
+/// Images, series, plots and pictures are compared byte by byte. Reports are compared without their times. The version of the
+/// earlier program stands for the present one's.
 ///
 /// Example: cargo run --release -p isotherm-tools --bin same_outputs -- 431b7c8
 #[derive(Parser)]
@@ -18,7 +19,7 @@ struct Arguments {
     /// Commit of the earlier program.
     commit: String,
     /// Scenes to run.
-    #[arg(long, default_values = ["models/station.toml", "models/station_transition.toml", "models/iss.toml"])]
+    #[arg(long, default_values = ["models/station.toml", "models/station_transition.toml", "models/cubesat.toml", "models/iss.toml", "models/station_chaser.toml"])]
     scenes: Vec<PathBuf>,
     /// Folder for the earlier program and the runs.
     #[arg(long, default_value = "target/same_outputs")]
