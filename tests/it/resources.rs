@@ -15,7 +15,6 @@ use isotherm::gpu::sampling::{Distance, RowOf, Sampled};
 use isotherm::gpu::sensor;
 use isotherm::gpu::sensor_variant::SensorVariant;
 
-use crate::network::barriers::lists_of_all_plans;
 use crate::one_pass::lists_of_all_shapes;
 use crate::shaders::{CURVES, reflect, response_variants, thermal_variants};
 
@@ -70,7 +69,6 @@ fn all_lists() -> Vec<Frame> {
         all.extend(SensorVariant::all().into_iter().map(|variant| sensor::frame(variant, 64, 64, shown)));
     }
     all.push(exchange_rays::list(0, 9, 64));
-    all.extend(lists_of_all_plans());
     all.extend(lists_of_all_shapes());
     all
 }
