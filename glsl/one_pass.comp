@@ -8,7 +8,6 @@
 // Steps of a sample estimate the error. NOTE: the first of two such steps. ESTIMATE: the second. The host reads the errors.
 
 #include "network_types.glsl"
-#include "network.glsl"
 
 layout(local_size_x = 64) in;
 

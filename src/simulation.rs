@@ -35,7 +35,6 @@ mod prepare_steps;
 pub(crate) mod reference_engine;
 pub(crate) mod sampling;
 pub(crate) mod state;
-pub(crate) mod stepper;
 mod structures;
 pub(crate) mod surroundings;
 pub(crate) mod target;
@@ -126,7 +125,7 @@ pub(crate) fn start_from<E: From<EngineError>>(
         {
             check.start_network(&temperatures, network.on());
         }
-        check.begin_halves()?;
+        check.begin_halves();
     }
     Ok(went)
 }

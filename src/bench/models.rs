@@ -360,9 +360,8 @@ fn device_ms(engine: &dyn Engine) -> Option<f64> {
     let of_step = |name: &str| {
         ["thermal_step", "exchange_", "one_pass", "solar_", "read solar_"].iter().any(|start| name.starts_with(start))
     };
-    let network: f64 = engine.network_costs().iter().filter_map(|cost| cost.device_ms).sum();
     let passes = passes.iter().filter(|(name, _)| of_step(name));
-    Some(passes.map(|(_, samples)| samples.iter().sum::<f64>()).sum::<f64>() + network)
+    Some(passes.map(|(_, samples)| samples.iter().sum::<f64>()).sum())
 }
 
 /// Mean coldest and mean hottest balance temperature of each material's nodes [K], weighted by area.

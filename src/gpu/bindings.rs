@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::context::Context;
 use super::error::{During as _, GpuError};
-use super::layout::{ExchangePass, HeatPass, HeaterStep, NetworkPass, NetworkStage, NetworkStep, SLICE, SunRay};
+use super::layout::{ExchangePass, HeatPass, HeaterStep, NetworkStage, NetworkStep, SLICE, SunRay};
 use super::pass::{Access, Kernel, Pass, Target, Work};
 use super::pipeline::Pipeline;
 use super::resource::Resource;
@@ -162,7 +162,6 @@ fn binding_types(pass: &Pass) -> Vec<(u32, vk::DescriptorType)> {
 /// Makes the pipeline of a kernel.
 fn pipeline(context: &Arc<Context>, kernel: Kernel, types: &[(u32, vk::DescriptorType)]) -> Result<Pipeline, GpuError> {
     let constants = match kernel {
-        Kernel::Wide(_) => size_of::<NetworkPass>(),
         Kernel::OnePass(_) => size_of::<NetworkStep>(),
         Kernel::Stage(_) => size_of::<NetworkStage>(),
         Kernel::Exchange(_) => size_of::<ExchangePass>(),

@@ -11,7 +11,6 @@ use super::sampling::RowOf;
 use super::sensor_variant::SensorVariant;
 use super::shaders::Shader;
 use super::variant::{ResponseVariant, ThermalVariant};
-use super::wide_variant::{WideKind, WideVariant};
 
 /// Pipeline stages and their memory accesses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -131,8 +130,6 @@ pub enum Kernel {
     SensorHalo,
     /// Its pixels.
     SensorPixel(SensorVariant),
-    /// A pass over a network, of one stage or of its solver.
-    Wide(WideVariant),
     /// The step of a network in one pass.
     OnePass(OnePassVariant),
     /// A stage of the conduction inside its large blocks.
@@ -188,7 +185,6 @@ impl Kernel {
         match self {
             Self::Thermal(variant) => vec![variant.shader()],
             Self::Response(variant) => vec![variant.shader()],
-            Self::Wide(variant) => vec![variant.shader()],
             Self::OnePass(variant) => vec![variant.shader()],
             Self::Stage(variant) => vec![variant.shader()],
             Self::SensorRows => plain("sensor_rows.comp"),
@@ -249,8 +245,6 @@ pub enum Said {
     Texel(u32),
     /// Number of the point on the Sun's disc, and joint of the nodes.
     Ray(u32, u32),
-    /// Times and weights of a network pass.
-    Network(NetworkWork),
     /// A part of a step of a network in one pass.
     OnePass {
         /// First group.
@@ -313,34 +307,6 @@ pub enum Work {
     },
     /// Fill of a buffer with a 32-bit word.
     Fill(Resource, u32),
-}
-
-/// Nodes of a network pass.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum NetworkNodes {
-    /// All nodes.
-    All,
-    /// The sensors.
-    Sensors,
-    /// Arithmetic nodes.
-    Arithmetic,
-    /// All nodes that are not a boundary.
-    Free,
-}
-
-/// Place of a network pass in its attempt, and its size.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct NetworkWork {
-    /// Work.
-    pub kind: WideKind,
-    /// Number of groups, sensors or partial sums.
-    pub count: u32,
-    /// Number of the stage, for its time and weights.
-    pub stage: u32,
-    /// Number of the sub-step.
-    pub sub_step: u32,
-    /// Update: 1 in the first iteration. Solver decision: which one.
-    pub mode: u32,
 }
 
 /// A named command with all its accesses.

@@ -32,7 +32,6 @@ use super::error::GpuError;
 use super::frame::{Frame, StepRange, TriangleRun, Wanted};
 use super::heat::{HeatOf, HeatTables, absorbed_heat};
 use super::load::DeviceLoad;
-use super::memory::Buffer;
 use super::once::Once;
 use super::radiance_variant::RadianceVariant;
 use super::resource::Resource;
@@ -330,17 +329,6 @@ impl Renderer {
     /// Allocated memory that grows with the number of nodes [bytes], without buffers that only the host reads.
     pub fn device_bytes(&self) -> u64 {
         self.resources.bytes(|resource| resource.row().grows_with_nodes())
-    }
-
-    /// Buffers that a network may overwrite while it is stepped and no frame is in flight. After a write, call
-    /// `spare_was_used` and `set_temperatures`.
-    pub fn spare(&self) -> Vec<Arc<Buffer>> {
-        self.resources.spare()
-    }
-
-    /// Notes that the culled triangles were overwritten, so the next image culls again.
-    pub fn spare_was_used(&mut self) {
-        self.culling.forget();
     }
 
     /// The passes that update the shadows, empty if the load does not need them. Also writes the shadow map's

@@ -279,61 +279,6 @@ table! {
     /// Switches of every heater in a frame.
     OnePassLog: row(4 * LOGGED, Count::OnePassHeaters, ToHost, "Log").each_slot();
 
-    /// 1 / C and emission of the nodes of a network.
-    NetworkRows: row(PAIRS, NetworkGroups, Storage, "Row");
-    /// First entries of every slice of rows.
-    NetworkSlices: row(8, Count::NetworkSlices, Storage, "Slice");
-    /// Neighbours by linear conductors, for four nodes each.
-    NetworkNeighbours: row(16, NetworkLinear, Storage, "Neighbour");
-    /// Linear conductors to `NetworkNeighbours` [W/K].
-    NetworkConductances: row(16, NetworkLinear, Storage, "Conductance");
-    /// Neighbours by radiative conductors, for four nodes each, and these conductors.
-    NetworkRadiators: row(32, NetworkRadiative, Storage, "Radiator");
-    /// First conductor of each node beyond its row.
-    NetworkTails: row(4, Count::NetworkTails, Storage, "Tail");
-    /// Conductors beyond the rows.
-    NetworkLinks: row(size_of::<layout::NetworkLink>(), Count::NetworkLinks, Storage, "Link");
-    /// Heat of every node [W] and its slope [W/s], written by the host.
-    NetworkHeat: row(PAIRS, NetworkGroups, FromHost, "Heat");
-    /// Empty list for a pass over all nodes, which no pass binds.
-    NetworkAll: unbound(4, Count::NetworkAll, Storage);
-    /// Groups with arithmetic nodes, and a bit for each of these nodes.
-    NetworkArithmetic: row(4, Count::NetworkArithmetic, Storage, "List");
-    /// Groups with nodes that are not a boundary, and a bit for each of these nodes.
-    NetworkFree: row(4, Count::NetworkFree, Storage, "List");
-    /// Node of each sensor.
-    NetworkSensors: row(4, Count::NetworkSensors, Storage, "List");
-    /// Accepted temperatures of a network: base and rest of every node [K].
-    NetworkKept: unbound(PAIRS, NetworkGroups, ToHost);
-    /// Temperatures of every other stage of an attempt.
-    NetworkEven: row(PAIRS, NetworkGroups, Storage, "Present Gathered Next");
-    /// Temperatures of the stages between those of `NetworkEven`.
-    NetworkOdd: row(PAIRS, NetworkGroups, Storage, "Present Gathered Next");
-    /// Rests at the start of a sub-step [K]. TR-BDF2: change of the first stage [K].
-    NetworkStart: row(GROUP, NetworkGroups, Storage, "Start");
-    /// Rates at the start of a sub-step [K/s]. TR-BDF2: heat at the start [W].
-    NetworkRates: row(GROUP, NetworkGroups, Storage, "Rate");
-    /// Largest errors, read by the host.
-    NetworkErrors: row(4, NetworkGroups, ToHost, "Error");
-    /// Temperatures of the sensors, read by the host.
-    NetworkSensed: row(8, Count::NetworkSensed, ToHost, "Sensed");
-    /// Partial sums of the workgroups.
-    SolverPartials: row(8, NetworkWorkgroups, Storage, "Partial");
-    /// State of the solver, read by the host.
-    SolverScalars: row(size_of::<layout::NetworkSolver>(), NetworkOnce, ToHost, "Scalar");
-    /// Preconditioned residual of the solver [K].
-    SolverConditioned: row(GROUP, NetworkGroups, Storage, "Conditioned ConditionedOne");
-    /// Search direction.
-    SolverDirection: row(GROUP, NetworkGroups, Storage, "Direction");
-    /// Product of the matrix and the search direction.
-    SolverProductDirection: row(GROUP, NetworkGroups, Storage, "ProductDirection");
-    /// Solution [K].
-    SolverSolution: row(GROUP, NetworkGroups, Storage, "Solution");
-    /// Product of the matrix and the preconditioned residual.
-    SolverProduct: row(GROUP, NetworkGroups, Storage, "Product");
-    /// Diagonal of the matrix [W/K].
-    SolverDiagonal: row(GROUP, NetworkGroups, Storage, "Diagonal");
-
     /// Corners, joint and side of every patch whose rays are cast.
     RayPatches: row(16, Given, FromHost, "RayPatch");
     /// Corners of the patches, and shares of their rays.

@@ -117,32 +117,6 @@ pub enum Count {
     SensorBolometer,
     /// Entries of its table of temperatures.
     SensorGuesses,
-    /// Groups of four nodes of a network.
-    NetworkGroups,
-    /// Slices of a network's rows, plus one.
-    NetworkSlices,
-    /// Entries of linear conductors, four nodes each.
-    NetworkLinear,
-    /// Entries of radiative conductors, four nodes each.
-    NetworkRadiative,
-    /// Nodes plus one, if some have more conductors than a row holds.
-    NetworkTails,
-    /// Conductors beyond the rows.
-    NetworkLinks,
-    /// None.
-    NetworkAll,
-    /// Groups with an arithmetic node.
-    NetworkArithmetic,
-    /// Groups with a node that is not a boundary.
-    NetworkFree,
-    /// Sensors.
-    NetworkSensors,
-    /// Sensors times sub-steps of a submission.
-    NetworkSensed,
-    /// Workgroups of the largest pass.
-    NetworkWorkgroups,
-    /// One, if the network is large.
-    NetworkOnce,
     /// Groups of a network that is stepped in one pass.
     OnePassGroups,
     /// Those of its groups that are in blocks.

@@ -11,7 +11,6 @@ use super::exchange::ExchangeTables;
 use super::frame::{StepRange, TRIANGLES_A_DRAW, TriangleRun};
 use super::heat::HeatTables;
 use super::layout::{self, FUSED_STEPS};
-use super::memory::Buffer;
 use super::once::Once;
 use super::one_pass::OnePassTables;
 use super::radiance_variant::RadianceVariant;
@@ -357,28 +356,18 @@ fn area([width, height]: [u32; 2]) -> usize {
     width as usize * height as usize
 }
 
-/// Resources of a scene that its thermal network may overwrite. The culled triangles are found again before an image,
-/// and the temperatures come from the network.
-const SPARE: [Resource; 2] = [Resource::VisibleTriangles, Resource::Temperature];
-
-/// Size of each buffer that a network may overwrite [bytes].
-pub fn spare_bytes(plan: &[Planned]) -> Vec<u64> {
-    let of = |resource| plan.iter().find(|planned| planned.resource == resource).map(|planned| planned.bytes);
-    SPARE.into_iter().filter_map(of).collect()
-}
-
 /// Part of a plan that grows with the nodes and triangles [bytes], without buffers that only the host reads.
 pub fn device_bytes(plan: &[Planned]) -> u64 {
     plan.iter().filter(|planned| planned.resource.row().grows_with_nodes()).map(|planned| planned.bytes).sum()
 }
 
-/// Checks that the device can hold a plan, before anything is allocated. `beside` is other memory in use [bytes].
+/// Checks that the device can hold a plan, before anything is allocated.
 ///
 /// # Errors
 /// The plan needs more memory than the device has, or the image is larger than the device can draw.
-pub fn check_plan(context: &Context, plan: &[Planned], beside: u64, image: Option<[u32; 2]>) -> Result<(), GpuError> {
+pub fn check_plan(context: &Context, plan: &[Planned], image: Option<[u32; 2]>) -> Result<(), GpuError> {
     let info = &context.info;
-    let needed = plan.iter().map(|planned| planned.bytes).sum::<u64>() + beside;
+    let needed = plan.iter().map(|planned| planned.bytes).sum::<u64>();
     let available = context.free_memory();
     if needed > available {
         let of_images = plan.iter().filter(|planned| planned.resource.row().count.is_of_images());
@@ -397,7 +386,7 @@ impl Resources {
     /// Makes and fills all resources of a scene.
     pub fn of_scene(context: &Arc<Context>, once: &mut Once, data: &SceneData<'_>) -> Result<Self, GpuError> {
         let plan = data.plan();
-        check_plan(context, &plan, 0, data.drawn())?;
+        check_plan(context, &plan, data.drawn())?;
         let mut resources = Self::new(context);
         for Planned { resource, bytes } in plan {
             let row = resource.row();
@@ -509,10 +498,5 @@ impl Resources {
         let (boxes, triangles) = layout::shadow_tree(tree);
         self.upload(once, Resource::ShadowTree, &boxes)?;
         self.upload(once, Resource::ShadowTriangles, &triangles)
-    }
-
-    /// The buffers that a network may overwrite.
-    pub(super) fn spare(&self) -> Vec<Arc<Buffer>> {
-        SPARE.into_iter().filter_map(|resource| self.get(resource).map(|region| Arc::clone(&region.buffer))).collect()
     }
 }

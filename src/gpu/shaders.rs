@@ -21,7 +21,7 @@ macro_rules! entry_points {
 pub const ENTRY_POINTS: &[(&str, &[u8])] = entry_points![
     "absorbed_heat.comp" "background.frag" "background.vert" "between.comp" "blackbody.comp" "brightness.comp" "cull.comp"
     "distant.comp" "empty.comp" "exchange_light.comp" "exchange_mirror.comp" "exchange_rays.comp" "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp"
-    "network_solve.comp" "network_wide.comp" "one_pass.comp" "one_pass_heaters.comp" "one_pass_stage.comp" "radiance.frag" "radiance.vert"
+    "one_pass.comp" "one_pass_heaters.comp" "one_pass_stage.comp" "radiance.frag" "radiance.vert"
     "resample.comp" "response.comp" "sensor_cells.comp" "sensor_halo.comp" "sensor_pixel.comp" "sensor_rows.comp"
     "solar_depth.vert" "solar_rays.comp" "solar_visibility.comp" "thermal_step.comp" "traced.comp"
 ];
@@ -32,8 +32,8 @@ const TEXTS: &[(&str, &str)] = texts![
     "between.comp" "between.glsl" "blackbody.comp" "brightness.comp" "brightness.glsl" "cosine.glsl" "cull.comp"
     "distant.comp" "emissivity.glsl" "empty.comp" "exchange_light.comp" "exchange_mirror.comp" "exchange_rays.comp" "exchange_rays.glsl"
     "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp" "exchange_sky.glsl" "lobe.glsl"
-    "local_step.glsl" "network.glsl" "network_rows.glsl" "network_solve.comp" "network_types.glsl"
-    "network_wide.comp" "one_pass.comp" "one_pass_heaters.comp" "one_pass_stage.comp" "pcg.glsl" "planck.glsl" "planet.glsl"
+    "local_step.glsl" "network_types.glsl"
+    "one_pass.comp" "one_pass_heaters.comp" "one_pass_stage.comp" "pcg.glsl" "planck.glsl" "planet.glsl"
     "planet_map.glsl" "radiance.frag" "radiance.vert" "radiative.glsl" "reflection.glsl" "resample.comp"
     "response.comp" "sensor_cells.comp" "sensor_halo.comp" "sensor_noise.glsl" "sensor_pixel.comp"
     "sensor_rows.comp" "sensor_signal.glsl" "sensor_types.glsl" "shaped_transition.glsl" "shutter.glsl" "sky.glsl"

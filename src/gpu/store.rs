@@ -162,13 +162,13 @@ mod tests {
     fn what_something_else_holds_is_not_written() {
         let context = Context::open(None, false).expect("a Vulkan device");
         let mut resources = Resources::new(&context);
-        resources.make_with(Resource::NetworkHeat, &[1.0f32; 4]).expect("a small buffer");
-        let held = Arc::clone(&resources.region(Resource::NetworkHeat, 0).buffer);
-        let refused = resources.write(Resource::NetworkHeat, 0, &[2.0f32; 4]).expect_err("a refusal").to_string();
+        resources.make_with(Resource::RadiationInput, &[1.0f32; 4]).expect("a small buffer");
+        let held = Arc::clone(&resources.region(Resource::RadiationInput, 0).buffer);
+        let refused = resources.write(Resource::RadiationInput, 0, &[2.0f32; 4]).expect_err("a refusal").to_string();
         assert!(refused.contains("'NetworkHeat'"), "{refused}");
         drop(held);
-        resources.write(Resource::NetworkHeat, 0, &[2.0f32; 4]).expect("nobody else holds it");
-        assert_eq!(resources.read::<f32>(Resource::NetworkHeat, 0, 4), [2.0; 4]);
-        resources.write(Resource::NetworkRows, 0, &[2.0f32]).expect("there is no such buffer");
+        resources.write(Resource::RadiationInput, 0, &[2.0f32; 4]).expect("nobody else holds it");
+        assert_eq!(resources.read::<f32>(Resource::RadiationInput, 0, 4), [2.0; 4]);
+        resources.write(Resource::RadiationOutput, 0, &[2.0f32]).expect("there is no such buffer");
     }
 }

@@ -169,6 +169,6 @@ pub(crate) fn begin_from(
     if !state.has("check.counts") || check.restore(&state.part("check")).is_err() {
         return Ok(false);
     }
-    check.begin_halves()?;
+    check.begin_halves();
     Ok(true)
 }

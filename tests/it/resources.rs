@@ -8,7 +8,6 @@ use isotherm::internals::{
     StepRange, TriangleRun, Wanted, absorbed_heat, exchange,
 };
 
-use crate::network::barriers::lists_of_all_plans;
 use crate::one_pass::lists_of_all_shapes;
 use crate::shaders::{CURVES, reflect, response_variants, thermal_variants};
 
@@ -63,7 +62,6 @@ fn all_lists() -> Vec<Frame> {
         all.extend(SensorVariant::all().into_iter().map(|variant| internals::frame(variant, 64, 64, shown)));
     }
     all.push(internals::list(0, 9, 64));
-    all.extend(lists_of_all_plans());
     all.extend(lists_of_all_shapes());
     all
 }

@@ -8,7 +8,7 @@ use isotherm::internals;
 use isotherm::internals::{
     Curve, Distance, ENTRY_POINTS, ExchangeVariant, Frame, Kernel, OnePassVariant, Pass, RadianceVariant, Resource,
     ResponseVariant, Role, RowOf, Sampled, SensorVariant, Shader, StepKind, StepRange, ThermalVariant, Wanted,
-    WideKind, WideVariant, is_write,
+    is_write,
 };
 use naga::front::spv;
 
@@ -47,15 +47,6 @@ pub fn thermal_variants(curve: Curve) -> Vec<ThermalVariant> {
     all
 }
 
-/// Every variant of the wide kernels of a network.
-pub fn wide_variants() -> Vec<WideVariant> {
-    let switches = [(false, false), (true, false), (false, true), (true, true)];
-    let of = |kind| switches.map(|(radiative, tails)| WideVariant::of(kind, radiative, tails));
-    let mut all: Vec<_> = WideKind::ALL.into_iter().flat_map(|(kind, ..)| of(kind)).collect();
-    all.dedup();
-    all
-}
-
 /// Samples of a texel of the images that show this, as a device may have them.
 fn means(shows: &RadianceVariant) -> Vec<Option<u32>> {
     if shows.apart { vec![None] } else { vec![None, Some(1), Some(4)] }
@@ -86,7 +77,6 @@ fn all_shaders() -> Vec<Shader> {
         all.extend(thermal_variants(curve).iter().map(ThermalVariant::shader));
         all.extend(response_variants(curve).iter().map(ResponseVariant::shader));
     }
-    all.extend(wide_variants().iter().map(WideVariant::shader));
     // Without words it is the entry point itself.
     all.extend(SensorVariant::all().iter().map(SensorVariant::shader).filter(|shader| !shader.words.is_empty()));
     all.extend(ExchangeVariant::all().iter().map(ExchangeVariant::shader));
@@ -157,13 +147,8 @@ fn every_shader_is_valid() {
 #[test]
 fn every_word_has_a_meaning() {
     // Includes the names without defines.
-    let mut meant = BTreeSet::from([
-        ("thermal_step.comp", "instant"),
-        ("response.comp", "merge"),
-        ("network_wide.comp", "first"),
-        ("network_solve.comp", "update"),
-        ("one_pass.comp", "advance"),
-    ]);
+    let mut meant =
+        BTreeSet::from([("thermal_step.comp", "instant"), ("response.comp", "merge"), ("one_pass.comp", "advance")]);
     let shaders = all_shaders();
     let pairs = |shader: &Shader| shader.words.iter().map(|word| (shader.entry, *word)).collect::<Vec<_>>();
     for shader in &shaders {

@@ -26,7 +26,6 @@ pub use case::Scale;
 pub fn all() -> Vec<HardCase> {
     let lists = [
         transitions::cases(),
-        networks::residual::cases(),
         vec![networks::massless::no_capacitance()],
         networks::conducting::cases(),
         networks::thermostats::cases(),

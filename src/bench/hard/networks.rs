@@ -1,4 +1,4 @@
-//! Hard cases of networks: tiny heat, extreme capacitances and conductances, thermostats, cold, and a whole day.
+//! Hard cases of networks: extreme capacitances and conductances, thermostats, and cold.
 
 use super::case::{apart, worst_of};
 use crate::thermal::network::{LinearConductor, Network, NodeKind};
@@ -6,7 +6,6 @@ use crate::thermal::network::{LinearConductor, Network, NodeKind};
 pub(crate) mod cold;
 pub(crate) mod conducting;
 pub(crate) mod massless;
-pub(crate) mod residual;
 pub(crate) mod thermostats;
 
 /// Error limit of the default integrator [K], and its source.

@@ -41,7 +41,7 @@ impl Renderer {
                 let space = request.step.map_or(0.0, |(load, _)| load.background_temperature);
                 bytemuck::bytes_of(&HeatPass { first, background_temperature_4: space.powi(4) as f32 }).to_vec()
             }
-            Said::Nothing | Said::Network(_) => Vec::new(),
+            Said::Nothing => Vec::new(),
         };
         let (context, bindings) = (self.resources.context.as_ref(), Some(&self.bindings));
         let recorder = |commands| {
