@@ -14,7 +14,7 @@ use crate::environment::StepLoad;
 use crate::environment::shadow::Method;
 use crate::exchange::step::Settings;
 use crate::gpu::context::Context;
-use crate::gpu::nodes::GROUP;
+use crate::model::nodes::GROUP;
 use crate::output::statistics::Spread;
 use crate::scene::{Scene, ShadowSettings};
 use crate::simulation::device_engine::DeviceEngine;

@@ -10,7 +10,7 @@ use super::differences::{Differences, Vertices};
 use super::record::Record;
 use super::responses::{self, OfMaterial};
 use super::{CompareError, INSTANT, NETWORK, RESPONSES, TRANSITION};
-use crate::gpu::nodes::GROUP;
+use crate::model::nodes::GROUP;
 use crate::output::clock::Seconds;
 use crate::output::job::check_finite;
 use crate::output::series::Series;

@@ -6,7 +6,6 @@ use ash::vk::PipelineStageFlags2 as S;
 use super::exchange_variant::ExchangeVariant;
 use super::frame::Frame;
 use super::layout::ExchangePatch;
-use super::nodes::GROUP;
 use super::pass::{
     Access, COMPUTE_READ, COMPUTE_UNIFORM, COMPUTE_WRITE, Entry, Kernel, Pass, Said, Scope, Work, access, barrier,
     scope,
@@ -19,6 +18,7 @@ use crate::exchange::reflected::Areas;
 use crate::exchange::sparse::Sparse;
 use crate::exchange::step::Exchange;
 use crate::exchange::words::pieces;
+use crate::model::nodes::GROUP;
 
 /// Patches of a workgroup.
 const WORKGROUP: u32 = 64;

@@ -22,7 +22,6 @@ pub mod limits;
 pub mod lists;
 pub mod load;
 pub mod memory;
-pub mod nodes;
 mod once;
 pub mod one_pass;
 pub mod one_pass_variant;

@@ -14,9 +14,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use self::frame::{OnePassShape, SECTIONS, Section};
-use super::nodes::GROUP;
 use super::one_pass_variant::OnePassKind;
 use super::resource_row::Count;
+use crate::model::nodes::GROUP;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::one_pass::{Conduction, Heater, Large, Link, Plan};
 

@@ -25,7 +25,7 @@ use crate::environment::albedo;
 use crate::environment::shadow::{Jointed, Occluders, Redraw};
 use crate::exchange::mirrors::Mirrors;
 use crate::exchange::sky::Renewal;
-use crate::gpu::nodes::{GROUP, RANGE_GROUPS};
+use crate::model::nodes::{GROUP, RANGE_GROUPS};
 
 /// Nodes of a workgroup of the thermal step. Ranges are multiples of it.
 pub const NODES_PER_WORKGROUP: usize = GROUP * RANGE_GROUPS;

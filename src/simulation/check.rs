@@ -20,7 +20,7 @@ use super::engine::EngineError;
 use super::prepare::Prepared;
 use crate::environment::StepLoad;
 use crate::environment::shadow::Shadows;
-use crate::gpu::nodes::GROUP;
+use crate::model::nodes::GROUP;
 use crate::saved::Saved;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::incident::{IncidentFunction, incident};

@@ -22,8 +22,8 @@ pub use run::StepCost;
 
 use std::sync::Arc;
 
-use crate::gpu::nodes::{GROUP, Nodes};
 use crate::gpu::one_pass::{Drawn, OnePassTables};
+use crate::model::nodes::{GROUP, Nodes};
 use crate::thermal::network::control::Settings;
 use crate::thermal::network::one_pass::{Conduction, Heater, Plan, Unfit};
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};

@@ -2,7 +2,6 @@
 
 use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
-use crate::gpu::nodes::RANGE_GROUPS;
 use crate::gpu::pass::{
     Access, COMPUTE_READ, COMPUTE_UNIFORM, COMPUTE_WRITE, Kernel, Pass, Said, Scope, Work, access, scope,
 };
@@ -11,6 +10,7 @@ use crate::gpu::resource::Resource;
 use crate::gpu::resource_row::Role;
 use crate::gpu::sampling::{RowOf, Sampled};
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
+use crate::model::nodes::RANGE_GROUPS;
 
 /// A range of nodes with one pipeline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use super::{Heating, Renderer};
 use crate::gpu::error::GpuError;
 use crate::gpu::frame::Frame;
-use crate::gpu::nodes::GROUP;
 use crate::gpu::one_pass::heaters;
 use crate::gpu::resource::{LOGGED, Resource};
+use crate::model::nodes::GROUP;
 use crate::thermal::network::control::Switch;
 use crate::thermal::network::one_pass::{Estimate, Halving, Told, estimates};
 

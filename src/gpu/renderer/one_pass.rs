@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use crate::gpu::frame::Frame;
 use crate::gpu::layout::{HeaterStep, NetworkStage, NetworkStep};
-use crate::gpu::nodes::GROUP;
 use crate::gpu::one_pass::OnePassTables;
 use crate::gpu::resource::Resource;
 use crate::gpu::resource_row::SLOTS;
 use crate::gpu::variant::StepKind;
+use crate::model::nodes::GROUP;
 use crate::thermal::network::control::Switch;
 use crate::thermal::network::one_pass::{HALVINGS_AT_MOST, Halving, Plan, Plans, Series, Stage, Told};
 

@@ -19,13 +19,13 @@ use crate::thermal::reference::ReferenceNode;
 /// Nodes of an invocation.
 pub const GROUP: usize = 4;
 /// Ranges are padded to a multiple of this number of groups, which is a workgroup of 64 invocations.
-pub const RANGE_GROUPS: usize = 64;
+pub(crate) const RANGE_GROUPS: usize = 64;
 /// `vertex_of_node` of a padding node.
 pub const PADDING: u32 = u32::MAX;
 
 /// Response of a range's nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RangeResponse {
+pub(crate) enum RangeResponse {
     /// Immediate response without a state.
     Instant,
     /// Transition with thermal inertia.
@@ -52,16 +52,16 @@ pub enum RangeResponse {
 
 /// Properties that all nodes of a range share. They select the pipeline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct RangeKind {
+pub(crate) struct RangeKind {
     /// Response.
-    pub response: RangeResponse,
+    pub(crate) response: RangeResponse,
     /// Whether the back exchanges heat too.
-    pub both_sides: bool,
+    pub(crate) both_sides: bool,
 }
 
 impl RangeKind {
     /// Kind of the nodes with material `index`.
-    pub fn of(materials: &[Material], index: usize) -> Self {
+    pub(crate) fn of(materials: &[Material], index: usize) -> Self {
         let material = &materials[index];
         let response = match material.response {
             Response::Instant => RangeResponse::Instant,
@@ -116,17 +116,17 @@ impl std::fmt::Display for RangeKind {
 
 /// Consecutive groups of one kind and joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct NodeRange {
+pub(crate) struct NodeRange {
     /// Kind.
-    pub kind: RangeKind,
+    pub(crate) kind: RangeKind,
     /// Joint of the nodes; 0 is the body.
-    pub joint: u32,
+    pub(crate) joint: u32,
     /// First group.
-    pub first_group: usize,
+    pub(crate) first_group: usize,
     /// Number of groups.
-    pub groups: usize,
+    pub(crate) groups: usize,
     /// Number of nodes without padding.
-    pub nodes: usize,
+    pub(crate) nodes: usize,
 }
 
 /// All nodes of a model in device order. Arrays of nodes have `4 * groups` entries, with padding.
@@ -135,7 +135,7 @@ pub struct Nodes {
     /// Number of nodes without padding, one for each vertex.
     pub count: usize,
     /// Number of groups of four.
-    pub groups: usize,
+    pub(crate) groups: usize,
     /// Vertex of each node, or `PADDING`.
     pub vertex_of_node: Vec<u32>,
     /// Node of each vertex.
@@ -145,7 +145,7 @@ pub struct Nodes {
     /// Part index of each group.
     pub group_part: Vec<u32>,
     /// Ranges in order, which cover all groups.
-    pub ranges: Vec<NodeRange>,
+    pub(crate) ranges: Vec<NodeRange>,
     /// Unit outward normals; zero for padding.
     pub normals: Vec<Vec3>,
     /// Positions in the body frame [m]; zero for padding.
@@ -156,17 +156,17 @@ pub struct Nodes {
 
 impl Nodes {
     /// Places of the nodes without padding, each with its vertex. What padding holds is nobody's value.
-    pub fn real(&self) -> impl Iterator<Item = (usize, u32)> + '_ {
+    pub(crate) fn real(&self) -> impl Iterator<Item = (usize, u32)> + '_ {
         self.vertex_of_node.iter().copied().enumerate().filter(|(_, vertex)| *vertex != PADDING)
     }
 
     /// Orders the vertices of a model without joints. `node_areas` [m2] has one entry for each vertex.
-    pub fn new(model: &Model, node_areas: &[f64], materials: &[Material]) -> Self {
+    pub(crate) fn new(model: &Model, node_areas: &[f64], materials: &[Material]) -> Self {
         Self::with_joints(model, node_areas, materials, &vec![0; model.parts.len()])
     }
 
     /// Orders the vertices of a model with joints. `part_joint` is the joint of each part; 0 is the body.
-    pub fn with_joints(model: &Model, node_areas: &[f64], materials: &[Material], part_joint: &[u32]) -> Self {
+    pub(crate) fn with_joints(model: &Model, node_areas: &[f64], materials: &[Material], part_joint: &[u32]) -> Self {
         let order = sorted_vertices(model, materials, part_joint);
         let mut nodes = Self {
             count: order.len(),
@@ -217,7 +217,7 @@ impl Nodes {
     }
 
     /// Kinds of nodes in order, with the number of nodes of each.
-    pub fn by_kind(&self) -> Vec<(RangeKind, usize)> {
+    pub(crate) fn by_kind(&self) -> Vec<(RangeKind, usize)> {
         let mut kinds: Vec<(RangeKind, usize)> = Vec::new();
         for range in &self.ranges {
             match kinds.last_mut() {
