@@ -14,7 +14,6 @@ pub(crate) const OUT_OF_TIME: &str = "left out: --quick had no time left";
 pub(crate) struct Deadline(Option<Instant>);
 
 impl Deadline {
-    /// No deadline.
     pub(crate) const NONE: Self = Self(None);
 
     /// Whether the deadline is over.
@@ -38,7 +37,6 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    /// Starts the clock for a number of targets.
     pub(crate) fn start(quick: bool, targets: usize) -> Self {
         Self { began: Instant::now(), quick, targets }
     }

@@ -21,7 +21,6 @@ const STEPS: u32 = 40;
 pub struct DriverRow {
     /// The reference device and the compared device.
     pub(crate) devices: [String; 2],
-    /// Name of the scene.
     pub(crate) scene: String,
     /// Number of nodes, including padding.
     pub(crate) nodes: usize,

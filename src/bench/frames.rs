@@ -31,7 +31,6 @@ const WARM_UP: u32 = 3;
 /// Measurements of a scene at one density.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FrameRow {
-    /// Name of the scene.
     pub(crate) scene: String,
     /// Longest triangle edge [m].
     pub(crate) longest_edge_m: f64,
@@ -59,7 +58,6 @@ pub struct FrameRow {
     pub(crate) failed: Option<String>,
 }
 
-/// Times of a pass.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct PassSpread {
     /// Name of the pass without its variant.

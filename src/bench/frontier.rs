@@ -16,7 +16,6 @@ use crate::thermal::network::control::Integrator;
 /// A response, with or without shadows and radiation between surfaces.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FrontierRow {
-    /// The response.
     pub(crate) response: String,
     /// Whether the craft shadows itself.
     pub(crate) shadows: bool,

@@ -39,7 +39,6 @@ impl Limits {
 /// Measurement of a copy.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Copied {
-    /// Bytes copied.
     pub(crate) bytes: u64,
     /// Bytes read and written over time [GB/s].
     pub(crate) gigabytes_per_second: Option<Spread>,

@@ -42,9 +42,7 @@ const LEAST_COSINE: f64 = 0.01;
 /// The model choices of one scene.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Models {
-    /// Name of the scene.
     pub(crate) scene: String,
-    /// Number of nodes.
     pub(crate) nodes: usize,
     /// Length of a step [s].
     pub(crate) step_s: f64,
@@ -97,7 +95,6 @@ pub(crate) struct Moved {
 /// An error of a choice.
 pub(super) type Failed = Box<dyn std::error::Error>;
 
-/// A choice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Choice {
     Base,
@@ -189,7 +186,6 @@ impl Choice {
     }
 }
 
-/// The results of a run.
 pub(super) struct Ran {
     /// Temperatures of the vertices at every step [K].
     temperatures: Vec<Vec<f32>>,
@@ -209,7 +205,6 @@ pub(crate) struct Basis {
     pub(super) of: Vec<OfMaterial>,
     /// Areas of the vertices [m2].
     pub(super) areas: Vec<f64>,
-    /// Number of nodes.
     nodes: usize,
     /// Patches of the choices with radiation between surfaces.
     exchange: Settings,

@@ -7,7 +7,6 @@ use super::tables;
 use crate::output::html::{Html, kelvin, significant};
 use crate::output::report::PlotEntry;
 
-/// The page.
 pub(crate) fn page(bench: &Bench, diagrams: &[PlotEntry]) -> String {
     let mut html = Html::page("Speed against error - isotherm bench");
     html.element("h1", "Speed against error");

@@ -51,17 +51,14 @@ impl Measurement {
 }
 
 pub(crate) struct Plan {
-    /// Which parts.
     pub(crate) measurements: Vec<Measurement>,
     /// Whether to use fewer schemes, nodes and frames.
     pub(crate) quick: bool,
-    /// Devices.
     pub(crate) targets: Vec<Target>,
     /// Scenes for whole steps.
     pub(crate) scenes: Vec<Scene>,
     /// Scene for model choices.
     pub(crate) model_scene: Option<Scene>,
-    /// The command line.
     pub(crate) command_line: String,
 }
 

@@ -30,7 +30,6 @@ use crate::thermal::network::{LinearConductor, Network, NodeKind};
 pub struct ResponseRow {
     /// The response and its function.
     pub(crate) response: String,
-    /// Number of nodes.
     pub(crate) nodes: usize,
     /// Time of a step, or of a network's stage [ns a node].
     pub(crate) ns_a_node: Option<Spread>,
@@ -47,10 +46,8 @@ pub struct ResponseRow {
 /// An error that prevents the measurement.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ResponseError {
-    /// The loads.
     #[error(transparent)]
     Sky(#[from] SkyError),
-    /// A function.
     #[error(transparent)]
     Function(#[from] FunctionError),
 }

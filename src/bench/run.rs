@@ -24,13 +24,10 @@ use crate::simulation::target::Target;
 /// An error that stops all measurements. The error of a single measurement is in its row.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum BenchError {
-    /// A device.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// A case.
     #[error(transparent)]
     Case(#[from] CaseError),
-    /// A response.
     #[error(transparent)]
     Response(#[from] ResponseError),
     /// The scene of the choices of a model.

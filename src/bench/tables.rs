@@ -16,11 +16,9 @@ use crate::output::statistics::Spread;
 /// A table with a title and notes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
-    /// Title.
     pub(crate) title: String,
     /// Names of the columns, with units.
     pub(crate) head: Vec<String>,
-    /// Cells.
     pub(crate) rows: Vec<Vec<String>>,
     /// Sentences below the table.
     pub(crate) notes: Vec<String>,
@@ -68,7 +66,6 @@ fn not_run(mut cells: Vec<String>, reason: &str, columns: usize) -> Vec<String> 
     cells
 }
 
-/// Limits of a device.
 pub(crate) fn limits(measured: &Measured) -> Option<Table> {
     let limits = measured.limits.as_ref()?;
     let mut rows: Vec<Vec<String>> = limits
@@ -296,7 +293,6 @@ const PASSES: [&str; 8] = [
     "read identity",
 ];
 
-/// The integrators on a case.
 pub(crate) fn integrators(measured: &Measured, integrated: &Integrated, case: &CaseSummary) -> Table {
     let mut notes = vec![format!(
         "{} nodes ({} of them arithmetic), {} conductors, stiffness {} (docs/numerics.md 3: {}); {} frames of {:.2} s. Path: \

@@ -18,13 +18,11 @@ pub struct CaseSummary {
     pub(crate) key: String,
     /// Description.
     pub(crate) title: String,
-    /// Number of nodes.
     pub(crate) nodes: usize,
     /// Number of nodes without heat capacity.
     pub(crate) arithmetic: usize,
     /// Number of linear and radiative conductors.
     pub(crate) conductors: usize,
-    /// Number of frames.
     pub(crate) frames: usize,
     /// Length of a frame [s].
     pub(crate) frame_s: f64,

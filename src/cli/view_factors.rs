@@ -152,7 +152,6 @@ fn sky(prepared: &Prepared) -> StepLoad {
     StepLoad { planet: Some(planet), ..prepared.loads.step_load(0.0, 0.0) }
 }
 
-/// Names of the groups, and the group of each patch.
 fn groups(prepared: &Prepared, craft: &Craft, patches: bool) -> (Vec<String>, Vec<usize>) {
     if !patches {
         let names = prepared.parts.clone();

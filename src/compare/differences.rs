@@ -9,7 +9,6 @@ pub(crate) struct Largest {
     pub(crate) temperature: f32,
     /// Temperature in the network [K].
     pub(crate) network: f32,
-    /// Number of the step.
     pub(crate) step: u32,
     /// Vertex of the model after subdivision. It is the same node in every run.
     pub(crate) vertex: u32,
@@ -78,7 +77,6 @@ pub(crate) struct Differences {
 }
 
 impl Differences {
-    /// An empty record.
     pub(crate) fn new(vertices: &Vertices, parts: usize) -> Self {
         let mut made = Self { parts: vec![OfGroup::default(); parts], ..Self::default() };
         for (part, area) in vertices.parts.iter().zip(&vertices.areas) {

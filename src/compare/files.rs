@@ -22,7 +22,6 @@ pub(crate) const OVER_TIME: &str = "differences.csv";
 /// All shown steps on one sheet.
 pub(crate) const SHEET: &str = "comparison.png";
 
-/// The files of a comparison.
 pub(crate) fn own_files() -> Vec<String> {
     let names = [PAGE, TABLE, OVER_TIME, SHEET, "panels/step_#.png", "plots/*.svg"].map(str::to_owned);
     names.into_iter().chain(RESPONSES.map(series_name)).collect()

@@ -45,7 +45,6 @@ pub(crate) enum CompareError {
         path.display()
     )]
     Lacks {
-        /// The scene file.
         path: PathBuf,
         /// Materials and their missing keys.
         lacks: String,
@@ -60,9 +59,7 @@ pub(crate) enum CompareError {
     /// No transition fits the step response of a material.
     #[error("material '{material}': no transition fits its step response: {source}")]
     Fit {
-        /// The material.
         material: String,
-        /// The reason.
         source: FitError,
     },
     /// The best transition of a material does not follow its step response.
@@ -73,11 +70,9 @@ pub(crate) enum CompareError {
         between[1]
     )]
     NoFit {
-        /// The material.
         material: String,
         /// The temperatures of the step [K].
         between: [f64; 2],
-        /// What is wrong.
         reason: String,
     },
     /// A run failed.

@@ -12,7 +12,6 @@ use crate::thermal::step_response::Fitted;
 /// Further facts on the page.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Page {
-    /// The command line.
     pub(crate) command_line: String,
     /// Wall time of the command up to this page [s].
     pub(crate) wall_s: f64,

@@ -30,7 +30,6 @@ pub(crate) const MOST_VIEWS: usize = 6;
 /// Most pixels in all views together. Large images have fewer views.
 const MOST_PIXELS: usize = 1 << 26;
 
-/// Progress of the runs.
 pub(crate) enum Progress {
     /// A run begins: its index and number of steps. 0 if the length of its warm-up is unknown.
     Begins(usize, u64),
@@ -58,13 +57,10 @@ pub(crate) struct Cost {
 
 /// The results of a run.
 pub(crate) struct Ran {
-    /// The prepared scene.
     pub(crate) prepared: Prepared,
     /// Temperatures of parts, materials and probes.
     pub(crate) series: Series,
-    /// What it cost.
     pub(crate) cost: Cost,
-    /// Convergence of a periodic warm-up.
     pub(crate) periodic: Option<Periodic>,
     /// Settings and work of its network.
     pub(crate) network: Vec<(String, String)>,
@@ -76,7 +72,6 @@ pub(crate) struct Ran {
     images: Vec<(Vec<f32>, Vec<u32>)>,
 }
 
-/// All three runs.
 pub(crate) struct Runs {
     /// The runs in the order of `RESPONSES`.
     pub(crate) ran: Vec<Ran>,
@@ -86,7 +81,6 @@ pub(crate) struct Runs {
     pub(crate) vertices: Vertices,
     /// The shown steps.
     pub(crate) views: Vec<Views>,
-    /// Name of the device.
     pub(crate) device: String,
 }
 

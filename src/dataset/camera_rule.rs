@@ -16,7 +16,6 @@ pub(crate) const CAMERA: &[&str] =
 /// Largest distance of a camera [m].
 const FARTHEST: f64 = 1e7;
 
-/// Where the camera is.
 #[derive(Debug, Clone, PartialEq)]
 enum Place {
     /// Within an angle [deg] of an axis, uniform on the sphere.

@@ -17,7 +17,6 @@ pub(crate) enum Drawn {
     Normal {
         /// Its middle.
         mean: f64,
-        /// Its standard deviation.
         deviation: f64,
         /// Least and greatest value.
         within: [f64; 2],

@@ -35,7 +35,6 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// The orbits of the shard.
     pub(crate) fn orbits(self, spec: &Spec) -> impl Iterator<Item = u64> + use<> {
         (self.index..spec.orbits()).step_by(self.of as usize)
     }
@@ -63,7 +62,6 @@ pub struct Made {
 }
 
 impl Made {
-    /// Images in an hour.
     pub(crate) fn images_an_hour(&self) -> f64 {
         if self.seconds > 0.0 { self.images as f64 / self.seconds * 3600.0 } else { 0.0 }
     }

@@ -91,7 +91,6 @@ impl<'a> OrbitRun<'a> {
         symmetry::check(&self.craft, &self.spec.symmetries).map_err(wrong)
     }
 
-    /// Number of the orbit.
     pub(crate) fn number(&self) -> u64 {
         self.number
     }

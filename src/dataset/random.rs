@@ -21,9 +21,7 @@ pub(crate) enum Sampling {
 /// What is numbered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Stream {
-    /// Orbits.
     Orbit,
-    /// Images.
     Image,
 }
 
@@ -39,9 +37,7 @@ impl Stream {
 /// The numbers of a data set.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Plan {
-    /// Seed of the data set.
     pub(crate) seed: u64,
-    /// How first attempts are spread.
     pub(crate) sampling: Sampling,
     /// Number of orbits, and of images.
     pub(crate) counts: [u64; 2],

@@ -18,7 +18,6 @@ pub(super) struct SpecFile<'a> {
     pub(crate) text: &'a str,
 }
 
-/// A table of the file.
 pub(super) struct Table<'a> {
     file: &'a SpecFile<'a>,
     name: String,
@@ -46,7 +45,6 @@ impl<'a> SpecFile<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// The root table.
     pub(crate) fn root(
         file: &'a SpecFile<'a>,
         table: &'a Spanned<DeTable<'a>>,
@@ -110,7 +108,6 @@ impl<'a> Table<'a> {
         self.table.contains_key(key)
     }
 
-    /// The value of a mandatory key.
     pub(crate) fn required<T>(&self, key: &str, value: Option<T>, what: &str) -> Result<T, SceneError> {
         value.ok_or_else(|| self.error(key, &format!("is missing: {what}")))
     }
@@ -128,7 +125,6 @@ impl<'a> Table<'a> {
         self.found(key, "an array of texts", each)
     }
 
-    /// A whole number in a range.
     pub(crate) fn whole(&self, key: &str, range: std::ops::RangeInclusive<u64>) -> Result<Option<u64>, SceneError> {
         let expected = format!("a whole number from {} to {}", range.start(), range.end());
         self.found(key, &expected, |value| {
@@ -138,7 +134,6 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// A number in a range.
     pub(crate) fn number(&self, key: &str, range: std::ops::RangeInclusive<f64>) -> Result<Option<f64>, SceneError> {
         let expected = format!("a number from {} to {}", range.start(), range.end());
         self.found(key, &expected, |value| number(value).filter(|number| range.contains(number)))

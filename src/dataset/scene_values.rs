@@ -47,7 +47,6 @@ pub struct OrbitValues {
 
 /// The sensor of an image, and what was drawn for it.
 pub(crate) struct ImageSensor {
-    /// The sensor.
     pub(crate) sensor: Sensor,
     /// The drawn values by section and key.
     pub(crate) drawn: Json,
@@ -176,7 +175,6 @@ impl SceneText {
         Ok(sensor.map(|sensor| ImageSensor { sensor, drawn }))
     }
 
-    /// The scene of a table.
     fn scene(&self, table: &Table) -> Result<Scene, String> {
         let text = toml::to_string(table).map_err(|error| error.to_string())?;
         Scene::parse_within(&text, &self.path, self.reach.clone()).map_err(|error| refusal(&error))

@@ -2,7 +2,6 @@
 //!
 //! Polynomials and initial numbers: Joe and Kuo (2008), file new-joe-kuo-6.21201. Scrambling: Burley (2020), Practical hash-based Owen scrambling.
 
-/// Number of dimensions.
 pub(crate) const DIMENSIONS: usize = 21;
 
 /// Polynomial and initial numbers of the second dimension and those after it.

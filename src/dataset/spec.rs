@@ -92,7 +92,6 @@ pub(crate) struct KeyPoint {
 pub struct Spec {
     /// The file.
     pub(crate) path: PathBuf,
-    /// Its text.
     pub(crate) text: String,
     /// The scene file.
     pub scene: PathBuf,
@@ -120,13 +119,10 @@ pub struct Spec {
     pub(crate) season: Option<Season>,
     /// Age of the surfaces.
     pub(crate) life: Option<Life>,
-    /// Times of the images.
     pub(crate) time: TimeRule,
     /// How the camera is placed, one of them for each image.
     pub(crate) cameras: Vec<CameraRule>,
-    /// What is rejected.
     pub(crate) reject: Reject,
-    /// Key points.
     pub(crate) key_points: Vec<KeyPoint>,
     /// Symmetries of the craft's geometry.
     pub(crate) symmetries: Vec<Symmetry>,
@@ -217,7 +213,6 @@ impl Spec {
         self.plan.counts[0]
     }
 
-    /// The images of an orbit.
     pub(crate) fn images_of(&self, orbit: u64) -> std::ops::Range<u64> {
         let first = orbit * self.poses_per_orbit;
         first..(first + self.poses_per_orbit).min(self.samples)

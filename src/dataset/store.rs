@@ -41,7 +41,6 @@ pub enum Begin {
     Force,
 }
 
-/// The folder.
 #[derive(Debug)]
 pub(crate) struct Store {
     root: PathBuf,
@@ -94,7 +93,6 @@ impl Store {
         Ok(store)
     }
 
-    /// The folder.
     pub(crate) fn root(&self) -> &Path {
         &self.root
     }

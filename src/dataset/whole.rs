@@ -24,7 +24,6 @@ use crate::output::OutputError;
 pub(crate) const SPEC: &str = "spec.toml";
 /// The copy of the scene file.
 pub(crate) const SCENE: &str = "scene.toml";
-/// The index.
 pub(crate) const INDEX: &str = "index.parquet";
 /// Counts of images and rejections.
 pub(crate) const SUMMARY: &str = "dataset.json";

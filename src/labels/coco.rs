@@ -20,7 +20,6 @@ pub(crate) const CRAFT: u32 = 1;
 /// The entries of one image.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Entry {
-    /// The image.
     pub(crate) image: String,
     /// What it shows.
     pub annotations: Vec<String>,

@@ -15,7 +15,6 @@ pub struct Craft {
     pub(crate) materials: Vec<String>,
     /// Names of the links: `body`, then those of the joints.
     pub links: Vec<String>,
-    /// Link of each part.
     pub(crate) link_of_part: Vec<u32>,
     /// Vertex positions [m].
     pub(crate) positions: Vec<DVec3>,
@@ -58,14 +57,11 @@ pub(crate) struct Symmetries {
 pub struct Object {
     /// Number from 1.
     pub id: u32,
-    /// The link.
     pub(crate) link: u32,
-    /// Its name.
     pub(crate) name: String,
 }
 
 impl Craft {
-    /// Link of a vertex.
     pub(crate) fn link_of_vertex(&self, vertex: u32) -> u32 {
         self.link_of_part[self.vertex_part[vertex as usize] as usize]
     }
@@ -87,7 +83,6 @@ impl Craft {
             .collect()
     }
 
-    /// The triangles of a link.
     pub(crate) fn triangles_of(&self, link: u32) -> Vec<[u32; 3]> {
         self.triangles.iter().copied().filter(|triangle| self.link_of_vertex(triangle[0]) == link).collect()
     }

@@ -40,7 +40,6 @@ impl Split {
     }
 }
 
-/// Where a joint is.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct JointPosition {
     /// Name of its glTF node.
@@ -62,7 +61,6 @@ pub struct LabelledImage {
     pub(crate) orbit: u32,
     /// Number of the image in its orbit, from 0. It is the image of BOP.
     pub(crate) number: u32,
-    /// What it is for.
     pub(crate) split: Split,
     /// Width in pixels.
     pub width: u32,

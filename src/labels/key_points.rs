@@ -48,9 +48,7 @@ pub(crate) enum KeyPointError {
     /// The craft has no such part.
     #[error("the key point '{name}' lies on the part '{part}', but the parts are: {known}")]
     Part {
-        /// Name of the key point.
         name: String,
-        /// The part.
         part: String,
         /// The parts that there are.
         known: String,

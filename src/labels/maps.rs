@@ -12,7 +12,6 @@ pub(crate) const DEPTH_STEP: f64 = 0.1;
 /// A map of 16 bits and the step of its values.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Map {
-    /// The PNG.
     pub(crate) png: Vec<u8>,
     /// What a value of 1 stands for.
     pub(crate) step: f64,

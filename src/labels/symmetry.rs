@@ -25,7 +25,6 @@ const GOLDEN: f64 = 0.381_966_011_250_105;
 pub(crate) enum Turns {
     /// Those by this share of the circle and its multiples.
     Share(u32),
-    /// All.
     Any,
 }
 
@@ -38,7 +37,6 @@ pub(crate) struct Symmetry {
     pub(crate) axis: DVec3,
     /// A point of the axis, body frame [m].
     pub(crate) origin: DVec3,
-    /// The turns.
     pub(crate) turns: Turns,
     /// Greatest distance of a turned vertex from the mesh, as a share of the object's diameter.
     pub(crate) tolerance: f64,
@@ -50,7 +48,6 @@ pub(crate) enum SymmetryError {
     /// The craft has no such object.
     #[error("[[symmetry]] names the object '{object}', and the objects are: {known}")]
     Object {
-        /// The name.
         object: String,
         /// The objects that there are.
         known: String,
@@ -60,7 +57,6 @@ pub(crate) enum SymmetryError {
         "[[symmetry]] gives the object '{object}' two continuous axes: only a sphere has more than one, for which BOP has no words"
     )]
     TwoAxes {
-        /// The object.
         object: String,
     },
     /// A turn that moves the continuous axis.
@@ -69,7 +65,6 @@ pub(crate) enum SymmetryError {
          right angles leave it as it is"
     )]
     MovesAxis {
-        /// The object.
         object: String,
     },
     /// Turns that give more and more others.
@@ -78,7 +73,6 @@ pub(crate) enum SymmetryError {
          must cross in one point, at the angles of a regular body, with at least five digits"
     )]
     Endless {
-        /// The object.
         object: String,
     },
     /// A mesh that is another after a turn.
@@ -88,9 +82,7 @@ pub(crate) enum SymmetryError {
         axis.x, axis.y, axis.z, vertex.x, vertex.y, vertex.z
     )]
     Another {
-        /// The object.
         object: String,
-        /// The axis.
         axis: DVec3,
         /// The turn [deg].
         angle: f64,
@@ -117,7 +109,6 @@ impl Symmetry {
         DAffine3::from_mat3_translation(turn, self.origin - turn * self.origin)
     }
 
-    /// Its object.
     fn object_in(&self, objects: &[Object]) -> Result<Object, SymmetryError> {
         let found = match &self.object {
             None => objects.first(),

@@ -17,7 +17,6 @@ const MODE: u32 = 0o644;
 pub(crate) struct Tar<W: Write>(tar::Builder<W>);
 
 impl<W: Write> Tar<W> {
-    /// An empty tar.
     pub(crate) fn new(writer: W) -> Self {
         Self(tar::Builder::new(writer))
     }
@@ -64,12 +63,10 @@ pub(crate) fn masks<'a>(image: &LabelledImage, masks: impl IntoIterator<Item = &
     line(Value::Object(masks.into_iter().enumerate().map(entry).collect())) + "\n"
 }
 
-/// The visible masks of silhouettes.
 pub(crate) fn visible_masks(image: &LabelledImage, silhouettes: &[Silhouette]) -> String {
     masks(image, silhouettes.iter().map(|silhouette| silhouette.visible.as_slice()))
 }
 
-/// The whole masks of silhouettes.
 pub(crate) fn full_masks(image: &LabelledImage, silhouettes: &[Silhouette]) -> String {
     masks(image, silhouettes.iter().map(|silhouette| silhouette.full.as_slice()))
 }

@@ -74,7 +74,6 @@ pub(super) const FAINT_INK: Rgb = [95, 100, 108];
 pub(super) const FRAME_LINE: Rgb = [120, 124, 130];
 
 impl Canvas {
-    /// A canvas of one colour.
     pub(crate) fn new(width: u32, height: u32, colour: Rgb) -> Self {
         Self { width, height, pixels: vec![colour; width as usize * height as usize] }
     }

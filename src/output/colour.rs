@@ -21,7 +21,6 @@ pub struct ColourScale {
 }
 
 impl ColourScale {
-    /// A scale with the given ends.
     pub(crate) fn new([lower, upper]: [f64; 2]) -> Self {
         Self { lower, upper }
     }

@@ -8,9 +8,7 @@ use super::ticks;
 /// Height of a colour bar [px].
 const BAR_HEIGHT: u32 = 16;
 
-/// A horizontal colour bar.
 pub(super) struct Bar<'a> {
-    /// What it shows.
     pub(crate) label: &'a str,
     /// Values at both ends.
     pub(crate) ends: [f64; 2],

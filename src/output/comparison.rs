@@ -25,9 +25,7 @@ pub(crate) struct Legend {
     pub(crate) title: String,
     /// Names of the responses.
     pub(crate) names: [String; 3],
-    /// Scale of temperatures.
     pub(crate) temperature: ColourScale,
-    /// Scale of differences.
     pub(crate) difference: DifferenceScale,
     /// The shown part of every image: left, top, width and height [px].
     pub(crate) crop: [u32; 4],

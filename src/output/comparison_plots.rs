@@ -10,10 +10,8 @@ use super::series::{Series, SeriesRow};
 /// Most parts with a plot, and most probes with a plot.
 pub(crate) const MOST_PLOTS: usize = 6;
 
-/// A response and its temperatures.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NamedSeries<'a> {
-    /// Its name.
     pub(crate) name: &'a str,
     /// Its temperatures. All responses have the same columns.
     pub(crate) series: &'a Series,

@@ -18,7 +18,6 @@ const MOST_LINKS: usize = 40;
 /// Where the bytes of one file go.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Destination {
-    /// Standard output.
     StandardOutput,
     /// A device, a pipe or a socket. It is opened and written, never replaced.
     Stream(PathBuf),

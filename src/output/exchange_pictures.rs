@@ -17,7 +17,6 @@ use crate::simulation::exchange::Craft;
 const SIZE: u32 = 720;
 /// Space.
 const BLACK: Rgb = [0, 0, 0];
-/// What lies beside the picture.
 const BESIDE: Rgb = [40, 40, 40];
 /// The inner face of a skin.
 const WRONG: Rgb = [255, 0, 255];

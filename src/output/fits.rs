@@ -7,9 +7,7 @@ const BLOCK: usize = 2880;
 
 /// A value in the header.
 pub(crate) enum Value {
-    /// A whole number.
     Integer(i64),
-    /// A number.
     Real(f64),
     /// A text of at most 60 characters of ASCII.
     Text(String),

@@ -218,7 +218,6 @@ impl Folder {
         }
     }
 
-    /// Path of the folder.
     pub(crate) fn root(&self) -> &Path {
         &self.root
     }
@@ -334,7 +333,6 @@ impl Folder {
         names
     }
 
-    /// The folder and its subfolders.
     fn folders(&self) -> Vec<PathBuf> {
         self.names_of_folders().into_iter().map(|name| self.root.join(name)).collect()
     }

@@ -100,11 +100,9 @@ pub(super) fn check_channels([width, height]: [u32; 2], channels: &[(&str, usize
 /// The metadata of a frame. Most of it is the same for a whole run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameHeader {
-    /// Name of the scene.
     pub(crate) scene: String,
     /// SHA-256 of the scene and its files (hexadecimal).
     pub scene_sha256: String,
-    /// The computing device.
     pub(crate) device: String,
     /// Version of isotherm.
     pub version: String,

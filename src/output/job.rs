@@ -31,11 +31,8 @@ pub(crate) use super::job_state::frames_of;
 pub(crate) use super::job_terms::{Done, Job, JobError, Outcome, SaveEvery};
 pub(crate) use super::recorder::check_finite;
 
-/// The report as JSON.
 pub(crate) const REPORT_JSON: &str = "report.json";
-/// The report as a page.
 pub(crate) const REPORT_HTML: &str = "report.html";
-/// All files of a run.
 pub(crate) const FILES: [&str; 21] = [
     "frames/step_#.exr",
     "frames/step_#.png",

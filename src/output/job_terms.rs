@@ -14,16 +14,13 @@ use crate::simulation::periodic::Periodic;
 /// An error that ends a run early.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum JobError {
-    /// The engine.
     #[error(transparent)]
     Engine(#[from] EngineError),
-    /// The output folder.
     #[error(transparent)]
     Output(#[from] OutputError),
     /// The thread that writes files has ended. Its own error says why.
     #[error("the files could not be written")]
     Writer,
-    /// A temperature is not finite.
     #[error(
         "step {step}: the temperature of node {node} (part {part}, material {material}) is not finite; please report the scene"
     )]
@@ -32,9 +29,7 @@ pub(crate) enum JobError {
         step: u32,
         /// The first such node.
         node: u32,
-        /// Part of the first such node.
         part: String,
-        /// Material of that node.
         material: String,
     },
 }
@@ -42,11 +37,8 @@ pub(crate) enum JobError {
 /// A unit of progress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Done {
-    /// A warm-up step.
     WarmUp,
-    /// A step.
     Step,
-    /// A finished picture.
     Picture,
 }
 
@@ -54,11 +46,8 @@ pub(crate) enum Done {
 pub(crate) struct Outcome {
     /// Whether all steps were done.
     pub(crate) complete: bool,
-    /// Drawn frames.
     pub(crate) frames: Vec<FrameEntry>,
-    /// Pictures for the report.
     pub(crate) pictures: Vec<Picture>,
-    /// Plots for the report.
     pub(crate) plots: Vec<PlotEntry>,
     /// Error of the device against the f64 reference, if requested.
     pub(crate) accuracy: Option<Accuracy>,
@@ -68,7 +57,6 @@ pub(crate) struct Outcome {
     pub(crate) between: Option<f64>,
     /// The thermal state that was asked for, where its step was reached.
     pub(crate) state: Option<Saved>,
-    /// Convergence of a periodic warm-up, if requested.
     pub(crate) periodic: Option<Periodic>,
     /// Cost of the network in every step after the warm-up.
     pub(crate) network_costs: Vec<StepCost>,
@@ -82,7 +70,6 @@ pub(crate) struct Outcome {
 pub(crate) struct Job<'a> {
     /// Number of nodes that the f64 reference also steps.
     pub(crate) check: Option<usize>,
-    /// How often the state is saved.
     pub(crate) save_every: SaveEvery,
     /// What a saved state says of the run, for the command that resumes it.
     pub(crate) identity: &'a Saved,

@@ -24,7 +24,6 @@ impl JointColumns {
         Self { columns: unique(&names).into_iter().zip(turns).collect() }
     }
 
-    /// Whether there is no joint.
     pub(crate) fn is_empty(&self) -> bool {
         self.columns.is_empty()
     }

@@ -78,7 +78,6 @@ impl Listing {
         self.files.keys().map(String::as_str)
     }
 
-    /// Whether a path is listed.
     pub(crate) fn has(&self, path: &str) -> bool {
         self.files.contains_key(path)
     }

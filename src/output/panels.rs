@@ -17,9 +17,7 @@ const LEGEND: u32 = 200;
 pub(crate) struct Panels {
     /// First line, bold.
     pub(crate) title: String,
-    /// Second line.
     pub(crate) subtitle: String,
-    /// Number of columns.
     pub(crate) columns: usize,
     /// Whether each panel has a legend on its right.
     pub(crate) legends: bool,

@@ -100,7 +100,6 @@ impl Plot {
         document(&self.title, [WIDTH, HEIGHT], |root| self.draw_on(root, &layout))
     }
 
-    /// Draws the plot into an area.
     pub(super) fn draw_on(&self, root: &Area, layout: &Layout) -> Result<(), String> {
         let subtitle = match self.left_out() {
             0 => self.subtitle.clone(),

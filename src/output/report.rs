@@ -14,49 +14,36 @@ use crate::simulation::energy::EnergyBalance;
 pub(crate) struct Report {
     /// Title: the scene's name.
     pub(crate) title: String,
-    /// Version of isotherm.
     pub(crate) version: String,
-    /// The command line.
     pub(crate) command_line: String,
-    /// The scene file.
     pub(crate) scene: SourceFile,
     /// The other input files: model, material tables.
     pub(crate) inputs: Vec<SourceFile>,
-    /// The computing device.
     pub(crate) device: Device,
-    /// Speed of the run.
     pub(crate) speed: Speed,
     /// Error against the f64 reference. `None` if nothing was compared, as in a run of the reference itself.
     pub(crate) accuracy: Option<Accuracy>,
     /// Energy balance of the run. `None` if the scene does not keep it.
     pub(crate) energy: Option<EnergyBalance>,
-    /// Size of the model.
     pub(crate) model: ModelSize,
-    /// Buffers on the device.
     pub(crate) buffers: Vec<BufferSize>,
-    /// Passes of a step with their times.
     pub(crate) passes: Vec<PassTime>,
     /// Settings of the scene by section, in file order.
     pub(crate) settings: Vec<SettingGroup>,
     /// Defaults that were used.
     pub(crate) assumptions: Vec<String>,
-    /// Warnings for the user.
     pub(crate) warnings: Vec<String>,
     /// Effects that the scene switches off. They cost nothing.
     pub(crate) switched_off: Vec<String>,
     /// The drawn steps.
     pub(crate) frames: Vec<FrameEntry>,
-    /// Pictures for the page.
     pub(crate) pictures: Vec<Picture>,
-    /// Plots for the page.
     pub(crate) plots: Vec<PlotEntry>,
-    /// All files of the run.
     pub(crate) files: Vec<FileEntry>,
     /// Whether the run stopped before its last step.
     pub(crate) interrupted: bool,
 }
 
-/// An input file.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct SourceFile {
     /// `scene`, `model`, `materials`.
@@ -67,7 +54,6 @@ pub(crate) struct SourceFile {
     pub(crate) sha256: String,
 }
 
-/// A device and its driver.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct Device {
     /// `llvmpipe (LLVM 15.0.6, 256 bits)`, or `cpu` for the f64 reference.
@@ -78,12 +64,10 @@ pub(crate) struct Device {
     pub(crate) details: Vec<(String, String)>,
 }
 
-/// Speed of the run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct Speed {
     /// Steps, including the warm-up.
     pub(crate) steps: u64,
-    /// Number of images.
     pub(crate) images: u64,
     /// Median device time of a thermal step [ns/(node step)].
     pub(crate) ns_per_node_step: Option<f64>,
@@ -102,7 +86,6 @@ pub(crate) struct Speed {
 /// Size of the model during the run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct ModelSize {
-    /// Number of thermal nodes.
     pub(crate) nodes: u64,
     /// Number of drawn triangles.
     pub(crate) triangles: u64,
@@ -112,10 +95,8 @@ pub(crate) struct ModelSize {
     pub(crate) nodes_by_response: Vec<(String, u64)>,
 }
 
-/// A buffer on the device.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct BufferSize {
-    /// Its name.
     pub(crate) name: String,
     /// Size [bytes].
     pub(crate) bytes: u64,
@@ -124,7 +105,6 @@ pub(crate) struct BufferSize {
 /// Times of a pass, from timestamps on the device.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct PassTime {
-    /// Name of the pass.
     pub(crate) name: String,
     /// Median [ms].
     pub median_ms: f64,
@@ -144,7 +124,6 @@ impl PassTime {
     }
 }
 
-/// A group of settings.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct SettingGroup {
     /// `Orbit`, `Material white_paint`.
@@ -156,7 +135,6 @@ pub(crate) struct SettingGroup {
 /// A drawn step.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct FrameEntry {
-    /// Number of the step.
     pub(crate) step: u32,
     /// Time since the start [s].
     pub(crate) time_s: f64,
@@ -166,7 +144,6 @@ pub(crate) struct FrameEntry {
     pub(crate) picture: Option<String>,
 }
 
-/// A picture on the page.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct Picture {
     /// Caption.
@@ -178,10 +155,8 @@ pub(crate) struct Picture {
     pub(crate) png: Vec<u8>,
 }
 
-/// A plot on the page.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct PlotEntry {
-    /// Title.
     pub(crate) title: String,
     /// File, relative to the report.
     pub(crate) file: String,
@@ -205,7 +180,6 @@ impl PlotEntry {
     }
 }
 
-/// A file of the run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct FileEntry {
     /// Path, relative to the report.

@@ -8,7 +8,6 @@ use crate::simulation::energy::{EnergyBalance, PartEnergy};
 /// Most parts in the table of the energy balance. `report.json` has all of them.
 const MOST_PARTS: usize = 20;
 
-/// The page of a report.
 pub(crate) fn page(report: &Report) -> String {
     let mut html = Html::page(&format!("{} - isotherm report", report.title));
     html.element("h1", &report.title);

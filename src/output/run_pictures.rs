@@ -15,14 +15,12 @@ use crate::scene::{Draw, ImageFile, Scene, Time};
 
 /// Small pictures of several steps.
 pub(super) const CONTACT_SHEET: &str = "contact_sheet.png";
-/// Most pictures on the contact sheet.
 const MOST_TILES: usize = 12;
 /// Width of a picture on the contact sheet [px].
 const TILE_WIDTH: u32 = 320;
 
 /// A frame in the output folder.
 pub(super) struct WrittenFrame {
-    /// Its step.
     pub(crate) step: u32,
     /// Its number, where it has its own time.
     pub(crate) image: Option<u32>,
@@ -33,7 +31,6 @@ pub(super) struct WrittenFrame {
 }
 
 impl WrittenFrame {
-    /// Its file.
     pub(super) fn file(&self, kind: &str) -> String {
         frame_file(self.step, self.image, kind)
     }

@@ -14,9 +14,7 @@ pub(crate) struct SeriesRow {
     pub(crate) time: f64,
     /// All nodes.
     pub(crate) all: Option<Summary>,
-    /// Each part.
     pub(crate) parts: Vec<Option<Summary>>,
-    /// Each material.
     pub(crate) materials: Vec<Option<Summary>>,
     /// Each probe [K].
     pub(crate) probes: Vec<f32>,
@@ -64,17 +62,14 @@ impl Series {
         Ok(())
     }
 
-    /// Names of the parts.
     pub(crate) fn parts(&self) -> &[String] {
         &self.parts
     }
 
-    /// Names of the materials.
     pub(crate) fn materials(&self) -> &[String] {
         &self.materials
     }
 
-    /// Names of the probes.
     pub(crate) fn probes(&self) -> &[String] {
         &self.probes
     }
@@ -101,7 +96,6 @@ impl Series {
         write_rows(writer, std::iter::once(self.column_names()).chain(self.rows.iter().map(cells)))
     }
 
-    /// Names of the columns.
     pub(crate) fn column_names(&self) -> Vec<String> {
         let three = |prefix: String| ["min", "mean", "max"].map(|which| format!("{prefix}:{which}"));
         let parts = self.parts.iter().flat_map(|name| three(format!("part:{name}")));

@@ -21,13 +21,9 @@ pub(crate) struct Kind {
 
 /// The lines of `series.csv`.
 pub(crate) struct SeriesLines {
-    /// Unit of the times.
     pub(crate) clock: Clock,
-    /// Materials.
     pub(crate) materials: Kind,
-    /// Parts.
     pub(crate) parts: Kind,
-    /// Probes.
     pub(crate) probes: Kind,
 }
 

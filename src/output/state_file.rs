@@ -18,7 +18,6 @@ use super::temporary::Unfinished;
 use crate::saved::Saved;
 
 const MAGIC: &[u8] = b"isotherm state\n";
-/// Version of the format.
 const VERSION: u32 = 1;
 const ORDER: u32 = 0x0102_0304;
 const SUM_BYTES: usize = 32;

@@ -21,13 +21,11 @@ pub(crate) struct Summary {
 /// Median, tenth and ninetieth percentile of samples.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Spread {
-    /// Median.
     pub(crate) median: f64,
     /// Tenth percentile.
     pub(crate) p10: f64,
     /// Ninetieth percentile.
     pub(crate) p90: f64,
-    /// Number of samples.
     pub(crate) samples: u64,
 }
 

@@ -8,9 +8,7 @@ use super::folder::Folder;
 use super::gray::{animated, read_png};
 use crate::scene::{ImageFiles, Video};
 
-/// File of an animated PNG.
 pub(crate) const APNG: &str = "video.png";
-/// File of an MP4.
 pub(crate) const MP4: &str = "video.mp4";
 
 /// Refuses a video that can not be made, before the run.

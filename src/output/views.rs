@@ -7,7 +7,6 @@ use super::ticks::union;
 /// The camera's view at one step under each response.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Views {
-    /// Number of the step.
     pub(crate) step: u32,
     /// The time in words.
     pub(crate) caption: String,

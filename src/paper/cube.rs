@@ -228,9 +228,7 @@ pub(crate) struct Extremes {
     pub(crate) lowest: f64,
     /// Highest [K].
     pub(crate) highest: f64,
-    /// Step of the lowest.
     pub(crate) lowest_step: f64,
-    /// Step of the highest.
     pub(crate) highest_step: f64,
 }
 

@@ -29,12 +29,10 @@ pub(crate) struct Table {
     pub(crate) rows: Vec<Vec<f64>>,
 }
 
-/// A figure and its data.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Figure {
     /// Number in the paper.
     pub(crate) number: u8,
-    /// The picture.
     pub(crate) svg: String,
     /// One table for each panel.
     pub(crate) tables: Vec<Table>,

@@ -4,10 +4,8 @@ use super::checks::Check;
 use super::files::{FIGURE_7, plot_name, tables};
 use crate::output::html::{Html, kelvin};
 
-/// The contents of the page.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Page<'a> {
-    /// The computing device.
     pub(crate) device: &'a str,
     /// The SVG of figures 2 to 6.
     pub(crate) plots: &'a [(u8, String)],
@@ -20,7 +18,6 @@ pub(crate) struct Page<'a> {
 }
 
 impl Page<'_> {
-    /// The document.
     pub(crate) fn html(&self) -> String {
         let mut html = Html::page("The paper's figures - isotherm");
         html.element("h1", "The paper's figures, made again");

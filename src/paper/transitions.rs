@@ -90,7 +90,6 @@ pub(crate) const JUMPS: [Jump; 10] = [
 /// A transition and its temperatures [K] at steps 0 to [`LAST_STEP`].
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Computed {
-    /// The jump.
     pub(crate) jump: Jump,
     /// Temperatures with the quadratic function, as in the figures.
     pub(crate) quadratic: Vec<f64>,

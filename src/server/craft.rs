@@ -32,7 +32,6 @@ pub(crate) struct View {
     pub(crate) body_from_camera: DMat3,
 }
 
-/// A craft of a session.
 pub(crate) struct Craft {
     simulation: Simulation,
     /// Length of a step [s].
@@ -51,7 +50,6 @@ impl Craft {
         Ok(Self { simulation, step, last: None })
     }
 
-    /// The simulation of the craft.
     pub(crate) fn simulation(&mut self) -> &mut Simulation {
         &mut self.simulation
     }

@@ -79,7 +79,6 @@ pub(crate) enum Refusal {
 }
 
 impl Refusal {
-    /// A refusal for a reason.
     pub(crate) fn because(reason: impl Into<String>) -> Self {
         Self::Reason(reason.into())
     }

@@ -37,7 +37,6 @@ pub struct Picture {
     pub range: Option<[f64; 2]>,
 }
 
-/// Draws pictures of a scene.
 pub(crate) struct Painter {
     kind: Kind,
     range: [f64; 2],
@@ -46,7 +45,6 @@ pub(crate) struct Painter {
 }
 
 impl Painter {
-    /// A painter of a kind of picture.
     pub(crate) fn new(picture: Picture, scene: &Scene) -> Self {
         Self {
             kind: picture.kind,

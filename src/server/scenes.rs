@@ -57,7 +57,6 @@ impl Scenes {
         self.all.iter().find(|scene| scene.names.iter().any(|known| known == name))
     }
 
-    /// The scene of a name.
     pub(crate) fn get(&self, name: &str) -> Option<&Scene> {
         self.named(name).map(|named| &named.scene)
     }

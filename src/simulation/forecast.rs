@@ -29,15 +29,12 @@ pub(crate) struct Rate {
 }
 
 impl Rate {
-    /// The f64 reference.
     pub(crate) const REFERENCE: Self = Self { of: "the f64 reference", node: 150e-9, pixel: 1e-6, step: 60e-6 };
     /// A Vulkan driver that computes on the processor.
     pub(crate) const PROCESSOR: Self =
         Self { of: "a Vulkan driver on the processor", node: 60e-9, pixel: 400e-9, step: 400e-6 };
-    /// A GPU.
     pub(crate) const GPU: Self = Self { of: "a GPU", node: 1e-9, pixel: 150e-9, step: 150e-6 };
 
-    /// The rate of a target.
     pub(crate) fn of(target: &Target) -> Self {
         match target.device() {
             None => Self::REFERENCE,
@@ -47,7 +44,6 @@ impl Rate {
     }
 }
 
-/// The work of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Forecast {
     /// Steps of the warm-up. A periodic one ends as soon as it can, so this is the most.
@@ -56,11 +52,9 @@ pub(crate) struct Forecast {
     pub(crate) warm_up_is_most: bool,
     /// Steps after it.
     pub(crate) steps: u64,
-    /// Images.
     pub(crate) images: u64,
     /// Pixels of an image.
     pub(crate) pixels: u64,
-    /// Nodes.
     pub(crate) nodes: u64,
     /// Bytes of all files, before compression.
     pub(crate) file_bytes: f64,

@@ -22,7 +22,6 @@ pub(crate) trait Keep<E> {
     fn save(&mut self) -> Result<(), E>;
 }
 
-/// Keeps nothing.
 pub(crate) struct KeepNothing;
 
 impl<E> Keep<E> for KeepNothing {

@@ -36,7 +36,6 @@ pub(crate) const HOLLOW: &str = "A thermal network exchanges heat with space, Su
 /// The same with it.
 pub(crate) const HOLLOW_WITH_EXCHANGE: &str = "Nothing radiates inside hollow bodies.";
 
-/// A heater of a scene's network.
 #[derive(Debug, Clone)]
 struct Heated {
     /// What it heats and what it senses, in words.
@@ -85,7 +84,6 @@ impl SceneNetwork {
         self.has(slot) && self.network().kinds[self.node_of_slot[slot] as usize] == NodeKind::Diffusive
     }
 
-    /// Number of nodes of a kind.
     pub(crate) fn nodes_of(&self, kind: NodeKind) -> usize {
         self.network().kinds.iter().filter(|one| **one == kind).count()
     }

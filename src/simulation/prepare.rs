@@ -65,7 +65,6 @@ pub struct Prepared {
     pub shadow_tree: Option<Occluders>,
     /// Node indices of the triangles that cast shadows, which are those of the model before it is split. Empty without shadows.
     pub(crate) occluders: Vec<[u32; 3]>,
-    /// The runs of `occluders`.
     pub(crate) occluder_runs: Vec<TriangleRun>,
     /// Result of merging short edges, where the scene asks for it.
     pub(crate) merged: Option<Merged>,

@@ -20,11 +20,9 @@ const STATES: u32 = 64;
 /// A node whose temperature is drawn over time.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub(crate) struct Probe {
-    /// Its number.
     pub(crate) id: u64,
     /// Its name in the scene, or that of its part.
     pub(crate) name: String,
-    /// Its material.
     pub(crate) material: String,
     /// Its vertex of the model, with the scene's node density.
     pub(crate) node: usize,
@@ -82,7 +80,6 @@ impl Player {
         Ok(player)
     }
 
-    /// The simulation.
     pub(crate) fn simulation(&mut self) -> &mut Simulation {
         &mut self.simulation
     }
@@ -92,7 +89,6 @@ impl Player {
         self.step
     }
 
-    /// Steps of the scene.
     pub(crate) fn steps(&self) -> u32 {
         self.simulation.prepared().scene.time.steps
     }
@@ -145,7 +141,6 @@ impl Player {
         Ok(())
     }
 
-    /// The probes.
     pub(crate) fn probes(&self) -> &[Probe] {
         &self.probes
     }

@@ -39,15 +39,12 @@ pub(crate) enum Request {
     SceneCamera {},
     /// Chooses what comes with an image.
     Show {
-        /// What.
         quantity: Quantity,
     },
-    /// Time plays.
     Play {
         /// At most so many steps in a second.
         rate: f64,
     },
-    /// Time stands.
     Pause {},
     /// Goes to the step nearest to a time.
     Seek {
@@ -66,9 +63,7 @@ pub(crate) enum Request {
         /// Row.
         y: u32,
     },
-    /// Removes a probe.
     Remove {
-        /// Its number.
         probe: u64,
     },
     /// Compares a run of the scene with the f64 reference.

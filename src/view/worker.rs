@@ -31,7 +31,6 @@ const REST: Duration = Duration::from_millis(500);
 pub(crate) enum ToPage {
     /// JSON.
     Text(String),
-    /// An image.
     Image(Vec<u8>),
 }
 
@@ -39,7 +38,6 @@ pub(crate) enum ToPage {
 pub(crate) enum Command {
     /// A page was opened.
     Join {
-        /// Its number.
         id: u64,
         /// The way to it.
         page: Sender<ToPage>,
@@ -52,7 +50,6 @@ pub(crate) enum Command {
     Tell(String),
 }
 
-/// An open page.
 struct Page {
     to: Sender<ToPage>,
     look: Look,
@@ -64,9 +61,7 @@ struct Page {
     seen: Option<Seen>,
 }
 
-/// The worker.
 pub(crate) struct Worker {
-    /// The simulation.
     pub(crate) player: Player,
     /// What all pages have in common.
     pub(crate) common: Common,

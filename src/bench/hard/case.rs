@@ -106,7 +106,6 @@ pub struct HardRow {
     pub error: Option<f64>,
     /// Largest allowed error.
     pub limit: f64,
-    /// Source of the limit.
     pub(crate) limit_source: String,
     /// Whether the error is within the limit. `None` if nothing was measured.
     pub(crate) holds: Option<bool>,

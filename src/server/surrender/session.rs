@@ -15,7 +15,6 @@ use crate::server::error::{End, Refusal};
 use crate::server::listen::Server;
 use crate::simulation::image::Image;
 
-/// Most craft of a session.
 const MOST_CRAFT: usize = 8;
 /// The call by which a script steps the temperatures: `client.runLuaCode("isotherm.step_to(600)")`.
 const STEP_TO: &str = "isotherm.step_to(";

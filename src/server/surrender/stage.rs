@@ -7,7 +7,6 @@ use glam::{DMat3, DQuat, DVec3, DVec4};
 use crate::server::craft::{Craft, View};
 use crate::server::error::Refusal;
 
-/// Most objects of a script.
 const MOST_OBJECTS: usize = 10_000;
 /// Most bytes of a name.
 const LONGEST_NAME: usize = 1000;
@@ -23,7 +22,6 @@ fn forward_from_backward() -> DMat3 {
     DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0))
 }
 
-/// An object of a script.
 #[derive(Default)]
 pub(crate) struct Object {
     /// Position in the script's frame [m].
@@ -80,12 +78,10 @@ impl Stage {
         Ok(self.objects.entry(name.to_owned()).or_default())
     }
 
-    /// The object of a name.
     pub(crate) fn known(&self, name: &str) -> Option<&Object> {
         self.objects.get(name)
     }
 
-    /// Number of craft.
     pub(crate) fn craft_count(&self) -> usize {
         self.objects.values().filter(|object| object.craft.is_some()).count()
     }

@@ -41,7 +41,6 @@ pub enum Value {
 }
 
 impl Value {
-    /// The value as a number.
     pub(crate) fn number(&self) -> Option<f64> {
         match self {
             Self::Int(value) => Some(f64::from(*value)),
@@ -51,7 +50,6 @@ impl Value {
         }
     }
 
-    /// A list of this many numbers.
     pub(crate) fn numbers<const N: usize>(&self) -> Option<[f64; N]> {
         let Self::List(list) = self else { return None };
         let numbers: Option<Vec<f64>> = list.iter().map(Self::number).collect();

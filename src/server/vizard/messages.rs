@@ -18,22 +18,17 @@ pub(crate) struct Time {
 /// Date of the start, UTC.
 #[derive(Clone, PartialEq, Message)]
 pub(crate) struct Epoch {
-    /// Year.
     #[prost(int32, tag = "1")]
     pub(crate) year: i32,
     /// Month, from 1.
     #[prost(int32, tag = "2")]
     pub(crate) month: i32,
-    /// Day, from 1.
     #[prost(int32, tag = "3")]
     pub(crate) day: i32,
-    /// Hour.
     #[prost(int32, tag = "4")]
     pub(crate) hours: i32,
-    /// Minute.
     #[prost(int32, tag = "5")]
     pub(crate) minutes: i32,
-    /// Second.
     #[prost(double, tag = "6")]
     pub(crate) seconds: f64,
 }
@@ -78,7 +73,6 @@ pub(crate) struct Spacecraft {
     pub(crate) parent: String,
 }
 
-/// A camera.
 #[derive(Clone, PartialEq, Message)]
 pub(crate) struct Camera {
     /// Number by which an image is asked for.
@@ -121,7 +115,6 @@ pub(crate) struct CustomModel {
 /// Settings of the visualiser.
 #[derive(Clone, PartialEq, Message)]
 pub(crate) struct Settings {
-    /// Models.
     #[prost(message, repeated, tag = "12")]
     pub(crate) models: Vec<CustomModel>,
 }
@@ -137,16 +130,13 @@ pub(crate) struct LiveSettings {
 /// Everything that a step of the simulation shows.
 #[derive(Clone, PartialEq, Message)]
 pub(crate) struct VizMessage {
-    /// Time.
     #[prost(message, optional, tag = "1")]
     pub(crate) time: Option<Time>,
     /// Planets, moons and the Sun.
     #[prost(message, repeated, tag = "2")]
     pub(crate) bodies: Vec<Body>,
-    /// Spacecraft.
     #[prost(message, repeated, tag = "3")]
     pub(crate) spacecraft: Vec<Spacecraft>,
-    /// All cameras.
     #[prost(message, repeated, tag = "4")]
     pub(crate) cameras: Vec<Camera>,
     /// Settings, not in every message.

@@ -16,7 +16,6 @@ const LEAST_SUN_DISTANCE: f64 = 1e9;
 /// Where the Sun's position is from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum SunFrom {
-    /// The message.
     Message,
     /// The date, because the message has no Sun.
     NoSun,
@@ -27,7 +26,6 @@ pub(crate) enum SunFrom {
 /// Planet and Sun of a message. Vectors have the message's origin and axes.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Heavens {
-    /// Name of the planet.
     pub(crate) planet: String,
     /// Radius of the planet [m]. 0 if it is unknown.
     pub(crate) radius: f64,
@@ -35,7 +33,6 @@ pub(crate) struct Heavens {
     velocity: DVec3,
     gravity: f64,
     sun: DVec3,
-    /// Where the Sun's position is from.
     pub(crate) sun_from: SunFrom,
 }
 

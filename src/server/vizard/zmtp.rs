@@ -27,7 +27,6 @@ struct Frame {
 /// A request: what leads the answer back, and the frames.
 pub(crate) struct Request {
     envelope: Vec<Vec<u8>>,
-    /// The frames of the message.
     pub(crate) frames: Vec<Vec<u8>>,
 }
 
