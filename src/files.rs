@@ -1,4 +1,4 @@
-//! Opens every file that a user, a scene or a glTF names: what kind of file it may be, where it may lie, how much of it is read.
+//! Opens every file that a user, a scene or a glTF names. Kind, folder and size of the file are checked.
 
 use std::fs::{File, Metadata};
 use std::io::Read;
@@ -13,10 +13,10 @@ pub enum FileFault {
     /// The operating system does not open or read it.
     #[error("{0}")]
     Io(#[from] std::io::Error),
-    /// It is a folder, a device, a pipe or a socket.
+    /// A folder, a device, a pipe or a socket.
     #[error("it is {0}, and only regular files are read here")]
     Kind(&'static str),
-    /// It lies outside the folder of the file that names it.
+    /// A file outside the folder of the file that names it.
     #[error(
         "{} lies outside {}, the folder of the file that names it; --allow-outside reads it all the same",
         path.display(),
@@ -28,7 +28,7 @@ pub enum FileFault {
         /// The folder.
         folder: PathBuf,
     },
-    /// It is longer than what is read.
+    /// A file with more than this many bytes.
     #[error("it has more than {0} bytes, the most that is read")]
     Long(u64),
     /// A text is not UTF-8.
@@ -52,7 +52,7 @@ impl Reach {
         Self::Within(folder.to_path_buf())
     }
 
-    /// Whether `path` is a regular file that may be read. A symbolic link counts as what it leads to.
+    /// Whether `path` is a regular file that may be read. A symbolic link counts as its target.
     ///
     /// # Errors
     /// See [`FileFault`].

@@ -1,6 +1,7 @@
-//! What is probably wrong in a scene that can run: a camera that sees nothing, a model in millimetres, a thickness in the wrong unit.
+//! Finds probable mistakes in a scene that can run: a camera that sees nothing, a model in millimetres, a thickness in the wrong
+//! unit.
 //!
-//! Nothing is stepped and no device is used. Each finding names what it is about and says what to do.
+//! Nothing is stepped and no device is used. Each finding names its subject and gives advice.
 
 use glam::DVec3;
 
@@ -16,7 +17,7 @@ mod meshes;
 mod shapes;
 mod view;
 
-/// The facts that the checks look at, and what they find.
+/// The facts that the checks look at, and their findings.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Checked {
     /// Lower and upper corner of the box around the craft, in the body frame and the file's pose [m].
@@ -25,7 +26,7 @@ pub struct Checked {
     pub(crate) sight: Option<Sight>,
     /// Every material that the model uses.
     pub(crate) materials: Vec<MaterialFacts>,
-    /// What is probably wrong.
+    /// The probable mistakes.
     pub findings: Vec<Finding>,
 }
 

@@ -1,4 +1,4 @@
-//! What the tests, the tools and the Python package of this repository use besides the public face. It promises nothing: any name here may go at any time.
+//! Items that the tests, the tools and the Python package of this repository use besides the public face. Any name here may go at any time.
 
 pub use crate::bench::cases::{NetworkCase, Size, all as all_cases};
 pub use crate::bench::files::{OWN, PAGE, RECORD, write as write_bench_files};
@@ -77,7 +77,7 @@ pub use crate::guard::check;
 pub use crate::guard::finding::{Effort as CheckEffort, Finding};
 pub use crate::host::peak_memory;
 pub use crate::labels::craft::Craft;
-pub use crate::labels::from_scene::{Place, craft, labelled};
+pub use crate::labels::from_scene::{ImageIdentity, craft, labelled};
 pub use crate::labels::image::{LabelledImage, Split};
 pub use crate::labels::key_points::{Visibility, chosen, seen};
 pub use crate::labels::made::{Lines, Made as LabelsMade, fixed, made, orbit};
@@ -116,7 +116,7 @@ pub use crate::scene::{
 pub use crate::server::connection::Patience;
 pub use crate::server::listen::{Server, Talk, bind, serve};
 pub use crate::server::log::Log;
-pub use crate::server::picture::{Kind, Picture};
+pub use crate::server::picture::{PictureKind, PictureStyle};
 pub use crate::server::scenes::Scenes;
 pub use crate::server::surrender::talk as talk_surrender;
 pub use crate::server::surrender::values::{Hash, Value, write as write_value};
@@ -125,7 +125,7 @@ pub use crate::simulation::check::{Check, StepLengthError};
 pub use crate::simulation::device_data::{DeviceData, device_material};
 pub use crate::simulation::device_engine::DeviceEngine;
 pub use crate::simulation::energy::{Account, EnergyBalance};
-pub use crate::simulation::engine::{Delivered, Engine, EngineError, Order as EngineOrder, Pixels, Rows, Step};
+pub use crate::simulation::engine::{Delivered, Engine, EngineError, Order as EngineOrder, Pixels, RowMoments, EngineStep};
 pub use crate::simulation::network::StepCost;
 pub use crate::simulation::network_file::network_file;
 pub use crate::simulation::pose::check_camera;

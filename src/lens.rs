@@ -1,8 +1,8 @@
 //! The lens of a camera in f64: where a ray meets the image, and which ray a pixel sees. The device has its results as a table.
 //!
-//! A ray is (x, y) = (X / Z, Y / Z) in camera axes: +X right, +Y down, +Z forward. The models and the order of their numbers are those of OpenCV (module
-//! calib3d: `projectPoints` and `fisheye::projectPoints`). Pixels differ by half a pixel: the centre of the upper left pixel is (0.5, 0.5) here and (0, 0) in
-//! OpenCV.
+//! A ray is (x, y) = (X / Z, Y / Z) in camera axes: +X right, +Y down, +Z forward. The models and the order of their numbers follow OpenCV (module
+//! calib3d: `projectPoints` and `fisheye::projectPoints`). Pixels differ by half a pixel: the centre of the upper left pixel is (0.5, 0.5) here and
+//! (0, 0) in OpenCV.
 
 pub(crate) mod rolling;
 
@@ -139,7 +139,7 @@ impl Lens {
         DMat2::from_cols(DVec2::new(self.focal[0], 0.0), DVec2::new(self.skew, self.focal[1]))
     }
 
-    /// Where a ray meets the image [px]. A ray far outside the frame may land within it, because a model describes only what its frame shows.
+    /// Where a ray meets the image [px]. A ray far outside the frame may land within it, because a model holds only for rays inside its frame.
     pub(crate) fn project(&self, ray: DVec2) -> DVec2 {
         self.matrix() * self.distortion.bend(ray).0 + DVec2::from(self.centre)
     }

@@ -37,7 +37,7 @@ pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 +
     let traced = surface.around.as_ref().and_then(|around| around.traced);
     let mut places = if traced.is_some() { centres(grid(view.samples)) } else { places(view.samples).to_vec() };
     let counted = places.len();
-    // Identity and temperature are those of the centre, which is the place of a single sample.
+    // Identity and temperature are taken at the centre, which is the place of a single sample.
     places.extend((counted > 1).then_some([0.5, 0.5]));
     let each = places.len();
     pixels.par_chunks_mut(view.width.max(1) as usize).enumerate().for_each(|(row, pixels)| {

@@ -1,4 +1,4 @@
-//! Named lists of plain numbers: what a run needs to go on later, bit for bit.
+//! Named lists of plain numbers, from which a run goes on later, bit for bit.
 //!
 //! Every room puts its own numbers under its own name and takes them back. `output/state_file.rs` writes the lists to a file.
 
@@ -12,7 +12,6 @@ use bytemuck::Pod;
 pub struct SavedError {
     /// Name of the list.
     pub(crate) name: String,
-    /// What is wrong with it.
     pub(crate) reason: String,
 }
 

@@ -1,7 +1,7 @@
 //! Records the times of work on host and device, as JSON for Perfetto and chrome://tracing.
 //!
-//! The device's timestamps give the times of passes. They are shifted to the host's clock so that no frame begins before its submission. The file states
-//! how uncertain this shift is. Work outside the frame (uploads, stages of networks) appears only in the host's spans.
+//! The device's timestamps give the times of passes. All of them are shifted to the host's clock so that no frame begins before its submission. The
+//! file states how uncertain this shift is. Work outside the frame (uploads, stages of networks) appears only in the host's spans.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;

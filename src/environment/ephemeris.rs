@@ -51,11 +51,11 @@ pub(crate) struct Segment {
 /// A trajectory given by samples.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Ephemeris {
-    /// In order of time. They may touch.
+    /// In order of time. Two pieces may touch.
     pieces: Vec<Segment>,
 }
 
-/// Counts of what was found in the samples, for the report.
+/// Counts of irregular samples, for the report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Findings {
     /// Samples equal to the one before.

@@ -1,8 +1,8 @@
 //! Joints: rigid motions of parts against the body, and their positions over time.
 //!
-//! A joint moves its glTF node and everything below it. Its *pose* `body_from_joint` is a rigid motion. It takes geometry from the pose in
-//! the file to its present place. It is the pose of the parent joint times the joint's own rotation or translation. Poses are listed with
-//! the body (which does not move) at 0 and joint `i` at `i + 1`.
+//! A joint moves its glTF node and everything below it. The *pose* of a joint, `body_from_joint`, is the rigid motion that takes geometry
+//! from its place in the file to its present place. This pose is the pose of the parent joint times the joint's own rotation or
+//! translation. Poses are listed with the body (which does not move) at 0 and joint `i` at `i + 1`.
 
 use std::f64::consts::{PI, TAU};
 
@@ -21,14 +21,14 @@ const ALONG: f64 = 1e-9;
 
 /// The degree of freedom of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum JointKind {
     /// Rotation about the axis.
     Rotation,
     /// Translation along the axis.
     Translation,
 }
 
-/// What prescribes the position of a joint.
+/// How the position of a joint is prescribed.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Drive {
     /// A constant position [rad or m].
@@ -42,7 +42,7 @@ pub(crate) enum Drive {
     },
     /// The joint turns a direction as near to the Sun as it can.
     Sun {
-        /// Unit direction in the file's pose, body frame. It is not along the joint's axis.
+        /// Unit direction in the file's pose, body frame, not along the joint's axis.
         facing: DVec3,
         /// Angle added to the Sun's [rad].
         offset: f64,
@@ -52,13 +52,11 @@ pub(crate) enum Drive {
 /// A joint with one degree of freedom.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Guided {
-    /// Its degree of freedom.
-    pub(crate) kind: Kind,
+    pub(crate) kind: JointKind,
     /// Unit axis in the file's pose, body frame.
     pub(crate) axis: DVec3,
     /// A point on the axis in the file's pose, body frame [m].
     pub(crate) origin: DVec3,
-    /// What prescribes its position.
     pub(crate) drive: Drive,
     /// Least and greatest position [rad or m].
     pub(crate) limits: Option<[f64; 2]>,
@@ -114,7 +112,7 @@ pub enum JointError {
         /// The joints of the scene.
         known: String,
     },
-    /// It plays an animation.
+    /// A joint that plays an animation.
     #[error("the joint '{name}' plays an animation, which prescribes its position")]
     Played {
         /// The joint.
@@ -165,8 +163,8 @@ impl Drive {
 }
 
 impl Guided {
-    /// The position nearest to `target` within the limits. A joint that tracks the Sun points the same way after a whole turn. It takes
-    /// the angle nearest to `near`.
+    /// The position nearest to `target` within the limits. A joint that tracks the Sun points the same way after a whole turn, so the
+    /// angle nearest to `near` is taken.
     fn within_limits(&self, target: f64, near: Option<f64>) -> f64 {
         let turns = matches!(self.drive, Drive::Sun { .. });
         match self.limits {
@@ -190,11 +188,11 @@ impl Guided {
     /// The rigid motion at a position, in the file's pose.
     fn motion(&self, position: f64) -> DAffine3 {
         match self.kind {
-            Kind::Rotation => {
+            JointKind::Rotation => {
                 let turn = DMat3::from_axis_angle(self.axis, position);
                 DAffine3::from_mat3_translation(turn, self.origin - turn * self.origin)
             }
-            Kind::Translation => DAffine3::from_translation(self.axis * position),
+            JointKind::Translation => DAffine3::from_translation(self.axis * position),
         }
     }
 }
@@ -238,7 +236,7 @@ impl Joint {
     /// Whether its position is an angle.
     pub(crate) fn turns(&self) -> bool {
         match &self.motion {
-            Motion::Guided(guided) => guided.kind == Kind::Rotation,
+            Motion::Guided(guided) => guided.kind == JointKind::Rotation,
             Motion::Played(played) => played.rotation.is_some(),
         }
     }

@@ -57,7 +57,7 @@ impl From<Arc<Trajectory>> for Orbit {
 }
 
 impl Orbit {
-    /// Period [s]. For a trajectory it is that of the osculating orbit at time 0. It is infinite for given places.
+    /// Period [s]. A trajectory has the period of its osculating orbit at time 0. Given places have an infinite one.
     pub fn period(&self) -> f64 {
         match self {
             Self::Circular(orbit) => orbit.period,

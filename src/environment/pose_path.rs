@@ -42,7 +42,7 @@ pub(crate) struct PosePath {
     pub(crate) places: Places,
     /// Rotations.
     pub(crate) turns: Turns,
-    /// Rotates camera axes into those of its carrier.
+    /// Rotates camera axes into the axes of the camera's carrier.
     pub(crate) mount: DQuat,
 }
 
@@ -56,7 +56,7 @@ pub enum NoPose {
         what: &'static str,
         /// Time [s].
         time: f64,
-        /// What is covered instead.
+        /// The covered interval, in words.
         covered: String,
     },
     /// A line of sight that is parallel to `up`, or no line of sight.

@@ -1,4 +1,4 @@
-//! Positions at times, interpolated by cubics whose slopes are those of parabolas through neighbours.
+//! Positions at times, interpolated by cubics. Parabolas through neighbouring positions give the slopes.
 
 use glam::DVec3;
 

@@ -22,7 +22,7 @@ pub(crate) struct RotationSample {
 /// The reference frame of a history.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum HistoryFrame {
-    /// The scene's inertial frame: GCRF, or that of the circular orbit.
+    /// The scene's inertial frame: GCRF, or the frame of the circular orbit.
     Inertial,
     /// The orbit frame (LVLH).
     Orbit,
@@ -53,7 +53,7 @@ pub(crate) struct RotationSegment {
 /// An attitude given by samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RotationHistory {
-    /// Its source, for reports.
+    /// Source, for reports.
     pub(crate) description: String,
     /// The frame of the rotations.
     pub(crate) frame: HistoryFrame,

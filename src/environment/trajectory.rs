@@ -18,7 +18,7 @@ const CENTURY: f64 = 36_525.0 * 86_400.0;
 /// A trajectory around the Earth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
-    /// Its source, for reports.
+    /// Source, for reports.
     pub(crate) description: String,
     /// Time 0 of the scene.
     start: Epoch,
@@ -66,7 +66,7 @@ pub enum TrajectoryError {
     Propagation {
         /// Time, UTC.
         time: String,
-        /// What the propagator says.
+        /// Message of the propagator.
         reason: String,
     },
     /// A position inside the planet.
@@ -99,7 +99,7 @@ impl Trajectory {
         Ok(trajectory)
     }
 
-    /// A trajectory that need not cover time 0. It has no period.
+    /// A trajectory without a period, which need not cover time 0.
     pub(crate) fn elsewhere(description: String, start: Epoch, source: Source) -> Self {
         // Seconds are added to this epoch. TAI has no leap seconds.
         let start = start.to_time_scale(TimeScale::TAI);

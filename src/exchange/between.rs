@@ -27,11 +27,11 @@ pub struct ViewFactor {
     pub to: To,
     /// Its share.
     pub factor: f64,
-    /// Standard error of this share, as that of independent rays.
+    /// Standard error of this share, as for independent rays.
     pub error: f64,
 }
 
-/// View factors between groups. `group` tells that of each patch. The planet is that of a load; without one everything beside the craft is space.
+/// View factors between groups. `group` holds the group of each patch. The load may hold a planet; without one everything beside the craft is space.
 pub fn view_factors(exchange: &Exchange, group: &[usize], load: &StepLoad) -> Vec<ViewFactor> {
     let factors = &exchange.factors;
     let mut areas = BTreeMap::new();
@@ -68,8 +68,8 @@ pub fn view_factors(exchange: &Exchange, group: &[usize], load: &StepLoad) -> Ve
     found.collect()
 }
 
-/// Radiative exchange areas [m2] between groups, all reflections of infrared counted: emissivity times area times Gebhart's factor. Each pair stands once. Those to
-/// space contain the planet, because they are those of the whole sky.
+/// Radiative exchange areas [m2] between groups, all reflections of infrared counted: emissivity times area times Gebhart's factor. Each pair stands
+/// once. Areas to space include the planet, because they cover the whole sky.
 pub(crate) fn radiative_areas(exchange: &Exchange, group: &[usize]) -> Vec<(usize, To, f64)> {
     let mut sums: BTreeMap<(usize, To), f64> = BTreeMap::new();
     for (patch, own) in exchange.patches.iter().enumerate() {

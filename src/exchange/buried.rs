@@ -14,7 +14,7 @@ const RAYS: u32 = 16;
 /// Size of patches [m] of which each has the nodes of a single place.
 const ONE_PLACE: f64 = 1e-6;
 
-/// Whether most of what the front and the back of each node see are inner faces, in the file's pose.
+/// Whether the front and the back of each node see mostly inner faces, in the file's pose.
 pub fn buried(surface: &Surface, materials: &[Material]) -> Vec<[bool; 2]> {
     let faces = Patches::new(surface, materials, ONE_PLACE, &[]);
     let count = faces.all.len() as u32;

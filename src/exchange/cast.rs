@@ -58,7 +58,7 @@ pub(crate) fn start_of(surface: &Surface, patches: &Patches, patch: u32, ray: u3
     let [place, s, ..] = fractions(patch, ray);
     let at = corners.partition_point(|corner| corner.up_to < place).min(corners.len() - 1);
     let before = if at == 0 { 0.0 } else { corners[at - 1].up_to };
-    // What the place leaves within its corner is as even as the place itself.
+    // The place within its corner, scaled to [0, 1], is as evenly spread as the place itself.
     let within = ((place - before) / (corners[at].up_to - before)).clamp(0.0, 1.0);
     let corner = corners[at].corner as usize;
     let [a, b, c] = surface.triangles[corner / 3].map(|node| surface.positions[node as usize]);
@@ -78,7 +78,8 @@ pub(crate) fn end_of(surface: &Surface, patches: &Patches, occluders: &Occluders
     }
 }
 
-/// The patch that a ray meets: that of the nearest corner, on the side from which the ray comes. `faces` are the fronts and backs of the corners.
+/// The patch that a ray meets: the patch of the nearest corner, on the side from which the ray comes. `faces` are the fronts and backs of the
+/// corners.
 pub(crate) fn face_of(faces: &[[u32; 2]; 3], hit: &Hit) -> u32 {
     let [first, second, third] = [1.0 - hit.u - hit.v, hit.u, hit.v];
     let nearest = if first >= second.max(third) {

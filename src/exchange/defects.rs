@@ -1,4 +1,5 @@
-//! What is wrong with a surface for rays: open edges, edges of more than two triangles, faces that coincide, bodies with inward normals, and nodes without area.
+//! Finds defects of a surface that mislead rays: open edges, edges of more than two triangles, faces that coincide, bodies with inward normals, and
+//! nodes without area.
 
 use std::collections::HashMap;
 
@@ -7,7 +8,7 @@ use glam::{DVec3, Vec3};
 use super::patches::Surface;
 use crate::thermal::material::{Material, Sides};
 
-/// Counts of what is wrong. None of it is mended.
+/// Counts of the defects. None of them is mended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Defects {
     /// Edges of a single triangle of a material that exchanges heat outside only. Rays see its inner face through the hole.
@@ -55,7 +56,7 @@ impl Defects {
         found
     }
 
-    /// What to tell the user. Empty where nothing is wrong.
+    /// Messages for the user, one for each kind of defect that occurs.
     pub fn warnings(&self) -> Vec<String> {
         let told = [
             (

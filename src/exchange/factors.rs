@@ -11,7 +11,7 @@ use super::cast::{INSIDE, SPACE};
 use super::patches::Patch;
 use super::sparse::{Row, Sparse};
 
-/// Most rounds in which rows are closed. What is left then goes to the diagonal.
+/// Most rounds in which rows are closed. The diagonal takes the rest.
 const ROUNDS: usize = 2000;
 /// Error of a row that counts as closed, over its area.
 const CLOSED: f64 = 1e-13;
@@ -30,7 +30,7 @@ pub struct Factors {
     pub space: Vec<f64>,
     /// Rays of each patch.
     pub(crate) rays: u32,
-    /// What was changed to make the view factors reciprocal and closed.
+    /// Changes that made the view factors reciprocal and closed.
     pub correction: Correction,
     /// Share of the rays of each patch that ended on the inner face of a skin.
     pub inside: Vec<f64>,
@@ -43,7 +43,7 @@ pub struct Correction {
     pub rms: f64,
     /// The largest.
     pub(crate) largest: f64,
-    /// Largest error of a row that no factors close, over its area. It went to the diagonal.
+    /// Largest error of a row that no factors close, over its area. The diagonal takes this error.
     pub unclosed: f64,
 }
 
@@ -95,7 +95,7 @@ impl Factors {
         self.space[from] / self.areas[from]
     }
 
-    /// Variance of a shared area [m4] as that of independent rays, at least that of a single ray.
+    /// Variance of a shared area [m4] as for independent rays, at least the variance of a single ray.
     pub(crate) fn variance(&self, from: usize, to: u32) -> f64 {
         let (own, other) = (self.areas[from], self.areas[to as usize]);
         let shared = self.shared.at(from, to);

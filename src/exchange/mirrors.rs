@@ -1,4 +1,4 @@
-//! Sunlight that patches mirror once: rays leave them in the mirror direction, and what they meet receives their light.
+//! Sunlight that patches mirror once: rays leave them in the mirror direction, and the patches that the rays meet receive the light.
 //!
 //! Each joint has a tree of its own in the file's pose, and a ray is turned into the frame of each. So a craft that moves needs no new trees, and the rays follow
 //! the present pose. A rough mirror spreads its rays over the visible facets of GGX. The Sun is a point here.
@@ -14,13 +14,13 @@ use crate::environment::StepLoad;
 use crate::environment::shadow::Occluders;
 use crate::thermal::lobe::facet_reflection;
 
-/// Most mirrored rays of a patch. They have one direction, so fewer do than for a hemisphere.
+/// Most mirrored rays of a patch. Rays of one direction need not be as many as rays over a hemisphere.
 pub(crate) const MOST_RAYS: u32 = 32;
 
-/// Cosine below which the Sun does not light a face. It leaves room for the f32 of the device.
+/// Cosine below which the Sun does not light a face, with a margin for the f32 of the device.
 const GRAZING: f64 = -1e-5;
 
-/// The patches that mirror sunlight, and what their rays may meet.
+/// The patches that mirror sunlight, and the triangles that their rays may meet.
 #[derive(Debug, Clone)]
 pub struct Mirrors {
     faces: Vec<Face>,
@@ -61,7 +61,7 @@ struct Tree {
 /// Where mirrored sunlight goes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mirrored {
-    /// For each patch those whose mirrored light reaches it, each with the share that does times its area over that of the receiver.
+    /// Row i lists the patches j whose mirrored light reaches patch i: the share of the light that does, times the area of j over the area of i.
     pub arrives: Sparse,
     /// Share of the mirrored light of each patch that leaves the craft.
     pub lost: Vec<f64>,
@@ -139,7 +139,7 @@ impl Tree {
 struct Placed<'a> {
     mirrors: &'a Mirrors,
     load: &'a StepLoad,
-    /// The frame of each tree in that of the body.
+    /// Takes the body frame into the frame of each tree.
     from_body: Vec<DAffine3>,
 }
 
@@ -215,7 +215,8 @@ fn pose(load: &StepLoad, joint: u32) -> DAffine3 {
     load.joints.get(joint as usize).copied().unwrap_or_default()
 }
 
-/// Direction in which a face with a unit normal mirrors light of the Sun. What a rough one would send below its surface leaves as from a smooth one.
+/// Direction in which a face with a unit normal mirrors light of the Sun. Where a facet would send light below the surface, a smooth mirror stands in
+/// for it.
 pub fn reflection(sun: DVec3, normal: DVec3, roughness: f64, facet: [f64; 2]) -> DVec3 {
     let cosine = normal.dot(sun);
     let smooth = 2.0 * cosine * normal - sun;

@@ -60,22 +60,22 @@ pub struct Patch {
     pub normal: DVec3,
     /// Mean place [m].
     pub centre: DVec3,
-    /// Its nodes in [`Patches::nodes`].
+    /// Nodes, as places in [`Patches::nodes`].
     pub(crate) nodes: std::ops::Range<usize>,
-    /// Its corners of triangles in [`Patches::corners`].
+    /// Corners of triangles, as places in [`Patches::corners`].
     pub(crate) corners: std::ops::Range<usize>,
 }
 
 /// A corner of a triangle, on whose surface rays of a patch start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Corner {
-    /// Number of the triangle times three, plus that of the corner.
+    /// Number of the triangle times three, plus the corner's number.
     pub(crate) corner: u32,
     /// Share of the rays of the patch that start here or at a corner before.
     pub(crate) up_to: f64,
 }
 
-/// All patches of a craft. Those of one joint are consecutive.
+/// All patches of a craft, joint by joint.
 #[derive(Debug, Clone, Default)]
 pub struct Patches {
     /// The patches.
@@ -176,7 +176,7 @@ impl Surface {
     }
 }
 
-/// What the nodes of a patch share.
+/// Properties that all nodes of a patch share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Key {
     joint: u32,

@@ -9,7 +9,7 @@ use glam::{DAffine3, DVec3};
 use super::turn::turned;
 use crate::environment::{PlanetLoad, StepLoad};
 use crate::saved::{Saved, SavedError};
-use crate::thermal::received::Seen;
+use crate::thermal::received::PlanetShares;
 
 /// Rays of a bundle.
 const BUNDLE: usize = 4;
@@ -41,7 +41,7 @@ pub(crate) fn bundles_of(rays: usize) -> usize {
     rays.div_ceil(BUNDLE)
 }
 
-/// Words of the bundles of a patch. Neighbours make a bundle: rays are sorted into rings about the normal, and those of a ring by azimuth.
+/// Words of the bundles of a patch. Neighbours make a bundle: rays are sorted into rings about the normal, and by azimuth within a ring.
 pub(crate) fn bundled(mut rays: Vec<Ray>) -> Vec<u32> {
     let (count, length) = (bundles_of(rays.len()), rays.len());
     // As many bundles around a ring as there are rings, times four, have about the same width and height.
@@ -117,8 +117,9 @@ impl PlanetView {
         })
     }
 
-    /// The shares that a patch with these bundles sees. Without one to the planet, or to its lit part, the share is that of all rays that are open.
-    pub fn seen(&self, bundles: &[u32]) -> Seen {
+    /// The shares that a patch with these bundles sees. Where no bundle points at the planet, or at its lit part, the share of all open rays stands
+    /// in.
+    pub fn seen(&self, bundles: &[u32]) -> PlanetShares {
         let (mut all, mut open, mut lit, mut open_lit) = (0.0, 0.0, 0.0, 0.0);
         let free = bundles.iter().map(|word| open_share(*word)).sum::<f64>() / bundles.len().max(1) as f64;
         for word in bundles {
@@ -130,11 +131,11 @@ impl PlanetView {
             }
         }
         let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { free };
-        Seen { planet_ir: share(open, all), albedo: share(open_lit, lit) }
+        PlanetShares { planet_ir: share(open, all), albedo: share(open_lit, lit) }
     }
 }
 
-/// What the light of Sun and planet on a craft depends on.
+/// The conditions on which the light of Sun and planet on a craft depends.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct FoundFor {
     /// Directions to the planet, to the Sun as the planet sees it, and to the Sun as the craft sees it, body frame. Zero without.
@@ -148,7 +149,7 @@ pub(crate) struct FoundFor {
 }
 
 impl FoundFor {
-    /// That of a load.
+    /// The conditions of a load.
     pub(crate) fn new(load: &StepLoad) -> Self {
         let mut directions = [DVec3::ZERO; 3];
         let mut fluxes = [load.sun.iter().map(|sample| sample.flux).sum(), 0.0];
@@ -177,10 +178,10 @@ impl FoundFor {
     }
 }
 
-/// What a step finds anew of what patches exchange.
+/// The part of the exchange between patches that a step computes anew.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Due {
-    /// Nothing: what was found before holds.
+    /// Earlier results hold.
     Nothing,
     /// Infrared.
     Infrared,
@@ -188,15 +189,15 @@ pub(crate) enum Due {
     All,
 }
 
-/// When patches find anew what they exchange: infrared after some steps, the light of Sun and planet after the planet, the Sun or a joint has turned far enough
-/// against the craft, or sunlight has changed.
+/// When the exchange between patches is computed anew. Infrared: after some steps. Light of Sun and planet: after the planet, the Sun or a joint has
+/// turned far enough against the craft, or sunlight has changed.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Renewal {
     /// Angle after which light is found anew [rad].
     pub(crate) angle: f64,
     /// Steps after which infrared is found anew.
     pub(crate) every: f64,
-    /// What light was last found for.
+    /// Conditions for which light was last computed.
     found_for: Option<FoundFor>,
     /// Steps since light and since infrared were found.
     since: [f64; 2],
@@ -208,7 +209,7 @@ impl Renewal {
         Self { angle, every, ..Self::default() }
     }
 
-    /// What must be found anew for a load that lasts `steps`. It counts as done then. With `fresh` it is all.
+    /// The part that must be computed anew for a load that lasts `steps`. The part counts as done then. `fresh` asks for all.
     pub(crate) fn due(&mut self, load: &StepLoad, steps: f64, fresh: bool) -> Due {
         let now = FoundFor::new(load);
         let turn = self.found_for.as_ref().map_or(f64::INFINITY, |last| last.turn(&now));
@@ -230,7 +231,7 @@ impl Renewal {
         due
     }
 
-    /// What is needed to go on later.
+    /// The state from which a run goes on later.
     pub(crate) fn save(&self) -> Saved {
         let mut saved = Saved::default();
         saved.put("since", &self.since);
@@ -243,7 +244,7 @@ impl Renewal {
         saved
     }
 
-    /// Takes what `save` gave.
+    /// Restores the state that `save` gave.
     ///
     /// # Errors
     /// Lists of another kind.

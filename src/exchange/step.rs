@@ -1,11 +1,12 @@
-//! What every patch receives in a step. Twin: `glsl/exchange_light.comp`, `glsl/exchange_send.comp` and `glsl/exchange_receive.comp`.
+//! The light that every patch receives in a step. Twin: `glsl/exchange_light.comp`, `glsl/exchange_send.comp` and `glsl/exchange_receive.comp`.
 //!
-//! The light of Sun and planet, with its reflections, does not depend on temperatures. It is found anew when they have turned against the craft ([`Light`]). Infrared
-//! takes one product of what patches send with the rows of their exchange areas, and is held for a time ([`super::sky::Renewal`]).
+//! The light of Sun and planet, with its reflections, does not depend on temperatures. This light is computed anew when Sun or planet have turned
+//! against the craft ([`Light`]). Infrared takes one product: the infrared that patches send, times the rows of their exchange areas. The product is
+//! held for a time ([`super::sky::Renewal`]).
 //!
-//! A node emits to all sides, as it does without exchange: that stays in its own balance, with its temperature on the way through the step. What comes from
-//! other patches is a load. It follows from the temperatures at the start of the step. The infrared of space, which the rest of isotherm lets arrive from all sides, is taken
-//! off what patches send, so that hidden space sends nothing.
+//! A node emits to all sides, as it does without exchange: that stays in its own balance, with its temperature on the way through the step. Light
+//! from other patches is a load, which follows from the temperatures at the start of the step. The infrared of space, which the rest of isotherm lets
+//! arrive from all sides, is taken off the infrared that patches send, so that hidden space sends nothing.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -22,7 +23,7 @@ use crate::saved::{Saved, SavedError};
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::balance::Incident;
 use crate::thermal::incident::incident;
-use crate::thermal::received::{Received, Seen};
+use crate::thermal::received::{Received, PlanetShares};
 
 /// Time for which infrared is held where a scene states none [s].
 pub(crate) const HOLD: f64 = 60.0;
@@ -39,7 +40,7 @@ pub struct Settings {
     pub patch_edge: Option<f64>,
     /// Most reflections; `None` follows all.
     pub bounces: Option<u32>,
-    /// Angle after which what moves is found anew [rad].
+    /// Turn of Sun, planet or joint after which light is computed anew [rad].
     pub redraw_angle: f64,
     /// Whether patches mirror sunlight once, instead of reflecting all of it diffusely.
     pub specular_sunlight: bool,
@@ -70,8 +71,9 @@ pub(crate) const MOST_PATCHES: usize = 1 << 16;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Light {
     /// Shares of the planet's light that every patch sees.
-    pub seen: Vec<Seen>,
-    /// Infrared of the planet and sunlight that every patch reflects diffusely at first [W/m2]. Of sunlight it holds what others mirror onto the patch.
+    pub seen: Vec<PlanetShares>,
+    /// Infrared of the planet and sunlight that every patch reflects diffusely at first [W/m2]. Sunlight that others mirror onto the patch is
+    /// included.
     pub reflected: Vec<[f64; 2]>,
     /// Sunlight from all patches that each one absorbs [W/m2].
     pub sunlight: Vec<f64>,
@@ -96,7 +98,7 @@ impl Light {
     pub(crate) fn restored(saved: &Saved) -> Result<Self, SavedError> {
         let seen: Vec<[f64; 2]> = saved.list("seen")?;
         Ok(Self {
-            seen: seen.into_iter().map(|[planet_ir, albedo]| Seen { planet_ir, albedo }).collect(),
+            seen: seen.into_iter().map(|[planet_ir, albedo]| PlanetShares { planet_ir, albedo }).collect(),
             reflected: saved.list("reflected")?,
             sunlight: saved.list("sunlight")?,
             mirrored: saved.list("mirrored")?,
@@ -162,7 +164,7 @@ impl Exchange {
         Self::new(surface, patches, &ends, settings)
     }
 
-    /// Share of a patch that direct sunlight can reach. Inside another part it is that of the rays which do not end on the inner face of a skin.
+    /// Share of a patch that direct sunlight can reach. Inside another part the share counts the rays that do not end on the inner face of a skin.
     pub fn exposed(&self, patch: usize) -> f64 {
         if self.patches[patch].buried { 1.0 - self.factors.inside[patch] } else { 1.0 }
     }
@@ -178,8 +180,8 @@ impl Exchange {
     }
 
     /// Shares of the planet's light that every patch sees.
-    pub fn seen(&self, load: &StepLoad) -> Vec<Seen> {
-        let Some(planet) = &load.planet else { return vec![Seen::ALL; self.patches.len()] };
+    pub fn seen(&self, load: &StepLoad) -> Vec<PlanetShares> {
+        let Some(planet) = &load.planet else { return vec![PlanetShares::ALL; self.patches.len()] };
         let seen = |(patch, own): (&Patch, &[u32])| PlanetView::new(planet, load, patch.joint).seen(own);
         self.patches.par_iter().zip(self.sky.par_chunks(self.bundles.max(1))).map(seen).collect()
     }
@@ -192,7 +194,7 @@ impl Exchange {
         mirrored: Option<&Mirrored>,
     ) -> Light {
         let seen = self.seen(load);
-        let of = |(number, (patch, seen)): (usize, (&Patch, &Seen))| {
+        let of = |(number, (patch, seen)): (usize, (&Patch, &PlanetShares))| {
             let shares = self.nodes[patch.nodes.clone()].iter();
             let lit =
                 self.exposed(number) * shares.map(|(node, share)| share * visibility(*node as usize)).sum::<f64>();
@@ -221,8 +223,8 @@ impl Exchange {
         Light { seen, reflected, sunlight, mirrored: direct }
     }
 
-    /// Infrared that leaves each patch at first [W/m2]: emission above that of space, and the reflection of what comes from the planet. `temperature` [K] is that of a
-    /// node.
+    /// Infrared that leaves each patch at first [W/m2]: emission above the emission of space, and reflected infrared of the planet. `temperature`
+    /// gives the temperature of a node [K].
     pub fn sent(&self, load: &StepLoad, light: &Light, temperature: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
         let space = load.background_temperature.powi(4);
         let of = |(patch, reflected): (&Patch, &[f64; 2])| {
@@ -264,8 +266,8 @@ impl Exchange {
         self.patches.par_iter().enumerate().map(of).collect()
     }
 
-    /// What the two faces of a node receive, from what every patch absorbs and sees.
-    pub(crate) fn of_node(&self, node: usize, absorbed: &[f64], seen: &[Seen]) -> [Received; 2] {
+    /// The light on the two faces of a node, from the flux that every patch absorbs and the sky that it sees.
+    pub(crate) fn of_node(&self, node: usize, absorbed: &[f64], seen: &[PlanetShares]) -> [Received; 2] {
         self.of_node[node].map(|patch| match patch {
             NONE => Received::NOTHING,
             patch => {

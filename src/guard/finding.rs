@@ -1,4 +1,4 @@
-//! What a check found, and how hard the checks look.
+//! A finding of a check, and how much the checks look at.
 
 use std::fmt;
 
@@ -30,9 +30,9 @@ pub struct Finding {
     pub check: &'static str,
     /// The key, material or parts that it is about.
     pub about: String,
-    /// What is found.
+    /// The probable mistake, in words.
     pub message: String,
-    /// What to do.
+    /// Advice, in words.
     pub remedy: String,
 }
 

@@ -26,7 +26,7 @@ pub(crate) struct Identity {
     pub(crate) pixels: Vec<[u32; 2]>,
 }
 
-/// What the camera sees in the first image, with the time of that image [s]. `None` where the scene draws none.
+/// Identities in the first image, with its time [s]. `None` where the scene draws none.
 pub(crate) fn of_first_image(prepared: &Prepared) -> Option<(f64, Identity)> {
     let camera = prepared.scene.camera.as_ref()?;
     let (time, own) = image_time(&prepared.scene.time, 0)?;

@@ -19,7 +19,7 @@ const LIGHT: f64 = 20.0;
 /// Balance temperature that few surfaces stand [K].
 const HOT: f64 = 500.0;
 
-/// What is known of a material.
+/// Facts of a material that the checks use.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub(crate) struct MaterialFacts {
     /// Name of the glTF material.
@@ -120,7 +120,7 @@ impl<'a> Same<'a> {
         }
     }
 
-    /// What is found, if anything.
+    /// The finding, where any material is named.
     fn finding(self, check: &'static str, message: &str, remedy: &str) -> Option<Finding> {
         let about = named("material", &self.names);
         let message = message.replace("{}", &self.numbers());

@@ -10,7 +10,7 @@ const SHADOWED: f64 = 1.0 / 8.0;
 /// Edge as a share of its part, above which a part has few nodes along it.
 const FEW_NODES: f64 = 0.3;
 
-/// Checks how far the nodes of each part lie apart. `extent` is that of the craft [m].
+/// Checks how far the nodes of each part lie apart. `extent` is the size of the craft [m].
 pub(super) fn check(prepared: &Prepared, shapes: &[Shape], facts: &[MaterialFacts], extent: f64) -> Vec<Finding> {
     let mut findings = Vec::new();
     let longest = |shapes: &[&Shape]| shapes.iter().map(|shape| shape.edge).fold(0.0, f64::max);

@@ -24,7 +24,7 @@ const FLAT: f64 = 1e-6;
 pub(super) struct Shape {
     /// The part.
     pub(crate) part: u32,
-    /// Its joint; 0 is the body.
+    /// Joint; 0 is the body.
     pub(crate) joint: u32,
     /// Corners of its box in the file's pose [m].
     pub(crate) low: DVec3,
@@ -35,7 +35,7 @@ pub(super) struct Shape {
     pub(crate) materials: BTreeMap<u32, f64>,
     /// Mean of the longest edges of its triangles, weighted by area [m].
     pub(crate) edge: f64,
-    /// Its triangles, as places in `Prepared::triangles`.
+    /// Triangles, as places in `Prepared::triangles`.
     pub(crate) triangles: Vec<u32>,
     /// Sum of the area vectors [m2].
     vector: DVec3,

@@ -183,8 +183,8 @@ fn in_pixels(look: &Look, boxes: &[[DVec3; 8]]) -> Option<[f64; 2]> {
     Some((high - low).to_array())
 }
 
-/// Share of the sphere around a point that a shape fills, signed by the sense of its triangles. 1 or -1 inside a closed body, 0 outside.
-/// The solid angle of a triangle is that of Van Oosterom & Strackee 1983.
+/// Share of the sphere around a point that a shape fills, signed by the sense of its triangles. 1 or -1 inside a closed body, 0 outside. The solid
+/// angle of a triangle follows Van Oosterom & Strackee 1983.
 fn filled(prepared: &Prepared, shape: &Shape, point: &DVec3) -> f64 {
     let angles = shape.triangles.iter().map(|triangle| {
         let [a, b, c] = corners(prepared, *triangle).map(|corner| corner - *point);

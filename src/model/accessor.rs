@@ -15,7 +15,7 @@ use super::meshopt_filter::Filter;
 /// Most elements of an accessor without a buffer view. The file size does not bound them.
 const MAX_ZERO_ELEMENTS: usize = 1 << 24;
 
-/// The purpose of an accessor. It decides which types are allowed.
+/// The purpose of an accessor, which decides the allowed types.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Use {
     /// `POSITION`.
@@ -105,7 +105,7 @@ impl<'a> Accessors<'a> {
         self.read(index, accessor, component, |bytes| unsigned(component, bytes))
     }
 
-    /// Reads elements of `N` numbers each: 1 is a scalar, 3 or 4 a vector. Integers must be normalized (glTF 2.0, 3.11). `holder` says what they are, for
+    /// Reads elements of `N` numbers each: 1 is a scalar, 3 or 4 a vector. Integers must be normalized (glTF 2.0, 3.11). `holder` names them in
     /// messages.
     pub(crate) fn keys<const N: usize>(&self, index: usize, holder: &str) -> Result<Vec<[f64; N]>, Fault> {
         let wanted = match N {
@@ -219,7 +219,7 @@ impl<'a> Accessors<'a> {
         Ok(())
     }
 
-    /// `count` elements of `size` bytes from `offset` in a buffer view. It checks that they lie inside.
+    /// `count` elements of `size` bytes from `offset` in a buffer view. The elements are checked to lie inside.
     fn strided(
         &self,
         view: usize,

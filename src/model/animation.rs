@@ -10,7 +10,7 @@ use super::{Animation, NodeMotion};
 use crate::environment::joints::keys::{KeyInterpolation, Keys};
 use crate::text::plain;
 
-/// What an animation's numbers are, for messages.
+/// Name of an animation's numbers in messages.
 const KEYS: &str = "keys of an animation";
 
 /// Every animation of a file. An invalid one is a message.

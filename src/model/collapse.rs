@@ -237,8 +237,8 @@ impl<'a> Collapse<'a> {
         Some(Move { change, becomes: self.vertices_after(&between, &rest, from, to) })
     }
 
-    /// Whether a place may leave its borders and sharp edges. It may if it has none, or if it moves along two that are
-    /// nearly one line.
+    /// Whether a place may leave its borders and sharp edges: it has none, or it moves along two that are nearly one
+    /// line.
     fn follows_features(&self, from: u32, to: u32) -> bool {
         let neighbours = self.neighbours(from);
         let features: Vec<u32> = neighbours.into_iter().filter(|place| self.is_feature(from, *place)).collect();
@@ -294,8 +294,8 @@ impl<'a> Collapse<'a> {
         Some((after - before).abs())
     }
 
-    /// The new vertex for each vertex at a place. It lies across a vanishing triangle, or has the same part, the same
-    /// material and nearly the same normal. Other vertices keep their normal.
+    /// The new vertex for each vertex at a place: across a vanishing triangle, or with the same part, the same material
+    /// and nearly the same normal. Other vertices keep their normal.
     fn vertices_after(&self, between: &[u32], rest: &[u32], from: u32, to: u32) -> Vec<(u32, u32)> {
         let at = |triangle: u32, place: u32| {
             let corners = self.model.triangles[triangle as usize];

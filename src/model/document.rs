@@ -51,7 +51,7 @@ pub(super) struct Node {
     pub(crate) mesh: Option<usize>,
     #[serde(default)]
     pub(crate) children: Vec<usize>,
-    /// Column-major transform. It replaces the three fields below.
+    /// Column-major transform, which replaces the three fields below.
     pub(crate) matrix: Option<[f64; 16]>,
     /// Translation [m].
     pub(crate) translation: Option<[f64; 3]>,
@@ -89,7 +89,7 @@ pub(super) struct Scene {
     pub(crate) nodes: Vec<usize>,
 }
 
-/// A buffer. Its URI stays JSON text, because a data URI can have gigabytes.
+/// A buffer. The URI stays JSON text, because a data URI can have gigabytes.
 pub(super) struct Buffer<'a> {
     pub(crate) name: Option<String>,
     pub(crate) uri: Option<&'a RawValue>,
@@ -98,7 +98,7 @@ pub(super) struct Buffer<'a> {
     pub(crate) is_fallback: bool,
 }
 
-/// The used part of a glTF document. Its indices are unchecked.
+/// The used part of a glTF document. Indices are unchecked.
 pub(super) struct Document<'a> {
     pub(crate) accessors: Vec<Accessor>,
     pub(crate) views: Vec<View>,
@@ -113,14 +113,14 @@ pub(super) struct Document<'a> {
     pub(crate) animations: Vec<Value>,
     /// Index of the default scene, or of the first one.
     pub(crate) default_scene: usize,
-    /// Whether `KHR_mesh_quantization` is declared. It allows integer positions and normals.
+    /// Whether `KHR_mesh_quantization` is declared, which allows integer positions and normals.
     pub(crate) quantized: bool,
     /// The unused contents of the document.
     pub(crate) skipped: Vec<Skipped>,
 }
 
 impl<'a> Document<'a> {
-    /// Parses the JSON text. It refuses glTF versions other than 2 and unsupported required extensions.
+    /// Parses the JSON text. Refuses glTF versions other than 2 and unsupported required extensions.
     pub(crate) fn parse(json: &'a [u8]) -> Result<Self, Fault> {
         let Root { values: root, buffers } = serde_json::from_slice(json).map_err(Fault::Json)?;
         check_version(&root)?;
@@ -159,7 +159,7 @@ impl<'a> Document<'a> {
     }
 }
 
-/// The root of the document. What is not read is not kept, and buffers stay text.
+/// The root of the document. Members that are not read are not kept, and buffers stay text.
 struct Root<'a> {
     values: Map<String, Value>,
     buffers: Option<&'a RawValue>,
@@ -352,7 +352,7 @@ fn unused(root: &Map<String, Value>, used: &[String]) -> Result<Vec<Skipped>, Fa
     Ok(skipped)
 }
 
-/// Name and `extras` of a material. Its appearance is not read.
+/// Name and `extras` of a material. The appearance is not read.
 fn material((index, value): (usize, &Value)) -> ModelMaterial {
     let name = match value.get("name").and_then(Value::as_str) {
         Some(name) if !name.is_empty() => plain(name).into_owned(),
@@ -363,7 +363,7 @@ fn material((index, value): (usize, &Value)) -> ModelMaterial {
     ModelMaterial { name, extras: own.collect::<BTreeMap<_, _>>() }
 }
 
-/// The array under `key`. It is empty if the key is missing.
+/// The array under `key`, or an empty one if the key is missing.
 fn array<'a>(root: &'a Map<String, Value>, key: &str) -> Result<&'a [Value], Fault> {
     match root.get(key) {
         None => Ok(&[]),

@@ -56,7 +56,7 @@ pub enum Fault {
     Element {
         /// Kind, index and name: `node 5 "port array"`.
         element: String,
-        /// What is wrong with it.
+        /// The fault, in words.
         problem: String,
     },
     /// A required extension is not supported.
@@ -64,7 +64,7 @@ pub enum Fault {
     ExtensionsRequired {
         /// The extensions.
         names: Vec<String>,
-        /// Advice for the user, with leading punctuation. It may be empty.
+        /// Advice for the user, with leading punctuation. May be empty.
         advice: String,
     },
     /// The file holds no triangle.

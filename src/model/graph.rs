@@ -17,7 +17,7 @@ pub(super) struct Instance {
     pub(crate) node: usize,
     /// Index in [`Graph::nodes`].
     pub(crate) place: usize,
-    /// Index of its mesh. It is in range.
+    /// Index of the mesh, in range.
     pub(crate) mesh: usize,
     /// Number of the copy, where the node states copies of its mesh.
     pub(crate) copy: Option<usize>,
@@ -137,7 +137,7 @@ fn own_translation_and_rotation(node: &Node) -> (DVec3, DQuat) {
     (node.translation.map_or(DVec3::ZERO, DVec3::from_array), rotation.normalize())
 }
 
-/// Translation x rotation x scale. What is not stated does nothing.
+/// Translation x rotation x scale. A part that is not stated does nothing.
 pub(super) fn transform(
     scale: Option<[f64; 3]>,
     rotation: Option<[f64; 4]>,

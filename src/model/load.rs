@@ -27,11 +27,11 @@ const SMALLEST_AREA: f64 = f32::MIN_POSITIVE as f64;
 const CANCELLED: f64 = 1e-12;
 
 impl Model {
-    /// Loads a `.glb` or `.gltf` file. Its buffers are in its own folder.
+    /// Loads a `.glb` or `.gltf` file, whose buffers are in its own folder.
     ///
-    /// It loads the default scene, or the first one. Every instance of a mesh counts on its own. A mirroring transform
-    /// reverses the winding, so that triangles still face outwards. Primitives without normals are shaded flat: their
-    /// triangles share no vertices.
+    /// The default scene is loaded, or the first one. Every instance of a mesh counts on its own. A mirroring transform reverses the
+    /// winding, so that triangles still face outwards. Primitives without normals are shaded flat: their triangles share no
+    /// vertices.
     ///
     /// Triangles of zero area are dropped and counted in `skipped`. Their corners coincide or lie on a line (the cross
     /// product is exactly 0 in f64), or their final area is below the smallest normal f32 (1.2e-38 m2). Slivers of
@@ -113,7 +113,7 @@ struct Assembly<'a> {
 
 /// How a node transforms areas, normals and winding.
 struct Placement {
-    /// Cofactors of the linear part times the sign of its determinant. They map outward area vectors to outward ones.
+    /// Cofactors of the linear part times the sign of its determinant, which map outward area vectors to outward ones.
     outward: DMat3,
     mirrored: bool,
 }
@@ -128,18 +128,18 @@ impl Placement {
     }
 }
 
-/// The triangles around a vertex. They give its normal if the file has none.
+/// The triangles around a vertex, which give its normal if the file has none.
 struct Around {
     /// Sum of their outward area vectors [m2].
     sum: DVec3,
     /// Outward area vector of the first triangle [m2].
     first: DVec3,
-    /// Sum of their unit normals times their angles here. It is only made for normals that were rounded.
+    /// Sum of their unit normals times their angles here. Only summed for normals that were rounded.
     turned: DVec3,
 }
 
 impl Around {
-    /// The area-weighted mean direction. If the triangles cancel out, it is that of the first one.
+    /// The area-weighted mean direction, or the direction of the first triangle if the triangles cancel out.
     fn normal(&self) -> DVec3 {
         let cancelled = self.sum.length() < CANCELLED * self.first.length();
         if cancelled { self.first } else { self.sum }.normalize_or_zero()

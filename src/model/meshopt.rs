@@ -37,7 +37,6 @@ pub(super) struct Compressed {
     pub(super) count: usize,
     /// Kind of the stream.
     pub(super) mode: Mode,
-    /// What is done to the decoded elements.
     pub(super) filter: Filter,
 }
 

@@ -30,7 +30,7 @@ pub(crate) use collapse::Merged;
 pub(crate) use error::Fault;
 pub use error::ModelError;
 
-/// A glTF material. Its thermal values come from the scene's rules or from `extras`.
+/// A glTF material. Thermal values come from the scene's rules or from `extras`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelMaterial {
     /// glTF name, `material_N` for an unnamed material, or `default` for primitives without one.
@@ -62,7 +62,7 @@ pub struct SceneNode {
     pub(crate) body_from_parent: DMat4,
     /// Transform from the node's frame to the body frame.
     pub(crate) body_from_node: DMat4,
-    /// Its own translation [m] and rotation (quaternion x, y, z, w). `None` if it has a matrix.
+    /// Translation [m] and rotation (quaternion x, y, z, w). `None` if it has a matrix.
     pub(crate) rest: Option<(DVec3, DQuat)>,
 }
 
@@ -126,7 +126,7 @@ pub struct Model {
     pub vertex_material: Vec<u32>,
     /// Vertex indices, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// What was left out.
+    /// Parts of the file that were left out.
     pub skipped: Vec<Skipped>,
     /// Remarks for the user: `normals computed for part X`.
     pub notes: Vec<String>,

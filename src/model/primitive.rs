@@ -11,11 +11,11 @@ use super::{Fault, Skipped};
 
 /// One primitive: vertices of one material and the triangles between them.
 pub(super) struct Geometry {
-    /// Index into the document's materials. It is in range.
+    /// Index into the document's materials, in range.
     pub(crate) material: Option<usize>,
-    /// Positions. They are finite.
+    /// Positions, all finite.
     pub(crate) positions: Vec<DVec3>,
-    /// Normals of the file, one for each position. They have any length and may not be finite.
+    /// Normals of the file, one for each position, of any length and possibly not finite.
     pub(crate) normals: Option<Vec<DVec3>>,
     /// Error that rounding may have left in the normals, as a length of unit vectors. 0 for floats.
     pub(crate) rounding: f64,

@@ -1,4 +1,4 @@
-//! Splits triangles until no edge is too long. It opens no crack and keeps the surface.
+//! Splits triangles until no edge is too long. No crack opens, and the surface stays.
 //!
 //! The positions of its two ends alone decide whether and where an edge is split. Both directions give the same bits.
 //! So triangles that meet along an edge split it alike, even if they share no vertices, as in glTF meshes at every
@@ -235,7 +235,7 @@ impl Model {
         (0..3).max_by(compare).unwrap_or(0)
     }
 
-    /// Bit `k` is set if edge `k` is too long. It compares lengths, because squares could underflow.
+    /// Bit `k` is set if edge `k` is too long. Lengths are compared, because squares could underflow.
     fn long_edges(&self, triangle: &[u32; 3], max_edge: f64) -> u8 {
         let long = |edge: usize| {
             let [a, b] = ends(triangle, edge).map(|vertex| self.positions[vertex as usize]);

@@ -18,7 +18,7 @@ pub(crate) const SKY_LOOKUPS: u32 = 4;
 /// A crop of an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Crop {
-    /// Its upper left corner [px].
+    /// Upper left corner [px].
     pub(crate) corner: DVec2,
     /// Texels along the side of a pixel.
     pub(crate) scale: f64,

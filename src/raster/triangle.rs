@@ -1,4 +1,4 @@
-//! A triangle in camera axes: which rays may meet it, and what they meet.
+//! A triangle in camera axes: the rays that may meet it, and its values where they do.
 
 use glam::{DVec2, DVec3};
 

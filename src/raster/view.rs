@@ -62,7 +62,7 @@ pub(crate) fn places(samples: u32) -> &'static [[f64; 2]] {
     }
 }
 
-/// Samples along the width and height of a pixel whose reflections of the craft are traced: those of a finer image.
+/// Samples along the width and height of a pixel at which reflections of the craft are traced, like the pixels of a finer image.
 pub(super) fn grid(samples: u32) -> [u32; 2] {
     match samples {
         0..=1 => [1, 1],

@@ -6,7 +6,7 @@ use super::quantity::Quantity;
 use super::section::Section;
 use crate::exchange::step::Settings;
 
-/// What a scene without the section takes for granted.
+/// Assumption of a scene without the section.
 const ABSENT: &str =
     "No surface warms another, reflects onto it or hides the planet from it (there is no section [exchange]).";
 

@@ -18,7 +18,7 @@ pub(super) struct SourceFile<'a> {
     text: &'a str,
     /// The files that this file may name.
     reach: &'a Reach,
-    /// What is known to be wrong in it.
+    /// Known errors of the file.
     pub(super) faults: &'a Faults,
 }
 

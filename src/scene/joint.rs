@@ -1,4 +1,4 @@
-//! `[[joint]]`: rotations and translations of glTF nodes, and what drives them.
+//! `[[joint]]`: rotations and translations of glTF nodes, and their drives.
 
 use std::path::PathBuf;
 
@@ -10,9 +10,9 @@ use super::keys;
 use super::quantity::Quantity;
 use super::section::Section;
 use super::vector::{axis, parallel, point};
-use crate::environment::joints::{Drive, Guided, Kind};
+use crate::environment::joints::{Drive, Guided, JointKind};
 
-/// A `[[joint]]` of the scene. It applies to every glTF node that matches.
+/// A `[[joint]]` of the scene, which applies to every glTF node that matches.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointRule {
     /// Line of its header, from 1.
@@ -68,9 +68,9 @@ struct Words {
 }
 
 impl Words {
-    fn of(kind: Kind) -> Self {
+    fn of(kind: JointKind) -> Self {
         match kind {
-            Kind::Rotation => Self {
+            JointKind::Rotation => Self {
                 limits: "limits_deg",
                 rate: "rate_deg",
                 position: "angle_deg",
@@ -78,7 +78,7 @@ impl Words {
                 rate_unit: "deg/s",
                 factor: 1f64.to_radians(),
             },
-            Kind::Translation => {
+            JointKind::Translation => {
                 Self { limits: "limits", rate: "rate", position: "distance", unit: "m", rate_unit: "m/s", factor: 1.0 }
             }
         }
@@ -119,14 +119,14 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
     }
 
     let kind = section
-        .choice("kind", &[("rotation", Kind::Rotation), ("translation", Kind::Translation)])?
-        .unwrap_or(Kind::Rotation);
+        .choice("kind", &[("rotation", JointKind::Rotation), ("translation", JointKind::Translation)])?
+        .unwrap_or(JointKind::Rotation);
     let (foreign, needs): (&[&str], _) =
-        if kind == Kind::Rotation { (&SLIDING, "translation") } else { (&TURNING, "rotation") };
+        if kind == JointKind::Rotation { (&SLIDING, "translation") } else { (&TURNING, "rotation") };
     if let Some(key) = foreign.iter().find(|key| section.has(key)) {
         return Err(section.clash(key, &["kind"], format!("belongs to kind = '{needs}'")));
     }
-    if kind == Kind::Translation && mode == Mode::Sun {
+    if kind == JointKind::Translation && mode == Mode::Sun {
         return Err(section.clash(
             "mode",
             &["kind"],

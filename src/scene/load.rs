@@ -35,8 +35,7 @@ impl Scene {
         Self::parse_within(&read_text(path)?, path, reach)
     }
 
-    /// Checks the text of a scene file as if it lay at `path`. It reads the materials table and checks that the model
-    /// exists.
+    /// Checks the text of a scene file as if it lay at `path`. The materials table is read, and the model must exist.
     ///
     /// # Errors
     /// All errors, each with file, line and key: see [`SceneError`].
@@ -158,7 +157,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Switches off what a scene with temperatures from a file does not compute, and says so.
+    /// Switches off the computations that temperatures from a file replace, and says so.
     fn take_temperatures(&mut self) {
         let Some(temperatures) = &self.temperatures else { return };
         self.assumptions.push(format!(

@@ -239,8 +239,8 @@ impl Assumed {
 }
 
 impl MaterialRules {
-    /// A material for each of `model.materials`. Its values come from the first rule that matches its name, else from
-    /// its own `extras`, else from the default rule. Function files of `extras` join `files`.
+    /// A material for each of `model.materials`. Values come from the first rule that matches its name, else from its
+    /// own `extras`, else from the default rule. Function files of `extras` join `files`.
     ///
     /// # Errors
     /// [`SceneError::Unmatched`] with the names of all materials without values. An error about the first wrong or

@@ -19,7 +19,7 @@ const CONTACT_DISTANCE: f64 = 1e-3;
 pub struct NetworkSettings {
     /// The integration methods.
     pub integrator: Integrator,
-    /// Target error [K]. `None` is the default of what steps the network.
+    /// Target error [K]. `None` is the default of the integrator.
     pub tolerance: Option<f64>,
     /// Nodes that exchange heat faster than this are merged [1/s].
     pub(crate) merge_rate: f64,
@@ -45,7 +45,7 @@ pub struct ContactRule {
     pub(crate) conductance: ContactConductance,
 }
 
-/// A heater. Its power is spread over the area of its parts.
+/// A heater, whose power is spread over the area of its parts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Heater {
     /// Patterns on names of parts.
@@ -56,7 +56,7 @@ pub struct Heater {
     pub(crate) thermostat: Option<HeaterThermostat>,
 }
 
-/// A thermostat with hysteresis. Its sensor is the structure at a probe.
+/// A thermostat with hysteresis, whose sensor is the structure at a probe.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct HeaterThermostat {
     /// Index of the probe.

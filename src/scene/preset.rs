@@ -1,4 +1,5 @@
-//! `camera.preset`: cameras whose figures are public, each figure with its source. What no source states is `None`, and never guessed.
+//! `camera.preset`: cameras whose figures are public, each figure with its source. A figure that no source states is `None`, never a
+//! guess.
 
 use super::error::SceneError;
 use super::section::Section;
@@ -48,7 +49,7 @@ const UNKNOWN: Preset = Preset {
     source: "",
 };
 
-/// All cameras. `REFERENCES.md`, section 7, has the figures; those of Boson+ and Tau 2 stand in their data sheets.
+/// All cameras. `REFERENCES.md`, section 7, has the figures; the figures of Boson+ and Tau 2 stand in their data sheets.
 pub const PRESETS: [Preset; 6] = [
     Preset {
         key: "tiri",

@@ -18,7 +18,7 @@ use crate::thermal::sensor::{MOST_PIXELS, Netd, Optics, Pattern, Sensor, Vignett
 /// Default temperature of the scene that a NETD is stated for, of the shutter, and of the gains' reference [K].
 const USUAL: f64 = 300.0;
 
-/// What `[sensor]` needs from other sections.
+/// Values of other sections that `[sensor]` needs.
 pub(super) struct Of<'a> {
     pub(crate) camera: &'a Camera,
     pub(crate) preset: Option<&'static Preset>,

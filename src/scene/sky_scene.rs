@@ -27,7 +27,7 @@ pub struct SkyScene {
     pub environment: Environment,
     /// One sentence for each default that was used.
     pub(crate) assumptions: Vec<String>,
-    /// Every file that was read, the scene file first. It is empty inside a whole [`super::Scene`].
+    /// Every file that was read, the scene file first. Empty inside a whole [`super::Scene`].
     pub(crate) files: Vec<PathBuf>,
 }
 

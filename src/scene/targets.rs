@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::files;
 
-/// Highest temperature of a scene [K]. Its fourth power still fits an f32.
+/// Highest temperature of a scene [K], whose fourth power still fits an f32.
 const HOTTEST: f64 = 1e6;
 /// Most steps of a response. A larger number is probably a mistake.
 pub(crate) const MAX_STEPS: u32 = 10_000_000;
@@ -17,7 +17,7 @@ pub(crate) const MAX_STEPS: u32 = 10_000_000;
 pub struct TargetsError {
     /// The file.
     pub(crate) path: PathBuf,
-    /// Row, column, what is wrong, and which values are valid.
+    /// Row, column, fault and valid values.
     pub(crate) message: String,
 }
 

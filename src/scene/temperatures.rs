@@ -22,7 +22,6 @@ pub(crate) use solution::{Solution, SolvedNode};
 pub struct Temperatures {
     /// The file.
     pub file: PathBuf,
-    /// What it holds.
     pub(crate) solution: Arc<Solution>,
     /// How its nodes are mapped to the model.
     pub mapping: Mapping,
@@ -69,7 +68,7 @@ impl Solution {
 /// Reads `[temperatures]`. The files join `files`.
 pub(super) fn read(section: Option<&Section>, files: &mut Vec<PathBuf>) -> Result<Option<Temperatures>, SceneError> {
     let Some(section) = section else { return Ok(None) };
-    // Where the file is wrong, the other keys are read as those of some file.
+    // Where the file is wrong, the other keys are read as for some CSV file.
     let any = section.stands_in("file");
     let file = if any { Some(PathBuf::from("any.csv")) } else { section.path("file")? };
     let file = section.required("file", file, "the file with the temperatures")?;

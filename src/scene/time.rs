@@ -82,7 +82,7 @@ fn periodic(section: &Section) -> Result<Option<f64>, SceneError> {
     }
 }
 
-/// What is drawn of a run that ends at `end` [s].
+/// The images of a run that ends at `end` [s].
 fn draw(section: &Section, steps: u32, end: f64) -> Result<Draw, SceneError> {
     section.exclusive("draw_every", "draw_steps")?;
     section.exclusive("draw_every", "images")?;

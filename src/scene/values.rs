@@ -372,7 +372,7 @@ impl Values {
     }
 }
 
-/// Refuses a surface that neither absorbs nor emits. It has no balance temperature.
+/// Refuses a surface that neither absorbs nor emits, because it has no balance temperature.
 fn check_emits(front: Optics, sides: Sides) -> Result<(), Incomplete> {
     let emissivity = match sides {
         Sides::Outside => front.emissivity,

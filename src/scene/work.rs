@@ -1,4 +1,4 @@
-//! Bounds on the work that a scene asks for. They are checked where the values are read, before anything is stepped.
+//! Bounds on the work that a scene asks for, checked where the values are read, before anything is stepped.
 
 use super::error::SceneError;
 use super::section::Section;

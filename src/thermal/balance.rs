@@ -19,8 +19,8 @@ pub(crate) fn absorbed_by_face(optics: Optics, incident: Incident) -> f64 {
     optics.absorptivity * (incident.solar + incident.albedo) + optics.emissivity * incident.planet_ir
 }
 
-/// Flux that a surface absorbs per area of one face [W/m2]. `back` gives the incident flux on the face against the normal. It is called only where that
-/// face exchanges heat.
+/// Flux that a surface absorbs per area of one face [W/m2]. `back` gives the incident flux on the face against the normal, and is called only where
+/// that face exchanges heat.
 pub fn absorbed_flux(material: &Material, front: Incident, back: impl FnOnce() -> Incident) -> f64 {
     let outside = absorbed_by_face(material.front, front);
     match material.sides {

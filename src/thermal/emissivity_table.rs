@@ -4,7 +4,7 @@ use super::emissivity::BandEmissivity;
 use super::planck::Band;
 use super::radiance::MIDDLE_TEMPERATURE;
 
-/// Entries over the square root of the cosine from the normal. They are dense where a surface is seen edge-on, where metals have their peak.
+/// Entries over the square root of the cosine from the normal, dense where a surface is seen edge-on, where metals have their peak.
 pub(crate) const ANGLES: usize = 129;
 /// Entries over v = T / (T + 400 K).
 pub(crate) const TEMPERATURES: usize = 129;

@@ -5,11 +5,11 @@
 pub(crate) struct Minimum {
     /// The variables.
     pub(crate) x: Vec<f64>,
-    /// Sum of the squared residuals there. It is infinite where a residual is NaN.
+    /// Sum of the squared residuals there, infinite where a residual is NaN.
     pub(crate) sum_of_squares: f64,
 }
 
-/// Step of a difference relative to a variable. It is near the cube root of the rounding error, where the error of a central difference is least.
+/// Step of a difference relative to a variable, near the cube root of the rounding error, where the error of a central difference is least.
 const DIFFERENCE: f64 = 6e-6;
 /// The search ends at a step that reduces the sum of squares by less than this share.
 const GAIN: f64 = 1e-12;

@@ -14,7 +14,7 @@ pub struct RadianceTable {
     pub(crate) band: Band,
     /// c2 / lambda_max [K], so that x = `edge_temperature` / T.
     pub(crate) edge_temperature: f64,
-    /// ln(G / (1 W m-2 sr-1 K-1)) at v = (i - 1) / `INTERVALS`. The first and last values lie outside [0, 1]. They extend the cubic of the neighbouring
+    /// ln(G / (1 W m-2 sr-1 K-1)) at v = (i - 1) / `INTERVALS`. The first and last values lie outside [0, 1] and extend the cubic of the neighbouring
     /// interval to the end interval.
     pub(crate) values: Vec<f64>,
 }
@@ -47,7 +47,7 @@ impl RadianceTable {
     }
 }
 
-/// Radiance of a blackbody in the table's band [W m-2 sr-1]. It is 0 at 0 K and where f64 underflows.
+/// Radiance of a blackbody in the table's band [W m-2 sr-1], 0 at 0 K and where f64 underflows.
 pub fn band_radiance(table: &RadianceTable, temperature: f64) -> f64 {
     if temperature <= 0.0 {
         return 0.0;

@@ -1,4 +1,4 @@
-//! The f64 reference simulator for all nodes or a sample of them. It is slow and simple.
+//! The f64 reference simulator for all nodes or a sample of them, slow and simple.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -42,7 +42,7 @@ pub struct Reference<F> {
     incident: F,
     /// Share of the Sun that each node sees.
     visibility: Vec<f64>,
-    /// What the faces of each node receive from the craft. Empty where surfaces do not see each other.
+    /// Light from the craft on the faces of each node. Empty where surfaces do not see each other.
     received: Vec<[Received; 2]>,
     states: Vec<TransitionState>,
     temperatures: Vec<f64>,
@@ -57,7 +57,7 @@ impl<F: IncidentFlux> Reference<F> {
         Self { nodes, joints: Vec::new(), materials, incident, visibility, received: Vec::new(), states, temperatures }
     }
 
-    /// The same nodes with the joint of each (0 is the body). Their normals are those of the file's pose.
+    /// The same nodes with the joint of each (0 is the body). Normals are in the file's pose.
     pub(crate) fn with_joints(self, joints: Vec<u32>) -> Self {
         Self { joints, ..self }
     }
@@ -71,17 +71,17 @@ impl<F: IncidentFlux> Reference<F> {
         }
     }
 
-    /// Sets the share of the Sun that each node sees under the craft's own shadow. It is 1 at the start.
+    /// Sets the share of the Sun that each node sees under the craft's own shadow, 1 at the start.
     pub(crate) fn shade(&mut self, visibility: Vec<f64>) {
         self.visibility = visibility;
     }
 
-    /// Sets what the front and back of each node receive from the craft until the next call.
+    /// Sets the light from the craft on the front and back of each node until the next call.
     pub(crate) fn receive(&mut self, received: Vec<[Received; 2]>) {
         self.received = received;
     }
 
-    /// What the faces of each node receive from the craft. Empty where surfaces do not see each other.
+    /// Light from the craft on the faces of each node. Empty where surfaces do not see each other.
     pub(crate) fn received(&self) -> &[[Received; 2]] {
         &self.received
     }
@@ -128,7 +128,7 @@ impl<F: IncidentFlux> Reference<F> {
                     let state = radiative_step(plate_of(state), load, steps_dt, plate);
                     (kept(state), state.outside)
                 }
-                // Its temperature comes from the network, or from a file.
+                // The temperature comes from the network, or from a file.
                 Response::Network | Response::Given => (state, state.target),
             }
         });
@@ -196,7 +196,7 @@ impl<F: IncidentFlux> Reference<F> {
         saved
     }
 
-    /// Takes what `save` gave.
+    /// Restores the state that `save` gave.
     ///
     /// # Errors
     /// Lists of another length.
@@ -266,7 +266,7 @@ fn settled(temperature: f64, material: &Material) -> TransitionState {
     }
 }
 
-/// The three numbers of a plate, in the places of those of a transition.
+/// The three numbers of a plate, in the places of a transition's numbers.
 fn kept(state: PlateState) -> TransitionState {
     TransitionState { target: state.outside, span: state.structure, elapsed: state.trend }
 }

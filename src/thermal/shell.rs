@@ -1,8 +1,8 @@
 //! Builds a thermal network from a triangulated surface: nodes, capacitances and linear conductances of shells (docs/numerics.md 3).
 //!
-//! Where a material conducts, coincident vertices of one part and material are one node. Elsewhere every drawn vertex is its own node. A node's area is what
-//! the corners of the drawn triangles have there: capacity, emission, load and contact all take it. The conductances are cotangent weights of an intrinsic
-//! Delaunay triangulation. A layered material has two nodes at a place: the visible outer node, and the node of the structure below it.
+//! Where a material conducts, coincident vertices of one part and material are one node. Elsewhere every drawn vertex is its own node. A node's area
+//! is the sum over the corners of drawn triangles there: capacity, emission, load and contact all take it. The conductances are cotangent weights of
+//! an intrinsic Delaunay triangulation. A layered material has two nodes at a place: the visible outer node, and the node of the structure below it.
 
 use glam::DVec3;
 
@@ -128,7 +128,7 @@ pub struct Shell {
     pub(crate) network: Network,
     /// Node of each drawn vertex, or `NO_NODE`.
     pub(crate) node_of_vertex: Vec<u32>,
-    /// Node of the structure behind each drawn vertex. It is the vertex's own node where there is no layer.
+    /// Node of the structure behind each drawn vertex, or the vertex's own node where there is no layer.
     pub(crate) structure_of_vertex: Vec<u32>,
     /// Area over which the flux at a drawn vertex heats its node [m2]. 0 outside the network.
     pub(crate) load_areas: Vec<f64>,

@@ -44,7 +44,7 @@ pub(crate) struct Fitted {
 }
 
 impl Plate {
-    /// Time [s] in which the plate moves from `from` to `to` [K] towards its `balance` [K]. It is infinite where `to` is the balance or lies beyond it.
+    /// Time [s] in which the plate moves from `from` to `to` [K] towards its `balance` [K]. Infinite where `to` is the balance or lies beyond it.
     pub(crate) fn time(&self, from: f64, to: f64, balance: f64) -> f64 {
         let way = |t: f64| ((balance + t) / (balance - t)).abs().ln() + 2.0 * (t / balance).atan();
         if (balance - to) * (balance - from) <= 0.0 {

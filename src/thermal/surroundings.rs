@@ -1,4 +1,4 @@
-//! What surrounds a craft in the band: planet, deep space and Sun. The background of an image, and what surfaces reflect (docs/numerics.md 5a).
+//! Surroundings of a craft in the band: planet, deep space and Sun. Images show them as background, and surfaces reflect them (docs/numerics.md 5a).
 //!
 //! Each is uniform over its disc, except for a planet with a map. A surface sees the part of it above its own horizon, and nothing of the craft itself. A uniform
 //! surrounding of one temperature therefore gives each surface of that temperature the radiance of a blackbody.
@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use glam::{DMat3, DVec3};
 
 use super::emissivity_table::EmissivityTable;
-use super::lobe::{Lobe, Place};
+use super::lobe::{Lobe, PlanetPlace};
 use super::planet_map::{SeenPlanet, seen_point};
 use crate::environment::view_factor::{ApparentRadius, plate_view_factor};
 
@@ -34,7 +34,7 @@ pub struct Surroundings {
     pub(crate) sun_radiance: f64,
     /// Share of the Sun's disc that the planet leaves visible.
     pub(crate) lit_fraction: f64,
-    /// Rotates camera axes into those of the planet's map. `None` for a uniform planet.
+    /// Rotates camera axes into the axes of the planet's map. `None` for a uniform planet.
     pub(crate) map_from_camera: Option<DMat3>,
 }
 
@@ -77,7 +77,7 @@ pub(crate) fn kept_share(reflector: &Reflector, looks: &Looks, temperature: f64,
     1.0 - emissivity(reflector, looks, temperature, cosine)
 }
 
-/// The surroundings with what a face reflects of the light of each. It reflects what it does not emit, at the same angle and wavelengths (Kirchhoff's law).
+/// The surroundings, with each light times the reflectivity of a face: 1 minus its emissivity at the same angle and wavelengths (Kirchhoff's law).
 pub(crate) fn dimmed(around: &Surroundings, reflector: &Reflector, looks: &Looks, cosine: f64) -> Surroundings {
     let [planet, space, sun] = match reflector.table.and_then(|table| looks.tables.get(table)) {
         Some(table) => reflector.of_sources.map(|factor| 1.0 - factor * table.angle_factor(cosine)),
@@ -91,7 +91,7 @@ pub(crate) fn dimmed(around: &Surroundings, reflector: &Reflector, looks: &Looks
     }
 }
 
-/// Sine of the apparent radius minus the angle between two unit vectors. It is negative outside the disc.
+/// Sine of the apparent radius minus the angle between two unit vectors, negative outside the disc.
 pub(crate) fn within(direction: DVec3, centre: DVec3, disc: ApparentRadius) -> f64 {
     direction.dot(centre) * disc.sin - direction.cross(centre).length() * disc.cos
 }
@@ -114,8 +114,8 @@ pub(crate) fn sun_irradiance(around: &Surroundings) -> f64 {
     PI * around.sun_disc.sin * around.sun_disc.sin * around.sun_radiance * around.lit_fraction
 }
 
-/// Radiance that a face reflects to the camera [W m-2 sr-1]. `normal` is that of the visible face and `to_camera` the direction to the camera, both of
-/// length 1. The normal of a mesh may lean away from the camera at a silhouette. The face then counts as seen edge-on.
+/// Radiance that a face reflects to the camera [W m-2 sr-1]. `normal` is the visible face's normal and `to_camera` the direction to the camera, both
+/// of length 1. The normal of a mesh may lean away from the camera at a silhouette. The face then counts as seen edge-on.
 pub(crate) fn reflected_radiance(
     around: &Surroundings,
     reflector: &Reflector,
@@ -127,7 +127,7 @@ pub(crate) fn reflected_radiance(
     let around = &dimmed(around, reflector, looks, view);
     let sun = sun_irradiance(around);
     let light = normal.dot(around.sun);
-    // Brightness of the planet above that of space, in the part of the disc that a kind of surface sees along a direction.
+    // Brightness of the planet above space, in the part of the disc that a kind of surface sees along a direction.
     let contrast = |kind: usize, direction: DVec3| {
         let mean =
             looks.planet.zip(around.map_from_camera).map(|(planet, axes)| planet.means[kind].at(axes * direction));
@@ -139,7 +139,7 @@ pub(crate) fn reflected_radiance(
     let specular = match reflector.lobe.and_then(|lobe| Some((lobe, looks.lobes.get(lobe)?))) {
         None => sky_radiance(around, looks, mirror),
         Some((kind, lobe)) => {
-            let share = lobe.share(Place::new(normal, view, mirror, around.nadir, around.planet));
+            let share = lobe.share(PlanetPlace::new(normal, view, mirror, around.nadir, around.planet));
             let half = normal.dot((to_camera + around.sun).normalize_or_zero());
             around.space_radiance + contrast(1 + kind, mirror) * share + sun * lobe.glint(view, light, half)
         }

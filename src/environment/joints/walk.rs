@@ -3,16 +3,16 @@
 //!
 //! The walk is made as it is asked for, and little of it is kept (`track`). So its memory does not grow with the steps of a run.
 //!
-//! Under a sky that repeats, the walk before time 0 is cut short. Its step divides the period of the sky, so one map takes the positions at the start of
-//! a period to those at its end. A period that begins with the positions of an earlier one is therefore followed by the same periods. The
-//! walk looks for such a repetition. A joint of rate r whose target moves at most at v < r reaches it after at most a turn over r - v, and
-//! then repeats. Joints that hang on it repeat one period later.
+//! Under a sky that repeats, the walk before time 0 is cut short. The step of the walk divides the period of the sky, so one map takes the positions
+//! at the start of a period to those at its end. A period that begins with the positions of an earlier one is therefore followed by the same periods.
+//! The walk looks for such a repetition. A joint of rate r whose target moves at most at v < r reaches it after at most a turn over r - v, and then
+//! repeats. Joints that hang on it repeat one period later.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DVec3};
 
-use super::track::Track;
+use super::track::JointTrack;
 use super::{Drive, Guided, Joint, JointError, Motion};
 
 /// Largest difference between positions at the starts of two periods that counts as rounding [rad or m].
@@ -38,14 +38,14 @@ struct Walk {
     /// The first periods, where they repeat.
     lead: Option<Lead>,
     /// The walk from the start, or from where the repetition ends. `None` where no joint has a rate.
-    track: Option<Track>,
+    track: Option<JointTrack>,
 }
 
 /// The first periods of a walk. The last of them repeat.
 #[derive(Debug, Clone, PartialEq)]
 struct Lead {
     start: f64,
-    /// Those of each joint, time after time.
+    /// Positions of each joint, time after time.
     positions: Vec<f64>,
     /// Period with which the end repeats [s].
     cycle: f64,
@@ -102,16 +102,16 @@ impl Joints {
         (positions, poses)
     }
 
-    /// The same joints, which walk anew from their positions at a time [s]. What was walked ahead of it is forgotten.
+    /// The same joints, which walk anew from their positions at a time [s]. Positions that were walked later than this are forgotten.
     pub(crate) fn restart_at(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> Self {
         let mut all = Self { joints: self.joints.clone(), walk: Walk { step: self.walk.step, ..Walk::default() } };
         if all.joints.iter().any(|joint| joint.rate().is_some()) {
-            all.walk.track = Some(Track::new(time, self.at(time, sun).0));
+            all.walk.track = Some(JointTrack::new(time, self.at(time, sun).0));
         }
         all
     }
 
-    /// The same joints with one that is held at a position [rad or m], whatever its rate.
+    /// The same joints with one that is held at a position [rad or m], regardless of its rate.
     ///
     /// # Errors
     /// There is no such joint, it plays an animation, or the position lies outside its limits.
@@ -139,8 +139,8 @@ impl Joints {
         Self::under_a_sky(joints, from, step, None, sun)
     }
 
-    /// The same under a sky that repeats after `period` [s]. Where the joints repeat as well, periods before time 0 are not walked. The step is the longest
-    /// up to `step` that divides the period. Angles of joints without limits may differ from those of the full walk by whole turns.
+    /// The same under a sky that repeats after `period` [s]. Where the joints repeat as well, periods before time 0 are not walked. The step is the
+    /// longest up to `step` that divides the period. Angles of joints without limits may differ from the full walk by whole turns.
     pub(crate) fn under_a_sky(
         joints: Vec<Joint>,
         from: f64,
@@ -154,7 +154,7 @@ impl Joints {
             let first = all.evaluate(from, sun(from), |_, target| target(None)).0;
             match period.filter(|period| *period > 0.0) {
                 Some(period) => all.skip_what_repeats(from, first, period, &sun),
-                None => all.walk.track = Some(Track::new(from, first)),
+                None => all.walk.track = Some(JointTrack::new(from, first)),
             }
         }
         all
@@ -191,13 +191,13 @@ impl Joints {
                 let cycle = (number - like) as f64 * period;
                 let again = positions[start_of(like)].to_vec();
                 let start = from + number as f64 * period + cycles * cycle;
-                self.walk.track = Some(Track::new(start, again));
+                self.walk.track = Some(JointTrack::new(start, again));
                 self.walk.lead = Some(Lead { start: from, positions, cycle });
                 return;
             }
             break;
         }
-        self.walk.track = Some(Track::new(from, first));
+        self.walk.track = Some(JointTrack::new(from, first));
     }
 
     /// Whether joints with a rate have equal positions. Whole turns are ignored for joints without limits.
@@ -282,7 +282,7 @@ impl Joints {
     #[cfg(test)]
     pub(super) fn stored(&self) -> usize {
         let lead = self.walk.lead.as_ref().map_or(0, |lead| lead.positions.len());
-        lead + self.walk.track.as_ref().map_or(0, Track::stored)
+        lead + self.walk.track.as_ref().map_or(0, JointTrack::stored)
     }
 
     /// Step of the walk [s].

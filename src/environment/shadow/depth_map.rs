@@ -15,7 +15,7 @@ const MARGIN: f64 = 3.0;
 /// corners by at most 1/32 texel each way, which moves a surface by at most 0.045 texels along its normal. The rest is for normals that are smoothed over an
 /// edge.
 const LIFT: f64 = 0.125;
-/// The least distance in texels of the present view. It counts on a craft that joints have made twice as large as it is in its file.
+/// The least distance in texels of the present view. This limit is for a craft that joints have made twice as large as it is in its file.
 const LEAST_LIFT: f64 = 0.0625;
 /// Least cosine of incidence from which a surface's slope is computed. Surfaces at flatter incidence receive almost nothing.
 const LEAST_COSINE: f64 = 0.01;
@@ -176,8 +176,8 @@ impl<'a> DepthMap<'a> {
 
     /// Share of the Sun that a node sees, 0 to 1, at a position [m] with a unit normal. Either side of the surface may be lit.
     ///
-    /// Each of 4 x 4 texels tests whether something is in front of the node's own surface, taken as a plane. A plane never shadows itself, even in grazing
-    /// light. The weights are those of a box of three texels around the node, so that the result follows a moving edge without a jump.
+    /// Each of 4 x 4 texels tests whether something is in front of the node's own surface, taken as a plane. A plane never shadows itself, even in
+    /// grazing light. The weights make a box of three texels around the node, so that the result follows a moving edge without a jump.
     pub fn solar_visibility(&self, position: DVec3, normal: DVec3) -> f64 {
         let view = &self.view;
         let side = lit_side(normal, view.sun);

@@ -6,8 +6,8 @@ use super::depth_map::{SunView, corners_of};
 use crate::environment::StepLoad;
 use crate::saved::{Saved, SavedError};
 
-/// A turn below this is rounding [rad]. With an angle of 0, shadows are found anew at every greater turn. It is four millionths of a texel on a map of 4096
-/// texels.
+/// A turn below this is rounding [rad]. With an angle of 0, shadows are found anew at every greater turn. This turn is four millionths of a texel on
+/// a map of 4096 texels.
 const STILL: f64 = 1e-9;
 
 /// The boxes that cast shadows, the resolution of the view, and the state for which shadows were last found.
@@ -56,7 +56,7 @@ impl Redraw {
         saved
     }
 
-    /// What `save` told.
+    /// The light and the poses that `save` put into the lists.
     ///
     /// # Errors
     /// Lists of another kind.
@@ -76,7 +76,7 @@ impl Redraw {
         })
     }
 
-    /// Diagonal of the box around the craft as placed by the joints [m]. No poses are those of the file.
+    /// Diagonal of the box around the craft as placed by the joints [m]. Without poses every part stays where the file has it.
     fn size(&self, poses: &[DAffine3]) -> f64 {
         let [low, high] = self
             .corners(poses)

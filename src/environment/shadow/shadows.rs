@@ -66,7 +66,8 @@ pub struct Shadows {
 const FEW: usize = 4096;
 
 impl Shadows {
-    /// Shadows on nodes (positions [m] and unit normals in the file's pose). `node_joints` holds the joint of each node. It is empty where nothing moves.
+    /// Shadows on nodes (positions [m] and unit normals in the file's pose). `node_joints` holds the joint of each node, or nothing where no part
+    /// moves.
     pub(crate) fn new(
         nodes: Vec<[DVec3; 2]>,
         node_joints: Vec<u32>,
@@ -81,12 +82,12 @@ impl Shadows {
         shadows
     }
 
-    /// What is needed to go on later, apart from the visibility that was found.
+    /// The state from which a run goes on later, without the visibility.
     pub(crate) fn save(&self) -> Saved {
         self.redraw.save()
     }
 
-    /// Takes what `save` gave.
+    /// Restores the state that `save` gave.
     ///
     /// # Errors
     /// Lists of another kind.

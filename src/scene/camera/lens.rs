@@ -10,7 +10,7 @@ use crate::lens::{Distortion, Lens};
 /// Place of the principal point, and skew.
 const PLACE: Quantity = Quantity::within(-100_000.0, 100_000.0, "px");
 
-/// The lens of an image of this size. It is refused where it folds the image.
+/// The lens of an image of this size. A lens that folds the image is refused.
 pub(super) fn read(
     section: &Section,
     preset: Option<&Preset>,

@@ -64,14 +64,14 @@ pub(in crate::scene) struct Around<'a> {
 /// The keys that a path depends on.
 const OF_THE_ORBIT: [&str; 5] = ["object", "path_relative_to", "orbit.*", "time.start", "environment.planet_radius"];
 
-/// What the positions of a path are counted from.
+/// Origin of the positions of a path.
 #[derive(Clone, Copy, PartialEq)]
 enum Origin {
     Craft,
     Planet,
 }
 
-/// The frame of a path, and what its positions are counted from. `None` where the scene states neither.
+/// The frame of a path, and the origin of its positions. `None` where the scene states neither.
 fn frame_of(section: &Section, stated: Option<CameraFrame>) -> Result<(Option<CameraFrame>, Origin), SceneError> {
     let words = [("orbit", (CameraFrame::Orbit, Origin::Craft)), ("inertial", (CameraFrame::Inertial, Origin::Planet))];
     let Some((frame, origin)) = section.choice("path_relative_to", &words)? else {
@@ -122,7 +122,7 @@ pub(super) fn read(
     Ok(Some((frame, CameraPath { file: path, poses: PosePath { places, turns, mount } })))
 }
 
-/// What the parts of a path are read with.
+/// Inputs for reading the parts of a path.
 struct Reader<'a, 'b> {
     section: &'a Section<'a>,
     around: &'a Around<'a>,
@@ -179,7 +179,7 @@ impl Reader<'_, '_> {
         let history = || {
             let usable = (f64::NEG_INFINITY, f64::INFINITY);
             let segment = RotationSegment { samples: rotations, interpolation: RotationInterpolation::Arc, usable };
-            // The frame is that of the camera, so this one is not read.
+            // The camera states its own frame, so this one is not read.
             Arc::new(RotationHistory::new(path.display().to_string(), HistoryFrame::Inertial, vec![segment]))
         };
         let rotated = table.iter().any(|row| row.rotation.is_some());
@@ -316,8 +316,7 @@ pub(crate) struct Poses {
     pub(crate) poses: Vec<(DVec3, DQuat)>,
 }
 
-/// Reads a table of poses that a command names. It has the columns `time,x,y,z,qw,qx,qy,qz`. Times may be equal, and do
-/// not decrease.
+/// Reads a table of poses that a command names. The columns are `time,x,y,z,qw,qx,qy,qz`. Times may be equal, and do not decrease.
 ///
 /// # Errors
 /// A file that cannot be read, a value that no pose can have, or a time before 0, with file and line.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::super::error::SceneError;
 use super::kvn::{Line, check_version, lines};
-use super::rotation::{Metadata, Row, Segment, interpret, version};
+use super::rotation::{Metadata, RotationRow, Segment, interpret, version};
 use super::text::{FileLine, number};
 
 /// The reader's place in the message.
@@ -78,7 +78,7 @@ pub(super) fn parse(path: &Path, text: &str, assumptions: &mut Vec<String>) -> R
 }
 
 /// Reads a line of data: an epoch, then the numbers of the segment's type.
-fn row(at: &FileLine, data: &str, segment: &Segment) -> Result<Row, SceneError> {
+fn row(at: &FileLine, data: &str, segment: &Segment) -> Result<RotationRow, SceneError> {
     let mut cells = data.split_whitespace();
     let epoch = cells.next().unwrap_or_default().to_owned();
     let wrong = |message: String| at.error(&format!("epoch {epoch}"), message);
@@ -93,7 +93,7 @@ fn row(at: &FileLine, data: &str, segment: &Segment) -> Result<Row, SceneError> 
             columns.join(" ")
         )));
     }
-    Ok(Row { line: at.line, epoch, numbers })
+    Ok(RotationRow { line: at.line, epoch, numbers })
 }
 
 #[cfg(test)]

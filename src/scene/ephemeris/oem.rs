@@ -74,7 +74,7 @@ fn unfinished(path: &Path, text: &str, key: &str) -> SceneError {
     FileLine { path, line: text.lines().count() }.error(key, "is missing: the file ends before it")
 }
 
-/// Stores the value of a metadata key. It ignores keys that do not affect the trajectory.
+/// Stores the value of a metadata key. Keys that do not affect the trajectory are ignored.
 pub(super) fn metadata(segment: &mut Stated, line: usize, key: &str, value: &str) {
     let value = value.to_owned();
     match key {

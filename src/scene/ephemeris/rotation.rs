@@ -33,7 +33,7 @@ pub(super) struct Segment {
     /// Name and identifier of the object.
     pub(super) object: (String, String),
     pub(super) frame: HistoryFrame,
-    pub(super) kind: Kind,
+    pub(super) kind: RotationKind,
     /// Whether the rotations take frame vectors into the body. The usual direction is the opposite.
     inverted: bool,
     pub(super) scale: TimeScale,
@@ -42,22 +42,22 @@ pub(super) struct Segment {
     pub(super) usable_start: Said,
     pub(super) usable_stop: Said,
     pub(super) interpolation: RotationInterpolation,
-    pub(super) rows: Vec<Row>,
+    pub(super) rows: Vec<RotationRow>,
     /// Whether the file ends inside the segment.
     pub(super) torn: bool,
 }
 
 /// A line of data.
-pub(super) struct Row {
+pub(super) struct RotationRow {
     pub(super) line: usize,
     pub(super) epoch: String,
-    /// The numbers in the order of [`Kind::columns`].
+    /// The numbers in the order of [`RotationKind::columns`].
     pub(super) numbers: Vec<f64>,
 }
 
 /// The form in which rotations are stated.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Shape {
+pub(super) enum RotationForm {
     Quaternion {
         scalar_first: bool,
     },
@@ -80,10 +80,10 @@ enum Beside {
 }
 
 /// The meaning of the numbers of a segment.
-pub(super) struct Kind {
+pub(super) struct RotationKind {
     /// `ATTITUDE_TYPE`.
     pub(super) name: &'static str,
-    pub(super) shape: Shape,
+    pub(super) shape: RotationForm,
     beside: Beside,
     /// Whether the angular velocity has components along the axes of frame B.
     velocity_in_b: bool,
@@ -105,20 +105,20 @@ const KINDS: [(&str, &str, Beside); 9] = [
     (SPIN, SPIN, Beside::Nothing),
 ];
 
-impl Kind {
+impl RotationKind {
     /// The names of the numbers after an epoch.
     pub(super) fn columns(&self) -> Vec<&'static str> {
         let (mut columns, derivatives) = match self.shape {
-            Shape::Quaternion { scalar_first: true } => {
+            RotationForm::Quaternion { scalar_first: true } => {
                 (vec!["QC", "Q1", "Q2", "Q3"], ["QC_DOT", "Q1_DOT", "Q2_DOT", "Q3_DOT"].as_slice())
             }
-            Shape::Quaternion { scalar_first: false } => {
+            RotationForm::Quaternion { scalar_first: false } => {
                 (vec!["Q1", "Q2", "Q3", "QC"], ["Q1_DOT", "Q2_DOT", "Q3_DOT", "QC_DOT"].as_slice())
             }
-            Shape::Euler { .. } => {
+            RotationForm::Euler { .. } => {
                 (vec!["ANGLE_1", "ANGLE_2", "ANGLE_3"], ["ANGLE_1_DOT", "ANGLE_2_DOT", "ANGLE_3_DOT"].as_slice())
             }
-            Shape::Spin => (vec!["SPIN_ALPHA", "SPIN_DELTA", "SPIN_ANGLE", "SPIN_ANGLE_VEL"], [].as_slice()),
+            RotationForm::Spin => (vec!["SPIN_ALPHA", "SPIN_DELTA", "SPIN_ANGLE", "SPIN_ANGLE_VEL"], [].as_slice()),
         };
         columns.extend_from_slice(match self.beside {
             Beside::Nothing => &[],
@@ -150,7 +150,7 @@ pub(super) fn version(at: &FileLine, stated: &str) -> Result<u32, SceneError> {
 
 /// The rotation of the body into the frame that a row states, its derivative [1/s], and the rate of a spin [rad/s].
 pub(super) fn rotation(segment: &Segment, numbers: &[f64]) -> (DQuat, Option<DQuat>, Option<f64>) {
-    let (stated, rest) = numbers.split_at(if matches!(segment.kind.shape, Shape::Euler { .. }) { 3 } else { 4 });
+    let (stated, rest) = numbers.split_at(if matches!(segment.kind.shape, RotationForm::Euler { .. }) { 3 } else { 4 });
     let quaternion = |numbers: &[f64], scalar_first: bool| match *numbers {
         [w, x, y, z] if scalar_first => DQuat::from_xyzw(x, y, z, w),
         [x, y, z, w] => DQuat::from_xyzw(x, y, z, w),
@@ -158,11 +158,11 @@ pub(super) fn rotation(segment: &Segment, numbers: &[f64]) -> (DQuat, Option<DQu
     };
     let half_turning = |velocity: DVec3| DQuat::from_vec4((0.5 * velocity).extend(0.0));
     let (turn, derivative) = match segment.kind.shape {
-        Shape::Quaternion { scalar_first } => {
+        RotationForm::Quaternion { scalar_first } => {
             let derivative = (segment.kind.beside == Beside::Derivatives).then(|| quaternion(rest, scalar_first));
             (quaternion(stated, scalar_first), derivative)
         }
-        Shape::Euler { axes } => {
+        RotationForm::Euler { axes } => {
             let turns = [0, 1, 2].map(|i| DQuat::from_axis_angle(DVec3::AXES[axes[i]], stated[i].to_radians()));
             let [first, second, third] = turns;
             let derivative = (segment.kind.beside == Beside::Derivatives).then(|| {
@@ -171,7 +171,7 @@ pub(super) fn rotation(segment: &Segment, numbers: &[f64]) -> (DQuat, Option<DQu
             });
             (first * second * third, derivative)
         }
-        Shape::Spin => {
+        RotationForm::Spin => {
             // The body's Z is the spin axis. At SPIN_ANGLE 0 the body's X lies in the frame's XY plane, 90 deg ahead of
             // the axis. Orekit uses this convention. The standard leaves it to the parties.
             let (alpha, delta) = (stated[0].to_radians(), stated[1].to_radians());
@@ -223,7 +223,7 @@ pub(super) fn interpret(
     let a_to_b = direction(path, metadata, &mut assume)?;
     let mut kind = kind(path, metadata, &mut assume)?;
     let inverted = a_to_b != body_is_b;
-    if inverted && kind.shape == Shape::Spin {
+    if inverted && kind.shape == RotationForm::Spin {
         let (line, _) = metadata.get("ATTITUDE_DIR").or(metadata.get("REF_FRAME_A")).unwrap_or((metadata.line, ""));
         let message = "the axis of a spin is stated in the outer frame, so the rotation must lead to the body's frame";
         return Err(FileLine { path, line }.error("ATTITUDE_DIR", message));
@@ -241,7 +241,7 @@ pub(super) fn interpret(
     if !missing.is_empty() {
         assume(format!("the metadata of this segment lack {}.", missing.join(", ")));
     }
-    if kind.shape == Shape::Spin {
+    if kind.shape == RotationForm::Spin {
         assume(
             "SPIN_ANGLE counts from the body's X axis in the XY plane of the reference frame, 90 deg ahead of the spin \
              axis's right ascension, and the spin axis is the body's Z."
@@ -309,7 +309,7 @@ fn direction(path: &Path, metadata: &Metadata, assume: &mut impl FnMut(String)) 
     }
 }
 
-fn kind(path: &Path, metadata: &Metadata, assume: &mut impl FnMut(String)) -> Result<Kind, SceneError> {
+fn kind(path: &Path, metadata: &Metadata, assume: &mut impl FnMut(String)) -> Result<RotationKind, SceneError> {
     let (line, stated) = metadata.required(path, "ATTITUDE_TYPE")?;
     let plain = stated.to_ascii_uppercase().replace(' ', "_");
     let Some((name, shape, beside)) = KINDS.iter().find(|(known, ..)| *known == plain) else {
@@ -318,14 +318,14 @@ fn kind(path: &Path, metadata: &Metadata, assume: &mut impl FnMut(String)) -> Re
             .error("ATTITUDE_TYPE", format!("'{stated}' is not read; it must be one of {known}")));
     };
     let shape = match *shape {
-        QUATERNION => Shape::Quaternion { scalar_first: scalar_first(path, metadata, assume)? },
-        EULER => Shape::Euler { axes: sequence(path, metadata)? },
-        _ => Shape::Spin,
+        QUATERNION => RotationForm::Quaternion { scalar_first: scalar_first(path, metadata, assume)? },
+        EULER => RotationForm::Euler { axes: sequence(path, metadata)? },
+        _ => RotationForm::Spin,
     };
     if *beside == Beside::Rates {
         assume(format!("the rates of {name} are passed over."));
     }
-    Ok(Kind { name, shape, beside: *beside, velocity_in_b: true })
+    Ok(RotationKind { name, shape, beside: *beside, velocity_in_b: true })
 }
 
 /// Whether the scalar of a quaternion comes first. Version 1 states it. In version 2 it never does.
@@ -386,7 +386,7 @@ fn velocity_in_b(path: &Path, metadata: &Metadata) -> Result<bool, SceneError> {
 fn interpolation(
     path: &Path,
     metadata: &Metadata,
-    kind: &Kind,
+    kind: &RotationKind,
     assume: &mut impl FnMut(String),
 ) -> Result<RotationInterpolation, SceneError> {
     let key = if metadata.get("INTERPOLATION").is_some() { "INTERPOLATION" } else { "INTERPOLATION_METHOD" };
@@ -399,7 +399,7 @@ fn interpolation(
     if !known.contains(&method.as_str()) {
         return Err(FileLine { path, line }.error(key, format!("'{method}' is not one of {}", list(known))));
     }
-    if kind.shape == Shape::Spin || method == "LINEAR" || method == "SLERP" {
+    if kind.shape == RotationForm::Spin || method == "LINEAR" || method == "SLERP" {
         return Ok(RotationInterpolation::Arc);
     }
     let chosen = degree.unwrap_or(DEFAULT_DEGREE);

@@ -58,7 +58,7 @@ pub(super) fn check_span(
     Ok(())
 }
 
-/// The usable times of a segment, as its metadata state them. They must leave some time between `first` and `last`.
+/// The usable times of a segment, as its metadata state them. Some time must be left between `first` and `last`.
 pub(super) fn usable_times(
     path: &Path,
     span: &Span,

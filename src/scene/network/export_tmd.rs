@@ -35,7 +35,7 @@ impl Solved<'_> {
     }
 }
 
-/// The TMD of a network, and notes about what differs from it. Without a solution all temperatures are those of the start.
+/// The TMD of a network, and notes about the differences. Without a solution all temperatures are start temperatures.
 pub fn tmd(file: &NetworkFile, description: &str, solved: Option<Solved>) -> (Tmd, Vec<String>) {
     let network = &file.network;
     let heat = file.schedule.heat_of_nodes(network.len());

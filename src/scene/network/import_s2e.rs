@@ -9,7 +9,7 @@ use crate::text::plain;
 
 const CELSIUS: f64 = 273.15;
 
-/// A network file, and notes about what it lacks.
+/// A network file, and notes about missing values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
     /// Text of the network file.

@@ -8,7 +8,7 @@ use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeCondu
 /// Most names in a note.
 const NAMED: usize = 10;
 
-/// A network, and notes about what differs from the TMD file.
+/// A network, and notes about differences from the TMD file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImportedTmd {
     /// The network.
@@ -19,7 +19,7 @@ pub struct ImportedTmd {
     pub notes: Vec<String>,
 }
 
-/// The network of a TMD file. Its times begin at 0.
+/// The network of a TMD file, with times that begin at 0.
 ///
 /// # Errors
 /// A message if no node is active, or if a label is in use.

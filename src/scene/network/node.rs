@@ -9,7 +9,7 @@ use crate::thermal::network::schedule::HeatTable;
 pub(super) const KEYS: &[&str] = &["label", "kind", "capacitance", "emissive_area", "temperature", "heat"];
 /// `heat = { .. }`.
 pub(in crate::scene) const HEAT: &[&str] = &["time", "power"];
-/// Start of the search for the balance of an arithmetic node [K]. It does not affect the result.
+/// Start of the search for the balance of an arithmetic node [K], without effect on the result.
 const FIRST_GUESS: f64 = 300.0;
 
 /// A node in the words of the file.

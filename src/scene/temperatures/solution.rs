@@ -1,4 +1,4 @@
-//! Temperatures of nodes over time, whatever file they are from.
+//! Temperatures of nodes over time, from any kind of file.
 
 use glam::DVec3;
 
@@ -25,7 +25,7 @@ pub(crate) struct Solution {
     pub(crate) nodes: Vec<SolvedNode>,
     /// Times [s], ascending.
     pub(crate) times: Vec<f64>,
-    /// Temperatures [K]: those of all nodes at the first time, then those at the next.
+    /// Temperatures [K] of all nodes at the first time, then of all nodes at the next.
     pub(crate) temperatures: Vec<f64>,
     /// One sentence for each thing that the file lacks or that is left out.
     pub(crate) notes: Vec<String>,

@@ -160,7 +160,7 @@ impl Source<'_> {
         Ok(Tmd { description, times, nodes, linear, radiative, notes })
     }
 
-    /// What stands beside that which is read.
+    /// Notes about groups and datasets of the file that are not read.
     fn left_out(&self, set: &Group, data: &Group) -> Result<Vec<String>, TmdError> {
         let names =
             |group: &Group, object: &str| group.member_names().map_err(|source| hdf5(self.path, object, source));

@@ -2,7 +2,7 @@
 
 use crate::thermal::function::Sample;
 
-/// Fewest rows. It exceeds the number of free parameters of every function.
+/// Fewest rows, more than the free parameters of any function.
 pub(crate) const FEWEST_ROWS: usize = 6;
 
 /// Rows used in the search for a start. The fit itself uses all rows.
@@ -69,16 +69,16 @@ impl FitError {
 }
 
 /// Checked data: times [unit of the data] since the first row, and temperatures [K]. The first row itself is left out.
-pub(super) struct Data {
+pub(super) struct FitData {
     pub(crate) rows: Vec<[f64; 2]>,
     pub(crate) initial: f64,
-    /// Temperature difference to the row farthest from the first [K]. It is negative for cooling.
+    /// Temperature difference to the row farthest from the first [K], negative for cooling.
     pub(crate) span: f64,
     pub(crate) range: f64,
     pub(crate) target: Option<f64>,
 }
 
-impl Data {
+impl FitData {
     pub(crate) fn new(samples: &[Sample], target: Option<f64>) -> Result<Self, FitError> {
         for (row, sample) in (1..).zip(samples) {
             let value = |what, value, wanted| FitError::Value { row, what, value, wanted };

@@ -1,6 +1,6 @@
 //! A fitted step response, and its difference from the data.
 
-use super::data::Data;
+use super::data::FitData;
 use crate::thermal::function::Function;
 use crate::thermal::material::Domain;
 
@@ -30,7 +30,7 @@ pub(crate) struct Response {
 /// The best fit of a kind in a domain.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Fit {
-    /// The response. It starts at the temperature of the first row.
+    /// The response, which starts at the temperature of the first row.
     pub(crate) response: Response,
     /// Number of free parameters.
     pub(crate) parameters: usize,
@@ -62,7 +62,7 @@ impl Fit {
     pub(super) fn new(
         response: Response,
         parameters: usize,
-        data: &Data,
+        data: &FitData,
         rows: &[[f64; 2]],
         at_bounds: Vec<&'static str>,
     ) -> Self {

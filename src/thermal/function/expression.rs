@@ -1,7 +1,7 @@
 //! A response function given as GLSL text of s: compiled by naga, checked, and evaluated in f64.
 //!
-//! The text becomes the body of a shader function, so it accepts exactly what GLSL accepts. The compiled form is then translated operation by operation. It
-//! may contain arithmetic, comparisons, `?:` and functions without state (exp, pow, mix, smoothstep, ...). Everything else is refused.
+//! The text becomes the body of a shader function, so its syntax is exactly GLSL. The compiled form is then translated operation by operation.
+//! Arithmetic, comparisons, `?:` and functions without state (exp, pow, mix, smoothstep, ...) are allowed. Everything else is refused.
 
 mod program;
 

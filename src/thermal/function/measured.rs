@@ -1,6 +1,6 @@
 //! A response function from measured times and temperatures: normalised and interpolated by a monotone cubic.
 //!
-//! The cubic is that of Fritsch & Carlson 1980 (SIAM J. Numer. Anal. 17, 238). Hermite pieces run through all points. Their slopes are those of the
+//! The cubic follows Fritsch & Carlson 1980 (SIAM J. Numer. Anal. 17, 238). Hermite pieces run through all points. Their slopes come from the
 //! parabola through three neighbours, reduced where a piece would not be monotone.
 
 use std::path::Path;

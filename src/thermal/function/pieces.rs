@@ -1,9 +1,9 @@
 //! A response function as straight pieces, the form that the device evaluates for every kind.
 //!
-//! The pieces have equal width in v, the square root of the distance to the nearer end of the time. They are therefore narrow near the ends, where a
-//! function that varies as a power of 1/2 or more is smooth in v. A piece stores the share done or the share left, whichever is smaller, for accuracy. A
-//! piece that a line does not follow, because the function has a corner in it, is divided into smaller ones. No piece decreases, so a transition never
-//! turns back. Only where two pieces meet may the share fall, by the rounding of f32: 1.5e-8 of the way.
+//! The pieces have equal width in v, the square root of the distance to the nearer end of the time. The pieces are therefore narrow near the ends,
+//! where a function that varies as a power of 1/2 or more is smooth in v. A piece stores the share done or the share left, whichever is smaller, for
+//! accuracy. A piece that a line does not follow, because the function has a corner in it, is divided into smaller ones. No piece decreases, so a
+//! transition never turns back. Only where two pieces meet may the share fall, by the rounding of f32: 1.5e-8 of the way.
 
 /// Pieces on either side.
 pub(crate) const SIDE: usize = 1 << 14;
@@ -21,7 +21,7 @@ pub(crate) const MOST: usize = 1 << 20;
 const LOOKED_AT: [f64; 3] = [0.25, 0.5, 0.75];
 /// Number of pieces in a stretch over which [`are_plain`] compares a function with a line.
 const STRETCH: usize = 16;
-/// Places in a stretch at which it is compared. They lie at uneven distances, so that no function that repeats is met at its zeros.
+/// Places in a stretch at which it is compared, at uneven distances, so that no function that repeats is met at its zeros.
 const COMPARED_AT: [f64; 4] = [0.137, 0.381, 0.618, 0.853];
 
 /// The pieces of a function, and their error.
@@ -48,7 +48,7 @@ impl Pieces {
         pieces
     }
 
-    /// Fills `count` pieces from an index on with those of an interval of v on a side.
+    /// Fills `count` pieces from an index on, for an interval of v on a side.
     fn fill(&mut self, first: usize, side: &Side, (low, high): (f64, f64), count: usize, depth: u32) {
         let place = |number: f64| low + (high - low) * number / count as f64;
         let mut before = side.left(low);
@@ -137,7 +137,7 @@ impl Side<'_> {
         (self.remaining)(if self.start { 1.0 - distance(v) } else { distance(v) })
     }
 
-    /// What a piece stores for a share left: the larger share is stored as its difference from 1.
+    /// The stored value of a share left: the larger share is stored as its difference from 1.
     fn value(&self, left: f64, mostly_left: bool) -> f64 {
         match (self.start, mostly_left) {
             (true, true) => 1.0 - left,

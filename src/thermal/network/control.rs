@@ -44,8 +44,8 @@ const RATE_AGE: u32 = 8;
 const NO_HEAT: f64 = 0.01;
 /// Share of such a node's heat loss that f32 may lose.
 const OPEN_SHARE: f64 = 1e-3;
-/// Rate of a conductor that explains why no sub-step was good [1/s]. Its nodes equalise within a thousand of the shortest sub-steps, which the first
-/// sub-steps must resolve.
+/// Rate of a conductor that explains why no sub-step was good [1/s]. The nodes of such a conductor equalise within a thousand of the shortest
+/// sub-steps, which the first sub-steps must resolve.
 pub(crate) const STIFFEST: f64 = 1e15;
 
 /// Most sub-steps of a stepper, over all its integrations: hours of the smallest network.
@@ -67,7 +67,7 @@ pub fn integrate<S: Stepper>(
     ended.map(|()| series)
 }
 
-/// [`integrate`] that also returns what was computed before an error: the rows and switches until then.
+/// [`integrate`] that keeps the rows and switches from before an error.
 pub(crate) fn integrate_and_keep<S: Stepper>(
     stepper: &mut S,
     network: &Network,

@@ -1,11 +1,11 @@
 //! The network in one pass a step, in f64: the twin of `glsl/one_pass.comp`.
 //!
 //! A step splits the exchange of heat in three (docs/numerics.md 3):
-//! - Weak conductors act on M = T + half of the last change, explicitly. What leaves a node enters its neighbour, so heat is conserved.
+//! - Weak conductors act on M = T + half of the last change, explicitly. Heat that leaves a node enters its neighbour, so heat is conserved.
 //! - Each node then takes its loads, its weak conduction and the conduction inside its block of the last step as constant power, and radiates. This change
 //!   is exact (`thermal::local_step`).
-//! - Each block conducts exactly, with what its nodes received in the step as a constant source: a small one by matrices (`exponential`), a large one by a
-//!   polynomial (`series`).
+//! - Each block conducts exactly, with the heat that its nodes received in the step as a constant source: a small one by matrices (`exponential`), a
+//!   large one by a polynomial (`series`).
 
 mod balance;
 mod blocks;
@@ -29,7 +29,7 @@ pub(crate) use conduction::Conduction;
 pub(crate) use halving::{HALVINGS_AT_MOST, Halving};
 pub(crate) use large::Large;
 pub(crate) use plan::{Plan, Plans};
-pub(crate) use rows::Link;
+pub(crate) use rows::ExchangeLink;
 pub(crate) use sample::{Sample, estimates, since};
 pub(crate) use series::{Series, Stage};
 pub(crate) use switching::SWITCHES_AT_MOST;
@@ -49,7 +49,7 @@ use crate::thermal::local_step as local;
 pub struct Heater {
     /// Heated nodes with their shares of its power.
     pub(crate) shares: Vec<(u32, f64)>,
-    /// What switches it. Without a thermostat it is always on.
+    /// Without a thermostat the heater is always on.
     pub(crate) thermostat: Option<Thermostat>,
 }
 
@@ -80,7 +80,7 @@ pub(crate) struct OnePass {
     trend: Vec<f64>,
     /// Coupling at the last estimate [K].
     coupled: Vec<f64>,
-    /// Steps of this length so far. Only after one of them are `last` and `coupling` those of such a step.
+    /// Steps of this length so far. `last` and `coupling` belong to such a step only after the first one.
     age: u32,
     halving: Halving,
     /// The estimate before the last decision, and since.
@@ -161,7 +161,7 @@ impl OnePass {
         for number in 0..count {
             let start = start + f64::from(number) * self.plan.step();
             if self.age == 0 {
-                // What the last change would have been is not known. The step is therefore taken twice.
+                // No last change is known yet for this length of step. The step is therefore taken twice.
                 let before = self.temperatures.clone();
                 let heat = self.with_heaters(heat, powers, start, true, &mut switches);
                 self.step(&heat, true);
@@ -179,7 +179,7 @@ impl OnePass {
         switches
     }
 
-    /// Heat of every node with that of the heaters [W], in a step from `start` [s].
+    /// Heat of every node, heaters included [W], in a step from `start` [s].
     fn with_heaters(
         &mut self,
         heat: &[f64],
@@ -281,7 +281,7 @@ impl OnePass {
     fn weak_heat(&self, plan: &Plan, node: usize) -> f64 {
         let mean = |node: usize| self.temperatures[node] + 0.5 * self.last[node];
         let here = mean(node);
-        let heat = |link: &Link| {
+        let heat = |link: &ExchangeLink| {
             let there = mean(link.neighbour as usize);
             link.conductance * (there - here) + link.exchange_area * radiated(there, here)
         };

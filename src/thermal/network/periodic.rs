@@ -25,12 +25,12 @@ pub(crate) const MOST_ORBITS: u32 = 60;
 
 /// Finds the start [K] from which an orbit leads back to itself.
 ///
-/// `orbit` computes an orbit from given temperatures. It reports temperatures at equal intervals, both ends included. `balance` solves the network in f64
-/// for the temperatures at which a heat balances. Returns the result when a start is known to `tolerance` [K]. Returns `None` after [`MOST_ORBITS`], or
-/// where a balance was not found.
+/// `orbit` computes an orbit from given temperatures, and reports temperatures at equal intervals, both ends included. `balance` solves the network
+/// in f64 for the temperatures at which a heat balances. Returns the result when a start is known to `tolerance` [K]. Returns `None` after
+/// [`MOST_ORBITS`], or where a balance was not found.
 ///
 /// # Errors
-/// Those of `orbit` and `balance`.
+/// Errors of `orbit` and `balance`.
 pub(crate) fn settle<S, E>(
     network: &Network,
     period: f64,
@@ -57,7 +57,7 @@ where
         balance.set_heat(&heat, &vec![0.0; network.len()])?;
         balance.set_temperatures(&mean)?;
         if !balance.steady(0.0)? {
-            // By rounding, a node that only cools may lack heat even against space. It then aims at the temperature of space.
+            // By rounding, a node that only cools may lack heat even against space. Such a node then aims at the temperature of space.
             heat.iter_mut().for_each(|heat| *heat = heat.max(0.0));
             balance.set_heat(&heat, &vec![0.0; network.len()])?;
             balance.set_temperatures(&mean)?;
@@ -138,7 +138,7 @@ impl<'a> SlowModes<'a> {
         next.iter().all(|next| next.is_finite()).then_some(next)
     }
 
-    /// Replaces heat [W] by the changes of temperature [K] that carry it away, with what these send to other nodes.
+    /// Replaces heat [W] by the changes of temperature [K] that carry it away. The heat that these changes send through `coupling` counts.
     fn solve(&mut self, heat: &mut [f64], coupling: Option<Coupling<'_>>) {
         let given = heat.to_vec();
         self.newton.solve(heat);

@@ -52,7 +52,7 @@ impl ReferenceStepper {
     }
 }
 
-/// Forward Euler. It has no carried residual, because f64 rounding is negligible. The error is h/2 dF.
+/// Forward Euler, without a carried residual, because f64 rounding is negligible. The error is h/2 dF.
 fn euler(system: &mut System, t: f64, step: f64, state: &mut State) -> Option<f64> {
     for (temperature, rate) in state.temperatures.iter_mut().zip(&state.rates) {
         *temperature += step * rate;

@@ -80,7 +80,7 @@ impl HeatTable {
     }
 }
 
-/// A heater with hysteresis. It turns on when its sensor falls through `on_below`, and off when it rises through `off_above`.
+/// A heater with hysteresis, which turns on when its sensor falls through `on_below`, and off when it rises through `off_above`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Thermostat {
     /// Number of the heated node.
@@ -98,7 +98,7 @@ pub struct Thermostat {
 }
 
 impl Thermostat {
-    /// Why the thermostat can not go on where it makes a number of `switches` within a time [s], and what to do.
+    /// Why the thermostat can not go on where it makes a number of `switches` within a time [s], with advice.
     pub(crate) fn chatter(&self, switches: u32, within: f64) -> String {
         let Self { on_below, off_above, power, .. } = self;
         format!(
@@ -130,7 +130,7 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// All heat of each of `nodes` nodes without that of thermostats. `None` where there is none.
+    /// All heat of each of `nodes` nodes, thermostats left out. `None` where there is none.
     pub(crate) fn heat_of_nodes(&self, nodes: usize) -> Vec<Option<HeatTable>> {
         let mut tables: Vec<Vec<HeatTable>> = vec![Vec::new(); nodes];
         for (node, power) in self.constant.iter().enumerate().filter(|(_, power)| **power != 0.0) {

@@ -13,8 +13,8 @@ pub(crate) const WEIGHT: f64 = std::f64::consts::SQRT_2 / 4.0;
 
 /// Takes a sub-step. Returns the estimate of its error [K], or `None` where it fails.
 ///
-/// The estimate is the difference from the embedded method of order 3. It is solved once with the matrix of the stages, so that fast components do not
-/// exaggerate it. This also extends it to arithmetic nodes.
+/// The estimate is the difference from the embedded method of order 3. One solution with the matrix of the stages keeps fast components from
+/// exaggerating the difference, and extends it to arithmetic nodes.
 pub(super) fn step(system: &mut System, t: f64, step: f64, state: &mut State) -> Option<f64> {
     let start = state.temperatures.clone();
     let size = start.len();

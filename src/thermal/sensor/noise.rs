@@ -1,6 +1,6 @@
 //! Noise by counting: each number follows from seed, counter, stream and place alone, on every device and in every order. Twin: `glsl/sensor_noise.glsl`.
 
-/// What a random number is for. Numbers of different streams are independent.
+/// Purpose of a random number. Numbers of different streams are independent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Stream {
     /// Temporal noise, counted by time.
@@ -35,7 +35,7 @@ pub(crate) fn random_words(seed: u32, counter: u64, stream: Stream, group: u32) 
     pcg4d([group, counter as u32, ((counter >> 32) as u32).wrapping_mul(16) + stream as u32, seed])
 }
 
-/// A word as a number between -1 and 1, neither included. Its 23 upper bits decide, and f32 holds the number exactly.
+/// A word as a number between -1 and 1, neither included. The 23 upper bits decide, and f32 holds the number exactly.
 pub(crate) fn symmetric(word: u32) -> f64 {
     (f64::from(word >> 9) + 0.5) / f64::from(1 << 22) - 1.0
 }

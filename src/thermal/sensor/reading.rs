@@ -89,7 +89,7 @@ impl Constants {
 }
 
 impl Netd {
-    /// The NETD at the camera's own f-number [K]: the light that a detector receives is 1 / (4 F^2 + 1) of that of the half space.
+    /// The NETD at the camera's own f-number [K]: a detector receives 1 / (4 F^2 + 1) of the light of the half space.
     pub(crate) fn at_f_number(&self) -> f64 {
         let share = |f: f64| 4.0 * f * f + 1.0;
         self.kelvin * share(self.f_number) / share(self.stated_f_number)

@@ -35,7 +35,7 @@ impl Spread {
     /// Room for weights on the device: 16 KiB of four weights each, which every device allows for a uniform buffer.
     pub(crate) const ROOM: usize = 1024;
 
-    /// Whether a device has room for the weights, beside those of a halo.
+    /// Whether a device has room for the weights, beside the weights of a halo.
     pub(crate) fn fits(&self) -> bool {
         self.terms.len() * (4 * self.radius + 5) + 32 <= Self::ROOM
     }
@@ -86,7 +86,7 @@ impl Spread {
         Self::new(radius, weights)
     }
 
-    /// A kernel of weights, row after row, whose side is 2 x radius + 1. Its weights are divided by their sum, which is above 0.
+    /// A kernel of weights, row after row, whose side is 2 x radius + 1. The weights are divided by their sum, which is above 0.
     pub(crate) fn new(radius: usize, weights: Vec<f64>) -> Self {
         let sum: f64 = weights.iter().sum();
         let weights: Vec<f64> = weights.into_iter().map(|weight| weight / sum).collect();
@@ -94,7 +94,7 @@ impl Spread {
         Self { radius, terms, weights }
     }
 
-    /// The image after the point spread. `width` is that of the image.
+    /// The image after the point spread. `width` is the width of the image [px].
     pub(crate) fn apply(&self, image: &[f64], width: usize) -> Vec<f64> {
         let height = image.len() / width;
         let mut sum = vec![0.0; image.len()];
@@ -179,7 +179,7 @@ fn separable(weights: &[f64], n: usize) -> Vec<Term> {
             Term { column, row: v[*j].iter().map(|x| x * scale).collect() }
         })
         .collect();
-    // A uniform image must stay what it is, so the first term makes up for what is left out.
+    // A uniform image must not change, so the first term makes up for the terms that are left out.
     let sum = |term: &Term| term.row.iter().sum::<f64>() * term.column.iter().sum::<f64>();
     let (first, rest) = (sum(&terms[0]), terms[1..].iter().map(sum).sum::<f64>());
     terms[0].row.iter_mut().for_each(|weight| *weight *= (1.0 - rest) / first);

@@ -43,7 +43,7 @@ impl Shell {
         let material = |vertex: usize| materials[surface.materials[vertex] as usize].as_ref();
         let welded = |vertex: usize| material(vertex).is_some_and(ShellMaterial::welds);
 
-        // Places of welded vertices come first, then those of single vertices.
+        // Places of welded vertices come first, then places of single vertices.
         let (mut place, mut places) = weld(surface, welded);
         let conducting = places;
         for (vertex, place) in place.iter_mut().enumerate() {
@@ -134,7 +134,8 @@ impl Assembly<'_> {
         self.network.kinds.len() as u32 - 1
     }
 
-    /// Adds the conductors of welded places. Each place comes with its node and one of its vertices. `conductance` [W/K] is that of a material's sheet.
+    /// Adds the conductors of welded places. Each place comes with its node and one of its vertices. `conductance` gives the conductance of a
+    /// material's sheet [W/K].
     fn conduct(&mut self, weights: &Weights, place: &[[u32; 2]], conductance: impl Fn(&ShellMaterial) -> f64) {
         let of_vertex = |vertex: u32| {
             let material = self.materials[self.surface.materials[vertex as usize] as usize].as_ref();

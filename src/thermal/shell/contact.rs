@@ -1,7 +1,7 @@
 //! Contacts: given conductances between parts or materials whose surfaces lie close.
 //!
-//! A contact is made of areas: how much of the surface of one node lies against that of another. The two meshes need not match, and the sum does not depend
-//! on them.
+//! A contact is made of areas: how much of the surface of one node lies against the surface of another. The two meshes need not match, and the sum
+//! does not depend on them.
 
 use std::collections::HashSet;
 

@@ -180,7 +180,8 @@ impl<'a> Arrays<'a> {
         Ok(data.get(needed - first..needed).ok_or_else(truncated)?.to_vec())
     }
 
-    /// Blocks of zlib. The header holds their number, their size, that of the last where it is shorter, and their stored sizes.
+    /// Blocks of zlib. The header holds their number, their size, the last one's size where it is shorter, and their stored
+    /// sizes.
     fn inflated(&self, array: Node, header: &[u8], mut data: &[u8]) -> Result<Vec<u8>, SceneError> {
         let words: Vec<usize> = header.chunks_exact(self.width).map(|word| self.word(word)).collect();
         let (size, last, stored) = (words[1], words[2], &words[3..]);

@@ -135,7 +135,7 @@ pub enum ControlError<E> {
         time: f64,
         /// The coldest node, which most likely loses too much heat.
         node: usize,
-        /// Its temperature [K].
+        /// Temperature [K].
         temperature: f64,
     },
     /// A conductor that equalises its nodes faster than the shortest sub-step.
@@ -144,7 +144,7 @@ pub enum ControlError<E> {
         time: f64,
         /// Its nodes.
         nodes: [usize; 2],
-        /// Its conductance GL [W/K].
+        /// Conductance GL [W/K].
         conductance: f64,
         /// GL over the capacitance of its lighter diffusive node [1/s].
         rate: f64,
@@ -155,7 +155,7 @@ pub enum ControlError<E> {
         time: f64,
         /// The node.
         node: usize,
-        /// Its temperature [K].
+        /// Temperature [K].
         temperature: f64,
     },
     /// A thermostat whose band can not hold: it switches too fast.

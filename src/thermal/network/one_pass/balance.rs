@@ -3,7 +3,7 @@
 /// Newton iterations.
 const ITERATIONS: u32 = 12;
 
-/// Heat into a node at its temperature [W], and what of it depends on the temperature.
+/// Heat into a node at its temperature [W], and the part of it that depends on the temperature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Balance {
     /// Heat into the node [W].

@@ -1,4 +1,4 @@
-//! Finds what a step can not take explicitly: blocks of nodes joined by strong conductors.
+//! Finds blocks of nodes joined by strong conductors, which a step can not take explicitly.
 //!
 //! A conductor is strong where it moves more than [`STRONG`] of the difference of its nodes in a step. A node whose weak conductors move more than
 //! [`CROWDED`] of its difference to its neighbours has strong conductors only. Nodes joined by strong conductors are a block.

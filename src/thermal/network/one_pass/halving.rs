@@ -18,7 +18,7 @@ const NODE_BOUND: (f64, f64) = (1.0, 10.0);
 pub struct Halving {
     /// Largest root mean square error that is accepted [K].
     pub(crate) tolerance: f64,
-    /// Halvings of the step of the scene that the network needs to fit. They count among the most.
+    /// Halvings of the step of the scene that the network needs to fit. These count towards [`HALVINGS_AT_MOST`].
     pub(crate) least: u32,
     /// Halvings beyond the least.
     pub(crate) count: u32,

@@ -1,4 +1,4 @@
-//! What the one pass needs of a network for one length of step: weak conductors by node, and the matrices of the blocks.
+//! The plan of the one pass for a network and one length of step: weak conductors by node, and the matrices of the blocks.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -6,11 +6,11 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::blocks::{Division, Unfit};
-use super::conduction::{Conduction, Kind};
+use super::conduction::{Conduction, BlockKind};
 use super::halving::HALVINGS_AT_MOST;
 use super::large::Large;
 use super::order::ordered;
-use super::rows::{Link, Rows};
+use super::rows::{ExchangeLink, ExchangeRows};
 use super::series::Series;
 use crate::thermal::local_step as local;
 use crate::thermal::network::{Network, NodeKind, radiative_slope};
@@ -42,8 +42,8 @@ struct Shape {
     /// How often the step of the scene was halved for it.
     halvings: u32,
     blocks: Vec<Block>,
-    kinds: Vec<Kind>,
-    weak: Rows,
+    kinds: Vec<BlockKind>,
+    weak: ExchangeRows,
     large: Option<Large>,
     /// Greatest rate of radiation of each node [1/s]. 0 without a capacity.
     fading: Vec<f64>,
@@ -87,7 +87,7 @@ impl Plan {
             halvings,
             blocks,
             kinds,
-            weak: Rows::new(network.len(), weak, &network.radiative),
+            weak: ExchangeRows::new(network.len(), weak, &network.radiative),
             large: Large::new(network, &division),
             fading,
         };
@@ -159,7 +159,7 @@ impl Plan {
     }
 
     /// The exchanges of a node outside its block.
-    pub(crate) fn weak_of(&self, node: usize) -> &[Link] {
+    pub(crate) fn weak_of(&self, node: usize) -> &[ExchangeLink] {
         self.shape.weak.of(node)
     }
 
@@ -173,7 +173,7 @@ impl Plan {
         self.series.as_ref()
     }
 
-    /// Change of a node in a step [K] by 1 W that goes to nodes by their shares. It counts the node's own heat and that inside its block.
+    /// Change of a node in a step [K] by 1 W that goes to nodes by their shares. The node's own heat and the conduction inside its block count.
     pub(crate) fn response(&self, node: usize, shares: &[(u32, f64)]) -> f64 {
         let direct = |node: usize, share: f64| match self.network().capacitances[node] {
             0.0 => 0.0,
@@ -215,7 +215,8 @@ impl Plan {
         self.blocks().iter().map(|block| block.nodes.len().pow(2)).sum()
     }
 
-    /// The change of each node by conduction inside its block [K], from what it received in the step and its temperature at the start [K].
+    /// The change of each node by conduction inside its block [K], from its change by the heat received in the step and its temperature at the start
+    /// [K].
     pub(super) fn conduct(&self, drives: &[f64], starts: &[f64], out: &mut [f64]) {
         for block in self.blocks() {
             let conduction = &self.conductions[block.conduction as usize];
@@ -241,7 +242,7 @@ impl Plan {
     }
 }
 
-/// A plan, and those of other lengths of step that were used last.
+/// A plan, and the plans of other lengths of step that were used last.
 #[derive(Debug, Clone)]
 pub(crate) struct Plans(Vec<Arc<Plan>>);
 
@@ -268,7 +269,7 @@ impl Plans {
 }
 
 /// The blocks, and their kinds.
-fn kinds(network: &Network, division: &Division) -> (Vec<Block>, Vec<Kind>) {
+fn kinds(network: &Network, division: &Division) -> (Vec<Block>, Vec<BlockKind>) {
     let mut place = vec![(u32::MAX, 0u32); network.len()];
     for (number, nodes) in division.blocks.iter().enumerate() {
         nodes.iter().enumerate().for_each(|(at, node)| place[*node as usize] = (number as u32, at as u32));
@@ -301,7 +302,7 @@ fn kinds(network: &Network, division: &Division) -> (Vec<Block>, Vec<Kind>) {
         let key: (Vec<i64>, Vec<([u32; 2], i64)>) =
             (shares.iter().map(rounded).collect(), rates.iter().map(|(pair, rate)| (*pair, rounded(rate))).collect());
         let conduction = *known.entry(key).or_insert_with(|| {
-            kinds.push(Kind { shares, rates });
+            kinds.push(BlockKind { shares, rates });
             kinds.len() as u32 - 1
         });
         blocks.push(Block { nodes, conduction, capacitance });

@@ -1,5 +1,5 @@
-//! Which steps of the one pass estimate its error. Two steps in a row do: the first notes the heat by weak conductors, the second sees its change. The
-//! estimate covers all steps since the last one, because the sums of what it estimates need their ends only.
+//! Which steps of the one pass estimate its error. Two steps in a row do: the first notes the heat by weak conductors, the second sees its change.
+//! The estimate covers all steps since the last one, because the estimated sums need their ends only.
 
 /// Steps from one estimate to the next.
 const EVERY: u32 = 16;
@@ -12,9 +12,9 @@ pub enum Sample {
     /// None.
     #[default]
     None,
-    /// It notes the heat by weak conductors.
+    /// The step notes the heat by weak conductors.
     Note,
-    /// It estimates the error.
+    /// The step estimates the error.
     Estimate,
 }
 
@@ -45,8 +45,8 @@ pub(crate) fn estimates(age: u32, count: u32) -> u64 {
     (age..age.saturating_add(count)).filter(told).count() as u64
 }
 
-/// Share that radiation leaves of equal errors of `steps` steps, in the mean. It lets a share of exp(-`fading`) pass in a step. Twin: `left_in_the_mean` of
-/// `glsl/one_pass.comp`.
+/// Share that radiation leaves of equal errors of `steps` steps, in the mean. Radiation lets a share of exp(-`fading`) pass in a step. Twin:
+/// `left_in_the_mean` of `glsl/one_pass.comp`.
 pub(crate) fn left_in_the_mean(fading: f64, steps: u32) -> f64 {
     let steps = f64::from(steps.max(1));
     if fading < 1e-3 {

@@ -20,7 +20,7 @@ impl OnePass {
         saved
     }
 
-    /// Takes what `save` gave.
+    /// Restores the state that `save` gave.
     ///
     /// # Errors
     /// A state of another network.

@@ -1,8 +1,8 @@
 //! Conduction inside a large block, as a polynomial of its rates: the twin of `glsl/one_pass_stage.comp`.
 //!
-//! The change of a block in a step is P(X) (D - X T). X are the rates of its conductors times the step, D is what its nodes receive, T their temperatures at
-//! the start, and P(x) = (1 - e^-x) / x. A Chebyshev series of P takes one stage for each power of X, and a stage reads the neighbours of a node only
-//! (Trefethen, Approximation Theory and Approximation Practice, SIAM 2013, chapters 3 and 8).
+//! The change of a block in a step is P(X) (D - X T). X are the rates of its conductors times the step, D is the change of its nodes by the heat that
+//! they receive, T their temperatures at the start, and P(x) = (1 - e^-x) / x. A Chebyshev series of P takes one stage for each power of X, and a
+//! stage reads the neighbours of a node only (Trefethen, Approximation Theory and Approximation Practice, SIAM 2013, chapters 3 and 8).
 
 use super::exponential::mean_exponential;
 

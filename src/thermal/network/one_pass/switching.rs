@@ -1,7 +1,7 @@
 //! Thermostats of the one pass: which share of a step a heater is on, and when in the step it switches.
 //!
-//! The sensor is expected to change at a constant rate while the heater keeps its state: by its last change, less what the heater did to it in that
-//! step, plus what the heater does now. Twin: `duty` of `glsl/one_pass_heaters.comp`.
+//! The sensor is expected to change at a constant rate while the heater keeps its state: by its last change, less the heater's part in that change,
+//! plus the heater's part now. Twin: `duty` of `glsl/one_pass_heaters.comp`.
 
 use crate::thermal::network::schedule::Thermostat;
 

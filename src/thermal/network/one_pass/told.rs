@@ -1,4 +1,4 @@
-//! What the one pass tells of its error.
+//! Estimated errors of the one pass, added up over steps.
 
 /// Estimated errors that are added up.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -137,7 +137,7 @@ fn seams([from, to]: [&Side; 2], distance: f64, met: &HashSet<Owners>) -> Vec<Se
         .collect()
 }
 
-/// Triangles of a side near an edge, but those of its own part and material.
+/// Triangles of a side near an edge, without the edge's own part and material.
 fn candidates(to: &Side, group: Group, start: DVec3, end: DVec3, distance: f64) -> Vec<usize> {
     let mut near = Vec::new();
     to.near(start.min(end) - distance, start.max(end) + distance, |triangle| {
@@ -190,7 +190,7 @@ fn pieces(to: &Side, near: &[usize], [start, end]: [DVec3; 2], distance: f64) ->
             _ => pieces.push([start, end]),
         }
     }
-    // What only pokes into the reach of the other side does not lie along it.
+    // A piece that only pokes into the reach of the other side does not lie along it.
     pieces.retain(|piece| {
         let least = |along: f64| near.iter().map(|triangle| away(*triangle, along)).fold(f64::INFINITY, f64::min);
         let values = (0..=8).map(|at| least(piece[0] + (piece[1] - piece[0]) * f64::from(at) / 8.0));

@@ -1,8 +1,8 @@
 //! Areas of contact between triangles: where two surfaces lie over each other within the contact's distance, corner by corner.
 //!
-//! Two triangles are compared in their contact plane, midway between their own planes. There the area of contact is what lies in both and where the
-//! gap is small enough. Each node owns a part of its triangle around its corner. A pair of nodes gets the area that lies in the parts of both. Surfaces
-//! in layers touch only where nothing of either side lies between them.
+//! Two triangles are compared in their contact plane, midway between their own planes. There the area of contact is the common part of both where the
+//! gap is small enough. Each node owns a part of its triangle around its corner. A pair of nodes gets the area that lies in the parts of both.
+//! Surfaces in layers touch only where nothing of either side lies between them.
 
 use std::collections::HashSet;
 
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::polygon::{Line, Polygon};
 use super::side::{Owners, Side, owners};
 
-/// Cosine of the largest angle between two triangles in contact: 45 deg. What stands steeper touches along an edge.
+/// Cosine of the largest angle between two triangles in contact: 45 deg. A steeper triangle touches along an edge.
 const STEEPEST: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Gaps closer than this share of the contact's distance are the same.
@@ -32,7 +32,7 @@ pub(super) struct Touch {
     pub(super) area: f64,
 }
 
-/// What was found of a contact.
+/// The areas of a contact, and the surfaces that meet in it.
 #[derive(Debug, Default)]
 pub(super) struct Found {
     /// The areas of contact. A pair of nodes may occur many times.
@@ -130,7 +130,8 @@ impl Faces<'_> {
         (0..first.corners.len()).into_par_iter().fold(Found::default, of_triangle).reduce(Found::default, both)
     }
 
-    /// Whether two triangles can be in contact. Those of one part and material conduct through their mesh. Where both belong to both sides, one order counts.
+    /// Whether two triangles can be in contact. Triangles of one part and material conduct through their mesh. Where both belong to both sides, one
+    /// order counts.
     fn are_pair(&self, a: usize, b: usize) -> bool {
         let [first, second] = self.sides;
         let twice = || first.has(second.numbers[b]) && second.has(first.numbers[a]);
@@ -173,7 +174,8 @@ impl Faces<'_> {
         }
     }
 
-    /// What of the common part of two triangles has nothing of either side between. `sign` says on which side of the first triangle the second lies.
+    /// The pieces of the common part of two triangles with nothing of either side between. `sign` says on which side of the first triangle the second
+    /// lies.
     fn open(&self, frame: &Frame, pair: [usize; 2], heights: [&Line; 2], common: Polygon, sign: f64) -> Vec<Polygon> {
         let same = SAME_GAP * self.distance;
         let corners = || common.corners.iter().flat_map(|corner| heights.map(|height| frame.raised(*corner, height)));

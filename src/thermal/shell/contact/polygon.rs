@@ -1,8 +1,8 @@
-//! Convex polygons in a plane: what lies on one side of a line, and what is left beside another polygon.
+//! Convex polygons in a plane: the part on one side of a line, and the rest beside another polygon.
 
 use glam::DVec2;
 
-/// Share of a polygon's area below which what a cut leaves is rounding.
+/// Share of a polygon's area below which the remains of a cut are rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// A line, or the half-plane where `at` is not negative.
@@ -22,7 +22,7 @@ pub(super) struct Polygon {
 }
 
 impl Line {
-    /// The line through two points. Its half-plane lies to the left.
+    /// The line through two points, with its half-plane to the left.
     pub(super) fn through(from: DVec2, to: DVec2) -> Self {
         let slope = (to - from).perp();
         Self { slope, origin: -slope.dot(from) }
@@ -58,7 +58,7 @@ impl Polygon {
         (0..self.corners.len()).map(|at| Line::through(self.corners[at], next(at))).collect()
     }
 
-    /// What lies in a half-plane.
+    /// The part in a half-plane.
     pub(super) fn clipped(&self, line: &Line) -> Self {
         let count = self.corners.len();
         let mut corners = Vec::with_capacity(count + 1);
@@ -75,12 +75,12 @@ impl Polygon {
         Self { corners }
     }
 
-    /// What lies in all half-planes.
+    /// The part in all half-planes.
     pub(super) fn within(&self, lines: &[Line]) -> Self {
         lines.iter().fold(self.clone(), |left, line| if left.corners.is_empty() { left } else { left.clipped(line) })
     }
 
-    /// What lies outside the common part of some half-planes.
+    /// The part outside the common part of some half-planes.
     pub(super) fn without(self, lines: &[Line]) -> Vec<Self> {
         let least = ROUNDING * self.area();
         if self.within(lines).area() <= least {
