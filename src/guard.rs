@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use crate::simulation::prepare::Prepared;
-use finding::{Effort, Finding};
+use finding::{CheckEffort, Finding};
 use materials::MaterialFacts;
 use view::Sight;
 
@@ -39,7 +39,7 @@ impl Checked {
 }
 
 /// Checks a scene.
-pub fn check(prepared: &Prepared, effort: Effort) -> Checked {
+pub fn check(prepared: &Prepared, effort: CheckEffort) -> Checked {
     let shapes = shapes::of(prepared);
     let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
     let [low, high] = shapes.iter().fold(none, |[low, high], shape| [low.min(shape.low), high.max(shape.high)]);

@@ -4,10 +4,10 @@ pub use crate::bench::cases::{NetworkCase, Size, all as all_cases};
 pub use crate::bench::files::{OWN, PAGE, RECORD, write as write_bench_files};
 pub use crate::bench::hard::{HardCase, HardRow, Scale, all as all_hard_cases, measure as measure_hard_case, without};
 pub use crate::bench::integrators::{
-    Effort as IntegratorEffort, FrameError, Integrated, Run as IntegratorRun, measure as measure_integrator,
+    IntegratorEffort as IntegratorEffort, FrameError, Integrated, IntegratorRun as IntegratorRun, measure as measure_integrator,
 };
 pub use crate::bench::models::{WRONG_SHARE, facing, wrong_shadows};
-pub use crate::bench::record::{Bench, Measured};
+pub use crate::bench::record::{Bench, DeviceMeasurements};
 pub use crate::bench::responses::time_pass;
 pub use crate::bench::schemes::{ABSENT, Fixed, Scheme};
 pub use crate::bench::tables::all as all_tables;
@@ -39,7 +39,7 @@ pub use crate::exchange::defects::Defects;
 pub use crate::exchange::mirrors::{Mirrored, Mirrors, reflection};
 pub use crate::exchange::patches::{Patches, Surface as PatchSurface};
 pub use crate::exchange::sky::PlanetView;
-pub use crate::exchange::step::{Exchange, Light, Settings as ExchangeSettings};
+pub use crate::exchange::step::{Exchange, CraftLight, ExchangeSettings as ExchangeSettings};
 pub use crate::files::Reach;
 pub use crate::gpu::blackbody::{band_radiances, band_table, brightness_temperatures};
 pub use crate::gpu::context::{Context, devices};
@@ -74,7 +74,7 @@ pub use crate::gpu::shapes::{Shapes, curve};
 pub use crate::gpu::variant::{Curve, ResponseVariant, StepKind, ThermalVariant};
 pub use crate::gpu::wide_variant::{WideKind, WideVariant};
 pub use crate::guard::check;
-pub use crate::guard::finding::{Effort as CheckEffort, Finding};
+pub use crate::guard::finding::{CheckEffort as CheckEffort, Finding};
 pub use crate::host::peak_memory;
 pub use crate::labels::craft::Craft;
 pub use crate::labels::from_scene::{ImageIdentity, craft, labelled};
@@ -99,7 +99,7 @@ pub use crate::output::plot_axis::Axis;
 pub use crate::output::report::PassTime;
 pub use crate::output::state_file::{decode, encode};
 pub use crate::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS, STEP, STEPS};
-pub use crate::raster::{Pixel, Surface as RasterSurface, rasterise};
+pub use crate::raster::{Pixel, RasterSurface as RasterSurface, rasterise};
 pub use crate::saved::Saved;
 pub use crate::scene::network::NetworkFile;
 pub use crate::scene::network::export_tmd::{Solved, tmd};
@@ -141,7 +141,7 @@ pub use crate::thermal::STEFAN_BOLTZMANN;
 pub use crate::thermal::balance::{absorbed_flux, emissivity_sum};
 pub use crate::thermal::brightness::{BrightnessTable, MAX_TEMPERATURE};
 pub use crate::thermal::emissivity::{BandEmissivity, ByAngle, ByWavelength, fresnel_reflectivity};
-pub use crate::thermal::function::{Function, Sample};
+pub use crate::thermal::function::{Function, TemperatureSample};
 pub use crate::thermal::incident::{IncidentFunction, incident};
 pub use crate::thermal::material::{
     Below, Bulk, Domain, Function as ResponseFunction, Gloss, Material, Optics, Profile, Radiative, Response, Retarget,

@@ -17,7 +17,6 @@ const LEAST_AREA: f64 = 1e-4;
 /// Steps from the principal point to a pixel. Each begins where the last one ended, so that the ray stays on the branch of the axis.
 const STEPS: u32 = 32;
 
-/// Iterations of a step.
 const ITERATIONS: u32 = 20;
 
 /// Rays from the principal point to the border of the frame along each side, on which the distortion is checked.

@@ -17,12 +17,12 @@ mod view;
 use glam::DVec2;
 use rayon::prelude::*;
 
-use light::Light;
+use light::SampleLight;
 pub use surface::Pixel;
-pub use surface::Surface;
-pub(crate) use surface::{Around, EMPTY};
+pub use surface::RasterSurface;
+pub(crate) use surface::{SurfaceSurroundings, EMPTY};
 use triangle::{Bounds, Projected, draw, project};
-pub(crate) use view::{View, places};
+pub(crate) use view::{RasterView, places};
 use view::{centres, grid, rays_of_row};
 
 /// Pixels of a row that are tried together.
@@ -30,7 +30,7 @@ const BLOCK: usize = 16;
 
 /// Draws both faces of a surface with a depth test, rows from the top. `radiance` gives the blackbody radiance in the band [W m-2 sr-1] at a temperature
 /// [K].
-pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 + Sync) -> Vec<Pixel> {
+pub fn rasterise(surface: &RasterSurface, view: &RasterView, radiance: impl Fn(f64) -> f64 + Sync) -> Vec<Pixel> {
     let projected: Vec<Projected> =
         surface.triangles.par_iter().filter_map(|&triangle| project(surface, view, triangle)).collect();
     let mut pixels = vec![EMPTY; view.width as usize * view.height as usize];
@@ -54,7 +54,7 @@ pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 +
                 draw(triangle, view.near, rays, samples, shown);
             }
         }
-        let light = Light { surface, view, radiance: &radiance };
+        let light = SampleLight { surface, view, radiance: &radiance };
         let drawn = samples.chunks_mut(each).zip(shown.chunks(each)).zip(rays.chunks(each));
         for (column, (pixel, ((samples, shown), rays))) in pixels.iter_mut().zip(drawn).enumerate() {
             for (((sample, shown), ray), place) in samples[..counted].iter_mut().zip(shown).zip(rays).zip(&places) {

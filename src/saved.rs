@@ -10,7 +10,6 @@ use bytemuck::Pod;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("its list '{name}' {reason}")]
 pub struct SavedError {
-    /// Name of the list.
     pub(crate) name: String,
     pub(crate) reason: String,
 }
@@ -27,7 +26,6 @@ impl Saved {
         self.lists.insert(name.into(), bytemuck::cast_slice(values).to_vec());
     }
 
-    /// Puts a text under a name.
     pub(crate) fn put_text(&mut self, name: impl Into<String>, text: &str) {
         self.put(name, text.as_bytes());
     }
@@ -50,7 +48,6 @@ impl Saved {
         Saved { lists: self.lists.iter().filter_map(own).collect() }
     }
 
-    /// Whether there is a list of this name.
     pub(crate) fn has(&self, name: &str) -> bool {
         self.lists.contains_key(name)
     }

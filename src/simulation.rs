@@ -414,7 +414,6 @@ pub fn moments(prepared: &Prepared, time: f64, image: Option<u32>) -> Option<imp
     (line_time > 0.0).then_some(moment)
 }
 
-/// Whether a step is drawn.
 pub(crate) fn is_drawn(draw: &Draw, step: u32) -> bool {
     match draw {
         Draw::None | Draw::Times(_) => false,

@@ -81,13 +81,11 @@ impl Shared {
 }
 
 impl Trace {
-    /// Starts a recording.
     pub(crate) fn recording() -> Self {
         let empty = || Mutex::new(Vec::new());
         Self(Some(Arc::new(Shared { began: Instant::now(), events: empty(), frames: Mutex::new(Vec::new()) })))
     }
 
-    /// Whether spans are recorded.
     pub(crate) fn is_recording(&self) -> bool {
         self.0.is_some()
     }
@@ -97,7 +95,6 @@ impl Trace {
         Span { trace: self, track, name, began: Instant::now() }
     }
 
-    /// Records a frame of the device.
     pub(crate) fn frame(&self, frame: DeviceFrame) {
         if let Some(shared) = &self.0 {
             shared.frames.lock().unwrap_or_else(PoisonError::into_inner).push(frame);

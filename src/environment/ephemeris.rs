@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::coast::{LONGEST_COAST, Residual, gravity, residual, turn};
 use super::divided_differences::{self, hermite_degree};
 use super::spacing::gaps;
-use super::state::{SLACK, Sample, State};
+use super::state::{SLACK, EphemerisSample, StateVector};
 
 /// How an ephemeris is interpolated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,7 +41,7 @@ const SAME_VELOCITY: f64 = 0.01;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Segment {
     /// In order of time. Two samples of one time are a step of the trajectory (a manoeuvre).
-    pub(crate) samples: Vec<Sample>,
+    pub(crate) samples: Vec<EphemerisSample>,
     /// How to interpolate.
     pub(crate) interpolation: Interpolation,
     /// Times between which the segment may be used [s].
@@ -95,7 +95,7 @@ impl Ephemeris {
     }
 
     /// The state at a time [s]. `None` where no piece covers it to within [`SLACK`]. At a step it is the state after it.
-    pub(crate) fn state(&self, time: f64) -> Option<State> {
+    pub(crate) fn state(&self, time: f64) -> Option<StateVector> {
         let after = self.pieces.partition_point(|piece| piece.usable.0 <= time);
         // Where pieces overlap the later one takes over.
         let covering = self.pieces[..after].iter().rev().find(|piece| time <= piece.usable.1);
@@ -171,7 +171,7 @@ fn split(segment: Segment, pieces: &mut Vec<Segment>, findings: &mut Findings) {
     cut(start, samples.len(), interpolation);
 }
 
-fn same(a: &Sample, b: &Sample) -> bool {
+fn same(a: &EphemerisSample, b: &EphemerisSample) -> bool {
     let velocities = match (a.velocity, b.velocity) {
         (Some(a), Some(b)) => a.distance(b) <= SAME_VELOCITY,
         _ => true,
@@ -187,13 +187,13 @@ fn lower_quartile(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 impl Segment {
-    fn state(&self, time: f64) -> State {
+    fn state(&self, time: f64) -> StateVector {
         let samples = &self.samples;
         let next = samples.partition_point(|sample| sample.time <= time);
         if next > 0 {
             let last = &samples[next - 1];
             if let (true, Some(velocity)) = (last.time == time, last.velocity) {
-                return State { position: last.position, velocity };
+                return StateVector { position: last.position, velocity };
             }
         }
         let (points, each) = match self.interpolation {
@@ -210,19 +210,19 @@ impl Segment {
 }
 
 /// The polynomial through samples. `each` is 1 for positions, 2 for velocities as well, 3 for gravity as the acceleration.
-fn polynomial(samples: &[Sample], each: usize, time: f64) -> State {
+fn polynomial(samples: &[EphemerisSample], each: usize, time: f64) -> StateVector {
     let each = if samples.iter().all(|sample| sample.velocity.is_some()) { each } else { 1 };
-    if let [Sample { position, velocity, .. }] = samples {
+    if let [EphemerisSample { position, velocity, .. }] = samples {
         // A single sample gives only its own slope.
-        return State { position: *position, velocity: velocity.unwrap_or(DVec3::ZERO) };
+        return StateVector { position: *position, velocity: velocity.unwrap_or(DVec3::ZERO) };
     }
-    let conditions = |sample: &Sample| {
+    let conditions = |sample: &EphemerisSample| {
         let bend = if each == 3 { gravity(sample.position) } else { DVec3::ZERO };
         (sample.time, [sample.position, sample.velocity.unwrap_or(DVec3::ZERO), bend])
     };
     let samples: Vec<(f64, [DVec3; 3])> = samples.iter().map(conditions).collect();
     let (position, velocity) = divided_differences::polynomial(&samples, each, time);
-    State { position, velocity }
+    StateVector { position, velocity }
 }
 
 #[cfg(test)]

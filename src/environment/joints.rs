@@ -86,11 +86,9 @@ pub(crate) struct Played {
 pub(crate) enum Motion {
     /// A joint with one degree of freedom.
     Guided(Guided),
-    /// An animation.
     Played(Box<Played>),
 }
 
-/// A joint.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Joint {
     /// Name of its glTF node.

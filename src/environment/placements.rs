@@ -105,7 +105,6 @@ impl Placements {
         Ok(Self { places })
     }
 
-    /// The last place.
     pub(crate) fn last(&self) -> &PlacementSample {
         &self.places[self.places.len() - 1]
     }

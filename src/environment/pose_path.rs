@@ -12,7 +12,6 @@ use super::trajectory::Trajectory;
 /// Sine of the angle below which the line of sight counts as parallel to the direction that is up in the image.
 const PARALLEL: f64 = 1e-6;
 
-/// Positions of a path.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Places {
     /// Samples in the camera's frame, from the craft [m].
@@ -26,7 +25,6 @@ pub(crate) enum Places {
     },
 }
 
-/// Rotations of a path.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Turns {
     /// Rotations of the camera's carrier into the camera's frame.
@@ -38,9 +36,7 @@ pub(crate) enum Turns {
 /// A path of a camera in its frame.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PosePath {
-    /// Positions.
     pub(crate) places: Places,
-    /// Rotations.
     pub(crate) turns: Turns,
     /// Rotates camera axes into the axes of the camera's carrier.
     pub(crate) mount: DQuat,

@@ -6,7 +6,6 @@ use super::divided_differences::{self, hermite_degree};
 use super::spacing::gaps;
 use super::state::SLACK;
 
-/// A rotation at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RotationSample {
     /// Time since the start of the scene [s].
@@ -19,7 +18,6 @@ pub(crate) struct RotationSample {
     pub(crate) spin: Option<f64>,
 }
 
-/// The reference frame of a history.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum HistoryFrame {
     /// The scene's inertial frame: GCRF, or the frame of the circular orbit.
@@ -55,7 +53,6 @@ pub(crate) struct RotationSegment {
 pub struct RotationHistory {
     /// Source, for reports.
     pub(crate) description: String,
-    /// The frame of the rotations.
     pub(crate) frame: HistoryFrame,
     /// In order of time. Nothing is interpolated between pieces.
     pieces: Vec<RotationSegment>,

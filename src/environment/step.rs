@@ -27,7 +27,6 @@ pub struct StepLoads {
     joints: Joints,
 }
 
-/// Source of the albedo of a step.
 #[derive(Debug, Clone, PartialEq)]
 enum AlbedoSource {
     /// The constant distance of a circular orbit.
@@ -99,7 +98,6 @@ impl StepLoads {
         Ok(())
     }
 
-    /// The joints.
     pub(crate) fn joints(&self) -> &Joints {
         &self.joints
     }

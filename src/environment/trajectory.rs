@@ -9,7 +9,7 @@ use hifitime::{Epoch, TimeScale, Unit};
 use super::ephemeris::Ephemeris;
 use super::frames::{gcrf_from_teme, tt_centuries};
 use super::orbit::EARTH_GRAVITATIONAL_PARAMETER;
-use super::state::{SLACK, State};
+use super::state::{SLACK, StateVector};
 use super::sun::sun_position;
 use super::utc::utc;
 
@@ -34,12 +34,10 @@ pub struct Trajectory {
 pub(crate) enum Source {
     /// A two-line element set.
     Elements {
-        /// The propagator.
         constants: Box<sgp4::Constants>,
         /// Epoch of the elements less the start of the scene [s].
         epoch: f64,
     },
-    /// An ephemeris.
     Ephemeris(Ephemeris),
 }
 
@@ -89,7 +87,7 @@ impl Trajectory {
     pub(crate) fn new(description: String, start: Epoch, source: Source) -> Result<Self, TrajectoryError> {
         let mut trajectory = Self::elsewhere(description, start, source);
         trajectory.check(0.0, 0.0)?;
-        if let Some(State { position, velocity }) = trajectory.state(0.0) {
+        if let Some(StateVector { position, velocity }) = trajectory.state(0.0) {
             // The vis-viva equation. An open orbit has no period.
             let inverse = 2.0 / position.length() - velocity.length_squared() / EARTH_GRAVITATIONAL_PARAMETER;
             if inverse > 0.0 {
@@ -124,7 +122,6 @@ impl Trajectory {
         self.period
     }
 
-    /// Epoch of a scene time.
     pub(crate) fn epoch(&self, time: f64) -> Epoch {
         self.start + Unit::Second * time
     }
@@ -135,14 +132,14 @@ impl Trajectory {
     }
 
     /// State of the craft at a time [s]. `None` where the trajectory does not cover it.
-    pub fn state(&self, time: f64) -> Option<State> {
+    pub fn state(&self, time: f64) -> Option<StateVector> {
         match &self.source {
             Source::Elements { constants, epoch } => {
                 let minutes = sgp4::MinutesSinceEpoch((time - epoch) / 60.0);
                 let prediction = constants.propagate(minutes).ok()?;
                 let rotation = gcrf_from_teme(self.centuries(time));
                 let metres = |vector: [f64; 3]| rotation * (DVec3::from_array(vector) * 1e3);
-                Some(State { position: metres(prediction.position), velocity: metres(prediction.velocity) })
+                Some(StateVector { position: metres(prediction.position), velocity: metres(prediction.velocity) })
             }
             Source::Ephemeris(ephemeris) => ephemeris.state(time),
         }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::factors::Factors;
 use super::patches::Patch;
-use super::step::{Exchange, Light};
+use super::step::{Exchange, CraftLight};
 use crate::environment::StepLoad;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::incident::incident;
@@ -50,7 +50,7 @@ fn leaving(absorptivities: &[f64], sent: &[f64], arrives: &[f64]) -> Vec<f64> {
 
 impl Exchange {
     /// Errors of the flux that patches absorb where they send this infrared [W/m2] under a light.
-    pub fn errors(&self, sent: &[f64], light: &Light, bounces: Option<u32>) -> Vec<FluxError> {
+    pub fn errors(&self, sent: &[f64], light: &CraftLight, bounces: Option<u32>) -> Vec<FluxError> {
         let absorptivities = |infrared: bool| -> Vec<f64> {
             let of = self.patches.iter().map(|patch| patch.optics);
             of.map(|optics| if infrared { optics.emissivity } else { optics.absorptivity }).collect()
@@ -85,14 +85,14 @@ impl Exchange {
     pub fn held_too_long(
         &self,
         load: &StepLoad,
-        [held, fresh]: [&Light; 2],
+        [held, fresh]: [&CraftLight; 2],
         temperature: impl Fn(usize) -> f64 + Sync,
     ) -> Vec<f64> {
         let [before, now] = [held, fresh].map(|light| self.absorbed(&self.sent(load, light, &temperature), light));
         let of = |(number, patch): (usize, &Patch)| {
             let normal = load.joint_from_body(patch.joint).transpose() * patch.normal;
             let open = incident(load, normal);
-            let direct = |light: &Light| {
+            let direct = |light: &CraftLight| {
                 let PlanetShares { planet_ir, albedo } = light.seen[number];
                 patch.optics.emissivity * planet_ir * open.planet_ir + patch.optics.absorptivity * albedo * open.albedo
             };

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::cast::{INSIDE, SPACE};
 use super::patches::Patch;
-use super::sparse::{Row, Sparse};
+use super::sparse::{SparseRow, Sparse};
 
 /// Most rounds in which rows are closed. The diagonal takes the rest.
 const ROUNDS: usize = 2000;
@@ -28,7 +28,6 @@ pub struct Factors {
     pub shared: Sparse,
     /// Area times view factor to space [m2].
     pub space: Vec<f64>,
-    /// Rays of each patch.
     pub(crate) rays: u32,
     /// Changes that made the view factors reciprocal and closed.
     pub correction: Correction,
@@ -41,7 +40,6 @@ pub struct Factors {
 pub struct Correction {
     /// Root mean square over the view factors above 0.
     pub rms: f64,
-    /// The largest.
     pub(crate) largest: f64,
     /// Largest error of a row that no factors close, over its area. The diagonal takes this error.
     pub unclosed: f64,
@@ -52,7 +50,7 @@ impl Factors {
     pub(crate) fn new(patches: &[Patch], ends: &[u32], rays: u32) -> Self {
         let areas: Vec<f64> = patches.iter().map(|patch| patch.area).collect();
         let share = 1.0 / f64::from(rays);
-        let counted: Vec<(Row, f64, u32)> = ends
+        let counted: Vec<(SparseRow, f64, u32)> = ends
             .par_chunks(rays as usize)
             .enumerate()
             .map(|(patch, ends)| {

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::cast::{INSIDE, SPACE, face_of, start_of};
 use super::directions::{basis, fractions};
 use super::patches::{NONE, Patches, Surface};
-use super::sparse::{Row, Sparse};
+use super::sparse::{SparseRow, Sparse};
 use crate::environment::StepLoad;
 use crate::environment::shadow::Occluders;
 use crate::thermal::lobe::facet_reflection;
@@ -103,8 +103,8 @@ impl Mirrors {
     /// Where the sunlight goes that is mirrored under a load. A patch that the Sun does not light mirrors nothing.
     pub fn mirrored(&self, load: &StepLoad) -> Mirrored {
         let scene = Placed::new(self, load);
-        let ends: Vec<Option<Row>> = self.faces.par_iter().map(|face| scene.ends(face)).collect();
-        let mut rows: Vec<Row> = vec![Row::new(); self.areas.len()];
+        let ends: Vec<Option<SparseRow>> = self.faces.par_iter().map(|face| scene.ends(face)).collect();
+        let mut rows: Vec<SparseRow> = vec![SparseRow::new(); self.areas.len()];
         let mut lost = vec![0.0; self.areas.len()];
         for (face, ends) in self.faces.iter().zip(ends) {
             for (end, share) in ends.into_iter().flatten() {
@@ -150,7 +150,7 @@ impl<'a> Placed<'a> {
     }
 
     /// Shares of the mirrored light of a face by where it ends, sorted. `None` where the Sun does not light it.
-    fn ends(&self, face: &Face) -> Option<Row> {
+    fn ends(&self, face: &Face) -> Option<SparseRow> {
         let pose = pose(self.load, face.joint);
         let sun = &self.load.sun;
         let normal = pose.matrix3 * face.normal;
@@ -174,7 +174,7 @@ impl<'a> Placed<'a> {
         if whole <= 0.0 {
             return Some(vec![(face.patch, 1.0)]);
         }
-        let mut ends: Row = Vec::new();
+        let mut ends: SparseRow = Vec::new();
         for (from, normal, start, sun, weight) in lit {
             let end = self.end(*from, reflection(*sun, *normal, face.roughness, start.facet));
             ends.push((if end == INSIDE { face.patch } else { end }, weight / whole));

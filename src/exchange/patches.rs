@@ -9,7 +9,6 @@ use glam::DVec3;
 
 use crate::thermal::material::{Gloss, Material, Optics, Sides};
 
-/// No patch.
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// Bins of a normal along each axis of a face of the cube around it. With three, the axes of the body lie in the middle of a bin.
@@ -44,7 +43,6 @@ pub struct Patch {
     pub(crate) joint: u32,
     /// Part.
     pub part: u32,
-    /// Material.
     pub(crate) material: u32,
     /// Whether it is the face against the normals.
     pub(crate) back: bool,
@@ -82,7 +80,6 @@ pub struct Patches {
     pub all: Vec<Patch>,
     /// Nodes of the patches, each with its share of the patch's area.
     pub(crate) nodes: Vec<(u32, f64)>,
-    /// Corners of the patches.
     pub(crate) corners: Vec<Corner>,
     /// Patches of the front and of the back of each node, or [`NONE`].
     pub(crate) of_node: Vec<[u32; 2]>,

@@ -13,7 +13,7 @@
 use rayon::prelude::*;
 
 use super::factors::Factors;
-use super::sparse::{Row, Sparse};
+use super::sparse::{SparseRow, Sparse};
 use super::words::{MOST as WORDS, rounded};
 
 /// Area of the entries of a row that may be left out, over the area of its patch. Such pairs do not see each other directly.
@@ -46,7 +46,7 @@ pub struct Areas {
 pub(crate) fn exchange_areas(factors: &Factors, absorptivities: &[f64], bounces: Option<u32>) -> Areas {
     let areas = &factors.areas;
     let [given, lost] = shares(factors, absorptivities, bounces);
-    let rows: Vec<Row> = (0..areas.len())
+    let rows: Vec<SparseRow> = (0..areas.len())
         .into_par_iter()
         .map_init(|| ReflectionRoom::new(areas.len()), |rows, patch| rows.follow(factors, absorptivities, bounces, patch))
         .collect();
@@ -149,7 +149,7 @@ fn pruned(all: &Sparse, shared: &Sparse, areas: &[f64]) -> Sparse {
     let rows = (0..areas.len()).map(|i| {
         let own = all.row(i).iter().copied();
         let kept = |(j, area): &(u32, f64)| sees(i, *j) || *area >= bounds[i].min(bounds[*j as usize]);
-        let mut row: Row = own.filter(kept).collect();
+        let mut row: SparseRow = own.filter(kept).collect();
         if let Err(place) = row.binary_search_by_key(&(i as u32), |entry| entry.0) {
             row.insert(place, (i as u32, 0.0));
         }
@@ -171,10 +171,9 @@ impl ReflectionRoom {
         Self { sum: vec![0.0; patches], next: vec![0.0; patches], touched: Vec::new(), reached: Vec::new() }
     }
 
-    /// The row of a patch.
-    fn follow(&mut self, factors: &Factors, taken: &[f64], bounces: Option<u32>, patch: usize) -> Row {
+    fn follow(&mut self, factors: &Factors, taken: &[f64], bounces: Option<u32>, patch: usize) -> SparseRow {
         let faint = FAINT * factors.areas[patch];
-        let mut light: Row = factors.shared.row(patch).to_vec();
+        let mut light: SparseRow = factors.shared.row(patch).to_vec();
         for bounce in 0..=bounces.unwrap_or(MOST).min(MOST) {
             for (j, area) in &light {
                 if self.sum[*j as usize] == 0.0 {

@@ -11,7 +11,6 @@ use crate::environment::{PlanetLoad, StepLoad};
 use crate::saved::{Saved, SavedError};
 use crate::thermal::received::PlanetShares;
 
-/// Rays of a bundle.
 const BUNDLE: usize = 4;
 /// Parts of a bundle in which its open share is counted: one to four rays divide them.
 const PARTS: u32 = 12;
@@ -25,18 +24,15 @@ const STILL: f64 = 1e-9;
 /// Change of a flux of sunlight, over the flux, that counts.
 const FLUX: f64 = 0.01;
 
-/// A ray of a patch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ray {
     /// The two numbers that chose its direction about the normal.
     pub(crate) place: [f64; 2],
-    /// Its direction.
     pub(crate) direction: DVec3,
     /// Whether it left the craft.
     pub(crate) open: bool,
 }
 
-/// Number of bundles of some rays.
 pub(crate) fn bundles_of(rays: usize) -> usize {
     rays.div_ceil(BUNDLE)
 }
@@ -74,12 +70,10 @@ fn word_of(direction: DVec3, open: u32) -> u32 {
     open << (2 * BITS) | steps(x) << BITS | steps(y)
 }
 
-/// Open share of the bundle of a word.
 fn open_share(word: u32) -> f64 {
     f64::from(word >> (2 * BITS)) / f64::from(PARTS)
 }
 
-/// Unit direction of a word.
 fn direction_of(word: u32) -> DVec3 {
     let value = |steps: u32| f64::from(steps & GRID) * (2.0 / f64::from(GRID)) - 1.0;
     let (x, y) = (value(word >> BITS), value(word));
@@ -142,14 +136,12 @@ pub(crate) struct FoundFor {
     pub(crate) directions: [DVec3; 3],
     /// Sunlight of the Sun and of the planet [W/m2].
     pub(crate) fluxes: [f64; 2],
-    /// Poses of the joints.
     pub(crate) poses: Vec<DAffine3>,
     /// When the step starts [s].
     pub(crate) start: f64,
 }
 
 impl FoundFor {
-    /// The conditions of a load.
     pub(crate) fn new(load: &StepLoad) -> Self {
         let mut directions = [DVec3::ZERO; 3];
         let mut fluxes = [load.sun.iter().map(|sample| sample.flux).sum(), 0.0];
@@ -183,7 +175,6 @@ impl FoundFor {
 pub(crate) enum Due {
     /// Earlier results hold.
     Nothing,
-    /// Infrared.
     Infrared,
     /// Infrared and the light of Sun and planet.
     All,

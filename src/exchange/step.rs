@@ -1,7 +1,7 @@
 //! The light that every patch receives in a step. Twin: `glsl/exchange_light.comp`, `glsl/exchange_send.comp` and `glsl/exchange_receive.comp`.
 //!
 //! The light of Sun and planet, with its reflections, does not depend on temperatures. This light is computed anew when Sun or planet have turned
-//! against the craft ([`Light`]). Infrared takes one product: the infrared that patches send, times the rows of their exchange areas. The product is
+//! against the craft ([`CraftLight`]). Infrared takes one product: the infrared that patches send, times the rows of their exchange areas. The product is
 //! held for a time ([`super::sky::Renewal`]).
 //!
 //! A node emits to all sides, as it does without exchange: that stays in its own balance, with its temperature on the way through the step. Light
@@ -23,7 +23,7 @@ use crate::saved::{Saved, SavedError};
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::balance::Incident;
 use crate::thermal::incident::incident;
-use crate::thermal::received::{Received, PlanetShares};
+use crate::thermal::received::{FaceLoad, PlanetShares};
 
 /// Time for which infrared is held where a scene states none [s].
 pub(crate) const HOLD: f64 = 60.0;
@@ -33,7 +33,7 @@ pub(crate) const SKY_RAYS: u32 = 4096;
 
 /// How the rays and reflections of a scene are found.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct ExchangeSettings {
     /// Rays of a patch.
     pub rays: u32,
     /// Size of a patch [m]. `None` is the side of a square that is 1 / [`PATCHES`] of the area of the craft.
@@ -48,7 +48,7 @@ pub struct Settings {
     pub hold: f64,
 }
 
-impl Default for Settings {
+impl Default for ExchangeSettings {
     fn default() -> Self {
         Self {
             rays: 256,
@@ -69,7 +69,7 @@ pub(crate) const MOST_PATCHES: usize = 1 << 16;
 
 /// The light of Sun and planet on a craft, held while they hardly turn against it.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Light {
+pub struct CraftLight {
     /// Shares of the planet's light that every patch sees.
     pub seen: Vec<PlanetShares>,
     /// Infrared of the planet and sunlight that every patch reflects diffusely at first [W/m2]. Sunlight that others mirror onto the patch is
@@ -81,7 +81,7 @@ pub struct Light {
     pub mirrored: Vec<f64>,
 }
 
-impl Light {
+impl CraftLight {
     /// Adds the light to a saved state.
     pub(crate) fn save_into(&self, saved: &mut Saved) {
         let seen = self.seen.iter().map(|seen| [seen.planet_ir, seen.albedo]);
@@ -123,13 +123,12 @@ pub struct Exchange {
     pub sunlight: Areas,
     /// Bundles of rays that keep the sky, the same number for each patch.
     pub sky: Vec<u32>,
-    /// Bundles of a patch.
     bundles: usize,
 }
 
 impl Exchange {
     /// The exchange of patches whose rays end at `ends`, with the directions of the rays in the frame of the patch's joint.
-    pub fn new(surface: &Surface, patches: &Patches, ends: &[u32], settings: &Settings) -> Self {
+    pub fn new(surface: &Surface, patches: &Patches, ends: &[u32], settings: &ExchangeSettings) -> Self {
         let factors = Factors::new(&patches.all, ends, settings.rays);
         let of = |absorptivity: fn(&Patch) -> f64| {
             let absorptivities: Vec<f64> = patches.all.iter().map(absorptivity).collect();
@@ -159,7 +158,7 @@ impl Exchange {
     }
 
     /// The exchange of a craft in the pose of its scenery, with rays of the processor.
-    pub fn cast(surface: &Surface, patches: &Patches, scenery: &Scenery, settings: &Settings) -> Self {
+    pub fn cast(surface: &Surface, patches: &Patches, scenery: &Scenery, settings: &ExchangeSettings) -> Self {
         let ends = super::cast::cast(surface, patches, scenery, settings.rays, 0..patches.all.len() as u32);
         Self::new(surface, patches, &ends, settings)
     }
@@ -192,7 +191,7 @@ impl Exchange {
         load: &StepLoad,
         visibility: impl Fn(usize) -> f64 + Sync,
         mirrored: Option<&Mirrored>,
-    ) -> Light {
+    ) -> CraftLight {
         let seen = self.seen(load);
         let of = |(number, (patch, seen)): (usize, (&Patch, &PlanetShares))| {
             let shares = self.nodes[patch.nodes.clone()].iter();
@@ -220,12 +219,12 @@ impl Exchange {
         }
         let mut sunlight = self.gathered(&self.sunlight, |from| reflected[from][1], |patch| patch.optics.absorptivity);
         sunlight.iter_mut().zip(&direct).for_each(|(all, direct)| *all += direct);
-        Light { seen, reflected, sunlight, mirrored: direct }
+        CraftLight { seen, reflected, sunlight, mirrored: direct }
     }
 
     /// Infrared that leaves each patch at first [W/m2]: emission above the emission of space, and reflected infrared of the planet. `temperature`
     /// gives the temperature of a node [K].
-    pub fn sent(&self, load: &StepLoad, light: &Light, temperature: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
+    pub fn sent(&self, load: &StepLoad, light: &CraftLight, temperature: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
         let space = load.background_temperature.powi(4);
         let of = |(patch, reflected): (&Patch, &[f64; 2])| {
             let fourth = |(node, share): &(u32, f64)| share * temperature(*node as usize).powi(4);
@@ -236,7 +235,7 @@ impl Exchange {
     }
 
     /// Flux from all patches that each one absorbs [W/m2].
-    pub fn absorbed(&self, sent: &[f64], light: &Light) -> Vec<f64> {
+    pub fn absorbed(&self, sent: &[f64], light: &CraftLight) -> Vec<f64> {
         let infrared = self.gathered(&self.infrared, |from| sent[from], |patch| patch.optics.emissivity);
         infrared.into_iter().zip(&light.sunlight).map(|(infrared, sunlight)| infrared + sunlight).collect()
     }
@@ -267,12 +266,12 @@ impl Exchange {
     }
 
     /// The light on the two faces of a node, from the flux that every patch absorbs and the sky that it sees.
-    pub(crate) fn of_node(&self, node: usize, absorbed: &[f64], seen: &[PlanetShares]) -> [Received; 2] {
+    pub(crate) fn of_node(&self, node: usize, absorbed: &[f64], seen: &[PlanetShares]) -> [FaceLoad; 2] {
         self.of_node[node].map(|patch| match patch {
-            NONE => Received::NOTHING,
+            NONE => FaceLoad::NOTHING,
             patch => {
                 let patch = patch as usize;
-                Received { absorbed: absorbed[patch], seen: seen[patch], exposed: self.exposed(patch) }
+                FaceLoad { absorbed: absorbed[patch], seen: seen[patch], exposed: self.exposed(patch) }
             }
         })
     }

@@ -2,12 +2,11 @@
 
 use std::fmt;
 
-/// Most names that one finding lists.
 const MOST_NAMES: usize = 4;
 
 /// How much is looked at.
 #[derive(Debug, Clone, Copy)]
-pub struct Effort {
+pub struct CheckEffort {
     /// Most images for which the place of the craft in the image is computed.
     pub(crate) images: usize,
     /// Most images for which the camera may be found inside the craft.
@@ -16,7 +15,7 @@ pub struct Effort {
     pub(crate) at: Option<f64>,
 }
 
-impl Effort {
+impl CheckEffort {
     /// At the start of a run.
     pub(crate) const BRIEF: Self = Self { images: 32, inside: 2, at: None };
     /// For `isotherm check`.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::finding::{Finding, named, short};
-use super::shapes::Shape;
+use super::shapes::PartShape;
 use crate::gpu::nodes::GROUP;
 use crate::simulation::prepare::Prepared;
 use crate::thermal::STEFAN_BOLTZMANN;
@@ -22,11 +22,8 @@ const HOT: f64 = 500.0;
 /// Facts of a material that the checks use.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub(crate) struct MaterialFacts {
-    /// Name of the glTF material.
     pub(crate) name: String,
-    /// Its response.
     pub(crate) response: &'static str,
-    /// Area of its surface [m2].
     pub(crate) area_m2: f64,
     /// Balance temperature in full sunlight from straight ahead, without conduction [K].
     pub(crate) hottest_k: f64,
@@ -34,7 +31,6 @@ pub(crate) struct MaterialFacts {
     pub(crate) capacity: Option<f64>,
     /// Time constant: heat capacity over radiative conductance at 300 K, or the `t_max` of its transition [s].
     pub(crate) time_constant_s: Option<f64>,
-    /// The time constant in steps of the scene.
     pub(crate) time_constant_steps: Option<f64>,
     /// Length over which conduction evens temperatures out: sqrt(k d / 4 eps sigma T^3) at 300 K [m].
     pub(crate) conduction_length_m: Option<f64>,
@@ -140,7 +136,7 @@ fn of_layers(
 }
 
 /// Checks the values of the materials.
-pub(super) fn check(prepared: &Prepared, shapes: &[Shape], facts: &[MaterialFacts]) -> Vec<Finding> {
+pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], facts: &[MaterialFacts]) -> Vec<Finding> {
     let mut findings = thicknesses(prepared, shapes);
     let used = || prepared.materials.iter().zip(facts).filter(|(_, fact)| fact.area_m2 > 0.0);
     let mut light = [Same::default(), Same::default()];
@@ -185,12 +181,12 @@ pub(super) fn check(prepared: &Prepared, shapes: &[Shape], facts: &[MaterialFact
 }
 
 /// Finds shells that are thick beside their parts. Materials with the same thickness are told together.
-fn thicknesses(prepared: &Prepared, shapes: &[Shape]) -> Vec<Finding> {
-    let mut thick: BTreeMap<(&str, u64), (Vec<&str>, &Shape)> = BTreeMap::new();
+fn thicknesses(prepared: &Prepared, shapes: &[PartShape]) -> Vec<Finding> {
+    let mut thick: BTreeMap<(&str, u64), (Vec<&str>, &PartShape)> = BTreeMap::new();
     for (number, material) in (0u32..).zip(&prepared.materials) {
         let layers = of_layers(material, |material| material.bulk.thickness, |over| over.thickness);
         for (layer, thickness) in layers.into_iter().filter_map(|(layer, thickness)| Some((layer, thickness?))) {
-            let is_thick = |shape: &&Shape| {
+            let is_thick = |shape: &&PartShape| {
                 shape.materials.contains_key(&number) && thickness > THICK * shape.extent().min(shape.area.sqrt())
             };
             let smallest = shapes.iter().filter(is_thick).min_by(|a, b| a.extent().total_cmp(&b.extent()));
@@ -202,7 +198,7 @@ fn thicknesses(prepared: &Prepared, shapes: &[Shape]) -> Vec<Finding> {
             }
         }
     }
-    let finding = |((layer, bits), (names, shape)): ((&str, u64), (Vec<&str>, &Shape))| Finding {
+    let finding = |((layer, bits), (names, shape)): ((&str, u64), (Vec<&str>, &PartShape))| Finding {
         check: "thickness",
         about: named("material", &names),
         message: format!(

@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::finding::{Effort, Finding, short};
-use super::shapes::{Shape, corners};
+use super::finding::{CheckEffort, Finding, short};
+use super::shapes::{PartShape, corners};
 use crate::lens::Lens;
 use crate::scene::work::{image_time, images};
 use crate::scene::{Camera, Motion};
@@ -43,7 +43,6 @@ struct Look<'a> {
     pose: DAffine3,
 }
 
-/// The corners of a box.
 fn corners_of(low: DVec3, high: DVec3) -> [DVec3; 8] {
     std::array::from_fn(|corner| {
         let pick = |bit: usize, axis: usize| if corner >> bit & 1 == 0 { low[axis] } else { high[axis] };
@@ -76,7 +75,7 @@ impl<'a> Look<'a> {
 }
 
 /// Looks at the images of a scene.
-pub(super) fn check(prepared: &Prepared, shapes: &[Shape], effort: Effort) -> (Option<Sight>, Vec<Finding>) {
+pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], effort: CheckEffort) -> (Option<Sight>, Vec<Finding>) {
     let none = (None, Vec::new());
     let Some(camera) = &prepared.scene.camera else { return none };
     let time = &prepared.scene.time;
@@ -94,7 +93,7 @@ pub(super) fn check(prepared: &Prepared, shapes: &[Shape], effort: Effort) -> (O
         let Some(pose) = pose_of(prepared, time, own) else { continue };
         let joints = prepared.loads.joints_at(time).1;
         let look = Look { pose, ..here };
-        let moved = |shape: &Shape| look.pose * joints.get(shape.joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
+        let moved = |shape: &PartShape| look.pose * joints.get(shape.joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
         let boxes: Vec<[DVec3; 8]> = shapes
             .iter()
             .map(|shape| corners_of(shape.low, shape.high).map(|corner| moved(shape).transform_point3(corner)))
@@ -107,7 +106,7 @@ pub(super) fn check(prepared: &Prepared, shapes: &[Shape], effort: Effort) -> (O
         }
         let tried = place.is_multiple_of(chosen.len().div_ceil(effort.inside).max(1));
         if tried && low.cmple(DVec3::ZERO).all() && high.cmpge(DVec3::ZERO).all() {
-            let share = |shape: &Shape| filled(prepared, shape, &moved(shape).inverse().transform_point3(DVec3::ZERO));
+            let share = |shape: &PartShape| filled(prepared, shape, &moved(shape).inverse().transform_point3(DVec3::ZERO));
             let shares: Vec<f64> = shapes.iter().map(share).collect();
             let body = shapes.iter().zip(&shares).find(|(_, share)| share.abs() > INSIDE);
             if body.is_some() || shares.iter().sum::<f64>().abs() > INSIDE {
@@ -185,7 +184,7 @@ fn in_pixels(look: &Look, boxes: &[[DVec3; 8]]) -> Option<[f64; 2]> {
 
 /// Share of the sphere around a point that a shape fills, signed by the sense of its triangles. 1 or -1 inside a closed body, 0 outside. The solid
 /// angle of a triangle follows Van Oosterom & Strackee 1983.
-fn filled(prepared: &Prepared, shape: &Shape, point: &DVec3) -> f64 {
+fn filled(prepared: &Prepared, shape: &PartShape, point: &DVec3) -> f64 {
     let angles = shape.triangles.iter().map(|triangle| {
         let [a, b, c] = corners(prepared, *triangle).map(|corner| corner - *point);
         let [x, y, z] = [a.length(), b.length(), c.length()];

@@ -83,7 +83,7 @@ fn keys<const N: usize>(sampler: &Value, accessors: &Accessors) -> Result<Keys<N
         Some("CUBICSPLINE") => KeyInterpolation::CubicSpline,
         Some(other) => return Err(format!("has a sampler with interpolation {other:?}")),
     };
-    let fault = |fault: super::Fault| fault.to_string();
+    let fault = |fault: super::ModelFault| fault.to_string();
     let times: Vec<f64> =
         accessors.keys::<1>(accessor("input")?, KEYS).map_err(fault)?.into_iter().map(|[t]| t).collect();
     let values = accessors.keys::<N>(accessor("output")?, KEYS).map_err(fault)?;

@@ -7,7 +7,7 @@ use std::path::Path;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use base64::read::DecoderReader;
 
-use super::Fault;
+use super::ModelFault;
 use super::document::{Buffer, Document};
 use super::error::label;
 use crate::files::{self, Reach};
@@ -27,10 +27,10 @@ pub(super) fn load<'a>(
     binary: Option<&'a [u8]>,
     folder: &Path,
     reach: &Reach,
-) -> Result<Vec<Cow<'a, [u8]>>, Fault> {
+) -> Result<Vec<Cow<'a, [u8]>>, ModelFault> {
     let mut buffers = Vec::with_capacity(document.buffers.len());
     for (index, buffer) in document.buffers.iter().enumerate() {
-        let fail = |problem: String| Fault::element(label("buffer", index, buffer.name.as_deref()), problem);
+        let fail = |problem: String| ModelFault::element(label("buffer", index, buffer.name.as_deref()), problem);
         let bytes = match (&buffer.uri, binary) {
             (None, _) if buffer.is_fallback => Cow::Borrowed(&[][..]),
             (Some(uri), _) => Cow::Owned(resolve(uri.get(), buffer, folder, reach).map_err(fail)?),

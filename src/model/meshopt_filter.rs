@@ -1,6 +1,5 @@
 //! Filters of EXT_meshopt_compression for decoded attributes (appendix B of its specification).
 
-/// A filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Filter {
     /// The elements are as they are.

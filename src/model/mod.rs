@@ -27,7 +27,7 @@ mod summary;
 mod weld;
 
 pub(crate) use collapse::Merged;
-pub(crate) use error::Fault;
+pub(crate) use error::ModelFault;
 pub use error::ModelError;
 
 /// A glTF material. Thermal values come from the scene's rules or from `extras`.
@@ -66,7 +66,6 @@ pub struct SceneNode {
     pub(crate) rest: Option<(DVec3, DQuat)>,
 }
 
-/// The animation of one node.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct NodeMotion {
     /// Index of the node in the file.
@@ -86,7 +85,6 @@ pub struct Animation {
     pub(crate) name: String,
     /// Time of its last key [s].
     pub(crate) duration: f64,
-    /// The animated nodes.
     pub(crate) nodes: Vec<NodeMotion>,
 }
 

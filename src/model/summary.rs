@@ -26,7 +26,6 @@ pub struct ModelSummary {
     pub(crate) source: PathBuf,
     /// Triangles of all instances in the default scene that have an area.
     pub triangles: usize,
-    /// Number of used vertices.
     pub(crate) vertices: usize,
     /// Number of glTF nodes in the default scene, including nodes without mesh.
     pub nodes: usize,

@@ -2,21 +2,21 @@
 
 use glam::{DVec2, DVec3};
 
-use super::surface::{Around, Pixel, Surface};
+use super::surface::{SurfaceSurroundings, Pixel, RasterSurface};
 use super::traced::{ReflectedCraft, TracedSample, traced_radiance};
 use super::triangle::Shown;
-use super::view::{View, grid};
+use super::view::{RasterView, grid};
 use crate::thermal::surroundings::{Reflector, emissivity, reflected_radiance, sky_radiance};
 
 /// Sources of the light of samples.
-pub(super) struct Light<'a> {
-    pub(crate) surface: &'a Surface<'a>,
-    pub(crate) view: &'a View,
+pub(super) struct SampleLight<'a> {
+    pub(crate) surface: &'a RasterSurface<'a>,
+    pub(crate) view: &'a RasterView,
     /// Radiance of a blackbody at a temperature [K].
     pub(crate) radiance: &'a dyn Fn(f64) -> f64,
 }
 
-impl Light<'_> {
+impl SampleLight<'_> {
     /// Gives a sample its light. `ray` passes through its place in the image. So far the radiance holds the emissivity, so that only visible samples
     /// are converted.
     pub(crate) fn shine(&self, sample: &mut Pixel, shown: Option<Shown>, ray: DVec2, place: [f64; 2]) {
@@ -35,7 +35,7 @@ impl Light<'_> {
     }
 
     /// The craft's own light that a sample reflects. `None` where the craft is not traced.
-    fn of_craft(&self, sample: &Pixel, around: &Around, shown: Shown, ray: DVec2, place: [f64; 2]) -> Option<f64> {
+    fn of_craft(&self, sample: &Pixel, around: &SurfaceSurroundings, shown: Shown, ray: DVec2, place: [f64; 2]) -> Option<f64> {
         let traced = around.traced.as_ref()?;
         let surroundings = around.surroundings?;
         let reflector = around.reflector(sample, shown)?;
@@ -60,8 +60,7 @@ impl Light<'_> {
     }
 }
 
-impl Around<'_> {
-    /// The reflector that a sample shows.
+impl SurfaceSurroundings<'_> {
     fn reflector(&self, sample: &Pixel, shown: Shown) -> Option<&Reflector> {
         self.reflectors.get(sample.material as usize - 1).map(|faces| &faces[shown.face])
     }
@@ -74,7 +73,7 @@ impl Around<'_> {
 }
 
 /// Adds the reflection of a surface, or the sky where none is. `direction` leads from the camera to the sample.
-fn arrive(sample: &mut Pixel, around: &Around, shown: Option<Shown>, direction: DVec3) {
+fn arrive(sample: &mut Pixel, around: &SurfaceSurroundings, shown: Option<Shown>, direction: DVec3) {
     let Some(surroundings) = around.surroundings else { return };
     match shown {
         None if around.background => sample.radiance = sky_radiance(surroundings, &around.looks, direction),

@@ -7,7 +7,7 @@ use crate::thermal::surroundings::{Looks, Reflector, Surroundings};
 
 /// Triangles with the values of their vertices. A triangle has the part and material of its first vertex.
 #[derive(Debug, Clone, Copy)]
-pub struct Surface<'a> {
+pub struct RasterSurface<'a> {
     /// Vertex positions, body frame [m].
     pub positions: &'a [DVec3],
     /// Vertex indices, counter-clockwise seen from the front.
@@ -21,19 +21,18 @@ pub struct Surface<'a> {
     /// Emissivities of front and back for each material.
     pub emissivities: &'a [[f64; 2]],
     /// Surroundings and looks of the surface. `None` where it only emits, and alike to all sides.
-    pub around: Option<Around<'a>>,
+    pub around: Option<SurfaceSurroundings<'a>>,
 }
 
 /// The surroundings of a surface, and how it reflects them.
 #[derive(Debug, Clone, Copy)]
-pub struct Around<'a> {
+pub struct SurfaceSurroundings<'a> {
     /// The surroundings, in camera axes. `None` where no pixel shows them.
     pub(crate) surroundings: Option<&'a Surroundings>,
     /// Whether they show behind the surface.
     pub(crate) background: bool,
     /// Normals of the vertices, body frame, interpolated between the vertices.
     pub(crate) normals: &'a [DVec3],
-    /// Whether it reflects them.
     pub(crate) reflects: bool,
     /// Front and back of each material. Empty where nothing reflects and every emissivity is one number.
     pub(crate) reflectors: &'a [[Reflector; 2]],

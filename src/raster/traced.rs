@@ -32,7 +32,6 @@ pub(crate) struct TracedTriangles<'a> {
     pub(crate) word: u32,
 }
 
-/// The craft that is reflected, and its surroundings.
 #[derive(Clone, Copy)]
 pub(crate) struct ReflectedCraft<'a> {
     pub(crate) traced: &'a TracedTriangles<'a>,
@@ -50,7 +49,6 @@ pub(crate) struct ReflectedCraft<'a> {
 
 /// The surface that a sample shows, in the axes of the camera.
 pub(crate) struct TracedSample<'a> {
-    /// The face.
     pub(crate) reflector: &'a Reflector,
     /// Unit normal.
     pub(crate) normal: DVec3,

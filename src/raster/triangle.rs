@@ -2,8 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::surface::{Pixel, Surface};
-use super::view::View;
+use super::surface::{Pixel, RasterSurface};
+use super::view::RasterView;
 
 /// A triangle in camera axes.
 pub(super) struct Projected {
@@ -29,7 +29,6 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
-    /// No ray.
     pub(crate) const NONE: Self = Self { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY };
 
     pub(crate) fn with(self, ray: DVec2) -> Self {
@@ -79,7 +78,7 @@ pub(super) fn draw(
 }
 
 /// Prepares a triangle. `None` where it can not cover a pixel: behind the near plane, or seen edge-on.
-pub(super) fn project(surface: &Surface, view: &View, triangle: [u32; 3]) -> Option<Projected> {
+pub(super) fn project(surface: &RasterSurface, view: &RasterView, triangle: [u32; 3]) -> Option<Projected> {
     let indices = triangle.map(|vertex| vertex as usize);
     let [a, b, c] = indices.map(|vertex| view.camera_from_body.transform_point3(surface.positions[vertex]));
     let rays = bounds(view.near, [a, b, c]);

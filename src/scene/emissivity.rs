@@ -6,7 +6,6 @@ use super::quantity::Quantity;
 use super::value_source::ValueSource;
 use crate::thermal::emissivity::{BandEmissivity, ByAngle, ByWavelength};
 
-/// Most entries of a table.
 const MOST_ENTRIES: usize = 10_000;
 
 /// How an emissivity depends on the angle.

@@ -49,7 +49,6 @@ pub(super) enum FaultKind {
 /// The stand-in that a section gives for a wrong key.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Instead {
-    /// A valid value.
     Valid,
     /// The value under a misspelt key.
     Of(String),

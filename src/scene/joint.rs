@@ -30,7 +30,6 @@ pub(crate) enum JointMotion {
     Guided(Guided),
     /// A glTF animation drives the motion.
     Animation {
-        /// Its name.
         name: String,
         /// Whether the animation starts again at its end.
         repeats: bool,

@@ -98,7 +98,7 @@ impl Scene {
         surrounded.channels = view::channels(output.as_ref(), surrounded.reflections != Reflections::Off)?;
         let before = files.len();
         let start = sky.orbit.trajectory().map(Trajectory::start).or(time.start);
-        let around = camera::Around { orbit: &sky.orbit, planet_radius: sky.environment.planet_radius, start };
+        let around = camera::PathOrbit { orbit: &sky.orbit, planet_radius: sky.environment.planet_radius, start };
         let camera = optional_camera(&root, &time.draw, preset, &around, &mut files, &mut assumptions)?;
         sky_files.extend_from_slice(&files[before..]);
         if let Some(camera) = &camera {
@@ -198,7 +198,7 @@ fn optional_camera(
     root: &Section,
     draw: &Draw,
     preset: Option<&Preset>,
-    around: &camera::Around<'_>,
+    around: &camera::PathOrbit<'_>,
     files: &mut Vec<PathBuf>,
     assumptions: &mut Vec<String>,
 ) -> Result<Option<Camera>, SceneError> {
@@ -212,7 +212,6 @@ fn optional_camera(
     }
 }
 
-/// The sensor of a camera.
 fn optional_sensor(
     root: &Section,
     camera: Option<&Camera>,

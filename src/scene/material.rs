@@ -40,7 +40,6 @@ pub struct MaterialRule {
 #[derive(Debug, Clone)]
 struct ExtrasContext {
     table: MaterialTable,
-    /// Path of the materials table.
     table_path: Option<PathBuf>,
     /// The values that `[materials]` states for all materials.
     common: Values,
@@ -265,7 +264,6 @@ impl MaterialRules {
         })
     }
 
-    /// Path of the materials table.
     pub(crate) fn table(&self) -> Option<&Path> {
         self.extras.table_path.as_deref()
     }

@@ -28,9 +28,7 @@ pub struct NetworkSettings {
 /// Patterns (`*`, `?`) on names of parts or materials.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Owners {
-    /// Of parts.
     Parts(String),
-    /// Of glTF materials.
     Materials(String),
 }
 
@@ -41,7 +39,6 @@ pub struct ContactRule {
     pub(crate) between: [Owners; 2],
     /// Largest distance between surfaces in contact [m].
     pub(crate) distance: f64,
-    /// Thermal conductance of the contact.
     pub(crate) conductance: ContactConductance,
 }
 
@@ -52,25 +49,21 @@ pub struct Heater {
     pub(crate) parts: Vec<String>,
     /// Power over scene time. With a thermostat it acts only while the heater is on.
     pub(crate) power: HeatTable,
-    /// The thermostat, if any.
     pub(crate) thermostat: Option<HeaterThermostat>,
 }
 
 /// A thermostat with hysteresis, whose sensor is the structure at a probe.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct HeaterThermostat {
-    /// Index of the probe.
     pub(crate) probe: usize,
     /// Temperature below which it switches on [K].
     pub(crate) on_below: f64,
     /// Temperature above which it switches off [K].
     pub(crate) off_above: f64,
-    /// Whether it is on at the start.
     pub(crate) initially_on: bool,
 }
 
 impl Owners {
-    /// The pattern.
     pub(crate) fn pattern(&self) -> &str {
         match self {
             Self::Parts(pattern) | Self::Materials(pattern) => pattern,

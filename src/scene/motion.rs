@@ -21,7 +21,6 @@ pub enum Motion {
 /// A path from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraPath {
-    /// The file, for errors.
     pub(crate) file: PathBuf,
     /// Poses over time.
     pub(crate) poses: PosePath,

@@ -21,7 +21,6 @@ pub struct Preset {
     pub band_um: Option<[f64; 2]>,
     /// NETD [K].
     pub netd: Option<f64>,
-    /// f-number of the NETD.
     pub(crate) netd_f_number: Option<f64>,
     /// Thermal time constant [s].
     pub time_constant: Option<f64>,
@@ -120,7 +119,6 @@ pub const PRESETS: [Preset; 6] = [
     },
 ];
 
-/// Reads `camera.preset`.
 pub(super) fn read(camera: &Section) -> Result<Option<&'static Preset>, SceneError> {
     let choices: Vec<(&str, &'static Preset)> = PRESETS.iter().map(|preset| (preset.key, preset)).collect();
     camera.choice("preset", &choices)

@@ -30,7 +30,6 @@ pub(super) struct Section<'a> {
 }
 
 impl<'a> Section<'a> {
-    /// The root table.
     pub(super) fn root(
         file: &'a SourceFile<'a>,
         table: &'a Spanned<DeTable<'a>>,
@@ -77,7 +76,6 @@ impl<'a> Section<'a> {
         self.instead(key) == Some(Instead::Valid)
     }
 
-    /// Whether a key was found wrong.
     pub(super) fn is_wrong(&self, key: &str) -> bool {
         self.instead(key).is_some()
     }
@@ -311,7 +309,6 @@ impl<'a> Section<'a> {
             .map(Some)
     }
 
-    /// One of the words of `choices`.
     pub(super) fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError> {
         if self.stands_in(key) {
             let stated = self.table.get(key).and_then(|value| value.get_ref().as_str()).unwrap_or_default();
@@ -333,7 +330,6 @@ impl<'a> Section<'a> {
         self.get(key).is_some_and(|value| value.get_ref().is_table())
     }
 
-    /// A mandatory table.
     pub(super) fn required_table(&self, name: &str, known: &[&str]) -> Result<Self, SceneError> {
         self.required(name, self.table(name, known)?, &format!("a scene needs a section [{name}]"))
     }
@@ -370,7 +366,6 @@ impl<'a> Section<'a> {
         Some(Self { file: self.file, name: self.key_name(key), table, span, one_of_several: false })
     }
 
-    /// All tables of an array of tables `[[key]]`.
     pub(super) fn tables(&self, key: &str, known: &[&str]) -> Result<Vec<Section<'a>>, SceneError> {
         let Some(value) = self.get(key) else {
             return Ok(Vec::new());

@@ -43,7 +43,6 @@ const OWNED: [(&str, &str, &str); 5] = [
     ("plateau", "gain_control", "plateau"),
 ];
 
-/// Reads `[sensor]`.
 pub(super) fn read(
     section: &Section,
     of: &Of,

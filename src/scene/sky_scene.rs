@@ -17,7 +17,6 @@ use crate::text::plain;
 pub struct SkyScene {
     /// Name for titles: the file's `name` key, or its stem.
     pub(crate) name: String,
-    /// Steps.
     pub(crate) time: Time,
     /// The orbit or trajectory.
     pub orbit: Orbit,

@@ -45,7 +45,6 @@ pub enum Mapping {
 }
 
 impl Mapping {
-    /// In words.
     pub(crate) fn describe(&self) -> String {
         match self {
             Self::Name => "by the names of the parts".to_owned(),
@@ -142,7 +141,6 @@ pub(super) fn read(section: Option<&Section>, files: &mut Vec<PathBuf>) -> Resul
     }))
 }
 
-/// The words of `temperatures.by`.
 #[derive(Debug, Clone, Copy)]
 enum By {
     Name,

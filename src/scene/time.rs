@@ -12,7 +12,6 @@ use super::{Draw, Scene, Time};
 /// Default change over an orbit below which a state counts as periodic [K].
 const PERIODIC_TOLERANCE: f64 = 0.01;
 
-/// Most images at their own times.
 const MOST_IMAGES: f64 = 1e7;
 
 /// Seconds by which the last image may lie after the last step, because of rounding.

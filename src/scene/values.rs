@@ -144,7 +144,6 @@ pub(super) struct Values {
     domain: Option<Domain>,
 }
 
-/// A complete set of values.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Complete {
     pub(super) front: Optics,
@@ -234,12 +233,10 @@ impl Values {
         }
     }
 
-    /// Whether any optical value of the front is stated.
     pub(super) fn states_front(&self) -> bool {
         self.front != PartialOptics::default()
     }
 
-    /// Whether any optical value of the back is stated.
     pub(super) fn states_back(&self) -> bool {
         self.back.is_some()
     }

@@ -28,7 +28,6 @@ pub(crate) fn too_late(time: f64, step: f64, orbit: &Orbit) -> Option<String> {
     (orbits > MOST_ORBITS).then(|| format!("{time} s are {orbits:.3e} orbits; the limit is {MOST_ORBITS:e} orbits"))
 }
 
-/// Checks the steps of `[time]`.
 pub(super) fn check_steps(section: &Section, time: &Time, orbit: &Orbit) -> Result<(), SceneError> {
     let end = f64::from(time.steps) * time.step;
     if let Some(reason) = too_late(end, time.step, orbit) {

@@ -6,11 +6,8 @@ use crate::thermal::material::{Material, Optics, Sides};
 /// Incident fluxes on one face [W/m2].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Incident {
-    /// Solar flux.
     pub(crate) solar: f64,
-    /// Albedo flux.
     pub(crate) albedo: f64,
-    /// Planet infrared.
     pub(crate) planet_ir: f64,
 }
 

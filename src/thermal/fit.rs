@@ -18,14 +18,13 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use crate::thermal::function::Sample;
+pub(crate) use crate::thermal::function::TemperatureSample;
 use data::FitData;
 pub(crate) use data::FitError;
 pub(crate) use response::Fit;
 use response::NOTHING;
 use search::{KINDS, FitProblem};
 
-/// Result of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Fits {
     /// Every kind that can be fitted, the best first.
@@ -38,7 +37,7 @@ pub(crate) struct Fits {
 ///
 /// # Errors
 /// Data that are not a step response, or a target [K] that contradicts them.
-pub(crate) fn fit(samples: &[Sample], target: Option<f64>) -> Result<Fits, FitError> {
+pub(crate) fn fit(samples: &[TemperatureSample], target: Option<f64>) -> Result<Fits, FitError> {
     let data = FitData::new(samples, target)?;
     let mut fits = Fits { best: Vec::new(), left_out: Vec::new() };
     let domains = [Domain::Temperature, Domain::FourthPower];

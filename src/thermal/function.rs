@@ -15,8 +15,8 @@ mod polynomial;
 
 pub(crate) use error::FunctionError;
 pub(crate) use expression::Expression;
-pub(crate) use measured::Measured;
-pub use measured::Sample;
+pub(crate) use measured::MeasuredFunction;
+pub use measured::TemperatureSample;
 use pieces::Pieces;
 pub(crate) use polynomial::Polynomial;
 
@@ -43,7 +43,6 @@ pub enum Function {
 /// A function that is not a power.
 #[derive(Debug, Clone)]
 pub struct FunctionShape {
-    /// Its kind.
     pub(crate) kind: FunctionKind,
     /// Share of the time in which the way is done, below 1 where the function reaches its target early.
     active: f64,
@@ -74,7 +73,7 @@ pub(crate) enum FunctionKind {
         rate: f64,
     },
     /// Measured times and temperatures, interpolated by a monotone cubic.
-    Table(Measured),
+    Table(MeasuredFunction),
     /// GLSL text of s.
     Expression(Expression),
 }
@@ -111,8 +110,8 @@ impl Function {
     ///
     /// # Errors
     /// The first sample that is not valid, with its row.
-    pub fn table(samples: &[Sample], target: Option<f64>) -> Result<Self, FunctionError> {
-        Self::shaped(FunctionKind::Table(Measured::new(samples, target)?))
+    pub fn table(samples: &[TemperatureSample], target: Option<f64>) -> Result<Self, FunctionError> {
+        Self::shaped(FunctionKind::Table(MeasuredFunction::new(samples, target)?))
     }
 
     /// A table from a CSV file with the columns `time` and `temperature` [K].
@@ -120,7 +119,7 @@ impl Function {
     /// # Errors
     /// A file that cannot be read, or its first bad row.
     pub(crate) fn read_table(path: &std::path::Path, target: Option<f64>) -> Result<Self, FunctionError> {
-        Self::shaped(FunctionKind::Table(Measured::read(path, target)?))
+        Self::shaped(FunctionKind::Table(MeasuredFunction::read(path, target)?))
     }
 
     /// A table from the text of a CSV file, as if it lay at `path`.
@@ -128,7 +127,7 @@ impl Function {
     /// # Errors
     /// Its first bad row.
     pub fn parse_table(text: &str, path: &std::path::Path, target: Option<f64>) -> Result<Self, FunctionError> {
-        Self::shaped(FunctionKind::Table(Measured::parse(text, path, target)?))
+        Self::shaped(FunctionKind::Table(MeasuredFunction::parse(text, path, target)?))
     }
 
     /// An expression from GLSL text of `s`, compiled by naga.
@@ -168,7 +167,6 @@ impl Function {
         }
     }
 
-    /// The exponent of a power function.
     pub(crate) fn power(&self) -> Option<f64> {
         match self {
             Self::Linear => Some(1.0),

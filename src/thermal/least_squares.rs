@@ -3,7 +3,6 @@
 /// A point and its sum of squared residuals.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Minimum {
-    /// The variables.
     pub(crate) x: Vec<f64>,
     /// Sum of the squared residuals there, infinite where a residual is NaN.
     pub(crate) sum_of_squares: f64,
@@ -17,7 +16,6 @@ const GAIN: f64 = 1e-12;
 /// A variable that is not held.
 struct Direction {
     i: usize,
-    /// Derivatives of all residuals.
     derivative: Vec<f64>,
     /// Half of the negative derivative of the sum of squares.
     downhill: f64,

@@ -20,7 +20,6 @@ pub(crate) const LIMBS: usize = 65;
 /// Numbers of a lobe: shares, then the sum of the lobe over the hemisphere for each view.
 pub(crate) const LOBE_VALUES: usize = VIEWS * SIDES * LIMBS + VIEWS;
 
-/// Directions that stand for a lobe.
 const DIRECTIONS: usize = 4096;
 /// Least cosine of a view. Beyond it a surface is seen edge-on.
 pub(crate) const LEAST_VIEW: f64 = 1e-3;
@@ -32,7 +31,6 @@ pub(crate) struct PlanetPlace {
     pub(crate) view: f64,
     /// Sine of the angle from the mirror direction to the limb, positive where the mirror direction meets the planet.
     pub(crate) sine: f64,
-    /// Cosine of that angle.
     pub(crate) cosine: f64,
     /// Cosine of the azimuth of the planet's centre about the mirror direction, 1 on the side of the normal.
     pub(crate) side: f64,
@@ -89,7 +87,6 @@ impl Lobe {
         Self { roughness, values: [shares.concat(), sums].concat() }
     }
 
-    /// Share of the lobe that meets the planet.
     pub(crate) fn share(&self, place: PlanetPlace) -> f64 {
         let half = place.sine / (1.0 + place.cosine).max(1e-6);
         let limb = half / (self.roughness + half.abs());

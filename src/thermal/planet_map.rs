@@ -97,7 +97,6 @@ pub(crate) enum MapAxes {
 pub struct PlanetPattern {
     /// Brightness temperatures in the band [K].
     pub(crate) temperatures: Equirectangular,
-    /// The axes of the map.
     pub(crate) axes: MapAxes,
 }
 
@@ -110,7 +109,6 @@ pub enum DayLaw {
     Cosine,
 }
 
-/// Rows of a map of day and night.
 const DAY_ROWS: usize = 720;
 
 impl PlanetPattern {
@@ -162,18 +160,15 @@ pub(crate) fn seen_point(direction: DVec3, nadir: DVec3, disc: ApparentRadius) -
 
 /// Cells of the means of a planet over the direction of a surface.
 pub(crate) const MEAN_COLUMNS: usize = 96;
-/// Rows of them.
 pub(crate) const MEAN_ROWS: usize = 48;
 /// Numbers of one kind of surface.
 pub(crate) const MEAN_VALUES: usize = MEAN_COLUMNS * (MEAN_ROWS + 2);
 
-/// Points that stand for the disc.
 const DISC_POINTS: usize = 2048;
 
 /// The radiances that surfaces see of a planet that is not uniform, over the radiance of the planet's own temperature.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct SeenPlanet {
-    /// The map.
     pub(crate) map: Arc<Equirectangular>,
     /// Mean over the part of the disc that a surface sees: of a diffuse one over its normal, then of rough mirrors over the mirror direction. All are
     /// in the axes of the map.

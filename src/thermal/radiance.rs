@@ -10,7 +10,6 @@ pub(crate) const MIDDLE_TEMPERATURE: f64 = 400.0;
 /// Table of ln G of a band over v = T / (T + 400 K), with G = L e^x / T and x = c2 / (lambda_max T).
 #[derive(Debug, Clone, PartialEq)]
 pub struct RadianceTable {
-    /// The band.
     pub(crate) band: Band,
     /// c2 / lambda_max [K], so that x = `edge_temperature` / T.
     pub(crate) edge_temperature: f64,
@@ -75,7 +74,6 @@ pub(super) mod tests {
     use super::*;
     use crate::thermal::planck::band_radiance_exact;
 
-    /// A band given in um.
     pub(crate) const fn microns(lower: f64, upper: f64) -> Band {
         Band { lower: lower * 1e-6, upper: upper * 1e-6 }
     }

@@ -17,9 +17,8 @@ impl PlanetShares {
     pub(crate) const ALL: Self = Self { planet_ir: 1.0, albedo: 1.0 };
 }
 
-/// The light that a face receives.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Received {
+pub(crate) struct FaceLoad {
     /// Flux from other surfaces that the face absorbs [W/m2].
     pub(crate) absorbed: f64,
     /// Shares of the planet's light that it sees.
@@ -28,7 +27,7 @@ pub(crate) struct Received {
     pub(crate) exposed: f64,
 }
 
-impl Received {
+impl FaceLoad {
     /// A face that sees nothing of the craft.
     pub(crate) const NOTHING: Self = Self { absorbed: 0.0, seen: PlanetShares::ALL, exposed: 1.0 };
 

@@ -9,7 +9,7 @@ use crate::saved::{Saved, SavedError};
 use crate::thermal::balance::{Incident, absorbed_flux, balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response};
 use crate::thermal::radiative::{PlateLoad, PlateState, radiative_step};
-use crate::thermal::received::Received;
+use crate::thermal::received::FaceLoad;
 use crate::thermal::transition::{TransitionState, transition_step};
 
 /// Incident fluxes on a plate with a unit normal (body frame) during a step.
@@ -43,7 +43,7 @@ pub struct Reference<F> {
     /// Share of the Sun that each node sees.
     visibility: Vec<f64>,
     /// Light from the craft on the faces of each node. Empty where surfaces do not see each other.
-    received: Vec<[Received; 2]>,
+    received: Vec<[FaceLoad; 2]>,
     states: Vec<TransitionState>,
     temperatures: Vec<f64>,
 }
@@ -77,12 +77,12 @@ impl<F: IncidentFlux> Reference<F> {
     }
 
     /// Sets the light from the craft on the front and back of each node until the next call.
-    pub(crate) fn receive(&mut self, received: Vec<[Received; 2]>) {
+    pub(crate) fn receive(&mut self, received: Vec<[FaceLoad; 2]>) {
         self.received = received;
     }
 
     /// Light from the craft on the faces of each node. Empty where surfaces do not see each other.
-    pub(crate) fn received(&self) -> &[[Received; 2]] {
+    pub(crate) fn received(&self) -> &[[FaceLoad; 2]] {
         &self.received
     }
 

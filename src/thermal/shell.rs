@@ -35,9 +35,7 @@ pub(crate) struct Surface<'a> {
     pub positions: &'a [DVec3],
     /// Vertices of the triangles.
     pub triangles: &'a [[u32; 3]],
-    /// Part of every vertex.
     pub(crate) parts: &'a [u32],
-    /// Material of every vertex.
     pub(crate) materials: &'a [u32],
 }
 
@@ -55,7 +53,6 @@ pub(crate) struct Sheet {
 /// Material data for a network.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ShellMaterial {
-    /// The visible sheet.
     pub(crate) outer: Sheet,
     /// Sum of the emissivities of the faces that see space.
     pub(crate) emissivity: f64,

@@ -6,11 +6,10 @@
 //! t = c / (4 e sigma B^3) [ln |(B + T) / (B - T)| + 2 atan(T / B)]
 
 use super::STEFAN_BOLTZMANN;
-use super::fit::{Fit, FitError, Sample, fit};
+use super::fit::{Fit, FitError, TemperatureSample, fit};
 use super::function::Function;
 use super::material::{Domain, Profile, Retarget, Transition};
 
-/// Rows of the sampled step response.
 const ROWS: u32 = 100;
 /// Share of the way that is left at the end of the sampled response.
 const LEFT: f64 = 0.01;
@@ -19,7 +18,6 @@ pub(crate) const LEAST_STEP: f64 = 10.0;
 /// Least value of the lower balance temperature [K].
 pub(crate) const COLDEST: f64 = 10.0;
 
-/// A plate of a material.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Plate {
     /// Capacitance [J/(m2 K)].
@@ -31,7 +29,6 @@ pub(crate) struct Plate {
 /// A transition fitted to a plate's heating and cooling between two balance temperatures.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Fitted {
-    /// The fitted transition.
     pub(crate) transition: Transition,
     /// The balance temperatures [K], the lower first.
     pub(crate) between: [f64; 2],
@@ -69,10 +66,10 @@ impl Plate {
     }
 
     /// The sampled response from one balance temperature to another [K], until a hundredth of the way is left.
-    pub(crate) fn record(&self, from: f64, balance: f64) -> Vec<Sample> {
+    pub(crate) fn record(&self, from: f64, balance: f64) -> Vec<TemperatureSample> {
         let end = self.time(from, balance + (from - balance) * LEFT, balance);
         let time = |row: u32| end * f64::from(row) / f64::from(ROWS);
-        let sample = |row| Sample { time: time(row), temperature: self.temperature(from, balance, time(row)) };
+        let sample = |row| TemperatureSample { time: time(row), temperature: self.temperature(from, balance, time(row)) };
         (0..=ROWS).map(sample).collect()
     }
 

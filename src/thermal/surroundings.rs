@@ -20,11 +20,9 @@ pub(crate) const SUN_TEMPERATURE: f64 = 5772.0;
 pub struct Surroundings {
     /// Direction to the planet's centre.
     pub(crate) nadir: DVec3,
-    /// Apparent radius of the planet.
     pub(crate) planet: ApparentRadius,
     /// Direction to the Sun's centre.
     pub(crate) sun: DVec3,
-    /// Apparent radius of the Sun.
     pub(crate) sun_disc: ApparentRadius,
     /// Radiance of the planet [W m-2 sr-1].
     pub(crate) planet_radiance: f64,
@@ -60,7 +58,6 @@ pub(crate) struct Looks<'a> {
     pub(crate) lobes: &'a [Lobe],
     /// Emissivities over angle and temperature.
     pub(crate) tables: &'a [EmissivityTable],
-    /// A planet that is not uniform.
     pub(crate) planet: Option<&'a SeenPlanet>,
 }
 

@@ -5,7 +5,6 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Steps of a block.
 const BLOCK: u64 = 1024;
 /// Most positions at even distances.
 const MOST_MARKS: usize = 2048;

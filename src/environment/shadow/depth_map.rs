@@ -217,7 +217,6 @@ impl<'a> DepthMap<'a> {
     }
 }
 
-/// The corners of a box.
 pub(super) fn corners_of([low, high]: [DVec3; 2]) -> impl Iterator<Item = DVec3> {
     (0..8u32).map(move |corner| {
         let at = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };

@@ -21,7 +21,6 @@ pub enum Method {
 pub struct Jointed {
     /// Positions in the file's pose [m].
     pub(crate) positions: Vec<DVec3>,
-    /// Corners of the triangles.
     pub(crate) triangles: Vec<[u32; 3]>,
     /// Joint of each position. Empty where nothing moves.
     pub(crate) joints: Vec<u32>,

@@ -78,7 +78,6 @@ fn focal(section: &Section, preset: Option<&Preset>, width: u32) -> Result<[f64;
     Ok([f64::from(width) / 2.0 / (fov.to_radians() / 2.0).tan(); 2])
 }
 
-/// The models of `distortion_model`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Model {
     BrownConrady,

@@ -55,7 +55,7 @@ impl Camera {
 }
 
 /// The orbit that a path is relative to, and time 0 where it has a date.
-pub(in crate::scene) struct Around<'a> {
+pub(in crate::scene) struct PathOrbit<'a> {
     pub(crate) orbit: &'a Orbit,
     pub(crate) planet_radius: f64,
     pub(crate) start: Option<Epoch>,
@@ -66,16 +66,16 @@ const OF_THE_ORBIT: [&str; 5] = ["object", "path_relative_to", "orbit.*", "time.
 
 /// Origin of the positions of a path.
 #[derive(Clone, Copy, PartialEq)]
-enum Origin {
+enum PathOrigin {
     Craft,
     Planet,
 }
 
 /// The frame of a path, and the origin of its positions. `None` where the scene states neither.
-fn frame_of(section: &Section, stated: Option<CameraFrame>) -> Result<(Option<CameraFrame>, Origin), SceneError> {
-    let words = [("orbit", (CameraFrame::Orbit, Origin::Craft)), ("inertial", (CameraFrame::Inertial, Origin::Planet))];
+fn frame_of(section: &Section, stated: Option<CameraFrame>) -> Result<(Option<CameraFrame>, PathOrigin), SceneError> {
+    let words = [("orbit", (CameraFrame::Orbit, PathOrigin::Craft)), ("inertial", (CameraFrame::Inertial, PathOrigin::Planet))];
     let Some((frame, origin)) = section.choice("path_relative_to", &words)? else {
-        return Ok((stated, Origin::Craft));
+        return Ok((stated, PathOrigin::Craft));
     };
     if stated.is_some_and(|stated| stated != frame) {
         let name = if frame == CameraFrame::Orbit { "orbit" } else { "inertial" };
@@ -89,7 +89,7 @@ fn frame_of(section: &Section, stated: Option<CameraFrame>) -> Result<(Option<Ca
 pub(super) fn read(
     section: &Section,
     stated: Option<CameraFrame>,
-    around: &Around<'_>,
+    around: &PathOrbit<'_>,
     files: &mut Vec<PathBuf>,
     assumptions: &mut Vec<String>,
 ) -> Result<Option<(Option<CameraFrame>, CameraPath)>, SceneError> {
@@ -104,7 +104,7 @@ pub(super) fn read(
     section.exclusive("path", "quaternion")?;
     let (mut frame, origin) = frame_of(section, stated)?;
     let text = read_file(path.clone(), files).map_err(|error| section.error("path", error))?;
-    let mut reader = Reader { section, around, files, assumptions };
+    let mut reader = PathReader { section, around, files, assumptions };
     let (places, rotations) = if ephemeris::is_message(&text) {
         if frame.is_some_and(|frame| frame != CameraFrame::Inertial) {
             let message = "is a trajectory round the planet, so camera.frame and path_relative_to are 'inertial'";
@@ -114,7 +114,7 @@ pub(super) fn read(
         (reader.chaser(&path, &text)?, None)
     } else {
         let table =
-            table(&path, &text, around.start, Order::Rising).and_then(|table| reader.places(&path, table, origin));
+            table(&path, &text, around.start, RowOrder::Rising).and_then(|table| reader.places(&path, table, origin));
         section.blame("path", &OF_THE_ORBIT, table)?
     };
     let turns = reader.turns(rotations, frame.unwrap_or(CameraFrame::Body))?;
@@ -123,14 +123,14 @@ pub(super) fn read(
 }
 
 /// Inputs for reading the parts of a path.
-struct Reader<'a, 'b> {
+struct PathReader<'a, 'b> {
     section: &'a Section<'a>,
-    around: &'a Around<'a>,
+    around: &'a PathOrbit<'a>,
     files: &'b mut Vec<PathBuf>,
     assumptions: &'b mut Vec<String>,
 }
 
-impl Reader<'_, '_> {
+impl PathReader<'_, '_> {
     fn object(&self) -> Result<Option<String>, SceneError> {
         Ok(self.section.string("object")?.map(str::to_owned))
     }
@@ -154,13 +154,13 @@ impl Reader<'_, '_> {
         &mut self,
         path: &Path,
         table: Vec<PathRow>,
-        origin: Origin,
+        origin: PathOrigin,
     ) -> Result<(Places, Option<Arc<RotationHistory>>), SceneError> {
         let mut samples = Vec::with_capacity(table.len());
         for row in &table {
             let from = match origin {
-                Origin::Craft => DVec3::ZERO,
-                Origin::Planet => {
+                PathOrigin::Craft => DVec3::ZERO,
+                PathOrigin::Planet => {
                     let craft = self.around.orbit.point(row.time, self.around.planet_radius);
                     let missing = || {
                         let message = format!("{} s: the trajectory of the craft has no position then", row.time);
@@ -245,7 +245,7 @@ struct PathRow {
 
 /// The order of the rows of a table.
 #[derive(Clone, Copy, PartialEq)]
-enum Order {
+enum RowOrder {
     Rising,
     NotFalling,
 }
@@ -255,7 +255,7 @@ const LATEST: f64 = 1e11;
 const FARTHEST: f64 = 1e13;
 
 /// Reads and checks a table of poses.
-fn table(path: &Path, text: &str, start: Option<Epoch>, order: Order) -> Result<Vec<PathRow>, SceneError> {
+fn table(path: &Path, text: &str, start: Option<Epoch>, order: RowOrder) -> Result<Vec<PathRow>, SceneError> {
     let whole_lines = one_line_end(text);
     let text = whole_lines.as_ref();
     let rotation = ["qw", "qx", "qy", "qz"];
@@ -280,7 +280,7 @@ fn table(path: &Path, text: &str, start: Option<Epoch>, order: Order) -> Result<
             return Err(wrong(format!("lies beyond {LATEST:e} s from time 0")));
         }
         let before = rows.last().map(|last: &PathRow| last.time);
-        if order == Order::Rising && before.is_some_and(|before| before >= seconds) {
+        if order == RowOrder::Rising && before.is_some_and(|before| before >= seconds) {
             return Err(wrong("does not come after the time of the row above: times must increase".to_owned()));
         }
         if before.is_some_and(|before| before > seconds) {
@@ -321,7 +321,7 @@ pub(crate) struct Poses {
 /// # Errors
 /// A file that cannot be read, a value that no pose can have, or a time before 0, with file and line.
 pub(crate) fn read_poses(path: &Path, start: Option<Epoch>) -> Result<Poses, SceneError> {
-    let rows = table(path, &read_text(path)?, start, Order::NotFalling)?;
+    let rows = table(path, &read_text(path)?, start, RowOrder::NotFalling)?;
     let mut all = Poses { times: Vec::new(), poses: Vec::new() };
     for row in rows {
         let at = FileLine { path, line: row.line };

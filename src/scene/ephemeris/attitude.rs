@@ -28,7 +28,6 @@ pub(crate) struct AttitudeOptions {
     pub(crate) object: Option<String>,
     /// Frame of a table: `inertial` or `orbit`.
     pub(crate) frame: Option<HistoryFrame>,
-    /// Time system of a table.
     pub(crate) time_system: Option<String>,
     /// Time 0 of the scene, if known.
     pub(crate) start: Option<Epoch>,

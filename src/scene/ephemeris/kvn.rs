@@ -5,7 +5,6 @@ use std::path::Path;
 use super::super::error::SceneError;
 use super::text::FileLine;
 
-/// One line of a message.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Line<'a> {
     /// A keyword alone, like `META_START`.

@@ -12,7 +12,7 @@ use super::error::SceneError;
 use crate::environment::divided_differences::hermite_degree;
 use crate::environment::ephemeris::{DEFAULT_DEGREE, Ephemeris, Interpolation, Segment};
 use crate::environment::frames::{ReferenceFrame, to_gcrf};
-use crate::environment::state::Sample;
+use crate::environment::state::EphemerisSample;
 use crate::environment::trajectory::{Source, Trajectory, seconds_between};
 use crate::environment::utc::utc;
 
@@ -141,7 +141,7 @@ fn from_segments(
                 samples: segment
                     .states
                     .into_iter()
-                    .map(|(epoch, position, velocity)| Sample {
+                    .map(|(epoch, position, velocity)| EphemerisSample {
                         time: seconds_between(start, epoch),
                         position,
                         velocity,

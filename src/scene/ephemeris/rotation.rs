@@ -55,7 +55,6 @@ pub(super) struct RotationRow {
     pub(super) numbers: Vec<f64>,
 }
 
-/// The form in which rotations are stated.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum RotationForm {
     Quaternion {
@@ -130,7 +129,6 @@ impl RotationKind {
     }
 }
 
-/// The unit of a column.
 pub(super) fn unit(column: &str) -> &'static str {
     match column {
         "QC" | "Q1" | "Q2" | "Q3" => "",

@@ -17,9 +17,7 @@ use crate::environment::frames::ReferenceFrame;
 pub(in crate::scene) struct Options {
     /// The object to read if the file holds several.
     pub(in crate::scene) object: Option<String>,
-    /// Frame of a table.
     pub(in crate::scene) frame: Option<String>,
-    /// Time system of a table.
     pub(in crate::scene) time_system: Option<String>,
     /// `hermite` or `lagrange`, if the file does not state it.
     pub(in crate::scene) interpolation: Option<String>,

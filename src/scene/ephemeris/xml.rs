@@ -103,7 +103,6 @@ pub(super) fn children<'a, 'i: 'a>(
     node.children().filter(move |child| child.tag_name().name() == name)
 }
 
-/// The text of a node, trimmed.
 pub(super) fn text<'a>(node: Node<'a, '_>) -> &'a str {
     node.text().unwrap_or_default().trim()
 }

@@ -144,7 +144,6 @@ fn heat_of(times: &[f64], loads: &[Vec<f64>; 5]) -> Option<HeatTable> {
     })
 }
 
-/// The first names.
 fn listed(names: &[String]) -> String {
     let more = names.len().saturating_sub(NAMED);
     let first = names[..names.len() - more].join(", ");

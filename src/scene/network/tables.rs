@@ -1,7 +1,6 @@
 //! A network as tables that any program reads.
 
 use super::NetworkFile;
-/// Names of the tables.
 pub(crate) const NAMES: [&str; 4] = ["nodes.csv", "gl.csv", "gr.csv", "heat.csv"];
 
 type TextRows = Vec<Vec<String>>;

@@ -1,6 +1,6 @@
 //! The data of a step response, checked.
 
-use crate::thermal::function::Sample;
+use crate::thermal::function::TemperatureSample;
 
 /// Fewest rows, more than the free parameters of any function.
 pub(crate) const FEWEST_ROWS: usize = 6;
@@ -15,17 +15,14 @@ const LARGEST_TIME: f64 = 1e100;
 /// An error in the data. Rows count from 1, without the header.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum FitError {
-    /// Too few rows.
     #[error("{0} rows are too few: a step response needs at least {FEWEST_ROWS}")]
     TooFew(usize),
     /// A number that is not finite, or a temperature below 0 K.
     #[error("row {row}: {what} is {value}; {wanted}")]
     Value {
-        /// Number of the row.
         row: usize,
         /// `time` or `temperature`.
         what: &'static str,
-        /// Given value.
         value: f64,
         /// Allowed values.
         wanted: &'static str,
@@ -33,9 +30,7 @@ pub(crate) enum FitError {
     /// Times that do not increase.
     #[error("row {row}: time {time} does not lie after {before}, the time of the row before")]
     Order {
-        /// Number of the row.
         row: usize,
-        /// Its time.
         time: f64,
         /// Time of the row before.
         before: f64,
@@ -79,7 +74,7 @@ pub(super) struct FitData {
 }
 
 impl FitData {
-    pub(crate) fn new(samples: &[Sample], target: Option<f64>) -> Result<Self, FitError> {
+    pub(crate) fn new(samples: &[TemperatureSample], target: Option<f64>) -> Result<Self, FitError> {
         for (row, sample) in (1..).zip(samples) {
             let value = |what, value, wanted| FitError::Value { row, what, value, wanted };
             if !sample.time.is_finite() || sample.time.abs() > LARGEST_TIME {

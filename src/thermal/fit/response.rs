@@ -12,12 +12,9 @@ const POOR: f64 = 0.05;
 /// Multiple of the length of the data above which t_max is a far extrapolation.
 const FAR: f64 = 3.0;
 
-/// A step response.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Response {
-    /// Response function.
     pub(crate) function: Function,
-    /// Domain of the function.
     pub(crate) domain: Domain,
     /// Time to the target, in the unit of the data.
     pub(crate) t_max: f64,
@@ -32,7 +29,6 @@ pub(crate) struct Response {
 pub(crate) struct Fit {
     /// The response, which starts at the temperature of the first row.
     pub(crate) response: Response,
-    /// Number of free parameters.
     pub(crate) parameters: usize,
     /// Root mean square of the differences from the data [K].
     pub(crate) rms: f64,

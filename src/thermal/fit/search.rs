@@ -6,7 +6,6 @@ use crate::thermal::function::{Function, FunctionError};
 use crate::thermal::least_squares::{Minimum, minimise};
 use crate::thermal::material::Domain;
 
-/// Number of values of t_max in the search.
 const SEARCH_T_MAX: usize = 60;
 const STARTS: usize = 4;
 /// Distance from a bound, as a share of the range, within which a number counts as being at it.
@@ -49,9 +48,7 @@ pub(super) const KINDS: [FitKind; 5] =
 pub(super) enum FitFunction {
     Linear,
     Quadratic,
-    /// Its rate.
     Exponential(f64),
-    /// Its rate.
     Logarithmic(f64),
     /// Coefficients of s, s^2 and s^3, whose sum is 1.
     Polynomial([f64; 3]),

@@ -2,7 +2,7 @@
 
 use super::data::FitData;
 use super::response::{Fit, Response};
-use crate::thermal::function::{Function, FunctionError, FunctionKind, Sample};
+use crate::thermal::function::{Function, FunctionError, FunctionKind, TemperatureSample};
 use crate::thermal::material::Domain;
 
 /// The table of all rows. The errors are measured with a table of every second row, at the other rows, because a table meets its own rows
@@ -10,9 +10,9 @@ use crate::thermal::material::Domain;
 ///
 /// # Errors
 /// Data from which no table can be made: noise that changes direction, or a last rate that never leads to a given target.
-pub(super) fn fit(data: &FitData, samples: &[Sample]) -> Result<Fit, FunctionError> {
+pub(super) fn fit(data: &FitData, samples: &[TemperatureSample]) -> Result<Fit, FunctionError> {
     let last = samples.len() - 1;
-    let kept: Vec<Sample> =
+    let kept: Vec<TemperatureSample> =
         samples.iter().enumerate().filter(|(row, _)| row % 2 == 0 || *row == last).map(|(_, row)| *row).collect();
     let others: Vec<[f64; 2]> = data.rows.iter().step_by(2).copied().filter(|row| row[0] < data.last_time()).collect();
     // The table of all rows comes first, because its error names the row of the data.
@@ -21,7 +21,7 @@ pub(super) fn fit(data: &FitData, samples: &[Sample]) -> Result<Fit, FunctionErr
     Ok(Fit { response: whole, ..half })
 }
 
-fn response(data: &FitData, samples: &[Sample]) -> Result<Response, FunctionError> {
+fn response(data: &FitData, samples: &[TemperatureSample]) -> Result<Response, FunctionError> {
     let function = Function::table(samples, data.target)?;
     // The last row of a table that continues to its target is at the second knot.
     let left_at_last_row = match &function {

@@ -5,9 +5,9 @@ use super::*;
 use crate::thermal::function::Function;
 use crate::thermal::function::FunctionKind;
 
-fn samples(rows: usize, end: f64, t: impl Fn(f64) -> f64) -> Vec<Sample> {
+fn samples(rows: usize, end: f64, t: impl Fn(f64) -> f64) -> Vec<TemperatureSample> {
     let time = |i: usize| end * i as f64 / (rows - 1) as f64;
-    (0..rows).map(|i| Sample { time: time(i), temperature: t(time(i)) }).collect()
+    (0..rows).map(|i| TemperatureSample { time: time(i), temperature: t(time(i)) }).collect()
 }
 
 /// Noise of about `size` [K] rms, equal in every run (a golden-ratio sequence with a triangular distribution).
@@ -16,7 +16,7 @@ fn noise(time: f64, size: f64) -> f64 {
     (hash(1.0) + hash(2.0) - 1.0) * size * 6f64.sqrt()
 }
 
-fn best(samples: &[Sample], target: Option<f64>) -> Fit {
+fn best(samples: &[TemperatureSample], target: Option<f64>) -> Fit {
     fit(samples, target).unwrap().best.swap_remove(0)
 }
 
@@ -170,8 +170,8 @@ fn a_quadratic_that_is_cut_off_is_completed() {
 #[test]
 fn times_need_not_be_even_nor_start_at_zero() {
     let time = |i: usize| 1000.0 + 0.02 * (i * i) as f64;
-    let data: Vec<Sample> = (0..100)
-        .map(|i| Sample {
+    let data: Vec<TemperatureSample> = (0..100)
+        .map(|i| TemperatureSample {
             time: time(i),
             temperature: response(&FitFunction::Quadratic, Domain::Temperature, [250.0, 150.0], (time(i) - 1000.0) / 90.0),
         })
@@ -185,7 +185,7 @@ fn times_need_not_be_even_nor_start_at_zero() {
 fn data_that_are_no_step_response_are_told() {
     let good = samples(10, 9.0, |time| 200.0 + time);
     assert!(fit(&good, None).is_ok());
-    let changed = |change: &dyn Fn(&mut Vec<Sample>)| {
+    let changed = |change: &dyn Fn(&mut Vec<TemperatureSample>)| {
         let mut data = good.clone();
         change(&mut data);
         fit(&data, None).unwrap_err().to_string()

@@ -15,7 +15,6 @@ pub(crate) const LARGEST_ERROR: f64 = 1e-5;
 const SMALL_ERROR: f64 = 1e-6;
 /// How often a piece is divided.
 const DEEPEST: u32 = 2;
-/// Most pieces of a function.
 pub(crate) const MOST: usize = 1 << 20;
 /// Places in a piece at which its error is measured.
 const LOOKED_AT: [f64; 3] = [0.25, 0.5, 0.75];
@@ -124,9 +123,7 @@ pub(crate) fn are_plain(remaining: &dyn Fn(f64) -> f64) -> bool {
     })
 }
 
-/// One side of a function.
 struct Side<'a> {
-    /// Whether it is the side of the start.
     start: bool,
     remaining: &'a dyn Fn(f64) -> f64,
 }

@@ -2,8 +2,8 @@
 
 use super::*;
 
-fn samples(points: &[(f64, f64)]) -> Vec<Sample> {
-    points.iter().map(|&(time, temperature)| Sample { time, temperature }).collect()
+fn samples(points: &[(f64, f64)]) -> Vec<TemperatureSample> {
+    points.iter().map(|&(time, temperature)| TemperatureSample { time, temperature }).collect()
 }
 
 /// Name, function, and its formula.

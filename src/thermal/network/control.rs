@@ -178,7 +178,7 @@ struct Control<'a, S: Stepper, W> {
 
 /// A planned try.
 #[derive(Clone, Copy)]
-struct Plan {
+struct PlannedTry {
     method: Method,
     step: f64,
     count: u32,
@@ -319,7 +319,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
                 let before = trace.row(row - 1).to_vec();
                 let after = trace.row(row).to_vec();
                 if row > 1 {
-                    let plan = Plan { count: row as u32 - 1, ..plan };
+                    let plan = PlannedTry { count: row as u32 - 1, ..plan };
                     self.stepper.attempt(plan.method, t, plan.step, plan.count)?;
                     self.sensed = before;
                     self.keep(plan, end)?;
@@ -330,7 +330,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
     }
 
     /// Largest estimate with which a try is kept [K].
-    fn allowed(&self, plan: Plan) -> f64 {
+    fn allowed(&self, plan: PlannedTry) -> f64 {
         match plan.method {
             Method::Euler => self.limit.min(self.euler_rate * plan.step),
             Method::Rkl2 { .. } | Method::TrBdf2 => self.limit,
@@ -338,13 +338,13 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
     }
 
     /// Plans a try over at most `remaining` [s].
-    fn plan(&mut self, remaining: f64) -> Plan {
+    fn plan(&mut self, remaining: f64) -> PlannedTry {
         // Thermostats need a value between the ends to detect a reversal.
         let least: f64 = if self.schedule.thermostats.is_empty() { 1.0 } else { 2.0 };
         let stable = (remaining * self.rate).ceil().max(least);
         let euler = self.integrator != Integrator::Accurate && self.euler_pause == 0;
         if euler && stable <= f64::from(MOST_EULER) {
-            return Plan { method: Method::Euler, step: remaining / stable, count: stable as u32 };
+            return PlannedTry { method: Method::Euler, step: remaining / stable, count: stable as u32 };
         }
         let whole = (remaining / self.step).ceil().max(1.0);
         let (step, count) = if whole <= least {
@@ -359,11 +359,11 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         let most = if self.integrator == Integrator::Accurate { MOST_STAGES_ACCURATE } else { MOST_STAGES };
         self.implicit = stages > most[usize::from(self.implicit)];
         let method = if self.implicit { Method::TrBdf2 } else { Method::Rkl2 { stages } };
-        Plan { method, step, count: count as u32 }
+        PlannedTry { method, step, count: count as u32 }
     }
 
     /// Keeps the last try. The time is then `end` [s] since the heat was set, where the plan reaches that.
-    fn keep(&mut self, plan: Plan, end: f64) -> Result<(), ControlError<S::Error>> {
+    fn keep(&mut self, plan: PlannedTry, end: f64) -> Result<(), ControlError<S::Error>> {
         self.stepper.keep()?;
         let span = plan.step * f64::from(plan.count);
         let then = self.since + span;
@@ -384,7 +384,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
     }
 
     /// The next sub-step after a kept try.
-    fn adapt(&mut self, plan: Plan, error: f64, end: f64) {
+    fn adapt(&mut self, plan: PlannedTry, error: f64, end: f64) {
         if plan.method == Method::Euler {
             return;
         }

@@ -28,16 +28,16 @@ pub(crate) use blocks::Unfit;
 pub(crate) use conduction::Conduction;
 pub(crate) use halving::{HALVINGS_AT_MOST, Halving};
 pub(crate) use large::Large;
-pub(crate) use plan::{Plan, Plans};
+pub(crate) use plan::{OnePassPlan, Plans};
 pub(crate) use rows::ExchangeLink;
-pub(crate) use sample::{Sample, estimates, since};
-pub(crate) use series::{Series, Stage};
+pub(crate) use sample::{EstimatePart, estimates, since};
+pub(crate) use series::{ChebyshevSeries, SeriesStage};
 pub(crate) use switching::SWITCHES_AT_MOST;
 pub(crate) use told::{Estimate, Told};
 
 use self::balance::{Balance, balancing_change};
 use self::sample::left_in_the_mean;
-use self::switching::{Sensed, State};
+use self::switching::{Sensed, ThermostatState};
 use super::control::Switch;
 use super::schedule::Thermostat;
 use super::{radiated, radiative_slope};
@@ -55,7 +55,7 @@ pub struct Heater {
 
 impl Heater {
     /// Change of the sensor in a step of a plan by the heater [K].
-    pub(crate) fn gain(&self, plan: &Plan) -> f64 {
+    pub(crate) fn gain(&self, plan: &OnePassPlan) -> f64 {
         let gain = |one: &Thermostat| one.power * plan.response(one.sensor as usize, &self.shares);
         self.thermostat.as_ref().map_or(0.0, gain)
     }
@@ -65,7 +65,7 @@ impl Heater {
 #[derive(Debug, Clone)]
 pub(crate) struct OnePass {
     plans: Plans,
-    plan: Arc<Plan>,
+    plan: Arc<OnePassPlan>,
     /// Temperatures [K].
     temperatures: Vec<f64>,
     /// Change of each node in the last step [K].
@@ -87,14 +87,14 @@ pub(crate) struct OnePass {
     told: [Told; 2],
     heaters: Vec<Heater>,
     /// State of the thermostat of each heater.
-    states: Vec<State>,
+    states: Vec<ThermostatState>,
     /// Change of each heater's sensor in a step by the heater [K].
     gains: Vec<f64>,
 }
 
 impl OnePass {
     /// A network at its temperatures, with heaters. The step is halved where its estimated error exceeds `tolerance` [K].
-    pub(crate) fn new(plan: &Arc<Plan>, heaters: Vec<Heater>, tolerance: f64) -> Self {
+    pub(crate) fn new(plan: &Arc<OnePassPlan>, heaters: Vec<Heater>, tolerance: f64) -> Self {
         let nothing = vec![0.0; plan.network().len()];
         let gains = heaters.iter().map(|one| one.gain(plan)).collect();
         Self {
@@ -111,12 +111,11 @@ impl OnePass {
             plans: Plans::new(plan),
             plan: Arc::clone(plan),
             told: Default::default(),
-            states: heaters.iter().map(|one| State::new(one.thermostat.as_ref())).collect(),
+            states: heaters.iter().map(|one| ThermostatState::new(one.thermostat.as_ref())).collect(),
             heaters,
         }
     }
 
-    /// Temperatures [K].
     pub(crate) fn temperatures(&self) -> &[f64] {
         &self.temperatures
     }
@@ -134,7 +133,7 @@ impl OnePass {
     pub(crate) fn set_on(&mut self, on: &[bool]) {
         let switched = self.states.iter_mut().zip(&self.heaters).filter(|(_, heater)| heater.thermostat.is_some());
         for ((state, _), on) in switched.zip(on) {
-            *state = State { on: *on, ..State::default() };
+            *state = ThermostatState { on: *on, ..ThermostatState::default() };
         }
     }
 
@@ -268,9 +267,9 @@ impl OnePass {
         let mut coupling = vec![0.0; drive.len()];
         plan.conduct(&drive, &self.temperatures, &mut coupling);
         change.iter_mut().zip(&coupling).for_each(|(change, coupling)| *change += coupling);
-        match Sample::of(self.age) {
-            Sample::Note if !trial => self.weak = weak,
-            Sample::Estimate if !trial => self.estimate_steps(&plan, &weak),
+        match EstimatePart::of(self.age) {
+            EstimatePart::Note if !trial => self.weak = weak,
+            EstimatePart::Estimate if !trial => self.estimate_steps(&plan, &weak),
             _ => {}
         }
         self.temperatures.iter_mut().zip(&change).for_each(|(temperature, change)| *temperature += change);
@@ -278,7 +277,7 @@ impl OnePass {
     }
 
     /// Heat into a node by weak exchange at the mean temperatures of the step [W].
-    fn weak_heat(&self, plan: &Plan, node: usize) -> f64 {
+    fn weak_heat(&self, plan: &OnePassPlan, node: usize) -> f64 {
         let mean = |node: usize| self.temperatures[node] + 0.5 * self.last[node];
         let here = mean(node);
         let heat = |link: &ExchangeLink| {
@@ -291,7 +290,7 @@ impl OnePass {
     /// Adds the error of the steps since the last estimate to the error of each node, which radiation forgets. Weak conduction took the last change for the
     /// present one, which shows in how its heat `weak` [W] bends. Radiation took the last conduction inside a block for the present one. Twin: `estimate` of
     /// `glsl/one_pass.comp`.
-    fn estimate_steps(&mut self, plan: &Plan, weak: &[f64]) {
+    fn estimate_steps(&mut self, plan: &OnePassPlan, weak: &[f64]) {
         let (network, step, steps) = (plan.network(), plan.step(), since(self.age));
         let mut new = vec![0.0; weak.len()];
         for (node, new) in new.iter_mut().enumerate().filter(|(node, _)| !plan.is_massless(*node)) {

@@ -9,12 +9,10 @@ use super::newton::Newton;
 use super::stepper::Stepper;
 use super::{Network, NodeKind};
 
-/// Result of [`settle`].
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Settled {
     /// Temperatures [K] of every node at the times reported by `orbit`, in the periodic state.
     pub(crate) orbit: Vec<Vec<f64>>,
-    /// Number of orbits.
     pub(crate) orbits: u32,
     /// Correction of the start of the last orbit [K], which is its error.
     pub(crate) change: f64,

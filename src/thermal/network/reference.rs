@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use super::newton::Newton;
 use super::stepper::{Attempt, Method, Stepper, WorkCounts};
-use super::system::{Heat, State, System, heat, in_range};
+use super::system::{Heat, SystemState, System, heat, in_range};
 use super::{Network, NodeKind, rkl2, tr_bdf2};
 
 /// Pseudo-times [s] of implicit steps towards a steady state, where Newton's method does not converge at once.
@@ -15,15 +15,15 @@ const PSEUDO_TIMES: [f64; 12] = [1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5,
 pub struct ReferenceStepper {
     system: System,
     sensors: Vec<usize>,
-    kept: State,
-    tried: State,
+    kept: SystemState,
+    tried: SystemState,
 }
 
 impl ReferenceStepper {
     /// A network at its temperatures, without heat. `sensors` are the nodes of [`Attempt::sensed`].
     pub fn new(network: Network, sensors: &[u32]) -> Self {
         let nothing = vec![0.0; network.len()];
-        let kept = State { temperatures: network.temperatures.clone(), rates: nothing.clone(), rates_known: false };
+        let kept = SystemState { temperatures: network.temperatures.clone(), rates: nothing.clone(), rates_known: false };
         let arithmetic = Newton::new(&network, |node| network.kinds[node] == NodeKind::Arithmetic);
         let heat = Heat { power: nothing.clone(), slope: nothing };
         let system = System { network, heat, arithmetic, all: None, counts: WorkCounts::default() };
@@ -53,7 +53,7 @@ impl ReferenceStepper {
 }
 
 /// Forward Euler, without a carried residual, because f64 rounding is negligible. The error is h/2 dF.
-fn euler(system: &mut System, t: f64, step: f64, state: &mut State) -> Option<f64> {
+fn euler(system: &mut System, t: f64, step: f64, state: &mut SystemState) -> Option<f64> {
     for (temperature, rate) in state.temperatures.iter_mut().zip(&state.rates) {
         *temperature += step * rate;
     }

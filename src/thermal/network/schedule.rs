@@ -43,7 +43,6 @@ impl HeatTable {
         from.1 + (to.1 - from.1) * (t - from.0) / (to.0 - from.0)
     }
 
-    /// The sum of tables.
     pub(crate) fn sum(tables: &[&Self]) -> Self {
         if let [alone] = tables {
             return (*alone).clone();

@@ -59,7 +59,6 @@ impl SparseMatrix {
         self.values.fill(0.0);
     }
 
-    /// Adds to an entry of the diagonal.
     pub(super) fn add_diagonal(&mut self, row: usize, value: f64) {
         self.values[self.diagonal[self.place[row] as usize]] += value;
     }

@@ -2,7 +2,7 @@
 //! estimate follow the ESDIRK method of Hosea & Shampine, Appl. Numer. Math. 20, 1996, 21.
 
 use super::NodeKind;
-use super::system::{State, System, in_range};
+use super::system::{SystemState, System, in_range};
 
 /// gamma = 2 - sqrt 2. With it both implicit stages have the same matrix.
 pub(crate) const GAMMA: f64 = 2.0 - std::f64::consts::SQRT_2;
@@ -15,7 +15,7 @@ pub(crate) const WEIGHT: f64 = std::f64::consts::SQRT_2 / 4.0;
 ///
 /// The estimate is the difference from the embedded method of order 3. One solution with the matrix of the stages keeps fast components from
 /// exaggerating the difference, and extends it to arithmetic nodes.
-pub(super) fn step(system: &mut System, t: f64, step: f64, state: &mut State) -> Option<f64> {
+pub(super) fn step(system: &mut System, t: f64, step: f64, state: &mut SystemState) -> Option<f64> {
     let start = state.temperatures.clone();
     let size = start.len();
     let span = DIAGONAL * step;

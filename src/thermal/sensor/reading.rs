@@ -72,12 +72,10 @@ impl Constants {
         vignette * (self.transmitted * radiance + self.emitted) + (1.0 - vignette) * self.housing
     }
 
-    /// The radiance of the scene for a signal.
     pub(crate) fn radiance(&self, signal: f64, vignette: f64) -> f64 {
         ((signal - (1.0 - vignette) * self.housing) / vignette - self.emitted) / self.transmitted
     }
 
-    /// Digital number of a signal.
     pub(crate) fn digital_number(&self, signal: f64) -> f64 {
         (signal * self.scale + self.offset + 0.5).floor().clamp(0.0, self.most)
     }

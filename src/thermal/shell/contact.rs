@@ -23,15 +23,11 @@ use side::Side;
 /// A selection of vertices by part and by material. A vertex must fit both.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Selection {
-    /// Name for messages.
     pub(crate) name: String,
-    /// Whether each part is selected.
     pub(crate) parts: Vec<bool>,
-    /// Whether each material is selected.
     pub(crate) materials: Vec<bool>,
 }
 
-/// Conductance of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum ContactConductance {
     /// Total conductance [W/K].
@@ -43,13 +39,10 @@ pub(crate) enum ContactConductance {
 /// A contact between two selections.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Contact {
-    /// Name for messages.
     pub(crate) name: String,
-    /// The two selections.
     pub(crate) between: [Selection; 2],
     /// Greatest distance between the surfaces [m].
     pub(crate) distance: f64,
-    /// Conductance of the contact.
     pub(crate) conductance: ContactConductance,
 }
 

@@ -129,7 +129,6 @@ impl Intrinsic {
         ends_of(&self.tail, half_edge)
     }
 
-    /// Number of triangles.
     pub(super) fn faces(&self) -> usize {
         self.tail.len() / 3
     }

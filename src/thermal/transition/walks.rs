@@ -7,7 +7,6 @@ use crate::thermal::material::{Domain, Profile};
 
 /// Steps for every kind of function, over both rules and both domains.
 const STEPS: usize = 100_000;
-/// Steps of one walk.
 const WALK: usize = 500;
 
 /// A step of a transition: state, target [K] and time in, state and temperature [K] out.

@@ -78,7 +78,6 @@ impl<'a> Arrays<'a> {
         refuse(self.path, line, &format!("{}{name}", node.tag_name().name()), message)
     }
 
-    /// The numbers of an array.
     pub(super) fn values(&self, array: Node) -> Result<Vec<f64>, SceneError> {
         let kind = array.attribute("type").unwrap_or("");
         let text = array.text().unwrap_or("").trim();
@@ -127,7 +126,6 @@ impl<'a> Arrays<'a> {
         })
     }
 
-    /// A number of a header.
     fn word(&self, bytes: &[u8]) -> usize {
         let mut word = [0; 8];
         word[..self.width].copy_from_slice(&bytes[..self.width]);

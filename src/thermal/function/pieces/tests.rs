@@ -1,7 +1,7 @@
 //! Pieces of functions of every kind, and what they must notice.
 
 use super::*;
-use crate::thermal::function::{Function, Sample};
+use crate::thermal::function::{Function, TemperatureSample};
 
 /// Largest difference between the pieces and a function, also between their interpolation points.
 fn error(pieces: &Pieces, remaining: impl Fn(f64) -> f64) -> f64 {
@@ -59,7 +59,7 @@ fn corners_are_met_wherever_they_are() {
 #[test]
 fn sharp_functions_have_more_pieces() {
     let points = [(0.0, 300.0), (5.0, 299.0), (5.02, 230.0), (5.05, 229.0), (10.0, 200.0)];
-    let samples = points.map(|(time, temperature)| Sample { time, temperature });
+    let samples = points.map(|(time, temperature)| TemperatureSample { time, temperature });
     let function = Function::table(&samples, None).unwrap_or_else(|error| panic!("{error}"));
     let pieces = function.pieces();
     assert!(pieces.cells.len() > 2 * SIDE && pieces.cells.len() <= MOST, "{}", pieces.cells.len());

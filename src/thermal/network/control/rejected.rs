@@ -1,6 +1,6 @@
 //! Tries that are taken back: a shorter sub-step, or the reason why none is short enough.
 
-use super::{Control, ControlError, Plan, RATE_AGE, STIFFEST};
+use super::{Control, ControlError, PlannedTry, RATE_AGE, STIFFEST};
 use crate::thermal::network::stepper::{Method, Stepper};
 use crate::thermal::network::{LinearConductor, Network, NodeKind};
 
@@ -10,7 +10,7 @@ const NEARLY_HOTTEST: f64 = 0.999;
 const SHORTEST: f64 = 1e-18;
 
 impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
-    pub(super) fn reject(&mut self, plan: Plan, error: f64) -> Result<(), ControlError<S::Error>> {
+    pub(super) fn reject(&mut self, plan: PlannedTry, error: f64) -> Result<(), ControlError<S::Error>> {
         self.series.rejected += 1;
         self.rate_age = RATE_AGE;
         if plan.method == Method::Euler {

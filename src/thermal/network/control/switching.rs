@@ -1,6 +1,6 @@
 //! Thermostats during an integration: reads sensors, locates switches inside a sub-step, and switches.
 
-use super::{Control, ControlError, Plan, Switch};
+use super::{Control, ControlError, PlannedTry, Switch};
 use crate::thermal::network::rkl2::stages_for;
 use crate::thermal::network::stepper::{Method, Stepper};
 use crate::thermal::network::switches::{SWITCH_TIME, crossed, straight_crossing};
@@ -42,7 +42,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
     }
 
     /// Finds the first switch in the coming sub-step and takes it. The sensors are at `after` at the end of the sub-step.
-    pub(super) fn locate(&mut self, plan: Plan, after: Vec<f64>) -> Result<(), ControlError<S::Error>> {
+    pub(super) fn locate(&mut self, plan: PlannedTry, after: Vec<f64>) -> Result<(), ControlError<S::Error>> {
         let thermostats = &self.schedule.thermostats;
         let t = self.since;
         let (mut low, mut high) = (0.0, plan.step);
@@ -80,7 +80,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
             last_was_high = Some(is_high);
         }
         let at = crossed(thermostats, &self.on, &self.sensed, &after);
-        let plan = Plan { method: self.method_for(plan.method, high), step: high, count: 1 };
+        let plan = PlannedTry { method: self.method_for(plan.method, high), step: high, count: 1 };
         self.sensed = after;
         self.keep(plan, self.since + high)?;
         self.switch(&at)?;

@@ -1,6 +1,5 @@
 //! Nodes that store no heat, in the one pass: their temperature balances their loads with their neighbours at every step.
 
-/// Newton iterations.
 const ITERATIONS: u32 = 12;
 
 /// Heat into a node at its temperature [W], and the part of it that depends on the temperature.

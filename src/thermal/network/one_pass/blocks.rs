@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use super::series::{STAGES_AT_MOST, Series};
+use super::series::{STAGES_AT_MOST, ChebyshevSeries};
 use crate::thermal::network::{Network, NodeKind, radiative_slope};
 
 /// Share of a difference that a weak conductor moves at most in a step.
@@ -22,12 +22,9 @@ const FADED: f64 = 3.0;
 pub(crate) enum Unfit {
     /// An arithmetic node that exchanges heat with another one, or too fast with others.
     Arithmetic {
-        /// The node.
         node: usize,
     },
-    /// A boundary node.
     Boundary {
-        /// The node.
         node: usize,
     },
     /// Radiative conductors that move too much of a difference in a step.
@@ -39,14 +36,12 @@ pub(crate) enum Unfit {
     },
     /// A large block that conducts too fast for its stages.
     Stiff {
-        /// Number of its nodes.
         nodes: usize,
         /// Number of stages that it would take.
         stages: usize,
     },
     /// A node of a block that radiates away its heat too fast.
     Fast {
-        /// The node.
         node: usize,
         /// Number of its time constants in a step.
         ratio: f64,
@@ -164,7 +159,7 @@ impl Division {
         let (large, blocks): (Vec<_>, Vec<_>) = blocks.into_iter().partition(|block| block.len() > BLOCK_AT_MOST);
         let fastest = fastest(network, &inside, &large);
         if let Some(largest) = large.iter().map(Vec::len).max() {
-            let stages = Series::new(step * fastest).stages();
+            let stages = ChebyshevSeries::new(step * fastest).stages();
             if stages > STAGES_AT_MOST {
                 return Err(Unfit::Stiff { nodes: largest, stages });
             }

@@ -57,7 +57,6 @@ impl Conduction {
         Self((0..size).map(row).collect())
     }
 
-    /// Number of nodes.
     pub(crate) fn size(&self) -> usize {
         self.0.len()
     }

@@ -59,7 +59,6 @@ impl Large {
         self.rows.of(node)
     }
 
-    /// Place of a node among [`Self::nodes`].
     pub(crate) fn place(&self, node: u32) -> Option<usize> {
         Some(self.places[node as usize]).filter(|place| *place != NOWHERE).map(|place| place as usize)
     }

@@ -11,13 +11,12 @@ use super::halving::HALVINGS_AT_MOST;
 use super::large::Large;
 use super::order::ordered;
 use super::rows::{ExchangeLink, ExchangeRows};
-use super::series::Series;
+use super::series::ChebyshevSeries;
 use crate::thermal::local_step as local;
 use crate::thermal::network::{Network, NodeKind, radiative_slope};
 
 /// Excess of a length over whole steps that is rounding.
 const ROUNDING: f64 = 1e-6;
-/// Most plans that are kept.
 const PLANS_AT_MOST: usize = 4;
 /// Relative difference up to which two blocks are copies of each other.
 const ALIKE: f64 = 1e-5;
@@ -35,7 +34,7 @@ pub(crate) struct Block {
 
 /// The parts of a plan that do not depend on the length of a step.
 #[derive(Debug)]
-struct Shape {
+struct PlanBase {
     network: Network,
     /// Longest step [s].
     longest: f64,
@@ -51,14 +50,14 @@ struct Shape {
 
 /// A network ready for steps of one length.
 #[derive(Debug)]
-pub struct Plan {
-    shape: Arc<Shape>,
+pub struct OnePassPlan {
+    shape: Arc<PlanBase>,
     step: f64,
     conductions: Vec<Conduction>,
-    series: Option<Series>,
+    series: Option<ChebyshevSeries>,
 }
 
-impl Plan {
+impl OnePassPlan {
     /// Prepares a network for steps of at most `step` [s]. No node is expected to be hotter than its value in `hottest`
     /// [K].
     ///
@@ -81,7 +80,7 @@ impl Plan {
             NodeKind::Arithmetic | NodeKind::Boundary => 0.0,
         };
         let fading = (0..network.len()).map(rate).collect();
-        let shape = Shape {
+        let shape = PlanBase {
             network: network.clone(),
             longest: step,
             halvings,
@@ -106,13 +105,12 @@ impl Plan {
         })
     }
 
-    fn of_shape(shape: &Arc<Shape>, step: f64) -> Arc<Self> {
+    fn of_shape(shape: &Arc<PlanBase>, step: f64) -> Arc<Self> {
         let conductions = shape.kinds.par_iter().map(|kind| Conduction::new(kind, step)).collect();
-        let series = shape.large.as_ref().map(|large| Series::new(step * large.fastest));
+        let series = shape.large.as_ref().map(|large| ChebyshevSeries::new(step * large.fastest));
         Arc::new(Self { shape: Arc::clone(shape), step, conductions, series })
     }
 
-    /// The network.
     pub(crate) fn network(&self) -> &Network {
         &self.shape.network
     }
@@ -148,7 +146,6 @@ impl Plan {
         self.network().kinds[node] == NodeKind::Arithmetic
     }
 
-    /// The blocks.
     pub(crate) fn blocks(&self) -> &[Block] {
         &self.shape.blocks
     }
@@ -169,7 +166,7 @@ impl Plan {
     }
 
     /// How large blocks conduct, where there are any.
-    pub(crate) fn series(&self) -> Option<&Series> {
+    pub(crate) fn series(&self) -> Option<&ChebyshevSeries> {
         self.series.as_ref()
     }
 
@@ -244,31 +241,30 @@ impl Plan {
 
 /// A plan, and the plans of other lengths of step that were used last.
 #[derive(Debug, Clone)]
-pub(crate) struct Plans(Vec<Arc<Plan>>);
+pub(crate) struct Plans(Vec<Arc<OnePassPlan>>);
 
 impl Plans {
     /// The plan of the longest step.
-    pub(crate) fn new(plan: &Arc<Plan>) -> Self {
+    pub(crate) fn new(plan: &Arc<OnePassPlan>) -> Self {
         Self(vec![Arc::clone(plan)])
     }
 
     /// Divides a length [s] into equal steps that are not longer than the longest, and each of these into `parts`. Returns the plan of these steps and
     /// their number.
-    pub(crate) fn over(&mut self, length: f64, parts: u32) -> (Arc<Plan>, u32) {
+    pub(crate) fn over(&mut self, length: f64, parts: u32) -> (Arc<OnePassPlan>, u32) {
         let count = (length / self.0[0].longest() - ROUNDING).ceil().max(1.0) * f64::from(parts);
         let step = length / count;
         let known = self.0.iter().find(|plan| (plan.step / step - 1.0).abs() < ROUNDING).map(Arc::clone);
         let plan = known.unwrap_or_else(|| {
             // The plan of the longest step stays.
             self.0.truncate(PLANS_AT_MOST - 1);
-            self.0.insert(1, Plan::of_shape(&self.0[0].shape, step));
+            self.0.insert(1, OnePassPlan::of_shape(&self.0[0].shape, step));
             Arc::clone(&self.0[1])
         });
         (plan, count as u32)
     }
 }
 
-/// The blocks, and their kinds.
 fn kinds(network: &Network, division: &Division) -> (Vec<Block>, Vec<BlockKind>) {
     let mut place = vec![(u32::MAX, 0u32); network.len()];
     for (number, nodes) in division.blocks.iter().enumerate() {

@@ -5,7 +5,6 @@ use crate::thermal::network::{LinearConductor, RadiativeConductor};
 /// An exchange of a node with a neighbour.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ExchangeLink {
-    /// The neighbour.
     pub(crate) neighbour: u32,
     /// Linear conductance [W/K].
     pub(crate) conductance: f64,
@@ -55,7 +54,6 @@ impl ExchangeRows {
         Self { starts, links: rows.into_iter().flatten().collect() }
     }
 
-    /// The exchanges of a node.
     pub(crate) fn of(&self, node: usize) -> &[ExchangeLink] {
         &self.links[self.starts[node] as usize..self.starts[node + 1] as usize]
     }

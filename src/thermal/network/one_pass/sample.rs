@@ -8,7 +8,7 @@ const EARLY: u32 = 4;
 
 /// Part of a step in the estimate of the error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
-pub enum Sample {
+pub enum EstimatePart {
     /// None.
     #[default]
     None,
@@ -18,7 +18,7 @@ pub enum Sample {
     Estimate,
 }
 
-impl Sample {
+impl EstimatePart {
     /// The part of a step after `age` steps of the same length.
     pub(crate) fn of(age: u32) -> Self {
         match (age < EARLY || age % EVERY >= EVERY - 2, age % 2) {
@@ -41,7 +41,7 @@ pub(crate) fn since(age: u32) -> u32 {
 
 /// Number of estimates in `count` steps after `age` ones, without the first one.
 pub(crate) fn estimates(age: u32, count: u32) -> u64 {
-    let told = |age: &u32| Sample::of(*age) == Sample::Estimate && since(*age) > 0;
+    let told = |age: &u32| EstimatePart::of(*age) == EstimatePart::Estimate && since(*age) > 0;
     (age..age.saturating_add(count)).filter(told).count() as u64
 }
 
@@ -63,8 +63,8 @@ mod tests {
     fn estimates_cover_all_steps_once() {
         let mut last = None;
         for age in 0..100 {
-            if Sample::of(age) == Sample::Estimate {
-                assert_eq!(Sample::of(age - 1), Sample::Note);
+            if EstimatePart::of(age) == EstimatePart::Estimate {
+                assert_eq!(EstimatePart::of(age - 1), EstimatePart::Note);
                 assert_eq!(since(age), last.map_or(0, |last| age - last), "{age}");
                 last = Some(age);
             }

@@ -1,6 +1,6 @@
 //! The state of a network in one pass between two steps.
 
-use super::{HALVINGS_AT_MOST, Halving, OnePass, State, Told};
+use super::{HALVINGS_AT_MOST, Halving, OnePass, ThermostatState, Told};
 use crate::saved::{Saved, SavedError};
 
 impl OnePass {
@@ -43,7 +43,7 @@ impl OnePass {
         let duties: Vec<f64> = saved.list_of("duties", self.states.len())?;
         let on = saved.flags("on")?;
         for ((state, duty), flags) in self.states.iter_mut().zip(duties).zip(on.chunks(2)) {
-            *state = State { on: flags.first() == Some(&true), armed: flags.get(1) == Some(&true), duty };
+            *state = ThermostatState { on: flags.first() == Some(&true), armed: flags.get(1) == Some(&true), duty };
         }
         Ok(())
     }

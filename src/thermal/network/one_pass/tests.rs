@@ -67,7 +67,7 @@ fn accurate(network: &Network, time: f64, step: f64) -> Vec<f64> {
 }
 
 fn one_pass(network: &Network, time: f64, step: f64) -> OnePass {
-    let plan = Plan::new(network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
+    let plan = OnePassPlan::new(network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
     let mut one_pass = OnePass::new(&plan, Vec::new(), f64::INFINITY);
     for number in 0..(time / step).round() as u32 {
         let from = f64::from(number) * step;
@@ -122,7 +122,7 @@ fn a_part_left_out_shows() {
             network.temperatures.iter_mut().enumerate().for_each(|(node, t)| *t += 60.0 * scattered(node));
         }
         let truth = accurate(&network, time, step);
-        let plan = Plan::new(&network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
+        let plan = OnePassPlan::new(&network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
         let mut stepped = OnePass::new(&plan, Vec::new(), f64::INFINITY);
         for number in 0..(time / step).round() as u32 {
             let from = f64::from(number) * step;
@@ -160,7 +160,7 @@ fn heat_is_conserved() {
     for (node, temperature) in network.temperatures.iter_mut().enumerate() {
         *temperature = 200.0 + 200.0 * scattered(11 * node);
     }
-    let plan = Plan::new(&network, 15.0, &vec![HOTTEST; network.len()]).expect("a network for one pass");
+    let plan = OnePassPlan::new(&network, 15.0, &vec![HOTTEST; network.len()]).expect("a network for one pass");
     let mut stepped = OnePass::new(&plan, Vec::new(), f64::INFINITY);
     let stored = |temperatures: &[f64]| network.capacitances.iter().zip(temperatures).map(|(c, t)| c * t).sum::<f64>();
     let before = stored(stepped.temperatures());
@@ -209,7 +209,7 @@ fn stages_conduct_as_matrices_do() {
     };
     let exact = |node: usize| row(&mean, node, &drives) + row(&change, node, &starts) - drives[node];
     let worst = |factor: f64| {
-        let plan = Plan::new(&chain(factor), step, &vec![HOTTEST; count]).expect("a network for one pass");
+        let plan = OnePassPlan::new(&chain(factor), step, &vec![HOTTEST; count]).expect("a network for one pass");
         assert_eq!(plan.large().map(|large| large.nodes().len()), Some(count));
         let mut found = vec![0.0; count];
         plan.conduct(&drives, &starts, &mut found);
@@ -248,7 +248,7 @@ fn a_shorter_step_fits_where_the_whole_one_does_not() {
     let mut network = sheet(6, 1.0);
     network.linear.iter_mut().for_each(|one| one.conductance *= 60.0);
     let fits = |step: f64| {
-        Plan::fitting(&network, step, &vec![HOTTEST; network.len()])
+        OnePassPlan::fitting(&network, step, &vec![HOTTEST; network.len()])
             .map(|plan| (step / plan.longest(), plan.halvings()))
     };
     let of_node = |node: usize| network.capacitances[node] / (network.emissive_areas[node] * radiative_slope(HOTTEST));
@@ -318,7 +318,7 @@ fn a_thin_sheet_is_near_the_accurate_integrator() {
 #[test]
 fn steps_of_other_lengths_keep_the_accuracy() {
     let network = sheet(6, 50.0);
-    let plan = Plan::new(&network, 15.0, &vec![HOTTEST; network.len()]).expect("a network for one pass");
+    let plan = OnePassPlan::new(&network, 15.0, &vec![HOTTEST; network.len()]).expect("a network for one pass");
     let mut stepped = OnePass::new(&plan, Vec::new(), f64::INFINITY);
     let (mut now, end) = (0.0, 1806.0);
     for length in [15.0, 7.0, 60.0, 15.0, 31.0].into_iter().cycle() {
@@ -347,7 +347,7 @@ fn copies_share_their_matrices() {
             .collect(),
         ..Network::default()
     };
-    let kinds = |network: &Network| Plan::new(network, 1.0, &[300.0; 9]).expect("three blocks").conductions().len();
+    let kinds = |network: &Network| OnePassPlan::new(network, 1.0, &[300.0; 9]).expect("three blocks").conductions().len();
     assert_eq!(kinds(&network), 1);
     network.linear[0].conductance = 1.001;
     assert_eq!(kinds(&network), 2);
@@ -394,7 +394,7 @@ fn thermostats_switch_when_the_accurate_integrator_says() {
         let network = sheet(9, fast);
         let (truth, end) = accurately_switched(&network, &heated(), 6000.0, step);
         let run = |blind: bool| {
-            let plan = Plan::new(&network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
+            let plan = OnePassPlan::new(&network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
             let mut one_pass = OnePass::new(&plan, vec![heated()], f64::INFINITY);
             let mut switches = Vec::new();
             for number in 0..(6000.0 / step) as u32 {

@@ -5,16 +5,13 @@
 pub(crate) struct Told {
     /// Sum of their squares [K2].
     pub(crate) squares: f64,
-    /// Their number.
     pub(crate) count: u64,
     /// The largest [K].
     pub(crate) most: f64,
-    /// Its node.
     pub(crate) node: usize,
 }
 
 impl Told {
-    /// With other errors.
     pub(crate) fn and(self, other: Self) -> Self {
         let largest = if other.most > self.most { other } else { self };
         Self {
@@ -38,6 +35,5 @@ pub struct Estimate {
     pub rms: f64,
     /// Largest [K].
     pub most: f64,
-    /// The node with the largest.
     pub(crate) node: usize,
 }

@@ -24,9 +24,7 @@ const CLEAR: f64 = 1e-3;
 /// Area of contact of two nodes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Touch {
-    /// The nodes.
     pub(super) nodes: [u32; 2],
-    /// Whose they are.
     pub(super) owners: Owners,
     /// Area [m2].
     pub(super) area: f64,
@@ -91,7 +89,6 @@ impl Frame {
         }
     }
 
-    /// The point with this height.
     fn raised(&self, point: DVec2, height: &Line) -> DVec3 {
         self.origin + self.x * point.x + self.y * point.y + self.normal * height.at(point)
     }

@@ -10,7 +10,6 @@ const ROUNDING: f64 = 1e-12;
 pub(super) struct Line {
     /// Gradient of the value.
     pub(super) slope: DVec2,
-    /// Value at the origin.
     pub(super) origin: f64,
 }
 
@@ -28,7 +27,6 @@ impl Line {
         Self { slope, origin: -slope.dot(from) }
     }
 
-    /// Value at a point.
     pub(super) fn at(&self, point: DVec2) -> f64 {
         self.slope.dot(point) + self.origin
     }
@@ -45,7 +43,6 @@ impl Line {
 }
 
 impl Polygon {
-    /// Area.
     pub(super) fn area(&self) -> f64 {
         let Some(first) = self.corners.first() else { return 0.0 };
         let doubled: f64 = self.corners.windows(2).map(|pair| (pair[0] - first).perp_dot(pair[1] - first)).sum();

@@ -22,7 +22,6 @@ pub(super) fn owners(first: Group, second: Group) -> Owners {
 /// The border between the parts of two corners in a triangle: a plane.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Divider {
-    /// The two corners.
     pub(super) corners: [usize; 2],
     /// A point of the border [m].
     pub(super) point: DVec3,
@@ -30,13 +29,11 @@ pub(super) struct Divider {
     pub(super) towards: DVec3,
 }
 
-/// One side of a contact.
 pub(super) struct Side {
     /// Corners of each triangle [m].
     pub(super) corners: Vec<[DVec3; 3]>,
     /// Unit normals. 0 for triangles without area.
     pub(super) normals: Vec<DVec3>,
-    /// Nodes of the corners.
     pub(super) nodes: Vec<[u32; 3]>,
     /// Number of each triangle in the surface.
     pub(super) numbers: Vec<u32>,
