@@ -24,7 +24,6 @@ pub struct Checked {
     pub(crate) bounds_m: [[f64; 3]; 2],
     /// The craft in the images. `None` where the scene draws none.
     pub(crate) sight: Option<Sight>,
-    /// Every material that the model uses.
     pub(crate) materials: Vec<MaterialFacts>,
     /// The probable mistakes.
     pub findings: Vec<Finding>,

@@ -65,9 +65,7 @@ pub enum LensError {
 /// The rays of a whole image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Field {
-    /// Smallest x and y.
     pub(crate) low: DVec2,
-    /// Largest x and y.
     pub(crate) high: DVec2,
     /// Most pixels for a unit of the ray, in any direction at any place.
     pub(crate) finest: f64,

@@ -21,7 +21,6 @@ pub struct Saved {
 }
 
 impl Saved {
-    /// Puts a list under a name.
     pub(crate) fn put<T: Pod>(&mut self, name: impl Into<String>, values: &[T]) {
         self.lists.insert(name.into(), bytemuck::cast_slice(values).to_vec());
     }
@@ -30,7 +29,6 @@ impl Saved {
         self.put(name, text.as_bytes());
     }
 
-    /// Puts truth values under a name.
     pub(crate) fn put_flags(&mut self, name: impl Into<String>, flags: &[bool]) {
         self.put(name, &flags.iter().map(|flag| u8::from(*flag)).collect::<Vec<_>>());
     }

@@ -194,7 +194,6 @@ fn warm_up<E: From<EngineError>>(
     Ok(())
 }
 
-/// Takes the results of a run.
 pub(crate) trait Consumer<E> {
     /// Takes the results of a step, in order.
     ///

@@ -90,7 +90,6 @@ impl Trace {
         self.0.is_some()
     }
 
-    /// Begins a span of work.
     pub(crate) fn span(&self, track: Track, name: &'static str) -> Span<'_> {
         Span { trace: self, track, name, began: Instant::now() }
     }

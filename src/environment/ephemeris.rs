@@ -9,7 +9,6 @@ use super::divided_differences::{self, hermite_degree};
 use super::spacing::gaps;
 use super::state::{SLACK, EphemerisSample, StateVector};
 
-/// How an ephemeris is interpolated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Interpolation {
     /// A polynomial of this degree through positions.
@@ -42,13 +41,11 @@ const SAME_VELOCITY: f64 = 0.01;
 pub(crate) struct Segment {
     /// In order of time. Two samples of one time are a step of the trajectory (a manoeuvre).
     pub(crate) samples: Vec<EphemerisSample>,
-    /// How to interpolate.
     pub(crate) interpolation: Interpolation,
     /// Times between which the segment may be used [s].
     pub(crate) usable: (f64, f64),
 }
 
-/// A trajectory given by samples.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Ephemeris {
     /// In order of time. Two pieces may touch.
@@ -62,7 +59,6 @@ pub(crate) struct Findings {
     pub(crate) repeated: usize,
     /// Epochs with two different states.
     pub(crate) steps: usize,
-    /// Gaps inside segments.
     pub(crate) gaps: usize,
     /// Intervals in which a manoeuvre was detected that no sample states.
     pub(crate) manoeuvres: usize,

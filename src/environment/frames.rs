@@ -16,7 +16,6 @@ pub(crate) const EARTH_RATE: f64 = 7.292_115e-5;
 
 const ARC_SECOND: f64 = PI / 648_000.0;
 
-/// Frame in which a trajectory is stated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ReferenceFrame {
     /// GCRF, ICRF, EME2000, J2000.
@@ -102,7 +101,6 @@ fn equation_of_equinoxes(centuries: f64) -> f64 {
     nutation(centuries)[0] * mean_obliquity(centuries).cos()
 }
 
-/// Rotates TEME vectors into GCRF.
 pub(crate) fn gcrf_from_teme(centuries: f64) -> DMat3 {
     gcrf_from_true(centuries) * DMat3::from_rotation_z(equation_of_equinoxes(centuries))
 }
@@ -116,12 +114,10 @@ fn sidereal_time(epoch: Epoch) -> f64 {
     (rotation + accumulated + equation_of_equinoxes(t)).rem_euclid(TAU)
 }
 
-/// Rotates ITRF vectors into GCRF.
 pub(crate) fn gcrf_from_itrf(epoch: Epoch) -> DMat3 {
     gcrf_from_true(tt_centuries(epoch)) * DMat3::from_rotation_z(sidereal_time(epoch))
 }
 
-/// Transforms a position and a velocity of a frame into GCRF.
 pub(crate) fn to_gcrf(
     frame: ReferenceFrame,
     epoch: Epoch,

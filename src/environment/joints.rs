@@ -19,16 +19,12 @@ pub(crate) use walk::Joints;
 /// Sine of the angle between axis and Sun below which the Sun does not define a position.
 const ALONG: f64 = 1e-9;
 
-/// The degree of freedom of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum JointKind {
-    /// Rotation about the axis.
     Rotation,
-    /// Translation along the axis.
     Translation,
 }
 
-/// How the position of a joint is prescribed.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Drive {
     /// A constant position [rad or m].
@@ -49,7 +45,6 @@ pub(crate) enum Drive {
     },
 }
 
-/// A joint with one degree of freedom.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Guided {
     pub(crate) kind: JointKind,
@@ -81,10 +76,8 @@ pub(crate) struct Played {
     pub(crate) body_from_parent: DAffine3,
 }
 
-/// How a joint moves.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Motion {
-    /// A joint with one degree of freedom.
     Guided(Guided),
     Played(Box<Played>),
 }
@@ -95,7 +88,6 @@ pub(crate) struct Joint {
     pub(crate) name: String,
     /// The parent joint, which stands before it in the list. `None` for the body.
     pub(crate) parent: Option<usize>,
-    /// How it moves.
     pub(crate) motion: Motion,
 }
 

@@ -15,7 +15,6 @@ pub(crate) struct PlacementSample {
     pub(crate) velocity: Option<DVec3>,
     /// The Sun [m].
     pub(crate) sun: DVec3,
-    /// Rotates body vectors into the inertial frame.
     pub(crate) inertial_from_body: DQuat,
 }
 

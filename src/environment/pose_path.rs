@@ -33,7 +33,6 @@ pub(crate) enum Turns {
     LookAt(DVec3, DVec3),
 }
 
-/// A path of a camera in its frame.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PosePath {
     pub(crate) places: Places,
@@ -110,7 +109,6 @@ impl PosePath {
     }
 }
 
-/// Intervals in words, for errors.
 fn ranges(coverage: &[(f64, f64)]) -> String {
     let mut joined: Vec<(f64, f64)> = Vec::new();
     for (start, end) in coverage {

@@ -22,7 +22,6 @@ pub(crate) struct RotationSample {
 pub(crate) enum HistoryFrame {
     /// The scene's inertial frame: GCRF, or the frame of the circular orbit.
     Inertial,
-    /// The orbit frame (LVLH).
     Orbit,
 }
 
@@ -37,12 +36,10 @@ pub(crate) enum RotationInterpolation {
     Hermite(usize),
 }
 
-/// Samples of one segment of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct RotationSegment {
     /// In order of time. Two samples of one time are a jump.
     pub(crate) samples: Vec<RotationSample>,
-    /// How to interpolate.
     pub(crate) interpolation: RotationInterpolation,
     /// Times between which the segment may be used [s].
     pub(crate) usable: (f64, f64),

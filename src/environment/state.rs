@@ -14,7 +14,6 @@ pub struct StateVector {
     pub(crate) velocity: DVec3,
 }
 
-/// One sample of an ephemeris.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct EphemerisSample {
     /// Time since the start of the scene [s].

@@ -31,7 +31,6 @@ pub struct StepLoads {
 enum AlbedoSource {
     /// The constant distance of a circular orbit.
     Fixed(Box<AlbedoField>),
-    /// Distances that change.
     Varying(AlbedoFields),
 }
 

@@ -20,18 +20,17 @@ const CENTURY: f64 = 36_525.0 * 86_400.0;
 pub struct Trajectory {
     /// Source, for reports.
     pub(crate) description: String,
-    /// Time 0 of the scene.
     start: Epoch,
     /// Time 0 of the scene in centuries of TT since J2000.
     start_centuries: f64,
-    source: Source,
+    source: TrajectorySource,
     /// Period of the osculating orbit at time 0 [s].
     period: f64,
 }
 
 /// Source of the craft's positions.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Source {
+pub(crate) enum TrajectorySource {
     /// A two-line element set.
     Elements {
         constants: Box<sgp4::Constants>,
@@ -84,7 +83,7 @@ impl Trajectory {
     ///
     /// # Errors
     /// There is no state at time 0.
-    pub(crate) fn new(description: String, start: Epoch, source: Source) -> Result<Self, TrajectoryError> {
+    pub(crate) fn new(description: String, start: Epoch, source: TrajectorySource) -> Result<Self, TrajectoryError> {
         let mut trajectory = Self::elsewhere(description, start, source);
         trajectory.check(0.0, 0.0)?;
         if let Some(StateVector { position, velocity }) = trajectory.state(0.0) {
@@ -98,7 +97,7 @@ impl Trajectory {
     }
 
     /// A trajectory without a period, which need not cover time 0.
-    pub(crate) fn elsewhere(description: String, start: Epoch, source: Source) -> Self {
+    pub(crate) fn elsewhere(description: String, start: Epoch, source: TrajectorySource) -> Self {
         // Seconds are added to this epoch. TAI has no leap seconds.
         let start = start.to_time_scale(TimeScale::TAI);
         Self { description, start, start_centuries: tt_centuries(start), source, period: f64::INFINITY }
@@ -107,8 +106,8 @@ impl Trajectory {
     /// Intervals of time that an ephemeris covers [s]. `None` for elements.
     pub(crate) fn coverage(&self) -> Option<Vec<(f64, f64)>> {
         match &self.source {
-            Source::Elements { .. } => None,
-            Source::Ephemeris(ephemeris) => Some(ephemeris.coverage()),
+            TrajectorySource::Elements { .. } => None,
+            TrajectorySource::Ephemeris(ephemeris) => Some(ephemeris.coverage()),
         }
     }
 
@@ -134,14 +133,14 @@ impl Trajectory {
     /// State of the craft at a time [s]. `None` where the trajectory does not cover it.
     pub fn state(&self, time: f64) -> Option<StateVector> {
         match &self.source {
-            Source::Elements { constants, epoch } => {
+            TrajectorySource::Elements { constants, epoch } => {
                 let minutes = sgp4::MinutesSinceEpoch((time - epoch) / 60.0);
                 let prediction = constants.propagate(minutes).ok()?;
                 let rotation = gcrf_from_teme(self.centuries(time));
                 let metres = |vector: [f64; 3]| rotation * (DVec3::from_array(vector) * 1e3);
                 Some(StateVector { position: metres(prediction.position), velocity: metres(prediction.velocity) })
             }
-            Source::Ephemeris(ephemeris) => ephemeris.state(time),
+            TrajectorySource::Ephemeris(ephemeris) => ephemeris.state(time),
         }
     }
 
@@ -157,8 +156,8 @@ impl Trajectory {
     /// Times at which the trajectory may have a jump or a kink [s].
     pub(crate) fn seams(&self) -> Vec<f64> {
         match &self.source {
-            Source::Elements { .. } => Vec::new(),
-            Source::Ephemeris(ephemeris) => ephemeris.seams().collect(),
+            TrajectorySource::Elements { .. } => Vec::new(),
+            TrajectorySource::Ephemeris(ephemeris) => ephemeris.seams().collect(),
         }
     }
 
@@ -168,7 +167,7 @@ impl Trajectory {
     /// A time that is not covered, with the ranges that are. A time at which SGP4 fails (tried every minute).
     pub fn check(&self, from: f64, to: f64) -> Result<(), TrajectoryError> {
         match &self.source {
-            Source::Elements { constants, epoch } => {
+            TrajectorySource::Elements { constants, epoch } => {
                 let looks = ((to - from) / 60.0).ceil().clamp(1.0, MOST_LOOKS);
                 for look in 0..=looks as usize {
                     let time = from + (to - from) * look as f64 / looks;
@@ -178,7 +177,7 @@ impl Trajectory {
                 }
                 Ok(())
             }
-            Source::Ephemeris(ephemeris) => {
+            TrajectorySource::Ephemeris(ephemeris) => {
                 let coverage = ephemeris.coverage();
                 if coverage.iter().any(|(start, end)| start - SLACK <= from && to <= end + SLACK) {
                     return Ok(());

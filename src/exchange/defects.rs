@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
-use super::patches::Surface;
+use super::patches::PatchSurface;
 use crate::thermal::material::{Material, Sides};
 
 /// Counts of the defects. None of them is mended.
@@ -25,7 +25,7 @@ pub struct Defects {
 
 impl Defects {
     /// The defects of a surface.
-    pub fn of(surface: &Surface, materials: &[Material]) -> Self {
+    pub fn of(surface: &PatchSurface, materials: &[Material]) -> Self {
         let mut found = Self::default();
         let welded = welded(surface);
         let mut triangles = Vec::new();
@@ -90,7 +90,7 @@ impl Defects {
 }
 
 /// Number of the place of each node.
-fn welded(surface: &Surface) -> Vec<u32> {
+fn welded(surface: &PatchSurface) -> Vec<u32> {
     let mut places: HashMap<[u32; 3], u32> = HashMap::new();
     let place = |position: &DVec3| {
         // -0 and 0 are one place.
@@ -103,7 +103,7 @@ fn welded(surface: &Surface) -> Vec<u32> {
 
 /// Closed bodies of one-sided triangles with a negative volume.
 fn inward(
-    surface: &Surface,
+    surface: &PatchSurface,
     welded: &[u32],
     triangles: &[([u32; 3], bool)],
     edges: &HashMap<[u32; 2], usize>,

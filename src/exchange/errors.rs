@@ -12,7 +12,6 @@ use crate::thermal::received::PlanetShares;
 
 /// Change over the largest light below which the light that arrives counts as settled.
 const SETTLED: f64 = 1e-9;
-/// Most reflections that are followed.
 const MOST: u32 = 20_000;
 
 /// Errors of the flux that a patch absorbs [W/m2].

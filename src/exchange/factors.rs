@@ -106,7 +106,6 @@ impl Factors {
         self.areas[from] * self.areas[from] * self.of_share(self.to_space(from))
     }
 
-    /// Variance of a share of the rays of a patch.
     pub(crate) fn of_share(&self, share: f64) -> f64 {
         let rays = f64::from(self.rays);
         (share * (1.0 - share)).max(1.0 / rays) / rays

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::cast::{INSIDE, SPACE, face_of, start_of};
 use super::directions::{basis, fractions};
-use super::patches::{NONE, Patches, Surface};
+use super::patches::{NONE, Patches, PatchSurface};
 use super::sparse::{SparseRow, Sparse};
 use crate::environment::StepLoad;
 use crate::environment::shadow::Occluders;
@@ -69,7 +69,7 @@ pub struct Mirrored {
 
 impl Mirrors {
     /// The mirrors of a craft, with at most `rays` rays of each. `None` where no patch mirrors.
-    pub fn new(surface: &Surface, patches: &Patches, rays: u32) -> Option<Self> {
+    pub fn new(surface: &PatchSurface, patches: &Patches, rays: u32) -> Option<Self> {
         let count = rays.min(MOST_RAYS);
         let face = |(number, patch): (u32, &super::patches::Patch)| {
             let ray = |ray: u32| {
@@ -95,7 +95,6 @@ impl Mirrors {
         Some(Self { faces, joints, areas: patches.all.iter().map(|patch| patch.area).collect(), start })
     }
 
-    /// Most pairs of patches between which sunlight is mirrored.
     pub(crate) fn most_pairs(&self) -> usize {
         self.faces.iter().map(|face| face.rays.len().max(1)).sum()
     }
@@ -122,7 +121,7 @@ impl Mirrors {
 }
 
 impl Tree {
-    fn new(surface: &Surface, patches: &Patches, joint: u32) -> Option<Self> {
+    fn new(surface: &PatchSurface, patches: &Patches, joint: u32) -> Option<Self> {
         let is_own = |triangle: &&[u32; 3]| surface.joints[triangle[0] as usize] == joint;
         let triangles: Vec<[u32; 3]> = surface.triangles.iter().filter(is_own).copied().collect();
         if triangles.is_empty() {
@@ -210,7 +209,6 @@ impl<'a> Placed<'a> {
     }
 }
 
-/// Pose of a joint in the body frame.
 fn pose(load: &StepLoad, joint: u32) -> DAffine3 {
     load.joints.get(joint as usize).copied().unwrap_or_default()
 }

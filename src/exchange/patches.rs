@@ -19,7 +19,7 @@ const OFF_GRID: f64 = 0.01;
 
 /// The nodes and triangles of a craft in the file's pose.
 #[derive(Debug, Clone, Default)]
-pub struct Surface {
+pub struct PatchSurface {
     /// Positions of the nodes [m].
     pub positions: Vec<DVec3>,
     /// Unit outward normals of the nodes.
@@ -88,7 +88,7 @@ pub struct Patches {
 impl Patches {
     /// Gathers nodes into patches of about `edge` [m]. `buried` says of the front and the back of each node whether they lie inside another part; it is empty where none
     /// does.
-    pub fn new(surface: &Surface, materials: &[Material], edge: f64, buried: &[[bool; 2]]) -> Self {
+    pub fn new(surface: &PatchSurface, materials: &[Material], edge: f64, buried: &[[bool; 2]]) -> Self {
         let mut corners_of_node: Vec<Vec<u32>> = vec![Vec::new(); surface.positions.len()];
         for (number, triangle) in surface.triangles.iter().enumerate() {
             if surface.area_of(number) > 0.0 {
@@ -126,7 +126,7 @@ impl Patches {
         &mut self,
         key: &Key,
         nodes: &[u32],
-        surface: &Surface,
+        surface: &PatchSurface,
         corners_of_node: &[Vec<u32>],
         materials: &[Material],
     ) {
@@ -165,7 +165,7 @@ impl Patches {
     }
 }
 
-impl Surface {
+impl PatchSurface {
     /// Area of a triangle [m2].
     pub(crate) fn area_of(&self, triangle: usize) -> f64 {
         let [a, b, c] = self.triangles[triangle].map(|node| self.positions[node as usize]);

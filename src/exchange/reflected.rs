@@ -24,7 +24,6 @@ const ROUNDS: usize = 100;
 const FAINT: f64 = 1e-7;
 /// Share of the light of a row below which an entry is not reflected by itself.
 const CRUMB: f64 = 1e-4;
-/// Most reflections that are followed.
 const MOST: u32 = 20_000;
 /// Part of the area of the smaller patch below which a rounding error of an entry is left to the diagonal.
 const FINE: f64 = 1e-4;
@@ -158,7 +157,6 @@ fn pruned(all: &Sparse, shared: &Sparse, areas: &[f64]) -> Sparse {
     Sparse::from_rows(rows.collect())
 }
 
-/// Room for following the light of one patch.
 struct ReflectionRoom {
     sum: Vec<f64>,
     next: Vec<f64>,

@@ -14,9 +14,7 @@ use crate::thermal::received::PlanetShares;
 const BUNDLE: usize = 4;
 /// Parts of a bundle in which its open share is counted: one to four rays divide them.
 const PARTS: u32 = 12;
-/// Bits of a coordinate of a direction.
 const BITS: u32 = 14;
-/// Steps of a coordinate of a direction.
 const GRID: u32 = (1 << BITS) - 1;
 
 /// A turn below this is rounding [rad].
@@ -29,7 +27,6 @@ pub(crate) struct Ray {
     /// The two numbers that chose its direction about the normal.
     pub(crate) place: [f64; 2],
     pub(crate) direction: DVec3,
-    /// Whether it left the craft.
     pub(crate) open: bool,
 }
 
@@ -195,7 +192,6 @@ pub struct Renewal {
 }
 
 impl Renewal {
-    /// Nothing is found yet.
     pub(crate) fn new(angle: f64, every: f64) -> Self {
         Self { angle, every, ..Self::default() }
     }

@@ -13,7 +13,6 @@ pub struct Sparse {
 }
 
 impl Sparse {
-    /// The matrix of sorted rows.
     pub(crate) fn from_rows(rows: Vec<SparseRow>) -> Self {
         let mut first = vec![0];
         let mut entries = Vec::new();

@@ -15,7 +15,7 @@ use super::cast::{SPACE, Scenery, ray_of};
 use super::directions::fractions;
 use super::factors::Factors;
 use super::mirrors::Mirrored;
-use super::patches::{NONE, Patch, Patches, Surface};
+use super::patches::{NONE, Patch, Patches, PatchSurface};
 use super::reflected::{Areas, exchange_areas};
 use super::sky::{PlanetView, Ray, bundled, bundles_of};
 use crate::environment::StepLoad;
@@ -28,7 +28,6 @@ use crate::thermal::received::{FaceLoad, PlanetShares};
 /// Time for which infrared is held where a scene states none [s].
 pub(crate) const HOLD: f64 = 60.0;
 
-/// Most rays that keep the sky of a patch.
 pub(crate) const SKY_RAYS: u32 = 4096;
 
 /// How the rays and reflections of a scene are found.
@@ -82,7 +81,6 @@ pub struct CraftLight {
 }
 
 impl CraftLight {
-    /// Adds the light to a saved state.
     pub(crate) fn save_into(&self, saved: &mut Saved) {
         let seen = self.seen.iter().map(|seen| [seen.planet_ir, seen.albedo]);
         saved.put("seen", &seen.collect::<Vec<_>>());
@@ -128,7 +126,7 @@ pub struct Exchange {
 
 impl Exchange {
     /// The exchange of patches whose rays end at `ends`, with the directions of the rays in the frame of the patch's joint.
-    pub fn new(surface: &Surface, patches: &Patches, ends: &[u32], settings: &ExchangeSettings) -> Self {
+    pub fn new(surface: &PatchSurface, patches: &Patches, ends: &[u32], settings: &ExchangeSettings) -> Self {
         let factors = Factors::new(&patches.all, ends, settings.rays);
         let of = |absorptivity: fn(&Patch) -> f64| {
             let absorptivities: Vec<f64> = patches.all.iter().map(absorptivity).collect();
@@ -158,7 +156,7 @@ impl Exchange {
     }
 
     /// The exchange of a craft in the pose of its scenery, with rays of the processor.
-    pub fn cast(surface: &Surface, patches: &Patches, scenery: &Scenery, settings: &ExchangeSettings) -> Self {
+    pub fn cast(surface: &PatchSurface, patches: &Patches, scenery: &Scenery, settings: &ExchangeSettings) -> Self {
         let ends = super::cast::cast(surface, patches, scenery, settings.rays, 0..patches.all.len() as u32);
         Self::new(surface, patches, &ends, settings)
     }
@@ -168,12 +166,10 @@ impl Exchange {
         if self.patches[patch].buried { 1.0 - self.factors.inside[patch] } else { 1.0 }
     }
 
-    /// Number of bundles that keep the sky of a patch.
     pub(crate) fn bundles(&self) -> usize {
         self.bundles
     }
 
-    /// Bundles that keep the sky of a patch.
     pub(crate) fn sky_of(&self, patch: usize) -> &[u32] {
         &self.sky[patch * self.bundles..(patch + 1) * self.bundles]
     }

@@ -16,7 +16,6 @@ pub struct CheckEffort {
 }
 
 impl CheckEffort {
-    /// At the start of a run.
     pub(crate) const BRIEF: Self = Self { images: 32, inside: 2, at: None };
     /// For `isotherm check`.
     pub const WHOLE: Self = Self { images: 10_000, inside: 64, at: None };

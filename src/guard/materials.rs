@@ -19,7 +19,6 @@ const LIGHT: f64 = 20.0;
 /// Balance temperature that few surfaces stand [K].
 const HOT: f64 = 500.0;
 
-/// Facts of a material that the checks use.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub(crate) struct MaterialFacts {
     pub(crate) name: String,
@@ -41,7 +40,6 @@ fn radiative_conductance(material: &Material) -> f64 {
     4.0 * emissivity_sum(material) * STEFAN_BOLTZMANN * AT.powi(3)
 }
 
-/// The facts of each material that the model uses.
 pub(super) fn facts(prepared: &Prepared) -> Vec<MaterialFacts> {
     let mut areas = vec![0.0; prepared.materials.len()];
     for (slot, area) in prepared.nodes.areas.iter().enumerate() {
@@ -135,7 +133,6 @@ fn of_layers(
     [("", own(material).filter(|_| stores)), ("over.", over.map(below))]
 }
 
-/// Checks the values of the materials.
 pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], facts: &[MaterialFacts]) -> Vec<Finding> {
     let mut findings = thicknesses(prepared, shapes);
     let used = || prepared.materials.iter().zip(facts).filter(|(_, fact)| fact.area_m2 > 0.0);

@@ -19,7 +19,6 @@ const OPEN_EDGES: f64 = 0.01;
 /// Volume as a share of area^(3/2) below which a closed surface has no inside.
 const FLAT: f64 = 1e-6;
 
-/// The triangles of a part.
 #[derive(Debug, Clone)]
 pub(super) struct PartShape {
     pub(crate) part: u32,
@@ -51,7 +50,6 @@ impl PartShape {
     }
 }
 
-/// Names of the parts of some shapes.
 pub(super) fn parts<'a>(prepared: &'a Prepared, shapes: &[&PartShape]) -> Vec<&'a str> {
     shapes.iter().map(|shape| prepared.parts[shape.part as usize].as_str()).collect()
 }
@@ -61,7 +59,6 @@ pub(super) fn corners(prepared: &Prepared, triangle: u32) -> [DVec3; 3] {
     prepared.triangles[triangle as usize].map(|node| prepared.nodes.positions[node as usize].as_dvec3())
 }
 
-/// The parts with triangles, in the order of their numbers.
 pub(super) fn of(prepared: &Prepared) -> Vec<PartShape> {
     let nodes = &prepared.nodes;
     let mut shapes: BTreeMap<u32, PartShape> = BTreeMap::new();
@@ -127,7 +124,6 @@ fn is_closed(prepared: &Prepared, shape: &PartShape) -> bool {
     open as f64 <= OPEN_EDGES * edges.len() as f64
 }
 
-/// Checks the size of the craft and the sense of its surfaces.
 pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], size: DVec3) -> Vec<Finding> {
     let mut findings = Vec::new();
     let model = prepared.scene.model_path.file_name().unwrap_or_default().to_string_lossy().into_owned();

@@ -15,12 +15,9 @@ const INSIDE: f64 = 0.75;
 /// Extent in the image below which a craft is a point [px].
 const POINT: f64 = 2.0;
 
-/// The craft in the images.
 #[derive(Debug, Clone, serde::Serialize)]
 pub(crate) struct Sight {
-    /// Number of images of the scene.
     pub(crate) images: u64,
-    /// Number of images that were looked at.
     pub(crate) looked_at: usize,
     /// How many of them do not show the craft.
     pub(crate) out_of_view: usize,
@@ -74,7 +71,6 @@ impl<'a> Look<'a> {
     }
 }
 
-/// Looks at the images of a scene.
 pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], effort: CheckEffort) -> (Option<Sight>, Vec<Finding>) {
     let none = (None, Vec::new());
     let Some(camera) = &prepared.scene.camera else { return none };

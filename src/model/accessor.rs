@@ -17,7 +17,7 @@ const MAX_ZERO_ELEMENTS: usize = 1 << 24;
 
 /// The purpose of an accessor, which decides the allowed types.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Use {
+pub(super) enum AccessorUse {
     Position,
     Normal,
 }
@@ -50,19 +50,19 @@ impl<'a> Accessors<'a> {
     }
 
     /// Reads positions or normals as f64. The `normalized` flag decides the conversion of integers.
-    pub(crate) fn vectors(&self, index: usize, purpose: Use) -> Result<Vec<[f64; 3]>, ModelFault> {
+    pub(crate) fn vectors(&self, index: usize, purpose: AccessorUse) -> Result<Vec<[f64; 3]>, ModelFault> {
         let (accessor, component) = self.typed(index, Type::Vec3)?;
         let normalized = accessor.normalized;
         use ComponentType::{F32, I8, I16, U8, U16, U32};
         let allowed = match component {
             F32 => true,
             U32 => false,
-            U8 | U16 => self.document.quantized && purpose == Use::Position,
-            I8 | I16 => self.document.quantized && (purpose == Use::Position || normalized),
+            U8 | U16 => self.document.quantized && purpose == AccessorUse::Position,
+            I8 | I16 => self.document.quantized && (purpose == AccessorUse::Position || normalized),
         };
         if !allowed {
             let sign = if normalized { "normalized " } else { "" };
-            let key = if purpose == Use::Position { "POSITION" } else { "NORMAL" };
+            let key = if purpose == AccessorUse::Position { "POSITION" } else { "NORMAL" };
             let problem = format!(
                 "holds {sign}{}, which {key} may not be{}",
                 component_name(component),
@@ -92,7 +92,6 @@ impl<'a> Accessors<'a> {
         units / largest
     }
 
-    /// Reads vertex indices.
     pub(crate) fn indices(&self, index: usize) -> Result<Vec<u32>, ModelFault> {
         let (accessor, component) = self.typed(index, Type::Scalar)?;
         if !is_index(component) || accessor.normalized {

@@ -54,7 +54,6 @@ struct Move {
     becomes: Vec<(u32, u32)>,
 }
 
-/// A mesh during merging.
 struct Collapse<'a> {
     model: &'a mut Model,
     min_edges: &'a [f64],

@@ -57,7 +57,6 @@ struct Chunk<'a> {
     data: &'a [u8],
 }
 
-/// The first chunk, and the bytes after it.
 fn chunk(bytes: &[u8]) -> Result<(Chunk<'_>, &[u8]), ModelFault> {
     let (Some(length), Some(kind)) = (word(bytes, 0), bytes.get(4..CHUNK_HEADER_LENGTH)) else {
         return Err(ModelFault::Container(format!("{} bytes are left where a chunk header of 8 should be", bytes.len())));

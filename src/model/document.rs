@@ -38,14 +38,13 @@ const QUANTIZATION: &str = "KHR_mesh_quantization";
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 /// Compressed buffer views.
 const MESHOPT: &str = "EXT_meshopt_compression";
-/// The extensions with geometry that are read.
 const SUPPORTED: &[&str] = &[QUANTIZATION, INSTANCING, MESHOPT];
 /// Extensions of compressed geometry that are not read. A tool can undo the compression.
 const COMPRESSION: &[&str] = &["KHR_draco_mesh_compression", "KHR_meshopt_compression"];
 
 /// A node. The type of the `gltf` crate has f32 transforms, which would be micrometres off on a station.
 #[derive(Debug, Default, Deserialize)]
-pub(super) struct Node {
+pub(super) struct GltfNode {
     pub(crate) name: Option<String>,
     pub(crate) mesh: Option<usize>,
     #[serde(default)]
@@ -73,7 +72,7 @@ struct Copies {
     attributes: BTreeMap<String, usize>,
 }
 
-impl Node {
+impl GltfNode {
     /// Accessors of the places of the copies of its mesh, by attribute. `None` where it has its mesh once.
     pub(crate) fn copies(&self) -> Option<&BTreeMap<String, usize>> {
         self.extensions.copies.as_ref().map(|copies| &copies.attributes)
@@ -81,14 +80,14 @@ impl Node {
 }
 
 #[derive(Debug, Default, Deserialize)]
-pub(super) struct Scene {
+pub(super) struct GltfScene {
     pub name: Option<String>,
     #[serde(default)]
     pub(crate) nodes: Vec<usize>,
 }
 
 /// A buffer. The URI stays JSON text, because a data URI can have gigabytes.
-pub(super) struct Buffer<'a> {
+pub(super) struct GltfBuffer<'a> {
     pub(crate) name: Option<String>,
     pub(crate) uri: Option<&'a RawValue>,
     pub(crate) byte_length: u64,
@@ -100,20 +99,17 @@ pub(super) struct Buffer<'a> {
 pub(super) struct Document<'a> {
     pub(crate) accessors: Vec<Accessor>,
     pub(crate) views: Vec<View>,
-    /// How each buffer view is compressed, if it is.
     pub(crate) compressed: Vec<Option<Compressed>>,
-    pub(crate) buffers: Vec<Buffer<'a>>,
+    pub(crate) buffers: Vec<GltfBuffer<'a>>,
     pub(crate) meshes: Vec<Mesh>,
-    pub(crate) nodes: Vec<Node>,
-    pub(crate) scenes: Vec<Scene>,
+    pub(crate) nodes: Vec<GltfNode>,
+    pub(crate) scenes: Vec<GltfScene>,
     pub(crate) materials: Vec<ModelMaterial>,
     /// Unchecked animations. An error only matters if a joint uses one.
     pub(crate) animations: Vec<Value>,
-    /// Index of the default scene, or of the first one.
     pub(crate) default_scene: usize,
     /// Whether `KHR_mesh_quantization` is declared, which allows integer positions and normals.
     pub(crate) quantized: bool,
-    /// The unused contents of the document.
     pub(crate) skipped: Vec<Skipped>,
 }
 
@@ -228,14 +224,14 @@ struct StatedBuffer<'a> {
     extensions: Option<Value>,
 }
 
-fn read_buffers(text: Option<&RawValue>) -> Result<Vec<Buffer<'_>>, ModelFault> {
+fn read_buffers(text: Option<&RawValue>) -> Result<Vec<GltfBuffer<'_>>, ModelFault> {
     let Some(text) = text else { return Ok(Vec::new()) };
     let all: Vec<&RawValue> =
         serde_json::from_str(text.get()).map_err(|_| ModelFault::element("buffers", "is not an array"))?;
     all.into_iter().enumerate().map(|(index, text)| read_buffer(index, text)).collect()
 }
 
-fn read_buffer(index: usize, text: &RawValue) -> Result<Buffer<'_>, ModelFault> {
+fn read_buffer(index: usize, text: &RawValue) -> Result<GltfBuffer<'_>, ModelFault> {
     let stated: StatedBuffer = serde_json::from_str(text.get())
         .map_err(|error| ModelFault::element(label("buffer", index, None), error.to_string()))?;
     let name = stated.name.as_ref().and_then(Value::as_str).map(str::to_owned);
@@ -246,7 +242,7 @@ fn read_buffer(index: usize, text: &RawValue) -> Result<Buffer<'_>, ModelFault> 
         ModelFault::element(label("buffer", index, name.as_deref()), problem)
     })?;
     let fallback = stated.extensions.as_ref().and_then(|all| all.get(MESHOPT)?.get("fallback")?.as_bool());
-    Ok(Buffer { name, uri: stated.uri, byte_length, is_fallback: fallback == Some(true) })
+    Ok(GltfBuffer { name, uri: stated.uri, byte_length, is_fallback: fallback == Some(true) })
 }
 
 /// The compressed buffer view of the extension.

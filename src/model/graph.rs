@@ -2,7 +2,7 @@
 
 use glam::{DMat4, DQuat, DVec3};
 
-use super::document::{Document, Node};
+use super::document::{Document, GltfNode};
 use super::error::label;
 use super::{ModelFault, SceneNode};
 use crate::text::plain;
@@ -132,7 +132,7 @@ fn check_tree(document: &Document) -> Result<(), ModelFault> {
     Ok(())
 }
 
-fn own_translation_and_rotation(node: &Node) -> (DVec3, DQuat) {
+fn own_translation_and_rotation(node: &GltfNode) -> (DVec3, DQuat) {
     let rotation = node.rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
     (node.translation.map_or(DVec3::ZERO, DVec3::from_array), rotation.normalize())
 }
@@ -154,7 +154,7 @@ pub(super) fn transform(
 }
 
 /// A node's own transform: its matrix, or translation x rotation x scale (glTF 2.0, 3.5.3).
-fn local_transform(node: &Node) -> Result<DMat4, String> {
+fn local_transform(node: &GltfNode) -> Result<DMat4, String> {
     let Some(matrix) = node.matrix else {
         return transform(node.scale, node.rotation, node.translation);
     };

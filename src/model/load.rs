@@ -17,7 +17,6 @@ use super::{ModelFault, Model, ModelError, ModelMaterial, Part, Skipped, animati
 use crate::files::{self, Reach};
 use crate::text::plain;
 
-/// Name of the material of primitives without one.
 const DEFAULT_MATERIAL: &str = "default";
 /// A vertex that no triangle uses yet.
 const UNUSED: u32 = u32::MAX;

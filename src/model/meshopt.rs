@@ -11,7 +11,6 @@ const TABLE: usize = 16;
 /// Zero bytes at the end of an index stream.
 const INDEX_TAIL: usize = 4;
 
-/// Kind of a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum StreamKind {
     /// Elements of any meaning.
@@ -21,19 +20,15 @@ pub(super) enum StreamKind {
     Indices,
 }
 
-/// A compressed buffer view.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Compressed {
-    /// Buffer with the compressed bytes.
     pub(super) buffer: usize,
     /// First compressed byte.
     pub(super) offset: u64,
-    /// Number of compressed bytes.
     pub(super) length: u64,
     /// Bytes of an element.
     pub(super) stride: usize,
     pub(super) count: usize,
-    /// Kind of the stream.
     pub(super) mode: StreamKind,
     pub(super) filter: Filter,
 }
@@ -78,7 +73,6 @@ fn packed(indices: &[u32], stride: usize) -> Result<Vec<u8>, String> {
     }
 }
 
-/// A walk through a stream.
 struct StreamReader<'a> {
     rest: &'a [u8],
 }

@@ -68,7 +68,6 @@ pub struct SceneNode {
 
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct NodeMotion {
-    /// Index of the node in the file.
     pub(crate) node: usize,
     /// Rotation keys (x, y, z, w), if any.
     pub(crate) rotation: Option<Keys<4>>,

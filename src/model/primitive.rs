@@ -4,7 +4,7 @@ use glam::DVec3;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
-use super::accessor::{Accessors, Use};
+use super::accessor::{Accessors, AccessorUse};
 use super::document::Document;
 use super::error::{counted, label};
 use super::{ModelFault, Skipped};
@@ -74,7 +74,7 @@ fn not_triangles(mode: Mode) -> Option<&'static str> {
 }
 
 fn read_positions(document: &Document, accessors: &Accessors, index: usize) -> Result<Vec<DVec3>, ModelFault> {
-    let positions: Vec<DVec3> = accessors.vectors(index, Use::Position)?.into_iter().map(DVec3::from_array).collect();
+    let positions: Vec<DVec3> = accessors.vectors(index, AccessorUse::Position)?.into_iter().map(DVec3::from_array).collect();
     match positions.iter().position(|position| !position.is_finite()) {
         None => Ok(positions),
         Some(at) => {
@@ -105,7 +105,7 @@ fn read_primitive(
     let normals = match stated {
         None => None,
         Some(index) => {
-            let normals = accessors.vectors(index.value(), Use::Normal)?;
+            let normals = accessors.vectors(index.value(), AccessorUse::Normal)?;
             if normals.len() != positions.len() {
                 let problem = format!("has {} positions and {} normals", positions.len(), normals.len());
                 return Err(ModelFault::element(name, problem));

@@ -14,7 +14,6 @@ use rayon::prelude::*;
 use super::alike::places;
 use super::{Model, ModelError};
 
-/// Triangles that one task splits.
 const CHUNK: usize = 1 << 16;
 
 /// Midpoints of the edges that one pass splits. Each vertex has a short list of the edges to higher vertices. Memory
@@ -79,7 +78,6 @@ impl Midpoints {
         lists.flat_map(|(low, range)| self.upper[range[0]..range[1]].iter().map(move |high| [low as u32, *high]))
     }
 
-    /// The middle vertex of an edge, if the edge is marked.
     fn find(&self, edge: [u32; 2]) -> Option<u32> {
         let [low, high] = ordered(edge);
         let (start, end) = (self.starts[low as usize], self.starts[low as usize + 1]);
@@ -87,7 +85,6 @@ impl Midpoints {
         Some((self.starts.len() - 1 + start + place) as u32)
     }
 
-    /// The middle vertex of a marked edge.
     fn vertex(&self, edge: [u32; 2]) -> u32 {
         self.find(edge).expect("every marked edge was collected")
     }

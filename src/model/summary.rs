@@ -104,7 +104,6 @@ impl fmt::Display for ModelSummary {
     }
 }
 
-/// Writes a table with a row for each share.
 fn write_shares(f: &mut fmt::Formatter, title: &str, shares: &[Share]) -> fmt::Result {
     let heading = format!("{title} ({})", shares.len());
     let longest = shares.iter().map(|share| share.name.chars().count()).max().unwrap_or(0);

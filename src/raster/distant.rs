@@ -58,7 +58,6 @@ impl Crop {
         Some(Self { corner: low, scale, size })
     }
 
-    /// The view that draws the crop.
     pub(crate) fn view(&self, view: &RasterView) -> RasterView {
         let mut lens = view.lens;
         lens.focal = lens.focal.map(|focal| focal * self.scale);

@@ -8,7 +8,6 @@ use super::triangle::Shown;
 use super::view::{RasterView, grid};
 use crate::thermal::surroundings::{Reflector, emissivity, reflected_radiance, sky_radiance};
 
-/// Sources of the light of samples.
 pub(super) struct SampleLight<'a> {
     pub(crate) surface: &'a RasterSurface<'a>,
     pub(crate) view: &'a RasterView,

@@ -29,14 +29,12 @@ pub struct RasterSurface<'a> {
 pub struct SurfaceSurroundings<'a> {
     /// The surroundings, in camera axes. `None` where no pixel shows them.
     pub(crate) surroundings: Option<&'a Surroundings>,
-    /// Whether they show behind the surface.
     pub(crate) background: bool,
     /// Normals of the vertices, body frame, interpolated between the vertices.
     pub(crate) normals: &'a [DVec3],
     pub(crate) reflects: bool,
     /// Front and back of each material. Empty where nothing reflects and every emissivity is one number.
     pub(crate) reflectors: &'a [[Reflector; 2]],
-    /// The tables that they refer to.
     pub(crate) looks: Looks<'a>,
     /// The craft itself, where it is reflected too.
     pub(crate) traced: Option<TracedTriangles<'a>>,
@@ -50,7 +48,6 @@ pub struct Pixel {
     pub radiance: f64,
     /// The reflected part of it [W m-2 sr-1]. 0 where no surface is.
     pub(crate) reflected: f64,
-    /// Share of the samples that show a surface.
     pub(crate) coverage: f64,
     /// Temperature [K]. 0 where no surface is.
     pub temperature: f64,
@@ -62,7 +59,6 @@ pub struct Pixel {
     pub material: u32,
 }
 
-/// A pixel that no triangle covers.
 pub(crate) const EMPTY: Pixel = Pixel {
     radiance: 0.0,
     reflected: 0.0,

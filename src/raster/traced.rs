@@ -37,9 +37,7 @@ pub(crate) struct ReflectedCraft<'a> {
     pub(crate) traced: &'a TracedTriangles<'a>,
     /// In the axes of the camera.
     pub(crate) surroundings: &'a Surroundings,
-    /// Front and back of each material.
     pub(crate) reflectors: &'a [[Reflector; 2]],
-    /// The tables that they refer to.
     pub(crate) looks: &'a Looks<'a>,
     /// Temperatures of the nodes [K].
     pub(crate) temperatures: &'a [f64],

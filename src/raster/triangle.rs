@@ -5,12 +5,10 @@ use glam::{DVec2, DVec3};
 use super::surface::{Pixel, RasterSurface};
 use super::view::RasterView;
 
-/// A triangle in camera axes.
 pub(super) struct Projected {
     /// Weights of the vertices on the ray d are `planes[i] . d`.
     planes: [DVec3; 3],
     temperatures: [f64; 3],
-    /// Rays that may meet it.
     pub(crate) rays: Bounds,
     /// Normals of the visible face at the vertices, camera axes. 0 where nothing needs them.
     normals: [DVec3; 3],
@@ -21,7 +19,6 @@ pub(super) struct Projected {
     material: u32,
 }
 
-/// A rectangle of rays.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds {
     pub(crate) low: DVec2,
@@ -40,7 +37,6 @@ impl Bounds {
     }
 }
 
-/// The face that a sample shows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shown {
     /// Normal of length 1, camera axes.

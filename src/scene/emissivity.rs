@@ -8,7 +8,6 @@ use crate::thermal::emissivity::{BandEmissivity, ByAngle, ByWavelength};
 
 const MOST_ENTRIES: usize = 10_000;
 
-/// How an emissivity depends on the angle.
 #[derive(Clone, Copy)]
 enum Law {
     Fresnel,

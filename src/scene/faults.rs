@@ -9,9 +9,7 @@ use std::path::{Path, PathBuf};
 use super::error::SceneError;
 use super::keys::home;
 
-/// Most errors that are told at once.
 const MOST_ERRORS: usize = 200;
-/// Most times that a file is read.
 const MOST_READINGS: usize = 600;
 
 /// Stands for all keys of the other files that are read, such as the materials table.
@@ -22,7 +20,6 @@ pub(super) const OWN_SECTION: &str = "*";
 /// Start of a section where a key belongs that stands elsewhere.
 const ANYWHERE: usize = usize::MAX - 1;
 
-/// A key of a section of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct KeyPlace {
     pub(super) path: PathBuf,
@@ -33,14 +30,10 @@ pub(super) struct KeyPlace {
     pub(super) key: String,
 }
 
-/// How a key is wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum FaultKind {
-    /// A number is wrong.
     Number,
-    /// A mandatory key is missing.
     Missing,
-    /// The key is unknown.
     Unknown,
     /// Anything else. Other keys of the section may be missing because of it.
     Other,
@@ -62,11 +55,9 @@ struct SceneFault {
     kind: FaultKind,
     /// How often a reading ended here.
     times: u32,
-    /// The misspelt key that has the value.
     misspelt: Option<String>,
 }
 
-/// The error that was made last.
 #[derive(Debug)]
 struct LastFault {
     place: KeyPlace,
@@ -82,11 +73,9 @@ struct LastFault {
     text: String,
 }
 
-/// The faults of a scene and of the tables that it names.
 #[derive(Debug, Default)]
 pub(super) struct Faults {
     faults: RefCell<Vec<SceneFault>>,
-    /// Sections that are no longer read.
     given_up: RefCell<Vec<KeyPlace>>,
     last: RefCell<Option<LastFault>>,
 }
@@ -237,12 +226,10 @@ impl Faults {
         })
     }
 
-    /// Whether any key was found wrong.
     pub(super) fn is_empty(&self) -> bool {
         self.faults.borrow().is_empty()
     }
 
-    /// Whether a section is no longer read.
     pub(super) fn gave_up(&self, section: &KeyPlace) -> bool {
         self.given_up.borrow().contains(section)
     }

@@ -19,16 +19,13 @@ pub struct JointRule {
     pub(crate) line: usize,
     /// Patterns (`*`, `?`) on names of glTF nodes.
     pub(crate) nodes: Vec<String>,
-    /// How the nodes move.
     pub(crate) motion: JointMotion,
 }
 
-/// How a node moves.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum JointMotion {
     /// One number drives the motion. Vectors are in the node's own frame.
     Guided(Guided),
-    /// A glTF animation drives the motion.
     Animation {
         name: String,
         /// Whether the animation starts again at its end.
@@ -37,7 +34,7 @@ pub(crate) enum JointMotion {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Mode {
+enum JointMode {
     Fixed,
     Sun,
     Schedule,
@@ -45,11 +42,11 @@ enum Mode {
 }
 
 /// Names of the modes, with the keys that only some modes read.
-const MODES: [(&str, Mode, &[&str]); 4] = [
-    ("fixed", Mode::Fixed, &["kind", "axis", "origin", "limits_deg", "limits", "angle_deg", "distance"]),
-    ("sun", Mode::Sun, &["kind", "axis", "origin", "limits_deg", "rate_deg", "sun_axis", "offset_deg"]),
-    ("schedule", Mode::Schedule, &["kind", "axis", "origin", "limits_deg", "limits", "rate_deg", "rate", "schedule"]),
-    ("animation", Mode::Animation, &["animation", "repeat"]),
+const MODES: [(&str, JointMode, &[&str]); 4] = [
+    ("fixed", JointMode::Fixed, &["kind", "axis", "origin", "limits_deg", "limits", "angle_deg", "distance"]),
+    ("sun", JointMode::Sun, &["kind", "axis", "origin", "limits_deg", "rate_deg", "sun_axis", "offset_deg"]),
+    ("schedule", JointMode::Schedule, &["kind", "axis", "origin", "limits_deg", "limits", "rate_deg", "rate", "schedule"]),
+    ("animation", JointMode::Animation, &["animation", "repeat"]),
 ];
 
 /// Keys that only turning joints read, and keys that only sliding joints read.
@@ -104,7 +101,7 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
             return Err(section.clash(key, &["mode"], format!("belongs to mode = '{other}', and mode is '{name}'")));
         }
     }
-    if mode == Mode::Animation {
+    if mode == JointMode::Animation {
         let name = section.required("animation", section.name("animation")?, "the name of the glTF animation")?;
         let repeats = section.boolean("repeat")?.unwrap_or_else(|| {
             assumptions.push(format!(
@@ -125,7 +122,7 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
     if let Some(key) = foreign.iter().find(|key| section.has(key)) {
         return Err(section.clash(key, &["kind"], format!("belongs to kind = '{needs}'")));
     }
-    if kind == JointKind::Translation && mode == Mode::Sun {
+    if kind == JointKind::Translation && mode == JointMode::Sun {
         return Err(section.clash(
             "mode",
             &["kind"],
@@ -144,7 +141,7 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
         return Err(section.error(words.limits, message));
     }
     let rate = section.number(words.rate, Quantity::positive(words.rate_unit))?;
-    if rate.is_none() && mode != Mode::Fixed {
+    if rate.is_none() && mode != JointMode::Fixed {
         let key = words.rate;
         assumptions.push(format!("The joint '{title}' follows without delay (joint.{key} is absent)."));
     }
@@ -159,17 +156,17 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
         _ => Ok(position * words.factor),
     };
     let drive = match mode {
-        Mode::Fixed => {
+        JointMode::Fixed => {
             let stated = section.number(words.position, Quantity::any(words.unit))?;
             let position = section.required(words.position, stated, "where the joint stands")?;
             Drive::Fixed(within(position, words.position)?)
         }
-        Mode::Schedule => {
+        JointMode::Schedule => {
             let (times, positions) = schedule(section, &words, files)?;
             let positions = positions.into_iter().map(|position| within(position, "schedule"));
             Drive::Schedule { times, positions: positions.collect::<Result<_, _>>()? }
         }
-        Mode::Sun | Mode::Animation => {
+        JointMode::Sun | JointMode::Animation => {
             let stated = axis(section, "sun_axis")?;
             let facing = section.required("sun_axis", stated, "what is to face the Sun, in the node's own frame")?;
             if parallel(facing, along) {

@@ -151,7 +151,6 @@ fn default(
 const OF_THE_TABLE: [&str; 1] = ["materials.table"];
 const OF_VALUES: [&str; 3] = [OWN_SECTION, OTHER_FILES, "materials.*"];
 
-/// Complete values and their origin.
 struct Settled {
     complete: Complete,
     source: String,
@@ -200,7 +199,6 @@ fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// The rules for which a default was assumed.
 #[derive(Default)]
 struct Assumed {
     sides: Vec<String>,

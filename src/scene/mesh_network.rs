@@ -35,7 +35,6 @@ pub(crate) enum Owners {
 /// A contact between two groups of surfaces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactRule {
-    /// The two sides.
     pub(crate) between: [Owners; 2],
     /// Largest distance between surfaces in contact [m].
     pub(crate) distance: f64,
@@ -70,7 +69,6 @@ impl Owners {
         }
     }
 
-    /// Whether the pattern matches the name of the part or of the material.
     pub(crate) fn fits(&self, part: &str, material: &str) -> bool {
         match self {
             Self::Parts(pattern) => WildMatch::new(pattern).matches(part),

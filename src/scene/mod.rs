@@ -186,7 +186,6 @@ pub enum Draw {
 }
 
 impl Draw {
-    /// Whether images have their own times.
     pub(crate) fn is_between_steps(&self) -> bool {
         matches!(self, Self::Times(_))
     }

@@ -22,7 +22,6 @@ pub enum Motion {
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraPath {
     pub(crate) file: PathBuf,
-    /// Poses over time.
     pub(crate) poses: PosePath,
 }
 

@@ -24,7 +24,6 @@ pub enum ImageFile {
     ApparentPng,
 }
 
-/// Their words in a scene file.
 const FILES: [(&str, ImageFile); 7] = [
     ("dn.png", ImageFile::NumbersPng),
     ("dn.tiff", ImageFile::NumbersTiff),

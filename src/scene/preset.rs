@@ -24,15 +24,12 @@ pub struct Preset {
     pub(crate) netd_f_number: Option<f64>,
     /// Thermal time constant [s].
     pub time_constant: Option<f64>,
-    /// Bits of a digital number.
     pub(crate) bits: Option<u32>,
     /// Range of temperatures [K].
     pub(crate) range: Option<[f64; 2]>,
-    /// Where the figures stand.
     pub(crate) source: &'static str,
 }
 
-/// A camera of which nothing is known.
 const UNKNOWN: Preset = Preset {
     key: "",
     name: "",

@@ -25,7 +25,6 @@ pub(super) struct Section<'a> {
     table: &'a DeTable<'a>,
     /// Position of the section. Errors about missing keys point to it.
     span: Range<usize>,
-    /// Whether it is one of an array of tables.
     one_of_several: bool,
 }
 
@@ -66,7 +65,6 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// The stand-in for a wrong key.
     fn instead(&self, key: &str) -> Option<Instead> {
         if self.file.faults.is_empty() { None } else { self.file.faults.instead(&self.place(key)) }
     }
@@ -145,7 +143,6 @@ impl<'a> Section<'a> {
         value.ok_or_else(|| self.missing(key, &[], what))
     }
 
-    /// Refuses two keys that exclude each other.
     pub(super) fn exclusive(&self, key: &str, other: &str) -> Result<(), SceneError> {
         if self.has(key) && self.has(other) {
             return Err(self.clash(other, &[key], format!("cannot be combined with '{key}': state one of the two")));

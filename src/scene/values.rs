@@ -41,7 +41,6 @@ const RESPONSES: [(&str, ResponseKind); 4] = [
     ("network", ResponseKind::Network),
 ];
 
-/// Reads `over = { .. }`: the structure below a layer.
 fn structure(over: &impl ValueSource) -> Result<Structure, SceneError> {
     let value =
         |key: &str, quantity: Quantity, what: &str| over.number(key, quantity)?.ok_or_else(|| over.missing(key, what));
@@ -152,7 +151,6 @@ pub(super) struct Complete {
     pub(super) in_band: [BandEmissivity; 2],
     pub(super) bulk: Bulk,
     pub(super) response: Response,
-    /// Files of the response's functions.
     pub(super) files: Vec<PathBuf>,
     /// The transition if both profiles are stated. The response may be another one.
     pub(super) transition: Option<Transition>,

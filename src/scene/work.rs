@@ -64,7 +64,6 @@ pub(crate) fn warm_up_steps(time: &Time, orbit: &Orbit) -> f64 {
     if time.periodic.is_some() { orbits * each.ceil() } else { (orbits * each).round() }
 }
 
-/// Checks the images that the steps draw.
 pub(super) fn check_images(section: &Section, time: &Time, camera: Option<&Camera>) -> Result<(), SceneError> {
     let Some(camera) = camera else { return Ok(()) };
     let images = images(time);

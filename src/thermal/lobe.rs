@@ -125,7 +125,6 @@ impl Lobe {
     }
 }
 
-/// Place of a view among the nodes of the table.
 fn place_of(view: f64) -> f64 {
     (1.0 - view.sqrt()).max(0.0).sqrt() * (VIEWS - 1) as f64
 }

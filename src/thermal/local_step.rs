@@ -6,7 +6,6 @@
 
 /// Share of a node's time constant that a Runge-Kutta step spans at most.
 pub(crate) const SHARE: f64 = 0.175;
-/// Runge-Kutta steps of a slow node.
 pub(crate) const SLOW_STEPS: u32 = 2;
 /// Share of the emission at the start below which a power has no closed form here: the temperature of balance is too far away.
 const WEAK: f64 = 1.0 / 1296.0;

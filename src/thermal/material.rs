@@ -156,7 +156,6 @@ pub(crate) enum NoPlate {
     Lacks(&'static str),
     /// The outside stores no heat, and neither does anything below it.
     StoresNothing,
-    /// The structure below stores no heat.
     EmptyStructure,
 }
 
@@ -217,7 +216,6 @@ pub struct Bulk {
     pub(crate) heat_capacity_per_area: Option<f64>,
     /// Conductivity [W/(m K)].
     pub conductivity: Option<f64>,
-    /// The structure below a layered material.
     pub(crate) over: Option<Structure>,
 }
 

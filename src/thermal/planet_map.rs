@@ -67,7 +67,6 @@ impl Equirectangular {
     }
 }
 
-/// Direction of the centre of a cell.
 fn centre_of(column: usize, row: usize, [columns, rows]: [usize; 2]) -> DVec3 {
     let (sin, cos) = ((row as f64 + 0.5) / rows as f64 * PI).sin_cos();
     let (y, x) = (((column as f64 + 0.5) / columns as f64 - 0.5) * TAU).sin_cos();
@@ -161,7 +160,6 @@ pub(crate) fn seen_point(direction: DVec3, nadir: DVec3, disc: ApparentRadius) -
 /// Cells of the means of a planet over the direction of a surface.
 pub(crate) const MEAN_COLUMNS: usize = 96;
 pub(crate) const MEAN_ROWS: usize = 48;
-/// Numbers of one kind of surface.
 pub(crate) const MEAN_VALUES: usize = MEAN_COLUMNS * (MEAN_ROWS + 2);
 
 const DISC_POINTS: usize = 2048;

@@ -18,7 +18,6 @@ const STRUCTURE_SHARE: f64 = 0.05;
 /// Most parts of a step for a structure that stores little heat.
 pub(crate) const PARTS_AT_MOST: u32 = 64;
 
-/// State of a plate between steps.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct PlateState {
     /// Temperature of the outside [K].
@@ -78,7 +77,6 @@ impl Radiative {
     }
 }
 
-/// The state of a plate after `steps` steps of the scene.
 pub(crate) fn radiative_step(state: PlateState, load: PlateLoad, steps: f64, plate: &Radiative) -> PlateState {
     let parts = plate.parts();
     let length = steps / f64::from(parts);

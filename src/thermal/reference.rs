@@ -62,7 +62,6 @@ impl<F: IncidentFlux> Reference<F> {
         Self { joints, ..self }
     }
 
-    /// A node as rotated by the joints of a load.
     fn turned(&self, node: usize, load: &StepLoad) -> ReferenceNode {
         let own = self.nodes[node];
         match self.joints.get(node).and_then(|joint| load.joints.get(*joint as usize)) {
@@ -134,7 +133,6 @@ impl<F: IncidentFlux> Reference<F> {
         });
     }
 
-    /// The target of a node in a step [K].
     fn commanded(&self, node: usize, material: &Material, load: &StepLoad) -> f64 {
         balance_temperature(
             self.absorbed_by(node, material, load),
@@ -180,7 +178,6 @@ impl<F: IncidentFlux> Reference<F> {
         (0..self.nodes.len()).into_par_iter().map(absorbed).collect()
     }
 
-    /// Sets the temperature of a network node [K].
     pub(crate) fn set_temperature(&mut self, node: usize, temperature: f64) {
         self.temperatures[node] = temperature;
         self.states[node].target = temperature;

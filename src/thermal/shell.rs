@@ -22,7 +22,6 @@ mod weld;
 
 pub(crate) use contact::{Contact, ContactConductance, Selection};
 
-/// A vertex that belongs to no node of the network.
 pub(crate) const NO_NODE: u32 = u32::MAX;
 
 /// Pairs of nodes that exchange heat faster than this [1/s] are merged, unless the scene gives another rate (docs/numerics.md 3).
@@ -30,7 +29,7 @@ pub(crate) const MERGE_RATE: f64 = 60.0;
 
 /// The surface from which a network is made.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Surface<'a> {
+pub(crate) struct ShellSurface<'a> {
     /// Positions of the drawn vertices [m].
     pub positions: &'a [DVec3],
     /// Vertices of the triangles.
@@ -50,7 +49,6 @@ pub(crate) struct Sheet {
     pub(crate) thickness: f64,
 }
 
-/// Material data for a network.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ShellMaterial {
     pub(crate) outer: Sheet,
@@ -100,7 +98,6 @@ pub enum ShellError {
 pub struct ShellSummary {
     /// Number of drawn vertices in the network.
     pub(crate) vertices: usize,
-    /// Number of nodes that were removed by merging.
     pub(crate) merged: usize,
     /// Rate above which pairs were merged [1/s].
     pub(crate) merge_rate: f64,
@@ -121,7 +118,6 @@ pub struct ShellSummary {
 /// A network, and its relation to the drawn vertices.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Shell {
-    /// Nodes and conductors.
     pub(crate) network: Network,
     /// Node of each drawn vertex, or `NO_NODE`.
     pub(crate) node_of_vertex: Vec<u32>,

@@ -21,7 +21,6 @@ pub struct Surroundings {
     /// Direction to the planet's centre.
     pub(crate) nadir: DVec3,
     pub(crate) planet: ApparentRadius,
-    /// Direction to the Sun's centre.
     pub(crate) sun: DVec3,
     pub(crate) sun_disc: ApparentRadius,
     /// Radiance of the planet [W m-2 sr-1].

@@ -9,7 +9,6 @@ const BLOCK: u64 = 1024;
 /// Most positions at even distances.
 const MOST_MARKS: usize = 2048;
 
-/// A walk from a start.
 #[derive(Debug, Default)]
 pub(crate) struct JointTrack {
     start: f64,
@@ -60,7 +59,6 @@ impl JointTrack {
         [block[place].clone(), block[place + 1].clone()]
     }
 
-    /// Numbers that are kept at present.
     #[cfg(test)]
     pub(crate) fn stored(&self) -> usize {
         let seen = self.seen();

@@ -272,13 +272,11 @@ impl Joints {
         self.evaluate(time, sun, step).0
     }
 
-    /// Number of positions of the lead.
     #[cfg(test)]
     pub(super) fn kept(&self) -> usize {
         self.walk.lead.as_ref().map_or(0, |lead| lead.positions.len() / self.joints.len())
     }
 
-    /// Numbers that the walk keeps at present.
     #[cfg(test)]
     pub(super) fn stored(&self) -> usize {
         let lead = self.walk.lead.as_ref().map_or(0, |lead| lead.positions.len());

@@ -23,7 +23,6 @@ pub struct Occluders {
     pub(crate) start: f64,
 }
 
-/// The first triangle that a ray meets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Hit {
     /// Place of the triangle in [`Occluders::triangles`].

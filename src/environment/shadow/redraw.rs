@@ -15,7 +15,6 @@ const STILL: f64 = 1e-9;
 pub struct Redraw {
     /// Joint, lower corner and upper corner [m] of each box, in the file's pose.
     pub(crate) bounds: Vec<(u32, [DVec3; 2])>,
-    /// Texels each way.
     pub(crate) resolution: u32,
     /// Turn of the Sun or of a joint against the craft after which shadows are found anew [rad].
     pub(crate) angle: f64,
@@ -68,7 +67,6 @@ impl Redraw {
         Ok(Some((DVec3::from_array(saved.array("sun")?), poses.iter().map(DAffine3::from_cols_array).collect())))
     }
 
-    /// Corners of the boxes as placed by the joints.
     fn corners<'a>(&'a self, poses: &'a [DAffine3]) -> impl Iterator<Item = DVec3> + 'a {
         self.bounds.iter().flat_map(|(joint, bounds)| {
             let pose = poses.get(*joint as usize).copied().unwrap_or(DAffine3::IDENTITY);

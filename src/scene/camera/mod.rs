@@ -22,7 +22,6 @@ use super::motion::Motion;
 /// Largest image side [px]. Vulkan devices commonly allow this much.
 const MOST_PIXELS: u32 = 16384;
 
-/// Numbers of samples of a pixel.
 const SAMPLES: [u32; 4] = [1, 4, 8, 16];
 
 const FRAMES: [(&str, CameraFrame); 3] =

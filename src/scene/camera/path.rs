@@ -61,10 +61,8 @@ pub(in crate::scene) struct PathOrbit<'a> {
     pub(crate) start: Option<Epoch>,
 }
 
-/// The keys that a path depends on.
 const OF_THE_ORBIT: [&str; 5] = ["object", "path_relative_to", "orbit.*", "time.start", "environment.planet_radius"];
 
-/// Origin of the positions of a path.
 #[derive(Clone, Copy, PartialEq)]
 enum PathOrigin {
     Craft,
@@ -122,7 +120,6 @@ pub(super) fn read(
     Ok(Some((frame, CameraPath { file: path, poses: PosePath { places, turns, mount } })))
 }
 
-/// Inputs for reading the parts of a path.
 struct PathReader<'a, 'b> {
     section: &'a Section<'a>,
     around: &'a PathOrbit<'a>,
@@ -212,7 +209,6 @@ impl PathReader<'_, '_> {
         Ok(Turns::LookAt(target, pose::up(section, frame, self.assumptions)?))
     }
 
-    /// The rotations of a CCSDS AEM.
     fn attitude(&mut self, file: &Path, frame: CameraFrame) -> Result<Turns, SceneError> {
         let wrong =
             |message: &str| self.section.clash("attitude", &["orbit.*", "frame", "path", "path_relative_to"], message);
@@ -234,7 +230,6 @@ impl PathReader<'_, '_> {
     }
 }
 
-/// A row of a table of poses.
 struct PathRow {
     line: usize,
     /// Since time 0 [s].
@@ -243,7 +238,6 @@ struct PathRow {
     rotation: Option<DQuat>,
 }
 
-/// The order of the rows of a table.
 #[derive(Clone, Copy, PartialEq)]
 enum RowOrder {
     Rising,
@@ -254,7 +248,6 @@ enum RowOrder {
 const LATEST: f64 = 1e11;
 const FARTHEST: f64 = 1e13;
 
-/// Reads and checks a table of poses.
 fn table(path: &Path, text: &str, start: Option<Epoch>, order: RowOrder) -> Result<Vec<PathRow>, SceneError> {
     let whole_lines = one_line_end(text);
     let text = whole_lines.as_ref();

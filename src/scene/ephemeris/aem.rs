@@ -17,7 +17,6 @@ enum AemBlock {
     AfterData,
 }
 
-/// Reads the segments of a message.
 pub(super) fn parse(path: &Path, text: &str, assumptions: &mut Vec<String>) -> Result<Vec<Segment>, SceneError> {
     check_version(path, text, "CCSDS_AEM_VERS")?;
     let version = match lines(text).next() {

@@ -9,7 +9,6 @@ use super::rotation::{Metadata, RotationRow, Segment, RotationForm, interpret, u
 use super::text::FileLine;
 use super::xml::{children, document, messages, text, value};
 
-/// Reads the segments of a message.
 pub(super) fn parse(path: &Path, content: &str, assumptions: &mut Vec<String>) -> Result<Vec<Segment>, SceneError> {
     let (document, lines) = document(path, content)?;
     let mut segments = Vec::new();

@@ -21,7 +21,6 @@ use crate::environment::rotation_history::{
 };
 use crate::environment::trajectory::seconds_between;
 
-/// The options that a scene states for an attitude file.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct AttitudeOptions {
     /// The object to read if the file holds several.
@@ -39,7 +38,6 @@ pub(in crate::scene) const LENGTH_TOLERANCE: f64 = 1e-2;
 /// Turn between two samples above which the user gets a warning [rad]. The reader assumes the shorter arc.
 const LARGE_TURN: f64 = 1.57;
 
-/// Reads the attitude in a file.
 pub(crate) fn read_attitude(
     path: &Path,
     text: &str,

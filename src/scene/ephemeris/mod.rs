@@ -13,7 +13,7 @@ use crate::environment::divided_differences::hermite_degree;
 use crate::environment::ephemeris::{DEFAULT_DEGREE, Ephemeris, Interpolation, Segment};
 use crate::environment::frames::{ReferenceFrame, to_gcrf};
 use crate::environment::state::EphemerisSample;
-use crate::environment::trajectory::{Source, Trajectory, seconds_between};
+use crate::environment::trajectory::{TrajectorySource, Trajectory, seconds_between};
 use crate::environment::utc::utc;
 
 mod aem;
@@ -48,7 +48,6 @@ pub(super) fn is_message(text: &str) -> bool {
     head.starts_with('<') || kvn::is_message(text) || tle::is_tle(text)
 }
 
-/// A segment in GCRF with its absolute times.
 struct Absolute {
     object: (String, String),
     states: Vec<(Epoch, DVec3, Option<DVec3>)>,
@@ -161,14 +160,13 @@ fn from_segments(
     let called = if object.0.is_empty() { String::new() } else { format!(" of {}", object.0) };
     let description = format!("{states} states{called} in {count} segment(s), {name}");
     if options.elsewhere {
-        return Ok(Arc::new(Trajectory::elsewhere(description, start, Source::Ephemeris(ephemeris))));
+        return Ok(Arc::new(Trajectory::elsewhere(description, start, TrajectorySource::Ephemeris(ephemeris))));
     }
-    Trajectory::new(description, start, Source::Ephemeris(ephemeris))
+    Trajectory::new(description, start, TrajectorySource::Ephemeris(ephemeris))
         .map(Arc::new)
         .map_err(|error| wrong(error.to_string()))
 }
 
-/// Checks a segment and converts it.
 fn absolute(
     path: &Path,
     stated: &Stated,

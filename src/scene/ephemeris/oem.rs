@@ -18,7 +18,6 @@ enum OemBlock {
     Covariance,
 }
 
-/// Reads the segments of a message.
 pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Stated>, SceneError> {
     check_version(path, text, "CCSDS_OEM_VERS")?;
     let mut segments: Vec<Stated> = Vec::new();

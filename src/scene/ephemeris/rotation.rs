@@ -17,10 +17,8 @@ use crate::environment::ephemeris::DEFAULT_DEGREE;
 use crate::environment::frames::ReferenceFrame;
 use crate::environment::rotation_history::{HistoryFrame, RotationInterpolation};
 
-/// The unchecked metadata of a segment.
 #[derive(Default)]
 pub(super) struct Metadata {
-    /// Line where the metadata start.
     pub(super) line: usize,
     /// Version: 1 or 2.
     pub(super) version: u32,
@@ -47,7 +45,6 @@ pub(super) struct Segment {
     pub(super) torn: bool,
 }
 
-/// A line of data.
 pub(super) struct RotationRow {
     pub(super) line: usize,
     pub(super) epoch: String,
@@ -78,7 +75,6 @@ enum Beside {
     AngularVelocity,
 }
 
-/// The meaning of the numbers of a segment.
 pub(super) struct RotationKind {
     /// `ATTITUDE_TYPE`.
     pub(super) name: &'static str,
@@ -88,7 +84,6 @@ pub(super) struct RotationKind {
     velocity_in_b: bool,
 }
 
-/// The supported attitude types.
 const QUATERNION: &str = "QUATERNION";
 const EULER: &str = "EULER_ANGLE";
 const SPIN: &str = "SPIN";
@@ -105,7 +100,6 @@ const KINDS: [(&str, &str, Beside); 9] = [
 ];
 
 impl RotationKind {
-    /// The names of the numbers after an epoch.
     pub(super) fn columns(&self) -> Vec<&'static str> {
         let (mut columns, derivatives) = match self.shape {
             RotationForm::Quaternion { scalar_first: true } => {

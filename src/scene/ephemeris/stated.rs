@@ -12,7 +12,6 @@ use super::text::FileLine;
 use crate::environment::divided_differences::HIGHEST_DEGREE;
 use crate::environment::frames::ReferenceFrame;
 
-/// The options that a scene states for a trajectory file.
 #[derive(Debug, Clone, Default)]
 pub(in crate::scene) struct Options {
     /// The object to read if the file holds several.
@@ -21,9 +20,7 @@ pub(in crate::scene) struct Options {
     pub(in crate::scene) time_system: Option<String>,
     /// `hermite` or `lagrange`, if the file does not state it.
     pub(in crate::scene) interpolation: Option<String>,
-    /// Degree of the interpolation, if the file does not state it.
     pub(in crate::scene) degree: Option<u32>,
-    /// Time 0 of the scene.
     pub(in crate::scene) start: Option<Epoch>,
     /// Whether the trajectory may begin after time 0.
     pub(in crate::scene) elsewhere: bool,
@@ -32,7 +29,6 @@ pub(in crate::scene) struct Options {
 /// A segment in the words of the file.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Stated {
-    /// Line where the segment starts.
     pub(super) line: usize,
     pub(super) object_name: String,
     pub(super) object_id: String,
@@ -86,7 +82,6 @@ pub(super) fn reference_frame(name: &str) -> Result<ReferenceFrame, String> {
     Err(format!("the frame '{name}' is not one of 'EME2000', 'J2000', 'ICRF', 'GCRF', 'TEME', 'ITRF'"))
 }
 
-/// Parses a degree of interpolation.
 pub(super) fn stated_degree(path: &Path, (line, text): &(usize, String)) -> Result<usize, SceneError> {
     let degree = text.parse::<usize>().ok().filter(|degree| (1..=HIGHEST_DEGREE).contains(degree));
     degree.ok_or_else(|| {

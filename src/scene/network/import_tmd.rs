@@ -5,7 +5,6 @@ use crate::scene::tmd::{Conductors, Tmd};
 use crate::thermal::network::schedule::{HeatTable, Schedule};
 use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 
-/// Most names in a note.
 const NAMED: usize = 10;
 
 /// A network, and notes about differences from the TMD file.

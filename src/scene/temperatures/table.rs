@@ -9,7 +9,6 @@ use super::solution::{HOTTEST, Solution, SolvedNode};
 use crate::scene::error::SceneError;
 use crate::text::plain;
 
-/// Most names in a note.
 const NAMED: usize = 20;
 
 pub(super) fn refuse(path: &Path, line: u64, key: &str, message: impl std::fmt::Display) -> SceneError {

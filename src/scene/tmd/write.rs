@@ -30,7 +30,6 @@ const REAL: [&str; 16] = [
 ];
 /// 0 degrees of the temperatures in the file [K].
 const ZERO: f64 = 273.15;
-/// Length of the name of a model.
 const NAME: usize = 24;
 
 impl Tmd {

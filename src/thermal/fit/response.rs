@@ -24,7 +24,6 @@ pub(crate) struct Response {
     pub(crate) target: f64,
 }
 
-/// The best fit of a kind in a domain.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Fit {
     /// The response, which starts at the temperature of the first row.

@@ -13,7 +13,6 @@ pub(crate) const PARTS: usize = 1 << 4;
 pub(crate) const LARGEST_ERROR: f64 = 1e-5;
 /// Error of the share done above which a piece is divided.
 const SMALL_ERROR: f64 = 1e-6;
-/// How often a piece is divided.
 const DEEPEST: u32 = 2;
 pub(crate) const MOST: usize = 1 << 20;
 /// Places in a piece at which its error is measured.
@@ -23,7 +22,6 @@ const STRETCH: usize = 16;
 /// Places in a stretch at which it is compared, at uneven distances, so that no function that repeats is met at its zeros.
 const COMPARED_AT: [f64; 4] = [0.137, 0.381, 0.618, 0.853];
 
-/// The pieces of a function, and their error.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Pieces {
     /// Value at the near end of each piece, and its increase to the far end. [`SIDE`] pieces go from the start inwards, as many from the end inwards. Then

@@ -16,7 +16,7 @@ pub use terms::FLOOR;
 pub use terms::Integrator;
 pub use terms::Series;
 pub use terms::Settings;
-pub(crate) use terms::{Leg, ONE_PASS_TOLERANCE, Switch, Use};
+pub(crate) use terms::{Leg, ONE_PASS_TOLERANCE, Switch, MethodUse};
 
 /// Greatest number of RKL2 stages before TR-BDF2 is cheaper, and the number below which RKL2 is used again.
 const MOST_STAGES: [u32; 2] = [41, 25];
@@ -176,7 +176,6 @@ struct Control<'a, S: Stepper, W> {
     series: Series,
 }
 
-/// A planned try.
 #[derive(Clone, Copy)]
 struct PlannedTry {
     method: Method,
@@ -374,7 +373,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
             Method::Rkl2 { stages } => (1, stages),
             Method::TrBdf2 => (2, 2),
         };
-        let fresh = Use { sub_steps: 0, time: 0.0, range: [plan.step; 2], stages: [stages; 2] };
+        let fresh = MethodUse { sub_steps: 0, time: 0.0, range: [plan.step; 2], stages: [stages; 2] };
         let used = self.series.uses[place].get_or_insert(fresh);
         used.sub_steps += u64::from(plan.count);
         used.time += span;

@@ -30,7 +30,6 @@ pub(super) struct Newton {
     row_of: Vec<Option<usize>>,
     matrix: SparseMatrix,
     right: Vec<f64>,
-    /// Number of iterations so far.
     pub(super) iterations: u64,
 }
 

@@ -86,7 +86,6 @@ pub(crate) struct OnePass {
     /// The estimate before the last decision, and since.
     told: [Told; 2],
     heaters: Vec<Heater>,
-    /// State of the thermostat of each heater.
     states: Vec<ThermostatState>,
     /// Change of each heater's sensor in a step by the heater [K].
     gains: Vec<f64>,
@@ -120,7 +119,6 @@ impl OnePass {
         &self.temperatures
     }
 
-    /// Replaces the temperatures [K].
     pub(crate) fn set_temperatures(&mut self, temperatures: &[f64]) {
         self.temperatures.copy_from_slice(temperatures);
         for values in [&mut self.last, &mut self.coupling, &mut self.error] {
@@ -129,7 +127,6 @@ impl OnePass {
         self.age = 0;
     }
 
-    /// Replaces the states of the thermostats.
     pub(crate) fn set_on(&mut self, on: &[bool]) {
         let switched = self.states.iter_mut().zip(&self.heaters).filter(|(_, heater)| heater.thermostat.is_some());
         for ((state, _), on) in switched.zip(on) {
@@ -207,12 +204,10 @@ impl OnePass {
         heat
     }
 
-    /// Estimated error of all steps so far.
     pub(crate) fn estimate(&self) -> Estimate {
         self.told[0].and(self.told[1]).estimate()
     }
 
-    /// How often the step is halved.
     pub(crate) fn halving(&self) -> &Halving {
         &self.halving
     }

@@ -96,7 +96,6 @@ pub(crate) struct SlowModes<'a> {
 /// Changes of the heat that nodes receive from each other [W], from changes of their temperatures [K].
 pub(crate) type Coupling<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
 
-/// Most repetitions of a solve with a coupling.
 const MOST_REPETITIONS: usize = 100;
 /// A solve ends where a repetition changes no node by more than this share of the largest change.
 const REPEATED: f64 = 0.01;

@@ -5,7 +5,6 @@
 
 use std::collections::BTreeSet;
 
-/// The matrix, its factors and their common pattern.
 #[derive(Debug, Clone)]
 pub(super) struct SparseMatrix {
     /// Row of the caller at each position of the order.
@@ -54,7 +53,6 @@ impl SparseMatrix {
         Self { order, place, starts, columns, diagonal, factors: values.clone(), values, work }
     }
 
-    /// Sets every entry to zero.
     pub(super) fn clear(&mut self) {
         self.values.fill(0.0);
     }

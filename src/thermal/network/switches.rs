@@ -18,7 +18,6 @@ const CHATTER_SWITCHES: u32 = 1000;
 /// See [`CHATTER_SWITCHES`] [s].
 const CHATTER_TIME: f64 = 100.0;
 
-/// How fast a thermostat switches.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Pace {
     /// Time of the last switch [s], and the number of switches before it that are each within [`SWITCH_TIME`] of the next.

@@ -16,7 +16,6 @@ pub(super) struct Heat {
 pub(super) struct System {
     pub(super) network: Network,
     pub(super) heat: Heat,
-    /// Balances of the arithmetic nodes.
     pub(super) arithmetic: Newton,
     /// Balances of all nodes but boundaries. `None` until a method needs them, because their matrix is large.
     pub(super) all: Option<Newton>,

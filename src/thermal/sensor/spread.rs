@@ -16,7 +16,6 @@ pub(crate) const DROPPED: f64 = 1e-3;
 pub(crate) struct Term {
     /// Weights along a row, from -radius to radius.
     pub(crate) row: Vec<f64>,
-    /// Weights along a column.
     pub(crate) column: Vec<f64>,
 }
 
@@ -107,7 +106,6 @@ impl Spread {
     }
 }
 
-/// Weighted sums along rows.
 pub(crate) fn spread_rows(image: &[f64], width: usize, weights: &[f64]) -> Vec<f64> {
     let radius = (weights.len() / 2) as isize;
     let at = |row: usize, column: isize| image[row * width + column.clamp(0, width as isize - 1) as usize];
@@ -118,7 +116,6 @@ pub(crate) fn spread_rows(image: &[f64], width: usize, weights: &[f64]) -> Vec<f
     (0..image.len()).into_par_iter().map(one).collect()
 }
 
-/// Weighted sums along columns.
 pub(crate) fn spread_columns(image: &[f64], width: usize, height: usize, weights: &[f64]) -> Vec<f64> {
     let radius = (weights.len() / 2) as isize;
     let at = |row: isize, column: usize| image[row.clamp(0, height as isize - 1) as usize * width + column];

@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::Surface;
+use super::ShellSurface;
 
 /// The three corners' shares of a triangle's area [m2], which sum to the area.
 pub(super) fn corner_areas(corners: [DVec3; 3]) -> [f64; 3] {
@@ -35,7 +35,7 @@ pub(super) fn corner_dots(corners: [DVec3; 3]) -> [f64; 3] {
 }
 
 /// Area of every drawn vertex [m2]: its shares of the triangles around it.
-pub(super) fn vertex_areas(surface: &Surface) -> Vec<f64> {
+pub(super) fn vertex_areas(surface: &ShellSurface) -> Vec<f64> {
     let mut areas = vec![0.0; surface.positions.len()];
     for triangle in surface.triangles {
         let corners = triangle.map(|vertex| surface.positions[vertex as usize]);

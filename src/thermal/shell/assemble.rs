@@ -6,7 +6,7 @@ use super::contact::Contact;
 use super::intrinsic::Intrinsic;
 use super::merge::{Merged, apply, merge, summed, threshold};
 use super::weld::weld;
-use super::{NO_NODE, Sheet, Shell, ShellError, ShellMaterial, ShellSummary, Surface};
+use super::{NO_NODE, Sheet, Shell, ShellError, ShellMaterial, ShellSummary, ShellSurface};
 use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 
 /// Nodes of one layer: the node of each vertex, and the weights of conducting pairs.
@@ -15,7 +15,7 @@ struct Layer {
 }
 
 struct Assembly<'a> {
-    surface: &'a Surface<'a>,
+    surface: &'a ShellSurface<'a>,
     materials: &'a [Option<ShellMaterial>],
     network: Network,
     summary: ShellSummary,
@@ -28,7 +28,7 @@ impl Shell {
     /// # Errors
     /// A contact that is not valid.
     pub(crate) fn new(
-        surface: &Surface,
+        surface: &ShellSurface,
         materials: &[Option<ShellMaterial>],
         contacts: &[Contact],
         merge_rate: f64,
@@ -233,7 +233,7 @@ impl Assembly<'_> {
 
 /// Moves vertices whose place has no area to the place of the nearest corner with area, because a node without area could not balance. Without such a
 /// corner they get a place of their material, or no place. Returns the new place of every place.
-fn adopt_bare_places(surface: &Surface, place: &mut [u32], areas: &[f64]) -> Vec<u32> {
+fn adopt_bare_places(surface: &ShellSurface, place: &mut [u32], areas: &[f64]) -> Vec<u32> {
     let mut renamed: Vec<u32> = (0..areas.len() as u32).collect();
     let bare = |place: u32| place != NO_NODE && areas[place as usize] <= 0.0;
     if !place.iter().any(|place| bare(*place)) {

@@ -22,7 +22,6 @@ pub(super) struct Weights {
 }
 
 impl Weights {
-    /// Weights of the pairs of nodes.
     pub(super) fn new(surface: &Intrinsic) -> Self {
         let mut weights = Self::default();
         // Area of a triangle [m2]. 0 where it is too flat to conduct.

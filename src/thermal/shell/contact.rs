@@ -6,7 +6,7 @@
 use std::collections::HashSet;
 
 use super::merge::summed;
-use super::{ShellError, ShellMaterial, Surface};
+use super::{ShellError, ShellMaterial, ShellSurface};
 use crate::thermal::network::LinearConductor;
 
 mod edges;
@@ -36,7 +36,6 @@ pub(crate) enum ContactConductance {
     PerArea(f64),
 }
 
-/// A contact between two selections.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Contact {
     pub(crate) name: String,
@@ -47,7 +46,7 @@ pub(crate) struct Contact {
 }
 
 impl Selection {
-    fn has(&self, surface: &Surface, vertex: u32) -> bool {
+    fn has(&self, surface: &ShellSurface, vertex: u32) -> bool {
         let vertex = vertex as usize;
         self.parts[surface.parts[vertex] as usize] && self.materials[surface.materials[vertex] as usize]
     }
@@ -57,7 +56,7 @@ impl Contact {
     /// Adds the conductors of the contact. `node` is the node of every vertex.
     pub(super) fn conductors(
         &self,
-        surface: &Surface,
+        surface: &ShellSurface,
         materials: &[Option<ShellMaterial>],
         node: &[u32],
     ) -> Result<Vec<LinearConductor>, ShellError> {

@@ -17,7 +17,6 @@ const MOST_SWEEPS: usize = 64;
 pub(super) struct Merged {
     /// New number of every node.
     pub(super) node: Vec<u32>,
-    /// Number of nodes after merging.
     pub(super) count: usize,
 }
 

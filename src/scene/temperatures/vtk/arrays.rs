@@ -41,7 +41,6 @@ pub(super) fn parted<'a>(bytes: &'a [u8], path: &Path) -> Result<(Cow<'a, str>, 
     Ok((Cow::Owned(format!("{head}</VTKFile>")), Some(Appended { bytes: data, raw })))
 }
 
-/// Reads the arrays of a file.
 pub(super) struct Arrays<'a> {
     path: &'a Path,
     appended: Option<Appended<'a>>,
@@ -71,7 +70,6 @@ impl<'a> Arrays<'a> {
         Ok(Self { path, appended, width, big: root.attribute("byte_order") == Some("BigEndian"), zlib })
     }
 
-    /// An error at a place of the file.
     pub(super) fn wrong(&self, node: Node, message: impl std::fmt::Display) -> SceneError {
         let line = u64::from(node.document().text_pos_at(node.range().start).row);
         let name = node.attribute("Name").map_or(String::new(), |name| format!(" {name}"));

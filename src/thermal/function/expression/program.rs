@@ -12,7 +12,6 @@ pub(super) const MAX_OPERATIONS: usize = 200;
 const FUNCTION: &str = "isotherm_share_done";
 const MAX_TEXT: usize = 2000;
 
-/// Index of an operation's result.
 type ResultIndex = usize;
 
 /// Source of the number in a slot.
@@ -33,10 +32,8 @@ enum Operation {
     Same(ResultIndex),
 }
 
-/// A function of one number.
 type Call = fn(f64) -> f64;
 
-/// Operations on two numbers.
 #[derive(Debug, Clone, Copy)]
 enum Binary {
     Add,

@@ -72,7 +72,7 @@ pub struct Switch {
 
 /// Use of a method: time and sub-steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Use {
+pub(crate) struct MethodUse {
     /// Number of kept sub-steps.
     pub(crate) sub_steps: u64,
     /// Time covered [s].
@@ -91,14 +91,12 @@ pub struct Series {
     /// Switches in the order of time.
     pub switches: Vec<Switch>,
     /// Use of Euler, RKL2 and TR-BDF2.
-    pub(crate) uses: [Option<Use>; 3],
+    pub(crate) uses: [Option<MethodUse>; 3],
     /// Slowest and fastest bound of the relaxation rate [1/s].
     pub(crate) rates: Option<[f64; 2]>,
-    /// Number of rejected tries.
     pub(crate) rejected: u64,
     /// Total work.
     pub counts: WorkCounts,
-    /// States of the thermostats at the end.
     pub(crate) on: Vec<bool>,
     /// Sub-step proposed by the last estimate [s].
     pub(crate) step: f64,

@@ -82,7 +82,6 @@ impl fmt::Display for Unfit {
     }
 }
 
-/// The conductors of a network, divided.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Division {
     /// Nodes of each block of at most [`BLOCK_AT_MOST`], ascending.

@@ -27,7 +27,6 @@ struct WeightRow {
 pub(crate) struct Conduction(Vec<WeightRow>);
 
 impl Conduction {
-    /// The matrices of a kind of block over a step [s].
     pub(super) fn new(BlockKind { shares, rates }: &BlockKind, step: f64) -> Self {
         let size = shares.len();
         // With temperatures times the root of the capacitance, the matrix of the rates is symmetric.

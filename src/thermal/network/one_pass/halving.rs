@@ -6,7 +6,6 @@ use super::told::Estimate;
 const CHECKED: u32 = 16;
 /// Those after which it decides first.
 const FIRST: u32 = 4;
-/// Greatest number of halvings.
 pub(crate) const HALVINGS_AT_MOST: u32 = 3;
 /// Share of the bounds below which a halving is taken back. Twice the step has four times the error.
 const RELAXED: f64 = 1.0 / 16.0;
@@ -31,7 +30,6 @@ pub struct Halving {
 }
 
 impl Halving {
-    /// No halving yet beyond the least.
     pub(crate) fn new(tolerance: f64, least: u32) -> Self {
         Self { tolerance, least, count: 0, since: CHECKED - FIRST, exceeded: 0, most: 0 }
     }

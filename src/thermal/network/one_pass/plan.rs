@@ -26,7 +26,6 @@ const ALIKE: f64 = 1e-5;
 pub(crate) struct Block {
     /// The nodes. Those that conduct to each other stand close.
     pub(crate) nodes: Vec<u32>,
-    /// Number of its matrices.
     pub(crate) conduction: u32,
     /// Mean capacitance of its nodes [J/K].
     pub(crate) capacitance: f64,
@@ -150,7 +149,6 @@ impl OnePassPlan {
         &self.shape.blocks
     }
 
-    /// The matrices of the blocks.
     pub(crate) fn conductions(&self) -> &[Conduction] {
         &self.conductions
     }

@@ -2,7 +2,6 @@
 
 use crate::thermal::network::{LinearConductor, RadiativeConductor};
 
-/// An exchange of a node with a neighbour.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ExchangeLink {
     pub(crate) neighbour: u32,
@@ -21,7 +20,6 @@ pub(crate) struct ExchangeRows {
 }
 
 impl ExchangeRows {
-    /// The rows of a network of `count` nodes.
     pub(crate) fn new<'a>(
         count: usize,
         linear: impl Iterator<Item = &'a LinearConductor>,

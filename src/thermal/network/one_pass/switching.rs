@@ -8,7 +8,6 @@ use crate::thermal::network::schedule::Thermostat;
 /// Switches in a step beyond which a thermostat chatters.
 pub(crate) const SWITCHES_AT_MOST: u32 = 1000;
 
-/// A thermostat between two steps.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct ThermostatState {
     pub(crate) on: bool,
@@ -30,7 +29,6 @@ pub(crate) struct Sensed {
 }
 
 impl ThermostatState {
-    /// The state at the start of a run.
     pub(crate) fn new(thermostat: Option<&Thermostat>) -> Self {
         Self { on: thermostat.is_none_or(|one| one.initially_on), ..Self::default() }
     }

@@ -9,7 +9,7 @@ use std::collections::HashSet;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::polygon::{Line, Polygon};
+use super::polygon::{HalfPlane, Polygon};
 use super::side::{Owners, Side, owners};
 
 /// Cosine of the largest angle between two triangles in contact: 45 deg. A steeper triangle touches along an edge.
@@ -74,29 +74,29 @@ impl Frame {
     }
 
     /// Height of the plane through a point over this plane [m].
-    fn height(&self, point: DVec3, normal: DVec3) -> Line {
+    fn height(&self, point: DVec3, normal: DVec3) -> HalfPlane {
         let up = normal.dot(self.normal);
         let slope = DVec2::new(normal.dot(self.x), normal.dot(self.y)) / -up;
-        Line { slope, origin: (point - self.origin).dot(self.normal) - slope.dot(self.flat(point)) }
+        HalfPlane { slope, origin: (point - self.origin).dot(self.normal) - slope.dot(self.flat(point)) }
     }
 
     /// The value (p - point) . towards where the point p has this height.
-    fn along(&self, point: DVec3, towards: DVec3, height: &Line) -> Line {
+    fn along(&self, point: DVec3, towards: DVec3, height: &HalfPlane) -> HalfPlane {
         let up = towards.dot(self.normal);
-        Line {
+        HalfPlane {
             slope: DVec2::new(towards.dot(self.x), towards.dot(self.y)) + height.slope * up,
             origin: (self.origin - point).dot(towards) + height.origin * up,
         }
     }
 
-    fn raised(&self, point: DVec2, height: &Line) -> DVec3 {
+    fn raised(&self, point: DVec2, height: &HalfPlane) -> DVec3 {
         self.origin + self.x * point.x + self.y * point.y + self.normal * height.at(point)
     }
 }
 
 /// The difference of two heights [m].
-fn gap(from: &Line, to: &Line) -> Line {
-    Line { slope: to.slope - from.slope, origin: to.origin - from.origin }
+fn gap(from: &HalfPlane, to: &HalfPlane) -> HalfPlane {
+    HalfPlane { slope: to.slope - from.slope, origin: to.origin - from.origin }
 }
 
 /// Two sides of a contact, and its greatest distance [m].
@@ -173,7 +173,7 @@ impl Faces<'_> {
 
     /// The pieces of the common part of two triangles with nothing of either side between. `sign` says on which side of the first triangle the second
     /// lies.
-    fn open(&self, frame: &Frame, pair: [usize; 2], heights: [&Line; 2], common: Polygon, sign: f64) -> Vec<Polygon> {
+    fn open(&self, frame: &Frame, pair: [usize; 2], heights: [&HalfPlane; 2], common: Polygon, sign: f64) -> Vec<Polygon> {
         let same = SAME_GAP * self.distance;
         let corners = || common.corners.iter().flat_map(|corner| heights.map(|height| frame.raised(*corner, height)));
         let low = corners().fold(DVec3::INFINITY, DVec3::min) - same;
@@ -185,7 +185,7 @@ impl Faces<'_> {
             // Gaps count from the triangle of the other side.
             let base = heights[1 - side];
             let sign = if side == 1 { sign } else { -sign };
-            let toward = |line: Line| if sign < 0.0 { line.reversed() } else { line };
+            let toward = |line: HalfPlane| if sign < 0.0 { line.reversed() } else { line };
             let full = toward(gap(base, heights[side]));
             other.near(low, high, |layer| {
                 if layer == beyond || other.groups[layer] == own.groups[seen_from] {
@@ -212,7 +212,7 @@ impl Faces<'_> {
         &self,
         frame: &Frame,
         [a, b]: [usize; 2],
-        heights: [&Line; 2],
+        heights: [&HalfPlane; 2],
         polygon: &Polygon,
         mut add: impl FnMut([u32; 2], f64),
     ) {
@@ -230,7 +230,7 @@ impl Faces<'_> {
         frame: &Frame,
         side: usize,
         triangle: usize,
-        height: &Line,
+        height: &HalfPlane,
         polygon: &Polygon,
     ) -> impl Iterator<Item = (usize, Polygon)> {
         let dividers = self.sides[side].dividers(triangle);

@@ -7,7 +7,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// A line, or the half-plane where `at` is not negative.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Line {
+pub(super) struct HalfPlane {
     /// Gradient of the value.
     pub(super) slope: DVec2,
     pub(super) origin: f64,
@@ -20,7 +20,7 @@ pub(super) struct Polygon {
     pub(super) corners: Vec<DVec2>,
 }
 
-impl Line {
+impl HalfPlane {
     /// The line through two points, with its half-plane to the left.
     pub(super) fn through(from: DVec2, to: DVec2) -> Self {
         let slope = (to - from).perp();
@@ -31,7 +31,6 @@ impl Line {
         self.slope.dot(point) + self.origin
     }
 
-    /// The other half-plane.
     pub(super) fn reversed(self) -> Self {
         Self { slope: -self.slope, origin: -self.origin }
     }
@@ -50,13 +49,13 @@ impl Polygon {
     }
 
     /// The lines of its sides, which it lies to the left of.
-    pub(super) fn sides(&self) -> Vec<Line> {
+    pub(super) fn sides(&self) -> Vec<HalfPlane> {
         let next = |at: usize| self.corners[(at + 1) % self.corners.len()];
-        (0..self.corners.len()).map(|at| Line::through(self.corners[at], next(at))).collect()
+        (0..self.corners.len()).map(|at| HalfPlane::through(self.corners[at], next(at))).collect()
     }
 
     /// The part in a half-plane.
-    pub(super) fn clipped(&self, line: &Line) -> Self {
+    pub(super) fn clipped(&self, line: &HalfPlane) -> Self {
         let count = self.corners.len();
         let mut corners = Vec::with_capacity(count + 1);
         for at in 0..count {
@@ -73,12 +72,12 @@ impl Polygon {
     }
 
     /// The part in all half-planes.
-    pub(super) fn within(&self, lines: &[Line]) -> Self {
+    pub(super) fn within(&self, lines: &[HalfPlane]) -> Self {
         lines.iter().fold(self.clone(), |left, line| if left.corners.is_empty() { left } else { left.clipped(line) })
     }
 
     /// The part outside the common part of some half-planes.
-    pub(super) fn without(self, lines: &[Line]) -> Vec<Self> {
+    pub(super) fn without(self, lines: &[HalfPlane]) -> Vec<Self> {
         let least = ROUNDING * self.area();
         if self.within(lines).area() <= least {
             return vec![self];
@@ -110,7 +109,7 @@ mod tests {
         assert_eq!(whole.area(), 4.0);
         assert_eq!(whole.within(&square(1.0, 3.0).sides()).area(), 1.0);
         assert_eq!(whole.within(&square(2.0, 3.0).sides()).area(), 0.0, "they touch at a corner");
-        let slanted = Line::through(DVec2::new(0.0, 1.0), DVec2::new(1.0, 2.0));
+        let slanted = HalfPlane::through(DVec2::new(0.0, 1.0), DVec2::new(1.0, 2.0));
         assert!((whole.clipped(&slanted).area() - 0.5).abs() < 1e-15);
         assert!((whole.clipped(&slanted.reversed()).area() - 3.5).abs() < 1e-15);
     }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::super::areas::corner_dots;
-use super::super::{NO_NODE, ShellMaterial, Surface};
+use super::super::{NO_NODE, ShellMaterial, ShellSurface};
 use crate::environment::shadow::Tree;
 
 /// Part and material of a triangle.
@@ -49,7 +49,7 @@ pub(super) struct Side {
 impl Side {
     /// The triangles of the network whose vertices are chosen.
     pub(super) fn new(
-        surface: &Surface,
+        surface: &ShellSurface,
         materials: &[Option<ShellMaterial>],
         node: &[u32],
         chosen: impl Fn(u32) -> bool,
