@@ -8,7 +8,7 @@ use super::frames::{IMAGE, resize};
 use crate::gpu::context::Context;
 use crate::scene::Scene;
 use crate::simulation::device_engine::DeviceEngine;
-use crate::simulation::engine::{Engine, Order, Pixels, Step};
+use crate::simulation::engine::{Engine, Order, Pixels, EngineStep};
 use crate::simulation::pose_at;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::surroundings::surroundings_at;
@@ -86,7 +86,7 @@ fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, Box<dyn std::error
         let pose = if last { pose_at(&prepared, end) } else { None };
         let surroundings = pose.and_then(|pose| surroundings_at(&prepared, end, &pose));
         let order = Order { pose, joints: &joints, temperatures: last, surroundings, ..Order::default() };
-        engine.submit(Some(Step { load: &load, steps: 1.0, start, length: step }), order)?;
+        engine.submit(Some(EngineStep { load: &load, steps: 1.0, start, length: step }), order)?;
         delivered = engine.deliver()?;
     }
     Ok(Left {

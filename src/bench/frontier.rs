@@ -32,7 +32,7 @@ pub struct FrontierRow {
 }
 
 impl FrontierRow {
-    /// Its light between parts, in words.
+    /// Light between parts, in words.
     pub(crate) fn light(&self) -> &'static str {
         match (self.shadows, self.exchange) {
             (true, true) => "shadows and exchange",
@@ -43,7 +43,7 @@ impl FrontierRow {
     }
 }
 
-/// What moves the temperatures.
+/// The way in which temperatures are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Way {
     Accurate,
@@ -79,7 +79,7 @@ impl Way {
         }
     }
 
-    /// What it has of light between parts, the most first: with shadows, and with radiation between surfaces.
+    /// The choices of light between parts, the most first: with shadows, and with radiation between surfaces.
     fn lights(self, exchange: bool) -> impl Iterator<Item = [bool; 2]> {
         let is_network = matches!(self, Self::Accurate | Self::Default);
         let all = [[true, true], [true, false], [false, false]];

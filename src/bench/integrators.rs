@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::cases::NetworkCase;
 use super::schemes::{Fixed, Scheme};
 use crate::gpu::error::GpuError;
-use crate::output::statistics::Spread;
+use crate::output::statistics::Percentiles;
 use crate::simulation::network::unfinished;
 use crate::simulation::stepper::AnyStepper;
 use crate::thermal::network::control::{ControlError, Leg, Settings, integrate_leg};
@@ -45,12 +45,12 @@ pub struct Integrated {
     /// Short name of the case.
     pub case: String,
     /// One run for every scheme.
-    pub runs: Vec<Run>,
+    pub runs: Vec<IntegratorRun>,
 }
 
 /// A scheme on a case.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Run {
+pub struct IntegratorRun {
     /// Method, with its sub-steps or tolerance.
     pub scheme: String,
     /// Method.
@@ -58,27 +58,27 @@ pub struct Run {
     /// `dispatches` on a device, where each stage is one, `f64` on the processor.
     pub path: String,
     /// Work of one run. A slow run has fewer frames than the case.
-    pub work: Option<Work>,
+    pub work: Option<SchemeWork>,
     /// Device time of a frame [ms].
-    pub device_ms: Option<Spread>,
+    pub device_ms: Option<Percentiles>,
     /// Host time of a frame [ms].
-    pub wall_ms: Option<Spread>,
+    pub wall_ms: Option<Percentiles>,
     /// Error at the ends of all frames.
     pub error: Option<FrameError>,
     /// The reason if there are no numbers.
     pub failed: Option<String>,
 }
 
-impl Run {
+impl IntegratorRun {
     /// Time of a frame [ms], measured by the device if it has a clock.
-    pub(crate) fn time(&self) -> Option<Spread> {
+    pub(crate) fn time(&self) -> Option<Percentiles> {
         self.device_ms.or(self.wall_ms)
     }
 }
 
 /// Counts of work, including rejected sub-steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-pub struct Work {
+pub struct SchemeWork {
     /// Frames.
     pub frames: u64,
     /// Stages, each an evaluation of all exchanges.
@@ -91,7 +91,7 @@ pub struct Work {
     pub(crate) iterations: u64,
 }
 
-/// The path of a stepper: see [`Run::path`].
+/// The path of a stepper: see [`IntegratorRun::path`].
 fn path(stepper: &AnyStepper) -> &'static str {
     match stepper.device() {
         Some(_) => "dispatches",
@@ -177,7 +177,7 @@ fn fixed(stepper: &mut AnyStepper, case: &NetworkCase, method: Fixed, count: u32
 
 /// Limits on the runs of a scheme.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Effort {
+pub struct IntegratorEffort {
     /// Most runs of the whole case.
     pub runs: u32,
     /// Time [s] after which no further run begins.
@@ -196,16 +196,16 @@ pub fn measure(
     case: &NetworkCase,
     truth: &[Vec<f64>],
     scheme: Scheme,
-    effort: Effort,
-) -> Run {
+    effort: IntegratorEffort,
+) -> IntegratorRun {
     let name = scheme.to_string();
-    let mut run = Run { scheme: name, family: scheme.family(), ..Run::default() };
+    let mut run = IntegratorRun { scheme: name, family: scheme.family(), ..IntegratorRun::default() };
     if let Some(reason) = scheme.refusal(case) {
         run.failed = Some(reason);
         return run;
     }
     match runs(stepper, case, truth, scheme, effort) {
-        Ok(measured) => run = Run { scheme: run.scheme, family: run.family, ..measured },
+        Ok(measured) => run = IntegratorRun { scheme: run.scheme, family: run.family, ..measured },
         Err(error) => run.failed = Some(error.to_string()),
     }
     run.path = path(stepper).to_owned();
@@ -217,8 +217,8 @@ fn runs(
     case: &NetworkCase,
     truth: &[Vec<f64>],
     scheme: Scheme,
-    effort: Effort,
-) -> Result<Run, Ended> {
+    effort: IntegratorEffort,
+) -> Result<IntegratorRun, Ended> {
     let restart = |stepper: &mut AnyStepper| stepper.set_temperatures(&case.network.temperatures);
     let began = Instant::now();
     restart(stepper)?;
@@ -255,11 +255,11 @@ fn runs(
             break;
         }
     }
-    Ok(Run { work, device_ms: Spread::of(&device), wall_ms: Spread::of(&wall), error: Some(error), ..Run::default() })
+    Ok(IntegratorRun { work, device_ms: Percentiles::of(&device), wall_ms: Percentiles::of(&wall), error: Some(error), ..IntegratorRun::default() })
 }
 
-fn work_of(before: WorkCounts, after: WorkCounts, frames: usize) -> Work {
-    Work {
+fn work_of(before: WorkCounts, after: WorkCounts, frames: usize) -> SchemeWork {
+    SchemeWork {
         frames: frames as u64,
         stages: after.stages - before.stages,
         sub_steps: after.sub_steps - before.sub_steps,

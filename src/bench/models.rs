@@ -12,13 +12,13 @@ use super::frames::resize;
 use crate::compare::responses::{self, OfMaterial};
 use crate::environment::StepLoad;
 use crate::environment::shadow::Method;
-use crate::exchange::step::Settings;
+use crate::exchange::step::ExchangeSettings;
 use crate::gpu::context::Context;
 use crate::gpu::nodes::GROUP;
-use crate::output::statistics::Spread;
+use crate::output::statistics::Percentiles;
 use crate::scene::{Scene, ShadowSettings};
 use crate::simulation::device_engine::DeviceEngine;
-use crate::simulation::engine::{Engine, EngineError, Order, Step};
+use crate::simulation::engine::{Engine, EngineError, Order, EngineStep};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::surroundings::surroundings_at;
 use crate::simulation::{pose_at, start};
@@ -144,7 +144,7 @@ impl Choice {
         }
     }
 
-    fn scene(self, base: &Scene, exchange: Settings) -> Scene {
+    fn scene(self, base: &Scene, exchange: ExchangeSettings) -> Scene {
         let mut scene = base.clone();
         if !matches!(self, Self::Network | Self::NetworkWithExchange) {
             scene.time.warm_up_orbits = scene.time.warm_up_orbits.min(MOST_ORBITS);
@@ -197,7 +197,7 @@ pub(super) struct Ran {
     pub(super) step_ms: Option<f64>,
 }
 
-/// What the choices have in common.
+/// Scene and settings that the choices have in common.
 pub(crate) struct Basis {
     /// One orbit of the scene in long steps, with shadows.
     pub(super) scene: Scene,
@@ -207,9 +207,9 @@ pub(crate) struct Basis {
     pub(super) areas: Vec<f64>,
     nodes: usize,
     /// Patches of the choices with radiation between surfaces.
-    exchange: Settings,
+    exchange: ExchangeSettings,
     /// The same where the scene asks for it.
-    pub(super) stated: Option<Settings>,
+    pub(super) stated: Option<ExchangeSettings>,
 }
 
 impl Basis {
@@ -293,8 +293,8 @@ pub(crate) fn measure(
     }
 }
 
-/// The scene through one orbit of long steps with shadows. It starts from the periodic state if the scene asks for it,
-/// otherwise after one orbit.
+/// The scene through one orbit of long steps with shadows. The run starts from the periodic state if the scene asks for it, otherwise after one
+/// orbit. With `quick` it starts after a quarter of an orbit.
 fn one_orbit(scene: &Scene, quick: bool) -> Scene {
     let mut base = scene.clone();
     base.sensor = None;
@@ -327,7 +327,7 @@ pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, En
         let pose = if drawn { pose_at(prepared, to) } else { None };
         let surroundings = pose.and_then(|pose| surroundings_at(prepared, to, &pose));
         let order = Order { pose, joints: &joints, temperatures: true, surroundings, ..Order::default() };
-        engine.submit(Some(Step { load: &load, steps: 1.0, start: from, length: step }), order)?;
+        engine.submit(Some(EngineStep { load: &load, steps: 1.0, start: from, length: step }), order)?;
         let delivered = engine.deliver()?;
         let after = device_ms(&engine);
         step_ms.extend(after.zip(before).map(|(after, before)| after - before));
@@ -345,7 +345,7 @@ pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, En
         }
     }
     // A median, because the first steps also compile pipelines.
-    ran.step_ms = Spread::of(&step_ms).map(|spread| spread.median);
+    ran.step_ms = Percentiles::of(&step_ms).map(|spread| spread.median);
     Ok(ran)
 }
 

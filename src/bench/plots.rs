@@ -4,11 +4,11 @@ use super::frames::FrameRow;
 use super::frontier::FrontierRow;
 use super::integrators::Integrated;
 use super::models::Models;
-use super::record::{Bench, Measured};
+use super::record::{Bench, DeviceMeasurements};
 use super::responses::ResponseRow;
 use super::truth::CaseSummary;
 use crate::output::OutputError;
-use crate::output::plot::{Line, Mark, Plot};
+use crate::output::plot::{PlotLine, Mark, Plot};
 use crate::output::plot_axis::Axis;
 use crate::output::report::PlotEntry;
 
@@ -41,11 +41,11 @@ pub(crate) fn all(bench: &Bench) -> Result<Vec<PlotEntry>, OutputError> {
 }
 
 /// Adds a point to the line of a name.
-fn push(lines: &mut Vec<Line>, name: &str, point: [f64; 2]) {
+fn push(lines: &mut Vec<PlotLine>, name: &str, point: [f64; 2]) {
     match lines.iter_mut().find(|line| line.name == name) {
         Some(line) => line.points.push(point),
         None => {
-            lines.push(Line { name: name.to_owned(), points: vec![point], mark: Mark::Joined, ..Line::default() });
+            lines.push(PlotLine { name: name.to_owned(), points: vec![point], mark: Mark::Joined, ..PlotLine::default() });
         }
     }
 }
@@ -57,7 +57,7 @@ fn around(label: &str, values: impl Iterator<Item = f64>) -> Axis {
 }
 
 /// A plot with logarithmic axes and these labels. `None` without points.
-fn lines_of(title: String, subtitle: String, [x, y]: [&str; 2], series: Vec<Line>) -> Option<Plot> {
+fn lines_of(title: String, subtitle: String, [x, y]: [&str; 2], series: Vec<PlotLine>) -> Option<Plot> {
     let points = || series.iter().flat_map(|line| line.points.iter());
     points().next()?;
     let (x, y) = (around(x, points().map(|point| point[0])), around(y, points().map(|point| point[1])));
@@ -130,7 +130,7 @@ fn frontier(rows: &[FrontierRow], models: &Models) -> Option<Plot> {
 }
 
 /// A line for each method, from its fastest run to its slowest.
-fn work_precision(measured: &Measured, integrated: &Integrated, case: &CaseSummary) -> Option<Plot> {
+fn work_precision(measured: &DeviceMeasurements, integrated: &Integrated, case: &CaseSummary) -> Option<Plot> {
     let mut lines = Vec::new();
     for run in &integrated.runs {
         let (Some(time), Some(error)) = (run.time(), run.error) else { continue };

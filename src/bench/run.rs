@@ -5,13 +5,13 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::cases::{self, CaseError, NetworkCase};
-use super::clock::{Clock, Deadline, OUT_OF_TIME};
+use super::clock::{BenchClock, Deadline, OUT_OF_TIME};
 use super::drivers::{self, DriverRow};
 use super::frames::{self, FrameRow};
-use super::integrators::{Effort, Integrated, Run, measure};
+use super::integrators::{IntegratorEffort, Integrated, IntegratorRun, measure};
 use super::limits::{self, Limits};
-use super::plan::{Measurement, Plan};
-use super::record::{Bench, Measured, load_average};
+use super::plan::{Measurement, BenchPlan};
+use super::record::{Bench, DeviceMeasurements, load_average};
 use super::responses::{self, ResponseError};
 use super::schemes::Scheme;
 use super::truth::{CaseSummary, Truth};
@@ -39,8 +39,8 @@ pub(crate) enum BenchError {
 }
 
 /// Runs the plan. `says` gets the name of each measurement beforehand.
-pub(crate) fn run(plan: &Plan, says: &dyn Fn(&str)) -> Result<Bench, BenchError> {
-    let clock = Clock::start(plan.quick, plan.targets.len());
+pub(crate) fn run(plan: &BenchPlan, says: &dyn Fn(&str)) -> Result<Bench, BenchError> {
+    let clock = BenchClock::start(plan.quick, plan.targets.len());
     let wanted = |one| plan.measurements.contains(&one);
     let mut truths = Vec::new();
     if wanted(Measurement::Integrators) {
@@ -80,18 +80,18 @@ pub(crate) fn run(plan: &Plan, says: &dyn Fn(&str)) -> Result<Bench, BenchError>
 }
 
 fn on(
-    plan: &Plan,
+    plan: &BenchPlan,
     target: &Target,
     truths: &[(NetworkCase, Truth)],
     deadline: &dyn Fn(Measurement) -> Deadline,
     says: &dyn Fn(&str),
-) -> Result<Measured, BenchError> {
+) -> Result<DeviceMeasurements, BenchError> {
     let wanted = |one| plan.measurements.contains(&one);
-    let mut measured = Measured {
+    let mut measured = DeviceMeasurements {
         name: target.name(),
         info: target.device().map(|context| context.info.clone()),
         load_average: [load_average(), None],
-        ..Measured::default()
+        ..DeviceMeasurements::default()
     };
     let name = &measured.name;
     if let Some(context) = target.device() {
@@ -125,7 +125,7 @@ fn on(
 }
 
 /// Compares every Vulkan device with the first, if there are several.
-fn drivers(plan: &Plan, says: &dyn Fn(&str)) -> Vec<DriverRow> {
+fn drivers(plan: &BenchPlan, says: &dyn Fn(&str)) -> Vec<DriverRow> {
     let devices: Vec<Arc<Context>> = plan.targets.iter().filter_map(|target| target.device().cloned()).collect();
     match plan.scenes.last() {
         Some(scene) if devices.len() > 1 => {
@@ -136,7 +136,7 @@ fn drivers(plan: &Plan, says: &dyn Fn(&str)) -> Vec<DriverRow> {
     }
 }
 
-fn whole_ticks(plan: &Plan, context: &Arc<Context>, deadline: Deadline, says: &dyn Fn(&str)) -> Vec<FrameRow> {
+fn whole_ticks(plan: &BenchPlan, context: &Arc<Context>, deadline: Deadline, says: &dyn Fn(&str)) -> Vec<FrameRow> {
     let (edges, effort) = plan.frames();
     let device = &context.info.name;
     let mut rows = Vec::new();
@@ -158,7 +158,7 @@ fn whole_ticks(plan: &Plan, context: &Arc<Context>, deadline: Deadline, says: &d
 
 /// A case on a target, with its deadline.
 struct Setting<'a> {
-    plan: &'a Plan,
+    plan: &'a BenchPlan,
     case: &'a NetworkCase,
     truth: &'a Truth,
     target: &'a Target,
@@ -170,15 +170,15 @@ struct Setting<'a> {
 
 impl Setting<'_> {
     /// Makes a new stepper for each scheme, because a stepper may keep state from earlier schemes.
-    fn all_schemes(&self) -> Vec<Run> {
+    fn all_schemes(&self) -> Vec<IntegratorRun> {
         let schemes = Scheme::all(self.case, self.plan.quick);
         let one = |(number, scheme): (usize, &Scheme)| {
             (self.says)(&format!("{}: {}, {scheme}", self.target.name(), self.case.key));
-            let failed = |reason: String| Run {
+            let failed = |reason: String| IntegratorRun {
                 scheme: scheme.to_string(),
                 family: scheme.family(),
                 failed: Some(reason),
-                ..Run::default()
+                ..IntegratorRun::default()
             };
             if self.deadline.is_past() {
                 return failed(OUT_OF_TIME.to_owned());
@@ -186,7 +186,7 @@ impl Setting<'_> {
             // The remaining schemes of this case, and the same number for each remaining case.
             let left = schemes.len() - number + (self.cases_left - 1) * schemes.len();
             let effort = self.plan.effort();
-            let effort = Effort { most: self.deadline.share(left, effort.most), ..effort };
+            let effort = IntegratorEffort { most: self.deadline.share(left, effort.most), ..effort };
             match self.target.stepper(&self.case.network, &[]) {
                 Ok(mut stepper) => measure(&mut stepper, self.case, &self.truth.rows, *scheme, effort),
                 Err(error) => failed(error.to_string()),

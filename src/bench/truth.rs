@@ -9,7 +9,7 @@ use crate::simulation::stepper::AnyStepper;
 use crate::thermal::network::NodeKind;
 
 /// Temperatures [K] of all nodes at the end of every frame.
-pub(crate) type Rows = Vec<Vec<f64>>;
+pub(crate) type FrameTemperatures = Vec<Vec<f64>>;
 
 /// A summary of an integrator case.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -59,19 +59,19 @@ impl CaseSummary {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
     /// Temperatures at the ends of frames.
-    pub rows: Rows,
+    pub rows: FrameTemperatures,
     /// RKL2 sub-steps a frame in f64.
     pub(crate) sub_steps: u32,
-    /// Its own error: a third of the difference from half as many sub-steps, because the method has order 2.
+    /// Error of the reference itself: a third of the difference from half as many sub-steps, because the method has order 2.
     pub own: FrameError,
 }
 
 impl Truth {
     /// Integrates in f64 with a number of sub-steps a frame and with half as many. `None` on failure.
     pub fn of(case: &NetworkCase, sub_steps: u32) -> Option<Self> {
-        let rows = |count: u32| -> Option<Rows> {
+        let rows = |count: u32| -> Option<FrameTemperatures> {
             let mut stepper = AnyStepper::reference(&case.network, &[]);
-            let mut rows = Rows::new();
+            let mut rows = FrameTemperatures::new();
             let scheme = Scheme::Fixed(Fixed::Rkl2, count);
             in_frames(&mut stepper, case, scheme, |_, temperatures| {
                 rows.push(temperatures);

@@ -42,7 +42,7 @@ pub(crate) struct Arguments {
     /// Make the orbits j with j mod N = I. Shards may run at once, on one machine or several, and write into the same folder
     #[arg(long, value_name = "I/N", default_value = "0/1", value_parser = parse_shard)]
     shard: Shard,
-    /// Keep the orbits that are there, and make the others. The files are those of an undisturbed run
+    /// Keep the orbits that are there, and make the others. The files come out as in an undisturbed run
     #[arg(long, conflicts_with = "force")]
     resume: bool,
     /// Remove the data set that is in the folder first
@@ -54,7 +54,7 @@ pub(crate) struct Arguments {
     device: DeviceArguments,
 }
 
-/// What else is done with a data set.
+/// Other work with a data set.
 #[derive(clap::Subcommand)]
 enum Other {
     Verify(VerifyArguments),
@@ -244,7 +244,7 @@ fn show(arguments: &PreviewArguments) -> Result<(), CliError> {
     check_validation(&target)
 }
 
-/// Tells what was made.
+/// Tells the number of images and orbits that were made, and the rejections.
 fn tell(made: &Made, root: &Path) {
     answer!(
         "{} images in {}: {:.0} an hour, {:.0} bytes each",

@@ -6,7 +6,7 @@ use super::error::CliError;
 use crate::gpu::error::GpuError;
 use crate::output::console::say;
 use crate::scene::network::NetworkFile;
-use crate::thermal::network::control::{ControlError, MOST_SUB_STEPS, STIFFEST, Series, Settings, Use};
+use crate::thermal::network::control::{ControlError, MOST_SUB_STEPS, STIFFEST, Series, Settings, MethodUse};
 use crate::thermal::network::steady::{Steady, SteadyError};
 use crate::thermal::network::stepper::WorkCounts;
 
@@ -30,7 +30,7 @@ pub(super) fn print_series(series: &Series, file: &NetworkFile, settings: &Setti
     let whole: f64 = series.uses.iter().flatten().map(|used| used.time).sum();
     for (place, used) in series.uses.iter().enumerate() {
         let Some(used) = used else { continue };
-        let Use { sub_steps, time, range: [least, most], stages: [few, many] } = used;
+        let MethodUse { sub_steps, time, range: [least, most], stages: [few, many] } = used;
         let (name, reason) = match place {
             0 => ("Euler with residual".to_owned(), "the sub-step is stable and its error small enough"),
             1 => {

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::error::CliError;
 use super::progress::{progress_bar, stop_flag};
 use crate::gpu::error::GpuError;
-use crate::paper::cube::{Cube, PERIOD, Problem, STEP, STEPS};
+use crate::paper::cube::{Cube, PERIOD, CubeProblem, STEP, STEPS};
 use crate::paper::orbits::{CASES, Orbits};
 use crate::simulation::stepper::AnyStepper;
 use crate::simulation::target::Target;
@@ -26,7 +26,7 @@ pub(super) fn compute(chosen: &Target, output: &Path) -> Result<(Orbits, String)
     let stop = stop_flag();
     let bar = progress_bar(CASES, "figures 2-4");
     let (mut orbits, mut total) = (0, WorkCounts::default());
-    let solved = Orbits::compute(|case: &Cube, problem: &Problem| {
+    let solved = Orbits::compute(|case: &Cube, problem: &CubeProblem| {
         let mut stepper = chosen.stepper(&problem.network, &[])?;
         let settled = settle(&mut stepper, case, problem, &stop, output)?;
         let counts = stepper.counts();
@@ -69,7 +69,7 @@ fn told(error: ControlError<GpuError>, case: &Cube, output: &Path) -> CliError {
 fn settle(
     stepper: &mut AnyStepper,
     case: &Cube,
-    problem: &Problem,
+    problem: &CubeProblem,
     stop: &AtomicBool,
     output: &Path,
 ) -> Result<Settled, CliError> {

@@ -1,4 +1,4 @@
-//! What a saved state tells of its run, and whether a run with it may go on.
+//! The run of a saved state: its command line, device and files, and whether the run may go on.
 
 use std::path::{Path, PathBuf};
 
@@ -120,7 +120,7 @@ fn buffers_of(model: &Path) -> Vec<PathBuf> {
     uris.filter(|uri| !uri.contains(':')).map(|uri| folder.join(uri)).filter(|path| path.is_file()).collect()
 }
 
-/// What a state says of its run.
+/// The lists by which a saved state names its run: version, device, scene, files and options.
 pub(super) fn identity(
     prepared: &Prepared,
     scene: &Path,

@@ -15,7 +15,7 @@ use super::resume::{Earlier, identity};
 use super::run_report::{print_summary, report, speed};
 use super::thermal_state;
 use crate::gpu::resources::check_plan;
-use crate::guard::finding::Effort;
+use crate::guard::finding::CheckEffort;
 use crate::output::console::{answer, say};
 use crate::output::destination::destinations;
 use crate::output::folder::Folder;
@@ -51,7 +51,7 @@ pub(crate) struct Arguments {
     /// Replace the files that isotherm wrote into the output folder, and keep all others. It refuses a file that was changed since
     #[arg(long)]
     force: bool,
-    /// Go on with a run that was ended, from the state that it saved (DIR/.isotherm/state). The files are those of an undisturbed run
+    /// Go on with a run that was ended, from the state that it saved (DIR/.isotherm/state). The files come out as in an undisturbed run
     #[arg(long, value_name = "DIR", conflicts_with_all = ["output", "force", "check"])]
     resume: Option<PathBuf>,
     /// How often the state is saved: a number of seconds, or of steps as in `100steps`. With 0 it is saved only after the warm-up and when a signal
@@ -123,7 +123,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut prepared = prepare_with_progress(&scene, reach)?;
     drop(prepares);
     let guards = trace.span(Track::Host, "look for what is probably wrong");
-    guard(&mut prepared, Effort::BRIEF);
+    guard(&mut prepared, CheckEffort::BRIEF);
     drop(guards);
     let fresh = if earlier.is_none() { Some(Folder::new(&root, &FILES)) } else { None };
     if let Some(folder) = &fresh {

@@ -77,7 +77,7 @@ fn pass_times(engine: &dyn Engine) -> Vec<PassTime> {
     times.filter_map(of).collect()
 }
 
-/// What a run found, and on what. The caller adds buffers, speed and command line.
+/// The report of a run. The caller adds buffers, speed and command line.
 pub(super) fn report(
     prepared: &Prepared,
     plan: &[Planned],
@@ -185,7 +185,7 @@ pub(super) fn report(
     }
 }
 
-/// Prints what a report says in short.
+/// Prints a report in short.
 pub(super) fn print_summary(report: &Report, folder: &Folder) {
     let speed = &report.speed;
     answer!("{} steps and {} images in {:.1} s on {}", speed.steps, speed.images, speed.wall_s, report.device.name);

@@ -10,7 +10,7 @@ pub(crate) struct Largest {
     /// Temperature in the network [K].
     pub(crate) network: f32,
     pub(crate) step: u32,
-    /// Vertex of the model after subdivision. It is the same node in every run.
+    /// Vertex of the model after subdivision, which is the same node in every run.
     pub(crate) vertex: u32,
 }
 
@@ -56,7 +56,7 @@ pub(crate) struct OfStep {
     pub(crate) max: f32,
 }
 
-/// The vertices of the model. They are the same in every run.
+/// The vertices of the model, the same in every run.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Vertices {
     /// Areas [m2].

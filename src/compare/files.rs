@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::differences::table;
-use super::page::Page;
+use super::page::ComparePage;
 use super::runs::Runs;
 use super::{INSTANT, NETWORK, RESPONSES, TRANSITION};
 use crate::output::OutputError;
@@ -36,7 +36,7 @@ fn series_name(response: &str) -> String {
 pub(crate) fn write(
     folder: &Folder,
     runs: &Runs,
-    page: &Page,
+    page: &ComparePage,
     pictured: &(dyn Fn() + Sync),
 ) -> Result<(), OutputError> {
     let network = &runs.ran[NETWORK];

@@ -1,6 +1,6 @@
 //! `compare.html`: the results of a comparison on one page that needs no network and no script.
 
-use super::responses::{Origin, domain_text, notes, profile_text};
+use super::responses::{ResponseOrigin, domain_text, notes, profile_text};
 use super::runs::{Ran, Runs};
 use super::{INSTANT, NETWORK, RESPONSES, TRANSITION};
 use crate::output::html::{Html, kelvin, significant, thousands};
@@ -11,13 +11,13 @@ use crate::thermal::step_response::Fitted;
 
 /// Further facts on the page.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Page {
+pub(crate) struct ComparePage {
     pub(crate) command_line: String,
     /// Wall time of the command up to this page [s].
     pub(crate) wall_s: f64,
 }
 
-impl Page {
+impl ComparePage {
     /// The page. `tables` are the names of the CSV files.
     pub(crate) fn html(&self, runs: &Runs, tables: &[String], pictures: &[Picture], plots: &[PlotEntry]) -> String {
         let prepared = &runs.ran[NETWORK].prepared;
@@ -97,7 +97,7 @@ fn headline(html: &mut Html, runs: &Runs) {
     html.headline(figures.into_iter().map(|((value, unit), what)| (value, unit.to_owned(), what)));
 }
 
-/// The scene's warnings, and those of the runs.
+/// The warnings of the scene and of the runs.
 fn warnings(runs: &Runs) -> Vec<String> {
     let of_scene = runs.ran[NETWORK].prepared.warnings.iter().cloned();
     of_scene.chain(runs.warnings()).collect()
@@ -194,9 +194,9 @@ fn functions(html: &mut Html, runs: &Runs) {
             }
         };
         let (origin, residual) = match &material.origin {
-            Origin::Stated => ("the scene".to_owned(), "-".to_owned()),
-            Origin::Kept => ("instant in all runs".to_owned(), "-".to_owned()),
-            Origin::Fitted(fitted) => fitted_text(fitted),
+            ResponseOrigin::Stated => ("the scene".to_owned(), "-".to_owned()),
+            ResponseOrigin::Kept => ("instant in all runs".to_owned(), "-".to_owned()),
+            ResponseOrigin::Fitted(fitted) => fitted_text(fitted),
         };
         std::iter::once(material.name.clone()).chain(profiles).chain([origin, residual]).collect()
     });

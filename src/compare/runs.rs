@@ -13,12 +13,12 @@ use super::{CompareError, INSTANT, NETWORK, RESPONSES, TRANSITION};
 use crate::gpu::nodes::GROUP;
 use crate::output::clock::Seconds;
 use crate::output::job::check_finite;
-use crate::output::series::Series;
-use crate::output::statistics::Spread;
+use crate::output::series::TemperatureSeries;
+use crate::output::statistics::Percentiles;
 use crate::output::tables::NodeGroups;
 use crate::output::views::Views;
 use crate::scene::{Draw, Scene};
-use crate::simulation::engine::{Engine, EngineError, Order, Rows, Step};
+use crate::simulation::engine::{Engine, EngineError, Order, RowMoments, EngineStep};
 use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::surroundings::surroundings_at;
@@ -41,9 +41,9 @@ pub(crate) enum Progress {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Cost {
     /// A thermal step [ms] from its submission until it is done, including the network.
-    pub(crate) step: Option<Spread>,
+    pub(crate) step: Option<Percentiles>,
     /// An image [ms] from its submission until radiance, temperature and labels are on the host.
-    pub(crate) image: Option<Spread>,
+    pub(crate) image: Option<Percentiles>,
     /// Mean device time of the thermal passes of a step [ms], without warm-up. For a network it includes only the
     /// loads.
     pub(crate) device_step_ms: Option<f64>,
@@ -59,12 +59,12 @@ pub(crate) struct Cost {
 pub(crate) struct Ran {
     pub(crate) prepared: Prepared,
     /// Temperatures of parts, materials and probes.
-    pub(crate) series: Series,
+    pub(crate) series: TemperatureSeries,
     pub(crate) cost: Cost,
     pub(crate) periodic: Option<Periodic>,
     /// Settings and work of its network.
     pub(crate) network: Vec<(String, String)>,
-    /// Differences from the network. They are empty for the network itself.
+    /// Differences from the network, empty for the network itself.
     pub(crate) differences: Differences,
     /// Lowest and highest temperature of each vertex [K].
     range: Vec<[f32; 2]>,
@@ -173,7 +173,7 @@ fn swings(ran: &Ran, vertices: &Vertices) -> Vec<[f64; 2]> {
         *cold += area * f64::from(range[0]);
         *hot += area * f64::from(range[1]);
     }
-    // A material without nodes has no temperatures. Its transition has no effect.
+    // A material without nodes has no temperatures. The transition of such a material has no effect.
     let mean = |[whole, cold, hot]: [f64; 3]| if whole > 0.0 { [cold / whole, hot / whole] } else { [250.0, 300.0] };
     sums.into_iter().map(mean).collect()
 }
@@ -250,7 +250,7 @@ impl Setting<'_> {
         let groups = NodeGroups::new(&prepared)?;
         let names: Vec<String> = prepared.materials.iter().map(|material| material.name.clone()).collect();
         let probes: Vec<String> = scene.probes.iter().map(|probe| probe.name.clone()).collect();
-        let mut series = Series::new(&prepared.parts, &names, &probes);
+        let mut series = TemperatureSeries::new(&prepared.parts, &names, &probes);
         let mut differences = Differences::new(self.vertices, prepared.parts.len());
         let mut range = vec![[f32::INFINITY, f32::NEG_INFINITY]; self.vertices.areas.len()];
         let mut images = Vec::new();
@@ -262,7 +262,7 @@ impl Setting<'_> {
             let now = f64::from(step) * time.step;
             if step > 0 {
                 let load = prepared.loads.step_load(now - time.step, now);
-                let advance = Step { load: &load, steps: 1.0, start: now - time.step, length: time.step };
+                let advance = EngineStep { load: &load, steps: 1.0, start: now - time.step, length: time.step };
                 step_ms
                     .push(timed(|| engine.submit(Some(advance), Order::default()).and_then(|()| engine.deliver()))?.0);
             }
@@ -281,7 +281,7 @@ impl Setting<'_> {
                 let joints = prepared.loads.joints_at(now).1;
                 let pose = pose_at(&prepared, now);
                 let moments = moments(&prepared, now, None);
-                let rows = moments.as_ref().map(|moments| Rows(moments));
+                let rows = moments.as_ref().map(|moments| RowMoments(moments));
                 let surroundings = pose.and_then(|pose| surroundings_at(&prepared, now, &pose));
                 let order = Order { pose, joints: &joints, rows, surroundings, ..Order::default() };
                 let (ms, delivered) = timed(|| engine.submit(None, order).and_then(|()| engine.deliver()))?;
@@ -296,8 +296,8 @@ impl Setting<'_> {
         let (all_passes, all_passes_ms) = thermal_passes(&*engine);
         let device_step_ms = (all_passes > passes).then(|| (all_passes_ms - passes_ms) / f64::from(time.steps));
         let cost = Cost {
-            step: Spread::of(&step_ms),
-            image: Spread::of(&image_ms),
+            step: Percentiles::of(&step_ms),
+            image: Percentiles::of(&image_ms),
             device_step_ms,
             warm_up,
             warm_up_s,

@@ -25,7 +25,8 @@ struct Column {
     physical: Physical,
 }
 
-/// The file. All rows have the columns of the first, and what else any of them has follows in the order of names. A value that a row lacks is null.
+/// The file. The columns of the first row come first, and further columns of other rows follow in the order of their names. A value that a row lacks
+/// is null.
 ///
 /// # Errors
 /// A table that can not be encoded.

@@ -28,7 +28,7 @@ use crate::simulation::target::Target;
 /// One of several parts of a data set: the orbits j with j mod `of` = `index`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// Its number, from 0.
+    /// Number of the shard, from 0.
     pub index: u64,
     /// Number of the shards.
     pub of: u64,
@@ -40,7 +40,7 @@ impl Shard {
     }
 }
 
-/// What was done.
+/// The work that was done.
 #[derive(Debug, Clone, Default)]
 pub struct Made {
     /// Images that were drawn.
@@ -55,7 +55,7 @@ pub struct Made {
     pub rejections: Rejections,
     /// Time of the work [s].
     pub seconds: f64,
-    /// Part of it in which images were labelled, encoded and written, without what steps and draws [s].
+    /// Part of it in which images were labelled, encoded and written, without steps and drawing [s].
     pub(crate) seconds_of_files: f64,
     /// Whether the whole set is there.
     pub complete: bool,
@@ -72,7 +72,8 @@ impl Made {
     }
 }
 
-/// What a data set is begun with. `scene` is that of its first orbit, and `files` are those that any orbit may take.
+/// The identity of a data set: versions, device, and checksums of the SPEC and of all files. `scene` is the scene of the first orbit, and `files` are
+/// the files that any orbit may take.
 ///
 /// # Errors
 /// A file of the scene that can not be read.
@@ -113,7 +114,7 @@ pub struct Order<'a> {
     pub root: &'a Path,
     /// The orbits to make.
     pub shard: Shard,
-    /// What happens to what is there.
+    /// Treatment of orbits that the folder holds already.
     pub begin: Begin,
     /// Whether the scene may name files outside its folder.
     pub allows_outside: bool,
@@ -122,14 +123,14 @@ pub struct Order<'a> {
 /// Makes the orbits of a shard. `progress` is called with the number of images done.
 ///
 /// # Errors
-/// The first thing that can not be done. What is whole by then stays.
+/// The first thing that can not be done. Orbits that are whole by then stay.
 pub fn make(order: &Order, stop: &AtomicBool, progress: &mut dyn FnMut(u64)) -> Result<Made, DatasetError> {
     let Order { spec, scenes, target, root, shard, begin, allows_outside } = *order;
     let began = Instant::now();
     let files = scenes.check_ends(spec)?;
     let scene = scenes.of_orbit(spec, 0)?.scene;
     let identity = identity(spec, &scene, &files, target, allows_outside)?;
-    // What is wrong with the craft is found before a folder is made.
+    // A fault of the craft ends the command before a folder is made.
     let mut next = match shard.orbits(spec).next() {
         Some(first) => Some(OrbitRun::new(spec, scenes, target, first)?),
         None => None,

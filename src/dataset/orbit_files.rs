@@ -29,7 +29,7 @@ const RADIANCE: &str = "radiance.exr";
 
 /// An image with its labels, encoded.
 pub(crate) struct Encoded {
-    /// Its key in the WebDataset.
+    /// Key in the WebDataset.
     key: String,
     labels: Vec<Label>,
     lines: Lines,
@@ -42,7 +42,7 @@ impl Encoded {
         self.labels.iter().filter_map(|label| Some((label.path.as_deref()?, label.bytes.as_slice())))
     }
 
-    /// Writes its files. It then holds only what stands in no file of its own.
+    /// Writes the files of the image. Bytes that stand in no file of their own are kept.
     ///
     /// # Errors
     /// A full disk.
@@ -111,7 +111,7 @@ pub(crate) fn write(
     folder.write(ORBIT, format!("{own}\n").as_bytes())
 }
 
-/// The WebDataset of an orbit, from what its images wrote and what they still hold.
+/// The WebDataset of an orbit, from the files of its images and the bytes that they still hold.
 fn tar(folder: &OrbitFolder, writer: &mut dyn Write, images: &[Encoded]) -> io::Result<()> {
     let mut tar = Tar::new(writer);
     for image in images {
@@ -126,7 +126,7 @@ fn tar(folder: &OrbitFolder, writer: &mut dyn Write, images: &[Encoded]) -> io::
     tar.finish().map(|_| ())
 }
 
-/// What the whole set needs of an orbit.
+/// The values of an orbit that the files of the whole set need.
 fn orbit_json(run: &OrbitRun, outcome: &Outcome, rows: Vec<Json>, lines: Vec<Lines>) -> Json {
     let rejections: Map<String, Json> =
         outcome.rejections.iter().map(|(reason, count)| (reason.words().to_owned(), json!(count))).collect();

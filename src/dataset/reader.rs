@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::distribution::Drawn;
+use super::distribution::Distribution;
 use super::distribution_reader::read;
 use super::toml_value::{number, shown};
 use crate::scene::SceneError;
@@ -18,7 +18,7 @@ pub(super) struct SpecFile<'a> {
     pub(crate) text: &'a str,
 }
 
-pub(super) struct Table<'a> {
+pub(super) struct SpecTable<'a> {
     file: &'a SpecFile<'a>,
     name: String,
     table: &'a DeTable<'a>,
@@ -44,7 +44,7 @@ impl<'a> SpecFile<'a> {
     }
 }
 
-impl<'a> Table<'a> {
+impl<'a> SpecTable<'a> {
     pub(crate) fn root(
         file: &'a SpecFile<'a>,
         table: &'a Spanned<DeTable<'a>>,
@@ -176,13 +176,13 @@ impl<'a> Table<'a> {
     }
 
     /// A value that is drawn: a distribution, a constant, or a list or table of them.
-    pub(crate) fn drawn(&self, key: &str) -> Result<Option<Drawn>, SceneError> {
+    pub(crate) fn drawn(&self, key: &str) -> Result<Option<Distribution>, SceneError> {
         let Some(value) = self.table.get(key) else { return Ok(None) };
         self.drawn_value(key, value).map(Some)
     }
 
     /// All values of the table, by their keys in the order of the file.
-    pub(crate) fn all_drawn(&self) -> Result<Vec<(String, Drawn)>, SceneError> {
+    pub(crate) fn all_drawn(&self) -> Result<Vec<(String, Distribution)>, SceneError> {
         let mut keys: Vec<_> = self.table.iter().collect();
         keys.sort_by_key(|(key, _)| key.span().start);
         let of = |(key, value): (&Spanned<_>, &'a Spanned<DeValue<'a>>)| {
@@ -192,14 +192,14 @@ impl<'a> Table<'a> {
         keys.into_iter().map(of).collect()
     }
 
-    /// All keys of a table whose keys are those of another file.
+    /// A table with any keys, because another file defines the keys.
     pub(crate) fn open_table(&self, key: &str) -> Result<Option<Self>, SceneError> {
         let table = self.found(key, &format!("a section [{}]", self.key(key)), DeValue::as_table)?;
         let start = self.table.get(key).map_or(0, |value| value.span().start);
         Ok(table.map(|table| Self { file: self.file, name: self.key(key), table, start }))
     }
 
-    fn drawn_value(&self, key: &str, value: &'a Spanned<DeValue<'a>>) -> Result<Drawn, SceneError> {
+    fn drawn_value(&self, key: &str, value: &'a Spanned<DeValue<'a>>) -> Result<Distribution, SceneError> {
         let fault =
             |(place, message): (std::ops::Range<usize>, String)| self.file.error(place.start, &self.key(key), &message);
         read(value).map_err(fault)
@@ -211,7 +211,7 @@ impl<'a> Table<'a> {
         key: &str,
         range: std::ops::RangeInclusive<f64>,
         unit: &str,
-    ) -> Result<Option<Drawn>, SceneError> {
+    ) -> Result<Option<Distribution>, SceneError> {
         let Some(drawn) = self.drawn(key)? else { return Ok(None) };
         let Some([low, high]) = drawn.range() else {
             let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };

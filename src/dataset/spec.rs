@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::camera_rule::CameraRule;
-use super::distribution::Drawn;
+use super::distribution::Distribution;
 use super::life::Life;
-use super::random::{Plan, Sampling};
-use super::reader::{SpecFile, Table};
+use super::random::{RandomPlan, CubeSampling};
+use super::reader::{SpecFile, SpecTable};
 use super::scene_sections::{SENSOR, each_image, each_orbit, refuse_twice};
 use super::season::Season;
 use super::symmetry_rule::symmetries;
@@ -61,7 +61,7 @@ pub(crate) enum ImageKind {
     Radiance,
 }
 
-/// What an image must show.
+/// Conditions that an image must meet.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Reject {
     /// Least share of the craft's points that lie in the frame.
@@ -81,7 +81,7 @@ pub(crate) struct Reject {
 pub(crate) struct KeyPoint {
     /// Its name.
     pub name: String,
-    /// Its place in the file's pose, body frame [m].
+    /// Place in the file's pose, body frame [m].
     pub position: DVec3,
     /// The part with which it moves. `None` for the body.
     pub(crate) part: Option<String>,
@@ -100,7 +100,7 @@ pub struct Spec {
     /// Images of an orbit.
     pub(crate) poses_per_orbit: u64,
     /// The numbers that are drawn.
-    pub(crate) plan: Plan,
+    pub(crate) plan: RandomPlan,
     /// Most attempts at an image.
     pub(crate) attempts: u32,
     /// Image files, sorted.
@@ -109,12 +109,12 @@ pub struct Spec {
     pub(crate) webdataset: bool,
     /// Shares of train, val and test.
     pub(crate) split: [f64; 3],
-    /// Name of the craft in the labels. `None` takes that of the scene.
+    /// Name of the craft in the labels. `None` takes the name of the scene.
     pub(crate) object: Option<String>,
     /// Values of the scene file that are drawn for each orbit, by section.
-    pub(crate) each_orbit: Vec<(String, Drawn)>,
+    pub(crate) each_orbit: Vec<(String, Distribution)>,
     /// Values of the scene's `[sensor]` that are drawn for each image.
-    pub(crate) each_image: Option<Drawn>,
+    pub(crate) each_image: Option<Distribution>,
     /// Day of the year and plane of the orbit.
     pub(crate) season: Option<Season>,
     /// Age of the surfaces.
@@ -143,7 +143,7 @@ impl Spec {
         }
     }
 
-    /// Checks the text of a SPEC file as if it lay at `path`. Its scene need not be there.
+    /// Checks the text of a SPEC file as if it lay at `path`. The scene file need not be there.
     ///
     /// # Errors
     /// As for [`Spec::load`].
@@ -156,7 +156,7 @@ impl Spec {
                 "this file is a scene: a SPEC names one by scene = \"FILE.toml\" (docs/datasets.md)".to_owned();
             return Err(SceneError::Value { path: path.to_path_buf(), line: 1, key: "scene".to_owned(), message });
         }
-        let root = Table::root(&file, &parsed, KEYS)?;
+        let root = SpecTable::root(&file, &parsed, KEYS)?;
         let scene = root.required("scene", root.path("scene")?, "the scene file")?;
         let samples = root.whole("samples", 1..=MOST_SAMPLES)?;
         let samples = root.required("samples", samples, "the number of images")?;
@@ -177,10 +177,10 @@ impl Spec {
         of_image.extend(CameraRule::names(&cameras));
         of_image.extend(each_image.iter().flat_map(|drawn| drawn.names(SENSOR)));
         let samplings =
-            [("random", Sampling::Random), ("latin_hypercube", Sampling::LatinHypercube), ("sobol", Sampling::Sobol)];
-        let plan = Plan {
+            [("random", CubeSampling::Random), ("latin_hypercube", CubeSampling::LatinHypercube), ("sobol", CubeSampling::Sobol)];
+        let plan = RandomPlan {
             seed: root.whole("seed", 0..=i64::MAX as u64)?.unwrap_or(0),
-            sampling: root.choice("sampling", &samplings)?.unwrap_or(Sampling::Random),
+            sampling: root.choice("sampling", &samplings)?.unwrap_or(CubeSampling::Random),
             counts: [samples.div_ceil(poses_per_orbit), samples],
             names: [of_orbit, of_image],
         };
@@ -219,7 +219,7 @@ impl Spec {
     }
 }
 
-fn images(root: &Table) -> Result<Vec<ImageKind>, SceneError> {
+fn images(root: &SpecTable) -> Result<Vec<ImageKind>, SceneError> {
     let known = [("numbers", ImageKind::Numbers), ("radiance", ImageKind::Radiance)];
     let words = root.texts("images")?;
     let mut images = Vec::new();
@@ -237,7 +237,7 @@ fn images(root: &Table) -> Result<Vec<ImageKind>, SceneError> {
     Ok(images)
 }
 
-fn split(root: &Table) -> Result<[f64; 3], SceneError> {
+fn split(root: &SpecTable) -> Result<[f64; 3], SceneError> {
     let Some(table) = root.table("split", SPLIT)? else { return Ok([1.0, 0.0, 0.0]) };
     let mut shares = [0.0; 3];
     for (share, key) in shares.iter_mut().zip(SPLIT) {
@@ -250,7 +250,7 @@ fn split(root: &Table) -> Result<[f64; 3], SceneError> {
     Ok(shares)
 }
 
-fn reject(root: &Table) -> Result<Reject, SceneError> {
+fn reject(root: &SpecTable) -> Result<Reject, SceneError> {
     let mut reject = Reject { in_view: 0.5, visible_pixels: 1, clearance: 0.0, sun: true, planet: false };
     let Some(table) = root.table("reject", REJECT)? else { return Ok(reject) };
     reject.in_view = table.number("in_view", 0.0..=1.0)?.unwrap_or(reject.in_view);
@@ -262,7 +262,7 @@ fn reject(root: &Table) -> Result<Reject, SceneError> {
     Ok(reject)
 }
 
-fn key_points(root: &Table) -> Result<Vec<KeyPoint>, SceneError> {
+fn key_points(root: &SpecTable) -> Result<Vec<KeyPoint>, SceneError> {
     let mut points: Vec<KeyPoint> = Vec::new();
     for table in root.tables("key_point", KEY_POINT)? {
         let name = table.required("name", table.text("name")?, "a name")?.to_owned();

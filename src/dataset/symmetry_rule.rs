@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::reader::Table;
+use super::reader::SpecTable;
 use crate::labels::symmetry::{Symmetry, Turns};
 use crate::scene::SceneError;
 
@@ -15,11 +15,11 @@ const MOST: u64 = 100;
 const TOLERANCE: f64 = 0.01;
 
 /// Reads each `[[symmetry]]`.
-pub(super) fn symmetries(root: &Table) -> Result<Vec<Symmetry>, SceneError> {
+pub(super) fn symmetries(root: &SpecTable) -> Result<Vec<Symmetry>, SceneError> {
     root.tables("symmetry", SYMMETRY)?.iter().map(symmetry).collect()
 }
 
-fn symmetry(table: &Table) -> Result<Symmetry, SceneError> {
+fn symmetry(table: &SpecTable) -> Result<Symmetry, SceneError> {
     let kinds = [("discrete", true), ("continuous", false)];
     let discrete = table.required("kind", table.choice("kind", &kinds)?, "discrete or continuous")?;
     let count = table.whole("count", 2..=MOST)?;

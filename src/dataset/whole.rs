@@ -1,6 +1,6 @@
 //! The files of the whole set, made by whichever process finds that all orbits are there.
 //!
-//! They follow from the orbits' files, the SPEC and the scene alone, so it does not matter who makes them.
+//! The contents follow from the orbits' files, the SPEC and the scene alone, so any process may make these files.
 
 use std::collections::BTreeMap;
 use std::fs;

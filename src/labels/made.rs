@@ -13,31 +13,31 @@ use crate::output::OutputError;
 /// Bytes of a label.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Label {
-    /// Its file in the folder of the data set. `None` where it only stands in the tar.
+    /// Path in the folder of the data set. `None` where it only stands in the tar.
     pub(crate) path: Option<String>,
-    /// Its ending in the tar. `None` where it only stands in the folder.
+    /// Ending of the member in the tar. `None` where it only stands in the folder.
     pub ending: Option<&'static str>,
     /// Its bytes.
     pub bytes: Vec<u8>,
 }
 
-/// The lines of an image in the lists of its orbit and of the data set. They are text, so whoever makes an orbit can keep them in a file.
+/// The lines of an image in the lists of its orbit and of the data set. The lines are text, so whoever makes an orbit can keep them in a file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Lines {
     /// Number of the image in its orbit.
     pub(crate) number: u32,
-    /// Its entry in `scene_camera.json`.
+    /// Entry in `scene_camera.json`.
     pub(crate) camera: String,
-    /// Its entry in `scene_gt.json`.
+    /// Entry in `scene_gt.json`.
     pub(crate) poses: String,
-    /// Its entry in `scene_gt_info.json`.
+    /// Entry in `scene_gt_info.json`.
     pub(crate) info: String,
-    /// Its lines in `test_targets_bop19.json`, if it is for tests.
+    /// Lines in `test_targets_bop19.json`, if the image is for tests.
     pub(crate) targets: Vec<String>,
-    /// Its entry in the list of SPEED+.
+    /// Entry in the list of SPEED+.
     pub(crate) speed: String,
-    /// Its entries in the list of COCO.
-    pub coco: coco::Entry,
+    /// Entries in the list of COCO.
+    pub coco: coco::CocoEntry,
 }
 
 /// The labels of an image.
@@ -49,8 +49,8 @@ pub struct Made {
     pub lines: Lines,
 }
 
-/// Makes the labels of an image. Its digital numbers are among them, its EXR is not: that lies at `places::of_image(image, "radiance", "exr")`, with the
-/// ending `radiance.exr` in the tar.
+/// Makes the labels of an image. The digital numbers are among them, the EXR is not: its path is `places::of_image(image, "radiance", "exr")`, with
+/// the ending `radiance.exr` in the tar.
 ///
 /// # Errors
 /// A value that a format can not hold.
@@ -114,7 +114,7 @@ pub fn orbit(split: Split, number: u32, lines: &[Lines]) -> Vec<(String, Vec<u8>
 
 /// The files of a data set that depend on the craft and its camera alone: paths and bytes. `image` is any image.
 pub fn fixed(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Vec<(String, Vec<u8>)> {
-    let object = |solid: &super::craft::Object| {
+    let object = |solid: &super::craft::BopObject| {
         (places::model(solid.id), ply::ply(craft, &craft.triangles_of(solid.link)).into_bytes())
     };
     let mut files: Vec<(String, Vec<u8>)> = solids.objects().iter().map(object).collect();

@@ -1,7 +1,8 @@
 //! Masks as run lengths and boxes, as COCO and BOP have them.
 //!
-//! The string of run lengths is that of `rleToString` in `maskApi.c` of cocodataset/cocoapi (revision 28dffd92): runs of zeros and ones in turn along the
-//! columns, from the third on less the run two before, in groups of five bits from the lowest on. Bit 5 says that another group follows, and 48 is added.
+//! The string of run lengths follows `rleToString` in `maskApi.c` of cocodataset/cocoapi (revision 28dffd92): runs of zeros and ones in turn along
+//! the columns, from the third on less the run two before, in groups of five bits from the lowest on. Bit 5 says that another group follows, and 48
+//! is added.
 
 /// A box in pixels: columns and rows of the first and of the last pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

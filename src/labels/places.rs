@@ -49,7 +49,7 @@ pub(crate) fn shown(image: &LabelledImage) -> String {
     }
 }
 
-/// Key of an image in a WebDataset, which is that of bop_toolkit.
+/// Key of an image in a WebDataset, as bop_toolkit forms it.
 pub(crate) fn key(image: &LabelledImage) -> String {
     format!("{:06}_{:06}", image.orbit, image.number)
 }

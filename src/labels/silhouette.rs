@@ -1,19 +1,20 @@
 //! The silhouettes of the rigid objects of a craft, also where another one hides them or the frame ends.
 //!
-//! What is visible comes from the part in each pixel. A silhouette comes from the f64 rasteriser, which tests the centre of each pixel, as the image does.
+//! The visible mask comes from the part in each pixel. A silhouette comes from the f64 rasteriser, which tests the centre of each pixel, as the image
+//! does.
 
 use glam::{DVec2, DVec3};
 
-use super::craft::{Craft, Object};
+use super::craft::{Craft, BopObject};
 use super::image::LabelledImage;
 use super::mask::{Bounds, bounds};
 use crate::lens::Distortion;
-use crate::raster::{Surface, View, rasterise};
+use crate::raster::{RasterSurface, RasterView, rasterise};
 
-/// The meshes of the rigid objects of a craft. It is made once for a data set.
+/// The meshes of the rigid objects of a craft. The meshes are made once for a data set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solids {
-    objects: Vec<Object>,
+    objects: Vec<BopObject>,
     triangles: Vec<Vec<[u32; 3]>>,
     /// Object of each part, as its place in `objects`.
     object_of_part: Vec<usize>,
@@ -32,7 +33,7 @@ pub struct Silhouette {
     pub visible: Vec<bool>,
     /// Pixels of the silhouette, also beyond the frame by one width and height on each side.
     pub count: u64,
-    /// Its box, also beyond the frame.
+    /// Box round the whole object, also beyond the frame.
     pub bounds: Option<Bounds>,
 }
 
@@ -59,7 +60,7 @@ impl Solids {
     }
 
     /// The objects, in the order of their numbers.
-    pub fn objects(&self) -> &[Object] {
+    pub fn objects(&self) -> &[BopObject] {
         &self.objects
     }
 
@@ -86,7 +87,7 @@ impl Solids {
             }
         }
         if self.objects.len() == 1 {
-            // Nothing hides it, and the image itself is what the mask is for.
+            // Nothing hides the object, so the whole mask is the visible one, which comes from the image itself.
             full.clone_from(&visible);
         }
         let moved = |[x, y]: [i64; 2]| [x + left, y + top];
@@ -104,7 +105,7 @@ impl Solids {
         let canvas = self.canvas(object, image);
         let mut lens = image.lens;
         lens.centre = [0, 1].map(|axis| lens.centre[axis] - canvas.first[axis] as f64);
-        let surface = Surface {
+        let surface = RasterSurface {
             positions: &self.positions,
             triangles: &self.triangles[object],
             temperatures: &self.temperatures,
@@ -113,7 +114,7 @@ impl Solids {
             emissivities: &[[1.0; 2]],
             around: None,
         };
-        let view = View {
+        let view = RasterView {
             camera_from_body: image.camera_from_link(self.objects[object].link as usize),
             width: canvas.size[0] as u32,
             height: canvas.size[1] as u32,

@@ -5,11 +5,11 @@ use std::f64::consts::TAU;
 use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::craft::{Craft, Object, Symmetries};
+use super::craft::{Craft, BopObject, Symmetries};
 use super::key_points::corners;
 use super::ply::diameter;
 
-/// Most turns of an object. A group of rotations with more than 60 is that of a prism with as many sides.
+/// Most turns of an object. A finite group of more than 60 rotations is cyclic or dihedral.
 const MOST: usize = 240;
 /// Largest difference between the numbers of two rotations that are taken for the same one, for axes that are written with few digits.
 const SAME: f64 = 1e-4;
@@ -88,7 +88,7 @@ pub(crate) enum SymmetryError {
         angle: f64,
         /// The vertex that comes to lie farthest from the mesh [m].
         vertex: DVec3,
-        /// Its distance then [m].
+        /// Distance of that vertex from the mesh after the turn [m].
         distance: f64,
         /// The same as a share of the object's diameter.
         share: f64,
@@ -109,7 +109,7 @@ impl Symmetry {
         DAffine3::from_mat3_translation(turn, self.origin - turn * self.origin)
     }
 
-    fn object_in(&self, objects: &[Object]) -> Result<Object, SymmetryError> {
+    fn object_in(&self, objects: &[BopObject]) -> Result<BopObject, SymmetryError> {
         let found = match &self.object {
             None => objects.first(),
             Some(name) => objects.iter().find(|object| object.name == *name),

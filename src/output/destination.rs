@@ -19,14 +19,15 @@ const MOST_LINKS: usize = 40;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Destination {
     StandardOutput,
-    /// A device, a pipe or a socket. It is opened and written, never replaced.
+    /// A device, a pipe or a socket, which is opened and written, never replaced.
     Stream(PathBuf),
     /// A regular file, or none yet. Links are resolved. The file appears whole or not at all.
     File(PathBuf),
 }
 
 impl Destination {
-    /// What stands at a path: `-` and `/dev/stdout` are standard output, links lead to their targets, and what is no regular file is a stream.
+    /// The destination at a path: `-` and `/dev/stdout` are standard output, links lead to their targets, and a device, a pipe, a socket or an open
+    /// file of a process is a stream.
     ///
     /// # Errors
     /// The path is a folder, or cannot be resolved.
@@ -45,11 +46,11 @@ impl Destination {
         }
     }
 
-    /// Writes what `content` writes.
+    /// Writes the bytes of `content`.
     ///
     /// # Errors
-    /// Those of `content`, or the destination takes no more. A file is then as it was. If standard output takes no more, the command still writes its other
-    /// files and fails at its end.
+    /// `content` fails, or the destination takes no more. A file is then as it was. If standard output takes no more, the command still writes its
+    /// other files and fails at its end.
     pub(crate) fn write<F>(&self, content: F) -> Result<(), OutputError>
     where
         F: FnOnce(&mut dyn Write) -> Result<(), OutputError>,
@@ -101,7 +102,7 @@ impl Destination {
     /// Writes CSV with a header, up to the first row that is an error.
     ///
     /// # Errors
-    /// As [`Destination::write`], and that of the row. A file is then as it was.
+    /// A row is an error, or [`Destination::write`] fails. A file is then as it was.
     pub(crate) fn write_checked_csv(
         &self,
         rows: impl IntoIterator<Item = Result<Vec<String>, OutputError>>,
@@ -154,10 +155,10 @@ pub(crate) fn has_neighbours(path: &Path) -> Result<bool, OutputError> {
 
 /// The end of a chain of links.
 enum End {
-    /// A path that is no link. It may not exist.
+    /// A path that is no link. There may be no file.
     Path(PathBuf),
-    /// An open file of a process, such as `/dev/stdout` and `/dev/fd/3`, with its number if the process is this one, otherwise 0. It must not be replaced,
-    /// because the process holds the file itself, not its path.
+    /// An open file of a process, such as `/dev/stdout` and `/dev/fd/3`, with its number if the process is this one, otherwise 0. The process holds
+    /// the file itself, not its path, so the file must not be replaced.
     Descriptor(u32),
 }
 
@@ -193,7 +194,7 @@ fn names_a_folder(path: &Path) -> bool {
     [&b"/"[..], b"/.", std::path::MAIN_SEPARATOR_STR.as_bytes()].into_iter().any(|end| text.ends_with(end))
 }
 
-/// Opens what is no regular file, or what a process has open, for writing.
+/// Opens a stream, or a file that a process has open, for writing.
 fn open_stream(path: &Path) -> io::Result<Box<dyn Write>> {
     #[cfg(unix)]
     {
@@ -202,7 +203,7 @@ fn open_stream(path: &Path) -> io::Result<Box<dyn Write>> {
             return Ok(Box::new(std::os::unix::net::UnixStream::connect(path)?));
         }
     }
-    // A regular file that a process has open may hold what that process wrote.
+    // A regular file that a process has open may hold bytes of that process, so it is appended to.
     let file: File = match fs::metadata(path)?.is_file() {
         true => OpenOptions::new().append(true).open(path)?,
         false => OpenOptions::new().write(true).open(path)?,

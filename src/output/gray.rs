@@ -54,7 +54,7 @@ fn png_of(
 /// An animated PNG of 8 bits that plays again and again. `rate` is in images a second.
 ///
 /// # Errors
-/// No image, images of different sizes, or what `images` returns.
+/// No image, images of different sizes, or an error of `images`.
 pub(crate) fn animated(
     [width, height]: [u32; 2],
     count: usize,

@@ -8,7 +8,7 @@ use std::time::Instant;
 use super::eclipses::Eclipses;
 use super::folder::Folder;
 use super::frame_maker::FrameMaker;
-use super::frame_writer::{Work, write_frames};
+use super::frame_writer::{WriterWork, write_frames};
 use super::image_index::{IMAGES, write_index};
 use super::job_state::{Earlier, Keeper};
 use super::recorder::Recorder;
@@ -132,7 +132,7 @@ pub(crate) fn run_into(
     let written = Mutex::new(done.frames);
     let (complete, wrote, (steps, between, state)) = std::thread::scope(|scope| {
         // A thread writes files while the next steps are computed.
-        let (frames, waiting) = sync_channel::<Work>(WAITING_FRAMES);
+        let (frames, waiting) = sync_channel::<WriterWork>(WAITING_FRAMES);
         let (files, written) = (trace.clone(), &written);
         let scene = &prepared.scene;
         let writer = scope.spawn(move || write_frames(scene, folder, &files, waiting, written));

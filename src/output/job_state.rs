@@ -1,4 +1,4 @@
-//! What a saved state tells of a run into a folder: its written frames and its times. Saves the state of a warm-up.
+//! The part of a saved state that belongs to a run into a folder: its written frames and its times. Saves the state of a warm-up.
 
 use std::time::Instant;
 
@@ -13,7 +13,7 @@ use crate::simulation::engine::{Engine, EngineError};
 use crate::simulation::keep::Keep;
 use crate::simulation::state::capture;
 
-/// What an earlier part of a run did.
+/// The results of an earlier part of a run.
 #[derive(Default)]
 pub(super) struct Earlier {
     pub(crate) frames: Vec<WrittenFrame>,

@@ -1,4 +1,4 @@
-//! What a run into a folder is asked for, what it gives, and what ends it.
+//! The request for a run into a folder, its outcome, and its errors.
 
 use std::time::Duration;
 
@@ -18,7 +18,7 @@ pub(crate) enum JobError {
     Engine(#[from] EngineError),
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// The thread that writes files has ended. Its own error says why.
+    /// The thread that writes files has ended. The error of that thread says why.
     #[error("the files could not be written")]
     Writer,
     #[error(
@@ -71,7 +71,7 @@ pub(crate) struct Job<'a> {
     /// Number of nodes that the f64 reference also steps.
     pub(crate) check: Option<usize>,
     pub(crate) save_every: SaveEvery,
-    /// What a saved state says of the run, for the command that resumes it.
+    /// The lists of a saved state that name scene, files and options of the run, for the command that resumes it.
     pub(crate) identity: &'a Saved,
     /// The state of an earlier part of the run.
     pub(crate) earlier: Option<&'a Saved>,
@@ -81,7 +81,7 @@ pub(crate) struct Job<'a> {
     pub(crate) take_after: Option<u32>,
 }
 
-/// How often the state of a run is saved. It is saved after the warm-up, after the last step and when the run is stopped in any case.
+/// How often the state of a run is saved. In any case, the state is saved after the warm-up, after the last step and when the run is stopped.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum SaveEvery {
     /// After so much wall-clock time. Never where it is 0.

@@ -51,7 +51,7 @@ pub(crate) fn colour(material: usize) -> Rgb {
 }
 
 /// A material in the legend: its name, and a remark behind it.
-pub(crate) type Entry = (String, String);
+pub(crate) type LegendEntry = (String, String);
 
 /// The picture of an image of `width` pixels a row. `pixels` has part + 1 and material + 1 of each, 0 where no surface is. Borders between parts are darker.
 ///
@@ -60,7 +60,7 @@ pub(crate) type Entry = (String, String);
 pub(crate) fn material_picture(
     width: u32,
     pixels: &[[u32; 2]],
-    materials: &[Entry],
+    materials: &[LegendEntry],
     title: &str,
     details: &str,
 ) -> Result<Canvas, OutputError> {
@@ -105,11 +105,11 @@ pub(crate) fn material_picture(
 
 #[cfg(test)]
 mod tests {
-    use super::{COLOURS, Entry, colour, material_picture};
+    use super::{COLOURS, LegendEntry, colour, material_picture};
 
     #[test]
     fn each_material_has_its_own_colour_and_stands_in_the_legend() {
-        let materials: Vec<Entry> = ["paint", "foil"].map(|name| (name.to_owned(), "1 m2".to_owned())).to_vec();
+        let materials: Vec<LegendEntry> = ["paint", "foil"].map(|name| (name.to_owned(), "1 m2".to_owned())).to_vec();
         let pixels: Vec<[u32; 2]> = (0..320 * 8).map(|pixel| if pixel % 320 < 160 { [1, 1] } else { [2, 2] }).collect();
         let canvas = material_picture(320, &pixels, &materials, "title", "details").unwrap();
         let found =

@@ -4,7 +4,7 @@
 //! it without loss. [`colour`], [`canvas`] and [`picture`] draw it. [`statistics`] and [`series`] reduce node
 //! temperatures to columns over time. [`plot`] and [`temperature_plots`] draw those. [`report`] and [`report_html`]
 //! join everything on one page. [`folder`] writes each file whole or not at all and lists it in a [`manifest`]. [`growing`] appends to tables while a run
-//! goes on, and [`state_file`] holds what it needs to go on after its end. [`destination`] decides where a single output goes.
+//! goes on, and [`state_file`] holds the state from which a run goes on after its end. [`destination`] decides where a single output goes.
 
 pub(crate) mod apparent;
 mod between;

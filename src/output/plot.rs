@@ -54,12 +54,12 @@ pub enum Mark {
 
 /// One series of a plot.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Line {
+pub struct PlotLine {
     /// Name in the legend.
     pub name: String,
     /// Points [x, y] in drawing order. A point that is not finite makes a gap.
     pub points: Vec<[f64; 2]>,
-    /// Band behind the line: [x, lower, upper]. It may be empty.
+    /// Band behind the line: [x, lower, upper]. No points mean no band.
     pub band: Vec<[f64; 3]>,
     /// Style of the points.
     pub mark: Mark,
@@ -88,7 +88,7 @@ pub struct Plot {
     /// Vertical axis.
     pub y: Axis,
     /// The series. The first is on top.
-    pub series: Vec<Line>,
+    pub series: Vec<PlotLine>,
     /// Shaded intervals behind the series.
     pub shaded: Vec<Shade>,
 }
@@ -296,7 +296,7 @@ mod tests {
     use super::*;
 
     fn plot(points: Vec<[f64; 2]>) -> Plot {
-        let series = vec![Line { name: "a".into(), points, ..Line::default() }];
+        let series = vec![PlotLine { name: "a".into(), points, ..PlotLine::default() }];
         Plot { title: "T".into(), x: Axis::linear("time [s]"), y: Axis::linear("y [K]"), series, ..Plot::default() }
     }
 

@@ -11,7 +11,7 @@ use super::ticks;
 pub struct Axis {
     /// Name and unit: `temperature [K]`.
     pub label: String,
-    /// Whether the axis is logarithmic. It leaves out values that are not positive, and the plot says so.
+    /// Whether the axis is logarithmic. A logarithmic axis leaves out values that are not positive, and the plot says so.
     pub log: bool,
     /// Ends. `None` takes them from the data.
     pub range: Option<[f64; 2]>,

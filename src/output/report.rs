@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::OutputError;
 use super::folder::Folder;
 use super::plot::Plot;
-use super::statistics::Spread;
+use super::statistics::Percentiles;
 use crate::simulation::check::Accuracy;
 use crate::simulation::energy::EnergyBalance;
 
@@ -33,7 +33,7 @@ pub(crate) struct Report {
     /// Defaults that were used.
     pub(crate) assumptions: Vec<String>,
     pub(crate) warnings: Vec<String>,
-    /// Effects that the scene switches off. They cost nothing.
+    /// Effects that the scene switches off, which cost nothing.
     pub(crate) switched_off: Vec<String>,
     /// The drawn steps.
     pub(crate) frames: Vec<FrameEntry>,
@@ -71,7 +71,7 @@ pub(crate) struct Speed {
     pub(crate) images: u64,
     /// Median device time of a thermal step [ns/(node step)].
     pub(crate) ns_per_node_step: Option<f64>,
-    /// Median time of a thermal step [ms], with all network passes. It is the wall time if the processor integrates.
+    /// Median time of a thermal step [ms], with all network passes. If the processor integrates, the time is wall time.
     pub(crate) step_ms: Option<f64>,
     /// Median device time of the network passes of a step [ms].
     pub(crate) network_ms: Option<f64>,
@@ -119,7 +119,7 @@ pub struct PassTime {
 impl PassTime {
     /// From samples [ms]. `None` without samples.
     pub fn from_samples(name: &str, samples_ms: &[f64]) -> Option<Self> {
-        let Spread { median: median_ms, p10: p10_ms, p90: p90_ms, samples: count } = Spread::of(samples_ms)?;
+        let Percentiles { median: median_ms, p10: p10_ms, p90: p90_ms, samples: count } = Percentiles::of(samples_ms)?;
         Some(Self { name: name.to_owned(), median_ms, p10_ms, p90_ms, count })
     }
 }

@@ -22,11 +22,11 @@ const TILE_WIDTH: u32 = 320;
 /// A frame in the output folder.
 pub(super) struct WrittenFrame {
     pub(crate) step: u32,
-    /// Its number, where it has its own time.
+    /// Number of the image, where images have times of their own.
     pub(crate) image: Option<u32>,
-    /// Its smallest and largest temperature [K].
+    /// Smallest and largest temperature [K].
     pub(crate) range: Option<[f32; 2]>,
-    /// Its smallest and largest apparent temperature [K], where they are drawn.
+    /// Smallest and largest brightness temperature [K], where brightness temperatures are drawn.
     pub(crate) apparent: Option<[f32; 2]>,
 }
 
@@ -35,7 +35,7 @@ impl WrittenFrame {
         frame_file(self.step, self.image, kind)
     }
 
-    /// Its time [s].
+    /// Scene time of the frame [s].
     pub(super) fn time(&self, time: &Time) -> f64 {
         match (&time.draw, self.image) {
             (Draw::Times(times), Some(image)) => times[image as usize],

@@ -22,14 +22,14 @@ pub(crate) struct SeriesRow {
 
 /// Rows and the names of their columns.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Series {
+pub(crate) struct TemperatureSeries {
     parts: Vec<String>,
     materials: Vec<String>,
     probes: Vec<String>,
     rows: Vec<SeriesRow>,
 }
 
-impl Series {
+impl TemperatureSeries {
     /// An empty series. Repeated names get `#2`, `#3`, so that every column has its own name.
     pub(crate) fn new(parts: &[String], materials: &[String], probes: &[String]) -> Self {
         Self { parts: unique(parts), materials: unique(materials), probes: unique(probes), rows: vec![] }
@@ -143,9 +143,9 @@ pub(crate) mod tests {
     use super::*;
 
     /// A series of parts and materials that heat and cool smoothly over an orbit.
-    pub(crate) fn orbit(parts: usize, materials: usize, probes: usize) -> Series {
+    pub(crate) fn orbit(parts: usize, materials: usize, probes: usize) -> TemperatureSeries {
         let names = |prefix: &str, count: usize| (0..count).map(|i| format!("{prefix}_{i}")).collect::<Vec<_>>();
-        let mut series = Series::new(&names("B0_module", parts), &names("mat", materials), &names("probe", probes));
+        let mut series = TemperatureSeries::new(&names("B0_module", parts), &names("mat", materials), &names("probe", probes));
         for step in 0..=360 {
             let time = f64::from(step) * 15.5;
             let mean = |i: usize| {
@@ -168,7 +168,7 @@ pub(crate) mod tests {
         series
     }
 
-    pub(crate) fn text(series: &Series) -> String {
+    pub(crate) fn text(series: &TemperatureSeries) -> String {
         let mut bytes = Vec::new();
         series.write(&mut bytes).unwrap();
         String::from_utf8(bytes).unwrap()
@@ -180,7 +180,7 @@ pub(crate) mod tests {
 
     #[test]
     fn the_file_has_the_columns_and_numbers_that_are_promised() {
-        let mut series = Series::new(&names(&["hull, left"]), &names(&["a", "a"]), &names(&["tip"]));
+        let mut series = TemperatureSeries::new(&names(&["hull, left"]), &names(&["a", "a"]), &names(&["tip"]));
         let summary = Some(Summary { min: 2.7, mean: 100.123_456_789, max: 200.5 });
         let row = SeriesRow {
             time: 16.5,
@@ -209,6 +209,6 @@ pub(crate) mod tests {
 
     #[test]
     fn a_series_without_rows_or_groups_is_a_header() {
-        assert_eq!(text(&Series::new(&[], &[], &[])), "time,all:min,all:mean,all:max\n");
+        assert_eq!(text(&TemperatureSeries::new(&[], &[], &[])), "time,all:min,all:mean,all:max\n");
     }
 }

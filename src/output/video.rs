@@ -1,4 +1,4 @@
-//! The video of a run: what the sensor displayed, as an animated PNG, or as MP4 by `ffmpeg` where it is installed.
+//! The video of a run: the grey images of the sensor, as an animated PNG, or as MP4 by `ffmpeg` where it is installed.
 
 use std::io::Write;
 use std::process::{Command, Stdio};

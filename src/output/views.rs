@@ -1,4 +1,4 @@
-//! What a camera sees of one scene under three responses at one step, in numbers.
+//! Images of one scene under three responses at one step, in numbers.
 
 use super::OutputError;
 use super::frame::check_channels;
@@ -16,7 +16,7 @@ pub(crate) struct Views {
     pub(crate) height: u32,
     /// Surface temperatures [K] under each response. The last response is the reference.
     pub(crate) temperatures: [Vec<f32>; 3],
-    /// Index of the part + 1 at each pixel. It is 0 without a surface.
+    /// Index of the part + 1 at each pixel, 0 without a surface.
     pub(crate) part: Vec<u32>,
 }
 

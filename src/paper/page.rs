@@ -5,7 +5,7 @@ use super::files::{FIGURE_7, plot_name, tables};
 use crate::output::html::{Html, kelvin};
 
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Page<'a> {
+pub(crate) struct PaperPage<'a> {
     pub(crate) device: &'a str,
     /// The SVG of figures 2 to 6.
     pub(crate) plots: &'a [(u8, String)],
@@ -17,7 +17,7 @@ pub(crate) struct Page<'a> {
     pub(crate) assumed: &'a [String],
 }
 
-impl Page<'_> {
+impl PaperPage<'_> {
     pub(crate) fn html(&self) -> String {
         let mut html = Html::page("The paper's figures - isotherm");
         html.element("h1", "The paper's figures, made again");
@@ -89,7 +89,7 @@ mod tests {
             tolerance: Tolerance::Computation(1e-3),
             unit: "K",
         };
-        let page = Page {
+        let page = PaperPage {
             device: "device <1>",
             plots: &[(5, "<svg></svg>".to_owned())],
             picture: (&[1, 2, 3], "picture"),

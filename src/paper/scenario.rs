@@ -1,7 +1,7 @@
 //! Compares the paper's cube in orbit (figures 2, 3 and 4) with the energy balance.
 //!
-//! The paper's numbers come from its plots or are approximate. It states no solar constant and no planet loads. Its
-//! altitude does not fit its period (docs/numerics.md 2). Where that matters, both values are shown.
+//! The paper's numbers come from its plots or are approximate. The paper states no solar constant and no planet loads. The altitude does not fit the
+//! period (docs/numerics.md 2). Where that matters, both values are shown.
 
 use super::checks::{Check, Tolerance};
 use super::cube::{ALTITUDES, Extremes, FACES, PERIOD, PLANET_RADIUS, SIDE, SPACE, ZENITH, mean};
@@ -10,7 +10,7 @@ use crate::environment::orbit::kepler_period;
 
 /// The rows of docs/numerics.md 2.
 pub(crate) fn checks(orbits: &Orbits) -> Vec<Check> {
-    let mut rows = Rows(Vec::new());
+    let mut rows = CheckRows(Vec::new());
     rows.orbit(orbits);
     rows.aluminium(orbits);
     rows.mli(orbits);
@@ -29,9 +29,9 @@ const MIDNIGHT: usize = 160;
 /// Step at which the +Y face leaves the eclipse in the paper.
 const STATED_EXIT: usize = 264;
 
-struct Rows(Vec<Check>);
+struct CheckRows(Vec<Check>);
 
-impl Rows {
+impl CheckRows {
     fn state(&mut self, statement: &str, expected: f64, computed: f64, unit: &'static str, tolerance: Tolerance) {
         self.0.push(Check { statement: format!("scenario: {statement}"), expected, computed, tolerance, unit });
     }

@@ -33,7 +33,7 @@ pub struct Connection<'a> {
     stop: &'a AtomicBool,
     patience: Patience,
     buffer: Box<[u8]>,
-    /// What of the buffer has not been taken.
+    /// Range of the buffer that has not been taken.
     waiting: std::ops::Range<usize>,
     /// Until when the message under way must be whole.
     until: Instant,

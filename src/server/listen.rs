@@ -10,7 +10,7 @@ use std::time::Duration;
 use super::connection::{Connection, Patience};
 use super::error::{End, ServerError};
 use super::log::Log;
-use super::picture::Picture;
+use super::picture::PictureStyle;
 use super::scenes::Scenes;
 use crate::simulation::target::Target;
 
@@ -19,14 +19,14 @@ const MOST_CONNECTIONS: usize = 16;
 /// How often the server looks for a connection.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// What all sessions of a server share.
+/// Data that all sessions of a server share.
 pub struct Server {
     /// Where to compute.
     pub target: Target,
     /// The scenes that clients may name.
     pub scenes: Scenes,
     /// How pictures are drawn.
-    pub picture: Picture,
+    pub picture: PictureStyle,
     /// Time of the scene's own orbit at which a session without a clock begins [s].
     pub time: f64,
     /// How long a client may take.

@@ -21,7 +21,7 @@ pub struct Scenes {
 }
 
 impl Scenes {
-    /// Adds a scene. Without a name, it has those of its file: the path as given, its last part, and that without its ending.
+    /// Adds a scene. Without `name`, the scene has three names: the path of its file as given, the file name, and the file name without its ending.
     ///
     /// # Errors
     /// A scene that can not run, or a name that another scene has.
@@ -67,7 +67,7 @@ impl Scenes {
         names.map(String::as_str).collect::<Vec<_>>().join(", ")
     }
 
-    /// What scenes there are, in words.
+    /// The scenes of the server, in words.
     pub(crate) fn told(&self) -> String {
         match self.known() {
             names if names.is_empty() => "no scene is here".to_owned(),

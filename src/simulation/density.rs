@@ -1,6 +1,6 @@
 //! Node density: merges and splits edges as the scene asks, within the host's free memory.
 
-use super::prepare_error::Stage;
+use super::prepare_error::PrepareStage;
 use crate::host;
 use crate::model::{Merged, Model, ModelError};
 use crate::scene::Scene;
@@ -11,7 +11,7 @@ const HOST_BYTES_A_NODE: usize = 300;
 /// Peak host memory for each node of a scene with a thermal network [bytes].
 const HOST_BYTES_A_NETWORK_NODE: usize = 400;
 
-/// Merges edges below the scene's shortest edge length. Returns what was merged, where the scene has such lengths.
+/// Merges edges below the scene's shortest edge length. Returns the merged edges, where the scene has such lengths.
 ///
 /// # Errors
 /// A length that is not valid.
@@ -31,13 +31,13 @@ pub(super) fn split(
     scene: &Scene,
     model: Model,
     network: bool,
-    progress: &mut dyn FnMut(Stage),
+    progress: &mut dyn FnMut(PrepareStage),
 ) -> Result<Model, ModelError> {
     let longest = scene.density.max_edges(&model);
     if longest.iter().all(|edge| edge.is_infinite()) {
         return Ok(model);
     }
-    model.subdivide_parts(&longest, node_limit(network), &mut |vertices| progress(Stage::Splitting(vertices)))
+    model.subdivide_parts(&longest, node_limit(network), &mut |vertices| progress(PrepareStage::Splitting(vertices)))
 }
 
 /// The result of merging, in words.

@@ -51,7 +51,7 @@ impl DeviceData {
         }
     }
 
-    /// The same with what surfaces radiate to each other.
+    /// The same with radiation between surfaces.
     pub fn with_exchange(self, exchange: Option<ExchangeTables>) -> Self {
         Self { exchange, ..self }
     }
@@ -108,7 +108,7 @@ impl DeviceData {
     }
 }
 
-/// What the sensor of the scene needs on a device. `None` without one.
+/// The tables of the scene's sensor for a device. `None` without a sensor.
 pub(crate) fn sensor_tables(prepared: &Prepared) -> Option<SensorTables> {
     let (sensor, camera) = prepared.scene.sensor.as_ref().zip(prepared.scene.camera.as_ref())?;
     Some(SensorTables::new(sensor, &RadianceTable::new(prepared.scene.band), &sensor_view(camera)))

@@ -62,7 +62,7 @@ impl Distance {
     }
 }
 
-/// What a device needs of a crop: how it is drawn into an image of the camera's size, and how it is put into the pixels.
+/// The values of a crop for a device: for the drawing into an image of the camera's size, and for putting that image into the pixels.
 pub(crate) fn told(
     camera: &Camera,
     crop: &Crop,

@@ -1,8 +1,8 @@
 //! How much work a run is, before its first step: steps, images, bytes of files and a rough time.
 //!
-//! The time comes from the rates below and not from a measurement, so it is good to a factor of three or so. A node's rates on a processor are those of two
-//! cores of an Intel Xeon: of `docs/benchmarks.md`, and of the station without images in f64. The others are estimates, and those of a GPU lie on the slow
-//! side. While a run goes on, its progress tells the time that is left from what was measured.
+//! The time comes from the rates below and not from a measurement, so it is good to a factor of three or so. The rates of a node on a processor were
+//! measured on two cores of an Intel Xeon: in `docs/benchmarks.md`, and for the station without images in f64. The other rates are estimates, and the
+//! rates of a GPU lie on the slow side. While a run goes on, its progress tells the time that is left from measured times.
 
 use super::prepare::Prepared;
 use super::target::Target;

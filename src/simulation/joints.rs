@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DMat4};
 use wildmatch::WildMatch;
 
 use super::prepare_error::PrepareError;
-use crate::environment::joints::{Drive, Guided, Joint, Kind, Motion, Played};
+use crate::environment::joints::{Drive, Guided, Joint, JointKind, Motion, Played};
 use crate::environment::step::StepLoads;
 use crate::gpu::nodes::Nodes;
 use crate::model::{Model, SceneNode};
@@ -87,7 +87,7 @@ fn motion(rule: &JointRule, node: &SceneNode, model: &Model) -> Result<Motion, S
                 other => other.clone(),
             };
             // A mirrored frame reverses the sense of a rotation.
-            let turned = guided.kind == Kind::Rotation && linear.determinant() < 0.0;
+            let turned = guided.kind == JointKind::Rotation && linear.determinant() < 0.0;
             let axis = if turned { -axis } else { axis };
             let origin = node.body_from_node.transform_point3(guided.origin);
             Ok(Motion::Guided(Guided { axis, origin, drive, ..guided.clone() }))
@@ -158,7 +158,7 @@ pub(crate) struct Description {
     pub(crate) position: f64,
     /// Unit of the position: `deg` or `m`.
     pub(crate) unit: &'static str,
-    /// Nodes that it moves, without those of its child joints.
+    /// Nodes that the joint moves, without the nodes of its child joints.
     pub(crate) nodes: usize,
 }
 

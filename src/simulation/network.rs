@@ -25,7 +25,7 @@ use std::sync::Arc;
 use crate::gpu::nodes::{GROUP, Nodes};
 use crate::gpu::one_pass::{Drawn, OnePassTables};
 use crate::thermal::network::control::Settings;
-use crate::thermal::network::one_pass::{Conduction, Heater, Plan, Unfit};
+use crate::thermal::network::one_pass::{Conduction, Heater, OnePassPlan, Unfit};
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 use crate::thermal::network::{Network, NodeKind};
 use crate::thermal::shell::{NO_NODE, Shell};
@@ -38,13 +38,13 @@ pub(crate) const HOLLOW_WITH_EXCHANGE: &str = "Nothing radiates inside hollow bo
 
 #[derive(Debug, Clone)]
 struct Heated {
-    /// What it heats and what it senses, in words.
+    /// The heated nodes and the sensor, in words.
     name: String,
     /// Heated nodes with their shares.
     shares: Vec<(u32, f64)>,
     /// Heat over scene time.
     power: HeatTable,
-    /// Its thermostat, where it has one.
+    /// Thermostat of the heater, where it has one.
     thermostat: Option<Thermostat>,
 }
 
@@ -61,7 +61,7 @@ pub struct SceneNetwork {
     load_areas: Vec<f64>,
     heated: Vec<Heated>,
     /// The network in one pass, or why it is not stepped so. `None` where the scene asks for sub-steps.
-    one_pass: Option<Result<Arc<Plan>, Unfit>>,
+    one_pass: Option<Result<Arc<OnePassPlan>, Unfit>>,
     /// Length of a step of the scene [s].
     step: f64,
     /// Time over which errors accumulate [s].
@@ -104,7 +104,7 @@ impl SceneNetwork {
         self.has(slot).then(|| self.load_areas[slot])
     }
 
-    /// Part of every network node. `nodes` are those of the device.
+    /// Part of every network node. `nodes` are in device order.
     pub(super) fn parts(&self, nodes: &Nodes) -> Vec<u32> {
         let mut parts = vec![0; self.network().len()];
         for (slot, vertex) in nodes.real() {
@@ -165,7 +165,7 @@ impl SceneNetwork {
     }
 
     /// The network in one pass, where the network fits and the scene does not ask for sub-steps.
-    pub fn plan(&self) -> Option<&Arc<Plan>> {
+    pub fn plan(&self) -> Option<&Arc<OnePassPlan>> {
         self.one_pass.as_ref()?.as_ref().ok()
     }
 
@@ -276,7 +276,7 @@ impl SceneNetwork {
 }
 
 /// A network in one pass, in words.
-fn described(plan: &Plan) -> Vec<(String, String)> {
+fn described(plan: &OnePassPlan) -> Vec<(String, String)> {
     let largest = plan.blocks().iter().map(|block| block.nodes.len()).max().unwrap_or(0);
     let nodes: usize = plan.blocks().iter().map(|block| block.nodes.len()).sum();
     let kinds = plan.conductions();

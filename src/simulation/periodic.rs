@@ -55,7 +55,7 @@ impl Periodic {
         format!("{} orbits{coarse}; the last one changed a node by up to {:.1e} K", self.orbits, self.change)
     }
 
-    /// What to tell the user of a warm-up of the run `of` that missed its tolerance.
+    /// A warning for the user if the warm-up missed its tolerance. `of` names the run.
     pub(crate) fn warning(&self, of: &str) -> Option<String> {
         (!self.is_met()).then(|| {
             format!(
@@ -85,7 +85,7 @@ impl Way {
         Self { done, history: History::default(), structures: Structures::default(), coarse, last: f64::INFINITY }
     }
 
-    /// Takes what `save` gave.
+    /// Restores the state of `save`.
     ///
     /// # Errors
     /// A list that is absent or of another length.
@@ -114,8 +114,8 @@ impl Way {
     }
 }
 
-/// Steps orbits that end at time 0, until the largest change over an orbit is at most `tolerance` [K] or the scene's warm-up orbits are used up. It goes on
-/// from `earlier`, where there is one. `keep` takes the state between two orbits.
+/// Steps orbits that end at time 0, until the largest change over an orbit is at most `tolerance` [K] or the scene's warm-up orbits are used up. The
+/// warm-up goes on from `earlier`, where there is one. `keep` takes the state between two orbits.
 #[expect(clippy::too_many_arguments, reason = "the state of a run is in as many places")]
 pub(super) fn warm_up<E: From<EngineError>>(
     prepared: &Prepared,
@@ -195,7 +195,7 @@ pub(super) fn warm_up<E: From<EngineError>>(
             }
         }
         if coarse && (done.change <= tolerance || done.change > STALLED * last) {
-            // The map of a fine orbit differs from that of a coarse orbit.
+            // A fine orbit maps start to end temperatures in another way than a coarse orbit, so the history begins anew.
             (coarse, history, structures) = (false, History::default(), Structures::default());
         }
         last = done.change;
@@ -250,7 +250,7 @@ fn orbit(
     let unit = prepared.scene.time.step;
     let mut last = engine.network_temperatures()?.unwrap_or_default();
     let mut mean = vec![0.0; last.len()];
-    // The steps are counted from the start of the orbit, so that those of every orbit are equal.
+    // The steps are counted from the start of the orbit, so that every orbit has the same steps.
     let (mut done, whole) = (0.0, period / step);
     let passing = std::iter::from_fn(|| {
         let ahead: f64 = if coarse && whole - done >= LAST_STEPS + COARSE_STEPS { COARSE_STEPS } else { 1.0 };

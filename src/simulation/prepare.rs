@@ -7,11 +7,11 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::emissivity;
-use super::exchange::Craft;
-use super::given::Given;
+use super::exchange::ExchangeCraft;
+use super::given::GivenTemperatures;
 use super::joints;
 use super::network::{self, SceneNetwork};
-use super::prepare_error::{PrepareError, Stage};
+use super::prepare_error::{PrepareError, PrepareStage};
 use super::prepare_names;
 use super::prepare_steps::{self as steps, Dense};
 use super::stepper::is_small;
@@ -63,7 +63,7 @@ pub struct Prepared {
     pub triangle_runs: Vec<TriangleRun>,
     /// The tree of these triangles, where shadows are found by rays.
     pub shadow_tree: Option<Occluders>,
-    /// Node indices of the triangles that cast shadows, which are those of the model before it is split. Empty without shadows.
+    /// Node indices of the triangles that cast shadows, taken from the model before it is split. Empty without shadows.
     pub(crate) occluders: Vec<[u32; 3]>,
     pub(crate) occluder_runs: Vec<TriangleRun>,
     /// Result of merging short edges, where the scene asks for it.
@@ -77,9 +77,9 @@ pub struct Prepared {
     /// The thermal network of the materials with response `network`.
     pub network: Option<Arc<SceneNetwork>>,
     /// The temperatures of a file, where the scene takes them from one.
-    pub(crate) given: Option<Arc<Given>>,
+    pub(crate) given: Option<Arc<GivenTemperatures>>,
     /// Patches that radiate to each other, where the scene has `[exchange]`.
-    pub exchange: Option<Arc<Craft>>,
+    pub exchange: Option<Arc<ExchangeCraft>>,
     /// Remarks for the user.
     pub warnings: Vec<String>,
 }
@@ -89,7 +89,7 @@ impl Prepared {
     ///
     /// # Errors
     /// The first problem that keeps the scene from running.
-    pub fn new(path: &Path, progress: &mut dyn FnMut(Stage)) -> Result<Self, PrepareError> {
+    pub fn new(path: &Path, progress: &mut dyn FnMut(PrepareStage)) -> Result<Self, PrepareError> {
         Self::from_scene(Scene::load(path)?, progress)
     }
 
@@ -97,7 +97,7 @@ impl Prepared {
     ///
     /// # Errors
     /// As for `new`.
-    pub fn from_scene(scene: Scene, progress: &mut dyn FnMut(Stage)) -> Result<Self, PrepareError> {
+    pub fn from_scene(scene: Scene, progress: &mut dyn FnMut(PrepareStage)) -> Result<Self, PrepareError> {
         Self::with_materials(scene, |_| (), progress)
     }
 
@@ -108,9 +108,9 @@ impl Prepared {
     pub fn with_materials(
         mut scene: Scene,
         change: impl FnOnce(&mut [Material]),
-        progress: &mut dyn FnMut(Stage),
+        progress: &mut dyn FnMut(PrepareStage),
     ) -> Result<Self, PrepareError> {
-        progress(Stage::Reading);
+        progress(PrepareStage::Reading);
         let mut model = Model::load_within(&scene.model_path, &scene.reach)?.weld();
         let mut materials = prepare_names::materials(&mut scene, &model)?;
         change(&mut materials);
@@ -136,10 +136,10 @@ impl Prepared {
 
         steps::check_series(&scene, parts.len(), materials.len())?;
 
-        progress(Stage::Network);
+        progress(PrepareStage::Network);
         let shell = network::shell(&scene, &model, &parts, &materials)?;
 
-        progress(Stage::Ordering);
+        progress(PrepareStage::Ordering);
         let areas = model.node_areas();
         let nodes = Nodes::with_joints(&model, &areas, &materials, &part_joint);
         let (triangles, triangle_runs) = steps::by_joint(std::mem::take(&mut model.triangles), &nodes, RUN);
@@ -147,19 +147,19 @@ impl Prepared {
         let shadow_tree = steps::shadow_tree(&scene, &nodes, &occluders)?;
         steps::check_traced(&scene, &triangles)?;
 
-        progress(Stage::Loads);
+        progress(PrepareStage::Loads);
         let loads = steps::loads(&scene, moving)?;
         warnings.extend(steps::turn_warning(&scene, &loads));
         let probes = steps::probe_nodes(&scene, &parts, &nodes)?;
-        let given = Given::new(&scene, &parts, &nodes)?.map(Arc::new);
+        let given = GivenTemperatures::new(&scene, &parts, &nodes)?.map(Arc::new);
         warnings.extend(given.iter().flat_map(|given| given.warnings().to_vec()));
         let network = steps::network(&mut scene, shell, &parts, &nodes, &probes, &materials)?;
         warnings.extend(network.iter().flat_map(|network| network.remarks()));
         let craft =
-            |settings| Craft::new(settings, scene.time.step, &nodes, &triangles, network.as_deref(), &materials);
+            |settings| ExchangeCraft::new(settings, scene.time.step, &nodes, &triangles, network.as_deref(), &materials);
         let exchange = scene.exchange.map(craft).transpose();
         let exchange = exchange.map_err(|message| PrepareError::Exchange { path: scene.source.clone(), message })?;
-        warnings.extend(exchange.iter().flat_map(Craft::warnings));
+        warnings.extend(exchange.iter().flat_map(ExchangeCraft::warnings));
         Ok(Self {
             exchange: exchange.map(Arc::new),
             network,

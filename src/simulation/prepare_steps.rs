@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::density;
 use super::network::{self, SceneNetwork};
-use super::prepare_error::{PrepareError, Stage};
+use super::prepare_error::{PrepareError, PrepareStage};
 use crate::environment::joints::Joint;
 use crate::environment::orbit::period_disagreement;
 use crate::environment::shadow::{LARGEST_TREE, Method, Occluders, tree_boxes};
@@ -101,7 +101,7 @@ pub(super) fn at_density(
     scene: &mut Scene,
     model: Model,
     materials: &[Material],
-    progress: &mut dyn FnMut(Stage),
+    progress: &mut dyn FnMut(PrepareStage),
 ) -> Result<Dense, PrepareError> {
     let (model, merged) = density::merge(scene, model)?;
     scene.assumptions.extend(merged.as_ref().map(density::describe));

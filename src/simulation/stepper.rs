@@ -77,7 +77,7 @@ impl AnyStepper {
         Ok(saved)
     }
 
-    /// Takes what `save` gave.
+    /// Restores the state of `save`.
     ///
     /// # Errors
     /// A state of another network, or a call that fails.

@@ -33,7 +33,7 @@ impl Structures {
         }
     }
 
-    /// Takes what `save` gave.
+    /// Restores the state of `save`.
     ///
     /// # Errors
     /// A list that is absent.

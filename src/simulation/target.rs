@@ -30,7 +30,7 @@ impl Target {
     /// validation layer checks every call.
     ///
     /// # Errors
-    /// There is no such device, or it lacks what isotherm needs.
+    /// There is no such device, or it lacks a feature that isotherm needs.
     pub fn open(name: Option<&str>) -> Result<Self, GpuError> {
         if name.is_some_and(|name| name.eq_ignore_ascii_case("cpu")) {
             return Ok(Self::Reference);
@@ -39,7 +39,7 @@ impl Target {
         Ok(Self::Device(Context::open(name, validate)?))
     }
 
-    /// Its name for users.
+    /// Name for users.
     pub(crate) fn name(&self) -> String {
         self.device().map_or("cpu (f64 reference)".to_owned(), |context| context.info.name.clone())
     }
@@ -52,7 +52,7 @@ impl Target {
         }
     }
 
-    /// An engine for a scene. It draws where `camera` is given.
+    /// An engine for a scene. The engine draws where `camera` is given.
     ///
     /// # Errors
     /// An error of the device.

@@ -64,7 +64,7 @@ impl TracedCraft {
         self.version += 1;
     }
 
-    /// What the device needs for an image at a time [s].
+    /// The values of an image at a time [s], for the device.
     pub(crate) fn told(&self, time: f64) -> renderer::Traced<'_> {
         let settings = layout::Tracing {
             boxes: self.boxes.len() as u32,
@@ -77,9 +77,9 @@ impl TracedCraft {
         renderer::Traced { settings, boxes: &self.boxes, triangles: &self.triangles, version: self.version }
     }
 
-    /// What the rasteriser needs for it.
-    pub(crate) fn seen(&self, time: f64) -> traced::Traced<'_> {
-        traced::Traced { occluders: &self.occluders, corners: &self.corners, word: word(time) }
+    /// The same for the rasteriser in f64.
+    pub(crate) fn seen(&self, time: f64) -> traced::TracedTriangles<'_> {
+        traced::TracedTriangles { occluders: &self.occluders, corners: &self.corners, word: word(time) }
     }
 }
 

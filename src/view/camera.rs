@@ -18,8 +18,8 @@ const FIELD: f64 = 0.6;
 /// The near plane lies at most at this share of the distance to the point that is looked at.
 const NEAR_SHARE: f64 = 0.05;
 
-/// The scene's camera with another size and the same field of view from top to bottom. Without a size it has that of the scene, or a smaller one of the same
-/// shape. A sensor has the size of the scene. A scene without a camera gets one.
+/// The scene's camera with another size and the same field of view from top to bottom. Without `size`, the image has the size of the scene, or a
+/// smaller size of the same shape. With a sensor the image always has the size of the scene. A scene without a camera gets one.
 ///
 /// # Errors
 /// A size for a scene with a sensor, in words.

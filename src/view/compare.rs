@@ -17,7 +17,7 @@ use crate::simulation::{StepResult, run, start};
 /// Time between two messages of progress [s].
 const EVERY: f64 = 0.5;
 
-/// What a comparison needs.
+/// The inputs of a comparison.
 #[derive(Clone)]
 pub(crate) struct Comparison {
     pub(crate) scene: Scene,

@@ -1,4 +1,4 @@
-//! Draws the image of a page and packs it with what the page shows beside it.
+//! Draws the image of a page and packs it with the values that the page shows beside it.
 
 use std::time::Instant;
 
@@ -7,13 +7,13 @@ use serde::Serialize;
 
 use super::camera::Look;
 use super::packet::{Plane, Planes};
-use super::player::{Player, Seen};
+use super::player::{Player, ShownImage};
 use super::request::Quantity;
 use crate::output::apparent::Apparent;
 use crate::scene::Camera;
 use crate::simulation::facade_error::SimulationError;
 
-/// What comes with an image.
+/// The values that come with an image.
 #[derive(Debug, Serialize)]
 struct Header<'a> {
     time: f64,
@@ -24,7 +24,7 @@ struct Header<'a> {
     width: u32,
     height: u32,
     planes: &'a [Plane],
-    /// Whether the camera is that of the scene.
+    /// Whether the camera stands where the scene's camera stands.
     scene_camera: bool,
     /// Rows of the rotation from body axes to camera axes.
     camera_from_body: [[f64; 3]; 3],
@@ -48,7 +48,7 @@ struct Header<'a> {
     pack_ms: f64,
 }
 
-/// What all pages have in common.
+/// Settings that all pages have in common.
 pub(crate) struct Common {
     /// The camera without a pose.
     pub(crate) camera: Camera,
@@ -58,14 +58,14 @@ pub(crate) struct Common {
 
 /// How time stands.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Clock {
+pub(crate) struct PlaybackClock {
     /// The step to which time goes.
     pub(crate) goal: u32,
     /// Whether it goes on.
     pub(crate) playing: bool,
 }
 
-/// The image of a page as a message, and what it showed.
+/// The image of a page as a message, and the record of its pixels for later questions.
 ///
 /// # Errors
 /// A pose that can not be used, or a call that fails.
@@ -74,8 +74,8 @@ pub(crate) fn draw(
     common: &Common,
     look: &Look,
     quantity: Quantity,
-    clock: Clock,
-) -> Result<(Vec<u8>, Seen), SimulationError> {
+    clock: PlaybackClock,
+) -> Result<(Vec<u8>, ShownImage), SimulationError> {
     let began = Instant::now();
     let (camera, pose) = look.of(&common.camera)?;
     let image = player.simulation().image(&camera, &pose)?;
@@ -127,5 +127,5 @@ pub(crate) fn draw(
         pack_ms: began.elapsed().as_secs_f64() * 1e3,
     };
     let packet = planes.packet(&serde_json::to_string(&header).unwrap_or_default());
-    Ok((packet, Seen::new(image)))
+    Ok((packet, ShownImage::new(image)))
 }

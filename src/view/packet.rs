@@ -11,7 +11,7 @@ pub(crate) const MAGIC: &[u8; 4] = b"ISOT";
 /// Finest step between two temperatures [K].
 const FINEST: f64 = 0.01;
 
-/// What a plane holds and how it is read.
+/// The quantity of a plane, and how its numbers are read.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Plane {
     /// `temperature`, `apparent`, `counts`, `part` or `material`.
@@ -25,7 +25,7 @@ pub(crate) struct Plane {
 /// Planes with their bytes.
 #[derive(Debug, Default)]
 pub(crate) struct Planes {
-    /// What they are.
+    /// The quantity of each plane.
     pub(crate) listed: Vec<Plane>,
     bytes: Vec<u8>,
 }

@@ -1,4 +1,4 @@
-//! What a page asks for, as one JSON object in a text message.
+//! Requests of a page, each one JSON object in a text message.
 
 use serde::Deserialize;
 
@@ -14,7 +14,7 @@ const RATES: std::ops::RangeInclusive<f64> = 0.1..=240.0;
 pub(crate) enum Quantity {
     /// None.
     Temperature,
-    /// Brightness temperature: that of a blackbody with the radiance of the pixel.
+    /// Brightness temperature: the temperature at which a blackbody has the radiance of the pixel.
     Apparent,
     /// Digital numbers of the sensor.
     Counts,
@@ -35,9 +35,9 @@ pub(crate) enum Request {
         /// The direction that is up in the image.
         up: [f64; 3],
     },
-    /// The camera is that of the scene.
+    /// Puts the camera where the scene's camera is.
     SceneCamera {},
-    /// Chooses what comes with an image.
+    /// Chooses the quantity that comes with an image.
     Show {
         quantity: Quantity,
     },
@@ -74,7 +74,7 @@ impl Request {
     /// Reads a message.
     ///
     /// # Errors
-    /// What is wrong with it, in words.
+    /// The fault of the message, in words.
     pub(crate) fn read(text: &str) -> Result<Self, String> {
         let request: Self =
             serde_json::from_str(text).map_err(|error| format!("the message is not understood: {error}"))?;

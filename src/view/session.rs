@@ -46,8 +46,8 @@ pub enum ViewError {
     Worker,
 }
 
-/// What a page shows.
-pub struct Session {
+/// A simulation with a camera, to be shown by pages.
+pub struct ViewSession {
     /// The scene, for the comparison with f64.
     pub scene: Scene,
     /// The place of computation.
@@ -60,7 +60,7 @@ pub struct Session {
     pub has_camera: bool,
 }
 
-impl Session {
+impl ViewSession {
     /// Serves pages until `stop` is set.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! The thread that owns the simulation. It takes what pages ask for, lets time go on, and draws for each page that waits for an image.
+//! The thread that owns the simulation. The worker takes the requests of pages, lets time go on, and draws for each page that waits for an image.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,8 +12,8 @@ use tokio::sync::mpsc::{Receiver, Sender, error::TryRecvError};
 
 use super::camera::Look;
 use super::compare::Comparison;
-use super::drawing::{Clock, Common, draw};
-use super::player::{Player, Seen};
+use super::drawing::{PlaybackClock, Common, draw};
+use super::player::{Player, ShownImage};
 use super::request::{Quantity, Request};
 use crate::simulation::facade_error::SimulationError;
 
@@ -23,7 +23,7 @@ const UNDER_WAY: u32 = 2;
 /// Time for steps before pages are served again.
 const TURN: Duration = Duration::from_millis(40);
 
-/// Time between two looks at what is asked.
+/// Time between two looks at the requests.
 const REST: Duration = Duration::from_millis(500);
 
 /// A message to a page.
@@ -35,7 +35,7 @@ pub(crate) enum ToPage {
 }
 
 /// A message to the worker.
-pub(crate) enum Command {
+pub(crate) enum WorkerMessage {
     /// A page was opened.
     Join {
         id: u64,
@@ -50,7 +50,7 @@ pub(crate) enum Command {
     Tell(String),
 }
 
-struct Page {
+struct OpenPage {
     to: Sender<ToPage>,
     look: Look,
     quantity: Quantity,
@@ -58,12 +58,11 @@ struct Page {
     credit: u32,
     /// Whether something has changed since its last image.
     dirty: bool,
-    seen: Option<Seen>,
+    seen: Option<ShownImage>,
 }
 
 pub(crate) struct Worker {
     pub(crate) player: Player,
-    /// What all pages have in common.
     pub(crate) common: Common,
     /// Where the camera of a new page is.
     pub(crate) first_look: Look,
@@ -72,13 +71,13 @@ pub(crate) struct Worker {
     /// For the comparison with f64.
     pub(crate) comparison: Comparison,
     /// The way to the worker itself, for the comparison.
-    pub(crate) own: Sender<Command>,
+    pub(crate) own: Sender<WorkerMessage>,
     /// Ends it.
     pub(crate) stop: Arc<AtomicBool>,
 }
 
 /// How time goes.
-struct Time {
+struct PlayTime {
     goal: u32,
     /// Steps in a second while it plays.
     rate: Option<f64>,
@@ -87,13 +86,13 @@ struct Time {
 }
 
 impl Worker {
-    /// Works until it is stopped. Waits are those of a runtime that another thread drives.
+    /// Works until it is stopped. Waits use a runtime that another thread drives.
     ///
     /// # Errors
     /// A call of the device that fails.
-    pub(crate) fn run(mut self, runtime: &Handle, mut commands: Receiver<Command>) -> Result<(), SimulationError> {
-        let mut pages: BTreeMap<u64, Page> = BTreeMap::new();
-        let mut time = Time { goal: 0, rate: None, due: Instant::now() };
+    pub(crate) fn run(mut self, runtime: &Handle, mut commands: Receiver<WorkerMessage>) -> Result<(), SimulationError> {
+        let mut pages: BTreeMap<u64, OpenPage> = BTreeMap::new();
+        let mut time = PlayTime { goal: 0, rate: None, due: Instant::now() };
         while !self.stop.load(Ordering::Relaxed) {
             let wait = self.wait(&pages, &time);
             let first = if wait.is_zero() {
@@ -121,7 +120,7 @@ impl Worker {
                     self.tell_curves(&mut pages);
                 }
             }
-            let clock = Clock { goal: time.goal, playing: time.rate.is_some() };
+            let clock = PlaybackClock { goal: time.goal, playing: time.rate.is_some() };
             for page in pages.values_mut().filter(|page| page.is_due()) {
                 self.draw(page, clock)?;
             }
@@ -131,8 +130,8 @@ impl Worker {
     }
 
     /// How long nothing is to be done.
-    fn wait(&self, pages: &BTreeMap<u64, Page>, time: &Time) -> Duration {
-        let drawing = pages.values().any(Page::is_due);
+    fn wait(&self, pages: &BTreeMap<u64, OpenPage>, time: &PlayTime) -> Duration {
+        let drawing = pages.values().any(OpenPage::is_due);
         if drawing || self.player.step() != time.goal {
             return Duration::ZERO;
         }
@@ -143,7 +142,7 @@ impl Worker {
     }
 
     /// Lets time go on. Returns whether it did.
-    fn go_on(&mut self, time: &mut Time, looked_at: bool) -> Result<bool, SimulationError> {
+    fn go_on(&mut self, time: &mut PlayTime, looked_at: bool) -> Result<bool, SimulationError> {
         let before = self.player.step();
         if let Some(rate) = time.rate.filter(|_| looked_at && before == time.goal) {
             let now = Instant::now();
@@ -166,13 +165,13 @@ impl Worker {
 
     fn take(
         &mut self,
-        command: Command,
-        pages: &mut BTreeMap<u64, Page>,
-        time: &mut Time,
+        command: WorkerMessage,
+        pages: &mut BTreeMap<u64, OpenPage>,
+        time: &mut PlayTime,
     ) -> Result<(), SimulationError> {
         match command {
-            Command::Join { id, page } => {
-                let page = Page {
+            WorkerMessage::Join { id, page } => {
+                let page = OpenPage {
                     to: page,
                     look: self.first_look,
                     quantity: Quantity::Temperature,
@@ -184,11 +183,11 @@ impl Worker {
                 page.tell(self.curves());
                 pages.insert(id, page);
             }
-            Command::Leave(id) => {
+            WorkerMessage::Leave(id) => {
                 pages.remove(&id);
             }
-            Command::Tell(message) => pages.values().for_each(|page| page.tell(message.clone())),
-            Command::Ask(id, request) => {
+            WorkerMessage::Tell(message) => pages.values().for_each(|page| page.tell(message.clone())),
+            WorkerMessage::Ask(id, request) => {
                 if let Some(problem) = self.answer(id, request, pages, time)
                     && let Some(page) = pages.get(&id)
                 {
@@ -199,13 +198,13 @@ impl Worker {
         Ok(())
     }
 
-    /// Does what a page asks for, or says why not.
+    /// Follows a request of a page, or says why not.
     fn answer(
         &mut self,
         id: u64,
         request: Request,
-        pages: &mut BTreeMap<u64, Page>,
-        time: &mut Time,
+        pages: &mut BTreeMap<u64, OpenPage>,
+        time: &mut PlayTime,
     ) -> Option<String> {
         let page = pages.get_mut(&id)?;
         match request {
@@ -269,7 +268,7 @@ impl Worker {
         None
     }
 
-    fn draw(&mut self, page: &mut Page, clock: Clock) -> Result<(), SimulationError> {
+    fn draw(&mut self, page: &mut OpenPage, clock: PlaybackClock) -> Result<(), SimulationError> {
         page.dirty = false;
         match draw(&mut self.player, &self.common, &page.look, page.quantity, clock) {
             Ok((packet, seen)) => {
@@ -294,7 +293,7 @@ impl Worker {
         json!({ "type": "curves", "curves": probes.map(curve).collect::<Vec<_>>() }).to_string()
     }
 
-    fn tell_curves(&self, pages: &mut BTreeMap<u64, Page>) {
+    fn tell_curves(&self, pages: &mut BTreeMap<u64, OpenPage>) {
         let curves = self.curves();
         pages.values().for_each(|page| page.tell(curves.clone()));
         mark(pages);
@@ -309,7 +308,7 @@ impl Worker {
         let work = move || {
             comparison.run(&mut |message| {
                 // Without a worker nobody waits for the result.
-                let _ = own.blocking_send(Command::Tell(message));
+                let _ = own.blocking_send(WorkerMessage::Tell(message));
             });
         };
         let begun = std::thread::Builder::new().name("compare".to_owned()).spawn(work);
@@ -317,7 +316,7 @@ impl Worker {
     }
 }
 
-impl Page {
+impl OpenPage {
     /// Whether it waits for an image, and has a place for it.
     fn is_due(&self) -> bool {
         self.dirty && self.credit > 0 && self.to.capacity() > 0
@@ -329,7 +328,7 @@ impl Page {
     }
 }
 
-fn mark(pages: &mut BTreeMap<u64, Page>) {
+fn mark(pages: &mut BTreeMap<u64, OpenPage>) {
     pages.values_mut().for_each(|page| page.dirty = true);
 }
 

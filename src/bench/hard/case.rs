@@ -52,7 +52,7 @@ pub struct HardCase {
     pub(crate) expects_reference: bool,
     /// Measures the error on a target.
     pub(crate) measure: Measure,
-    /// Measures the error without the remedy. It is infinite if there is no valid number.
+    /// Measures the error without the remedy: infinite if there is no valid number.
     pub(crate) without: Without,
 }
 
@@ -113,7 +113,7 @@ pub struct HardRow {
     pub(crate) remedy: String,
     /// The simpler method that replaces the remedy.
     pub(crate) removed: String,
-    /// Error without the remedy. It is `null` in JSON if there is no valid number.
+    /// Error without the remedy, `null` in JSON if there is no valid number.
     pub without: f64,
     /// The reason for an omitted measurement.
     pub(crate) omitted: Option<String>,
@@ -165,7 +165,7 @@ impl HardRow {
     }
 }
 
-/// Largest difference of two series. It is infinite if they differ in length or contain NaN.
+/// Largest difference of two series, infinite if they differ in length or contain NaN.
 pub(crate) fn apart(found: &[f64], expected: &[f64]) -> f64 {
     if found.len() != expected.len() {
         return f64::INFINITY;
@@ -173,7 +173,7 @@ pub(crate) fn apart(found: &[f64], expected: &[f64]) -> f64 {
     found.iter().zip(expected).fold(0.0, |worst, (a, b)| worst_of(worst, (a - b).abs()))
 }
 
-/// The larger of two errors. It is infinite if one is NaN.
+/// The larger of two errors, infinite if one is NaN.
 pub(crate) fn worst_of(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::INFINITY } else { a.max(b) }
 }

@@ -38,7 +38,7 @@ pub fn all() -> Vec<HardCase> {
     lists.into_iter().flatten().collect()
 }
 
-/// The errors of all cases without their remedies, in order. They are the same for every target.
+/// The errors of all cases without their remedies, in order. These errors are the same for every target.
 pub fn without(cases: &[HardCase], scale: Scale) -> Vec<f64> {
     cases.par_iter().map(|case| (case.without)(scale)).collect()
 }

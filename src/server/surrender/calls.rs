@@ -27,7 +27,7 @@ pub(crate) const FORMAL: [&str; 23] = [
     "updateDisplay",
 ];
 
-/// Calls that would change the picture if they were followed. They are answered with a warning.
+/// Calls that would change the picture if they were followed. The answer to such a call is a warning.
 pub(crate) const WITHOUT_EFFECT: [&str; 36] = [
     "attachDynamicTexture",
     "createUserDataTexture",

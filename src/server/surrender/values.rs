@@ -62,22 +62,22 @@ impl Value {
     }
 }
 
-/// Reads a request. It may come in pieces, and the next one may follow at once.
+/// Reads a request. A request may come in pieces, and the next request may follow at once.
 ///
 /// # Errors
 /// Bytes that are no request, one that is too long or too deep, or a client that has gone.
 pub(crate) fn read(connection: &mut Connection) -> Result<Hash, End> {
     connection.begin_message(MOST_BYTES)?;
-    Reader { connection, values: MOST_VALUES }.hash(0)
+    ValueReader { connection, values: MOST_VALUES }.hash(0)
 }
 
-struct Reader<'r, 'c> {
+struct ValueReader<'r, 'c> {
     connection: &'r mut Connection<'c>,
     /// Values that the request may still have.
     values: u32,
 }
 
-impl Reader<'_, '_> {
+impl ValueReader<'_, '_> {
     fn u32(&mut self) -> Result<u32, End> {
         Ok(u32::from_be_bytes(self.connection.array()?))
     }

@@ -1,6 +1,7 @@
 //! The schema of the messages: the fields that are used. Others are skipped.
 //!
-//! It is written from measurements of what Basilisk 2.12.1 sends (`docs/serve.md`). All numbers are proto3, so one that is zero is absent.
+//! The schema is written from measurements of the messages of Basilisk 2.12.1 (`docs/serve.md`). All numbers are proto3, so one that is zero is
+//! absent.
 
 use prost::Message;
 

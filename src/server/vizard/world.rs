@@ -3,11 +3,11 @@
 use glam::DVec3;
 use hifitime::{Epoch, TimeScale, Unit};
 
-use super::frames::{Place, parent_from_child};
+use super::frames::{CraftPlace, parent_from_child};
 use super::messages::{self, Body, Spacecraft, VizMessage, vector};
 use crate::environment::frames::tt_centuries;
 use crate::environment::sun::sun_position;
-use crate::server::course::State;
+use crate::server::course::CourseState;
 use crate::server::error::Refusal;
 
 /// Least distance of the Sun from a planet [m]. Bodies without an ephemeris are all at the origin.
@@ -115,8 +115,8 @@ pub(crate) fn heavens(
 ///
 /// # Errors
 /// Numbers that are not finite.
-pub(crate) fn place(craft: &Spacecraft) -> Result<Place, Refusal> {
-    Ok(Place {
+pub(crate) fn place(craft: &Spacecraft) -> Result<CraftPlace, Refusal> {
+    Ok(CraftPlace {
         position: usable("position", &craft.name, &craft.position)?,
         inertial_from_body: parent_from_child(usable("rotation", &craft.name, &craft.rotation)?),
     })
@@ -126,9 +126,9 @@ pub(crate) fn place(craft: &Spacecraft) -> Result<Place, Refusal> {
 ///
 /// # Errors
 /// Numbers that are not finite.
-pub(crate) fn state(craft: &Spacecraft, heavens: &Heavens, time: f64) -> Result<State, Refusal> {
-    let Place { position, inertial_from_body } = place(craft)?;
-    Ok(State {
+pub(crate) fn state(craft: &Spacecraft, heavens: &Heavens, time: f64) -> Result<CourseState, Refusal> {
+    let CraftPlace { position, inertial_from_body } = place(craft)?;
+    Ok(CourseState {
         time,
         position: position - heavens.position,
         velocity: usable("velocity", &craft.name, &craft.velocity)? - heavens.velocity,

@@ -1,8 +1,8 @@
 //! The server's end of ZeroMQ's wire protocol (ZMTP 3.1, <https://rfc.zeromq.org/spec/23/>) for a REP socket without security.
 //!
-//! It is written here because the crate `zeromq` 0.7 reserves as many bytes as a frame states, so that nine bytes of a client end the process, and knows
-//! neither a limit of sizes nor a time limit for the handshake. The C++ library has both, but would need a C++ compiler and its code would read what
-//! strangers send. A REP socket that speaks to each client on its own connection needs only what stands here.
+//! No library serves. The crate `zeromq` 0.7 reserves as many bytes as a frame states, so that nine bytes of a client end the process, and knows
+//! neither a limit of sizes nor a time limit for the handshake. The C++ library has both limits, but needs a C++ compiler, and its code would read
+//! bytes of strangers. A REP socket that speaks to each client on its own connection needs no more than this file.
 
 use crate::server::connection::Connection;
 use crate::server::error::End;
@@ -24,7 +24,7 @@ struct Frame {
     body: Vec<u8>,
 }
 
-/// A request: what leads the answer back, and the frames.
+/// A request: the envelope that leads the answer back, and the frames of the message.
 pub(crate) struct Request {
     envelope: Vec<Vec<u8>>,
     pub(crate) frames: Vec<Vec<u8>>,

@@ -77,7 +77,7 @@ impl NetworkCheck {
         Ok(saved)
     }
 
-    /// Takes what `save` gave.
+    /// Restores the state of `save`.
     ///
     /// # Errors
     /// A state of another scene.

@@ -7,6 +7,6 @@ use crate::thermal::network::one_pass::Estimate;
 pub(crate) struct Left {
     /// Scene time [s].
     pub(crate) time: f64,
-    /// Its estimated error.
+    /// Estimated error at that time.
     pub(crate) estimate: Estimate,
 }

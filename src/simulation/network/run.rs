@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use super::SceneNetwork;
 use super::failure::{failure, unfinished};
-use super::given::Given;
+use super::given::HeaterHeat;
 use super::left::Left;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
@@ -15,7 +15,7 @@ use crate::gpu::network::NetworkStepper;
 use crate::gpu::samples::Samples;
 use crate::simulation::engine_error::EngineError;
 use crate::simulation::stepper::{AnyStepper, is_small, why_on_processor};
-use crate::thermal::network::control::{ControlError, Leg, Settings, Switch, Use, integrate_leg};
+use crate::thermal::network::control::{ControlError, Leg, Settings, Switch, MethodUse, integrate_leg};
 use crate::thermal::network::one_pass::{Estimate, Halving, OnePass, SWITCHES_AT_MOST};
 use crate::thermal::network::stepper::Stepper;
 
@@ -42,10 +42,10 @@ pub struct NetworkRun {
     pub(super) settings: Settings,
     pub(super) on: Vec<bool>,
     pub(super) step: f64,
-    pub(super) uses: [Option<Use>; 3],
+    pub(super) uses: [Option<MethodUse>; 3],
     pub(super) rejected: u64,
     pub(super) switches: u64,
-    pub(super) given: Given,
+    pub(super) given: HeaterHeat,
     located: VecDeque<Switch>,
     /// The estimated error of the steps in the frames of a device, and how often they are halved.
     pub(super) told: Option<(Estimate, Halving)>,
@@ -53,7 +53,7 @@ pub struct NetworkRun {
     pub(super) one_pass: Option<OnePass>,
     /// Where the network left the one pass.
     pub(super) left: Option<Left>,
-    /// The device whose frames step the network, with the free buffers of the scene. It lends itself to find a steady state.
+    /// The device whose frames step the network, with the free buffers of the scene. The device is lent to find a steady state.
     pub(super) lender: Option<(Arc<Context>, Vec<Arc<Buffer>>)>,
     /// Whether the device wrote to free buffers of the scene while it was lent.
     pub(super) wrote_spare: bool,
@@ -115,7 +115,7 @@ impl NetworkRun {
             uses: [None; 3],
             rejected: 0,
             switches: 0,
-            given: Given::default(),
+            given: HeaterHeat::default(),
             located: VecDeque::new(),
             told: None,
             one_pass: None,
@@ -128,7 +128,7 @@ impl NetworkRun {
         }
     }
 
-    /// Whether the frames of a device step the network. Its temperatures are then those of the frames.
+    /// Whether the frames of a device step the network. The temperatures of the network then come from the frames.
     pub(crate) fn is_in_frames(&self) -> bool {
         self.lender.is_some()
     }
@@ -160,7 +160,7 @@ impl NetworkRun {
 
     /// Begins to count the heat of the heaters at time 0.
     pub(crate) fn count_heat(&mut self) {
-        self.given = Given::at(0.0, &self.scene.heaters_on(&self.on));
+        self.given = HeaterHeat::at(0.0, &self.scene.heaters_on(&self.on));
     }
 
     /// Heat that every heater has given from time 0 until a time [J].
@@ -258,7 +258,7 @@ impl NetworkRun {
         }
         for (sum, new) in self.uses.iter_mut().zip(series.uses) {
             *sum = match (*sum, new) {
-                (Some(a), Some(b)) => Some(Use {
+                (Some(a), Some(b)) => Some(MethodUse {
                     sub_steps: a.sub_steps + b.sub_steps,
                     time: a.time + b.time,
                     range: [a.range[0].min(b.range[0]), a.range[1].max(b.range[1])],

@@ -76,7 +76,7 @@ impl Empties {
         Self { network: built.0, heat: (small, HeatTable::constant(-1.0)), at: 5000.0 }
     }
 
-    /// A foil with 0.1 W/K to a boundary at 50 K. Its negative load grows by 1 mW/s. The boundary supplies at most 5 W.
+    /// A foil with 0.1 W/K to a boundary at 50 K. The negative load of the foil grows by 1 mW/s. The boundary supplies at most 5 W.
     fn foil() -> Self {
         let mut built = Built::default();
         let base = built.node(NodeKind::Boundary, 0.0, 0.0, 50.0);
@@ -102,7 +102,7 @@ impl Empties {
         }
     }
 
-    /// The error of plain steps. It is infinite, because they continue below 0 K.
+    /// The error of plain steps: infinite, because plain steps continue below 0 K.
     fn unrefused(&self) -> f64 {
         let mut power = vec![0.0; self.network.len()];
         power[self.heat.0 as usize] = self.heat.1.after(1e4).0;

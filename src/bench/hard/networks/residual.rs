@@ -11,7 +11,7 @@ use crate::thermal::network::stepper::{Method, Stepper};
 /// Error limit for small steps of the paper's cube [K], and its source.
 const SMALL_STEPS: (f64, &str) = (2e-3, "docs/numerics.md 6, the cube at 10 and 100 Hz");
 
-/// The paper's aluminium cube without radiation. Its panels gain 2e-5 to 1.2e-4 K/s.
+/// The paper's aluminium cube without radiation. The panels gain 2e-5 to 1.2e-4 K/s.
 fn slow_heating(rate: u32) -> HardCase {
     let panels = || {
         let mut built = Built::default();
@@ -65,7 +65,7 @@ impl Day {
     /// Steps of about 0.1 s in a frame, 864,540 a day.
     const STEPS: u32 = 167;
 
-    fn problem() -> Result<cube::Problem, String> {
+    fn problem() -> Result<cube::CubeProblem, String> {
         let [solar_constant, _] = SOLAR_CONSTANTS;
         let [_, altitude] = ALTITUDES;
         let case = cube::Cube { panel: ALUMINIUM, conducting: true, loads: Loads::All, solar_constant, altitude };
@@ -76,12 +76,12 @@ impl Day {
         scale.of(40, cube::STEPS, (86_400.0 / cube::STEP).ceil() as usize)
     }
 
-    fn heat(problem: &cube::Problem, frames: usize) -> impl Iterator<Item = Vec<f64>> {
+    fn heat(problem: &cube::CubeProblem, frames: usize) -> impl Iterator<Item = Vec<f64>> {
         (0..frames).map(|frame| problem.heat[frame % cube::STEPS].to_vec())
     }
 
     /// Reference: RKL2 in f64 with steps of a quarter of a second.
-    fn expected(problem: &cube::Problem, frames: usize) -> Vec<Vec<f64>> {
+    fn expected(problem: &cube::CubeProblem, frames: usize) -> Vec<Vec<f64>> {
         let mut stepper = ReferenceStepper::new(problem.network.clone(), &[]);
         let mut row = |heat: Vec<f64>| {
             let Ok(()) = stepper.set_heat(&heat, &[0.0; 6]);
