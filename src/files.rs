@@ -53,9 +53,6 @@ impl Reach {
     }
 
     /// Whether `path` is a regular file that may be read. A symbolic link counts as its target.
-    ///
-    /// # Errors
-    /// See [`FileFault`].
     pub(crate) fn admit(&self, path: &Path) -> Result<(), FileFault> {
         regular(&std::fs::metadata(path)?)?;
         let Self::Within(folder) = self else { return Ok(()) };
@@ -65,9 +62,6 @@ impl Reach {
 }
 
 /// Opens a regular file. Nothing else is opened, because opening a pipe waits and opening a device can act on it.
-///
-/// # Errors
-/// See [`FileFault`].
 pub(crate) fn open(path: &Path) -> Result<(File, u64), FileFault> {
     regular(&std::fs::metadata(path)?)?;
     let file = File::open(path)?;
@@ -76,27 +70,16 @@ pub(crate) fn open(path: &Path) -> Result<(File, u64), FileFault> {
     Ok((file, metadata.len()))
 }
 
-/// Reads a regular file.
-///
-/// # Errors
-/// See [`FileFault`].
 pub(crate) fn read(path: &Path) -> Result<Vec<u8>, FileFault> {
     let (file, length) = open(path)?;
     read_to(file, length, LARGEST_FILE)
 }
 
-/// Reads a regular file of text.
-///
-/// # Errors
-/// See [`FileFault`].
 pub(crate) fn read_text(path: &Path) -> Result<String, FileFault> {
     String::from_utf8(read(path)?).map_err(|_| FileFault::Utf8)
 }
 
 /// Reads a text that the command line names: a regular file, a pipe or a socket, such as `/dev/stdin`.
-///
-/// # Errors
-/// See [`FileFault`].
 pub(crate) fn read_text_or_pipe(path: &Path) -> Result<String, FileFault> {
     let metadata = std::fs::metadata(path)?;
     if !is_stream(&metadata) {

@@ -21,7 +21,7 @@ use light::SampleLight;
 pub use surface::Pixel;
 pub use surface::RasterSurface;
 pub(crate) use surface::{SurfaceSurroundings, EMPTY};
-use triangle::{Bounds, Projected, draw, project};
+use triangle::{RayBounds, Projected, draw, project};
 pub(crate) use view::{RasterView, places};
 use view::{centres, grid, rays_of_row};
 
@@ -42,9 +42,9 @@ pub fn rasterise(surface: &RasterSurface, view: &RasterView, radiance: impl Fn(f
     let each = places.len();
     pixels.par_chunks_mut(view.width.max(1) as usize).enumerate().for_each(|(row, pixels)| {
         let rays = rays_of_row(view, row as u32, &places);
-        let around = |rays: &[DVec2]| rays.iter().fold(Bounds::NONE, |bounds, ray| bounds.with(*ray));
-        let blocks: Vec<Bounds> = rays.chunks(BLOCK * each).map(around).collect();
-        let whole = blocks.iter().fold(Bounds::NONE, |all, block| all.with(block.low).with(block.high));
+        let around = |rays: &[DVec2]| rays.iter().fold(RayBounds::NONE, |bounds, ray| bounds.with(*ray));
+        let blocks: Vec<RayBounds> = rays.chunks(BLOCK * each).map(around).collect();
+        let whole = blocks.iter().fold(RayBounds::NONE, |all, block| all.with(block.low).with(block.high));
         let mut samples = vec![EMPTY; rays.len()];
         let mut shown = vec![None; rays.len()];
         for triangle in projected.iter().filter(|triangle| triangle.rays.meets(&whole)) {

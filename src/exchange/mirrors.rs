@@ -23,8 +23,8 @@ const GRAZING: f64 = -1e-5;
 /// The patches that mirror sunlight, and the triangles that their rays may meet.
 #[derive(Debug, Clone)]
 pub struct Mirrors {
-    faces: Vec<Face>,
-    joints: Vec<Tree>,
+    faces: Vec<MirrorFace>,
+    joints: Vec<JointTree>,
     /// Areas of all patches [m2].
     areas: Vec<f64>,
     /// Distance between a ray's start and its surface [m].
@@ -33,7 +33,7 @@ pub struct Mirrors {
 
 /// A patch that mirrors, in the file's pose.
 #[derive(Debug, Clone)]
-struct Face {
+struct MirrorFace {
     patch: u32,
     joint: u32,
     normal: DVec3,
@@ -51,7 +51,7 @@ struct Start {
 
 /// The triangles of a joint in the file's pose.
 #[derive(Debug, Clone)]
-struct Tree {
+struct JointTree {
     joint: u32,
     occluders: Occluders,
     /// Patches of the front and the back of each corner, in the order of the tree.
@@ -77,7 +77,7 @@ impl Mirrors {
                 let [_, _, u, v] = fractions(number, ray);
                 Start { place, normal, facet: [u, v] }
             };
-            (patch.gloss.specular > 0.0).then(|| Face {
+            (patch.gloss.specular > 0.0).then(|| MirrorFace {
                 patch: number,
                 joint: patch.joint,
                 normal: patch.normal,
@@ -85,12 +85,12 @@ impl Mirrors {
                 rays: (0..count).map(ray).collect(),
             })
         };
-        let faces: Vec<Face> = (0..).zip(&patches.all).filter_map(face).collect();
+        let faces: Vec<MirrorFace> = (0..).zip(&patches.all).filter_map(face).collect();
         if faces.is_empty() {
             return None;
         }
         let most = surface.joints.iter().max().copied().unwrap_or(0);
-        let joints: Vec<Tree> = (0..=most).filter_map(|joint| Tree::new(surface, patches, joint)).collect();
+        let joints: Vec<JointTree> = (0..=most).filter_map(|joint| JointTree::new(surface, patches, joint)).collect();
         let start = joints.iter().map(|tree| tree.occluders.start).fold(0.0, f64::max);
         Some(Self { faces, joints, areas: patches.all.iter().map(|patch| patch.area).collect(), start })
     }
@@ -120,7 +120,7 @@ impl Mirrors {
     }
 }
 
-impl Tree {
+impl JointTree {
     fn new(surface: &PatchSurface, patches: &Patches, joint: u32) -> Option<Self> {
         let is_own = |triangle: &&[u32; 3]| surface.joints[triangle[0] as usize] == joint;
         let triangles: Vec<[u32; 3]> = surface.triangles.iter().filter(is_own).copied().collect();
@@ -149,7 +149,7 @@ impl<'a> Placed<'a> {
     }
 
     /// Shares of the mirrored light of a face by where it ends, sorted. `None` where the Sun does not light it.
-    fn ends(&self, face: &Face) -> Option<SparseRow> {
+    fn ends(&self, face: &MirrorFace) -> Option<SparseRow> {
         let pose = pose(self.load, face.joint);
         let sun = &self.load.sun;
         let normal = pose.matrix3 * face.normal;

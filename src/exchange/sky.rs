@@ -218,7 +218,6 @@ impl Renewal {
         due
     }
 
-    /// The state from which a run goes on later.
     pub(crate) fn save(&self) -> Saved {
         let mut saved = Saved::default();
         saved.put("since", &self.since);
@@ -231,10 +230,6 @@ impl Renewal {
         saved
     }
 
-    /// Restores the state that `save` gave.
-    ///
-    /// # Errors
-    /// Lists of another kind.
     pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         self.found_for = None;
         self.since = saved.array("since")?;

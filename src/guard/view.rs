@@ -31,7 +31,7 @@ pub(crate) struct Sight {
 
 /// A camera, and the way from the body frame to its axes.
 #[derive(Clone, Copy)]
-struct Look<'a> {
+struct GuardCamera<'a> {
     lens: &'a Lens,
     /// Rays at the border of the image.
     low: DVec2,
@@ -47,7 +47,7 @@ fn corners_of(low: DVec3, high: DVec3) -> [DVec3; 8] {
     })
 }
 
-impl<'a> Look<'a> {
+impl<'a> GuardCamera<'a> {
     /// A camera at the body's origin that looks along its +Z.
     fn new(camera: &'a Camera) -> Self {
         let size = [camera.width, camera.height];
@@ -80,7 +80,7 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], effort: CheckEffo
         return none;
     }
     let chosen = spread(images, effort.images);
-    let here = Look::new(camera);
+    let here = GuardCamera::new(camera);
     let (mut hidden, mut around) = (Vec::new(), Vec::new());
     let mut first = None;
     for (place, number) in chosen.iter().enumerate() {
@@ -88,7 +88,7 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], effort: CheckEffo
         let Some((time, own)) = stated else { continue };
         let Some(pose) = pose_of(prepared, time, own) else { continue };
         let joints = prepared.loads.joints_at(time).1;
-        let look = Look { pose, ..here };
+        let look = GuardCamera { pose, ..here };
         let moved = |shape: &PartShape| look.pose * joints.get(shape.joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
         let boxes: Vec<[DVec3; 8]> = shapes
             .iter()
@@ -167,7 +167,7 @@ fn spread(count: u64, most: usize) -> Vec<u64> {
 }
 
 /// Size of the boxes in the image [px]. `None` where one of them reaches beside or behind the camera.
-fn in_pixels(look: &Look, boxes: &[[DVec3; 8]]) -> Option<[f64; 2]> {
+fn in_pixels(look: &GuardCamera, boxes: &[[DVec3; 8]]) -> Option<[f64; 2]> {
     let all = boxes.iter().flatten();
     if all.clone().any(|corner| corner.z < look.near) {
         return None;

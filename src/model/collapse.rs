@@ -35,7 +35,7 @@ const GONE: [u32; 3] = [u32::MAX; 3];
 
 /// The result of merging.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Merged {
+pub struct MergeSummary {
     /// Number of places that vertices left.
     pub places: usize,
     /// Number of triangles that vanished.
@@ -78,7 +78,7 @@ impl Model {
     ///
     /// # Errors
     /// [`ModelError::MinEdge`] if a limit is negative or not finite.
-    pub fn merge_short_edges(mut self, min_edges: &[f64]) -> Result<(Self, Merged), ModelError> {
+    pub fn merge_short_edges(mut self, min_edges: &[f64]) -> Result<(Self, MergeSummary), ModelError> {
         if let Some(wrong) = min_edges.iter().find(|edge| !edge.is_finite() || **edge < 0.0) {
             return Err(ModelError::MinEdge(*wrong));
         }
@@ -99,7 +99,7 @@ impl Model {
         let after = self.part_areas();
         let change = |part: &usize| (after[*part] - before[*part]).abs() / before[*part].max(f64::MIN_POSITIVE);
         let most = (0..before.len()).max_by(|a, b| change(a).total_cmp(&change(b))).filter(|_| places > 0);
-        let merged = Merged {
+        let merged = MergeSummary {
             places,
             triangles,
             area_m2: [before.iter().sum(), after.iter().sum()],

@@ -26,7 +26,7 @@ mod subdivide;
 mod summary;
 mod weld;
 
-pub(crate) use collapse::Merged;
+pub(crate) use collapse::MergeSummary;
 pub(crate) use error::ModelFault;
 pub use error::ModelError;
 

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::surface::{SurfaceSurroundings, Pixel, RasterSurface};
 use super::traced::{ReflectedCraft, TracedSample, traced_radiance};
-use super::triangle::Shown;
+use super::triangle::ShownFace;
 use super::view::{RasterView, grid};
 use crate::thermal::surroundings::{Reflector, emissivity, reflected_radiance, sky_radiance};
 
@@ -18,7 +18,7 @@ pub(super) struct SampleLight<'a> {
 impl SampleLight<'_> {
     /// Gives a sample its light. `ray` passes through its place in the image. So far the radiance holds the emissivity, so that only visible samples
     /// are converted.
-    pub(crate) fn shine(&self, sample: &mut Pixel, shown: Option<Shown>, ray: DVec2, place: [f64; 2]) {
+    pub(crate) fn shine(&self, sample: &mut Pixel, shown: Option<ShownFace>, ray: DVec2, place: [f64; 2]) {
         let around = self.surface.around.as_ref().filter(|_| ray.is_finite());
         let direction = ray.extend(1.0).normalize();
         if sample.part > 0 {
@@ -34,7 +34,7 @@ impl SampleLight<'_> {
     }
 
     /// The craft's own light that a sample reflects. `None` where the craft is not traced.
-    fn of_craft(&self, sample: &Pixel, around: &SurfaceSurroundings, shown: Shown, ray: DVec2, place: [f64; 2]) -> Option<f64> {
+    fn of_craft(&self, sample: &Pixel, around: &SurfaceSurroundings, shown: ShownFace, ray: DVec2, place: [f64; 2]) -> Option<f64> {
         let traced = around.traced.as_ref()?;
         let surroundings = around.surroundings?;
         let reflector = around.reflector(sample, shown)?;
@@ -60,19 +60,19 @@ impl SampleLight<'_> {
 }
 
 impl SurfaceSurroundings<'_> {
-    fn reflector(&self, sample: &Pixel, shown: Shown) -> Option<&Reflector> {
+    fn reflector(&self, sample: &Pixel, shown: ShownFace) -> Option<&Reflector> {
         self.reflectors.get(sample.material as usize - 1).map(|faces| &faces[shown.face])
     }
 
     /// Emissivity of the face that a sample shows. `direction` leads from the camera to it.
-    fn emissivity(&self, sample: &Pixel, shown: Shown, direction: DVec3) -> Option<f64> {
+    fn emissivity(&self, sample: &Pixel, shown: ShownFace, direction: DVec3) -> Option<f64> {
         let reflector = self.reflector(sample, shown)?;
         Some(emissivity(reflector, &self.looks, sample.temperature, shown.normal.dot(-direction).max(0.0)))
     }
 }
 
 /// Adds the reflection of a surface, or the sky where none is. `direction` leads from the camera to the sample.
-fn arrive(sample: &mut Pixel, around: &SurfaceSurroundings, shown: Option<Shown>, direction: DVec3) {
+fn arrive(sample: &mut Pixel, around: &SurfaceSurroundings, shown: Option<ShownFace>, direction: DVec3) {
     let Some(surroundings) = around.surroundings else { return };
     match shown {
         None if around.background => sample.radiance = sky_radiance(surroundings, &around.looks, direction),

@@ -55,7 +55,6 @@ impl<'a> SourceFile<'a> {
     }
 }
 
-/// Reads a text file, which must be UTF-8.
 pub(super) fn read_text(path: &Path) -> Result<String, SceneError> {
     files::read_text(path).map_err(|fault| unreadable(path, &fault))
 }

@@ -234,10 +234,10 @@ fn schedule(section: &Section, words: &Words, files: &mut Vec<PathBuf>) -> Resul
 }
 
 /// An error in a schedule's file: a message about its content, or a read error.
-type FileFault = Result<String, SceneError>;
+type ScheduleFault = Result<String, SceneError>;
 
 /// Reads a CSV file with the columns `time` [s] and `angle_deg` or `distance`.
-fn read_file(path: &std::path::Path, words: &Words) -> Result<(Vec<f64>, Vec<f64>), FileFault> {
+fn read_file(path: &std::path::Path, words: &Words) -> Result<(Vec<f64>, Vec<f64>), ScheduleFault> {
     let text = read_text(path).map_err(Err)?;
     let name = path.display();
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());

@@ -68,7 +68,7 @@ pub(crate) use joint::{JointMotion, JointRule};
 pub(crate) use load::{file_hash, scene_hash};
 pub use material::MaterialRule;
 pub(crate) use material::MaterialRules;
-pub(crate) use mesh_network::{ContactRule, Heater, NetworkSettings, Owners};
+pub(crate) use mesh_network::{ContactRule, MeshHeater, NetworkSettings, OwnerPatterns};
 pub use motion::Motion;
 pub use output::ImageFile;
 pub use output::ImageFiles;
@@ -135,7 +135,7 @@ pub struct Scene {
     /// Contacts between parts or materials of the network.
     pub contacts: Vec<ContactRule>,
     /// Heaters of the network.
-    pub heaters: Vec<Heater>,
+    pub heaters: Vec<MeshHeater>,
     /// Temperature range of the false-colour pictures [K]. `None` takes the range of the run.
     pub colour_range: Option<[f64; 2]>,
     /// Whether a run keeps the balance of the heat of each part.

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::environment::StepLoad;
-use crate::environment::shadow::Shadows;
+use crate::environment::shadow::ShadowCasters;
 use crate::saved::{Saved, SavedError};
 use crate::thermal::balance::{Incident, absorbed_flux, balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response};
@@ -85,13 +85,12 @@ impl<F: IncidentFlux> Reference<F> {
         &self.received
     }
 
-    /// Share of the Sun that each node sees.
     pub(crate) fn visibility(&self) -> &[f64] {
         &self.visibility
     }
 
     /// Finds the shadows of a load where the last ones no longer hold.
-    pub(crate) fn find_shadows(&mut self, shadows: &mut Option<Shadows>, load: &StepLoad) {
+    pub(crate) fn find_shadows(&mut self, shadows: &mut Option<ShadowCasters>, load: &StepLoad) {
         if let Some(visibility) = shadows.as_mut().and_then(|shadows| shadows.visibility(load)) {
             self.shade(visibility);
         }
@@ -183,7 +182,6 @@ impl<F: IncidentFlux> Reference<F> {
         self.states[node].target = temperature;
     }
 
-    /// The state of the nodes, with the share of the Sun that each sees.
     pub(crate) fn save(&self) -> Saved {
         let mut saved = Saved::default();
         let states: Vec<[f64; 3]> = self.states.iter().map(|one| [one.target, one.span, one.elapsed]).collect();
@@ -193,10 +191,6 @@ impl<F: IncidentFlux> Reference<F> {
         saved
     }
 
-    /// Restores the state that `save` gave.
-    ///
-    /// # Errors
-    /// Lists of another length.
     pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         let states: Vec<[f64; 3]> = saved.list_of("states", self.nodes.len())?;
         self.states =

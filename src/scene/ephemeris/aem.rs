@@ -7,7 +7,6 @@ use super::kvn::{Line, check_version, lines};
 use super::rotation::{Metadata, RotationRow, Segment, interpret, version};
 use super::text::{FileLine, number};
 
-/// The reader's place in the message.
 #[derive(Clone, Copy, PartialEq)]
 enum AemBlock {
     Header,

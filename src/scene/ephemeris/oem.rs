@@ -9,7 +9,6 @@ use super::kvn::{Line, check_version, lines};
 use super::stated::{StateLine, Stated};
 use super::text::{FileLine, number};
 
-/// The reader's place in the message.
 #[derive(Clone, Copy, PartialEq)]
 enum OemBlock {
     Header,

@@ -81,9 +81,6 @@ pub(crate) fn integrate_and_keep<S: Stepper>(
 }
 
 /// [`integrate`] for one of many consecutive legs.
-///
-/// # Errors
-/// See [`ControlError`].
 pub(crate) fn integrate_leg<S: Stepper>(
     stepper: &mut S,
     network: &Network,

@@ -46,14 +46,14 @@ use crate::thermal::local_step as local;
 
 /// A heater of a network in one pass.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Heater {
+pub struct OnePassHeater {
     /// Heated nodes with their shares of its power.
     pub(crate) shares: Vec<(u32, f64)>,
     /// Without a thermostat the heater is always on.
     pub(crate) thermostat: Option<Thermostat>,
 }
 
-impl Heater {
+impl OnePassHeater {
     /// Change of the sensor in a step of a plan by the heater [K].
     pub(crate) fn gain(&self, plan: &OnePassPlan) -> f64 {
         let gain = |one: &Thermostat| one.power * plan.response(one.sensor as usize, &self.shares);
@@ -63,7 +63,7 @@ impl Heater {
 
 /// A network that is stepped in one pass.
 #[derive(Debug, Clone)]
-pub(crate) struct OnePass {
+pub(crate) struct OnePassNetwork {
     plans: Plans,
     plan: Arc<OnePassPlan>,
     /// Temperatures [K].
@@ -85,15 +85,15 @@ pub(crate) struct OnePass {
     halving: Halving,
     /// The estimate before the last decision, and since.
     told: [Told; 2],
-    heaters: Vec<Heater>,
+    heaters: Vec<OnePassHeater>,
     states: Vec<ThermostatState>,
     /// Change of each heater's sensor in a step by the heater [K].
     gains: Vec<f64>,
 }
 
-impl OnePass {
+impl OnePassNetwork {
     /// A network at its temperatures, with heaters. The step is halved where its estimated error exceeds `tolerance` [K].
-    pub(crate) fn new(plan: &Arc<OnePassPlan>, heaters: Vec<Heater>, tolerance: f64) -> Self {
+    pub(crate) fn new(plan: &Arc<OnePassPlan>, heaters: Vec<OnePassHeater>, tolerance: f64) -> Self {
         let nothing = vec![0.0; plan.network().len()];
         let gains = heaters.iter().map(|one| one.gain(plan)).collect();
         Self {
@@ -186,7 +186,7 @@ impl OnePass {
     ) -> Vec<f64> {
         let mut heat = heat.to_vec();
         let mut thermostats = 0;
-        for (number, (Heater { shares, thermostat }, power)) in self.heaters.iter().zip(powers).enumerate() {
+        for (number, (OnePassHeater { shares, thermostat }, power)) in self.heaters.iter().zip(powers).enumerate() {
             let mut duty = 1.0;
             if let Some(thermostat) = thermostat {
                 let sensor = thermostat.sensor as usize;

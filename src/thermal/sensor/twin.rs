@@ -2,7 +2,7 @@
 
 use super::halo::HaloGrid;
 use super::noise::{NoiseStream, normal, random_words};
-use super::reading::{Constants, count};
+use super::reading::{SensorConstants, count};
 use super::{Sensor, Vignetting};
 use crate::saved::{Saved, SavedError};
 use crate::thermal::brightness::BrightnessTable;
@@ -25,7 +25,7 @@ pub struct SensorView {
 pub(crate) struct SensorTwin {
     sensor: Sensor,
     view: SensorView,
-    constants: Constants,
+    constants: SensorConstants,
     table: RadianceTable,
     guesses: Option<BrightnessTable>,
     /// Signal of the bolometer at the last image.
@@ -38,7 +38,7 @@ impl SensorTwin {
     /// A sensor that has seen nothing.
     pub(crate) fn new(sensor: &Sensor, table: &RadianceTable, view: SensorView) -> Self {
         Self {
-            constants: Constants::new(sensor, table),
+            constants: SensorConstants::new(sensor, table),
             guesses: sensor.kelvin_per_count.map(|_| BrightnessTable::new(table)),
             table: table.clone(),
             sensor: sensor.clone(),
@@ -111,7 +111,6 @@ impl SensorTwin {
         }
     }
 
-    /// The state between two images.
     pub(crate) fn save(&self) -> Saved {
         let mut saved = Saved::default();
         saved.put("state", &self.state);
@@ -119,10 +118,6 @@ impl SensorTwin {
         saved
     }
 
-    /// Takes a saved state.
-    ///
-    /// # Errors
-    /// A state of another image.
     pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         self.state = saved.list_of("state", self.state.len())?;
         let [last] = saved.array::<f64, 1>("last")?;

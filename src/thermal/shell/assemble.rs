@@ -4,7 +4,7 @@ use super::areas::vertex_areas;
 use super::conductance::Weights;
 use super::contact::Contact;
 use super::intrinsic::Intrinsic;
-use super::merge::{Merged, apply, merge, summed, threshold};
+use super::merge::{MergedNodes, apply, merge, summed, threshold};
 use super::weld::weld;
 use super::{NO_NODE, Sheet, Shell, ShellError, ShellMaterial, ShellSummary, ShellSurface};
 use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
@@ -14,7 +14,7 @@ struct Layer {
     node: Vec<u32>,
 }
 
-struct Assembly<'a> {
+struct ShellAssembly<'a> {
     surface: &'a ShellSurface<'a>,
     materials: &'a [Option<ShellMaterial>],
     network: Network,
@@ -34,7 +34,7 @@ impl Shell {
         merge_rate: f64,
         space_temperature: f64,
     ) -> Result<Self, ShellError> {
-        let mut assembly = Assembly {
+        let mut assembly = ShellAssembly {
             surface,
             materials,
             network: Network { space_temperature, ..Network::default() },
@@ -76,9 +76,9 @@ impl Shell {
             assembly.summary.contacts.push((contact.name.clone(), conductors.len(), total));
             assembly.network.linear.extend(conductors);
         }
-        let Assembly { mut network, mut summary, .. } = assembly;
+        let ShellAssembly { mut network, mut summary, .. } = assembly;
         // Several contacts or adjoining sheets may connect the same two nodes.
-        let nodes = Merged { node: (0..network.len() as u32).collect(), count: network.len() };
+        let nodes = MergedNodes { node: (0..network.len() as u32).collect(), count: network.len() };
         apply(&mut network, &nodes);
         summary.merge_rate = threshold(&network, merge_rate);
         let merged = merge(&mut network, summary.merge_rate);
@@ -97,7 +97,7 @@ impl Shell {
     }
 }
 
-impl Assembly<'_> {
+impl ShellAssembly<'_> {
     /// Weights of the pairs of welded places, and their areas.
     fn weights(&mut self, place: &[u32], conducting: usize) -> Weights {
         let at = |vertex: u32| place[vertex as usize];

@@ -96,9 +96,6 @@ pub(crate) struct Division {
 
 impl Division {
     /// Divides a network for a step [s]. No node is expected to be hotter than its value in `hottest` [K].
-    ///
-    /// # Errors
-    /// See [`Unfit`].
     pub(crate) fn new(network: &Network, step: f64, hottest: &[f64]) -> Result<Self, Unfit> {
         if let Some(node) = network.kinds.iter().position(|kind| *kind == NodeKind::Boundary) {
             return Err(Unfit::Boundary { node });

@@ -1,10 +1,9 @@
 //! The state of a network in one pass between two steps.
 
-use super::{HALVINGS_AT_MOST, Halving, OnePass, ThermostatState, Told};
+use super::{HALVINGS_AT_MOST, Halving, OnePassNetwork, ThermostatState, Told};
 use crate::saved::{Saved, SavedError};
 
-impl OnePass {
-    /// The state between two steps.
+impl OnePassNetwork {
     pub(crate) fn save(&self) -> Saved {
         let mut saved = Saved::default();
         for (name, values) in self.lists() {
@@ -20,10 +19,6 @@ impl OnePass {
         saved
     }
 
-    /// Restores the state that `save` gave.
-    ///
-    /// # Errors
-    /// A state of another network.
     pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         let nodes = self.temperatures.len();
         for (name, values) in self.lists_mut() {

@@ -66,9 +66,9 @@ fn accurate(network: &Network, time: f64, step: f64) -> Vec<f64> {
     temperatures
 }
 
-fn one_pass(network: &Network, time: f64, step: f64) -> OnePass {
+fn one_pass(network: &Network, time: f64, step: f64) -> OnePassNetwork {
     let plan = OnePassPlan::new(network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
-    let mut one_pass = OnePass::new(&plan, Vec::new(), f64::INFINITY);
+    let mut one_pass = OnePassNetwork::new(&plan, Vec::new(), f64::INFINITY);
     for number in 0..(time / step).round() as u32 {
         let from = f64::from(number) * step;
         one_pass.advance(&heat(network, from, from + step), &[], from, step);
@@ -113,7 +113,7 @@ fn the_error_falls_with_the_square_of_the_step() {
 #[test]
 fn a_part_left_out_shows() {
     let step = 15.0;
-    let run = |fast: f64, time: f64, change: fn(&mut OnePass), loads_outside: bool| {
+    let run = |fast: f64, time: f64, change: fn(&mut OnePassNetwork), loads_outside: bool| {
         let mut network = sheet(9, fast);
         if fast > 1.0 {
             network.capacitances.iter_mut().for_each(|capacitance| *capacitance *= 0.2);
@@ -123,7 +123,7 @@ fn a_part_left_out_shows() {
         }
         let truth = accurate(&network, time, step);
         let plan = OnePassPlan::new(&network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
-        let mut stepped = OnePass::new(&plan, Vec::new(), f64::INFINITY);
+        let mut stepped = OnePassNetwork::new(&plan, Vec::new(), f64::INFINITY);
         for number in 0..(time / step).round() as u32 {
             let from = f64::from(number) * step;
             let heat = heat(&network, from, from + step);
@@ -139,7 +139,7 @@ fn a_part_left_out_shows() {
         }
         rms(stepped.temperatures(), &truth)
     };
-    type Part = (&'static str, f64, f64, fn(&mut OnePass), bool);
+    type Part = (&'static str, f64, f64, fn(&mut OnePassNetwork), bool);
     let parts: [Part; 3] = [
         ("the conduction inside blocks", 400.0, 1800.0, |stepped| stepped.coupling.fill(0.0), false),
         ("the last change", 1.0, 300.0, |stepped| stepped.last.fill(0.0), false),
@@ -161,7 +161,7 @@ fn heat_is_conserved() {
         *temperature = 200.0 + 200.0 * scattered(11 * node);
     }
     let plan = OnePassPlan::new(&network, 15.0, &vec![HOTTEST; network.len()]).expect("a network for one pass");
-    let mut stepped = OnePass::new(&plan, Vec::new(), f64::INFINITY);
+    let mut stepped = OnePassNetwork::new(&plan, Vec::new(), f64::INFINITY);
     let stored = |temperatures: &[f64]| network.capacitances.iter().zip(temperatures).map(|(c, t)| c * t).sum::<f64>();
     let before = stored(stepped.temperatures());
     for _ in 0..500 {
@@ -319,7 +319,7 @@ fn a_thin_sheet_is_near_the_accurate_integrator() {
 fn steps_of_other_lengths_keep_the_accuracy() {
     let network = sheet(6, 50.0);
     let plan = OnePassPlan::new(&network, 15.0, &vec![HOTTEST; network.len()]).expect("a network for one pass");
-    let mut stepped = OnePass::new(&plan, Vec::new(), f64::INFINITY);
+    let mut stepped = OnePassNetwork::new(&plan, Vec::new(), f64::INFINITY);
     let (mut now, end) = (0.0, 1806.0);
     for length in [15.0, 7.0, 60.0, 15.0, 31.0].into_iter().cycle() {
         let length = f64::min(length, end - now);
@@ -354,15 +354,15 @@ fn copies_share_their_matrices() {
 }
 
 /// A heater of node 40 and its neighbours in a sheet, sensed at node 40, with a band in which it cycles.
-fn heated() -> Heater {
+fn heated() -> OnePassHeater {
     let shares = vec![(40, 0.5), (39, 0.25), (41, 0.25)];
     let thermostat =
         Thermostat { node: 40, sensor: 40, power: 400.0, on_below: 270.0, off_above: 273.0, initially_on: false };
-    Heater { thermostat: Some(thermostat), shares }
+    OnePassHeater { thermostat: Some(thermostat), shares }
 }
 
 /// Switching times [s] and temperatures of the accurate integrator.
-fn accurately_switched(network: &Network, heater: &Heater, time: f64, step: f64) -> (Vec<(f64, bool)>, Vec<f64>) {
+fn accurately_switched(network: &Network, heater: &OnePassHeater, time: f64, step: f64) -> (Vec<(f64, bool)>, Vec<f64>) {
     let thermostat = heater.thermostat.as_ref().expect("a thermostat");
     let sensors = [thermostat.sensor];
     let mut stepper = ReferenceStepper::new(network.clone(), &sensors);
@@ -395,7 +395,7 @@ fn thermostats_switch_when_the_accurate_integrator_says() {
         let (truth, end) = accurately_switched(&network, &heated(), 6000.0, step);
         let run = |blind: bool| {
             let plan = OnePassPlan::new(&network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
-            let mut one_pass = OnePass::new(&plan, vec![heated()], f64::INFINITY);
+            let mut one_pass = OnePassNetwork::new(&plan, vec![heated()], f64::INFINITY);
             let mut switches = Vec::new();
             for number in 0..(6000.0 / step) as u32 {
                 let from = f64::from(number) * step;

@@ -1,6 +1,5 @@
 //! Estimated errors of the one pass, added up over steps.
 
-/// Estimated errors that are added up.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Told {
     /// Sum of their squares [K2].
