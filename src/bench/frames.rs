@@ -6,13 +6,13 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::environment::shadow::Method;
+use crate::environment::shadow::ShadowMethod;
 use crate::gpu::context::Context;
 use crate::output::statistics::Percentiles;
 use crate::scene::{Camera, Scene, ShadowSettings};
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::device_engine::DeviceEngine;
-use crate::simulation::engine::{Engine, EngineError, Order, EngineStep};
+use crate::simulation::engine::{Engine, EngineError, EngineStep, Order};
 use crate::simulation::pose_at;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::surroundings::surroundings_at;
@@ -34,7 +34,6 @@ pub struct FrameRow {
     pub(crate) scene: String,
     /// Longest triangle edge [m].
     pub(crate) longest_edge_m: f64,
-    /// Whether shadows are on.
     pub(crate) shadows: bool,
     pub(crate) nodes: usize,
     pub(crate) triangles: usize,
@@ -76,7 +75,13 @@ pub(crate) struct FrameEffort {
 }
 
 /// Measures the scene at one longest edge [m]. The row states the reason if that fails.
-pub(crate) fn measure(context: &Arc<Context>, scene: &Scene, edge: f64, shadows: bool, effort: FrameEffort) -> FrameRow {
+pub(crate) fn measure(
+    context: &Arc<Context>,
+    scene: &Scene,
+    edge: f64,
+    shadows: bool,
+    effort: FrameEffort,
+) -> FrameRow {
     let row = FrameRow { failed: None, ..left_out(scene, edge, shadows, "") };
     match measured(context, scene, row.clone(), effort) {
         Ok(row) => row,
@@ -84,7 +89,6 @@ pub(crate) fn measure(context: &Arc<Context>, scene: &Scene, edge: f64, shadows:
     }
 }
 
-/// A row without measurement, with the reason.
 pub(crate) fn left_out(scene: &Scene, edge: f64, shadows: bool, reason: &str) -> FrameRow {
     FrameRow {
         scene: scene.name.clone(),
@@ -101,7 +105,8 @@ fn changed(scene: &Scene, row: &FrameRow) -> Scene {
     // The tables of the sensor have the size of the scene's own image.
     scene.sensor = None;
     scene.density.model.max = Some(row.longest_edge_m);
-    scene.shadows = row.shadows.then(|| ShadowSettings { method: Method::Depth, ..scene.shadows.unwrap_or_default() });
+    scene.shadows =
+        row.shadows.then(|| ShadowSettings { method: ShadowMethod::Depth, ..scene.shadows.unwrap_or_default() });
     if let Some(camera) = &mut scene.camera {
         resize(camera, IMAGE);
     }
@@ -230,8 +235,9 @@ impl FrameRun<'_> {
 
 impl Times {
     fn passes(&self) -> Vec<PassSpread> {
-        let of =
-            |(name, samples): (&String, &Vec<f64>)| Some(PassSpread { name: name.clone(), ms: Percentiles::of(samples)? });
+        let of = |(name, samples): (&String, &Vec<f64>)| {
+            Some(PassSpread { name: name.clone(), ms: Percentiles::of(samples)? })
+        };
         self.passes.iter().filter_map(of).collect()
     }
 }

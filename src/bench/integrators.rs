@@ -10,10 +10,10 @@ use crate::gpu::error::GpuError;
 use crate::output::statistics::Percentiles;
 use crate::simulation::network::unfinished;
 use crate::simulation::stepper::AnyStepper;
-use crate::thermal::network::control::{ControlError, Leg, Settings, integrate_leg};
+use crate::thermal::network::control::{ControlError, IntegrationSettings, Leg, integrate_leg};
 use crate::thermal::network::rkl2::stages_for;
 use crate::thermal::network::schedule::{HeatTable, Schedule};
-use crate::thermal::network::stepper::{Method, Stepper, WorkCounts};
+use crate::thermal::network::stepper::{StepMethod, Stepper, WorkCounts};
 
 /// Safety factor on the fastest rate, which changes within a frame. The controller uses the same.
 const RATE_MARGIN: f64 = 1.1;
@@ -134,7 +134,7 @@ pub(crate) fn in_frames(
                 fixed(stepper, case, method, count, number)?;
             }
             Scheme::Controlled(integrator, tolerance) => {
-                let settings = Settings { integrator, tolerance, floor: stepper.floor() };
+                let settings = IntegrationSettings { integrator, tolerance, floor: stepper.floor() };
                 let heat = (0..).zip(heat).map(|(node, heat)| (node, HeatTable::constant(*heat))).collect();
                 let schedule = Schedule { heat, times: vec![case.frame], ..Schedule::default() };
                 let horizon = case.frame * case.frames.len() as f64;
@@ -161,11 +161,11 @@ pub(crate) fn in_frames(
 fn fixed(stepper: &mut AnyStepper, case: &NetworkCase, method: Fixed, count: u32, number: usize) -> Result<(), Ended> {
     let step = case.frame / f64::from(count);
     let method = match method {
-        Fixed::Euler => Method::Euler,
-        Fixed::TrBdf2 => Method::TrBdf2,
+        Fixed::Euler => StepMethod::Euler,
+        Fixed::TrBdf2 => StepMethod::TrBdf2,
         Fixed::Rkl2 => {
             let rate = case.network.fastest_rate(&stepper.temperatures()?);
-            Method::Rkl2 { stages: stages_for(RATE_MARGIN * rate * step) }
+            StepMethod::Rkl2 { stages: stages_for(RATE_MARGIN * rate * step) }
         }
     };
     let attempt = stepper.attempt(method, 0.0, step, count)?;
@@ -255,7 +255,13 @@ fn runs(
             break;
         }
     }
-    Ok(IntegratorRun { work, device_ms: Percentiles::of(&device), wall_ms: Percentiles::of(&wall), error: Some(error), ..IntegratorRun::default() })
+    Ok(IntegratorRun {
+        work,
+        device_ms: Percentiles::of(&device),
+        wall_ms: Percentiles::of(&wall),
+        error: Some(error),
+        ..IntegratorRun::default()
+    })
 }
 
 fn work_of(before: WorkCounts, after: WorkCounts, frames: usize) -> SchemeWork {

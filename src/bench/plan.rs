@@ -2,7 +2,7 @@
 
 use super::cases::Size;
 use super::frames;
-use super::hard::Scale;
+use super::hard::CaseScale;
 use super::integrators::IntegratorEffort;
 use crate::scene::Scene;
 use crate::simulation::target::Target;
@@ -57,14 +57,13 @@ pub(crate) struct BenchPlan {
     pub(crate) targets: Vec<Target>,
     /// Scenes for whole steps.
     pub(crate) scenes: Vec<Scene>,
-    /// Scene for model choices.
     pub(crate) model_scene: Option<Scene>,
     pub(crate) command_line: String,
 }
 
 impl BenchPlan {
-    pub(super) fn scale(&self) -> Scale {
-        if self.quick { Scale::Quick } else { Scale::Whole }
+    pub(super) fn scale(&self) -> CaseScale {
+        if self.quick { CaseScale::Quick } else { CaseScale::Whole }
     }
 
     pub(super) fn size(&self) -> Size {
@@ -72,7 +71,11 @@ impl BenchPlan {
     }
 
     pub(super) fn effort(&self) -> IntegratorEffort {
-        if self.quick { IntegratorEffort { runs: 1, enough: 0.0, most: 2.0 } } else { IntegratorEffort { runs: 3, enough: 1.0, most: 5.0 } }
+        if self.quick {
+            IntegratorEffort { runs: 1, enough: 0.0, most: 2.0 }
+        } else {
+            IntegratorEffort { runs: 3, enough: 1.0, most: 5.0 }
+        }
     }
 
     /// Sub-steps a frame of the f64 references: 0.13 s each, or 0.26 s in a quick run.

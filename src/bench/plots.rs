@@ -8,7 +8,7 @@ use super::record::{Bench, DeviceMeasurements};
 use super::responses::ResponseRow;
 use super::truth::CaseSummary;
 use crate::output::OutputError;
-use crate::output::plot::{PlotLine, Mark, Plot};
+use crate::output::plot::{Mark, Plot, PlotLine};
 use crate::output::plot_axis::Axis;
 use crate::output::report::PlotEntry;
 
@@ -40,12 +40,16 @@ pub(crate) fn all(bench: &Bench) -> Result<Vec<PlotEntry>, OutputError> {
     Ok(entries)
 }
 
-/// Adds a point to the line of a name.
 fn push(lines: &mut Vec<PlotLine>, name: &str, point: [f64; 2]) {
     match lines.iter_mut().find(|line| line.name == name) {
         Some(line) => line.points.push(point),
         None => {
-            lines.push(PlotLine { name: name.to_owned(), points: vec![point], mark: Mark::Joined, ..PlotLine::default() });
+            lines.push(PlotLine {
+                name: name.to_owned(),
+                points: vec![point],
+                mark: Mark::Joined,
+                ..PlotLine::default()
+            });
         }
     }
 }

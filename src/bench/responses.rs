@@ -22,7 +22,7 @@ use crate::output::statistics::Percentiles;
 use crate::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS, STEP};
 use crate::thermal::function::{Function, FunctionError};
 use crate::thermal::material::{Below, Domain, Profile, Radiative, Retarget, Transition};
-use crate::thermal::network::stepper::{Method, Stepper};
+use crate::thermal::network::stepper::{StepMethod, Stepper};
 use crate::thermal::network::{LinearConductor, Network, NodeKind};
 
 /// Cost of a node under one response.
@@ -276,7 +276,7 @@ fn stages(context: &Arc<Context>, edge: usize, samples: usize) -> Result<(Vec<f6
     let network = square(edge);
     let mut stepper = NetworkStepper::new(context, &network, &[])?;
     stepper.set_heat(&vec![1.0; network.len()], &vec![0.0; network.len()])?;
-    let method = Method::Rkl2 { stages: STAGES };
+    let method = StepMethod::Rkl2 { stages: STAGES };
     let step = 20.0 / network.fastest_rate(&network.temperatures);
     stepper.attempt(method, 0.0, step, SUB_STEPS)?;
     let mut times = Vec::with_capacity(samples);

@@ -8,9 +8,9 @@ use super::cases::{self, CaseError, NetworkCase};
 use super::clock::{BenchClock, Deadline, OUT_OF_TIME};
 use super::drivers::{self, DriverRow};
 use super::frames::{self, FrameRow};
-use super::integrators::{IntegratorEffort, Integrated, IntegratorRun, measure};
+use super::integrators::{Integrated, IntegratorEffort, IntegratorRun, measure};
 use super::limits::{self, Limits};
-use super::plan::{Measurement, BenchPlan};
+use super::plan::{BenchPlan, Measurement};
 use super::record::{Bench, DeviceMeasurements, load_average};
 use super::responses::{self, ResponseError};
 use super::schemes::Scheme;
@@ -117,7 +117,7 @@ fn on(
     }
     let deadline = deadline(Measurement::Integrators);
     for (number, (case, truth)) in truths.iter().enumerate() {
-        let on = Setting { plan, case, truth, target, deadline, cases_left: truths.len() - number, says };
+        let on = CaseSetting { plan, case, truth, target, deadline, cases_left: truths.len() - number, says };
         measured.integrators.push(Integrated { case: case.key.to_owned(), runs: on.all_schemes() });
     }
     measured.load_average[1] = load_average();
@@ -156,8 +156,7 @@ fn whole_ticks(plan: &BenchPlan, context: &Arc<Context>, deadline: Deadline, say
     rows
 }
 
-/// A case on a target, with its deadline.
-struct Setting<'a> {
+struct CaseSetting<'a> {
     plan: &'a BenchPlan,
     case: &'a NetworkCase,
     truth: &'a Truth,
@@ -168,7 +167,7 @@ struct Setting<'a> {
     says: &'a dyn Fn(&str),
 }
 
-impl Setting<'_> {
+impl CaseSetting<'_> {
     /// Makes a new stepper for each scheme, because a stepper may keep state from earlier schemes.
     fn all_schemes(&self) -> Vec<IntegratorRun> {
         let schemes = Scheme::all(self.case, self.plan.quick);

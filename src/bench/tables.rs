@@ -169,7 +169,6 @@ pub(crate) fn frames(measured: &DeviceMeasurements) -> Option<BenchTable> {
     })
 }
 
-/// Cost and effect of each model choice.
 pub(crate) fn models(measured: &DeviceMeasurements) -> Option<BenchTable> {
     let models = measured.models.as_ref()?;
     let base = models.choices.iter().find_map(|row| row.step_ms.filter(|_| row.from_base.is_none()));
@@ -251,7 +250,6 @@ pub(crate) fn frontier(measured: &DeviceMeasurements) -> Option<BenchTable> {
     })
 }
 
-/// Differences between devices.
 pub(crate) fn drivers(bench: &Bench) -> Option<BenchTable> {
     let row = |row: &DriverRow| {
         let [first, other] = &row.devices;

@@ -11,7 +11,7 @@ use super::progress::tell;
 use super::reach::ReachArguments;
 use crate::bench::files::{self, PAGE};
 use crate::bench::hard::HardRow;
-use crate::bench::plan::{Measurement, BenchPlan};
+use crate::bench::plan::{BenchPlan, Measurement};
 use crate::bench::run::{self, BenchError};
 use crate::bench::tables;
 use crate::gpu::context::devices;

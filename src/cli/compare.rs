@@ -92,7 +92,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
 
 fn print_summary(runs: &Runs) {
     for material in &runs.materials {
-        let (ResponseOrigin::Fitted(fitted), Some(transition)) = (&material.origin, &material.transition) else { continue };
+        let (ResponseOrigin::Fitted(fitted), Some(transition)) = (&material.origin, &material.transition) else {
+            continue;
+        };
         let step = runs.ran[TRANSITION].prepared.scene.time.step;
         let [heating, cooling] =
             [&transition.heating, &transition.cooling].map(|one| responses::profile_text(one, step));

@@ -8,7 +8,7 @@ use super::error::CliError;
 use super::progress::{progress_bar, stop_flag};
 use super::reach::ReachArguments;
 use crate::dataset::error::DatasetError;
-use crate::dataset::make::{Made, Order, Shard, make};
+use crate::dataset::make::{DatasetOrder, DatasetSummary, Shard, make};
 use crate::dataset::orbit_folder::CHECKSUMS;
 use crate::dataset::preview::{SAMPLES, preview};
 use crate::dataset::scene_values::SceneText;
@@ -139,7 +139,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         );
     }
     let bar = progress_bar(own, "images");
-    let order = Order {
+    let order = DatasetOrder {
         spec: &spec,
         scenes: &scenes,
         target: &target,
@@ -154,7 +154,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     check_validation(&target)
 }
 
-/// The SPEC of a file, and its scene.
 fn load(path: &Path, reach: ReachArguments) -> Result<(Spec, SceneText), CliError> {
     let spec = Spec::load(path, &reach.of(path))?;
     let scenes = SceneText::load(&spec.scene, reach.of(&spec.scene))?;
@@ -245,7 +244,7 @@ fn show(arguments: &PreviewArguments) -> Result<(), CliError> {
 }
 
 /// Tells the number of images and orbits that were made, and the rejections.
-fn tell(made: &Made, root: &Path) {
+fn tell(made: &DatasetSummary, root: &Path) {
     answer!(
         "{} images in {}: {:.0} an hour, {:.0} bytes each",
         made.images,

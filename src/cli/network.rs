@@ -12,7 +12,7 @@ use crate::output::console::say;
 use crate::output::destination::{Destination, STANDARD_OUTPUT, destinations, has_neighbours};
 use crate::output::finite::finite;
 use crate::output::inputs::keep_inputs;
-use crate::output::plot::{PlotLine, Plot};
+use crate::output::plot::{Plot, PlotLine};
 use crate::output::plot_axis::Axis;
 use crate::scene::network::NetworkFile;
 use crate::simulation::forecast::bytes;
@@ -20,7 +20,7 @@ use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::stepper::{AnyStepper, is_small, why_on_processor};
 use crate::simulation::target::Target;
 use crate::thermal::network::control::{
-    ControlError, Integrator, MOST_SUB_STEPS, Series, Settings, integrate_and_keep,
+    ControlError, IntegrationSettings, Integrator, MOST_SUB_STEPS, Series, integrate_and_keep,
 };
 use crate::thermal::network::steady::steady;
 use crate::thermal::network::stepper::Stepper;
@@ -142,7 +142,7 @@ fn solve_with(
         return write_rows(output, &file.labels, &[0.0], &[found.temperatures]);
     }
     let tolerance = arguments.tolerance.unwrap_or(arguments.integrator.tolerance());
-    let settings = Settings { integrator: arguments.integrator, tolerance, floor: stepper.floor() };
+    let settings = IntegrationSettings { integrator: arguments.integrator, tolerance, floor: stepper.floor() };
     say!("{}", forecast(file));
     let stop = stop_flag();
     let bar = spinner("time [s]");

@@ -6,7 +6,9 @@ use super::error::CliError;
 use crate::gpu::error::GpuError;
 use crate::output::console::say;
 use crate::scene::network::NetworkFile;
-use crate::thermal::network::control::{ControlError, MOST_SUB_STEPS, STIFFEST, Series, Settings, MethodUse};
+use crate::thermal::network::control::{
+    ControlError, IntegrationSettings, MOST_SUB_STEPS, MethodUse, STIFFEST, Series,
+};
 use crate::thermal::network::steady::{Steady, SteadyError};
 use crate::thermal::network::stepper::WorkCounts;
 
@@ -22,7 +24,7 @@ Examples:
   isotherm network export models/cubesat_network.toml --series cubesat.csv -o cubesat.TMD";
 
 /// Prints method, sub-steps and work of a series to standard error.
-pub(super) fn print_series(series: &Series, file: &NetworkFile, settings: &Settings) {
+pub(super) fn print_series(series: &Series, file: &NetworkFile, settings: &IntegrationSettings) {
     say!("integrator: {}, tolerance {} mK", settings.integrator, short(1e3 * settings.tolerance));
     if let Some([slow, fast]) = series.rates {
         say!("stiffness: the fastest node relaxes at up to {} to {} /s", short(slow), short(fast));

@@ -116,7 +116,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         return Err(CliError::Stopped(arguments.output.clone()));
     };
     folder.write_bytes(FIGURE_7, &png)?;
-    let all: Vec<checks::Check> = values.iter().chain(&statements).cloned().collect();
+    let all: Vec<checks::PaperCheck> = values.iter().chain(&statements).cloned().collect();
     checks::write(&folder, CHECKS, &all)?;
     let page = PaperPage {
         device: &device,

@@ -6,12 +6,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::error::CliError;
 use super::progress::{progress_bar, stop_flag};
 use crate::gpu::error::GpuError;
-use crate::paper::cube::{Cube, PERIOD, CubeProblem, STEP, STEPS};
+use crate::paper::cube::{Cube, CubeProblem, PERIOD, STEP, STEPS};
 use crate::paper::orbits::{CASES, Orbits};
 use crate::simulation::stepper::AnyStepper;
 use crate::simulation::target::Target;
-use crate::thermal::network::control::{ControlError, Integrator, Settings, integrate};
-use crate::thermal::network::periodic::{self, Settled};
+use crate::thermal::network::control::{ControlError, IntegrationSettings, Integrator, integrate};
+use crate::thermal::network::periodic::{self, PeriodicState};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::schedule::{HeatTable, Schedule};
 use crate::thermal::network::stepper::{Stepper, WorkCounts};
@@ -72,7 +72,7 @@ fn settle(
     problem: &CubeProblem,
     stop: &AtomicBool,
     output: &Path,
-) -> Result<Settled, CliError> {
+) -> Result<PeriodicState, CliError> {
     let table = |face: usize| {
         let (times, powers) = problem.table(face).into_iter().map(|[time, power]| (time, power)).unzip();
         (face as u32, HeatTable { times, powers })
@@ -82,7 +82,11 @@ fn settle(
         times: (0..=STEPS).map(|step| step as f64 * STEP).collect(),
         ..Schedule::default()
     };
-    let settings = Settings { tolerance: TOLERANCE, floor: stepper.floor(), ..Settings::of(Integrator::Default) };
+    let settings = IntegrationSettings {
+        tolerance: TOLERANCE,
+        floor: stepper.floor(),
+        ..IntegrationSettings::of(Integrator::Default)
+    };
     let mut balance = ReferenceStepper::new(problem.network.clone(), &[]);
     let orbit = |start: &[f64]| {
         stepper.set_temperatures(start)?;

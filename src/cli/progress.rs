@@ -28,7 +28,6 @@ pub(super) fn progress_bar(length: u64, what: &str) -> ProgressBar {
     bar
 }
 
-/// A progress bar for building a scene.
 pub(super) fn building_bar() -> ProgressBar {
     progress_bar(PrepareStage::COUNT, "building")
 }

@@ -8,7 +8,7 @@ use crate::files;
 use crate::output::console::{answer, say};
 use crate::output::destination::destinations;
 use crate::output::inputs::keep_inputs;
-use crate::output::plot::{PlotLine, Mark, Plot};
+use crate::output::plot::{Mark, Plot, PlotLine};
 use crate::output::plot_axis::Axis;
 use crate::thermal::fit::{Fit, Fits, TemperatureSample, fit};
 use crate::thermal::function::{Function, FunctionKind};
@@ -160,7 +160,9 @@ fn to_paste(fit: &Fit, arguments: &Arguments, in_steps: bool) -> String {
     let own = match &response.function {
         Function::Linear | Function::Quadratic => String::new(),
         Function::Shaped(shape) => match &shape.kind {
-            FunctionKind::Exponential { rate } | FunctionKind::Logarithmic { rate } => format!("rate = {}, ", number(*rate)),
+            FunctionKind::Exponential { rate } | FunctionKind::Logarithmic { rate } => {
+                format!("rate = {}, ", number(*rate))
+            }
             FunctionKind::Polynomial(polynomial) => {
                 let list = polynomial.coefficients().iter().map(|c| format!("{c:.9}")).collect::<Vec<_>>();
                 format!("coefficients = [{}], ", list.join(", "))
@@ -207,7 +209,12 @@ fn plot(data: &FitFile, fits: &[Fit], file: &str) -> Plot {
             ..PlotLine::default()
         })
         .collect();
-    series.push(PlotLine { name: "data".to_owned(), points: dots.collect(), mark: Mark::Points, ..PlotLine::default() });
+    series.push(PlotLine {
+        name: "data".to_owned(),
+        points: dots.collect(),
+        mark: Mark::Points,
+        ..PlotLine::default()
+    });
     let every = if stride > 1 { format!("; one row of {stride} is shown") } else { String::new() };
     let best = fits.first().map(|Fit { response, .. }| {
         format!("{}, t_max = {} {unit}", response.function.kind_name(), number(response.t_max))

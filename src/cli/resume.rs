@@ -14,12 +14,12 @@ use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
 
 /// A run that is to go on: its folder, which is locked, and its state.
-pub(super) struct Earlier {
+pub(super) struct EarlierRun {
     pub(crate) folder: Folder,
     pub(crate) state: Saved,
 }
 
-impl Earlier {
+impl EarlierRun {
     /// Opens a run. `None` where it is finished.
     pub(crate) fn open(root: &Path) -> Result<Option<Self>, CliError> {
         let folder = Folder::new(root, &FILES).reopen()?;
@@ -59,13 +59,11 @@ impl Earlier {
         Ok(given.filter(|given| !same(given)).map_or(found, Path::to_path_buf))
     }
 
-    /// The device for `--device`.
     pub(crate) fn device(&self) -> Result<String, CliError> {
         let name = self.text("device")?;
         Ok(if name == Target::Reference.name() { "cpu".to_owned() } else { name })
     }
 
-    /// The command line that began the run.
     pub(crate) fn command_line(&self) -> Result<String, CliError> {
         self.text("command_line")
     }

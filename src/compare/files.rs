@@ -12,7 +12,7 @@ use crate::output::comparison::{Legend, panel, sheet};
 use crate::output::comparison_plots::{MOST_PLOTS, NamedSeries, differences, temperatures};
 use crate::output::eclipses::Eclipses;
 use crate::output::folder::Folder;
-use crate::output::report::{Picture, write_plots};
+use crate::output::report::{ReportPicture, write_plots};
 
 pub(crate) const PAGE: &str = "compare.html";
 /// Differences by part.
@@ -27,7 +27,6 @@ pub(crate) fn own_files() -> Vec<String> {
     names.into_iter().chain(RESPONSES.map(series_name)).collect()
 }
 
-/// Series file of a response.
 fn series_name(response: &str) -> String {
     format!("series_{response}.csv")
 }
@@ -60,7 +59,7 @@ pub(crate) fn write(
         let details = details(runs, &legend.temperature);
         let png = sheet(&runs.views, &legend, &details)?.png()?;
         folder.write_bytes(SHEET, &png)?;
-        pictures.push(Picture {
+        pictures.push(ReportPicture {
             title: "Temperatures under each response, and their differences from the network".to_owned(),
             file: SHEET.to_owned(),
             png,
@@ -70,7 +69,7 @@ pub(crate) fn write(
             let png = panel(view, &legend)?.png()?;
             folder.write_bytes(&file, &png)?;
             pictured();
-            Ok(Picture { title: view.caption.clone(), file, png })
+            Ok(ReportPicture { title: view.caption.clone(), file, png })
         });
         pictures.extend(panels.collect::<Result<Vec<_>, OutputError>>()?);
     }

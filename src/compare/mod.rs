@@ -31,13 +31,11 @@ pub(crate) const NETWORK: usize = 2;
 pub(crate) const PERIODIC_START: &str = "Each run starts from its own periodic state, because the scene states no warm-up: \
                                   warm_up_orbits = 0 keeps the cold start.";
 
-/// An error that prevents a comparison.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum CompareError {
     /// The scene or its model.
     #[error(transparent)]
     Prepare(#[from] PrepareError),
-    /// Materials lack values that a network needs.
     #[error(
         "{}: compare runs every material as a network, which needs more than the scene states of {lacks}. State it in the \
          [[material]] or in the table's entry; a material with response = 'instant' and without any of these keys is left \
@@ -58,10 +56,7 @@ pub(crate) enum CompareError {
     NothingToCompare(PathBuf),
     /// No transition fits the step response of a material.
     #[error("material '{material}': no transition fits its step response: {source}")]
-    Fit {
-        material: String,
-        source: FitError,
-    },
+    Fit { material: String, source: FitError },
     /// The best transition of a material does not follow its step response.
     #[error(
         "material '{material}': no transition fits its step response between {:.0} and {:.0} K: {reason}. State heating and cooling in \

@@ -1,10 +1,10 @@
 //! `compare.html`: the results of a comparison on one page that needs no network and no script.
 
 use super::responses::{ResponseOrigin, domain_text, notes, profile_text};
-use super::runs::{Ran, Runs};
+use super::runs::{ComparedRun, Runs};
 use super::{INSTANT, NETWORK, RESPONSES, TRANSITION};
 use crate::output::html::{Html, kelvin, significant, thousands};
-use crate::output::report::{Picture, PlotEntry};
+use crate::output::report::{PlotEntry, ReportPicture};
 use crate::output::settings;
 use crate::simulation::prepare::Prepared;
 use crate::thermal::step_response::Fitted;
@@ -19,7 +19,13 @@ pub(crate) struct ComparePage {
 
 impl ComparePage {
     /// The page. `tables` are the names of the CSV files.
-    pub(crate) fn html(&self, runs: &Runs, tables: &[String], pictures: &[Picture], plots: &[PlotEntry]) -> String {
+    pub(crate) fn html(
+        &self,
+        runs: &Runs,
+        tables: &[String],
+        pictures: &[ReportPicture],
+        plots: &[PlotEntry],
+    ) -> String {
         let prepared = &runs.ran[NETWORK].prepared;
         let scene = &prepared.scene;
         let mut html = Html::page(&format!("{} - three responses - isotherm", scene.name));
@@ -150,7 +156,7 @@ fn cost(html: &mut Html, runs: &Runs) {
         ),
     );
     let number = |value: Option<f64>| value.map_or("-".to_owned(), significant);
-    let row = |(name, ran): (&&str, &Ran)| {
+    let row = |(name, ran): (&&str, &ComparedRun)| {
         let cost = &ran.cost;
         let step = cost.step.as_ref();
         vec![

@@ -9,7 +9,7 @@ use crate::simulation::prepare_error::{PrepareError, PrepareStage};
 use crate::thermal::function::{Function, FunctionKind};
 use crate::thermal::material::{Bulk, Domain, Material, Profile, Radiative, Response, Sides, Transition};
 use crate::thermal::shell::{ShellError, ShellMaterial};
-use crate::thermal::step_response::{Fitted, Plate};
+use crate::thermal::step_response::{Fitted, MaterialPlate};
 
 /// The origin of a material's transition.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,7 +22,6 @@ pub(crate) enum ResponseOrigin {
     Kept,
 }
 
-/// The transition of a material, with its origin.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct OfMaterial {
     pub(crate) name: String,
@@ -178,7 +177,7 @@ fn is_none(fitted: &Fitted, step: f64, period: f64) -> Option<String> {
 }
 
 /// The plate of a material, without the structure below its outer layer.
-fn plate(material: &Material) -> Plate {
+fn plate(material: &Material) -> MaterialPlate {
     let bulk = &material.bulk;
     let product = [bulk.thickness, bulk.density, bulk.specific_heat]
         .iter()
@@ -187,7 +186,7 @@ fn plate(material: &Material) -> Plate {
         Sides::Outside => 0.0,
         Sides::Both { back } => back.emissivity,
     };
-    Plate { capacitance: product.unwrap_or(0.0), emissivity: material.front.emissivity + back }
+    MaterialPlate { capacitance: product.unwrap_or(0.0), emissivity: material.front.emissivity + back }
 }
 
 /// Warnings for the user about a material's fitted transition in a run of `steps` steps of `step` [s], with its warm-up.
@@ -213,7 +212,9 @@ pub(crate) fn fit_warnings(of: &OfMaterial, steps: f64, step: f64) -> Vec<String
 pub(crate) fn profile_text(profile: &Profile, step: f64) -> String {
     let own = match &profile.function {
         Function::Shaped(shape) => match &shape.kind {
-            FunctionKind::Exponential { rate } | FunctionKind::Logarithmic { rate } => format!("{}, rate {rate:.3}", shape.kind.name()),
+            FunctionKind::Exponential { rate } | FunctionKind::Logarithmic { rate } => {
+                format!("{}, rate {rate:.3}", shape.kind.name())
+            }
             FunctionKind::Polynomial(polynomial) => format!("polynomial {:.4?}", polynomial.coefficients()),
             FunctionKind::Table(_) | FunctionKind::Expression(_) => profile.function.to_string(),
         },

@@ -18,7 +18,7 @@ use crate::output::statistics::Percentiles;
 use crate::output::tables::NodeGroups;
 use crate::output::views::Views;
 use crate::scene::{Draw, Scene};
-use crate::simulation::engine::{Engine, EngineError, Order, RowMoments, EngineStep};
+use crate::simulation::engine::{Engine, EngineError, EngineStep, Order, RowMoments};
 use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::surroundings::surroundings_at;
@@ -55,8 +55,7 @@ pub(crate) struct Cost {
     pub(crate) wall_s: f64,
 }
 
-/// The results of a run.
-pub(crate) struct Ran {
+pub(crate) struct ComparedRun {
     pub(crate) prepared: Prepared,
     /// Temperatures of parts, materials and probes.
     pub(crate) series: TemperatureSeries,
@@ -74,8 +73,7 @@ pub(crate) struct Ran {
 
 pub(crate) struct Runs {
     /// The runs in the order of `RESPONSES`.
-    pub(crate) ran: Vec<Ran>,
-    /// The transition of each material.
+    pub(crate) ran: Vec<ComparedRun>,
     pub(crate) materials: Vec<OfMaterial>,
     /// The vertices, which all runs share.
     pub(crate) vertices: Vertices,
@@ -92,7 +90,7 @@ impl Runs {
             .zip(&self.ran)
             .filter_map(|(name, ran)| ran.periodic?.warning(&format!(" of '{name}'")))
             .collect();
-        let Ran { prepared, periodic, .. } = &self.ran[TRANSITION];
+        let ComparedRun { prepared, periodic, .. } = &self.ran[TRANSITION];
         let time = &prepared.scene.time;
         let orbits = periodic.map_or(0.0, |periodic| f64::from(periodic.orbits) * prepared.scene.orbit.period());
         let steps = f64::from(prepared.warm_up_steps()) + orbits / time.step + f64::from(time.steps);
@@ -140,7 +138,7 @@ pub(crate) fn all(
         None => Vec::new(),
     };
     let mut record = Record::new(folder, vertices.areas.len())?;
-    let setting = Setting { target, stop, progress, vertices: &vertices, shown: &shown };
+    let setting = RunSetting { target, stop, progress, vertices: &vertices, shown: &shown };
     let network = setting.run(NETWORK, prepared_network, &mut Held::Recorded(&mut record))?;
     let instant = setting.run(INSTANT, responses::instant(scene, &mut |_| ())?, &mut Held::Against(&mut record))?;
     let swings = swings(&instant, &vertices);
@@ -165,7 +163,7 @@ fn vertices(prepared: &Prepared) -> Vertices {
 }
 
 /// Mean coldest and mean hottest temperature of each material's nodes [K], weighted by area.
-fn swings(ran: &Ran, vertices: &Vertices) -> Vec<[f64; 2]> {
+fn swings(ran: &ComparedRun, vertices: &Vertices) -> Vec<[f64; 2]> {
     let mut sums = vec![[0.0f64; 3]; ran.prepared.materials.len()];
     for ((material, area), range) in vertices.materials.iter().zip(&vertices.areas).zip(&ran.range) {
         let [whole, cold, hot] = &mut sums[*material as usize];
@@ -178,7 +176,7 @@ fn swings(ran: &Ran, vertices: &Vertices) -> Vec<[f64; 2]> {
     sums.into_iter().map(mean).collect()
 }
 
-fn views(ran: &mut [Ran], shown: &[u32]) -> Vec<Views> {
+fn views(ran: &mut [ComparedRun], shown: &[u32]) -> Vec<Views> {
     let Some(camera) = ran[NETWORK].prepared.scene.camera.clone() else { return Vec::new() };
     let time = ran[NETWORK].prepared.scene.time.step;
     let sky = ran[NETWORK].prepared.loads.sky_model().clone();
@@ -225,7 +223,7 @@ enum Held<'a> {
 }
 
 /// The common settings of the runs.
-struct Setting<'a> {
+struct RunSetting<'a> {
     target: &'a Target,
     stop: &'a AtomicBool,
     progress: &'a dyn Fn(Progress),
@@ -233,8 +231,8 @@ struct Setting<'a> {
     shown: &'a [u32],
 }
 
-impl Setting<'_> {
-    fn run(&self, number: usize, prepared: Prepared, held: &mut Held<'_>) -> Result<Ran, CompareError> {
+impl RunSetting<'_> {
+    fn run(&self, number: usize, prepared: Prepared, held: &mut Held<'_>) -> Result<ComparedRun, CompareError> {
         let began = Instant::now();
         let scene = &prepared.scene;
         let camera = scene.camera.as_ref().filter(|_| !self.shown.is_empty());
@@ -304,7 +302,7 @@ impl Setting<'_> {
             wall_s: began.elapsed().as_secs_f64(),
         };
         let network = engine.network_description();
-        Ok(Ran { series, cost, periodic, network, differences, range, images, prepared })
+        Ok(ComparedRun { series, cost, periodic, network, differences, range, images, prepared })
     }
 }
 

@@ -141,7 +141,12 @@ enum CameraRuleKind {
 }
 
 fn rule(table: &SpecTable) -> Result<CameraRule, SceneError> {
-    let kinds = [("shell", CameraRuleKind::Shell), ("cone", CameraRuleKind::Cone), ("corridor", CameraRuleKind::Corridor), ("path", CameraRuleKind::Path)];
+    let kinds = [
+        ("shell", CameraRuleKind::Shell),
+        ("cone", CameraRuleKind::Cone),
+        ("corridor", CameraRuleKind::Corridor),
+        ("path", CameraRuleKind::Path),
+    ];
     let kind = table.required("kind", table.choice("kind", &kinds)?, "shell, cone, corridor or path")?;
     for (key, owners) in [
         ("distance", &[CameraRuleKind::Shell, CameraRuleKind::Cone, CameraRuleKind::Corridor][..]),

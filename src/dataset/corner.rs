@@ -41,7 +41,8 @@ mod tests {
     #[test]
     fn corners_reach_both_ends_and_each_choice() {
         let choice = Distribution::Choice((1..=3).map(Value::Integer).collect(), vec![1.0; 3]);
-        let table = Distribution::Table(vec![("a".to_owned(), Distribution::Uniform([-1.0, 2.0])), ("b".to_owned(), choice)]);
+        let table =
+            Distribution::Table(vec![("a".to_owned(), Distribution::Uniform([-1.0, 2.0])), ("b".to_owned(), choice)]);
         assert_eq!(corners([&table]), 3);
         let shown = |number| corner(&table, number).to_string();
         assert_eq!([0, 1, 2].map(shown), ["{ a = -1.0, b = 1 }", "{ a = 2.0, b = 2 }", "{ a = -1.0, b = 3 }"]);

@@ -15,7 +15,7 @@ pub(crate) enum Distribution {
     LogUniform([f64; 2]),
     /// A Gaussian, cut at the ends of `within`.
     Normal {
-        /// Its middle.
+        /// Mean before the cut.
         mean: f64,
         deviation: f64,
         /// Least and greatest value.
@@ -181,7 +181,7 @@ fn normal_quantile(share: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::random::{RandomPlan, CubeSampling, RandomStream};
+    use crate::dataset::random::{CubeSampling, RandomPlan, RandomStream};
 
     #[test]
     fn directions_and_rotations_have_unit_length_and_no_favourite() {

@@ -69,7 +69,6 @@ fn constant(value: &Spanned<DeValue>) -> Result<Value, TextFault> {
     })
 }
 
-/// Reads a table that names a distribution.
 fn distribution(table: &DeTable, place: Range<usize>) -> Result<Distribution, TextFault> {
     let names: Vec<&str> = table.keys().map(|key| key.get_ref().as_ref()).filter(|key| NAMES.contains(key)).collect();
     let [name] = names[..] else {
@@ -160,7 +159,7 @@ fn distribution(table: &DeTable, place: Range<usize>) -> Result<Distribution, Te
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::random::{RandomPlan, CubeSampling, RandomStream};
+    use crate::dataset::random::{CubeSampling, RandomPlan, RandomStream};
 
     fn of(text: &str) -> Result<Distribution, String> {
         let text = format!("x = {text}");
@@ -169,7 +168,8 @@ mod tests {
     }
 
     fn draws(text: &str, count: u64) -> Vec<f64> {
-        let plan = RandomPlan { seed: 1, sampling: CubeSampling::Random, counts: [count; 2], names: Default::default() };
+        let plan =
+            RandomPlan { seed: 1, sampling: CubeSampling::Random, counts: [count; 2], names: Default::default() };
         let drawn = of(text).unwrap();
         (0..count).map(|number| drawn.number("x", &plan.source(RandomStream::Image, number, 0))).collect()
     }

@@ -20,7 +20,7 @@ const GROUP: usize = 65_536;
 
 /// A column by its name and type.
 #[derive(Debug, Clone, PartialEq, Eq)]
-struct Column {
+struct IndexColumn {
     name: String,
     physical: Physical,
 }
@@ -90,7 +90,7 @@ pub(crate) fn rows_in(file: File) -> Result<usize, String> {
 }
 
 /// The columns of some rows. One whose numbers are all whole holds whole numbers.
-fn columns(rows: &[Map<String, Json>]) -> Vec<Column> {
+fn columns(rows: &[Map<String, Json>]) -> Vec<IndexColumn> {
     let mut names: Vec<&String> = rows.first().map(|row| row.keys().collect()).unwrap_or_default();
     let known: std::collections::HashSet<&String> = names.iter().copied().collect();
     let more: std::collections::BTreeSet<&String> =
@@ -109,7 +109,7 @@ fn columns(rows: &[Map<String, Json>]) -> Vec<Column> {
             _ => Physical::INT64,
         })
     };
-    names.into_iter().map(|name| Column { name: name.clone(), physical: physical(name) }).collect()
+    names.into_iter().map(|name| IndexColumn { name: name.clone(), physical: physical(name) }).collect()
 }
 
 #[cfg(test)]

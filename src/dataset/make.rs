@@ -42,7 +42,7 @@ impl Shard {
 
 /// The work that was done.
 #[derive(Debug, Clone, Default)]
-pub struct Made {
+pub struct DatasetSummary {
     /// Images that were drawn.
     pub images: u64,
     /// Orbits that were run.
@@ -61,12 +61,11 @@ pub struct Made {
     pub complete: bool,
 }
 
-impl Made {
+impl DatasetSummary {
     pub(crate) fn images_an_hour(&self) -> f64 {
         if self.seconds > 0.0 { self.images as f64 / self.seconds * 3600.0 } else { 0.0 }
     }
 
-    /// Bytes of an image with its labels.
     pub(crate) fn bytes_an_image(&self) -> f64 {
         self.bytes as f64 / self.images.max(1) as f64
     }
@@ -103,7 +102,7 @@ fn identity(
 }
 
 /// How a data set is made.
-pub struct Order<'a> {
+pub struct DatasetOrder<'a> {
     /// The SPEC.
     pub spec: &'a Spec,
     /// Its scene.
@@ -124,8 +123,12 @@ pub struct Order<'a> {
 ///
 /// # Errors
 /// The first thing that can not be done. Orbits that are whole by then stay.
-pub fn make(order: &Order, stop: &AtomicBool, progress: &mut dyn FnMut(u64)) -> Result<Made, DatasetError> {
-    let Order { spec, scenes, target, root, shard, begin, allows_outside } = *order;
+pub fn make(
+    order: &DatasetOrder,
+    stop: &AtomicBool,
+    progress: &mut dyn FnMut(u64),
+) -> Result<DatasetSummary, DatasetError> {
+    let DatasetOrder { spec, scenes, target, root, shard, begin, allows_outside } = *order;
     let began = Instant::now();
     let files = scenes.check_ends(spec)?;
     let scene = scenes.of_orbit(spec, 0)?.scene;
@@ -140,7 +143,7 @@ pub fn make(order: &Order, stop: &AtomicBool, progress: &mut dyn FnMut(u64)) -> 
     }
     let place = |orbit: u64| (split_of(spec, orbit), orbit as u32);
     let store = Store::open(root, &identity, begin, &mut shard.orbits(spec).map(place))?;
-    let mut made = Made::default();
+    let mut made = DatasetSummary::default();
     for orbit in shard.orbits(spec) {
         let (split, number) = place(orbit);
         let images = spec.images_of(orbit);
@@ -200,7 +203,7 @@ pub fn make(order: &Order, stop: &AtomicBool, progress: &mut dyn FnMut(u64)) -> 
 }
 
 /// Writes the report of a process, which holds times and is under no checksum.
-fn report(store: &Store, shard: Shard, target: &Target, made: &Made) -> Result<(), DatasetError> {
+fn report(store: &Store, shard: Shard, target: &Target, made: &DatasetSummary) -> Result<(), DatasetError> {
     let rejected: Map<String, Json> =
         made.rejections.iter().map(|(reason, count)| (reason.words().to_owned(), json!(count))).collect();
     let report = json!({

@@ -44,7 +44,7 @@ pub struct OrbitRun<'a> {
 
 /// The result of an orbit.
 #[derive(Debug, Clone, Default)]
-pub struct Outcome {
+pub struct OrbitOutcome {
     /// Rejected attempts.
     pub rejections: Rejections,
     /// Whether a signal ended it.
@@ -135,8 +135,8 @@ impl<'a> OrbitRun<'a> {
         wanted: &dyn Fn(u64) -> bool,
         stop: &AtomicBool,
         take: &mut Take,
-    ) -> Result<Outcome, DatasetError> {
-        let mut outcome = Outcome::default();
+    ) -> Result<OrbitOutcome, DatasetError> {
+        let mut outcome = OrbitOutcome::default();
         for (time, image, rejected) in self.times()? {
             if rejected > 0 {
                 *outcome.rejections.entry(Reason::Light).or_default() += u64::from(rejected);

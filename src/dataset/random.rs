@@ -1,7 +1,7 @@
 //! Uniform numbers by counting: each follows from seed, stream, number, attempt and name alone, in every order and on every machine.
 //!
 //! A number is the first 53 bits of a SHA-256 (FIPS 180-4) of a line of text: `seed/stream/number/attempt/name`. Only the first attempt of a sample is
-//! stratified. Those after a rejection are plain random numbers.
+//! stratified. The attempts after a rejection take plain random numbers.
 
 use sha2::{Digest, Sha256};
 
@@ -14,7 +14,7 @@ pub(crate) enum CubeSampling {
     Random,
     /// Each of N samples lies in its own N-th of each quantity.
     LatinHypercube,
-    /// A Sobol sequence with Owen's scrambling, for the first 21 numbers of a sample. Others are independent.
+    /// A Sobol sequence with Owen's scrambling, for the first 21 numbers of a sample. Further numbers are independent.
     Sobol,
 }
 
@@ -146,7 +146,12 @@ mod tests {
     use super::*;
 
     fn plan(sampling: CubeSampling, count: u64) -> RandomPlan {
-        RandomPlan { seed: 7, sampling, counts: [count, count], names: [Vec::new(), vec!["a".to_owned(), "b".to_owned()]] }
+        RandomPlan {
+            seed: 7,
+            sampling,
+            counts: [count, count],
+            names: [Vec::new(), vec!["a".to_owned(), "b".to_owned()]],
+        }
     }
 
     #[test]
@@ -197,7 +202,8 @@ mod tests {
     #[test]
     fn the_mean_of_uniform_numbers_is_a_half() {
         let plan = plan(CubeSampling::Random, 1);
-        let mean = (0..4000).map(|number| plan.source(RandomStream::Image, number, 0).uniform("x")).sum::<f64>() / 4000.0;
+        let mean =
+            (0..4000).map(|number| plan.source(RandomStream::Image, number, 0).uniform("x")).sum::<f64>() / 4000.0;
         // The standard deviation of the mean is 1 / sqrt(12 * 4000).
         assert!((mean - 0.5).abs() < 4.0 / (12.0f64 * 4000.0).sqrt(), "{mean}");
     }

@@ -39,14 +39,14 @@ pub struct OrbitScene {
 
 /// The values of an orbit's scene.
 pub struct OrbitValues {
-    /// Those that were drawn, by section and key.
+    /// The drawn values, by section and key.
     pub drawn: Json,
     /// All values of the scene file.
     table: Table,
 }
 
 /// The sensor of an image, and the values that were drawn for it.
-pub(crate) struct ImageSensor {
+pub(crate) struct DrawnSensor {
     pub(crate) sensor: Sensor,
     /// The drawn values by section and key.
     pub(crate) drawn: Json,
@@ -74,7 +74,7 @@ impl SceneText {
     /// The scene of an orbit.
     ///
     /// # Errors
-    /// Values that the scene refuses, or a list of tables without the one that is named.
+    /// Values that the scene refuses, or a list of tables without the named table.
     pub fn of_orbit(&self, spec: &Spec, orbit: u64) -> Result<OrbitScene, DatasetError> {
         let source = spec.plan.source(RandomStream::Orbit, orbit, 0);
         let (table, drawn) = self.table_of(spec, orbit, &|section, drawn| drawn.draw(section, &source))?;
@@ -165,7 +165,7 @@ impl SceneText {
         spec: &Spec,
         (orbit, values): (u64, &OrbitValues),
         image: u64,
-    ) -> Result<Option<ImageSensor>, DatasetError> {
+    ) -> Result<Option<DrawnSensor>, DatasetError> {
         let Some(each_image) = &spec.each_image else { return Ok(None) };
         let sensor = of_sensor(spec, each_image, image);
         let drawn = json!({ SENSOR: as_json(&sensor) });
@@ -173,7 +173,7 @@ impl SceneText {
         let wrong = |reason: String| DatasetError::Orbit { orbit, reason: format!("image {image}: {reason}") };
         merge(&mut table, SENSOR, sensor).map_err(wrong)?;
         let sensor = self.scene(&table).map_err(wrong)?.sensor;
-        Ok(sensor.map(|sensor| ImageSensor { sensor, drawn }))
+        Ok(sensor.map(|sensor| DrawnSensor { sensor, drawn }))
     }
 
     fn scene(&self, table: &Table) -> Result<Scene, String> {

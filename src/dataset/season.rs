@@ -77,7 +77,7 @@ fn beta_deg(day: f64, inclination: f64, node: f64) -> f64 {
     libm::asin(sine.clamp(-1.0, 1.0)).to_degrees()
 }
 
-/// Sunlight of a day over that at one astronomical unit.
+/// Sunlight of a day, as a multiple of the sunlight at one astronomical unit.
 fn solar_scale(day: f64) -> f64 {
     let distance = 1.0 - ECCENTRICITY * libm::cos(TAU * (day - PERIHELION) / YEAR);
     1.0 / (distance * distance)

@@ -4,7 +4,7 @@
 
 pub(crate) const DIMENSIONS: usize = 21;
 
-/// Polynomial and initial numbers of the second dimension and those after it.
+/// Polynomial and initial numbers of each dimension from the second on.
 const TABLE: [(u32, &[u32]); DIMENSIONS - 1] = [
     (0, &[1]),
     (1, &[1, 3]),

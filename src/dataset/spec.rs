@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::camera_rule::CameraRule;
 use super::distribution::Distribution;
 use super::life::Life;
-use super::random::{RandomPlan, CubeSampling};
+use super::random::{CubeSampling, RandomPlan};
 use super::reader::{SpecFile, SpecTable};
 use super::scene_sections::{SENSOR, each_image, each_orbit, refuse_twice};
 use super::season::Season;
@@ -52,7 +52,6 @@ pub(crate) const KEY_POINT: &[&str] = &["name", "position", "part"];
 /// Most images of a data set.
 const MOST_SAMPLES: u64 = 1_000_000_000;
 
-/// A kind of image file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum ImageKind {
     /// Digital numbers of the sensor as PNG.
@@ -78,7 +77,7 @@ pub(crate) struct Reject {
 
 /// A point of the craft.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct KeyPoint {
+pub(crate) struct SpecKeyPoint {
     /// Its name.
     pub name: String,
     /// Place in the file's pose, body frame [m].
@@ -90,7 +89,6 @@ pub(crate) struct KeyPoint {
 /// A SPEC.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spec {
-    /// The file.
     pub(crate) path: PathBuf,
     pub(crate) text: String,
     /// The scene file.
@@ -120,10 +118,10 @@ pub struct Spec {
     /// Age of the surfaces.
     pub(crate) life: Option<Life>,
     pub(crate) time: TimeRule,
-    /// How the camera is placed, one of them for each image.
+    /// The rules by which the camera is placed. Each image follows one rule.
     pub(crate) cameras: Vec<CameraRule>,
     pub(crate) reject: Reject,
-    pub(crate) key_points: Vec<KeyPoint>,
+    pub(crate) key_points: Vec<SpecKeyPoint>,
     /// Symmetries of the craft's geometry.
     pub(crate) symmetries: Vec<Symmetry>,
 }
@@ -176,8 +174,11 @@ impl Spec {
         let mut of_image = time.names();
         of_image.extend(CameraRule::names(&cameras));
         of_image.extend(each_image.iter().flat_map(|drawn| drawn.names(SENSOR)));
-        let samplings =
-            [("random", CubeSampling::Random), ("latin_hypercube", CubeSampling::LatinHypercube), ("sobol", CubeSampling::Sobol)];
+        let samplings = [
+            ("random", CubeSampling::Random),
+            ("latin_hypercube", CubeSampling::LatinHypercube),
+            ("sobol", CubeSampling::Sobol),
+        ];
         let plan = RandomPlan {
             seed: root.whole("seed", 0..=i64::MAX as u64)?.unwrap_or(0),
             sampling: root.choice("sampling", &samplings)?.unwrap_or(CubeSampling::Random),
@@ -262,8 +263,8 @@ fn reject(root: &SpecTable) -> Result<Reject, SceneError> {
     Ok(reject)
 }
 
-fn key_points(root: &SpecTable) -> Result<Vec<KeyPoint>, SceneError> {
-    let mut points: Vec<KeyPoint> = Vec::new();
+fn key_points(root: &SpecTable) -> Result<Vec<SpecKeyPoint>, SceneError> {
+    let mut points: Vec<SpecKeyPoint> = Vec::new();
     for table in root.tables("key_point", KEY_POINT)? {
         let name = table.required("name", table.text("name")?, "a name")?.to_owned();
         if points.iter().any(|point| point.name == name) {
@@ -272,7 +273,7 @@ fn key_points(root: &SpecTable) -> Result<Vec<KeyPoint>, SceneError> {
         let position =
             table.required("position", table.numbers::<3>("position")?, "[x, y, z] in the body frame [m]")?;
         let part = table.text("part")?.map(str::to_owned);
-        points.push(KeyPoint { name, position: DVec3::from(position), part });
+        points.push(SpecKeyPoint { name, position: DVec3::from(position), part });
     }
     Ok(points)
 }

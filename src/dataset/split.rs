@@ -1,4 +1,4 @@
-//! Which orbits are for training, validation and tests. All images of an orbit have the same purpose, so nothing leaks between them.
+//! The split of the orbits into training, validation and tests. All images of an orbit have the same purpose, so nothing leaks between them.
 
 use super::random::RandomStream;
 use super::spec::Spec;

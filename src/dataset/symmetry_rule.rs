@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::reader::SpecTable;
-use crate::labels::symmetry::{Symmetry, Turns};
+use crate::labels::symmetry::{Symmetry, SymmetryTurns};
 use crate::scene::SceneError;
 
 /// Keys of `[[symmetry]]`.
@@ -24,11 +24,11 @@ fn symmetry(table: &SpecTable) -> Result<Symmetry, SceneError> {
     let discrete = table.required("kind", table.choice("kind", &kinds)?, "discrete or continuous")?;
     let count = table.whole("count", 2..=MOST)?;
     let turns = if discrete {
-        Turns::Share(table.required("count", count, "the number of turns in a circle, from 2")? as u32)
+        SymmetryTurns::Share(table.required("count", count, "the number of turns in a circle, from 2")? as u32)
     } else if count.is_some() {
         return Err(table.error("count", "has no meaning for kind = \"continuous\""));
     } else {
-        Turns::Any
+        SymmetryTurns::Any
     };
     let axis = table.required("axis", table.numbers::<3>("axis")?, "[x, y, z], about which it turns")?;
     Ok(Symmetry {

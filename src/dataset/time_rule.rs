@@ -52,8 +52,12 @@ impl TimeRule {
         let Some(table) = root.table("time", TIME)? else {
             return Ok(Self { origin: TimeOrigin::Start, drawn: all(), light: LightRule::Any });
         };
-        let words =
-            [("any", LightRule::Any), ("lit", LightRule::Lit), ("penumbra", LightRule::Penumbra), ("shadow", LightRule::Shadow)];
+        let words = [
+            ("any", LightRule::Any),
+            ("lit", LightRule::Lit),
+            ("penumbra", LightRule::Penumbra),
+            ("shadow", LightRule::Shadow),
+        ];
         let light = table.choice("light", &words)?.unwrap_or(LightRule::Any);
         let mut found = None;
         for (key, origin, range) in [
@@ -80,7 +84,13 @@ impl TimeRule {
     ///
     /// # Errors
     /// No attempt gives a time.
-    pub(crate) fn draw(&self, plan: &RandomPlan, image: u64, sky: &SkyModel, attempts: u32) -> Result<(f64, u32), NoTime> {
+    pub(crate) fn draw(
+        &self,
+        plan: &RandomPlan,
+        image: u64,
+        sky: &SkyModel,
+        attempts: u32,
+    ) -> Result<(f64, u32), NoTime> {
         let period = sky.period();
         let origin = match self.origin {
             TimeOrigin::Start => 0.0,

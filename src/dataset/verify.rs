@@ -14,7 +14,7 @@ use super::index;
 use super::orbit::OrbitRun;
 use super::orbit_files::{Encoded, ORBIT, encode_image};
 use super::orbit_folder::CHECKSUMS;
-use super::random::{RandomPlan, CubeSampling, RandomStream};
+use super::random::{CubeSampling, RandomPlan, RandomStream};
 use super::scene_values::SceneText;
 use super::spec::Spec;
 use super::split::split_of;
@@ -27,7 +27,6 @@ use crate::output::OutputError;
 use crate::output::gray::read_png;
 use crate::simulation::target::Target;
 
-/// Most faults that are kept.
 const MOST_FAULTS: usize = 1000;
 /// Largest distance between a key point and its projection [px], for the rounding of numbers in text.
 const PIXEL_SLACK: f64 = 1e-6;

@@ -66,7 +66,6 @@ pub(crate) fn info_of(image: &LabelledImage, silhouettes: &[Silhouette]) -> Stri
     line(Value::Array(silhouettes.iter().map(info).collect()))
 }
 
-/// Visible share of an object.
 fn visible_share(silhouette: &Silhouette) -> f64 {
     let visible = silhouette.visible.iter().filter(|set| **set).count() as f64;
     if silhouette.count == 0 { 0.0 } else { visible / silhouette.count as f64 }

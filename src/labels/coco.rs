@@ -1,8 +1,8 @@
 //! Labels in the format of COCO: boxes, run-length masks and key points (cocodataset.org, "Data format").
 //!
 //! Category 1 is the craft, with its key points. Category `i + 2` is part `i`, so the categories of the parts are the values of their pixels + 1. A box covers
-//! its pixels: x and y are the left and upper border of the first one. A key point is in OpenCV's pixels, like the list of COCO itself, whose places are
-//! indices of pixels.
+//! its pixels: x and y are the left and upper border of the first pixel. A key point is in OpenCV's pixels, like the list of COCO itself, whose
+//! places are indices of pixels.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -106,7 +106,8 @@ mod tests {
 
     #[test]
     fn entries_are_those_of_the_format() {
-        let seen = ImageKeyPoint { point: DVec3::Z, pixel: Some(DVec2::new(1.25, 0.5)), visibility: Visibility::Hidden };
+        let seen =
+            ImageKeyPoint { point: DVec3::Z, pixel: Some(DVec2::new(1.25, 0.5)), visibility: Visibility::Hidden };
         let outside = ImageKeyPoint { pixel: None, visibility: Visibility::Outside, ..seen };
         let made = entry(&small_craft(), &small(), &[seen, outside]);
         assert_eq!(made.image, r#"{"file_name":"val/000003/gray/000002.png","height":3,"id":7,"width":4}"#);

@@ -9,9 +9,8 @@ use super::image::LabelledImage;
 use super::key_points::ImageKeyPoint;
 use super::text::line;
 
-/// The steps of the maps of an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Steps {
+pub(crate) struct MapSteps {
     /// Of depths [mm].
     pub(crate) depth: f64,
     /// Of temperatures [K].
@@ -19,7 +18,7 @@ pub(crate) struct Steps {
 }
 
 /// The text of `label/NUMBER.json`. Each key ends with its unit where it has one.
-pub(crate) fn label(craft: &Craft, image: &LabelledImage, seen: &[ImageKeyPoint], steps: Steps) -> String {
+pub(crate) fn label(craft: &Craft, image: &LabelledImage, seen: &[ImageKeyPoint], steps: MapSteps) -> String {
     let turn = image.quaternion();
     let (model, numbers) = image.distortion();
     let pose = |pose: &DAffine3| json!({ "R": rows(pose), "t_m": pose.translation.to_array() });
@@ -81,7 +80,7 @@ mod tests {
     #[test]
     fn a_label_has_what_other_formats_lack() {
         let (craft, image) = (small_craft(), small());
-        let text = label(&craft, &image, &seen(&craft.key_points, &image), Steps { depth: 0.1, temperature: 0.01 });
+        let text = label(&craft, &image, &seen(&craft.key_points, &image), MapSteps { depth: 0.1, temperature: 0.01 });
         let found: Value = serde_json::from_str(&text).expect("JSON");
         assert_eq!(found["joints"], json!([{"name": "hinge", "position": 1.0, "unit": "m"}]));
         assert_eq!(found["sun_direction"], json!([1.0, 0.0, 0.0]));

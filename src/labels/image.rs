@@ -14,7 +14,7 @@ pub enum Split {
     Train,
     /// To choose between trained models.
     Validation,
-    /// To judge one.
+    /// To judge a model.
     Test,
 }
 
@@ -94,7 +94,7 @@ pub struct LabelledImage {
     pub(crate) drawn: Vec<(String, f64)>,
     /// Bits of the digital numbers: 8, 14 or 16.
     pub(crate) bits: u32,
-    /// Digital numbers of the sensor. `None` without one.
+    /// Digital numbers of the sensor. `None` without a sensor.
     pub(crate) digital_numbers: Option<Vec<u16>>,
     /// Radiance in the band [W m-2 sr-1].
     pub(crate) radiance: Vec<f32>,

@@ -45,7 +45,6 @@ pub struct ImageKeyPoint {
 /// Why a key point can not be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum KeyPointError {
-    /// The craft has no such part.
     #[error("the key point '{name}' lies on the part '{part}', but the parts are: {known}")]
     Part {
         name: String,
@@ -53,10 +52,8 @@ pub(crate) enum KeyPointError {
         /// The parts that there are.
         known: String,
     },
-    /// A place that is not finite.
     #[error("the place of the key point '{0}' must be finite")]
     NotFinite(String),
-    /// A name that another one has.
     #[error("two key points have the name '{0}'")]
     Twice(String),
 }
@@ -100,8 +97,8 @@ pub(crate) fn check_names(points: &[KeyPoint]) -> Result<(), KeyPointError> {
     }
 }
 
-/// The corners of each part: the vertices that reach farthest along the axes and the diagonals between them. Of vertices that reach equally far it is the one
-/// farthest from the middle of the part, and then the first.
+/// The corners of each part: the vertices that reach farthest along the axes and the diagonals between them. Of vertices that reach equally far, the
+/// vertex farthest from the middle of the part is taken, and then the first.
 pub(super) fn corners(craft: &Craft) -> Vec<u32> {
     let mut of_part: Vec<Vec<u32>> = vec![Vec::new(); craft.parts.len()];
     for vertex in used(craft) {
@@ -145,7 +142,7 @@ fn middle(points: impl Iterator<Item = DVec3>) -> DVec3 {
 }
 
 /// Key points for which nobody chose any: the corner of a part that is farthest from the middle of the craft, and then again and again the corner farthest from
-/// all that were chosen (Gonzalez 1985). Of corners at one distance it takes the first. A craft with too few corners gives other vertices too. The
+/// all that were chosen (Gonzalez 1985). Of corners at one distance the first is taken. A craft with too few corners gives other vertices too. The
 /// name of a key point is its number and part.
 pub fn chosen(craft: &Craft, count: usize) -> Vec<KeyPoint> {
     let place = |vertex: u32| craft.positions[vertex as usize];

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::craft::Craft;
-use super::describe::{Steps, label};
+use super::describe::{MapSteps, label};
 use super::image::{LabelledImage, Split};
 use super::key_points::seen;
 use super::silhouette::Solids;
@@ -23,7 +23,7 @@ pub struct Label {
 
 /// The lines of an image in the lists of its orbit and of the data set. The lines are text, so whoever makes an orbit can keep them in a file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Lines {
+pub struct ImageLines {
     /// Number of the image in its orbit.
     pub(crate) number: u32,
     /// Entry in `scene_camera.json`.
@@ -42,11 +42,11 @@ pub struct Lines {
 
 /// The labels of an image.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Made {
+pub struct ImageLabels {
     /// Files of its own.
     pub labels: Vec<Label>,
     /// Lines in the lists.
-    pub lines: Lines,
+    pub lines: ImageLines,
 }
 
 /// Makes the labels of an image. The digital numbers are among them, the EXR is not: its path is `places::of_image(image, "radiance", "exr")`, with
@@ -54,11 +54,11 @@ pub struct Made {
 ///
 /// # Errors
 /// A value that a format can not hold.
-pub fn made(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Result<Made, OutputError> {
+pub fn made(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Result<ImageLabels, OutputError> {
     let seen = seen(&craft.key_points, image);
     let silhouettes = solids.silhouettes(image);
     let (depth, temperature) = (maps::depth(image)?, maps::temperature(image)?);
-    let lines = Lines {
+    let lines = ImageLines {
         number: image.number,
         camera: bop::camera_of(image, depth.step),
         poses: bop::poses_of(image, solids),
@@ -70,7 +70,7 @@ pub fn made(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Result<Mad
         speed: speed::entry(image),
         coco: coco::entry(craft, image, &seen),
     };
-    let text = label(craft, image, &seen, Steps { depth: depth.step, temperature: temperature.step });
+    let text = label(craft, image, &seen, MapSteps { depth: depth.step, temperature: temperature.step });
     let both = |what: &str, ending: &'static str, bytes: Vec<u8>| {
         let last = ending.rsplit_once('.').map_or(ending, |(_, last)| last);
         Label { path: Some(places::of_image(image, what, last)), ending: Some(ending), bytes }
@@ -95,13 +95,13 @@ pub fn made(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Result<Mad
             labels.push(Label { path, ending: None, bytes: maps::mask(image, mask)? });
         }
     }
-    Ok(Made { labels, lines })
+    Ok(ImageLabels { labels, lines })
 }
 
 /// The three lists of an orbit for BOP, from the lines of all its images in order: paths and bytes.
-pub fn orbit(split: Split, number: u32, lines: &[Lines]) -> Vec<(String, Vec<u8>)> {
+pub fn orbit(split: Split, number: u32, lines: &[ImageLines]) -> Vec<(String, Vec<u8>)> {
     let folder = places::orbit(split, number);
-    let file = |name: &str, entry: fn(&Lines) -> &String| {
+    let file = |name: &str, entry: fn(&ImageLines) -> &String| {
         let entries = lines.iter().map(|lines| (lines.number, entry(lines).clone()));
         (format!("{folder}/{name}"), bop::scene(entries).into_bytes())
     };

@@ -1,4 +1,4 @@
-//! Labels of images for those who train on them: poses, masks, key points, depth, parts and temperatures in the formats that others read.
+//! Labels of images for training: poses, masks, key points, depth, parts and temperatures in the formats that others read.
 //!
 //! [`image`] is one image with everything known about it, and [`craft`] is the craft that it shows. [`from_scene`] makes both. [`places`] says which
 //! file lies where. The writers return bytes or lines and write no file: [`bop`], [`speed`], [`coco`], [`webdataset`], and [`maps`] for the images of

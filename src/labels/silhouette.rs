@@ -1,13 +1,13 @@
-//! The silhouettes of the rigid objects of a craft, also where another one hides them or the frame ends.
+//! The silhouettes of the rigid objects of a craft, also where another object hides them or the frame ends.
 //!
 //! The visible mask comes from the part in each pixel. A silhouette comes from the f64 rasteriser, which tests the centre of each pixel, as the image
 //! does.
 
 use glam::{DVec2, DVec3};
 
-use super::craft::{Craft, BopObject};
+use super::craft::{BopObject, Craft};
 use super::image::LabelledImage;
-use super::mask::{Bounds, bounds};
+use super::mask::{PixelBounds, bounds};
 use crate::lens::Distortion;
 use crate::raster::{RasterSurface, RasterView, rasterise};
 
@@ -34,12 +34,12 @@ pub struct Silhouette {
     /// Pixels of the silhouette, also beyond the frame by one width and height on each side.
     pub count: u64,
     /// Box round the whole object, also beyond the frame.
-    pub bounds: Option<Bounds>,
+    pub bounds: Option<PixelBounds>,
 }
 
 /// A part of the plane of the image, in pixels of the frame.
 #[derive(Debug, Clone, Copy)]
-struct Canvas {
+struct SilhouetteCanvas {
     first: [i64; 2],
     size: [i64; 2],
 }
@@ -96,12 +96,11 @@ impl Solids {
             full,
             visible,
             count: drawn.iter().filter(|set| **set).count() as u64,
-            bounds: found.map(|found| Bounds { first: moved(found.first), last: moved(found.last) }),
+            bounds: found.map(|found| PixelBounds { first: moved(found.first), last: moved(found.last) }),
         }
     }
 
-    /// Draws an object alone.
-    fn draw(&self, object: usize, image: &LabelledImage) -> (Canvas, Vec<bool>) {
+    fn draw(&self, object: usize, image: &LabelledImage) -> (SilhouetteCanvas, Vec<bool>) {
         let canvas = self.canvas(object, image);
         let mut lens = image.lens;
         lens.centre = [0, 1].map(|axis| lens.centre[axis] - canvas.first[axis] as f64);
@@ -128,7 +127,7 @@ impl Solids {
 
     /// The box round the vertices of an object, up to a frame's width and height beyond the frame on each side. A lens with distortion has no image
     /// beyond its frame.
-    fn canvas(&self, object: usize, image: &LabelledImage) -> Canvas {
+    fn canvas(&self, object: usize, image: &LabelledImage) -> SilhouetteCanvas {
         let [width, height] = [image.width, image.height].map(i64::from);
         let beyond = if image.lens.distortion == Distortion::None { 1 } else { 0 };
         let least = [-beyond * width, -beyond * height];
@@ -146,7 +145,7 @@ impl Solids {
         };
         let low = [0, 1].map(|axis| (low[axis].floor() as i64).clamp(least[axis], most[axis] - 1));
         let high = [0, 1].map(|axis| (high[axis].ceil() as i64).clamp(low[axis] + 1, most[axis]));
-        Canvas { first: low, size: [0, 1].map(|axis| high[axis] - low[axis]) }
+        SilhouetteCanvas { first: low, size: [0, 1].map(|axis| high[axis] - low[axis]) }
     }
 }
 

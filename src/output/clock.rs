@@ -2,7 +2,7 @@
 
 use super::OutputError;
 use super::eclipses::Eclipses;
-use super::plot::{PlotLine, Plot, Shade};
+use super::plot::{Plot, PlotLine, Shade};
 use super::plot_axis::Axis;
 use super::report::PlotEntry;
 use super::series::SeriesRow;
@@ -35,7 +35,7 @@ impl Seconds {
         format!("{time:.*}", self.digits)
     }
 
-    /// The same with one digit more.
+    /// The time with one digit more.
     pub(crate) fn finer(self, time: f64) -> String {
         format!("{time:.*}", self.digits + 1)
     }

@@ -3,11 +3,10 @@
 use super::OutputError;
 use super::clock::DisplayClock;
 use super::eclipses::Eclipses;
-use super::plot::{PlotLine, Mark};
+use super::plot::{Mark, PlotLine};
 use super::report::PlotEntry;
-use super::series::{TemperatureSeries, SeriesRow};
+use super::series::{SeriesRow, TemperatureSeries};
 
-/// Most parts with a plot, and most probes with a plot.
 pub(crate) const MOST_PLOTS: usize = 6;
 
 #[derive(Debug, Clone, Copy)]

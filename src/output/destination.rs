@@ -1,4 +1,4 @@
-//! Where a command writes one file: standard output, something that takes bytes as they come, or a file that appears whole.
+//! The destination of one file of a command: standard output, a stream that takes bytes as they come, or a file that appears whole.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
@@ -40,8 +40,8 @@ impl Destination {
             return Err(OutputError::NotAFile(path.to_path_buf()));
         }
         match follow(path).map_err(|source| OutputError::write(path, source))? {
-            End::Descriptor(1) => Ok(Self::StandardOutput),
-            End::Path(target) if found.map_or(true, |found| found.is_file()) => Ok(Self::File(target)),
+            LinkEnd::Descriptor(1) => Ok(Self::StandardOutput),
+            LinkEnd::Path(target) if found.map_or(true, |found| found.is_file()) => Ok(Self::File(target)),
             _ => Ok(Self::Stream(path.to_path_buf())),
         }
     }
@@ -145,7 +145,7 @@ pub(crate) fn destinations<const N: usize>(paths: [Option<&Path>; N]) -> Result<
     Ok(found)
 }
 
-/// Whether further files can stand beside this one, which needs a regular file.
+/// Whether further files can stand beside the file at `path`, which must be a regular file for this.
 ///
 /// # Errors
 /// As [`Destination::at`].
@@ -154,7 +154,7 @@ pub(crate) fn has_neighbours(path: &Path) -> Result<bool, OutputError> {
 }
 
 /// The end of a chain of links.
-enum End {
+enum LinkEnd {
     /// A path that is no link. There may be no file.
     Path(PathBuf),
     /// An open file of a process, such as `/dev/stdout` and `/dev/fd/3`, with its number if the process is this one, otherwise 0. The process holds
@@ -163,21 +163,21 @@ enum End {
 }
 
 /// Follows links by hand, because a link whose target is missing cannot be resolved as a whole.
-fn follow(path: &Path) -> io::Result<End> {
+fn follow(path: &Path) -> io::Result<LinkEnd> {
     let mut path = path.to_path_buf();
     for _ in 0..MOST_LINKS {
         if let Some(number) = descriptor(&path) {
-            return Ok(End::Descriptor(number));
+            return Ok(LinkEnd::Descriptor(number));
         }
         match fs::read_link(&path) {
             Ok(link) => path = path.parent().unwrap_or(Path::new("")).join(link),
-            Err(_) => return Ok(End::Path(path)),
+            Err(_) => return Ok(LinkEnd::Path(path)),
         }
     }
     Err(io::Error::other("too many links, one after the other"))
 }
 
-/// The number in [`End::Descriptor`] of a path such as `/dev/fd/3` or `/proc/self/fd/3`.
+/// The number in [`LinkEnd::Descriptor`] of a path such as `/dev/fd/3` or `/proc/self/fd/3`.
 fn descriptor(path: &Path) -> Option<u32> {
     let number = path.file_name()?.to_str()?.parse().ok()?;
     let folder = fs::canonicalize(path.parent()?).ok()?;

@@ -56,7 +56,7 @@ impl Frame {
         self.check_finite_of(|pixel| format!("part number {}", self.part.get(pixel).copied().unwrap_or(0)))
     }
 
-    /// The same. `shown` names the part and node at a pixel.
+    /// Refuses the same pixels. `shown` names the part and node at a pixel.
     ///
     /// # Errors
     /// [`OutputError::NotFinite`] with step, pixel, part and node.

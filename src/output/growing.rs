@@ -12,19 +12,17 @@ use super::manifest::LinePlace;
 
 /// Longest time for which a line waits while others follow.
 const LONGEST_WAIT: Duration = Duration::from_millis(500);
-/// A line that comes this long after the one before is written at once, since the next one may be late.
+/// A line that comes this long after the line before is written at once, since the next line may be late.
 const RARE: Duration = Duration::from_millis(20);
 /// Most bytes that wait.
 const MOST_BYTES: usize = 1 << 16;
 
-/// A growing table of a folder.
 pub(crate) struct Growing<'a> {
     folder: &'a Folder,
     name: String,
     path: PathBuf,
     file: File,
     place: Option<LinePlace>,
-    /// Bytes in the file.
     length: u64,
     waiting: Vec<u8>,
     written: Instant,

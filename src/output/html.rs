@@ -67,7 +67,7 @@ impl Html {
         self.raw("</div>\n");
     }
 
-    /// A list under a title. Without items it adds nothing.
+    /// A list under a title. A list without items is left out.
     pub(crate) fn list(&mut self, title: &str, items: &[String], class: &str) {
         if items.is_empty() {
             return;

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::OutputError;
-use super::report::{FrameEntry, Picture, PlotEntry};
+use super::report::{FrameEntry, PlotEntry, ReportPicture};
 use crate::saved::Saved;
 use crate::simulation::check::Accuracy;
 use crate::simulation::energy::EnergyBalance;
@@ -25,7 +25,7 @@ pub(crate) enum JobError {
         "step {step}: the temperature of node {node} (part {part}, material {material}) is not finite; please report the scene"
     )]
     NotFinite {
-        /// The first step where this happens.
+        /// The first step with such a temperature.
         step: u32,
         /// The first such node.
         node: u32,
@@ -43,11 +43,11 @@ pub(crate) enum Done {
 }
 
 /// The results of a run.
-pub(crate) struct Outcome {
+pub(crate) struct RunOutcome {
     /// Whether all steps were done.
     pub(crate) complete: bool,
     pub(crate) frames: Vec<FrameEntry>,
-    pub(crate) pictures: Vec<Picture>,
+    pub(crate) pictures: Vec<ReportPicture>,
     pub(crate) plots: Vec<PlotEntry>,
     /// Error of the device against the f64 reference, if requested.
     pub(crate) accuracy: Option<Accuracy>,

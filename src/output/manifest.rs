@@ -22,7 +22,6 @@ const NAME: &str = "manifest";
 const DYING: Duration = Duration::from_secs(1);
 const HEAD: &str = "{\"isotherm\":\"manifest\",\"version\":1}\n";
 
-/// A line of the journal.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct JournalLine {
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -325,7 +324,7 @@ impl Journal {
         let at = self.end;
         self.file.seek(SeekFrom::Start(at))?;
         if let Err(error) = self.file.write_all(line.as_bytes()) {
-            // Half a line would spoil the next one.
+            // Half a line would spoil the next line.
             let _ = self.file.set_len(at);
             return Err(error);
         }

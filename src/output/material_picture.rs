@@ -3,7 +3,7 @@
 use embedded_graphics::text::Alignment;
 
 use super::OutputError;
-use super::canvas::{Canvas, FAINT_INK, FRAME_LINE, Face, INK, PAPER, Rgb};
+use super::canvas::{Canvas, FAINT_INK, FRAME_LINE, FontFace, INK, PAPER, Rgb};
 use super::colour::BACKGROUND;
 
 /// Space around the picture [px].
@@ -79,8 +79,15 @@ pub(crate) fn material_picture(
     let top = MARGIN + TITLE_HEIGHT;
     let mut canvas = Canvas::new(width * zoom + LEGEND_WIDTH + 3 * MARGIN, top + tall + MARGIN, PAPER);
     let room = canvas.width() - 2 * MARGIN;
-    canvas.text(&Face::Title.fit(title, room), MARGIN, MARGIN, Face::Title, Alignment::Left, INK);
-    canvas.text(&Face::Normal.fit(details, room), MARGIN, MARGIN + 20, Face::Normal, Alignment::Left, FAINT_INK);
+    canvas.text(&FontFace::Title.fit(title, room), MARGIN, MARGIN, FontFace::Title, Alignment::Left, INK);
+    canvas.text(
+        &FontFace::Normal.fit(details, room),
+        MARGIN,
+        MARGIN + 20,
+        FontFace::Normal,
+        Alignment::Left,
+        FAINT_INK,
+    );
     canvas.paste(&image, MARGIN, top, zoom);
     let mut seen = vec![0usize; materials.len()];
     for [_, material] in pixels {
@@ -94,11 +101,11 @@ pub(crate) fn material_picture(
         canvas.fill(left, y, SWATCH, SWATCH, FRAME_LINE);
         canvas.fill(left + 1, y + 1, SWATCH - 2, SWATCH - 2, colour(number));
         let remark = if seen == 0 { format!("{remark}, not seen") } else { remark.clone() };
-        let behind = Face::Small.width(&remark);
+        let behind = FontFace::Small.width(&remark);
         let room = LEGEND_WIDTH.saturating_sub(SWATCH + 14 + behind);
         let ink = if seen == 0 { FAINT_INK } else { INK };
-        canvas.text(&Face::Small.fit(name, room), left + SWATCH + 6, y, Face::Small, Alignment::Left, ink);
-        canvas.text(&remark, left + LEGEND_WIDTH, y, Face::Small, Alignment::Right, FAINT_INK);
+        canvas.text(&FontFace::Small.fit(name, room), left + SWATCH + 6, y, FontFace::Small, Alignment::Left, ink);
+        canvas.text(&remark, left + LEGEND_WIDTH, y, FontFace::Small, Alignment::Right, FAINT_INK);
     }
     Ok(canvas)
 }

@@ -28,7 +28,7 @@ use crate::simulation::{Consumer, StepResult};
 use crate::trace::{Trace, Track};
 
 /// Takes the results of the steps to the files, and saves the state.
-pub(super) struct Recorder<'a, 'b> {
+pub(super) struct StepRecorder<'a, 'b> {
     pub(crate) prepared: &'a Prepared,
     pub(crate) job: &'a Job<'a>,
     pub(crate) folder: &'a Folder,
@@ -51,7 +51,7 @@ pub(super) struct Recorder<'a, 'b> {
     pub(crate) progress: &'a (dyn Fn(Done) + Sync),
 }
 
-impl Consumer<JobError> for Recorder<'_, '_> {
+impl Consumer<JobError> for StepRecorder<'_, '_> {
     fn take(&mut self, mut result: StepResult) -> Result<(), JobError> {
         let _consumes = self.trace.span(Track::Host, "series and frame");
         if let Some(temperatures) = result.delivered.temperatures.take() {

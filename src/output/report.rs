@@ -16,10 +16,10 @@ pub(crate) struct Report {
     pub(crate) title: String,
     pub(crate) version: String,
     pub(crate) command_line: String,
-    pub(crate) scene: SourceFile,
+    pub(crate) scene: InputFile,
     /// The other input files: model, material tables.
-    pub(crate) inputs: Vec<SourceFile>,
-    pub(crate) device: Device,
+    pub(crate) inputs: Vec<InputFile>,
+    pub(crate) device: ReportDevice,
     pub(crate) speed: Speed,
     /// Error against the f64 reference. `None` if nothing was compared, as in a run of the reference itself.
     pub(crate) accuracy: Option<Accuracy>,
@@ -35,9 +35,8 @@ pub(crate) struct Report {
     pub(crate) warnings: Vec<String>,
     /// Effects that the scene switches off, which cost nothing.
     pub(crate) switched_off: Vec<String>,
-    /// The drawn steps.
     pub(crate) frames: Vec<FrameEntry>,
-    pub(crate) pictures: Vec<Picture>,
+    pub(crate) pictures: Vec<ReportPicture>,
     pub(crate) plots: Vec<PlotEntry>,
     pub(crate) files: Vec<FileEntry>,
     /// Whether the run stopped before its last step.
@@ -45,7 +44,7 @@ pub(crate) struct Report {
 }
 
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub(crate) struct SourceFile {
+pub(crate) struct InputFile {
     /// `scene`, `model`, `materials`.
     pub(crate) kind: String,
     /// Path as given.
@@ -55,7 +54,7 @@ pub(crate) struct SourceFile {
 }
 
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub(crate) struct Device {
+pub(crate) struct ReportDevice {
     /// `llvmpipe (LLVM 15.0.6, 256 bits)`, or `cpu` for the f64 reference.
     pub(crate) name: String,
     /// Driver and its version.
@@ -132,7 +131,6 @@ pub(crate) struct SettingGroup {
     pub(crate) entries: Vec<(String, String)>,
 }
 
-/// A drawn step.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct FrameEntry {
     pub(crate) step: u32,
@@ -145,7 +143,7 @@ pub(crate) struct FrameEntry {
 }
 
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub(crate) struct Picture {
+pub(crate) struct ReportPicture {
     /// Caption.
     pub(crate) title: String,
     /// File, relative to the report.
@@ -184,7 +182,7 @@ impl PlotEntry {
 pub(crate) struct FileEntry {
     /// Path, relative to the report.
     pub(crate) path: String,
-    /// Its contents.
+    /// Contents of the file, in words.
     pub(crate) what: String,
 }
 
@@ -202,7 +200,7 @@ pub(crate) mod tests {
     /// A report with a value in every field.
     pub(crate) fn full() -> Report {
         let strings = |list: &[&str]| list.iter().map(|&text| text.to_owned()).collect::<Vec<_>>();
-        let file = |kind: &str, path: &str| SourceFile {
+        let file = |kind: &str, path: &str| InputFile {
             kind: kind.into(),
             path: path.into(),
             sha256: "9f86d081884c7d65".repeat(4),
@@ -214,7 +212,7 @@ pub(crate) mod tests {
             command_line: "isotherm run models/station.toml -o out/station".into(),
             scene: file("scene", "models/station.toml"),
             inputs: vec![file("model", "models/station.glb"), file("materials", "models/materials.toml")],
-            device: Device {
+            device: ReportDevice {
                 name: "llvmpipe (LLVM 15.0.6, 256 bits)".into(),
                 driver: "Mesa 22.3.6".into(),
                 details: pairs(&[("Vulkan", "1.3.230"), ("maxStorageBufferRange", "128 MiB")]),
@@ -303,7 +301,11 @@ pub(crate) mod tests {
                     picture: Some(format!("frames/step_{:06}.png", i * 10)),
                 })
                 .collect(),
-            pictures: vec![Picture { title: "The orbit".into(), file: "contact_sheet.png".into(), png: vec![1, 2, 3] }],
+            pictures: vec![ReportPicture {
+                title: "The orbit".into(),
+                file: "contact_sheet.png".into(),
+                png: vec![1, 2, 3],
+            }],
             plots: vec![PlotEntry {
                 title: "Materials".into(),
                 file: "plots/materials.svg".into(),

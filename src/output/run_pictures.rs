@@ -10,7 +10,7 @@ use super::eclipses::Eclipses;
 use super::exr::read_exr;
 use super::folder::Folder;
 use super::picture::{Tile, contact_sheet, picture};
-use super::report::{FrameEntry, Picture};
+use super::report::{FrameEntry, ReportPicture};
 use crate::scene::{Draw, ImageFile, Scene, Time};
 
 /// Small pictures of several steps.
@@ -19,7 +19,6 @@ const MOST_TILES: usize = 12;
 /// Width of a picture on the contact sheet [px].
 const TILE_WIDTH: u32 = 320;
 
-/// A frame in the output folder.
 pub(super) struct WrittenFrame {
     pub(crate) step: u32,
     /// Number of the image, where images have times of their own.
@@ -64,7 +63,7 @@ pub(super) fn draw_pictures(
     folder: &Folder,
     written: &[WrittenFrame],
     drawn: &(dyn Fn() + Sync),
-) -> Result<(Vec<FrameEntry>, Vec<Picture>), OutputError> {
+) -> Result<(Vec<FrameEntry>, Vec<ReportPicture>), OutputError> {
     let scale = match scene.colour_range {
         Some(range) => ColourScale::new(range),
         None => ColourScale::covering(written.iter().filter_map(|frame| frame.range)),
@@ -119,6 +118,6 @@ pub(super) fn draw_pictures(
     let png = contact_sheet(&tiles, 4, &scale, name, &details).png()?;
     folder.write_bytes(CONTACT_SHEET, &png)?;
     let title = "Surface temperature through the run".to_owned();
-    let sheet = Picture { title, file: CONTACT_SHEET.to_owned(), png };
+    let sheet = ReportPicture { title, file: CONTACT_SHEET.to_owned(), png };
     Ok((frames, vec![sheet]))
 }

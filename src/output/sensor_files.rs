@@ -11,17 +11,16 @@ use super::tiff::tiff_16;
 use crate::scene::{Camera, ImageFile, Scene};
 use crate::thermal::radiance::RadianceTable;
 use crate::thermal::sensor::noise::{NoiseStream, random_words};
-use crate::thermal::sensor::reading::Constants;
+use crate::thermal::sensor::reading::SensorConstants;
 use crate::thermal::sensor::twin::stuck;
 use crate::thermal::sensor::{Sensor, Vignetting};
 
-/// The files of the sensor of a scene.
 pub(crate) struct SensorFiles<'a> {
     scene: &'a Scene,
     sensor: &'a Sensor,
     camera: &'a Camera,
-    constants: Constants,
-    /// Pixels that always read 0, and those that always read the largest number.
+    constants: SensorConstants,
+    /// Pixels that always read 0, and pixels that always read the largest number.
     bad: [Vec<[u32; 2]>; 2],
 }
 
@@ -29,7 +28,7 @@ impl<'a> SensorFiles<'a> {
     /// The files of a scene. `None` without a sensor.
     pub(crate) fn new(scene: &'a Scene) -> Option<Self> {
         let (sensor, camera) = scene.sensor.as_ref().zip(scene.camera.as_ref())?;
-        let constants = Constants::new(sensor, &RadianceTable::new(scene.band));
+        let constants = SensorConstants::new(sensor, &RadianceTable::new(scene.band));
         let mut bad = [Vec::new(), Vec::new()];
         if sensor.bad_pixels > 0.0 {
             let groups = camera.width.div_ceil(4);

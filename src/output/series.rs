@@ -12,7 +12,6 @@ use super::statistics::Summary;
 pub(crate) struct SeriesRow {
     /// Time since the start [s].
     pub(crate) time: f64,
-    /// All nodes.
     pub(crate) all: Option<Summary>,
     pub(crate) parts: Vec<Option<Summary>>,
     pub(crate) materials: Vec<Option<Summary>>,
@@ -145,7 +144,8 @@ pub(crate) mod tests {
     /// A series of parts and materials that heat and cool smoothly over an orbit.
     pub(crate) fn orbit(parts: usize, materials: usize, probes: usize) -> TemperatureSeries {
         let names = |prefix: &str, count: usize| (0..count).map(|i| format!("{prefix}_{i}")).collect::<Vec<_>>();
-        let mut series = TemperatureSeries::new(&names("B0_module", parts), &names("mat", materials), &names("probe", probes));
+        let mut series =
+            TemperatureSeries::new(&names("B0_module", parts), &names("mat", materials), &names("probe", probes));
         for step in 0..=360 {
             let time = f64::from(step) * 15.5;
             let mean = |i: usize| {

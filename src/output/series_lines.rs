@@ -8,14 +8,13 @@ use super::plot::PlotLine;
 use super::series::TemperatureSeries;
 use super::thinned::Thinned;
 
-/// Most lines in one plot.
 const MOST_LINES: usize = 10;
 
 /// Lines of one kind: materials, parts or probes.
 pub(crate) struct LineGroup {
     /// Lines that have values.
     pub(crate) count: usize,
-    /// Those with the widest swing, thinned.
+    /// The lines with the widest swing, thinned.
     pub(crate) lines: Vec<PlotLine>,
 }
 
@@ -97,14 +96,16 @@ impl SeriesLines {
             band: band.points(),
             ..PlotLine::default()
         });
-        let mut kind =
-            |(count, chosen): (usize, Vec<usize>)| LineGroup { count, lines: made.by_ref().take(chosen.len()).collect() };
+        let mut kind = |(count, chosen): (usize, Vec<usize>)| LineGroup {
+            count,
+            lines: made.by_ref().take(chosen.len()).collect(),
+        };
         let (parts, materials, probes) = (kind(of_parts), kind(of_materials), kind(of_probes));
         Ok(Self { clock, materials, parts, probes })
     }
 }
 
-/// How many columns have values, and those with the widest swing, at most [`MOST_LINES`], in order.
+/// The number of columns with values, and the columns with the widest swing, at most [`MOST_LINES`], in order.
 fn widest(range: std::ops::Range<usize>, present: &[bool], swings: &[[f64; 2]]) -> (usize, Vec<usize>) {
     let mut there: Vec<usize> = range.filter(|index| present[*index]).collect();
     let count = there.len();

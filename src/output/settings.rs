@@ -135,10 +135,7 @@ fn group_exchange(craft: &ExchangeCraft) -> SettingGroup {
         "Radiation between surfaces",
         vec![
             ("patches", craft.patches.all.len().to_string()),
-            (
-                "patch_edge",
-                settings.patch_edge.map_or("chosen from the area".to_owned(), |edge| format!("{edge} m")),
-            ),
+            ("patch_edge", settings.patch_edge.map_or("chosen from the area".to_owned(), |edge| format!("{edge} m"))),
             ("rays", settings.rays.to_string()),
             ("bounces", settings.bounces.map_or("all".to_owned(), |bounces| bounces.to_string())),
             ("redraw angle", format!("{:.3} deg", settings.redraw_angle.to_degrees())),
@@ -167,10 +164,7 @@ fn group_material(material: &Material) -> SettingGroup {
     group(
         &format!("Material {}", material.name),
         vec![
-            (
-                "absorptivity / emissivity",
-                format!("{} / {}", material.front.absorptivity, material.front.emissivity),
-            ),
+            ("absorptivity / emissivity", format!("{} / {}", material.front.absorptivity, material.front.emissivity)),
             ("sides", back),
             ("response", response),
             ("source", material.source.clone()),
@@ -178,7 +172,6 @@ fn group_material(material: &Material) -> SettingGroup {
     )
 }
 
-/// The response of a material, in words.
 fn describe_response(response: &Response) -> String {
     match response {
         Response::Instant => "instant".to_owned(),

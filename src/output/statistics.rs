@@ -51,7 +51,6 @@ impl Percentiles {
     }
 }
 
-/// Sums over a group.
 #[derive(Debug, Clone, Copy)]
 struct Sum {
     area: f64,

@@ -8,7 +8,7 @@ use super::folder::Folder;
 use super::growing::Growing;
 use super::joints::JointColumns;
 use super::report::PlotEntry;
-use super::series::{TemperatureSeries, SeriesRow};
+use super::series::{SeriesRow, TemperatureSeries};
 use super::series_lines::SeriesLines;
 use super::statistics::StatisticsGroups;
 use super::temperature_plots::temperature_plots;

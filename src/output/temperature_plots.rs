@@ -43,8 +43,8 @@ pub(crate) fn temperature_plots(series: SeriesLines, eclipses: &Eclipses) -> Res
 mod tests {
     use super::*;
     use crate::output::clock::DisplayClock;
-    use crate::output::series::TemperatureSeries;
     use crate::output::series::SeriesRow;
+    use crate::output::series::TemperatureSeries;
     use crate::output::series::tests::{orbit, text};
 
     fn drawn(series: &TemperatureSeries, eclipses: &Eclipses) -> Vec<PlotEntry> {

@@ -20,8 +20,8 @@ pub(crate) fn check_writable(path: &Path) -> Result<(), OutputError> {
     temporary_beside(path).map(|_| ())
 }
 
-/// Writes a temporary file and renames it to `path` if `content` succeeds. Others see the old file or the whole new
-/// one. After an error the old file is unchanged and no temporary file is left.
+/// Writes a temporary file and renames it to `path` if `content` succeeds. Other processes see the old file or the whole new file. After an error the
+/// old file is unchanged and no temporary file is left.
 ///
 /// # Errors
 /// `content` fails, or [`OutputError::Write`] if the folder is missing or not writable or the disk is full.

@@ -5,7 +5,6 @@ use super::transitions::{JUMPS, Jump};
 
 /// The picture of figure 7.
 pub(crate) const FIGURE_7: &str = "figure7.png";
-/// The table of checks.
 pub(crate) const CHECKS: &str = "checks.csv";
 pub(crate) const INDEX: &str = "index.html";
 

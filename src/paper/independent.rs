@@ -1,13 +1,12 @@
 //! An independent solution of the cube's periodic state for tests: Runge-Kutta of order 4 with a fixed step, and
 //! Gauss-Seidel for panels without heat capacity.
 
-use super::cube::{Cube, FaceOrbit, PERIOD, CubeProblem, STEP, STEPS};
+use super::cube::{Cube, CubeProblem, FaceOrbit, PERIOD, STEP, STEPS};
 use super::orbits::Orbits;
 use crate::environment::sky::SkyError;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::{Network, NodeKind};
 
-/// Solves all cubes.
 pub(crate) fn orbits() -> Orbits {
     Orbits::compute(|_: &Cube, problem: &CubeProblem| Ok::<_, SkyError>(settle(problem))).unwrap()
 }

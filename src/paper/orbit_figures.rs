@@ -4,7 +4,7 @@ use super::cube::{FACES, FaceOrbit, SIDE, STEPS, ZENITH};
 use super::orbits::{Orbits, Solved};
 use crate::output::OutputError;
 use crate::output::panels::Panels;
-use crate::output::plot::{PlotLine, Mark, Plot, Shade};
+use crate::output::plot::{Mark, Plot, PlotLine, Shade};
 use crate::output::plot_axis::Axis;
 
 /// Files of the tables of figures 2 to 4, in the order of [`figures`].

@@ -1,6 +1,8 @@
 //! The periodic states of the cubes in figures 2, 3 and 4.
 
-use super::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, MLI, FaceOrbit, PLANET_RADIUS, Panel, CubeProblem, SOLAR_CONSTANTS};
+use super::cube::{
+    ALTITUDES, ALUMINIUM, Cube, CubeProblem, FaceOrbit, Loads, MLI, PLANET_RADIUS, Panel, SOLAR_CONSTANTS,
+};
 use crate::environment::sky::SkyError;
 
 /// Number of cubes.

@@ -1,6 +1,6 @@
 //! `index.html`: figures, checks and explanations on one page that needs no network.
 
-use super::checks::Check;
+use super::checks::PaperCheck;
 use super::files::{FIGURE_7, plot_name, tables};
 use crate::output::html::{Html, kelvin};
 
@@ -11,8 +11,8 @@ pub(crate) struct PaperPage<'a> {
     pub(crate) plots: &'a [(u8, String)],
     /// Figure 7 as PNG, and its caption.
     pub(crate) picture: (&'a [u8], &'a str),
-    pub(crate) transitions: &'a [Check],
-    pub(crate) scenario: &'a [Check],
+    pub(crate) transitions: &'a [PaperCheck],
+    pub(crate) scenario: &'a [PaperCheck],
     /// Assumptions about the scenario.
     pub(crate) assumed: &'a [String],
 }
@@ -53,10 +53,10 @@ impl PaperPage<'_> {
     }
 
     fn headline(&self, html: &mut Html) {
-        let agree = |checks: &[Check]| checks.iter().filter(|check| check.agrees()).count();
+        let agree = |checks: &[PaperCheck]| checks.iter().filter(|check| check.agrees()).count();
         let worst = self.transitions.iter().map(|check| check.difference().abs()).fold(0.0, f64::max);
         let (worst, unit) = kelvin(worst);
-        let share = |checks: &[Check]| format!("{} of {}", agree(checks), checks.len());
+        let share = |checks: &[PaperCheck]| format!("{} of {}", agree(checks), checks.len());
         let figures = [
             (share(self.transitions), "", "values of figures 5 and 6 agree"),
             (worst, unit, "largest difference among them"),
@@ -66,8 +66,8 @@ impl PaperPage<'_> {
     }
 }
 
-fn table(html: &mut Html, checks: &[Check]) {
-    let row = |check: &Check| {
+fn table(html: &mut Html, checks: &[PaperCheck]) {
+    let row = |check: &PaperCheck| {
         let [expected, computed, difference] = check.numbers();
         let agrees = if check.agrees() { "yes" } else { "no" };
         vec![check.statement_with_unit(), expected, computed, difference, agrees.to_owned()]
@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn the_page_counts_what_agrees_and_needs_nothing_else() {
-        let check = |computed| Check {
+        let check = |computed| PaperCheck {
             statement: "a <b>".into(),
             expected: 1.0,
             computed,

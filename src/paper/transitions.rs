@@ -2,12 +2,12 @@
 
 use crate::output::OutputError;
 use crate::output::panels::Panels;
-use crate::output::plot::{PlotLine, Plot};
+use crate::output::plot::{Plot, PlotLine};
 use crate::output::plot_axis::Axis;
 use crate::thermal::function::Function;
 use crate::thermal::material::{Domain, Profile, Retarget, Transition};
 
-use super::checks::{Check, Tolerance};
+use super::checks::{PaperCheck, Tolerance};
 
 /// Last step of every transition, and of the values in docs/numerics.md 1.
 pub(crate) const LAST_STEP: usize = 1000;
@@ -129,8 +129,8 @@ impl Jump {
 
 impl Computed {
     /// Compares the results with the values of docs/numerics.md 1.
-    pub(crate) fn checks(&self) -> Vec<Check> {
-        let check = |equations: &str, step: usize, expected: f64, computed: Option<&f64>| Check {
+    pub(crate) fn checks(&self) -> Vec<PaperCheck> {
+        let check = |equations: &str, step: usize, expected: f64, computed: Option<&f64>| PaperCheck {
             statement: format!("figure {}, {}, {equations}, at step {step}", self.jump.number(), self.jump.describe()),
             expected,
             computed: computed.copied().unwrap_or(f64::NAN),

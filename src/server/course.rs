@@ -22,7 +22,6 @@ pub(crate) struct CourseState {
 }
 
 impl CourseState {
-    /// The state as a place of the craft.
     pub(crate) fn placement(&self) -> Placement {
         Placement {
             time: self.time,

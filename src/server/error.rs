@@ -43,7 +43,7 @@ pub enum ServerError {
 
 /// Why a connection ends.
 #[derive(Debug, thiserror::Error)]
-pub enum End {
+pub enum ConnectionEnd {
     /// The client has closed it.
     #[error("the client has closed the connection")]
     Closed,
@@ -64,7 +64,6 @@ pub enum End {
 /// Why a request is refused. The connection goes on.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Refusal {
-    /// The reason in words.
     #[error("{0}")]
     Reason(String),
     /// The simulation does not do it.

@@ -8,7 +8,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use super::connection::{Connection, Patience};
-use super::error::{End, ServerError};
+use super::error::{ConnectionEnd, ServerError};
 use super::log::Log;
 use super::picture::PictureStyle;
 use super::scenes::Scenes;
@@ -36,7 +36,7 @@ pub struct Server {
 }
 
 /// Serves one connection up to its end.
-pub type Talk = fn(&Server, &mut Connection, &str) -> End;
+pub type Talk = fn(&Server, &mut Connection, &str) -> ConnectionEnd;
 
 /// Listens at an address. One that other machines reach must be allowed.
 ///
@@ -75,7 +75,7 @@ pub fn serve(server: &Server, listener: &TcpListener, talk: Talk, stop: &AtomicB
             let session = move || {
                 let end = catch_unwind(AssertUnwindSafe(|| one(server, stream, talk, stop, &client)));
                 match end {
-                    Ok(End::Closed | End::Stopped) => server.log.request(&client, "end"),
+                    Ok(ConnectionEnd::Closed | ConnectionEnd::Stopped) => server.log.request(&client, "end"),
                     Ok(end) => server.log.tell(&client, &format!("the connection ends: {end}")),
                     Err(_) => server.log.tell(&client, "the connection ends with an internal error, which is a bug"),
                 }
@@ -89,7 +89,7 @@ pub fn serve(server: &Server, listener: &TcpListener, talk: Talk, stop: &AtomicB
     });
 }
 
-fn one(server: &Server, stream: TcpStream, talk: Talk, stop: &AtomicBool, client: &str) -> End {
+fn one(server: &Server, stream: TcpStream, talk: Talk, stop: &AtomicBool, client: &str) -> ConnectionEnd {
     server.log.request(client, "begin");
     match Connection::new(stream, stop, server.patience) {
         Ok(mut connection) => talk(server, &mut connection, client),

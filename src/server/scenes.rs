@@ -7,7 +7,6 @@ use crate::scene::Scene;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::prepare_error::PrepareError;
 
-/// A scene that clients may name.
 struct Named {
     names: Vec<String>,
     path: PathBuf,

@@ -19,7 +19,7 @@ use self::network::{NetworkCheck, joints};
 use super::engine::EngineError;
 use super::prepare::Prepared;
 use crate::environment::StepLoad;
-use crate::environment::shadow::Shadows;
+use crate::environment::shadow::ShadowCasters;
 use crate::gpu::nodes::GROUP;
 use crate::saved::Saved;
 use crate::thermal::STEFAN_BOLTZMANN;
@@ -95,7 +95,7 @@ pub struct Check {
     nodes: usize,
     reference: Reference<IncidentFunction>,
     /// The craft's shadow on the sample.
-    shadows: Option<Shadows>,
+    shadows: Option<ShadowCasters>,
     /// Place of each node of the sample among the structures below plates. `None` without one.
     structures: Vec<Option<usize>>,
     /// The whole network of the scene in f64. `None` where it is too large.
@@ -280,7 +280,7 @@ impl Check {
         nodes.map(|(slot, temperature)| known(slot).copied().unwrap_or(*temperature)).collect()
     }
 
-    /// Compares delivered temperatures with those that the reference had at that step.
+    /// Compares delivered temperatures with the temperatures of the reference at that step.
     pub(crate) fn compare(&mut self, step: u32, time: f64, reference: &[f64], device: &[f32]) {
         self.steps += 1;
         for (slot, expected) in self.slots.iter().zip(reference) {
@@ -404,7 +404,7 @@ impl Check {
     }
 }
 
-/// The nodes to compare: `sample` of the drawn ones, evenly spread. Where surfaces radiate to each other all that are not in the network are needed.
+/// The nodes to compare: `sample` of the drawn nodes, evenly spread. Where surfaces radiate to each other all that are not in the network are needed.
 fn sampled(prepared: &Prepared, real: &[usize], sample: usize) -> Vec<usize> {
     let spread = |of: &[usize]| -> Vec<usize> {
         let count = of.len().min(sample);

@@ -2,7 +2,7 @@
 
 use super::prepare_error::PrepareStage;
 use crate::host;
-use crate::model::{Merged, Model, ModelError};
+use crate::model::{MergeSummary, Model, ModelError};
 use crate::scene::Scene;
 
 /// Peak host memory for each node while a scene is built [bytes]: the value from `measure -- --build` and a half more.
@@ -15,7 +15,7 @@ const HOST_BYTES_A_NETWORK_NODE: usize = 400;
 ///
 /// # Errors
 /// A length that is not valid.
-pub(super) fn merge(scene: &Scene, model: Model) -> Result<(Model, Option<Merged>), ModelError> {
+pub(super) fn merge(scene: &Scene, model: Model) -> Result<(Model, Option<MergeSummary>), ModelError> {
     let shortest = scene.density.min_edges(&model);
     if shortest.iter().all(|edge| *edge == 0.0) {
         return Ok((model, None));
@@ -41,7 +41,7 @@ pub(super) fn split(
 }
 
 /// The result of merging, in words.
-pub(super) fn describe(merged: &Merged) -> String {
+pub(super) fn describe(merged: &MergeSummary) -> String {
     let [before, after] = merged.area_m2;
     let change = |[before, after]: [f64; 2]| 100.0 * (after - before) / before;
     let most = match &merged.most_changed {

@@ -1,6 +1,6 @@
 //! Scene data rounded to f32 for the device: materials, response functions and the band.
 
-use super::distant::Distance;
+use super::distant::DistantParts;
 use super::energy::heat_tables;
 use super::prepare::Prepared;
 use super::sampling::{ALWAYS, sampling};
@@ -83,7 +83,7 @@ impl DeviceData {
             band_table: &self.band_table,
             image: camera.map(|camera| [camera.width, camera.height]),
             between: prepared.scene.time.draw.is_between_steps(),
-            sampling: camera.and_then(|camera| sampling(camera, counts, Distance::new(prepared, camera).is_some())),
+            sampling: camera.and_then(|camera| sampling(camera, counts, DistantParts::new(prepared, camera).is_some())),
             shadows: prepared.redraw().map(|redraw| ShadowData {
                 occluders: &prepared.occluders,
                 redraw,

@@ -12,7 +12,7 @@ use camera::DeviceCamera;
 use frames::{Flying, Fourth, Frames};
 
 use super::device_data::{DeviceData, sensor_tables};
-use super::engine::{Delivered, Engine, EngineError, Order, EngineStep};
+use super::engine::{Delivered, Engine, EngineError, EngineStep, Order};
 use super::exchange_device::DeviceExchange;
 use super::given::GivenTemperatures;
 use super::network::NetworkRun;

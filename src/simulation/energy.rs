@@ -101,7 +101,7 @@ pub struct Account {
     /// Absorbed and emitted heat of each run [J].
     absorbed: Vec<f64>,
     emitted: Vec<f64>,
-    /// Emission of each run at the last step, and at the one before [W].
+    /// Emission of each run at the last step, and at the step before [W].
     last: Vec<f64>,
     before: Vec<f64>,
     /// Steps that were taken.

@@ -12,9 +12,9 @@ use crate::exchange::buried::buried;
 use crate::exchange::cast::Scenery;
 use crate::exchange::defects::Defects;
 use crate::exchange::mirrors::Mirrors;
-use crate::exchange::patches::{Patches, PatchSurface};
+use crate::exchange::patches::{PatchSurface, Patches};
 use crate::exchange::sky::{Due, Renewal};
-use crate::exchange::step::{Exchange, CraftLight, MOST_PATCHES, PATCHES, ExchangeSettings};
+use crate::exchange::step::{CraftLight, Exchange, ExchangeSettings, MOST_PATCHES, PATCHES};
 use crate::gpu::nodes::{GROUP, Nodes, PADDING};
 use crate::saved::{Saved, SavedError};
 use crate::thermal::material::Material;
@@ -35,7 +35,6 @@ pub struct ExchangeCraft {
     pub surface: PatchSurface,
     /// The patches.
     pub patches: Patches,
-    /// Faults of the surface.
     pub(crate) defects: Defects,
     /// How rays and reflections are found.
     pub settings: ExchangeSettings,
@@ -223,7 +222,6 @@ impl ExchangeTwin {
         (0..exchange.of_node.len()).map(|node| exchange.of_node(node, absorbed, &self.light.seen)).collect()
     }
 
-    /// The state between two steps.
     pub(crate) fn save(&self) -> Saved {
         let mut saved = self.renewal.save();
         saved.put_all("rays", self.found.save());

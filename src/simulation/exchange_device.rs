@@ -54,7 +54,11 @@ impl DeviceExchange {
     ///
     /// # Errors
     /// Buffers beyond the device, or a call that fails.
-    pub(crate) fn new(context: &Arc<Context>, craft: &Arc<ExchangeCraft>, poses: &[DAffine3]) -> Result<Self, GpuError> {
+    pub(crate) fn new(
+        context: &Arc<Context>,
+        craft: &Arc<ExchangeCraft>,
+        poses: &[DAffine3],
+    ) -> Result<Self, GpuError> {
         let posed = Posed::new(craft.settings.redraw_angle, craft.shares());
         let (craft, context) = (Arc::clone(craft), Arc::clone(context));
         let mut own = Self {
@@ -220,7 +224,6 @@ fn covered(craft: &ExchangeCraft, [before, now]: [&[f32]; 2]) -> (usize, f64) {
     more.fold((0, 0.0), |(count, area), (_, patch)| (count + 1, area + patch.area))
 }
 
-/// The tables of rays that end at `ends`.
 fn solve(craft: &ExchangeCraft, ends: &[u32]) -> ExchangeTables {
     ExchangeTables::new(&Exchange::new(&craft.surface, &craft.patches, ends, &craft.settings), true)
 }

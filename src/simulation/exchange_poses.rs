@@ -98,7 +98,7 @@ impl<T> Posed<T> {
     /// Adds poses, which hold from now on.
     fn push(&mut self, poses: Vec<DAffine3>, found: Option<T>) {
         if self.known.len() >= MOST {
-            // The one in use may be the oldest.
+            // The poses in use may be the oldest.
             self.known.remove(usize::from(self.now == 0));
         }
         self.known.push((poses, found));

@@ -8,7 +8,7 @@ use super::prepare::Prepared;
 use super::target::Target;
 use crate::scene::work;
 
-/// Bytes of a pixel in the EXR before compression, and of one in the PNG.
+/// Bytes of a pixel in the EXR before compression, and of a pixel in the PNG.
 const PIXEL_BYTES: f64 = 20.0 + 3.0;
 /// Bytes of a number in the series: `287.123456,`.
 const NUMBER_BYTES: f64 = 11.0;
@@ -46,11 +46,11 @@ impl Rate {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Forecast {
-    /// Steps of the warm-up. A periodic one ends as soon as it can, so this is the most.
+    /// Steps of the warm-up. A periodic warm-up ends as soon as it can, so this number is the most.
     pub(crate) warm_up: u64,
     /// Whether the warm-up may end earlier.
     pub(crate) warm_up_is_most: bool,
-    /// Steps after it.
+    /// Steps after the warm-up.
     pub(crate) steps: u64,
     pub(crate) images: u64,
     /// Pixels of an image.
@@ -85,7 +85,6 @@ impl Forecast {
         }
     }
 
-    /// The same without a warm-up.
     pub(crate) fn without_warm_up(self) -> Self {
         Self { warm_up: 0, warm_up_is_most: false, ..self }
     }

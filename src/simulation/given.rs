@@ -11,7 +11,7 @@ use super::prepare_error::PrepareError;
 use crate::gpu::nodes::{GROUP, Nodes};
 use crate::scene::{Mapping, Scene, SolvedNode, Temperatures};
 
-/// A node of the model without one of the file.
+/// A node of the model to which no node of the file belongs.
 const NONE: u32 = u32::MAX;
 /// Share of a step by which a time may be rounded.
 const SLACK: f64 = 1e-9;
@@ -22,7 +22,6 @@ pub(crate) struct GivenTemperatures {
     temperatures: Arc<Temperatures>,
     /// Node of the file of each node on the device.
     node_of_slot: Vec<u32>,
-    /// Remarks on the mapping.
     remarks: Remarks,
 }
 
@@ -183,7 +182,7 @@ fn names_of(names: &[String]) -> String {
     names.iter().map(|name| &**name).filter(|name| !name.is_empty()).collect::<Vec<_>>().join(", ")
 }
 
-/// Names of the nodes of a file that are on no surface, empty for those without a name.
+/// Names of the nodes of a file that are on no surface, empty for a node without a name.
 fn idle(all: &[SolvedNode], node_of_slot: &[u32]) -> Vec<String> {
     let mut used = vec![false; all.len()];
     node_of_slot.iter().filter(|node| **node != NONE).for_each(|node| used[*node as usize] = true);

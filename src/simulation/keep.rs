@@ -4,7 +4,6 @@ use super::check::Check;
 use super::engine::Engine;
 use crate::saved::Saved;
 
-/// Keeps states of a warm-up.
 pub(crate) trait Keep<E> {
     /// Takes the state between two steps. `own` is the state of the warm-up itself, `done` the number of steps before it.
     ///

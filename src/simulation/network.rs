@@ -24,8 +24,8 @@ use std::sync::Arc;
 
 use crate::gpu::nodes::{GROUP, Nodes};
 use crate::gpu::one_pass::{Drawn, OnePassTables};
-use crate::thermal::network::control::Settings;
-use crate::thermal::network::one_pass::{Conduction, Heater, OnePassPlan, Unfit};
+use crate::thermal::network::control::IntegrationSettings;
+use crate::thermal::network::one_pass::{Conduction, OnePassHeater, OnePassPlan, Unfit};
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 use crate::thermal::network::{Network, NodeKind};
 use crate::thermal::shell::{NO_NODE, Shell};
@@ -33,7 +33,7 @@ use crate::thermal::shell::{NO_NODE, Shell};
 /// Remark for readers of a network's temperatures without `[exchange]`.
 pub(crate) const HOLLOW: &str = "A thermal network exchanges heat with space, Sun and planet on the outside of bodies only: \
                           radiation inside hollow bodies and between surfaces is off.";
-/// The same with it.
+/// The same remark with `[exchange]`.
 pub(crate) const HOLLOW_WITH_EXCHANGE: &str = "Nothing radiates inside hollow bodies.";
 
 #[derive(Debug, Clone)]
@@ -54,7 +54,7 @@ pub struct SceneNetwork {
     /// The shell that was made from the mesh.
     pub shell: Shell,
     /// Settings of the integration.
-    pub settings: Settings,
+    pub settings: IntegrationSettings,
     /// Network node of every device node, or `NO_NODE`.
     node_of_slot: Vec<u32>,
     /// Area over which a device node heats its network node [m2].
@@ -149,7 +149,6 @@ impl SceneNetwork {
         self.heated.iter().map(on).collect()
     }
 
-    /// Number of the heater that a thermostat switches.
     fn heater_of(&self, thermostat: usize) -> Option<usize> {
         let mut switched = (0..self.heated.len()).filter(|number| self.heated[*number].thermostat.is_some());
         switched.nth(thermostat)
@@ -180,8 +179,9 @@ impl SceneNetwork {
         self.heated.iter().map(|heated| heated.power.mean(start, start + length)).collect()
     }
 
-    fn heaters(&self) -> Vec<Heater> {
-        let heater = |heated: &Heated| Heater { shares: heated.shares.clone(), thermostat: heated.thermostat.clone() };
+    fn heaters(&self) -> Vec<OnePassHeater> {
+        let heater =
+            |heated: &Heated| OnePassHeater { shares: heated.shares.clone(), thermostat: heated.thermostat.clone() };
         self.heated.iter().map(heater).collect()
     }
 

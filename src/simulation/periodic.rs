@@ -69,17 +69,16 @@ impl Periodic {
 
 /// How far a periodic warm-up is, between two orbits.
 #[derive(Debug)]
-pub(super) struct Way {
+pub(super) struct WarmUpState {
     done: Periodic,
     history: History,
     structures: Structures,
-    /// Whether the next orbit is coarse.
     coarse: bool,
     /// Change of the last orbit [K].
     last: f64,
 }
 
-impl Way {
+impl WarmUpState {
     fn new(tolerance: f64, coarse: bool) -> Self {
         let done = Periodic { orbits: 0, coarse: 0, change: f64::INFINITY, tolerance };
         Self { done, history: History::default(), structures: Structures::default(), coarse, last: f64::INFINITY }
@@ -122,7 +121,7 @@ pub(super) fn warm_up<E: From<EngineError>>(
     engine: &mut dyn Engine,
     mut check: Option<&mut Check>,
     tolerance: f64,
-    earlier: Option<Way>,
+    earlier: Option<WarmUpState>,
     stop: &AtomicBool,
     progress: &mut dyn FnMut(),
     keep: &mut dyn Keep<E>,
@@ -133,14 +132,14 @@ pub(super) fn warm_up<E: From<EngineError>>(
     let mut slow = network
         .filter(|network| network.len() <= MOST_SOLVED)
         .map(|network| SlowModes::new(network, prepared.scene.orbit.period()));
-    let Way { mut done, mut history, mut structures, mut coarse, mut last } =
-        earlier.unwrap_or_else(|| Way::new(tolerance, network.is_some()));
+    let WarmUpState { mut done, mut history, mut structures, mut coarse, mut last } =
+        earlier.unwrap_or_else(|| WarmUpState::new(tolerance, network.is_some()));
     (0..done.orbits).for_each(|_| progress());
     while done.orbits < most && !done.is_met() {
         let steps = done.orbits.saturating_mul(each);
-        let way = Way { done, history, structures, coarse, last };
+        let way = WarmUpState { done, history, structures, coarse, last };
         keep.take(steps, way.save(), engine, check.as_deref_mut())?;
-        Way { history, structures, .. } = way;
+        WarmUpState { history, structures, .. } = way;
         let stopped = stop.load(Ordering::Relaxed);
         if stopped || keep.wants(steps) {
             keep.save()?;

@@ -1,4 +1,4 @@
-//! Where a camera is for one image.
+//! The place of a camera for one image.
 
 use glam::{DQuat, DVec3};
 

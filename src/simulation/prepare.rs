@@ -15,7 +15,7 @@ use super::prepare_error::{PrepareError, PrepareStage};
 use super::prepare_names;
 use super::prepare_steps::{self as steps, Dense};
 use super::stepper::is_small;
-use crate::environment::shadow::{Jointed, Occluders, Redraw, Shadows};
+use crate::environment::shadow::{Jointed, Occluders, Redraw, ShadowCasters};
 use crate::environment::step::StepLoads;
 use crate::gpu::frame::{StepRange, TriangleRun};
 use crate::gpu::network::NetworkBytes;
@@ -23,7 +23,7 @@ use crate::gpu::nodes::{GROUP, Nodes, PADDING, RangeResponse};
 use crate::gpu::resources::{Planned, spare_bytes};
 use crate::gpu::shapes;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
-use crate::model::{Merged, Model};
+use crate::model::{MergeSummary, Model};
 use crate::scene::work::too_late;
 use crate::scene::{Background, Reflections, Scene, ShadowSettings as Settings};
 use crate::thermal::material::{Material, Response};
@@ -67,12 +67,11 @@ pub struct Prepared {
     pub(crate) occluders: Vec<[u32; 3]>,
     pub(crate) occluder_runs: Vec<TriangleRun>,
     /// Result of merging short edges, where the scene asks for it.
-    pub(crate) merged: Option<Merged>,
+    pub(crate) merged: Option<MergeSummary>,
     /// Area of the model [m2].
     pub area: f64,
     /// Loads of any step: Sun, planet and albedo.
     pub loads: StepLoads,
-    /// Node of each probe.
     pub(crate) probes: Vec<usize>,
     /// The thermal network of the materials with response `network`.
     pub network: Option<Arc<SceneNetwork>>,
@@ -155,8 +154,9 @@ impl Prepared {
         warnings.extend(given.iter().flat_map(|given| given.warnings().to_vec()));
         let network = steps::network(&mut scene, shell, &parts, &nodes, &probes, &materials)?;
         warnings.extend(network.iter().flat_map(|network| network.remarks()));
-        let craft =
-            |settings| ExchangeCraft::new(settings, scene.time.step, &nodes, &triangles, network.as_deref(), &materials);
+        let craft = |settings| {
+            ExchangeCraft::new(settings, scene.time.step, &nodes, &triangles, network.as_deref(), &materials)
+        };
         let exchange = scene.exchange.map(craft).transpose();
         let exchange = exchange.map_err(|message| PrepareError::Exchange { path: scene.source.clone(), message })?;
         warnings.extend(exchange.iter().flat_map(ExchangeCraft::warnings));
@@ -243,13 +243,13 @@ impl Prepared {
     }
 
     /// Shadows of the craft on some of its nodes, in f64. `None` where it casts none.
-    pub fn shadows(&self, slots: impl Iterator<Item = usize>) -> Option<Shadows> {
+    pub fn shadows(&self, slots: impl Iterator<Item = usize>) -> Option<ShadowCasters> {
         let settings = self.scene.shadows?;
         let node = |slot: usize| [self.nodes.positions[slot].as_dvec3(), self.nodes.normals[slot].as_dvec3()];
         let slots: Vec<usize> = slots.collect();
         let joints = if self.joints() > 1 { self.joints_of(slots.iter().copied()) } else { Vec::new() };
         let nodes = slots.into_iter().map(node).collect();
-        Some(Shadows::new(nodes, joints, self.casters(), self.redraw()?, settings.method))
+        Some(ShadowCasters::new(nodes, joints, self.casters(), self.redraw()?, settings.method))
     }
 
     /// Nodes with a structure below them that is no node of the network.

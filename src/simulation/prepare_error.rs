@@ -221,7 +221,6 @@ impl PrepareError {
         }
     }
 
-    /// An error about the thermal network of a scene.
     pub(super) fn network(scene: &Scene, message: impl ToString) -> Self {
         Self::Network { path: scene.source.clone(), message: message.to_string() }
     }
@@ -249,7 +248,6 @@ impl PrepareError {
         }
     }
 
-    /// An error about a joint of a scene.
     pub(super) fn joint(scene: &Scene, rule: &JointRule, message: String) -> Self {
         Self::Joint { path: scene.source.clone(), line: rule.line, message }
     }

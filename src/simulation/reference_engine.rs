@@ -7,9 +7,9 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 
 use super::device_data::is_own;
-use super::distant::Distance;
+use super::distant::DistantParts;
 use super::energy::{absorbed_heat, heat_tables};
-use super::engine::{Delivered, Engine, EngineError, InstantPoses, Order, Pixels, RowMoments, EngineStep};
+use super::engine::{Delivered, Engine, EngineError, EngineStep, InstantPoses, Order, Pixels, RowMoments};
 use super::exchange::ExchangeTwin;
 use super::given::GivenTemperatures;
 use super::network::NetworkRun;
@@ -18,11 +18,11 @@ use super::prepare::Prepared;
 use super::surroundings::Finishes;
 use super::viewpoint::{raster_view, sensor_view};
 use crate::environment::StepLoad;
-use crate::environment::shadow::{Jointed, Shadows};
+use crate::environment::shadow::{Jointed, ShadowCasters};
 use crate::gpu::heat::HeatTables;
 use crate::gpu::nodes::{GROUP, PADDING};
 use crate::raster::distant::gather;
-use crate::raster::{self, SurfaceSurroundings, RasterSurface, rasterise};
+use crate::raster::{self, RasterSurface, SurfaceSurroundings, rasterise};
 use crate::saved::Saved;
 use crate::scene::Camera;
 use crate::thermal::between::between;
@@ -36,7 +36,7 @@ use crate::trace::{Trace, Track};
 /// The f64 reference of all nodes, and its rasteriser.
 pub struct ReferenceEngine {
     reference: Reference<IncidentFunction>,
-    shadows: Option<Shadows>,
+    shadows: Option<ShadowCasters>,
     exchange: Option<ExchangeTwin>,
     node_of_slot: Vec<u32>,
     slots: usize,
@@ -48,7 +48,7 @@ pub struct ReferenceEngine {
     normals: Vec<DVec3>,
     finishes: Finishes,
     /// The boxes of a craft that may be far away.
-    distance: Option<Distance>,
+    distance: Option<DistantParts>,
     parts: Vec<u32>,
     materials: Vec<u32>,
     emissivities: Vec<[f64; 2]>,
@@ -86,7 +86,7 @@ impl ReferenceEngine {
         Self {
             normals,
             finishes,
-            distance: camera.and_then(|camera| Distance::new(prepared, camera)),
+            distance: camera.and_then(|camera| DistantParts::new(prepared, camera)),
             reference: Reference::new(reference_nodes, prepared.materials.clone(), incident as IncidentFunction)
                 .with_joints(joints),
             shadows: prepared.shadows(node_of_slot.iter().map(|slot| *slot as usize)),

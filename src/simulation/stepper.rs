@@ -8,7 +8,7 @@ use crate::saved::Saved;
 use crate::thermal::network::Network;
 use crate::thermal::network::control::FLOOR;
 use crate::thermal::network::reference::ReferenceStepper;
-use crate::thermal::network::stepper::{Attempt, Method, Stepper, WorkCounts};
+use crate::thermal::network::stepper::{Attempt, StepMethod, Stepper, WorkCounts};
 
 /// Most nodes of a network that the processor integrates in f64 although there is a device. On lavapipe, where each stage is a dispatch too, the processor
 /// was 2 to 8000 times as fast at 16 to 1,058 nodes, and 0.7 to 12 times at 4,096 (docs/benchmarks.md, small networks).
@@ -46,7 +46,6 @@ impl AnyStepper {
         }
     }
 
-    /// The stepper on the device, where there is one.
     pub(crate) fn device(&self) -> Option<&NetworkStepper> {
         match self {
             Self::Device(stepper) => Some(stepper),
@@ -118,7 +117,7 @@ impl Stepper for AnyStepper {
         self.each(|device| device.balance(t), |reference| reference.balance(t))
     }
 
-    fn attempt(&mut self, method: Method, t: f64, step: f64, count: u32) -> Result<Attempt, GpuError> {
+    fn attempt(&mut self, method: StepMethod, t: f64, step: f64, count: u32) -> Result<Attempt, GpuError> {
         self.each(|device| device.attempt(method, t, step, count), |twin| twin.attempt(method, t, step, count))
     }
 

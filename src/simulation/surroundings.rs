@@ -23,7 +23,7 @@ use crate::thermal::material::Material;
 use crate::thermal::planck::Band;
 use crate::thermal::planet_map::{Equirectangular, MEAN_VALUES, MEANS_ANGLE, SeenPlanet};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
-use crate::thermal::surroundings::{Looks, Reflector, SUN_TEMPERATURE, Surroundings};
+use crate::thermal::surroundings::{BandReflector, Looks, SUN_TEMPERATURE, Surroundings};
 
 /// Whether any pixel shows the surroundings.
 fn is_seen(settings: &Surrounded) -> bool {
@@ -82,10 +82,10 @@ fn map_from_inertial(prepared: &Prepared, time: f64) -> Option<DMat3> {
 /// Emission and reflection of the materials of a scene, and the settings of the radiance in its pixels.
 pub(crate) struct Finishes {
     /// Front and back of each material. Empty where nothing reflects and every emissivity is one number.
-    pub(crate) reflectors: Vec<[Reflector; 2]>,
+    pub(crate) reflectors: Vec<[BandReflector; 2]>,
     /// Their emissivities over angle and temperature. Empty where every emissivity is one number.
     tables: Vec<EmissivityTable>,
-    /// The lobes of the rough ones.
+    /// The lobes of the rough reflectors.
     pub(crate) lobes: Lobes,
     /// The planet, where it is not uniform.
     pub(crate) planet: Option<MappedPlanet>,
@@ -147,7 +147,7 @@ impl Finishes {
                     });
                     let table = tables.get(2 * number + face);
                     let of_source = |temperature| table.map_or(0.0, |table| table.temperature_factor(temperature));
-                    Reflector {
+                    BandReflector {
                         emissivity: optics[face].emissivity,
                         specular: gloss.specular,
                         lobe,
@@ -179,7 +179,7 @@ impl Finishes {
             map: planet.is_some(),
             crinkled: !crinkled.is_empty(),
         };
-        let rounded = |face: &Reflector| layout::Reflector {
+        let rounded = |face: &BandReflector| layout::Reflector {
             emissivity: face.emissivity as f32,
             specular: face.specular as f32,
             roughness: face.lobe.map_or(0.0, |lobe| roughnesses[lobe] as f32),
@@ -216,7 +216,6 @@ impl Finishes {
         self.variant.background
     }
 
-    /// Whether surfaces reflect.
     pub(crate) fn reflects(&self) -> bool {
         self.variant.reflections
     }
@@ -266,7 +265,6 @@ impl MappedPlanet {
         Self { map, roughnesses, place: None, seen: None, rounded: Vec::new() }
     }
 
-    /// Number of means over directions.
     fn mean_values(&self) -> usize {
         self.roughnesses.as_ref().map_or(0, |roughnesses| (1 + roughnesses.len()) * MEAN_VALUES)
     }

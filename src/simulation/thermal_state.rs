@@ -1,6 +1,6 @@
 //! The thermal state of a craft in a file of its own, from which another run of the same craft begins.
 //!
-//! The file holds the lists of `state.rs` without those that belong to one run only: measured times, counts of work, and triangles culled for one
+//! The file holds the lists of `state.rs` without the lists that belong to one run only: measured times, counts of work, and triangles culled for one
 //! camera. These lists say of which craft the state is, and where it was taken:
 //!
 //! | list | what |

@@ -22,7 +22,7 @@ pub(crate) struct TracedCraft {
     version: u64,
 }
 
-/// The triangles that reflections may meet. Those without area only fill up runs.
+/// The triangles that reflections may meet. Triangles without area only fill up runs.
 pub(crate) fn reflected(prepared: &Prepared) -> impl Iterator<Item = [u32; 3]> {
     prepared.triangles.iter().copied().filter(|[a, b, c]| a != b && b != c && c != a)
 }
@@ -48,7 +48,6 @@ impl TracedCraft {
         Self { surface, occluders, poses, corners, boxes, triangles, version: 0 }
     }
 
-    /// Number of boxes of the tree.
     pub(crate) fn boxes(&self) -> usize {
         self.boxes.len()
     }

@@ -17,7 +17,6 @@ use crate::simulation::{StepResult, run, start};
 /// Time between two messages of progress [s].
 const EVERY: f64 = 0.5;
 
-/// The inputs of a comparison.
 #[derive(Clone)]
 pub(crate) struct Comparison {
     pub(crate) scene: Scene,

@@ -5,10 +5,10 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::camera::Look;
+use super::camera::PageCamera;
 use super::packet::{Plane, Planes};
 use super::player::{Player, ShownImage};
-use super::request::Quantity;
+use super::request::PageQuantity;
 use crate::output::apparent::Apparent;
 use crate::scene::Camera;
 use crate::simulation::facade_error::SimulationError;
@@ -72,8 +72,8 @@ pub(crate) struct PlaybackClock {
 pub(crate) fn draw(
     player: &mut Player,
     common: &Common,
-    look: &Look,
-    quantity: Quantity,
+    look: &PageCamera,
+    quantity: PageQuantity,
     clock: PlaybackClock,
 ) -> Result<(Vec<u8>, ShownImage), SimulationError> {
     let began = Instant::now();
@@ -91,12 +91,12 @@ pub(crate) fn draw(
     planes.labels("part", &image.part, prepared.parts.len());
     planes.labels("material", &image.material, prepared.materials.len());
     match (quantity, &image.digital_numbers) {
-        (Quantity::Apparent, _) => {
+        (PageQuantity::Apparent, _) => {
             let apparent: Vec<f32> =
                 image.radiance.par_iter().map(|value| common.apparent.temperature(*value)).collect();
             planes.temperatures("apparent", &apparent);
         }
-        (Quantity::Counts, Some(numbers)) => planes.counts(numbers),
+        (PageQuantity::Counts, Some(numbers)) => planes.counts(numbers),
         _ => {}
     }
     let turns = prepared.loads.joints().joints().iter().map(crate::environment::joints::Joint::turns);
@@ -112,7 +112,7 @@ pub(crate) fn draw(
         width: image.camera.width,
         height: image.camera.height,
         planes: &planes.listed,
-        scene_camera: matches!(look, Look::Scene),
+        scene_camera: matches!(look, PageCamera::Scene),
         camera_from_body: [rotation.x_axis, rotation.y_axis, rotation.z_axis].map(|row| row.to_array()),
         position: image.camera_from_body.inverse().translation.to_array(),
         sun: sky.sun_direction.to_array(),

@@ -14,8 +14,8 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get};
 use tokio::sync::mpsc::{Sender, channel};
 
-use super::request::{LONGEST, Request};
-use super::worker::{WorkerMessage, ToPage, problem_message};
+use super::request::{LONGEST, PageRequest};
+use super::worker::{ToPage, WorkerMessage, problem_message};
 
 /// Most pages that are open at once.
 const MOST_PAGES: usize = 16;
@@ -46,7 +46,7 @@ const FILES: [(&str, &str, &str); 10] = [
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 
 #[derive(Clone)]
-struct Shared {
+struct HttpState {
     commands: Sender<WorkerMessage>,
     next: Arc<AtomicU64>,
     open: Arc<AtomicUsize>,
@@ -64,7 +64,7 @@ pub(crate) async fn serve(
     listener.set_nonblocking(true)?;
     let listener = tokio::net::TcpListener::from_std(listener)?;
     let worker = commands.clone();
-    let shared = Shared { commands, next: Arc::default(), open: Arc::default() };
+    let shared = HttpState { commands, next: Arc::default(), open: Arc::default() };
     let router = Router::new()
         .route("/", get(|| async { file("") }))
         .route("/stream", any(stream))
@@ -116,7 +116,7 @@ fn file(name: &str) -> Response {
     }
 }
 
-async fn stream(State(shared): State<Shared>, upgrade: WebSocketUpgrade) -> Response {
+async fn stream(State(shared): State<HttpState>, upgrade: WebSocketUpgrade) -> Response {
     if shared.open.load(Ordering::Relaxed) >= MOST_PAGES {
         return (StatusCode::SERVICE_UNAVAILABLE, "too many pages are open").into_response();
     }
@@ -129,7 +129,7 @@ async fn stream(State(shared): State<Shared>, upgrade: WebSocketUpgrade) -> Resp
 }
 
 /// Carries messages between a page and the worker until one of them has ended.
-async fn talk(mut socket: WebSocket, shared: &Shared) {
+async fn talk(mut socket: WebSocket, shared: &HttpState) {
     let id = shared.next.fetch_add(1, Ordering::Relaxed);
     let (page, mut messages) = channel(WAITING);
     if shared.commands.send(WorkerMessage::Join { id, page }).await.is_err() {
@@ -149,7 +149,7 @@ async fn talk(mut socket: WebSocket, shared: &Shared) {
             }
             message = socket.recv() => {
                 let request = match message {
-                    Some(Ok(Message::Text(text))) => Request::read(&text),
+                    Some(Ok(Message::Text(text))) => PageRequest::read(&text),
                     Some(Ok(Message::Binary(_))) => Err("the message is not understood: it is no text".to_owned()),
                     Some(Ok(Message::Ping(_) | Message::Pong(_))) => continue,
                     Some(Ok(Message::Close(_)) | Err(_)) | None => break,

@@ -42,7 +42,6 @@ impl Planes {
         self.words(Plane { name, bytes: 2, scale }, rounded);
     }
 
-    /// Adds digital numbers.
     pub(crate) fn counts(&mut self, values: &[u16]) {
         self.words(Plane { name: "counts", bytes: 2, scale: 1.0 }, values.iter().copied());
     }
@@ -69,7 +68,6 @@ impl Planes {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
     }
 
-    /// The whole message.
     pub(crate) fn packet(&self, header: &str) -> Vec<u8> {
         let length = header.len().next_multiple_of(4);
         let mut packet = Vec::with_capacity(8 + length + self.bytes.len());

@@ -11,8 +11,8 @@ const RATES: std::ops::RangeInclusive<f64> = 0.1..=240.0;
 /// The numbers that come with an image, beside surface temperature, part and material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Quantity {
-    /// None.
+pub(crate) enum PageQuantity {
+    /// Surface temperature, which comes with every image.
     Temperature,
     /// Brightness temperature: the temperature at which a blackbody has the radiance of the pixel.
     Apparent,
@@ -23,7 +23,7 @@ pub(crate) enum Quantity {
 /// A wish of a page.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
-pub(crate) enum Request {
+pub(crate) enum PageRequest {
     /// An image has arrived, so another may follow.
     Shown {},
     /// The camera looks from a position to a point, in the body frame [m].
@@ -39,7 +39,7 @@ pub(crate) enum Request {
     SceneCamera {},
     /// Chooses the quantity that comes with an image.
     Show {
-        quantity: Quantity,
+        quantity: PageQuantity,
     },
     Play {
         /// At most so many steps in a second.
@@ -70,7 +70,7 @@ pub(crate) enum Request {
     Compare {},
 }
 
-impl Request {
+impl PageRequest {
     /// Reads a message.
     ///
     /// # Errors
@@ -93,11 +93,11 @@ mod tests {
 
     #[test]
     fn messages_are_read_or_refused() {
-        assert_eq!(Request::read(r#"{"do":"shown"}"#), Ok(Request::Shown {}));
-        assert_eq!(Request::read(r#"{"do":"seek","time":1.5}"#), Ok(Request::Seek { time: 1.5 }));
-        let look = Request::Look { position: [4.0, 0.0, 0.0], target: [0.0; 3], up: [0.0, 0.0, -1.0] };
+        assert_eq!(PageRequest::read(r#"{"do":"shown"}"#), Ok(PageRequest::Shown {}));
+        assert_eq!(PageRequest::read(r#"{"do":"seek","time":1.5}"#), Ok(PageRequest::Seek { time: 1.5 }));
+        let look = PageRequest::Look { position: [4.0, 0.0, 0.0], target: [0.0; 3], up: [0.0, 0.0, -1.0] };
         let text = r#"{"do":"look","position":[4,0,0],"target":[0,0,0],"up":[0,0,-1]}"#;
-        assert_eq!(Request::read(text), Ok(look));
+        assert_eq!(PageRequest::read(text), Ok(look));
         for (text, reason) in [
             ("", "EOF"),
             ("{}", "missing field `do`"),
@@ -108,7 +108,7 @@ mod tests {
             (r#"{"do":"play","rate":0}"#, "0.1 to 240 steps a second, not 0"),
             (r#"{"do":"look","position":[1,2],"target":[0,0,0],"up":[0,0,1]}"#, "invalid length 2"),
         ] {
-            let found = Request::read(text).unwrap_err();
+            let found = PageRequest::read(text).unwrap_err();
             assert!(found.contains(reason), "{text}: {found}");
         }
     }

@@ -9,7 +9,7 @@ use glam::DVec3;
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::mpsc::channel;
 
-use super::camera::{Look, extent};
+use super::camera::{PageCamera, extent};
 use super::compare::Comparison;
 use super::drawing::Common;
 use super::hello::hello;
@@ -54,7 +54,7 @@ pub struct ViewSession {
     pub target: Target,
     /// The scene at time 0, with a camera of the page's size.
     pub simulation: Simulation,
-    /// That camera.
+    /// The camera of `simulation`.
     pub camera: Camera,
     /// Whether the scene has a camera of its own.
     pub has_camera: bool,
@@ -77,8 +77,8 @@ impl ViewSession {
             player: Player::new(self.simulation)?,
             common: Common { camera: self.camera, apparent: Apparent::new(band) },
             first_look: match self.has_camera {
-                true => Look::Scene,
-                false => Look::At {
+                true => PageCamera::Scene,
+                false => PageCamera::At {
                     position: middle + DISTANCE * radius * FROM.normalize(),
                     target: middle,
                     up: DVec3::NEG_Z,

@@ -10,11 +10,11 @@ use serde_json::json;
 use tokio::runtime::Handle;
 use tokio::sync::mpsc::{Receiver, Sender, error::TryRecvError};
 
-use super::camera::Look;
+use super::camera::PageCamera;
 use super::compare::Comparison;
-use super::drawing::{PlaybackClock, Common, draw};
+use super::drawing::{Common, PlaybackClock, draw};
 use super::player::{Player, ShownImage};
-use super::request::{Quantity, Request};
+use super::request::{PageQuantity, PageRequest};
 use crate::simulation::facade_error::SimulationError;
 
 /// Images that may be under way to a page.
@@ -26,15 +26,12 @@ const TURN: Duration = Duration::from_millis(40);
 /// Time between two looks at the requests.
 const REST: Duration = Duration::from_millis(500);
 
-/// A message to a page.
 #[derive(Debug, Clone)]
 pub(crate) enum ToPage {
-    /// JSON.
     Text(String),
     Image(Vec<u8>),
 }
 
-/// A message to the worker.
 pub(crate) enum WorkerMessage {
     /// A page was opened.
     Join {
@@ -44,16 +41,15 @@ pub(crate) enum WorkerMessage {
     },
     /// A page was closed.
     Leave(u64),
-    /// A page asks for something.
-    Ask(u64, Request),
+    Ask(u64, PageRequest),
     /// A message for all pages.
     Tell(String),
 }
 
 struct OpenPage {
     to: Sender<ToPage>,
-    look: Look,
-    quantity: Quantity,
+    look: PageCamera,
+    quantity: PageQuantity,
     /// Images that it may still get.
     credit: u32,
     /// Whether something has changed since its last image.
@@ -65,7 +61,7 @@ pub(crate) struct Worker {
     pub(crate) player: Player,
     pub(crate) common: Common,
     /// Where the camera of a new page is.
-    pub(crate) first_look: Look,
+    pub(crate) first_look: PageCamera,
     /// The first message to each page.
     pub(crate) hello: String,
     /// For the comparison with f64.
@@ -76,7 +72,6 @@ pub(crate) struct Worker {
     pub(crate) stop: Arc<AtomicBool>,
 }
 
-/// How time goes.
 struct PlayTime {
     goal: u32,
     /// Steps in a second while it plays.
@@ -90,7 +85,11 @@ impl Worker {
     ///
     /// # Errors
     /// A call of the device that fails.
-    pub(crate) fn run(mut self, runtime: &Handle, mut commands: Receiver<WorkerMessage>) -> Result<(), SimulationError> {
+    pub(crate) fn run(
+        mut self,
+        runtime: &Handle,
+        mut commands: Receiver<WorkerMessage>,
+    ) -> Result<(), SimulationError> {
         let mut pages: BTreeMap<u64, OpenPage> = BTreeMap::new();
         let mut time = PlayTime { goal: 0, rate: None, due: Instant::now() };
         while !self.stop.load(Ordering::Relaxed) {
@@ -129,7 +128,7 @@ impl Worker {
         Ok(())
     }
 
-    /// How long nothing is to be done.
+    /// The time until there is work again.
     fn wait(&self, pages: &BTreeMap<u64, OpenPage>, time: &PlayTime) -> Duration {
         let drawing = pages.values().any(OpenPage::is_due);
         if drawing || self.player.step() != time.goal {
@@ -174,7 +173,7 @@ impl Worker {
                 let page = OpenPage {
                     to: page,
                     look: self.first_look,
-                    quantity: Quantity::Temperature,
+                    quantity: PageQuantity::Temperature,
                     credit: UNDER_WAY,
                     dirty: true,
                     seen: None,
@@ -202,45 +201,45 @@ impl Worker {
     fn answer(
         &mut self,
         id: u64,
-        request: Request,
+        request: PageRequest,
         pages: &mut BTreeMap<u64, OpenPage>,
         time: &mut PlayTime,
     ) -> Option<String> {
         let page = pages.get_mut(&id)?;
         match request {
-            Request::Shown {} => page.credit = (page.credit + 1).min(UNDER_WAY),
-            Request::Look { position, target, up } => {
+            PageRequest::Shown {} => page.credit = (page.credit + 1).min(UNDER_WAY),
+            PageRequest::Look { position, target, up } => {
                 let [position, target, up] = [position, target, up].map(DVec3::from_array);
-                let look = Look::At { position, target, up };
+                let look = PageCamera::At { position, target, up };
                 if let Err(error) = look.of(&self.common.camera) {
                     return Some(error.to_string());
                 }
                 (page.look, page.dirty) = (look, true);
             }
-            Request::SceneCamera {} => match self.first_look {
-                Look::Scene => (page.look, page.dirty) = (Look::Scene, true),
-                Look::At { .. } => return Some("the scene has no camera".to_owned()),
+            PageRequest::SceneCamera {} => match self.first_look {
+                PageCamera::Scene => (page.look, page.dirty) = (PageCamera::Scene, true),
+                PageCamera::At { .. } => return Some("the scene has no camera".to_owned()),
             },
-            Request::Show { quantity } => (page.quantity, page.dirty) = (quantity, true),
-            Request::Play { rate } => {
+            PageRequest::Show { quantity } => (page.quantity, page.dirty) = (quantity, true),
+            PageRequest::Play { rate } => {
                 if self.player.step() >= self.player.steps() {
                     time.goal = 0;
                 }
                 (time.rate, time.due) = (Some(rate), Instant::now());
                 mark(pages);
             }
-            Request::Pause {} => {
+            PageRequest::Pause {} => {
                 (time.rate, time.goal) = (None, self.player.step());
                 mark(pages);
             }
-            Request::Seek { time: at } => match self.player.step_at(at) {
+            PageRequest::Seek { time: at } => match self.player.step_at(at) {
                 Some(step) => {
                     (time.goal, time.due) = (step, Instant::now());
                     mark(pages);
                 }
                 None => return Some(format!("the scene has no time {at} s")),
             },
-            Request::Step { by } => {
+            PageRequest::Step { by } => {
                 let goal = i64::from(time.goal) + i64::from(by);
                 match u32::try_from(goal).ok().filter(|goal| *goal <= self.player.steps()) {
                     Some(goal) => {
@@ -250,20 +249,20 @@ impl Worker {
                     None => return Some(format!("the scene has no step {goal}")),
                 }
             }
-            Request::Probe { x, y } => {
+            PageRequest::Probe { x, y } => {
                 let found = page.seen.as_ref().is_some_and(|seen| self.player.add_at(seen, x, y));
                 if !found {
                     return Some(format!("the pixel ({x}, {y}) shows no surface"));
                 }
                 self.tell_curves(pages);
             }
-            Request::Remove { probe } => {
+            PageRequest::Remove { probe } => {
                 if !self.player.remove(probe) {
                     return Some(format!("there is no probe {probe}"));
                 }
                 self.tell_curves(pages);
             }
-            Request::Compare {} => return self.compare(),
+            PageRequest::Compare {} => return self.compare(),
         }
         None
     }

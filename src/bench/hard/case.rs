@@ -7,7 +7,7 @@ use crate::simulation::target::Target;
 
 /// The length of the cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Scale {
+pub enum CaseScale {
     /// Short, for tests.
     Small,
     /// Medium, for `--quick`: an orbit instead of a day.
@@ -16,7 +16,7 @@ pub enum Scale {
     Whole,
 }
 
-impl Scale {
+impl CaseScale {
     /// Selects one of three values.
     pub(crate) fn of<T>(self, small: T, quick: T, whole: T) -> T {
         match self {
@@ -28,9 +28,9 @@ impl Scale {
 }
 
 /// Measures a target. Returns the largest error in the unit of the case, or the reason why there is none.
-pub(crate) type Measure = Box<dyn Fn(&Target, Scale) -> Result<f64, String> + Send + Sync>;
+pub(crate) type Measure = Box<dyn Fn(&Target, CaseScale) -> Result<f64, String> + Send + Sync>;
 /// The same error without the remedy, computed by simple code on the processor.
-pub(crate) type Without = Box<dyn Fn(Scale) -> f64 + Send + Sync>;
+pub(crate) type Without = Box<dyn Fn(CaseScale) -> f64 + Send + Sync>;
 
 /// A hard case.
 pub struct HardCase {
@@ -86,8 +86,8 @@ impl HardCase {
     /// Sets the measurements with and without the remedy.
     pub(super) fn measured(
         self,
-        measure: impl Fn(&Target, Scale) -> Result<f64, String> + Send + Sync + 'static,
-        without: impl Fn(Scale) -> f64 + Send + Sync + 'static,
+        measure: impl Fn(&Target, CaseScale) -> Result<f64, String> + Send + Sync + 'static,
+        without: impl Fn(CaseScale) -> f64 + Send + Sync + 'static,
     ) -> Self {
         Self { measure: Box::new(measure), without: Box::new(without), ..self }
     }
@@ -124,7 +124,6 @@ pub struct HardRow {
 }
 
 impl HardRow {
-    /// A row without measurement.
     pub(crate) fn of(case: &HardCase, without: f64) -> Self {
         Self {
             name: case.name.clone(),

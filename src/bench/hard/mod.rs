@@ -18,9 +18,9 @@ mod plain;
 mod transitions;
 mod way;
 
+pub use case::CaseScale;
 pub use case::HardCase;
 pub use case::HardRow;
-pub use case::Scale;
 
 /// All cases.
 pub fn all() -> Vec<HardCase> {
@@ -39,7 +39,7 @@ pub fn all() -> Vec<HardCase> {
 }
 
 /// The errors of all cases without their remedies, in order. These errors are the same for every target.
-pub fn without(cases: &[HardCase], scale: Scale) -> Vec<f64> {
+pub fn without(cases: &[HardCase], scale: CaseScale) -> Vec<f64> {
     cases.par_iter().map(|case| (case.without)(scale)).collect()
 }
 
@@ -48,7 +48,7 @@ pub fn measure(
     target: &Target,
     cases: &[HardCase],
     without: &[f64],
-    scale: Scale,
+    scale: CaseScale,
     says: &dyn Fn(&str),
 ) -> Vec<HardRow> {
     let one = |(case, without): (&HardCase, &f64)| {

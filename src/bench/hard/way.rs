@@ -3,9 +3,9 @@
 use crate::gpu::error::GpuError;
 use crate::simulation::target::Target;
 use crate::thermal::network::Network;
-use crate::thermal::network::control::{ControlError, Integrator, Series, Settings, integrate};
+use crate::thermal::network::control::{ControlError, IntegrationSettings, Integrator, Series, integrate};
 use crate::thermal::network::schedule::Schedule;
-use crate::thermal::network::stepper::{Method, Stepper};
+use crate::thermal::network::stepper::{StepMethod, Stepper};
 
 /// Integrates a network through its schedule.
 pub(crate) fn integrated(
@@ -16,7 +16,13 @@ pub(crate) fn integrated(
 ) -> Result<Series, ControlError<GpuError>> {
     let mut stepper = target.stepper(network, &schedule.sensors()).map_err(ControlError::Stepper)?;
     let floor = stepper.floor();
-    integrate(&mut stepper, network, schedule, &Settings { floor, ..Settings::of(integrator) }, |_| true)
+    integrate(
+        &mut stepper,
+        network,
+        schedule,
+        &IntegrationSettings { floor, ..IntegrationSettings::of(integrator) },
+        |_| true,
+    )
 }
 
 /// Equal steps of forward Euler with a carried residual, under heat that is constant over each `frame` [s]. Returns the
@@ -37,7 +43,7 @@ pub(crate) fn fixed_euler(
     let mut rows = Vec::new();
     for heat in frames {
         stepper.set_heat(&heat, &still).map_err(failed)?;
-        let attempt = stepper.attempt(Method::Euler, 0.0, frame / f64::from(steps), steps).map_err(failed)?;
+        let attempt = stepper.attempt(StepMethod::Euler, 0.0, frame / f64::from(steps), steps).map_err(failed)?;
         if attempt.error.is_infinite() {
             return Err(format!("a temperature left its range in frame {}", rows.len()));
         }

@@ -1,7 +1,7 @@
 //! A session: the calls of one client, one after the other, and their answers.
 //!
 //! Every call is answered with its name, because the client waits for some of them and skips answers that it does not wait for. A message goes before the
-//! answer: the client raises an exception at one with `[error]`, and prints one with `[warning]`.
+//! answer: the client raises an exception at a message with `[error]`, and prints a message with `[warning]`.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::AtomicBool;
@@ -11,7 +11,7 @@ use super::stage::SurrenderStage;
 use super::values::{Hash, Value, read, write};
 use crate::server::connection::Connection;
 use crate::server::craft::{ServedCraft, nearest};
-use crate::server::error::{End, Refusal};
+use crate::server::error::{ConnectionEnd, Refusal};
 use crate::server::listen::Server;
 use crate::simulation::image::Image;
 
@@ -20,7 +20,7 @@ const MOST_CRAFT: usize = 8;
 const STEP_TO: &str = "isotherm.step_to(";
 
 /// Serves a client up to its end.
-pub fn talk(server: &Server, connection: &mut Connection, client: &str) -> End {
+pub fn talk(server: &Server, connection: &mut Connection, client: &str) -> ConnectionEnd {
     let stop = connection.stop();
     let mut session = SurrenderSession {
         server,
@@ -55,7 +55,6 @@ struct SurrenderSession<'s> {
 /// Names and values of an answer, beside the name of the call.
 type Answer = Result<Vec<(&'static str, Value)>, Refusal>;
 
-/// A value of a call.
 struct CallArguments<'c>(&'c Hash);
 
 impl CallArguments<'_> {
@@ -90,13 +89,13 @@ impl CallArguments<'_> {
 }
 
 impl SurrenderSession<'_> {
-    fn answer(&mut self, connection: &mut Connection, call: &Hash) -> Result<(), End> {
+    fn answer(&mut self, connection: &mut Connection, call: &Hash) -> Result<(), ConnectionEnd> {
         let Some(Value::Text(name)) = call.get("") else {
-            return Err(End::Malformed("a request has no name".to_owned()));
+            return Err(ConnectionEnd::Malformed("a request has no name".to_owned()));
         };
         self.server.log.request(self.client, &format!("{name} {}", shown(call)));
         if name == "close" {
-            return Err(End::Closed);
+            return Err(ConnectionEnd::Closed);
         }
         let mut bytes = Vec::new();
         let mut reply = Hash::new();
@@ -110,7 +109,7 @@ impl SurrenderSession<'_> {
                 }
                 reply.extend(values.into_iter().map(|(key, value)| (key.to_owned(), value)));
             }
-            Err(Refusal::Stopped) => return Err(End::Stopped),
+            Err(Refusal::Stopped) => return Err(ConnectionEnd::Stopped),
             Err(refusal) => {
                 self.server.log.tell(self.client, &format!("{name}: {refusal}"));
                 bytes.extend(message(&format!("[error] {name}: {refusal}")));

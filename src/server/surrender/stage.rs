@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{DMat3, DQuat, DVec3, DVec4};
 
-use crate::server::craft::{ServedCraft, ProtocolCamera};
+use crate::server::craft::{ProtocolCamera, ServedCraft};
 use crate::server::error::Refusal;
 
 const MOST_OBJECTS: usize = 10_000;

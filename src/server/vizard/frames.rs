@@ -16,7 +16,8 @@ pub(crate) fn parent_from_child(parameters: DVec3) -> DQuat {
     DQuat::from_vec4((2.0 * parameters).extend(1.0 - square) / (1.0 + square)).normalize()
 }
 
-/// The rotation of body vectors into camera axes (OpenCV) of the camera's direction on the wire. Those axes look along -x, with y to the right and z up.
+/// The rotation of body vectors into camera axes (OpenCV) of the camera's direction on the wire. The camera on the wire looks along -x of its axes,
+/// with y to the right and z up.
 pub(crate) fn camera_from_body(direction: DVec3) -> DMat3 {
     let wire = child_from_parent(direction).transpose();
     DMat3::from_cols(wire.y_axis, -wire.z_axis, -wire.x_axis).transpose()

@@ -1,11 +1,10 @@
-//! The schema of the messages: the fields that are used. Others are skipped.
+//! The schema of the messages: the fields that are used. Other fields are skipped.
 //!
-//! The schema is written from measurements of the messages of Basilisk 2.12.1 (`docs/serve.md`). All numbers are proto3, so one that is zero is
+//! The schema is written from measurements of the messages of Basilisk 2.12.1 (`docs/serve.md`). The messages are proto3, so a number that is zero is
 //! absent.
 
 use prost::Message;
 
-/// Time of a message.
 #[derive(Clone, PartialEq, Message)]
 pub(crate) struct Time {
     /// Number of the simulation's step, from 1.
@@ -108,7 +107,6 @@ pub(crate) struct CustomModel {
     /// Any text: here the name of a scene.
     #[prost(string, tag = "1")]
     pub(crate) path: String,
-    /// Names of the craft.
     #[prost(string, repeated, tag = "2")]
     pub(crate) bodies: Vec<String>,
 }
@@ -133,7 +131,6 @@ pub(crate) struct LiveSettings {
 pub(crate) struct VizMessage {
     #[prost(message, optional, tag = "1")]
     pub(crate) time: Option<Time>,
-    /// Planets, moons and the Sun.
     #[prost(message, repeated, tag = "2")]
     pub(crate) bodies: Vec<Body>,
     #[prost(message, repeated, tag = "3")]
@@ -151,7 +148,7 @@ pub(crate) struct VizMessage {
     pub(crate) live: Option<LiveSettings>,
 }
 
-/// Three numbers as a vector. `None` where there are not three finite ones. An absent list is zero, as for all numbers.
+/// Three numbers as a vector. `None` unless there are three finite numbers. An absent list is zero, as for all numbers.
 pub(crate) fn vector(list: &[f64]) -> Option<glam::DVec3> {
     let found = match list {
         [] => glam::DVec3::ZERO,

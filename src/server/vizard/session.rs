@@ -11,11 +11,11 @@ use prost::Message;
 use super::frames::{Mounted, camera_from_body, view};
 use super::messages::{Camera, Spacecraft, VizMessage, vector};
 use super::world::{SunFrom, date, heavens, place, state};
-use super::zmtp::{Request, answer, greet, receive};
+use super::zmtp::{ZmtpRequest, answer, greet, receive};
 use crate::scene::Scene;
 use crate::server::connection::Connection;
 use crate::server::craft::{ServedCraft, nearest};
-use crate::server::error::{End, Refusal};
+use crate::server::error::{ConnectionEnd, Refusal};
 use crate::server::listen::Server;
 use crate::server::picture::{Painter, depth_png};
 
@@ -25,7 +25,6 @@ const MOST_CRAFT: usize = 8;
 const MOST_SAID: usize = 100;
 /// Most bytes of a message that is kept, and of a name that a client gives.
 const LONGEST_NAME: usize = 1000;
-/// Most models that a script names.
 const MOST_MODELS: usize = 1000;
 /// The far plane of a picture of depth where the camera states none [m].
 const FAR: f64 = 100.0;
@@ -33,7 +32,7 @@ const FAR: f64 = 100.0;
 const RADIUS_TOLERANCE: f64 = 0.02;
 
 /// Serves a client up to its end.
-pub fn talk(server: &Server, connection: &mut Connection, client: &str) -> End {
+pub fn talk(server: &Server, connection: &mut Connection, client: &str) -> ConnectionEnd {
     let mut session = VizardSession { server, client, stop: connection.stop(), run: None, said: BTreeSet::new() };
     match greet(connection).and_then(|()| session.serve(connection)) {
         Ok(never) => match never {},
@@ -41,7 +40,6 @@ pub fn talk(server: &Server, connection: &mut Connection, client: &str) -> End {
     }
 }
 
-/// A craft that is drawn.
 struct PaintedCraft<'s> {
     craft: ServedCraft,
     scene: &'s Scene,
@@ -50,7 +48,7 @@ struct PaintedCraft<'s> {
     fault: Option<String>,
 }
 
-/// A run of the simulation: from its first message to the first one of the next run.
+/// A run of the simulation: from its first message to the first message of the next run.
 #[derive(Default)]
 struct VizardRun<'s> {
     epoch: Option<Epoch>,
@@ -71,7 +69,7 @@ struct VizardSession<'s, 'c> {
 }
 
 impl<'s> VizardSession<'s, '_> {
-    fn serve(&mut self, connection: &mut Connection) -> Result<Infallible, End> {
+    fn serve(&mut self, connection: &mut Connection) -> Result<Infallible, ConnectionEnd> {
         loop {
             let request = receive(connection)?;
             let terminated = self.answer(connection, &request)?;
@@ -82,7 +80,7 @@ impl<'s> VizardSession<'s, '_> {
     }
 
     /// Answers a request. Returns whether it ends the run.
-    fn answer(&mut self, connection: &mut Connection, request: &Request) -> Result<bool, End> {
+    fn answer(&mut self, connection: &mut Connection, request: &ZmtpRequest) -> Result<bool, ConnectionEnd> {
         let name = request.frames.first().map_or(&b""[..], Vec::as_slice);
         let mut terminates = false;
         match name {
@@ -95,7 +93,7 @@ impl<'s> VizardSession<'s, '_> {
                     terminates = message.live.as_ref().is_some_and(|live| live.terminate);
                     self.update(message);
                     if self.stop.load(Ordering::Relaxed) {
-                        return Err(End::Stopped);
+                        return Err(ConnectionEnd::Stopped);
                     }
                     answer(connection, request, &[b"OK"])?;
                 }
@@ -223,7 +221,7 @@ impl<'s> VizardSession<'s, '_> {
         }
     }
 
-    /// The craft of a name, where a scene belongs to it. That a craft which carries a camera is not seen needs no message.
+    /// The craft of a name, where a scene belongs to it. If a craft without a scene carries a camera, only the log tells of it.
     fn begin_craft(&mut self, run: &VizardRun, name: &str, carries: bool) -> Option<PaintedCraft<'s>> {
         let model = run.models.get(name);
         let scenes = &self.server.scenes;

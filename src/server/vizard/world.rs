@@ -60,7 +60,7 @@ fn usable(what: &str, name: &str, list: &[f64]) -> Result<DVec3, Refusal> {
     vector(list).ok_or_else(|| Refusal::because(format!("the {what} of '{name}' is not three finite numbers")))
 }
 
-/// Planet and Sun for a craft at a position. The planet is the one named, or the largest in the craft's sky. `now` is the date of the message.
+/// Planet and Sun for a craft at a position. The planet is the named planet, or the largest in the craft's sky. `now` is the date of the message.
 ///
 /// # Errors
 /// There is no planet, or no Sun and no date.

@@ -7,7 +7,7 @@ use glam::DAffine3;
 
 use crate::environment::StepLoad;
 use crate::exchange::sky::{Due, Renewal};
-use crate::exchange::step::{Exchange, CraftLight};
+use crate::exchange::step::{CraftLight, Exchange};
 use crate::saved::{Saved, SavedError};
 use crate::simulation::exchange::ExchangeCraft;
 use crate::thermal::received::FaceLoad;
@@ -15,7 +15,7 @@ use crate::thermal::received::FaceLoad;
 /// Findings of infrared between two estimates of noise and of the bounces that are left out.
 const EVERY: u64 = 20;
 
-/// Most poses whose rays are kept. The one that was used longest ago makes room.
+/// Most poses whose rays are kept. The pose that was used longest ago makes room.
 const MOST: usize = 32;
 
 /// Below this mean temperature [K] a patch hardly radiates, so that a flux says little of its temperature.
@@ -57,7 +57,6 @@ impl ErrorSpread {
 }
 
 impl ExchangeCheck {
-    /// Exchange for first poses.
     pub(crate) fn new(craft: &Arc<ExchangeCraft>, poses: &[DAffine3]) -> Self {
         Self {
             found: vec![(poses.to_vec(), craft.cast(poses))],
@@ -168,7 +167,6 @@ impl ExchangeCheck {
         })
     }
 
-    /// The state between two steps.
     pub(crate) fn save(&self) -> Saved {
         let mut saved = self.renewal.save();
         let poses = self.found.last().map(|(poses, _)| &poses[..]).unwrap_or_default();

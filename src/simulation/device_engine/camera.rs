@@ -5,7 +5,7 @@ use glam::DAffine3;
 use crate::gpu::layout;
 use crate::gpu::sampling::Sampling;
 use crate::scene::Camera;
-use crate::simulation::distant::{Distance, told};
+use crate::simulation::distant::{DistantParts, told};
 use crate::simulation::engine::{InstantPoses, Order, RowMoments};
 use crate::simulation::pose::draws_alike;
 use crate::simulation::prepare::Prepared;
@@ -17,7 +17,7 @@ pub(super) struct DeviceCamera {
     /// How the image is made, without the map of the lens.
     sampling: Option<Sampling>,
     /// The boxes of a craft that may be far away.
-    distance: Option<Distance>,
+    distance: Option<DistantParts>,
 }
 
 impl DeviceCamera {
@@ -25,7 +25,7 @@ impl DeviceCamera {
         let may_be_far = sampling.as_ref().is_some_and(|sampling| sampling.distant);
         Self {
             camera: camera.clone(),
-            distance: may_be_far.then(|| Distance::new(prepared, camera)).flatten(),
+            distance: may_be_far.then(|| DistantParts::new(prepared, camera)).flatten(),
             sampling: sampling.map(|sampling| Sampling { map: Vec::new(), ..sampling }),
         }
     }

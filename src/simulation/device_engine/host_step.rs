@@ -5,14 +5,18 @@ use crate::environment::StepLoad;
 use crate::gpu::error::GpuError;
 use crate::gpu::renderer::Renderer;
 use crate::simulation::energy::absorbed_heat;
-use crate::simulation::engine::{EngineError, Order, EngineStep};
+use crate::simulation::engine::{EngineError, EngineStep, Order};
 use crate::simulation::given::GivenTemperatures;
 use crate::simulation::network::NetworkRun;
 
 impl DeviceEngine {
     /// Steps the network under the load of a step, and before it keeps the temperatures where the order says so. The host integrates between the loads and
     /// the temperatures, so frames under way must end first.
-    pub(super) fn step_network(&mut self, step: &EngineStep<'_>, order: &Order<'_>) -> Result<Option<Vec<f64>>, EngineError> {
+    pub(super) fn step_network(
+        &mut self,
+        step: &EngineStep<'_>,
+        order: &Order<'_>,
+    ) -> Result<Option<Vec<f64>>, EngineError> {
         self.end_frames()?;
         if order.keep && self.network.is_some() {
             self.renderer.keep_temperatures()?;

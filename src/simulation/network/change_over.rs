@@ -1,7 +1,7 @@
 //! A network leaves the one pass for sub-steps where the estimate of its error stays above the tolerance.
 
 use super::NetworkRun;
-use super::left::Left;
+use super::left::OnePassExit;
 use crate::gpu::error::GpuError;
 use crate::gpu::network::NetworkStepper;
 use crate::saved::Saved;
@@ -10,8 +10,8 @@ use crate::simulation::stepper::{AnyStepper, is_small, why_on_processor};
 use crate::thermal::network::control::Integrator;
 use crate::thermal::network::one_pass::{Estimate, Halving};
 
-/// Decisions with the most halvings that find the estimate above the tolerance, after which the network takes sub-steps. The first ones may still see the
-/// error of longer steps.
+/// Decisions with the most halvings that find the estimate above the tolerance, after which the network takes sub-steps. The first decisions may
+/// still see the error of longer steps.
 const PATIENCE: u32 = 4;
 
 impl NetworkRun {
@@ -30,11 +30,11 @@ impl NetworkRun {
         estimate: Estimate,
         time: f64,
     ) -> Result<(), EngineError> {
-        self.leave(Left { time, estimate })?;
+        self.leave(OnePassExit { time, estimate })?;
         self.set_temperatures(temperatures)
     }
 
-    fn leave(&mut self, left: Left) -> Result<(), EngineError> {
+    fn leave(&mut self, left: OnePassExit) -> Result<(), EngineError> {
         self.one_pass = None;
         self.left = Some(left);
         let Some((context, spare)) = self.lender.take() else { return Ok(()) };
@@ -53,7 +53,7 @@ impl NetworkRun {
     }
 
     pub(super) fn save_left(&self, saved: &mut Saved) {
-        if let Some(Left { time, estimate: Estimate { rms, most, node } }) = self.left {
+        if let Some(OnePassExit { time, estimate: Estimate { rms, most, node } }) = self.left {
             saved.put("left", &[time, rms, most, node as f64]);
         }
     }
@@ -63,6 +63,6 @@ impl NetworkRun {
             return Ok(());
         }
         let [time, rms, most, node] = saved.array("left")?;
-        self.leave(Left { time, estimate: Estimate { rms, most, node: node as usize } })
+        self.leave(OnePassExit { time, estimate: Estimate { rms, most, node: node as usize } })
     }
 }

@@ -7,7 +7,7 @@ use std::time::Instant;
 use super::SceneNetwork;
 use super::failure::{failure, unfinished};
 use super::given::HeaterHeat;
-use super::left::Left;
+use super::left::OnePassExit;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::memory::Buffer;
@@ -15,8 +15,8 @@ use crate::gpu::network::NetworkStepper;
 use crate::gpu::samples::Samples;
 use crate::simulation::engine_error::EngineError;
 use crate::simulation::stepper::{AnyStepper, is_small, why_on_processor};
-use crate::thermal::network::control::{ControlError, Leg, Settings, Switch, MethodUse, integrate_leg};
-use crate::thermal::network::one_pass::{Estimate, Halving, OnePass, SWITCHES_AT_MOST};
+use crate::thermal::network::control::{ControlError, IntegrationSettings, Leg, MethodUse, Switch, integrate_leg};
+use crate::thermal::network::one_pass::{Estimate, Halving, OnePassNetwork, SWITCHES_AT_MOST};
 use crate::thermal::network::stepper::Stepper;
 
 /// Cost of a step of a network, including the transfers of loads and temperatures.
@@ -39,7 +39,7 @@ const TIGHT: f64 = 0.1;
 pub struct NetworkRun {
     pub(super) scene: Arc<SceneNetwork>,
     pub(super) worker: AnyStepper,
-    pub(super) settings: Settings,
+    pub(super) settings: IntegrationSettings,
     pub(super) on: Vec<bool>,
     pub(super) step: f64,
     pub(super) uses: [Option<MethodUse>; 3],
@@ -50,9 +50,8 @@ pub struct NetworkRun {
     /// The estimated error of the steps in the frames of a device, and how often they are halved.
     pub(super) told: Option<(Estimate, Halving)>,
     /// The network in one pass in f64, where the processor steps it so.
-    pub(super) one_pass: Option<OnePass>,
-    /// Where the network left the one pass.
-    pub(super) left: Option<Left>,
+    pub(super) one_pass: Option<OnePassNetwork>,
+    pub(super) left: Option<OnePassExit>,
     /// The device whose frames step the network, with the free buffers of the scene. The device is lent to find a steady state.
     pub(super) lender: Option<(Arc<Context>, Vec<Arc<Buffer>>)>,
     /// Whether the device wrote to free buffers of the scene while it was lent.
@@ -67,7 +66,7 @@ pub struct NetworkRun {
 impl NetworkRun {
     /// A network that the processor integrates in f64.
     pub(crate) fn reference(scene: &Arc<SceneNetwork>) -> Self {
-        let one_pass = scene.plan().map(|plan| OnePass::new(plan, scene.heaters(), scene.settings.tolerance));
+        let one_pass = scene.plan().map(|plan| OnePassNetwork::new(plan, scene.heaters(), scene.settings.tolerance));
         Self { one_pass, ..Self::new(scene, AnyStepper::reference(scene.network(), &scene.sensors())) }
     }
 
@@ -108,7 +107,7 @@ impl NetworkRun {
     fn new(scene: &Arc<SceneNetwork>, worker: AnyStepper) -> Self {
         Self {
             on: scene.thermostats().iter().map(|thermostat| thermostat.initially_on).collect(),
-            settings: Settings { floor: worker.floor(), ..scene.settings },
+            settings: IntegrationSettings { floor: worker.floor(), ..scene.settings },
             scene: Arc::clone(scene),
             worker,
             step: f64::INFINITY,
@@ -192,7 +191,6 @@ impl NetworkRun {
         self.settings.tolerance = self.scene.settings.tolerance * if coarse { COARSE } else { 1.0 };
     }
 
-    /// States of the thermostats.
     pub(crate) fn on(&self) -> &[bool] {
         &self.on
     }

@@ -1,12 +1,12 @@
 //! Hard cases of additions below f32 resolution: slow heating at 10 to 1000 Hz, and a day of the paper's cube.
 
 use super::{Built, rows_apart};
-use crate::bench::hard::case::{HardCase, Scale};
+use crate::bench::hard::case::{CaseScale, HardCase};
 use crate::bench::hard::plain;
 use crate::bench::hard::way::fixed_euler;
 use crate::paper::cube::{self, ALTITUDES, ALUMINIUM, Loads, SOLAR_CONSTANTS};
 use crate::thermal::network::reference::ReferenceStepper;
-use crate::thermal::network::stepper::{Method, Stepper};
+use crate::thermal::network::stepper::{StepMethod, Stepper};
 
 /// Error limit for small steps of the paper's cube [K], and its source.
 const SMALL_STEPS: (f64, &str) = (2e-3, "docs/numerics.md 6, the cube at 10 and 100 Hz");
@@ -23,7 +23,7 @@ fn slow_heating(rate: u32) -> HardCase {
     let heat = || (1..=6).map(|panel| 2e-5 * f64::from(panel) * 24_300.0).collect::<Vec<f64>>();
     // A frame lasts 10 s. Steps last a tenth, a hundredth or a thousandth of a second.
     let frame = 10.0;
-    let frames = move |scale: Scale| match rate {
+    let frames = move |scale: CaseScale| match rate {
         10 => scale.of(60, 600, 6_000),
         100 => scale.of(20, 60, 600),
         _ => scale.of(10, 10, 60),
@@ -72,7 +72,7 @@ impl Day {
         case.problem().map_err(|error| error.to_string())
     }
 
-    fn frames(scale: Scale) -> usize {
+    fn frames(scale: CaseScale) -> usize {
         scale.of(40, cube::STEPS, (86_400.0 / cube::STEP).ceil() as usize)
     }
 
@@ -85,7 +85,7 @@ impl Day {
         let mut stepper = ReferenceStepper::new(problem.network.clone(), &[]);
         let mut row = |heat: Vec<f64>| {
             let Ok(()) = stepper.set_heat(&heat, &[0.0; 6]);
-            let Ok(_) = stepper.attempt(Method::Rkl2 { stages: 3 }, 0.0, cube::STEP / 64.0, 64);
+            let Ok(_) = stepper.attempt(StepMethod::Rkl2 { stages: 3 }, 0.0, cube::STEP / 64.0, 64);
             let Ok(()) = stepper.keep();
             let Ok(now) = stepper.temperatures();
             now
