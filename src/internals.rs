@@ -2,9 +2,11 @@
 
 pub use crate::bench::cases::{NetworkCase, Size, all as all_cases};
 pub use crate::bench::files::{OWN, PAGE, RECORD, write as write_bench_files};
-pub use crate::bench::hard::{HardCase, HardRow, Scale, all as all_hard_cases, measure as measure_hard_case, without};
+pub use crate::bench::hard::{
+    CaseScale, HardCase, HardRow, all as all_hard_cases, measure as measure_hard_case, without,
+};
 pub use crate::bench::integrators::{
-    IntegratorEffort as IntegratorEffort, FrameError, Integrated, IntegratorRun as IntegratorRun, measure as measure_integrator,
+    FrameError, Integrated, IntegratorEffort, IntegratorRun, measure as measure_integrator,
 };
 pub use crate::bench::models::{WRONG_SHARE, facing, wrong_shadows};
 pub use crate::bench::record::{Bench, DeviceMeasurements};
@@ -13,7 +15,7 @@ pub use crate::bench::schemes::{ABSENT, Fixed, Scheme};
 pub use crate::bench::tables::all as all_tables;
 pub use crate::bench::truth::{CaseSummary, Truth};
 pub use crate::dataset::error::DatasetError;
-pub use crate::dataset::make::{DatasetSummary as DatasetMade, DatasetOrder as DatasetOrder, Shard, make};
+pub use crate::dataset::make::{DatasetOrder, DatasetSummary, Shard, make};
 pub use crate::dataset::orbit::{OrbitRun, Rejections};
 pub use crate::dataset::orbit_folder::sum_of;
 pub use crate::dataset::preview::preview;
@@ -26,7 +28,7 @@ pub use crate::dataset::view_check::Reason;
 pub use crate::environment::albedo::RESOLUTION;
 pub use crate::environment::albedo_field::AlbedoField;
 pub use crate::environment::load::{albedo_flux, exact_albedo_flux, planet_ir_flux, solar_flux};
-pub use crate::environment::shadow::{DepthMap, ShadowMethod as ShadowMethod, Occluders, ShadowCasters, SunView};
+pub use crate::environment::shadow::{DepthMap, Occluders, ShadowCasters, ShadowMethod, SunProjection};
 pub use crate::environment::sky::{Boundary, SkyModel};
 pub use crate::environment::step::StepLoads;
 pub use crate::environment::{
@@ -37,9 +39,9 @@ pub use crate::exchange::buried::buried;
 pub use crate::exchange::cast::{Scenery, cast as cast_rays};
 pub use crate::exchange::defects::Defects;
 pub use crate::exchange::mirrors::{Mirrored, Mirrors, reflection};
-pub use crate::exchange::patches::{Patches, PatchSurface as PatchSurface};
-pub use crate::exchange::sky::PlanetView;
-pub use crate::exchange::step::{Exchange, CraftLight, ExchangeSettings as ExchangeSettings};
+pub use crate::exchange::patches::{PatchSurface, Patches};
+pub use crate::exchange::sky::PlanetFromPatch;
+pub use crate::exchange::step::{CraftLight, Exchange, ExchangeSettings};
 pub use crate::files::Reach;
 pub use crate::gpu::blackbody::{band_radiances, band_table, brightness_temperatures};
 pub use crate::gpu::context::{Context, devices};
@@ -64,7 +66,7 @@ pub use crate::gpu::renderer::{Collected, Renderer, Request};
 pub use crate::gpu::resource::Resource;
 pub use crate::gpu::resource_row::Role;
 pub use crate::gpu::resources::{NODES_PER_WORKGROUP, Planned, SceneData, device_bytes};
-pub use crate::gpu::response::{Run as ResponseRun, respond as respond_on_device};
+pub use crate::gpu::response::{ResponseRun, respond as respond_on_device};
 pub use crate::gpu::samples::Samples;
 pub use crate::gpu::sampling::{Distance, RowOf, Sampled};
 pub use crate::gpu::sensor::frame;
@@ -74,13 +76,13 @@ pub use crate::gpu::shapes::{Shapes, curve};
 pub use crate::gpu::variant::{Curve, ResponseVariant, StepKind, ThermalVariant};
 pub use crate::gpu::wide_variant::{WideKind, WideVariant};
 pub use crate::guard::check;
-pub use crate::guard::finding::{CheckEffort as CheckEffort, Finding};
+pub use crate::guard::finding::{CheckEffort, Finding};
 pub use crate::host::peak_memory;
 pub use crate::labels::craft::Craft;
 pub use crate::labels::from_scene::{ImageIdentity, craft, labelled};
 pub use crate::labels::image::{LabelledImage, Split};
 pub use crate::labels::key_points::{Visibility, chosen, seen};
-pub use crate::labels::made::{ImageLines, ImageLabels as LabelsMade, fixed, made, orbit};
+pub use crate::labels::made::{ImageLabels, ImageLines, fixed, made, orbit};
 pub use crate::labels::silhouette::Solids;
 pub use crate::labels::speed::entry;
 pub use crate::lens::rolling::Rolling;
@@ -94,15 +96,15 @@ pub use crate::output::frame::{Frame as OutputFrame, FrameHeader};
 pub use crate::output::frame_maker::FrameMaker;
 pub use crate::output::gray::read_png;
 pub use crate::output::picture::picture;
-pub use crate::output::plot::{PlotLine, Mark, Plot};
+pub use crate::output::plot::{Mark, Plot, PlotLine};
 pub use crate::output::plot_axis::Axis;
 pub use crate::output::report::PassTime;
 pub use crate::output::state_file::{decode, encode};
 pub use crate::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS, STEP, STEPS};
-pub use crate::raster::{Pixel, RasterSurface as RasterSurface, rasterise};
+pub use crate::raster::{Pixel, RasterSurface, rasterise};
 pub use crate::saved::Saved;
 pub use crate::scene::network::NetworkFile;
-pub use crate::scene::network::export_tmd::{Solved, tmd};
+pub use crate::scene::network::export_tmd::{TmdSolution, tmd};
 pub use crate::scene::network::import_s2e::{Files, convert};
 pub use crate::scene::network::import_tmd::{ImportedTmd, network};
 pub use crate::scene::preset::PRESETS;
@@ -125,7 +127,9 @@ pub use crate::simulation::check::{Check, StepLengthError};
 pub use crate::simulation::device_data::{DeviceData, device_material};
 pub use crate::simulation::device_engine::DeviceEngine;
 pub use crate::simulation::energy::{Account, EnergyBalance};
-pub use crate::simulation::engine::{Delivered, Engine, EngineError, Order as EngineOrder, Pixels, RowMoments, EngineStep};
+pub use crate::simulation::engine::{
+    Delivered, Engine, EngineError, EngineStep, Order as EngineOrder, Pixels, RowMoments,
+};
 pub use crate::simulation::network::StepCost;
 pub use crate::simulation::network_file::network_file;
 pub use crate::simulation::pose::check_camera;
@@ -144,17 +148,17 @@ pub use crate::thermal::emissivity::{BandEmissivity, ByAngle, ByWavelength, fres
 pub use crate::thermal::function::{Function, TemperatureSample};
 pub use crate::thermal::incident::{IncidentFunction, incident};
 pub use crate::thermal::material::{
-    Below, Bulk, Domain, Function as ResponseFunction, Gloss, Material, Optics, Profile, Radiative, Response, Retarget,
+    Below, Bulk, Domain, Gloss, Material, Optics, Profile, Radiative, Response, Retarget,
     Sides, Transition,
 };
 pub use crate::thermal::network::control::{
-    ControlError, FLOOR, Integrator, Series, Settings as NetworkSettings, integrate,
+    ControlError, FLOOR, IntegrationSettings, Integrator, Series, integrate,
 };
 pub use crate::thermal::network::reference::ReferenceStepper;
 pub use crate::thermal::network::rkl2::{stable_product, stages_for};
 pub use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 pub use crate::thermal::network::steady::{SteadyError, steady};
-pub use crate::thermal::network::stepper::{Attempt, Method as StepMethod, Stepper};
+pub use crate::thermal::network::stepper::{Attempt, StepMethod, Stepper};
 pub use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 pub use crate::thermal::planck::{Band, band_radiance_exact};
 pub use crate::thermal::planet_map::{DayLaw, PlanetPattern};
@@ -164,6 +168,6 @@ pub use crate::thermal::sensor::gain_control::GainControl;
 pub use crate::thermal::sensor::halo::Halo;
 pub use crate::thermal::sensor::reading::{SensorConstants, radiance_slope};
 pub use crate::thermal::sensor::spread::Spread;
-pub use crate::thermal::sensor::{Netd, Optics as SensorOptics, Pattern, Sensor, Vignetting};
+pub use crate::thermal::sensor::{Netd, Pattern, Sensor, SensorOptics, Vignetting};
 pub use crate::thermal::transition::{TransitionState, temperature, transition_step};
-pub use crate::view::session::{ViewSession, ViewError};
+pub use crate::view::session::{ViewError, ViewSession};

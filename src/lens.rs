@@ -157,7 +157,7 @@ impl Lens {
         })
     }
 
-    /// The same by Newton's method from the ray of a near place.
+    /// The ray of `pixel` by Newton's method, from the ray `near` of a place close to it.
     pub(crate) fn unproject_from(&self, near: DVec2, pixel: DVec2) -> Option<DVec2> {
         let tolerance = 1e-10 * (1.0 + pixel.abs().max_element());
         let least = LEAST_AREA * self.focal[0] * self.focal[1];

@@ -20,8 +20,8 @@ use rayon::prelude::*;
 use light::SampleLight;
 pub use surface::Pixel;
 pub use surface::RasterSurface;
-pub(crate) use surface::{SurfaceSurroundings, EMPTY};
-use triangle::{RayBounds, Projected, draw, project};
+pub(crate) use surface::{EMPTY, SurfaceSurroundings};
+use triangle::{Projected, RayBounds, draw, project};
 pub(crate) use view::{RasterView, places};
 use view::{centres, grid, rays_of_row};
 

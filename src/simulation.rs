@@ -48,7 +48,7 @@ use crate::saved::{Saved, SavedError};
 use crate::scene::{Draw, Initial};
 use crate::trace::Track;
 use check::Check;
-use engine::{Delivered, Engine, EngineError, InstantPoses, Order, RowMoments, EngineStep};
+use engine::{Delivered, Engine, EngineError, EngineStep, InstantPoses, Order, RowMoments};
 use forward::{Passing, forward};
 use keep::{Keep, KeepNothing};
 use periodic::Periodic;
@@ -88,7 +88,8 @@ pub fn start(
     start_from(prepared, engine, check, None, stop, progress, &mut KeepNothing)
 }
 
-/// The same from a state that `keep` took in an earlier part of the run. `keep` takes states on the way, the last one where `stop` ends the warm-up.
+/// Like [`start`], from a state that `keep` took in an earlier part of the run. `keep` takes states on the way, the last one where `stop` ends the
+/// warm-up.
 ///
 /// # Errors
 /// A call that fails, or the error of `keep`.
@@ -111,7 +112,7 @@ pub(crate) fn start_from<E: From<EngineError>>(
     let went = match prepared.scene.time.periodic {
         Some(tolerance) => {
             let lost = |error: SavedError| E::from(error.into());
-            let own = earlier.map(|saved| periodic::Way::of(&saved.part("own"))).transpose().map_err(lost)?;
+            let own = earlier.map(|saved| periodic::WarmUpState::of(&saved.part("own"))).transpose().map_err(lost)?;
             periodic::warm_up(prepared, engine, check.as_deref_mut(), tolerance, own, stop, progress, keep)?
         }
         None => {
@@ -275,7 +276,8 @@ pub(crate) fn run_from<E: From<EngineError>>(
         drop(prepares);
         let images = time.draw.in_step(step, time.step);
         let pose = is_drawn(&time.draw, step).then(|| pose_at(prepared, now)).flatten();
-        let advance = load.as_ref().map(|load| EngineStep { load, steps: 1.0, start: now - time.step, length: time.step });
+        let advance =
+            load.as_ref().map(|load| EngineStep { load, steps: 1.0, start: now - time.step, length: time.step });
         let joints = pose.map(|_| prepared.loads.joints_at(now).1).unwrap_or_default();
         let moments = moments(prepared, now, None);
         let rows = moments.as_ref().filter(|_| pose.is_some()).map(|moments| RowMoments(moments));
@@ -369,7 +371,8 @@ pub fn still(
     }
     let load = (rest > 1e-9).then(|| prepared.loads.step_load(whole * length, time));
     let pose = pose_at(prepared, time);
-    let advance = load.as_ref().map(|load| EngineStep { load, steps: rest, start: whole * length, length: rest * length });
+    let advance =
+        load.as_ref().map(|load| EngineStep { load, steps: rest, start: whole * length, length: rest * length });
     let joints = prepared.loads.joints_at(time).1;
     let moments = moments(prepared, time, None);
     let rows = moments.as_ref().map(|moments| RowMoments(moments));

@@ -43,7 +43,7 @@ struct Event {
 }
 
 #[derive(Debug)]
-struct Shared {
+struct Recording {
     began: Instant,
     events: Mutex<Vec<Event>>,
     frames: Mutex<Vec<DeviceFrame>>,
@@ -51,7 +51,7 @@ struct Shared {
 
 /// A recording, or nothing.
 #[derive(Debug, Clone, Default)]
-pub struct Trace(Option<Arc<Shared>>);
+pub struct Trace(Option<Arc<Recording>>);
 
 /// A span of work that ends when this is dropped.
 #[must_use = "the span ends when this is dropped"]
@@ -73,7 +73,7 @@ impl Drop for Span<'_> {
     }
 }
 
-impl Shared {
+impl Recording {
     /// [us].
     fn since_began(&self, instant: Instant) -> f64 {
         instant.saturating_duration_since(self.began).as_secs_f64() * 1e6
@@ -83,7 +83,7 @@ impl Shared {
 impl Trace {
     pub(crate) fn recording() -> Self {
         let empty = || Mutex::new(Vec::new());
-        Self(Some(Arc::new(Shared { began: Instant::now(), events: empty(), frames: Mutex::new(Vec::new()) })))
+        Self(Some(Arc::new(Recording { began: Instant::now(), events: empty(), frames: Mutex::new(Vec::new()) })))
     }
 
     pub(crate) fn is_recording(&self) -> bool {
@@ -127,7 +127,7 @@ impl Trace {
     }
 }
 
-impl Shared {
+impl Recording {
     /// Shift of the device's clock [us], and by how much more it could be shifted.
     fn clock(&self, frames: &[DeviceFrame]) -> (f64, f64) {
         let mut least = f64::NEG_INFINITY;

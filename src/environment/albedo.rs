@@ -72,7 +72,7 @@ pub(crate) fn albedo_factor(normal: DVec3, distance_ratio: f64, sun_zenith: f64)
 }
 
 fn albedo_factor_with(rule: &GaussLegendre, normal: DVec3, distance_ratio: f64, sun_zenith: f64) -> f64 {
-    let plate = Plate::new(normal);
+    let plate = PlateNormal::new(normal);
     if plate.tilt >= FRAC_PI_2 + (1.0 / distance_ratio).asin() {
         return 0.0;
     }
@@ -102,7 +102,7 @@ fn albedo_factor_with(rule: &GaussLegendre, normal: DVec3, distance_ratio: f64, 
 }
 
 /// A plate's normal in the planet frame, in components.
-struct Plate {
+struct PlateNormal {
     /// Component to nadir.
     nadir: f64,
     /// Component at right angles to nadir.
@@ -113,7 +113,7 @@ struct Plate {
     tilt: f64,
 }
 
-impl Plate {
+impl PlateNormal {
     fn new(normal: DVec3) -> Self {
         let across = normal.x.hypot(normal.y);
         Self { nadir: normal.z, across, azimuth: normal.y.abs().atan2(normal.x), tilt: across.atan2(normal.z) }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::orbit::EARTH_GRAVITATIONAL_PARAMETER;
-use super::state::{SLACK, EphemerisSample};
+use super::state::{EphemerisSample, SLACK};
 
 /// Earth's second zonal coefficient, and its equatorial radius [m] (EGM96).
 const J2: f64 = 1.082_626_7e-3;

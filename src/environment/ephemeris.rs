@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::coast::{LONGEST_COAST, Residual, gravity, residual, turn};
 use super::divided_differences::{self, hermite_degree};
 use super::spacing::gaps;
-use super::state::{SLACK, EphemerisSample, StateVector};
+use super::state::{EphemerisSample, SLACK, StateVector};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Interpolation {
@@ -38,7 +38,7 @@ const SAME_VELOCITY: f64 = 0.01;
 
 /// Samples of one segment of a file.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Segment {
+pub(crate) struct EphemerisSegment {
     /// In order of time. Two samples of one time are a step of the trajectory (a manoeuvre).
     pub(crate) samples: Vec<EphemerisSample>,
     pub(crate) interpolation: Interpolation,
@@ -49,7 +49,7 @@ pub(crate) struct Segment {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Ephemeris {
     /// In order of time. Two pieces may touch.
-    pieces: Vec<Segment>,
+    pieces: Vec<EphemerisSegment>,
 }
 
 /// Counts of irregular samples, for the report.
@@ -80,7 +80,7 @@ impl fmt::Display for Findings {
 
 impl Ephemeris {
     /// An ephemeris from the segments of a file. The samples of each are in order of time.
-    pub(crate) fn new(segments: Vec<Segment>) -> (Self, Findings) {
+    pub(crate) fn new(segments: Vec<EphemerisSegment>) -> (Self, Findings) {
         let mut findings = Findings::default();
         let mut pieces = Vec::new();
         for segment in segments {
@@ -96,7 +96,7 @@ impl Ephemeris {
         // Where pieces overlap the later one takes over.
         let covering = self.pieces[..after].iter().rev().find(|piece| time <= piece.usable.1);
         let beside = || {
-            let near = |piece: &&Segment| piece.usable.0 - SLACK <= time && time <= piece.usable.1 + SLACK;
+            let near = |piece: &&EphemerisSegment| piece.usable.0 - SLACK <= time && time <= piece.usable.1 + SLACK;
             self.pieces[..self.pieces.len().min(after + 1)].iter().rev().find(near)
         };
         covering.or_else(beside).map(|piece| piece.state(time.clamp(piece.usable.0, piece.usable.1)))
@@ -121,8 +121,8 @@ impl Ephemeris {
 }
 
 /// Cuts a segment at its gaps, steps and manoeuvres.
-fn split(segment: Segment, pieces: &mut Vec<Segment>, findings: &mut Findings) {
-    let Segment { mut samples, interpolation, usable } = segment;
+fn split(segment: EphemerisSegment, pieces: &mut Vec<EphemerisSegment>, findings: &mut Findings) {
+    let EphemerisSegment { mut samples, interpolation, usable } = segment;
     let before = samples.len();
     samples.dedup_by(|later, earlier| later.time - earlier.time <= SLACK && same(later, earlier));
     findings.repeated += before - samples.len();
@@ -147,7 +147,7 @@ fn split(segment: Segment, pieces: &mut Vec<Segment>, findings: &mut Findings) {
         };
         let (first, last) = (samples[0].time.max(usable.0), samples[samples.len() - 1].time.min(usable.1));
         if first <= last {
-            pieces.push(Segment { samples: samples.to_vec(), interpolation, usable: (first, last) });
+            pieces.push(EphemerisSegment { samples: samples.to_vec(), interpolation, usable: (first, last) });
         }
     };
     for index in 0..gaps.len() {
@@ -182,7 +182,7 @@ fn lower_quartile(values: impl Iterator<Item = f64>) -> f64 {
     values.get(values.len().saturating_sub(1) / 4).copied().unwrap_or(0.0)
 }
 
-impl Segment {
+impl EphemerisSegment {
     fn state(&self, time: f64) -> StateVector {
         let samples = &self.samples;
         let next = samples.partition_point(|sample| sample.time <= time);

@@ -55,7 +55,7 @@ pub(crate) struct Guided {
     pub(crate) drive: Drive,
     /// Least and greatest position [rad or m].
     pub(crate) limits: Option<[f64; 2]>,
-    /// Greatest rate [rad/s or m/s]. Without one the joint is always at its target position.
+    /// Greatest rate [rad/s or m/s]. Without a rate the joint is always at its target position.
     pub(crate) rate: Option<f64>,
 }
 
@@ -77,7 +77,7 @@ pub(crate) struct Played {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Motion {
+pub(crate) enum JointDrive {
     Guided(Guided),
     Played(Box<Played>),
 }
@@ -88,7 +88,7 @@ pub(crate) struct Joint {
     pub(crate) name: String,
     /// The parent joint, which stands before it in the list. `None` for the body.
     pub(crate) parent: Option<usize>,
-    pub(crate) motion: Motion,
+    pub(crate) motion: JointDrive,
 }
 
 /// Why a joint can not be held at a position.
@@ -218,16 +218,16 @@ impl Joint {
     /// Greatest rate [rad/s or m/s], where one is stated.
     fn rate(&self) -> Option<f64> {
         match &self.motion {
-            Motion::Guided(guided) => guided.rate,
-            Motion::Played(_) => None,
+            JointDrive::Guided(guided) => guided.rate,
+            JointDrive::Played(_) => None,
         }
     }
 
     /// Whether its position is an angle.
     pub(crate) fn turns(&self) -> bool {
         match &self.motion {
-            Motion::Guided(guided) => guided.kind == JointKind::Rotation,
-            Motion::Played(played) => played.rotation.is_some(),
+            JointDrive::Guided(guided) => guided.kind == JointKind::Rotation,
+            JointDrive::Played(played) => played.rotation.is_some(),
         }
     }
 }

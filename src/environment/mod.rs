@@ -72,7 +72,7 @@ pub struct Sky {
     pub distance_ratio: f64,
     /// Angle at the planet's centre between the craft and the Sun [rad]: the Sun's zenith angle below the craft.
     pub(crate) sun_zenith: f64,
-    /// Flux of sunlight over that at one astronomical unit.
+    /// Flux of sunlight over its flux at one astronomical unit.
     pub(crate) solar_scale: f64,
 }
 

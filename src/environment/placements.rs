@@ -11,7 +11,7 @@ pub(crate) struct PlacementSample {
     pub(crate) time: f64,
     /// The craft [m].
     pub(crate) position: DVec3,
-    /// Velocity [m/s]. Without one, the orbit frame has the plane of two neighbouring positions.
+    /// Velocity [m/s]. Where no velocity is given, the orbit frame has the plane of two neighbouring positions.
     pub(crate) velocity: Option<DVec3>,
     /// The Sun [m].
     pub(crate) sun: DVec3,
@@ -87,7 +87,7 @@ impl Placements {
         Ok(Self { places: vec![first] })
     }
 
-    /// The places with another one at the end, without those that are over at the time `now` [s].
+    /// The places with `next` at the end, without the places that are over at the time `now` [s].
     ///
     /// # Errors
     /// An unusable value, or a time that is not later than the last one.

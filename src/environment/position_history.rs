@@ -34,7 +34,8 @@ impl PositionHistory {
 
     /// Position at a time [s]. `None` where no piece covers it to within [`SLACK`].
     pub(crate) fn position(&self, time: f64) -> Option<DVec3> {
-        let covers = |piece: &&Vec<PositionSample>| piece[0].0 - SLACK <= time && time <= piece[piece.len() - 1].0 + SLACK;
+        let covers =
+            |piece: &&Vec<PositionSample>| piece[0].0 - SLACK <= time && time <= piece[piece.len() - 1].0 + SLACK;
         let piece = self.pieces.iter().find(covers)?;
         let time = time.clamp(piece[0].0, piece[piece.len() - 1].0);
         let next = piece.partition_point(|(at, _)| *at <= time).clamp(1, piece.len().max(2) - 1);
@@ -58,7 +59,8 @@ fn with_slopes(samples: &[(f64, DVec3)]) -> Vec<PositionSample> {
         }
         let first = index.saturating_sub(1).min(samples.len().saturating_sub(3));
         let near = &samples[first..samples.len().min(first + 3)];
-        let near: Vec<PositionSample> = near.iter().map(|(time, at)| (*time, [*at, DVec3::ZERO, DVec3::ZERO])).collect();
+        let near: Vec<PositionSample> =
+            near.iter().map(|(time, at)| (*time, [*at, DVec3::ZERO, DVec3::ZERO])).collect();
         divided_differences::polynomial(&near, 1, samples[index].0).1
     };
     let sample = |(index, (time, position)): (usize, &(f64, DVec3))| (*time, [*position, slope(index), DVec3::ZERO]);

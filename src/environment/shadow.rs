@@ -16,13 +16,13 @@ mod shadows;
 mod tree;
 
 pub use depth_map::DepthMap;
-pub use depth_map::SunView;
+pub use depth_map::SunProjection;
 pub use rays::Occluders;
 pub(crate) use rays::{Hit, SUN_RAYS, disc_directions};
 pub(crate) use redraw::Redraw;
 pub(crate) use shadows::Jointed;
-pub use shadows::ShadowMethod;
 pub use shadows::ShadowCasters;
+pub use shadows::ShadowMethod;
 pub(crate) use tree::{LARGEST_TREE, Tree, tree_boxes};
 
 /// Angular radius of the Sun's disc at 1 au [rad]: 695,700 km (IAU 2015 resolution B3) over 149,597,870.7 km.

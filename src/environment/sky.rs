@@ -10,7 +10,7 @@ use super::Sky;
 use super::attitude::BodyFrame;
 use super::eclipse::{Discs, sign_change};
 use super::orbit_point::OrbitPoint;
-use super::placements::{PlacementSample, PlaceError, Placements};
+use super::placements::{PlaceError, PlacementSample, Placements};
 use super::state::SLACK;
 use super::trajectory::{Trajectory, TrajectoryError};
 use crate::environment::{Attitude, Environment, Orbit};

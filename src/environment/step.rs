@@ -12,7 +12,7 @@ use glam::{DAffine3, DVec3};
 use super::albedo::AlbedoTable;
 use super::albedo_field::{AlbedoField, AlbedoFields};
 use super::joints::{Joint, JointError, Joints};
-use super::placements::{PlacementSample, PlaceError};
+use super::placements::{PlaceError, PlacementSample};
 use super::quadrature::GaussLegendre;
 use super::sky::{SkyError, SkyModel};
 use super::{MAX_SUN_SAMPLES, PlanetLoad, StepLoad, SunSample};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::sky::PlanetView;
+use super::sky::PlanetFromPatch;
 use super::step::Exchange;
 use crate::environment::StepLoad;
 use crate::environment::view_factor::{ApparentRadius, plate_view_factor};
@@ -52,7 +52,7 @@ pub fn view_factors(exchange: &Exchange, group: &[usize], load: &StepLoad) -> Ve
         if let Some(planet) = &load.planet {
             let normal = load.joint_from_body(own.joint).transpose() * own.normal;
             let open = plate_view_factor(normal.dot(planet.nadir), ApparentRadius::new(planet.distance_ratio));
-            let seen = PlanetView::new(planet, load, own.joint).seen(exchange.sky_of(patch)).planet_ir;
+            let seen = PlanetFromPatch::new(planet, load, own.joint).seen(exchange.sky_of(patch)).planet_ir;
             // By the noise of the rays the planet may take more than the whole open sky.
             let area = (own.area * open * seen).min(space);
             let variance = own.area * own.area * factors.of_share(area / own.area);

@@ -5,7 +5,7 @@
 use rayon::prelude::*;
 
 use super::cast::{INSIDE, Scenery, cast};
-use super::patches::{NONE, Patches, PatchSurface};
+use super::patches::{NONE, PatchSurface, Patches};
 use crate::thermal::material::Material;
 
 /// Rays of each face. More would only place the border between two nodes more evenly.

@@ -1,10 +1,10 @@
-//! Casts the rays of every patch and tells where each ends. Twin: `glsl/exchange_rays.comp`.
+//! Casts the rays of every patch and finds where each ends. Twin: `glsl/exchange_rays.comp`.
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use super::directions::{cosine_direction, fractions, point_near_corner};
-use super::patches::{NONE, Patches, PatchSurface};
+use super::patches::{NONE, PatchSurface, Patches};
 use crate::environment::shadow::{Hit, Occluders};
 
 /// The end of a ray that leaves the craft.
@@ -91,7 +91,13 @@ pub(crate) fn face_of(faces: &[[u32; 2]; 3], hit: &Hit) -> u32 {
 }
 
 /// Where each ray of some patches ends, `rays` for each.
-pub fn cast(surface: &PatchSurface, patches: &Patches, scenery: &Scenery, rays: u32, of: std::ops::Range<u32>) -> Vec<u32> {
+pub fn cast(
+    surface: &PatchSurface,
+    patches: &Patches,
+    scenery: &Scenery,
+    rays: u32,
+    of: std::ops::Range<u32>,
+) -> Vec<u32> {
     let occluders = &scenery.occluders;
     let ends = |patch: u32| {
         let joint = patches.all[patch as usize].joint;

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::factors::Factors;
 use super::patches::Patch;
-use super::step::{Exchange, CraftLight};
+use super::step::{CraftLight, Exchange};
 use crate::environment::StepLoad;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::incident::incident;

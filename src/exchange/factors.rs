@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::cast::{INSIDE, SPACE};
 use super::patches::Patch;
-use super::sparse::{SparseRow, Sparse};
+use super::sparse::{Sparse, SparseRow};
 
 /// Most rounds in which rows are closed. The diagonal takes the rest.
 const ROUNDS: usize = 2000;
@@ -101,7 +101,7 @@ impl Factors {
         weight * weight * (self.of_share(shared / own) + self.of_share(shared / other))
     }
 
-    /// The same of the area that a patch shares with space [m4].
+    /// Variance of the area that a patch shares with space [m4], as for independent rays.
     pub(crate) fn variance_to_space(&self, from: usize) -> f64 {
         self.areas[from] * self.areas[from] * self.of_share(self.to_space(from))
     }

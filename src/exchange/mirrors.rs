@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use super::cast::{INSIDE, SPACE, face_of, start_of};
 use super::directions::{basis, fractions};
-use super::patches::{NONE, Patches, PatchSurface};
-use super::sparse::{SparseRow, Sparse};
+use super::patches::{NONE, PatchSurface, Patches};
+use super::sparse::{Sparse, SparseRow};
 use crate::environment::StepLoad;
 use crate::environment::shadow::Occluders;
 use crate::thermal::lobe::facet_reflection;

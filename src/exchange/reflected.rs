@@ -13,7 +13,7 @@
 use rayon::prelude::*;
 
 use super::factors::Factors;
-use super::sparse::{SparseRow, Sparse};
+use super::sparse::{Sparse, SparseRow};
 use super::words::{MOST as WORDS, rounded};
 
 /// Area of the entries of a row that may be left out, over the area of its patch. Such pairs do not see each other directly.
@@ -47,7 +47,10 @@ pub(crate) fn exchange_areas(factors: &Factors, absorptivities: &[f64], bounces:
     let [given, lost] = shares(factors, absorptivities, bounces);
     let rows: Vec<SparseRow> = (0..areas.len())
         .into_par_iter()
-        .map_init(|| ReflectionRoom::new(areas.len()), |rows, patch| rows.follow(factors, absorptivities, bounces, patch))
+        .map_init(
+            || ReflectionRoom::new(areas.len()),
+            |rows, patch| rows.follow(factors, absorptivities, bounces, patch),
+        )
         .collect();
     let space: Vec<f64> = lost.iter().zip(areas).map(|(share, area)| share * area).collect();
     let found = Sparse::from_rows(rows);

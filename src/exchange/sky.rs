@@ -23,7 +23,7 @@ const STILL: f64 = 1e-9;
 const FLUX: f64 = 0.01;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Ray {
+pub(crate) struct PatchRay {
     /// The two numbers that chose its direction about the normal.
     pub(crate) place: [f64; 2],
     pub(crate) direction: DVec3,
@@ -35,7 +35,7 @@ pub(crate) fn bundles_of(rays: usize) -> usize {
 }
 
 /// Words of the bundles of a patch. Neighbours make a bundle: rays are sorted into rings about the normal, and by azimuth within a ring.
-pub(crate) fn bundled(mut rays: Vec<Ray>) -> Vec<u32> {
+pub(crate) fn bundled(mut rays: Vec<PatchRay>) -> Vec<u32> {
     let (count, length) = (bundles_of(rays.len()), rays.len());
     // As many bundles around a ring as there are rings, times four, have about the same width and height.
     let rings = ((count as f64).sqrt() / 2.0).round().max(1.0) as usize;
@@ -82,13 +82,13 @@ fn direction_of(word: u32) -> DVec3 {
 
 /// The planet as a patch sees it: unit vectors in the frame of the patch, and the Sun at the centre of the planet.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PlanetView {
+pub struct PlanetFromPatch {
     nadir: DVec3,
     sun: DVec3,
     distance_ratio: f64,
 }
 
-impl PlanetView {
+impl PlanetFromPatch {
     /// The planet of a load in the frame of a joint.
     pub fn new(planet: &PlanetLoad, load: &StepLoad, joint: u32) -> Self {
         let turn = load.joint_from_body(joint);
@@ -181,9 +181,9 @@ pub(crate) enum Due {
 /// turned far enough against the craft, or sunlight has changed.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Renewal {
-    /// Angle after which light is found anew [rad].
+    /// Turn after which light is computed anew [rad].
     pub(crate) angle: f64,
-    /// Steps after which infrared is found anew.
+    /// Steps after which infrared is computed anew.
     pub(crate) every: f64,
     /// Conditions for which light was last computed.
     found_for: Option<FoundFor>,
@@ -271,11 +271,11 @@ mod tests {
     }
 
     /// Rays of which those with `x > 0.2` are blocked.
-    fn rays(patch: u32, count: u32) -> Vec<Ray> {
+    fn rays(patch: u32, count: u32) -> Vec<PatchRay> {
         let ray = |ray| {
             let [_, _, s, t] = fractions(patch, ray);
             let direction = cosine_direction(DVec3::Z, [s, t]);
-            Ray { place: [s, t], direction, open: direction.x <= 0.2 }
+            PatchRay { place: [s, t], direction, open: direction.x <= 0.2 }
         };
         (0..count).map(ray).collect()
     }
@@ -291,7 +291,7 @@ mod tests {
             // The last bundles of a number that four does not divide are smaller.
             assert!((share - open / f64::from(count)).abs() < if count % 4 == 0 { 1e-12 } else { 0.2 }, "{count}");
         }
-        let view = |nadir: DVec3| PlanetView { nadir, sun: DVec3::Y, distance_ratio: 1.064 };
+        let view = |nadir: DVec3| PlanetFromPatch { nadir, sun: DVec3::Y, distance_ratio: 1.064 };
         let mut errors = [0.0; 3];
         for patch in 0..200 {
             let [a, b, ..] = fractions(patch, 7);

@@ -15,9 +15,9 @@ use super::cast::{SPACE, Scenery, ray_of};
 use super::directions::fractions;
 use super::factors::Factors;
 use super::mirrors::Mirrored;
-use super::patches::{NONE, Patch, Patches, PatchSurface};
+use super::patches::{NONE, Patch, PatchSurface, Patches};
 use super::reflected::{Areas, exchange_areas};
-use super::sky::{PlanetView, Ray, bundled, bundles_of};
+use super::sky::{PatchRay, PlanetFromPatch, bundled, bundles_of};
 use crate::environment::StepLoad;
 use crate::saved::{Saved, SavedError};
 use crate::thermal::STEFAN_BOLTZMANN;
@@ -139,7 +139,7 @@ impl Exchange {
             let ray = |ray| {
                 let [_, direction] = ray_of(surface, patches, 0.0, patch, ray);
                 let [.., s, t] = fractions(patch, ray);
-                Ray { place: [s, t], direction, open: own[ray as usize] == SPACE }
+                PatchRay { place: [s, t], direction, open: own[ray as usize] == SPACE }
             };
             bundled((0..kept).map(ray).collect())
         });
@@ -177,7 +177,7 @@ impl Exchange {
     /// Shares of the planet's light that every patch sees.
     pub fn seen(&self, load: &StepLoad) -> Vec<PlanetShares> {
         let Some(planet) = &load.planet else { return vec![PlanetShares::ALL; self.patches.len()] };
-        let seen = |(patch, own): (&Patch, &[u32])| PlanetView::new(planet, load, patch.joint).seen(own);
+        let seen = |(patch, own): (&Patch, &[u32])| PlanetFromPatch::new(planet, load, patch.joint).seen(own);
         self.patches.par_iter().zip(self.sky.par_chunks(self.bundles.max(1))).map(seen).collect()
     }
 

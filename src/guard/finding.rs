@@ -11,7 +11,7 @@ pub struct CheckEffort {
     pub(crate) images: usize,
     /// Most images for which the camera may be found inside the craft.
     pub(crate) inside: usize,
-    /// The time of the only image [s], in place of those that the scene states.
+    /// The time of the only image [s], in place of the scene's own times.
     pub(crate) at: Option<f64>,
 }
 

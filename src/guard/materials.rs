@@ -8,7 +8,7 @@ use crate::gpu::nodes::GROUP;
 use crate::simulation::prepare::Prepared;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::balance::{balance_temperature, emissivity_sum};
-use crate::thermal::material::{Material, Response, Sides, Structure};
+use crate::thermal::material::{InnerStructure, Material, Response, Sides};
 
 /// Temperature at which time constants are stated [K].
 pub(crate) const AT: f64 = 300.0;
@@ -126,7 +126,7 @@ impl<'a> Same<'a> {
 fn of_layers(
     material: &Material,
     own: fn(&Material) -> Option<f64>,
-    below: fn(&Structure) -> f64,
+    below: fn(&InnerStructure) -> f64,
 ) -> [(&'static str, Option<f64>); 2] {
     let stores = matches!(material.response, Response::Network | Response::Radiative(_));
     let over = material.bulk.over.as_ref().filter(|_| stores);
@@ -177,7 +177,7 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], facts: &[Material
     findings
 }
 
-/// Finds shells that are thick beside their parts. Materials with the same thickness are told together.
+/// Finds shells that are thick beside their parts. Materials with the same thickness share a finding.
 fn thicknesses(prepared: &Prepared, shapes: &[PartShape]) -> Vec<Finding> {
     let mut thick: BTreeMap<(&str, u64), (Vec<&str>, &PartShape)> = BTreeMap::new();
     for (number, material) in (0u32..).zip(&prepared.materials) {

@@ -89,7 +89,8 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], effort: CheckEffo
         let Some(pose) = pose_of(prepared, time, own) else { continue };
         let joints = prepared.loads.joints_at(time).1;
         let look = GuardCamera { pose, ..here };
-        let moved = |shape: &PartShape| look.pose * joints.get(shape.joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
+        let moved =
+            |shape: &PartShape| look.pose * joints.get(shape.joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
         let boxes: Vec<[DVec3; 8]> = shapes
             .iter()
             .map(|shape| corners_of(shape.low, shape.high).map(|corner| moved(shape).transform_point3(corner)))
@@ -102,7 +103,8 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], effort: CheckEffo
         }
         let tried = place.is_multiple_of(chosen.len().div_ceil(effort.inside).max(1));
         if tried && low.cmple(DVec3::ZERO).all() && high.cmpge(DVec3::ZERO).all() {
-            let share = |shape: &PartShape| filled(prepared, shape, &moved(shape).inverse().transform_point3(DVec3::ZERO));
+            let share =
+                |shape: &PartShape| filled(prepared, shape, &moved(shape).inverse().transform_point3(DVec3::ZERO));
             let shares: Vec<f64> = shapes.iter().map(share).collect();
             let body = shapes.iter().zip(&shares).find(|(_, share)| share.abs() > INSIDE);
             if body.is_some() || shares.iter().sum::<f64>().abs() > INSIDE {

@@ -8,7 +8,7 @@ use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use base64::read::DecoderReader;
 
 use super::ModelFault;
-use super::document::{GltfBuffer, Document};
+use super::document::{Document, GltfBuffer};
 use super::error::label;
 use crate::files::{self, Reach};
 

@@ -23,7 +23,10 @@ pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, ModelFault> {
         return Ok(Container { json, binary: None });
     }
     let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
-        return Err(ModelFault::Container(format!("the header needs {HEADER_LENGTH} bytes, the file has {}", bytes.len())));
+        return Err(ModelFault::Container(format!(
+            "the header needs {HEADER_LENGTH} bytes, the file has {}",
+            bytes.len()
+        )));
     };
     if version != 2 {
         return Err(ModelFault::Container(format!("version {version}, only 2 is supported")));
@@ -37,7 +40,10 @@ pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, ModelFault> {
 
     let (json, after) = chunk(rest)?;
     if json.kind != JSON_CHUNK {
-        return Err(ModelFault::Container(format!("the first chunk is {:?}, not JSON", String::from_utf8_lossy(json.kind))));
+        return Err(ModelFault::Container(format!(
+            "the first chunk is {:?}, not JSON",
+            String::from_utf8_lossy(json.kind)
+        )));
     }
     rest = after;
     let mut binary = None;
@@ -59,7 +65,10 @@ struct Chunk<'a> {
 
 fn chunk(bytes: &[u8]) -> Result<(Chunk<'_>, &[u8]), ModelFault> {
     let (Some(length), Some(kind)) = (word(bytes, 0), bytes.get(4..CHUNK_HEADER_LENGTH)) else {
-        return Err(ModelFault::Container(format!("{} bytes are left where a chunk header of 8 should be", bytes.len())));
+        return Err(ModelFault::Container(format!(
+            "{} bytes are left where a chunk header of 8 should be",
+            bytes.len()
+        )));
     };
     let data = &bytes[CHUNK_HEADER_LENGTH..];
     match data.split_at_checked(length) {

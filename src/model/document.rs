@@ -287,7 +287,8 @@ fn compressed(root: &Map<String, Value>) -> Result<Vec<Option<Compressed>>, Mode
 }
 
 fn check_version(root: &Map<String, Value>) -> Result<(), ModelFault> {
-    let asset = root.get("asset").ok_or_else(|| ModelFault::element("asset", "is absent, so this is no glTF 2.0 file"))?;
+    let asset =
+        root.get("asset").ok_or_else(|| ModelFault::element("asset", "is absent, so this is no glTF 2.0 file"))?;
     for (key, wanted) in [("version", "2."), ("minVersion", "2.0")] {
         match asset.get(key).and_then(Value::as_str) {
             Some(version) if version.starts_with(wanted) => {}

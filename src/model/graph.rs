@@ -102,7 +102,10 @@ fn check_tree(document: &Document) -> Result<(), ModelFault> {
         let mut next = Some(start);
         while let Some(index) = next.filter(|index| !ends[*index]) {
             if path.len() == nodes.len() {
-                return Err(ModelFault::element(document.node_label(index), "is its own ancestor: the nodes form a cycle"));
+                return Err(ModelFault::element(
+                    document.node_label(index),
+                    "is its own ancestor: the nodes form a cycle",
+                ));
             }
             path.push(index);
             next = parents[index];

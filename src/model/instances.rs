@@ -26,7 +26,12 @@ pub(super) fn copied(
     Ok(all)
 }
 
-fn copies(document: &Document, accessors: &Accessors, node: &Instance, all: &mut Vec<Instance>) -> Result<(), ModelFault> {
+fn copies(
+    document: &Document,
+    accessors: &Accessors,
+    node: &Instance,
+    all: &mut Vec<Instance>,
+) -> Result<(), ModelFault> {
     let fail = |problem: String| ModelFault::element(document.node_label(node.node), problem);
     let attributes = document.nodes[node.node].copies().into_iter().flatten();
     let stated: Vec<(&str, usize)> = attributes.map(|(name, accessor)| (name.as_str(), *accessor)).collect();

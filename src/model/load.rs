@@ -13,7 +13,7 @@ use super::error::counted;
 use super::graph::{self, Instance};
 use super::measure::area_vector;
 use super::primitive::{Geometry, read_mesh};
-use super::{ModelFault, Model, ModelError, ModelMaterial, Part, Skipped, animation, buffer, container, instances};
+use super::{Model, ModelError, ModelFault, ModelMaterial, Part, Skipped, animation, buffer, container, instances};
 use crate::files::{self, Reach};
 use crate::text::plain;
 

@@ -27,8 +27,8 @@ mod summary;
 mod weld;
 
 pub(crate) use collapse::MergeSummary;
-pub(crate) use error::ModelFault;
 pub use error::ModelError;
+pub(crate) use error::ModelFault;
 
 /// A glTF material. Thermal values come from the scene's rules or from `extras`.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,7 +4,7 @@ use glam::DVec3;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
-use super::accessor::{Accessors, AccessorUse};
+use super::accessor::{AccessorUse, Accessors};
 use super::document::Document;
 use super::error::{counted, label};
 use super::{ModelFault, Skipped};
@@ -74,7 +74,8 @@ fn not_triangles(mode: Mode) -> Option<&'static str> {
 }
 
 fn read_positions(document: &Document, accessors: &Accessors, index: usize) -> Result<Vec<DVec3>, ModelFault> {
-    let positions: Vec<DVec3> = accessors.vectors(index, AccessorUse::Position)?.into_iter().map(DVec3::from_array).collect();
+    let positions: Vec<DVec3> =
+        accessors.vectors(index, AccessorUse::Position)?.into_iter().map(DVec3::from_array).collect();
     match positions.iter().position(|position| !position.is_finite()) {
         None => Ok(positions),
         Some(at) => {
@@ -113,8 +114,9 @@ fn read_primitive(
             Some(normals.into_iter().map(DVec3::from_array).collect())
         }
     };
-    let vertices = u32::try_from(positions.len())
-        .map_err(|_| ModelFault::element(name, format!("has {} positions, more than 32 bits can count", positions.len())))?;
+    let vertices = u32::try_from(positions.len()).map_err(|_| {
+        ModelFault::element(name, format!("has {} positions, more than 32 bits can count", positions.len()))
+    })?;
     let corners = match primitive.indices {
         None => (0..vertices).collect(),
         Some(index) => {

@@ -91,7 +91,7 @@ impl Midpoints {
 }
 
 /// Distinct vertex positions. Triangles of two parts meet where they share positions.
-struct Places {
+struct VertexPlaces {
     of_vertex: Vec<u32>,
     count: usize,
 }
@@ -128,8 +128,8 @@ impl Model {
         self.subdivide_parts(&all, vertex_limit, progress)
     }
 
-    /// Like `subdivide`, with a longest edge for each part [m]. An infinite one asks for nothing. Shared edges follow
-    /// the finer part.
+    /// Like `subdivide`, with a longest edge for each part [m]. An infinite length asks for nothing. Shared edges
+    /// follow the finer part.
     ///
     /// # Errors
     /// As for `subdivide`, but a longest edge may be infinite.
@@ -157,7 +157,7 @@ impl Model {
         }
         let mut places = max_edges.iter().any(|edge| *edge != finest).then(|| {
             let (of_vertex, count) = places(&self.positions);
-            Places { of_vertex, count }
+            VertexPlaces { of_vertex, count }
         });
         loop {
             let asks = |triangle: &[u32; 3]| {
@@ -189,7 +189,7 @@ impl Model {
 
     /// Copies marks between triangles that meet. Marks the longest edge of each triangle that is split for a neighbour.
     /// Returns the marked edges by place.
-    fn agree(&self, places: &Places, marks: &mut [u8]) -> Midpoints {
+    fn agree(&self, places: &VertexPlaces, marks: &mut [u8]) -> Midpoints {
         loop {
             let name = |vertex: u32| places.of_vertex[vertex as usize];
             let shared = Midpoints::collect(places.count, &self.triangles, marks, name);

@@ -2,11 +2,11 @@
 
 use glam::{DVec2, DVec3};
 
-use super::surface::{SurfaceSurroundings, Pixel, RasterSurface};
+use super::surface::{Pixel, RasterSurface, SurfaceSurroundings};
 use super::traced::{ReflectedCraft, TracedSample, traced_radiance};
 use super::triangle::ShownFace;
 use super::view::{RasterView, grid};
-use crate::thermal::surroundings::{Reflector, emissivity, reflected_radiance, sky_radiance};
+use crate::thermal::surroundings::{BandReflector, emissivity, reflected_radiance, sky_radiance};
 
 pub(super) struct SampleLight<'a> {
     pub(crate) surface: &'a RasterSurface<'a>,
@@ -34,7 +34,14 @@ impl SampleLight<'_> {
     }
 
     /// The craft's own light that a sample reflects. `None` where the craft is not traced.
-    fn of_craft(&self, sample: &Pixel, around: &SurfaceSurroundings, shown: ShownFace, ray: DVec2, place: [f64; 2]) -> Option<f64> {
+    fn of_craft(
+        &self,
+        sample: &Pixel,
+        around: &SurfaceSurroundings,
+        shown: ShownFace,
+        ray: DVec2,
+        place: [f64; 2],
+    ) -> Option<f64> {
         let traced = around.traced.as_ref()?;
         let surroundings = around.surroundings?;
         let reflector = around.reflector(sample, shown)?;
@@ -60,7 +67,7 @@ impl SampleLight<'_> {
 }
 
 impl SurfaceSurroundings<'_> {
-    fn reflector(&self, sample: &Pixel, shown: ShownFace) -> Option<&Reflector> {
+    fn reflector(&self, sample: &Pixel, shown: ShownFace) -> Option<&BandReflector> {
         self.reflectors.get(sample.material as usize - 1).map(|faces| &faces[shown.face])
     }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::traced::TracedTriangles;
-use crate::thermal::surroundings::{Looks, Reflector, Surroundings};
+use crate::thermal::surroundings::{BandReflector, Looks, Surroundings};
 
 /// Triangles with the values of their vertices. A triangle has the part and material of its first vertex.
 #[derive(Debug, Clone, Copy)]
@@ -34,13 +34,13 @@ pub struct SurfaceSurroundings<'a> {
     pub(crate) normals: &'a [DVec3],
     pub(crate) reflects: bool,
     /// Front and back of each material. Empty where nothing reflects and every emissivity is one number.
-    pub(crate) reflectors: &'a [[Reflector; 2]],
+    pub(crate) reflectors: &'a [[BandReflector; 2]],
     pub(crate) looks: Looks<'a>,
     /// The craft itself, where it is reflected too.
     pub(crate) traced: Option<TracedTriangles<'a>>,
 }
 
-/// One pixel. Temperature, depth and identity are those at its centre.
+/// One pixel. Temperature, depth and identity are taken at its centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pixel {
     /// Emitted and reflected radiance in the band [W m-2 sr-1], in the mean of the samples. Where no surface is, the radiance of the sky, or 0

@@ -153,7 +153,8 @@ fn the_mean_of_the_samples_is_that_of_the_area() {
 
 #[test]
 fn nothing_behind_the_camera_is_drawn() {
-    let view = RasterView { camera_from_body: DAffine3::from_translation(DVec3::new(0.0, 0.0, -3.0)), ..view(1.0, 0.0) };
+    let view =
+        RasterView { camera_from_body: DAffine3::from_translation(DVec3::new(0.0, 0.0, -3.0)), ..view(1.0, 0.0) };
     assert!(draw(&plate(), &PLATE_TRIANGLES, &view).iter().all(|pixel| *pixel == EMPTY));
     let hidden = RasterView { near: 9.5, ..self::view(9.0, 0.0) };
     assert!(draw(&plate(), &PLATE_TRIANGLES, &hidden).iter().all(|pixel| *pixel == EMPTY));

@@ -11,14 +11,14 @@ use crate::exchange::directions::{basis, cosine_direction};
 use crate::thermal::lobe::{LEAST_VIEW, facet_reflection, masking};
 use crate::thermal::sensor::noise::pcg4d;
 use crate::thermal::surroundings::{
-    Looks, Reflector, Surroundings, dimmed, emissivity, kept_share, reflected_radiance, sky_radiance,
+    BandReflector, Looks, Surroundings, dimmed, emissivity, kept_share, reflected_radiance, sky_radiance,
 };
 
 /// Reflections that are followed. Surfaces beyond the last one count as black.
 pub(crate) const REFLECTIONS: u32 = 2;
 /// Most boxes of the tree of the craft on a device, whose invocations walk it once for each reflection.
 pub(crate) const LARGEST_REFLECTED: usize = LARGEST_TREE / REFLECTIONS as usize;
-/// Draws of a direction of a rough mirror. Then its mirror direction stands for it.
+/// Most draws of a direction of a rough mirror. The mirror direction stands in where all are refused.
 const LOBE_DRAWS: u32 = 6;
 
 /// Triangles of the craft as placed by its joints, and the rays against them.
@@ -37,7 +37,7 @@ pub(crate) struct ReflectedCraft<'a> {
     pub(crate) traced: &'a TracedTriangles<'a>,
     /// In the axes of the camera.
     pub(crate) surroundings: &'a Surroundings,
-    pub(crate) reflectors: &'a [[Reflector; 2]],
+    pub(crate) reflectors: &'a [[BandReflector; 2]],
     pub(crate) looks: &'a Looks<'a>,
     /// Temperatures of the nodes [K].
     pub(crate) temperatures: &'a [f64],
@@ -47,7 +47,7 @@ pub(crate) struct ReflectedCraft<'a> {
 
 /// The surface that a sample shows, in the axes of the camera.
 pub(crate) struct TracedSample<'a> {
-    pub(crate) reflector: &'a Reflector,
+    pub(crate) reflector: &'a BandReflector,
     /// Unit normal.
     pub(crate) normal: DVec3,
     /// Unit vector to the camera.
@@ -65,7 +65,7 @@ fn numbers(pixel: [u32; 2], draw: u32, word: u32) -> [f64; 4] {
 
 /// A direction from which a face reflects light to `seen`, and whether the face acted as a smooth mirror.
 fn reflected_from(
-    (reflector, looks): (&Reflector, &Looks),
+    (reflector, looks): (&BandReflector, &Looks),
     (normal, seen): (DVec3, DVec3),
     draw: impl Fn(u32) -> [f64; 4],
 ) -> (DVec3, bool) {

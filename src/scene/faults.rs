@@ -1,4 +1,4 @@
-//! Reading goes on after an error, so that all errors of a file are told at once.
+//! Reading goes on after an error, so that all errors of a file are reported at once.
 //!
 //! A reader ends at its first error. The file is then read again with a valid value in place of the wrong one, until nothing new is found. An error that may
 //! follow from an earlier one is not told.
@@ -25,7 +25,7 @@ pub(super) struct KeyPlace {
     pub(super) path: PathBuf,
     /// Name of the section, empty for the root.
     pub(super) section: String,
-    /// Byte at which the section begins, which tells the elements of an array of tables apart.
+    /// Byte at which the section begins, which distinguishes the elements of an array of tables.
     pub(super) start: usize,
     pub(super) key: String,
 }
@@ -142,7 +142,13 @@ impl Faults {
     }
 
     /// Whether an error at a place may follow from one of the known faults that count.
-    fn follows(&self, place: &KeyPlace, kind: FaultKind, others: &[&str], counts: impl Fn(&SceneFault) -> bool) -> bool {
+    fn follows(
+        &self,
+        place: &KeyPlace,
+        kind: FaultKind,
+        others: &[&str],
+        counts: impl Fn(&SceneFault) -> bool,
+    ) -> bool {
         let faults = self.faults.borrow();
         let same_section = |fault: &SceneFault| {
             let KeyPlace { path, section, start, .. } = &fault.place;
@@ -207,7 +213,12 @@ impl Faults {
             if let Some(meant) = &last.meant {
                 let place = KeyPlace { key: meant.clone(), ..last.place.clone() };
                 if faults.iter().all(|fault| fault.place != place) {
-                    faults.push(SceneFault { place, kind: FaultKind::Number, times: 0, misspelt: Some(last.place.key.clone()) });
+                    faults.push(SceneFault {
+                        place,
+                        kind: FaultKind::Number,
+                        times: 0,
+                        misspelt: Some(last.place.key.clone()),
+                    });
                 }
             }
             faults.push(SceneFault { place: last.place.clone(), kind: last.kind, times: 1, misspelt: None });

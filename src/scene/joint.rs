@@ -45,7 +45,11 @@ enum JointMode {
 const MODES: [(&str, JointMode, &[&str]); 4] = [
     ("fixed", JointMode::Fixed, &["kind", "axis", "origin", "limits_deg", "limits", "angle_deg", "distance"]),
     ("sun", JointMode::Sun, &["kind", "axis", "origin", "limits_deg", "rate_deg", "sun_axis", "offset_deg"]),
-    ("schedule", JointMode::Schedule, &["kind", "axis", "origin", "limits_deg", "limits", "rate_deg", "rate", "schedule"]),
+    (
+        "schedule",
+        JointMode::Schedule,
+        &["kind", "axis", "origin", "limits_deg", "limits", "rate_deg", "rate", "schedule"],
+    ),
     ("animation", JointMode::Animation, &["animation", "repeat"]),
 ];
 

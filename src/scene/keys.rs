@@ -136,7 +136,8 @@ pub(super) const RADIANCE: &[&str] =
 pub(super) const PLANET_MAP: &[&str] = &["file", "scale", "offset", "pole", "longitude_deg", "period"];
 pub(super) const PLANET_DAY_NIGHT: &[&str] = &["day", "night", "law"];
 
-/// Lists the keys of a camera: those that a ray of its image depends on, and the others. A preset may state some of the former.
+/// Lists the keys of a camera: the keys that a ray of its image depends on, and the others. A preset may state some of the
+/// former.
 macro_rules! camera_keys {
     (lens: $($lens:literal)*; others: $($other:literal)*;) => {
         pub(super) const CAMERA: &[&str] = &[$($lens,)* $($other,)* "preset"];

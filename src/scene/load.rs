@@ -43,7 +43,7 @@ impl Scene {
         Self::parse_within(text, path, Reach::of(path))
     }
 
-    /// The same for a file that may name the files of `reach`.
+    /// Like [`Scene::parse`], for a file that may name the files of `reach`.
     ///
     /// # Errors
     /// As for `parse`.

@@ -142,21 +142,21 @@ fn default(
         .map_err(|Incomplete { message, .. }| section.clash("default", &OF_VALUES, message))?;
     assumed.note(&complete, "materials.default");
     let source = format!("{} materials.default; {description}", file_name(&context.scene));
-    let settled = Settled { complete, source };
+    let settled = SettledMaterial { complete, source };
     settled.add_files(files);
     Ok(Some(MaterialRule { patterns: vec!["*".to_string()], material: settled.material(String::new()) }))
 }
 
-/// The keys that decide which entries of a table are known, and those that a complete set of values depends on.
+/// The keys that decide which entries of a table are known, and the keys that a complete set of values depends on.
 const OF_THE_TABLE: [&str; 1] = ["materials.table"];
 const OF_VALUES: [&str; 3] = [OWN_SECTION, OTHER_FILES, "materials.*"];
 
-struct Settled {
+struct SettledMaterial {
     complete: Complete,
     source: String,
 }
 
-impl Settled {
+impl SettledMaterial {
     /// Adds the files of its functions, each once.
     fn add_files(&self, files: &mut Vec<PathBuf>) {
         for file in &self.complete.files {
@@ -178,7 +178,7 @@ fn settle(
     entries: &[String],
     mut source: String,
     context: &ExtrasContext,
-) -> Result<Settled, SceneError> {
+) -> Result<SettledMaterial, SceneError> {
     let own = Values::read(place, context.step)?;
     let mut values = own.clone();
     if !entries.is_empty() {
@@ -192,7 +192,7 @@ fn settle(
     let located = |Incomplete { key, message }| place.clash(key, &OF_VALUES, message);
     let complete = values.or(&context.common).complete(context.step).map_err(located)?;
     own.check_back_is_used(&complete).map_err(located)?;
-    Ok(Settled { complete, source })
+    Ok(SettledMaterial { complete, source })
 }
 
 fn file_name(path: &Path) -> String {

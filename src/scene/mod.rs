@@ -8,7 +8,7 @@ use glam::{DQuat, DVec3};
 use hifitime::Epoch;
 
 use crate::environment::{Attitude, Environment, Orbit};
-use crate::exchange::step::ExchangeSettings as ExchangeSettings;
+use crate::exchange::step::ExchangeSettings;
 use crate::files::Reach;
 use crate::lens::Lens;
 use crate::thermal::planck::Band;

@@ -16,7 +16,7 @@ pub enum ImageFile {
     NumbersFits,
     /// Brightness temperatures of the radiometric output as PNG.
     KelvinPng,
-    /// The same as TIFF.
+    /// Brightness temperatures of the radiometric output as TIFF.
     KelvinTiff,
     /// The 8 bits of a display.
     DisplayPng,

@@ -13,7 +13,7 @@ pub struct Preset {
     pub name: &'static str,
     /// Width and height [px].
     pub size: [u32; 2],
-    /// Horizontal field of view [deg]. Without one it depends on the lens.
+    /// Horizontal field of view [deg]. `None` where the field depends on the lens.
     pub(crate) fov_deg: Option<f64>,
     /// Distance between pixels [m].
     pub(crate) pitch: Option<f64>,

@@ -21,7 +21,7 @@ pub enum Reflections {
     Off,
     /// Planet, deep space and Sun, without the craft itself.
     Environment,
-    /// The same and the craft itself, by rays.
+    /// Planet, deep space, Sun, and by rays the craft itself.
     Traced,
 }
 

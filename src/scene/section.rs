@@ -9,7 +9,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::choice::choose;
 use super::error::SceneError;
-use super::faults::{Instead, FaultKind, KeyPlace};
+use super::faults::{FaultKind, Instead, KeyPlace};
 use super::file::SourceFile;
 use super::keys::{nearest, unknown_key};
 use super::quantity::Quantity;

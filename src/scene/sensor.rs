@@ -13,7 +13,7 @@ use crate::thermal::radiance::{RadianceTable, band_radiance};
 use crate::thermal::sensor::gain_control::GainControl;
 use crate::thermal::sensor::halo::Halo;
 use crate::thermal::sensor::spread::{MOST_RADIUS, Spread};
-use crate::thermal::sensor::{MOST_PIXELS, Netd, Optics, Pattern, Sensor, Vignetting};
+use crate::thermal::sensor::{MOST_PIXELS, Netd, Pattern, Sensor, SensorOptics, Vignetting};
 
 /// Default temperature of the scene that a NETD is stated for, of the shutter, and of the gains' reference [K].
 const USUAL: f64 = 300.0;
@@ -248,7 +248,7 @@ fn vignetting(section: &Section, camera: &Camera, files: &mut Vec<PathBuf>) -> R
     Ok(Some(Vignetting::Map(shares)))
 }
 
-fn optics(section: &Section) -> Result<Optics, SceneError> {
+fn optics(section: &Section) -> Result<SensorOptics, SceneError> {
     let transmission = section.number("transmission", Quantity::within(0.01, 1.0, ""))?;
     let lens = section.number("lens_temperature", Quantity::within(10.0, 6000.0, "K"))?;
     let housing = section.number("housing_temperature", Quantity::within(10.0, 6000.0, "K"))?;
@@ -266,7 +266,7 @@ fn optics(section: &Section) -> Result<Optics, SceneError> {
             "needs vignetting or vignetting_map: the housing is seen where the image is vignetted",
         ));
     }
-    Ok(Optics { transmission: transmission.unwrap_or(1.0), lens, housing })
+    Ok(SensorOptics { transmission: transmission.unwrap_or(1.0), lens, housing })
 }
 
 fn pattern(section: &Section) -> Result<Option<Pattern>, SceneError> {

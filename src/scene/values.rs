@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::thermal::emissivity::BandEmissivity;
 use crate::thermal::material::{
-    Bulk, Domain, Gloss, NoPlate, Optics, Radiative, Response, Retarget, Sides, Structure, Transition,
+    Bulk, Domain, Gloss, InnerStructure, NoPlate, Optics, Radiative, Response, Retarget, Sides, Transition,
 };
 
 use super::emissivity;
@@ -41,10 +41,10 @@ const RESPONSES: [(&str, ResponseKind); 4] = [
     ("network", ResponseKind::Network),
 ];
 
-fn structure(over: &impl ValueSource) -> Result<Structure, SceneError> {
+fn structure(over: &impl ValueSource) -> Result<InnerStructure, SceneError> {
     let value =
         |key: &str, quantity: Quantity, what: &str| over.number(key, quantity)?.ok_or_else(|| over.missing(key, what));
-    Ok(Structure {
+    Ok(InnerStructure {
         effective_emittance: value("effective_emittance", SHARE, "the effective emittance towards the structure")?,
         thickness: value("thickness", Quantity::positive("m"), "the thickness of the structure [m]")?,
         density: value("density", Quantity::non_negative("kg/m3"), "the density of the structure [kg/m3]")?,

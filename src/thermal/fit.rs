@@ -23,7 +23,7 @@ use data::FitData;
 pub(crate) use data::FitError;
 pub(crate) use response::Fit;
 use response::NOTHING;
-use search::{KINDS, FitProblem};
+use search::{FitProblem, KINDS};
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Fits {

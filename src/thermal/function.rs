@@ -17,7 +17,7 @@ pub(crate) use error::FunctionError;
 pub(crate) use expression::Expression;
 pub(crate) use measured::MeasuredFunction;
 pub use measured::TemperatureSample;
-use pieces::Pieces;
+use pieces::FunctionPieces;
 pub(crate) use polynomial::Polynomial;
 
 /// Largest rate of an exponential. Beyond about 700 the share left would leave the range of f64.
@@ -47,7 +47,7 @@ pub struct FunctionShape {
     /// Share of the time in which the way is done, below 1 where the function reaches its target early.
     active: f64,
     /// Made when they are first asked for, because a table of materials has many functions that a scene does not use.
-    pieces: OnceLock<Pieces>,
+    pieces: OnceLock<FunctionPieces>,
 }
 
 /// The kind decides everything else.
@@ -198,9 +198,9 @@ impl Function {
     }
 
     /// The function as the device evaluates it, over the time in which the way is done.
-    pub(crate) fn pieces(&self) -> Pieces {
+    pub(crate) fn pieces(&self) -> FunctionPieces {
         match self {
-            Self::Linear | Self::Quadratic => Pieces::new(&|r| self.remaining(r)),
+            Self::Linear | Self::Quadratic => FunctionPieces::new(&|r| self.remaining(r)),
             Self::Shaped(shape) => shape.pieces().clone(),
         }
     }
@@ -212,8 +212,8 @@ impl FunctionShape {
         self.kind.remaining(1.0 - self.active + self.active * r)
     }
 
-    fn pieces(&self) -> &Pieces {
-        self.pieces.get_or_init(|| Pieces::new(&|r| self.remaining(r)))
+    fn pieces(&self) -> &FunctionPieces {
+        self.pieces.get_or_init(|| FunctionPieces::new(&|r| self.remaining(r)))
     }
 
     /// Whether its pieces follow it, as far as a quick look shows.
@@ -222,12 +222,14 @@ impl FunctionShape {
             // A piece errs by at most h^2/8 times the second derivative in v, s f'' + f' for s = v^2/2 in [0, 1/2], which is below 2 (k + 1) here. With
             // h = 2^-14 and a rate of 500 this is 5e-7. A logarithm's is below 1.5 k / ln(1 + k), 8e-7 for a rate of 1e4.
             FunctionKind::Exponential { .. } | FunctionKind::Logarithmic { .. } => true,
-            FunctionKind::Polynomial(_) | FunctionKind::Table(_) | FunctionKind::Expression(_) => pieces::are_plain(&|r| self.remaining(r)),
+            FunctionKind::Polynomial(_) | FunctionKind::Table(_) | FunctionKind::Expression(_) => {
+                pieces::are_plain(&|r| self.remaining(r))
+            }
         }
     }
 
     fn check(&self) -> Result<(), FunctionError> {
-        let Pieces { error, worst, .. } = *self.pieces();
+        let FunctionPieces { error, worst, .. } = *self.pieces();
         // Not the opposite, which a NaN would pass.
         let is_close = error <= pieces::LARGEST_ERROR;
         if is_close {

@@ -148,8 +148,8 @@ fn directions(roughness: f64, view: f64, count: usize) -> Vec<Weighted> {
     (0..count).map(of).collect()
 }
 
-/// Direction of a visible facet's reflection for two numbers in (0, 1) (Heitz 2018). The third axis is the normal, and the first lies in the plane of the view.
-/// `view` is the cosine of its angle. Directions below the surface and those that other facets hide still count.
+/// Direction of a visible facet's reflection for two numbers in (0, 1) (Heitz 2018). The third axis is the normal, and the first lies in the plane of
+/// the view. `view` is the cosine of its angle. Directions below the surface, and directions that other facets hide, still count.
 pub(crate) fn facet_reflection(roughness: f64, view: f64, [u, v]: [f64; 2]) -> DVec3 {
     let slant = (1.0 - view * view).max(0.0).sqrt();
     let to_camera = DVec3::new(slant, 0.0, view);

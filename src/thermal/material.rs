@@ -166,7 +166,7 @@ impl Radiative {
     /// Values that are missing, or no heat that is stored.
     pub(crate) fn of(bulk: &Bulk, step: f64) -> Result<Self, NoPlate> {
         let capacity = bulk.capacity_per_area().map_err(NoPlate::Lacks)?;
-        let below = |over: Structure| Below {
+        let below = |over: InnerStructure| Below {
             capacity: over.capacity_per_area(),
             effective_emittance: over.effective_emittance,
         };
@@ -216,7 +216,7 @@ pub struct Bulk {
     pub(crate) heat_capacity_per_area: Option<f64>,
     /// Conductivity [W/(m K)].
     pub conductivity: Option<f64>,
-    pub(crate) over: Option<Structure>,
+    pub(crate) over: Option<InnerStructure>,
 }
 
 impl Bulk {
@@ -237,7 +237,7 @@ impl Bulk {
     }
 }
 
-impl Structure {
+impl InnerStructure {
     /// Heat capacity per area [J/(m2 K)].
     pub(crate) fn capacity_per_area(&self) -> f64 {
         self.thickness * self.density * self.specific_heat
@@ -246,7 +246,7 @@ impl Structure {
 
 /// A sheet behind the visible one that exchanges heat with it by radiation, such as the structure below an MLI blanket.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Structure {
+pub(crate) struct InnerStructure {
     /// Radiative conductance (GR) per area between the two: the blanket's effective emittance.
     pub(crate) effective_emittance: f64,
     /// Thickness [m].

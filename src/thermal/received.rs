@@ -6,9 +6,9 @@ use crate::thermal::balance::Incident;
 /// Shares of the planet's light that a face sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlanetShares {
-    /// Of its infrared.
+    /// Share of the planet's infrared.
     pub planet_ir: f64,
-    /// Of its albedo.
+    /// Share of the planet's albedo.
     pub albedo: f64,
 }
 

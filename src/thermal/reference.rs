@@ -57,7 +57,7 @@ impl<F: IncidentFlux> Reference<F> {
         Self { nodes, joints: Vec::new(), materials, incident, visibility, received: Vec::new(), states, temperatures }
     }
 
-    /// The same nodes with the joint of each (0 is the body). Normals are in the file's pose.
+    /// The nodes with the joint of each (0 is the body). Normals are in the file's pose.
     pub(crate) fn with_joints(self, joints: Vec<u32>) -> Self {
         Self { joints, ..self }
     }

@@ -37,7 +37,7 @@ pub struct Surroundings {
 
 /// How a face emits and reflects in the band.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Reflector {
+pub(crate) struct BandReflector {
     /// Emissivity. The rest is reflected. A table stands in its place.
     pub(crate) emissivity: f64,
     /// Share of the reflected light that leaves about the mirror direction. The rest is diffuse.
@@ -61,7 +61,7 @@ pub(crate) struct Looks<'a> {
 }
 
 /// Emissivity of a face at a temperature [K] and a cosine of the angle from its normal.
-pub(crate) fn emissivity(reflector: &Reflector, looks: &Looks, temperature: f64, cosine: f64) -> f64 {
+pub(crate) fn emissivity(reflector: &BandReflector, looks: &Looks, temperature: f64, cosine: f64) -> f64 {
     match reflector.table.and_then(|table| looks.tables.get(table)) {
         Some(table) => table.emissivity(temperature, cosine),
         None => reflector.emissivity,
@@ -69,12 +69,12 @@ pub(crate) fn emissivity(reflector: &Reflector, looks: &Looks, temperature: f64,
 }
 
 /// Share of the light of a blackbody at a temperature [K] that a face reflects, at a cosine of the angle from its normal.
-pub(crate) fn kept_share(reflector: &Reflector, looks: &Looks, temperature: f64, cosine: f64) -> f64 {
+pub(crate) fn kept_share(reflector: &BandReflector, looks: &Looks, temperature: f64, cosine: f64) -> f64 {
     1.0 - emissivity(reflector, looks, temperature, cosine)
 }
 
 /// The surroundings, with each light times the reflectivity of a face: 1 minus its emissivity at the same angle and wavelengths (Kirchhoff's law).
-pub(crate) fn dimmed(around: &Surroundings, reflector: &Reflector, looks: &Looks, cosine: f64) -> Surroundings {
+pub(crate) fn dimmed(around: &Surroundings, reflector: &BandReflector, looks: &Looks, cosine: f64) -> Surroundings {
     let [planet, space, sun] = match reflector.table.and_then(|table| looks.tables.get(table)) {
         Some(table) => reflector.of_sources.map(|factor| 1.0 - factor * table.angle_factor(cosine)),
         None => [1.0 - reflector.emissivity; 3],
@@ -114,7 +114,7 @@ pub(crate) fn sun_irradiance(around: &Surroundings) -> f64 {
 /// of length 1. The normal of a mesh may lean away from the camera at a silhouette. The face then counts as seen edge-on.
 pub(crate) fn reflected_radiance(
     around: &Surroundings,
-    reflector: &Reflector,
+    reflector: &BandReflector,
     looks: &Looks,
     normal: DVec3,
     to_camera: DVec3,
@@ -152,8 +152,8 @@ mod tests {
     use std::sync::Arc;
 
     const BAND: Band = Band { lower: 8e-6, upper: 14e-6 };
-    const PLAIN: Reflector =
-        Reflector { emissivity: 0.0, specular: 0.0, lobe: None, table: None, of_sources: [0.0; 3] };
+    const PLAIN: BandReflector =
+        BandReflector { emissivity: 0.0, specular: 0.0, lobe: None, table: None, of_sources: [0.0; 3] };
 
     /// Surroundings with these temperatures [K], without a Sun.
     fn around(planet: f64, space: f64, ratio: f64) -> Surroundings {
@@ -190,7 +190,7 @@ mod tests {
         let looks = Looks { lobes: &lobes, ..Looks::default() };
         for (emissivity, specular) in [(0.02, 0.0), (0.5, 0.3), (0.02, 1.0), (0.0, 0.7), (1.0, 1.0)] {
             for lobe in [None, Some(0), Some(1), Some(2)] {
-                let reflector = Reflector { emissivity, specular, lobe, ..PLAIN };
+                let reflector = BandReflector { emissivity, specular, lobe, ..PLAIN };
                 for (normal, view) in directions() {
                     let apparent = emissivity * black + reflected_radiance(&around, &reflector, &looks, normal, view);
                     assert!((apparent / black - 1.0).abs() < 1e-12, "{reflector:?}: {apparent} against {black}");
@@ -198,7 +198,7 @@ mod tests {
             }
         }
         let warmer = super::tests::around(287.1, 287.0, 1.064);
-        let foil = Reflector { emissivity: 0.02, ..PLAIN };
+        let foil = BandReflector { emissivity: 0.02, ..PLAIN };
         let apparent = 0.02 * black + reflected_radiance(&warmer, &foil, &looks, DVec3::NEG_Z, DVec3::NEG_Z);
         assert!((apparent / black - 1.0).abs() > 1e-4, "0.1 K of the planet must show");
     }
@@ -222,7 +222,7 @@ mod tests {
         for (index, table) in tables.iter().enumerate() {
             for (specular, lobe) in [(0.0, None), (0.6, None), (1.0, Some(0))] {
                 let of_sources = [table.temperature_factor(287.0); 3];
-                let reflector = Reflector { specular, lobe, table: Some(index), of_sources, ..PLAIN };
+                let reflector = BandReflector { specular, lobe, table: Some(index), of_sources, ..PLAIN };
                 let mut least = 1.0_f64;
                 for (normal, view) in directions() {
                     let own = emissivity(&reflector, &looks, 287.0, normal.dot(view));
@@ -243,9 +243,9 @@ mod tests {
     #[test]
     fn foil_before_the_earth_looks_as_cold_as_the_earth() {
         let around = around(255.0, 2.7, 1.0);
-        let foil = Reflector { emissivity: 0.02, specular: 1.0, ..PLAIN };
+        let foil = BandReflector { emissivity: 0.02, specular: 1.0, ..PLAIN };
         let emitted = 0.02 * band_radiance_exact(BAND, 400.0);
-        for reflector in [foil, Reflector { specular: 0.0, ..foil }] {
+        for reflector in [foil, BandReflector { specular: 0.0, ..foil }] {
             let reflected = reflected_radiance(&around, &reflector, &Looks::default(), DVec3::NEG_Z, DVec3::NEG_Z);
             assert!((emitted - 3.5).abs() < 0.05 && (reflected - 24.3).abs() < 0.05, "{emitted} + {reflected}");
             let (low, high) = (band_radiance_exact(BAND, 260.5), band_radiance_exact(BAND, 261.5));
@@ -278,12 +278,12 @@ mod tests {
         around.sun_radiance = band_radiance_exact(BAND, SUN_TEMPERATURE);
         let lobes = [Lobe::new(1e-3, around.planet)];
         let looks = Looks { lobes: &lobes, ..Looks::default() };
-        let smooth = Reflector { emissivity: 0.1, specular: 1.0, ..PLAIN };
-        let rough = Reflector { lobe: Some(0), ..smooth };
+        let smooth = BandReflector { emissivity: 0.1, specular: 1.0, ..PLAIN };
+        let rough = BandReflector { lobe: Some(0), ..smooth };
         let view = DVec3::new(0.3, 0.0, -1.0).normalize();
         let one = |reflector| reflected_radiance(&around, reflector, &looks, DVec3::NEG_Z, view);
         assert!((one(&rough) / one(&smooth) - 1.0).abs() < 1e-3);
-        let diffuse = Reflector { specular: 0.0, ..smooth };
+        let diffuse = BandReflector { specular: 0.0, ..smooth };
         let to_sun = reflected_radiance(&around, &diffuse, &looks, DVec3::X, DVec3::X);
         let dark = Surroundings { sun_radiance: 0.0, ..around };
         let sunlight = to_sun - reflected_radiance(&dark, &diffuse, &looks, DVec3::X, DVec3::X);

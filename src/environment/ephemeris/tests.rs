@@ -23,7 +23,7 @@ fn sample(time: f64) -> EphemerisSample {
 }
 
 fn whole(samples: Vec<EphemerisSample>, interpolation: Interpolation) -> (Ephemeris, Findings) {
-    Ephemeris::new(vec![Segment { samples, interpolation, usable: (f64::NEG_INFINITY, f64::INFINITY) }])
+    Ephemeris::new(vec![EphemerisSegment { samples, interpolation, usable: (f64::NEG_INFINITY, f64::INFINITY) }])
 }
 
 fn regular(count: u32, step: f64) -> Vec<EphemerisSample> {
@@ -141,7 +141,8 @@ fn a_manoeuvre_between_epochs_disturbs_nothing_but_its_own_interval() {
 
 #[test]
 fn usable_times_bound_a_segment_but_its_samples_still_count() {
-    let segment = |usable| Segment { samples: regular(20, 60.0), interpolation: Interpolation::Hermite(7), usable };
+    let segment =
+        |usable| EphemerisSegment { samples: regular(20, 60.0), interpolation: Interpolation::Hermite(7), usable };
     let (ephemeris, _) = Ephemeris::new(vec![segment((90.0, 500.0)), segment((500.0, 1000.0))]);
     assert_eq!(ephemeris.coverage(), [(90.0, 1000.0)]);
     assert!(ephemeris.state(89.0).is_none());
@@ -180,7 +181,11 @@ fn rounding_of_a_time_does_not_leave_the_ephemeris() {
     // A gap of a microsecond between segments, which their coverage joins.
     let segment = |from: f64| {
         let samples = (0..10).map(|index| sample(from + f64::from(index) * 60.0)).collect();
-        Segment { samples, interpolation: Interpolation::Hermite(7), usable: (f64::NEG_INFINITY, f64::INFINITY) }
+        EphemerisSegment {
+            samples,
+            interpolation: Interpolation::Hermite(7),
+            usable: (f64::NEG_INFINITY, f64::INFINITY),
+        }
     };
     let (touching, _) = Ephemeris::new(vec![segment(0.0), segment(540.0 + 0.9e-6)]);
     assert_eq!(touching.coverage().len(), 1);

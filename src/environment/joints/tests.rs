@@ -12,7 +12,7 @@ fn guided(kind: JointKind, axis: DVec3, drive: Drive) -> Guided {
 }
 
 fn joint(parent: Option<usize>, guided: Guided) -> Joint {
-    Joint { name: "joint".to_owned(), parent, motion: Motion::Guided(guided) }
+    Joint { name: "joint".to_owned(), parent, motion: JointDrive::Guided(guided) }
 }
 
 fn facing(axis: DVec3) -> Guided {
@@ -153,12 +153,12 @@ fn an_animation_is_the_schedule_that_says_the_same() {
     let axis = (own.matrix3 * DVec3::Y).normalize();
     let scheduled = Guided { origin: own.translation, ..guided(JointKind::Rotation, axis, drive) };
     let sun = |_: f64| DVec3::X;
-    let of = |motion: Motion| {
+    let of = |motion: JointDrive| {
         let joint = Joint { name: "node".to_owned(), parent: None, motion };
         Joints::new(vec![joint], 0.0, 1.0, sun)
     };
-    let again = of(Motion::Played(Box::new(Played { repeats: true, ..played.clone() })));
-    let (played, scheduled) = (of(Motion::Played(Box::new(played))), of(Motion::Guided(scheduled)));
+    let again = of(JointDrive::Played(Box::new(Played { repeats: true, ..played.clone() })));
+    let (played, scheduled) = (of(JointDrive::Played(Box::new(played))), of(JointDrive::Guided(scheduled)));
     for time in [-1.0, 0.0, 2.5, 7.0, 10.0, 12.5] {
         let (a, b) = (played.at(time, &sun), scheduled.at(time, &sun));
         assert!((a.0[0] - b.0[0]).abs() < 1e-9, "{time} s: {} and {} rad", a.0[0], b.0[0]);
@@ -281,8 +281,11 @@ fn what_rides_on_an_animation_is_walked_through() {
         rest: (DVec3::ZERO, DQuat::IDENTITY),
         body_from_parent: DAffine3::IDENTITY,
     };
-    let carrier =
-        |played: Played| Joint { name: "carrier".to_owned(), parent: None, motion: Motion::Played(Box::new(played)) };
+    let carrier = |played: Played| Joint {
+        name: "carrier".to_owned(),
+        parent: None,
+        motion: JointDrive::Played(Box::new(played)),
+    };
     let panel = joint(Some(0), Guided { rate: Some(2.0 * ORBITAL), ..facing(DVec3::Y) });
     let (short, whole) = walked_both_ways(&[carrier(played.clone()), panel.clone()], 10.0);
     assert_eq!(short, whole);

@@ -66,7 +66,9 @@ fn a_place_that_can_not_be_is_refused() {
     assert!(refused(place(540.0)).contains("must come after the one at 540 s"));
     assert!(refused(PlacementSample { position: DVec3::X * 6e6, ..place(600.0) }).contains("6000 km from the centre"));
     assert!(refused(PlacementSample { sun: DVec3::NAN, ..place(600.0) }).contains("the position of the Sun"));
-    assert!(refused(PlacementSample { sun: place(600.0).position, ..place(600.0) }).contains("the direction to the Sun"));
+    assert!(
+        refused(PlacementSample { sun: place(600.0).position, ..place(600.0) }).contains("the direction to the Sun")
+    );
     let zero = DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0);
     assert!(refused(PlacementSample { inertial_from_body: zero, ..place(600.0) }).contains("the attitude"));
     assert!(refused(PlacementSample { time: f64::NAN, ..place(600.0) }).contains("the time"));

@@ -22,7 +22,7 @@ const LEAST_COSINE: f64 = 0.01;
 
 /// Parallel projection of the craft from the Sun: texels from body coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SunView {
+pub struct SunProjection {
     /// Unit vector to the Sun, body frame.
     pub sun: DVec3,
     /// Unit vector along rows, to the right.
@@ -41,7 +41,7 @@ pub struct SunView {
     pub lift: f64,
 }
 
-impl SunView {
+impl SunProjection {
     /// A view that contains all corners of a box (lower and upper corner [m]).
     #[cfg(test)]
     pub(crate) fn new(sun: DVec3, bounds: [DVec3; 2], resolution: u32) -> Self {
@@ -123,7 +123,7 @@ impl SunView {
 /// Depth of the nearest surface at the centre of each texel. 1 where there is none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthMap<'a> {
-    view: SunView,
+    view: SunProjection,
     depths: Depths<'a>,
 }
 
@@ -136,13 +136,13 @@ enum Depths<'a> {
 }
 
 impl<'a> DepthMap<'a> {
-    /// The same map for few nodes, without drawing it.
-    pub fn traced(view: SunView, occluders: &'a Occluders) -> Self {
+    /// A map for few nodes, which traces the texels that they read instead of drawing all.
+    pub fn traced(view: SunProjection, occluders: &'a Occluders) -> Self {
         Self { view, depths: Depths::Traced(occluders) }
     }
 
     /// Draws triangles with positions [m]. A texel holds the depth at its centre, as on the device.
-    pub(crate) fn new(view: SunView, positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
+    pub(crate) fn new(view: SunProjection, positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         let side = view.resolution as usize;
         let mut depths = vec![1.0f64; side * side];
         for triangle in triangles {

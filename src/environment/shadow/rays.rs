@@ -57,7 +57,7 @@ impl Occluders {
         occluders
     }
 
-    /// The same after their positions [m] have changed. The order of the triangles stays.
+    /// Takes new positions [m] of the triangles. The order of the triangles stays.
     pub(crate) fn refit(&mut self, positions: &[DVec3], triangles: &[[u32; 3]]) {
         self.tree.refit(positions, triangles);
         self.place(positions, triangles);

@@ -18,7 +18,7 @@ use super::super::vector::{point, quaternion};
 use super::super::{Camera, CameraFrame};
 use super::pose;
 use crate::environment::Orbit;
-use crate::environment::pose_path::{NoPose, Places, PosePath, Turns};
+use crate::environment::pose_path::{NoPose, PathPositions, PathRotations, PosePath};
 use crate::environment::position_history::PositionHistory;
 use crate::environment::rotation_history::{
     HistoryFrame, RotationHistory, RotationInterpolation, RotationSample, RotationSegment,
@@ -71,7 +71,8 @@ enum PathOrigin {
 
 /// The frame of a path, and the origin of its positions. `None` where the scene states neither.
 fn frame_of(section: &Section, stated: Option<CameraFrame>) -> Result<(Option<CameraFrame>, PathOrigin), SceneError> {
-    let words = [("orbit", (CameraFrame::Orbit, PathOrigin::Craft)), ("inertial", (CameraFrame::Inertial, PathOrigin::Planet))];
+    let words =
+        [("orbit", (CameraFrame::Orbit, PathOrigin::Craft)), ("inertial", (CameraFrame::Inertial, PathOrigin::Planet))];
     let Some((frame, origin)) = section.choice("path_relative_to", &words)? else {
         return Ok((stated, PathOrigin::Craft));
     };
@@ -133,7 +134,7 @@ impl PathReader<'_, '_> {
     }
 
     /// The trajectory of the craft that carries the camera.
-    fn chaser(&mut self, path: &Path, text: &str) -> Result<Places, SceneError> {
+    fn chaser(&mut self, path: &Path, text: &str) -> Result<PathPositions, SceneError> {
         let Orbit::Trajectory(craft) = self.around.orbit else {
             let message =
                 "is a trajectory in GCRF, and the orbit of the scene is circular, without a date: it needs orbit.file";
@@ -143,7 +144,7 @@ impl PathReader<'_, '_> {
             Options { object: self.object()?, start: self.around.start, elsewhere: true, ..Options::default() };
         let trajectory = ephemeris::read(path, text, &options, self.assumptions);
         let trajectory = self.section.blame("path", &OF_THE_ORBIT, trajectory)?;
-        Ok(Places::Chaser { trajectory, craft: Arc::clone(craft) })
+        Ok(PathPositions::Chaser { trajectory, craft: Arc::clone(craft) })
     }
 
     /// Positions and rotations of a table. Positions from the planet's centre become those from the craft, before anything is interpolated.
@@ -152,7 +153,7 @@ impl PathReader<'_, '_> {
         path: &Path,
         table: Vec<PathRow>,
         origin: PathOrigin,
-    ) -> Result<(Places, Option<Arc<RotationHistory>>), SceneError> {
+    ) -> Result<(PathPositions, Option<Arc<RotationHistory>>), SceneError> {
         let mut samples = Vec::with_capacity(table.len());
         for row in &table {
             let from = match origin {
@@ -180,18 +181,22 @@ impl PathReader<'_, '_> {
             Arc::new(RotationHistory::new(path.display().to_string(), HistoryFrame::Inertial, vec![segment]))
         };
         let rotated = table.iter().any(|row| row.rotation.is_some());
-        Ok((Places::Samples(PositionHistory::new(&samples)), rotated.then(history)))
+        Ok((PathPositions::Samples(PositionHistory::new(&samples)), rotated.then(history)))
     }
 
     /// The rotations of a path: of its table, of an attitude file, or towards a point.
-    fn turns(&mut self, of_table: Option<Arc<RotationHistory>>, frame: CameraFrame) -> Result<Turns, SceneError> {
+    fn turns(
+        &mut self,
+        of_table: Option<Arc<RotationHistory>>,
+        frame: CameraFrame,
+    ) -> Result<PathRotations, SceneError> {
         let section = self.section;
         section.exclusive("attitude", "look_at")?;
         if let Some(history) = of_table {
             if let Some(key) = ["attitude", "look_at", "up"].iter().find(|key| section.has(key)) {
                 return Err(section.clash(key, &["path"], "cannot be combined with the quaternions of camera.path"));
             }
-            return Ok(Turns::History(history));
+            return Ok(PathRotations::History(history));
         }
         if let Some(file) = section.path("attitude")? {
             section.exclusive("attitude", "up")?;
@@ -206,10 +211,10 @@ impl PathReader<'_, '_> {
         }
         let what = "the point that the camera looks at, because camera.path states no rotations (or camera.attitude)";
         let target = section.required("look_at", point(section, "look_at")?, what)?;
-        Ok(Turns::LookAt(target, pose::up(section, frame, self.assumptions)?))
+        Ok(PathRotations::LookAt(target, pose::up(section, frame, self.assumptions)?))
     }
 
-    fn attitude(&mut self, file: &Path, frame: CameraFrame) -> Result<Turns, SceneError> {
+    fn attitude(&mut self, file: &Path, frame: CameraFrame) -> Result<PathRotations, SceneError> {
         let wrong =
             |message: &str| self.section.clash("attitude", &["orbit.*", "frame", "path", "path_relative_to"], message);
         let text = read_file(file.to_path_buf(), self.files).map_err(|error| self.section.error("attitude", error))?;
@@ -226,7 +231,7 @@ impl PathReader<'_, '_> {
         if history.frame != HistoryFrame::Inertial {
             return Err(wrong("turns from the orbit frame of its own craft; state it in EME2000, ICRF or GCRF"));
         }
-        Ok(Turns::History(history))
+        Ok(PathRotations::History(history))
     }
 }
 

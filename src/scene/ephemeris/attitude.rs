@@ -10,8 +10,8 @@ use super::super::choice::list;
 use super::super::epoch::{parse_epoch, time_system};
 use super::super::error::SceneError;
 use super::object::matches;
-use super::rotation::{Segment, rotation};
-use super::span::{Span, check_span, usable_times};
+use super::rotation::{AttitudeSegment, rotation};
+use super::span::{StatedSpan, check_span, usable_times};
 use super::stated::{Options, state_epoch};
 use super::table::Columns;
 use super::text::{FileLine, name_of, number, one_line_end};
@@ -91,7 +91,7 @@ const LATEST: f64 = 1e11;
 /// The AEM segments of the wanted object, as rotations over scene time.
 fn message(
     path: &Path,
-    mut segments: Vec<Segment>,
+    mut segments: Vec<AttitudeSegment>,
     start: Epoch,
     options: &AttitudeOptions,
     assumptions: &mut Vec<String>,
@@ -103,7 +103,7 @@ fn message(
             return Err(first.error("attitude.object", format!("no object of the file is called '{wanted}'")));
         }
     }
-    let Some(Segment { object, frame, .. }) = segments.first() else {
+    let Some(AttitudeSegment { object, frame, .. }) = segments.first() else {
         return Err(first.error("attitude", "holds no segments"));
     };
     let (object, frame) = (object.clone(), *frame);
@@ -122,7 +122,7 @@ fn message(
 /// Converts a segment to scene time.
 fn by_time(
     path: &Path,
-    segment: &Segment,
+    segment: &AttitudeSegment,
     start: Epoch,
     assumptions: &mut Vec<String>,
 ) -> Result<RotationSegment, SceneError> {
@@ -142,7 +142,7 @@ fn by_time(
             RotationSample { time: seconds_between(start, epoch), frame_from_body: quaternion, derivative, spin };
         push(&at, &mut samples, &row.epoch, sample)?;
     }
-    let span = Span {
+    let span = StatedSpan {
         start: &segment.start,
         stop: &segment.stop,
         usable_start: &segment.usable_start,

@@ -10,10 +10,10 @@ use super::choice::list;
 use super::epoch::time_system;
 use super::error::SceneError;
 use crate::environment::divided_differences::hermite_degree;
-use crate::environment::ephemeris::{DEFAULT_DEGREE, Ephemeris, Interpolation, Segment};
+use crate::environment::ephemeris::{DEFAULT_DEGREE, Ephemeris, EphemerisSegment, Interpolation};
 use crate::environment::frames::{ReferenceFrame, to_gcrf};
 use crate::environment::state::EphemerisSample;
-use crate::environment::trajectory::{TrajectorySource, Trajectory, seconds_between};
+use crate::environment::trajectory::{Trajectory, TrajectorySource, seconds_between};
 use crate::environment::utc::utc;
 
 mod aem;
@@ -33,7 +33,7 @@ mod xml;
 
 pub(super) use attitude::{AttitudeOptions, LENGTH_TOLERANCE, read_attitude};
 use object::matches;
-use span::{Span, check_span, usable_times};
+use span::{StatedSpan, check_span, usable_times};
 pub(super) use stated::Options;
 use stated::{Stated, reference_frame, state_epoch, stated_degree};
 pub(super) use table::Columns;
@@ -136,7 +136,7 @@ fn from_segments(
             let times = segment.usable;
             let seconds =
                 |epoch: Option<Epoch>, otherwise: f64| epoch.map_or(otherwise, |epoch| seconds_between(start, epoch));
-            Segment {
+            EphemerisSegment {
                 samples: segment
                     .states
                     .into_iter()
@@ -219,7 +219,7 @@ fn absolute(
         states.push((epoch, position, velocity));
     }
     let ends = states.first().zip(states.last()).map(|((first, ..), (last, ..))| (*first, *last));
-    let span = Span {
+    let span = StatedSpan {
         start: &stated.start,
         stop: &stated.stop,
         usable_start: &stated.usable_start,

@@ -9,7 +9,7 @@ use hifitime::TimeScale;
 use super::super::choice::list;
 use super::super::epoch::time_system;
 use super::super::error::SceneError;
-use super::span::Said;
+use super::span::StatedValue;
 use super::stated::{reference_frame, stated_degree};
 use super::text::{FileLine, name_of};
 use crate::environment::divided_differences::hermite_degree;
@@ -26,7 +26,7 @@ pub(super) struct Metadata {
     pub(super) entries: Vec<(usize, String, String)>,
 }
 
-pub(super) struct Segment {
+pub(super) struct AttitudeSegment {
     pub(super) line: usize,
     /// Name and identifier of the object.
     pub(super) object: (String, String),
@@ -35,10 +35,10 @@ pub(super) struct Segment {
     /// Whether the rotations take frame vectors into the body. The usual direction is the opposite.
     inverted: bool,
     pub(super) scale: TimeScale,
-    pub(super) start: Said,
-    pub(super) stop: Said,
-    pub(super) usable_start: Said,
-    pub(super) usable_stop: Said,
+    pub(super) start: StatedValue,
+    pub(super) stop: StatedValue,
+    pub(super) usable_start: StatedValue,
+    pub(super) usable_stop: StatedValue,
     pub(super) interpolation: RotationInterpolation,
     pub(super) rows: Vec<RotationRow>,
     /// Whether the file ends inside the segment.
@@ -141,7 +141,7 @@ pub(super) fn version(at: &FileLine, stated: &str) -> Result<u32, SceneError> {
 }
 
 /// The rotation of the body into the frame that a row states, its derivative [1/s], and the rate of a spin [rad/s].
-pub(super) fn rotation(segment: &Segment, numbers: &[f64]) -> (DQuat, Option<DQuat>, Option<f64>) {
+pub(super) fn rotation(segment: &AttitudeSegment, numbers: &[f64]) -> (DQuat, Option<DQuat>, Option<f64>) {
     let (stated, rest) = numbers.split_at(if matches!(segment.kind.shape, RotationForm::Euler { .. }) { 3 } else { 4 });
     let quaternion = |numbers: &[f64], scalar_first: bool| match *numbers {
         [w, x, y, z] if scalar_first => DQuat::from_xyzw(x, y, z, w),
@@ -189,7 +189,7 @@ impl Metadata {
         self.entries.iter().find(|(_, known, _)| known == key).map(|(line, _, value)| (*line, value.as_str()))
     }
 
-    fn owned(&self, key: &str) -> Said {
+    fn owned(&self, key: &str) -> StatedValue {
         self.get(key).map(|(line, value)| (line, value.to_owned()))
     }
 
@@ -204,7 +204,7 @@ pub(super) fn interpret(
     path: &Path,
     metadata: &Metadata,
     assumptions: &mut Vec<String>,
-) -> Result<Segment, SceneError> {
+) -> Result<AttitudeSegment, SceneError> {
     let mut assume = |said: String| {
         let said = format!("{}:{}: {said}", name_of(path), metadata.line);
         if !assumptions.contains(&said) {
@@ -241,7 +241,7 @@ pub(super) fn interpret(
         );
     }
     let text = |key: &str| metadata.get(key).map(|(_, value)| value.to_owned()).unwrap_or_default();
-    Ok(Segment {
+    Ok(AttitudeSegment {
         line: metadata.line,
         object: (text("OBJECT_NAME"), text("OBJECT_ID")),
         frame,

@@ -7,7 +7,7 @@ use hifitime::{Epoch, TimeScale};
 
 use super::super::epoch::parse_epoch;
 use super::super::error::SceneError;
-use super::span::Said;
+use super::span::StatedValue;
 use super::text::FileLine;
 use crate::environment::divided_differences::HIGHEST_DEGREE;
 use crate::environment::frames::ReferenceFrame;
@@ -33,18 +33,18 @@ pub(super) struct Stated {
     pub(super) object_name: String,
     pub(super) object_id: String,
     pub(super) centre: Option<String>,
-    pub(super) start: Said,
-    pub(super) stop: Said,
+    pub(super) start: StatedValue,
+    pub(super) stop: StatedValue,
     /// Mandatory metadata keys that are missing but not needed.
     pub(super) missing: Vec<&'static str>,
     /// Whether the file ends inside a line of this segment.
     pub(super) torn: bool,
-    pub(super) frame: Said,
-    pub(super) time_system: Said,
-    pub(super) usable_start: Said,
-    pub(super) usable_stop: Said,
-    pub(super) interpolation: Said,
-    pub(super) degree: Said,
+    pub(super) frame: StatedValue,
+    pub(super) time_system: StatedValue,
+    pub(super) usable_start: StatedValue,
+    pub(super) usable_stop: StatedValue,
+    pub(super) interpolation: StatedValue,
+    pub(super) degree: StatedValue,
     pub(super) lines: Vec<StateLine>,
 }
 

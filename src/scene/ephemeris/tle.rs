@@ -10,7 +10,7 @@ use super::super::error::SceneError;
 use super::object::matches;
 use super::stated::Options;
 use super::text::FileLine;
-use crate::environment::trajectory::{TrajectorySource, Trajectory, seconds_between};
+use crate::environment::trajectory::{Trajectory, TrajectorySource, seconds_between};
 use crate::environment::utc::utc;
 
 /// Age of elements above which the user gets a warning [s]. SGP4 loses 1 to 3 km a day in low orbit.

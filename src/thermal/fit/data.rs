@@ -54,7 +54,7 @@ pub(crate) enum FitError {
 }
 
 impl FitError {
-    /// The same error with a line number of the file instead of the row number.
+    /// The error with a line number of the file instead of the row number.
     pub(crate) fn in_lines(mut self, lines: &[u64]) -> Self {
         if let Self::Value { row, .. } | Self::Order { row, .. } = &mut self {
             *row = lines.get(*row - 1).map_or(*row, |line| *line as usize);

@@ -13,7 +13,7 @@ const POOR: f64 = 0.05;
 const FAR: f64 = 3.0;
 
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Response {
+pub(crate) struct FittedResponse {
     pub(crate) function: Function,
     pub(crate) domain: Domain,
     /// Time to the target, in the unit of the data.
@@ -27,7 +27,7 @@ pub(crate) struct Response {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Fit {
     /// The response, which starts at the temperature of the first row.
-    pub(crate) response: Response,
+    pub(crate) response: FittedResponse,
     pub(crate) parameters: usize,
     /// Root mean square of the differences from the data [K].
     pub(crate) rms: f64,
@@ -43,7 +43,7 @@ pub(crate) struct Fit {
     pub(crate) at_bounds: Vec<&'static str>,
 }
 
-impl Response {
+impl FittedResponse {
     /// Temperature [K] at a time after the first row.
     pub(crate) fn temperature(&self, time: f64) -> f64 {
         let done = self.function.done(time / self.t_max);
@@ -55,7 +55,7 @@ impl Response {
 impl Fit {
     /// Compares a response with rows of (time since the first row, temperature [K]).
     pub(super) fn new(
-        response: Response,
+        response: FittedResponse,
         parameters: usize,
         data: &FitData,
         rows: &[[f64; 2]],

@@ -1,7 +1,7 @@
 //! Searches for the best parameters of one kind of function in one domain.
 
 use super::data::FitData;
-use super::response::{Fit, NOTHING, Response};
+use super::response::{Fit, FittedResponse, NOTHING};
 use crate::thermal::function::{Function, FunctionError};
 use crate::thermal::least_squares::{Minimum, minimise};
 use crate::thermal::material::Domain;
@@ -137,7 +137,7 @@ impl FitProblem<'_> {
     }
 
     fn finish(&self, best: &Minimum) -> Result<Fit, FunctionError> {
-        let response = Response {
+        let response = FittedResponse {
             function: self.shape(&best.x).function()?,
             domain: self.domain,
             t_max: best.x[0].exp(),

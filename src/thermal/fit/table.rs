@@ -1,7 +1,7 @@
 //! A table made from all rows, whose error is measured with every second row.
 
 use super::data::FitData;
-use super::response::{Fit, Response};
+use super::response::{Fit, FittedResponse};
 use crate::thermal::function::{Function, FunctionError, FunctionKind, TemperatureSample};
 use crate::thermal::material::Domain;
 
@@ -21,7 +21,7 @@ pub(super) fn fit(data: &FitData, samples: &[TemperatureSample]) -> Result<Fit, 
     Ok(Fit { response: whole, ..half })
 }
 
-fn response(data: &FitData, samples: &[TemperatureSample]) -> Result<Response, FunctionError> {
+fn response(data: &FitData, samples: &[TemperatureSample]) -> Result<FittedResponse, FunctionError> {
     let function = Function::table(samples, data.target)?;
     // The last row of a table that continues to its target is at the second knot.
     let left_at_last_row = match &function {
@@ -32,7 +32,7 @@ fn response(data: &FitData, samples: &[TemperatureSample]) -> Result<Response, F
         _ => 0.0,
     };
     let last = samples.last().map_or(data.initial, |row| row.temperature);
-    Ok(Response {
+    Ok(FittedResponse {
         function,
         domain: Domain::Temperature,
         t_max: data.last_time() / (1.0 - left_at_last_row),

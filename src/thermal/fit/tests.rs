@@ -1,6 +1,6 @@
 //! Fits of data of known origin find the function, t_max, target and parameters.
 
-use super::search::{RATE_WITHOUT_END, FitFunction};
+use super::search::{FitFunction, RATE_WITHOUT_END};
 use super::*;
 use crate::thermal::function::Function;
 use crate::thermal::function::FunctionKind;
@@ -70,8 +70,9 @@ fn every_function_is_found_in_its_own_data_in_both_domains() {
 
 #[test]
 fn a_response_that_is_a_hundredth_slower_is_not_taken_for_the_same() {
-    let data =
-        samples(301, 150.0, |time| response(&FitFunction::Quadratic, Domain::Temperature, [180.0, 310.0], time / 101.0));
+    let data = samples(301, 150.0, |time| {
+        response(&FitFunction::Quadratic, Domain::Temperature, [180.0, 310.0], time / 101.0)
+    });
     assert!((best(&data, None).response.t_max - 100.0).abs() > 0.5);
 }
 
@@ -160,7 +161,8 @@ fn a_line_that_is_still_moving_ends_with_the_data_unless_a_target_is_given() {
 
 #[test]
 fn a_quadratic_that_is_cut_off_is_completed() {
-    let data = samples(80, 70.0, |time| response(&FitFunction::Quadratic, Domain::Temperature, [100.0, 300.0], time / 100.0));
+    let data =
+        samples(80, 70.0, |time| response(&FitFunction::Quadratic, Domain::Temperature, [100.0, 300.0], time / 100.0));
     let found = best(&data, None);
     assert_eq!(found.response.function, Function::Quadratic);
     let Fit { response, .. } = &found;
@@ -173,7 +175,12 @@ fn times_need_not_be_even_nor_start_at_zero() {
     let data: Vec<TemperatureSample> = (0..100)
         .map(|i| TemperatureSample {
             time: time(i),
-            temperature: response(&FitFunction::Quadratic, Domain::Temperature, [250.0, 150.0], (time(i) - 1000.0) / 90.0),
+            temperature: response(
+                &FitFunction::Quadratic,
+                Domain::Temperature,
+                [250.0, 150.0],
+                (time(i) - 1000.0) / 90.0,
+            ),
         })
         .collect();
     let found = best(&data, None);

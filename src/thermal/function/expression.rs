@@ -36,8 +36,8 @@ impl PartialEq for Expression {
 impl Expression {
     pub(super) fn new(text: &str) -> Result<Self, FunctionError> {
         let text = text.trim().to_owned();
-        let program =
-            ExpressionProgram::compile(&text).map_err(|message| FunctionError::Expression { text: text.clone(), message })?;
+        let program = ExpressionProgram::compile(&text)
+            .map_err(|message| FunctionError::Expression { text: text.clone(), message })?;
         let mut expression = Self { text, program, start: 0.0, scale: 1.0 };
         expression.check()?;
         let (start, end) = (expression.program.run(0.0), expression.program.run(1.0));

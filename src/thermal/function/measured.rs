@@ -208,7 +208,8 @@ fn read_samples(text: &str, path: &Path) -> Result<(Vec<TemperatureSample>, Vec<
                 message: format!("{name}: '{field}' is not a number"),
             })
         };
-        samples.push(TemperatureSample { time: number(time, "time")?, temperature: number(temperature, "temperature")? });
+        samples
+            .push(TemperatureSample { time: number(time, "time")?, temperature: number(temperature, "temperature")? });
         rows.push(row);
     }
     Ok((samples, rows))

@@ -23,10 +23,11 @@ const STRETCH: usize = 16;
 const COMPARED_AT: [f64; 4] = [0.137, 0.381, 0.618, 0.853];
 
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Pieces {
-    /// Value at the near end of each piece, and its increase to the far end. [`SIDE`] pieces go from the start inwards, as many from the end inwards. Then
-    /// come the smaller ones. A piece that is divided has instead of its increase minus the index of the first of its [`PARTS`] parts. On the side of the
-    /// start the value is the share done, or minus the share left. On the side of the end it is the share left, or minus the share done.
+pub(crate) struct FunctionPieces {
+    /// Value at the near end of each piece, and its increase to the far end. [`SIDE`] pieces go from the start inwards, as many from the end inwards.
+    /// The smaller pieces follow. A piece that is divided has instead of its increase minus the index of the first of its [`PARTS`] parts. On the
+    /// side of the start the value is the share done, or minus the share left. On the side of the end the value is the share left, or minus the share
+    /// done.
     pub(crate) cells: Vec<[f32; 2]>,
     /// Largest error of the share done.
     pub(crate) error: f64,
@@ -34,19 +35,19 @@ pub(crate) struct Pieces {
     pub(crate) worst: f64,
 }
 
-impl Pieces {
+impl FunctionPieces {
     /// Pieces of a function. The function gives the share of the way left when a share of the time is left.
     pub(crate) fn new(remaining: &dyn Fn(f64) -> f64) -> Self {
         let mut pieces = Self { cells: vec![[0.0; 2]; 2 * SIDE], error: 0.0, worst: 0.0 };
         for start in [true, false] {
-            let side = Side { start, remaining };
+            let side = FunctionSide { start, remaining };
             pieces.fill(if start { 0 } else { SIDE }, &side, (0.0, 1.0), SIDE, 0);
         }
         pieces
     }
 
     /// Fills `count` pieces from an index on, for an interval of v on a side.
-    fn fill(&mut self, first: usize, side: &Side, (low, high): (f64, f64), count: usize, depth: u32) {
+    fn fill(&mut self, first: usize, side: &FunctionSide, (low, high): (f64, f64), count: usize, depth: u32) {
         let place = |number: f64| low + (high - low) * number / count as f64;
         let mut before = side.left(low);
         for number in 0..count {
@@ -104,7 +105,7 @@ impl Pieces {
 /// the places that are looked at, but for one that the function makes up for within a twentieth of a stretch.
 pub(crate) fn are_plain(remaining: &dyn Fn(f64) -> f64) -> bool {
     [true, false].into_iter().all(|start| {
-        let side = Side { start, remaining };
+        let side = FunctionSide { start, remaining };
         let count = SIDE / STRETCH;
         let mut before = side.left(0.0);
         (0..count).all(|number| {
@@ -121,12 +122,12 @@ pub(crate) fn are_plain(remaining: &dyn Fn(f64) -> f64) -> bool {
     })
 }
 
-struct Side<'a> {
+struct FunctionSide<'a> {
     start: bool,
     remaining: &'a dyn Fn(f64) -> f64,
 }
 
-impl Side<'_> {
+impl FunctionSide<'_> {
     /// Share of the way left at a v.
     fn left(&self, v: f64) -> f64 {
         (self.remaining)(if self.start { 1.0 - distance(v) } else { distance(v) })

@@ -3,8 +3,8 @@
 
 use super::rkl2::stages_for;
 use super::schedule::Schedule;
-use super::stepper::{Method, Stepper};
-use super::switches::{Pace, SWITCH_TIME, Trace};
+use super::stepper::{StepMethod, Stepper};
+use super::switches::{Pace, SWITCH_TIME, SensorTrace};
 use super::{Network, NodeKind};
 
 mod rejected;
@@ -13,10 +13,10 @@ mod terms;
 
 pub use terms::ControlError;
 pub use terms::FLOOR;
+pub use terms::IntegrationSettings;
 pub use terms::Integrator;
 pub use terms::Series;
-pub use terms::Settings;
-pub(crate) use terms::{Leg, ONE_PASS_TOLERANCE, Switch, MethodUse};
+pub(crate) use terms::{Leg, MethodUse, ONE_PASS_TOLERANCE, Switch};
 
 /// Greatest number of RKL2 stages before TR-BDF2 is cheaper, and the number below which RKL2 is used again.
 const MOST_STAGES: [u32; 2] = [41, 25];
@@ -60,7 +60,7 @@ pub fn integrate<S: Stepper>(
     stepper: &mut S,
     network: &Network,
     schedule: &Schedule,
-    settings: &Settings,
+    settings: &IntegrationSettings,
     watch: impl FnMut(f64) -> bool,
 ) -> Result<Series, ControlError<S::Error>> {
     let (series, ended) = integrate_and_keep(stepper, network, schedule, settings, watch);
@@ -72,7 +72,7 @@ pub(crate) fn integrate_and_keep<S: Stepper>(
     stepper: &mut S,
     network: &Network,
     schedule: &Schedule,
-    settings: &Settings,
+    settings: &IntegrationSettings,
     watch: impl FnMut(f64) -> bool,
 ) -> (Series, Result<(), ControlError<S::Error>>) {
     let horizon = schedule.times.last().copied().unwrap_or(1.0);
@@ -85,7 +85,7 @@ pub(crate) fn integrate_leg<S: Stepper>(
     stepper: &mut S,
     network: &Network,
     schedule: &Schedule,
-    settings: &Settings,
+    settings: &IntegrationSettings,
     leg: Leg,
     watch: impl FnMut(f64) -> bool,
 ) -> Result<Series, ControlError<S::Error>> {
@@ -97,7 +97,7 @@ fn leg_and_keep<S: Stepper>(
     stepper: &mut S,
     network: &Network,
     schedule: &Schedule,
-    settings: &Settings,
+    settings: &IntegrationSettings,
     leg: Leg,
     watch: impl FnMut(f64) -> bool,
 ) -> (Series, Result<(), ControlError<S::Error>>) {
@@ -175,7 +175,7 @@ struct Control<'a, S: Stepper, W> {
 
 #[derive(Clone, Copy)]
 struct PlannedTry {
-    method: Method,
+    method: StepMethod,
     step: f64,
     count: u32,
 }
@@ -294,7 +294,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         if attempt.error.is_nan() || attempt.error > self.allowed(plan) {
             return self.reject(plan, attempt.error);
         }
-        let trace = Trace { start: &self.sensed, rest: &attempt.sensed };
+        let trace = SensorTrace { start: &self.sensed, rest: &attempt.sensed };
         let thermostats = &self.schedule.thermostats;
         let crossing = trace.first_crossing(thermostats, &self.on);
         let rows = crossing.unwrap_or(plan.count as usize + 1);
@@ -328,8 +328,8 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
     /// Largest estimate with which a try is kept [K].
     fn allowed(&self, plan: PlannedTry) -> f64 {
         match plan.method {
-            Method::Euler => self.limit.min(self.euler_rate * plan.step),
-            Method::Rkl2 { .. } | Method::TrBdf2 => self.limit,
+            StepMethod::Euler => self.limit.min(self.euler_rate * plan.step),
+            StepMethod::Rkl2 { .. } | StepMethod::TrBdf2 => self.limit,
         }
     }
 
@@ -340,7 +340,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         let stable = (remaining * self.rate).ceil().max(least);
         let euler = self.integrator != Integrator::Accurate && self.euler_pause == 0;
         if euler && stable <= f64::from(MOST_EULER) {
-            return PlannedTry { method: Method::Euler, step: remaining / stable, count: stable as u32 };
+            return PlannedTry { method: StepMethod::Euler, step: remaining / stable, count: stable as u32 };
         }
         let whole = (remaining / self.step).ceil().max(1.0);
         let (step, count) = if whole <= least {
@@ -354,7 +354,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         let stages = stages_for(step * self.rate);
         let most = if self.integrator == Integrator::Accurate { MOST_STAGES_ACCURATE } else { MOST_STAGES };
         self.implicit = stages > most[usize::from(self.implicit)];
-        let method = if self.implicit { Method::TrBdf2 } else { Method::Rkl2 { stages } };
+        let method = if self.implicit { StepMethod::TrBdf2 } else { StepMethod::Rkl2 { stages } };
         PlannedTry { method, step, count: count as u32 }
     }
 
@@ -366,9 +366,9 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         self.since = if (then - end).abs() <= 1e-9 * span { end } else { then.min(end) };
         self.euler_pause = self.euler_pause.saturating_sub(1);
         let (place, stages) = match plan.method {
-            Method::Euler => (0, 1),
-            Method::Rkl2 { stages } => (1, stages),
-            Method::TrBdf2 => (2, 2),
+            StepMethod::Euler => (0, 1),
+            StepMethod::Rkl2 { stages } => (1, stages),
+            StepMethod::TrBdf2 => (2, 2),
         };
         let fresh = MethodUse { sub_steps: 0, time: 0.0, range: [plan.step; 2], stages: [stages; 2] };
         let used = self.series.uses[place].get_or_insert(fresh);
@@ -381,7 +381,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
 
     /// The next sub-step after a kept try.
     fn adapt(&mut self, plan: PlannedTry, error: f64, end: f64) {
-        if plan.method == Method::Euler {
+        if plan.method == StepMethod::Euler {
             return;
         }
         let factor = (0.85 * (self.limit / error.max(1e-300)).cbrt()).clamp(0.3, 5.0);
@@ -415,7 +415,9 @@ mod tests {
         let ended = |left: u64| {
             let mut stepper = ReferenceStepper::new(network.clone(), &[]);
             stepper.set_counts(WorkCounts { sub_steps: MOST_SUB_STEPS - left, ..WorkCounts::default() });
-            integrate_and_keep(&mut stepper, &network, &schedule, &Settings::of(Integrator::Default), |_| true)
+            integrate_and_keep(&mut stepper, &network, &schedule, &IntegrationSettings::of(Integrator::Default), |_| {
+                true
+            })
         };
         let (series, end) = ended(200);
         assert!(matches!(end, Err(ControlError::TooLong { .. })), "{end:?}");

@@ -10,7 +10,7 @@ use super::stepper::Stepper;
 use super::{Network, NodeKind};
 
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Settled {
+pub(crate) struct PeriodicState {
     /// Temperatures [K] of every node at the times reported by `orbit`, in the periodic state.
     pub(crate) orbit: Vec<Vec<f64>>,
     pub(crate) orbits: u32,
@@ -35,7 +35,7 @@ pub(crate) fn settle<S, E>(
     tolerance: f64,
     balance: &mut S,
     mut orbit: impl FnMut(&[f64]) -> Result<Vec<Vec<f64>>, E>,
-) -> Result<Option<Settled>, E>
+) -> Result<Option<PeriodicState>, E>
 where
     S: Stepper,
     E: From<S::Error>,
@@ -68,7 +68,7 @@ where
         let moves = (0..network.len()).filter(|node| network.capacitances[*node] > 0.0);
         let change = moves.map(|node| (next[node] - start[node]).abs()).fold(0.0, f64::max);
         if change <= tolerance {
-            return Ok(Some(Settled { orbit: rows, orbits, change }));
+            return Ok(Some(PeriodicState { orbit: rows, orbits, change }));
         }
         if !change.is_finite() {
             return Ok(None);
@@ -84,8 +84,8 @@ where
 /// A mode of rate r that gained d over a period P is d / (e^x - 1) short of its periodic state at the end of the orbit, with x = r P. The method moves it
 /// by d / (x (1 + x/2)), which needs two linear solves. This leaves at most 0.09 of the error before the orbit, and x^2/6 for a slow mode.
 ///
-/// Heat that nodes send to each other besides the conductors of the network is a [`Coupling`]. Each solve is then repeated with the heat that the changes found
-/// so far send. That converges, because no node sends more than it emits.
+/// Heat that nodes send to each other besides the conductors of the network is a [`Coupling`]. Each solve is then repeated with the heat that the
+/// changes found so far send. The repetition converges, because no node sends more than it emits.
 #[derive(Debug)]
 pub(crate) struct SlowModes<'a> {
     network: &'a Network,
@@ -175,7 +175,7 @@ mod tests {
     }
 
     /// Settles it exactly over a period of 1 s, with 4 W in the first half.
-    fn settled(rate: f64, tolerance: f64) -> Option<Settled> {
+    fn settled(rate: f64, tolerance: f64) -> Option<PeriodicState> {
         let network = network(rate);
         let mut balance = ReferenceStepper::new(network.clone(), &[]);
         let orbit = |start: &[f64]| {

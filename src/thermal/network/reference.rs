@@ -3,8 +3,8 @@
 use std::convert::Infallible;
 
 use super::newton::Newton;
-use super::stepper::{Attempt, Method, Stepper, WorkCounts};
-use super::system::{Heat, SystemState, System, heat, in_range};
+use super::stepper::{Attempt, StepMethod, Stepper, WorkCounts};
+use super::system::{Heat, System, SystemState, heat, in_range};
 use super::{Network, NodeKind, rkl2, tr_bdf2};
 
 /// Pseudo-times [s] of implicit steps towards a steady state, where Newton's method does not converge at once.
@@ -23,7 +23,8 @@ impl ReferenceStepper {
     /// A network at its temperatures, without heat. `sensors` are the nodes of [`Attempt::sensed`].
     pub fn new(network: Network, sensors: &[u32]) -> Self {
         let nothing = vec![0.0; network.len()];
-        let kept = SystemState { temperatures: network.temperatures.clone(), rates: nothing.clone(), rates_known: false };
+        let kept =
+            SystemState { temperatures: network.temperatures.clone(), rates: nothing.clone(), rates_known: false };
         let arithmetic = Newton::new(&network, |node| network.kinds[node] == NodeKind::Arithmetic);
         let heat = Heat { power: nothing.clone(), slope: nothing };
         let system = System { network, heat, arithmetic, all: None, counts: WorkCounts::default() };
@@ -36,7 +37,7 @@ impl ReferenceStepper {
     }
 
     /// Takes one sub-step from `tried`. Returns the estimate of its error [K], infinite where it fails.
-    fn sub_step(&mut self, method: Method, t: f64, step: f64) -> f64 {
+    fn sub_step(&mut self, method: StepMethod, t: f64, step: f64) -> f64 {
         let state = &mut self.tried;
         if !state.rates_known {
             self.system.rate(t, &state.temperatures, &mut state.rates);
@@ -44,9 +45,9 @@ impl ReferenceStepper {
         }
         self.system.counts.sub_steps += 1;
         let error = match method {
-            Method::Euler => euler(&mut self.system, t, step, state),
-            Method::Rkl2 { stages } => rkl2::step(&mut self.system, t, step, stages, state),
-            Method::TrBdf2 => tr_bdf2::step(&mut self.system, t, step, state),
+            StepMethod::Euler => euler(&mut self.system, t, step, state),
+            StepMethod::Rkl2 { stages } => rkl2::step(&mut self.system, t, step, stages, state),
+            StepMethod::TrBdf2 => tr_bdf2::step(&mut self.system, t, step, state),
         };
         error.filter(|error| error.is_finite() && in_range(&state.temperatures)).unwrap_or(f64::INFINITY)
     }
@@ -84,7 +85,7 @@ impl Stepper for ReferenceStepper {
         Ok(found)
     }
 
-    fn attempt(&mut self, method: Method, t: f64, step: f64, count: u32) -> Result<Attempt, Infallible> {
+    fn attempt(&mut self, method: StepMethod, t: f64, step: f64, count: u32) -> Result<Attempt, Infallible> {
         self.tried.clone_from(&self.kept);
         let mut attempt = Attempt::default();
         for sub_step in 0..count {

@@ -1,6 +1,6 @@
 //! Runge-Kutta-Legendre of order 2 (Meyer, Balsara & Aslam, J. Comput. Phys. 257, 2014, 594) in delta form.
 
-use super::system::{SystemState, System, in_range};
+use super::system::{System, SystemState, in_range};
 
 /// Coefficients of a stage. The stage is mu D(j-1) + nu D(j-2) + h (mu_rate F(j-1) + gamma_rate F(0)) above the start.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,9 +2,9 @@
 //! estimate follow the ESDIRK method of Hosea & Shampine, Appl. Numer. Math. 20, 1996, 21.
 
 use super::NodeKind;
-use super::system::{SystemState, System, in_range};
+use super::system::{System, SystemState, in_range};
 
-/// gamma = 2 - sqrt 2. With it both implicit stages have the same matrix.
+/// gamma = 2 - sqrt 2. With this gamma both implicit stages have the same matrix.
 pub(crate) const GAMMA: f64 = 2.0 - std::f64::consts::SQRT_2;
 /// gamma / 2: weight of a stage's own rate.
 pub(crate) const DIAGONAL: f64 = 0.5 * GAMMA;

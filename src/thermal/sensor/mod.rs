@@ -33,7 +33,7 @@ pub struct Sensor {
     /// Loss of light towards the corners.
     pub vignetting: Option<Vignetting>,
     /// Transmission and emission of the optics.
-    pub optics: Optics,
+    pub optics: SensorOptics,
     /// Thermal time constant of the bolometer [s].
     pub time_constant: Option<f64>,
     /// Temporal noise.
@@ -63,12 +63,12 @@ pub enum Vignetting {
 
 /// Transmission and emission of the optics.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Optics {
+pub struct SensorOptics {
     /// Share of the light that the lens passes. The lens emits the rest at its own temperature.
     pub transmission: f64,
-    /// Temperature of the lens [K]. Without one it emits nothing.
+    /// Temperature of the lens [K]. `None` emits nothing.
     pub lens: Option<f64>,
-    /// Temperature of the housing [K], which is seen where the image is vignetted. Without one it emits nothing.
+    /// Temperature of the housing [K], which is seen where the image is vignetted. `None` emits nothing.
     pub housing: Option<f64>,
 }
 
@@ -94,7 +94,7 @@ pub struct Pattern {
     pub gain: f64,
     /// Standard deviation of the offsets' drift since the last correction [K/s].
     pub drift: f64,
-    /// Time between corrections [s]. The first is at time 0. Without one there is no other.
+    /// Time between corrections [s]. The first is at time 0, and with `None` the only one.
     pub interval: Option<f64>,
     /// Temperature of the shutter [K], at which gains have no effect.
     pub shutter: f64,
@@ -121,7 +121,7 @@ impl Sensor {
             spread: None,
             halo: None,
             vignetting: None,
-            optics: Optics { transmission: 1.0, lens: None, housing: None },
+            optics: SensorOptics { transmission: 1.0, lens: None, housing: None },
             time_constant: None,
             noise: None,
             pattern: None,

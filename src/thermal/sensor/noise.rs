@@ -110,7 +110,8 @@ mod tests {
             assert!(error < 4.0, "moment {power} is {error} standard errors off");
         }
         let pairs = stream(NoiseStream::Time).zip(stream(NoiseStream::Offset)).map(|(a, b)| a * b).sum::<f64>() / n;
-        let next = stream(NoiseStream::Time).zip(stream(NoiseStream::Time).skip(1)).map(|(a, b)| a * b).sum::<f64>() / n;
+        let next =
+            stream(NoiseStream::Time).zip(stream(NoiseStream::Time).skip(1)).map(|(a, b)| a * b).sum::<f64>() / n;
         assert!(pairs.abs().max(next.abs()) < 4.0 / n.sqrt(), "{pairs} {next}");
         let same = stream(NoiseStream::Time).map(|a| a * a).sum::<f64>() / n;
         assert!(same > 0.9, "the test sees a correlation");

@@ -102,14 +102,19 @@ pub fn radiance_slope(table: &RadianceTable, temperature: f64) -> f64 {
 }
 
 /// Count of the radiometric output for a radiance. 0 where the radiance has no brightness temperature.
-pub(crate) fn count(constants: &SensorConstants, table: &RadianceTable, guesses: &BrightnessTable, radiance: f64) -> f64 {
+pub(crate) fn count(
+    constants: &SensorConstants,
+    table: &RadianceTable,
+    guesses: &BrightnessTable,
+    radiance: f64,
+) -> f64 {
     let temperature = brightness_temperature(table, guesses, radiance.min(guesses.max_radiance)).unwrap_or(0.0);
     (temperature * constants.counts + 0.5).floor().clamp(0.0, MOST_COUNT)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::Optics;
+    use super::super::SensorOptics;
     use super::super::tests::plain;
     use super::*;
     use crate::thermal::planck::Band;
@@ -120,7 +125,7 @@ mod tests {
 
     #[test]
     fn the_range_has_its_ends_at_0_and_at_the_largest_number() {
-        let optics = Optics { transmission: 0.9, lens: Some(290.0), housing: Some(300.0) };
+        let optics = SensorOptics { transmission: 0.9, lens: Some(290.0), housing: Some(300.0) };
         let constants = SensorConstants::new(&Sensor { optics, ..plain() }, &table());
         let number = |t| constants.digital_number(constants.signal(band_radiance(&table(), t), 1.0));
         assert_eq!([number(200.0), number(400.0)], [0.0, 16_383.0]);
@@ -131,7 +136,7 @@ mod tests {
 
     #[test]
     fn a_radiance_comes_back_from_its_signal() {
-        let optics = Optics { transmission: 0.85, lens: Some(310.0), housing: Some(300.0) };
+        let optics = SensorOptics { transmission: 0.85, lens: Some(310.0), housing: Some(300.0) };
         let constants = SensorConstants::new(&Sensor { optics, ..plain() }, &table());
         for vignette in [1.0, 0.6] {
             let back = constants.radiance(constants.signal(42.0, vignette), vignette);

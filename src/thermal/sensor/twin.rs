@@ -75,16 +75,18 @@ impl SensorTwin {
             let lagged = signal + (self.state[place] - signal) * exposure.decay;
             self.state[place] = lagged;
             let group = (y * width.div_ceil(GROUP) + x / GROUP) as u32;
-            let word = |counter: u64, stream: NoiseStream| random_words(self.sensor.seed, counter, stream, group)[x % GROUP];
+            let word =
+                |counter: u64, stream: NoiseStream| random_words(self.sensor.seed, counter, stream, group)[x % GROUP];
             let shutter = u64::from(exposure.shutter);
             let mut value = lagged;
             if self.sensor.noise.is_some() {
                 value += self.constants.noise * normal(word(exposure.counter, NoiseStream::Time));
             }
             if self.sensor.pattern.is_some() {
-                value += self.constants.gain_pattern * normal(word(0, NoiseStream::Gain)) * (value - self.constants.level)
-                    + self.constants.offset_pattern * normal(word(shutter, NoiseStream::Offset))
-                    + self.constants.drift * exposure.age * normal(word(shutter, NoiseStream::Drift));
+                value +=
+                    self.constants.gain_pattern * normal(word(0, NoiseStream::Gain)) * (value - self.constants.level)
+                        + self.constants.offset_pattern * normal(word(shutter, NoiseStream::Offset))
+                        + self.constants.drift * exposure.age * normal(word(shutter, NoiseStream::Drift));
             }
             let mut number = self.constants.digital_number(value);
             if self.sensor.bad_pixels > 0.0

@@ -18,7 +18,7 @@ mod tests;
 
 use edges::{edge_touches, point_touches};
 use faces::Faces;
-use side::Side;
+use side::ContactSide;
 
 /// A selection of vertices by part and by material. A vertex must fit both.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -60,7 +60,8 @@ impl Contact {
         materials: &[Option<ShellMaterial>],
         node: &[u32],
     ) -> Result<Vec<LinearConductor>, ShellError> {
-        let side = |selection: &Selection| Side::new(surface, materials, node, |vertex| selection.has(surface, vertex));
+        let side =
+            |selection: &Selection| ContactSide::new(surface, materials, node, |vertex| selection.has(surface, vertex));
         let sides = self.between.each_ref().map(side);
         for (selection, side) in self.between.iter().zip(&sides) {
             if side.corners.is_empty() {
@@ -90,7 +91,7 @@ impl Contact {
     }
 
     /// Areas of contact of pairs of nodes [m2]: of faces, or of edges between parts and materials whose faces do not meet.
-    fn areas(&self, sides: [&Side; 2]) -> Vec<([u32; 2], f64)> {
+    fn areas(&self, sides: [&ContactSide; 2]) -> Vec<([u32; 2], f64)> {
         // The larger side is scanned, so that a plate of two triangles does not hold the work of all threads.
         let turned = sides[0].corners.len() < sides[1].corners.len();
         let sides = if turned { [sides[1], sides[0]] } else { sides };

@@ -72,7 +72,8 @@ impl Intrinsic {
         surface
     }
 
-    /// Finds twins, first between triangles that share drawn vertices, then between those that share nodes. The two faces of a sheet then stay separate.
+    /// Finds twins, first between triangles that share drawn vertices, then between triangles that share nodes. The two faces of a sheet then stay
+    /// separate.
     fn glue(&mut self, triangles: &[[u32; 3]]) {
         let drawn = |half_edge: u32| {
             let (triangle, corner) = (&triangles[half_edge as usize / 3], half_edge as usize % 3);

@@ -149,7 +149,8 @@ impl<'a> Arrays<'a> {
         self.inflated(array, header, &data[head..])
     }
 
-    /// The same in base64. The header may have a padding of its own.
+    /// Bytes in base64 that follow their length, or blocks that follow their lengths. The header may have a padding of its
+    /// own.
     fn of_base64(&self, array: Node, text: &[u8]) -> Result<Vec<u8>, SceneError> {
         let truncated = || self.truncated(array);
         let decoded = |text: &[u8]| BASE64.decode(text).map_err(|_| truncated());

@@ -89,7 +89,8 @@ impl ExpressionProgram {
             .map_err(|error| format!("is not valid GLSL: {}", error.into_inner()))?;
         let function = module.functions.iter().find(|(_, function)| function.name.as_deref() == Some(FUNCTION));
         let (_, function) = function.ok_or("leaves no function of s")?;
-        ExpressionReader { module: &module, function, slots: HashMap::new(), locals: HashMap::new(), operations: 0 }.program()
+        ExpressionReader { module: &module, function, slots: HashMap::new(), locals: HashMap::new(), operations: 0 }
+            .program()
     }
 
     pub(crate) fn run(&self, s: f64) -> f64 {

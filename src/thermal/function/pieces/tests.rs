@@ -4,7 +4,7 @@ use super::*;
 use crate::thermal::function::{Function, TemperatureSample};
 
 /// Largest difference between the pieces and a function, also between their interpolation points.
-fn error(pieces: &Pieces, remaining: impl Fn(f64) -> f64) -> f64 {
+fn error(pieces: &FunctionPieces, remaining: impl Fn(f64) -> f64) -> f64 {
     let places =
         (0..=200_000).map(|i| f64::from(i) / 200_000.0).chain((3..30).map(|n| 0.1f64.powf(f64::from(n) / 3.0)));
     places.map(|r| (pieces.remaining(r) - remaining(r)).abs()).fold(0.0, f64::max)
@@ -74,7 +74,7 @@ fn sharp_functions_have_more_pieces() {
 const ROUNDING: f64 = 1.0 / (1u64 << 26) as f64 + 1e-10;
 
 /// Largest decrease of the share done where two pieces meet.
-fn largest_fall(pieces: &Pieces) -> f64 {
+fn largest_fall(pieces: &FunctionPieces) -> f64 {
     const BESIDE: f64 = 1e-13;
     let fall = |r: f64| pieces.remaining(r - BESIDE) - pieces.remaining(r + BESIDE);
     let mut worst = fall(0.5);

@@ -1,7 +1,7 @@
 //! Tries that are taken back: a shorter sub-step, or the reason why none is short enough.
 
 use super::{Control, ControlError, PlannedTry, RATE_AGE, STIFFEST};
-use crate::thermal::network::stepper::{Method, Stepper};
+use crate::thermal::network::stepper::{StepMethod, Stepper};
 use crate::thermal::network::{LinearConductor, Network, NodeKind};
 
 /// A failed try above this share of a stepper's hottest temperature counts as having exceeded it.
@@ -13,7 +13,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
     pub(super) fn reject(&mut self, plan: PlannedTry, error: f64) -> Result<(), ControlError<S::Error>> {
         self.series.rejected += 1;
         self.rate_age = RATE_AGE;
-        if plan.method == Method::Euler {
+        if plan.method == StepMethod::Euler {
             self.euler_pause = 64;
             return Ok(());
         }

@@ -2,7 +2,7 @@
 
 use super::{Control, ControlError, PlannedTry, Switch};
 use crate::thermal::network::rkl2::stages_for;
-use crate::thermal::network::stepper::{Method, Stepper};
+use crate::thermal::network::stepper::{StepMethod, Stepper};
 use crate::thermal::network::switches::{SWITCH_TIME, crossed, straight_crossing};
 
 impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
@@ -87,11 +87,11 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         self.set_heat(self.now())
     }
 
-    /// The same method with the number of stages for a shorter sub-step.
-    fn method_for(&self, method: Method, step: f64) -> Method {
+    /// The method, with the number of stages for a shorter sub-step.
+    fn method_for(&self, method: StepMethod, step: f64) -> StepMethod {
         match method {
-            Method::Rkl2 { .. } => Method::Rkl2 { stages: stages_for(step * self.rate) },
-            Method::Euler | Method::TrBdf2 => method,
+            StepMethod::Rkl2 { .. } => StepMethod::Rkl2 { stages: stages_for(step * self.rate) },
+            StepMethod::Euler | StepMethod::TrBdf2 => method,
         }
     }
 }

@@ -40,7 +40,7 @@ impl Integrator {
 
 /// Settings of an integration.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct IntegrationSettings {
     /// Choice of methods.
     pub integrator: Integrator,
     /// Tolerance: the error to which sub-steps may add up [K].
@@ -52,7 +52,7 @@ pub struct Settings {
 /// The floor in f64 [K]: ten times the residual of Newton's method.
 pub const FLOOR: f64 = 1e-9;
 
-impl Settings {
+impl IntegrationSettings {
     /// Settings with the default tolerance of an integrator, in f64.
     pub fn of(integrator: Integrator) -> Self {
         Self { integrator, tolerance: integrator.tolerance(), floor: FLOOR }

@@ -9,7 +9,7 @@ pub(crate) struct Balance {
     pub(crate) into: f64,
     /// Sum of its linear conductances [W/K].
     pub(crate) conductance: f64,
-    /// Sum of its exchange areas, with that to space, times the Stefan-Boltzmann constant [W/K4].
+    /// Sum of its exchange areas, space included, times the Stefan-Boltzmann constant [W/K4].
     pub(crate) emission: f64,
 }
 

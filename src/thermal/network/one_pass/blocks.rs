@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use super::series::{STAGES_AT_MOST, ChebyshevSeries};
+use super::series::{ChebyshevSeries, STAGES_AT_MOST};
 use crate::thermal::network::{Network, NodeKind, radiative_slope};
 
 /// Share of a difference that a weak conductor moves at most in a step.

@@ -4,7 +4,7 @@ use super::told::Estimate;
 
 /// Steps of the scene after which the estimate decides.
 const CHECKED: u32 = 16;
-/// Those after which it decides first.
+/// Steps of the scene after which the estimate decides first.
 const FIRST: u32 = 4;
 pub(crate) const HALVINGS_AT_MOST: u32 = 3;
 /// Share of the bounds below which a halving is taken back. Twice the step has four times the error.

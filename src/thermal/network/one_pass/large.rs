@@ -49,7 +49,7 @@ impl Large {
         Some(Self { nodes, places, rows, fastest: *fastest })
     }
 
-    /// Their nodes. Those that conduct to each other stand close.
+    /// Their nodes. Nodes that conduct to each other stand close.
     pub(crate) fn nodes(&self) -> &[u32] {
         &self.nodes
     }
@@ -67,7 +67,8 @@ impl Large {
     /// [`Self::nodes`].
     pub(super) fn rates(&self, network: &Network, step: f64, vector: &[f64]) -> Vec<f64> {
         let of = |(node, here): (&u32, &f64)| {
-            let lost = |link: &ExchangeLink| link.conductance * (here - vector[self.places[link.neighbour as usize] as usize]);
+            let lost =
+                |link: &ExchangeLink| link.conductance * (here - vector[self.places[link.neighbour as usize] as usize]);
             let lost: f64 = self.links_of(*node as usize).iter().map(lost).sum();
             step / network.capacitances[*node as usize] * lost
         };

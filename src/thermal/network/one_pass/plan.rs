@@ -6,7 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::blocks::{Division, Unfit};
-use super::conduction::{Conduction, BlockKind};
+use super::conduction::{BlockKind, Conduction};
 use super::halving::HALVINGS_AT_MOST;
 use super::large::Large;
 use super::order::ordered;
@@ -24,7 +24,7 @@ const ALIKE: f64 = 1e-5;
 /// Nodes that conduct to each other exactly.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Block {
-    /// The nodes. Those that conduct to each other stand close.
+    /// The nodes. Nodes that conduct to each other stand close.
     pub(crate) nodes: Vec<u32>,
     pub(crate) conduction: u32,
     /// Mean capacitance of its nodes [J/K].

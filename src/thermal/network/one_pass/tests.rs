@@ -1,7 +1,7 @@
 //! The one pass against the accurate integrator, its conservation and its order.
 
 use super::*;
-use crate::thermal::network::control::{Integrator, Leg, Settings, integrate_leg};
+use crate::thermal::network::control::{IntegrationSettings, Integrator, Leg, integrate_leg};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::schedule::{Schedule, Thermostat};
 use crate::thermal::network::stepper::Stepper;
@@ -52,7 +52,7 @@ fn heat(network: &Network, from: f64, to: f64) -> Vec<f64> {
 /// Temperatures after `time` [s] by the accurate integrator, with the heat of steps of `step` [s].
 fn accurate(network: &Network, time: f64, step: f64) -> Vec<f64> {
     let mut stepper = ReferenceStepper::new(network.clone(), &[]);
-    let settings = Settings { tolerance: 1e-4, ..Settings::of(Integrator::Accurate) };
+    let settings = IntegrationSettings { tolerance: 1e-4, ..IntegrationSettings::of(Integrator::Accurate) };
     let mut first = f64::INFINITY;
     for number in 0..(time / step).round() as u32 {
         let from = f64::from(number) * step;
@@ -347,7 +347,8 @@ fn copies_share_their_matrices() {
             .collect(),
         ..Network::default()
     };
-    let kinds = |network: &Network| OnePassPlan::new(network, 1.0, &[300.0; 9]).expect("three blocks").conductions().len();
+    let kinds =
+        |network: &Network| OnePassPlan::new(network, 1.0, &[300.0; 9]).expect("three blocks").conductions().len();
     assert_eq!(kinds(&network), 1);
     network.linear[0].conductance = 1.001;
     assert_eq!(kinds(&network), 2);
@@ -362,11 +363,16 @@ fn heated() -> OnePassHeater {
 }
 
 /// Switching times [s] and temperatures of the accurate integrator.
-fn accurately_switched(network: &Network, heater: &OnePassHeater, time: f64, step: f64) -> (Vec<(f64, bool)>, Vec<f64>) {
+fn accurately_switched(
+    network: &Network,
+    heater: &OnePassHeater,
+    time: f64,
+    step: f64,
+) -> (Vec<(f64, bool)>, Vec<f64>) {
     let thermostat = heater.thermostat.as_ref().expect("a thermostat");
     let sensors = [thermostat.sensor];
     let mut stepper = ReferenceStepper::new(network.clone(), &sensors);
-    let settings = Settings { tolerance: 1e-4, ..Settings::of(Integrator::Accurate) };
+    let settings = IntegrationSettings { tolerance: 1e-4, ..IntegrationSettings::of(Integrator::Accurate) };
     let (mut first, mut on, mut switches) = (f64::INFINITY, false, Vec::new());
     for number in 0..(time / step).round() as u32 {
         let from = f64::from(number) * step;

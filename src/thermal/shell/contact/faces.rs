@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::polygon::{HalfPlane, Polygon};
-use super::side::{Owners, Side, owners};
+use super::side::{ContactGroups, ContactSide, owners};
 
 /// Cosine of the largest angle between two triangles in contact: 45 deg. A steeper triangle touches along an edge.
 const STEEPEST: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -25,7 +25,7 @@ const CLEAR: f64 = 1e-3;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Touch {
     pub(super) nodes: [u32; 2],
-    pub(super) owners: Owners,
+    pub(super) owners: ContactGroups,
     /// Area [m2].
     pub(super) area: f64,
 }
@@ -36,18 +36,18 @@ pub(super) struct Found {
     /// The areas of contact. A pair of nodes may occur many times.
     pub(super) touches: Vec<Touch>,
     /// Parts and materials whose faces lie over each other beyond doubt, be it with others between.
-    pub(super) met: HashSet<Owners>,
+    pub(super) met: HashSet<ContactGroups>,
 }
 
 /// The contact plane of two triangles.
-struct Frame {
+struct ContactPlane {
     origin: DVec3,
     x: DVec3,
     y: DVec3,
     normal: DVec3,
 }
 
-impl Frame {
+impl ContactPlane {
     /// The plane between two planes with these unit normals. `None` where they are too steep against each other.
     fn between(origin: DVec3, first: DVec3, second: DVec3) -> Option<Self> {
         let cosine = first.dot(second);
@@ -101,7 +101,7 @@ fn gap(from: &HalfPlane, to: &HalfPlane) -> HalfPlane {
 
 /// Two sides of a contact, and its greatest distance [m].
 pub(super) struct Faces<'a> {
-    pub(super) sides: [&'a Side; 2],
+    pub(super) sides: [&'a ContactSide; 2],
     pub(super) distance: f64,
 }
 
@@ -140,7 +140,7 @@ impl Faces<'_> {
         let [first, second] = self.sides;
         let normals = [first.normals[a], second.normals[b]];
         let corners = [first.corners[a], second.corners[b]];
-        let Some(frame) = Frame::between(corners[0][0], normals[0], normals[1]) else { return };
+        let Some(frame) = ContactPlane::between(corners[0][0], normals[0], normals[1]) else { return };
         let [lower, upper] = [0, 1].map(|side| frame.height(corners[side][0], normals[side]));
         let apart = gap(&lower, &upper);
         let flat = [0, 1].map(|side| frame.polygon(corners[side], normals[side]));
@@ -173,7 +173,14 @@ impl Faces<'_> {
 
     /// The pieces of the common part of two triangles with nothing of either side between. `sign` says on which side of the first triangle the second
     /// lies.
-    fn open(&self, frame: &Frame, pair: [usize; 2], heights: [&HalfPlane; 2], common: Polygon, sign: f64) -> Vec<Polygon> {
+    fn open(
+        &self,
+        frame: &ContactPlane,
+        pair: [usize; 2],
+        heights: [&HalfPlane; 2],
+        common: Polygon,
+        sign: f64,
+    ) -> Vec<Polygon> {
         let same = SAME_GAP * self.distance;
         let corners = || common.corners.iter().flat_map(|corner| heights.map(|height| frame.raised(*corner, height)));
         let low = corners().fold(DVec3::INFINITY, DVec3::min) - same;
@@ -210,7 +217,7 @@ impl Faces<'_> {
     /// Calls a function with the pairs of nodes in whose corners' parts a polygon lies, and the area of each [m2].
     fn share(
         &self,
-        frame: &Frame,
+        frame: &ContactPlane,
         [a, b]: [usize; 2],
         heights: [&HalfPlane; 2],
         polygon: &Polygon,
@@ -227,7 +234,7 @@ impl Faces<'_> {
     /// The parts of a polygon that lie in the parts of a triangle's corners.
     fn parts(
         &self,
-        frame: &Frame,
+        frame: &ContactPlane,
         side: usize,
         triangle: usize,
         height: &HalfPlane,

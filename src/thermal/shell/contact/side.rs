@@ -12,10 +12,10 @@ use crate::environment::shadow::Tree;
 pub(super) type Group = [u32; 2];
 
 /// The two groups of a contact, the lower first.
-pub(super) type Owners = [Group; 2];
+pub(super) type ContactGroups = [Group; 2];
 
 /// The two groups in their order.
-pub(super) fn owners(first: Group, second: Group) -> Owners {
+pub(super) fn owners(first: Group, second: Group) -> ContactGroups {
     [first.min(second), first.max(second)]
 }
 
@@ -29,7 +29,7 @@ pub(super) struct Divider {
     pub(super) towards: DVec3,
 }
 
-pub(super) struct Side {
+pub(super) struct ContactSide {
     /// Corners of each triangle [m].
     pub(super) corners: Vec<[DVec3; 3]>,
     /// Unit normals. 0 for triangles without area.
@@ -46,7 +46,7 @@ pub(super) struct Side {
     tree: Tree,
 }
 
-impl Side {
+impl ContactSide {
     /// The triangles of the network whose vertices are chosen.
     pub(super) fn new(
         surface: &ShellSurface,
