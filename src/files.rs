@@ -1,4 +1,4 @@
-//! Opens every file that a user, a scene or a glTF names: what kind of file it may be, where it may lie, how much of it is read.
+//! Opens every file that a user, a scene or a glTF names. Kind, folder and size of the file are checked.
 
 use std::fs::{File, Metadata};
 use std::io::Read;
@@ -13,10 +13,10 @@ pub enum FileFault {
     /// The operating system does not open or read it.
     #[error("{0}")]
     Io(#[from] std::io::Error),
-    /// It is a folder, a device, a pipe or a socket.
+    /// A folder, a device, a pipe or a socket.
     #[error("it is {0}, and only regular files are read here")]
     Kind(&'static str),
-    /// It lies outside the folder of the file that names it.
+    /// A file outside the folder of the file that names it.
     #[error(
         "{} lies outside {}, the folder of the file that names it; --allow-outside reads it all the same",
         path.display(),
@@ -28,7 +28,7 @@ pub enum FileFault {
         /// The folder.
         folder: PathBuf,
     },
-    /// It is longer than what is read.
+    /// A file with more than this many bytes.
     #[error("it has more than {0} bytes, the most that is read")]
     Long(u64),
     /// A text is not UTF-8.
@@ -52,10 +52,7 @@ impl Reach {
         Self::Within(folder.to_path_buf())
     }
 
-    /// Whether `path` is a regular file that may be read. A symbolic link counts as what it leads to.
-    ///
-    /// # Errors
-    /// See [`FileFault`].
+    /// Whether `path` is a regular file that may be read. A symbolic link counts as its target.
     pub(crate) fn admit(&self, path: &Path) -> Result<(), FileFault> {
         regular(&std::fs::metadata(path)?)?;
         let Self::Within(folder) = self else { return Ok(()) };
@@ -65,9 +62,6 @@ impl Reach {
 }
 
 /// Opens a regular file. Nothing else is opened, because opening a pipe waits and opening a device can act on it.
-///
-/// # Errors
-/// See [`FileFault`].
 pub(crate) fn open(path: &Path) -> Result<(File, u64), FileFault> {
     regular(&std::fs::metadata(path)?)?;
     let file = File::open(path)?;
@@ -76,27 +70,16 @@ pub(crate) fn open(path: &Path) -> Result<(File, u64), FileFault> {
     Ok((file, metadata.len()))
 }
 
-/// Reads a regular file.
-///
-/// # Errors
-/// See [`FileFault`].
 pub(crate) fn read(path: &Path) -> Result<Vec<u8>, FileFault> {
     let (file, length) = open(path)?;
     read_to(file, length, LARGEST_FILE)
 }
 
-/// Reads a regular file of text.
-///
-/// # Errors
-/// See [`FileFault`].
 pub(crate) fn read_text(path: &Path) -> Result<String, FileFault> {
     String::from_utf8(read(path)?).map_err(|_| FileFault::Utf8)
 }
 
 /// Reads a text that the command line names: a regular file, a pipe or a socket, such as `/dev/stdin`.
-///
-/// # Errors
-/// See [`FileFault`].
 pub(crate) fn read_text_or_pipe(path: &Path) -> Result<String, FileFault> {
     let metadata = std::fs::metadata(path)?;
     if !is_stream(&metadata) {

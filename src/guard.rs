@@ -1,11 +1,12 @@
-//! What is probably wrong in a scene that can run: a camera that sees nothing, a model in millimetres, a thickness in the wrong unit.
+//! Finds probable mistakes in a scene that can run: a camera that sees nothing, a model in millimetres, a thickness in the wrong
+//! unit.
 //!
-//! Nothing is stepped and no device is used. Each finding names what it is about and says what to do.
+//! Nothing is stepped and no device is used. Each finding names its subject and gives advice.
 
 use glam::DVec3;
 
 use crate::simulation::prepare::Prepared;
-use finding::{Effort, Finding};
+use finding::{CheckEffort, Finding};
 use materials::MaterialFacts;
 use view::Sight;
 
@@ -16,16 +17,15 @@ mod meshes;
 mod shapes;
 mod view;
 
-/// The facts that the checks look at, and what they find.
+/// The facts that the checks look at, and their findings.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Checked {
     /// Lower and upper corner of the box around the craft, in the body frame and the file's pose [m].
     pub(crate) bounds_m: [[f64; 3]; 2],
     /// The craft in the images. `None` where the scene draws none.
     pub(crate) sight: Option<Sight>,
-    /// Every material that the model uses.
     pub(crate) materials: Vec<MaterialFacts>,
-    /// What is probably wrong.
+    /// The probable mistakes.
     pub findings: Vec<Finding>,
 }
 
@@ -38,7 +38,7 @@ impl Checked {
 }
 
 /// Checks a scene.
-pub fn check(prepared: &Prepared, effort: Effort) -> Checked {
+pub fn check(prepared: &Prepared, effort: CheckEffort) -> Checked {
     let shapes = shapes::of(prepared);
     let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
     let [low, high] = shapes.iter().fold(none, |[low, high], shape| [low.min(shape.low), high.max(shape.high)]);

@@ -1,19 +1,21 @@
-//! What the tests, the tools and the Python package of this repository use besides the public face. It promises nothing: any name here may go at any time.
+//! Items that the tests, the tools and the Python package of this repository use besides the public face. Any name here may go at any time.
 
 pub use crate::bench::cases::{NetworkCase, Size, all as all_cases};
 pub use crate::bench::files::{OWN, PAGE, RECORD, write as write_bench_files};
-pub use crate::bench::hard::{HardCase, HardRow, Scale, all as all_hard_cases, measure as measure_hard_case, without};
+pub use crate::bench::hard::{
+    CaseScale, HardCase, HardRow, all as all_hard_cases, measure as measure_hard_case, without,
+};
 pub use crate::bench::integrators::{
-    Effort as IntegratorEffort, FrameError, Integrated, Run as IntegratorRun, measure as measure_integrator,
+    FrameError, Integrated, IntegratorEffort, IntegratorRun, measure as measure_integrator,
 };
 pub use crate::bench::models::{WRONG_SHARE, facing, wrong_shadows};
-pub use crate::bench::record::{Bench, Measured};
+pub use crate::bench::record::{Bench, DeviceMeasurements};
 pub use crate::bench::responses::time_pass;
 pub use crate::bench::schemes::{ABSENT, Fixed, Scheme};
 pub use crate::bench::tables::all as all_tables;
 pub use crate::bench::truth::{CaseSummary, Truth};
 pub use crate::dataset::error::DatasetError;
-pub use crate::dataset::make::{Made as DatasetMade, Order as DatasetOrder, Shard, make};
+pub use crate::dataset::make::{DatasetOrder, DatasetSummary, Shard, make};
 pub use crate::dataset::orbit::{OrbitRun, Rejections};
 pub use crate::dataset::orbit_folder::sum_of;
 pub use crate::dataset::preview::preview;
@@ -26,7 +28,7 @@ pub use crate::dataset::view_check::Reason;
 pub use crate::environment::albedo::RESOLUTION;
 pub use crate::environment::albedo_field::AlbedoField;
 pub use crate::environment::load::{albedo_flux, exact_albedo_flux, planet_ir_flux, solar_flux};
-pub use crate::environment::shadow::{DepthMap, Method as ShadowMethod, Occluders, Shadows, SunView};
+pub use crate::environment::shadow::{DepthMap, Occluders, ShadowCasters, ShadowMethod, SunProjection};
 pub use crate::environment::sky::{Boundary, SkyModel};
 pub use crate::environment::step::StepLoads;
 pub use crate::environment::{
@@ -37,9 +39,9 @@ pub use crate::exchange::buried::buried;
 pub use crate::exchange::cast::{Scenery, cast as cast_rays};
 pub use crate::exchange::defects::Defects;
 pub use crate::exchange::mirrors::{Mirrored, Mirrors, reflection};
-pub use crate::exchange::patches::{Patches, Surface as PatchSurface};
-pub use crate::exchange::sky::PlanetView;
-pub use crate::exchange::step::{Exchange, Light, Settings as ExchangeSettings};
+pub use crate::exchange::patches::{PatchSurface, Patches};
+pub use crate::exchange::sky::PlanetFromPatch;
+pub use crate::exchange::step::{CraftLight, Exchange, ExchangeSettings};
 pub use crate::files::Reach;
 pub use crate::gpu::blackbody::{band_radiances, band_table, brightness_temperatures};
 pub use crate::gpu::context::{Context, devices};
@@ -60,7 +62,7 @@ pub use crate::gpu::renderer::{Collected, Renderer, Request};
 pub use crate::gpu::resource::Resource;
 pub use crate::gpu::resource_row::Role;
 pub use crate::gpu::resources::{NODES_PER_WORKGROUP, Planned, SceneData, device_bytes};
-pub use crate::gpu::response::{Run as ResponseRun, respond as respond_on_device};
+pub use crate::gpu::response::{ResponseRun, respond as respond_on_device};
 pub use crate::gpu::samples::Samples;
 pub use crate::gpu::sampling::{Distance, RowOf, Sampled};
 pub use crate::gpu::sensor::frame;
@@ -69,13 +71,13 @@ pub use crate::gpu::shaders::{ENTRY_POINTS, Shader};
 pub use crate::gpu::shapes::{Shapes, curve};
 pub use crate::gpu::variant::{Curve, ResponseVariant, StepKind, ThermalVariant};
 pub use crate::guard::check;
-pub use crate::guard::finding::{Effort as CheckEffort, Finding};
+pub use crate::guard::finding::{CheckEffort, Finding};
 pub use crate::host::peak_memory;
 pub use crate::labels::craft::Craft;
-pub use crate::labels::from_scene::{Place, craft, labelled};
+pub use crate::labels::from_scene::{ImageIdentity, craft, labelled};
 pub use crate::labels::image::{LabelledImage, Split};
 pub use crate::labels::key_points::{Visibility, chosen, seen};
-pub use crate::labels::made::{Lines, Made as LabelsMade, fixed, made, orbit};
+pub use crate::labels::made::{ImageLabels, ImageLines, fixed, made, orbit};
 pub use crate::labels::silhouette::Solids;
 pub use crate::labels::speed::entry;
 pub use crate::lens::rolling::Rolling;
@@ -90,15 +92,15 @@ pub use crate::output::frame::{Frame as OutputFrame, FrameHeader};
 pub use crate::output::frame_maker::FrameMaker;
 pub use crate::output::gray::read_png;
 pub use crate::output::picture::picture;
-pub use crate::output::plot::{Line, Mark, Plot};
+pub use crate::output::plot::{Mark, Plot, PlotLine};
 pub use crate::output::plot_axis::Axis;
 pub use crate::output::report::PassTime;
 pub use crate::output::state_file::{decode, encode};
 pub use crate::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS, STEP, STEPS};
-pub use crate::raster::{Pixel, Surface as RasterSurface, rasterise};
+pub use crate::raster::{Pixel, RasterSurface, rasterise};
 pub use crate::saved::Saved;
 pub use crate::scene::network::NetworkFile;
-pub use crate::scene::network::export_tmd::{Solved, tmd};
+pub use crate::scene::network::export_tmd::{TmdSolution, tmd};
 pub use crate::scene::network::import_s2e::{Files, convert};
 pub use crate::scene::network::import_tmd::{ImportedTmd, network};
 pub use crate::scene::preset::PRESETS;
@@ -112,7 +114,7 @@ pub use crate::scene::{
 pub use crate::server::connection::Patience;
 pub use crate::server::listen::{Server, Talk, bind, serve};
 pub use crate::server::log::Log;
-pub use crate::server::picture::{Kind, Picture};
+pub use crate::server::picture::{PictureKind, PictureStyle};
 pub use crate::server::scenes::Scenes;
 pub use crate::server::surrender::talk as talk_surrender;
 pub use crate::server::surrender::values::{Hash, Value, write as write_value};
@@ -121,7 +123,9 @@ pub use crate::simulation::check::{Check, StepLengthError};
 pub use crate::simulation::device_data::{DeviceData, device_material};
 pub use crate::simulation::device_engine::DeviceEngine;
 pub use crate::simulation::energy::{Account, EnergyBalance};
-pub use crate::simulation::engine::{Delivered, Engine, EngineError, Order as EngineOrder, Pixels, Rows, Step};
+pub use crate::simulation::engine::{
+    Delivered, Engine, EngineError, EngineStep, Order as EngineOrder, Pixels, RowMoments,
+};
 pub use crate::simulation::network::StepCost;
 pub use crate::simulation::network_file::network_file;
 pub use crate::simulation::pose::check_camera;
@@ -137,20 +141,20 @@ pub use crate::thermal::STEFAN_BOLTZMANN;
 pub use crate::thermal::balance::{absorbed_flux, emissivity_sum};
 pub use crate::thermal::brightness::{BrightnessTable, MAX_TEMPERATURE};
 pub use crate::thermal::emissivity::{BandEmissivity, ByAngle, ByWavelength, fresnel_reflectivity};
-pub use crate::thermal::function::{Function, Sample};
+pub use crate::thermal::function::{Function, TemperatureSample};
 pub use crate::thermal::incident::{IncidentFunction, incident};
 pub use crate::thermal::material::{
-    Below, Bulk, Domain, Function as ResponseFunction, Gloss, Material, Optics, Profile, Radiative, Response, Retarget,
+    Below, Bulk, Domain, Gloss, Material, Optics, Profile, Radiative, Response, Retarget,
     Sides, Transition,
 };
 pub use crate::thermal::network::control::{
-    ControlError, FLOOR, Integrator, Series, Settings as NetworkSettings, integrate,
+    ControlError, FLOOR, IntegrationSettings, Integrator, Series, integrate,
 };
 pub use crate::thermal::network::reference::ReferenceStepper;
 pub use crate::thermal::network::rkl2::{stable_product, stages_for};
 pub use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 pub use crate::thermal::network::steady::{SteadyError, steady};
-pub use crate::thermal::network::stepper::{Attempt, Method as StepMethod};
+pub use crate::thermal::network::stepper::{Attempt, StepMethod};
 pub use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 pub use crate::thermal::planck::{Band, band_radiance_exact};
 pub use crate::thermal::planet_map::{DayLaw, PlanetPattern};
@@ -158,8 +162,8 @@ pub use crate::thermal::radiance::{RadianceTable, band_radiance};
 pub use crate::thermal::reference::{Reference, ReferenceNode, commanded_temperature};
 pub use crate::thermal::sensor::gain_control::GainControl;
 pub use crate::thermal::sensor::halo::Halo;
-pub use crate::thermal::sensor::reading::{Constants, radiance_slope};
+pub use crate::thermal::sensor::reading::{SensorConstants, radiance_slope};
 pub use crate::thermal::sensor::spread::Spread;
-pub use crate::thermal::sensor::{Netd, Optics as SensorOptics, Pattern, Sensor, Vignetting};
+pub use crate::thermal::sensor::{Netd, Pattern, Sensor, SensorOptics, Vignetting};
 pub use crate::thermal::transition::{TransitionState, temperature, transition_step};
-pub use crate::view::session::{Session, ViewError};
+pub use crate::view::session::{ViewError, ViewSession};

@@ -1,8 +1,8 @@
 //! The lens of a camera in f64: where a ray meets the image, and which ray a pixel sees. The device has its results as a table.
 //!
-//! A ray is (x, y) = (X / Z, Y / Z) in camera axes: +X right, +Y down, +Z forward. The models and the order of their numbers are those of OpenCV (module
-//! calib3d: `projectPoints` and `fisheye::projectPoints`). Pixels differ by half a pixel: the centre of the upper left pixel is (0.5, 0.5) here and (0, 0) in
-//! OpenCV.
+//! A ray is (x, y) = (X / Z, Y / Z) in camera axes: +X right, +Y down, +Z forward. The models and the order of their numbers follow OpenCV (module
+//! calib3d: `projectPoints` and `fisheye::projectPoints`). Pixels differ by half a pixel: the centre of the upper left pixel is (0.5, 0.5) here and
+//! (0, 0) in OpenCV.
 
 pub(crate) mod rolling;
 
@@ -17,7 +17,6 @@ const LEAST_AREA: f64 = 1e-4;
 /// Steps from the principal point to a pixel. Each begins where the last one ended, so that the ray stays on the branch of the axis.
 const STEPS: u32 = 32;
 
-/// Iterations of a step.
 const ITERATIONS: u32 = 20;
 
 /// Rays from the principal point to the border of the frame along each side, on which the distortion is checked.
@@ -66,9 +65,7 @@ pub enum LensError {
 /// The rays of a whole image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Field {
-    /// Smallest x and y.
     pub(crate) low: DVec2,
-    /// Largest x and y.
     pub(crate) high: DVec2,
     /// Most pixels for a unit of the ray, in any direction at any place.
     pub(crate) finest: f64,
@@ -139,7 +136,7 @@ impl Lens {
         DMat2::from_cols(DVec2::new(self.focal[0], 0.0), DVec2::new(self.skew, self.focal[1]))
     }
 
-    /// Where a ray meets the image [px]. A ray far outside the frame may land within it, because a model describes only what its frame shows.
+    /// Where a ray meets the image [px]. A ray far outside the frame may land within it, because a model holds only for rays inside its frame.
     pub(crate) fn project(&self, ray: DVec2) -> DVec2 {
         self.matrix() * self.distortion.bend(ray).0 + DVec2::from(self.centre)
     }
@@ -160,7 +157,7 @@ impl Lens {
         })
     }
 
-    /// The same by Newton's method from the ray of a near place.
+    /// The ray of `pixel` by Newton's method, from the ray `near` of a place close to it.
     pub(crate) fn unproject_from(&self, near: DVec2, pixel: DVec2) -> Option<DVec2> {
         let tolerance = 1e-10 * (1.0 + pixel.abs().max_element());
         let least = LEAST_AREA * self.focal[0] * self.focal[1];

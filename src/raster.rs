@@ -17,12 +17,12 @@ mod view;
 use glam::DVec2;
 use rayon::prelude::*;
 
-use light::Light;
+use light::SampleLight;
 pub use surface::Pixel;
-pub use surface::Surface;
-pub(crate) use surface::{Around, EMPTY};
-use triangle::{Bounds, Projected, draw, project};
-pub(crate) use view::{View, places};
+pub use surface::RasterSurface;
+pub(crate) use surface::{EMPTY, SurfaceSurroundings};
+use triangle::{Projected, RayBounds, draw, project};
+pub(crate) use view::{RasterView, places};
 use view::{centres, grid, rays_of_row};
 
 /// Pixels of a row that are tried together.
@@ -30,21 +30,21 @@ const BLOCK: usize = 16;
 
 /// Draws both faces of a surface with a depth test, rows from the top. `radiance` gives the blackbody radiance in the band [W m-2 sr-1] at a temperature
 /// [K].
-pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 + Sync) -> Vec<Pixel> {
+pub fn rasterise(surface: &RasterSurface, view: &RasterView, radiance: impl Fn(f64) -> f64 + Sync) -> Vec<Pixel> {
     let projected: Vec<Projected> =
         surface.triangles.par_iter().filter_map(|&triangle| project(surface, view, triangle)).collect();
     let mut pixels = vec![EMPTY; view.width as usize * view.height as usize];
     let traced = surface.around.as_ref().and_then(|around| around.traced);
     let mut places = if traced.is_some() { centres(grid(view.samples)) } else { places(view.samples).to_vec() };
     let counted = places.len();
-    // Identity and temperature are those of the centre, which is the place of a single sample.
+    // Identity and temperature are taken at the centre, which is the place of a single sample.
     places.extend((counted > 1).then_some([0.5, 0.5]));
     let each = places.len();
     pixels.par_chunks_mut(view.width.max(1) as usize).enumerate().for_each(|(row, pixels)| {
         let rays = rays_of_row(view, row as u32, &places);
-        let around = |rays: &[DVec2]| rays.iter().fold(Bounds::NONE, |bounds, ray| bounds.with(*ray));
-        let blocks: Vec<Bounds> = rays.chunks(BLOCK * each).map(around).collect();
-        let whole = blocks.iter().fold(Bounds::NONE, |all, block| all.with(block.low).with(block.high));
+        let around = |rays: &[DVec2]| rays.iter().fold(RayBounds::NONE, |bounds, ray| bounds.with(*ray));
+        let blocks: Vec<RayBounds> = rays.chunks(BLOCK * each).map(around).collect();
+        let whole = blocks.iter().fold(RayBounds::NONE, |all, block| all.with(block.low).with(block.high));
         let mut samples = vec![EMPTY; rays.len()];
         let mut shown = vec![None; rays.len()];
         for triangle in projected.iter().filter(|triangle| triangle.rays.meets(&whole)) {
@@ -54,7 +54,7 @@ pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 +
                 draw(triangle, view.near, rays, samples, shown);
             }
         }
-        let light = Light { surface, view, radiance: &radiance };
+        let light = SampleLight { surface, view, radiance: &radiance };
         let drawn = samples.chunks_mut(each).zip(shown.chunks(each)).zip(rays.chunks(each));
         for (column, (pixel, ((samples, shown), rays))) in pixels.iter_mut().zip(drawn).enumerate() {
             for (((sample, shown), ray), place) in samples[..counted].iter_mut().zip(shown).zip(rays).zip(&places) {

@@ -1,4 +1,4 @@
-//! Named lists of plain numbers: what a run needs to go on later, bit for bit.
+//! Named lists of plain numbers, from which a run goes on later, bit for bit.
 //!
 //! Every room puts its own numbers under its own name and takes them back. `output/state_file.rs` writes the lists to a file.
 
@@ -10,9 +10,7 @@ use bytemuck::Pod;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("its list '{name}' {reason}")]
 pub struct SavedError {
-    /// Name of the list.
     pub(crate) name: String,
-    /// What is wrong with it.
     pub(crate) reason: String,
 }
 
@@ -23,17 +21,14 @@ pub struct Saved {
 }
 
 impl Saved {
-    /// Puts a list under a name.
     pub(crate) fn put<T: Pod>(&mut self, name: impl Into<String>, values: &[T]) {
         self.lists.insert(name.into(), bytemuck::cast_slice(values).to_vec());
     }
 
-    /// Puts a text under a name.
     pub(crate) fn put_text(&mut self, name: impl Into<String>, text: &str) {
         self.put(name, text.as_bytes());
     }
 
-    /// Puts truth values under a name.
     pub(crate) fn put_flags(&mut self, name: impl Into<String>, flags: &[bool]) {
         self.put(name, &flags.iter().map(|flag| u8::from(*flag)).collect::<Vec<_>>());
     }
@@ -51,7 +46,6 @@ impl Saved {
         Saved { lists: self.lists.iter().filter_map(own).collect() }
     }
 
-    /// Whether there is a list of this name.
     pub(crate) fn has(&self, name: &str) -> bool {
         self.lists.contains_key(name)
     }

@@ -47,7 +47,7 @@ use crate::saved::{Saved, SavedError};
 use crate::scene::{Draw, Initial};
 use crate::trace::Track;
 use check::Check;
-use engine::{Delivered, Engine, EngineError, Moment, Order, Rows, Step};
+use engine::{Delivered, Engine, EngineError, EngineStep, InstantPoses, Order, RowMoments};
 use forward::{Passing, forward};
 use keep::{Keep, KeepNothing};
 use periodic::Periodic;
@@ -70,7 +70,7 @@ pub struct StepResult {
     pub delivered: Delivered,
 }
 
-/// Steps of a warm-up after which its state may be saved, a multiple of those of a dispatch. Steps of a network take longer.
+/// Steps of a warm-up after which its state may be saved: a multiple of the steps of a dispatch, or fewer with a network, whose steps take longer.
 const WARM_UP_STEPS: [u32; 2] = [4 * FUSED_STEPS as u32, 4];
 
 /// Brings the engine, and the check where there is one, to the state at time 0. Returns the result of a periodic warm-up.
@@ -87,10 +87,11 @@ pub fn start(
     start_from(prepared, engine, check, None, stop, progress, &mut KeepNothing)
 }
 
-/// The same from a state that `keep` took in an earlier part of the run. `keep` takes states on the way, the last one where `stop` ends the warm-up.
+/// Like [`start`], from a state that `keep` took in an earlier part of the run. `keep` takes states on the way, the last one where `stop` ends the
+/// warm-up.
 ///
 /// # Errors
-/// A call that fails, or what `keep` returns.
+/// A call that fails, or the error of `keep`.
 pub(crate) fn start_from<E: From<EngineError>>(
     prepared: &Prepared,
     engine: &mut dyn Engine,
@@ -110,7 +111,7 @@ pub(crate) fn start_from<E: From<EngineError>>(
     let went = match prepared.scene.time.periodic {
         Some(tolerance) => {
             let lost = |error: SavedError| E::from(error.into());
-            let own = earlier.map(|saved| periodic::Way::of(&saved.part("own"))).transpose().map_err(lost)?;
+            let own = earlier.map(|saved| periodic::WarmUpState::of(&saved.part("own"))).transpose().map_err(lost)?;
             periodic::warm_up(prepared, engine, check.as_deref_mut(), tolerance, own, stop, progress, keep)?
         }
         None => {
@@ -193,15 +194,14 @@ fn warm_up<E: From<EngineError>>(
     Ok(())
 }
 
-/// What takes the results of a run.
 pub(crate) trait Consumer<E> {
     /// Takes the results of a step, in order.
     ///
     /// # Errors
-    /// What ends the run.
+    /// An error that ends the run.
     fn take(&mut self, result: StepResult) -> Result<(), E>;
 
-    /// Whether the state is to be saved before a step. It is asked between two steps.
+    /// Whether the state is to be saved before a step. The run asks this between two steps.
     fn wants_state(&self, _next: u32) -> bool {
         false
     }
@@ -209,7 +209,7 @@ pub(crate) trait Consumer<E> {
     /// Takes the state between two steps. All results of the steps before were taken.
     ///
     /// # Errors
-    /// What ends the run.
+    /// An error that ends the run.
     fn save(&mut self, _next: u32, _engine: &mut dyn Engine, _check: Option<&mut Check>) -> Result<(), E> {
         Ok(())
     }
@@ -228,7 +228,7 @@ impl<E> Consumer<E> for Only<'_, E> {
 /// Returns whether all steps were made.
 ///
 /// # Errors
-/// A call that fails, or what `consume` returns.
+/// A call that fails, or the error of `consumer`.
 pub fn run<E: From<EngineError>>(
     prepared: &Prepared,
     engine: &mut dyn Engine,
@@ -253,7 +253,7 @@ pub(crate) fn run_from<E: From<EngineError>>(
     consumer: &mut dyn Consumer<E>,
 ) -> Result<bool, E> {
     let time = &prepared.scene.time;
-    // What was submitted last, and is still on the device.
+    // The step that was submitted last, and is still on the device.
     let mut waiting: Option<Waiting> = None;
     let trace = engine.trace();
     let (mut next, mut complete) = (first, true);
@@ -275,10 +275,11 @@ pub(crate) fn run_from<E: From<EngineError>>(
         drop(prepares);
         let images = time.draw.in_step(step, time.step);
         let pose = is_drawn(&time.draw, step).then(|| pose_at(prepared, now)).flatten();
-        let advance = load.as_ref().map(|load| Step { load, steps: 1.0, start: now - time.step, length: time.step });
+        let advance =
+            load.as_ref().map(|load| EngineStep { load, steps: 1.0, start: now - time.step, length: time.step });
         let joints = pose.map(|_| prepared.loads.joints_at(now).1).unwrap_or_default();
         let moments = moments(prepared, now, None);
-        let rows = moments.as_ref().filter(|_| pose.is_some()).map(|moments| Rows(moments));
+        let rows = moments.as_ref().filter(|_| pose.is_some()).map(|moments| RowMoments(moments));
         let surroundings = pose.and_then(|pose| surroundings_at(prepared, now, &pose));
         let order = Order {
             pose,
@@ -338,7 +339,7 @@ fn submit_image(
     let pose = pose_of(prepared, time, Some(number));
     let joints = prepared.loads.joints_at(time).1;
     let moments = moments(prepared, time, Some(number));
-    let rows = moments.as_ref().map(|moments| Rows(moments));
+    let rows = moments.as_ref().map(|moments| RowMoments(moments));
     let surroundings = pose.and_then(|pose| surroundings_at(prepared, time, &pose));
     let order = Order { pose, joints: &joints, rows, between: Some(share), surroundings, time, ..Order::default() };
     engine.submit(None, order)?;
@@ -369,10 +370,11 @@ pub fn still(
     }
     let load = (rest > 1e-9).then(|| prepared.loads.step_load(whole * length, time));
     let pose = pose_at(prepared, time);
-    let advance = load.as_ref().map(|load| Step { load, steps: rest, start: whole * length, length: rest * length });
+    let advance =
+        load.as_ref().map(|load| EngineStep { load, steps: rest, start: whole * length, length: rest * length });
     let joints = prepared.loads.joints_at(time).1;
     let moments = moments(prepared, time, None);
-    let rows = moments.as_ref().map(|moments| Rows(moments));
+    let rows = moments.as_ref().map(|moments| RowMoments(moments));
     let surroundings = pose.and_then(|pose| surroundings_at(prepared, time, &pose));
     engine.submit(advance, Order { pose, joints: &joints, rows, surroundings, time, ..Order::default() })?;
     let delivered = engine.deliver()?;
@@ -404,16 +406,15 @@ pub(crate) fn pose_of(prepared: &Prepared, time: f64, image: Option<u32>) -> Opt
 }
 
 /// Moments of the rows of an image at a time [s], with its number where it has its own time; `None` where all rows see one pose.
-pub fn moments(prepared: &Prepared, time: f64, image: Option<u32>) -> Option<impl Fn(f64) -> Moment + '_> {
+pub fn moments(prepared: &Prepared, time: f64, image: Option<u32>) -> Option<impl Fn(f64) -> InstantPoses + '_> {
     let line_time = prepared.scene.camera.as_ref()?.line_time;
     let moment = move |row: f64| {
         let at = time + row * line_time;
-        Moment { pose: pose_of(prepared, at, image).unwrap_or_default(), joints: prepared.loads.joints_at(at).1 }
+        InstantPoses { pose: pose_of(prepared, at, image).unwrap_or_default(), joints: prepared.loads.joints_at(at).1 }
     };
     (line_time > 0.0).then_some(moment)
 }
 
-/// Whether a step is drawn.
 pub(crate) fn is_drawn(draw: &Draw, step: u32) -> bool {
     match draw {
         Draw::None | Draw::Times(_) => false,

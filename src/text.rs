@@ -21,7 +21,7 @@ pub fn is_hidden(character: char) -> bool {
         )
 }
 
-/// The text with hidden characters as Rust writes them: `\n`, `\t`, `\u{1b}`. It is one line. A backslash stays as it is.
+/// The text with hidden characters as Rust writes them: `\n`, `\t`, `\u{1b}`. The result is one line. A backslash stays as it is.
 pub(crate) fn plain(text: &str) -> Cow<'_, str> {
     shown(text, is_hidden)
 }

@@ -1,7 +1,7 @@
 //! Records the times of work on host and device, as JSON for Perfetto and chrome://tracing.
 //!
-//! The device's timestamps give the times of passes. They are shifted to the host's clock so that no frame begins before its submission. The file states
-//! how uncertain this shift is. Work outside the frame (uploads, stages of networks) appears only in the host's spans.
+//! The device's timestamps give the times of passes. All of them are shifted to the host's clock so that no frame begins before its submission. The
+//! file states how uncertain this shift is. Work outside the frame (uploads, stages of networks) appears only in the host's spans.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -43,7 +43,7 @@ struct Event {
 }
 
 #[derive(Debug)]
-struct Shared {
+struct Recording {
     began: Instant,
     events: Mutex<Vec<Event>>,
     frames: Mutex<Vec<DeviceFrame>>,
@@ -51,7 +51,7 @@ struct Shared {
 
 /// A recording, or nothing.
 #[derive(Debug, Clone, Default)]
-pub struct Trace(Option<Arc<Shared>>);
+pub struct Trace(Option<Arc<Recording>>);
 
 /// A span of work that ends when this is dropped.
 #[must_use = "the span ends when this is dropped"]
@@ -73,7 +73,7 @@ impl Drop for Span<'_> {
     }
 }
 
-impl Shared {
+impl Recording {
     /// [us].
     fn since_began(&self, instant: Instant) -> f64 {
         instant.saturating_duration_since(self.began).as_secs_f64() * 1e6
@@ -81,23 +81,19 @@ impl Shared {
 }
 
 impl Trace {
-    /// Starts a recording.
     pub(crate) fn recording() -> Self {
         let empty = || Mutex::new(Vec::new());
-        Self(Some(Arc::new(Shared { began: Instant::now(), events: empty(), frames: Mutex::new(Vec::new()) })))
+        Self(Some(Arc::new(Recording { began: Instant::now(), events: empty(), frames: Mutex::new(Vec::new()) })))
     }
 
-    /// Whether spans are recorded.
     pub(crate) fn is_recording(&self) -> bool {
         self.0.is_some()
     }
 
-    /// Begins a span of work.
     pub(crate) fn span(&self, track: Track, name: &'static str) -> Span<'_> {
         Span { trace: self, track, name, began: Instant::now() }
     }
 
-    /// Records a frame of the device.
     pub(crate) fn frame(&self, frame: DeviceFrame) {
         if let Some(shared) = &self.0 {
             shared.frames.lock().unwrap_or_else(PoisonError::into_inner).push(frame);
@@ -131,7 +127,7 @@ impl Trace {
     }
 }
 
-impl Shared {
+impl Recording {
     /// Shift of the device's clock [us], and by how much more it could be shifted.
     fn clock(&self, frames: &[DeviceFrame]) -> (f64, f64) {
         let mut least = f64::NEG_INFINITY;

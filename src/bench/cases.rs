@@ -1,9 +1,9 @@
 //! The four networks of docs/numerics.md 3: the paper's cube, a thin sheet, a sheet with slivers, and a blanket over a
 //! structure.
 //!
-//! Meshes become networks as in a scene ([`Shell`]). The loads are those of the paper's cube (`paper/cube.rs`): an
-//! orbit of 6017 s in 360 frames with planet shadow, infrared and albedo at 772 km. Each frame has its mean load.
-//! docs/numerics.md gives the cells and the stiffness of its cases. Outlines and some loads are chosen here.
+//! Meshes become networks as in a scene ([`Shell`]). The loads come from the paper's cube (`paper/cube.rs`): an orbit of 6017 s in 360 frames with
+//! planet shadow, infrared and albedo at 772 km. Each frame has its mean load. docs/numerics.md gives the cells and the stiffness of its cases.
+//! Outlines and some loads are chosen here.
 
 use std::f64::consts::TAU;
 
@@ -15,7 +15,7 @@ use crate::paper::cube::{
 };
 use crate::thermal::material::Optics;
 use crate::thermal::network::Network;
-use crate::thermal::shell::{Sheet, Shell, ShellError, ShellMaterial, Surface};
+use crate::thermal::shell::{Sheet, Shell, ShellError, ShellMaterial, ShellSurface};
 
 /// A network and its heat in every frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +26,7 @@ pub struct NetworkCase {
     pub(crate) title: String,
     /// The network at its initial temperatures.
     pub network: Network,
-    /// Heat of every node [W] in each frame. It is constant within a frame.
+    /// Heat of every node [W] in each frame, constant within a frame.
     pub(crate) frames: Vec<Vec<f64>>,
     /// Length of a frame [s].
     pub(crate) frame: f64,
@@ -110,8 +110,8 @@ pub(crate) fn cube(size: &Size) -> Result<NetworkCase, CaseError> {
     Ok(case("cube", title, shell, frames, CUBE_START, 2.2))
 }
 
-/// A white sheet of 1 mm aluminium in 1 cm cells. Its zenith and nadir faces are in the orbit, with a moving spot of
-/// reflected sunlight. `slivers` adds two rows of slivers.
+/// A white sheet of 1 mm aluminium in 1 cm cells. The two faces of the sheet are zenith and nadir faces in the orbit, with a moving spot of reflected
+/// sunlight. `slivers` adds two rows of slivers.
 pub(crate) fn sheet(size: &Size, slivers: bool) -> Result<NetworkCase, CaseError> {
     let edge = 0.01 * size.sheet as f64;
     let even: Vec<f64> = (0..=size.sheet).map(|cell| 0.01 * cell as f64).collect();
@@ -210,7 +210,7 @@ impl Mesh {
     fn shell(&self, material: ShellMaterial) -> Result<Shell, ShellError> {
         let zeros = vec![0; self.positions.len()];
         let surface =
-            Surface { positions: &self.positions, triangles: &self.triangles, parts: &zeros, materials: &zeros };
+            ShellSurface { positions: &self.positions, triangles: &self.triangles, parts: &zeros, materials: &zeros };
         // Merging is off, because it would remove the slivers.
         Shell::new(&surface, &[Some(material)], &[], f64::INFINITY, SPACE)
     }

@@ -14,7 +14,6 @@ pub(crate) const OUT_OF_TIME: &str = "left out: --quick had no time left";
 pub(crate) struct Deadline(Option<Instant>);
 
 impl Deadline {
-    /// No deadline.
     pub(crate) const NONE: Self = Self(None);
 
     /// Whether the deadline is over.
@@ -31,14 +30,13 @@ impl Deadline {
 
 /// The start of the measurements and their time limits.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Clock {
+pub(crate) struct BenchClock {
     began: Instant,
     quick: bool,
     targets: usize,
 }
 
-impl Clock {
-    /// Starts the clock for a number of targets.
+impl BenchClock {
     pub(crate) fn start(quick: bool, targets: usize) -> Self {
         Self { began: Instant::now(), quick, targets }
     }
@@ -81,7 +79,7 @@ mod tests {
     #[test]
     fn measurements_follow_each_other_within_the_time() {
         let wanted = [Measurement::Limits, Measurement::Frames, Measurement::Integrators];
-        let clock = Clock::start(true, 2);
+        let clock = BenchClock::start(true, 2);
         let seconds = |target, one| {
             let Deadline(Some(end)) = clock.deadline(target, one, &wanted) else { panic!("a quick one ends") };
             (end - clock.began).as_secs_f64()
@@ -95,7 +93,7 @@ mod tests {
 
     #[test]
     fn what_is_whole_has_no_deadline() {
-        let deadline = Clock::start(false, 1).deadline(0, Measurement::Frames, &Measurement::ALL);
+        let deadline = BenchClock::start(false, 1).deadline(0, Measurement::Frames, &Measurement::ALL);
         assert!(!deadline.is_past());
         assert!((deadline.share(10, 3.0) - 3.0).abs() < 1e-12);
     }

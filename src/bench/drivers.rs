@@ -8,7 +8,7 @@ use super::frames::{IMAGE, resize};
 use crate::gpu::context::Context;
 use crate::scene::Scene;
 use crate::simulation::device_engine::DeviceEngine;
-use crate::simulation::engine::{Engine, Order, Pixels, Step};
+use crate::simulation::engine::{Engine, EngineStep, Order, Pixels};
 use crate::simulation::pose_at;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::surroundings::surroundings_at;
@@ -21,7 +21,6 @@ const STEPS: u32 = 40;
 pub struct DriverRow {
     /// The reference device and the compared device.
     pub(crate) devices: [String; 2],
-    /// Name of the scene.
     pub(crate) scene: String,
     /// Number of nodes, including padding.
     pub(crate) nodes: usize,
@@ -40,7 +39,7 @@ pub struct DriverRow {
 }
 
 /// The results of a device.
-struct Left {
+struct DriverResults {
     device: String,
     temperatures: Vec<f32>,
     pixels: Pixels,
@@ -67,7 +66,7 @@ pub(crate) fn measure(devices: &[Arc<Context>], scene: &Scene) -> Vec<DriverRow>
     rows
 }
 
-fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, Box<dyn std::error::Error>> {
+fn run(context: &Arc<Context>, scene: &Scene) -> Result<DriverResults, Box<dyn std::error::Error>> {
     let mut scene = scene.clone();
     scene.sensor = None;
     if let Some(camera) = &mut scene.camera {
@@ -87,17 +86,17 @@ fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, Box<dyn std::error
         let pose = if last { pose_at(&prepared, end) } else { None };
         let surroundings = pose.and_then(|pose| surroundings_at(&prepared, end, &pose));
         let order = Order { pose, joints: &joints, temperatures: last, surroundings, ..Order::default() };
-        engine.submit(Some(Step { load: &load, steps: 1.0, start, length: step }), order)?;
+        engine.submit(Some(EngineStep { load: &load, steps: 1.0, start, length: step }), order)?;
         delivered = engine.deliver()?;
     }
-    Ok(Left {
+    Ok(DriverResults {
         device: context.info.name.clone(),
         temperatures: delivered.temperatures.unwrap_or_default(),
         pixels: delivered.pixels.unwrap_or_default(),
     })
 }
 
-fn compared(first: &Left, other: &Left, scene: &str) -> DriverRow {
+fn compared(first: &DriverResults, other: &DriverResults, scene: &str) -> DriverRow {
     let kelvins = || first.temperatures.iter().zip(&other.temperatures).map(|(a, b)| f64::from((a - b).abs()));
     let squares: f64 = kelvins().map(|kelvin| kelvin * kelvin).sum();
     let pixels = || first.pixels.identity.iter().zip(&other.pixels.identity);
@@ -126,7 +125,7 @@ mod tests {
 
     #[test]
     fn what_differs_between_devices_is_counted() {
-        let left = |temperature, radiance, part| Left {
+        let left = |temperature, radiance, part| DriverResults {
             device: String::new(),
             temperatures: vec![300.0, temperature],
             pixels: Pixels {

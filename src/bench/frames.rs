@@ -6,13 +6,13 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::environment::shadow::Method;
+use crate::environment::shadow::ShadowMethod;
 use crate::gpu::context::Context;
-use crate::output::statistics::Spread;
+use crate::output::statistics::Percentiles;
 use crate::scene::{Camera, Scene, ShadowSettings};
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::device_engine::DeviceEngine;
-use crate::simulation::engine::{Engine, EngineError, Order, Step};
+use crate::simulation::engine::{Engine, EngineError, EngineStep, Order};
 use crate::simulation::pose_at;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::surroundings::surroundings_at;
@@ -31,11 +31,9 @@ const WARM_UP: u32 = 3;
 /// Measurements of a scene at one density.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FrameRow {
-    /// Name of the scene.
     pub(crate) scene: String,
     /// Longest triangle edge [m].
     pub(crate) longest_edge_m: f64,
-    /// Whether shadows are on.
     pub(crate) shadows: bool,
     pub(crate) nodes: usize,
     pub(crate) triangles: usize,
@@ -50,27 +48,26 @@ pub struct FrameRow {
     /// Time of each pass in the steps that include it.
     pub(crate) passes: Vec<PassSpread>,
     /// Time of a step with its image on the host [ms].
-    pub(crate) whole_step_ms: Option<Spread>,
+    pub(crate) whole_step_ms: Option<Percentiles>,
     /// The longest step with an image [ms].
     pub(crate) worst_step_ms: Option<f64>,
     /// Time of a step without an image [ms].
-    pub(crate) step_ms: Option<Spread>,
+    pub(crate) step_ms: Option<Percentiles>,
     /// The reason if there are no times.
     pub(crate) failed: Option<String>,
 }
 
-/// Times of a pass.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct PassSpread {
     /// Name of the pass without its variant.
     pub(crate) name: String,
     /// Time in a step [ms]. Only steps that include the pass count.
-    pub(crate) ms: Spread,
+    pub(crate) ms: Percentiles,
 }
 
 /// The amount of measurement.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Effort {
+pub(crate) struct FrameEffort {
     /// Number of steps with an image.
     pub(crate) steps: u32,
     /// Most nodes. Larger densities are left out.
@@ -78,7 +75,13 @@ pub(crate) struct Effort {
 }
 
 /// Measures the scene at one longest edge [m]. The row states the reason if that fails.
-pub(crate) fn measure(context: &Arc<Context>, scene: &Scene, edge: f64, shadows: bool, effort: Effort) -> FrameRow {
+pub(crate) fn measure(
+    context: &Arc<Context>,
+    scene: &Scene,
+    edge: f64,
+    shadows: bool,
+    effort: FrameEffort,
+) -> FrameRow {
     let row = FrameRow { failed: None, ..left_out(scene, edge, shadows, "") };
     match measured(context, scene, row.clone(), effort) {
         Ok(row) => row,
@@ -86,7 +89,6 @@ pub(crate) fn measure(context: &Arc<Context>, scene: &Scene, edge: f64, shadows:
     }
 }
 
-/// A row without measurement, with the reason.
 pub(crate) fn left_out(scene: &Scene, edge: f64, shadows: bool, reason: &str) -> FrameRow {
     FrameRow {
         scene: scene.name.clone(),
@@ -100,10 +102,11 @@ pub(crate) fn left_out(scene: &Scene, edge: f64, shadows: bool, reason: &str) ->
 /// The scene with the longest edge, shadows and image size of a row.
 fn changed(scene: &Scene, row: &FrameRow) -> Scene {
     let mut scene = scene.clone();
-    // Its tables are those of the scene's own image.
+    // The tables of the sensor have the size of the scene's own image.
     scene.sensor = None;
     scene.density.model.max = Some(row.longest_edge_m);
-    scene.shadows = row.shadows.then(|| ShadowSettings { method: Method::Depth, ..scene.shadows.unwrap_or_default() });
+    scene.shadows =
+        row.shadows.then(|| ShadowSettings { method: ShadowMethod::Depth, ..scene.shadows.unwrap_or_default() });
     if let Some(camera) = &mut scene.camera {
         resize(camera, IMAGE);
     }
@@ -118,7 +121,7 @@ pub(super) fn resize(camera: &mut Camera, [width, height]: [u32; 2]) {
     camera.lens.centre = [f64::from(width) / 2.0, f64::from(height) / 2.0];
 }
 
-fn measured(context: &Arc<Context>, scene: &Scene, row: FrameRow, effort: Effort) -> Result<FrameRow, String> {
+fn measured(context: &Arc<Context>, scene: &Scene, row: FrameRow, effort: FrameEffort) -> Result<FrameRow, String> {
     let scene = changed(scene, &row);
     let began = Instant::now();
     let prepared = Prepared::from_scene(scene, &mut |_| {}).map_err(|error| error.to_string())?;
@@ -140,7 +143,7 @@ fn measured(context: &Arc<Context>, scene: &Scene, row: FrameRow, effort: Effort
     .map_err(|error| error.to_string())?;
     let start_up = began.elapsed().as_secs_f64();
 
-    let mut run = Run { prepared: &prepared, engine: &mut engine, share, next: 0, seen: BTreeMap::new() };
+    let mut run = FrameRun { prepared: &prepared, engine: &mut engine, share, next: 0, seen: BTreeMap::new() };
     let drawn = run.steps(effort.steps, true).map_err(|error| error.to_string())?;
     let undrawn = run.steps(effort.steps, false).map_err(|error| error.to_string())?;
 
@@ -156,15 +159,15 @@ fn measured(context: &Arc<Context>, scene: &Scene, row: FrameRow, effort: Effort
         step_s: length,
         steps: effort.steps,
         passes: drawn.passes(),
-        whole_step_ms: Spread::of(&drawn.wall),
+        whole_step_ms: Percentiles::of(&drawn.wall),
         worst_step_ms: drawn.wall.iter().copied().reduce(f64::max),
-        step_ms: Spread::of(&undrawn.wall),
+        step_ms: Percentiles::of(&undrawn.wall),
         ..row
     })
 }
 
 /// The state of the stepping.
-struct Run<'a> {
+struct FrameRun<'a> {
     prepared: &'a Prepared,
     engine: &'a mut dyn Engine,
     /// Length of a measured step as a share of the scene's step.
@@ -184,7 +187,7 @@ struct Times {
     passes: BTreeMap<String, Vec<f64>>,
 }
 
-impl Run<'_> {
+impl FrameRun<'_> {
     /// Does steps and, if wanted, images. The host prepares a step while the device computes the previous one.
     fn steps(&mut self, count: u32, draw: bool) -> Result<Times, EngineError> {
         let length = self.share * self.prepared.scene.time.step;
@@ -198,7 +201,7 @@ impl Run<'_> {
                 let joints = self.prepared.loads.joints_at(start + length).1;
                 let surroundings = pose.and_then(|pose| surroundings_at(self.prepared, start + length, &pose));
                 let order = Order { pose, joints: &joints, surroundings, ..Order::default() };
-                self.engine.submit(Some(Step { load: &load, steps: self.share, start, length }), order)?;
+                self.engine.submit(Some(EngineStep { load: &load, steps: self.share, start, length }), order)?;
                 self.next += 1;
             }
             if number > 0 {
@@ -232,8 +235,9 @@ impl Run<'_> {
 
 impl Times {
     fn passes(&self) -> Vec<PassSpread> {
-        let of =
-            |(name, samples): (&String, &Vec<f64>)| Some(PassSpread { name: name.clone(), ms: Spread::of(samples)? });
+        let of = |(name, samples): (&String, &Vec<f64>)| {
+            Some(PassSpread { name: name.clone(), ms: Percentiles::of(samples)? })
+        };
         self.passes.iter().filter_map(of).collect()
     }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::clock::{Deadline, OUT_OF_TIME};
-use super::models::{Basis, Failed, Ran, run};
+use super::models::{Basis, Failed, ModelRun, run};
 use crate::compare::responses;
 use crate::gpu::context::Context;
 use crate::simulation::prepare::Prepared;
@@ -16,11 +16,8 @@ use crate::thermal::network::control::Integrator;
 /// A response, with or without shadows and radiation between surfaces.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FrontierRow {
-    /// The response.
     pub(crate) response: String,
-    /// Whether the craft shadows itself.
     pub(crate) shadows: bool,
-    /// Whether its surfaces exchange radiation.
     pub(crate) exchange: bool,
     /// Median device time of the thermal, shadow and network passes of a step [ms].
     pub(crate) step_ms: Option<f64>,
@@ -33,7 +30,7 @@ pub struct FrontierRow {
 }
 
 impl FrontierRow {
-    /// Its light between parts, in words.
+    /// Light between parts, in words.
     pub(crate) fn light(&self) -> &'static str {
         match (self.shadows, self.exchange) {
             (true, true) => "shadows and exchange",
@@ -44,9 +41,9 @@ impl FrontierRow {
     }
 }
 
-/// What moves the temperatures.
+/// The way in which temperatures are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Way {
+enum TemperatureModel {
     Accurate,
     Default,
     Radiative,
@@ -56,7 +53,7 @@ enum Way {
     Instant,
 }
 
-impl Way {
+impl TemperatureModel {
     /// The reference comes first.
     const ALL: [Self; 7] = [
         Self::Accurate,
@@ -80,7 +77,7 @@ impl Way {
         }
     }
 
-    /// What it has of light between parts, the most first: with shadows, and with radiation between surfaces.
+    /// The choices of light between parts, the most first: with shadows, and with radiation between surfaces.
     fn lights(self, exchange: bool) -> impl Iterator<Item = [bool; 2]> {
         let is_network = matches!(self, Self::Accurate | Self::Default);
         let all = [[true, true], [true, false], [false, false]];
@@ -123,14 +120,14 @@ pub(crate) fn measure(
     deadline: Deadline,
     says: &dyn Fn(&str),
 ) -> Vec<FrontierRow> {
-    let mut truth: Option<Ran> = None;
+    let mut truth: Option<ModelRun> = None;
     let mut rows = Vec::new();
-    for way in Way::ALL {
+    for way in TemperatureModel::ALL {
         for light @ [shadows, exchange] in way.lights(basis.stated.is_some()) {
             let row = FrontierRow { response: way.name().to_owned(), shadows, exchange, ..FrontierRow::default() };
             let left_out = if deadline.is_past() {
                 Some(OUT_OF_TIME)
-            } else if quick && matches!(way, Way::Accurate | Way::Default) {
+            } else if quick && matches!(way, TemperatureModel::Accurate | TemperatureModel::Default) {
                 Some("left out by --quick")
             } else {
                 None
@@ -143,7 +140,7 @@ pub(crate) fn measure(
             let ran = way.prepared(basis, light).and_then(|prepared| Ok(run(context, &prepared)?));
             match ran {
                 Err(error) => rows.push(FrontierRow { failed: Some(error.to_string()), ..row }),
-                Ok(ran) if way == Way::Accurate && truth.is_none() => {
+                Ok(ran) if way == TemperatureModel::Accurate && truth.is_none() => {
                     rows.push(FrontierRow { step_ms: ran.step_ms, rms_k: Some(0.0), max_k: Some(0.0), ..row });
                     truth = Some(ran);
                 }

@@ -6,13 +6,13 @@ use serde::Serialize;
 
 use super::cases::NetworkCase;
 use super::schemes::{Fixed, Scheme};
-use crate::output::statistics::Spread;
+use crate::output::statistics::Percentiles;
 use crate::simulation::network::unfinished;
-use crate::thermal::network::control::{FLOOR, Leg, Settings, integrate_leg};
+use crate::thermal::network::control::{FLOOR, IntegrationSettings, Leg, integrate_leg};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::rkl2::stages_for;
 use crate::thermal::network::schedule::{HeatTable, Schedule};
-use crate::thermal::network::stepper::{Method, WorkCounts};
+use crate::thermal::network::stepper::{StepMethod, WorkCounts};
 
 /// Safety factor on the fastest rate, which changes within a frame. The controller uses the same.
 const RATE_MARGIN: f64 = 1.1;
@@ -44,12 +44,12 @@ pub struct Integrated {
     /// Short name of the case.
     pub case: String,
     /// One run for every scheme.
-    pub runs: Vec<Run>,
+    pub runs: Vec<IntegratorRun>,
 }
 
 /// A scheme on a case.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Run {
+pub struct IntegratorRun {
     /// Method, with its sub-steps or tolerance.
     pub scheme: String,
     /// Method.
@@ -66,7 +66,7 @@ pub struct Run {
 
 /// Counts of work, including rejected sub-steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-pub struct Work {
+pub struct SchemeWork {
     /// Frames.
     pub frames: u64,
     /// Stages, each an evaluation of all exchanges.
@@ -109,7 +109,7 @@ pub(crate) fn in_frames(
                 fixed(stepper, case, method, count, number)?;
             }
             Scheme::Controlled(integrator, tolerance) => {
-                let settings = Settings { integrator, tolerance, floor: FLOOR };
+                let settings = IntegrationSettings { integrator, tolerance, floor: FLOOR };
                 let heat = (0..).zip(heat).map(|(node, heat)| (node, HeatTable::constant(*heat))).collect();
                 let schedule = Schedule { heat, times: vec![case.frame], ..Schedule::default() };
                 let horizon = case.frame * case.frames.len() as f64;
@@ -137,11 +137,11 @@ fn fixed(
 ) -> Result<(), Ended> {
     let step = case.frame / f64::from(count);
     let method = match method {
-        Fixed::Euler => Method::Euler,
-        Fixed::TrBdf2 => Method::TrBdf2,
+        Fixed::Euler => StepMethod::Euler,
+        Fixed::TrBdf2 => StepMethod::TrBdf2,
         Fixed::Rkl2 => {
             let rate = case.network.fastest_rate(&stepper.temperatures());
-            Method::Rkl2 { stages: stages_for(RATE_MARGIN * rate * step) }
+            StepMethod::Rkl2 { stages: stages_for(RATE_MARGIN * rate * step) }
         }
     };
     let attempt = stepper.attempt(method, 0.0, step, count);
@@ -154,7 +154,7 @@ fn fixed(
 
 /// Limits on the runs of a scheme.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Effort {
+pub struct IntegratorEffort {
     /// Most runs of the whole case.
     pub runs: u32,
     /// Time [s] after which no further run begins.
@@ -173,16 +173,16 @@ pub fn measure(
     case: &NetworkCase,
     truth: &[Vec<f64>],
     scheme: Scheme,
-    effort: Effort,
-) -> Run {
+    effort: IntegratorEffort,
+) -> IntegratorRun {
     let name = scheme.to_string();
-    let mut run = Run { scheme: name, family: scheme.family(), ..Run::default() };
+    let mut run = IntegratorRun { scheme: name, family: scheme.family(), ..IntegratorRun::default() };
     if let Some(reason) = scheme.refusal(case) {
         run.failed = Some(reason);
         return run;
     }
     match runs(stepper, case, truth, scheme, effort) {
-        Ok(measured) => run = Run { scheme: run.scheme, family: run.family, ..measured },
+        Ok(measured) => run = IntegratorRun { scheme: run.scheme, family: run.family, ..measured },
         Err(error) => run.failed = Some(error.to_string()),
     }
     run
@@ -193,8 +193,8 @@ fn runs(
     case: &NetworkCase,
     truth: &[Vec<f64>],
     scheme: Scheme,
-    effort: Effort,
-) -> Result<Run, Ended> {
+    effort: IntegratorEffort,
+) -> Result<IntegratorRun, Ended> {
     let restart = |stepper: &mut ReferenceStepper| stepper.set_temperatures(&case.network.temperatures);
     let began = Instant::now();
     restart(stepper);
@@ -233,8 +233,8 @@ fn runs(
     Ok(Run { work, wall_ms: Spread::of(&wall), error: Some(error), ..Run::default() })
 }
 
-fn work_of(before: WorkCounts, after: WorkCounts, frames: usize) -> Work {
-    Work {
+fn work_of(before: WorkCounts, after: WorkCounts, frames: usize) -> SchemeWork {
+    SchemeWork {
         frames: frames as u64,
         stages: after.stages - before.stages,
         sub_steps: after.sub_steps - before.sub_steps,

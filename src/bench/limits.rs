@@ -7,9 +7,9 @@ use serde::Serialize;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::limits::{Samples, copies, empty_dispatches};
-use crate::output::statistics::Spread;
+use crate::output::statistics::Percentiles;
 
-/// Sizes of the copies [bytes]. They exceed processor caches and fit into any device.
+/// Sizes of the copies [bytes]. Both sizes exceed processor caches and fit into any device.
 const BYTES: [u64; 2] = [64 << 20, 256 << 20];
 /// Number of dispatches in one submission.
 const IN_A_ROW: u32 = 256;
@@ -21,9 +21,9 @@ pub struct Limits {
     /// Copies between device buffers. Each byte is read and written.
     pub(crate) copies: Vec<Copied>,
     /// Time of an empty dispatch from recording until the host sees its end [us].
-    pub(crate) submission_us: Option<Spread>,
+    pub(crate) submission_us: Option<Percentiles>,
     /// Time of each of many empty dispatches with barriers between them [us].
-    pub(crate) dispatch_us: Option<Spread>,
+    pub(crate) dispatch_us: Option<Percentiles>,
     /// Whether the device's clock measured the times.
     pub(crate) by_timestamps: bool,
 }
@@ -39,10 +39,9 @@ impl Limits {
 /// Measurement of a copy.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Copied {
-    /// Bytes copied.
     pub(crate) bytes: u64,
     /// Bytes read and written over time [GB/s].
-    pub(crate) gigabytes_per_second: Option<Spread>,
+    pub(crate) gigabytes_per_second: Option<Percentiles>,
 }
 
 /// Measures a device. `quick` leaves out the larger copy.
@@ -55,7 +54,7 @@ pub(crate) fn measure(context: &Arc<Context>, quick: bool) -> Result<Limits, Gpu
         let samples = copies(context, bytes, SAMPLES)?;
         // A copy reads and writes every byte.
         let rates: Vec<f64> = best(&samples).iter().map(|ms| 2.0 * bytes as f64 / ms * 1e-6).collect();
-        all.push(Copied { bytes, gigabytes_per_second: Spread::of(&rates) });
+        all.push(Copied { bytes, gigabytes_per_second: Percentiles::of(&rates) });
     }
     let one = empty_dispatches(context, 1, 10 * SAMPLES)?;
     let many = empty_dispatches(context, IN_A_ROW, SAMPLES)?;
@@ -63,8 +62,8 @@ pub(crate) fn measure(context: &Arc<Context>, quick: bool) -> Result<Limits, Gpu
     let alone: Vec<f64> = one.wall_ms.iter().map(|ms| 1e3 * ms).collect();
     Ok(Limits {
         copies: all,
-        submission_us: Spread::of(&alone),
-        dispatch_us: Spread::of(&each),
+        submission_us: Percentiles::of(&alone),
+        dispatch_us: Percentiles::of(&each),
         by_timestamps: !one.device_ms.is_empty(),
     })
 }

@@ -11,14 +11,14 @@ use super::clock::{Deadline, OUT_OF_TIME};
 use super::frames::resize;
 use crate::compare::responses::{self, OfMaterial};
 use crate::environment::StepLoad;
-use crate::environment::shadow::Method;
-use crate::exchange::step::Settings;
+use crate::environment::shadow::ShadowMethod;
+use crate::exchange::step::ExchangeSettings;
 use crate::gpu::context::Context;
 use crate::model::nodes::GROUP;
-use crate::output::statistics::Spread;
+use crate::output::statistics::Percentiles;
 use crate::scene::{Scene, ShadowSettings};
 use crate::simulation::device_engine::DeviceEngine;
-use crate::simulation::engine::{Engine, EngineError, Order, Step};
+use crate::simulation::engine::{Engine, EngineError, EngineStep, Order};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::surroundings::surroundings_at;
 use crate::simulation::{pose_at, start};
@@ -42,9 +42,7 @@ const LEAST_COSINE: f64 = 0.01;
 /// The model choices of one scene.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Models {
-    /// Name of the scene.
     pub(crate) scene: String,
-    /// Number of nodes.
     pub(crate) nodes: usize,
     /// Length of a step [s].
     pub(crate) step_s: f64,
@@ -54,16 +52,13 @@ pub struct Models {
     pub(crate) choices: Vec<ChoiceRow>,
 }
 
-/// The measurements of one choice.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct ChoiceRow {
     /// The choice, or its change against the base.
     pub(crate) choice: String,
     /// Median device time of the thermal, shadow and network passes of a step [ms].
     pub(crate) step_ms: Option<f64>,
-    /// Differences from the base.
     pub(crate) from_base: Option<Moved>,
-    /// Differences from the network.
     pub(crate) from_network: Option<Moved>,
     /// Errors of the base's shadows. Only the choice of shadows by rays has them.
     pub(crate) wrong_shadows: Option<WrongShadows>,
@@ -97,7 +92,6 @@ pub(crate) struct Moved {
 /// An error of a choice.
 pub(super) type Failed = Box<dyn std::error::Error>;
 
-/// A choice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Choice {
     Base,
@@ -147,7 +141,7 @@ impl Choice {
         }
     }
 
-    fn scene(self, base: &Scene, exchange: Settings) -> Scene {
+    fn scene(self, base: &Scene, exchange: ExchangeSettings) -> Scene {
         let mut scene = base.clone();
         if !matches!(self, Self::Network | Self::NetworkWithExchange) {
             scene.time.warm_up_orbits = scene.time.warm_up_orbits.min(MOST_ORBITS);
@@ -159,7 +153,7 @@ impl Choice {
             Self::WithoutShadows => scene.shadows = None,
             Self::Exchange | Self::NetworkWithExchange => scene.exchange = Some(exchange),
             Self::ExactShadows => {
-                scene.shadows = scene.shadows.map(|shadows| ShadowSettings { method: Method::Exact, ..shadows });
+                scene.shadows = scene.shadows.map(|shadows| ShadowSettings { method: ShadowMethod::Exact, ..shadows });
             }
             _ => {}
         }
@@ -189,8 +183,7 @@ impl Choice {
     }
 }
 
-/// The results of a run.
-pub(super) struct Ran {
+pub(super) struct ModelRun {
     /// Temperatures of the vertices at every step [K].
     temperatures: Vec<Vec<f32>>,
     /// Radiance of the drawn steps [W m-2 sr-1].
@@ -201,20 +194,18 @@ pub(super) struct Ran {
     pub(super) step_ms: Option<f64>,
 }
 
-/// What the choices have in common.
+/// Scene and settings that the choices have in common.
 pub(crate) struct Basis {
     /// One orbit of the scene in long steps, with shadows.
     pub(super) scene: Scene,
-    /// The transition of each material.
     pub(super) of: Vec<OfMaterial>,
     /// Areas of the vertices [m2].
     pub(super) areas: Vec<f64>,
-    /// Number of nodes.
     nodes: usize,
     /// Patches of the choices with radiation between surfaces.
-    exchange: Settings,
-    /// The same where the scene asks for it.
-    pub(super) stated: Option<Settings>,
+    exchange: ExchangeSettings,
+    /// The scene's own settings of this radiation, where the scene asks for it.
+    pub(super) stated: Option<ExchangeSettings>,
 }
 
 impl Basis {
@@ -248,7 +239,7 @@ pub(crate) fn measure(
     let Basis { scene: base, areas, nodes, .. } = basis;
     let mut base_run = None;
     let mut network_run = None;
-    let mut rows: Vec<(ChoiceRow, Option<Ran>)> = Vec::new();
+    let mut rows: Vec<(ChoiceRow, Option<ModelRun>)> = Vec::new();
     for choice in Choice::ALL {
         let row = ChoiceRow { choice: choice.name().to_owned(), ..ChoiceRow::default() };
         if quick && matches!(choice, Choice::Network | Choice::NetworkWithExchange) {
@@ -273,7 +264,7 @@ pub(crate) fn measure(
             }
         }
     }
-    let moved = |ran: &Ran, from: Option<usize>, own: usize| -> Option<Moved> {
+    let moved = |ran: &ModelRun, from: Option<usize>, own: usize| -> Option<Moved> {
         let from = from.filter(|from| *from != own)?;
         rows[from].1.as_ref().map(|from| ran.moved(from, areas))
     };
@@ -298,8 +289,8 @@ pub(crate) fn measure(
     }
 }
 
-/// The scene through one orbit of long steps with shadows. It starts from the periodic state if the scene asks for it,
-/// otherwise after one orbit.
+/// The scene through one orbit of long steps with shadows. The run starts from the periodic state if the scene asks for it, otherwise after one
+/// orbit. With `quick` it starts after a quarter of an orbit.
 fn one_orbit(scene: &Scene, quick: bool) -> Scene {
     let mut base = scene.clone();
     base.sensor = None;
@@ -309,21 +300,21 @@ fn one_orbit(scene: &Scene, quick: bool) -> Scene {
     if base.time.periodic.is_none() {
         base.time.warm_up_orbits = if quick { 0.25 } else { 1.0 };
     }
-    base.shadows = Some(ShadowSettings { method: Method::Depth, ..scene.shadows.unwrap_or_default() });
+    base.shadows = Some(ShadowSettings { method: ShadowMethod::Depth, ..scene.shadows.unwrap_or_default() });
     if let Some(camera) = &mut base.camera {
         resize(camera, IMAGE);
     }
     base
 }
 
-pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, EngineError> {
+pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<ModelRun, EngineError> {
     let camera = prepared.scene.camera.as_ref();
     let mut engine = DeviceEngine::new(context, prepared, camera)?;
     start(prepared, &mut engine, None, &AtomicBool::new(false), &mut || ())?;
     let mut before = device_ms(&engine);
     let mut step_ms = Vec::new();
     let step = prepared.scene.time.step;
-    let mut ran = Ran { temperatures: vec![], images: vec![], visibility: vec![], step_ms: None };
+    let mut ran = ModelRun { temperatures: vec![], images: vec![], visibility: vec![], step_ms: None };
     for number in 1..=prepared.scene.time.steps {
         let (from, to) = (f64::from(number - 1) * step, f64::from(number) * step);
         let load = prepared.loads.step_load(from, to);
@@ -332,7 +323,7 @@ pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, En
         let pose = if drawn { pose_at(prepared, to) } else { None };
         let surroundings = pose.and_then(|pose| surroundings_at(prepared, to, &pose));
         let order = Order { pose, joints: &joints, temperatures: true, surroundings, ..Order::default() };
-        engine.submit(Some(Step { load: &load, steps: 1.0, start: from, length: step }), order)?;
+        engine.submit(Some(EngineStep { load: &load, steps: 1.0, start: from, length: step }), order)?;
         let delivered = engine.deliver()?;
         let after = device_ms(&engine);
         step_ms.extend(after.zip(before).map(|(after, before)| after - before));
@@ -350,7 +341,7 @@ pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, En
         }
     }
     // A median, because the first steps also compile pipelines.
-    ran.step_ms = Spread::of(&step_ms).map(|spread| spread.median);
+    ran.step_ms = Percentiles::of(&step_ms).map(|spread| spread.median);
     Ok(ran)
 }
 
@@ -365,7 +356,7 @@ fn device_ms(engine: &dyn Engine) -> Option<f64> {
 }
 
 /// Mean coldest and mean hottest balance temperature of each material's nodes [K], weighted by area.
-fn swings(prepared: &Prepared, instant: &Ran) -> Vec<[f64; 2]> {
+fn swings(prepared: &Prepared, instant: &ModelRun) -> Vec<[f64; 2]> {
     let nodes = &prepared.nodes;
     let mut sums = vec![[0.0f64; 3]; prepared.materials.len()];
     for (vertex, node) in nodes.node_of_vertex.iter().enumerate() {
@@ -381,7 +372,7 @@ fn swings(prepared: &Prepared, instant: &Ran) -> Vec<[f64; 2]> {
     sums.into_iter().map(mean).collect()
 }
 
-impl Ran {
+impl ModelRun {
     pub(super) fn moved(&self, from: &Self, areas: &[f64]) -> Moved {
         let whole: f64 = areas.iter().sum::<f64>() * self.temperatures.len() as f64;
         let of_step = |(own, other): (&Vec<f32>, &Vec<f32>)| {
@@ -436,9 +427,9 @@ pub fn wrong_shadows(found: &[Vec<Option<f32>>], exact: &[Vec<Option<f32>>], are
 mod tests {
     use super::*;
 
-    fn ran(temperature: f32, radiance: f32) -> Ran {
+    fn ran(temperature: f32, radiance: f32) -> ModelRun {
         let images = vec![vec![radiance, 0.0]];
-        Ran { temperatures: vec![vec![temperature, 300.0]; 2], images, visibility: vec![], step_ms: None }
+        ModelRun { temperatures: vec![vec![temperature, 300.0]; 2], images, visibility: vec![], step_ms: None }
     }
 
     #[test]

@@ -1,13 +1,12 @@
 //! `report.html`: speed and error on one page that needs no network and no script.
 
-use super::integrators::Run;
+use super::integrators::IntegratorRun;
 use super::limits::Limits;
-use super::record::{Bench, Measured};
+use super::record::{Bench, DeviceMeasurements};
 use super::tables;
 use crate::output::html::{Html, kelvin, significant};
 use crate::output::report::PlotEntry;
 
-/// The page.
 pub(crate) fn page(bench: &Bench, diagrams: &[PlotEntry]) -> String {
     let mut html = Html::page("Speed against error - isotherm bench");
     html.element("h1", "Speed against error");
@@ -45,7 +44,7 @@ fn headline(bench: &Bench) -> Vec<(String, String, String)> {
         figures.push((holds.to_string(), format!("of {}", holds + misses), what));
     }
     for integrated in &first.integrators {
-        let own = |run: &&Run| run.scheme == "default, 5 mK";
+        let own = |run: &&IntegratorRun| run.scheme == "default, 5 mK";
         let Some(run) = integrated.runs.iter().find(own) else { continue };
         if let (Some(time), Some(error)) = (run.wall_ms, run.error) {
             let (rms, unit) = kelvin(error.rms);
@@ -67,7 +66,7 @@ fn machine(html: &mut Html, bench: &Bench) {
         None => "not known".to_owned(),
     };
     let mut rows: Vec<(String, String)> = Vec::new();
-    for Measured { name, info, load_average: [before, after], stolen, .. } in &bench.devices {
+    for DeviceMeasurements { name, info, load_average: [before, after], stolen, .. } in &bench.devices {
         rows.push(("device".to_owned(), name.clone()));
         if let Some(info) = info {
             rows.push(("driver".to_owned(), info.driver.clone()));

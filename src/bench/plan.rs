@@ -2,8 +2,8 @@
 
 use super::cases::Size;
 use super::frames;
-use super::hard::Scale;
-use super::integrators::Effort;
+use super::hard::CaseScale;
+use super::integrators::IntegratorEffort;
 use crate::scene::Scene;
 use crate::simulation::target::Target;
 
@@ -31,7 +31,7 @@ impl Measurement {
     pub(crate) const ALL: [Self; 7] =
         [Self::Limits, Self::Responses, Self::Frames, Self::Models, Self::Drivers, Self::Integrators, Self::Hard];
 
-    /// Its name on the command line.
+    /// Name on the command line.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Limits => "limits",
@@ -50,32 +50,32 @@ impl Measurement {
     }
 }
 
-pub(crate) struct Plan {
-    /// Which parts.
+pub(crate) struct BenchPlan {
     pub(crate) measurements: Vec<Measurement>,
     /// Whether to use fewer schemes, nodes and frames.
     pub(crate) quick: bool,
-    /// Devices.
     pub(crate) targets: Vec<Target>,
     /// Scenes for whole steps.
     pub(crate) scenes: Vec<Scene>,
-    /// Scene for model choices.
     pub(crate) model_scene: Option<Scene>,
-    /// The command line.
     pub(crate) command_line: String,
 }
 
-impl Plan {
-    pub(super) fn scale(&self) -> Scale {
-        if self.quick { Scale::Quick } else { Scale::Whole }
+impl BenchPlan {
+    pub(super) fn scale(&self) -> CaseScale {
+        if self.quick { CaseScale::Quick } else { CaseScale::Whole }
     }
 
     pub(super) fn size(&self) -> Size {
         if self.quick { Size::quick() } else { Size::whole() }
     }
 
-    pub(super) fn effort(&self) -> Effort {
-        if self.quick { Effort { runs: 1, enough: 0.0, most: 2.0 } } else { Effort { runs: 3, enough: 1.0, most: 5.0 } }
+    pub(super) fn effort(&self) -> IntegratorEffort {
+        if self.quick {
+            IntegratorEffort { runs: 1, enough: 0.0, most: 2.0 }
+        } else {
+            IntegratorEffort { runs: 3, enough: 1.0, most: 5.0 }
+        }
     }
 
     /// Sub-steps a frame of the f64 references: 0.13 s each, or 0.26 s in a quick run.
@@ -88,11 +88,11 @@ impl Plan {
     }
 
     /// Longest edges of the scenes' meshes [m], and the amount of measurement.
-    pub(super) fn frames(&self) -> (&'static [f64], frames::Effort) {
+    pub(super) fn frames(&self) -> (&'static [f64], frames::FrameEffort) {
         if self.quick {
-            (&frames::EDGES[..2], frames::Effort { steps: 20, most_nodes: 500_000 })
+            (&frames::EDGES[..2], frames::FrameEffort { steps: 20, most_nodes: 500_000 })
         } else {
-            (&frames::EDGES, frames::Effort { steps: 100, most_nodes: usize::MAX })
+            (&frames::EDGES, frames::FrameEffort { steps: 100, most_nodes: usize::MAX })
         }
     }
 

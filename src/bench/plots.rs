@@ -8,7 +8,7 @@ use super::record::Bench;
 use super::responses::ResponseRow;
 use super::truth::CaseSummary;
 use crate::output::OutputError;
-use crate::output::plot::{Line, Mark, Plot};
+use crate::output::plot::{Mark, Plot, PlotLine};
 use crate::output::plot_axis::Axis;
 use crate::output::report::PlotEntry;
 
@@ -40,12 +40,16 @@ pub(crate) fn all(bench: &Bench) -> Result<Vec<PlotEntry>, OutputError> {
     Ok(entries)
 }
 
-/// Adds a point to the line of a name.
-fn push(lines: &mut Vec<Line>, name: &str, point: [f64; 2]) {
+fn push(lines: &mut Vec<PlotLine>, name: &str, point: [f64; 2]) {
     match lines.iter_mut().find(|line| line.name == name) {
         Some(line) => line.points.push(point),
         None => {
-            lines.push(Line { name: name.to_owned(), points: vec![point], mark: Mark::Joined, ..Line::default() });
+            lines.push(PlotLine {
+                name: name.to_owned(),
+                points: vec![point],
+                mark: Mark::Joined,
+                ..PlotLine::default()
+            });
         }
     }
 }
@@ -57,7 +61,7 @@ fn around(label: &str, values: impl Iterator<Item = f64>) -> Axis {
 }
 
 /// A plot with logarithmic axes and these labels. `None` without points.
-fn lines_of(title: String, subtitle: String, [x, y]: [&str; 2], series: Vec<Line>) -> Option<Plot> {
+fn lines_of(title: String, subtitle: String, [x, y]: [&str; 2], series: Vec<PlotLine>) -> Option<Plot> {
     let points = || series.iter().flat_map(|line| line.points.iter());
     points().next()?;
     let (x, y) = (around(x, points().map(|point| point[0])), around(y, points().map(|point| point[1])));

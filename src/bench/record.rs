@@ -29,7 +29,7 @@ pub struct Bench {
     /// The integrated cases.
     pub cases: Vec<CaseSummary>,
     /// Measurements of each device.
-    pub devices: Vec<Measured>,
+    pub devices: Vec<DeviceMeasurements>,
     /// Differences of other devices from the first.
     pub drivers: Vec<DriverRow>,
     /// Wall time of everything [s].
@@ -38,7 +38,7 @@ pub struct Bench {
 
 /// Measurements of one device.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Measured {
+pub struct DeviceMeasurements {
     /// Name.
     pub name: String,
     /// Device information. `None` for the f64 reference on the processor.

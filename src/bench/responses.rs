@@ -17,7 +17,7 @@ use crate::gpu::resources::SceneData;
 use crate::gpu::shapes::{self, Shapes};
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::output::report::PassTime;
-use crate::output::statistics::Spread;
+use crate::output::statistics::Percentiles;
 use crate::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS, STEP};
 use crate::thermal::function::{Function, FunctionError};
 use crate::thermal::material::{Below, Domain, Profile, Radiative, Retarget, Transition};
@@ -27,10 +27,9 @@ use crate::thermal::material::{Below, Domain, Profile, Radiative, Retarget, Tran
 pub struct ResponseRow {
     /// The response and its function.
     pub(crate) response: String,
-    /// Number of nodes.
     pub(crate) nodes: usize,
     /// Time of a step [ns a node].
-    pub(crate) ns_a_node: Option<Spread>,
+    pub(crate) ns_a_node: Option<Percentiles>,
     /// Bytes that a node reads and writes in a step. Each array counts once.
     pub(crate) bytes_a_node: f64,
     /// Bandwidth [GB/s].
@@ -44,15 +43,13 @@ pub struct ResponseRow {
 /// An error that prevents the measurement.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ResponseError {
-    /// The loads.
     #[error(transparent)]
     Sky(#[from] SkyError),
-    /// A function.
     #[error(transparent)]
     Function(#[from] FunctionError),
 }
 
-/// Duration of a transition [steps]. It exceeds the measured steps, so no transition ends.
+/// Duration of a transition [steps], longer than the measured steps, so that no transition ends.
 const T_MAX_STEPS: f64 = 1000.0;
 /// The user-defined function.
 const EXPRESSION: &str = "s*s*(3.0-2.0*s)";
@@ -206,7 +203,7 @@ fn subjects() -> Result<Vec<Subject>, FunctionError> {
 }
 
 /// Measures every response at every number of nodes. Each does `steps` in full sunlight with planet infrared and
-/// albedo. `bandwidth` [GB/s] is that of a copy in the same run. If a size does not fit, its row says so.
+/// albedo. `bandwidth` [GB/s] is the bandwidth of a copy in the same run. If a size does not fit, its row says so.
 pub(crate) fn measure(
     context: &Arc<Context>,
     sizes: &[usize],
@@ -235,7 +232,7 @@ pub(crate) fn measure(
 
 /// Fills in a row from its times [ms for a step of all nodes].
 fn filled(row: ResponseRow, samples_ms: &[f64], moved: f64, bandwidth: Option<f64>) -> ResponseRow {
-    let Some(time) = Spread::of(samples_ms) else {
+    let Some(time) = Percentiles::of(samples_ms) else {
         return ResponseRow { failed: Some("the device has no timestamps".to_owned()), ..row };
     };
     let time = time.scaled(1e6 / row.nodes as f64);

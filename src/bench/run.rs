@@ -5,13 +5,13 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::cases::{self, CaseError, NetworkCase};
-use super::clock::{Clock, Deadline, OUT_OF_TIME};
+use super::clock::{BenchClock, Deadline, OUT_OF_TIME};
 use super::drivers::{self, DriverRow};
 use super::frames::{self, FrameRow};
-use super::integrators::{Effort, Integrated, Run, measure};
+use super::integrators::{Integrated, IntegratorEffort, IntegratorRun, measure};
 use super::limits::{self, Limits};
-use super::plan::{Measurement, Plan};
-use super::record::{Bench, Measured, load_average};
+use super::plan::{BenchPlan, Measurement};
+use super::record::{Bench, DeviceMeasurements, load_average};
 use super::responses::{self, ResponseError};
 use super::schemes::Scheme;
 use super::truth::{CaseSummary, Truth};
@@ -25,13 +25,10 @@ use crate::thermal::network::reference::ReferenceStepper;
 /// An error that stops all measurements. The error of a single measurement is in its row.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum BenchError {
-    /// A device.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// A case.
     #[error(transparent)]
     Case(#[from] CaseError),
-    /// A response.
     #[error(transparent)]
     Response(#[from] ResponseError),
     /// The scene of the choices of a model.
@@ -43,8 +40,8 @@ pub(crate) enum BenchError {
 }
 
 /// Runs the plan. `says` gets the name of each measurement beforehand.
-pub(crate) fn run(plan: &Plan, says: &dyn Fn(&str)) -> Result<Bench, BenchError> {
-    let clock = Clock::start(plan.quick, plan.targets.len());
+pub(crate) fn run(plan: &BenchPlan, says: &dyn Fn(&str)) -> Result<Bench, BenchError> {
+    let clock = BenchClock::start(plan.quick, plan.targets.len());
     let wanted = |one| plan.measurements.contains(&one);
     let mut truths = Vec::new();
     if wanted(Measurement::Integrators) {
@@ -86,18 +83,18 @@ pub(crate) fn run(plan: &Plan, says: &dyn Fn(&str)) -> Result<Bench, BenchError>
 }
 
 fn on(
-    plan: &Plan,
+    plan: &BenchPlan,
     target: &Target,
     truths: &[(NetworkCase, Truth)],
     deadline: &dyn Fn(Measurement) -> Deadline,
     says: &dyn Fn(&str),
-) -> Result<Measured, BenchError> {
+) -> Result<DeviceMeasurements, BenchError> {
     let wanted = |one| plan.measurements.contains(&one);
-    let mut measured = Measured {
+    let mut measured = DeviceMeasurements {
         name: target.name(),
         info: target.device().map(|context| context.info.clone()),
         load_average: [load_average(), None],
-        ..Measured::default()
+        ..DeviceMeasurements::default()
     };
     let name = &measured.name;
     if let Some(context) = target.device() {
@@ -123,7 +120,7 @@ fn on(
     }
     let deadline = deadline(Measurement::Integrators);
     for (number, (case, truth)) in truths.iter().enumerate() {
-        let on = Setting { plan, case, truth, deadline, cases_left: truths.len() - number, says };
+        let on = CaseSetting { plan, case, truth, deadline, cases_left: truths.len() - number, says };
         measured.integrators.push(Integrated { case: case.key.to_owned(), runs: on.all_schemes() });
     }
     measured.load_average[1] = load_average();
@@ -131,7 +128,7 @@ fn on(
 }
 
 /// Compares every Vulkan device with the first, if there are several.
-fn drivers(plan: &Plan, says: &dyn Fn(&str)) -> Vec<DriverRow> {
+fn drivers(plan: &BenchPlan, says: &dyn Fn(&str)) -> Vec<DriverRow> {
     let devices: Vec<Arc<Context>> = plan.targets.iter().filter_map(|target| target.device().cloned()).collect();
     match plan.scenes.last() {
         Some(scene) if devices.len() > 1 => {
@@ -142,7 +139,7 @@ fn drivers(plan: &Plan, says: &dyn Fn(&str)) -> Vec<DriverRow> {
     }
 }
 
-fn whole_ticks(plan: &Plan, context: &Arc<Context>, deadline: Deadline, says: &dyn Fn(&str)) -> Vec<FrameRow> {
+fn whole_ticks(plan: &BenchPlan, context: &Arc<Context>, deadline: Deadline, says: &dyn Fn(&str)) -> Vec<FrameRow> {
     let (edges, effort) = plan.frames();
     let device = &context.info.name;
     let mut rows = Vec::new();
@@ -173,17 +170,17 @@ struct Setting<'a> {
     says: &'a dyn Fn(&str),
 }
 
-impl Setting<'_> {
+impl CaseSetting<'_> {
     /// Makes a new stepper for each scheme, because a stepper may keep state from earlier schemes.
-    fn all_schemes(&self) -> Vec<Run> {
+    fn all_schemes(&self) -> Vec<IntegratorRun> {
         let schemes = Scheme::all(self.case, self.plan.quick);
         let one = |(number, scheme): (usize, &Scheme)| {
             (self.says)(&format!("{}, {scheme}", self.case.key));
-            let failed = |reason: String| Run {
+            let failed = |reason: String| IntegratorRun {
                 scheme: scheme.to_string(),
                 family: scheme.family(),
                 failed: Some(reason),
-                ..Run::default()
+                ..IntegratorRun::default()
             };
             if self.deadline.is_past() {
                 return failed(OUT_OF_TIME.to_owned());
@@ -191,7 +188,7 @@ impl Setting<'_> {
             // The remaining schemes of this case, and the same number for each remaining case.
             let left = schemes.len() - number + (self.cases_left - 1) * schemes.len();
             let effort = self.plan.effort();
-            let effort = Effort { most: self.deadline.share(left, effort.most), ..effort };
+            let effort = IntegratorEffort { most: self.deadline.share(left, effort.most), ..effort };
             let mut stepper = ReferenceStepper::new(self.case.network.clone(), &[]);
             measure(&mut stepper, self.case, &self.truth.rows, *scheme, effort)
         };

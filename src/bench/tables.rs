@@ -4,29 +4,27 @@ use super::drivers::DriverRow;
 use super::frames::{FrameRow, IMAGE};
 use super::frontier::FrontierRow;
 use super::hard::HardRow;
-use super::integrators::{Integrated, Run};
+use super::integrators::{Integrated, IntegratorRun};
 use super::models::{ChoiceRow, DRAW_EVERY, MOST_ORBITS, Moved, WRONG_SHARE};
-use super::record::{Bench, Measured};
+use super::record::{Bench, DeviceMeasurements};
 use super::responses::ResponseRow;
 use super::schemes::ABSENT;
 use super::truth::CaseSummary;
 use crate::output::html::{kelvin_text, significant};
-use crate::output::statistics::Spread;
+use crate::output::statistics::Percentiles;
 
 /// A table with a title and notes.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Table {
-    /// Title.
+pub struct BenchTable {
     pub(crate) title: String,
     /// Names of the columns, with units.
     pub(crate) head: Vec<String>,
-    /// Cells.
     pub(crate) rows: Vec<Vec<String>>,
     /// Sentences below the table.
     pub(crate) notes: Vec<String>,
 }
 
-impl Table {
+impl BenchTable {
     /// As Markdown.
     pub fn markdown(&self) -> String {
         let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
@@ -39,9 +37,9 @@ impl Table {
 }
 
 /// The median, and the range of the middle 80 % of the samples.
-fn spread(spread: Option<Spread>) -> String {
+fn spread(spread: Option<Percentiles>) -> String {
     match spread {
-        Some(Spread { median, p10, p90, .. }) => {
+        Some(Percentiles { median, p10, p90, .. }) => {
             format!("{} ({} to {})", significant(median), significant(p10), significant(p90))
         }
         None => dash(),
@@ -68,8 +66,7 @@ fn not_run(mut cells: Vec<String>, reason: &str, columns: usize) -> Vec<String> 
     cells
 }
 
-/// Limits of a device.
-pub(crate) fn limits(measured: &Measured) -> Option<Table> {
+pub(crate) fn limits(measured: &DeviceMeasurements) -> Option<BenchTable> {
     let limits = measured.limits.as_ref()?;
     let mut rows: Vec<Vec<String>> = limits
         .copies
@@ -83,7 +80,7 @@ pub(crate) fn limits(measured: &Measured) -> Option<Table> {
     rows.push(us("one empty dispatch, submitted and waited for (host's clock)", limits.submission_us));
     rows.push(us("each of 256 empty dispatches with barriers between", limits.dispatch_us));
     let clock = if limits.by_timestamps { "device's own" } else { "host's, for the device has no timestamps" };
-    Some(Table {
+    Some(BenchTable {
         title: format!("Limits of {}: median (10 to 90 %)", measured.name),
         head: heads(&["what", "median (10 to 90 %)", "unit"]),
         rows,
@@ -92,7 +89,7 @@ pub(crate) fn limits(measured: &Measured) -> Option<Table> {
 }
 
 /// Cost of a node.
-pub(crate) fn responses(measured: &Measured) -> Option<Table> {
+pub(crate) fn responses(measured: &DeviceMeasurements) -> Option<BenchTable> {
     let row = |row: &ResponseRow| {
         let name = row.response.clone();
         let nodes = row.nodes.to_string();
@@ -108,7 +105,7 @@ pub(crate) fn responses(measured: &Measured) -> Option<Table> {
             ],
         }
     };
-    (!measured.responses.is_empty()).then(|| Table {
+    (!measured.responses.is_empty()).then(|| BenchTable {
         title: format!("Responses on {}: time of a step by the device's clock", measured.name),
         head: heads(&["response", "nodes", "ns a node: median (10 to 90 %)", "bytes a node", "GB/s", "share of copy"]),
         rows: measured.responses.iter().map(row).collect(),
@@ -121,7 +118,7 @@ pub(crate) fn responses(measured: &Measured) -> Option<Table> {
 }
 
 /// Whole steps of scenes, with a column for each pass.
-pub(crate) fn frames(measured: &Measured) -> Option<Table> {
+pub(crate) fn frames(measured: &DeviceMeasurements) -> Option<BenchTable> {
     let mut names: Vec<&str> = Vec::new();
     for pass in measured.frames.iter().flat_map(|row| &row.passes) {
         if !names.contains(&pass.name.as_str()) {
@@ -158,7 +155,7 @@ pub(crate) fn frames(measured: &Measured) -> Option<Table> {
         cells
     };
     let first = measured.frames.iter().find(|row| row.failed.is_none())?;
-    Some(Table {
+    Some(BenchTable {
         title: format!("Whole steps on {}: an image of {} x {} pixels", measured.name, IMAGE[0], IMAGE[1]),
         rows: measured.frames.iter().map(row).collect(),
         head,
@@ -172,8 +169,7 @@ pub(crate) fn frames(measured: &Measured) -> Option<Table> {
     })
 }
 
-/// Cost and effect of each model choice.
-pub(crate) fn models(measured: &Measured) -> Option<Table> {
+pub(crate) fn models(measured: &DeviceMeasurements) -> Option<BenchTable> {
     let models = measured.models.as_ref()?;
     let base = models.choices.iter().find_map(|row| row.step_ms.filter(|_| row.from_base.is_none()));
     let kelvins = |moved: Option<Moved>| match moved {
@@ -212,7 +208,7 @@ pub(crate) fn models(measured: &Measured) -> Option<Table> {
             1e2 * wrong.area
         ));
     }
-    Some(Table {
+    Some(BenchTable {
         title: format!("Model choices on {}: what each costs and changes", measured.name),
         head: heads(&[
             "choice",
@@ -230,7 +226,7 @@ pub(crate) fn models(measured: &Measured) -> Option<Table> {
 }
 
 /// Cost and error of each response, with and without shadows and radiation between surfaces (exchange).
-pub(crate) fn frontier(measured: &Measured) -> Option<Table> {
+pub(crate) fn frontier(measured: &DeviceMeasurements) -> Option<BenchTable> {
     let row = |row: &FrontierRow| {
         let mut cells = vec![row.response.clone(), row.light().to_owned()];
         if let Some(reason) = &row.failed {
@@ -240,7 +236,7 @@ pub(crate) fn frontier(measured: &Measured) -> Option<Table> {
         cells.extend([number(row.step_ms), kelvins(row.rms_k), kelvins(row.max_k)]);
         cells
     };
-    (!measured.frontier.is_empty()).then(|| Table {
+    (!measured.frontier.is_empty()).then(|| BenchTable {
         title: format!("Milliseconds against kelvin on {}", measured.name),
         head: heads(&[
             "response",
@@ -254,8 +250,7 @@ pub(crate) fn frontier(measured: &Measured) -> Option<Table> {
     })
 }
 
-/// Differences between devices.
-pub(crate) fn drivers(bench: &Bench) -> Option<Table> {
+pub(crate) fn drivers(bench: &Bench) -> Option<BenchTable> {
     let row = |row: &DriverRow| {
         let [first, other] = &row.devices;
         let devices = vec![first.clone(), other.clone()];
@@ -267,7 +262,7 @@ pub(crate) fn drivers(bench: &Bench) -> Option<Table> {
         devices.into_iter().chain(found).collect()
     };
     let first = bench.drivers.first()?;
-    Some(Table {
+    Some(BenchTable {
         title: format!("The same scene on every device: '{}'", first.scene),
         head: heads(&[
             "device",
@@ -315,7 +310,7 @@ pub(crate) fn integrators(integrated: &Integrated, case: &CaseSummary) -> Table 
          and {max} at most.",
         case.reference_sub_steps
     ));
-    Table {
+    BenchTable {
         title: format!("Integrators: {}", case.title),
         head: heads(&[
             "scheme",
@@ -342,7 +337,7 @@ fn left_out(scheme: &str, why: &str) -> Vec<String> {
     cells
 }
 
-fn row(run: &Run, frames: usize) -> Vec<String> {
+fn row(run: &IntegratorRun, frames: usize) -> Vec<String> {
     let (Some(work), Some(error)) = (run.work, run.error) else {
         return left_out(&run.scheme, &format!("not run: {}", run.failed.as_deref().unwrap_or("nothing was measured")));
     };
@@ -364,7 +359,7 @@ fn row(run: &Run, frames: usize) -> Vec<String> {
 }
 
 /// The hard cases of a device. `None` if they were not measured.
-pub(crate) fn hard(measured: &Measured) -> Option<Table> {
+pub(crate) fn hard(measured: &DeviceMeasurements) -> Option<BenchTable> {
     let rows = &measured.hard;
     if rows.is_empty() {
         return None;
@@ -399,7 +394,7 @@ pub(crate) fn hard(measured: &Measured) -> Option<Table> {
         rows.iter().map(|row| row.wall_s).sum::<f64>()
     )];
     notes.extend(rows.iter().filter_map(HardRow::miss).map(|miss| format!("Missed: {miss}.")));
-    Some(Table {
+    Some(BenchTable {
         title: format!("Hard cases on {}", measured.name),
         head: heads(&[
             "case",
@@ -416,9 +411,9 @@ pub(crate) fn hard(measured: &Measured) -> Option<Table> {
 }
 
 /// All tables of a run, in the order of its devices.
-pub fn all(bench: &Bench) -> Vec<Table> {
-    let of = |measured: &Measured| {
-        let mut tables: Vec<Table> = limits(measured)
+pub fn all(bench: &Bench) -> Vec<BenchTable> {
+    let of = |measured: &DeviceMeasurements| {
+        let mut tables: Vec<BenchTable> = limits(measured)
             .into_iter()
             .chain(responses(measured))
             .chain(frames(measured))
@@ -449,13 +444,13 @@ mod tests {
             ..HardRow::default()
         };
         let rows = vec![row(0.01, Some(true)), row(0.03, Some(false)), HardRow { error: None, ..row(0.0, None) }];
-        let measured = Measured { hard: rows, ..Measured::default() };
+        let measured = DeviceMeasurements { hard: rows, ..DeviceMeasurements::default() };
         let table = hard(&measured).unwrap();
         assert!(table.rows.iter().all(|cells| cells.len() == table.head.len()));
         assert_eq!(table.rows.iter().map(|cells| cells[4].as_str()).collect::<Vec<_>>(), ["yes", "NO", "-"]);
         assert!(table.rows[0][6].starts_with("no number"), "{:?}", table.rows[0]);
         assert!(table.notes[0].starts_with("1 hold, 1 miss, 1 were not"), "{:?}", table.notes);
         assert!(table.notes[1].contains("a case: 30.0 mK"), "{:?}", table.notes);
-        assert_eq!(hard(&Measured::default()), None);
+        assert_eq!(hard(&DeviceMeasurements::default()), None);
     }
 }

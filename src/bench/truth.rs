@@ -9,7 +9,7 @@ use crate::thermal::network::NodeKind;
 use crate::thermal::network::reference::ReferenceStepper;
 
 /// Temperatures [K] of all nodes at the end of every frame.
-pub(crate) type Rows = Vec<Vec<f64>>;
+pub(crate) type FrameTemperatures = Vec<Vec<f64>>;
 
 /// A summary of an integrator case.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -18,13 +18,11 @@ pub struct CaseSummary {
     pub(crate) key: String,
     /// Description.
     pub(crate) title: String,
-    /// Number of nodes.
     pub(crate) nodes: usize,
     /// Number of nodes without heat capacity.
     pub(crate) arithmetic: usize,
     /// Number of linear and radiative conductors.
     pub(crate) conductors: usize,
-    /// Number of frames.
     pub(crate) frames: usize,
     /// Length of a frame [s].
     pub(crate) frame_s: f64,
@@ -61,19 +59,19 @@ impl CaseSummary {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
     /// Temperatures at the ends of frames.
-    pub rows: Rows,
+    pub rows: FrameTemperatures,
     /// RKL2 sub-steps a frame in f64.
     pub(crate) sub_steps: u32,
-    /// Its own error: a third of the difference from half as many sub-steps, because the method has order 2.
+    /// Error of the reference itself: a third of the difference from half as many sub-steps, because the method has order 2.
     pub own: FrameError,
 }
 
 impl Truth {
     /// Integrates in f64 with a number of sub-steps a frame and with half as many. `None` on failure.
     pub fn of(case: &NetworkCase, sub_steps: u32) -> Option<Self> {
-        let rows = |count: u32| -> Option<Rows> {
+        let rows = |count: u32| -> Option<FrameTemperatures> {
             let mut stepper = ReferenceStepper::new(case.network.clone(), &[]);
-            let mut rows = Rows::new();
+            let mut rows = FrameTemperatures::new();
             let scheme = Scheme::Fixed(Fixed::Rkl2, count);
             in_frames(&mut stepper, case, scheme, |_, temperatures| {
                 rows.push(temperatures);

@@ -1,4 +1,4 @@
-//! The arguments of the process as text. They need not be UTF-8.
+//! The arguments of the process as text. Arguments need not be UTF-8.
 
 use std::path::{Path, PathBuf};
 

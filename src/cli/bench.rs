@@ -11,7 +11,7 @@ use super::progress::tell;
 use super::reach::ReachArguments;
 use crate::bench::files::{self, PAGE};
 use crate::bench::hard::HardRow;
-use crate::bench::plan::{Measurement, Plan};
+use crate::bench::plan::{BenchPlan, Measurement};
 use crate::bench::run::{self, BenchError};
 use crate::bench::tables;
 use crate::gpu::context::devices;
@@ -86,7 +86,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let inputs: Vec<PathBuf> = scenes.iter().chain(&model_scene).flat_map(|scene| scene.files.clone()).collect();
     let output = arguments.output.as_deref();
     let folder = output.map(|output| Folder::new(output, &files::OWN).prepare(arguments.force, &inputs)).transpose()?;
-    let plan = Plan {
+    let plan = BenchPlan {
         measurements: sections,
         quick: arguments.quick,
         targets: chosen.clone(),

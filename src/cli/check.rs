@@ -1,4 +1,4 @@
-//! `isotherm check`: looks for what is probably wrong in a scene, without running it.
+//! `isotherm check`: looks for probable mistakes in a scene, without running it.
 
 use std::path::PathBuf;
 
@@ -6,13 +6,13 @@ use super::arguments::folder;
 use super::error::CliError;
 use super::progress::{building_bar, show_stage};
 use super::reach::ReachArguments;
-use crate::guard::finding::{Effort, short};
+use crate::guard::finding::{CheckEffort, short};
 use crate::guard::identity::{Identity, of_first_image, of_whole_craft};
 use crate::guard::materials::AT;
 use crate::guard::{Checked, check};
 use crate::output::console::{answer, say};
 use crate::output::folder::Folder;
-use crate::output::material_picture::{Entry, material_picture};
+use crate::output::material_picture::{LegendEntry, material_picture};
 use crate::simulation::prepare::Prepared;
 use crate::text::plain_json;
 
@@ -57,7 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let prepared = Prepared::from_scene(scene, &mut |stage| show_stage(&bar, stage));
     bar.finish_and_clear();
     let prepared = prepared?;
-    let checked = check(&prepared, Effort::WHOLE);
+    let checked = check(&prepared, CheckEffort::WHOLE);
     if let Some(output) = &arguments.output {
         let folder = Folder::new(output, &FILES).prepare(arguments.force, &prepared.scene.files)?;
         for (name, bytes) in pictures(&prepared, &checked)? {
@@ -157,7 +157,7 @@ fn text(prepared: &Prepared, checked: &Checked) -> String {
 
 /// The pictures with the materials in colours.
 fn pictures(prepared: &Prepared, checked: &Checked) -> Result<Vec<(&'static str, Vec<u8>)>, CliError> {
-    let materials: Vec<Entry> =
+    let materials: Vec<LegendEntry> =
         checked.materials.iter().map(|fact| (fact.name.clone(), format!("{:.2} m2", fact.area_m2))).collect();
     let picture = |identity: &Identity, details: &str| -> Result<Vec<u8>, CliError> {
         let title = format!("{}: materials", prepared.scene.name);

@@ -11,13 +11,13 @@ use super::prepare::say_notes;
 use super::progress::{building_bar, progress_bar, show_stage, stop_flag};
 use super::reach::ReachArguments;
 use crate::compare::files::{PAGE, own_files, write};
-use crate::compare::page::Page;
-use crate::compare::responses::{self, Origin};
+use crate::compare::page::ComparePage;
+use crate::compare::responses::{self, ResponseOrigin};
 use crate::compare::runs::{Progress, Runs, all};
 use crate::compare::{INSTANT, NETWORK, PERIODIC_START, RESPONSES, TRANSITION};
 use crate::output::console::{answer, say};
 use crate::output::folder::Folder;
-use crate::output::statistics::Spread;
+use crate::output::statistics::Percentiles;
 
 /// Run a scene under three responses (instant, transition and network) and show how the results differ.
 ///
@@ -78,7 +78,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     bar.borrow().finish_and_clear();
     let runs = runs.inspect_err(|_| folder.take_back())?;
     let pictures = progress_bar(runs.views.len() as u64, "pictures");
-    let page = Page { command_line: command_line(), wall_s: began.elapsed().as_secs_f64() };
+    let page = ComparePage { command_line: command_line(), wall_s: began.elapsed().as_secs_f64() };
     let written = write(&folder, &runs, &page, &|| pictures.inc(1));
     pictures.finish_and_clear();
     written?;
@@ -92,7 +92,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
 
 fn print_summary(runs: &Runs) {
     for material in &runs.materials {
-        let (Origin::Fitted(fitted), Some(transition)) = (&material.origin, &material.transition) else { continue };
+        let (ResponseOrigin::Fitted(fitted), Some(transition)) = (&material.origin, &material.transition) else {
+            continue;
+        };
         let step = runs.ran[TRANSITION].prepared.scene.time.step;
         let [heating, cooling] =
             [&transition.heating, &transition.cooling].map(|one| responses::profile_text(one, step));
@@ -113,7 +115,7 @@ fn print_summary(runs: &Runs) {
             Some(largest) => format!("rms {:.2} K, largest {:+.1} K from the network; ", all.rms(), largest.difference),
             None => String::new(),
         };
-        let median = |time: Option<Spread>| time.map_or(0.0, |time| time.median);
+        let median = |time: Option<Percentiles>| time.map_or(0.0, |time| time.median);
         let (step, image) = (median(ran.cost.step), median(ran.cost.image));
         answer!("{:<11}{difference}a step takes {step:.2} ms, an image {image:.2} ms", RESPONSES[run]);
     }

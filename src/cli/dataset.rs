@@ -8,7 +8,7 @@ use super::error::CliError;
 use super::progress::{progress_bar, stop_flag};
 use super::reach::ReachArguments;
 use crate::dataset::error::DatasetError;
-use crate::dataset::make::{Made, Order, Shard, make};
+use crate::dataset::make::{DatasetOrder, DatasetSummary, Shard, make};
 use crate::dataset::orbit_folder::CHECKSUMS;
 use crate::dataset::preview::{SAMPLES, preview};
 use crate::dataset::scene_values::SceneText;
@@ -42,7 +42,7 @@ pub(crate) struct Arguments {
     /// Make the orbits j with j mod N = I. Shards may run at once, on one machine or several, and write into the same folder
     #[arg(long, value_name = "I/N", default_value = "0/1", value_parser = parse_shard)]
     shard: Shard,
-    /// Keep the orbits that are there, and make the others. The files are those of an undisturbed run
+    /// Keep the orbits that are there, and make the others. The files come out as in an undisturbed run
     #[arg(long, conflicts_with = "force")]
     resume: bool,
     /// Remove the data set that is in the folder first
@@ -54,7 +54,7 @@ pub(crate) struct Arguments {
     device: DeviceArguments,
 }
 
-/// What else is done with a data set.
+/// Other work with a data set.
 #[derive(clap::Subcommand)]
 enum Other {
     Verify(VerifyArguments),
@@ -139,7 +139,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         );
     }
     let bar = progress_bar(own, "images");
-    let order = Order {
+    let order = DatasetOrder {
         spec: &spec,
         scenes: &scenes,
         target: &target,
@@ -154,7 +154,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     check_validation(&target)
 }
 
-/// The SPEC of a file, and its scene.
 fn load(path: &Path, reach: ReachArguments) -> Result<(Spec, SceneText), CliError> {
     let spec = Spec::load(path, &reach.of(path))?;
     let scenes = SceneText::load(&spec.scene, reach.of(&spec.scene))?;
@@ -244,8 +243,8 @@ fn show(arguments: &PreviewArguments) -> Result<(), CliError> {
     check_validation(&target)
 }
 
-/// Tells what was made.
-fn tell(made: &Made, root: &Path) {
+/// Tells the number of images and orbits that were made, and the rejections.
+fn tell(made: &DatasetSummary, root: &Path) {
     answer!(
         "{} images in {}: {:.0} an hour, {:.0} bytes each",
         made.images,

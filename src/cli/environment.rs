@@ -55,17 +55,17 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     reach: ReachArguments,
     #[command(subcommand)]
-    command: Option<Command>,
+    command: Option<EnvironmentCommand>,
 }
 
 #[derive(clap::Subcommand)]
-enum Command {
+enum EnvironmentCommand {
     Plate(environment_plate::Arguments),
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     match arguments {
-        Arguments { command: Some(Command::Plate(arguments)), .. } => environment_plate::run(arguments),
+        Arguments { command: Some(EnvironmentCommand::Plate(arguments)), .. } => environment_plate::run(arguments),
         Arguments { scene: Some(scene), output: Some(output), .. } => scene_environment(scene, output, arguments.reach),
         _ => Err(CliError::Usage("state a scene file and -o env.csv, or plate".to_owned())),
     }

@@ -80,20 +80,20 @@ impl Arguments {
 
 /// Loads on a plate, as shares of a full flux.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Received {
+struct PlateShares {
     view_factor: f64,
     albedo_factor: f64,
 }
 
 /// `tilt` is the angle between normal and nadir, `azimuth` the direction of the tilt from the Sun's side. All angles in
 /// [rad].
-fn received(distance_ratio: f64, tilt: f64, azimuth: f64, sun_zenith: f64) -> Received {
+fn received(distance_ratio: f64, tilt: f64, azimuth: f64, sun_zenith: f64) -> PlateShares {
     // The integrals need a zenith angle in [0, pi]. Beyond pi the Sun is on the other side.
     let (sin_sun, cos_sun) = sun_zenith.sin_cos();
     let azimuth = if sin_sun < 0.0 { azimuth + std::f64::consts::PI } else { azimuth };
     let (sin_tilt, cos_tilt) = tilt.sin_cos();
     let normal = DVec3::new(sin_tilt * azimuth.cos(), sin_tilt * azimuth.sin(), cos_tilt);
-    Received {
+    PlateShares {
         view_factor: plate_view_factor(cos_tilt, ApparentRadius::new(distance_ratio)),
         albedo_factor: albedo_factor(normal, distance_ratio, sin_sun.abs().atan2(cos_sun)),
     }
@@ -101,7 +101,7 @@ fn received(distance_ratio: f64, tilt: f64, azimuth: f64, sun_zenith: f64) -> Re
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     arguments.check()?;
-    let Received { view_factor, albedo_factor } = received(
+    let PlateShares { view_factor, albedo_factor } = received(
         1.0 + arguments.altitude / arguments.planet_radius,
         arguments.nadir_angle.to_radians(),
         arguments.azimuth.to_radians(),
@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn angles_beyond_half_a_turn_mean_the_same_directions() {
-        let close = |a: Received, b: Received| {
+        let close = |a: PlateShares, b: PlateShares| {
             (a.view_factor - b.view_factor).abs() < 1e-12 && (a.albedo_factor - b.albedo_factor).abs() < 1e-12
         };
         let base = received(1.064, 1.2, 0.4, 1.3);

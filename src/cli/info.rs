@@ -12,8 +12,9 @@ use super::reach::ReachArguments;
 use crate::gpu::context;
 use crate::gpu::exchange::{ExchangeTables, exchange};
 use crate::gpu::frame::{Frame, Wanted};
+use crate::gpu::network::NetworkBytes;
 use crate::gpu::pass::Entry;
-use crate::gpu::resources::device_bytes;
+use crate::gpu::resources::{Planned, device_bytes};
 use crate::model::Model;
 use crate::output::console::answer;
 use crate::output::console::say;
@@ -23,6 +24,7 @@ use crate::simulation::device_data::DeviceData;
 use crate::simulation::exchange::describe;
 use crate::simulation::forecast::{Forecast, Rate};
 use crate::simulation::joints;
+use crate::simulation::prepare::Prepared;
 use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::target::Target;
 use crate::text::plain_json;
@@ -123,8 +125,8 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
     let prepared = prepare_with_progress(path, reach)?;
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
     let poses = prepared.loads.joints_at(0.0).1;
-    let found = prepared.exchange.as_ref().map(|craft| (craft, craft.cast(&poses)));
-    let tables = found.as_ref().map(|(_, exchange)| ExchangeTables::new(exchange, prepared.joints() > 1));
+    let cast = prepared.exchange.as_ref().map(|craft| (craft, craft.cast(&poses)));
+    let tables = cast.as_ref().map(|(_, exchange)| ExchangeTables::new(exchange, prepared.joints() > 1));
     let device_data = DeviceData::new(&prepared).with_exchange(tables);
     let data = device_data.scene_data(&prepared, camera);
     let light = data.ranges.first().map(|range| range.variant);
@@ -157,90 +159,121 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
     let forecast = Forecast::of(&prepared).entries(&[Rate::REFERENCE, Rate::PROCESSOR, Rate::GPU], Some(bytes));
     let node_bytes = device_bytes(&plan);
     let a_node = node_bytes as f64 / prepared.nodes.count.max(1) as f64;
-    let switched_off = prepared.switched_off();
+    let facts = SceneFacts {
+        joints: joints::describe(&prepared.loads, &prepared.nodes),
+        network: prepared.network.as_ref().map(|network| network.description()).unwrap_or_default(),
+        exchange: cast.as_ref().map(|(craft, exchange)| describe(craft, exchange)).unwrap_or_default(),
+        network_bytes: of_network,
+        bytes,
+        bytes_per_node: a_node,
+        switched_off: prepared.switched_off(),
+        prepared: &prepared,
+        plan,
+        frame,
+        forecast,
+    };
+    Ok((facts.json(), facts.text()))
+}
 
-    let mut text = format!(
-        "{}: {} nodes, {} triangles, {:.2} m2\n\nNodes by response\n",
-        prepared.scene.name,
-        prepared.nodes.count,
-        prepared.triangle_count(),
-        prepared.area
-    );
-    for (kind, nodes) in prepared.nodes.by_kind() {
-        text.push_str(&format!("  {:<40} {nodes:>10}\n", kind.to_string()));
-    }
-    let joints = joints::describe(&prepared.loads, &prepared.nodes);
-    if !joints.is_empty() {
-        text.push_str("\nJoints, at time 0\n");
-    }
-    for joint in &joints {
-        text.push_str(&format!("  {:<40} {}\n", joint.name, joint.sentence()));
-    }
-    let network = prepared.network.as_ref().map(|network| network.description()).unwrap_or_default();
-    if !network.is_empty() {
-        text.push_str("\nThermal network\n");
-    }
-    for (name, value) in &network {
-        text.push_str(&format!("  {name:<40} {value}\n"));
-    }
-    if let Some((craft, exchange)) = &found {
-        text.push_str("\nRadiation between surfaces\n");
-        for (name, value) in describe(craft, exchange) {
-            text.push_str(&format!("  {name:<40} {value}\n"));
-        }
-    }
-    if let Some(camera) = &prepared.scene.camera {
-        text.push_str(&format!("\nCamera, {} x {} pixels\n", camera.width, camera.height));
-        for (name, value) in lens_lines(camera) {
-            text.push_str(&format!("  {name:<40} {value}\n"));
-        }
-    }
-    text.push_str("\nForecast of a run\n");
-    for (name, value) in &forecast {
-        text.push_str(&format!("  {name:<40} {value}\n"));
-    }
-    text.push_str("\nBytes on the device\n");
-    for planned in &plan {
-        text.push_str(&format!("  {:<40} {:>12}\n", format!("{:?}", planned.resource), planned.bytes));
-    }
-    text.push_str(&format!(
-        "  {:<40} {bytes:>12}\n  a node, triangles included, without images and readback: {a_node:.1}\n\nFrame\n",
-        "in all"
-    ));
-    for line in frame.to_string().lines() {
-        text.push_str(&format!("  {line}\n"));
-    }
-    text.push_str(&format!("\nSwitched off: {}\n", switched_off.join(", ")));
+/// The facts that `isotherm info` tells about a scene.
+struct SceneFacts<'a> {
+    prepared: &'a Prepared,
+    joints: Vec<joints::Description>,
+    network: Vec<(String, String)>,
+    exchange: Vec<(String, String)>,
+    plan: Vec<Planned>,
+    network_bytes: NetworkBytes,
+    bytes: u64,
+    bytes_per_node: f64,
+    forecast: Vec<(String, String)>,
+    frame: Frame,
+    switched_off: Vec<String>,
+}
 
-    let steps: Vec<serde_json::Value> = frame
-        .entries
-        .iter()
-        .map(|entry| match entry {
-            Entry::Pass(pass) => json!({ "pass": pass.name }),
-            Entry::Barriers(barriers) => json!({ "barriers": barriers.iter().map(|barrier| json!({
-                "resource": format!("{:?}", barrier.resource),
-                "before": format!("{:?}", barrier.before.stage),
-                "after": format!("{:?}", barrier.after.stage),
-            })).collect::<Vec<_>>() }),
+impl SceneFacts<'_> {
+    fn text(&self) -> String {
+        let mut text = format!(
+            "{}: {} nodes, {} triangles, {:.2} m2\n\nNodes by response\n",
+            self.prepared.scene.name,
+            self.prepared.nodes.count,
+            self.prepared.triangle_count(),
+            self.prepared.area
+        );
+        for (kind, nodes) in self.prepared.nodes.by_kind() {
+            text.push_str(&format!("  {:<40} {nodes:>10}\n", kind.to_string()));
+        }
+        if !self.joints.is_empty() {
+            text.push_str("\nJoints, at time 0\n");
+        }
+        for joint in &self.joints {
+            text.push_str(&format!("  {:<40} {}\n", joint.name, joint.sentence()));
+        }
+        push_lines(&mut text, "\nThermal network\n", &self.network);
+        push_lines(&mut text, "\nRadiation between surfaces\n", &self.exchange);
+        if let Some(camera) = &self.prepared.scene.camera {
+            text.push_str(&format!("\nCamera, {} x {} pixels\n", camera.width, camera.height));
+            for (name, value) in lens_lines(camera) {
+                text.push_str(&format!("  {name:<40} {value}\n"));
+            }
+        }
+        push_lines(&mut text, "\nForecast of a run\n", &self.forecast);
+        text.push_str("\nBytes on the device\n");
+        for planned in &self.plan {
+            text.push_str(&format!("  {:<40} {:>12}\n", format!("{:?}", planned.resource), planned.bytes));
+        }
+        text.push_str(&format!(
+            "  {:<40} {:>12}\n  a node, triangles included, without images and readback: {:.1}\n\nFrame\n",
+            "in all", self.bytes, self.bytes_per_node
+        ));
+        for line in self.frame.to_string().lines() {
+            text.push_str(&format!("  {line}\n"));
+        }
+        text.push_str(&format!("\nSwitched off: {}\n", self.switched_off.join(", ")));
+
+        text
+    }
+
+    fn json(&self) -> serde_json::Value {
+        let steps: Vec<serde_json::Value> = self
+            .frame
+            .entries
+            .iter()
+            .map(|entry| match entry {
+                Entry::Pass(pass) => json!({ "pass": pass.name }),
+                Entry::Barriers(barriers) => json!({ "barriers": barriers.iter().map(|barrier| json!({
+                    "resource": format!("{:?}", barrier.resource),
+                    "before": format!("{:?}", barrier.before.stage),
+                    "after": format!("{:?}", barrier.after.stage),
+                })).collect::<Vec<_>>() }),
+            })
+            .collect();
+        json!({
+            "scene": self.prepared.scene.name,
+            "nodes": self.prepared.nodes.count,
+            "triangles": self.prepared.triangle_count(),
+            "area_m2": self.prepared.area,
+            "nodes_by_response": self.prepared.nodes.by_kind().iter()
+                .map(|(kind, nodes)| json!({ "response": kind.to_string(), "nodes": nodes })).collect::<Vec<_>>(),
+            "joints": self.joints,
+            "bytes": self.bytes,
+            "bytes_a_node": self.bytes_per_node,
+            "merged": self.prepared.merged,
+            "buffers": self.plan.iter().map(|planned| json!({
+                "name": format!("{:?}", planned.resource), "bytes": planned.bytes })).collect::<Vec<_>>(),
+            "frame": steps,
+            "network": self.network.iter().cloned().collect::<std::collections::BTreeMap<_, _>>(),
+            "forecast": self.forecast.iter().cloned().collect::<std::collections::BTreeMap<_, _>>(),
+            "switched_off": self.switched_off,
         })
-        .collect();
-    let value = json!({
-        "scene": prepared.scene.name,
-        "nodes": prepared.nodes.count,
-        "triangles": prepared.triangle_count(),
-        "area_m2": prepared.area,
-        "nodes_by_response": prepared.nodes.by_kind().iter()
-            .map(|(kind, nodes)| json!({ "response": kind.to_string(), "nodes": nodes })).collect::<Vec<_>>(),
-        "joints": joints,
-        "bytes": bytes,
-        "bytes_a_node": a_node,
-        "merged": prepared.merged,
-        "buffers": plan.iter().map(|planned| json!({
-            "name": format!("{:?}", planned.resource), "bytes": planned.bytes })).collect::<Vec<_>>(),
-        "frame": steps,
-        "network": network.into_iter().collect::<std::collections::BTreeMap<_, _>>(),
-        "forecast": forecast.into_iter().collect::<std::collections::BTreeMap<_, _>>(),
-        "switched_off": switched_off,
-    });
-    Ok((value, text))
+    }
+}
+
+/// Adds a title and a line for each name and value. Without lines it adds nothing.
+fn push_lines(text: &mut String, title: &str, lines: &[(String, String)]) {
+    if !lines.is_empty() {
+        text.push_str(title);
+    }
+    for (name, value) in lines {
+        text.push_str(&format!("  {name:<40} {value}\n"));
+    }
 }

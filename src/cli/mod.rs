@@ -53,7 +53,7 @@ appears whole or not at all.";
 /// Simulate thermal-infrared images of spacecraft with thermal memory, on Vulkan.
 #[derive(Parser)]
 #[command(version, after_help = AFTER_HELP)]
-struct Program {
+struct CommandLine {
     #[command(subcommand)]
     command: Command,
 }
@@ -79,7 +79,7 @@ enum Command {
 
 /// Runs the program with the arguments of the process.
 pub fn main() -> ExitCode {
-    let program = match Program::try_parse() {
+    let program = match CommandLine::try_parse() {
         Ok(program) => program,
         Err(error) => return usage(&error),
     };
@@ -122,10 +122,10 @@ fn exit(result: Result<(), CliError>) -> ExitCode {
     }
 }
 
-/// Prints the help or version that the user asked for, or what is wrong with the arguments.
+/// Prints the help or version that the user asked for, or the fault in the arguments.
 fn usage(error: &clap::Error) -> ExitCode {
     let printed = match arguments::hold_hidden() {
-        // The message repeats arguments. Its colours hold escape characters too, so it goes without them.
+        // The message repeats arguments. The colours of the message hold escape characters too, so they are left out.
         true => {
             say!("{}", error.render());
             Ok(())

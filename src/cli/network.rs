@@ -11,7 +11,7 @@ use crate::output::console::say;
 use crate::output::destination::{Destination, STANDARD_OUTPUT, destinations, has_neighbours};
 use crate::output::finite::finite;
 use crate::output::inputs::keep_inputs;
-use crate::output::plot::{Line, Plot};
+use crate::output::plot::{Plot, PlotLine};
 use crate::output::plot_axis::Axis;
 use crate::scene::network::NetworkFile;
 use crate::simulation::forecast::bytes;
@@ -35,19 +35,19 @@ const PLOTTED: usize = 12;
 #[command(after_help = EXAMPLES, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
-    command: Option<Command>,
+    command: Option<NetworkCommand>,
     #[command(flatten)]
-    solve: Solve,
+    solve: SolveArguments,
 }
 
 #[derive(clap::Subcommand)]
-enum Command {
+enum NetworkCommand {
     Import(network_import::Arguments),
     Export(network_export::Arguments),
 }
 
 #[derive(clap::Args)]
-struct Solve {
+struct SolveArguments {
     /// Network file (TOML, described in docs/network.md)
     #[arg(required = true, value_name = "FILE.toml")]
     file: Option<PathBuf>,
@@ -88,13 +88,13 @@ fn parse_tolerance(text: &str) -> Result<f64, String> {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     match &arguments.command {
-        Some(Command::Import(arguments)) => network_import::run(arguments),
-        Some(Command::Export(arguments)) => network_export::run(arguments),
+        Some(NetworkCommand::Import(arguments)) => network_import::run(arguments),
+        Some(NetworkCommand::Export(arguments)) => network_export::run(arguments),
         None => solve(&arguments.solve),
     }
 }
 
-fn solve(arguments: &Solve) -> Result<(), CliError> {
+fn solve(arguments: &SolveArguments) -> Result<(), CliError> {
     let Some(path) = &arguments.file else {
         return Err(CliError::Usage("a network file is needed".to_owned()));
     };
@@ -126,7 +126,7 @@ fn solve_with(
     stepper: &mut ReferenceStepper,
     file: &NetworkFile,
     path: &Path,
-    arguments: &Solve,
+    arguments: &SolveArguments,
     outputs: [Option<Destination>; 3],
     device: &str,
 ) -> Result<(), CliError> {
@@ -137,7 +137,7 @@ fn solve_with(
         return write_rows(output, &file.labels, &[0.0], &[found.temperatures]);
     }
     let tolerance = arguments.tolerance.unwrap_or(arguments.integrator.tolerance());
-    let settings = Settings { integrator: arguments.integrator, tolerance, floor: FLOOR };
+    let settings = IntegrationSettings { integrator: arguments.integrator, tolerance, floor: FLOOR };
     say!("{}", forecast(file));
     let stop = stop_flag();
     let bar = spinner("time [s]");
@@ -169,7 +169,7 @@ fn solve_with(
     write_series(&series, file, path, outputs, device)
 }
 
-/// What is known of the work before it begins. The estimated error decides on the sub-steps, so only their least and most are known.
+/// The size of the work, known before it begins. The estimated error decides on the sub-steps, so only their least and most are known.
 fn forecast(file: &NetworkFile) -> String {
     let (schedule, nodes) = (&file.schedule, file.labels.len());
     let rows = file.times.len();
@@ -253,10 +253,10 @@ fn write_events(events: &Destination, file: &NetworkFile, series: &Series) -> Re
 
 fn plot(file: &NetworkFile, series: &Series, path: &Path, device: &str) -> Plot {
     let times = &file.schedule.times;
-    let line = |node: usize| Line {
+    let line = |node: usize| PlotLine {
         name: file.labels[node].clone(),
         points: times.iter().zip(&series.rows).map(|(time, row)| [*time, row[node]]).collect(),
-        ..Line::default()
+        ..PlotLine::default()
     };
     let shown = file.labels.len().min(PLOTTED);
     let left_out = file.labels.len() - shown;

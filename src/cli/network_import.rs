@@ -12,9 +12,9 @@ use crate::scene::tmd::Tmd;
 /// Convert another program's thermal model to a network file.
 ///
 /// A file is read as an ESATAN TMD (HDF5): nodes, GL, GR, QA, QE, QI, QR and QS over time, boundary nodes, and the times
-/// as times of output. A folder is read as that of s2e-core: node.csv, cij.csv, rij.csv and optionally heaters.csv and
-/// heatload.csv (ut-issl/s2e-core, settings/sample_satellite/thermal_csv_files). The command prints what a network file
-/// cannot hold, and docs/network.md describes both.
+/// as times of output. A folder is read as a model of s2e-core: node.csv, cij.csv, rij.csv and optionally heaters.csv and heatload.csv
+/// (ut-issl/s2e-core, settings/sample_satellite/thermal_csv_files). The command prints what a network file cannot hold, and docs/network.md describes
+/// both.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm network import DISCTR_TRANSIENT.TMD -o disctr.toml\n  \
 isotherm network disctr.toml -o disctr.csv\n  isotherm network import thermal_csv_files/ -o network.toml")]

@@ -5,7 +5,9 @@ use std::path::Path;
 use super::error::CliError;
 use crate::output::console::say;
 use crate::scene::network::NetworkFile;
-use crate::thermal::network::control::{ControlError, MOST_SUB_STEPS, STIFFEST, Series, Settings, Use};
+use crate::thermal::network::control::{
+    ControlError, IntegrationSettings, MOST_SUB_STEPS, MethodUse, STIFFEST, Series,
+};
 use crate::thermal::network::steady::{Steady, SteadyError};
 use crate::thermal::network::stepper::WorkCounts;
 
@@ -21,7 +23,7 @@ Examples:
   isotherm network export models/cubesat_network.toml --series cubesat.csv -o cubesat.TMD";
 
 /// Prints method, sub-steps and work of a series to standard error.
-pub(super) fn print_series(series: &Series, file: &NetworkFile, settings: &Settings) {
+pub(super) fn print_series(series: &Series, file: &NetworkFile, settings: &IntegrationSettings) {
     say!("integrator: {}, tolerance {} mK", settings.integrator, short(1e3 * settings.tolerance));
     if let Some([slow, fast]) = series.rates {
         say!("stiffness: the fastest node relaxes at up to {} to {} /s", short(slow), short(fast));
@@ -29,7 +31,7 @@ pub(super) fn print_series(series: &Series, file: &NetworkFile, settings: &Setti
     let whole: f64 = series.uses.iter().flatten().map(|used| used.time).sum();
     for (place, used) in series.uses.iter().enumerate() {
         let Some(used) = used else { continue };
-        let Use { sub_steps, time, range: [least, most], stages: [few, many] } = used;
+        let MethodUse { sub_steps, time, range: [least, most], stages: [few, many] } = used;
         let (name, reason) = match place {
             0 => ("Euler with residual".to_owned(), "the sub-step is stable and its error small enough"),
             1 => {

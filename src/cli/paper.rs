@@ -21,8 +21,8 @@ use crate::output::frame_maker::FrameMaker;
 use crate::output::picture::beside;
 use crate::paper::files::{CHECKS, FIGURE_7, INDEX, own_files, plot_name, series_name};
 use crate::paper::orbit_figures;
-use crate::paper::page::Page;
-use crate::paper::visible::{Craft, draw};
+use crate::paper::page::PaperPage;
+use crate::paper::visible::{CraftMesh, draw};
 use crate::paper::{checks, scenario, transitions};
 use crate::simulation;
 use crate::simulation::prepare::Prepared;
@@ -116,9 +116,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         return Err(CliError::Stopped(arguments.output.clone()));
     };
     folder.write_bytes(FIGURE_7, &png)?;
-    let all: Vec<checks::Check> = values.iter().chain(&statements).cloned().collect();
+    let all: Vec<checks::PaperCheck> = values.iter().chain(&statements).cloned().collect();
     checks::write(&folder, CHECKS, &all)?;
-    let page = Page {
+    let page = PaperPage {
         device: &device,
         plots: &plots,
         picture: (&png, &caption),
@@ -180,7 +180,7 @@ fn figure_7(chosen: &Target, prepared: &Prepared, time: f64) -> Result<Option<(V
     let sky = prepared.loads.sky_model().sky(time);
     let sunlight = if prepared.scene.environment.solar_constant.is_some() { sky.lit_fraction } else { 0.0 };
     let nodes = prepared.nodes_at(time);
-    let craft = Craft { nodes: &nodes, triangles: &prepared.triangles, materials: &prepared.materials };
+    let craft = CraftMesh { nodes: &nodes, triangles: &prepared.triangles, materials: &prepared.materials };
     let visible = draw(&craft, &raster_view(camera, &pose), sky.sun_direction, sunlight);
     let scale = prepared.scene.colour_range.map_or_else(|| ColourScale::covering(frame.range()), ColourScale::new);
     let title = format!("Figure 7: {} in visible light and in temperature", prepared.scene.name);

@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::error::CliError;
 use super::progress::{progress_bar, stop_flag};
-use crate::paper::cube::{Cube, PERIOD, Problem, STEP, STEPS};
+use crate::paper::cube::{Cube, CubeProblem, PERIOD, STEP, STEPS};
 use crate::paper::orbits::{CASES, Orbits};
-use crate::thermal::network::control::{ControlError, Integrator, Settings, integrate};
-use crate::thermal::network::periodic::{self, Settled};
+use crate::thermal::network::control::{ControlError, IntegrationSettings, Integrator, integrate};
+use crate::thermal::network::periodic::{self, PeriodicState};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::schedule::{HeatTable, Schedule};
 use crate::thermal::network::stepper::WorkCounts;
@@ -23,7 +23,7 @@ pub(super) fn compute(output: &Path) -> Result<(Orbits, String), CliError> {
     let stop = stop_flag();
     let bar = progress_bar(CASES, "figures 2-4");
     let (mut orbits, mut total) = (0, WorkCounts::default());
-    let solved = Orbits::compute(|case: &Cube, problem: &Problem| {
+    let solved = Orbits::compute(|case: &Cube, problem: &CubeProblem| {
         let mut stepper = ReferenceStepper::new(problem.network.clone(), &[]);
         let settled = settle(&mut stepper, case, problem, &stop, output)?;
         let counts = stepper.counts();
@@ -63,10 +63,10 @@ fn told(error: ControlError, case: &Cube, output: &Path) -> CliError {
 fn settle(
     stepper: &mut ReferenceStepper,
     case: &Cube,
-    problem: &Problem,
+    problem: &CubeProblem,
     stop: &AtomicBool,
     output: &Path,
-) -> Result<Settled, CliError> {
+) -> Result<PeriodicState, CliError> {
     let table = |face: usize| {
         let (times, powers) = problem.table(face).into_iter().map(|[time, power]| (time, power)).unzip();
         (face as u32, HeatTable { times, powers })

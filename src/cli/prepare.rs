@@ -1,4 +1,4 @@
-//! Loads a scene for a command, and says what a user should know before it runs.
+//! Loads a scene for a command, and prints its warnings, its assumptions and the size of the work before it runs.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use super::progress::{building_bar, show_stage};
 use super::reach::ReachArguments;
 use crate::gpu::resources::{Planned, device_bytes};
 use crate::guard;
-use crate::guard::finding::Effort;
+use crate::guard::finding::CheckEffort;
 use crate::output::console::say;
 use crate::scene::Scene;
 use crate::simulation::prepare::Prepared;
@@ -38,15 +38,15 @@ pub(super) fn say_notes(prepared: &Prepared) {
     }
 }
 
-/// Prints what is probably wrong in a scene, and keeps it for the report.
-pub(super) fn guard(prepared: &mut Prepared, effort: Effort) {
+/// Prints the probable mistakes in a scene, and keeps them for the report.
+pub(super) fn guard(prepared: &mut Prepared, effort: CheckEffort) {
     for finding in guard::check(prepared, effort).findings {
         say!("warning: {finding}");
         prepared.warnings.push(finding.to_string());
     }
 }
 
-/// Memory of a run on the device, with images and what the host reads [bytes].
+/// Memory of a run on the device, with images and with the buffers that the host reads [bytes].
 pub(super) fn device_memory(plan: &[Planned]) -> u64 {
     plan.iter().map(|planned| planned.bytes).sum()
 }

@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle, WeakProgressBar}
 
 use crate::output::console::{self, say};
 use crate::output::temporary::remove_unfinished;
-use crate::simulation::prepare_error::Stage;
+use crate::simulation::prepare_error::PrepareStage;
 
 /// Time between two lines.
 const EVERY: Duration = Duration::from_secs(10);
@@ -28,12 +28,11 @@ pub(super) fn progress_bar(length: u64, what: &str) -> ProgressBar {
     bar
 }
 
-/// A progress bar for building a scene.
 pub(super) fn building_bar() -> ProgressBar {
-    progress_bar(Stage::COUNT, "building")
+    progress_bar(PrepareStage::COUNT, "building")
 }
 
-pub(super) fn show_stage(bar: &ProgressBar, stage: Stage) {
+pub(super) fn show_stage(bar: &ProgressBar, stage: PrepareStage) {
     bar.set_message(stage.to_string());
     bar.set_position(stage.number());
 }
@@ -76,7 +75,7 @@ pub(super) fn tell(bar: &ProgressBar) {
     });
 }
 
-/// The line for the bars under way. Before the first unit of work is done, it is that of the first bar.
+/// The line for the bars under way. Before the first unit of work is done, the line tells of the first bar.
 fn line(bars: &[ProgressBar]) -> Option<String> {
     let left = |bar: &&ProgressBar| length_of(bar).is_none_or(|length| bar.position() < length);
     let begun = bars.iter().filter(left).filter(|bar| bar.position() > 0).map(text);

@@ -15,7 +15,7 @@ pub(super) struct ReachArguments {
 }
 
 impl ReachArguments {
-    /// Allows what an earlier part of the run did.
+    /// Allows files outside the folder if an earlier part of the run did.
     pub(super) fn or(self, allow_outside: bool) -> Self {
         Self { allow_outside: self.allow_outside || allow_outside }
     }

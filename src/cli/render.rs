@@ -12,7 +12,7 @@ use super::progress::{progress_bar, stop_flag};
 use super::reach::ReachArguments;
 use super::thermal_state;
 use crate::environment::trajectory::Trajectory;
-use crate::guard::finding::Effort;
+use crate::guard::finding::CheckEffort;
 use crate::output::console::{self, answer, say};
 use crate::output::destination::{Destination, STANDARD_OUTPUT, destinations};
 use crate::output::exr::encode;
@@ -120,7 +120,7 @@ fn render_poses(arguments: &Arguments, poses: &Path) -> Result<(), CliError> {
         camera.motion = Motion::Listed(listed.into());
     }
     let mut prepared = prepare_scene(scene)?;
-    guard(&mut prepared, Effort::BRIEF);
+    guard(&mut prepared, CheckEffort::BRIEF);
     let camera = prepared.scene.require_camera().map_err(PrepareError::from)?.clone();
     let folder = Folder::new(&arguments.output, &FILES);
     let inputs: Vec<PathBuf> = prepared.scene.files.iter().chain(&arguments.from_state).cloned().collect();
@@ -161,7 +161,7 @@ fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
     prepared.cover(time)?;
     let camera = prepared.scene.require_camera().map_err(PrepareError::from)?.clone();
     camera.check_times(std::iter::once(time)).map_err(PrepareError::from)?;
-    guard(&mut prepared, Effort { at: Some(time), ..Effort::BRIEF });
+    guard(&mut prepared, CheckEffort { at: Some(time), ..CheckEffort::BRIEF });
     let warm_up = if arguments.from_state.is_some() { 0 } else { u64::from(prepared.warm_up_steps()) };
     let steps = warm_up + (time / prepared.scene.time.step) as u64;
     let chosen = arguments.device.open()?;

@@ -8,10 +8,10 @@ use crate::files;
 use crate::output::console::{answer, say};
 use crate::output::destination::destinations;
 use crate::output::inputs::keep_inputs;
-use crate::output::plot::{Line, Mark, Plot};
+use crate::output::plot::{Mark, Plot, PlotLine};
 use crate::output::plot_axis::Axis;
-use crate::thermal::fit::{Fit, Fits, Sample, fit};
-use crate::thermal::function::{Function, Kind};
+use crate::thermal::fit::{Fit, Fits, TemperatureSample, fit};
+use crate::thermal::function::{Function, FunctionKind};
 use crate::thermal::material::Domain;
 
 /// Number of fits in the plot.
@@ -41,8 +41,8 @@ pub(crate) struct Arguments {
 }
 
 /// The data, their lines in the file, and the unit of their time.
-struct Data {
-    samples: Vec<Sample>,
+struct FitFile {
+    samples: Vec<TemperatureSample>,
     lines: Vec<u64>,
     in_steps: bool,
 }
@@ -74,7 +74,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     Ok(())
 }
 
-fn read(path: &Path) -> Result<Data, String> {
+fn read(path: &Path) -> Result<FitFile, String> {
     let file = files::read_text_or_pipe(path).map_err(|fault| format!("cannot be read: {fault}"))?;
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(file.as_bytes());
     let headers = reader.headers().map_err(text)?.clone();
@@ -93,9 +93,9 @@ fn read(path: &Path) -> Result<Data, String> {
             cell.parse::<f64>().map_err(|_| format!("row {line}: '{cell}' is not a number"))
         };
         lines.push(line);
-        samples.push(Sample { time: number(time)?, temperature: number(temperature)? });
+        samples.push(TemperatureSample { time: number(time)?, temperature: number(temperature)? });
     }
-    Ok(Data { samples, lines, in_steps: column("time").is_none() })
+    Ok(FitFile { samples, lines, in_steps: column("time").is_none() })
 }
 
 fn text(error: csv::Error) -> String {
@@ -114,7 +114,7 @@ fn domain(fit: &Fit) -> &'static str {
 }
 
 /// Every kind of function with its residual, best first.
-fn table(data: &Data, fits: &Fits) -> String {
+fn table(data: &FitFile, fits: &Fits) -> String {
     let unit = unit(data.in_steps);
     let mut lines = format!(
         "{:<12} {:<6} {:>12} {:>12} {:>12} {:>12} {:>7}\n",
@@ -160,17 +160,19 @@ fn to_paste(fit: &Fit, arguments: &Arguments, in_steps: bool) -> String {
     let own = match &response.function {
         Function::Linear | Function::Quadratic => String::new(),
         Function::Shaped(shape) => match &shape.kind {
-            Kind::Exponential { rate } | Kind::Logarithmic { rate } => format!("rate = {}, ", number(*rate)),
-            Kind::Polynomial(polynomial) => {
+            FunctionKind::Exponential { rate } | FunctionKind::Logarithmic { rate } => {
+                format!("rate = {}, ", number(*rate))
+            }
+            FunctionKind::Polynomial(polynomial) => {
                 let list = polynomial.coefficients().iter().map(|c| format!("{c:.9}")).collect::<Vec<_>>();
                 format!("coefficients = [{}], ", list.join(", "))
             }
-            Kind::Table(_) => {
+            FunctionKind::Table(_) => {
                 let file = toml::Value::String(arguments.data.display().to_string());
                 let target = arguments.target.map_or(String::new(), |target| format!("target = {target}, "));
                 format!("file = {file}, {target}")
             }
-            Kind::Expression(expression) => {
+            FunctionKind::Expression(expression) => {
                 format!("text = {}, ", toml::Value::String(expression.text().to_owned()))
             }
         },
@@ -190,24 +192,29 @@ fn to_paste(fit: &Fit, arguments: &Arguments, in_steps: bool) -> String {
     lines
 }
 
-fn plot(data: &Data, fits: &[Fit], file: &str) -> Plot {
+fn plot(data: &FitFile, fits: &[Fit], file: &str) -> Plot {
     let unit = unit(data.in_steps);
     let stride = data.samples.len().div_ceil(MOST_DOTS).max(1);
     let dots = data.samples.iter().step_by(stride).map(|sample| [sample.time, sample.temperature]);
     let [start, end] = [0, data.samples.len().saturating_sub(1)].map(|row| data.samples[row].time);
-    let mut series: Vec<Line> = fits
+    let mut series: Vec<PlotLine> = fits
         .iter()
         .take(PLOTTED)
-        .map(|fit| Line {
+        .map(|fit| PlotLine {
             name: format!("{} in {}: {} K", fit.response.function.kind_name(), domain(fit), residual(fit.rms)),
             points: (0..=500)
                 .map(|i| (end - start) * f64::from(i) / 500.0)
                 .map(|time| [start + time, fit.response.temperature(time)])
                 .collect(),
-            ..Line::default()
+            ..PlotLine::default()
         })
         .collect();
-    series.push(Line { name: "data".to_owned(), points: dots.collect(), mark: Mark::Points, ..Line::default() });
+    series.push(PlotLine {
+        name: "data".to_owned(),
+        points: dots.collect(),
+        mark: Mark::Points,
+        ..PlotLine::default()
+    });
     let every = if stride > 1 { format!("; one row of {stride} is shown") } else { String::new() };
     let best = fits.first().map(|Fit { response, .. }| {
         format!("{}, t_max = {} {unit}", response.function.kind_name(), number(response.t_max))

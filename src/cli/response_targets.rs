@@ -10,7 +10,7 @@ use crate::output::console::say;
 use crate::output::destination::{Destination, STANDARD_OUTPUT, destinations};
 use crate::output::finite::finite;
 use crate::output::inputs::keep_inputs;
-use crate::output::plot::{Line, Mark, Plot};
+use crate::output::plot::{Mark, Plot, PlotLine};
 use crate::output::plot_axis::Axis;
 use crate::scene::targets::{self, MAX_STEPS};
 use crate::thermal::function::Function;
@@ -141,8 +141,13 @@ fn plot(transition: &Transition, device: &str, targets: &[f64], temperatures: &[
         x: Axis::linear("step"),
         y: Axis::linear("temperature [K]"),
         series: vec![
-            Line { name: "temperature".to_owned(), points: numbered(0, temperatures), ..Line::default() },
-            Line { name: "target".to_owned(), points: numbered(1, targets), mark: Mark::Dashed, ..Line::default() },
+            PlotLine { name: "temperature".to_owned(), points: numbered(0, temperatures), ..PlotLine::default() },
+            PlotLine {
+                name: "target".to_owned(),
+                points: numbered(1, targets),
+                mark: Mark::Dashed,
+                ..PlotLine::default()
+            },
         ],
         shaded: Vec::new(),
     }

@@ -1,4 +1,4 @@
-//! What a saved state tells of its run, and whether a run with it may go on.
+//! The run of a saved state: its command line, device and files, and whether the run may go on.
 
 use std::path::{Path, PathBuf};
 
@@ -14,12 +14,12 @@ use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
 
 /// A run that is to go on: its folder, which is locked, and its state.
-pub(super) struct Earlier {
+pub(super) struct EarlierRun {
     pub(crate) folder: Folder,
     pub(crate) state: Saved,
 }
 
-impl Earlier {
+impl EarlierRun {
     /// Opens a run. `None` where it is finished.
     pub(crate) fn open(root: &Path) -> Result<Option<Self>, CliError> {
         let folder = Folder::new(root, &FILES).reopen()?;
@@ -59,13 +59,11 @@ impl Earlier {
         Ok(given.filter(|given| !same(given)).map_or(found, Path::to_path_buf))
     }
 
-    /// The device for `--device`.
     pub(crate) fn device(&self) -> Result<String, CliError> {
         let name = self.text("device")?;
         Ok(if name == Target::Reference.name() { "cpu".to_owned() } else { name })
     }
 
-    /// The command line that began the run.
     pub(crate) fn command_line(&self) -> Result<String, CliError> {
         self.text("command_line")
     }
@@ -120,7 +118,7 @@ fn buffers_of(model: &Path) -> Vec<PathBuf> {
     uris.filter(|uri| !uri.contains(':')).map(|uri| folder.join(uri)).filter(|path| path.is_file()).collect()
 }
 
-/// What a state says of its run.
+/// The lists by which a saved state names its run: version, device, scene, files and options.
 pub(super) fn identity(
     prepared: &Prepared,
     scene: &Path,

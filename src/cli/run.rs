@@ -1,6 +1,6 @@
 //! `isotherm run`: runs a scene and writes images, plots and a report.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
@@ -11,23 +11,25 @@ use super::error::CliError;
 use super::prepare::{guard, prepare_with_progress, say_size};
 use super::progress::{progress_bar, stop_flag};
 use super::reach::ReachArguments;
-use super::resume::{Earlier, identity};
+use super::resume::{EarlierRun, identity};
 use super::run_report::{print_summary, report, speed};
 use super::thermal_state;
-use crate::gpu::resources::check_plan;
-use crate::guard::finding::Effort;
+use crate::gpu::resources::{Planned, check_plan};
+use crate::guard::finding::CheckEffort;
 use crate::output::console::{answer, say};
-use crate::output::destination::destinations;
+use crate::output::destination::{Destination, destinations};
 use crate::output::folder::Folder;
 use crate::output::inputs::keep_inputs;
 use crate::output::job::{Done, FILES, Job, REPORT_HTML, REPORT_JSON, SaveEvery, run_into};
-use crate::output::report::{BufferSize, Report};
+use crate::output::report::{BufferSize, FrameEntry, Report};
 use crate::output::state_file::encode;
 use crate::output::{mcap, report_html, video};
+use crate::saved::Saved;
 use crate::scene::Draw;
 use crate::simulation::check::SAMPLE;
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::forecast::{Forecast, Rate};
+use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
 use crate::trace::{Trace, Track};
 
@@ -51,7 +53,7 @@ pub(crate) struct Arguments {
     /// Replace the files that isotherm wrote into the output folder, and keep all others. It refuses a file that was changed since
     #[arg(long)]
     force: bool,
-    /// Go on with a run that was ended, from the state that it saved (DIR/.isotherm/state). The files are those of an undisturbed run
+    /// Go on with a run that was ended, from the state that it saved (DIR/.isotherm/state). The files come out as in an undisturbed run
     #[arg(long, value_name = "DIR", conflicts_with_all = ["output", "force", "check"])]
     resume: Option<PathBuf>,
     /// How often the state is saved: a number of seconds, or of steps as in `100steps`. With 0 it is saved only after the warm-up and when a signal
@@ -100,57 +102,26 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let [timeline, of_state, log] =
         destinations([arguments.trace.as_deref(), arguments.save_state.as_deref(), arguments.mcap.as_deref()])?;
     let trace = if timeline.is_some() { Trace::recording() } else { Trace::default() };
-    let earlier = match &arguments.resume {
-        None => None,
-        Some(root) => match Earlier::open(root)? {
-            Some(earlier) => Some(earlier),
-            None => {
-                answer!("the run in {} is finished: there is nothing to resume", root.display());
-                return Ok(());
-            }
-        },
-    };
-    let (scene, root) = match (&earlier, &arguments.scene, &arguments.output) {
-        (Some(earlier), given, _) => (earlier.scene(given.as_deref())?, earlier.folder.root().to_path_buf()),
-        (None, Some(scene), Some(output)) => (scene.clone(), output.clone()),
-        _ => return Err(CliError::Usage("name a scene, and a folder with -o".to_owned())),
-    };
+    let earlier = arguments.resume.as_deref().map(EarlierRun::open).transpose()?;
+    if let (Some(root), Some(None)) = (&arguments.resume, &earlier) {
+        answer!("the run in {} is finished: there is nothing to resume", root.display());
+        return Ok(());
+    }
+    let earlier = earlier.flatten();
+    let (scene, root) = scene_and_folder(arguments, earlier.as_ref())?;
     let reach = match &earlier {
         Some(earlier) => arguments.reach.or(earlier.allows_outside()?),
         None => arguments.reach,
     };
-    let prepares = trace.span(Track::Host, "load and build the scene");
-    let mut prepared = prepare_with_progress(&scene, reach)?;
-    drop(prepares);
-    let guards = trace.span(Track::Host, "look for what is probably wrong");
-    guard(&mut prepared, Effort::BRIEF);
-    drop(guards);
+    let prepared = load_scene(&scene, reach, &trace)?;
     let fresh = if earlier.is_none() { Some(Folder::new(&root, &FILES)) } else { None };
-    if let Some(folder) = &fresh {
-        folder.keep_inputs(&prepared.scene.files)?;
-    }
-    for path in [&arguments.trace, &arguments.save_state, &arguments.mcap].into_iter().flatten() {
-        keep_inputs(path, prepared.scene.files.iter().chain(&arguments.from_state))?;
-    }
+    keep_scene_files(arguments, &prepared, fresh.as_ref())?;
     let at = thermal_state::step_of_state(arguments.save_state_at, &prepared.scene.time)?;
     let take_after = arguments.save_state.as_ref().map(|_| at);
     video::check(&prepared.scene.images)?;
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
-    let device = match (&arguments.device.device, &earlier) {
-        (None, Some(earlier)) => DeviceArguments { device: Some(earlier.device()?) },
-        (given, _) => DeviceArguments { device: given.clone() },
-    };
-    let chosen = device.open()?;
-    let with_check = matches!(chosen, Target::Device(_));
-    if arguments.check.is_some() && !with_check {
-        say!("nothing to check: this run is the f64 reference itself");
-    }
-    let sample = match &earlier {
-        Some(earlier) => earlier.check()?,
-        // The reference would read the same file.
-        None => (with_check && prepared.given.is_none())
-            .then(|| arguments.check.flatten().map_or(SAMPLE, |nodes| nodes as usize)),
-    };
+    let chosen = choose_device(arguments, earlier.as_ref())?;
+    let sample = choose_sample(arguments, earlier.as_ref(), &prepared, &chosen)?;
     let command_line = match &earlier {
         Some(earlier) => earlier.command_line()?,
         None => command_line(),
@@ -167,30 +138,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Target::Device(context) = &chosen {
         check_plan(context, &plan, data.image)?;
     }
-    let (folder, state) = match (earlier, fresh) {
-        (Some(earlier), _) => {
-            earlier.folder.make_folders()?;
-            (earlier.folder, Some(earlier.state))
-        }
-        (None, folder) => {
-            let folder = folder.unwrap_or_else(|| Folder::new(&root, &FILES));
-            (folder.prepare(arguments.force, &prepared.scene.files)?, None)
-        }
-    };
-    let forecast = Forecast::of(&prepared);
-    let forecast = if begin.is_some() { forecast.without_warm_up() } else { forecast };
-    say!("{}", forecast.sentence(Rate::of(&chosen)));
+    let (folder, state) = open_folder(arguments, &prepared, &root, earlier, fresh)?;
+    let forecast = forecast_run(&prepared, begin.is_some(), &chosen);
     let stop = stop_flag();
     let mut engine = chosen.engine(&prepared, camera)?;
     engine.record(trace.clone());
     let start_up_s = began.elapsed().as_secs_f64();
 
     let time = &prepared.scene.time;
-    let bars = [
-        progress_bar(if forecast.warm_up_is_most { 0 } else { forecast.warm_up }, "warm-up"),
-        progress_bar(u64::from(time.steps) + 1, "steps"),
-        progress_bar(forecast.images, "pictures"),
-    ];
+    let bars = step_bars(&forecast, time.steps);
     let job = Job {
         check: sample,
         save_every: arguments.save_every,
@@ -206,9 +162,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         destination.write_bytes(&encode(state))?;
     }
     if let Some(log) = &log {
-        let span = trace.span(Track::Host, "MCAP");
-        log.write(|writer| mcap::write(writer, &folder, &outcome.frames, prepared.scene.time.start))?;
-        drop(span);
+        write_log(log, &folder, &outcome.frames, &prepared, &trace)?;
     }
     if begin.is_some() && sample.is_some() && outcome.accuracy.is_none() {
         say!(
@@ -216,24 +170,152 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         );
     }
 
-    let buffers =
-        plan.iter().map(|planned| BufferSize { name: format!("{:?}", planned.resource), bytes: planned.bytes });
     let wall_s = outcome.wall_before_s + began.elapsed().as_secs_f64();
+    let speed = speed(&prepared, &*engine, &outcome, wall_s);
     let report = Report {
-        buffers: if with_check { buffers.collect() } else { Vec::new() },
-        speed: speed(&prepared, &*engine, &outcome, wall_s),
+        buffers: list_buffers(&plan, &chosen),
+        speed,
         command_line,
         ..report(&prepared, &plan, &chosen, &mut *engine, outcome, start_up_s)
     };
-    folder.write_json(REPORT_JSON, &report)?;
-    folder.write_bytes(REPORT_HTML, report_html::page(&report).as_bytes())?;
-    if let Some(timeline) = &timeline {
+    write_report(&folder, &report, timeline.as_ref(), &trace)?;
+    print_summary(&report, &folder);
+    check_validation(&chosen)?;
+    if report.interrupted { Err(CliError::StoppedRun(root)) } else { Ok(()) }
+}
+
+fn forecast_run(prepared: &Prepared, has_state: bool, chosen: &Target) -> Forecast {
+    let forecast = Forecast::of(prepared);
+    let forecast = if has_state { forecast.without_warm_up() } else { forecast };
+    say!("{}", forecast.sentence(Rate::of(chosen)));
+    forecast
+}
+
+fn write_log(
+    log: &Destination,
+    folder: &Folder,
+    frames: &[FrameEntry],
+    prepared: &Prepared,
+    trace: &Trace,
+) -> Result<(), CliError> {
+    let _span = trace.span(Track::Host, "MCAP");
+    log.write(|writer| mcap::write(writer, folder, frames, prepared.scene.time.start))?;
+    Ok(())
+}
+
+/// Writes the report and the timeline, and marks the folder of a whole run as finished.
+fn write_report(
+    folder: &Folder,
+    report: &Report,
+    timeline: Option<&Destination>,
+    trace: &Trace,
+) -> Result<(), CliError> {
+    folder.write_json(REPORT_JSON, report)?;
+    folder.write_bytes(REPORT_HTML, report_html::page(report).as_bytes())?;
+    if let Some(timeline) = timeline {
         timeline.write_bytes(trace.json().to_string().as_bytes())?;
     }
     if !report.interrupted {
         folder.finish()?;
     }
-    print_summary(&report, &folder);
-    check_validation(&chosen)?;
-    if report.interrupted { Err(CliError::StoppedRun(root)) } else { Ok(()) }
+    Ok(())
+}
+
+/// The scene's file and the output folder.
+fn scene_and_folder(arguments: &Arguments, earlier: Option<&EarlierRun>) -> Result<(PathBuf, PathBuf), CliError> {
+    match (earlier, &arguments.scene, &arguments.output) {
+        (Some(earlier), given, _) => Ok((earlier.scene(given.as_deref())?, earlier.folder.root().to_path_buf())),
+        (None, Some(scene), Some(output)) => Ok((scene.clone(), output.clone())),
+        _ => Err(CliError::Usage("name a scene, and a folder with -o".to_owned())),
+    }
+}
+
+/// Loads, builds and checks a scene.
+fn load_scene(scene: &Path, reach: ReachArguments, trace: &Trace) -> Result<Prepared, CliError> {
+    let prepares = trace.span(Track::Host, "load and build the scene");
+    let mut prepared = prepare_with_progress(scene, reach)?;
+    drop(prepares);
+    let guards = trace.span(Track::Host, "look for what is probably wrong");
+    guard(&mut prepared, CheckEffort::BRIEF);
+    drop(guards);
+    Ok(prepared)
+}
+
+/// Refuses outputs that would replace an input.
+fn keep_scene_files(arguments: &Arguments, prepared: &Prepared, fresh: Option<&Folder>) -> Result<(), CliError> {
+    if let Some(folder) = fresh {
+        folder.keep_inputs(&prepared.scene.files)?;
+    }
+    for path in [&arguments.trace, &arguments.save_state, &arguments.mcap].into_iter().flatten() {
+        keep_inputs(path, prepared.scene.files.iter().chain(&arguments.from_state))?;
+    }
+    Ok(())
+}
+
+/// Opens the device that is named, or the device of the earlier run.
+fn choose_device(arguments: &Arguments, earlier: Option<&EarlierRun>) -> Result<Target, CliError> {
+    let device = match (&arguments.device.device, earlier) {
+        (None, Some(earlier)) => DeviceArguments { device: Some(earlier.device()?) },
+        (given, _) => DeviceArguments { device: given.clone() },
+    };
+    device.open()
+}
+
+/// Number of nodes to compare with the f64 reference.
+fn choose_sample(
+    arguments: &Arguments,
+    earlier: Option<&EarlierRun>,
+    prepared: &Prepared,
+    chosen: &Target,
+) -> Result<Option<usize>, CliError> {
+    let with_check = matches!(chosen, Target::Device(_));
+    if arguments.check.is_some() && !with_check {
+        say!("nothing to check: this run is the f64 reference itself");
+    }
+    match earlier {
+        Some(earlier) => Ok(earlier.check()?),
+        // The reference would read the same file.
+        None => Ok((with_check && prepared.given.is_none())
+            .then(|| arguments.check.flatten().map_or(SAMPLE, |nodes| nodes as usize))),
+    }
+}
+
+/// Opens the folder of the earlier run, with its state, or prepares a fresh folder.
+fn open_folder(
+    arguments: &Arguments,
+    prepared: &Prepared,
+    root: &Path,
+    earlier: Option<EarlierRun>,
+    fresh: Option<Folder>,
+) -> Result<(Folder, Option<Saved>), CliError> {
+    match (earlier, fresh) {
+        (Some(earlier), _) => {
+            earlier.folder.make_folders()?;
+            Ok((earlier.folder, Some(earlier.state)))
+        }
+        (None, folder) => {
+            let folder = folder.unwrap_or_else(|| Folder::new(root, &FILES));
+            Ok((folder.prepare(arguments.force, &prepared.scene.files)?, None))
+        }
+    }
+}
+
+/// Bars of the warm-up, the steps and the pictures, in the order of [`Done`].
+fn step_bars(forecast: &Forecast, steps: u32) -> [ProgressBar; 3] {
+    [
+        progress_bar(if forecast.warm_up_is_most { 0 } else { forecast.warm_up }, "warm-up"),
+        progress_bar(u64::from(steps) + 1, "steps"),
+        progress_bar(forecast.images, "pictures"),
+    ]
+}
+
+/// Buffers of a device; the reference has none.
+fn list_buffers(plan: &[Planned], chosen: &Target) -> Vec<BufferSize> {
+    match chosen {
+        Target::Device(_) => plan
+            .iter()
+            .map(|planned| BufferSize { name: format!("{:?}", planned.resource), bytes: planned.bytes })
+            .collect(),
+        Target::Reference => Vec::new(),
+    }
 }

@@ -9,8 +9,8 @@ use crate::gpu::sensor::{COPIED, READ};
 use crate::output::console::{answer, say};
 use crate::output::folder::Folder;
 use crate::output::image_index::IMAGES;
-use crate::output::job::{Outcome, REPORT_HTML, REPORT_JSON};
-use crate::output::report::{Device, FileEntry, ModelSize, PassTime, Report, SettingGroup, SourceFile, Speed};
+use crate::output::job::{REPORT_HTML, REPORT_JSON, RunOutcome};
+use crate::output::report::{FileEntry, InputFile, ModelSize, PassTime, Report, ReportDevice, SettingGroup, Speed};
 use crate::output::settings;
 use crate::output::step_cost::step_cost;
 use crate::output::tables::{JOINTS, SERIES};
@@ -21,7 +21,7 @@ use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
 
 /// Cost of a step and of an image: the median of each pass, weighted by how often it ran.
-pub(super) fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome, wall_s: f64) -> Speed {
+pub(super) fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &RunOutcome, wall_s: f64) -> Speed {
     let passes = pass_times(engine);
     let steps = engine.steps();
     let images = outcome.frames.len() as u64;
@@ -75,17 +75,17 @@ fn pass_times(engine: &dyn Engine) -> Vec<PassTime> {
     times.filter_map(of).collect()
 }
 
-/// What a run found, and on what. The caller adds buffers, speed and command line.
+/// The report of a run. The caller adds buffers, speed and command line.
 pub(super) fn report(
     prepared: &Prepared,
     plan: &[Planned],
     chosen: &Target,
     engine: &mut dyn Engine,
-    outcome: Outcome,
+    outcome: RunOutcome,
     start_up_s: f64,
 ) -> Report {
     let device = match chosen {
-        Target::Device(context) => Device {
+        Target::Device(context) => ReportDevice {
             name: context.info.name.clone(),
             driver: context.info.driver.clone(),
             details: vec![
@@ -94,7 +94,7 @@ pub(super) fn report(
                 ("stepping and drawing".to_owned(), format!("{:.2} s", outcome.stepping_s)),
             ],
         },
-        Target::Reference => Device { name: chosen.name(), ..Device::default() },
+        Target::Reference => ReportDevice { name: chosen.name(), ..ReportDevice::default() },
     };
     let kind = |number: usize, path: &Path| match number {
         0 => "scene",
@@ -103,12 +103,12 @@ pub(super) fn report(
         _ if prepared.scene.sky_files.iter().any(|known| known == path) => "trajectory or attitude",
         _ => "response table",
     };
-    let mut inputs = prepared.scene.files.iter().enumerate().map(|(number, path)| SourceFile {
+    let mut inputs = prepared.scene.files.iter().enumerate().map(|(number, path)| InputFile {
         kind: kind(number, path).to_owned(),
         path: path.display().to_string(),
         sha256: prepared.file_hashes.get(path).cloned().unwrap_or_default(),
     });
-    let scene = SourceFile { sha256: prepared.hash.clone(), ..inputs.next().unwrap_or_default() };
+    let scene = InputFile { sha256: prepared.hash.clone(), ..inputs.next().unwrap_or_default() };
     let mut nodes_by_response: Vec<(String, u64)> = Vec::new();
     for (kind, nodes) in prepared.nodes.by_kind() {
         nodes_by_response.push((kind.to_string(), nodes as u64));
@@ -154,7 +154,7 @@ pub(super) fn report(
         say!("warning: {warning}");
         warnings.push(warning);
     }
-    let device = Device { details: device.details.into_iter().chain(details_of_run).collect(), ..device };
+    let device = ReportDevice { details: device.details.into_iter().chain(details_of_run).collect(), ..device };
     Report {
         title: prepared.scene.name.clone(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -183,7 +183,6 @@ pub(super) fn report(
     }
 }
 
-/// Prints what a report says in short.
 pub(super) fn print_summary(report: &Report, folder: &Folder) {
     let speed = &report.speed;
     answer!("{} steps and {} images in {:.1} s on {}", speed.steps, speed.images, speed.wall_s, report.device.name);

@@ -14,7 +14,7 @@ use crate::server::connection::Patience;
 use crate::server::error::ServerError;
 use crate::server::listen::{Server, Talk, bind, serve};
 use crate::server::log::Log;
-use crate::server::picture::{DEFAULT_RANGE, Kind, Picture};
+use crate::server::picture::{DEFAULT_RANGE, PictureKind, PictureStyle};
 use crate::server::scenes::Scenes;
 use crate::server::{surrender, vizard};
 
@@ -95,7 +95,7 @@ enum PictureName {
     Sensor,
 }
 
-impl From<PictureName> for Kind {
+impl From<PictureName> for PictureKind {
     fn from(name: PictureName) -> Self {
         match name {
             PictureName::Apparent => Self::Apparent,
@@ -153,7 +153,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let target = arguments.device.open()?;
     let log = Log::open(arguments.log.as_deref())?;
-    let picture = Picture { kind: arguments.picture.into(), range: arguments.range };
+    let picture = PictureStyle { kind: arguments.picture.into(), range: arguments.range };
     let stop = stop_flag();
     say!("device: {}; scenes: {}", target.name(), scenes.known());
     if !address.ip().is_loopback() {

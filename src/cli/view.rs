@@ -9,14 +9,14 @@ use super::prepare::{guard, prepare_scene};
 use super::progress::{progress_bar, stop_flag};
 use super::reach::ReachArguments;
 use super::thermal_state;
-use crate::guard::finding::Effort;
+use crate::guard::finding::CheckEffort;
 use crate::output::console::{answer, say};
 use crate::scene::Draw;
 use crate::simulation::facade::Simulation;
 use crate::simulation::forecast::Forecast;
 use crate::view::browser;
 use crate::view::camera::camera;
-use crate::view::session::Session;
+use crate::view::session::ViewSession;
 
 /// Show a scene on a page in the browser: turn the craft, play and scrub through time, read temperatures.
 #[derive(clap::Args)]
@@ -33,7 +33,7 @@ pub(crate) struct Arguments {
     /// Do not open the browser
     #[arg(long)]
     no_browser: bool,
-    /// Size of the image in pixels [default: that of the scene, or a smaller one of the same shape with at most 640 x 480 pixels]
+    /// Size of the image in pixels [default: the scene's size, or a smaller one of the same shape with at most 640 x 480 pixels]
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_size)]
     size: Option<[u32; 2]>,
     /// Begin time 0 with a state of isotherm run --save-state, instead of a warm-up
@@ -63,10 +63,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         .map_err(|error| CliError::Usage(format!("--port {}: {error}", arguments.port)))?;
     let address = listener.local_addr().map_err(|error| CliError::Usage(error.to_string()))?;
     scene.camera = Some(camera.clone());
-    // Images are of the ends of steps, whatever the scene draws.
+    // Images show the ends of steps, also where the scene draws at other times.
     scene.time.draw = Draw::Every(1);
     let mut prepared = prepare_scene(scene.clone())?;
-    guard(&mut prepared, Effort::BRIEF);
+    guard(&mut prepared, CheckEffort::BRIEF);
     let target = arguments.device.open()?;
     let state = arguments.from_state.as_ref().map(|path| thermal_state::read(path, &prepared, &target)).transpose()?;
     say!("device: {}", target.name());
@@ -90,7 +90,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if !arguments.no_browser && !browser::open(&page) {
         say!("There is no desktop here: open this address in a browser. Ctrl-C ends the program.");
     }
-    Session { scene, target: target.clone(), simulation, camera, has_camera }.serve(listener, &stop)?;
+    ViewSession { scene, target: target.clone(), simulation, camera, has_camera }.serve(listener, &stop)?;
     check_validation(&target)
 }
 

@@ -1,4 +1,4 @@
-//! `isotherm view-factors`: what the surfaces of a scene see of each other, of the planet and of space.
+//! `isotherm view-factors`: the view factors between the surfaces of a scene, and to the planet and space.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -18,7 +18,7 @@ use crate::output::destination::{Destination, destinations};
 use crate::output::exchange_pictures::{fish_eye, open_sky};
 use crate::output::inputs::keep_inputs;
 use crate::simulation::device_data::DeviceData;
-use crate::simulation::exchange::{Craft, describe};
+use crate::simulation::exchange::{ExchangeCraft, describe};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
 
@@ -114,8 +114,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     check_validation(&target)
 }
 
-/// The exchange in the pose of a load, by rays of a device where it can walk their tree. Also the time of the rays, and that of the rest [s].
-fn found(craft: &Craft, load: &StepLoad, target: &Target) -> Result<(Exchange, [f64; 2]), CliError> {
+/// The exchange in the pose of a load, by rays of a device where it can walk their tree. Also the time of the rays and the time of the rest [s].
+fn found(craft: &ExchangeCraft, load: &StepLoad, target: &Target) -> Result<(Exchange, [f64; 2]), CliError> {
     let began = Instant::now();
     let (surface, patches, rays) = (&craft.surface, &craft.patches, craft.settings.rays);
     let scenery = Scenery::new(surface, &load.joints);
@@ -152,8 +152,7 @@ fn sky(prepared: &Prepared) -> StepLoad {
     StepLoad { planet: Some(planet), ..prepared.loads.step_load(0.0, 0.0) }
 }
 
-/// Names of the groups, and the group of each patch.
-fn groups(prepared: &Prepared, craft: &Craft, patches: bool) -> (Vec<String>, Vec<usize>) {
+fn groups(prepared: &Prepared, craft: &ExchangeCraft, patches: bool) -> (Vec<String>, Vec<usize>) {
     if !patches {
         let names = prepared.parts.clone();
         return (names, craft.patches.all.iter().map(|patch| patch.part as usize).collect());
@@ -165,8 +164,8 @@ fn groups(prepared: &Prepared, craft: &Craft, patches: bool) -> (Vec<String>, Ve
     (names.collect(), (0..craft.patches.all.len()).collect())
 }
 
-/// Prints what was found and what was changed.
-fn tell(craft: &Craft, exchange: &Exchange) {
+/// Prints the facts of an exchange, and a warning if rays end on inner faces.
+fn tell(craft: &ExchangeCraft, exchange: &Exchange) {
     for (name, value) in describe(craft, exchange) {
         say!("{name}: {value}");
     }

@@ -9,9 +9,8 @@ pub(crate) struct Largest {
     pub(crate) temperature: f32,
     /// Temperature in the network [K].
     pub(crate) network: f32,
-    /// Number of the step.
     pub(crate) step: u32,
-    /// Vertex of the model after subdivision. It is the same node in every run.
+    /// Vertex of the model after subdivision, which is the same node in every run.
     pub(crate) vertex: u32,
 }
 
@@ -57,7 +56,7 @@ pub(crate) struct OfStep {
     pub(crate) max: f32,
 }
 
-/// The vertices of the model. They are the same in every run.
+/// The vertices of the model, the same in every run.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Vertices {
     /// Areas [m2].
@@ -78,7 +77,6 @@ pub(crate) struct Differences {
 }
 
 impl Differences {
-    /// An empty record.
     pub(crate) fn new(vertices: &Vertices, parts: usize) -> Self {
         let mut made = Self { parts: vec![OfGroup::default(); parts], ..Self::default() };
         for (part, area) in vertices.parts.iter().zip(&vertices.areas) {

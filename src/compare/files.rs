@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::differences::table;
-use super::page::Page;
+use super::page::ComparePage;
 use super::runs::Runs;
 use super::{INSTANT, NETWORK, RESPONSES, TRANSITION};
 use crate::output::OutputError;
@@ -12,7 +12,7 @@ use crate::output::comparison::{Legend, panel, sheet};
 use crate::output::comparison_plots::{MOST_PLOTS, NamedSeries, differences, temperatures};
 use crate::output::eclipses::Eclipses;
 use crate::output::folder::Folder;
-use crate::output::report::{Picture, write_plots};
+use crate::output::report::{ReportPicture, write_plots};
 
 pub(crate) const PAGE: &str = "compare.html";
 /// Differences by part.
@@ -22,13 +22,11 @@ pub(crate) const OVER_TIME: &str = "differences.csv";
 /// All shown steps on one sheet.
 pub(crate) const SHEET: &str = "comparison.png";
 
-/// The files of a comparison.
 pub(crate) fn own_files() -> Vec<String> {
     let names = [PAGE, TABLE, OVER_TIME, SHEET, "panels/step_#.png", "plots/*.svg"].map(str::to_owned);
     names.into_iter().chain(RESPONSES.map(series_name)).collect()
 }
 
-/// Series file of a response.
 fn series_name(response: &str) -> String {
     format!("series_{response}.csv")
 }
@@ -37,7 +35,7 @@ fn series_name(response: &str) -> String {
 pub(crate) fn write(
     folder: &Folder,
     runs: &Runs,
-    page: &Page,
+    page: &ComparePage,
     pictured: &(dyn Fn() + Sync),
 ) -> Result<(), OutputError> {
     let network = &runs.ran[NETWORK];
@@ -61,7 +59,7 @@ pub(crate) fn write(
         let details = details(runs, &legend.temperature);
         let png = sheet(&runs.views, &legend, &details)?.png()?;
         folder.write_bytes(SHEET, &png)?;
-        pictures.push(Picture {
+        pictures.push(ReportPicture {
             title: "Temperatures under each response, and their differences from the network".to_owned(),
             file: SHEET.to_owned(),
             png,
@@ -71,7 +69,7 @@ pub(crate) fn write(
             let png = panel(view, &legend)?.png()?;
             folder.write_bytes(&file, &png)?;
             pictured();
-            Ok(Picture { title: view.caption.clone(), file, png })
+            Ok(ReportPicture { title: view.caption.clone(), file, png })
         });
         pictures.extend(panels.collect::<Result<Vec<_>, OutputError>>()?);
     }

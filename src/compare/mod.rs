@@ -31,13 +31,11 @@ pub(crate) const NETWORK: usize = 2;
 pub(crate) const PERIODIC_START: &str = "Each run starts from its own periodic state, because the scene states no warm-up: \
                                   warm_up_orbits = 0 keeps the cold start.";
 
-/// An error that prevents a comparison.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum CompareError {
     /// The scene or its model.
     #[error(transparent)]
     Prepare(#[from] PrepareError),
-    /// Materials lack values that a network needs.
     #[error(
         "{}: compare runs every material as a network, which needs more than the scene states of {lacks}. State it in the \
          [[material]] or in the table's entry; a material with response = 'instant' and without any of these keys is left \
@@ -45,7 +43,6 @@ pub(crate) enum CompareError {
         path.display()
     )]
     Lacks {
-        /// The scene file.
         path: PathBuf,
         /// Materials and their missing keys.
         lacks: String,
@@ -59,12 +56,7 @@ pub(crate) enum CompareError {
     NothingToCompare(PathBuf),
     /// No transition fits the step response of a material.
     #[error("material '{material}': no transition fits its step response: {source}")]
-    Fit {
-        /// The material.
-        material: String,
-        /// The reason.
-        source: FitError,
-    },
+    Fit { material: String, source: FitError },
     /// The best transition of a material does not follow its step response.
     #[error(
         "material '{material}': no transition fits its step response between {:.0} and {:.0} K: {reason}. State heating and cooling in \
@@ -73,11 +65,9 @@ pub(crate) enum CompareError {
         between[1]
     )]
     NoFit {
-        /// The material.
         material: String,
         /// The temperatures of the step [K].
         between: [f64; 2],
-        /// What is wrong.
         reason: String,
     },
     /// A run failed.

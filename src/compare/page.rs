@@ -1,26 +1,31 @@
 //! `compare.html`: the results of a comparison on one page that needs no network and no script.
 
-use super::responses::{Origin, domain_text, notes, profile_text};
-use super::runs::{Ran, Runs};
+use super::responses::{ResponseOrigin, domain_text, notes, profile_text};
+use super::runs::{ComparedRun, Runs};
 use super::{INSTANT, NETWORK, RESPONSES, TRANSITION};
 use crate::output::html::{Html, kelvin, significant, thousands};
-use crate::output::report::{Picture, PlotEntry};
+use crate::output::report::{PlotEntry, ReportPicture};
 use crate::output::settings;
 use crate::simulation::prepare::Prepared;
 use crate::thermal::step_response::Fitted;
 
 /// Further facts on the page.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Page {
-    /// The command line.
+pub(crate) struct ComparePage {
     pub(crate) command_line: String,
     /// Wall time of the command up to this page [s].
     pub(crate) wall_s: f64,
 }
 
-impl Page {
+impl ComparePage {
     /// The page. `tables` are the names of the CSV files.
-    pub(crate) fn html(&self, runs: &Runs, tables: &[String], pictures: &[Picture], plots: &[PlotEntry]) -> String {
+    pub(crate) fn html(
+        &self,
+        runs: &Runs,
+        tables: &[String],
+        pictures: &[ReportPicture],
+        plots: &[PlotEntry],
+    ) -> String {
         let prepared = &runs.ran[NETWORK].prepared;
         let scene = &prepared.scene;
         let mut html = Html::page(&format!("{} - three responses - isotherm", scene.name));
@@ -98,7 +103,7 @@ fn headline(html: &mut Html, runs: &Runs) {
     html.headline(figures.into_iter().map(|((value, unit), what)| (value, unit.to_owned(), what)));
 }
 
-/// The scene's warnings, and those of the runs.
+/// The warnings of the scene and of the runs.
 fn warnings(runs: &Runs) -> Vec<String> {
     let of_scene = runs.ran[NETWORK].prepared.warnings.iter().cloned();
     of_scene.chain(runs.warnings()).collect()
@@ -151,7 +156,7 @@ fn cost(html: &mut Html, runs: &Runs) {
         ),
     );
     let number = |value: Option<f64>| value.map_or("-".to_owned(), significant);
-    let row = |(name, ran): (&&str, &Ran)| {
+    let row = |(name, ran): (&&str, &ComparedRun)| {
         let cost = &ran.cost;
         let step = cost.step.as_ref();
         vec![
@@ -195,9 +200,9 @@ fn functions(html: &mut Html, runs: &Runs) {
             }
         };
         let (origin, residual) = match &material.origin {
-            Origin::Stated => ("the scene".to_owned(), "-".to_owned()),
-            Origin::Kept => ("instant in all runs".to_owned(), "-".to_owned()),
-            Origin::Fitted(fitted) => fitted_text(fitted),
+            ResponseOrigin::Stated => ("the scene".to_owned(), "-".to_owned()),
+            ResponseOrigin::Kept => ("instant in all runs".to_owned(), "-".to_owned()),
+            ResponseOrigin::Fitted(fitted) => fitted_text(fitted),
         };
         std::iter::once(material.name.clone()).chain(profiles).chain([origin, residual]).collect()
     });

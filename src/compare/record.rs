@@ -14,7 +14,7 @@ pub(crate) struct Record {
 }
 
 impl Record {
-    /// An empty record in a folder. It vanishes when the process ends.
+    /// An empty record in a folder. The file vanishes when the process ends.
     pub(crate) fn new(folder: &Path, vertices: usize) -> Result<Self, OutputError> {
         let file = tempfile::tempfile_in(folder).map_err(|source| OutputError::write(folder, source))?;
         Ok(Self { file, folder: folder.to_path_buf(), vertices })

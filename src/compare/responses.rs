@@ -5,15 +5,15 @@ use std::path::Path;
 use super::CompareError;
 use crate::scene::Scene;
 use crate::simulation::prepare::Prepared;
-use crate::simulation::prepare_error::{PrepareError, Stage};
-use crate::thermal::function::{Function, Kind};
+use crate::simulation::prepare_error::{PrepareError, PrepareStage};
+use crate::thermal::function::{Function, FunctionKind};
 use crate::thermal::material::{Bulk, Domain, Material, Profile, Radiative, Response, Sides, Transition};
 use crate::thermal::shell::{ShellError, ShellMaterial};
-use crate::thermal::step_response::{Fitted, Plate};
+use crate::thermal::step_response::{Fitted, MaterialPlate};
 
 /// The origin of a material's transition.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Origin {
+pub(crate) enum ResponseOrigin {
     /// The scene states it.
     Stated,
     /// Fitted to the step response of the material's network.
@@ -22,13 +22,12 @@ pub(crate) enum Origin {
     Kept,
 }
 
-/// The transition of a material, with its origin.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct OfMaterial {
     pub(crate) name: String,
     /// The transition in the run `transition`. `None` for an `instant` material.
     pub(crate) transition: Option<Transition>,
-    pub(crate) origin: Origin,
+    pub(crate) origin: ResponseOrigin,
 }
 
 /// Whether a material stays `instant` in all runs: the scene says so, and it states no network values.
@@ -38,7 +37,7 @@ pub(crate) fn is_kept(material: &Material) -> bool {
 }
 
 /// The scene with every material `instant`.
-pub(crate) fn instant(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepared, PrepareError> {
+pub(crate) fn instant(scene: &Scene, progress: &mut dyn FnMut(PrepareStage)) -> Result<Prepared, PrepareError> {
     let change = |materials: &mut [Material]| materials.iter_mut().for_each(|one| one.response = Response::Instant);
     Prepared::with_materials(without_network(scene), change, progress)
 }
@@ -47,7 +46,7 @@ pub(crate) fn instant(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<
 pub(crate) fn transition(
     scene: &Scene,
     of: &[OfMaterial],
-    progress: &mut dyn FnMut(Stage),
+    progress: &mut dyn FnMut(PrepareStage),
 ) -> Result<Prepared, PrepareError> {
     let change = |materials: &mut [Material]| {
         for (material, of) in materials.iter_mut().zip(of) {
@@ -58,7 +57,7 @@ pub(crate) fn transition(
 }
 
 /// The scene with every material that stores heat `radiative`. A material that stores none follows its load at once.
-pub(crate) fn radiative(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepared, PrepareError> {
+pub(crate) fn radiative(scene: &Scene, progress: &mut dyn FnMut(PrepareStage)) -> Result<Prepared, PrepareError> {
     let change = |materials: &mut [Material]| {
         for material in materials.iter_mut() {
             let plate = Radiative::of(&material.bulk, scene.time.step).ok();
@@ -72,7 +71,7 @@ pub(crate) fn radiative(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Resul
 ///
 /// # Errors
 /// All materials that lack network values, in one error. Also as [`Prepared::new`].
-pub(crate) fn network(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepared, CompareError> {
+pub(crate) fn network(scene: &Scene, progress: &mut dyn FnMut(PrepareStage)) -> Result<Prepared, CompareError> {
     let mut lacks = Vec::new();
     let mut any = false;
     let change = |materials: &mut [Material]| {
@@ -132,7 +131,7 @@ fn without_network(scene: &Scene) -> Scene {
 pub(crate) fn transitions(network: &Prepared, swings: &[[f64; 2]]) -> Result<Vec<OfMaterial>, CompareError> {
     let of = |(material, between): (&Material, &[f64; 2])| {
         let (transition, origin) = match (&material.response, &material.transition) {
-            (Response::Network, Some(stated)) => (Some(stated.clone()), Origin::Stated),
+            (Response::Network, Some(stated)) => (Some(stated.clone()), ResponseOrigin::Stated),
             (Response::Network, None) => {
                 let fitted = plate(material)
                     .fit(*between, network.scene.time.step)
@@ -141,9 +140,9 @@ pub(crate) fn transitions(network: &Prepared, swings: &[[f64; 2]]) -> Result<Vec
                     let (material, between) = (material.name.clone(), fitted.between);
                     return Err(CompareError::NoFit { material, between, reason });
                 }
-                (Some(fitted.transition.clone()), Origin::Fitted(Box::new(fitted)))
+                (Some(fitted.transition.clone()), ResponseOrigin::Fitted(Box::new(fitted)))
             }
-            _ => (None, Origin::Kept),
+            _ => (None, ResponseOrigin::Kept),
         };
         Ok(OfMaterial { name: material.name.clone(), transition, origin })
     };
@@ -178,7 +177,7 @@ fn is_none(fitted: &Fitted, step: f64, period: f64) -> Option<String> {
 }
 
 /// The plate of a material, without the structure below its outer layer.
-fn plate(material: &Material) -> Plate {
+fn plate(material: &Material) -> MaterialPlate {
     let bulk = &material.bulk;
     let product = [bulk.thickness, bulk.density, bulk.specific_heat]
         .iter()
@@ -187,12 +186,12 @@ fn plate(material: &Material) -> Plate {
         Sides::Outside => 0.0,
         Sides::Both { back } => back.emissivity,
     };
-    Plate { capacitance: product.unwrap_or(0.0), emissivity: material.front.emissivity + back }
+    MaterialPlate { capacitance: product.unwrap_or(0.0), emissivity: material.front.emissivity + back }
 }
 
-/// What to tell the user of a material's fitted transition in a run of `steps` steps of `step` [s], with its warm-up.
+/// Warnings for the user about a material's fitted transition in a run of `steps` steps of `step` [s], with its warm-up.
 pub(crate) fn fit_warnings(of: &OfMaterial, steps: f64, step: f64) -> Vec<String> {
-    let (Origin::Fitted(fitted), Some(transition)) = (&of.origin, &of.transition) else { return Vec::new() };
+    let (ResponseOrigin::Fitted(fitted), Some(transition)) = (&of.origin, &of.transition) else { return Vec::new() };
     let mut warnings: Vec<String> =
         fitted.doubts.iter().map(|doubt| format!("The fit of '{}' is doubtful. {doubt}.", of.name)).collect();
     for (branch, profile) in [("heating", &transition.heating), ("cooling", &transition.cooling)] {
@@ -213,9 +212,11 @@ pub(crate) fn fit_warnings(of: &OfMaterial, steps: f64, step: f64) -> Vec<String
 pub(crate) fn profile_text(profile: &Profile, step: f64) -> String {
     let own = match &profile.function {
         Function::Shaped(shape) => match &shape.kind {
-            Kind::Exponential { rate } | Kind::Logarithmic { rate } => format!("{}, rate {rate:.3}", shape.kind.name()),
-            Kind::Polynomial(polynomial) => format!("polynomial {:.4?}", polynomial.coefficients()),
-            Kind::Table(_) | Kind::Expression(_) => profile.function.to_string(),
+            FunctionKind::Exponential { rate } | FunctionKind::Logarithmic { rate } => {
+                format!("{}, rate {rate:.3}", shape.kind.name())
+            }
+            FunctionKind::Polynomial(polynomial) => format!("polynomial {:.4?}", polynomial.coefficients()),
+            FunctionKind::Table(_) | FunctionKind::Expression(_) => profile.function.to_string(),
         },
         Function::Linear | Function::Quadratic => profile.function.to_string(),
     };
@@ -236,15 +237,15 @@ pub(crate) fn notes(network: &Prepared, of: &[OfMaterial], scene_file: &Path) ->
     let names = |which: &dyn Fn(&OfMaterial) -> bool| {
         of.iter().filter(|one| which(one)).map(|one| one.name.clone()).collect::<Vec<_>>().join(", ")
     };
-    let kept = names(&|one| one.origin == Origin::Kept);
+    let kept = names(&|one| one.origin == ResponseOrigin::Kept);
     if !kept.is_empty() {
         notes.push(format!("These materials are 'instant' in all three runs, since they state no thickness, density and specific_heat: {kept}."));
     }
-    let stated = names(&|one| one.origin == Origin::Stated);
+    let stated = names(&|one| one.origin == ResponseOrigin::Stated);
     if !stated.is_empty() {
         notes.push(format!("Functions are those of {} for: {stated}.", scene_file.display()));
     }
-    let fitted = names(&|one| matches!(one.origin, Origin::Fitted(_)));
+    let fitted = names(&|one| matches!(one.origin, ResponseOrigin::Fitted(_)));
     if !fitted.is_empty() {
         notes.push(format!(
             "Functions are fitted to the step response of a plate between the mean coldest and the mean hottest balance \

@@ -13,12 +13,12 @@ use super::{CompareError, INSTANT, NETWORK, RESPONSES, TRANSITION};
 use crate::model::nodes::GROUP;
 use crate::output::clock::Seconds;
 use crate::output::job::check_finite;
-use crate::output::series::Series;
-use crate::output::statistics::Spread;
+use crate::output::series::TemperatureSeries;
+use crate::output::statistics::Percentiles;
 use crate::output::tables::NodeGroups;
 use crate::output::views::Views;
 use crate::scene::{Draw, Scene};
-use crate::simulation::engine::{Engine, EngineError, Order, Rows, Step};
+use crate::simulation::engine::{Engine, EngineError, EngineStep, Order, RowMoments};
 use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::surroundings::surroundings_at;
@@ -30,7 +30,6 @@ pub(crate) const MOST_VIEWS: usize = 6;
 /// Most pixels in all views together. Large images have fewer views.
 const MOST_PIXELS: usize = 1 << 26;
 
-/// Progress of the runs.
 pub(crate) enum Progress {
     /// A run begins: its index and number of steps. 0 if the length of its warm-up is unknown.
     Begins(usize, u64),
@@ -42,9 +41,9 @@ pub(crate) enum Progress {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Cost {
     /// A thermal step [ms] from its submission until it is done, including the network.
-    pub(crate) step: Option<Spread>,
+    pub(crate) step: Option<Percentiles>,
     /// An image [ms] from its submission until radiance, temperature and labels are on the host.
-    pub(crate) image: Option<Spread>,
+    pub(crate) image: Option<Percentiles>,
     /// Mean device time of the thermal passes of a step [ms], without warm-up. For a network it includes only the
     /// loads.
     pub(crate) device_step_ms: Option<f64>,
@@ -56,19 +55,15 @@ pub(crate) struct Cost {
     pub(crate) wall_s: f64,
 }
 
-/// The results of a run.
-pub(crate) struct Ran {
-    /// The prepared scene.
+pub(crate) struct ComparedRun {
     pub(crate) prepared: Prepared,
     /// Temperatures of parts, materials and probes.
-    pub(crate) series: Series,
-    /// What it cost.
+    pub(crate) series: TemperatureSeries,
     pub(crate) cost: Cost,
-    /// Convergence of a periodic warm-up.
     pub(crate) periodic: Option<Periodic>,
     /// Settings and work of its network.
     pub(crate) network: Vec<(String, String)>,
-    /// Differences from the network. They are empty for the network itself.
+    /// Differences from the network, empty for the network itself.
     pub(crate) differences: Differences,
     /// Lowest and highest temperature of each vertex [K].
     range: Vec<[f32; 2]>,
@@ -76,17 +71,14 @@ pub(crate) struct Ran {
     images: Vec<(Vec<f32>, Vec<u32>)>,
 }
 
-/// All three runs.
 pub(crate) struct Runs {
     /// The runs in the order of `RESPONSES`.
-    pub(crate) ran: Vec<Ran>,
-    /// The transition of each material.
+    pub(crate) ran: Vec<ComparedRun>,
     pub(crate) materials: Vec<OfMaterial>,
     /// The vertices, which all runs share.
     pub(crate) vertices: Vertices,
     /// The shown steps.
     pub(crate) views: Vec<Views>,
-    /// Name of the device.
     pub(crate) device: String,
 }
 
@@ -98,7 +90,7 @@ impl Runs {
             .zip(&self.ran)
             .filter_map(|(name, ran)| ran.periodic?.warning(&format!(" of '{name}'")))
             .collect();
-        let Ran { prepared, periodic, .. } = &self.ran[TRANSITION];
+        let ComparedRun { prepared, periodic, .. } = &self.ran[TRANSITION];
         let time = &prepared.scene.time;
         let orbits = periodic.map_or(0.0, |periodic| f64::from(periodic.orbits) * prepared.scene.orbit.period());
         let steps = f64::from(prepared.warm_up_steps()) + orbits / time.step + f64::from(time.steps);
@@ -146,7 +138,7 @@ pub(crate) fn all(
         None => Vec::new(),
     };
     let mut record = Record::new(folder, vertices.areas.len())?;
-    let setting = Setting { target, stop, progress, vertices: &vertices, shown: &shown };
+    let setting = RunSetting { target, stop, progress, vertices: &vertices, shown: &shown };
     let network = setting.run(NETWORK, prepared_network, &mut Held::Recorded(&mut record))?;
     let instant = setting.run(INSTANT, responses::instant(scene, &mut |_| ())?, &mut Held::Against(&mut record))?;
     let swings = swings(&instant, &vertices);
@@ -171,7 +163,7 @@ fn vertices(prepared: &Prepared) -> Vertices {
 }
 
 /// Mean coldest and mean hottest temperature of each material's nodes [K], weighted by area.
-fn swings(ran: &Ran, vertices: &Vertices) -> Vec<[f64; 2]> {
+fn swings(ran: &ComparedRun, vertices: &Vertices) -> Vec<[f64; 2]> {
     let mut sums = vec![[0.0f64; 3]; ran.prepared.materials.len()];
     for ((material, area), range) in vertices.materials.iter().zip(&vertices.areas).zip(&ran.range) {
         let [whole, cold, hot] = &mut sums[*material as usize];
@@ -179,12 +171,12 @@ fn swings(ran: &Ran, vertices: &Vertices) -> Vec<[f64; 2]> {
         *cold += area * f64::from(range[0]);
         *hot += area * f64::from(range[1]);
     }
-    // A material without nodes has no temperatures. Its transition has no effect.
+    // A material without nodes has no temperatures. The transition of such a material has no effect.
     let mean = |[whole, cold, hot]: [f64; 3]| if whole > 0.0 { [cold / whole, hot / whole] } else { [250.0, 300.0] };
     sums.into_iter().map(mean).collect()
 }
 
-fn views(ran: &mut [Ran], shown: &[u32]) -> Vec<Views> {
+fn views(ran: &mut [ComparedRun], shown: &[u32]) -> Vec<Views> {
     let Some(camera) = ran[NETWORK].prepared.scene.camera.clone() else { return Vec::new() };
     let time = ran[NETWORK].prepared.scene.time.step;
     let sky = ran[NETWORK].prepared.loads.sky_model().clone();
@@ -231,7 +223,7 @@ enum Held<'a> {
 }
 
 /// The common settings of the runs.
-struct Setting<'a> {
+struct RunSetting<'a> {
     target: &'a Target,
     stop: &'a AtomicBool,
     progress: &'a dyn Fn(Progress),
@@ -239,8 +231,8 @@ struct Setting<'a> {
     shown: &'a [u32],
 }
 
-impl Setting<'_> {
-    fn run(&self, number: usize, prepared: Prepared, held: &mut Held<'_>) -> Result<Ran, CompareError> {
+impl RunSetting<'_> {
+    fn run(&self, number: usize, prepared: Prepared, held: &mut Held<'_>) -> Result<ComparedRun, CompareError> {
         let began = Instant::now();
         let scene = &prepared.scene;
         let camera = scene.camera.as_ref().filter(|_| !self.shown.is_empty());
@@ -256,7 +248,7 @@ impl Setting<'_> {
         let groups = NodeGroups::new(&prepared)?;
         let names: Vec<String> = prepared.materials.iter().map(|material| material.name.clone()).collect();
         let probes: Vec<String> = scene.probes.iter().map(|probe| probe.name.clone()).collect();
-        let mut series = Series::new(&prepared.parts, &names, &probes);
+        let mut series = TemperatureSeries::new(&prepared.parts, &names, &probes);
         let mut differences = Differences::new(self.vertices, prepared.parts.len());
         let mut range = vec![[f32::INFINITY, f32::NEG_INFINITY]; self.vertices.areas.len()];
         let mut images = Vec::new();
@@ -268,7 +260,7 @@ impl Setting<'_> {
             let now = f64::from(step) * time.step;
             if step > 0 {
                 let load = prepared.loads.step_load(now - time.step, now);
-                let advance = Step { load: &load, steps: 1.0, start: now - time.step, length: time.step };
+                let advance = EngineStep { load: &load, steps: 1.0, start: now - time.step, length: time.step };
                 step_ms
                     .push(timed(|| engine.submit(Some(advance), Order::default()).and_then(|()| engine.deliver()))?.0);
             }
@@ -287,7 +279,7 @@ impl Setting<'_> {
                 let joints = prepared.loads.joints_at(now).1;
                 let pose = pose_at(&prepared, now);
                 let moments = moments(&prepared, now, None);
-                let rows = moments.as_ref().map(|moments| Rows(moments));
+                let rows = moments.as_ref().map(|moments| RowMoments(moments));
                 let surroundings = pose.and_then(|pose| surroundings_at(&prepared, now, &pose));
                 let order = Order { pose, joints: &joints, rows, surroundings, ..Order::default() };
                 let (ms, delivered) = timed(|| engine.submit(None, order).and_then(|()| engine.deliver()))?;
@@ -302,15 +294,15 @@ impl Setting<'_> {
         let (all_passes, all_passes_ms) = thermal_passes(&*engine);
         let device_step_ms = (all_passes > passes).then(|| (all_passes_ms - passes_ms) / f64::from(time.steps));
         let cost = Cost {
-            step: Spread::of(&step_ms),
-            image: Spread::of(&image_ms),
+            step: Percentiles::of(&step_ms),
+            image: Percentiles::of(&image_ms),
             device_step_ms,
             warm_up,
             warm_up_s,
             wall_s: began.elapsed().as_secs_f64(),
         };
         let network = engine.network_description();
-        Ok(Ran { series, cost, periodic, network, differences, range, images, prepared })
+        Ok(ComparedRun { series, cost, periodic, network, differences, range, images, prepared })
     }
 }
 

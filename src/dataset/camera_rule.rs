@@ -2,9 +2,9 @@
 
 use glam::{DQuat, DVec2, DVec3};
 
-use super::distribution::{Drawn, direction};
-use super::random::Source;
-use super::reader::Table;
+use super::distribution::{Distribution, direction};
+use super::random::RandomSource;
+use super::reader::SpecTable;
 use crate::environment::pose_path::look;
 use crate::scene::{Camera, CameraFrame, SceneError};
 use crate::simulation::pose::{CameraError, Pose};
@@ -16,13 +16,12 @@ pub(crate) const CAMERA: &[&str] =
 /// Largest distance of a camera [m].
 const FARTHEST: f64 = 1e7;
 
-/// Where the camera is.
 #[derive(Debug, Clone, PartialEq)]
-enum Place {
+enum CameraPlace {
     /// Within an angle [deg] of an axis, uniform on the sphere.
     Cone { axis: DVec3, half_angle: f64 },
     /// Beside an axis by a distance [m] in both directions across it.
-    Corridor { axis: DVec3, across: Drawn },
+    Corridor { axis: DVec3, across: Distribution },
     /// On the path of the scene's camera.
     Path,
 }
@@ -32,19 +31,19 @@ enum Place {
 pub(crate) struct CameraRule {
     weight: f64,
     frame: CameraFrame,
-    place: Place,
+    place: CameraPlace,
     /// Distance from `look_at`, or along the axis of a corridor [m].
-    distance: Drawn,
+    distance: Distribution,
     look_at: DVec3,
     /// Rotation about the line of sight [deg].
-    roll: Drawn,
+    roll: Distribution,
     /// Where `look_at` appears, right and below the principal point [px].
-    pointing: Drawn,
+    pointing: Distribution,
 }
 
 impl CameraRule {
     /// Reads `[camera]`, or each `[[camera]]`.
-    pub(super) fn read(root: &Table) -> Result<Vec<Self>, SceneError> {
+    pub(super) fn read(root: &SpecTable) -> Result<Vec<Self>, SceneError> {
         let tables = match root.is_table("camera") {
             true => root.table("camera", CAMERA)?.into_iter().collect(),
             false => root.tables("camera", CAMERA)?,
@@ -66,14 +65,14 @@ impl CameraRule {
         for rule in rules {
             rule.distance.names("camera.distance").into_iter().for_each(&mut add);
             match &rule.place {
-                Place::Cone { .. } => {
+                CameraPlace::Cone { .. } => {
                     ["around", "height"].map(|part| format!("camera.{part}")).into_iter().for_each(&mut add);
                 }
-                Place::Corridor { across, .. } => ["camera.across.x", "camera.across.y"]
+                CameraPlace::Corridor { across, .. } => ["camera.across.x", "camera.across.y"]
                     .into_iter()
                     .flat_map(|name| across.names(name))
                     .for_each(&mut add),
-                Place::Path => {}
+                CameraPlace::Path => {}
             }
             rule.roll.names("camera.roll").into_iter().for_each(&mut add);
             for name in ["camera.pointing.x", "camera.pointing.y"] {
@@ -84,7 +83,7 @@ impl CameraRule {
     }
 
     /// The rule of an image.
-    pub(crate) fn choose<'a>(rules: &'a [Self], source: &Source) -> &'a Self {
+    pub(crate) fn choose<'a>(rules: &'a [Self], source: &RandomSource) -> &'a Self {
         let all: f64 = rules.iter().map(|rule| rule.weight).sum();
         let mut left = if rules.len() > 1 { source.uniform("camera.choice") * all } else { 0.0 };
         let met = rules.iter().find(|rule| {
@@ -96,14 +95,14 @@ impl CameraRule {
 
     /// Whether it takes the path of the scene's camera.
     pub(crate) fn is_on_path(&self) -> bool {
-        self.place == Place::Path
+        self.place == CameraPlace::Path
     }
 
     /// The pose of an image at a time [s].
     ///
     /// # Errors
     /// A path that does not cover the time, or a view without a direction.
-    pub(crate) fn draw(&self, source: &Source, camera: &Camera, time: f64) -> Result<Pose, CameraError> {
+    pub(crate) fn draw(&self, source: &RandomSource, camera: &Camera, time: f64) -> Result<Pose, CameraError> {
         let roll = DQuat::from_rotation_z(self.roll.number("camera.roll", source).to_radians());
         let pointing = ["camera.pointing.x", "camera.pointing.y"].map(|name| self.pointing.number(name, source));
         let centre = DVec2::from(camera.lens.centre);
@@ -112,16 +111,16 @@ impl CameraRule {
         let turned = roll * DQuat::from_rotation_arc(ray, DVec3::Z);
         let distance = self.distance.number("camera.distance", source);
         let from_target = match &self.place {
-            Place::Path => {
+            CameraPlace::Path => {
                 let there =
                     camera.at(time, None).map_err(|_| CameraError::Pose("its path has no pose at this time"))?;
                 return Pose::new(there.frame, there.position, (there.frame_from_camera * turned).normalize());
             }
-            Place::Cone { axis, half_angle } => {
+            CameraPlace::Cone { axis, half_angle } => {
                 let one = DVec3::from(direction("camera", source, *half_angle));
                 DQuat::from_rotation_arc(DVec3::Z, *axis) * one * distance
             }
-            Place::Corridor { axis, across } => {
+            CameraPlace::Corridor { axis, across } => {
                 let [x, y] = ["camera.across.x", "camera.across.y"].map(|name| across.number(name, source));
                 DQuat::from_rotation_arc(DVec3::Z, *axis) * DVec3::new(x, y, distance)
             }
@@ -134,23 +133,28 @@ impl CameraRule {
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum Kind {
+enum CameraRuleKind {
     Shell,
     Cone,
     Corridor,
     Path,
 }
 
-fn rule(table: &Table) -> Result<CameraRule, SceneError> {
-    let kinds = [("shell", Kind::Shell), ("cone", Kind::Cone), ("corridor", Kind::Corridor), ("path", Kind::Path)];
+fn rule(table: &SpecTable) -> Result<CameraRule, SceneError> {
+    let kinds = [
+        ("shell", CameraRuleKind::Shell),
+        ("cone", CameraRuleKind::Cone),
+        ("corridor", CameraRuleKind::Corridor),
+        ("path", CameraRuleKind::Path),
+    ];
     let kind = table.required("kind", table.choice("kind", &kinds)?, "shell, cone, corridor or path")?;
     for (key, owners) in [
-        ("distance", &[Kind::Shell, Kind::Cone, Kind::Corridor][..]),
-        ("look_at", &[Kind::Shell, Kind::Cone, Kind::Corridor]),
-        ("frame", &[Kind::Shell, Kind::Cone, Kind::Corridor]),
-        ("axis", &[Kind::Cone, Kind::Corridor]),
-        ("half_angle_deg", &[Kind::Cone]),
-        ("across", &[Kind::Corridor]),
+        ("distance", &[CameraRuleKind::Shell, CameraRuleKind::Cone, CameraRuleKind::Corridor][..]),
+        ("look_at", &[CameraRuleKind::Shell, CameraRuleKind::Cone, CameraRuleKind::Corridor]),
+        ("frame", &[CameraRuleKind::Shell, CameraRuleKind::Cone, CameraRuleKind::Corridor]),
+        ("axis", &[CameraRuleKind::Cone, CameraRuleKind::Corridor]),
+        ("half_angle_deg", &[CameraRuleKind::Cone]),
+        ("across", &[CameraRuleKind::Corridor]),
     ] {
         if table.has(key) && !owners.contains(&kind) {
             let word = kinds.iter().find(|(_, one)| *one == kind).map_or("", |(word, _)| word);
@@ -163,25 +167,25 @@ fn rule(table: &Table) -> Result<CameraRule, SceneError> {
         DVec3::from(axis).try_normalize().ok_or_else(|| table.error("axis", "must not be zero"))
     };
     let place = match kind {
-        Kind::Shell => Place::Cone { axis: DVec3::Z, half_angle: 180.0 },
-        Kind::Cone => {
+        CameraRuleKind::Shell => CameraPlace::Cone { axis: DVec3::Z, half_angle: 180.0 },
+        CameraRuleKind::Cone => {
             let half_angle = table.number("half_angle_deg", 0.0..=180.0)?;
             let half_angle = table.required("half_angle_deg", half_angle, "the greatest angle to the axis [deg]")?;
-            Place::Cone { axis: axis()?, half_angle }
+            CameraPlace::Cone { axis: axis()?, half_angle }
         }
-        Kind::Corridor => {
+        CameraRuleKind::Corridor => {
             let across = table.drawn_number("across", -FARTHEST..=FARTHEST, "m")?;
-            Place::Corridor {
+            CameraPlace::Corridor {
                 axis: axis()?,
                 across: table.required("across", across, "the distance from the axis [m]")?,
             }
         }
-        Kind::Path => Place::Path,
+        CameraRuleKind::Path => CameraPlace::Path,
     };
-    let none = || Drawn::Constant(toml::Value::Float(0.0));
+    let none = || Distribution::Constant(toml::Value::Float(0.0));
     let distance = table.drawn_number("distance", 1e-3..=FARTHEST, "m")?;
     let distance = match kind {
-        Kind::Path => none(),
+        CameraRuleKind::Path => none(),
         _ => table.required("distance", distance, "the distance to the craft [m]")?,
     };
     Ok(CameraRule {

@@ -1,16 +1,16 @@
-//! Values at the ends of distributions: what a scene must accept, however rarely it is drawn.
+//! Values at the ends of distributions. A scene must accept them, however rarely they are drawn.
 
 use toml::Value;
 
-use super::distribution::Drawn;
+use super::distribution::Distribution;
 
 /// Number of the corners of some values that reach each of their ends and choices.
-pub(crate) fn corners<'a>(drawn: impl IntoIterator<Item = &'a Drawn>) -> usize {
-    fn of(drawn: &Drawn) -> usize {
+pub(crate) fn corners<'a>(drawn: impl IntoIterator<Item = &'a Distribution>) -> usize {
+    fn of(drawn: &Distribution) -> usize {
         match drawn {
-            Drawn::Choice(values, _) => values.len(),
-            Drawn::List(items) => items.iter().map(of).max().unwrap_or(1),
-            Drawn::Table(values) => values.iter().map(|(_, value)| of(value)).max().unwrap_or(1),
+            Distribution::Choice(values, _) => values.len(),
+            Distribution::List(items) => items.iter().map(of).max().unwrap_or(1),
+            Distribution::Table(values) => values.iter().map(|(_, value)| of(value)).max().unwrap_or(1),
             _ => 2,
         }
     }
@@ -18,17 +18,17 @@ pub(crate) fn corners<'a>(drawn: impl IntoIterator<Item = &'a Drawn>) -> usize {
 }
 
 /// A corner: the least values of all distributions, then their greatest, in turn. Choices take one value after the other.
-pub(crate) fn corner(drawn: &Drawn, number: usize) -> Value {
+pub(crate) fn corner(drawn: &Distribution, number: usize) -> Value {
     match drawn {
-        Drawn::Constant(value) => value.clone(),
-        Drawn::Uniform(ends) | Drawn::LogUniform(ends) | Drawn::Normal { within: ends, .. } => {
+        Distribution::Constant(value) => value.clone(),
+        Distribution::Uniform(ends) | Distribution::LogUniform(ends) | Distribution::Normal { within: ends, .. } => {
             Value::Float(ends[number % 2])
         }
-        Drawn::Choice(values, _) => values[number % values.len()].clone(),
-        Drawn::Direction => Value::Array([0.0, 0.0, 1.0].map(Value::Float).to_vec()),
-        Drawn::Rotation => Value::Array([1.0, 0.0, 0.0, 0.0].map(Value::Float).to_vec()),
-        Drawn::List(items) => Value::Array(items.iter().map(|item| corner(item, number)).collect()),
-        Drawn::Table(values) => {
+        Distribution::Choice(values, _) => values[number % values.len()].clone(),
+        Distribution::Direction => Value::Array([0.0, 0.0, 1.0].map(Value::Float).to_vec()),
+        Distribution::Rotation => Value::Array([1.0, 0.0, 0.0, 0.0].map(Value::Float).to_vec()),
+        Distribution::List(items) => Value::Array(items.iter().map(|item| corner(item, number)).collect()),
+        Distribution::Table(values) => {
             Value::Table(values.iter().map(|(key, value)| (key.clone(), corner(value, number))).collect())
         }
     }
@@ -40,11 +40,12 @@ mod tests {
 
     #[test]
     fn corners_reach_both_ends_and_each_choice() {
-        let choice = Drawn::Choice((1..=3).map(Value::Integer).collect(), vec![1.0; 3]);
-        let table = Drawn::Table(vec![("a".to_owned(), Drawn::Uniform([-1.0, 2.0])), ("b".to_owned(), choice)]);
+        let choice = Distribution::Choice((1..=3).map(Value::Integer).collect(), vec![1.0; 3]);
+        let table =
+            Distribution::Table(vec![("a".to_owned(), Distribution::Uniform([-1.0, 2.0])), ("b".to_owned(), choice)]);
         assert_eq!(corners([&table]), 3);
         let shown = |number| corner(&table, number).to_string();
         assert_eq!([0, 1, 2].map(shown), ["{ a = -1.0, b = 1 }", "{ a = 2.0, b = 2 }", "{ a = -1.0, b = 3 }"]);
-        assert_eq!(corners([&Drawn::Direction]), 2);
+        assert_eq!(corners([&Distribution::Direction]), 2);
     }
 }

@@ -2,11 +2,11 @@
 
 use toml::Value;
 
-use super::random::Source;
+use super::random::RandomSource;
 
 /// A value, or how it is drawn.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Drawn {
+pub(crate) enum Distribution {
     /// Always the same.
     Constant(Value),
     /// Any number between two with the same probability.
@@ -15,9 +15,8 @@ pub(crate) enum Drawn {
     LogUniform([f64; 2]),
     /// A Gaussian, cut at the ends of `within`.
     Normal {
-        /// Its middle.
+        /// Mean before the cut.
         mean: f64,
-        /// Its standard deviation.
         deviation: f64,
         /// Least and greatest value.
         within: [f64; 2],
@@ -29,17 +28,17 @@ pub(crate) enum Drawn {
     /// A unit quaternion (w, x, y, z), uniform over all rotations.
     Rotation,
     /// A list, each of whose items is drawn.
-    List(Vec<Drawn>),
+    List(Vec<Distribution>),
     /// A table, each of whose values is drawn.
-    Table(Vec<(String, Drawn)>),
+    Table(Vec<(String, Distribution)>),
 }
 
 /// Words that name a distribution.
 pub(crate) const NAMES: [&str; 6] = ["uniform", "log_uniform", "normal", "choice", "direction", "rotation"];
 
-impl Drawn {
-    /// Draws the value. Its numbers belong to `name`.
-    pub(crate) fn draw(&self, name: &str, source: &Source) -> Value {
+impl Distribution {
+    /// Draws the value from the random numbers of `name`.
+    pub(crate) fn draw(&self, name: &str, source: &RandomSource) -> Value {
         match self {
             Self::Constant(value) => value.clone(),
             Self::Choice(values, shares) => {
@@ -73,8 +72,8 @@ impl Drawn {
         }
     }
 
-    /// Draws a number. It is 0 where the value is none.
-    pub(crate) fn number(&self, name: &str, source: &Source) -> f64 {
+    /// Draws a number. A value that is no number gives 0.
+    pub(crate) fn number(&self, name: &str, source: &RandomSource) -> f64 {
         match self.draw(name, source) {
             Value::Float(number) => number,
             Value::Integer(number) => number as f64,
@@ -144,7 +143,7 @@ impl Drawn {
 }
 
 /// A unit vector within an angle [deg] of +Z, uniform on the sphere.
-pub(crate) fn direction(name: &str, source: &Source, half_angle_deg: f64) -> [f64; 3] {
+pub(crate) fn direction(name: &str, source: &RandomSource, half_angle_deg: f64) -> [f64; 3] {
     let around = std::f64::consts::TAU * source.uniform(&format!("{name}.around"));
     let least = libm::cos(half_angle_deg.to_radians());
     let z = 1.0 - source.uniform(&format!("{name}.height")) * (1.0 - least);
@@ -153,7 +152,7 @@ pub(crate) fn direction(name: &str, source: &Source, half_angle_deg: f64) -> [f6
 }
 
 /// A unit quaternion (w, x, y, z), uniform over all rotations (Shoemake 1992).
-fn rotation(name: &str, source: &Source) -> [f64; 4] {
+fn rotation(name: &str, source: &RandomSource) -> [f64; 4] {
     let [a, b, c] = [0, 1, 2].map(|part| source.uniform(&format!("{name}.{part}")));
     let [b, c] = [b, c].map(|share| std::f64::consts::TAU * share);
     let [p, q] = [(1.0 - a).sqrt(), a.sqrt()];
@@ -182,14 +181,14 @@ fn normal_quantile(share: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::random::{Plan, Sampling, Stream};
+    use crate::dataset::random::{CubeSampling, RandomPlan, RandomStream};
 
     #[test]
     fn directions_and_rotations_have_unit_length_and_no_favourite() {
-        let plan = Plan { seed: 1, sampling: Sampling::Random, counts: [1; 2], names: Default::default() };
+        let plan = RandomPlan { seed: 1, sampling: CubeSampling::Random, counts: [1; 2], names: Default::default() };
         let mut mean = [0.0; 3];
         for number in 0..2000 {
-            let source = plan.source(Stream::Image, number, 0);
+            let source = plan.source(RandomStream::Image, number, 0);
             let one = direction("d", &source, 180.0);
             assert!((one.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-12);
             assert!(direction("d", &source, 10.0)[2] >= 10f64.to_radians().cos());

@@ -5,21 +5,21 @@ use std::ops::Range;
 use toml::de::{DeTable, DeValue};
 use toml::{Spanned, Value};
 
-use super::distribution::{Drawn, NAMES, normal_share};
+use super::distribution::{Distribution, NAMES, normal_share};
 use super::toml_value::{number, shown};
 use crate::scene::keys::suggestion;
 
 /// Least probability of `within`, below which a normal distribution is refused.
 const LEAST_SHARE: f64 = 1e-6;
 
-/// Place and text of what is wrong.
-type Fault = (Range<usize>, String);
+/// Place in the file, and text, of a mistake.
+type TextFault = (Range<usize>, String);
 
 /// Reads a value.
 ///
 /// # Errors
 /// The place of a distribution that can not be, and why.
-pub(super) fn read(value: &Spanned<DeValue>) -> Result<Drawn, Fault> {
+pub(super) fn read(value: &Spanned<DeValue>) -> Result<Distribution, TextFault> {
     match value.get_ref() {
         DeValue::Table(table) if table.keys().any(|key| NAMES.contains(&key.get_ref().as_ref())) => {
             distribution(table, value.span())
@@ -34,21 +34,21 @@ pub(super) fn read(value: &Spanned<DeValue>) -> Result<Drawn, Fault> {
                 return Err((key.span(), format!("'{word}' is no distribution{}", suggestion(word, NAMES))));
             }
             let each = table.iter().map(|(key, value)| Ok((key.get_ref().to_string(), read(value)?)));
-            Ok(Drawn::Table(each.collect::<Result<_, Fault>>()?))
+            Ok(Distribution::Table(each.collect::<Result<_, TextFault>>()?))
         }
         DeValue::Array(array) => {
             let items = array.iter().map(read).collect::<Result<Vec<_>, _>>()?;
-            if items.iter().all(|item| matches!(item, Drawn::Constant(_))) {
-                return Ok(Drawn::Constant(constant(value)?));
+            if items.iter().all(|item| matches!(item, Distribution::Constant(_))) {
+                return Ok(Distribution::Constant(constant(value)?));
             }
-            Ok(Drawn::List(items))
+            Ok(Distribution::List(items))
         }
-        _ => Ok(Drawn::Constant(constant(value)?)),
+        _ => Ok(Distribution::Constant(constant(value)?)),
     }
 }
 
 /// A value without distributions.
-fn constant(value: &Spanned<DeValue>) -> Result<Value, Fault> {
+fn constant(value: &Spanned<DeValue>) -> Result<Value, TextFault> {
     Ok(match value.get_ref() {
         DeValue::String(text) => Value::String(text.to_string()),
         DeValue::Boolean(boolean) => Value::Boolean(*boolean),
@@ -64,13 +64,12 @@ fn constant(value: &Spanned<DeValue>) -> Result<Value, Fault> {
         DeValue::Array(array) => Value::Array(array.iter().map(constant).collect::<Result<_, _>>()?),
         DeValue::Table(table) => {
             let each = table.iter().map(|(key, value)| Ok((key.get_ref().to_string(), constant(value)?)));
-            Value::Table(each.collect::<Result<_, Fault>>()?)
+            Value::Table(each.collect::<Result<_, TextFault>>()?)
         }
     })
 }
 
-/// Reads a table that names a distribution.
-fn distribution(table: &DeTable, place: Range<usize>) -> Result<Drawn, Fault> {
+fn distribution(table: &DeTable, place: Range<usize>) -> Result<Distribution, TextFault> {
     let names: Vec<&str> = table.keys().map(|key| key.get_ref().as_ref()).filter(|key| NAMES.contains(key)).collect();
     let [name] = names[..] else {
         return Err((place, format!("names {} distributions, and takes one: {}", names.len(), names.join(", "))));
@@ -102,13 +101,13 @@ fn distribution(table: &DeTable, place: Range<usize>) -> Result<Drawn, Fault> {
         Ok([low, high])
     };
     match name {
-        "uniform" => rising(value, "uniform").map(Drawn::Uniform),
+        "uniform" => rising(value, "uniform").map(Distribution::Uniform),
         "log_uniform" => {
             let ends = rising(value, "log_uniform")?;
             if ends[0] <= 0.0 {
                 return Err((value.span(), format!("log_uniform must begin above 0, found {}", ends[0])));
             }
-            Ok(Drawn::LogUniform(ends))
+            Ok(Distribution::LogUniform(ends))
         }
         "normal" => {
             let [mean, deviation] = pair(value, "normal takes two finite numbers, [mean, standard deviation]")?;
@@ -128,7 +127,7 @@ fn distribution(table: &DeTable, place: Range<usize>) -> Result<Drawn, Fault> {
                 );
                 return Err((value.span(), message));
             }
-            Ok(Drawn::Normal { mean, deviation, within })
+            Ok(Distribution::Normal { mean, deviation, within })
         }
         "choice" => {
             let Some(values) = value.get_ref().as_array().filter(|values| !values.is_empty()) else {
@@ -137,7 +136,7 @@ fn distribution(table: &DeTable, place: Range<usize>) -> Result<Drawn, Fault> {
             let values = values.iter().map(constant).collect::<Result<Vec<_>, _>>()?;
             let Some(stated) = of("weights") else {
                 let shares = vec![1.0; values.len()];
-                return Ok(Drawn::Choice(values, shares));
+                return Ok(Distribution::Choice(values, shares));
             };
             let weights: Option<Vec<f64>> =
                 stated.get_ref().as_array().and_then(|all| all.iter().map(|item| number(item.get_ref())).collect());
@@ -147,10 +146,10 @@ fn distribution(table: &DeTable, place: Range<usize>) -> Result<Drawn, Fault> {
             };
             let message = format!("weights takes {} numbers of 0 or more, not all 0", values.len());
             let weights = weights.filter(fits).ok_or_else(|| (stated.span(), message))?;
-            Ok(Drawn::Choice(values, weights))
+            Ok(Distribution::Choice(values, weights))
         }
         "direction" | "rotation" => match value.get_ref().as_str() {
-            Some("uniform") => Ok(if name == "direction" { Drawn::Direction } else { Drawn::Rotation }),
+            Some("uniform") => Ok(if name == "direction" { Distribution::Direction } else { Distribution::Rotation }),
             _ => Err((value.span(), format!("{name} takes the word \"uniform\""))),
         },
         _ => Err((place, "names no distribution".to_owned())),
@@ -160,18 +159,19 @@ fn distribution(table: &DeTable, place: Range<usize>) -> Result<Drawn, Fault> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::random::{Plan, Sampling, Stream};
+    use crate::dataset::random::{CubeSampling, RandomPlan, RandomStream};
 
-    fn of(text: &str) -> Result<Drawn, String> {
+    fn of(text: &str) -> Result<Distribution, String> {
         let text = format!("x = {text}");
         let table = DeTable::parse(&text).unwrap();
         read(table.get_ref().get("x").unwrap()).map_err(|(_, message)| message)
     }
 
     fn draws(text: &str, count: u64) -> Vec<f64> {
-        let plan = Plan { seed: 1, sampling: Sampling::Random, counts: [count; 2], names: Default::default() };
+        let plan =
+            RandomPlan { seed: 1, sampling: CubeSampling::Random, counts: [count; 2], names: Default::default() };
         let drawn = of(text).unwrap();
-        (0..count).map(|number| drawn.number("x", &plan.source(Stream::Image, number, 0))).collect()
+        (0..count).map(|number| drawn.number("x", &plan.source(RandomStream::Image, number, 0))).collect()
     }
 
     #[test]

@@ -17,7 +17,7 @@ pub enum DatasetError {
     Spec {
         /// The SPEC file.
         path: PathBuf,
-        /// What is wrong.
+        /// The fault, in words.
         message: String,
     },
     /// The scene of an orbit can not be used.
@@ -25,7 +25,7 @@ pub enum DatasetError {
     Orbit {
         /// Number of the orbit.
         orbit: u64,
-        /// What is wrong.
+        /// The fault, in words.
         reason: String,
     },
     /// No attempt at an image was accepted.
@@ -69,7 +69,7 @@ pub enum DatasetError {
     None {
         /// The folder.
         folder: PathBuf,
-        /// What is missing.
+        /// The missing thing, in words.
         reason: String,
     },
     /// A data set that fails its verification.
@@ -85,7 +85,7 @@ pub enum DatasetError {
     /// A signal ended it.
     #[error("stopped; what was finished is in {}, and --resume goes on with it", .0.display())]
     Stopped(PathBuf),
-    /// A signal ended what writes nothing but at its end.
+    /// A signal ended a command that writes only at its end.
     #[error("stopped; nothing was written")]
     StoppedBefore,
 }

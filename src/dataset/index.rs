@@ -20,12 +20,13 @@ const GROUP: usize = 65_536;
 
 /// A column by its name and type.
 #[derive(Debug, Clone, PartialEq, Eq)]
-struct Column {
+struct IndexColumn {
     name: String,
     physical: Physical,
 }
 
-/// The file. All rows have the columns of the first, and what else any of them has follows in the order of names. A value that a row lacks is null.
+/// The file. The columns of the first row come first, and further columns of other rows follow in the order of their names. A value that a row lacks
+/// is null.
 ///
 /// # Errors
 /// A table that can not be encoded.
@@ -89,7 +90,7 @@ pub(crate) fn rows_in(file: File) -> Result<usize, String> {
 }
 
 /// The columns of some rows. One whose numbers are all whole holds whole numbers.
-fn columns(rows: &[Map<String, Json>]) -> Vec<Column> {
+fn columns(rows: &[Map<String, Json>]) -> Vec<IndexColumn> {
     let mut names: Vec<&String> = rows.first().map(|row| row.keys().collect()).unwrap_or_default();
     let known: std::collections::HashSet<&String> = names.iter().copied().collect();
     let more: std::collections::BTreeSet<&String> =
@@ -108,7 +109,7 @@ fn columns(rows: &[Map<String, Json>]) -> Vec<Column> {
             _ => Physical::INT64,
         })
     };
-    names.into_iter().map(|name| Column { name: name.clone(), physical: physical(name) }).collect()
+    names.into_iter().map(|name| IndexColumn { name: name.clone(), physical: physical(name) }).collect()
 }
 
 #[cfg(test)]

@@ -4,9 +4,9 @@
 
 use toml::Value;
 
-use super::distribution::Drawn;
-use super::random::Source;
-use super::reader::Table;
+use super::distribution::Distribution;
+use super::random::RandomSource;
+use super::reader::SpecTable;
 use crate::scene::SceneError;
 
 /// Keys of `[life]`.
@@ -22,18 +22,18 @@ struct Aging {
     name: String,
     /// Absorptivity and emissivity at the beginning and at the end, where they are stated.
     ends: [Option<[f64; 2]>; 2],
-    scatter: Option<Drawn>,
+    scatter: Option<Distribution>,
 }
 
 /// How the craft ages.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Life {
-    age: Drawn,
+    age: Distribution,
     materials: Vec<Aging>,
 }
 
 impl Life {
-    pub(super) fn read(root: &Table) -> Result<Option<Self>, SceneError> {
+    pub(super) fn read(root: &SpecTable) -> Result<Option<Self>, SceneError> {
         let Some(table) = root.table("life", LIFE)? else { return Ok(None) };
         let age = table.drawn_number("age", 0.0..=1.0, "")?;
         let age = table.required("age", age, "the share of the life that has passed, 0 to 1")?;
@@ -68,7 +68,7 @@ impl Life {
     }
 
     /// The age, and for each material the keys of its `[[material]]` in the scene.
-    pub(crate) fn draw(&self, source: &Source) -> (f64, Vec<Value>) {
+    pub(crate) fn draw(&self, source: &RandomSource) -> (f64, Vec<Value>) {
         let age = self.age.number("life.age", source);
         let values = self.materials.iter().map(|one| {
             let name = format!("life.{}", one.name);
@@ -88,7 +88,7 @@ impl Life {
     }
 }
 
-fn aging(table: &Table) -> Result<Aging, SceneError> {
+fn aging(table: &SpecTable) -> Result<Aging, SceneError> {
     let name = table.required("match", table.text("match")?, "the match of a [[material]] of the scene")?.to_owned();
     let optics = |key: &str| {
         let what = "absorptivity or emissivity, or both";

@@ -28,22 +28,21 @@ use crate::simulation::target::Target;
 /// One of several parts of a data set: the orbits j with j mod `of` = `index`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// Its number, from 0.
+    /// Number of the shard, from 0.
     pub index: u64,
     /// Number of the shards.
     pub of: u64,
 }
 
 impl Shard {
-    /// The orbits of the shard.
     pub(crate) fn orbits(self, spec: &Spec) -> impl Iterator<Item = u64> + use<> {
         (self.index..spec.orbits()).step_by(self.of as usize)
     }
 }
 
-/// What was done.
+/// The work that was done.
 #[derive(Debug, Clone, Default)]
-pub struct Made {
+pub struct DatasetSummary {
     /// Images that were drawn.
     pub images: u64,
     /// Orbits that were run.
@@ -56,25 +55,24 @@ pub struct Made {
     pub rejections: Rejections,
     /// Time of the work [s].
     pub seconds: f64,
-    /// Part of it in which images were labelled, encoded and written, without what steps and draws [s].
+    /// Part of it in which images were labelled, encoded and written, without steps and drawing [s].
     pub(crate) seconds_of_files: f64,
     /// Whether the whole set is there.
     pub complete: bool,
 }
 
-impl Made {
-    /// Images in an hour.
+impl DatasetSummary {
     pub(crate) fn images_an_hour(&self) -> f64 {
         if self.seconds > 0.0 { self.images as f64 / self.seconds * 3600.0 } else { 0.0 }
     }
 
-    /// Bytes of an image with its labels.
     pub(crate) fn bytes_an_image(&self) -> f64 {
         self.bytes as f64 / self.images.max(1) as f64
     }
 }
 
-/// What a data set is begun with. `scene` is that of its first orbit, and `files` are those that any orbit may take.
+/// The identity of a data set: versions, device, and checksums of the SPEC and of all files. `scene` is the scene of the first orbit, and `files` are
+/// the files that any orbit may take.
 ///
 /// # Errors
 /// A file of the scene that can not be read.
@@ -104,7 +102,7 @@ fn identity(
 }
 
 /// How a data set is made.
-pub struct Order<'a> {
+pub struct DatasetOrder<'a> {
     /// The SPEC.
     pub spec: &'a Spec,
     /// Its scene.
@@ -115,7 +113,7 @@ pub struct Order<'a> {
     pub root: &'a Path,
     /// The orbits to make.
     pub shard: Shard,
-    /// What happens to what is there.
+    /// Treatment of orbits that the folder holds already.
     pub begin: Begin,
     /// Whether the scene may name files outside its folder.
     pub allows_outside: bool,
@@ -124,14 +122,18 @@ pub struct Order<'a> {
 /// Makes the orbits of a shard. `progress` is called with the number of images done.
 ///
 /// # Errors
-/// The first thing that can not be done. What is whole by then stays.
-pub fn make(order: &Order, stop: &AtomicBool, progress: &mut dyn FnMut(u64)) -> Result<Made, DatasetError> {
-    let Order { spec, scenes, target, root, shard, begin, allows_outside } = *order;
+/// The first thing that can not be done. Orbits that are whole by then stay.
+pub fn make(
+    order: &DatasetOrder,
+    stop: &AtomicBool,
+    progress: &mut dyn FnMut(u64),
+) -> Result<DatasetSummary, DatasetError> {
+    let DatasetOrder { spec, scenes, target, root, shard, begin, allows_outside } = *order;
     let began = Instant::now();
     let files = scenes.check_ends(spec)?;
     let scene = scenes.of_orbit(spec, 0)?.scene;
     let identity = identity(spec, &scene, &files, target, allows_outside)?;
-    // What is wrong with the craft is found before a folder is made.
+    // A fault of the craft ends the command before a folder is made.
     let mut next = match shard.orbits(spec).next() {
         Some(first) => Some(OrbitRun::new(spec, scenes, target, first)?),
         None => None,
@@ -141,7 +143,7 @@ pub fn make(order: &Order, stop: &AtomicBool, progress: &mut dyn FnMut(u64)) -> 
     }
     let place = |orbit: u64| (split_of(spec, orbit), orbit as u32);
     let store = Store::open(root, &identity, begin, &mut shard.orbits(spec).map(place))?;
-    let mut made = Made::default();
+    let mut made = DatasetSummary::default();
     for orbit in shard.orbits(spec) {
         let (split, number) = place(orbit);
         let images = spec.images_of(orbit);
@@ -201,7 +203,7 @@ pub fn make(order: &Order, stop: &AtomicBool, progress: &mut dyn FnMut(u64)) -> 
 }
 
 /// Writes the report of a process, which holds times and is under no checksum.
-fn report(store: &Store, shard: Shard, target: &Target, made: &Made) -> Result<(), DatasetError> {
+fn report(store: &Store, shard: Shard, target: &Target, made: &DatasetSummary) -> Result<(), DatasetError> {
     let rejected: Map<String, Json> =
         made.rejections.iter().map(|(reason, count)| (reason.words().to_owned(), json!(count))).collect();
     let report = json!({

@@ -1,8 +1,8 @@
-//! Data sets of labelled images: what a SPEC asks for, drawn, rendered and written.
+//! Data sets of labelled images: the wishes of a SPEC, drawn at random, rendered and written.
 //!
 //! [`spec`] reads the SPEC, [`distribution`] and [`random`] draw its values, [`scene_values`] makes the scene of an orbit, and [`orbit`] runs it and takes
-//! its images. [`store`] is the folder, [`orbit_folder`] that of an orbit, and [`make`] fills them. [`whole`] writes the files of the whole set, [`verify`] checks them, and [`preview`] shows
-//! what a SPEC means.
+//! its images. [`store`] is the folder, [`orbit_folder`] is the folder of an orbit, and [`make`] fills them. [`whole`] writes the files of the whole
+//! set, [`verify`] checks them, and [`preview`] shows samples of a SPEC.
 
 pub(crate) mod camera_rule;
 mod corner;

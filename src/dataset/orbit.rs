@@ -7,14 +7,14 @@ use serde_json::Value as Json;
 
 use super::camera_rule::CameraRule;
 use super::error::DatasetError;
-use super::random::Stream;
+use super::random::RandomStream;
 use super::scene_values::{NAMES, OrbitScene, OrbitValues, SceneText};
 use super::spec::Spec;
 use super::split::split_of;
 use super::time_rule::NoTime;
 use super::view_check::{Reason, points, rejected};
 use crate::labels::craft::Craft;
-use crate::labels::from_scene::{Place, craft, labelled};
+use crate::labels::from_scene::{ImageIdentity, craft, labelled};
 use crate::labels::image::LabelledImage;
 use crate::labels::key_points::{CHOSEN, check_names, chosen, given};
 use crate::labels::symmetry::{self, symmetries};
@@ -28,7 +28,7 @@ use crate::simulation::viewpoint::camera_from_body;
 /// How many attempts were rejected, by reason.
 pub type Rejections = BTreeMap<Reason, u64>;
 
-/// What takes the images of an orbit.
+/// The receiver of the images of an orbit.
 pub(crate) type Take<'a> = dyn FnMut(&Craft, &Simulation, Image, LabelledImage) -> Result<(), DatasetError> + 'a;
 
 /// An orbit that is ready to run.
@@ -42,9 +42,9 @@ pub struct OrbitRun<'a> {
     pub(crate) craft: Craft,
 }
 
-/// What came of an orbit.
+/// The result of an orbit.
 #[derive(Debug, Clone, Default)]
-pub struct Outcome {
+pub struct OrbitOutcome {
     /// Rejected attempts.
     pub rejections: Rejections,
     /// Whether a signal ended it.
@@ -79,7 +79,7 @@ impl<'a> OrbitRun<'a> {
         Ok(Self { spec, scenes, number, values, simulation, craft })
     }
 
-    /// Refuses symmetries that the mesh does not have. It is the same in all orbits, so one of them is enough.
+    /// Refuses symmetries that the mesh does not have. The mesh is the same in all orbits, so the check of one orbit is enough.
     ///
     /// # Errors
     /// The first symmetry after which the mesh is another.
@@ -91,12 +91,11 @@ impl<'a> OrbitRun<'a> {
         symmetry::check(&self.craft, &self.spec.symmetries).map_err(wrong)
     }
 
-    /// Number of the orbit.
     pub(crate) fn number(&self) -> u64 {
         self.number
     }
 
-    /// What was drawn for the orbit by section.
+    /// Values that were drawn for the orbit, by section.
     pub(crate) fn drawn(&self) -> &Json {
         &self.values.drawn
     }
@@ -130,14 +129,14 @@ impl<'a> OrbitRun<'a> {
     /// Runs the orbit once through and hands over its images in the order of time. `wanted` says which images are drawn.
     ///
     /// # Errors
-    /// No sample after all attempts, a call that fails, or what `take` returns.
+    /// No sample after all attempts, a call that fails, or an error of `take`.
     pub fn run(
         &mut self,
         wanted: &dyn Fn(u64) -> bool,
         stop: &AtomicBool,
         take: &mut Take,
-    ) -> Result<Outcome, DatasetError> {
-        let mut outcome = Outcome::default();
+    ) -> Result<OrbitOutcome, DatasetError> {
+        let mut outcome = OrbitOutcome::default();
         for (time, image, rejected) in self.times()? {
             if rejected > 0 {
                 *outcome.rejections.entry(Reason::Light).or_default() += u64::from(rejected);
@@ -156,7 +155,7 @@ impl<'a> OrbitRun<'a> {
         Ok(outcome)
     }
 
-    /// Takes the sensor of an image. Returns what was drawn for it by section.
+    /// Takes the sensor of an image. Returns the values that were drawn for it, by section.
     fn take_sensor(&mut self, image: u64) -> Result<Json, DatasetError> {
         let Some(own) = self.scenes.of_image(self.spec, (self.number, &self.values), image)? else {
             return Ok(Json::Null);
@@ -173,7 +172,7 @@ impl<'a> OrbitRun<'a> {
         let craft = points(self.simulation.prepared(), time);
         let mut reasons = Rejections::new();
         let found = (0..spec.attempts).find_map(|attempt| {
-            let source = spec.plan.source(Stream::Image, image, attempt);
+            let source = spec.plan.source(RandomStream::Image, image, attempt);
             let rule = CameraRule::choose(&spec.cameras, &source);
             let reason = match rule.draw(&source, &camera, time) {
                 Err(_) => Reason::NoPose,
@@ -215,7 +214,7 @@ impl<'a> OrbitRun<'a> {
         }
     }
 
-    /// An image without pixels, for what depends on the camera alone.
+    /// An image without pixels, for labels that depend on the camera alone.
     ///
     /// # Errors
     /// The scene has no camera.
@@ -226,13 +225,13 @@ impl<'a> OrbitRun<'a> {
         Ok(labelled(self.place(first, &Json::Null), self.simulation.prepared(), image))
     }
 
-    fn place(&self, image: u64, drawn_for_image: &Json) -> Place {
+    fn place(&self, image: u64, drawn_for_image: &Json) -> ImageIdentity {
         let mut drawn = Vec::new();
         for values in [&self.values.drawn, drawn_for_image] {
             numbers("", values, &mut drawn);
         }
         let (sensor, bits) = sensor_of(&self.simulation.prepared().scene);
-        Place {
+        ImageIdentity {
             sample: image,
             orbit: self.number as u32,
             number: (image - self.spec.images_of(self.number).start) as u32,
@@ -293,7 +292,7 @@ fn sensor_of(scene: &Scene) -> (Vec<(String, f64)>, u32) {
     (settings, sensor.bits)
 }
 
-/// The numbers in drawn values, by the path to each. A table of a list has the name of what it belongs to.
+/// The numbers in drawn values, by the path to each. An item of a list is named by its first key among [`NAMES`], otherwise by its index.
 fn numbers(path: &str, value: &Json, found: &mut Vec<(String, f64)>) {
     let joined = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
     match value {

@@ -5,13 +5,13 @@ use std::io::{self, Write};
 use serde_json::{Map, Value as Json, json};
 
 use super::error::DatasetError;
-use super::orbit::{OrbitRun, Outcome};
+use super::orbit::{OrbitOutcome, OrbitRun};
 use super::orbit_folder::OrbitFolder;
 use super::row::{file_of, row};
 use super::spec::{ImageKind, Spec};
 use super::split::split_of;
 use crate::labels::image::LabelledImage;
-use crate::labels::made::{Label, Lines, Made, made, orbit};
+use crate::labels::made::{ImageLabels, ImageLines, Label, made, orbit};
 use crate::labels::places;
 use crate::labels::silhouette::Solids;
 use crate::labels::webdataset::Tar;
@@ -22,17 +22,15 @@ use crate::simulation::image::Image;
 
 /// The file of an orbit from which the files of the whole set are made.
 pub(crate) const ORBIT: &str = "orbit.json";
-/// The WebDataset of an orbit.
 pub(crate) const TAR: &str = "webdataset.tar";
 /// Ending of the radiance in a WebDataset.
 const RADIANCE: &str = "radiance.exr";
 
 /// An image with its labels, encoded.
 pub(crate) struct Encoded {
-    /// Its key in the WebDataset.
     key: String,
     labels: Vec<Label>,
-    lines: Lines,
+    lines: ImageLines,
     row: Map<String, Json>,
 }
 
@@ -42,7 +40,7 @@ impl Encoded {
         self.labels.iter().filter_map(|label| Some((label.path.as_deref()?, label.bytes.as_slice())))
     }
 
-    /// Writes its files. It then holds only what stands in no file of its own.
+    /// Writes the files of the image. Bytes that stand in no file of their own are kept.
     ///
     /// # Errors
     /// A full disk.
@@ -70,7 +68,7 @@ pub(crate) fn encode_image(
     if !spec.images.contains(&ImageKind::Numbers) {
         labelled.digital_numbers = None;
     }
-    let Made { mut labels, lines } = made(craft, solids, &labelled)?;
+    let ImageLabels { mut labels, lines } = made(craft, solids, &labelled)?;
     if spec.images.contains(&ImageKind::Radiance) {
         let prepared = simulation.prepared();
         let step = (image.time / prepared.scene.time.step + 1e-9) as u32;
@@ -91,7 +89,7 @@ pub(crate) fn write(
     folder: &mut OrbitFolder,
     spec: &Spec,
     run: &OrbitRun,
-    outcome: &Outcome,
+    outcome: &OrbitOutcome,
     mut images: Vec<Encoded>,
 ) -> Result<(), DatasetError> {
     images.sort_by_key(|image| image.lines.number);
@@ -111,7 +109,7 @@ pub(crate) fn write(
     folder.write(ORBIT, format!("{own}\n").as_bytes())
 }
 
-/// The WebDataset of an orbit, from what its images wrote and what they still hold.
+/// The WebDataset of an orbit, from the files of its images and the bytes that they still hold.
 fn tar(folder: &OrbitFolder, writer: &mut dyn Write, images: &[Encoded]) -> io::Result<()> {
     let mut tar = Tar::new(writer);
     for image in images {
@@ -126,8 +124,8 @@ fn tar(folder: &OrbitFolder, writer: &mut dyn Write, images: &[Encoded]) -> io::
     tar.finish().map(|_| ())
 }
 
-/// What the whole set needs of an orbit.
-fn orbit_json(run: &OrbitRun, outcome: &Outcome, rows: Vec<Json>, lines: Vec<Lines>) -> Json {
+/// The values of an orbit that the files of the whole set need.
+fn orbit_json(run: &OrbitRun, outcome: &OrbitOutcome, rows: Vec<Json>, lines: Vec<ImageLines>) -> Json {
     let rejections: Map<String, Json> =
         outcome.rejections.iter().map(|(reason, count)| (reason.words().to_owned(), json!(count))).collect();
     let each = lines.into_iter().map(|lines| {

@@ -17,7 +17,7 @@ pub(crate) const CHECKSUMS: &str = "checksums.sha256";
 pub(crate) struct OrbitFolder {
     root: PathBuf,
     path: PathBuf,
-    /// Its path in the data set.
+    /// Path of the folder in the data set.
     place: String,
     /// Paths and checksums of its files.
     sums: Vec<(String, String)>,
@@ -59,10 +59,10 @@ impl OrbitFolder {
         Ok(())
     }
 
-    /// Writes a file of the orbit from what `content` writes. It may read the orbit's other files.
+    /// Writes a file of the orbit with the bytes of `content`, which may read the orbit's other files.
     ///
     /// # Errors
-    /// What `content` returns, or a full disk.
+    /// `content` fails, or the disk is full.
     pub(crate) fn write_from(
         &mut self,
         path: &str,

@@ -17,7 +17,7 @@ use super::spec::Spec;
 use crate::labels::craft::Craft;
 use crate::labels::image::LabelledImage;
 use crate::labels::key_points::{Visibility, seen};
-use crate::output::canvas::{Canvas, Face, Rgb};
+use crate::output::canvas::{Canvas, FontFace, Rgb};
 use crate::output::colour::ColourScale;
 use crate::output::picture::{Tile, contact_sheet};
 use crate::output::ticks;
@@ -47,7 +47,6 @@ pub struct Preview {
     pub canvas: Canvas,
     /// Number of the samples on it.
     pub samples: usize,
-    /// Rejected attempts.
     pub(crate) rejections: Rejections,
 }
 
@@ -206,7 +205,7 @@ fn rgb([r, g, b]: Rgb) -> Rgb888 {
 
 /// Draws a histogram with its title above and its ends below.
 fn histogram(sheet: &mut Canvas, [left, top]: [u32; 2], width: u32, name: &str, values: &[f64]) {
-    sheet.text(name, left, top, Face::Normal, Alignment::Left, INK);
+    sheet.text(name, left, top, FontFace::Normal, Alignment::Left, INK);
     let ends = values
         .iter()
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(*value), high.max(*value)]);
@@ -227,7 +226,14 @@ fn histogram(sheet: &mut Canvas, [left, top]: [u32; 2], width: u32, name: &str, 
     }
     sheet.fill(left, base, bar * BARS as u32, 1, INK);
     let step = (high - low) / BARS as f64;
-    sheet.text(&ticks::label(low, step), left, base + 4, Face::Small, Alignment::Left, INK);
-    sheet.text(&ticks::label(high, step), left + bar * BARS as u32, base + 4, Face::Small, Alignment::Right, INK);
-    sheet.text(&format!("most: {most}"), left + bar * BARS as u32 / 2, base + 4, Face::Small, Alignment::Center, INK);
+    sheet.text(&ticks::label(low, step), left, base + 4, FontFace::Small, Alignment::Left, INK);
+    sheet.text(&ticks::label(high, step), left + bar * BARS as u32, base + 4, FontFace::Small, Alignment::Right, INK);
+    sheet.text(
+        &format!("most: {most}"),
+        left + bar * BARS as u32 / 2,
+        base + 4,
+        FontFace::Small,
+        Alignment::Center,
+        INK,
+    );
 }

@@ -1,7 +1,7 @@
 //! Uniform numbers by counting: each follows from seed, stream, number, attempt and name alone, in every order and on every machine.
 //!
 //! A number is the first 53 bits of a SHA-256 (FIPS 180-4) of a line of text: `seed/stream/number/attempt/name`. Only the first attempt of a sample is
-//! stratified. Those after a rejection are plain random numbers.
+//! stratified. The attempts after a rejection take plain random numbers.
 
 use sha2::{Digest, Sha256};
 
@@ -9,25 +9,23 @@ use super::sobol::{DIMENSIONS, sobol};
 
 /// How the first attempts of all samples fill the unit cube.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Sampling {
+pub(crate) enum CubeSampling {
     /// Independent numbers.
     Random,
     /// Each of N samples lies in its own N-th of each quantity.
     LatinHypercube,
-    /// A Sobol sequence with Owen's scrambling, for the first 21 numbers of a sample. Others are independent.
+    /// A Sobol sequence with Owen's scrambling, for the first 21 numbers of a sample. Further numbers are independent.
     Sobol,
 }
 
-/// What is numbered.
+/// The things that have random numbers of their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Stream {
-    /// Orbits.
+pub(crate) enum RandomStream {
     Orbit,
-    /// Images.
     Image,
 }
 
-impl Stream {
+impl RandomStream {
     fn word(self) -> &'static str {
         match self {
             Self::Orbit => "orbit",
@@ -38,11 +36,9 @@ impl Stream {
 
 /// The numbers of a data set.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Plan {
-    /// Seed of the data set.
+pub(crate) struct RandomPlan {
     pub(crate) seed: u64,
-    /// How first attempts are spread.
-    pub(crate) sampling: Sampling,
+    pub(crate) sampling: CubeSampling,
     /// Number of orbits, and of images.
     pub(crate) counts: [u64; 2],
     /// Names of the numbers of an orbit, and of an image, in the order of their Sobol dimensions.
@@ -51,31 +47,31 @@ pub(crate) struct Plan {
 
 /// The numbers of one orbit or image.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Source<'a> {
-    plan: &'a Plan,
-    stream: Stream,
+pub(crate) struct RandomSource<'a> {
+    plan: &'a RandomPlan,
+    stream: RandomStream,
     number: u64,
     attempt: u32,
 }
 
-impl Plan {
+impl RandomPlan {
     /// The numbers of an orbit or image in one of its attempts, from 0.
-    pub(crate) fn source(&self, stream: Stream, number: u64, attempt: u32) -> Source<'_> {
-        Source { plan: self, stream, number, attempt }
+    pub(crate) fn source(&self, stream: RandomStream, number: u64, attempt: u32) -> RandomSource<'_> {
+        RandomSource { plan: self, stream, number, attempt }
     }
 
     /// A number that belongs to a name alone.
-    fn key(&self, stream: Stream, name: &str) -> u64 {
+    fn key(&self, stream: RandomStream, name: &str) -> u64 {
         word(&format!("{}/{}/key/{name}", self.seed, stream.word()))
     }
 
     /// A place from 0 to `count - 1` for each number from 0 to `count - 1`, no place twice.
-    pub(crate) fn place(&self, stream: Stream, name: &str, number: u64, count: u64) -> u64 {
+    pub(crate) fn place(&self, stream: RandomStream, name: &str, number: u64, count: u64) -> u64 {
         permuted(number, count, self.key(stream, name))
     }
 }
 
-impl Source<'_> {
+impl RandomSource<'_> {
     /// A number between 0 and 1, without the ends.
     pub(crate) fn uniform(&self, name: &str) -> f64 {
         let Self { plan, stream, number, attempt } = *self;
@@ -84,12 +80,12 @@ impl Source<'_> {
             return plain;
         }
         match plan.sampling {
-            Sampling::Random => plain,
-            Sampling::LatinHypercube => {
+            CubeSampling::Random => plain,
+            CubeSampling::LatinHypercube => {
                 let count = plan.counts[stream as usize].max(1);
                 (plan.place(stream, name, number, count) as f64 + plain) / count as f64
             }
-            Sampling::Sobol => {
+            CubeSampling::Sobol => {
                 let dimension = plan.names[stream as usize].iter().position(|known| known == name);
                 match dimension.filter(|dimension| *dimension < DIMENSIONS) {
                     Some(dimension) => {
@@ -149,17 +145,22 @@ fn permuted(number: u64, count: u64, key: u64) -> u64 {
 mod tests {
     use super::*;
 
-    fn plan(sampling: Sampling, count: u64) -> Plan {
-        Plan { seed: 7, sampling, counts: [count, count], names: [Vec::new(), vec!["a".to_owned(), "b".to_owned()]] }
+    fn plan(sampling: CubeSampling, count: u64) -> RandomPlan {
+        RandomPlan {
+            seed: 7,
+            sampling,
+            counts: [count, count],
+            names: [Vec::new(), vec!["a".to_owned(), "b".to_owned()]],
+        }
     }
 
     #[test]
     fn a_number_is_the_hash_that_the_text_says() {
         // printf '7/image/3/1/a' | sha256sum
         let expected = 0x85ee_7bc8_4f7e_cc3e;
-        let found = plan(Sampling::Random, 9).source(Stream::Image, 3, 1).uniform("a");
+        let found = plan(CubeSampling::Random, 9).source(RandomStream::Image, 3, 1).uniform("a");
         assert_eq!(found, unit(expected));
-        assert_ne!(found, plan(Sampling::Random, 9).source(Stream::Orbit, 3, 1).uniform("a"));
+        assert_ne!(found, plan(CubeSampling::Random, 9).source(RandomStream::Orbit, 3, 1).uniform("a"));
     }
 
     #[test]
@@ -176,11 +177,11 @@ mod tests {
     fn a_latin_hypercube_has_one_number_in_each_stratum() {
         let strata = |sampling| {
             let plan = plan(sampling, 100);
-            let of = |number| (plan.source(Stream::Image, number, 0).uniform("a") * 100.0) as usize;
+            let of = |number| (plan.source(RandomStream::Image, number, 0).uniform("a") * 100.0) as usize;
             (0..100).map(of).collect::<std::collections::BTreeSet<_>>().len()
         };
-        assert_eq!(strata(Sampling::LatinHypercube), 100);
-        assert!(strata(Sampling::Random) < 80);
+        assert_eq!(strata(CubeSampling::LatinHypercube), 100);
+        assert!(strata(CubeSampling::Random) < 80);
     }
 
     /// The first 2^m points of a (0, 2)-sequence in base 2 have one in each elementary interval (Niederreiter 1987).
@@ -189,19 +190,20 @@ mod tests {
         let intervals = |sampling| {
             let plan = plan(sampling, 64);
             let of = |number| {
-                let source = plan.source(Stream::Image, number, 0);
+                let source = plan.source(RandomStream::Image, number, 0);
                 [(source.uniform("a") * 8.0) as usize, (source.uniform("b") * 8.0) as usize]
             };
             (0..64).map(of).collect::<std::collections::BTreeSet<_>>().len()
         };
-        assert_eq!(intervals(Sampling::Sobol), 64);
-        assert!(intervals(Sampling::Random) < 60);
+        assert_eq!(intervals(CubeSampling::Sobol), 64);
+        assert!(intervals(CubeSampling::Random) < 60);
     }
 
     #[test]
     fn the_mean_of_uniform_numbers_is_a_half() {
-        let plan = plan(Sampling::Random, 1);
-        let mean = (0..4000).map(|number| plan.source(Stream::Image, number, 0).uniform("x")).sum::<f64>() / 4000.0;
+        let plan = plan(CubeSampling::Random, 1);
+        let mean =
+            (0..4000).map(|number| plan.source(RandomStream::Image, number, 0).uniform("x")).sum::<f64>() / 4000.0;
         // The standard deviation of the mean is 1 / sqrt(12 * 4000).
         assert!((mean - 0.5).abs() < 4.0 / (12.0f64 * 4000.0).sqrt(), "{mean}");
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::distribution::Drawn;
+use super::distribution::Distribution;
 use super::distribution_reader::read;
 use super::toml_value::{number, shown};
 use crate::scene::SceneError;
@@ -18,8 +18,7 @@ pub(super) struct SpecFile<'a> {
     pub(crate) text: &'a str,
 }
 
-/// A table of the file.
-pub(super) struct Table<'a> {
+pub(super) struct SpecTable<'a> {
     file: &'a SpecFile<'a>,
     name: String,
     table: &'a DeTable<'a>,
@@ -45,8 +44,7 @@ impl<'a> SpecFile<'a> {
     }
 }
 
-impl<'a> Table<'a> {
-    /// The root table.
+impl<'a> SpecTable<'a> {
     pub(crate) fn root(
         file: &'a SpecFile<'a>,
         table: &'a Spanned<DeTable<'a>>,
@@ -110,7 +108,6 @@ impl<'a> Table<'a> {
         self.table.contains_key(key)
     }
 
-    /// The value of a mandatory key.
     pub(crate) fn required<T>(&self, key: &str, value: Option<T>, what: &str) -> Result<T, SceneError> {
         value.ok_or_else(|| self.error(key, &format!("is missing: {what}")))
     }
@@ -128,7 +125,6 @@ impl<'a> Table<'a> {
         self.found(key, "an array of texts", each)
     }
 
-    /// A whole number in a range.
     pub(crate) fn whole(&self, key: &str, range: std::ops::RangeInclusive<u64>) -> Result<Option<u64>, SceneError> {
         let expected = format!("a whole number from {} to {}", range.start(), range.end());
         self.found(key, &expected, |value| {
@@ -138,7 +134,6 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// A number in a range.
     pub(crate) fn number(&self, key: &str, range: std::ops::RangeInclusive<f64>) -> Result<Option<f64>, SceneError> {
         let expected = format!("a number from {} to {}", range.start(), range.end());
         self.found(key, &expected, |value| number(value).filter(|number| range.contains(number)))
@@ -181,13 +176,13 @@ impl<'a> Table<'a> {
     }
 
     /// A value that is drawn: a distribution, a constant, or a list or table of them.
-    pub(crate) fn drawn(&self, key: &str) -> Result<Option<Drawn>, SceneError> {
+    pub(crate) fn drawn(&self, key: &str) -> Result<Option<Distribution>, SceneError> {
         let Some(value) = self.table.get(key) else { return Ok(None) };
         self.drawn_value(key, value).map(Some)
     }
 
     /// All values of the table, by their keys in the order of the file.
-    pub(crate) fn all_drawn(&self) -> Result<Vec<(String, Drawn)>, SceneError> {
+    pub(crate) fn all_drawn(&self) -> Result<Vec<(String, Distribution)>, SceneError> {
         let mut keys: Vec<_> = self.table.iter().collect();
         keys.sort_by_key(|(key, _)| key.span().start);
         let of = |(key, value): (&Spanned<_>, &'a Spanned<DeValue<'a>>)| {
@@ -197,14 +192,14 @@ impl<'a> Table<'a> {
         keys.into_iter().map(of).collect()
     }
 
-    /// All keys of a table whose keys are those of another file.
+    /// A table with any keys, because another file defines the keys.
     pub(crate) fn open_table(&self, key: &str) -> Result<Option<Self>, SceneError> {
         let table = self.found(key, &format!("a section [{}]", self.key(key)), DeValue::as_table)?;
         let start = self.table.get(key).map_or(0, |value| value.span().start);
         Ok(table.map(|table| Self { file: self.file, name: self.key(key), table, start }))
     }
 
-    fn drawn_value(&self, key: &str, value: &'a Spanned<DeValue<'a>>) -> Result<Drawn, SceneError> {
+    fn drawn_value(&self, key: &str, value: &'a Spanned<DeValue<'a>>) -> Result<Distribution, SceneError> {
         let fault =
             |(place, message): (std::ops::Range<usize>, String)| self.file.error(place.start, &self.key(key), &message);
         read(value).map_err(fault)
@@ -216,7 +211,7 @@ impl<'a> Table<'a> {
         key: &str,
         range: std::ops::RangeInclusive<f64>,
         unit: &str,
-    ) -> Result<Option<Drawn>, SceneError> {
+    ) -> Result<Option<Distribution>, SceneError> {
         let Some(drawn) = self.drawn(key)? else { return Ok(None) };
         let Some([low, high]) = drawn.range() else {
             let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };

@@ -53,7 +53,7 @@ pub(crate) fn row(image: &LabelledImage, kinds: &[ImageKind]) -> Map<String, Jso
     }
     put("width_px", json!(image.width));
     put("height_px", json!(image.height));
-    let seen = Seen::of(image);
+    let seen = CraftPixels::of(image);
     put("visible_pixels", json!(seen.pixels));
     for (key, value) in ["box_x_px", "box_y_px", "box_width_px", "box_height_px"].into_iter().zip(seen.bounds()) {
         put(key, json!(value));
@@ -82,8 +82,8 @@ pub(crate) fn phase_angle_deg(image: &LabelledImage) -> f64 {
     to_camera.cross(image.sun).length().atan2(to_camera.dot(image.sun)).to_degrees()
 }
 
-/// What the pixels of the craft show.
-struct Seen {
+/// Extent and temperatures of the pixels that show the craft.
+struct CraftPixels {
     pixels: u64,
     first: [u32; 2],
     last: [u32; 2],
@@ -91,7 +91,7 @@ struct Seen {
     temperatures: [f64; 3],
 }
 
-impl Seen {
+impl CraftPixels {
     fn of(image: &LabelledImage) -> Self {
         let mut seen = Self { pixels: 0, first: [u32::MAX; 2], last: [0; 2], temperatures: [f64::INFINITY, 0.0, 0.0] };
         let mut sum = 0.0;

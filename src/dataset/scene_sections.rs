@@ -1,8 +1,8 @@
 //! Sections of the scene that a SPEC draws, for each orbit or for each image.
 
-use super::distribution::Drawn;
+use super::distribution::Distribution;
 use super::life::Life;
-use super::reader::Table;
+use super::reader::SpecTable;
 use crate::scene::SceneError;
 use crate::scene::keys::{ROOT, SECTIONS, suggestion};
 
@@ -18,8 +18,8 @@ const FIXED: [(&str, &str); 5] = [
     ("output", "the SPEC says what is written"),
 ];
 
-/// Reads `[each_orbit]`, whose sections and keys are those of the scene file.
-pub(super) fn each_orbit(root: &Table) -> Result<Vec<(String, Drawn)>, SceneError> {
+/// Reads `[each_orbit]`, which has sections and keys of the scene file.
+pub(super) fn each_orbit(root: &SpecTable) -> Result<Vec<(String, Distribution)>, SceneError> {
     let Some(table) = root.open_table("each_orbit")? else { return Ok(Vec::new()) };
     let sections = table.all_drawn()?;
     for (section, drawn) in &sections {
@@ -36,8 +36,8 @@ pub(super) fn each_orbit(root: &Table) -> Result<Vec<(String, Drawn)>, SceneErro
     Ok(sections)
 }
 
-/// Reads `[each_image.sensor]`, whose keys are those of the scene's sensor.
-pub(super) fn each_image(root: &Table) -> Result<Option<Drawn>, SceneError> {
+/// Reads `[each_image.sensor]`, which has keys of the scene's `[sensor]`.
+pub(super) fn each_image(root: &SpecTable) -> Result<Option<Distribution>, SceneError> {
     let Some(table) = root.open_table("each_image")? else { return Ok(None) };
     let mut sections = table.all_drawn()?;
     if let Some((section, _)) = sections.iter().find(|(section, _)| section != SENSOR) {
@@ -55,17 +55,17 @@ pub(super) fn each_image(root: &Table) -> Result<Option<Drawn>, SceneError> {
 }
 
 /// Refuses keys that a section of the scene does not have.
-fn check_keys(table: &Table, section: &str, drawn: &Drawn) -> Result<(), SceneError> {
+fn check_keys(table: &SpecTable, section: &str, drawn: &Distribution) -> Result<(), SceneError> {
     let known = SECTIONS.iter().find(|(header, _)| header.trim_matches(['[', ']']) == section);
     let Some((header, keys)) = known else { return Ok(()) };
     let of_tables = header.starts_with("[[");
-    let tables: Vec<&Drawn> = match drawn {
-        Drawn::List(items) if of_tables => items.iter().collect(),
-        table @ Drawn::Table(_) if !of_tables => vec![table],
+    let tables: Vec<&Distribution> = match drawn {
+        Distribution::List(items) if of_tables => items.iter().collect(),
+        table @ Distribution::Table(_) if !of_tables => vec![table],
         _ => return Err(table.error(section, &format!("expected a section {header} as in the scene"))),
     };
     for values in tables {
-        let Drawn::Table(values) = values else { continue };
+        let Distribution::Table(values) = values else { continue };
         if let Some((key, _)) = values.iter().find(|(key, _)| !keys.contains(&key.as_str())) {
             let message = format!("the scene's {header} has no key '{key}'{}", suggestion(key, keys.iter().copied()));
             return Err(table.error_within(section, key, &message));
@@ -76,9 +76,9 @@ fn check_keys(table: &Table, section: &str, drawn: &Drawn) -> Result<(), SceneEr
 
 /// Refuses a value that two sections of the SPEC draw.
 pub(super) fn refuse_twice(
-    root: &Table,
-    each_orbit: &[(String, Drawn)],
-    each_image: Option<&Drawn>,
+    root: &SpecTable,
+    each_orbit: &[(String, Distribution)],
+    each_image: Option<&Distribution>,
     has_season: bool,
     life: Option<&Life>,
 ) -> Result<(), SceneError> {
@@ -94,9 +94,9 @@ pub(super) fn refuse_twice(
         let message = format!("draws sensor.{key}, and so does [each_orbit.sensor]: state one of the two");
         return Err(root.error("each_image", &message));
     }
-    let Some(Drawn::List(materials)) = of("material") else { return Ok(()) };
+    let Some(Distribution::List(materials)) = of("material") else { return Ok(()) };
     for material in materials {
-        let Drawn::Table(values) = material else { continue };
+        let Distribution::Table(values) = material else { continue };
         let name = values.iter().find(|(key, _)| key == "match").and_then(|(_, name)| name.text());
         let ages = |key: &str| name.zip(life).is_some_and(|(name, life)| life.states(name, key));
         if let Some((key, _)) = values.iter().find(|(key, _)| ages(key)) {

@@ -7,9 +7,9 @@ use serde_json::{Map, Value as Json, json};
 use toml::{Table, Value};
 
 use super::corner::{corner, corners};
-use super::distribution::{Drawn, NAMES as NAMES_OF_DISTRIBUTIONS};
+use super::distribution::{Distribution, NAMES as NAMES_OF_DISTRIBUTIONS};
 use super::error::DatasetError;
-use super::random::Stream;
+use super::random::RandomStream;
 use super::scene_sections::SENSOR;
 use super::spec::Spec;
 use crate::files::Reach;
@@ -29,7 +29,7 @@ pub struct SceneText {
     has_distortion: bool,
 }
 
-/// The scene of an orbit, and what was drawn for it.
+/// The scene of an orbit, and the values that were drawn for it.
 pub struct OrbitScene {
     /// The scene.
     pub scene: Scene,
@@ -39,15 +39,14 @@ pub struct OrbitScene {
 
 /// The values of an orbit's scene.
 pub struct OrbitValues {
-    /// Those that were drawn, by section and key.
+    /// The drawn values, by section and key.
     pub drawn: Json,
     /// All values of the scene file.
     table: Table,
 }
 
-/// The sensor of an image, and what was drawn for it.
-pub(crate) struct ImageSensor {
-    /// The sensor.
+/// The sensor of an image, and the values that were drawn for it.
+pub(crate) struct DrawnSensor {
     pub(crate) sensor: Sensor,
     /// The drawn values by section and key.
     pub(crate) drawn: Json,
@@ -75,9 +74,9 @@ impl SceneText {
     /// The scene of an orbit.
     ///
     /// # Errors
-    /// Values that the scene refuses, or a list of tables without the one that is named.
+    /// Values that the scene refuses, or a list of tables without the named table.
     pub fn of_orbit(&self, spec: &Spec, orbit: u64) -> Result<OrbitScene, DatasetError> {
-        let source = spec.plan.source(Stream::Orbit, orbit, 0);
+        let source = spec.plan.source(RandomStream::Orbit, orbit, 0);
         let (table, drawn) = self.table_of(spec, orbit, &|section, drawn| drawn.draw(section, &source))?;
         let scene = self.scene(&table).map_err(|reason| DatasetError::Orbit { orbit, reason })?;
         Ok(OrbitScene { scene, values: OrbitValues { drawn, table } })
@@ -104,14 +103,14 @@ impl SceneText {
         Ok(files)
     }
 
-    /// The scene file of an orbit, and what was drawn for it by section. `value` gives the value of a section.
+    /// The scene file of an orbit, and the values that were drawn for it, by section. `value` gives the value of a section.
     fn table_of(
         &self,
         spec: &Spec,
         orbit: u64,
-        value: &dyn Fn(&str, &Drawn) -> Value,
+        value: &dyn Fn(&str, &Distribution) -> Value,
     ) -> Result<(Table, Json), DatasetError> {
-        let source = spec.plan.source(Stream::Orbit, orbit, 0);
+        let source = spec.plan.source(RandomStream::Orbit, orbit, 0);
         let mut table = self.table.clone();
         let mut told = Map::new();
         let wrong = |message: String| DatasetError::Spec { path: spec.path.clone(), message };
@@ -141,7 +140,8 @@ impl SceneText {
                 set(&mut table, "environment", "solar_constant", Value::Float(solar * find("solar_scale")));
             }
         }
-        // A sensor may be whole only with what is drawn for an image. Until the first one, it is that of the first.
+        // A sensor may be whole only with the values that are drawn for an image. Until the first image, the sensor has the values of the first
+        // image.
         if let Some(each_image) = &spec.each_image {
             merge(&mut table, SENSOR, of_sensor(spec, each_image, spec.images_of(orbit).start)).map_err(wrong)?;
         }
@@ -165,7 +165,7 @@ impl SceneText {
         spec: &Spec,
         (orbit, values): (u64, &OrbitValues),
         image: u64,
-    ) -> Result<Option<ImageSensor>, DatasetError> {
+    ) -> Result<Option<DrawnSensor>, DatasetError> {
         let Some(each_image) = &spec.each_image else { return Ok(None) };
         let sensor = of_sensor(spec, each_image, image);
         let drawn = json!({ SENSOR: as_json(&sensor) });
@@ -173,10 +173,9 @@ impl SceneText {
         let wrong = |reason: String| DatasetError::Orbit { orbit, reason: format!("image {image}: {reason}") };
         merge(&mut table, SENSOR, sensor).map_err(wrong)?;
         let sensor = self.scene(&table).map_err(wrong)?.sensor;
-        Ok(sensor.map(|sensor| ImageSensor { sensor, drawn }))
+        Ok(sensor.map(|sensor| DrawnSensor { sensor, drawn }))
     }
 
-    /// The scene of a table.
     fn scene(&self, table: &Table) -> Result<Scene, String> {
         let text = toml::to_string(table).map_err(|error| error.to_string())?;
         Scene::parse_within(&text, &self.path, self.reach.clone()).map_err(|error| refusal(&error))
@@ -195,15 +194,15 @@ fn refusal(error: &SceneError) -> String {
     }
 }
 
-/// What is drawn of the sensor for an image. It does not depend on the attempts at its pose.
-fn of_sensor(spec: &Spec, each_image: &Drawn, image: u64) -> Value {
-    each_image.draw(SENSOR, &spec.plan.source(Stream::Image, image, 0))
+/// The values of the sensor that are drawn for an image. Every attempt at a pose has the same values.
+fn of_sensor(spec: &Spec, each_image: &Distribution, image: u64) -> Value {
+    each_image.draw(SENSOR, &spec.plan.source(RandomStream::Image, image, 0))
 }
 
 /// Whether the SPEC itself says which seed the sensor has.
 fn states_seed(spec: &Spec) -> bool {
     let of_orbit = spec.each_orbit.iter().filter(|(section, _)| section == SENSOR).map(|(_, drawn)| drawn);
-    of_orbit.chain(&spec.each_image).flat_map(Drawn::keys).any(|key| key == "seed")
+    of_orbit.chain(&spec.each_image).flat_map(Distribution::keys).any(|key| key == "seed")
 }
 
 fn set(table: &mut Table, section: &str, key: &str, value: Value) {
@@ -212,7 +211,7 @@ fn set(table: &mut Table, section: &str, key: &str, value: Value) {
     }
 }
 
-/// Puts a drawn section in place of what the scene says, key by key. The items of a list find theirs by name.
+/// Puts the values of a drawn section into the scene, key by key. An item of a list goes to the scene's item of the same name.
 fn merge(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
     match (table.get_mut(key), value) {
         (Some(Value::Table(own)), Value::Table(drawn)) => {

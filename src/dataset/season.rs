@@ -1,12 +1,12 @@
 //! Beta angle and distance of the Sun from the day of the year and the plane of the orbit.
 //!
-//! The Sun goes round a circle at a constant rate, so its direction errs by up to 2 deg, which is little beside what is drawn.
+//! The Sun goes round a circle at a constant rate, so its direction errs by up to 2 deg, which is little beside the range of the drawn days.
 
 use std::f64::consts::TAU;
 
-use super::distribution::Drawn;
-use super::random::Source;
-use super::reader::Table;
+use super::distribution::Distribution;
+use super::random::RandomSource;
+use super::reader::SpecTable;
 use crate::scene::SceneError;
 
 /// Keys of `[season]`.
@@ -26,13 +26,13 @@ const OBLIQUITY: f64 = 23.44;
 /// Day of the year and plane of the orbit.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Season {
-    day: Drawn,
-    inclination: Drawn,
-    node: Drawn,
+    day: Distribution,
+    inclination: Distribution,
+    node: Distribution,
 }
 
 impl Season {
-    pub(super) fn read(root: &Table) -> Result<Option<Self>, SceneError> {
+    pub(super) fn read(root: &SpecTable) -> Result<Option<Self>, SceneError> {
         let Some(table) = root.table("season", SEASON)? else { return Ok(None) };
         let take =
             |key: &str, range, unit: &str, what: &str| table.required(key, table.drawn_number(key, range, unit)?, what);
@@ -52,7 +52,7 @@ impl Season {
     }
 
     /// The drawn values by name: day, inclination and node, and the beta angle [deg] and the factor of the solar constant that follow.
-    pub(crate) fn draw(&self, source: &Source) -> [(&'static str, f64); 5] {
+    pub(crate) fn draw(&self, source: &RandomSource) -> [(&'static str, f64); 5] {
         let day = self.day.number("season.day", source);
         let inclination = self.inclination.number("season.inclination_deg", source);
         let node = self.node.number("season.node_deg", source);
@@ -77,7 +77,7 @@ fn beta_deg(day: f64, inclination: f64, node: f64) -> f64 {
     libm::asin(sine.clamp(-1.0, 1.0)).to_degrees()
 }
 
-/// Sunlight of a day over that at one astronomical unit.
+/// Sunlight of a day, as a multiple of the sunlight at one astronomical unit.
 fn solar_scale(day: f64) -> f64 {
     let distance = 1.0 - ECCENTRICITY * libm::cos(TAU * (day - PERIHELION) / YEAR);
     1.0 / (distance * distance)

@@ -2,10 +2,9 @@
 //!
 //! Polynomials and initial numbers: Joe and Kuo (2008), file new-joe-kuo-6.21201. Scrambling: Burley (2020), Practical hash-based Owen scrambling.
 
-/// Number of dimensions.
 pub(crate) const DIMENSIONS: usize = 21;
 
-/// Polynomial and initial numbers of the second dimension and those after it.
+/// Polynomial and initial numbers of each dimension from the second on.
 const TABLE: [(u32, &[u32]); DIMENSIONS - 1] = [
     (0, &[1]),
     (1, &[1, 3]),

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::camera_rule::CameraRule;
-use super::distribution::Drawn;
+use super::distribution::Distribution;
 use super::life::Life;
-use super::random::{Plan, Sampling};
-use super::reader::{SpecFile, Table};
+use super::random::{CubeSampling, RandomPlan};
+use super::reader::{SpecFile, SpecTable};
 use super::scene_sections::{SENSOR, each_image, each_orbit, refuse_twice};
 use super::season::Season;
 use super::symmetry_rule::symmetries;
@@ -52,7 +52,6 @@ pub(crate) const KEY_POINT: &[&str] = &["name", "position", "part"];
 /// Most images of a data set.
 const MOST_SAMPLES: u64 = 1_000_000_000;
 
-/// A kind of image file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum ImageKind {
     /// Digital numbers of the sensor as PNG.
@@ -61,7 +60,7 @@ pub(crate) enum ImageKind {
     Radiance,
 }
 
-/// What an image must show.
+/// Conditions that an image must meet.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Reject {
     /// Least share of the craft's points that lie in the frame.
@@ -78,10 +77,10 @@ pub(crate) struct Reject {
 
 /// A point of the craft.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct KeyPoint {
+pub(crate) struct SpecKeyPoint {
     /// Its name.
     pub name: String,
-    /// Its place in the file's pose, body frame [m].
+    /// Place in the file's pose, body frame [m].
     pub position: DVec3,
     /// The part with which it moves. `None` for the body.
     pub(crate) part: Option<String>,
@@ -90,9 +89,7 @@ pub(crate) struct KeyPoint {
 /// A SPEC.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spec {
-    /// The file.
     pub(crate) path: PathBuf,
-    /// Its text.
     pub(crate) text: String,
     /// The scene file.
     pub scene: PathBuf,
@@ -101,7 +98,7 @@ pub struct Spec {
     /// Images of an orbit.
     pub(crate) poses_per_orbit: u64,
     /// The numbers that are drawn.
-    pub(crate) plan: Plan,
+    pub(crate) plan: RandomPlan,
     /// Most attempts at an image.
     pub(crate) attempts: u32,
     /// Image files, sorted.
@@ -110,24 +107,21 @@ pub struct Spec {
     pub(crate) webdataset: bool,
     /// Shares of train, val and test.
     pub(crate) split: [f64; 3],
-    /// Name of the craft in the labels. `None` takes that of the scene.
+    /// Name of the craft in the labels. `None` takes the name of the scene.
     pub(crate) object: Option<String>,
     /// Values of the scene file that are drawn for each orbit, by section.
-    pub(crate) each_orbit: Vec<(String, Drawn)>,
+    pub(crate) each_orbit: Vec<(String, Distribution)>,
     /// Values of the scene's `[sensor]` that are drawn for each image.
-    pub(crate) each_image: Option<Drawn>,
+    pub(crate) each_image: Option<Distribution>,
     /// Day of the year and plane of the orbit.
     pub(crate) season: Option<Season>,
     /// Age of the surfaces.
     pub(crate) life: Option<Life>,
-    /// Times of the images.
     pub(crate) time: TimeRule,
-    /// How the camera is placed, one of them for each image.
+    /// The rules by which the camera is placed. Each image follows one rule.
     pub(crate) cameras: Vec<CameraRule>,
-    /// What is rejected.
     pub(crate) reject: Reject,
-    /// Key points.
-    pub(crate) key_points: Vec<KeyPoint>,
+    pub(crate) key_points: Vec<SpecKeyPoint>,
     /// Symmetries of the craft's geometry.
     pub(crate) symmetries: Vec<Symmetry>,
 }
@@ -147,7 +141,7 @@ impl Spec {
         }
     }
 
-    /// Checks the text of a SPEC file as if it lay at `path`. Its scene need not be there.
+    /// Checks the text of a SPEC file as if it lay at `path`. The scene file need not be there.
     ///
     /// # Errors
     /// As for [`Spec::load`].
@@ -160,7 +154,7 @@ impl Spec {
                 "this file is a scene: a SPEC names one by scene = \"FILE.toml\" (docs/datasets.md)".to_owned();
             return Err(SceneError::Value { path: path.to_path_buf(), line: 1, key: "scene".to_owned(), message });
         }
-        let root = Table::root(&file, &parsed, KEYS)?;
+        let root = SpecTable::root(&file, &parsed, KEYS)?;
         let scene = root.required("scene", root.path("scene")?, "the scene file")?;
         let samples = root.whole("samples", 1..=MOST_SAMPLES)?;
         let samples = root.required("samples", samples, "the number of images")?;
@@ -180,11 +174,14 @@ impl Spec {
         let mut of_image = time.names();
         of_image.extend(CameraRule::names(&cameras));
         of_image.extend(each_image.iter().flat_map(|drawn| drawn.names(SENSOR)));
-        let samplings =
-            [("random", Sampling::Random), ("latin_hypercube", Sampling::LatinHypercube), ("sobol", Sampling::Sobol)];
-        let plan = Plan {
+        let samplings = [
+            ("random", CubeSampling::Random),
+            ("latin_hypercube", CubeSampling::LatinHypercube),
+            ("sobol", CubeSampling::Sobol),
+        ];
+        let plan = RandomPlan {
             seed: root.whole("seed", 0..=i64::MAX as u64)?.unwrap_or(0),
-            sampling: root.choice("sampling", &samplings)?.unwrap_or(Sampling::Random),
+            sampling: root.choice("sampling", &samplings)?.unwrap_or(CubeSampling::Random),
             counts: [samples.div_ceil(poses_per_orbit), samples],
             names: [of_orbit, of_image],
         };
@@ -217,14 +214,13 @@ impl Spec {
         self.plan.counts[0]
     }
 
-    /// The images of an orbit.
     pub(crate) fn images_of(&self, orbit: u64) -> std::ops::Range<u64> {
         let first = orbit * self.poses_per_orbit;
         first..(first + self.poses_per_orbit).min(self.samples)
     }
 }
 
-fn images(root: &Table) -> Result<Vec<ImageKind>, SceneError> {
+fn images(root: &SpecTable) -> Result<Vec<ImageKind>, SceneError> {
     let known = [("numbers", ImageKind::Numbers), ("radiance", ImageKind::Radiance)];
     let words = root.texts("images")?;
     let mut images = Vec::new();
@@ -242,7 +238,7 @@ fn images(root: &Table) -> Result<Vec<ImageKind>, SceneError> {
     Ok(images)
 }
 
-fn split(root: &Table) -> Result<[f64; 3], SceneError> {
+fn split(root: &SpecTable) -> Result<[f64; 3], SceneError> {
     let Some(table) = root.table("split", SPLIT)? else { return Ok([1.0, 0.0, 0.0]) };
     let mut shares = [0.0; 3];
     for (share, key) in shares.iter_mut().zip(SPLIT) {
@@ -255,7 +251,7 @@ fn split(root: &Table) -> Result<[f64; 3], SceneError> {
     Ok(shares)
 }
 
-fn reject(root: &Table) -> Result<Reject, SceneError> {
+fn reject(root: &SpecTable) -> Result<Reject, SceneError> {
     let mut reject = Reject { in_view: 0.5, visible_pixels: 1, clearance: 0.0, sun: true, planet: false };
     let Some(table) = root.table("reject", REJECT)? else { return Ok(reject) };
     reject.in_view = table.number("in_view", 0.0..=1.0)?.unwrap_or(reject.in_view);
@@ -267,8 +263,8 @@ fn reject(root: &Table) -> Result<Reject, SceneError> {
     Ok(reject)
 }
 
-fn key_points(root: &Table) -> Result<Vec<KeyPoint>, SceneError> {
-    let mut points: Vec<KeyPoint> = Vec::new();
+fn key_points(root: &SpecTable) -> Result<Vec<SpecKeyPoint>, SceneError> {
+    let mut points: Vec<SpecKeyPoint> = Vec::new();
     for table in root.tables("key_point", KEY_POINT)? {
         let name = table.required("name", table.text("name")?, "a name")?.to_owned();
         if points.iter().any(|point| point.name == name) {
@@ -277,7 +273,7 @@ fn key_points(root: &Table) -> Result<Vec<KeyPoint>, SceneError> {
         let position =
             table.required("position", table.numbers::<3>("position")?, "[x, y, z] in the body frame [m]")?;
         let part = table.text("part")?.map(str::to_owned);
-        points.push(KeyPoint { name, position: DVec3::from(position), part });
+        points.push(SpecKeyPoint { name, position: DVec3::from(position), part });
     }
     Ok(points)
 }

@@ -1,12 +1,12 @@
-//! Which orbits are for training, validation and tests. All images of an orbit have the same purpose, so nothing leaks between them.
+//! The split of the orbits into training, validation and tests. All images of an orbit have the same purpose, so nothing leaks between them.
 
-use super::random::Stream;
+use super::random::RandomStream;
 use super::spec::Spec;
 use crate::labels::image::Split;
 
-/// What the images of an orbit are for. The numbers of orbits are those of the shares, rounded.
+/// The use of the images of an orbit. The numbers of orbits follow the shares of the SPEC, rounded.
 pub fn split_of(spec: &Spec, orbit: u64) -> Split {
-    let place = spec.plan.place(Stream::Orbit, "split", orbit, spec.orbits()) as f64;
+    let place = spec.plan.place(RandomStream::Orbit, "split", orbit, spec.orbits()) as f64;
     let [validation, test] = begins(spec);
     if place < validation {
         Split::Train

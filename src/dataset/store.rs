@@ -1,8 +1,8 @@
 //! The folder of a data set, into which several processes may write at once.
 //!
-//! Each process has a folder of its own below `.isotherm`, in which it makes an orbit. A whole orbit moves to its place by one renaming. So what has its
-//! name is whole, and the folder looks alike whoever made which orbit. A lock on a file in the process's folder lasts as long as the process. A folder
-//! without it belongs to a process that was killed, and is removed.
+//! Each process has a folder of its own below `.isotherm`, in which it makes an orbit. A whole orbit moves to its place by one renaming. So an orbit
+//! in its place is whole, and the folder looks alike whichever process made an orbit. A lock on a file in the process's folder lasts as long as the
+//! process. A folder without it belongs to a process that was killed, and is removed.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
@@ -18,7 +18,7 @@ use crate::output::OutputError;
 
 /// The folder for isotherm's own records.
 const HOME: &str = ".isotherm";
-/// What the data set was begun with.
+/// The file with the identity of the data set.
 const IDENTITY: &str = "dataset.json";
 /// Start of the names of the processes' folders.
 const WORK: &str = "work-";
@@ -30,23 +30,22 @@ const FINISH: &str = "finish.lock";
 /// Start of the names of reports, which no checksum covers.
 pub(crate) const REPORT: &str = "report-";
 
-/// What is done with what a folder holds.
+/// The treatment of orbits that a folder holds already.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Begin {
     /// No orbit of this shard may be there.
     Fresh,
-    /// What is there is kept.
+    /// Orbits that are there are kept.
     Resume,
     /// The data set that is there is removed.
     Force,
 }
 
-/// The folder.
 #[derive(Debug)]
 pub(crate) struct Store {
     root: PathBuf,
     work: PathBuf,
-    // Its lock ends with it.
+    // The lock ends with the file.
     _lock: File,
 }
 
@@ -94,7 +93,6 @@ impl Store {
         Ok(store)
     }
 
-    /// The folder.
     pub(crate) fn root(&self) -> &Path {
         &self.root
     }
@@ -136,7 +134,7 @@ impl Store {
         Ok(())
     }
 
-    /// Writes a file of the whole set. It appears whole or not at all.
+    /// Writes a file of the whole set. The file appears whole or not at all.
     ///
     /// # Errors
     /// A full disk, or a folder that can not be written.
@@ -168,7 +166,7 @@ impl Store {
     /// Runs `work` while no other process does.
     ///
     /// # Errors
-    /// What `work` returns, or a file that can not be locked.
+    /// An error of `work`, or a file that can not be locked.
     pub(crate) fn alone<T>(&self, work: impl FnOnce() -> Result<T, DatasetError>) -> Result<T, DatasetError> {
         let path = self.root.join(HOME).join(FINISH);
         let failed = |error| OutputError::write(&path, error);
@@ -180,13 +178,13 @@ impl Store {
 
 impl Drop for Store {
     fn drop(&mut self) {
-        // What stays is removed by the next process. A process that was killed when this one began may have ended since.
+        // A folder that can not be removed is left to the next process. A process that was killed when this one began may have ended since.
         let _ = fs::remove_dir_all(&self.work);
         let _ = remove_dead(&self.root.join(HOME));
     }
 }
 
-/// What a data set was begun with.
+/// The identity of a data set, as it was begun.
 ///
 /// # Errors
 /// A folder without a data set.
@@ -218,7 +216,7 @@ fn compare(root: &Path, there: &str, identity: &Json) -> Result<(), DatasetError
 /// A new folder for this process, with its lock.
 fn work_folder(home: &Path) -> io::Result<(PathBuf, File)> {
     let work = tempfile::Builder::new().prefix(WORK).tempdir_in(home)?.keep();
-    // It has its name when it is locked already, so nobody takes the folder for one of a dead process.
+    // The file gets its name after it is locked, so nobody takes the folder for a dead process's.
     let begun = work.join("begun");
     let lock = File::create(&begun)?;
     lock.lock()?;
@@ -230,7 +228,7 @@ fn work_folder(home: &Path) -> io::Result<(PathBuf, File)> {
 fn remove_dead(home: &Path) -> Result<(), OutputError> {
     for path in entries(home)? {
         let is_work = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(WORK));
-        // A folder without a lock file was made a moment ago, or its process was killed then. It is empty.
+        // A folder without a lock file was made a moment ago, or its process was killed then. Such a folder is empty.
         let Some(lock) = is_work.then(|| File::open(path.join(LOCK)).ok()).flatten() else { continue };
         if matches!(lock.try_lock(), Err(TryLockError::WouldBlock)) {
             continue;
@@ -244,7 +242,7 @@ fn remove_dead(home: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Removes a data set: what its lists of checksums name, the lists and the reports.
+/// Removes a data set: the files that its lists of checksums name, the lists and the reports.
 fn clear(root: &Path) -> Result<(), OutputError> {
     let removed = |path: &Path, error| OutputError::Remove(path.to_path_buf(), error);
     let remove = |path: &Path| match fs::remove_file(path) {

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::reader::Table;
-use crate::labels::symmetry::{Symmetry, Turns};
+use super::reader::SpecTable;
+use crate::labels::symmetry::{Symmetry, SymmetryTurns};
 use crate::scene::SceneError;
 
 /// Keys of `[[symmetry]]`.
@@ -15,20 +15,20 @@ const MOST: u64 = 100;
 const TOLERANCE: f64 = 0.01;
 
 /// Reads each `[[symmetry]]`.
-pub(super) fn symmetries(root: &Table) -> Result<Vec<Symmetry>, SceneError> {
+pub(super) fn symmetries(root: &SpecTable) -> Result<Vec<Symmetry>, SceneError> {
     root.tables("symmetry", SYMMETRY)?.iter().map(symmetry).collect()
 }
 
-fn symmetry(table: &Table) -> Result<Symmetry, SceneError> {
+fn symmetry(table: &SpecTable) -> Result<Symmetry, SceneError> {
     let kinds = [("discrete", true), ("continuous", false)];
     let discrete = table.required("kind", table.choice("kind", &kinds)?, "discrete or continuous")?;
     let count = table.whole("count", 2..=MOST)?;
     let turns = if discrete {
-        Turns::Share(table.required("count", count, "the number of turns in a circle, from 2")? as u32)
+        SymmetryTurns::Share(table.required("count", count, "the number of turns in a circle, from 2")? as u32)
     } else if count.is_some() {
         return Err(table.error("count", "has no meaning for kind = \"continuous\""));
     } else {
-        Turns::Any
+        SymmetryTurns::Any
     };
     let axis = table.required("axis", table.numbers::<3>("axis")?, "[x, y, z], about which it turns")?;
     Ok(Symmetry {

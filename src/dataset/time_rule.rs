@@ -1,17 +1,17 @@
 //! When an image is taken: a time along the orbit.
 
-use super::distribution::Drawn;
-use super::random::{Plan, Stream};
-use super::reader::Table;
+use super::distribution::Distribution;
+use super::random::{RandomPlan, RandomStream};
+use super::reader::SpecTable;
 use crate::environment::sky::{Boundary, SkyModel};
 use crate::scene::SceneError;
 
 /// Keys of `[time]`.
 pub(crate) const TIME: &[&str] = &["orbits", "after_entry", "after_exit", "light"];
 
-/// What a time is counted from.
+/// The event from which a time is counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Origin {
+enum TimeOrigin {
     /// The start, in orbits.
     Start,
     /// The beginning of the penumbra, in s.
@@ -22,7 +22,7 @@ enum Origin {
 
 /// Light of the Sun on the craft.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Light {
+enum LightRule {
     Any,
     Lit,
     Penumbra,
@@ -32,42 +32,46 @@ enum Light {
 /// How times are drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct TimeRule {
-    origin: Origin,
-    drawn: Drawn,
-    light: Light,
+    origin: TimeOrigin,
+    drawn: Distribution,
+    light: LightRule,
 }
 
 /// Why an orbit has no time for an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum NoTime {
-    /// It has no eclipse, and times are counted from one.
+    /// The orbit has no eclipse, and times are counted from one.
     NoEclipse,
     /// No attempt met the light that is asked for, or a time after the start.
     NoLight,
 }
 
 impl TimeRule {
-    pub(super) fn read(root: &Table) -> Result<Self, SceneError> {
-        let all = || Drawn::Uniform([0.0, 1.0]);
+    pub(super) fn read(root: &SpecTable) -> Result<Self, SceneError> {
+        let all = || Distribution::Uniform([0.0, 1.0]);
         let Some(table) = root.table("time", TIME)? else {
-            return Ok(Self { origin: Origin::Start, drawn: all(), light: Light::Any });
+            return Ok(Self { origin: TimeOrigin::Start, drawn: all(), light: LightRule::Any });
         };
-        let words =
-            [("any", Light::Any), ("lit", Light::Lit), ("penumbra", Light::Penumbra), ("shadow", Light::Shadow)];
-        let light = table.choice("light", &words)?.unwrap_or(Light::Any);
+        let words = [
+            ("any", LightRule::Any),
+            ("lit", LightRule::Lit),
+            ("penumbra", LightRule::Penumbra),
+            ("shadow", LightRule::Shadow),
+        ];
+        let light = table.choice("light", &words)?.unwrap_or(LightRule::Any);
         let mut found = None;
         for (key, origin, range) in [
-            ("orbits", Origin::Start, 0.0..=1e4),
-            ("after_entry", Origin::Entry, -1e6..=1e6),
-            ("after_exit", Origin::Exit, -1e6..=1e6),
+            ("orbits", TimeOrigin::Start, 0.0..=1e4),
+            ("after_entry", TimeOrigin::Entry, -1e6..=1e6),
+            ("after_exit", TimeOrigin::Exit, -1e6..=1e6),
         ] {
-            let unit = if origin == Origin::Start { "orbits" } else { "s" };
+            let unit = if origin == TimeOrigin::Start { "orbits" } else { "s" };
             let Some(drawn) = table.drawn_number(key, range, unit)? else { continue };
             if found.replace((origin, drawn)).is_some() {
                 return Err(table.error(key, "is one time too many: state one of orbits, after_entry and after_exit"));
             }
         }
-        let (origin, drawn) = found.unwrap_or((Origin::Start, all()));
+        let (origin, drawn) = found.unwrap_or((TimeOrigin::Start, all()));
         Ok(Self { origin, drawn, light })
     }
 
@@ -80,28 +84,34 @@ impl TimeRule {
     ///
     /// # Errors
     /// No attempt gives a time.
-    pub(crate) fn draw(&self, plan: &Plan, image: u64, sky: &SkyModel, attempts: u32) -> Result<(f64, u32), NoTime> {
+    pub(crate) fn draw(
+        &self,
+        plan: &RandomPlan,
+        image: u64,
+        sky: &SkyModel,
+        attempts: u32,
+    ) -> Result<(f64, u32), NoTime> {
         let period = sky.period();
         let origin = match self.origin {
-            Origin::Start => 0.0,
+            TimeOrigin::Start => 0.0,
             border => {
                 let events = sky.events(0.0, 2.0 * period);
-                let is_it = |entry: bool| entry == (border == Origin::Entry);
+                let is_it = |entry: bool| entry == (border == TimeOrigin::Entry);
                 let mut met = events.iter().filter(|event| event.boundary == Boundary::Penumbra && is_it(event.entry));
                 met.next().ok_or(NoTime::NoEclipse)?.time
             }
         };
         for attempt in 0..attempts {
-            let drawn = self.drawn.number("time", &plan.source(Stream::Image, image, attempt));
-            let time = if self.origin == Origin::Start { drawn * period } else { origin + drawn };
-            // A time before the start is that of the orbit after it, which is the same on a circular orbit.
+            let drawn = self.drawn.number("time", &plan.source(RandomStream::Image, image, attempt));
+            let time = if self.origin == TimeOrigin::Start { drawn * period } else { origin + drawn };
+            // A time before the start is replaced by the time one orbit later, where the light of a circular orbit is the same.
             let time = if time < 0.0 && sky.repeats_after().is_some() { time + period } else { time };
             let lit = sky.lit_fraction(time);
             let fits = match self.light {
-                Light::Any => true,
-                Light::Lit => lit >= 1.0,
-                Light::Penumbra => lit > 0.0 && lit < 1.0,
-                Light::Shadow => lit <= 0.0,
+                LightRule::Any => true,
+                LightRule::Lit => lit >= 1.0,
+                LightRule::Penumbra => lit > 0.0 && lit < 1.0,
+                LightRule::Shadow => lit <= 0.0,
             };
             if time >= 0.0 && fits {
                 return Ok((time, attempt));

@@ -14,7 +14,7 @@ use super::index;
 use super::orbit::OrbitRun;
 use super::orbit_files::{Encoded, ORBIT, encode_image};
 use super::orbit_folder::CHECKSUMS;
-use super::random::{Plan, Sampling, Stream};
+use super::random::{CubeSampling, RandomPlan, RandomStream};
 use super::scene_values::SceneText;
 use super::spec::Spec;
 use super::split::split_of;
@@ -27,12 +27,11 @@ use crate::output::OutputError;
 use crate::output::gray::read_png;
 use crate::simulation::target::Target;
 
-/// Most faults that are kept.
 const MOST_FAULTS: usize = 1000;
 /// Largest distance between a key point and its projection [px], for the rounding of numbers in text.
 const PIXEL_SLACK: f64 = 1e-6;
 
-/// What was found.
+/// The result of a verification.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Verified {
     /// Files whose checksum was computed.
@@ -41,7 +40,7 @@ pub struct Verified {
     pub images: usize,
     /// Images that were rendered again.
     pub rendered: usize,
-    /// What is wrong.
+    /// The faults, in words.
     pub faults: Vec<String>,
 }
 
@@ -147,7 +146,7 @@ pub fn labels(root: &Path, spec: &Spec, stop: &AtomicBool, found: &mut Verified)
     Ok(())
 }
 
-/// What does not agree in the labels of an image.
+/// The disagreements in the labels of an image, in words.
 fn image_faults(folder: &Path, row: &Map<String, Json>, cameras: &Json, poses: &Json, number: u64) -> Vec<String> {
     let mut faults = Vec::new();
     let key = number.to_string();
@@ -221,10 +220,10 @@ fn image_faults(folder: &Path, row: &Map<String, Json>, cameras: &Json, poses: &
 
 /// The images to render again: some that the number `draw` picks.
 pub fn picked(spec: &Spec, count: u64, draw: u64) -> BTreeMap<u64, BTreeSet<u64>> {
-    let plan = Plan { seed: draw, sampling: Sampling::Random, counts: [1, 1], names: Default::default() };
+    let plan = RandomPlan { seed: draw, sampling: CubeSampling::Random, counts: [1, 1], names: Default::default() };
     let mut orbits: BTreeMap<u64, BTreeSet<u64>> = BTreeMap::new();
     for number in 0..count.min(spec.samples) {
-        let image = plan.place(Stream::Image, "verify", number, spec.samples);
+        let image = plan.place(RandomStream::Image, "verify", number, spec.samples);
         orbits.entry(image / spec.poses_per_orbit).or_default().insert(image);
     }
     orbits

@@ -1,4 +1,4 @@
-//! What a camera would see, before anything is drawn: whether an attempt is rejected.
+//! Judges the view of a camera before anything is drawn: whether an attempt is rejected.
 
 use glam::{DAffine3, DVec2, DVec3};
 

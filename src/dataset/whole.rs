@@ -1,6 +1,6 @@
 //! The files of the whole set, made by whichever process finds that all orbits are there.
 //!
-//! They follow from the orbits' files, the SPEC and the scene alone, so it does not matter who makes them.
+//! The contents follow from the orbits' files, the SPEC and the scene alone, so any process may make these files.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -24,7 +24,6 @@ use crate::output::OutputError;
 pub(crate) const SPEC: &str = "spec.toml";
 /// The copy of the scene file.
 pub(crate) const SCENE: &str = "scene.toml";
-/// The index.
 pub(crate) const INDEX: &str = "index.parquet";
 /// Counts of images and rejections.
 pub(crate) const SUMMARY: &str = "dataset.json";

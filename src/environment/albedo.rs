@@ -12,7 +12,7 @@ use super::quadrature::GaussLegendre;
 /// `albedo_factor` tabulated over the directions of a normal, for one Sun zenith angle and one distance.
 ///
 /// The grid has `RESOLUTION + 1` points each way, row after row in z. Direction d reads it bilinearly at p = (dx, dz) / (|dx| + |dy| +
-/// |dz|), in [-1, 1]^2. The factor has creases at p = 0. They lie on grid lines.
+/// |dz|), in [-1, 1]^2. The factor has creases at p = 0, which are grid lines.
 ///
 /// A value is the factor of the unit vector along v = (px, 1 - |px| - |pz|, pz), times the length of v. A read divides by that length
 /// again. A plate that sees the whole disc has a factor linear in its normal, so its value is linear in p and the bilinear read is exact.
@@ -23,7 +23,7 @@ pub struct AlbedoTable {
     pub values: Vec<f64>,
 }
 
-/// Intervals of the table each way. It is even, so that p = 0 is a grid line.
+/// Intervals of the table each way: an even number, so that p = 0 is a grid line.
 pub const RESOLUTION: usize = 160;
 
 /// The vector v of a grid point. `None` where no read reaches the point.
@@ -72,7 +72,7 @@ pub(crate) fn albedo_factor(normal: DVec3, distance_ratio: f64, sun_zenith: f64)
 }
 
 fn albedo_factor_with(rule: &GaussLegendre, normal: DVec3, distance_ratio: f64, sun_zenith: f64) -> f64 {
-    let plate = Plate::new(normal);
+    let plate = PlateNormal::new(normal);
     if plate.tilt >= FRAC_PI_2 + (1.0 / distance_ratio).asin() {
         return 0.0;
     }
@@ -102,7 +102,7 @@ fn albedo_factor_with(rule: &GaussLegendre, normal: DVec3, distance_ratio: f64, 
 }
 
 /// A plate's normal in the planet frame, in components.
-struct Plate {
+struct PlateNormal {
     /// Component to nadir.
     nadir: f64,
     /// Component at right angles to nadir.
@@ -113,20 +113,20 @@ struct Plate {
     tilt: f64,
 }
 
-impl Plate {
+impl PlateNormal {
     fn new(normal: DVec3) -> Self {
         let across = normal.x.hypot(normal.y);
         Self { nadir: normal.z, across, azimuth: normal.y.abs().atan2(normal.x), tilt: across.atan2(normal.z) }
     }
 
-    /// Angle of incidence of the ring that touches the plate's own horizon [rad]. It is 90 deg where no ring does.
+    /// Angle of incidence of the ring that touches the plate's own horizon [rad], or 90 deg where no ring does.
     fn horizon_incidence(&self, distance_ratio: f64) -> f64 {
         let sine = distance_ratio * self.nadir.abs();
         if sine < 1.0 { sine.asin() } else { FRAC_PI_2 }
     }
 }
 
-/// Angle of incidence of the ring that touches the terminator [rad]. It is 90 deg where the terminator lies beyond the limb.
+/// Angle of incidence of the ring that touches the terminator [rad], or 90 deg where the terminator lies beyond the limb.
 fn terminator_incidence(distance_ratio: f64, sun_zenith: f64) -> f64 {
     let (sin_ground, cos_ground) = (FRAC_PI_2 - sun_zenith).abs().sin_cos();
     if distance_ratio * cos_ground <= 1.0 {

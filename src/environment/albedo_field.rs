@@ -83,7 +83,7 @@ enum Shares {
     Crossing { first: usize, weights: [f64; 4] },
 }
 
-/// `None` in the dark. `horizon` and `spread` are those of [`AlbedoField`].
+/// `None` in the dark. `horizon` and `spread` are fields of [`AlbedoField`].
 fn shares(horizon: f64, spread: f64, sun_zenith: f64) -> Option<Shares> {
     let past_crossing = sun_zenith - FRAC_PI_2;
     if past_crossing >= horizon {

@@ -54,7 +54,6 @@ pub(crate) enum BodyFrame {
     },
     /// The rotation against the inertial frame is constant.
     Fixed {
-        /// Rotates inertial vectors into the body frame.
         body_from_inertial: DMat3,
     },
     /// The body follows the Sun and leans to the orbit normal.
@@ -71,9 +70,7 @@ pub(crate) enum BodyFrame {
         /// Rate of the turn [rad/s].
         rate: f64,
     },
-    /// The body follows a table of rotations.
     History(Arc<RotationHistory>),
-    /// The body follows given places.
     Given(Arc<Placements>),
 }
 
@@ -103,7 +100,6 @@ impl BodyFrame {
         }
     }
 
-    /// Whether the body frame repeats with a circular orbit.
     pub(crate) fn repeats_with_the_orbit(&self) -> bool {
         !matches!(self, Self::Spins { .. } | Self::History(_) | Self::Given(_))
     }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::orbit::EARTH_GRAVITATIONAL_PARAMETER;
-use super::state::{SLACK, Sample};
+use super::state::{EphemerisSample, SLACK};
 
 /// Earth's second zonal coefficient, and its equatorial radius [m] (EGM96).
 const J2: f64 = 1.082_626_7e-3;
@@ -30,7 +30,7 @@ pub(crate) struct Residual {
 }
 
 /// Compares the velocity of a sample with a coast from the sample before. `None` without velocities, and for spans beyond [`LONGEST_COAST`].
-pub(crate) fn residual(from: &Sample, to: &Sample) -> Option<Residual> {
+pub(crate) fn residual(from: &EphemerisSample, to: &EphemerisSample) -> Option<Residual> {
     let (mut velocity, end) = (from.velocity?, to.velocity?);
     let span = to.time - from.time;
     let mut position = from.position;
@@ -57,7 +57,7 @@ pub(crate) fn residual(from: &Sample, to: &Sample) -> Option<Residual> {
 pub(crate) const LONGEST_COAST: f64 = 1.0;
 
 /// Angle by which the craft goes round the planet between two positions [rad]: the mean motion of the circular orbit through the farther one.
-pub(crate) fn turn(from: &Sample, to: &Sample) -> f64 {
+pub(crate) fn turn(from: &EphemerisSample, to: &EphemerisSample) -> f64 {
     let radius = from.position.length().max(to.position.length());
     (to.time - from.time) * (EARTH_GRAVITATIONAL_PARAMETER / radius.powi(3)).sqrt()
 }

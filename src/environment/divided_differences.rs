@@ -13,7 +13,6 @@ impl<V> Vector for V where
 {
 }
 
-/// Highest degree that is used.
 pub(crate) const HIGHEST_DEGREE: usize = 31;
 
 /// Conditions of the highest degree, where the values and slopes of whole samples are used.

@@ -32,12 +32,12 @@ impl Discs {
         }
     }
 
-    /// Distance of the discs from outer tangency [rad]. It is negative in penumbra and umbra.
+    /// Distance of the discs from outer tangency [rad], negative in penumbra and umbra.
     pub(crate) fn outer_gap(&self) -> f64 {
         self.separation - (self.planet + self.sun)
     }
 
-    /// Distance of the discs from inner tangency [rad]. It is negative where one disc covers the other (umbra, or annular eclipse).
+    /// Distance of the discs from inner tangency [rad], negative where one disc covers the other (umbra, or annular eclipse).
     pub(crate) fn inner_gap(&self) -> f64 {
         self.separation - (self.planet - self.sun).abs()
     }

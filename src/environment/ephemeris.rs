@@ -7,9 +7,8 @@ use glam::DVec3;
 use super::coast::{LONGEST_COAST, Residual, gravity, residual, turn};
 use super::divided_differences::{self, hermite_degree};
 use super::spacing::gaps;
-use super::state::{SLACK, Sample, State};
+use super::state::{EphemerisSample, SLACK, StateVector};
 
-/// How an ephemeris is interpolated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Interpolation {
     /// A polynomial of this degree through positions.
@@ -39,30 +38,27 @@ const SAME_VELOCITY: f64 = 0.01;
 
 /// Samples of one segment of a file.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Segment {
+pub(crate) struct EphemerisSegment {
     /// In order of time. Two samples of one time are a step of the trajectory (a manoeuvre).
-    pub(crate) samples: Vec<Sample>,
-    /// How to interpolate.
+    pub(crate) samples: Vec<EphemerisSample>,
     pub(crate) interpolation: Interpolation,
     /// Times between which the segment may be used [s].
     pub(crate) usable: (f64, f64),
 }
 
-/// A trajectory given by samples.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Ephemeris {
-    /// In order of time. They may touch.
-    pieces: Vec<Segment>,
+    /// In order of time. Two pieces may touch.
+    pieces: Vec<EphemerisSegment>,
 }
 
-/// Counts of what was found in the samples, for the report.
+/// Counts of irregular samples, for the report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Findings {
     /// Samples equal to the one before.
     pub(crate) repeated: usize,
     /// Epochs with two different states.
     pub(crate) steps: usize,
-    /// Gaps inside segments.
     pub(crate) gaps: usize,
     /// Intervals in which a manoeuvre was detected that no sample states.
     pub(crate) manoeuvres: usize,
@@ -84,7 +80,7 @@ impl fmt::Display for Findings {
 
 impl Ephemeris {
     /// An ephemeris from the segments of a file. The samples of each are in order of time.
-    pub(crate) fn new(segments: Vec<Segment>) -> (Self, Findings) {
+    pub(crate) fn new(segments: Vec<EphemerisSegment>) -> (Self, Findings) {
         let mut findings = Findings::default();
         let mut pieces = Vec::new();
         for segment in segments {
@@ -95,12 +91,12 @@ impl Ephemeris {
     }
 
     /// The state at a time [s]. `None` where no piece covers it to within [`SLACK`]. At a step it is the state after it.
-    pub(crate) fn state(&self, time: f64) -> Option<State> {
+    pub(crate) fn state(&self, time: f64) -> Option<StateVector> {
         let after = self.pieces.partition_point(|piece| piece.usable.0 <= time);
         // Where pieces overlap the later one takes over.
         let covering = self.pieces[..after].iter().rev().find(|piece| time <= piece.usable.1);
         let beside = || {
-            let near = |piece: &&Segment| piece.usable.0 - SLACK <= time && time <= piece.usable.1 + SLACK;
+            let near = |piece: &&EphemerisSegment| piece.usable.0 - SLACK <= time && time <= piece.usable.1 + SLACK;
             self.pieces[..self.pieces.len().min(after + 1)].iter().rev().find(near)
         };
         covering.or_else(beside).map(|piece| piece.state(time.clamp(piece.usable.0, piece.usable.1)))
@@ -125,8 +121,8 @@ impl Ephemeris {
 }
 
 /// Cuts a segment at its gaps, steps and manoeuvres.
-fn split(segment: Segment, pieces: &mut Vec<Segment>, findings: &mut Findings) {
-    let Segment { mut samples, interpolation, usable } = segment;
+fn split(segment: EphemerisSegment, pieces: &mut Vec<EphemerisSegment>, findings: &mut Findings) {
+    let EphemerisSegment { mut samples, interpolation, usable } = segment;
     let before = samples.len();
     samples.dedup_by(|later, earlier| later.time - earlier.time <= SLACK && same(later, earlier));
     findings.repeated += before - samples.len();
@@ -151,7 +147,7 @@ fn split(segment: Segment, pieces: &mut Vec<Segment>, findings: &mut Findings) {
         };
         let (first, last) = (samples[0].time.max(usable.0), samples[samples.len() - 1].time.min(usable.1));
         if first <= last {
-            pieces.push(Segment { samples: samples.to_vec(), interpolation, usable: (first, last) });
+            pieces.push(EphemerisSegment { samples: samples.to_vec(), interpolation, usable: (first, last) });
         }
     };
     for index in 0..gaps.len() {
@@ -171,7 +167,7 @@ fn split(segment: Segment, pieces: &mut Vec<Segment>, findings: &mut Findings) {
     cut(start, samples.len(), interpolation);
 }
 
-fn same(a: &Sample, b: &Sample) -> bool {
+fn same(a: &EphemerisSample, b: &EphemerisSample) -> bool {
     let velocities = match (a.velocity, b.velocity) {
         (Some(a), Some(b)) => a.distance(b) <= SAME_VELOCITY,
         _ => true,
@@ -186,14 +182,14 @@ fn lower_quartile(values: impl Iterator<Item = f64>) -> f64 {
     values.get(values.len().saturating_sub(1) / 4).copied().unwrap_or(0.0)
 }
 
-impl Segment {
-    fn state(&self, time: f64) -> State {
+impl EphemerisSegment {
+    fn state(&self, time: f64) -> StateVector {
         let samples = &self.samples;
         let next = samples.partition_point(|sample| sample.time <= time);
         if next > 0 {
             let last = &samples[next - 1];
             if let (true, Some(velocity)) = (last.time == time, last.velocity) {
-                return State { position: last.position, velocity };
+                return StateVector { position: last.position, velocity };
             }
         }
         let (points, each) = match self.interpolation {
@@ -210,19 +206,19 @@ impl Segment {
 }
 
 /// The polynomial through samples. `each` is 1 for positions, 2 for velocities as well, 3 for gravity as the acceleration.
-fn polynomial(samples: &[Sample], each: usize, time: f64) -> State {
+fn polynomial(samples: &[EphemerisSample], each: usize, time: f64) -> StateVector {
     let each = if samples.iter().all(|sample| sample.velocity.is_some()) { each } else { 1 };
-    if let [Sample { position, velocity, .. }] = samples {
+    if let [EphemerisSample { position, velocity, .. }] = samples {
         // A single sample gives only its own slope.
-        return State { position: *position, velocity: velocity.unwrap_or(DVec3::ZERO) };
+        return StateVector { position: *position, velocity: velocity.unwrap_or(DVec3::ZERO) };
     }
-    let conditions = |sample: &Sample| {
+    let conditions = |sample: &EphemerisSample| {
         let bend = if each == 3 { gravity(sample.position) } else { DVec3::ZERO };
         (sample.time, [sample.position, sample.velocity.unwrap_or(DVec3::ZERO), bend])
     };
     let samples: Vec<(f64, [DVec3; 3])> = samples.iter().map(conditions).collect();
     let (position, velocity) = divided_differences::polynomial(&samples, each, time);
-    State { position, velocity }
+    StateVector { position, velocity }
 }
 
 #[cfg(test)]

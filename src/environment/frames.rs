@@ -1,8 +1,8 @@
 //! Rotations between the Earth's reference frames and GCRF: precession, nutation, sidereal time.
 //!
-//! GCRF, ICRF, EME2000 and J2000 count as one frame. They differ by 0.02 arc seconds, which is 0.7 m in low orbit. Precession is IAU 2006.
-//! Nutation is the 13 largest terms of IAU 1980, which stay within 0.05 arc seconds of IAU 2006/2000A between 1950 and 2100. Polar motion
-//! (0.3 arc seconds) and UT1 - UTC (below 0.9 s) need a download and are left out.
+//! GCRF, ICRF, EME2000 and J2000 count as one frame. The differences are about 0.02 arc seconds, which is 0.7 m in low orbit. Precession
+//! is IAU 2006. Nutation is the 13 largest terms of IAU 1980, which stay within 0.05 arc seconds of IAU 2006/2000A between 1950 and 2100.
+//! Polar motion (0.3 arc seconds) and UT1 - UTC (below 0.9 s) need a download and are left out.
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,7 +16,6 @@ pub(crate) const EARTH_RATE: f64 = 7.292_115e-5;
 
 const ARC_SECOND: f64 = PI / 648_000.0;
 
-/// Frame in which a trajectory is stated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ReferenceFrame {
     /// GCRF, ICRF, EME2000, J2000.
@@ -50,7 +49,7 @@ pub(crate) fn mean_obliquity(centuries: f64) -> f64 {
 }
 
 /// Nutation terms: the multiples of D, M, M', F and the node, then longitude and its rate, obliquity and its rate [0.0001 arc seconds, and
-/// per century]. They are the 13 largest terms of Wahr's series (Seidelmann 1982; Meeus, table 22.A).
+/// per century]. The table has the 13 largest terms of Wahr's series (Seidelmann 1982; Meeus, table 22.A).
 const NUTATION: [([f64; 5], [f64; 4]); 13] = [
     ([0.0, 0.0, 0.0, 0.0, 1.0], [-171_996.0, -174.2, 92_025.0, 8.9]),
     ([-2.0, 0.0, 0.0, 2.0, 2.0], [-13_187.0, -1.6, 5736.0, -3.1]),
@@ -67,7 +66,7 @@ const NUTATION: [([f64; 5], [f64; 4]); 13] = [
     ([0.0, 0.0, -1.0, 2.0, 2.0], [123.0, 0.0, -53.0, 0.0]),
 ];
 
-/// Nutation in longitude and in obliquity [rad]. The arguments are those of Meeus, chapter 22.
+/// Nutation in longitude and in obliquity [rad]. The arguments follow Meeus, chapter 22.
 pub(crate) fn nutation(centuries: f64) -> [f64; 2] {
     let t = centuries;
     let arguments = [
@@ -102,7 +101,6 @@ fn equation_of_equinoxes(centuries: f64) -> f64 {
     nutation(centuries)[0] * mean_obliquity(centuries).cos()
 }
 
-/// Rotates TEME vectors into GCRF.
 pub(crate) fn gcrf_from_teme(centuries: f64) -> DMat3 {
     gcrf_from_true(centuries) * DMat3::from_rotation_z(equation_of_equinoxes(centuries))
 }
@@ -116,12 +114,10 @@ fn sidereal_time(epoch: Epoch) -> f64 {
     (rotation + accumulated + equation_of_equinoxes(t)).rem_euclid(TAU)
 }
 
-/// Rotates ITRF vectors into GCRF.
 pub(crate) fn gcrf_from_itrf(epoch: Epoch) -> DMat3 {
     gcrf_from_true(tt_centuries(epoch)) * DMat3::from_rotation_z(sidereal_time(epoch))
 }
 
-/// Transforms a position and a velocity of a frame into GCRF.
 pub(crate) fn to_gcrf(
     frame: ReferenceFrame,
     epoch: Epoch,

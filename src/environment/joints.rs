@@ -1,8 +1,8 @@
 //! Joints: rigid motions of parts against the body, and their positions over time.
 //!
-//! A joint moves its glTF node and everything below it. Its *pose* `body_from_joint` is a rigid motion. It takes geometry from the pose in
-//! the file to its present place. It is the pose of the parent joint times the joint's own rotation or translation. Poses are listed with
-//! the body (which does not move) at 0 and joint `i` at `i + 1`.
+//! A joint moves its glTF node and everything below it. The *pose* of a joint, `body_from_joint`, is the rigid motion that takes geometry
+//! from its place in the file to its present place. This pose is the pose of the parent joint times the joint's own rotation or
+//! translation. Poses are listed with the body (which does not move) at 0 and joint `i` at `i + 1`.
 
 use std::f64::consts::{PI, TAU};
 
@@ -19,16 +19,12 @@ pub(crate) use walk::Joints;
 /// Sine of the angle between axis and Sun below which the Sun does not define a position.
 const ALONG: f64 = 1e-9;
 
-/// The degree of freedom of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
-    /// Rotation about the axis.
+pub(crate) enum JointKind {
     Rotation,
-    /// Translation along the axis.
     Translation,
 }
 
-/// What prescribes the position of a joint.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Drive {
     /// A constant position [rad or m].
@@ -42,27 +38,24 @@ pub(crate) enum Drive {
     },
     /// The joint turns a direction as near to the Sun as it can.
     Sun {
-        /// Unit direction in the file's pose, body frame. It is not along the joint's axis.
+        /// Unit direction in the file's pose, body frame, not along the joint's axis.
         facing: DVec3,
         /// Angle added to the Sun's [rad].
         offset: f64,
     },
 }
 
-/// A joint with one degree of freedom.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Guided {
-    /// Its degree of freedom.
-    pub(crate) kind: Kind,
+    pub(crate) kind: JointKind,
     /// Unit axis in the file's pose, body frame.
     pub(crate) axis: DVec3,
     /// A point on the axis in the file's pose, body frame [m].
     pub(crate) origin: DVec3,
-    /// What prescribes its position.
     pub(crate) drive: Drive,
     /// Least and greatest position [rad or m].
     pub(crate) limits: Option<[f64; 2]>,
-    /// Greatest rate [rad/s or m/s]. Without one the joint is always at its target position.
+    /// Greatest rate [rad/s or m/s]. Without a rate the joint is always at its target position.
     pub(crate) rate: Option<f64>,
 }
 
@@ -83,24 +76,19 @@ pub(crate) struct Played {
     pub(crate) body_from_parent: DAffine3,
 }
 
-/// How a joint moves.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Motion {
-    /// A joint with one degree of freedom.
+pub(crate) enum JointDrive {
     Guided(Guided),
-    /// An animation.
     Played(Box<Played>),
 }
 
-/// A joint.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Joint {
     /// Name of its glTF node.
     pub(crate) name: String,
     /// The parent joint, which stands before it in the list. `None` for the body.
     pub(crate) parent: Option<usize>,
-    /// How it moves.
-    pub(crate) motion: Motion,
+    pub(crate) motion: JointDrive,
 }
 
 /// Why a joint can not be held at a position.
@@ -114,7 +102,7 @@ pub enum JointError {
         /// The joints of the scene.
         known: String,
     },
-    /// It plays an animation.
+    /// A joint that plays an animation.
     #[error("the joint '{name}' plays an animation, which prescribes its position")]
     Played {
         /// The joint.
@@ -165,8 +153,8 @@ impl Drive {
 }
 
 impl Guided {
-    /// The position nearest to `target` within the limits. A joint that tracks the Sun points the same way after a whole turn. It takes
-    /// the angle nearest to `near`.
+    /// The position nearest to `target` within the limits. A joint that tracks the Sun points the same way after a whole turn, so the
+    /// angle nearest to `near` is taken.
     fn within_limits(&self, target: f64, near: Option<f64>) -> f64 {
         let turns = matches!(self.drive, Drive::Sun { .. });
         match self.limits {
@@ -190,11 +178,11 @@ impl Guided {
     /// The rigid motion at a position, in the file's pose.
     fn motion(&self, position: f64) -> DAffine3 {
         match self.kind {
-            Kind::Rotation => {
+            JointKind::Rotation => {
                 let turn = DMat3::from_axis_angle(self.axis, position);
                 DAffine3::from_mat3_translation(turn, self.origin - turn * self.origin)
             }
-            Kind::Translation => DAffine3::from_translation(self.axis * position),
+            JointKind::Translation => DAffine3::from_translation(self.axis * position),
         }
     }
 }
@@ -230,16 +218,16 @@ impl Joint {
     /// Greatest rate [rad/s or m/s], where one is stated.
     fn rate(&self) -> Option<f64> {
         match &self.motion {
-            Motion::Guided(guided) => guided.rate,
-            Motion::Played(_) => None,
+            JointDrive::Guided(guided) => guided.rate,
+            JointDrive::Played(_) => None,
         }
     }
 
     /// Whether its position is an angle.
     pub(crate) fn turns(&self) -> bool {
         match &self.motion {
-            Motion::Guided(guided) => guided.kind == Kind::Rotation,
-            Motion::Played(played) => played.rotation.is_some(),
+            JointDrive::Guided(guided) => guided.kind == JointKind::Rotation,
+            JointDrive::Played(played) => played.rotation.is_some(),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The space environment in f64: orbit, attitude, eclipse, view factors, and the loads of a step.
 //!
-//! The *body* frame is that of the model. The *inertial* frame has X to orbit noon (the Sun's direction projected on the orbit plane) and Z along the orbit
-//! normal. On a real trajectory it is GCRF. `body_from_inertial` rotates vectors from the inertial frame into the body frame.
+//! The *body* frame is the frame of the model. The *inertial* frame has X to orbit noon (the Sun's direction projected on the orbit plane) and Z
+//! along the orbit normal. On a real trajectory it is GCRF. `body_from_inertial` rotates vectors from the inertial frame into the body frame.
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -72,7 +72,7 @@ pub struct Sky {
     pub distance_ratio: f64,
     /// Angle at the planet's centre between the craft and the Sun [rad]: the Sun's zenith angle below the craft.
     pub(crate) sun_zenith: f64,
-    /// Flux of sunlight over that at one astronomical unit.
+    /// Flux of sunlight over its flux at one astronomical unit.
     pub(crate) solar_scale: f64,
 }
 
@@ -117,7 +117,7 @@ pub struct PlanetLoad {
     pub distance_ratio: f64,
     /// Infrared exitance [W/m2]. 0 where absent.
     pub planet_ir: f64,
-    /// Solar constant x albedo [W/m2]. It multiplies `albedo_factor`. 0 where absent or dark.
+    /// Solar constant x albedo [W/m2], which multiplies `albedo_factor`. 0 where absent or dark.
     pub albedo_flux: f64,
     /// Sun's zenith angle at the sub-satellite point [rad].
     pub sun_zenith: f64,

@@ -65,7 +65,7 @@ pub(crate) fn kepler_radius(period: f64) -> f64 {
     (EARTH_GRAVITATIONAL_PARAMETER * (period / TAU).powi(2)).cbrt()
 }
 
-/// An altitude and a period that do not agree (docs/numerics.md 2). They are printed but not corrected.
+/// An altitude and a period that do not agree (docs/numerics.md 2). The disagreement is printed, not corrected.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PeriodDisagreement {
     /// Altitude of the scene [m].

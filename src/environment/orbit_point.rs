@@ -32,7 +32,7 @@ pub struct OrbitPoint {
     pub(crate) sun_direction: DVec3,
     /// Rotates orbit-frame (LVLH: X along the velocity, Y against the orbit normal, Z nadir) vectors into the inertial frame.
     pub inertial_from_orbit: DMat3,
-    /// Solar flux over that at one astronomical unit.
+    /// Solar flux over the solar flux at one astronomical unit.
     pub(crate) solar_scale: f64,
     /// Angular rate of the craft round the planet [rad/s].
     pub(crate) rate: f64,
@@ -57,7 +57,7 @@ impl From<Arc<Trajectory>> for Orbit {
 }
 
 impl Orbit {
-    /// Period [s]. For a trajectory it is that of the osculating orbit at time 0. It is infinite for given places.
+    /// Period [s]. A trajectory has the period of its osculating orbit at time 0. Given places have an infinite one.
     pub fn period(&self) -> f64 {
         match self {
             Self::Circular(orbit) => orbit.period,
@@ -76,8 +76,8 @@ impl Orbit {
 
     /// Craft and Sun at a time [s]. `None` where a trajectory does not cover it. A circular orbit measures its altitude from `planet_radius` [m].
     ///
-    /// On a circular orbit the Sun's direction is that from the planet's centre. The parallax (5e-5 rad in low orbits) is a hundredth of the Sun's width.
-    /// Without it the sky repeats exactly, which is worth more.
+    /// On a circular orbit the direction of the Sun is taken from the planet's centre. The parallax (5e-5 rad in low orbits) is a hundredth of the
+    /// Sun's width. Without the parallax the sky repeats exactly, which is worth more.
     pub fn point(&self, time: f64, planet_radius: f64) -> Option<OrbitPoint> {
         match self {
             Self::Circular(orbit) => {

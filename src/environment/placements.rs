@@ -6,16 +6,15 @@ use super::state::SLACK;
 
 /// Where a craft and the Sun are at a time. All vectors are in one inertial frame, from the planet's centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct PlacementSample {
     /// Time since the start [s].
     pub(crate) time: f64,
     /// The craft [m].
     pub(crate) position: DVec3,
-    /// Its velocity [m/s]. Without one, the orbit frame has the plane of two neighbouring positions.
+    /// Velocity [m/s]. Where no velocity is given, the orbit frame has the plane of two neighbouring positions.
     pub(crate) velocity: Option<DVec3>,
     /// The Sun [m].
     pub(crate) sun: DVec3,
-    /// Rotates body vectors into the inertial frame.
     pub(crate) inertial_from_body: DQuat,
 }
 
@@ -26,7 +25,7 @@ pub(crate) struct Course {
     pub(crate) position: DVec3,
     /// The Sun [m].
     pub(crate) sun: DVec3,
-    /// A vector along the normal of the orbit. It is zero where nothing tells it.
+    /// A vector along the normal of the orbit. Zero where the normal is unknown.
     pub(crate) momentum: DVec3,
     /// Rate of the craft round the planet [rad/s].
     pub(crate) rate: f64,
@@ -44,7 +43,7 @@ pub enum PlaceError {
     /// A place that does not come after the one before.
     #[error("a place at {time} s must come after the one at {last} s")]
     Order {
-        /// Its time [s].
+        /// Time [s].
         time: f64,
         /// Time of the last place [s].
         last: f64,
@@ -52,7 +51,7 @@ pub enum PlaceError {
     /// A position inside the planet.
     #[error("at {time} s the craft is {distance:.0} km from the centre of a planet of {radius:.0} km")]
     Underground {
-        /// Its time [s].
+        /// Time [s].
         time: f64,
         /// Distance from the centre [km].
         distance: f64,
@@ -75,7 +74,7 @@ pub enum PlaceError {
 /// the last one nothing moves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Placements {
-    places: Vec<Place>,
+    places: Vec<PlacementSample>,
 }
 
 impl Placements {
@@ -83,16 +82,16 @@ impl Placements {
     ///
     /// # Errors
     /// An unusable value.
-    pub(crate) fn new(first: Place, planet_radius: f64) -> Result<Self, PlaceError> {
+    pub(crate) fn new(first: PlacementSample, planet_radius: f64) -> Result<Self, PlaceError> {
         check(&first, planet_radius)?;
         Ok(Self { places: vec![first] })
     }
 
-    /// The places with another one at the end, without those that are over at the time `now` [s].
+    /// The places with `next` at the end, without the places that are over at the time `now` [s].
     ///
     /// # Errors
     /// An unusable value, or a time that is not later than the last one.
-    pub(crate) fn and(&self, next: Place, now: f64, planet_radius: f64) -> Result<Self, PlaceError> {
+    pub(crate) fn and(&self, next: PlacementSample, now: f64, planet_radius: f64) -> Result<Self, PlaceError> {
         check(&next, planet_radius)?;
         let last = self.last().time;
         if next.time <= last {
@@ -105,8 +104,7 @@ impl Placements {
         Ok(Self { places })
     }
 
-    /// The last place.
-    pub(crate) fn last(&self) -> &Place {
+    pub(crate) fn last(&self) -> &PlacementSample {
         &self.places[self.places.len() - 1]
     }
 
@@ -129,7 +127,7 @@ impl Placements {
     }
 
     /// The places before and after a time [s], and the share of the way between them.
-    fn around(&self, time: f64) -> (&Place, &Place, f64) {
+    fn around(&self, time: f64) -> (&PlacementSample, &PlacementSample, f64) {
         let most = self.places.len() - 1;
         let after = self.places.partition_point(|place| place.time <= time).clamp(1.min(most), most);
         let (a, b) = (&self.places[after.saturating_sub(1)], &self.places[after]);
@@ -140,7 +138,7 @@ impl Placements {
     /// Craft and Sun at a time [s].
     pub(crate) fn at(&self, time: f64) -> Course {
         let (a, b, share) = self.around(time);
-        let plane = |place: &Place| place.velocity.map(|velocity| place.position.cross(velocity));
+        let plane = |place: &PlacementSample| place.velocity.map(|velocity| place.position.cross(velocity));
         let between = a.position.cross(b.position);
         let momentum = match (plane(a), plane(b)) {
             (Some(a), Some(b)) => a.lerp(b, share),
@@ -172,7 +170,7 @@ fn arc(from: DVec3, to: DVec3, share: f64) -> DVec3 {
     }
 }
 
-fn check(place: &Place, planet_radius: f64) -> Result<(), PlaceError> {
+fn check(place: &PlacementSample, planet_radius: f64) -> Result<(), PlaceError> {
     let vectors = [
         ("the position of the craft", place.position),
         ("the position of the Sun", place.sun),

@@ -12,9 +12,8 @@ use super::trajectory::Trajectory;
 /// Sine of the angle below which the line of sight counts as parallel to the direction that is up in the image.
 const PARALLEL: f64 = 1e-6;
 
-/// Positions of a path.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Places {
+pub(crate) enum PathPositions {
     /// Samples in the camera's frame, from the craft [m].
     Samples(PositionHistory),
     /// A trajectory of its own round the planet. The craft's position is subtracted in f64.
@@ -26,23 +25,19 @@ pub(crate) enum Places {
     },
 }
 
-/// Rotations of a path.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Turns {
+pub(crate) enum PathRotations {
     /// Rotations of the camera's carrier into the camera's frame.
     History(Arc<RotationHistory>),
     /// Towards a point of the camera's frame [m], with a direction that is up in the image.
     LookAt(DVec3, DVec3),
 }
 
-/// A path of a camera in its frame.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PosePath {
-    /// Positions.
-    pub(crate) places: Places,
-    /// Rotations.
-    pub(crate) turns: Turns,
-    /// Rotates camera axes into those of its carrier.
+    pub(crate) places: PathPositions,
+    pub(crate) turns: PathRotations,
+    /// Rotates camera axes into the axes of the camera's carrier.
     pub(crate) mount: DQuat,
 }
 
@@ -56,7 +51,7 @@ pub enum NoPose {
         what: &'static str,
         /// Time [s].
         time: f64,
-        /// What is covered instead.
+        /// The covered interval, in words.
         covered: String,
     },
     /// A line of sight that is parallel to `up`, or no line of sight.
@@ -75,11 +70,11 @@ impl PosePath {
     pub(crate) fn pose(&self, time: f64) -> Result<(DVec3, DQuat), NoPose> {
         let position = self.position(time)?;
         let carrier = match &self.turns {
-            Turns::History(history) => history.rotation(time).ok_or_else(|| {
+            PathRotations::History(history) => history.rotation(time).ok_or_else(|| {
                 let covered = ranges(&history.coverage());
                 NoPose::Uncovered { what: "rotation", time, covered }
             })?,
-            Turns::LookAt(target, up) => {
+            PathRotations::LookAt(target, up) => {
                 let forward = (*target - position).try_normalize();
                 let forward = forward.filter(|forward| forward.cross(*up).length() > PARALLEL);
                 look(forward.ok_or(NoPose::Direction { time })?, *up)
@@ -91,8 +86,8 @@ impl PosePath {
     /// The first time of the path [s]. `None` for a trajectory by elements.
     pub(crate) fn start(&self) -> Option<f64> {
         let coverage = match &self.places {
-            Places::Samples(history) => Some(history.coverage()),
-            Places::Chaser { trajectory, .. } => trajectory.coverage(),
+            PathPositions::Samples(history) => Some(history.coverage()),
+            PathPositions::Chaser { trajectory, .. } => trajectory.coverage(),
         };
         coverage.and_then(|covered| covered.first().map(|(start, _)| *start))
     }
@@ -100,10 +95,10 @@ impl PosePath {
     fn position(&self, time: f64) -> Result<DVec3, NoPose> {
         let missing = |what: &'static str, covered: String| NoPose::Uncovered { what, time, covered };
         match &self.places {
-            Places::Samples(history) => {
+            PathPositions::Samples(history) => {
                 history.position(time).ok_or_else(|| missing("position", ranges(&history.coverage())))
             }
-            Places::Chaser { trajectory, craft } => {
+            PathPositions::Chaser { trajectory, craft } => {
                 let state = |of: &Trajectory, what| {
                     let covered = || ranges(&of.coverage().unwrap_or_default());
                     of.state(time).map(|state| state.position).ok_or_else(|| missing(what, covered()))
@@ -114,7 +109,6 @@ impl PosePath {
     }
 }
 
-/// Intervals in words, for errors.
 fn ranges(coverage: &[(f64, f64)]) -> String {
     let mut joined: Vec<(f64, f64)> = Vec::new();
     for (start, end) in coverage {
@@ -152,20 +146,20 @@ mod tests {
         assert!((upside_down * DVec3::X - DVec3::NEG_Y).length() > 1.0);
     }
 
-    fn path(turns: Turns, mount: DQuat) -> PosePath {
+    fn path(turns: PathRotations, mount: DQuat) -> PosePath {
         let samples = [(0.0, DVec3::X * 10.0), (1.0, DVec3::X * 8.0), (2.0, DVec3::X * 6.0)];
-        PosePath { places: Places::Samples(PositionHistory::new(&samples)), turns, mount }
+        PosePath { places: PathPositions::Samples(PositionHistory::new(&samples)), turns, mount }
     }
 
     #[test]
     fn a_moving_camera_looks_at_its_point() {
-        let path = path(Turns::LookAt(DVec3::ZERO, DVec3::Z), DQuat::IDENTITY);
+        let path = path(PathRotations::LookAt(DVec3::ZERO, DVec3::Z), DQuat::IDENTITY);
         let (position, rotation) = path.pose(1.5).expect("covered");
         assert_abs_diff_eq!((position - DVec3::X * 7.0).length(), 0.0, epsilon = 1e-12);
         assert_abs_diff_eq!((rotation * DVec3::Z - DVec3::NEG_X).length(), 0.0, epsilon = 1e-12);
         let message = path.pose(2.5).unwrap_err().to_string();
         assert_eq!(message, "has no position at 2.5 s: it covers 0 to 2 s");
-        let along = PosePath { turns: Turns::LookAt(DVec3::ZERO, DVec3::X), ..path };
+        let along = PosePath { turns: PathRotations::LookAt(DVec3::ZERO, DVec3::X), ..path };
         assert_eq!(along.pose(1.0), Err(NoPose::Direction { time: 1.0 }));
     }
 
@@ -184,7 +178,7 @@ mod tests {
         };
         let history = Arc::new(RotationHistory::new(String::new(), HistoryFrame::Inertial, vec![segment]));
         let mount = DQuat::from_rotation_x(0.7);
-        let (_, rotation) = path(Turns::History(history), mount).pose(0.5).expect("covered");
+        let (_, rotation) = path(PathRotations::History(history), mount).pose(0.5).expect("covered");
         let expected = DQuat::from_rotation_z(0.2) * mount;
         assert!(
             rotation.angle_between(expected) < 1e-7

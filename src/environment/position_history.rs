@@ -1,4 +1,4 @@
-//! Positions at times, interpolated by cubics whose slopes are those of parabolas through neighbours.
+//! Positions at times, interpolated by cubics. Parabolas through neighbouring positions give the slopes.
 
 use glam::DVec3;
 
@@ -10,11 +10,11 @@ use super::state::SLACK;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct PositionHistory {
     /// In order of time. Nothing is interpolated between pieces.
-    pieces: Vec<Vec<Sample>>,
+    pieces: Vec<Vec<PositionSample>>,
 }
 
 /// Time [s], position [m] and slope [m/s].
-type Sample = (f64, [DVec3; 3]);
+type PositionSample = (f64, [DVec3; 3]);
 
 impl PositionHistory {
     /// A history of times [s], which increase, and positions [m]. [`gaps`] are not bridged.
@@ -34,7 +34,8 @@ impl PositionHistory {
 
     /// Position at a time [s]. `None` where no piece covers it to within [`SLACK`].
     pub(crate) fn position(&self, time: f64) -> Option<DVec3> {
-        let covers = |piece: &&Vec<Sample>| piece[0].0 - SLACK <= time && time <= piece[piece.len() - 1].0 + SLACK;
+        let covers =
+            |piece: &&Vec<PositionSample>| piece[0].0 - SLACK <= time && time <= piece[piece.len() - 1].0 + SLACK;
         let piece = self.pieces.iter().find(covers)?;
         let time = time.clamp(piece[0].0, piece[piece.len() - 1].0);
         let next = piece.partition_point(|(at, _)| *at <= time).clamp(1, piece.len().max(2) - 1);
@@ -51,14 +52,15 @@ impl PositionHistory {
 }
 
 /// Samples with the slope of the parabola through each and its neighbours. At an end it is the parabola through the last three.
-fn with_slopes(samples: &[(f64, DVec3)]) -> Vec<Sample> {
+fn with_slopes(samples: &[(f64, DVec3)]) -> Vec<PositionSample> {
     let slope = |index: usize| {
         if samples.len() < 2 {
             return DVec3::ZERO;
         }
         let first = index.saturating_sub(1).min(samples.len().saturating_sub(3));
         let near = &samples[first..samples.len().min(first + 3)];
-        let near: Vec<Sample> = near.iter().map(|(time, at)| (*time, [*at, DVec3::ZERO, DVec3::ZERO])).collect();
+        let near: Vec<PositionSample> =
+            near.iter().map(|(time, at)| (*time, [*at, DVec3::ZERO, DVec3::ZERO])).collect();
         divided_differences::polynomial(&near, 1, samples[index].0).1
     };
     let sample = |(index, (time, position)): (usize, &(f64, DVec3))| (*time, [*position, slope(index), DVec3::ZERO]);

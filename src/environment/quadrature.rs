@@ -9,7 +9,7 @@ pub(crate) struct GaussLegendre {
 }
 
 impl GaussLegendre {
-    /// The rule with `points` nodes. It is exact for polynomials of degree `2 * points - 1`.
+    /// The rule with `points` nodes, exact for polynomials of degree `2 * points - 1`.
     ///
     /// The nodes are the roots of the Legendre polynomial, found by Newton's method from the cosine estimate (Press et al., Numerical Recipes, section
     /// 4.6).

@@ -6,7 +6,6 @@ use super::divided_differences::{self, hermite_degree};
 use super::spacing::gaps;
 use super::state::SLACK;
 
-/// A rotation at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RotationSample {
     /// Time since the start of the scene [s].
@@ -19,12 +18,10 @@ pub(crate) struct RotationSample {
     pub(crate) spin: Option<f64>,
 }
 
-/// The reference frame of a history.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum HistoryFrame {
-    /// The scene's inertial frame: GCRF, or that of the circular orbit.
+    /// The scene's inertial frame: GCRF, or the frame of the circular orbit.
     Inertial,
-    /// The orbit frame (LVLH).
     Orbit,
 }
 
@@ -39,12 +36,10 @@ pub(crate) enum RotationInterpolation {
     Hermite(usize),
 }
 
-/// Samples of one segment of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct RotationSegment {
     /// In order of time. Two samples of one time are a jump.
     pub(crate) samples: Vec<RotationSample>,
-    /// How to interpolate.
     pub(crate) interpolation: RotationInterpolation,
     /// Times between which the segment may be used [s].
     pub(crate) usable: (f64, f64),
@@ -53,9 +48,8 @@ pub(crate) struct RotationSegment {
 /// An attitude given by samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RotationHistory {
-    /// Its source, for reports.
+    /// Source, for reports.
     pub(crate) description: String,
-    /// The frame of the rotations.
     pub(crate) frame: HistoryFrame,
     /// In order of time. Nothing is interpolated between pieces.
     pieces: Vec<RotationSegment>,

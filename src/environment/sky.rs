@@ -10,7 +10,7 @@ use super::Sky;
 use super::attitude::BodyFrame;
 use super::eclipse::{Discs, sign_change};
 use super::orbit_point::OrbitPoint;
-use super::placements::{Place, PlaceError, Placements};
+use super::placements::{PlaceError, PlacementSample, Placements};
 use super::state::SLACK;
 use super::trajectory::{Trajectory, TrajectoryError};
 use crate::environment::{Attitude, Environment, Orbit};
@@ -68,7 +68,7 @@ pub enum SkyError {
 /// Least altitude over planet radius (6 mm over Earth). Below it `distance_ratio - 1` has too few digits.
 const LEAST_RELATIVE_ALTITUDE: f64 = 1e-9;
 
-/// Orbit, attitude and planet of a scene. It gives the sky at any time.
+/// Orbit, attitude and planet of a scene, which give the sky at any time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SkyModel {
     orbit: Orbit,
@@ -109,7 +109,7 @@ impl SkyModel {
     ///
     /// # Errors
     /// A place that can not be.
-    pub(crate) fn placed(&self, place: Place, now: f64) -> Result<Self, PlaceError> {
+    pub(crate) fn placed(&self, place: PlacementSample, now: f64) -> Result<Self, PlaceError> {
         let places = match &self.orbit {
             Orbit::Given(places) => places.and(place, now, self.planet_radius)?,
             _ => Placements::new(place, self.planet_radius)?,
@@ -121,7 +121,7 @@ impl SkyModel {
     /// Checks that trajectory and attitude cover an interval [s] and that the craft is above the ground.
     ///
     /// # Errors
-    /// The first value that is missing, and what is covered instead.
+    /// The first value that is missing, and the interval that is covered.
     pub fn check(&self, from: f64, to: f64) -> Result<(), SkyError> {
         if let Orbit::Given(places) = &self.orbit {
             return Ok(places.check(from, to)?);
@@ -190,7 +190,7 @@ impl SkyModel {
         self.orbit.point(time, self.planet_radius)
     }
 
-    /// The sky at a time [s]. Its values are NaN where trajectory or attitude do not cover it.
+    /// The sky at a time [s]. Values are NaN where trajectory or attitude do not cover the time.
     pub fn sky(&self, time: f64) -> Sky {
         let Some(point) = self.point(time) else {
             return Sky::nowhere(time);

@@ -7,16 +7,15 @@ pub(crate) const SLACK: f64 = 1e-6;
 
 /// Position and velocity of a craft, GCRF, from the planet's centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct State {
+pub struct StateVector {
     /// Position [m].
     pub position: DVec3,
     /// Velocity [m/s].
     pub(crate) velocity: DVec3,
 }
 
-/// One sample of an ephemeris.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Sample {
+pub(crate) struct EphemerisSample {
     /// Time since the start of the scene [s].
     pub time: f64,
     /// Position [m], GCRF.

@@ -12,13 +12,13 @@ use glam::{DAffine3, DVec3};
 use super::albedo::AlbedoTable;
 use super::albedo_field::{AlbedoField, AlbedoFields};
 use super::joints::{Joint, JointError, Joints};
-use super::placements::{Place, PlaceError};
+use super::placements::{PlaceError, PlacementSample};
 use super::quadrature::GaussLegendre;
 use super::sky::{SkyError, SkyModel};
 use super::{MAX_SUN_SAMPLES, PlanetLoad, StepLoad, SunSample};
 use crate::environment::{Attitude, Environment, Orbit};
 
-/// The environment of a scene. It gives the load of any step.
+/// The environment of a scene, which gives the load of any step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepLoads {
     sky: SkyModel,
@@ -27,12 +27,10 @@ pub struct StepLoads {
     joints: Joints,
 }
 
-/// Source of the albedo of a step.
 #[derive(Debug, Clone, PartialEq)]
 enum AlbedoSource {
     /// The constant distance of a circular orbit.
     Fixed(Box<AlbedoField>),
-    /// Distances that change.
     Varying(AlbedoFields),
 }
 
@@ -59,7 +57,7 @@ impl StepLoads {
     /// when needed.
     ///
     /// # Errors
-    /// Those of [`SkyModel::new`].
+    /// See [`SkyModel::new`].
     pub fn new(orbit: impl Into<Orbit>, attitude: &Attitude, environment: &Environment) -> Result<Self, SkyError> {
         let sky = SkyModel::new(orbit, attitude, environment)?;
         let albedo = (reflected(environment) > 0.0).then(|| match sky.constant_distance_ratio() {
@@ -80,7 +78,7 @@ impl StepLoads {
     ///
     /// # Errors
     /// A place that can not be.
-    pub(crate) fn place(&mut self, place: Place, now: f64) -> Result<(), PlaceError> {
+    pub(crate) fn place(&mut self, place: PlacementSample, now: f64) -> Result<(), PlaceError> {
         self.sky = self.sky.placed(place, now)?;
         if let Some(AlbedoSource::Fixed(_)) = self.albedo {
             self.albedo = Some(AlbedoSource::Varying(AlbedoFields::default()));
@@ -99,7 +97,6 @@ impl StepLoads {
         Ok(())
     }
 
-    /// The joints.
     pub(crate) fn joints(&self) -> &Joints {
         &self.joints
     }
@@ -114,13 +111,13 @@ impl StepLoads {
         &self.sky
     }
 
-    /// The load of the step from `start` to `end` [s]. It is that of the instant `start` where `end` is not later.
+    /// The load of the step from `start` to `end` [s]. Where `end` is not later than `start`, the load is taken at the instant `start`.
     ///
-    /// The sun samples contain all light of the step. Eclipses are cut at their contacts. The only approximation concerns plates on which the Sun rises or
-    /// sets (see [`SWEEP_PER_SAMPLE`]). In a long step [`MAX_SUN_SAMPLES`] samples sweep greater angles, and the error of such a plate grows in
-    /// proportion: up to 1.5 W/m2 in a step of 700 s and 18 W/m2 in a step of an orbit or more, in low orbit. Under a spinning craft the errors of steps
-    /// are larger but cancel over its turns. Planet infrared, albedo and the poses of joints are those of the middle of the step. In steps of more than a
-    /// few minutes they differ from the mean.
+    /// The sun samples contain all light of the step. Eclipses are cut at their contacts. The only approximation concerns plates on which the Sun
+    /// rises or sets (see [`SWEEP_PER_SAMPLE`]). In a long step [`MAX_SUN_SAMPLES`] samples sweep greater angles, and the error of such a plate grows
+    /// in proportion: up to 1.5 W/m2 in a step of 700 s and 18 W/m2 in a step of an orbit or more, in low orbit. Under a spinning craft the errors of
+    /// steps are larger but cancel over its turns. Planet infrared, albedo and the poses of joints are taken in the middle of the step. In steps of
+    /// more than a few minutes these values differ from their means.
     pub fn step_load(&self, start: f64, end: f64) -> StepLoad {
         let middle = if end > start { 0.5 * (start + end) } else { start };
         let mut planet = self.planet_load(middle);
@@ -185,8 +182,8 @@ impl StepLoads {
 
     /// The time of a step outside umbra, as runs of adjacent stretches that are smooth inside.
     ///
-    /// A step longer than the period of the orbit, or than a turn of a spinning craft, sees the same skies again. It is folded onto its first period, and a
-    /// stretch counts as often as the step passes it.
+    /// A step longer than the period of the orbit, or than a turn of a spinning craft, sees the same skies again. Such a step is folded onto its
+    /// first period, and a stretch counts as often as the step passes it.
     fn lit_runs(&self, start: f64, end: f64) -> Vec<Vec<LitStretch>> {
         let (turns, rest, window) = match self.repeats_within(start, end) {
             Some(period) if end - start >= period => {

@@ -7,9 +7,9 @@ use super::orbit::SUN_DISTANCE;
 
 /// Position of the Sun from the Earth's centre [m], GCRF. `centuries` is TT since J2000.
 ///
-/// It is the geometric position, without aberration (20.5 arc seconds). Source: VSOP87D of Bretagnon & Francou as printed by Meeus (Astronomical
+/// The position is geometric, without aberration (20.5 arc seconds). Source: VSOP87D of Bretagnon & Francou as printed by Meeus (Astronomical
 /// Algorithms, appendix III) and Reda & Andreas (NREL/TP-560-34302), terms of 0.2 arc seconds and more, ecliptic and equinox of date, with IAU 2006
-/// precession. It differs from `epv00` of ERFA (1950 to 2100) by at most 0.0007 deg and 1.1e-5 au.
+/// precession. The difference from `epv00` of ERFA (1950 to 2100) is at most 0.0007 deg and 1.1e-5 au.
 pub(crate) fn sun_position(centuries: f64) -> DVec3 {
     let millennia = 0.1 * centuries;
     let longitude = series(LONGITUDE, millennia);

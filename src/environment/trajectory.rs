@@ -9,7 +9,7 @@ use hifitime::{Epoch, TimeScale, Unit};
 use super::ephemeris::Ephemeris;
 use super::frames::{gcrf_from_teme, tt_centuries};
 use super::orbit::EARTH_GRAVITATIONAL_PARAMETER;
-use super::state::{SLACK, State};
+use super::state::{SLACK, StateVector};
 use super::sun::sun_position;
 use super::utc::utc;
 
@@ -18,28 +18,25 @@ const CENTURY: f64 = 36_525.0 * 86_400.0;
 /// A trajectory around the Earth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
-    /// Its source, for reports.
+    /// Source, for reports.
     pub(crate) description: String,
-    /// Time 0 of the scene.
     start: Epoch,
     /// Time 0 of the scene in centuries of TT since J2000.
     start_centuries: f64,
-    source: Source,
+    source: TrajectorySource,
     /// Period of the osculating orbit at time 0 [s].
     period: f64,
 }
 
 /// Source of the craft's positions.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Source {
+pub(crate) enum TrajectorySource {
     /// A two-line element set.
     Elements {
-        /// The propagator.
         constants: Box<sgp4::Constants>,
         /// Epoch of the elements less the start of the scene [s].
         epoch: f64,
     },
-    /// An ephemeris.
     Ephemeris(Ephemeris),
 }
 
@@ -66,7 +63,7 @@ pub enum TrajectoryError {
     Propagation {
         /// Time, UTC.
         time: String,
-        /// What the propagator says.
+        /// Message of the propagator.
         reason: String,
     },
     /// A position inside the planet.
@@ -86,10 +83,10 @@ impl Trajectory {
     ///
     /// # Errors
     /// There is no state at time 0.
-    pub(crate) fn new(description: String, start: Epoch, source: Source) -> Result<Self, TrajectoryError> {
+    pub(crate) fn new(description: String, start: Epoch, source: TrajectorySource) -> Result<Self, TrajectoryError> {
         let mut trajectory = Self::elsewhere(description, start, source);
         trajectory.check(0.0, 0.0)?;
-        if let Some(State { position, velocity }) = trajectory.state(0.0) {
+        if let Some(StateVector { position, velocity }) = trajectory.state(0.0) {
             // The vis-viva equation. An open orbit has no period.
             let inverse = 2.0 / position.length() - velocity.length_squared() / EARTH_GRAVITATIONAL_PARAMETER;
             if inverse > 0.0 {
@@ -99,8 +96,8 @@ impl Trajectory {
         Ok(trajectory)
     }
 
-    /// A trajectory that need not cover time 0. It has no period.
-    pub(crate) fn elsewhere(description: String, start: Epoch, source: Source) -> Self {
+    /// A trajectory without a period, which need not cover time 0.
+    pub(crate) fn elsewhere(description: String, start: Epoch, source: TrajectorySource) -> Self {
         // Seconds are added to this epoch. TAI has no leap seconds.
         let start = start.to_time_scale(TimeScale::TAI);
         Self { description, start, start_centuries: tt_centuries(start), source, period: f64::INFINITY }
@@ -109,8 +106,8 @@ impl Trajectory {
     /// Intervals of time that an ephemeris covers [s]. `None` for elements.
     pub(crate) fn coverage(&self) -> Option<Vec<(f64, f64)>> {
         match &self.source {
-            Source::Elements { .. } => None,
-            Source::Ephemeris(ephemeris) => Some(ephemeris.coverage()),
+            TrajectorySource::Elements { .. } => None,
+            TrajectorySource::Ephemeris(ephemeris) => Some(ephemeris.coverage()),
         }
     }
 
@@ -124,7 +121,6 @@ impl Trajectory {
         self.period
     }
 
-    /// Epoch of a scene time.
     pub(crate) fn epoch(&self, time: f64) -> Epoch {
         self.start + Unit::Second * time
     }
@@ -135,16 +131,16 @@ impl Trajectory {
     }
 
     /// State of the craft at a time [s]. `None` where the trajectory does not cover it.
-    pub fn state(&self, time: f64) -> Option<State> {
+    pub fn state(&self, time: f64) -> Option<StateVector> {
         match &self.source {
-            Source::Elements { constants, epoch } => {
+            TrajectorySource::Elements { constants, epoch } => {
                 let minutes = sgp4::MinutesSinceEpoch((time - epoch) / 60.0);
                 let prediction = constants.propagate(minutes).ok()?;
                 let rotation = gcrf_from_teme(self.centuries(time));
                 let metres = |vector: [f64; 3]| rotation * (DVec3::from_array(vector) * 1e3);
-                Some(State { position: metres(prediction.position), velocity: metres(prediction.velocity) })
+                Some(StateVector { position: metres(prediction.position), velocity: metres(prediction.velocity) })
             }
-            Source::Ephemeris(ephemeris) => ephemeris.state(time),
+            TrajectorySource::Ephemeris(ephemeris) => ephemeris.state(time),
         }
     }
 
@@ -160,8 +156,8 @@ impl Trajectory {
     /// Times at which the trajectory may have a jump or a kink [s].
     pub(crate) fn seams(&self) -> Vec<f64> {
         match &self.source {
-            Source::Elements { .. } => Vec::new(),
-            Source::Ephemeris(ephemeris) => ephemeris.seams().collect(),
+            TrajectorySource::Elements { .. } => Vec::new(),
+            TrajectorySource::Ephemeris(ephemeris) => ephemeris.seams().collect(),
         }
     }
 
@@ -171,7 +167,7 @@ impl Trajectory {
     /// A time that is not covered, with the ranges that are. A time at which SGP4 fails (tried every minute).
     pub fn check(&self, from: f64, to: f64) -> Result<(), TrajectoryError> {
         match &self.source {
-            Source::Elements { constants, epoch } => {
+            TrajectorySource::Elements { constants, epoch } => {
                 let looks = ((to - from) / 60.0).ceil().clamp(1.0, MOST_LOOKS);
                 for look in 0..=looks as usize {
                     let time = from + (to - from) * look as f64 / looks;
@@ -181,7 +177,7 @@ impl Trajectory {
                 }
                 Ok(())
             }
-            Source::Ephemeris(ephemeris) => {
+            TrajectorySource::Ephemeris(ephemeris) => {
                 let coverage = ephemeris.coverage();
                 if coverage.iter().any(|(start, end)| start - SLACK <= from && to <= end + SLACK) {
                     return Ok(());

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-/// The planet's apparent radius as the sine and cosine of its angle. It is computed once in a step in f64, because for a low orbit a cosine made from an
-/// f32 sine loses its digits.
+/// The planet's apparent radius as the sine and cosine of its angle. Both are computed once in a step in f64, because for a low orbit a cosine made
+/// from an f32 sine loses its digits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ApparentRadius {
     /// Planet radius over distance.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::sky::PlanetView;
+use super::sky::PlanetFromPatch;
 use super::step::Exchange;
 use crate::environment::StepLoad;
 use crate::environment::view_factor::{ApparentRadius, plate_view_factor};
@@ -27,11 +27,11 @@ pub struct ViewFactor {
     pub to: To,
     /// Its share.
     pub factor: f64,
-    /// Standard error of this share, as that of independent rays.
+    /// Standard error of this share, as for independent rays.
     pub error: f64,
 }
 
-/// View factors between groups. `group` tells that of each patch. The planet is that of a load; without one everything beside the craft is space.
+/// View factors between groups. `group` holds the group of each patch. The load may hold a planet; without one everything beside the craft is space.
 pub fn view_factors(exchange: &Exchange, group: &[usize], load: &StepLoad) -> Vec<ViewFactor> {
     let factors = &exchange.factors;
     let mut areas = BTreeMap::new();
@@ -52,7 +52,7 @@ pub fn view_factors(exchange: &Exchange, group: &[usize], load: &StepLoad) -> Ve
         if let Some(planet) = &load.planet {
             let normal = load.joint_from_body(own.joint).transpose() * own.normal;
             let open = plate_view_factor(normal.dot(planet.nadir), ApparentRadius::new(planet.distance_ratio));
-            let seen = PlanetView::new(planet, load, own.joint).seen(exchange.sky_of(patch)).planet_ir;
+            let seen = PlanetFromPatch::new(planet, load, own.joint).seen(exchange.sky_of(patch)).planet_ir;
             // By the noise of the rays the planet may take more than the whole open sky.
             let area = (own.area * open * seen).min(space);
             let variance = own.area * own.area * factors.of_share(area / own.area);
@@ -68,8 +68,8 @@ pub fn view_factors(exchange: &Exchange, group: &[usize], load: &StepLoad) -> Ve
     found.collect()
 }
 
-/// Radiative exchange areas [m2] between groups, all reflections of infrared counted: emissivity times area times Gebhart's factor. Each pair stands once. Those to
-/// space contain the planet, because they are those of the whole sky.
+/// Radiative exchange areas [m2] between groups, all reflections of infrared counted: emissivity times area times Gebhart's factor. Each pair stands
+/// once. Areas to space include the planet, because they cover the whole sky.
 pub(crate) fn radiative_areas(exchange: &Exchange, group: &[usize]) -> Vec<(usize, To, f64)> {
     let mut sums: BTreeMap<(usize, To), f64> = BTreeMap::new();
     for (patch, own) in exchange.patches.iter().enumerate() {

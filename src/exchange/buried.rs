@@ -5,7 +5,7 @@
 use rayon::prelude::*;
 
 use super::cast::{INSIDE, Scenery, cast};
-use super::patches::{NONE, Patches, Surface};
+use super::patches::{NONE, PatchSurface, Patches};
 use crate::thermal::material::Material;
 
 /// Rays of each face. More would only place the border between two nodes more evenly.
@@ -14,8 +14,8 @@ const RAYS: u32 = 16;
 /// Size of patches [m] of which each has the nodes of a single place.
 const ONE_PLACE: f64 = 1e-6;
 
-/// Whether most of what the front and the back of each node see are inner faces, in the file's pose.
-pub fn buried(surface: &Surface, materials: &[Material]) -> Vec<[bool; 2]> {
+/// Whether the front and the back of each node see mostly inner faces, in the file's pose.
+pub fn buried(surface: &PatchSurface, materials: &[Material]) -> Vec<[bool; 2]> {
     let faces = Patches::new(surface, materials, ONE_PLACE, &[]);
     let count = faces.all.len() as u32;
     let ends = cast(surface, &faces, &Scenery::new(surface, &[]), RAYS, 0..count);

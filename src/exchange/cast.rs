@@ -1,10 +1,10 @@
-//! Casts the rays of every patch and tells where each ends. Twin: `glsl/exchange_rays.comp`.
+//! Casts the rays of every patch and finds where each ends. Twin: `glsl/exchange_rays.comp`.
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use super::directions::{cosine_direction, fractions, point_near_corner};
-use super::patches::{NONE, Patches, Surface};
+use super::patches::{NONE, PatchSurface, Patches};
 use crate::environment::shadow::{Hit, Occluders};
 
 /// The end of a ray that leaves the craft.
@@ -17,13 +17,12 @@ pub(crate) const INSIDE: u32 = u32::MAX - 1;
 pub struct Scenery {
     /// Poses of the body and of the joints. None is the file's pose.
     pub(crate) poses: Vec<DAffine3>,
-    /// The tree of the triangles.
     pub(crate) occluders: Occluders,
 }
 
 impl Scenery {
     /// Places a surface.
-    pub fn new(surface: &Surface, poses: &[DAffine3]) -> Self {
+    pub fn new(surface: &PatchSurface, poses: &[DAffine3]) -> Self {
         let placed = |(position, joint): (&DVec3, &u32)| match poses.get(*joint as usize) {
             Some(pose) => pose.transform_point3(*position),
             None => *position,
@@ -32,7 +31,6 @@ impl Scenery {
         Self { occluders: Occluders::new(&positions, &surface.triangles), poses: poses.to_vec() }
     }
 
-    /// A ray of a joint in the body frame.
     fn placed(&self, [from, direction]: Ray, joint: u32) -> Ray {
         match self.poses.get(joint as usize) {
             Some(pose) => [pose.transform_point3(from), pose.matrix3 * direction],
@@ -45,20 +43,20 @@ impl Scenery {
 pub(crate) type Ray = [DVec3; 2];
 
 /// A ray of a patch in the file's pose, its start lifted off the surface by `start` [m].
-pub(crate) fn ray_of(surface: &Surface, patches: &Patches, start: f64, patch: u32, ray: u32) -> Ray {
+pub(crate) fn ray_of(surface: &PatchSurface, patches: &Patches, start: f64, patch: u32, ray: u32) -> Ray {
     let [point, normal] = start_of(surface, patches, patch, ray);
     let [_, _, u, v] = fractions(patch, ray);
     [point + start * normal, cosine_direction(normal, [u, v])]
 }
 
 /// Where a ray of a patch starts in the file's pose, and the unit normal of its face there.
-pub(crate) fn start_of(surface: &Surface, patches: &Patches, patch: u32, ray: u32) -> Ray {
+pub(crate) fn start_of(surface: &PatchSurface, patches: &Patches, patch: u32, ray: u32) -> Ray {
     let own = &patches.all[patch as usize];
     let corners = &patches.corners[own.corners.clone()];
     let [place, s, ..] = fractions(patch, ray);
     let at = corners.partition_point(|corner| corner.up_to < place).min(corners.len() - 1);
     let before = if at == 0 { 0.0 } else { corners[at - 1].up_to };
-    // What the place leaves within its corner is as even as the place itself.
+    // The place within its corner, scaled to [0, 1], is as evenly spread as the place itself.
     let within = ((place - before) / (corners[at].up_to - before)).clamp(0.0, 1.0);
     let corner = corners[at].corner as usize;
     let [a, b, c] = surface.triangles[corner / 3].map(|node| surface.positions[node as usize]);
@@ -69,7 +67,7 @@ pub(crate) fn start_of(surface: &Surface, patches: &Patches, patch: u32, ray: u3
 }
 
 /// Where a ray ends: a patch, [`SPACE`] or [`INSIDE`].
-pub(crate) fn end_of(surface: &Surface, patches: &Patches, occluders: &Occluders, [from, direction]: Ray) -> u32 {
+pub(crate) fn end_of(surface: &PatchSurface, patches: &Patches, occluders: &Occluders, [from, direction]: Ray) -> u32 {
     let Some(hit) = occluders.first(from, direction) else { return SPACE };
     let triangle = surface.triangles[occluders.tree.order[hit.triangle] as usize];
     match face_of(&triangle.map(|node| patches.of_node[node as usize]), &hit) {
@@ -78,7 +76,8 @@ pub(crate) fn end_of(surface: &Surface, patches: &Patches, occluders: &Occluders
     }
 }
 
-/// The patch that a ray meets: that of the nearest corner, on the side from which the ray comes. `faces` are the fronts and backs of the corners.
+/// The patch that a ray meets: the patch of the nearest corner, on the side from which the ray comes. `faces` are the fronts and backs of the
+/// corners.
 pub(crate) fn face_of(faces: &[[u32; 2]; 3], hit: &Hit) -> u32 {
     let [first, second, third] = [1.0 - hit.u - hit.v, hit.u, hit.v];
     let nearest = if first >= second.max(third) {
@@ -92,7 +91,13 @@ pub(crate) fn face_of(faces: &[[u32; 2]; 3], hit: &Hit) -> u32 {
 }
 
 /// Where each ray of some patches ends, `rays` for each.
-pub fn cast(surface: &Surface, patches: &Patches, scenery: &Scenery, rays: u32, of: std::ops::Range<u32>) -> Vec<u32> {
+pub fn cast(
+    surface: &PatchSurface,
+    patches: &Patches,
+    scenery: &Scenery,
+    rays: u32,
+    of: std::ops::Range<u32>,
+) -> Vec<u32> {
     let occluders = &scenery.occluders;
     let ends = |patch: u32| {
         let joint = patches.all[patch as usize].joint;

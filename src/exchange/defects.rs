@@ -1,13 +1,14 @@
-//! What is wrong with a surface for rays: open edges, edges of more than two triangles, faces that coincide, bodies with inward normals, and nodes without area.
+//! Finds defects of a surface that mislead rays: open edges, edges of more than two triangles, faces that coincide, bodies with inward normals, and
+//! nodes without area.
 
 use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
-use super::patches::Surface;
+use super::patches::PatchSurface;
 use crate::thermal::material::{Material, Sides};
 
-/// Counts of what is wrong. None of it is mended.
+/// Counts of the defects. None of them is mended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Defects {
     /// Edges of a single triangle of a material that exchanges heat outside only. Rays see its inner face through the hole.
@@ -24,7 +25,7 @@ pub struct Defects {
 
 impl Defects {
     /// The defects of a surface.
-    pub fn of(surface: &Surface, materials: &[Material]) -> Self {
+    pub fn of(surface: &PatchSurface, materials: &[Material]) -> Self {
         let mut found = Self::default();
         let welded = welded(surface);
         let mut triangles = Vec::new();
@@ -55,7 +56,7 @@ impl Defects {
         found
     }
 
-    /// What to tell the user. Empty where nothing is wrong.
+    /// Messages for the user, one for each kind of defect that occurs.
     pub fn warnings(&self) -> Vec<String> {
         let told = [
             (
@@ -89,7 +90,7 @@ impl Defects {
 }
 
 /// Number of the place of each node.
-fn welded(surface: &Surface) -> Vec<u32> {
+fn welded(surface: &PatchSurface) -> Vec<u32> {
     let mut places: HashMap<[u32; 3], u32> = HashMap::new();
     let place = |position: &DVec3| {
         // -0 and 0 are one place.
@@ -102,7 +103,7 @@ fn welded(surface: &Surface) -> Vec<u32> {
 
 /// Closed bodies of one-sided triangles with a negative volume.
 fn inward(
-    surface: &Surface,
+    surface: &PatchSurface,
     welded: &[u32],
     triangles: &[([u32; 3], bool)],
     edges: &HashMap<[u32; 2], usize>,

@@ -36,7 +36,7 @@ pub(crate) fn basis(normal: DVec3) -> [DVec3; 2] {
     ]
 }
 
-/// Direction about a unit normal for two numbers in (0, 1). Its probability is proportional to the cosine (Malley's method).
+/// Direction about a unit normal for two numbers in (0, 1). The probability density is proportional to the cosine (Malley's method).
 pub(crate) fn cosine_direction(normal: DVec3, [u, v]: [f64; 2]) -> DVec3 {
     let [x, y] = basis(normal);
     let (sine, cosine) = (TAU * v).sin_cos();

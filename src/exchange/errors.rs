@@ -1,30 +1,29 @@
-//! Errors of what patches absorb: noise of the rays, and what exchange areas leave out.
+//! Errors of the flux that patches absorb: noise of the rays, and the light that exchange areas leave out.
 
 use rayon::prelude::*;
 
 use super::factors::Factors;
 use super::patches::Patch;
-use super::step::{Exchange, Light};
+use super::step::{CraftLight, Exchange};
 use crate::environment::StepLoad;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::incident::incident;
-use crate::thermal::received::Seen;
+use crate::thermal::received::PlanetShares;
 
-/// Share of the largest light below which what arrives no longer changes.
+/// Change over the largest light below which the light that arrives counts as settled.
 const SETTLED: f64 = 1e-9;
-/// Most reflections that are followed.
 const MOST: u32 = 20_000;
 
-/// Errors of what a patch absorbs [W/m2].
+/// Errors of the flux that a patch absorbs [W/m2].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FluxError {
-    /// Standard error of its rays, as that of independent ones. It is an estimate from above, for the rays are spread evenly.
+    /// Standard error as for independent rays. The true error is smaller, because the rays are spread evenly.
     pub noise: f64,
-    /// What pairs that were left out and rounding change.
+    /// Change by rounding and by pairs that were left out.
     pub left_out: f64,
 }
 
-/// Light that arrives at every patch [W/m2] with all its reflections, at most `bounces`, of what leaves each at first. Nothing is left out.
+/// Light that arrives at every patch [W/m2] with at most `bounces` reflections. `sent` leaves each patch at first [W/m2]. No pair is left out.
 pub(crate) fn arriving(factors: &Factors, absorptivities: &[f64], bounces: Option<u32>, sent: &[f64]) -> Vec<f64> {
     let mut arrives = vec![0.0; sent.len()];
     for _ in 0..=bounces.unwrap_or(MOST).min(MOST) {
@@ -49,8 +48,8 @@ fn leaving(absorptivities: &[f64], sent: &[f64], arrives: &[f64]) -> Vec<f64> {
 }
 
 impl Exchange {
-    /// Errors of what patches absorb where they send this infrared [W/m2] under a light.
-    pub fn errors(&self, sent: &[f64], light: &Light, bounces: Option<u32>) -> Vec<FluxError> {
+    /// Errors of the flux that patches absorb where they send this infrared [W/m2] under a light.
+    pub fn errors(&self, sent: &[f64], light: &CraftLight, bounces: Option<u32>) -> Vec<FluxError> {
         let absorptivities = |infrared: bool| -> Vec<f64> {
             let of = self.patches.iter().map(|patch| patch.optics);
             of.map(|optics| if infrared { optics.emissivity } else { optics.absorptivity }).collect()
@@ -68,7 +67,7 @@ impl Exchange {
             let (mut mean, mut square) = (0.0, 0.0);
             for (j, shared) in self.factors.shared.row(i) {
                 let j = *j as usize;
-                // What a ray that ends there brings.
+                // The flux that a ray from patch j brings.
                 let brings = infrared.0[i] * infrared.2[j] + sunlight.0[i] * sunlight.2[j];
                 let share = shared / self.factors.areas[i];
                 mean += share * brings;
@@ -80,19 +79,20 @@ impl Exchange {
         (0..self.patches.len()).into_par_iter().map(of).collect()
     }
 
-    /// What patches absorb more under light that is held than under that found for this very step [W/m2]. `temperature` is that of a node [K].
+    /// Excess of the flux that patches absorb under held light over the flux under light of this very step [W/m2]. `temperature` gives the
+    /// temperature of a node [K].
     pub fn held_too_long(
         &self,
         load: &StepLoad,
-        [held, fresh]: [&Light; 2],
+        [held, fresh]: [&CraftLight; 2],
         temperature: impl Fn(usize) -> f64 + Sync,
     ) -> Vec<f64> {
         let [before, now] = [held, fresh].map(|light| self.absorbed(&self.sent(load, light, &temperature), light));
         let of = |(number, patch): (usize, &Patch)| {
             let normal = load.joint_from_body(patch.joint).transpose() * patch.normal;
             let open = incident(load, normal);
-            let direct = |light: &Light| {
-                let Seen { planet_ir, albedo } = light.seen[number];
+            let direct = |light: &CraftLight| {
+                let PlanetShares { planet_ir, albedo } = light.seen[number];
                 patch.optics.emissivity * planet_ir * open.planet_ir + patch.optics.absorptivity * albedo * open.albedo
             };
             before[number] - now[number] + direct(held) - direct(fresh)
@@ -100,7 +100,8 @@ impl Exchange {
         self.patches.par_iter().enumerate().map(of).collect()
     }
 
-    /// Change of the temperature of every patch by a flux of 1 W/m2 [K m2/W], where its nodes are in balance. `temperature` is that of a node [K].
+    /// Change of the temperature of every patch by a flux of 1 W/m2 [K m2/W], where its nodes are in balance. `temperature` gives the temperature
+    /// of a node [K].
     pub fn kelvin_per_flux(&self, temperature: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
         let of = |patch: &Patch| {
             let nodes = &self.nodes[patch.nodes.clone()];

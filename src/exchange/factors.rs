@@ -9,9 +9,9 @@ use rayon::prelude::*;
 
 use super::cast::{INSIDE, SPACE};
 use super::patches::Patch;
-use super::sparse::{Row, Sparse};
+use super::sparse::{Sparse, SparseRow};
 
-/// Most rounds in which rows are closed. What is left then goes to the diagonal.
+/// Most rounds in which rows are closed. The diagonal takes the rest.
 const ROUNDS: usize = 2000;
 /// Error of a row that counts as closed, over its area.
 const CLOSED: f64 = 1e-13;
@@ -28,9 +28,8 @@ pub struct Factors {
     pub shared: Sparse,
     /// Area times view factor to space [m2].
     pub space: Vec<f64>,
-    /// Rays of each patch.
     pub(crate) rays: u32,
-    /// What was changed to make the view factors reciprocal and closed.
+    /// Changes that made the view factors reciprocal and closed.
     pub correction: Correction,
     /// Share of the rays of each patch that ended on the inner face of a skin.
     pub inside: Vec<f64>,
@@ -41,9 +40,8 @@ pub struct Factors {
 pub struct Correction {
     /// Root mean square over the view factors above 0.
     pub rms: f64,
-    /// The largest.
     pub(crate) largest: f64,
-    /// Largest error of a row that no factors close, over its area. It went to the diagonal.
+    /// Largest error of a row that no factors close, over its area. The diagonal takes this error.
     pub unclosed: f64,
 }
 
@@ -52,7 +50,7 @@ impl Factors {
     pub(crate) fn new(patches: &[Patch], ends: &[u32], rays: u32) -> Self {
         let areas: Vec<f64> = patches.iter().map(|patch| patch.area).collect();
         let share = 1.0 / f64::from(rays);
-        let counted: Vec<(Row, f64, u32)> = ends
+        let counted: Vec<(SparseRow, f64, u32)> = ends
             .par_chunks(rays as usize)
             .enumerate()
             .map(|(patch, ends)| {
@@ -95,7 +93,7 @@ impl Factors {
         self.space[from] / self.areas[from]
     }
 
-    /// Variance of a shared area [m4] as that of independent rays, at least that of a single ray.
+    /// Variance of a shared area [m4] as for independent rays, at least the variance of a single ray.
     pub(crate) fn variance(&self, from: usize, to: u32) -> f64 {
         let (own, other) = (self.areas[from], self.areas[to as usize]);
         let shared = self.shared.at(from, to);
@@ -103,12 +101,11 @@ impl Factors {
         weight * weight * (self.of_share(shared / own) + self.of_share(shared / other))
     }
 
-    /// The same of the area that a patch shares with space [m4].
+    /// Variance of the area that a patch shares with space [m4], as for independent rays.
     pub(crate) fn variance_to_space(&self, from: usize) -> f64 {
         self.areas[from] * self.areas[from] * self.of_share(self.to_space(from))
     }
 
-    /// Variance of a share of the rays of a patch.
     pub(crate) fn of_share(&self, share: f64) -> f64 {
         let rays = f64::from(self.rays);
         (share * (1.0 - share)).max(1.0 / rays) / rays

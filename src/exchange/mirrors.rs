@@ -1,4 +1,4 @@
-//! Sunlight that patches mirror once: rays leave them in the mirror direction, and what they meet receives their light.
+//! Sunlight that patches mirror once: rays leave them in the mirror direction, and the patches that the rays meet receive the light.
 //!
 //! Each joint has a tree of its own in the file's pose, and a ray is turned into the frame of each. So a craft that moves needs no new trees, and the rays follow
 //! the present pose. A rough mirror spreads its rays over the visible facets of GGX. The Sun is a point here.
@@ -8,23 +8,23 @@ use rayon::prelude::*;
 
 use super::cast::{INSIDE, SPACE, face_of, start_of};
 use super::directions::{basis, fractions};
-use super::patches::{NONE, Patches, Surface};
-use super::sparse::{Row, Sparse};
+use super::patches::{NONE, PatchSurface, Patches};
+use super::sparse::{Sparse, SparseRow};
 use crate::environment::StepLoad;
 use crate::environment::shadow::Occluders;
 use crate::thermal::lobe::facet_reflection;
 
-/// Most mirrored rays of a patch. They have one direction, so fewer do than for a hemisphere.
+/// Most mirrored rays of a patch. Rays of one direction need not be as many as rays over a hemisphere.
 pub(crate) const MOST_RAYS: u32 = 32;
 
-/// Cosine below which the Sun does not light a face. It leaves room for the f32 of the device.
+/// Cosine below which the Sun does not light a face, with a margin for the f32 of the device.
 const GRAZING: f64 = -1e-5;
 
-/// The patches that mirror sunlight, and what their rays may meet.
+/// The patches that mirror sunlight, and the triangles that their rays may meet.
 #[derive(Debug, Clone)]
 pub struct Mirrors {
-    faces: Vec<Face>,
-    joints: Vec<Tree>,
+    faces: Vec<MirrorFace>,
+    joints: Vec<JointTree>,
     /// Areas of all patches [m2].
     areas: Vec<f64>,
     /// Distance between a ray's start and its surface [m].
@@ -33,7 +33,7 @@ pub struct Mirrors {
 
 /// A patch that mirrors, in the file's pose.
 #[derive(Debug, Clone)]
-struct Face {
+struct MirrorFace {
     patch: u32,
     joint: u32,
     normal: DVec3,
@@ -51,7 +51,7 @@ struct Start {
 
 /// The triangles of a joint in the file's pose.
 #[derive(Debug, Clone)]
-struct Tree {
+struct JointTree {
     joint: u32,
     occluders: Occluders,
     /// Patches of the front and the back of each corner, in the order of the tree.
@@ -61,7 +61,7 @@ struct Tree {
 /// Where mirrored sunlight goes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mirrored {
-    /// For each patch those whose mirrored light reaches it, each with the share that does times its area over that of the receiver.
+    /// Row i lists the patches j whose mirrored light reaches patch i: the share of the light that does, times the area of j over the area of i.
     pub arrives: Sparse,
     /// Share of the mirrored light of each patch that leaves the craft.
     pub lost: Vec<f64>,
@@ -69,7 +69,7 @@ pub struct Mirrored {
 
 impl Mirrors {
     /// The mirrors of a craft, with at most `rays` rays of each. `None` where no patch mirrors.
-    pub fn new(surface: &Surface, patches: &Patches, rays: u32) -> Option<Self> {
+    pub fn new(surface: &PatchSurface, patches: &Patches, rays: u32) -> Option<Self> {
         let count = rays.min(MOST_RAYS);
         let face = |(number, patch): (u32, &super::patches::Patch)| {
             let ray = |ray: u32| {
@@ -77,7 +77,7 @@ impl Mirrors {
                 let [_, _, u, v] = fractions(number, ray);
                 Start { place, normal, facet: [u, v] }
             };
-            (patch.gloss.specular > 0.0).then(|| Face {
+            (patch.gloss.specular > 0.0).then(|| MirrorFace {
                 patch: number,
                 joint: patch.joint,
                 normal: patch.normal,
@@ -85,17 +85,16 @@ impl Mirrors {
                 rays: (0..count).map(ray).collect(),
             })
         };
-        let faces: Vec<Face> = (0..).zip(&patches.all).filter_map(face).collect();
+        let faces: Vec<MirrorFace> = (0..).zip(&patches.all).filter_map(face).collect();
         if faces.is_empty() {
             return None;
         }
         let most = surface.joints.iter().max().copied().unwrap_or(0);
-        let joints: Vec<Tree> = (0..=most).filter_map(|joint| Tree::new(surface, patches, joint)).collect();
+        let joints: Vec<JointTree> = (0..=most).filter_map(|joint| JointTree::new(surface, patches, joint)).collect();
         let start = joints.iter().map(|tree| tree.occluders.start).fold(0.0, f64::max);
         Some(Self { faces, joints, areas: patches.all.iter().map(|patch| patch.area).collect(), start })
     }
 
-    /// Most pairs of patches between which sunlight is mirrored.
     pub(crate) fn most_pairs(&self) -> usize {
         self.faces.iter().map(|face| face.rays.len().max(1)).sum()
     }
@@ -103,8 +102,8 @@ impl Mirrors {
     /// Where the sunlight goes that is mirrored under a load. A patch that the Sun does not light mirrors nothing.
     pub fn mirrored(&self, load: &StepLoad) -> Mirrored {
         let scene = Placed::new(self, load);
-        let ends: Vec<Option<Row>> = self.faces.par_iter().map(|face| scene.ends(face)).collect();
-        let mut rows: Vec<Row> = vec![Row::new(); self.areas.len()];
+        let ends: Vec<Option<SparseRow>> = self.faces.par_iter().map(|face| scene.ends(face)).collect();
+        let mut rows: Vec<SparseRow> = vec![SparseRow::new(); self.areas.len()];
         let mut lost = vec![0.0; self.areas.len()];
         for (face, ends) in self.faces.iter().zip(ends) {
             for (end, share) in ends.into_iter().flatten() {
@@ -121,8 +120,8 @@ impl Mirrors {
     }
 }
 
-impl Tree {
-    fn new(surface: &Surface, patches: &Patches, joint: u32) -> Option<Self> {
+impl JointTree {
+    fn new(surface: &PatchSurface, patches: &Patches, joint: u32) -> Option<Self> {
         let is_own = |triangle: &&[u32; 3]| surface.joints[triangle[0] as usize] == joint;
         let triangles: Vec<[u32; 3]> = surface.triangles.iter().filter(is_own).copied().collect();
         if triangles.is_empty() {
@@ -139,7 +138,7 @@ impl Tree {
 struct Placed<'a> {
     mirrors: &'a Mirrors,
     load: &'a StepLoad,
-    /// The frame of each tree in that of the body.
+    /// Takes the body frame into the frame of each tree.
     from_body: Vec<DAffine3>,
 }
 
@@ -150,7 +149,7 @@ impl<'a> Placed<'a> {
     }
 
     /// Shares of the mirrored light of a face by where it ends, sorted. `None` where the Sun does not light it.
-    fn ends(&self, face: &Face) -> Option<Row> {
+    fn ends(&self, face: &MirrorFace) -> Option<SparseRow> {
         let pose = pose(self.load, face.joint);
         let sun = &self.load.sun;
         let normal = pose.matrix3 * face.normal;
@@ -174,7 +173,7 @@ impl<'a> Placed<'a> {
         if whole <= 0.0 {
             return Some(vec![(face.patch, 1.0)]);
         }
-        let mut ends: Row = Vec::new();
+        let mut ends: SparseRow = Vec::new();
         for (from, normal, start, sun, weight) in lit {
             let end = self.end(*from, reflection(*sun, *normal, face.roughness, start.facet));
             ends.push((if end == INSIDE { face.patch } else { end }, weight / whole));
@@ -210,12 +209,12 @@ impl<'a> Placed<'a> {
     }
 }
 
-/// Pose of a joint in the body frame.
 fn pose(load: &StepLoad, joint: u32) -> DAffine3 {
     load.joints.get(joint as usize).copied().unwrap_or_default()
 }
 
-/// Direction in which a face with a unit normal mirrors light of the Sun. What a rough one would send below its surface leaves as from a smooth one.
+/// Direction in which a face with a unit normal mirrors light of the Sun. Where a facet would send light below the surface, a smooth mirror stands in
+/// for it.
 pub fn reflection(sun: DVec3, normal: DVec3, roughness: f64, facet: [f64; 2]) -> DVec3 {
     let cosine = normal.dot(sun);
     let smooth = 2.0 * cosine * normal - sun;

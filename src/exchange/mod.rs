@@ -1,10 +1,12 @@
 //! Radiation between the surfaces of the craft, in f64.
 //!
-//! Nodes are gathered into patches ([`patches`]). Rays from every patch find what it sees: other patches and space ([`cast`]). Their numbers become view
-//! factors that are reciprocal and closed ([`factors`]). Diffuse reflections turn these into exchange areas, of infrared and of sunlight apart
-//! ([`reflected`]). In every step a patch receives what all others send, and the planet's light through the open part of its sky ([`step`], [`sky`]).
+//! Nodes are gathered into patches ([`patches`]). Rays from every patch find the other patches and the space that it sees ([`cast`]). Their numbers
+//! become view factors that are reciprocal and closed ([`factors`]). Diffuse reflections turn these into exchange areas, of infrared and of sunlight
+//! apart ([`reflected`]). In every step a patch receives the light of all others, and the planet's light through the open part of its sky ([`step`],
+//! [`sky`]).
 //!
-//! A patch has a uniform temperature and reflects diffusely, but for direct sunlight that it may mirror once ([`mirrors`]). The room knows triangles and optical values. It knows no files and no Vulkan.
+//! A patch has a uniform temperature and reflects diffusely, but for direct sunlight that it may mirror once ([`mirrors`]). The room knows triangles
+//! and optical values, but no files and no Vulkan.
 
 pub(crate) mod between;
 pub(crate) mod buried;

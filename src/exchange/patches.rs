@@ -9,7 +9,6 @@ use glam::DVec3;
 
 use crate::thermal::material::{Gloss, Material, Optics, Sides};
 
-/// No patch.
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// Bins of a normal along each axis of a face of the cube around it. With three, the axes of the body lie in the middle of a bin.
@@ -20,7 +19,7 @@ const OFF_GRID: f64 = 0.01;
 
 /// The nodes and triangles of a craft in the file's pose.
 #[derive(Debug, Clone, Default)]
-pub struct Surface {
+pub struct PatchSurface {
     /// Positions of the nodes [m].
     pub positions: Vec<DVec3>,
     /// Unit outward normals of the nodes.
@@ -44,7 +43,6 @@ pub struct Patch {
     pub(crate) joint: u32,
     /// Part.
     pub part: u32,
-    /// Material.
     pub(crate) material: u32,
     /// Whether it is the face against the normals.
     pub(crate) back: bool,
@@ -60,29 +58,28 @@ pub struct Patch {
     pub normal: DVec3,
     /// Mean place [m].
     pub centre: DVec3,
-    /// Its nodes in [`Patches::nodes`].
+    /// Nodes, as places in [`Patches::nodes`].
     pub(crate) nodes: std::ops::Range<usize>,
-    /// Its corners of triangles in [`Patches::corners`].
+    /// Corners of triangles, as places in [`Patches::corners`].
     pub(crate) corners: std::ops::Range<usize>,
 }
 
 /// A corner of a triangle, on whose surface rays of a patch start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Corner {
-    /// Number of the triangle times three, plus that of the corner.
+    /// Number of the triangle times three, plus the corner's number.
     pub(crate) corner: u32,
     /// Share of the rays of the patch that start here or at a corner before.
     pub(crate) up_to: f64,
 }
 
-/// All patches of a craft. Those of one joint are consecutive.
+/// All patches of a craft, joint by joint.
 #[derive(Debug, Clone, Default)]
 pub struct Patches {
     /// The patches.
     pub all: Vec<Patch>,
     /// Nodes of the patches, each with its share of the patch's area.
     pub(crate) nodes: Vec<(u32, f64)>,
-    /// Corners of the patches.
     pub(crate) corners: Vec<Corner>,
     /// Patches of the front and of the back of each node, or [`NONE`].
     pub(crate) of_node: Vec<[u32; 2]>,
@@ -91,7 +88,7 @@ pub struct Patches {
 impl Patches {
     /// Gathers nodes into patches of about `edge` [m]. `buried` says of the front and the back of each node whether they lie inside another part; it is empty where none
     /// does.
-    pub fn new(surface: &Surface, materials: &[Material], edge: f64, buried: &[[bool; 2]]) -> Self {
+    pub fn new(surface: &PatchSurface, materials: &[Material], edge: f64, buried: &[[bool; 2]]) -> Self {
         let mut corners_of_node: Vec<Vec<u32>> = vec![Vec::new(); surface.positions.len()];
         for (number, triangle) in surface.triangles.iter().enumerate() {
             if surface.area_of(number) > 0.0 {
@@ -129,7 +126,7 @@ impl Patches {
         &mut self,
         key: &Key,
         nodes: &[u32],
-        surface: &Surface,
+        surface: &PatchSurface,
         corners_of_node: &[Vec<u32>],
         materials: &[Material],
     ) {
@@ -168,7 +165,7 @@ impl Patches {
     }
 }
 
-impl Surface {
+impl PatchSurface {
     /// Area of a triangle [m2].
     pub(crate) fn area_of(&self, triangle: usize) -> f64 {
         let [a, b, c] = self.triangles[triangle].map(|node| self.positions[node as usize]);
@@ -176,7 +173,7 @@ impl Surface {
     }
 }
 
-/// What the nodes of a patch share.
+/// Properties that all nodes of a patch share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Key {
     joint: u32,

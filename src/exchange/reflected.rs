@@ -1,33 +1,33 @@
-//! Exchange areas: what a patch receives of the light that another sends, with all diffuse reflections on the way.
+//! Exchange areas: the light that one patch receives from another, with all diffuse reflections on the way.
 //!
-//! With J_j the light that patch j emits or reflects at first [W/m2], the light that arrives at i, all reflections counted, is (sum over j of H_ij J_j) / A_i.
-//! H = S + S (r/A) S + S (r/A) S (r/A) S + ..., where S are the shared areas and r the reflectivities. It is symmetric. Gebhart's factor, the share of the
-//! emission of j that i absorbs, is a_i H_ij / A_j, where a = 1 - r (Gebhart 1961, Int. J. Heat Mass Transfer 3).
+//! With J_j the light that patch j emits or reflects at first [W/m2], the light that arrives at i, all reflections counted, is (sum over j of H_ij
+//! J_j) / A_i. H = S + S (r/A) S + S (r/A) S (r/A) S + ..., where S are the shared areas and r the reflectivities. H is symmetric. Gebhart's factor,
+//! the share of the emission of j that i absorbs, is a_i H_ij / A_j, where a = 1 - r (Gebhart 1961, Int. J. Heat Mass Transfer 3).
 //!
-//! How much of its light a patch gives to the craft and to space follows from vectors alone, with all reflections. Rows follow the light only while it is
-//! concentrated: a crumb of light is not reflected by itself, and pairs that see each other by reflection alone are left out while they are small. One factor for
-//! each patch then scales the kept entries to the right sums. What further reflections would carry where a scene bounds their number returns to its own patch. Rows stay
-//! symmetric and closed, so that an isothermal box keeps its temperature. Entries are rounded to 8 bits, large ones to 16, and the rest goes to the diagonal.
+//! How much of its light a patch gives to the craft and to space follows from vectors alone, with all reflections. Rows follow the light only while
+//! it is concentrated: a crumb of light is not reflected by itself, and pairs that see each other by reflection alone are left out while they are
+//! small. One factor for each patch then scales the kept entries to the right sums. Where a scene bounds the number of reflections, the light of
+//! further reflections returns to its own patch. Rows stay symmetric and closed, so that an isothermal box keeps its temperature. Entries are rounded
+//! to 8 bits, large ones to 16, and the rest goes to the diagonal.
 
 use rayon::prelude::*;
 
 use super::factors::Factors;
-use super::sparse::{Row, Sparse};
+use super::sparse::{Sparse, SparseRow};
 use super::words::{MOST as WORDS, rounded};
 
-/// Area of the entries of a row that may be left out, over the area of its patch. They are pairs that do not see each other directly.
+/// Area of the entries of a row that may be left out, over the area of its patch. Such pairs do not see each other directly.
 pub(crate) const LEFT_OUT: f64 = 0.05;
-/// Rounds in which kept entries take what was left out.
+/// Rounds in which kept entries are scaled to the right sums of their rows.
 const ROUNDS: usize = 100;
 /// Share of the light of a row below which reflections are no longer followed.
 const FAINT: f64 = 1e-7;
 /// Share of the light of a row below which an entry is not reflected by itself.
 const CRUMB: f64 = 1e-4;
-/// Most reflections that are followed.
 const MOST: u32 = 20_000;
 /// Part of the area of the smaller patch below which a rounding error of an entry is left to the diagonal.
 const FINE: f64 = 1e-4;
-/// Absorptivity below which a patch does not take what others leave out.
+/// Absorptivity up to which the diagonal can not make up for light that is left out.
 const MIRROR: f64 = 1e-6;
 
 /// Exchange areas.
@@ -45,9 +45,12 @@ pub struct Areas {
 pub(crate) fn exchange_areas(factors: &Factors, absorptivities: &[f64], bounces: Option<u32>) -> Areas {
     let areas = &factors.areas;
     let [given, lost] = shares(factors, absorptivities, bounces);
-    let rows: Vec<Row> = (0..areas.len())
+    let rows: Vec<SparseRow> = (0..areas.len())
         .into_par_iter()
-        .map_init(|| Rows::new(areas.len()), |rows, patch| rows.follow(factors, absorptivities, bounces, patch))
+        .map_init(
+            || ReflectionRoom::new(areas.len()),
+            |rows, patch| rows.follow(factors, absorptivities, bounces, patch),
+        )
         .collect();
     let space: Vec<f64> = lost.iter().zip(areas).map(|(share, area)| share * area).collect();
     let found = Sparse::from_rows(rows);
@@ -96,7 +99,7 @@ fn shares(factors: &Factors, absorptivities: &[f64], bounces: Option<u32>) -> [V
     [0, 1].map(|kind| now.iter().map(|shares| shares[kind]).collect())
 }
 
-/// Scales entries so that what a row gives to the craft is what is wanted [m2].
+/// Scales entries so that each row gives the `wanted` area to the craft [m2].
 fn scale(kept: &mut Sparse, wanted: &[f64], absorptivities: &[f64]) {
     let carried = |rows: &Sparse, factor: &[f64], i: usize| -> f64 {
         let of = |(j, area): &(u32, f64)| area * factor[*j as usize] * absorptivities[*j as usize];
@@ -148,7 +151,7 @@ fn pruned(all: &Sparse, shared: &Sparse, areas: &[f64]) -> Sparse {
     let rows = (0..areas.len()).map(|i| {
         let own = all.row(i).iter().copied();
         let kept = |(j, area): &(u32, f64)| sees(i, *j) || *area >= bounds[i].min(bounds[*j as usize]);
-        let mut row: Row = own.filter(kept).collect();
+        let mut row: SparseRow = own.filter(kept).collect();
         if let Err(place) = row.binary_search_by_key(&(i as u32), |entry| entry.0) {
             row.insert(place, (i as u32, 0.0));
         }
@@ -157,23 +160,21 @@ fn pruned(all: &Sparse, shared: &Sparse, areas: &[f64]) -> Sparse {
     Sparse::from_rows(rows.collect())
 }
 
-/// Room for following the light of one patch.
-struct Rows {
+struct ReflectionRoom {
     sum: Vec<f64>,
     next: Vec<f64>,
     touched: Vec<u32>,
     reached: Vec<u32>,
 }
 
-impl Rows {
+impl ReflectionRoom {
     fn new(patches: usize) -> Self {
         Self { sum: vec![0.0; patches], next: vec![0.0; patches], touched: Vec::new(), reached: Vec::new() }
     }
 
-    /// The row of a patch.
-    fn follow(&mut self, factors: &Factors, taken: &[f64], bounces: Option<u32>, patch: usize) -> Row {
+    fn follow(&mut self, factors: &Factors, taken: &[f64], bounces: Option<u32>, patch: usize) -> SparseRow {
         let faint = FAINT * factors.areas[patch];
-        let mut light: Row = factors.shared.row(patch).to_vec();
+        let mut light: SparseRow = factors.shared.row(patch).to_vec();
         for bounce in 0..=bounces.unwrap_or(MOST).min(MOST) {
             for (j, area) in &light {
                 if self.sum[*j as usize] == 0.0 {

@@ -9,15 +9,12 @@ use glam::{DAffine3, DVec3};
 use super::turn::turned;
 use crate::environment::{PlanetLoad, StepLoad};
 use crate::saved::{Saved, SavedError};
-use crate::thermal::received::Seen;
+use crate::thermal::received::PlanetShares;
 
-/// Rays of a bundle.
 const BUNDLE: usize = 4;
 /// Parts of a bundle in which its open share is counted: one to four rays divide them.
 const PARTS: u32 = 12;
-/// Bits of a coordinate of a direction.
 const BITS: u32 = 14;
-/// Steps of a coordinate of a direction.
 const GRID: u32 = (1 << BITS) - 1;
 
 /// A turn below this is rounding [rad].
@@ -25,24 +22,20 @@ const STILL: f64 = 1e-9;
 /// Change of a flux of sunlight, over the flux, that counts.
 const FLUX: f64 = 0.01;
 
-/// A ray of a patch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Ray {
+pub(crate) struct PatchRay {
     /// The two numbers that chose its direction about the normal.
     pub(crate) place: [f64; 2],
-    /// Its direction.
     pub(crate) direction: DVec3,
-    /// Whether it left the craft.
     pub(crate) open: bool,
 }
 
-/// Number of bundles of some rays.
 pub(crate) fn bundles_of(rays: usize) -> usize {
     rays.div_ceil(BUNDLE)
 }
 
-/// Words of the bundles of a patch. Neighbours make a bundle: rays are sorted into rings about the normal, and those of a ring by azimuth.
-pub(crate) fn bundled(mut rays: Vec<Ray>) -> Vec<u32> {
+/// Words of the bundles of a patch. Neighbours make a bundle: rays are sorted into rings about the normal, and by azimuth within a ring.
+pub(crate) fn bundled(mut rays: Vec<PatchRay>) -> Vec<u32> {
     let (count, length) = (bundles_of(rays.len()), rays.len());
     // As many bundles around a ring as there are rings, times four, have about the same width and height.
     let rings = ((count as f64).sqrt() / 2.0).round().max(1.0) as usize;
@@ -74,12 +67,10 @@ fn word_of(direction: DVec3, open: u32) -> u32 {
     open << (2 * BITS) | steps(x) << BITS | steps(y)
 }
 
-/// Open share of the bundle of a word.
 fn open_share(word: u32) -> f64 {
     f64::from(word >> (2 * BITS)) / f64::from(PARTS)
 }
 
-/// Unit direction of a word.
 fn direction_of(word: u32) -> DVec3 {
     let value = |steps: u32| f64::from(steps & GRID) * (2.0 / f64::from(GRID)) - 1.0;
     let (x, y) = (value(word >> BITS), value(word));
@@ -91,13 +82,13 @@ fn direction_of(word: u32) -> DVec3 {
 
 /// The planet as a patch sees it: unit vectors in the frame of the patch, and the Sun at the centre of the planet.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PlanetView {
+pub struct PlanetFromPatch {
     nadir: DVec3,
     sun: DVec3,
     distance_ratio: f64,
 }
 
-impl PlanetView {
+impl PlanetFromPatch {
     /// The planet of a load in the frame of a joint.
     pub fn new(planet: &PlanetLoad, load: &StepLoad, joint: u32) -> Self {
         let turn = load.joint_from_body(joint);
@@ -117,8 +108,9 @@ impl PlanetView {
         })
     }
 
-    /// The shares that a patch with these bundles sees. Without one to the planet, or to its lit part, the share is that of all rays that are open.
-    pub fn seen(&self, bundles: &[u32]) -> Seen {
+    /// The shares that a patch with these bundles sees. Where no bundle points at the planet, or at its lit part, the share of all open rays stands
+    /// in.
+    pub fn seen(&self, bundles: &[u32]) -> PlanetShares {
         let (mut all, mut open, mut lit, mut open_lit) = (0.0, 0.0, 0.0, 0.0);
         let free = bundles.iter().map(|word| open_share(*word)).sum::<f64>() / bundles.len().max(1) as f64;
         for word in bundles {
@@ -130,25 +122,23 @@ impl PlanetView {
             }
         }
         let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { free };
-        Seen { planet_ir: share(open, all), albedo: share(open_lit, lit) }
+        PlanetShares { planet_ir: share(open, all), albedo: share(open_lit, lit) }
     }
 }
 
-/// What the light of Sun and planet on a craft depends on.
+/// The conditions on which the light of Sun and planet on a craft depends.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct FoundFor {
     /// Directions to the planet, to the Sun as the planet sees it, and to the Sun as the craft sees it, body frame. Zero without.
     pub(crate) directions: [DVec3; 3],
     /// Sunlight of the Sun and of the planet [W/m2].
     pub(crate) fluxes: [f64; 2],
-    /// Poses of the joints.
     pub(crate) poses: Vec<DAffine3>,
     /// When the step starts [s].
     pub(crate) start: f64,
 }
 
 impl FoundFor {
-    /// That of a load.
     pub(crate) fn new(load: &StepLoad) -> Self {
         let mut directions = [DVec3::ZERO; 3];
         let mut fluxes = [load.sun.iter().map(|sample| sample.flux).sum(), 0.0];
@@ -177,38 +167,36 @@ impl FoundFor {
     }
 }
 
-/// What a step finds anew of what patches exchange.
+/// The part of the exchange between patches that a step computes anew.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Due {
-    /// Nothing: what was found before holds.
+    /// Earlier results hold.
     Nothing,
-    /// Infrared.
     Infrared,
     /// Infrared and the light of Sun and planet.
     All,
 }
 
-/// When patches find anew what they exchange: infrared after some steps, the light of Sun and planet after the planet, the Sun or a joint has turned far enough
-/// against the craft, or sunlight has changed.
+/// When the exchange between patches is computed anew. Infrared: after some steps. Light of Sun and planet: after the planet, the Sun or a joint has
+/// turned far enough against the craft, or sunlight has changed.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Renewal {
-    /// Angle after which light is found anew [rad].
+    /// Turn after which light is computed anew [rad].
     pub(crate) angle: f64,
-    /// Steps after which infrared is found anew.
+    /// Steps after which infrared is computed anew.
     pub(crate) every: f64,
-    /// What light was last found for.
+    /// Conditions for which light was last computed.
     found_for: Option<FoundFor>,
     /// Steps since light and since infrared were found.
     since: [f64; 2],
 }
 
 impl Renewal {
-    /// Nothing is found yet.
     pub(crate) fn new(angle: f64, every: f64) -> Self {
         Self { angle, every, ..Self::default() }
     }
 
-    /// What must be found anew for a load that lasts `steps`. It counts as done then. With `fresh` it is all.
+    /// The part that must be computed anew for a load that lasts `steps`. The part counts as done then. `fresh` asks for all.
     pub(crate) fn due(&mut self, load: &StepLoad, steps: f64, fresh: bool) -> Due {
         let now = FoundFor::new(load);
         let turn = self.found_for.as_ref().map_or(f64::INFINITY, |last| last.turn(&now));
@@ -230,7 +218,6 @@ impl Renewal {
         due
     }
 
-    /// What is needed to go on later.
     pub(crate) fn save(&self) -> Saved {
         let mut saved = Saved::default();
         saved.put("since", &self.since);
@@ -243,10 +230,6 @@ impl Renewal {
         saved
     }
 
-    /// Takes what `save` gave.
-    ///
-    /// # Errors
-    /// Lists of another kind.
     pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         self.found_for = None;
         self.since = saved.array("since")?;
@@ -288,11 +271,11 @@ mod tests {
     }
 
     /// Rays of which those with `x > 0.2` are blocked.
-    fn rays(patch: u32, count: u32) -> Vec<Ray> {
+    fn rays(patch: u32, count: u32) -> Vec<PatchRay> {
         let ray = |ray| {
             let [_, _, s, t] = fractions(patch, ray);
             let direction = cosine_direction(DVec3::Z, [s, t]);
-            Ray { place: [s, t], direction, open: direction.x <= 0.2 }
+            PatchRay { place: [s, t], direction, open: direction.x <= 0.2 }
         };
         (0..count).map(ray).collect()
     }
@@ -308,7 +291,7 @@ mod tests {
             // The last bundles of a number that four does not divide are smaller.
             assert!((share - open / f64::from(count)).abs() < if count % 4 == 0 { 1e-12 } else { 0.2 }, "{count}");
         }
-        let view = |nadir: DVec3| PlanetView { nadir, sun: DVec3::Y, distance_ratio: 1.064 };
+        let view = |nadir: DVec3| PlanetFromPatch { nadir, sun: DVec3::Y, distance_ratio: 1.064 };
         let mut errors = [0.0; 3];
         for patch in 0..200 {
             let [a, b, ..] = fractions(patch, 7);

@@ -1,7 +1,7 @@
 //! A sparse square matrix in rows.
 
 /// A row: columns and values.
-pub(crate) type Row = Vec<(u32, f64)>;
+pub(crate) type SparseRow = Vec<(u32, f64)>;
 
 /// Rows one after another. The entries of a row are sorted by column.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -13,8 +13,7 @@ pub struct Sparse {
 }
 
 impl Sparse {
-    /// The matrix of sorted rows.
-    pub(crate) fn from_rows(rows: Vec<Row>) -> Self {
+    pub(crate) fn from_rows(rows: Vec<SparseRow>) -> Self {
         let mut first = vec![0];
         let mut entries = Vec::new();
         for row in rows {
@@ -24,7 +23,6 @@ impl Sparse {
         Self { first, entries }
     }
 
-    /// Number of rows.
     pub(crate) fn len(&self) -> usize {
         self.first.len().saturating_sub(1)
     }
@@ -40,7 +38,6 @@ impl Sparse {
         row.binary_search_by_key(&column, |(column, _)| *column).map_or(0.0, |place| row[place].1)
     }
 
-    /// The transposed matrix.
     pub(crate) fn transposed(&self) -> Self {
         let mut rows = vec![Vec::new(); self.len()];
         for row in 0..self.len() {

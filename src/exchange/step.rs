@@ -1,11 +1,12 @@
-//! What every patch receives in a step. Twin: `glsl/exchange_light.comp`, `glsl/exchange_send.comp` and `glsl/exchange_receive.comp`.
+//! The light that every patch receives in a step. Twin: `glsl/exchange_light.comp`, `glsl/exchange_send.comp` and `glsl/exchange_receive.comp`.
 //!
-//! The light of Sun and planet, with its reflections, does not depend on temperatures. It is found anew when they have turned against the craft ([`Light`]). Infrared
-//! takes one product of what patches send with the rows of their exchange areas, and is held for a time ([`super::sky::Renewal`]).
+//! The light of Sun and planet, with its reflections, does not depend on temperatures. This light is computed anew when Sun or planet have turned
+//! against the craft ([`CraftLight`]). Infrared takes one product: the infrared that patches send, times the rows of their exchange areas. The product is
+//! held for a time ([`super::sky::Renewal`]).
 //!
-//! A node emits to all sides, as it does without exchange: that stays in its own balance, with its temperature on the way through the step. What comes from
-//! other patches is a load. It follows from the temperatures at the start of the step. The infrared of space, which the rest of isotherm lets arrive from all sides, is taken
-//! off what patches send, so that hidden space sends nothing.
+//! A node emits to all sides, as it does without exchange: that stays in its own balance, with its temperature on the way through the step. Light
+//! from other patches is a load, which follows from the temperatures at the start of the step. The infrared of space, which the rest of isotherm lets
+//! arrive from all sides, is taken off the infrared that patches send, so that hidden space sends nothing.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -14,32 +15,31 @@ use super::cast::{SPACE, Scenery, ray_of};
 use super::directions::fractions;
 use super::factors::Factors;
 use super::mirrors::Mirrored;
-use super::patches::{NONE, Patch, Patches, Surface};
+use super::patches::{NONE, Patch, PatchSurface, Patches};
 use super::reflected::{Areas, exchange_areas};
-use super::sky::{PlanetView, Ray, bundled, bundles_of};
+use super::sky::{PatchRay, PlanetFromPatch, bundled, bundles_of};
 use crate::environment::StepLoad;
 use crate::saved::{Saved, SavedError};
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::balance::Incident;
 use crate::thermal::incident::incident;
-use crate::thermal::received::{Received, Seen};
+use crate::thermal::received::{FaceLoad, PlanetShares};
 
 /// Time for which infrared is held where a scene states none [s].
 pub(crate) const HOLD: f64 = 60.0;
 
-/// Most rays that keep the sky of a patch.
 pub(crate) const SKY_RAYS: u32 = 4096;
 
 /// How the rays and reflections of a scene are found.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct ExchangeSettings {
     /// Rays of a patch.
     pub rays: u32,
     /// Size of a patch [m]. `None` is the side of a square that is 1 / [`PATCHES`] of the area of the craft.
     pub patch_edge: Option<f64>,
     /// Most reflections; `None` follows all.
     pub bounces: Option<u32>,
-    /// Angle after which what moves is found anew [rad].
+    /// Turn of Sun, planet or joint after which light is computed anew [rad].
     pub redraw_angle: f64,
     /// Whether patches mirror sunlight once, instead of reflecting all of it diffusely.
     pub specular_sunlight: bool,
@@ -47,7 +47,7 @@ pub struct Settings {
     pub hold: f64,
 }
 
-impl Default for Settings {
+impl Default for ExchangeSettings {
     fn default() -> Self {
         Self {
             rays: 256,
@@ -68,10 +68,11 @@ pub(crate) const MOST_PATCHES: usize = 1 << 16;
 
 /// The light of Sun and planet on a craft, held while they hardly turn against it.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Light {
+pub struct CraftLight {
     /// Shares of the planet's light that every patch sees.
-    pub seen: Vec<Seen>,
-    /// Infrared of the planet and sunlight that every patch reflects diffusely at first [W/m2]. Of sunlight it holds what others mirror onto the patch.
+    pub seen: Vec<PlanetShares>,
+    /// Infrared of the planet and sunlight that every patch reflects diffusely at first [W/m2]. Sunlight that others mirror onto the patch is
+    /// included.
     pub reflected: Vec<[f64; 2]>,
     /// Sunlight from all patches that each one absorbs [W/m2].
     pub sunlight: Vec<f64>,
@@ -79,8 +80,7 @@ pub struct Light {
     pub mirrored: Vec<f64>,
 }
 
-impl Light {
-    /// Adds the light to a saved state.
+impl CraftLight {
     pub(crate) fn save_into(&self, saved: &mut Saved) {
         let seen = self.seen.iter().map(|seen| [seen.planet_ir, seen.albedo]);
         saved.put("seen", &seen.collect::<Vec<_>>());
@@ -96,7 +96,7 @@ impl Light {
     pub(crate) fn restored(saved: &Saved) -> Result<Self, SavedError> {
         let seen: Vec<[f64; 2]> = saved.list("seen")?;
         Ok(Self {
-            seen: seen.into_iter().map(|[planet_ir, albedo]| Seen { planet_ir, albedo }).collect(),
+            seen: seen.into_iter().map(|[planet_ir, albedo]| PlanetShares { planet_ir, albedo }).collect(),
             reflected: saved.list("reflected")?,
             sunlight: saved.list("sunlight")?,
             mirrored: saved.list("mirrored")?,
@@ -121,13 +121,12 @@ pub struct Exchange {
     pub sunlight: Areas,
     /// Bundles of rays that keep the sky, the same number for each patch.
     pub sky: Vec<u32>,
-    /// Bundles of a patch.
     bundles: usize,
 }
 
 impl Exchange {
     /// The exchange of patches whose rays end at `ends`, with the directions of the rays in the frame of the patch's joint.
-    pub fn new(surface: &Surface, patches: &Patches, ends: &[u32], settings: &Settings) -> Self {
+    pub fn new(surface: &PatchSurface, patches: &Patches, ends: &[u32], settings: &ExchangeSettings) -> Self {
         let factors = Factors::new(&patches.all, ends, settings.rays);
         let of = |absorptivity: fn(&Patch) -> f64| {
             let absorptivities: Vec<f64> = patches.all.iter().map(absorptivity).collect();
@@ -140,7 +139,7 @@ impl Exchange {
             let ray = |ray| {
                 let [_, direction] = ray_of(surface, patches, 0.0, patch, ray);
                 let [.., s, t] = fractions(patch, ray);
-                Ray { place: [s, t], direction, open: own[ray as usize] == SPACE }
+                PatchRay { place: [s, t], direction, open: own[ray as usize] == SPACE }
             };
             bundled((0..kept).map(ray).collect())
         });
@@ -157,30 +156,28 @@ impl Exchange {
     }
 
     /// The exchange of a craft in the pose of its scenery, with rays of the processor.
-    pub fn cast(surface: &Surface, patches: &Patches, scenery: &Scenery, settings: &Settings) -> Self {
+    pub fn cast(surface: &PatchSurface, patches: &Patches, scenery: &Scenery, settings: &ExchangeSettings) -> Self {
         let ends = super::cast::cast(surface, patches, scenery, settings.rays, 0..patches.all.len() as u32);
         Self::new(surface, patches, &ends, settings)
     }
 
-    /// Share of a patch that direct sunlight can reach. Inside another part it is that of the rays which do not end on the inner face of a skin.
+    /// Share of a patch that direct sunlight can reach. Inside another part the share counts the rays that do not end on the inner face of a skin.
     pub fn exposed(&self, patch: usize) -> f64 {
         if self.patches[patch].buried { 1.0 - self.factors.inside[patch] } else { 1.0 }
     }
 
-    /// Number of bundles that keep the sky of a patch.
     pub(crate) fn bundles(&self) -> usize {
         self.bundles
     }
 
-    /// Bundles that keep the sky of a patch.
     pub(crate) fn sky_of(&self, patch: usize) -> &[u32] {
         &self.sky[patch * self.bundles..(patch + 1) * self.bundles]
     }
 
     /// Shares of the planet's light that every patch sees.
-    pub fn seen(&self, load: &StepLoad) -> Vec<Seen> {
-        let Some(planet) = &load.planet else { return vec![Seen::ALL; self.patches.len()] };
-        let seen = |(patch, own): (&Patch, &[u32])| PlanetView::new(planet, load, patch.joint).seen(own);
+    pub fn seen(&self, load: &StepLoad) -> Vec<PlanetShares> {
+        let Some(planet) = &load.planet else { return vec![PlanetShares::ALL; self.patches.len()] };
+        let seen = |(patch, own): (&Patch, &[u32])| PlanetFromPatch::new(planet, load, patch.joint).seen(own);
         self.patches.par_iter().zip(self.sky.par_chunks(self.bundles.max(1))).map(seen).collect()
     }
 
@@ -190,9 +187,9 @@ impl Exchange {
         load: &StepLoad,
         visibility: impl Fn(usize) -> f64 + Sync,
         mirrored: Option<&Mirrored>,
-    ) -> Light {
+    ) -> CraftLight {
         let seen = self.seen(load);
-        let of = |(number, (patch, seen)): (usize, (&Patch, &Seen))| {
+        let of = |(number, (patch, seen)): (usize, (&Patch, &PlanetShares))| {
             let shares = self.nodes[patch.nodes.clone()].iter();
             let lit =
                 self.exposed(number) * shares.map(|(node, share)| share * visibility(*node as usize)).sum::<f64>();
@@ -218,12 +215,12 @@ impl Exchange {
         }
         let mut sunlight = self.gathered(&self.sunlight, |from| reflected[from][1], |patch| patch.optics.absorptivity);
         sunlight.iter_mut().zip(&direct).for_each(|(all, direct)| *all += direct);
-        Light { seen, reflected, sunlight, mirrored: direct }
+        CraftLight { seen, reflected, sunlight, mirrored: direct }
     }
 
-    /// Infrared that leaves each patch at first [W/m2]: emission above that of space, and the reflection of what comes from the planet. `temperature` [K] is that of a
-    /// node.
-    pub fn sent(&self, load: &StepLoad, light: &Light, temperature: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
+    /// Infrared that leaves each patch at first [W/m2]: emission above the emission of space, and reflected infrared of the planet. `temperature`
+    /// gives the temperature of a node [K].
+    pub fn sent(&self, load: &StepLoad, light: &CraftLight, temperature: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
         let space = load.background_temperature.powi(4);
         let of = |(patch, reflected): (&Patch, &[f64; 2])| {
             let fourth = |(node, share): &(u32, f64)| share * temperature(*node as usize).powi(4);
@@ -234,7 +231,7 @@ impl Exchange {
     }
 
     /// Flux from all patches that each one absorbs [W/m2].
-    pub fn absorbed(&self, sent: &[f64], light: &Light) -> Vec<f64> {
+    pub fn absorbed(&self, sent: &[f64], light: &CraftLight) -> Vec<f64> {
         let infrared = self.gathered(&self.infrared, |from| sent[from], |patch| patch.optics.emissivity);
         infrared.into_iter().zip(&light.sunlight).map(|(infrared, sunlight)| infrared + sunlight).collect()
     }
@@ -264,13 +261,13 @@ impl Exchange {
         self.patches.par_iter().enumerate().map(of).collect()
     }
 
-    /// What the two faces of a node receive, from what every patch absorbs and sees.
-    pub(crate) fn of_node(&self, node: usize, absorbed: &[f64], seen: &[Seen]) -> [Received; 2] {
+    /// The light on the two faces of a node, from the flux that every patch absorbs and the sky that it sees.
+    pub(crate) fn of_node(&self, node: usize, absorbed: &[f64], seen: &[PlanetShares]) -> [FaceLoad; 2] {
         self.of_node[node].map(|patch| match patch {
-            NONE => Received::NOTHING,
+            NONE => FaceLoad::NOTHING,
             patch => {
                 let patch = patch as usize;
-                Received { absorbed: absorbed[patch], seen: seen[patch], exposed: self.exposed(patch) }
+                FaceLoad { absorbed: absorbed[patch], seen: seen[patch], exposed: self.exposed(patch) }
             }
         })
     }

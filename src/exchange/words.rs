@@ -5,7 +5,8 @@ pub(crate) fn short(value: f64) -> f64 {
     f64::from(f32::from_bits(upper_half(value) << 16))
 }
 
-/// The number nearest to a value among sums of at most `most` numbers of 8 bits. It ends where the rest is at most `least`.
+/// The number nearest to a value among sums of at most `most` numbers of 8 bits. The sum ends where the rest is at most
+/// `least`.
 pub(crate) fn rounded(value: f64, least: f64, most: usize) -> f64 {
     let mut sum = short(value);
     for _ in 1..most {

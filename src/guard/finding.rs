@@ -1,23 +1,21 @@
-//! What a check found, and how hard the checks look.
+//! A finding of a check, and how much the checks look at.
 
 use std::fmt;
 
-/// Most names that one finding lists.
 const MOST_NAMES: usize = 4;
 
 /// How much is looked at.
 #[derive(Debug, Clone, Copy)]
-pub struct Effort {
+pub struct CheckEffort {
     /// Most images for which the place of the craft in the image is computed.
     pub(crate) images: usize,
     /// Most images for which the camera may be found inside the craft.
     pub(crate) inside: usize,
-    /// The time of the only image [s], in place of those that the scene states.
+    /// The time of the only image [s], in place of the scene's own times.
     pub(crate) at: Option<f64>,
 }
 
-impl Effort {
-    /// At the start of a run.
+impl CheckEffort {
     pub(crate) const BRIEF: Self = Self { images: 32, inside: 2, at: None };
     /// For `isotherm check`.
     pub const WHOLE: Self = Self { images: 10_000, inside: 64, at: None };
@@ -30,9 +28,9 @@ pub struct Finding {
     pub check: &'static str,
     /// The key, material or parts that it is about.
     pub about: String,
-    /// What is found.
+    /// The probable mistake, in words.
     pub message: String,
-    /// What to do.
+    /// Advice, in words.
     pub remedy: String,
 }
 

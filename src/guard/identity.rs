@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use crate::lens::Lens;
 use crate::model::nodes::GROUP;
-use crate::raster::{Surface, View, rasterise};
+use crate::raster::{RasterSurface, RasterView, rasterise};
 use crate::scene::work::image_time;
 use crate::simulation::pose_of;
 use crate::simulation::prepare::Prepared;
@@ -26,12 +26,12 @@ pub(crate) struct Identity {
     pub(crate) pixels: Vec<[u32; 2]>,
 }
 
-/// What the camera sees in the first image, with the time of that image [s]. `None` where the scene draws none.
+/// Identities in the first image, with its time [s]. `None` where the scene draws none.
 pub(crate) fn of_first_image(prepared: &Prepared) -> Option<(f64, Identity)> {
     let camera = prepared.scene.camera.as_ref()?;
     let (time, own) = image_time(&prepared.scene.time, 0)?;
     let pose = pose_of(prepared, time, own)?;
-    let view = View { samples: 1, ..raster_view(camera, &pose) };
+    let view = RasterView { samples: 1, ..raster_view(camera, &pose) };
     let shrink = f64::from(view.width.max(view.height).div_ceil(LONGEST));
     let side = |pixels: u32| ((f64::from(pixels) / shrink) as u32).max(1);
     let lens = Lens {
@@ -40,7 +40,7 @@ pub(crate) fn of_first_image(prepared: &Prepared) -> Option<(f64, Identity)> {
         skew: view.lens.skew / shrink,
         ..view.lens
     };
-    Some((time, draw(prepared, time, &View { lens, width: side(view.width), height: side(view.height), ..view })))
+    Some((time, draw(prepared, time, &RasterView { lens, width: side(view.width), height: side(view.height), ..view })))
 }
 
 /// The whole craft at time 0, seen obliquely from above: from +X, -Y and +Z of the body.
@@ -59,15 +59,15 @@ pub(crate) fn of_whole_craft(prepared: &Prepared) -> Identity {
     let centre = [f64::from(width) / 2.0, f64::from(height) / 2.0];
     let near = 0.01 * distance;
     let lens = Lens::pinhole([focal; 2], centre);
-    draw(prepared, 0.0, &View { camera_from_body: pose, width, height, lens, samples: 1, near })
+    draw(prepared, 0.0, &RasterView { camera_from_body: pose, width, height, lens, samples: 1, near })
 }
 
-fn draw(prepared: &Prepared, time: f64, view: &View) -> Identity {
+fn draw(prepared: &Prepared, time: f64, view: &RasterView) -> Identity {
     let nodes = prepared.nodes_at(time);
     let of_group =
         |groups: &[u32]| -> Vec<u32> { (0..nodes.positions.len()).map(|slot| groups[slot / GROUP]).collect() };
     let positions: Vec<DVec3> = nodes.positions.iter().map(|position| position.as_dvec3()).collect();
-    let surface = Surface {
+    let surface = RasterSurface {
         positions: &positions,
         triangles: &prepared.triangles,
         temperatures: &vec![1.0; positions.len()],

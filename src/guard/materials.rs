@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::finding::{Finding, named, short};
-use super::shapes::Shape;
+use super::shapes::PartShape;
 use crate::model::nodes::GROUP;
 use crate::simulation::prepare::Prepared;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::balance::{balance_temperature, emissivity_sum};
-use crate::thermal::material::{Material, Response, Sides, Structure};
+use crate::thermal::material::{InnerStructure, Material, Response, Sides};
 
 /// Temperature at which time constants are stated [K].
 pub(crate) const AT: f64 = 300.0;
@@ -19,14 +19,10 @@ const LIGHT: f64 = 20.0;
 /// Balance temperature that few surfaces stand [K].
 const HOT: f64 = 500.0;
 
-/// What is known of a material.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub(crate) struct MaterialFacts {
-    /// Name of the glTF material.
     pub(crate) name: String,
-    /// Its response.
     pub(crate) response: &'static str,
-    /// Area of its surface [m2].
     pub(crate) area_m2: f64,
     /// Balance temperature in full sunlight from straight ahead, without conduction [K].
     pub(crate) hottest_k: f64,
@@ -34,7 +30,6 @@ pub(crate) struct MaterialFacts {
     pub(crate) capacity: Option<f64>,
     /// Time constant: heat capacity over radiative conductance at 300 K, or the `t_max` of its transition [s].
     pub(crate) time_constant_s: Option<f64>,
-    /// The time constant in steps of the scene.
     pub(crate) time_constant_steps: Option<f64>,
     /// Length over which conduction evens temperatures out: sqrt(k d / 4 eps sigma T^3) at 300 K [m].
     pub(crate) conduction_length_m: Option<f64>,
@@ -45,7 +40,6 @@ fn radiative_conductance(material: &Material) -> f64 {
     4.0 * emissivity_sum(material) * STEFAN_BOLTZMANN * AT.powi(3)
 }
 
-/// The facts of each material that the model uses.
 pub(super) fn facts(prepared: &Prepared) -> Vec<MaterialFacts> {
     let mut areas = vec![0.0; prepared.materials.len()];
     for (slot, area) in prepared.nodes.areas.iter().enumerate() {
@@ -120,7 +114,7 @@ impl<'a> Same<'a> {
         }
     }
 
-    /// What is found, if anything.
+    /// The finding, where any material is named.
     fn finding(self, check: &'static str, message: &str, remedy: &str) -> Option<Finding> {
         let about = named("material", &self.names);
         let message = message.replace("{}", &self.numbers());
@@ -132,15 +126,14 @@ impl<'a> Same<'a> {
 fn of_layers(
     material: &Material,
     own: fn(&Material) -> Option<f64>,
-    below: fn(&Structure) -> f64,
+    below: fn(&InnerStructure) -> f64,
 ) -> [(&'static str, Option<f64>); 2] {
     let stores = matches!(material.response, Response::Network | Response::Radiative(_));
     let over = material.bulk.over.as_ref().filter(|_| stores);
     [("", own(material).filter(|_| stores)), ("over.", over.map(below))]
 }
 
-/// Checks the values of the materials.
-pub(super) fn check(prepared: &Prepared, shapes: &[Shape], facts: &[MaterialFacts]) -> Vec<Finding> {
+pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], facts: &[MaterialFacts]) -> Vec<Finding> {
     let mut findings = thicknesses(prepared, shapes);
     let used = || prepared.materials.iter().zip(facts).filter(|(_, fact)| fact.area_m2 > 0.0);
     let mut light = [Same::default(), Same::default()];
@@ -184,13 +177,13 @@ pub(super) fn check(prepared: &Prepared, shapes: &[Shape], facts: &[MaterialFact
     findings
 }
 
-/// Finds shells that are thick beside their parts. Materials with the same thickness are told together.
-fn thicknesses(prepared: &Prepared, shapes: &[Shape]) -> Vec<Finding> {
-    let mut thick: BTreeMap<(&str, u64), (Vec<&str>, &Shape)> = BTreeMap::new();
+/// Finds shells that are thick beside their parts. Materials with the same thickness share a finding.
+fn thicknesses(prepared: &Prepared, shapes: &[PartShape]) -> Vec<Finding> {
+    let mut thick: BTreeMap<(&str, u64), (Vec<&str>, &PartShape)> = BTreeMap::new();
     for (number, material) in (0u32..).zip(&prepared.materials) {
         let layers = of_layers(material, |material| material.bulk.thickness, |over| over.thickness);
         for (layer, thickness) in layers.into_iter().filter_map(|(layer, thickness)| Some((layer, thickness?))) {
-            let is_thick = |shape: &&Shape| {
+            let is_thick = |shape: &&PartShape| {
                 shape.materials.contains_key(&number) && thickness > THICK * shape.extent().min(shape.area.sqrt())
             };
             let smallest = shapes.iter().filter(is_thick).min_by(|a, b| a.extent().total_cmp(&b.extent()));
@@ -202,7 +195,7 @@ fn thicknesses(prepared: &Prepared, shapes: &[Shape]) -> Vec<Finding> {
             }
         }
     }
-    let finding = |((layer, bits), (names, shape)): ((&str, u64), (Vec<&str>, &Shape))| Finding {
+    let finding = |((layer, bits), (names, shape)): ((&str, u64), (Vec<&str>, &PartShape))| Finding {
         check: "thickness",
         about: named("material", &names),
         message: format!(

@@ -2,7 +2,7 @@
 
 use super::finding::{Finding, named, short};
 use super::materials::MaterialFacts;
-use super::shapes::{Shape, parts};
+use super::shapes::{PartShape, parts};
 use crate::simulation::prepare::Prepared;
 
 /// Edge of triangles as a share of the craft, above which shadows have no shape.
@@ -10,11 +10,11 @@ const SHADOWED: f64 = 1.0 / 8.0;
 /// Edge as a share of its part, above which a part has few nodes along it.
 const FEW_NODES: f64 = 0.3;
 
-/// Checks how far the nodes of each part lie apart. `extent` is that of the craft [m].
-pub(super) fn check(prepared: &Prepared, shapes: &[Shape], facts: &[MaterialFacts], extent: f64) -> Vec<Finding> {
+/// Checks how far the nodes of each part lie apart. `extent` is the size of the craft [m].
+pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], facts: &[MaterialFacts], extent: f64) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let longest = |shapes: &[&Shape]| shapes.iter().map(|shape| shape.edge).fold(0.0, f64::max);
-    let coarse: Vec<&Shape> = shapes.iter().filter(|shape| shape.edge > SHADOWED * extent).collect();
+    let longest = |shapes: &[&PartShape]| shapes.iter().map(|shape| shape.edge).fold(0.0, f64::max);
+    let coarse: Vec<&PartShape> = shapes.iter().filter(|shape| shape.edge > SHADOWED * extent).collect();
     if prepared.scene.shadows.is_some() && prepared.scene.environment.solar_constant.is_some() && !coarse.is_empty() {
         findings.push(Finding {
             check: "mesh",
@@ -28,17 +28,17 @@ pub(super) fn check(prepared: &Prepared, shapes: &[Shape], facts: &[MaterialFact
         });
     }
     let lengths: Vec<Option<f64>> = facts.iter().map(|fact| fact.conduction_length_m).collect();
-    let length = |shape: &Shape| {
+    let length = |shape: &PartShape| {
         let lengths = shape.materials.keys().filter_map(|material| lengths[*material as usize]);
         lengths.filter(|length| *length > 0.0).reduce(f64::max)
     };
     // Who states edges shorter than the craft has chosen them. Where the file's own triangles are used, nobody has.
     let density = &prepared.scene.density;
-    let chosen = |shape: &Shape| {
+    let chosen = |shape: &PartShape| {
         let edges = density.parts.iter().find(|rule| rule.matches(&prepared.parts[shape.part as usize]));
         edges.map_or(density.model.max, |rule| rule.edges.max).is_some_and(|edge| edge < extent)
     };
-    let coarse: Vec<&Shape> = shapes
+    let coarse: Vec<&PartShape> = shapes
         .iter()
         .filter(|shape| length(shape).is_some_and(|length| shape.edge > length))
         .filter(|shape| shape.edge > FEW_NODES * shape.extent() && !chosen(shape))

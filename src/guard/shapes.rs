@@ -19,12 +19,10 @@ const OPEN_EDGES: f64 = 0.01;
 /// Volume as a share of area^(3/2) below which a closed surface has no inside.
 const FLAT: f64 = 1e-6;
 
-/// The triangles of a part.
 #[derive(Debug, Clone)]
-pub(super) struct Shape {
-    /// The part.
+pub(super) struct PartShape {
     pub(crate) part: u32,
-    /// Its joint; 0 is the body.
+    /// Joint; 0 is the body.
     pub(crate) joint: u32,
     /// Corners of its box in the file's pose [m].
     pub(crate) low: DVec3,
@@ -35,7 +33,7 @@ pub(super) struct Shape {
     pub(crate) materials: BTreeMap<u32, f64>,
     /// Mean of the longest edges of its triangles, weighted by area [m].
     pub(crate) edge: f64,
-    /// Its triangles, as places in `Prepared::triangles`.
+    /// Triangles, as places in `Prepared::triangles`.
     pub(crate) triangles: Vec<u32>,
     /// Sum of the area vectors [m2].
     vector: DVec3,
@@ -45,15 +43,14 @@ pub(super) struct Shape {
     against: f64,
 }
 
-impl Shape {
+impl PartShape {
     /// Longest side of its box [m].
     pub(crate) fn extent(&self) -> f64 {
         (self.high - self.low).max_element()
     }
 }
 
-/// Names of the parts of some shapes.
-pub(super) fn parts<'a>(prepared: &'a Prepared, shapes: &[&Shape]) -> Vec<&'a str> {
+pub(super) fn parts<'a>(prepared: &'a Prepared, shapes: &[&PartShape]) -> Vec<&'a str> {
     shapes.iter().map(|shape| prepared.parts[shape.part as usize].as_str()).collect()
 }
 
@@ -62,10 +59,9 @@ pub(super) fn corners(prepared: &Prepared, triangle: u32) -> [DVec3; 3] {
     prepared.triangles[triangle as usize].map(|node| prepared.nodes.positions[node as usize].as_dvec3())
 }
 
-/// The parts with triangles, in the order of their numbers.
-pub(super) fn of(prepared: &Prepared) -> Vec<Shape> {
+pub(super) fn of(prepared: &Prepared) -> Vec<PartShape> {
     let nodes = &prepared.nodes;
-    let mut shapes: BTreeMap<u32, Shape> = BTreeMap::new();
+    let mut shapes: BTreeMap<u32, PartShape> = BTreeMap::new();
     for (number, triangle) in (0u32..).zip(&prepared.triangles) {
         let slot = triangle[0] as usize;
         let [a, b, c] = corners(prepared, number);
@@ -75,7 +71,7 @@ pub(super) fn of(prepared: &Prepared) -> Vec<Shape> {
             continue;
         }
         let part = nodes.group_part[slot / GROUP];
-        let shape = shapes.entry(part).or_insert_with(|| Shape {
+        let shape = shapes.entry(part).or_insert_with(|| PartShape {
             part,
             joint: nodes.joint(slot),
             low: DVec3::INFINITY,
@@ -111,7 +107,7 @@ pub(super) fn of(prepared: &Prepared) -> Vec<Shape> {
 }
 
 /// Whether every edge of a shape belongs to two triangles that turn the same way.
-fn is_closed(prepared: &Prepared, shape: &Shape) -> bool {
+fn is_closed(prepared: &Prepared, shape: &PartShape) -> bool {
     if shape.vector.length() > CLOSED * shape.area {
         return false;
     }
@@ -128,8 +124,7 @@ fn is_closed(prepared: &Prepared, shape: &Shape) -> bool {
     open as f64 <= OPEN_EDGES * edges.len() as f64
 }
 
-/// Checks the size of the craft and the sense of its surfaces.
-pub(super) fn check(prepared: &Prepared, shapes: &[Shape], size: DVec3) -> Vec<Finding> {
+pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], size: DVec3) -> Vec<Finding> {
     let mut findings = Vec::new();
     let model = prepared.scene.model_path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let extent = size.max_element();
@@ -147,8 +142,8 @@ pub(super) fn check(prepared: &Prepared, shapes: &[Shape], size: DVec3) -> Vec<F
         let message = format!("the craft is {} m long, so the model is probably not in metres", short(extent));
         findings.push(of_size(message, "glTF is in metres: export it again in metres, or scale its root node"));
     }
-    let inward = |shape: &&Shape| shape.volume < -FLAT * shape.area.powf(1.5) && is_closed(prepared, shape);
-    let inward: Vec<&Shape> = shapes.iter().filter(inward).collect();
+    let inward = |shape: &&PartShape| shape.volume < -FLAT * shape.area.powf(1.5) && is_closed(prepared, shape);
+    let inward: Vec<&PartShape> = shapes.iter().filter(inward).collect();
     if !inward.is_empty() {
         findings.push(Finding {
             check: "normals",
@@ -158,7 +153,7 @@ pub(super) fn check(prepared: &Prepared, shapes: &[Shape], size: DVec3) -> Vec<F
                 .to_owned(),
         });
     }
-    let against: Vec<&Shape> = shapes.iter().filter(|shape| shape.against > 0.5 * shape.area).collect();
+    let against: Vec<&PartShape> = shapes.iter().filter(|shape| shape.against > 0.5 * shape.area).collect();
     if !against.is_empty() {
         findings.push(Finding {
             check: "normals",

@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::finding::{Effort, Finding, short};
-use super::shapes::{Shape, corners};
+use super::finding::{CheckEffort, Finding, short};
+use super::shapes::{PartShape, corners};
 use crate::lens::Lens;
 use crate::scene::work::{image_time, images};
 use crate::scene::{Camera, Motion};
@@ -15,12 +15,9 @@ const INSIDE: f64 = 0.75;
 /// Extent in the image below which a craft is a point [px].
 const POINT: f64 = 2.0;
 
-/// The craft in the images.
 #[derive(Debug, Clone, serde::Serialize)]
 pub(crate) struct Sight {
-    /// Number of images of the scene.
     pub(crate) images: u64,
-    /// Number of images that were looked at.
     pub(crate) looked_at: usize,
     /// How many of them do not show the craft.
     pub(crate) out_of_view: usize,
@@ -34,7 +31,7 @@ pub(crate) struct Sight {
 
 /// A camera, and the way from the body frame to its axes.
 #[derive(Clone, Copy)]
-struct Look<'a> {
+struct GuardCamera<'a> {
     lens: &'a Lens,
     /// Rays at the border of the image.
     low: DVec2,
@@ -43,7 +40,6 @@ struct Look<'a> {
     pose: DAffine3,
 }
 
-/// The corners of a box.
 fn corners_of(low: DVec3, high: DVec3) -> [DVec3; 8] {
     std::array::from_fn(|corner| {
         let pick = |bit: usize, axis: usize| if corner >> bit & 1 == 0 { low[axis] } else { high[axis] };
@@ -51,7 +47,7 @@ fn corners_of(low: DVec3, high: DVec3) -> [DVec3; 8] {
     })
 }
 
-impl<'a> Look<'a> {
+impl<'a> GuardCamera<'a> {
     /// A camera at the body's origin that looks along its +Z.
     fn new(camera: &'a Camera) -> Self {
         let size = [camera.width, camera.height];
@@ -75,8 +71,7 @@ impl<'a> Look<'a> {
     }
 }
 
-/// Looks at the images of a scene.
-pub(super) fn check(prepared: &Prepared, shapes: &[Shape], effort: Effort) -> (Option<Sight>, Vec<Finding>) {
+pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], effort: CheckEffort) -> (Option<Sight>, Vec<Finding>) {
     let none = (None, Vec::new());
     let Some(camera) = &prepared.scene.camera else { return none };
     let time = &prepared.scene.time;
@@ -85,7 +80,7 @@ pub(super) fn check(prepared: &Prepared, shapes: &[Shape], effort: Effort) -> (O
         return none;
     }
     let chosen = spread(images, effort.images);
-    let here = Look::new(camera);
+    let here = GuardCamera::new(camera);
     let (mut hidden, mut around) = (Vec::new(), Vec::new());
     let mut first = None;
     for (place, number) in chosen.iter().enumerate() {
@@ -93,8 +88,9 @@ pub(super) fn check(prepared: &Prepared, shapes: &[Shape], effort: Effort) -> (O
         let Some((time, own)) = stated else { continue };
         let Some(pose) = pose_of(prepared, time, own) else { continue };
         let joints = prepared.loads.joints_at(time).1;
-        let look = Look { pose, ..here };
-        let moved = |shape: &Shape| look.pose * joints.get(shape.joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
+        let look = GuardCamera { pose, ..here };
+        let moved =
+            |shape: &PartShape| look.pose * joints.get(shape.joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
         let boxes: Vec<[DVec3; 8]> = shapes
             .iter()
             .map(|shape| corners_of(shape.low, shape.high).map(|corner| moved(shape).transform_point3(corner)))
@@ -107,7 +103,8 @@ pub(super) fn check(prepared: &Prepared, shapes: &[Shape], effort: Effort) -> (O
         }
         let tried = place.is_multiple_of(chosen.len().div_ceil(effort.inside).max(1));
         if tried && low.cmple(DVec3::ZERO).all() && high.cmpge(DVec3::ZERO).all() {
-            let share = |shape: &Shape| filled(prepared, shape, &moved(shape).inverse().transform_point3(DVec3::ZERO));
+            let share =
+                |shape: &PartShape| filled(prepared, shape, &moved(shape).inverse().transform_point3(DVec3::ZERO));
             let shares: Vec<f64> = shapes.iter().map(share).collect();
             let body = shapes.iter().zip(&shares).find(|(_, share)| share.abs() > INSIDE);
             if body.is_some() || shares.iter().sum::<f64>().abs() > INSIDE {
@@ -172,7 +169,7 @@ fn spread(count: u64, most: usize) -> Vec<u64> {
 }
 
 /// Size of the boxes in the image [px]. `None` where one of them reaches beside or behind the camera.
-fn in_pixels(look: &Look, boxes: &[[DVec3; 8]]) -> Option<[f64; 2]> {
+fn in_pixels(look: &GuardCamera, boxes: &[[DVec3; 8]]) -> Option<[f64; 2]> {
     let all = boxes.iter().flatten();
     if all.clone().any(|corner| corner.z < look.near) {
         return None;
@@ -183,9 +180,9 @@ fn in_pixels(look: &Look, boxes: &[[DVec3; 8]]) -> Option<[f64; 2]> {
     Some((high - low).to_array())
 }
 
-/// Share of the sphere around a point that a shape fills, signed by the sense of its triangles. 1 or -1 inside a closed body, 0 outside.
-/// The solid angle of a triangle is that of Van Oosterom & Strackee 1983.
-fn filled(prepared: &Prepared, shape: &Shape, point: &DVec3) -> f64 {
+/// Share of the sphere around a point that a shape fills, signed by the sense of its triangles. 1 or -1 inside a closed body, 0 outside. The solid
+/// angle of a triangle follows Van Oosterom & Strackee 1983.
+fn filled(prepared: &Prepared, shape: &PartShape, point: &DVec3) -> f64 {
     let angles = shape.triangles.iter().map(|triangle| {
         let [a, b, c] = corners(prepared, *triangle).map(|corner| corner - *point);
         let [x, y, z] = [a.length(), b.length(), c.length()];

@@ -1,7 +1,8 @@
 //! Labels in the format of BOP (docs/bop_datasets_format.md of thodan/bop_toolkit): lengths in millimetres, OpenCV's axes. The
 //! centres of pixels are at +0.5, as the renderers of bop_toolkit have them.
 //!
-//! An object of BOP is rigid. So a craft with joints is several objects: its body, and what hangs on each joint. Without joints it is one.
+//! An object of BOP is rigid. So a craft with joints is several objects: its body, and for each joint the parts that hang on it. A craft without
+//! joints is one object.
 
 use glam::DAffine3;
 use serde_json::{Value, json};
@@ -38,7 +39,7 @@ pub(crate) fn camera_of(image: &LabelledImage, depth_scale: f64) -> String {
 
 /// The entry of an image in `scene_gt.json`.
 pub(crate) fn poses_of(image: &LabelledImage, solids: &Solids) -> String {
-    let pose = |object: &super::craft::Object| {
+    let pose = |object: &super::craft::BopObject| {
         let pose = image.camera_from_link(object.link as usize);
         let position = pose.translation * 1e3;
         json!({ "obj_id": object.id, "cam_R_m2c": rows(&pose), "cam_t_m2c": position.to_array() })
@@ -65,7 +66,6 @@ pub(crate) fn info_of(image: &LabelledImage, silhouettes: &[Silhouette]) -> Stri
     line(Value::Array(silhouettes.iter().map(info).collect()))
 }
 
-/// Visible share of an object.
 fn visible_share(silhouette: &Silhouette) -> f64 {
     let visible = silhouette.visible.iter().filter(|set| **set).count() as f64;
     if silhouette.count == 0 { 0.0 } else { visible / silhouette.count as f64 }
@@ -75,7 +75,7 @@ fn visible_share(silhouette: &Silhouette) -> f64 {
 pub(crate) fn targets_of(image: &LabelledImage, solids: &Solids, silhouettes: &[Silhouette]) -> Vec<String> {
     let named = solids.objects().iter().zip(silhouettes);
     let seen = named.filter(|(_, silhouette)| visible_share(silhouette) >= TARGET);
-    let target = |(object, _): (&super::craft::Object, _)| {
+    let target = |(object, _): (&super::craft::BopObject, _)| {
         line(json!({ "im_id": image.number, "inst_count": 1, "obj_id": object.id, "scene_id": image.orbit }))
     };
     seen.map(target).collect()

@@ -1,15 +1,15 @@
 //! Labels in the format of COCO: boxes, run-length masks and key points (cocodataset.org, "Data format").
 //!
 //! Category 1 is the craft, with its key points. Category `i + 2` is part `i`, so the categories of the parts are the values of their pixels + 1. A box covers
-//! its pixels: x and y are the left and upper border of the first one. A key point is in OpenCV's pixels, like the list of COCO itself, whose places are
-//! indices of pixels.
+//! its pixels: x and y are the left and upper border of the first pixel. A key point is in OpenCV's pixels, like the list of COCO itself, whose
+//! places are indices of pixels.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use super::craft::Craft;
 use super::image::{LabelledImage, Split};
-use super::key_points::{Seen, Visibility};
+use super::key_points::{ImageKeyPoint, Visibility};
 use super::mask::{bounds, compressed, runs};
 use super::places::shown;
 use super::text::{enclosed, line};
@@ -19,15 +19,15 @@ pub(crate) const CRAFT: u32 = 1;
 
 /// The entries of one image.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Entry {
-    /// The image.
+pub struct CocoEntry {
     pub(crate) image: String,
-    /// What it shows.
+    /// The annotations of the image, each a JSON object.
     pub annotations: Vec<String>,
 }
 
-/// The entries of an image: the craft, and each part that a pixel shows. The numbers follow from that of the sample, so each occurs once in a data set.
-pub(crate) fn entry(craft: &Craft, image: &LabelledImage, seen: &[Seen]) -> Entry {
+/// The entries of an image: the craft, and each part that a pixel shows. The number of an annotation follows from the number of the sample, so each
+/// occurs once in a data set.
+pub(crate) fn entry(craft: &Craft, image: &LabelledImage, seen: &[ImageKeyPoint]) -> CocoEntry {
     let named = json!({ "id": image.sample, "file_name": shown(image), "width": image.width, "height": image.height });
     let first = image.sample * (craft.parts.len() as u64 + 1) + 1;
     let mut annotations = Vec::new();
@@ -45,11 +45,11 @@ pub(crate) fn entry(craft: &Craft, image: &LabelledImage, seen: &[Seen]) -> Entr
         let mask: Vec<bool> = image.part.iter().map(|at| *at == part).collect();
         annotations.extend(annotation(image, &mask, part + CRAFT, first + u64::from(part)).map(line));
     }
-    Entry { image: line(named), annotations }
+    CocoEntry { image: line(named), annotations }
 }
 
 /// x, y and visibility, all 0 outside the frame.
-fn key_point(seen: &Seen) -> [Value; 3] {
+fn key_point(seen: &ImageKeyPoint) -> [Value; 3] {
     match (seen.pixel, seen.visibility) {
         (Some(pixel), Visibility::Hidden | Visibility::Visible) => {
             [json!(pixel.x), json!(pixel.y), json!(seen.visibility as u8)]
@@ -106,8 +106,9 @@ mod tests {
 
     #[test]
     fn entries_are_those_of_the_format() {
-        let seen = Seen { point: DVec3::Z, pixel: Some(DVec2::new(1.25, 0.5)), visibility: Visibility::Hidden };
-        let outside = Seen { pixel: None, visibility: Visibility::Outside, ..seen };
+        let seen =
+            ImageKeyPoint { point: DVec3::Z, pixel: Some(DVec2::new(1.25, 0.5)), visibility: Visibility::Hidden };
+        let outside = ImageKeyPoint { pixel: None, visibility: Visibility::Outside, ..seen };
         let made = entry(&small_craft(), &small(), &[seen, outside]);
         assert_eq!(made.image, r#"{"file_name":"val/000003/gray/000002.png","height":3,"id":7,"width":4}"#);
         // 7 samples of 3 numbers each stand before.

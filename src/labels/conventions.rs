@@ -7,7 +7,7 @@ use super::silhouette::Solids;
 
 const HEAD: &str = include_str!("conventions.txt");
 
-/// What the text says of symmetries, of which the SPEC states none or some.
+/// The sentences about symmetries: the first where the SPEC states none, the second where it states some.
 const SYMMETRIES: [&str; 2] = [
     "No symmetries are stated.",
     "symmetries  models_info.json has those of the geometry that the SPEC states. Temperatures need not have them.",

@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 /// The craft, with all joints as they are in the model's file. Positions are in the body frame [m].
 ///
-/// A link is what moves as one: link 0 is the body, and link i is what hangs on joint i alone.
+/// A link is a set of parts that move as one: link 0 is the body, and link i holds the parts that hang on joint i directly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Craft {
     /// Name of the scene.
@@ -13,9 +13,8 @@ pub struct Craft {
     pub(crate) parts: Vec<String>,
     /// Names of the materials. A pixel of the first has the value 1.
     pub(crate) materials: Vec<String>,
-    /// Names of the links: `body`, then those of the joints.
+    /// Names of the links: `body`, then the names of the joints.
     pub links: Vec<String>,
-    /// Link of each part.
     pub(crate) link_of_part: Vec<u32>,
     /// Vertex positions [m].
     pub(crate) positions: Vec<DVec3>,
@@ -38,7 +37,7 @@ pub struct KeyPoint {
     pub name: String,
     /// The link that carries it: 0 is the body, `i + 1` is joint `i`.
     pub(crate) link: u32,
-    /// Its place in the body frame with all joints as they are in the model's file [m].
+    /// Place in the body frame with all joints as they are in the model's file [m].
     pub position: DVec3,
 }
 
@@ -55,23 +54,20 @@ pub(crate) struct Symmetries {
 
 /// A rigid object of BOP: one link of the craft.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Object {
+pub struct BopObject {
     /// Number from 1.
     pub id: u32,
-    /// The link.
     pub(crate) link: u32,
-    /// Its name.
     pub(crate) name: String,
 }
 
 impl Craft {
-    /// Link of a vertex.
     pub(crate) fn link_of_vertex(&self, vertex: u32) -> u32 {
         self.link_of_part[self.vertex_part[vertex as usize] as usize]
     }
 
     /// The rigid objects: the body, and then each joint on which something hangs directly. Without joints, the craft is the only object.
-    pub(crate) fn objects(&self) -> Vec<Object> {
+    pub(crate) fn objects(&self) -> Vec<BopObject> {
         let mut has = vec![false; self.links.len()];
         for triangle in &self.triangles {
             has[self.link_of_vertex(triangle[0]) as usize] = true;
@@ -79,7 +75,7 @@ impl Craft {
         let with = (0..self.links.len()).filter(|link| has[*link]);
         let whole = self.links.len() == 1;
         with.enumerate()
-            .map(|(number, link)| Object {
+            .map(|(number, link)| BopObject {
                 id: number as u32 + 1,
                 link: link as u32,
                 name: if whole { self.name.clone() } else { self.links[link].clone() },
@@ -87,7 +83,6 @@ impl Craft {
             .collect()
     }
 
-    /// The triangles of a link.
     pub(crate) fn triangles_of(&self, link: u32) -> Vec<[u32; 3]> {
         self.triangles.iter().copied().filter(|triangle| self.link_of_vertex(triangle[0]) == link).collect()
     }

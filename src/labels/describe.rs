@@ -1,4 +1,4 @@
-//! Everything about one image in one JSON file: what other formats have no place for.
+//! Everything about one image in one JSON file, with the values that other formats have no place for.
 
 use glam::{DAffine3, DVec3};
 use serde_json::{Map, Value, json};
@@ -6,12 +6,11 @@ use serde_json::{Map, Value, json};
 use super::bop::rows;
 use super::craft::Craft;
 use super::image::LabelledImage;
-use super::key_points::Seen;
+use super::key_points::ImageKeyPoint;
 use super::text::line;
 
-/// The steps of the maps of an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Steps {
+pub(crate) struct MapSteps {
     /// Of depths [mm].
     pub(crate) depth: f64,
     /// Of temperatures [K].
@@ -19,7 +18,7 @@ pub(crate) struct Steps {
 }
 
 /// The text of `label/NUMBER.json`. Each key ends with its unit where it has one.
-pub(crate) fn label(craft: &Craft, image: &LabelledImage, seen: &[Seen], steps: Steps) -> String {
+pub(crate) fn label(craft: &Craft, image: &LabelledImage, seen: &[ImageKeyPoint], steps: MapSteps) -> String {
     let turn = image.quaternion();
     let (model, numbers) = image.distortion();
     let pose = |pose: &DAffine3| json!({ "R": rows(pose), "t_m": pose.translation.to_array() });
@@ -30,7 +29,7 @@ pub(crate) fn label(craft: &Craft, image: &LabelledImage, seen: &[Seen], steps: 
         let unit = if joint.turns { "rad" } else { "m" };
         json!({ "name": joint.name, "position": joint.position, "unit": unit })
     };
-    let point = |(point, seen): (&super::key_points::KeyPoint, &Seen)| {
+    let point = |(point, seen): (&super::key_points::KeyPoint, &ImageKeyPoint)| {
         json!({
             "name": point.name,
             "camera_m": seen.point.to_array(),
@@ -81,7 +80,7 @@ mod tests {
     #[test]
     fn a_label_has_what_other_formats_lack() {
         let (craft, image) = (small_craft(), small());
-        let text = label(&craft, &image, &seen(&craft.key_points, &image), Steps { depth: 0.1, temperature: 0.01 });
+        let text = label(&craft, &image, &seen(&craft.key_points, &image), MapSteps { depth: 0.1, temperature: 0.01 });
         let found: Value = serde_json::from_str(&text).expect("JSON");
         assert_eq!(found["joints"], json!([{"name": "hinge", "position": 1.0, "unit": "m"}]));
         assert_eq!(found["sun_direction"], json!([1.0, 0.0, 0.0]));

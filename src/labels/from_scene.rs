@@ -10,7 +10,7 @@ use crate::simulation::prepare::Prepared;
 /// Name of the link that no joint moves.
 pub(crate) const BODY: &str = "body";
 
-/// The craft of a scene, without key points. Its mesh is the one that is drawn.
+/// The craft of a scene, without key points. The mesh is the drawn one.
 pub fn craft(prepared: &Prepared) -> Craft {
     let nodes = &prepared.nodes;
     let slots = || nodes.node_of_vertex.iter().map(|slot| *slot as usize);
@@ -38,27 +38,27 @@ pub fn craft(prepared: &Prepared) -> Craft {
     }
 }
 
-/// What an image is in its data set.
+/// The place of an image in its data set, with the values that were drawn for it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Place {
+pub struct ImageIdentity {
     /// Number of the sample in the data set, from 0.
     pub sample: u64,
     /// Number of the orbit.
     pub orbit: u32,
     /// Number of the image in its orbit, from 0.
     pub number: u32,
-    /// What the images of the orbit are for.
+    /// Use of the images of the orbit.
     pub split: Split,
     /// Bits of the digital numbers: 8, 14 or 16.
     pub bits: u32,
     /// State and settings of the sensor by name. Each name ends with its unit.
     pub sensor: Vec<(String, f64)>,
-    /// What was drawn for this sample by name.
+    /// Values that were drawn for this sample, by name.
     pub drawn: Vec<(String, f64)>,
 }
 
-/// The labelled image of a scene's image at its time. `prepared` is that of the simulation when it took the image.
-pub fn labelled(place: Place, prepared: &Prepared, image: Image) -> LabelledImage {
+/// The labelled image of a scene's image at its time. `prepared` is the simulation's prepared scene at the moment of the image.
+pub fn labelled(place: ImageIdentity, prepared: &Prepared, image: Image) -> LabelledImage {
     let (positions, mut links) = prepared.loads.joints_at(image.time);
     if links.is_empty() {
         links.push(glam::DAffine3::IDENTITY);

@@ -1,4 +1,4 @@
-//! One image with what is known about it, in plain types.
+//! One image with everything known about it, in plain types.
 
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 
@@ -7,14 +7,14 @@ use crate::lens::{Distortion, Lens};
 /// Pixels of OpenCV less ours: the centre of the upper left pixel is (0.5, 0.5) here and (0, 0) there.
 pub(crate) const OPENCV_PIXEL: f64 = -0.5;
 
-/// What an image is for. All images of an orbit have the same.
+/// The use of an image. All images of an orbit have the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Split {
     /// To train on.
     Train,
     /// To choose between trained models.
     Validation,
-    /// To judge one.
+    /// To judge a model.
     Test,
 }
 
@@ -22,7 +22,7 @@ impl Split {
     /// All three.
     pub const ALL: [Self; 3] = [Self::Train, Self::Validation, Self::Test];
 
-    /// Its name in BOP and COCO: `train`, `val` or `test`.
+    /// Name in BOP and COCO: `train`, `val` or `test`.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Train => "train",
@@ -31,7 +31,7 @@ impl Split {
         }
     }
 
-    /// Its name in SPEED+: `train`, `validation` or `test`.
+    /// Name in SPEED+: `train`, `validation` or `test`.
     pub(crate) fn long_name(self) -> &'static str {
         match self {
             Self::Validation => "validation",
@@ -40,7 +40,6 @@ impl Split {
     }
 }
 
-/// Where a joint is.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct JointPosition {
     /// Name of its glTF node.
@@ -53,16 +52,15 @@ pub(crate) struct JointPosition {
 
 /// One image of a data set. Rows run from top to bottom, pixels from left to right. Pixels without a surface are 0 in every list of labels.
 ///
-/// Camera axes are those of OpenCV: +X right, +Y down, +Z forward. With a rolling shutter the pose is that of the first row.
+/// Camera axes follow OpenCV: +X right, +Y down, +Z forward. With a rolling shutter the pose is the first row's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LabelledImage {
     /// Number of the sample in the data set, from 0.
     pub(crate) sample: u64,
     /// Number of the orbit, which is the scene of BOP.
     pub(crate) orbit: u32,
-    /// Number of the image in its orbit, from 0. It is the image of BOP.
+    /// Number of the image in its orbit, from 0: the image number of BOP.
     pub(crate) number: u32,
-    /// What it is for.
     pub(crate) split: Split,
     /// Width in pixels.
     pub width: u32,
@@ -92,11 +90,11 @@ pub struct LabelledImage {
     pub planet_radius: f64,
     /// State and settings of the sensor by name. Each name ends with its unit.
     pub(crate) sensor: Vec<(String, f64)>,
-    /// What was drawn for this sample by name, beyond what stands above.
+    /// Further values that were drawn for this sample, by name.
     pub(crate) drawn: Vec<(String, f64)>,
     /// Bits of the digital numbers: 8, 14 or 16.
     pub(crate) bits: u32,
-    /// Digital numbers of the sensor. `None` without one.
+    /// Digital numbers of the sensor. `None` without a sensor.
     pub(crate) digital_numbers: Option<Vec<u16>>,
     /// Radiance in the band [W m-2 sr-1].
     pub(crate) radiance: Vec<f32>,

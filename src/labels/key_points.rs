@@ -10,31 +10,31 @@ use super::image::LabelledImage;
 /// Key points of a craft for which nobody chose any.
 pub(crate) const CHOSEN: usize = 12;
 
-/// Spacings of the pixels by which a key point may lie behind what its pixel shows. A surface at 63 deg to the line of sight changes its depth by
-/// two of them from one pixel to the next.
+/// Distance by which a key point may lie behind the surface at its pixel, in distances between neighbouring pixels at the depth of the key point. Two
+/// such distances are the change of depth from one pixel to the next on a surface whose normal is at 63 deg to the line of sight.
 const SPACINGS: f64 = 2.0;
 
 /// Share of the size of a part by which vertices may differ that reach equally far.
 const LEVEL: f64 = 1e-6;
 
-/// Share of its depth by which a key point may lie behind what its pixel shows, for the rounding of depths to f32.
+/// Further distance by which a key point may lie behind the surface, as a share of its depth, for the rounding of depths to f32.
 const ROUNDING: f64 = 1e-5;
 
-/// Whether a key point is seen. The numbers are those of COCO.
+/// Whether a key point is seen. The numbers are COCO's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Visibility {
-    /// It lies outside the frame or behind the camera.
+    /// The key point lies outside the frame or behind the camera.
     Outside = 0,
     /// A surface hides it, or no pixel near it shows the craft.
     Hidden = 1,
-    /// It is seen.
+    /// The key point is seen.
     Visible = 2,
 }
 
 /// A key point in an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Seen {
-    /// Its place in camera axes [m].
+pub struct ImageKeyPoint {
+    /// Place in camera axes [m].
     pub(crate) point: DVec3,
     /// Where it appears, in OpenCV's pixels. `None` behind the camera.
     pub pixel: Option<DVec2>,
@@ -45,26 +45,21 @@ pub struct Seen {
 /// Why a key point can not be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum KeyPointError {
-    /// The craft has no such part.
     #[error("the key point '{name}' lies on the part '{part}', but the parts are: {known}")]
     Part {
-        /// Name of the key point.
         name: String,
-        /// The part.
         part: String,
         /// The parts that there are.
         known: String,
     },
-    /// A place that is not finite.
     #[error("the place of the key point '{0}' must be finite")]
     NotFinite(String),
-    /// A name that another one has.
     #[error("two key points have the name '{0}'")]
     Twice(String),
 }
 
-/// A key point at a place in the body frame, with all joints as they are in the model's file [m]. It moves with a part, which without a name is that of
-/// the nearest vertex.
+/// A key point at a place in the body frame, with all joints as they are in the model's file [m]. The key point moves with the part `part`, or
+/// without a name with the part of the nearest vertex.
 ///
 /// # Errors
 /// A part that does not exist, or a place that is not finite.
@@ -102,8 +97,8 @@ pub(crate) fn check_names(points: &[KeyPoint]) -> Result<(), KeyPointError> {
     }
 }
 
-/// The corners of each part: the vertices that reach farthest along the axes and the diagonals between them. Of vertices that reach equally far it is the one
-/// farthest from the middle of the part, and then the first.
+/// The corners of each part: the vertices that reach farthest along the axes and the diagonals between them. Of vertices that reach equally far, the
+/// vertex farthest from the middle of the part is taken, and then the first.
 pub(super) fn corners(craft: &Craft) -> Vec<u32> {
     let mut of_part: Vec<Vec<u32>> = vec![Vec::new(); craft.parts.len()];
     for vertex in used(craft) {
@@ -147,8 +142,8 @@ fn middle(points: impl Iterator<Item = DVec3>) -> DVec3 {
 }
 
 /// Key points for which nobody chose any: the corner of a part that is farthest from the middle of the craft, and then again and again the corner farthest from
-/// all that were chosen (Gonzalez 1985). Of corners at one distance it takes the first. A craft with too few corners gives other vertices too. They are named by
-/// number and part.
+/// all that were chosen (Gonzalez 1985). Of corners at one distance the first is taken. A craft with too few corners gives other vertices too. The
+/// name of a key point is its number and part.
 pub fn chosen(craft: &Craft, count: usize) -> Vec<KeyPoint> {
     let place = |vertex: u32| craft.positions[vertex as usize];
     let middle = middle(used(craft).into_iter().map(place));
@@ -184,14 +179,14 @@ pub fn chosen(craft: &Craft, count: usize) -> Vec<KeyPoint> {
 
 /// Where the key points of a craft appear in an image, and whether they are seen.
 ///
-/// A key point is hidden if the four pixels around it all show a surface before it. Depths at their centres enclose that of a surface which the point lies
-/// on, so only the bend of an edge and the rounding of depths need a margin. It is not seen either if none of the sixteen pixels around it shows the craft, as
-/// on a panel seen edge-on.
-pub fn seen(points: &[KeyPoint], image: &LabelledImage) -> Vec<Seen> {
+/// A key point is hidden if the four pixels around it all show a surface before it. If the point lies on the surface, the depths at the centres of
+/// these pixels enclose its depth, so only the bend of an edge and the rounding of depths need a margin. A key point is also hidden if none of the
+/// sixteen pixels around it shows the craft, as on a panel seen edge-on.
+pub fn seen(points: &[KeyPoint], image: &LabelledImage) -> Vec<ImageKeyPoint> {
     points.iter().map(|point| see(point, image)).collect()
 }
 
-fn see(point: &KeyPoint, image: &LabelledImage) -> Seen {
+fn see(point: &KeyPoint, image: &LabelledImage) -> ImageKeyPoint {
     let place = image.camera_from_link(point.link as usize).transform_point3(point.position);
     let pixel = image.project(place);
     let inside = |pixel: &DVec2| {
@@ -203,10 +198,10 @@ fn see(point: &KeyPoint, image: &LabelledImage) -> Seen {
         Some(pixel) if is_hidden(image, place.z, pixel) || !is_shown(image, pixel) => Visibility::Hidden,
         Some(_) => Visibility::Visible,
     };
-    Seen { point: place, pixel, visibility }
+    ImageKeyPoint { point: place, pixel, visibility }
 }
 
-/// The pixels whose columns and rows lie up to `reach` pixels before and behind a place, with those of the border for the ones beyond it.
+/// The pixels whose columns and rows lie up to `reach` pixels before and behind a place, with pixels of the border in place of pixels beyond it.
 fn around(image: &LabelledImage, pixel: DVec2, reach: i32) -> impl Iterator<Item = usize> {
     let (corner, [width, height]) = (pixel.floor(), [image.width, image.height]);
     let clamped = |at: f64, size: u32| at.clamp(0.0, f64::from(size) - 1.0) as usize;

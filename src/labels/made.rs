@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::craft::Craft;
-use super::describe::{Steps, label};
+use super::describe::{MapSteps, label};
 use super::image::{LabelledImage, Split};
 use super::key_points::seen;
 use super::silhouette::Solids;
@@ -13,52 +13,52 @@ use crate::output::OutputError;
 /// Bytes of a label.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Label {
-    /// Its file in the folder of the data set. `None` where it only stands in the tar.
+    /// Path in the folder of the data set. `None` where it only stands in the tar.
     pub(crate) path: Option<String>,
-    /// Its ending in the tar. `None` where it only stands in the folder.
+    /// Ending of the member in the tar. `None` where it only stands in the folder.
     pub ending: Option<&'static str>,
     /// Its bytes.
     pub bytes: Vec<u8>,
 }
 
-/// The lines of an image in the lists of its orbit and of the data set. They are text, so whoever makes an orbit can keep them in a file.
+/// The lines of an image in the lists of its orbit and of the data set. The lines are text, so whoever makes an orbit can keep them in a file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Lines {
+pub struct ImageLines {
     /// Number of the image in its orbit.
     pub(crate) number: u32,
-    /// Its entry in `scene_camera.json`.
+    /// Entry in `scene_camera.json`.
     pub(crate) camera: String,
-    /// Its entry in `scene_gt.json`.
+    /// Entry in `scene_gt.json`.
     pub(crate) poses: String,
-    /// Its entry in `scene_gt_info.json`.
+    /// Entry in `scene_gt_info.json`.
     pub(crate) info: String,
-    /// Its lines in `test_targets_bop19.json`, if it is for tests.
+    /// Lines in `test_targets_bop19.json`, if the image is for tests.
     pub(crate) targets: Vec<String>,
-    /// Its entry in the list of SPEED+.
+    /// Entry in the list of SPEED+.
     pub(crate) speed: String,
-    /// Its entries in the list of COCO.
-    pub coco: coco::Entry,
+    /// Entries in the list of COCO.
+    pub coco: coco::CocoEntry,
 }
 
 /// The labels of an image.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Made {
+pub struct ImageLabels {
     /// Files of its own.
     pub labels: Vec<Label>,
     /// Lines in the lists.
-    pub lines: Lines,
+    pub lines: ImageLines,
 }
 
-/// Makes the labels of an image. Its digital numbers are among them, its EXR is not: that lies at `places::of_image(image, "radiance", "exr")`, with the
-/// ending `radiance.exr` in the tar.
+/// Makes the labels of an image. The digital numbers are among them, the EXR is not: its path is `places::of_image(image, "radiance", "exr")`, with
+/// the ending `radiance.exr` in the tar.
 ///
 /// # Errors
 /// A value that a format can not hold.
-pub fn made(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Result<Made, OutputError> {
+pub fn made(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Result<ImageLabels, OutputError> {
     let seen = seen(&craft.key_points, image);
     let silhouettes = solids.silhouettes(image);
     let (depth, temperature) = (maps::depth(image)?, maps::temperature(image)?);
-    let lines = Lines {
+    let lines = ImageLines {
         number: image.number,
         camera: bop::camera_of(image, depth.step),
         poses: bop::poses_of(image, solids),
@@ -70,7 +70,7 @@ pub fn made(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Result<Mad
         speed: speed::entry(image),
         coco: coco::entry(craft, image, &seen),
     };
-    let text = label(craft, image, &seen, Steps { depth: depth.step, temperature: temperature.step });
+    let text = label(craft, image, &seen, MapSteps { depth: depth.step, temperature: temperature.step });
     let both = |what: &str, ending: &'static str, bytes: Vec<u8>| {
         let last = ending.rsplit_once('.').map_or(ending, |(_, last)| last);
         Label { path: Some(places::of_image(image, what, last)), ending: Some(ending), bytes }
@@ -95,13 +95,13 @@ pub fn made(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Result<Mad
             labels.push(Label { path, ending: None, bytes: maps::mask(image, mask)? });
         }
     }
-    Ok(Made { labels, lines })
+    Ok(ImageLabels { labels, lines })
 }
 
 /// The three lists of an orbit for BOP, from the lines of all its images in order: paths and bytes.
-pub fn orbit(split: Split, number: u32, lines: &[Lines]) -> Vec<(String, Vec<u8>)> {
+pub fn orbit(split: Split, number: u32, lines: &[ImageLines]) -> Vec<(String, Vec<u8>)> {
     let folder = places::orbit(split, number);
-    let file = |name: &str, entry: fn(&Lines) -> &String| {
+    let file = |name: &str, entry: fn(&ImageLines) -> &String| {
         let entries = lines.iter().map(|lines| (lines.number, entry(lines).clone()));
         (format!("{folder}/{name}"), bop::scene(entries).into_bytes())
     };
@@ -114,7 +114,7 @@ pub fn orbit(split: Split, number: u32, lines: &[Lines]) -> Vec<(String, Vec<u8>
 
 /// The files of a data set that depend on the craft and its camera alone: paths and bytes. `image` is any image.
 pub fn fixed(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Vec<(String, Vec<u8>)> {
-    let object = |solid: &super::craft::Object| {
+    let object = |solid: &super::craft::BopObject| {
         (places::model(solid.id), ply::ply(craft, &craft.triangles_of(solid.link)).into_bytes())
     };
     let mut files: Vec<(String, Vec<u8>)> = solids.objects().iter().map(object).collect();

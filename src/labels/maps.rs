@@ -12,9 +12,8 @@ pub(crate) const DEPTH_STEP: f64 = 0.1;
 /// A map of 16 bits and the step of its values.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Map {
-    /// The PNG.
     pub(crate) png: Vec<u8>,
-    /// What a value of 1 stands for.
+    /// The quantity that a value of 1 stands for, in its unit.
     pub(crate) step: f64,
 }
 
@@ -25,7 +24,7 @@ pub(crate) fn step_for(greatest: f64, finest: f64) -> f64 {
     steps.find(|step| (greatest / step).round() <= f64::from(u16::MAX)).unwrap_or(f64::INFINITY)
 }
 
-/// Values at the finest step that holds all of them. What is seen is at least 1, and everything else 0.
+/// Values at the finest step that holds all of them. A pixel of the craft is at least 1, every other pixel is 0.
 fn map(
     image: &LabelledImage,
     what: &str,
@@ -84,7 +83,7 @@ pub(crate) fn mask(image: &LabelledImage, mask: &[bool]) -> Result<Vec<u8>, Outp
 /// The digital numbers as they are, with 8 bits or with 16. `None` without a sensor.
 ///
 /// # Errors
-/// A digital number above what its bits can hold.
+/// A digital number that its bits can not hold.
 pub(crate) fn digital_numbers(image: &LabelledImage) -> Result<Option<Vec<u8>>, OutputError> {
     let Some(numbers) = &image.digital_numbers else { return Ok(None) };
     let size = [image.width, image.height];

@@ -1,18 +1,19 @@
 //! Masks as run lengths and boxes, as COCO and BOP have them.
 //!
-//! The string of run lengths is that of `rleToString` in `maskApi.c` of cocodataset/cocoapi (revision 28dffd92): runs of zeros and ones in turn along the
-//! columns, from the third on less the run two before, in groups of five bits from the lowest on. Bit 5 says that another group follows, and 48 is added.
+//! The string of run lengths follows `rleToString` in `maskApi.c` of cocodataset/cocoapi (revision 28dffd92): runs of zeros and ones in turn along
+//! the columns, from the third on less the run two before, in groups of five bits from the lowest on. Bit 5 says that another group follows, and 48
+//! is added.
 
 /// A box in pixels: columns and rows of the first and of the last pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Bounds {
+pub struct PixelBounds {
     /// First column and row.
     pub(crate) first: [i64; 2],
     /// Last column and row.
     pub(crate) last: [i64; 2],
 }
 
-impl Bounds {
+impl PixelBounds {
     /// The box as BOP has it: x, y, width and height between the first and the last pixel, so that a single pixel has the width 0 (`calc_2d_bbox` in
     /// `misc.py` of bop_toolkit).
     pub fn bop(&self) -> [i64; 4] {
@@ -28,12 +29,12 @@ impl Bounds {
 }
 
 /// The pixels of a mask that are set, of an image of this width. `None` for an empty mask.
-pub(crate) fn bounds(mask: &[bool], width: usize) -> Option<Bounds> {
+pub(crate) fn bounds(mask: &[bool], width: usize) -> Option<PixelBounds> {
     let set = mask.iter().enumerate().filter(|(_, set)| **set);
     let places = set.map(|(at, _)| [(at % width) as i64, (at / width) as i64]);
-    places.fold(None, |bounds: Option<Bounds>, [x, y]| {
-        let Bounds { first, last } = bounds.unwrap_or(Bounds { first: [x, y], last: [x, y] });
-        Some(Bounds { first: [first[0].min(x), first[1].min(y)], last: [last[0].max(x), last[1].max(y)] })
+    places.fold(None, |bounds: Option<PixelBounds>, [x, y]| {
+        let PixelBounds { first, last } = bounds.unwrap_or(PixelBounds { first: [x, y], last: [x, y] });
+        Some(PixelBounds { first: [first[0].min(x), first[1].min(y)], last: [last[0].max(x), last[1].max(y)] })
     })
 }
 

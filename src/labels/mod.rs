@@ -1,8 +1,8 @@
-//! Labels of images for those who train on them: poses, masks, key points, depth, parts and temperatures in the formats that others read.
+//! Labels of images for training: poses, masks, key points, depth, parts and temperatures in the formats that others read.
 //!
-//! [`image`] is one image with what is known about it, and [`craft`] is the craft that it shows. [`from_scene`] makes both. [`places`] says which file lies
-//! where. The writers return bytes or lines and write no file: [`bop`], [`speed`], [`coco`], [`webdataset`], and [`maps`] for the images of labels.
-//! [`describe`] has everything about one image, and [`conventions`] the text that a reader of the folder needs.
+//! [`image`] is one image with everything known about it, and [`craft`] is the craft that it shows. [`from_scene`] makes both. [`places`] says which
+//! file lies where. The writers return bytes or lines and write no file: [`bop`], [`speed`], [`coco`], [`webdataset`], and [`maps`] for the images of
+//! labels. [`describe`] has everything about one image, and [`conventions`] the text that a reader of the folder needs.
 //!
 //! Each list of a whole data set consists of entries of single images. An entry depends on its image and the craft alone, so shards make them in any order,
 //! and whoever joins the shards only puts them between a head and an end.

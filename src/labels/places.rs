@@ -2,9 +2,7 @@
 
 use super::image::{LabelledImage, Split};
 
-/// The conventions of all labels.
 pub(crate) const CONVENTIONS: &str = "README.txt";
-/// The camera, for BOP.
 pub(crate) const BOP_CAMERA: &str = "camera.json";
 /// The test images, for BOP.
 pub(crate) const BOP_TARGETS: &str = "test_targets_bop19.json";
@@ -12,9 +10,7 @@ pub(crate) const BOP_TARGETS: &str = "test_targets_bop19.json";
 pub(crate) const MODELS_INFO: &str = "models/models_info.json";
 /// The whole craft with its joints as they are in the model's file. Only for a craft with joints.
 pub(crate) const CRAFT_MODEL: &str = "models/craft.ply";
-/// The camera, for SPEED+.
 pub(crate) const SPEED_CAMERA: &str = "speed/camera.json";
-/// The key points, for SPEED+.
 pub(crate) const SPEED_KEY_POINTS: &str = "speed/keypoints.json";
 
 /// The mesh of a rigid object.
@@ -22,12 +18,10 @@ pub(crate) fn model(object: u32) -> String {
     format!("models/obj_{object:06}.ply")
 }
 
-/// The list of a split for COCO.
 pub(crate) fn coco(split: Split) -> String {
     format!("coco/{}.json", split.name())
 }
 
-/// The list of a split for SPEED+.
 pub(crate) fn speed(split: Split) -> String {
     format!("speed/{}.json", split.long_name())
 }
@@ -55,7 +49,7 @@ pub(crate) fn shown(image: &LabelledImage) -> String {
     }
 }
 
-/// Key of an image in a WebDataset, which is that of bop_toolkit.
+/// Key of an image in a WebDataset, as bop_toolkit forms it.
 pub(crate) fn key(image: &LabelledImage) -> String {
     format!("{:06}_{:06}", image.orbit, image.number)
 }

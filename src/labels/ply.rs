@@ -46,7 +46,7 @@ pub(crate) fn ply(craft: &Craft, triangles: &[[u32; 3]]) -> String {
     text
 }
 
-/// Greatest distance between two points: that of the pair found by trying pairs from the outermost inwards, until none can be farther apart.
+/// Greatest distance between two points. Pairs are tried from the outermost inwards, until no pair can be farther apart.
 pub(crate) fn diameter(points: &[DVec3]) -> f64 {
     let [low, high] = points
         .iter()

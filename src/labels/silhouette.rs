@@ -1,19 +1,20 @@
-//! The silhouettes of the rigid objects of a craft, also where another one hides them or the frame ends.
+//! The silhouettes of the rigid objects of a craft, also where another object hides them or the frame ends.
 //!
-//! What is visible comes from the part in each pixel. A silhouette comes from the f64 rasteriser, which tests the centre of each pixel, as the image does.
+//! The visible mask comes from the part in each pixel. A silhouette comes from the f64 rasteriser, which tests the centre of each pixel, as the image
+//! does.
 
 use glam::{DVec2, DVec3};
 
-use super::craft::{Craft, Object};
+use super::craft::{BopObject, Craft};
 use super::image::LabelledImage;
-use super::mask::{Bounds, bounds};
+use super::mask::{PixelBounds, bounds};
 use crate::lens::Distortion;
-use crate::raster::{Surface, View, rasterise};
+use crate::raster::{RasterSurface, RasterView, rasterise};
 
-/// The meshes of the rigid objects of a craft. It is made once for a data set.
+/// The meshes of the rigid objects of a craft. The meshes are made once for a data set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solids {
-    objects: Vec<Object>,
+    objects: Vec<BopObject>,
     triangles: Vec<Vec<[u32; 3]>>,
     /// Object of each part, as its place in `objects`.
     object_of_part: Vec<usize>,
@@ -32,13 +33,13 @@ pub struct Silhouette {
     pub visible: Vec<bool>,
     /// Pixels of the silhouette, also beyond the frame by one width and height on each side.
     pub count: u64,
-    /// Its box, also beyond the frame.
-    pub bounds: Option<Bounds>,
+    /// Box round the whole object, also beyond the frame.
+    pub bounds: Option<PixelBounds>,
 }
 
 /// A part of the plane of the image, in pixels of the frame.
 #[derive(Debug, Clone, Copy)]
-struct Canvas {
+struct SilhouetteCanvas {
     first: [i64; 2],
     size: [i64; 2],
 }
@@ -59,7 +60,7 @@ impl Solids {
     }
 
     /// The objects, in the order of their numbers.
-    pub fn objects(&self) -> &[Object] {
+    pub fn objects(&self) -> &[BopObject] {
         &self.objects
     }
 
@@ -86,7 +87,7 @@ impl Solids {
             }
         }
         if self.objects.len() == 1 {
-            // Nothing hides it, and the image itself is what the mask is for.
+            // Nothing hides the object, so the whole mask is the visible one, which comes from the image itself.
             full.clone_from(&visible);
         }
         let moved = |[x, y]: [i64; 2]| [x + left, y + top];
@@ -95,16 +96,15 @@ impl Solids {
             full,
             visible,
             count: drawn.iter().filter(|set| **set).count() as u64,
-            bounds: found.map(|found| Bounds { first: moved(found.first), last: moved(found.last) }),
+            bounds: found.map(|found| PixelBounds { first: moved(found.first), last: moved(found.last) }),
         }
     }
 
-    /// Draws an object alone.
-    fn draw(&self, object: usize, image: &LabelledImage) -> (Canvas, Vec<bool>) {
+    fn draw(&self, object: usize, image: &LabelledImage) -> (SilhouetteCanvas, Vec<bool>) {
         let canvas = self.canvas(object, image);
         let mut lens = image.lens;
         lens.centre = [0, 1].map(|axis| lens.centre[axis] - canvas.first[axis] as f64);
-        let surface = Surface {
+        let surface = RasterSurface {
             positions: &self.positions,
             triangles: &self.triangles[object],
             temperatures: &self.temperatures,
@@ -113,7 +113,7 @@ impl Solids {
             emissivities: &[[1.0; 2]],
             around: None,
         };
-        let view = View {
+        let view = RasterView {
             camera_from_body: image.camera_from_link(self.objects[object].link as usize),
             width: canvas.size[0] as u32,
             height: canvas.size[1] as u32,
@@ -127,7 +127,7 @@ impl Solids {
 
     /// The box round the vertices of an object, up to a frame's width and height beyond the frame on each side. A lens with distortion has no image
     /// beyond its frame.
-    fn canvas(&self, object: usize, image: &LabelledImage) -> Canvas {
+    fn canvas(&self, object: usize, image: &LabelledImage) -> SilhouetteCanvas {
         let [width, height] = [image.width, image.height].map(i64::from);
         let beyond = if image.lens.distortion == Distortion::None { 1 } else { 0 };
         let least = [-beyond * width, -beyond * height];
@@ -145,7 +145,7 @@ impl Solids {
         };
         let low = [0, 1].map(|axis| (low[axis].floor() as i64).clamp(least[axis], most[axis] - 1));
         let high = [0, 1].map(|axis| (high[axis].ceil() as i64).clamp(low[axis] + 1, most[axis]));
-        Canvas { first: low, size: [0, 1].map(|axis| high[axis] - low[axis]) }
+        SilhouetteCanvas { first: low, size: [0, 1].map(|axis| high[axis] - low[axis]) }
     }
 }
 

@@ -11,7 +11,7 @@ use super::image::LabelledImage;
 use super::places::shown;
 use super::text::{enclosed, line};
 
-/// The entry of an image. Its file name begins in the folder of the data set.
+/// The entry of an image. The file name is a path from the folder of the data set.
 pub fn entry(image: &LabelledImage) -> String {
     let turn = image.quaternion();
     line(json!({

@@ -5,11 +5,11 @@ use std::f64::consts::TAU;
 use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::craft::{Craft, Object, Symmetries};
+use super::craft::{BopObject, Craft, Symmetries};
 use super::key_points::corners;
 use super::ply::diameter;
 
-/// Most turns of an object. A group of rotations with more than 60 is that of a prism with as many sides.
+/// Most turns of an object. A finite group of more than 60 rotations is cyclic or dihedral.
 const MOST: usize = 240;
 /// Largest difference between the numbers of two rotations that are taken for the same one, for axes that are written with few digits.
 const SAME: f64 = 1e-4;
@@ -22,10 +22,9 @@ const GOLDEN: f64 = 0.381_966_011_250_105;
 
 /// Which turns about an axis leave an object as it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Turns {
-    /// Those by this share of the circle and its multiples.
+pub(crate) enum SymmetryTurns {
+    /// The turns by this share of the circle and its multiples.
     Share(u32),
-    /// All.
     Any,
 }
 
@@ -38,8 +37,7 @@ pub(crate) struct Symmetry {
     pub(crate) axis: DVec3,
     /// A point of the axis, body frame [m].
     pub(crate) origin: DVec3,
-    /// The turns.
-    pub(crate) turns: Turns,
+    pub(crate) turns: SymmetryTurns,
     /// Greatest distance of a turned vertex from the mesh, as a share of the object's diameter.
     pub(crate) tolerance: f64,
 }
@@ -47,40 +45,26 @@ pub(crate) struct Symmetry {
 /// Why a symmetry can not be.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum SymmetryError {
-    /// The craft has no such object.
     #[error("[[symmetry]] names the object '{object}', and the objects are: {known}")]
     Object {
-        /// The name.
         object: String,
         /// The objects that there are.
         known: String,
     },
-    /// Two axes with any turn.
     #[error(
         "[[symmetry]] gives the object '{object}' two continuous axes: only a sphere has more than one, for which BOP has no words"
     )]
-    TwoAxes {
-        /// The object.
-        object: String,
-    },
-    /// A turn that moves the continuous axis.
+    TwoAxes { object: String },
     #[error(
         "[[symmetry]] turns the continuous axis of the object '{object}' into another one: besides it, only half turns about axes that cross it at \
          right angles leave it as it is"
     )]
-    MovesAxis {
-        /// The object.
-        object: String,
-    },
-    /// Turns that give more and more others.
+    MovesAxis { object: String },
     #[error(
         "the axes of [[symmetry]] do not fit together for the object '{object}': one turn after another gives more than {MOST} different ones. They \
          must cross in one point, at the angles of a regular body, with at least five digits"
     )]
-    Endless {
-        /// The object.
-        object: String,
-    },
+    Endless { object: String },
     /// A mesh that is another after a turn.
     #[error(
         "the object '{object}' is not the same after a turn of {angle:.1} deg about [{}, {}, {}]: the vertex at [{:.4}, {:.4}, {:.4}] m then lies \
@@ -88,15 +72,13 @@ pub(crate) enum SymmetryError {
         axis.x, axis.y, axis.z, vertex.x, vertex.y, vertex.z
     )]
     Another {
-        /// The object.
         object: String,
-        /// The axis.
         axis: DVec3,
         /// The turn [deg].
         angle: f64,
         /// The vertex that comes to lie farthest from the mesh [m].
         vertex: DVec3,
-        /// Its distance then [m].
+        /// Distance of that vertex from the mesh after the turn [m].
         distance: f64,
         /// The same as a share of the object's diameter.
         share: f64,
@@ -117,8 +99,7 @@ impl Symmetry {
         DAffine3::from_mat3_translation(turn, self.origin - turn * self.origin)
     }
 
-    /// Its object.
-    fn object_in(&self, objects: &[Object]) -> Result<Object, SymmetryError> {
+    fn object_in(&self, objects: &[BopObject]) -> Result<BopObject, SymmetryError> {
         let found = match &self.object {
             None => objects.first(),
             Some(name) => objects.iter().find(|object| object.name == *name),
@@ -130,7 +111,7 @@ impl Symmetry {
     }
 }
 
-/// The symmetries of the objects of a craft, with all turns that follow from those that are stated.
+/// The symmetries of the objects of a craft, with all turns that follow from the stated turns.
 ///
 /// # Errors
 /// An object that does not exist, or turns that do not fit together.
@@ -144,14 +125,14 @@ pub(crate) fn symmetries(craft: &Craft, stated: &[Symmetry]) -> Result<Vec<Symme
         if own.is_empty() {
             continue;
         }
-        let mut continuous = own.iter().filter(|one| one.turns == Turns::Any).map(|one| [one.axis, one.origin]);
+        let mut continuous = own.iter().filter(|one| one.turns == SymmetryTurns::Any).map(|one| [one.axis, one.origin]);
         let axis = continuous.next();
         if continuous.next().is_some() {
             return Err(SymmetryError::TwoAxes { object: object.name.clone() });
         }
         let share = |one: &&Symmetry| match one.turns {
-            Turns::Share(count) => Some(one.turn(1.0 / f64::from(count))),
-            Turns::Any => None,
+            SymmetryTurns::Share(count) => Some(one.turn(1.0 / f64::from(count))),
+            SymmetryTurns::Any => None,
         };
         let turns: Vec<DAffine3> = own.iter().filter_map(share).collect();
         let size = own.iter().map(|one| one.origin.length()).fold(0.0, f64::max);
@@ -170,7 +151,8 @@ pub(crate) fn symmetries(craft: &Craft, stated: &[Symmetry]) -> Result<Vec<Symme
     Ok(all)
 }
 
-/// All turns that some of them give one after another, without the identity. `size` is the distance of the farthest origin [m]. `None` where there is no end.
+/// All turns that follow from `turns`, made one after another, without the identity. `size` is the distance of the farthest origin [m]. `None` where
+/// there is no end.
 fn group(turns: &[DAffine3], size: f64) -> Option<Vec<DAffine3>> {
     let same = |a: &DAffine3, b: &DAffine3| {
         a.matrix3.abs_diff_eq(b.matrix3, SAME) && a.translation.distance(b.translation) <= SAME * size
@@ -216,8 +198,8 @@ pub(crate) fn check(craft: &Craft, stated: &[Symmetry]) -> Result<(), SymmetryEr
             .map(place)
             .collect();
         let shares: Vec<f64> = match one.turns {
-            Turns::Share(count) => vec![1.0 / f64::from(count)],
-            Turns::Any => (1..=LOOKS).map(|look| (f64::from(look) * GOLDEN).fract()).collect(),
+            SymmetryTurns::Share(count) => vec![1.0 / f64::from(count)],
+            SymmetryTurns::Any => (1..=LOOKS).map(|look| (f64::from(look) * GOLDEN).fract()).collect(),
         };
         for share in shares {
             let turn = one.turn(share);
@@ -299,7 +281,7 @@ mod tests {
         }
     }
 
-    fn about(axis: DVec3, turns: Turns) -> Symmetry {
+    fn about(axis: DVec3, turns: SymmetryTurns) -> Symmetry {
         Symmetry { object: None, axis, origin: DVec3::ZERO, turns, tolerance: 0.01 }
     }
 
@@ -307,32 +289,38 @@ mod tests {
     fn turns_of_two_axes_give_the_whole_group() {
         let count = |stated: &[Symmetry]| symmetries(&bar(DVec3::ZERO), stated).map(|all| all[0].discrete.len() + 1);
         let [x, y, z] = DVec3::AXES;
-        assert_eq!(count(&[about(x, Turns::Share(4))]), Ok(4));
+        assert_eq!(count(&[about(x, SymmetryTurns::Share(4))]), Ok(4));
         // The rotations of a square prism, of a box, of a cube and of an icosahedron (Coxeter, Regular Polytopes, 3.8).
-        assert_eq!(count(&[about(x, Turns::Share(4)), about(z, Turns::Share(2))]), Ok(8));
-        assert_eq!(count(&[about(x, Turns::Share(2)), about(y, Turns::Share(2))]), Ok(4));
-        assert_eq!(count(&[about(x, Turns::Share(4)), about(z, Turns::Share(4))]), Ok(24));
+        assert_eq!(count(&[about(x, SymmetryTurns::Share(4)), about(z, SymmetryTurns::Share(2))]), Ok(8));
+        assert_eq!(count(&[about(x, SymmetryTurns::Share(2)), about(y, SymmetryTurns::Share(2))]), Ok(4));
+        assert_eq!(count(&[about(x, SymmetryTurns::Share(4)), about(z, SymmetryTurns::Share(4))]), Ok(24));
         let five = DVec3::new(0.0, 1.0, 0.5 * (1.0 + 5.0_f64.sqrt())).normalize();
-        assert_eq!(count(&[about(five, Turns::Share(5)), about(z, Turns::Share(2))]), Ok(60));
+        assert_eq!(count(&[about(five, SymmetryTurns::Share(5)), about(z, SymmetryTurns::Share(2))]), Ok(60));
         // An axis 1 deg off, and one beside the other.
         let off = DVec3::new(1.0_f64.to_radians().sin(), 0.0, 1.0_f64.to_radians().cos());
         let endless = Err(SymmetryError::Endless { object: "bar".to_owned() });
-        assert_eq!(count(&[about(x, Turns::Share(4)), about(off, Turns::Share(4))]), endless);
-        let beside = Symmetry { origin: y, ..about(x, Turns::Share(2)) };
-        assert_eq!(count(&[about(x, Turns::Share(2)), beside]), endless);
+        assert_eq!(count(&[about(x, SymmetryTurns::Share(4)), about(off, SymmetryTurns::Share(4))]), endless);
+        let beside = Symmetry { origin: y, ..about(x, SymmetryTurns::Share(2)) };
+        assert_eq!(count(&[about(x, SymmetryTurns::Share(2)), beside]), endless);
     }
 
     #[test]
     fn a_continuous_axis_stays_where_it_is() {
         let of = |stated: &[Symmetry]| symmetries(&bar(DVec3::ZERO), stated);
         let [x, y, _] = DVec3::AXES;
-        let all = of(&[about(x, Turns::Any), about(y, Turns::Share(2))]).expect("a cylinder");
+        let all = of(&[about(x, SymmetryTurns::Any), about(y, SymmetryTurns::Share(2))]).expect("a cylinder");
         assert_eq!((all[0].discrete.len(), all[0].continuous), (1, Some([x, DVec3::ZERO])));
-        assert!(matches!(of(&[about(x, Turns::Any), about(y, Turns::Share(4))]), Err(SymmetryError::MovesAxis { .. })));
-        let shifted = Symmetry { origin: y, ..about(x, Turns::Share(2)) };
-        assert!(matches!(of(&[about(x, Turns::Any), shifted]), Err(SymmetryError::MovesAxis { .. })));
-        assert!(matches!(of(&[about(x, Turns::Any), about(y, Turns::Any)]), Err(SymmetryError::TwoAxes { .. })));
-        let named = Symmetry { object: Some("wing".to_owned()), ..about(x, Turns::Any) };
+        assert!(matches!(
+            of(&[about(x, SymmetryTurns::Any), about(y, SymmetryTurns::Share(4))]),
+            Err(SymmetryError::MovesAxis { .. })
+        ));
+        let shifted = Symmetry { origin: y, ..about(x, SymmetryTurns::Share(2)) };
+        assert!(matches!(of(&[about(x, SymmetryTurns::Any), shifted]), Err(SymmetryError::MovesAxis { .. })));
+        assert!(matches!(
+            of(&[about(x, SymmetryTurns::Any), about(y, SymmetryTurns::Any)]),
+            Err(SymmetryError::TwoAxes { .. })
+        ));
+        let named = Symmetry { object: Some("wing".to_owned()), ..about(x, SymmetryTurns::Any) };
         let error = of(&[named]).expect_err("no wing").to_string();
         assert_eq!(error, "[[symmetry]] names the object 'wing', and the objects are: bar");
     }
@@ -343,24 +331,25 @@ mod tests {
         let [x, y, z] = DVec3::AXES;
         let at = |axis, turns| Symmetry { origin: middle, ..about(axis, turns) };
         let craft = bar(middle);
-        for right in [at(x, Turns::Share(4)), at(y, Turns::Share(2)), at(z, Turns::Share(2))] {
+        for right in [at(x, SymmetryTurns::Share(4)), at(y, SymmetryTurns::Share(2)), at(z, SymmetryTurns::Share(2))] {
             assert_eq!(check(&craft, &[right]), Ok(()));
         }
         // A quarter turn about Y takes the ends of the bar 1 m beyond its long faces.
-        let Err(SymmetryError::Another { angle, distance, share, .. }) = check(&craft, &[at(y, Turns::Share(4))])
+        let Err(SymmetryError::Another { angle, distance, share, .. }) =
+            check(&craft, &[at(y, SymmetryTurns::Share(4))])
         else {
             panic!("the bar is not the same after a quarter turn");
         };
         assert_eq!(angle, 90.0);
         assert!((distance - 1.0).abs() < 1e-12 && (share - 1.0 / 24.0_f64.sqrt()).abs() < 1e-12, "{distance}, {share}");
         // A prism of four sides is no cylinder: its edge lies up to 2^0.5 - 1 m beside a face.
-        let Err(SymmetryError::Another { distance, .. }) = check(&craft, &[at(x, Turns::Any)]) else {
+        let Err(SymmetryError::Another { distance, .. }) = check(&craft, &[at(x, SymmetryTurns::Any)]) else {
             panic!("the bar is no cylinder");
         };
         assert!((0.3..0.4143).contains(&distance), "{distance}");
-        assert_eq!(check(&craft, &[Symmetry { tolerance: 0.09, ..at(x, Turns::Any) }]), Ok(()));
+        assert_eq!(check(&craft, &[Symmetry { tolerance: 0.09, ..at(x, SymmetryTurns::Any) }]), Ok(()));
         // About an axis elsewhere.
-        assert!(check(&craft, &[about(x, Turns::Share(4))]).is_err());
+        assert!(check(&craft, &[about(x, SymmetryTurns::Share(4))]).is_err());
     }
 
     #[test]

@@ -20,7 +20,7 @@ pub(crate) fn object(entries: impl IntoIterator<Item = (impl std::fmt::Display, 
     enclosed("{", entries.into_iter().map(|(key, value)| format!("\"{key}\": {value}")), "}\n").collect()
 }
 
-/// The pieces of a list with one entry in each line, between what opens and what closes it.
+/// The pieces of a list with one entry in each line, between `open` and `close`.
 pub(crate) fn enclosed<'a>(
     open: &'a str,
     entries: impl IntoIterator<Item = String>,

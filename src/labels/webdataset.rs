@@ -1,4 +1,4 @@
-//! WebDataset: a tar whose members of one name and several endings are one sample. The endings of poses and masks are those of BOP-webdataset
+//! WebDataset: a tar whose members of one name and several endings are one sample. The endings of poses and masks follow BOP-webdataset
 //! (`bop_toolkit_lib/dataset/bop_webdataset.py`).
 
 use std::io::{self, Write};
@@ -13,19 +13,18 @@ use super::text::line;
 /// Rights of a member.
 const MODE: u32 = 0o644;
 
-/// A tar under construction. Its bytes depend on its members alone: owner, group and time are 0.
+/// A tar under construction. The bytes depend on the members alone: owner, group and time are 0.
 pub(crate) struct Tar<W: Write>(tar::Builder<W>);
 
 impl<W: Write> Tar<W> {
-    /// An empty tar.
     pub(crate) fn new(writer: W) -> Self {
         Self(tar::Builder::new(writer))
     }
 
-    /// Adds a sample: its key, and the endings and bytes of its files. They are sorted by their endings.
+    /// Adds a sample: its key, and the endings and bytes of its files. The files are sorted by their endings.
     ///
     /// # Errors
-    /// What the writer returns, or a name beyond what a tar holds.
+    /// The writer fails, or a name is too long for a tar.
     pub(crate) fn add<'a>(
         &mut self,
         key: &str,
@@ -49,7 +48,7 @@ impl<W: Write> Tar<W> {
     /// Writes the end, and returns the writer.
     ///
     /// # Errors
-    /// What the writer returns.
+    /// The writer fails.
     pub(crate) fn finish(self) -> io::Result<W> {
         self.0.into_inner()
     }
@@ -64,12 +63,10 @@ pub(crate) fn masks<'a>(image: &LabelledImage, masks: impl IntoIterator<Item = &
     line(Value::Object(masks.into_iter().enumerate().map(entry).collect())) + "\n"
 }
 
-/// The visible masks of silhouettes.
 pub(crate) fn visible_masks(image: &LabelledImage, silhouettes: &[Silhouette]) -> String {
     masks(image, silhouettes.iter().map(|silhouette| silhouette.visible.as_slice()))
 }
 
-/// The whole masks of silhouettes.
 pub(crate) fn full_masks(image: &LabelledImage, silhouettes: &[Silhouette]) -> String {
     masks(image, silhouettes.iter().map(|silhouette| silhouette.full.as_slice()))
 }

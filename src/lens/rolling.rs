@@ -4,13 +4,14 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use super::{Distortion, Field, Lens};
 
-/// Iterations of the row of a point. They converge by the share of the image that a point moves in the time of all rows.
+/// Iterations of the row of a point. Each one multiplies the error by the share of the image that a point moves in the time of
+/// all rows.
 pub(crate) const ROW_ITERATIONS: u32 = 6;
 
 /// A camera whose rows see poses of their own.
 #[derive(Debug, Clone, Copy)]
 pub struct Rolling {
-    /// Poses at the first, the middle and the last row. They take a point into camera axes.
+    /// Poses at the first, the middle and the last row, which take a point into camera axes.
     pub poses: [DAffine3; 3],
     /// The lens.
     pub lens: Lens,

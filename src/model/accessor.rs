@@ -7,7 +7,7 @@ use gltf::json::Accessor;
 use gltf::json::accessor::{ComponentType, Type, sparse::Sparse};
 use gltf::json::validation::Checked;
 
-use super::Fault;
+use super::ModelFault;
 use super::document::Document;
 use super::error::label;
 use super::meshopt_filter::Filter;
@@ -15,12 +15,10 @@ use super::meshopt_filter::Filter;
 /// Most elements of an accessor without a buffer view. The file size does not bound them.
 const MAX_ZERO_ELEMENTS: usize = 1 << 24;
 
-/// The purpose of an accessor. It decides which types are allowed.
+/// The purpose of an accessor, which decides the allowed types.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Use {
-    /// `POSITION`.
+pub(super) enum AccessorUse {
     Position,
-    /// `NORMAL`.
     Normal,
 }
 
@@ -47,31 +45,30 @@ impl Strided<'_> {
 }
 
 impl<'a> Accessors<'a> {
-    /// Joins a document and its buffers.
     pub(crate) fn new(document: &'a Document<'a>, buffers: &'a [Cow<'a, [u8]>]) -> Self {
         Self { document, buffers, decoded: document.views.iter().map(|_| OnceCell::new()).collect() }
     }
 
     /// Reads positions or normals as f64. The `normalized` flag decides the conversion of integers.
-    pub(crate) fn vectors(&self, index: usize, purpose: Use) -> Result<Vec<[f64; 3]>, Fault> {
+    pub(crate) fn vectors(&self, index: usize, purpose: AccessorUse) -> Result<Vec<[f64; 3]>, ModelFault> {
         let (accessor, component) = self.typed(index, Type::Vec3)?;
         let normalized = accessor.normalized;
         use ComponentType::{F32, I8, I16, U8, U16, U32};
         let allowed = match component {
             F32 => true,
             U32 => false,
-            U8 | U16 => self.document.quantized && purpose == Use::Position,
-            I8 | I16 => self.document.quantized && (purpose == Use::Position || normalized),
+            U8 | U16 => self.document.quantized && purpose == AccessorUse::Position,
+            I8 | I16 => self.document.quantized && (purpose == AccessorUse::Position || normalized),
         };
         if !allowed {
             let sign = if normalized { "normalized " } else { "" };
-            let key = if purpose == Use::Position { "POSITION" } else { "NORMAL" };
+            let key = if purpose == AccessorUse::Position { "POSITION" } else { "NORMAL" };
             let problem = format!(
                 "holds {sign}{}, which {key} may not be{}",
                 component_name(component),
                 if self.document.quantized { "" } else { " unless the file uses KHR_mesh_quantization" }
             );
-            return Err(Fault::element(self.document.accessor_label(index), problem));
+            return Err(ModelFault::element(self.document.accessor_label(index), problem));
         }
         self.read(index, accessor, component, |bytes| {
             let size = component.size();
@@ -95,19 +92,18 @@ impl<'a> Accessors<'a> {
         units / largest
     }
 
-    /// Reads vertex indices.
-    pub(crate) fn indices(&self, index: usize) -> Result<Vec<u32>, Fault> {
+    pub(crate) fn indices(&self, index: usize) -> Result<Vec<u32>, ModelFault> {
         let (accessor, component) = self.typed(index, Type::Scalar)?;
         if !is_index(component) || accessor.normalized {
             let problem = format!("holds {}, which vertex indices may not be", component_name(component));
-            return Err(Fault::element(self.document.accessor_label(index), problem));
+            return Err(ModelFault::element(self.document.accessor_label(index), problem));
         }
         self.read(index, accessor, component, |bytes| unsigned(component, bytes))
     }
 
-    /// Reads elements of `N` numbers each: 1 is a scalar, 3 or 4 a vector. Integers must be normalized (glTF 2.0, 3.11). `holder` says what they are, for
+    /// Reads elements of `N` numbers each: 1 is a scalar, 3 or 4 a vector. Integers must be normalized (glTF 2.0, 3.11). `holder` names them in
     /// messages.
-    pub(crate) fn keys<const N: usize>(&self, index: usize, holder: &str) -> Result<Vec<[f64; N]>, Fault> {
+    pub(crate) fn keys<const N: usize>(&self, index: usize, holder: &str) -> Result<Vec<[f64; N]>, ModelFault> {
         let wanted = match N {
             1 => Type::Scalar,
             3 => Type::Vec3,
@@ -117,7 +113,7 @@ impl<'a> Accessors<'a> {
         let normalized = accessor.normalized;
         if component != ComponentType::F32 && !(normalized && component != ComponentType::U32) {
             let problem = format!("holds {}, which {holder} may not be", component_name(component));
-            return Err(Fault::element(self.document.accessor_label(index), problem));
+            return Err(ModelFault::element(self.document.accessor_label(index), problem));
         }
         self.read(index, accessor, component, |bytes| {
             let size = component.size();
@@ -126,8 +122,8 @@ impl<'a> Accessors<'a> {
     }
 
     /// The accessor with a checked type, and its component type.
-    fn typed(&self, index: usize, wanted: Type) -> Result<(&'a Accessor, ComponentType), Fault> {
-        let fail = |problem: String| Fault::element(self.document.accessor_label(index), problem);
+    fn typed(&self, index: usize, wanted: Type) -> Result<(&'a Accessor, ComponentType), ModelFault> {
+        let fail = |problem: String| ModelFault::element(self.document.accessor_label(index), problem);
         let Some(accessor) = self.document.accessors.get(index) else {
             return Err(fail(format!("does not exist, the file has {}", self.document.accessors.len())));
         };
@@ -148,8 +144,8 @@ impl<'a> Accessors<'a> {
         accessor: &Accessor,
         component: ComponentType,
         decode: impl Fn(&[u8]) -> T,
-    ) -> Result<Vec<T>, Fault> {
-        let fail = |problem: String| Fault::element(self.document.accessor_label(index), problem);
+    ) -> Result<Vec<T>, ModelFault> {
+        let fail = |problem: String| ModelFault::element(self.document.accessor_label(index), problem);
         let Checked::Valid(kind) = accessor.type_ else {
             return Err(fail("has an unknown type".to_owned()));
         };
@@ -219,7 +215,7 @@ impl<'a> Accessors<'a> {
         Ok(())
     }
 
-    /// `count` elements of `size` bytes from `offset` in a buffer view. It checks that they lie inside.
+    /// `count` elements of `size` bytes from `offset` in a buffer view. The elements are checked to lie inside.
     fn strided(
         &self,
         view: usize,
@@ -266,7 +262,6 @@ impl<'a> Accessors<'a> {
         Ok((bytes, view.byte_stride.map(|stride| stride.0)))
     }
 
-    /// Bytes of a buffer.
     fn bytes(&self, buffer: usize, offset: u64, length: u64) -> Result<&'a [u8], String> {
         let found = self.buffers.get(buffer);
         let bytes = found.ok_or_else(|| format!("refers to buffer {buffer}; the file has {}", self.buffers.len()))?;

@@ -10,7 +10,7 @@ use super::{Animation, NodeMotion};
 use crate::environment::joints::keys::{KeyInterpolation, Keys};
 use crate::text::plain;
 
-/// What an animation's numbers are, for messages.
+/// Name of an animation's numbers in messages.
 const KEYS: &str = "keys of an animation";
 
 /// Every animation of a file. An invalid one is a message.
@@ -83,7 +83,7 @@ fn keys<const N: usize>(sampler: &Value, accessors: &Accessors) -> Result<Keys<N
         Some("CUBICSPLINE") => KeyInterpolation::CubicSpline,
         Some(other) => return Err(format!("has a sampler with interpolation {other:?}")),
     };
-    let fault = |fault: super::Fault| fault.to_string();
+    let fault = |fault: super::ModelFault| fault.to_string();
     let times: Vec<f64> =
         accessors.keys::<1>(accessor("input")?, KEYS).map_err(fault)?.into_iter().map(|[t]| t).collect();
     let values = accessors.keys::<N>(accessor("output")?, KEYS).map_err(fault)?;

@@ -7,8 +7,8 @@ use std::path::Path;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use base64::read::DecoderReader;
 
-use super::Fault;
-use super::document::{Buffer, Document};
+use super::ModelFault;
+use super::document::{Document, GltfBuffer};
 use super::error::label;
 use crate::files::{self, Reach};
 
@@ -27,10 +27,10 @@ pub(super) fn load<'a>(
     binary: Option<&'a [u8]>,
     folder: &Path,
     reach: &Reach,
-) -> Result<Vec<Cow<'a, [u8]>>, Fault> {
+) -> Result<Vec<Cow<'a, [u8]>>, ModelFault> {
     let mut buffers = Vec::with_capacity(document.buffers.len());
     for (index, buffer) in document.buffers.iter().enumerate() {
-        let fail = |problem: String| Fault::element(label("buffer", index, buffer.name.as_deref()), problem);
+        let fail = |problem: String| ModelFault::element(label("buffer", index, buffer.name.as_deref()), problem);
         let bytes = match (&buffer.uri, binary) {
             (None, _) if buffer.is_fallback => Cow::Borrowed(&[][..]),
             (Some(uri), _) => Cow::Owned(resolve(uri.get(), buffer, folder, reach).map_err(fail)?),
@@ -48,14 +48,14 @@ pub(super) fn load<'a>(
 }
 
 /// The length of a buffer whose `origin` has this number of bytes.
-fn length(buffer: &Buffer, has: u64, origin: &str) -> Result<usize, String> {
+fn length(buffer: &GltfBuffer, has: u64, origin: &str) -> Result<usize, String> {
     let wanted = buffer.byte_length;
     let length = usize::try_from(wanted).ok().filter(|_| wanted <= has);
     length.ok_or_else(|| format!("needs {wanted} bytes, {origin} has {has}"))
 }
 
 /// The bytes behind a URI, which is JSON text with its quotes.
-fn resolve(json: &str, buffer: &Buffer, folder: &Path, reach: &Reach) -> Result<Vec<u8>, String> {
+fn resolve(json: &str, buffer: &GltfBuffer, folder: &Path, reach: &Reach) -> Result<Vec<u8>, String> {
     let quoted = json.strip_prefix('"').and_then(|text| text.strip_suffix('"')).ok_or("its URI is not a text")?;
     if quoted.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
         return decode_data(&quoted[5..], buffer);
@@ -85,7 +85,7 @@ fn resolve(json: &str, buffer: &Buffer, folder: &Path, reach: &Reach) -> Result<
 }
 
 /// Decodes a data URI without its `data:` (RFC 2397). Only the result is held in memory: a URI can have gigabytes.
-fn decode_data(json: &str, buffer: &Buffer) -> Result<Vec<u8>, String> {
+fn decode_data(json: &str, buffer: &GltfBuffer) -> Result<Vec<u8>, String> {
     let comma = json.bytes().take(LONGEST_KIND).position(|byte| byte == b',');
     let comma = comma.ok_or("the data URI has no comma before its data")?;
     let (kind, payload) = (&json[..comma], &json[comma + 1..]);
@@ -102,7 +102,7 @@ fn decode_data(json: &str, buffer: &Buffer) -> Result<Vec<u8>, String> {
 }
 
 /// The bytes of a buffer from `source`, which has about `expected` of them. The rest is read too, so that damage in it is found.
-fn collect(mut source: impl Read, expected: usize, buffer: &Buffer) -> Result<Vec<u8>, Result<io::Error, String>> {
+fn collect(mut source: impl Read, expected: usize, buffer: &GltfBuffer) -> Result<Vec<u8>, Result<io::Error, String>> {
     let wanted = buffer.byte_length;
     let mut bytes = Vec::with_capacity(usize::try_from(wanted).map_or(expected, |wanted| wanted.min(expected)));
     source.by_ref().take(wanted).read_to_end(&mut bytes).map_err(Ok)?;

@@ -35,7 +35,7 @@ const GONE: [u32; 3] = [u32::MAX; 3];
 
 /// The result of merging.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Merged {
+pub struct MergeSummary {
     /// Number of places that vertices left.
     pub places: usize,
     /// Number of triangles that vanished.
@@ -54,7 +54,6 @@ struct Move {
     becomes: Vec<(u32, u32)>,
 }
 
-/// A mesh during merging.
 struct Collapse<'a> {
     model: &'a mut Model,
     min_edges: &'a [f64],
@@ -79,7 +78,7 @@ impl Model {
     ///
     /// # Errors
     /// [`ModelError::MinEdge`] if a limit is negative or not finite.
-    pub fn merge_short_edges(mut self, min_edges: &[f64]) -> Result<(Self, Merged), ModelError> {
+    pub fn merge_short_edges(mut self, min_edges: &[f64]) -> Result<(Self, MergeSummary), ModelError> {
         if let Some(wrong) = min_edges.iter().find(|edge| !edge.is_finite() || **edge < 0.0) {
             return Err(ModelError::MinEdge(*wrong));
         }
@@ -100,7 +99,7 @@ impl Model {
         let after = self.part_areas();
         let change = |part: &usize| (after[*part] - before[*part]).abs() / before[*part].max(f64::MIN_POSITIVE);
         let most = (0..before.len()).max_by(|a, b| change(a).total_cmp(&change(b))).filter(|_| places > 0);
-        let merged = Merged {
+        let merged = MergeSummary {
             places,
             triangles,
             area_m2: [before.iter().sum(), after.iter().sum()],
@@ -237,8 +236,8 @@ impl<'a> Collapse<'a> {
         Some(Move { change, becomes: self.vertices_after(&between, &rest, from, to) })
     }
 
-    /// Whether a place may leave its borders and sharp edges. It may if it has none, or if it moves along two that are
-    /// nearly one line.
+    /// Whether a place may leave its borders and sharp edges: it has none, or it moves along two that are nearly one
+    /// line.
     fn follows_features(&self, from: u32, to: u32) -> bool {
         let neighbours = self.neighbours(from);
         let features: Vec<u32> = neighbours.into_iter().filter(|place| self.is_feature(from, *place)).collect();
@@ -294,8 +293,8 @@ impl<'a> Collapse<'a> {
         Some((after - before).abs())
     }
 
-    /// The new vertex for each vertex at a place. It lies across a vanishing triangle, or has the same part, the same
-    /// material and nearly the same normal. Other vertices keep their normal.
+    /// The new vertex for each vertex at a place: across a vanishing triangle, or with the same part, the same material
+    /// and nearly the same normal. Other vertices keep their normal.
     fn vertices_after(&self, between: &[u32], rest: &[u32], from: u32, to: u32) -> Vec<(u32, u32)> {
         let at = |triangle: u32, place: u32| {
             let corners = self.model.triangles[triangle as usize];

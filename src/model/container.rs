@@ -1,6 +1,6 @@
 //! Splits a `.glb` or `.gltf` file into JSON text and binary chunk (glTF 2.0, 4).
 
-use super::Fault;
+use super::ModelFault;
 
 const MAGIC: &[u8; 4] = b"glTF";
 const JSON_CHUNK: &[u8; 4] = b"JSON";
@@ -16,20 +16,23 @@ pub(super) struct Container<'a> {
 
 /// Splits a GLB file. Any other file counts as JSON text.
 /// The reader of the `gltf` crate subtracts the header from an unchecked length, so it is not used.
-pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, Fault> {
+pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, ModelFault> {
     if !bytes.starts_with(MAGIC) {
         // Section 4.2 forbids a byte order mark but allows readers to ignore it.
         let json = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
         return Ok(Container { json, binary: None });
     }
     let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
-        return Err(Fault::Container(format!("the header needs {HEADER_LENGTH} bytes, the file has {}", bytes.len())));
+        return Err(ModelFault::Container(format!(
+            "the header needs {HEADER_LENGTH} bytes, the file has {}",
+            bytes.len()
+        )));
     };
     if version != 2 {
-        return Err(Fault::Container(format!("version {version}, only 2 is supported")));
+        return Err(ModelFault::Container(format!("version {version}, only 2 is supported")));
     }
     let Some(mut rest) = bytes.get(HEADER_LENGTH..length) else {
-        return Err(Fault::Container(format!(
+        return Err(ModelFault::Container(format!(
             "the header says {length} bytes, the file has {}: it is truncated or damaged",
             bytes.len()
         )));
@@ -37,7 +40,10 @@ pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, Fault> {
 
     let (json, after) = chunk(rest)?;
     if json.kind != JSON_CHUNK {
-        return Err(Fault::Container(format!("the first chunk is {:?}, not JSON", String::from_utf8_lossy(json.kind))));
+        return Err(ModelFault::Container(format!(
+            "the first chunk is {:?}, not JSON",
+            String::from_utf8_lossy(json.kind)
+        )));
     }
     rest = after;
     let mut binary = None;
@@ -57,15 +63,17 @@ struct Chunk<'a> {
     data: &'a [u8],
 }
 
-/// The first chunk, and the bytes after it.
-fn chunk(bytes: &[u8]) -> Result<(Chunk<'_>, &[u8]), Fault> {
+fn chunk(bytes: &[u8]) -> Result<(Chunk<'_>, &[u8]), ModelFault> {
     let (Some(length), Some(kind)) = (word(bytes, 0), bytes.get(4..CHUNK_HEADER_LENGTH)) else {
-        return Err(Fault::Container(format!("{} bytes are left where a chunk header of 8 should be", bytes.len())));
+        return Err(ModelFault::Container(format!(
+            "{} bytes are left where a chunk header of 8 should be",
+            bytes.len()
+        )));
     };
     let data = &bytes[CHUNK_HEADER_LENGTH..];
     match data.split_at_checked(length) {
         Some((data, rest)) => Ok((Chunk { kind, data }, rest)),
-        None => Err(Fault::Container(format!(
+        None => Err(ModelFault::Container(format!(
             "the {} chunk says {length} bytes, {} are left",
             String::from_utf8_lossy(kind).trim_end_matches('\0'),
             data.len()

@@ -9,9 +9,9 @@ use serde_json::value::RawValue;
 use serde_json::{Map, Value};
 
 use super::error::{counted, label};
-use super::meshopt::{Compressed, Mode};
+use super::meshopt::{Compressed, StreamKind};
 use super::meshopt_filter::Filter;
-use super::{Fault, ModelMaterial, Skipped};
+use super::{ModelFault, ModelMaterial, Skipped};
 use crate::text::plain;
 
 /// Prefix of isotherm's `extras` keys. Blender writes custom properties this way.
@@ -38,20 +38,18 @@ const QUANTIZATION: &str = "KHR_mesh_quantization";
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 /// Compressed buffer views.
 const MESHOPT: &str = "EXT_meshopt_compression";
-/// The extensions with geometry that are read.
 const SUPPORTED: &[&str] = &[QUANTIZATION, INSTANCING, MESHOPT];
 /// Extensions of compressed geometry that are not read. A tool can undo the compression.
 const COMPRESSION: &[&str] = &["KHR_draco_mesh_compression", "KHR_meshopt_compression"];
 
 /// A node. The type of the `gltf` crate has f32 transforms, which would be micrometres off on a station.
 #[derive(Debug, Default, Deserialize)]
-pub(super) struct Node {
+pub(super) struct GltfNode {
     pub(crate) name: Option<String>,
-    /// Index of its mesh.
     pub(crate) mesh: Option<usize>,
     #[serde(default)]
     pub(crate) children: Vec<usize>,
-    /// Column-major transform. It replaces the three fields below.
+    /// Column-major transform, which replaces the three fields below.
     pub(crate) matrix: Option<[f64; 16]>,
     /// Translation [m].
     pub(crate) translation: Option<[f64; 3]>,
@@ -74,23 +72,22 @@ struct Copies {
     attributes: BTreeMap<String, usize>,
 }
 
-impl Node {
+impl GltfNode {
     /// Accessors of the places of the copies of its mesh, by attribute. `None` where it has its mesh once.
     pub(crate) fn copies(&self) -> Option<&BTreeMap<String, usize>> {
         self.extensions.copies.as_ref().map(|copies| &copies.attributes)
     }
 }
 
-/// A glTF scene.
 #[derive(Debug, Default, Deserialize)]
-pub(super) struct Scene {
+pub(super) struct GltfScene {
     pub name: Option<String>,
     #[serde(default)]
     pub(crate) nodes: Vec<usize>,
 }
 
-/// A buffer. Its URI stays JSON text, because a data URI can have gigabytes.
-pub(super) struct Buffer<'a> {
+/// A buffer. The URI stays JSON text, because a data URI can have gigabytes.
+pub(super) struct GltfBuffer<'a> {
     pub(crate) name: Option<String>,
     pub(crate) uri: Option<&'a RawValue>,
     pub(crate) byte_length: u64,
@@ -98,31 +95,28 @@ pub(super) struct Buffer<'a> {
     pub(crate) is_fallback: bool,
 }
 
-/// The used part of a glTF document. Its indices are unchecked.
+/// The used part of a glTF document. Indices are unchecked.
 pub(super) struct Document<'a> {
     pub(crate) accessors: Vec<Accessor>,
     pub(crate) views: Vec<View>,
-    /// How each buffer view is compressed, if it is.
     pub(crate) compressed: Vec<Option<Compressed>>,
-    pub(crate) buffers: Vec<Buffer<'a>>,
+    pub(crate) buffers: Vec<GltfBuffer<'a>>,
     pub(crate) meshes: Vec<Mesh>,
-    pub(crate) nodes: Vec<Node>,
-    pub(crate) scenes: Vec<Scene>,
+    pub(crate) nodes: Vec<GltfNode>,
+    pub(crate) scenes: Vec<GltfScene>,
     pub(crate) materials: Vec<ModelMaterial>,
     /// Unchecked animations. An error only matters if a joint uses one.
     pub(crate) animations: Vec<Value>,
-    /// Index of the default scene, or of the first one.
     pub(crate) default_scene: usize,
-    /// Whether `KHR_mesh_quantization` is declared. It allows integer positions and normals.
+    /// Whether `KHR_mesh_quantization` is declared, which allows integer positions and normals.
     pub(crate) quantized: bool,
-    /// The unused contents of the document.
     pub(crate) skipped: Vec<Skipped>,
 }
 
 impl<'a> Document<'a> {
-    /// Parses the JSON text. It refuses glTF versions other than 2 and unsupported required extensions.
-    pub(crate) fn parse(json: &'a [u8]) -> Result<Self, Fault> {
-        let Root { values: root, buffers } = serde_json::from_slice(json).map_err(Fault::Json)?;
+    /// Parses the JSON text. Refuses glTF versions other than 2 and unsupported required extensions.
+    pub(crate) fn parse(json: &'a [u8]) -> Result<Self, ModelFault> {
+        let Root { values: root, buffers } = serde_json::from_slice(json).map_err(ModelFault::Json)?;
         check_version(&root)?;
         let used = strings(&root, "extensionsUsed")?;
         let required = strings(&root, "extensionsRequired")?;
@@ -130,7 +124,7 @@ impl<'a> Document<'a> {
         let default_scene = match root.get("scene") {
             None => 0,
             Some(scene) => index_of(scene)
-                .ok_or_else(|| Fault::element("scene", format!("{scene} is not the index of a scene")))?,
+                .ok_or_else(|| ModelFault::element("scene", format!("{scene} is not the index of a scene")))?,
         };
         Ok(Self {
             accessors: elements(&root, "accessors", "accessor")?,
@@ -159,7 +153,7 @@ impl<'a> Document<'a> {
     }
 }
 
-/// The root of the document. What is not read is not kept, and buffers stay text.
+/// The root of the document. Members that are not read are not kept, and buffers stay text.
 struct Root<'a> {
     values: Map<String, Value>,
     buffers: Option<&'a RawValue>,
@@ -230,25 +224,25 @@ struct StatedBuffer<'a> {
     extensions: Option<Value>,
 }
 
-fn read_buffers(text: Option<&RawValue>) -> Result<Vec<Buffer<'_>>, Fault> {
+fn read_buffers(text: Option<&RawValue>) -> Result<Vec<GltfBuffer<'_>>, ModelFault> {
     let Some(text) = text else { return Ok(Vec::new()) };
     let all: Vec<&RawValue> =
-        serde_json::from_str(text.get()).map_err(|_| Fault::element("buffers", "is not an array"))?;
+        serde_json::from_str(text.get()).map_err(|_| ModelFault::element("buffers", "is not an array"))?;
     all.into_iter().enumerate().map(|(index, text)| read_buffer(index, text)).collect()
 }
 
-fn read_buffer(index: usize, text: &RawValue) -> Result<Buffer<'_>, Fault> {
+fn read_buffer(index: usize, text: &RawValue) -> Result<GltfBuffer<'_>, ModelFault> {
     let stated: StatedBuffer = serde_json::from_str(text.get())
-        .map_err(|error| Fault::element(label("buffer", index, None), error.to_string()))?;
+        .map_err(|error| ModelFault::element(label("buffer", index, None), error.to_string()))?;
     let name = stated.name.as_ref().and_then(Value::as_str).map(str::to_owned);
     let mut length = stated.byte_length.unwrap_or_default();
     whole_numbers(&mut length);
     let byte_length = length.as_u64().ok_or_else(|| {
         let problem = format!("byteLength is to be a whole number of bytes, found {length}");
-        Fault::element(label("buffer", index, name.as_deref()), problem)
+        ModelFault::element(label("buffer", index, name.as_deref()), problem)
     })?;
     let fallback = stated.extensions.as_ref().and_then(|all| all.get(MESHOPT)?.get("fallback")?.as_bool());
-    Ok(Buffer { name, uri: stated.uri, byte_length, is_fallback: fallback == Some(true) })
+    Ok(GltfBuffer { name, uri: stated.uri, byte_length, is_fallback: fallback == Some(true) })
 }
 
 /// The compressed buffer view of the extension.
@@ -265,17 +259,17 @@ struct StatedCompression {
     filter: Option<String>,
 }
 
-fn compressed(root: &Map<String, Value>) -> Result<Vec<Option<Compressed>>, Fault> {
+fn compressed(root: &Map<String, Value>) -> Result<Vec<Option<Compressed>>, ModelFault> {
     let read = |(index, view): (usize, &Value)| {
         let Some(stated) = view.get("extensions").and_then(|all| all.get(MESHOPT)) else { return Ok(None) };
         let fail = |problem: String| {
-            Fault::element(label("buffer view", index, view.get("name").and_then(Value::as_str)), problem)
+            ModelFault::element(label("buffer view", index, view.get("name").and_then(Value::as_str)), problem)
         };
         let stated = StatedCompression::deserialize(stated).map_err(|error| fail(format!("{MESHOPT}: {error}")))?;
         let mode = match stated.mode.as_str() {
-            "ATTRIBUTES" => Mode::Attributes,
-            "TRIANGLES" => Mode::Triangles,
-            "INDICES" => Mode::Indices,
+            "ATTRIBUTES" => StreamKind::Attributes,
+            "TRIANGLES" => StreamKind::Triangles,
+            "INDICES" => StreamKind::Indices,
             other => return Err(fail(format!("{MESHOPT}: mode {other:?} is not supported"))),
         };
         let filter = match stated.filter.as_deref() {
@@ -292,22 +286,23 @@ fn compressed(root: &Map<String, Value>) -> Result<Vec<Option<Compressed>>, Faul
     array(root, "bufferViews")?.iter().enumerate().map(read).collect()
 }
 
-fn check_version(root: &Map<String, Value>) -> Result<(), Fault> {
-    let asset = root.get("asset").ok_or_else(|| Fault::element("asset", "is absent, so this is no glTF 2.0 file"))?;
+fn check_version(root: &Map<String, Value>) -> Result<(), ModelFault> {
+    let asset =
+        root.get("asset").ok_or_else(|| ModelFault::element("asset", "is absent, so this is no glTF 2.0 file"))?;
     for (key, wanted) in [("version", "2."), ("minVersion", "2.0")] {
         match asset.get(key).and_then(Value::as_str) {
             Some(version) if version.starts_with(wanted) => {}
             None if key == "minVersion" => {}
             Some(version) => {
-                return Err(Fault::element("asset", format!("{key} {version:?} is not supported, only 2.0 is")));
+                return Err(ModelFault::element("asset", format!("{key} {version:?} is not supported, only 2.0 is")));
             }
-            None => return Err(Fault::element("asset", format!("{key} is absent"))),
+            None => return Err(ModelFault::element("asset", format!("{key} is absent"))),
         }
     }
     Ok(())
 }
 
-fn check_required(required: &[String]) -> Result<(), Fault> {
+fn check_required(required: &[String]) -> Result<(), ModelFault> {
     let names: Vec<String> =
         required.iter().filter(|name| !SUPPORTED.contains(&name.as_str()) && !is_harmless(name)).cloned().collect();
     if names.is_empty() {
@@ -318,7 +313,7 @@ fn check_required(required: &[String]) -> Result<(), Fault> {
     } else {
         ""
     };
-    Err(Fault::ExtensionsRequired { names, advice: advice.to_owned() })
+    Err(ModelFault::ExtensionsRequired { names, advice: advice.to_owned() })
 }
 
 fn is_harmless(extension: &str) -> bool {
@@ -326,7 +321,7 @@ fn is_harmless(extension: &str) -> bool {
 }
 
 /// The contents beyond geometry and material names.
-fn unused(root: &Map<String, Value>, used: &[String]) -> Result<Vec<Skipped>, Fault> {
+fn unused(root: &Map<String, Value>, used: &[String]) -> Result<Vec<Skipped>, ModelFault> {
     let mut skipped = Vec::new();
     let mut skip = |count: usize, noun: &str, why: &str| {
         if count > 0 {
@@ -352,7 +347,7 @@ fn unused(root: &Map<String, Value>, used: &[String]) -> Result<Vec<Skipped>, Fa
     Ok(skipped)
 }
 
-/// Name and `extras` of a material. Its appearance is not read.
+/// Name and `extras` of a material. The appearance is not read.
 fn material((index, value): (usize, &Value)) -> ModelMaterial {
     let name = match value.get("name").and_then(Value::as_str) {
         Some(name) if !name.is_empty() => plain(name).into_owned(),
@@ -363,28 +358,28 @@ fn material((index, value): (usize, &Value)) -> ModelMaterial {
     ModelMaterial { name, extras: own.collect::<BTreeMap<_, _>>() }
 }
 
-/// The array under `key`. It is empty if the key is missing.
-fn array<'a>(root: &'a Map<String, Value>, key: &str) -> Result<&'a [Value], Fault> {
+/// The array under `key`, or an empty one if the key is missing.
+fn array<'a>(root: &'a Map<String, Value>, key: &str) -> Result<&'a [Value], ModelFault> {
     match root.get(key) {
         None => Ok(&[]),
         Some(Value::Array(values)) => Ok(values),
-        Some(_) => Err(Fault::element(key, "is not an array")),
+        Some(_) => Err(ModelFault::element(key, "is not an array")),
     }
 }
 
-fn elements<T: DeserializeOwned>(root: &Map<String, Value>, key: &str, kind: &str) -> Result<Vec<T>, Fault> {
+fn elements<T: DeserializeOwned>(root: &Map<String, Value>, key: &str, kind: &str) -> Result<Vec<T>, ModelFault> {
     let read = |(index, value): (usize, &Value)| {
         T::deserialize(value).map_err(|error| {
-            Fault::element(label(kind, index, value.get("name").and_then(Value::as_str)), error.to_string())
+            ModelFault::element(label(kind, index, value.get("name").and_then(Value::as_str)), error.to_string())
         })
     };
     array(root, key)?.iter().enumerate().map(read).collect()
 }
 
-fn strings(root: &Map<String, Value>, key: &str) -> Result<Vec<String>, Fault> {
+fn strings(root: &Map<String, Value>, key: &str) -> Result<Vec<String>, ModelFault> {
     let text = |value: &Value| value.as_str().map(str::to_owned);
     let all: Option<Vec<String>> = array(root, key)?.iter().map(text).collect();
-    all.ok_or_else(|| Fault::element(key, "holds something that is not a name"))
+    all.ok_or_else(|| ModelFault::element(key, "holds something that is not a name"))
 }
 
 fn index_of(value: &Value) -> Option<usize> {

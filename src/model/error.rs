@@ -13,7 +13,7 @@ pub enum ModelError {
         /// The file that was asked for.
         path: PathBuf,
         /// The error.
-        fault: Fault,
+        fault: ModelFault,
     },
     /// The longest edge is not a positive, finite length.
     #[error("a longest edge of {0} m is refused: it must be finite and greater than 0")]
@@ -41,7 +41,7 @@ pub enum ModelError {
 
 /// An error in a glTF file.
 #[derive(Debug, thiserror::Error)]
-pub enum Fault {
+pub enum ModelFault {
     /// The operating system cannot read it.
     #[error("cannot be read: {0}")]
     Unreadable(FileFault),
@@ -56,7 +56,7 @@ pub enum Fault {
     Element {
         /// Kind, index and name: `node 5 "port array"`.
         element: String,
-        /// What is wrong with it.
+        /// The fault, in words.
         problem: String,
     },
     /// A required extension is not supported.
@@ -64,7 +64,7 @@ pub enum Fault {
     ExtensionsRequired {
         /// The extensions.
         names: Vec<String>,
-        /// Advice for the user, with leading punctuation. It may be empty.
+        /// Advice for the user, with leading punctuation. May be empty.
         advice: String,
     },
     /// The file holds no triangle.
@@ -72,7 +72,7 @@ pub enum Fault {
     NothingToDraw(String),
 }
 
-impl Fault {
+impl ModelFault {
     pub(super) fn element(element: impl Into<String>, problem: impl Into<String>) -> Self {
         Self::Element { element: element.into(), problem: problem.into() }
     }

@@ -2,9 +2,9 @@
 
 use glam::{DMat4, DQuat, DVec3};
 
-use super::document::{Document, Node};
+use super::document::{Document, GltfNode};
 use super::error::label;
-use super::{Fault, SceneNode};
+use super::{ModelFault, SceneNode};
 use crate::text::plain;
 
 /// Largest error of a rotation's length. The glTF validator uses it, and quantized rotations stay within it.
@@ -17,7 +17,7 @@ pub(super) struct Instance {
     pub(crate) node: usize,
     /// Index in [`Graph::nodes`].
     pub(crate) place: usize,
-    /// Index of its mesh. It is in range.
+    /// Index of the mesh, in range.
     pub(crate) mesh: usize,
     /// Number of the copy, where the node states copies of its mesh.
     pub(crate) copy: Option<usize>,
@@ -32,13 +32,13 @@ pub(super) struct Graph {
 }
 
 /// Walks the default scene and checks it. The walk is not recursive, because a chain of a million nodes is legal.
-pub(super) fn walk(document: &Document) -> Result<Graph, Fault> {
+pub(super) fn walk(document: &Document) -> Result<Graph, ModelFault> {
     check_tree(document)?;
     let Some(scene) = document.scenes.get(document.default_scene) else {
         return Err(if document.scenes.is_empty() {
-            Fault::NothingToDraw("the file has no scene".to_owned())
+            ModelFault::NothingToDraw("the file has no scene".to_owned())
         } else {
-            Fault::element(
+            ModelFault::element(
                 "scene",
                 format!("{} is asked for, the file has {}", document.default_scene, document.scenes.len()),
             )
@@ -49,7 +49,7 @@ pub(super) fn walk(document: &Document) -> Result<Graph, Fault> {
     while let Some((index, parent)) = stack.pop() {
         let body_from_parent = parent.map_or(DMat4::IDENTITY, |place| graph.nodes[place].body_from_node);
         let node = &document.nodes[index];
-        let fail = |problem: String| Fault::element(document.node_label(index), problem);
+        let fail = |problem: String| ModelFault::element(document.node_label(index), problem);
         let body_from_part = body_from_parent * local_transform(node).map_err(fail)?;
         if !body_from_part.is_finite() {
             return Err(fail("its transform, with those above it, is not finite".to_owned()));
@@ -78,11 +78,11 @@ pub(super) fn walk(document: &Document) -> Result<Graph, Fault> {
 }
 
 /// Checks that the nodes form a forest, and that the default scene lists its roots once.
-fn check_tree(document: &Document) -> Result<(), Fault> {
+fn check_tree(document: &Document) -> Result<(), ModelFault> {
     let nodes = &document.nodes;
     let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
     for (index, node) in nodes.iter().enumerate() {
-        let fail = |problem: String| Err(Fault::element(document.node_label(index), problem));
+        let fail = |problem: String| Err(ModelFault::element(document.node_label(index), problem));
         for child in &node.children {
             match parents.get_mut(*child) {
                 None => return fail(format!("has child {child}, the file has {} nodes", nodes.len())),
@@ -102,7 +102,10 @@ fn check_tree(document: &Document) -> Result<(), Fault> {
         let mut next = Some(start);
         while let Some(index) = next.filter(|index| !ends[*index]) {
             if path.len() == nodes.len() {
-                return Err(Fault::element(document.node_label(index), "is its own ancestor: the nodes form a cycle"));
+                return Err(ModelFault::element(
+                    document.node_label(index),
+                    "is its own ancestor: the nodes form a cycle",
+                ));
             }
             path.push(index);
             next = parents[index];
@@ -118,7 +121,7 @@ fn check_tree(document: &Document) -> Result<(), Fault> {
     let mut listed = vec![false; nodes.len()];
     for root in &scene.nodes {
         let fail = |problem: String| {
-            Err(Fault::element(label("scene", document.default_scene, scene.name.as_deref()), problem))
+            Err(ModelFault::element(label("scene", document.default_scene, scene.name.as_deref()), problem))
         };
         match listed.get_mut(*root) {
             None => return fail(format!("has root node {root}, the file has {} nodes", nodes.len())),
@@ -132,12 +135,12 @@ fn check_tree(document: &Document) -> Result<(), Fault> {
     Ok(())
 }
 
-fn own_translation_and_rotation(node: &Node) -> (DVec3, DQuat) {
+fn own_translation_and_rotation(node: &GltfNode) -> (DVec3, DQuat) {
     let rotation = node.rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
     (node.translation.map_or(DVec3::ZERO, DVec3::from_array), rotation.normalize())
 }
 
-/// Translation x rotation x scale. What is not stated does nothing.
+/// Translation x rotation x scale. A part that is not stated does nothing.
 pub(super) fn transform(
     scale: Option<[f64; 3]>,
     rotation: Option<[f64; 4]>,
@@ -154,7 +157,7 @@ pub(super) fn transform(
 }
 
 /// A node's own transform: its matrix, or translation x rotation x scale (glTF 2.0, 3.5.3).
-fn local_transform(node: &Node) -> Result<DMat4, String> {
+fn local_transform(node: &GltfNode) -> Result<DMat4, String> {
     let Some(matrix) = node.matrix else {
         return transform(node.scale, node.rotation, node.translation);
     };

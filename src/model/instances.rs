@@ -2,7 +2,7 @@
 
 use glam::DMat4;
 
-use super::Fault;
+use super::ModelFault;
 use super::accessor::Accessors;
 use super::document::Document;
 use super::graph::{Instance, transform};
@@ -15,7 +15,7 @@ pub(super) fn copied(
     document: &Document,
     accessors: &Accessors,
     instances: Vec<Instance>,
-) -> Result<Vec<Instance>, Fault> {
+) -> Result<Vec<Instance>, ModelFault> {
     let mut all = Vec::with_capacity(instances.len());
     for instance in instances {
         match document.nodes[instance.node].copies() {
@@ -26,8 +26,13 @@ pub(super) fn copied(
     Ok(all)
 }
 
-fn copies(document: &Document, accessors: &Accessors, node: &Instance, all: &mut Vec<Instance>) -> Result<(), Fault> {
-    let fail = |problem: String| Fault::element(document.node_label(node.node), problem);
+fn copies(
+    document: &Document,
+    accessors: &Accessors,
+    node: &Instance,
+    all: &mut Vec<Instance>,
+) -> Result<(), ModelFault> {
+    let fail = |problem: String| ModelFault::element(document.node_label(node.node), problem);
     let attributes = document.nodes[node.node].copies().into_iter().flatten();
     let stated: Vec<(&str, usize)> = attributes.map(|(name, accessor)| (name.as_str(), *accessor)).collect();
     let find = |wanted: &str| stated.iter().find(|(name, _)| *name == wanted).map(|(_, accessor)| *accessor);

@@ -13,11 +13,10 @@ use super::error::counted;
 use super::graph::{self, Instance};
 use super::measure::area_vector;
 use super::primitive::{Geometry, read_mesh};
-use super::{Fault, Model, ModelError, ModelMaterial, Part, Skipped, animation, buffer, container, instances};
+use super::{Model, ModelError, ModelFault, ModelMaterial, Part, Skipped, animation, buffer, container, instances};
 use crate::files::{self, Reach};
 use crate::text::plain;
 
-/// Name of the material of primitives without one.
 const DEFAULT_MATERIAL: &str = "default";
 /// A vertex that no triangle uses yet.
 const UNUSED: u32 = u32::MAX;
@@ -27,11 +26,11 @@ const SMALLEST_AREA: f64 = f32::MIN_POSITIVE as f64;
 const CANCELLED: f64 = 1e-12;
 
 impl Model {
-    /// Loads a `.glb` or `.gltf` file. Its buffers are in its own folder.
+    /// Loads a `.glb` or `.gltf` file, whose buffers are in its own folder.
     ///
-    /// It loads the default scene, or the first one. Every instance of a mesh counts on its own. A mirroring transform
-    /// reverses the winding, so that triangles still face outwards. Primitives without normals are shaded flat: their
-    /// triangles share no vertices.
+    /// The default scene is loaded, or the first one. Every instance of a mesh counts on its own. A mirroring transform reverses the
+    /// winding, so that triangles still face outwards. Primitives without normals are shaded flat: their triangles share no
+    /// vertices.
     ///
     /// Triangles of zero area are dropped and counted in `skipped`. Their corners coincide or lie on a line (the cross
     /// product is exactly 0 in f64), or their final area is below the smallest normal f32 (1.2e-38 m2). Slivers of
@@ -39,7 +38,7 @@ impl Model {
     ///
     /// # Errors
     /// A file that is unreadable, breaks a rule of glTF 2.0, requires an unsupported extension, or holds no triangle.
-    /// See [`Fault`].
+    /// See [`ModelFault`].
     pub fn load(path: &Path) -> Result<Self, ModelError> {
         Self::load_within(path, &Reach::of(path))
     }
@@ -50,7 +49,7 @@ impl Model {
     /// As for `load`.
     pub fn load_within(path: &Path, reach: &Reach) -> Result<Self, ModelError> {
         let read = || {
-            let bytes = files::read(path).map_err(Fault::Unreadable)?;
+            let bytes = files::read(path).map_err(ModelFault::Unreadable)?;
             read(&bytes, path, reach)
         };
         read().map_err(|fault| ModelError::File { path: path.to_owned(), fault })
@@ -65,7 +64,7 @@ impl Model {
     }
 }
 
-fn read(bytes: &[u8], path: &Path, reach: &Reach) -> Result<Model, Fault> {
+fn read(bytes: &[u8], path: &Path, reach: &Reach) -> Result<Model, ModelFault> {
     let container = container::split(bytes)?;
     let document = Document::parse(container.json)?;
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -73,7 +72,7 @@ fn read(bytes: &[u8], path: &Path, reach: &Reach) -> Result<Model, Fault> {
     let accessors = Accessors::new(&document, &buffers);
     let graph = graph::walk(&document)?;
 
-    let mut assembly = Assembly::new(
+    let mut assembly = ModelAssembly::new(
         &document,
         Model {
             source: path.to_owned(),
@@ -98,12 +97,12 @@ fn read(bytes: &[u8], path: &Path, reach: &Reach) -> Result<Model, Fault> {
     if model.triangles.is_empty() {
         let reasons: Vec<String> = model.skipped.iter().map(|row| format!("{}: {}", row.what, row.why)).collect();
         let reasons = if reasons.is_empty() { String::new() } else { format!(" (left out: {})", reasons.join("; ")) };
-        return Err(Fault::NothingToDraw(format!("the default scene holds no triangle{reasons}")));
+        return Err(ModelFault::NothingToDraw(format!("the default scene holds no triangle{reasons}")));
     }
     Ok(model)
 }
 
-struct Assembly<'a> {
+struct ModelAssembly<'a> {
     document: &'a Document<'a>,
     model: Model,
     /// Model index of each material in use, by its index in the document.
@@ -112,13 +111,13 @@ struct Assembly<'a> {
 }
 
 /// How a node transforms areas, normals and winding.
-struct Placement {
-    /// Cofactors of the linear part times the sign of its determinant. They map outward area vectors to outward ones.
+struct NodeTransform {
+    /// Cofactors of the linear part times the sign of its determinant, which map outward area vectors to outward ones.
     outward: DMat3,
     mirrored: bool,
 }
 
-impl Placement {
+impl NodeTransform {
     fn new(linear: DMat3) -> Self {
         let DMat3 { x_axis: x, y_axis: y, z_axis: z } = linear;
         let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
@@ -128,18 +127,18 @@ impl Placement {
     }
 }
 
-/// The triangles around a vertex. They give its normal if the file has none.
-struct Around {
+/// The triangles around a vertex, which give its normal if the file has none.
+struct VertexTriangles {
     /// Sum of their outward area vectors [m2].
     sum: DVec3,
     /// Outward area vector of the first triangle [m2].
     first: DVec3,
-    /// Sum of their unit normals times their angles here. It is only made for normals that were rounded.
+    /// Sum of their unit normals times their angles here. Only summed for normals that were rounded.
     turned: DVec3,
 }
 
-impl Around {
-    /// The area-weighted mean direction. If the triangles cancel out, it is that of the first one.
+impl VertexTriangles {
+    /// The area-weighted mean direction, or the direction of the first triangle if the triangles cancel out.
     fn normal(&self) -> DVec3 {
         let cancelled = self.sum.length() < CANCELLED * self.first.length();
         if cancelled { self.first } else { self.sum }.normalize_or_zero()
@@ -156,7 +155,7 @@ impl Around {
 }
 
 /// Gives vertices with one key the triangles of all of them: a seam of the texture does not end a surface.
-fn join_alike<K: Ord>(around: &mut [Around], key: impl Fn(usize) -> K + Sync) {
+fn join_alike<K: Ord>(around: &mut [VertexTriangles], key: impl Fn(usize) -> K + Sync) {
     let first: Vec<usize> = first_alike(around.len(), key).into_iter().map(|first| first as usize).collect();
     for (vertex, first) in first.iter().copied().enumerate().filter(|(vertex, first)| vertex != first) {
         let [sum, turned] = [around[vertex].sum, around[vertex].turned];
@@ -183,13 +182,13 @@ struct Tally {
     inward: usize,
 }
 
-impl<'a> Assembly<'a> {
+impl<'a> ModelAssembly<'a> {
     fn new(document: &'a Document<'a>, model: Model) -> Self {
         Self { document, model, materials: HashMap::new(), part_names: HashSet::new() }
     }
 
-    fn place(&mut self, instance: &Instance, geometries: &[Geometry]) -> Result<(), Fault> {
-        let placement = Placement::new(DMat3::from_mat4(instance.body_from_part));
+    fn place(&mut self, instance: &Instance, geometries: &[Geometry]) -> Result<(), ModelFault> {
+        let placement = NodeTransform::new(DMat3::from_mat4(instance.body_from_part));
         let part = self.model.parts.len() as u32;
         let mut tally = Tally::default();
         let before = self.model.triangles.len();
@@ -215,14 +214,14 @@ impl<'a> Assembly<'a> {
     fn place_geometry(
         &mut self,
         instance: &Instance,
-        placement: &Placement,
+        placement: &NodeTransform,
         geometry: &Geometry,
         part: u32,
         tally: &mut Tally,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), ModelFault> {
         let first = self.model.positions.len();
         let mut vertices = vec![UNUSED; if geometry.normals.is_some() { geometry.positions.len() } else { 0 }];
-        let mut around: Vec<Around> = Vec::new();
+        let mut around: Vec<VertexTriangles> = Vec::new();
         let mut given: Vec<DVec3> = Vec::new();
         let mut material = None;
         for triangle in &geometry.triangles {
@@ -231,7 +230,7 @@ impl<'a> Assembly<'a> {
             let placed = local.map(|corner| instance.body_from_part.transform_point3(corner));
             if !placed.iter().all(|corner| corner.as_vec3().is_finite()) {
                 let problem = "places its mesh beyond the range of 32-bit floats";
-                return Err(Fault::element(self.document.node_label(instance.node), problem));
+                return Err(ModelFault::element(self.document.node_label(instance.node), problem));
             }
             if outward == DVec3::ZERO || area_vector(placed).length() < SMALLEST_AREA {
                 tally.dropped += 1;
@@ -248,7 +247,7 @@ impl<'a> Assembly<'a> {
                         vertices[source] = vertex;
                         given.push((placement.outward * normals[source]).normalize_or_zero());
                     }
-                    around.push(Around { sum: DVec3::ZERO, first: outward, turned: DVec3::ZERO });
+                    around.push(VertexTriangles { sum: DVec3::ZERO, first: outward, turned: DVec3::ZERO });
                     vertex
                 } else {
                     shared
@@ -291,10 +290,10 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    fn push_vertex(&mut self, node: usize, position: DVec3, part: u32, material: u32) -> Result<u32, Fault> {
+    fn push_vertex(&mut self, node: usize, position: DVec3, part: u32, material: u32) -> Result<u32, ModelFault> {
         let vertex = u32::try_from(self.model.positions.len()).ok().filter(|vertex| *vertex != UNUSED);
         let vertex = vertex.ok_or_else(|| {
-            Fault::element(self.document.node_label(node), "brings the vertices to more than 32 bits can count")
+            ModelFault::element(self.document.node_label(node), "brings the vertices to more than 32 bits can count")
         })?;
         self.model.positions.push(position);
         self.model.vertex_part.push(part);

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::Model;
 
-/// Half the cross product of two edges. Its length is the area [m2], its direction the outward normal.
+/// Half the cross product of two edges: the length is the area [m2], the direction the outward normal.
 pub(super) fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
     0.5 * (b - a).cross(c - a)
 }

@@ -11,33 +11,25 @@ const TABLE: usize = 16;
 /// Zero bytes at the end of an index stream.
 const INDEX_TAIL: usize = 4;
 
-/// Kind of a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Mode {
+pub(super) enum StreamKind {
     /// Elements of any meaning.
     Attributes,
     /// Indices of a list of triangles.
     Triangles,
-    /// Other indices.
     Indices,
 }
 
-/// A compressed buffer view.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Compressed {
-    /// Buffer with the compressed bytes.
     pub(super) buffer: usize,
     /// First compressed byte.
     pub(super) offset: u64,
-    /// Number of compressed bytes.
     pub(super) length: u64,
     /// Bytes of an element.
     pub(super) stride: usize,
-    /// Number of elements.
     pub(super) count: usize,
-    /// Kind of the stream.
-    pub(super) mode: Mode,
-    /// What is done to the decoded elements.
+    pub(super) mode: StreamKind,
     pub(super) filter: Filter,
 }
 
@@ -52,7 +44,7 @@ impl Compressed {
             return Err(format!("has {count} elements of {stride} bytes"));
         }
         match self.mode {
-            Mode::Attributes => {
+            StreamKind::Attributes => {
                 if stride == 0 || stride > 256 || stride % 4 != 0 {
                     return Err(format!("has a stride of {stride} bytes, where a multiple of 4 up to 256 is possible"));
                 }
@@ -60,11 +52,11 @@ impl Compressed {
                 self.filter.apply(&mut elements, stride)?;
                 Ok(elements)
             }
-            Mode::Triangles | Mode::Indices if self.filter != Filter::None => {
+            StreamKind::Triangles | StreamKind::Indices if self.filter != Filter::None => {
                 Err("has a filter, which indices may not have".to_owned())
             }
-            Mode::Triangles => packed(&triangles(bytes, count)?, stride),
-            Mode::Indices => packed(&indices(bytes, count)?, stride),
+            StreamKind::Triangles => packed(&triangles(bytes, count)?, stride),
+            StreamKind::Indices => packed(&indices(bytes, count)?, stride),
         }
     }
 }
@@ -81,12 +73,11 @@ fn packed(indices: &[u32], stride: usize) -> Result<Vec<u8>, String> {
     }
 }
 
-/// A walk through a stream.
-struct Reader<'a> {
+struct StreamReader<'a> {
     rest: &'a [u8],
 }
 
-impl<'a> Reader<'a> {
+impl<'a> StreamReader<'a> {
     fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
         let (taken, rest) = self.rest.split_at_checked(count).ok_or("ends too early")?;
         self.rest = rest;
@@ -121,7 +112,7 @@ fn signed(value: u32) -> u32 {
     (value >> 1) ^ (value & 1).wrapping_neg()
 }
 
-fn header(reader: &mut Reader, wanted: u8) -> Result<(), String> {
+fn header(reader: &mut StreamReader, wanted: u8) -> Result<(), String> {
     let found = reader.byte()?;
     if found == wanted { Ok(()) } else { Err(format!("begins with {found:#04x} instead of {wanted:#04x}")) }
 }
@@ -130,7 +121,7 @@ fn header(reader: &mut Reader, wanted: u8) -> Result<(), String> {
 fn attributes(bytes: &[u8], stride: usize, count: usize) -> Result<Vec<u8>, String> {
     let tail = stride.max(LEAST_TAIL);
     let body = bytes.len().checked_sub(tail).ok_or("ends too early")?;
-    let mut reader = Reader { rest: &bytes[..body] };
+    let mut reader = StreamReader { rest: &bytes[..body] };
     header(&mut reader, 0xa0)?;
     let mut last = bytes[bytes.len() - stride..].to_vec();
     let block = (8192 / stride / GROUP * GROUP).min(256);
@@ -159,7 +150,7 @@ fn attributes(bytes: &[u8], stride: usize, count: usize) -> Result<Vec<u8>, Stri
 }
 
 /// Sixteen deltas of 0, 2, 4 or 8 bits. A delta with all its bits set is followed by a whole byte.
-fn deltas(reader: &mut Reader, width: u8) -> Result<[u8; GROUP], String> {
+fn deltas(reader: &mut StreamReader, width: u8) -> Result<[u8; GROUP], String> {
     let mut deltas = [0; GROUP];
     let bits = match width {
         0 => return Ok(deltas),
@@ -180,12 +171,12 @@ fn deltas(reader: &mut Reader, width: u8) -> Result<[u8; GROUP], String> {
 }
 
 /// The last sixteen values. A place counts back from the newest, 0.
-struct Last<T> {
+struct RecentValues<T> {
     values: [T; 16],
     next: usize,
 }
 
-impl<T: Copy> Last<T> {
+impl<T: Copy> RecentValues<T> {
     fn of(value: T) -> Self {
         Self { values: [value; 16], next: 0 }
     }
@@ -207,12 +198,12 @@ fn triangles(bytes: &[u8], count: usize) -> Result<Vec<u32>, String> {
     }
     let body = bytes.len().checked_sub(TABLE).ok_or("ends too early")?;
     let table = &bytes[body..];
-    let mut reader = Reader { rest: &bytes[..body] };
+    let mut reader = StreamReader { rest: &bytes[..body] };
     header(&mut reader, 0xe1)?;
     let codes = reader.take(count / 3)?;
     let mut indices = Vec::with_capacity(count);
-    let mut edges = Last::of([u32::MAX; 2]);
-    let mut vertices = Last::of(u32::MAX);
+    let mut edges = RecentValues::of([u32::MAX; 2]);
+    let mut vertices = RecentValues::of(u32::MAX);
     let (mut next, mut last) = (0u32, 0u32);
     let fresh = |next: &mut u32| {
         let index = *next;
@@ -278,7 +269,7 @@ fn triangles(bytes: &[u8], count: usize) -> Result<Vec<u32>, String> {
 /// Mode 2. Every index is a distance from one of two earlier ones.
 fn indices(bytes: &[u8], count: usize) -> Result<Vec<u32>, String> {
     let body = bytes.len().checked_sub(INDEX_TAIL).ok_or("ends too early")?;
-    let mut reader = Reader { rest: &bytes[..body] };
+    let mut reader = StreamReader { rest: &bytes[..body] };
     header(&mut reader, 0xd1)?;
     if count > reader.rest.len() {
         return Err("ends too early".to_owned());
@@ -358,7 +349,7 @@ mod tests {
         [i / 3, i % 16 * 3 + jump, 5, noise].map(|value| value as u8)
     }
 
-    fn stream(mode: Mode, stride: usize, count: usize) -> Compressed {
+    fn stream(mode: StreamKind, stride: usize, count: usize) -> Compressed {
         Compressed { buffer: 0, offset: 0, length: 0, stride, count, mode, filter: Filter::None }
     }
 
@@ -368,9 +359,9 @@ mod tests {
         let list =
             [0u32, 1, 51, 2, 49, 1000, 70000, 69999, 3, 4].iter().flat_map(|index| index.to_le_bytes()).collect();
         [
-            (stream(Mode::Attributes, 4, 300), bytes(ATTRIBUTES), elements),
-            (stream(Mode::Triangles, 4, 99), bytes(TRIANGLES), corners),
-            (stream(Mode::Indices, 4, 10), bytes(INDICES), list),
+            (stream(StreamKind::Attributes, 4, 300), bytes(ATTRIBUTES), elements),
+            (stream(StreamKind::Triangles, 4, 99), bytes(TRIANGLES), corners),
+            (stream(StreamKind::Indices, 4, 10), bytes(INDICES), list),
         ]
     }
 

@@ -1,6 +1,5 @@
-//! Filters of EXT_meshopt_compression: what is done to decoded attributes (its specification, appendix B).
+//! Filters of EXT_meshopt_compression for decoded attributes (appendix B of its specification).
 
-/// A filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Filter {
     /// The elements are as they are.
@@ -15,7 +14,7 @@ pub(super) enum Filter {
 }
 
 impl Filter {
-    /// Turns filtered elements of `stride` bytes into what they stand for.
+    /// Undoes the filter of elements of `stride` bytes, in place.
     ///
     /// # Errors
     /// A stride that the filter does not have, in words.

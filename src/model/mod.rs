@@ -27,11 +27,11 @@ mod subdivide;
 mod summary;
 mod weld;
 
-pub(crate) use collapse::Merged;
-pub(crate) use error::Fault;
+pub(crate) use collapse::MergeSummary;
 pub use error::ModelError;
+pub(crate) use error::ModelFault;
 
-/// A glTF material. Its thermal values come from the scene's rules or from `extras`.
+/// A glTF material. Thermal values come from the scene's rules or from `extras`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelMaterial {
     /// glTF name, `material_N` for an unnamed material, or `default` for primitives without one.
@@ -63,14 +63,12 @@ pub struct SceneNode {
     pub(crate) body_from_parent: DMat4,
     /// Transform from the node's frame to the body frame.
     pub(crate) body_from_node: DMat4,
-    /// Its own translation [m] and rotation (quaternion x, y, z, w). `None` if it has a matrix.
+    /// Translation [m] and rotation (quaternion x, y, z, w). `None` if it has a matrix.
     pub(crate) rest: Option<(DVec3, DQuat)>,
 }
 
-/// The animation of one node.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct NodeMotion {
-    /// Index of the node in the file.
     pub(crate) node: usize,
     /// Rotation keys (x, y, z, w), if any.
     pub(crate) rotation: Option<Keys<4>>,
@@ -87,7 +85,6 @@ pub struct Animation {
     pub(crate) name: String,
     /// Time of its last key [s].
     pub(crate) duration: f64,
-    /// The animated nodes.
     pub(crate) nodes: Vec<NodeMotion>,
 }
 
@@ -127,7 +124,7 @@ pub struct Model {
     pub vertex_material: Vec<u32>,
     /// Vertex indices, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// What was left out.
+    /// Parts of the file that were left out.
     pub skipped: Vec<Skipped>,
     /// Remarks for the user: `normals computed for part X`.
     pub notes: Vec<String>,

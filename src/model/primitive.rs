@@ -4,18 +4,18 @@ use glam::DVec3;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 
-use super::accessor::{Accessors, Use};
+use super::accessor::{AccessorUse, Accessors};
 use super::document::Document;
 use super::error::{counted, label};
-use super::{Fault, Skipped};
+use super::{ModelFault, Skipped};
 
 /// One primitive: vertices of one material and the triangles between them.
 pub(super) struct Geometry {
-    /// Index into the document's materials. It is in range.
+    /// Index into the document's materials, in range.
     pub(crate) material: Option<usize>,
-    /// Positions. They are finite.
+    /// Positions, all finite.
     pub(crate) positions: Vec<DVec3>,
-    /// Normals of the file, one for each position. They have any length and may not be finite.
+    /// Normals of the file, one for each position, of any length and possibly not finite.
     pub(crate) normals: Option<Vec<DVec3>>,
     /// Error that rounding may have left in the normals, as a length of unit vectors. 0 for floats.
     pub(crate) rounding: f64,
@@ -29,7 +29,7 @@ pub(super) fn read_mesh(
     accessors: &Accessors,
     mesh: usize,
     skipped: &mut Vec<Skipped>,
-) -> Result<Vec<Geometry>, Fault> {
+) -> Result<Vec<Geometry>, ModelFault> {
     let source = &document.meshes[mesh];
     let mesh_label = label("mesh", mesh, source.name.as_deref());
     let mut all = Vec::with_capacity(source.primitives.len());
@@ -40,7 +40,7 @@ pub(super) fn read_mesh(
             skip(format!("morph targets of {name}"), "the mesh stays in its base shape");
         }
         let Checked::Valid(mode) = primitive.mode else {
-            return Err(Fault::element(name, "has an unknown mode"));
+            return Err(ModelFault::element(name, "has an unknown mode"));
         };
         let Some(positions) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) else {
             skip(name, "it has no positions");
@@ -73,13 +73,14 @@ fn not_triangles(mode: Mode) -> Option<&'static str> {
     }
 }
 
-fn read_positions(document: &Document, accessors: &Accessors, index: usize) -> Result<Vec<DVec3>, Fault> {
-    let positions: Vec<DVec3> = accessors.vectors(index, Use::Position)?.into_iter().map(DVec3::from_array).collect();
+fn read_positions(document: &Document, accessors: &Accessors, index: usize) -> Result<Vec<DVec3>, ModelFault> {
+    let positions: Vec<DVec3> =
+        accessors.vectors(index, AccessorUse::Position)?.into_iter().map(DVec3::from_array).collect();
     match positions.iter().position(|position| !position.is_finite()) {
         None => Ok(positions),
         Some(at) => {
             let problem = format!("position {at} is not finite: {}", positions[at]);
-            Err(Fault::element(document.accessor_label(index), problem))
+            Err(ModelFault::element(document.accessor_label(index), problem))
         }
     }
 }
@@ -92,36 +93,37 @@ fn read_primitive(
     mode: Mode,
     positions: Vec<DVec3>,
     name: &str,
-) -> Result<(usize, Geometry), Fault> {
+) -> Result<(usize, Geometry), ModelFault> {
     let material = primitive.material.as_ref().map(gltf::json::Index::value);
     if let Some(material) = material
         && material >= document.materials.len()
     {
         let problem = format!("refers to material {material}, the file has {}", document.materials.len());
-        return Err(Fault::element(name, problem));
+        return Err(ModelFault::element(name, problem));
     }
     let stated = primitive.attributes.get(&Checked::Valid(Semantic::Normals));
     let rounding = stated.map_or(0.0, |index| accessors.rounding(index.value()));
     let normals = match stated {
         None => None,
         Some(index) => {
-            let normals = accessors.vectors(index.value(), Use::Normal)?;
+            let normals = accessors.vectors(index.value(), AccessorUse::Normal)?;
             if normals.len() != positions.len() {
                 let problem = format!("has {} positions and {} normals", positions.len(), normals.len());
-                return Err(Fault::element(name, problem));
+                return Err(ModelFault::element(name, problem));
             }
             Some(normals.into_iter().map(DVec3::from_array).collect())
         }
     };
-    let vertices = u32::try_from(positions.len())
-        .map_err(|_| Fault::element(name, format!("has {} positions, more than 32 bits can count", positions.len())))?;
+    let vertices = u32::try_from(positions.len()).map_err(|_| {
+        ModelFault::element(name, format!("has {} positions, more than 32 bits can count", positions.len()))
+    })?;
     let corners = match primitive.indices {
         None => (0..vertices).collect(),
         Some(index) => {
             let corners = accessors.indices(index.value())?;
             if let Some(at) = corners.iter().position(|corner| *corner >= vertices) {
                 let problem = format!("index {at} is {}, but {name} has {vertices} positions", corners[at]);
-                return Err(Fault::element(document.accessor_label(index.value()), problem));
+                return Err(ModelFault::element(document.accessor_label(index.value()), problem));
             }
             corners
         }

@@ -1,4 +1,4 @@
-//! Splits triangles until no edge is too long. It opens no crack and keeps the surface.
+//! Splits triangles until no edge is too long. No crack opens, and the surface stays.
 //!
 //! The positions of its two ends alone decide whether and where an edge is split. Both directions give the same bits.
 //! So triangles that meet along an edge split it alike, even if they share no vertices, as in glTF meshes at every
@@ -14,7 +14,6 @@ use rayon::prelude::*;
 use super::alike::places;
 use super::{Model, ModelError};
 
-/// Triangles that one task splits.
 const CHUNK: usize = 1 << 16;
 
 /// Midpoints of the edges that one pass splits. Each vertex has a short list of the edges to higher vertices. Memory
@@ -79,7 +78,6 @@ impl Midpoints {
         lists.flat_map(|(low, range)| self.upper[range[0]..range[1]].iter().map(move |high| [low as u32, *high]))
     }
 
-    /// The middle vertex of an edge, if the edge is marked.
     fn find(&self, edge: [u32; 2]) -> Option<u32> {
         let [low, high] = ordered(edge);
         let (start, end) = (self.starts[low as usize], self.starts[low as usize + 1]);
@@ -87,14 +85,13 @@ impl Midpoints {
         Some((self.starts.len() - 1 + start + place) as u32)
     }
 
-    /// The middle vertex of a marked edge.
     fn vertex(&self, edge: [u32; 2]) -> u32 {
         self.find(edge).expect("every marked edge was collected")
     }
 }
 
 /// Distinct vertex positions. Triangles of two parts meet where they share positions.
-struct Places {
+struct VertexPlaces {
     of_vertex: Vec<u32>,
     count: usize,
 }
@@ -131,8 +128,8 @@ impl Model {
         self.subdivide_parts(&all, vertex_limit, progress)
     }
 
-    /// Like `subdivide`, with a longest edge for each part [m]. An infinite one asks for nothing. Shared edges follow
-    /// the finer part.
+    /// Like `subdivide`, with a longest edge for each part [m]. An infinite length asks for nothing. Shared edges
+    /// follow the finer part.
     ///
     /// # Errors
     /// As for `subdivide`, but a longest edge may be infinite.
@@ -160,7 +157,7 @@ impl Model {
         }
         let mut places = max_edges.iter().any(|edge| *edge != finest).then(|| {
             let (of_vertex, count) = places(&self.positions);
-            Places { of_vertex, count }
+            VertexPlaces { of_vertex, count }
         });
         loop {
             let asks = |triangle: &[u32; 3]| {
@@ -192,7 +189,7 @@ impl Model {
 
     /// Copies marks between triangles that meet. Marks the longest edge of each triangle that is split for a neighbour.
     /// Returns the marked edges by place.
-    fn agree(&self, places: &Places, marks: &mut [u8]) -> Midpoints {
+    fn agree(&self, places: &VertexPlaces, marks: &mut [u8]) -> Midpoints {
         loop {
             let name = |vertex: u32| places.of_vertex[vertex as usize];
             let shared = Midpoints::collect(places.count, &self.triangles, marks, name);
@@ -235,7 +232,7 @@ impl Model {
         (0..3).max_by(compare).unwrap_or(0)
     }
 
-    /// Bit `k` is set if edge `k` is too long. It compares lengths, because squares could underflow.
+    /// Bit `k` is set if edge `k` is too long. Lengths are compared, because squares could underflow.
     fn long_edges(&self, triangle: &[u32; 3], max_edge: f64) -> u8 {
         let long = |edge: usize| {
             let [a, b] = ends(triangle, edge).map(|vertex| self.positions[vertex as usize]);

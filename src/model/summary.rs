@@ -21,12 +21,11 @@ pub struct Share {
 /// Counts, areas and extent of a model. The fields are the keys of `isotherm info MODEL --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ModelSummary {
-    /// The file. It is not in the JSON.
+    /// The file, which is not in the JSON.
     #[serde(skip)]
     pub(crate) source: PathBuf,
-    /// Triangles of all instances in the default scene, without those of zero area.
+    /// Triangles of all instances in the default scene that have an area.
     pub triangles: usize,
-    /// Number of used vertices.
     pub(crate) vertices: usize,
     /// Number of glTF nodes in the default scene, including nodes without mesh.
     pub nodes: usize,
@@ -38,9 +37,9 @@ pub struct ModelSummary {
     pub materials: Vec<Share>,
     /// Share of each part, in traversal order.
     pub parts: Vec<Share>,
-    /// What was left out, with the reason.
+    /// Parts of the file that were left out, with the reason.
     pub(crate) skipped: Vec<Skipped>,
-    /// Remarks. They are not in the JSON.
+    /// Remarks, which are not in the JSON.
     #[serde(skip)]
     pub(crate) notes: Vec<String>,
 }
@@ -105,7 +104,6 @@ impl fmt::Display for ModelSummary {
     }
 }
 
-/// Writes a table with a row for each share.
 fn write_shares(f: &mut fmt::Formatter, title: &str, shares: &[Share]) -> fmt::Result {
     let heading = format!("{title} ({})", shares.len());
     let longest = shares.iter().map(|share| share.name.chars().count()).max().unwrap_or(0);

@@ -1,4 +1,4 @@
-//! Apparent brightness temperature: that of a blackbody with the radiance of a pixel.
+//! Brightness temperature: the temperature at which a blackbody has the radiance of a pixel.
 
 use super::frame::Frame;
 use crate::thermal::brightness::{BrightnessTable, brightness_temperature};
@@ -12,7 +12,7 @@ pub struct Apparent {
 }
 
 impl Apparent {
-    /// Those of a band.
+    /// Brightness temperatures of radiances in a band.
     pub fn new(band: Band) -> Self {
         let table = RadianceTable::new(band);
         Self { guesses: BrightnessTable::new(&table), table }
@@ -24,7 +24,7 @@ impl Apparent {
             .map_or(0.0, |temperature| temperature as f32)
     }
 
-    /// The frame with brightness temperatures in place of the surfaces' temperatures. What sends nothing is background.
+    /// The frame with brightness temperatures in place of the surfaces' temperatures. A pixel without radiance counts as background.
     pub(crate) fn frame(&self, frame: &Frame) -> Frame {
         let temperature: Vec<f32> = frame.radiance.iter().map(|radiance| self.temperature(*radiance)).collect();
         let part = temperature.iter().map(|temperature| u32::from(*temperature > 0.0)).collect();

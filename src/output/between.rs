@@ -14,7 +14,7 @@ pub(super) struct Between {
 }
 
 impl Between {
-    /// What `save` put.
+    /// Reads the lists of `save`.
     ///
     /// # Errors
     /// A list is absent.

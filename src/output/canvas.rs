@@ -26,7 +26,7 @@ pub struct Canvas {
 
 /// A fixed-width font for Latin-1. Other characters appear as `?`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Face {
+pub(crate) enum FontFace {
     /// 6 x 13 pixels.
     Small,
     /// 8 x 13 pixels.
@@ -35,7 +35,7 @@ pub(crate) enum Face {
     Title,
 }
 
-impl Face {
+impl FontFace {
     fn font(self) -> &'static MonoFont<'static> {
         match self {
             Self::Small => &iso_8859_1::FONT_6X13,
@@ -74,12 +74,11 @@ pub(super) const FAINT_INK: Rgb = [95, 100, 108];
 pub(super) const FRAME_LINE: Rgb = [120, 124, 130];
 
 impl Canvas {
-    /// A canvas of one colour.
     pub(crate) fn new(width: u32, height: u32, colour: Rgb) -> Self {
         Self { width, height, pixels: vec![colour; width as usize * height as usize] }
     }
 
-    /// A canvas of `width * height` pixels. Missing ones are black, surplus ones are dropped.
+    /// A canvas of `width * height` pixels. Missing pixels are black, surplus pixels are dropped.
     pub(crate) fn from_pixels(width: u32, height: u32, mut pixels: Vec<Rgb>) -> Self {
         pixels.resize(width as usize * height as usize, [0; 3]);
         Self { width, height, pixels }
@@ -122,7 +121,7 @@ impl Canvas {
     }
 
     /// Writes a line of text with its top at `y`. `x` is its left end, middle or right end.
-    pub(crate) fn text(&mut self, text: &str, x: u32, y: u32, face: Face, alignment: Alignment, [r, g, b]: Rgb) {
+    pub(crate) fn text(&mut self, text: &str, x: u32, y: u32, face: FontFace, alignment: Alignment, [r, g, b]: Rgb) {
         let style = TextStyleBuilder::new().alignment(alignment).baseline(Baseline::Top).build();
         let font = MonoTextStyle::new(face.font(), Rgb888::new(r, g, b));
         let text = plain(text);
@@ -227,7 +226,7 @@ mod tests {
     fn text_is_where_its_anchor_says() {
         let ink = |anchor| {
             let mut canvas = Canvas::new(60, 20, [0; 3]);
-            canvas.text("HH", 30, 2, Face::Normal, anchor, [255; 3]);
+            canvas.text("HH", 30, 2, FontFace::Normal, anchor, [255; 3]);
             let columns: Vec<u32> = (0..60).filter(|&x| (0..20).any(|y| canvas.get(x, y) == Some([255; 3]))).collect();
             (columns[0], columns[columns.len() - 1])
         };
@@ -238,8 +237,8 @@ mod tests {
 
     #[test]
     fn text_too_wide_is_cut() {
-        assert_eq!(Face::Small.fit("station", 42), "station");
-        assert_eq!(Face::Small.fit("station", 41), "sta...");
+        assert_eq!(FontFace::Small.fit("station", 42), "station");
+        assert_eq!(FontFace::Small.fit("station", 41), "sta...");
     }
 
     #[test]

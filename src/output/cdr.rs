@@ -23,7 +23,6 @@ impl Cdr {
         self.0.resize(ENCAPSULATION.len() + body.next_multiple_of(length), 0);
     }
 
-    /// Seconds, nanoseconds and the name of a frame.
     pub(super) fn header(&mut self, (seconds, nanoseconds): (i32, u32), frame: &str) -> &mut Self {
         self.align(4);
         self.0.extend(seconds.to_le_bytes());

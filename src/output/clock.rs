@@ -2,7 +2,7 @@
 
 use super::OutputError;
 use super::eclipses::Eclipses;
-use super::plot::{Line, Plot, Shade};
+use super::plot::{Plot, PlotLine, Shade};
 use super::plot_axis::Axis;
 use super::report::PlotEntry;
 use super::series::SeriesRow;
@@ -35,7 +35,7 @@ impl Seconds {
         format!("{time:.*}", self.digits)
     }
 
-    /// The same with one digit more.
+    /// The time with one digit more.
     pub(crate) fn finer(self, time: f64) -> String {
         format!("{time:.*}", self.digits + 1)
     }
@@ -43,12 +43,12 @@ impl Seconds {
 
 /// The unit of displayed times.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Clock {
+pub(crate) struct DisplayClock {
     pub(super) unit: &'static str,
     seconds: f64,
 }
 
-impl Clock {
+impl DisplayClock {
     pub(super) fn for_rows(rows: &[SeriesRow]) -> Self {
         Self::until(rows.iter().map(|row| row.time.abs()).fold(0.0, f64::max))
     }
@@ -72,7 +72,7 @@ impl Clock {
         &self,
         name: &str,
         [title, subtitle, y]: [&str; 3],
-        series: Vec<Line>,
+        series: Vec<PlotLine>,
         eclipses: &Eclipses,
     ) -> Result<PlotEntry, OutputError> {
         let shade = |name: &str, intervals: &[(f64, f64)], strength| Shade {

@@ -21,7 +21,6 @@ pub struct ColourScale {
 }
 
 impl ColourScale {
-    /// A scale with the given ends.
     pub(crate) fn new([lower, upper]: [f64; 2]) -> Self {
         Self { lower, upper }
     }
@@ -52,7 +51,6 @@ impl ColourScale {
         })
     }
 
-    /// A frame in false colour.
     pub(crate) fn image(&self, frame: &Frame) -> Canvas {
         let values = frame.temperature.iter().zip(&frame.part);
         let colours = values.map(|(&value, &part)| if part == 0 { BACKGROUND } else { self.colour(value) });

@@ -2,15 +2,13 @@
 
 use embedded_graphics::text::Alignment;
 
-use super::canvas::{Canvas, FAINT_INK, FRAME_LINE, Face, INK, Rgb};
+use super::canvas::{Canvas, FAINT_INK, FRAME_LINE, FontFace, INK, Rgb};
 use super::ticks;
 
 /// Height of a colour bar [px].
 const BAR_HEIGHT: u32 = 16;
 
-/// A horizontal colour bar.
 pub(super) struct Bar<'a> {
-    /// What it shows.
     pub(crate) label: &'a str,
     /// Values at both ends.
     pub(crate) ends: [f64; 2],
@@ -25,8 +23,8 @@ impl Bar<'_> {
     /// exceeded end. `colour` maps a share of the length to a colour.
     pub(crate) fn draw(&self, canvas: &mut Canvas, [x, y, width]: [u32; 3], colour: impl Fn(f64) -> Rgb) {
         let [lower, upper] = self.ends;
-        let text = Face::Normal.height();
-        canvas.text(&Face::Normal.fit(self.label, width), x, y, Face::Normal, Alignment::Left, INK);
+        let text = FontFace::Normal.height();
+        canvas.text(&FontFace::Normal.fit(self.label, width), x, y, FontFace::Normal, Alignment::Left, INK);
         let triangle = BAR_HEIGHT / 2;
         let (left, top) = (x + triangle + 2, y + text + 4);
         let length = width.saturating_sub(2 * (triangle + 2)).max(8);
@@ -39,9 +37,9 @@ impl Bar<'_> {
             let column = (share * f64::from(length)).round() as u32;
             let at = left + column.min(length - 1);
             canvas.fill(at, top + BAR_HEIGHT + 1, 1, 4, INK);
-            let half = Face::Normal.width(number) / 2;
+            let half = FontFace::Normal.width(number) / 2;
             let at = at.clamp(x + half, (x + width).saturating_sub(half).max(x + half));
-            canvas.text(number, at, top + BAR_HEIGHT + 6, Face::Normal, Alignment::Center, INK);
+            canvas.text(number, at, top + BAR_HEIGHT + 6, FontFace::Normal, Alignment::Center, INK);
         }
         let Some([least, greatest]) = self.present else { return };
         for row in 0..triangle {
@@ -55,8 +53,8 @@ impl Bar<'_> {
         }
         let values = [least, greatest].map(|value| ticks::label(f64::from(value), (upper - lower) / 1e3));
         let found = format!("from {} to {}", values[0], values[1]);
-        if Face::Normal.width(&found) + Face::Normal.width(self.label) + 16 < width {
-            canvas.text(&found, x + width, y, Face::Normal, Alignment::Right, FAINT_INK);
+        if FontFace::Normal.width(&found) + FontFace::Normal.width(self.label) + 16 < width {
+            canvas.text(&found, x + width, y, FontFace::Normal, Alignment::Right, FAINT_INK);
         }
     }
 }

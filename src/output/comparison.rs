@@ -3,7 +3,7 @@
 use super::OutputError;
 use embedded_graphics::text::Alignment;
 
-use super::canvas::{Canvas, FAINT_INK, Face, INK, PAPER, Rgb};
+use super::canvas::{Canvas, FAINT_INK, FontFace, INK, PAPER, Rgb};
 use super::colour::{BACKGROUND, ColourScale};
 use super::colour_bar::Bar;
 use super::difference_scale::{DifferenceScale, LINEAR};
@@ -25,9 +25,7 @@ pub(crate) struct Legend {
     pub(crate) title: String,
     /// Names of the responses.
     pub(crate) names: [String; 3],
-    /// Scale of temperatures.
     pub(crate) temperature: ColourScale,
-    /// Scale of differences.
     pub(crate) difference: DifferenceScale,
     /// The shown part of every image: left, top, width and height [px].
     pub(crate) crop: [u32; 4],
@@ -107,8 +105,8 @@ impl Legend {
 pub(crate) fn sheet(views: &[Views], legend: &Legend, details: &str) -> Result<Canvas, OutputError> {
     views.iter().try_for_each(Views::check)?;
     let [width, height] = legend.cell(260);
-    let caption = Face::Normal.height() + 8;
-    let header = Face::Title.height() + 8;
+    let caption = FontFace::Normal.height() + 8;
+    let header = FontFace::Title.height() + 8;
     let temperatures = 3 * width + 2 * GAP;
     let differences = 2 * width + GAP;
     let whole = temperatures + MARGIN + differences + 2 * MARGIN;
@@ -118,8 +116,8 @@ pub(crate) fn sheet(views: &[Views], legend: &Legend, details: &str) -> Result<C
     titles(&mut canvas, &legend.title, details);
     let column = |index: u32| MARGIN + index * (width + GAP) + if index > 2 { MARGIN - GAP } else { 0 };
     for (index, name) in (0u32..).zip(headings(&legend.names)) {
-        let name = Face::Title.fit(&name, width);
-        canvas.text(&name, column(index), MARGIN + TITLE_HEIGHT, Face::Title, Alignment::Left, INK);
+        let name = FontFace::Title.fit(&name, width);
+        canvas.text(&name, column(index), MARGIN + TITLE_HEIGHT, FontFace::Title, Alignment::Left, INK);
     }
     for (row, view) in (0u32..).zip(views) {
         let y = top + row * (height + caption);
@@ -128,20 +126,20 @@ pub(crate) fn sheet(views: &[Views], legend: &Legend, details: &str) -> Result<C
         }
         let below = y + height + 2;
         canvas.text(
-            &Face::Normal.fit(&view.caption, temperatures),
+            &FontFace::Normal.fit(&view.caption, temperatures),
             MARGIN,
             below,
-            Face::Normal,
+            FontFace::Normal,
             Alignment::Left,
             FAINT_INK,
         );
         for (index, response) in [(3, 0), (4, 1)] {
             let text = view.rms(response).map_or("nothing in view".to_owned(), |rms| format!("rms in view {rms:.1} K"));
             canvas.text(
-                &Face::Normal.fit(&text, width),
+                &FontFace::Normal.fit(&text, width),
                 column(index),
                 below,
-                Face::Normal,
+                FontFace::Normal,
                 Alignment::Left,
                 FAINT_INK,
             );
@@ -157,7 +155,7 @@ pub(crate) fn sheet(views: &[Views], legend: &Legend, details: &str) -> Result<C
 pub(crate) fn panel(view: &Views, legend: &Legend) -> Result<Canvas, OutputError> {
     view.check()?;
     let [width, height] = legend.cell(440);
-    let header = Face::Title.height() + 8;
+    let header = FontFace::Title.height() + 8;
     let whole = 3 * width + 2 * GAP;
     let top = MARGIN + TITLE_HEIGHT + header;
     let lower = top + height + 10 + SCALE_HEIGHT + header;
@@ -166,7 +164,7 @@ pub(crate) fn panel(view: &Views, legend: &Legend) -> Result<Canvas, OutputError
     let column = |index: u32| MARGIN + index * (width + GAP);
     for (index, (image, name)) in (0u32..).zip(pictures(view, legend).into_iter().zip(headings(&legend.names))) {
         let (column, y) = if index < 3 { (column(index), top) } else { (column(index - 3), lower) };
-        canvas.text(&Face::Title.fit(&name, width), column, y - header, Face::Title, Alignment::Left, INK);
+        canvas.text(&FontFace::Title.fit(&name, width), column, y - header, FontFace::Title, Alignment::Left, INK);
         paste(&mut canvas, &image, column, y, [width, height]);
     }
     let shown = std::slice::from_ref(view);
@@ -190,29 +188,36 @@ fn pictures(view: &Views, legend: &Legend) -> [Canvas; 5] {
 }
 
 /// The differences in a view as lines of text.
-fn figures(view: &Views, names: &[String; 3]) -> Vec<(String, Face)> {
-    let mut lines = vec![(format!("Against {}, in view", names[2]), Face::Title)];
+fn figures(view: &Views, names: &[String; 3]) -> Vec<(String, FontFace)> {
+    let mut lines = vec![(format!("Against {}, in view", names[2]), FontFace::Title)];
     for response in [0, 1] {
         let Some(rms) = view.rms(response) else {
-            return vec![("Nothing is in view".to_owned(), Face::Title)];
+            return vec![("Nothing is in view".to_owned(), FontFace::Title)];
         };
         let ends =
             view.differences(response).fold([f32::INFINITY, f32::NEG_INFINITY], |[a, b], d| [a.min(d), b.max(d)]);
         let within = view.differences(response).filter(|d| d.abs() <= 5.0).count() as f64;
         let share = 100.0 * within / view.differences(response).count().max(1) as f64;
-        lines.push((String::new(), Face::Normal));
-        lines.push((names[response].clone(), Face::Title));
-        lines.push((format!("rms {rms:.1} K"), Face::Normal));
-        lines.push((format!("from {:+.1} K to {:+.1} K", ends[0], ends[1]), Face::Normal));
-        lines.push((format!("{share:.0} % of the pixels within 5 K"), Face::Normal));
+        lines.push((String::new(), FontFace::Normal));
+        lines.push((names[response].clone(), FontFace::Title));
+        lines.push((format!("rms {rms:.1} K"), FontFace::Normal));
+        lines.push((format!("from {:+.1} K to {:+.1} K", ends[0], ends[1]), FontFace::Normal));
+        lines.push((format!("{share:.0} % of the pixels within 5 K"), FontFace::Normal));
     }
     lines
 }
 
 fn titles(canvas: &mut Canvas, title: &str, details: &str) {
     let width = canvas.width() - 2 * MARGIN;
-    canvas.text(&Face::Title.fit(title, width), MARGIN, MARGIN - 2, Face::Title, Alignment::Left, INK);
-    canvas.text(&Face::Normal.fit(details, width), MARGIN, MARGIN + 19, Face::Normal, Alignment::Left, FAINT_INK);
+    canvas.text(&FontFace::Title.fit(title, width), MARGIN, MARGIN - 2, FontFace::Title, Alignment::Left, INK);
+    canvas.text(
+        &FontFace::Normal.fit(details, width),
+        MARGIN,
+        MARGIN + 19,
+        FontFace::Normal,
+        Alignment::Left,
+        FAINT_INK,
+    );
 }
 
 /// Draws an image at a position, scaled to its cell.
@@ -237,7 +242,7 @@ mod tests {
         assert!(left > 5 && top > 0 && width < 60 && height <= 60, "the empty sides are cut off: {:?}", legend.crop);
         let sheet = sheet(std::slice::from_ref(&view), &legend, "details").unwrap();
         let zoom = legend.cell(260)[0] / width;
-        let y = MARGIN + TITLE_HEIGHT + Face::Title.height() + 8 + (30 - top) * zoom;
+        let y = MARGIN + TITLE_HEIGHT + FontFace::Title.height() + 8 + (30 - top) * zoom;
         let x = |column: u32| {
             MARGIN + column * (width * zoom + GAP) + if column > 2 { MARGIN - GAP } else { 0 } + (40 - left) * zoom
         };

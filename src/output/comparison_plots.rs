@@ -1,22 +1,19 @@
 //! Plots of one scene under several responses: differences, part temperatures and probe temperatures over time.
 
 use super::OutputError;
-use super::clock::Clock;
+use super::clock::DisplayClock;
 use super::eclipses::Eclipses;
-use super::plot::{Line, Mark};
+use super::plot::{Mark, PlotLine};
 use super::report::PlotEntry;
-use super::series::{Series, SeriesRow};
+use super::series::{SeriesRow, TemperatureSeries};
 
-/// Most parts with a plot, and most probes with a plot.
 pub(crate) const MOST_PLOTS: usize = 6;
 
-/// A response and its temperatures.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NamedSeries<'a> {
-    /// Its name.
     pub(crate) name: &'a str,
     /// Its temperatures. All responses have the same columns.
-    pub(crate) series: &'a Series,
+    pub(crate) series: &'a TemperatureSeries,
 }
 
 /// Plots root mean square differences over time. Each response has points [time in s, difference in K].
@@ -26,11 +23,11 @@ pub(crate) fn differences(
     reference: &str,
     eclipses: &Eclipses,
 ) -> Result<PlotEntry, OutputError> {
-    let clock = Clock::for_rows(rows);
-    let line = |(name, points): &(&str, Vec<[f64; 2]>)| Line {
+    let clock = DisplayClock::for_rows(rows);
+    let line = |(name, points): &(&str, Vec<[f64; 2]>)| PlotLine {
         name: (*name).to_owned(),
         points: points.iter().map(|[time, value]| [clock.time(*time), *value]).collect(),
-        ..Line::default()
+        ..PlotLine::default()
     };
     let subtitle = "area-weighted root mean square over all nodes";
     let words = [&format!("Difference from {reference}"), subtitle, "difference [K]"];
@@ -46,14 +43,14 @@ pub(crate) fn temperatures(
     eclipses: &Eclipses,
 ) -> Result<Vec<PlotEntry>, OutputError> {
     let Some(first) = responses.first() else { return Ok(Vec::new()) };
-    let clock = Clock::for_rows(first.series.rows());
+    let clock = DisplayClock::for_rows(first.series.rows());
     let mut plots = Vec::new();
     let mut draw = |name: String, title: String, subtitle: &str, of: &dyn Fn(&SeriesRow) -> Option<f64>| {
-        let line = |(index, response): (usize, &NamedSeries)| Line {
+        let line = |(index, response): (usize, &NamedSeries)| PlotLine {
             name: response.name.to_owned(),
             points: response.series.rows().iter().filter_map(|row| Some([clock.time(row.time), of(row)?])).collect(),
             mark: if index + 1 == responses.len() { Mark::Line } else { Mark::Dashed },
-            ..Line::default()
+            ..PlotLine::default()
         };
         let lines = responses.iter().enumerate().map(line).collect();
         plots.push(clock.plot(&name, [&title, subtitle, "temperature [K]"], lines, eclipses)?);

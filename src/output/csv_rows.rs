@@ -1,4 +1,4 @@
-//! Rows of a CSV file. A spreadsheet shows each cell as what it is: a number or text, never a formula.
+//! Rows of a CSV file. A spreadsheet shows each cell as a number or as text, never as a formula.
 
 use std::borrow::Cow;
 use std::cell::Cell;
@@ -7,16 +7,16 @@ use std::io::{self, Write};
 use super::OutputError;
 use crate::text::plain;
 
-/// What a spreadsheet takes for the start of a formula, in plain and in wide form.
+/// Characters that a spreadsheet takes for the start of a formula, in plain and in wide form.
 const FORMULA: [char; 8] = ['=', '+', '-', '@', '＝', '＋', '－', '＠'];
 
-/// What makes a cell need quotes. The semicolon separates cells where a comma separates decimals.
+/// Characters for which a cell needs quotes. The semicolon separates cells where a comma separates decimals.
 const SEPARATORS: [char; 3] = [',', ';', '"'];
 
 /// Writes CSV as [`write_rows`] does, up to the first row that is an error. `failed` tells of a destination that takes no more.
 ///
 /// # Errors
-/// That of the row, or of the destination.
+/// A row is an error, or the destination takes no more.
 pub(super) fn write_checked_rows(
     writer: &mut dyn Write,
     rows: impl IntoIterator<Item = Result<Vec<String>, OutputError>>,

@@ -1,4 +1,4 @@
-//! Where a command writes one file: standard output, something that takes bytes as they come, or a file that appears whole.
+//! The destination of one file of a command: standard output, a stream that takes bytes as they come, or a file that appears whole.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
@@ -18,16 +18,16 @@ const MOST_LINKS: usize = 40;
 /// Where the bytes of one file go.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Destination {
-    /// Standard output.
     StandardOutput,
-    /// A device, a pipe or a socket. It is opened and written, never replaced.
+    /// A device, a pipe or a socket, which is opened and written, never replaced.
     Stream(PathBuf),
     /// A regular file, or none yet. Links are resolved. The file appears whole or not at all.
     File(PathBuf),
 }
 
 impl Destination {
-    /// What stands at a path: `-` and `/dev/stdout` are standard output, links lead to their targets, and what is no regular file is a stream.
+    /// The destination at a path: `-` and `/dev/stdout` are standard output, links lead to their targets, and a device, a pipe, a socket or an open
+    /// file of a process is a stream.
     ///
     /// # Errors
     /// The path is a folder, or cannot be resolved.
@@ -40,17 +40,17 @@ impl Destination {
             return Err(OutputError::NotAFile(path.to_path_buf()));
         }
         match follow(path).map_err(|source| OutputError::write(path, source))? {
-            End::Descriptor(1) => Ok(Self::StandardOutput),
-            End::Path(target) if found.map_or(true, |found| found.is_file()) => Ok(Self::File(target)),
+            LinkEnd::Descriptor(1) => Ok(Self::StandardOutput),
+            LinkEnd::Path(target) if found.map_or(true, |found| found.is_file()) => Ok(Self::File(target)),
             _ => Ok(Self::Stream(path.to_path_buf())),
         }
     }
 
-    /// Writes what `content` writes.
+    /// Writes the bytes of `content`.
     ///
     /// # Errors
-    /// Those of `content`, or the destination takes no more. A file is then as it was. If standard output takes no more, the command still writes its other
-    /// files and fails at its end.
+    /// `content` fails, or the destination takes no more. A file is then as it was. If standard output takes no more, the command still writes its
+    /// other files and fails at its end.
     pub(crate) fn write<F>(&self, content: F) -> Result<(), OutputError>
     where
         F: FnOnce(&mut dyn Write) -> Result<(), OutputError>,
@@ -102,7 +102,7 @@ impl Destination {
     /// Writes CSV with a header, up to the first row that is an error.
     ///
     /// # Errors
-    /// As [`Destination::write`], and that of the row. A file is then as it was.
+    /// A row is an error, or [`Destination::write`] fails. A file is then as it was.
     pub(crate) fn write_checked_csv(
         &self,
         rows: impl IntoIterator<Item = Result<Vec<String>, OutputError>>,
@@ -145,7 +145,7 @@ pub(crate) fn destinations<const N: usize>(paths: [Option<&Path>; N]) -> Result<
     Ok(found)
 }
 
-/// Whether further files can stand beside this one, which needs a regular file.
+/// Whether further files can stand beside the file at `path`, which must be a regular file for this.
 ///
 /// # Errors
 /// As [`Destination::at`].
@@ -154,30 +154,30 @@ pub(crate) fn has_neighbours(path: &Path) -> Result<bool, OutputError> {
 }
 
 /// The end of a chain of links.
-enum End {
-    /// A path that is no link. It may not exist.
+enum LinkEnd {
+    /// A path that is no link. There may be no file.
     Path(PathBuf),
-    /// An open file of a process, such as `/dev/stdout` and `/dev/fd/3`, with its number if the process is this one, otherwise 0. It must not be replaced,
-    /// because the process holds the file itself, not its path.
+    /// An open file of a process, such as `/dev/stdout` and `/dev/fd/3`, with its number if the process is this one, otherwise 0. The process holds
+    /// the file itself, not its path, so the file must not be replaced.
     Descriptor(u32),
 }
 
 /// Follows links by hand, because a link whose target is missing cannot be resolved as a whole.
-fn follow(path: &Path) -> io::Result<End> {
+fn follow(path: &Path) -> io::Result<LinkEnd> {
     let mut path = path.to_path_buf();
     for _ in 0..MOST_LINKS {
         if let Some(number) = descriptor(&path) {
-            return Ok(End::Descriptor(number));
+            return Ok(LinkEnd::Descriptor(number));
         }
         match fs::read_link(&path) {
             Ok(link) => path = path.parent().unwrap_or(Path::new("")).join(link),
-            Err(_) => return Ok(End::Path(path)),
+            Err(_) => return Ok(LinkEnd::Path(path)),
         }
     }
     Err(io::Error::other("too many links, one after the other"))
 }
 
-/// The number in [`End::Descriptor`] of a path such as `/dev/fd/3` or `/proc/self/fd/3`.
+/// The number in [`LinkEnd::Descriptor`] of a path such as `/dev/fd/3` or `/proc/self/fd/3`.
 fn descriptor(path: &Path) -> Option<u32> {
     let number = path.file_name()?.to_str()?.parse().ok()?;
     let folder = fs::canonicalize(path.parent()?).ok()?;
@@ -194,7 +194,7 @@ fn names_a_folder(path: &Path) -> bool {
     [&b"/"[..], b"/.", std::path::MAIN_SEPARATOR_STR.as_bytes()].into_iter().any(|end| text.ends_with(end))
 }
 
-/// Opens what is no regular file, or what a process has open, for writing.
+/// Opens a stream, or a file that a process has open, for writing.
 fn open_stream(path: &Path) -> io::Result<Box<dyn Write>> {
     #[cfg(unix)]
     {
@@ -203,7 +203,7 @@ fn open_stream(path: &Path) -> io::Result<Box<dyn Write>> {
             return Ok(Box::new(std::os::unix::net::UnixStream::connect(path)?));
         }
     }
-    // A regular file that a process has open may hold what that process wrote.
+    // A regular file that a process has open may hold bytes of that process, so it is appended to.
     let file: File = match fs::metadata(path)?.is_file() {
         true => OpenOptions::new().append(true).open(path)?,
         false => OpenOptions::new().write(true).open(path)?,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-/// An error of the output files. It names the file or folder.
+/// An error of the output files, which names the file or folder.
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
     /// The output folder is not empty, and `--force` is not set.
@@ -95,7 +95,7 @@ pub enum OutputError {
     #[error("cannot remove {}: {}", .0.display(), .1)]
     Remove(PathBuf, #[source] std::io::Error),
 
-    /// An invalid EXR file, or one that isotherm did not write. The text says what is wrong.
+    /// An invalid EXR file, or one that isotherm did not write. The text gives the reason.
     #[error("{}: {}", .0.display(), .1)]
     Exr(PathBuf, String),
 

@@ -1,4 +1,4 @@
-//! Pictures of what patches see: a fish-eye view from one patch, and the open sky of every surface.
+//! Pictures of the view of patches: a fish-eye view from one patch, and the open sky of every surface.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -11,22 +11,22 @@ use super::colour::ColourScale;
 use crate::exchange::cast::{INSIDE, SPACE, Scenery, end_of};
 use crate::exchange::directions::basis;
 use crate::exchange::step::Exchange;
-use crate::simulation::exchange::Craft;
+use crate::simulation::exchange::ExchangeCraft;
 
 /// Width and height [px].
 const SIZE: u32 = 720;
 /// Space.
 const BLACK: Rgb = [0, 0, 0];
-/// What lies beside the picture.
 const BESIDE: Rgb = [40, 40, 40];
 /// The inner face of a skin.
 const WRONG: Rgb = [255, 0, 255];
 
-/// What a patch sees over its hemisphere from its middle: the distance from the middle of the picture is the angle from its normal. Each part has a colour; space is black.
+/// The view of a patch over its hemisphere from its middle: the distance from the middle of the picture is the angle from the normal. Each part has a
+/// colour; space is black.
 ///
 /// # Errors
 /// No PNG can be written.
-pub(crate) fn fish_eye(craft: &Craft, poses: &[DAffine3], patch: usize) -> Result<Vec<u8>, OutputError> {
+pub(crate) fn fish_eye(craft: &ExchangeCraft, poses: &[DAffine3], patch: usize) -> Result<Vec<u8>, OutputError> {
     let scenery = Scenery::new(&craft.surface, poses);
     let own = &craft.patches.all[patch];
     let pose = poses.get(own.joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
@@ -53,7 +53,7 @@ pub(crate) fn fish_eye(craft: &Craft, poses: &[DAffine3], patch: usize) -> Resul
 ///
 /// # Errors
 /// No PNG can be written.
-pub(crate) fn open_sky(craft: &Craft, poses: &[DAffine3], exchange: &Exchange) -> Result<Vec<u8>, OutputError> {
+pub(crate) fn open_sky(craft: &ExchangeCraft, poses: &[DAffine3], exchange: &Exchange) -> Result<Vec<u8>, OutputError> {
     let scenery = Scenery::new(&craft.surface, poses);
     let scale = ColourScale::new([0.0, 1.0]);
     let towards = DVec3::new(1.0, -1.0, -1.0).normalize();

@@ -33,7 +33,6 @@ pub fn write_exr(path: &Path, frame: &Frame, header: &FrameHeader) -> Result<(),
     write_atomic(path, |writer| writer.write_all(&bytes).map_err(|source| OutputError::write(path, source)))
 }
 
-/// The bytes of the EXR file of a frame.
 pub(crate) fn encode(frame: &Frame, header: &FrameHeader) -> Result<Vec<u8>, OutputError> {
     frame.check()?;
     frame.check_finite()?;

@@ -180,7 +180,7 @@ impl Attributes<'_> {
         }
     }
 
-    /// Texts without that of the background.
+    /// Texts without the first, which names the background.
     fn names(&self, name: &str) -> Result<Vec<String>, OutputError> {
         Ok(self.texts(name)?.into_iter().skip(1).collect())
     }

@@ -2,7 +2,7 @@
 
 use super::OutputError;
 
-/// Refuses a number that is not finite. `what` names it, with its node and its step or time.
+/// Refuses a number that is not finite. `what` names the number, with its node and its step or time.
 ///
 /// # Errors
 /// [`OutputError::NotFinite`].

@@ -7,9 +7,7 @@ const BLOCK: usize = 2880;
 
 /// A value in the header.
 pub(crate) enum Value {
-    /// A whole number.
     Integer(i64),
-    /// A number.
     Real(f64),
     /// A text of at most 60 characters of ASCII.
     Text(String),
@@ -42,7 +40,7 @@ pub(crate) fn fits_16([width, height]: [u32; 2], values: &[u16], cards: &[(&str,
     let mut file = format!("{first}{header}{:<80}", "END").into_bytes();
     file.resize(file.len().next_multiple_of(BLOCK), b' ');
     for row in values.chunks(width as usize).rev() {
-        // BZERO moves the range to that of signed numbers, which flips the upper bit.
+        // BZERO moves the range onto signed numbers, which flips the upper bit.
         file.extend(row.iter().flat_map(|value| (value ^ 0x8000).to_be_bytes()));
     }
     file.resize(file.len().next_multiple_of(BLOCK), 0);

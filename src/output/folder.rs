@@ -1,4 +1,4 @@
-//! The output folder of a command: its file names, what it may overwrite, and its files, which appear whole or not at all.
+//! The output folder of a command: the names of its files, the files that it may overwrite, and its files, which appear whole or not at all.
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -13,7 +13,7 @@ use super::manifest::{HOME, Listing, Manifest};
 use super::temporary::Unfinished;
 use super::whole_file::check_folder;
 
-/// Prefix of unfinished files of a folder. They lie beside its manifest.
+/// Prefix of unfinished files of a folder. Unfinished files lie beside the manifest.
 const PART: &str = "part-";
 /// The saved state of a run, beside the manifest.
 const STATE: &str = "state";
@@ -49,8 +49,8 @@ impl Folder {
     }
 
     /// Creates the folder with its parents and subfolders, and locks it. Without `overwrite` it refuses a folder that holds anything. With `overwrite` it
-    /// removes the files that the manifest lists and keeps all others. It refuses a folder with files but without a manifest, a listed file that was
-    /// changed, and a file of somebody else where the command would write. What is refused is untouched.
+    /// removes the files that the manifest lists and keeps all others. Three things are refused and stay untouched: a folder with files but without a
+    /// manifest, a listed file that was changed, and a file of somebody else where the command would write.
     ///
     /// # Errors
     /// The folder is a file, another command writes into it, it is refused, it cannot be created or written, or holds one of the `inputs`.
@@ -218,7 +218,6 @@ impl Folder {
         }
     }
 
-    /// Path of the folder.
     pub(crate) fn root(&self) -> &Path {
         &self.root
     }
@@ -228,10 +227,10 @@ impl Folder {
         self.root.join(name)
     }
 
-    /// Writes a file. It appears whole or not at all, and the manifest lists it before it does.
+    /// Writes a file. The file appears whole or not at all, and the manifest lists it beforehand.
     ///
     /// # Errors
-    /// Those of `content`, a file of somebody else in its place, or a full disk.
+    /// `content` fails, a file of somebody else is in its place, or the disk is full.
     pub(crate) fn write<F>(&self, name: &str, content: F) -> Result<(), OutputError>
     where
         F: FnOnce(&mut dyn Write) -> Result<(), OutputError>,
@@ -284,7 +283,7 @@ impl Folder {
     /// Writes a CSV file with a header, up to the first row that is an error. The file is then as it was.
     ///
     /// # Errors
-    /// As [`Folder::write`], and that of the row.
+    /// A row is an error, or [`Folder::write`] fails.
     pub(crate) fn write_checked_csv(
         &self,
         name: &str,
@@ -305,7 +304,7 @@ impl Folder {
         self.write_bytes(name, format!("{json}\n").as_bytes())
     }
 
-    /// The path of a file that is to be written, after a look at what stands there.
+    /// The path of a file that is to be written, after a look for links and files of somebody else.
     pub(super) fn place_for(&self, name: &str) -> Result<PathBuf, OutputError> {
         let path = self.file(name);
         if let Some(parent) = path.parent().filter(|parent| *parent != self.root)
@@ -334,12 +333,11 @@ impl Folder {
         names
     }
 
-    /// The folder and its subfolders.
     fn folders(&self) -> Vec<PathBuf> {
         self.names_of_folders().into_iter().map(|name| self.root.join(name)).collect()
     }
 
-    /// What has a name of the command's own files in a subfolder.
+    /// The paths in a subfolder that have names of the command's own files.
     fn own_in(&self, folder: &str) -> Result<Vec<PathBuf>, OutputError> {
         let path = self.root.join(folder);
         if !path.is_dir() {

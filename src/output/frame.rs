@@ -10,8 +10,8 @@ use crate::simulation::image::not_finite;
 use crate::thermal::planck::Band;
 
 /// The camera's image at one step. Rows run from top to bottom, pixels from left to right. Pixels without a surface are
-/// 0 in every channel but the radiance, which is that of the sky where a scene has one. `part == 0` is the test for them. With `coverage`, a surface beside the
-/// centre of the pixel adds to the radiance.
+/// 0 in every channel but the radiance. Their radiance is the sky's where a scene has a sky, otherwise 0. `part == 0` is the test for them. With
+/// `coverage`, a surface beside the centre of the pixel adds to the radiance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
     /// Width in pixels.
@@ -34,8 +34,8 @@ pub struct Frame {
     pub part: Vec<u32>,
     /// Index of the material + 1.
     pub material: Vec<u32>,
-    /// Share of the samples of a pixel that show a surface. Empty with one sample of a pixel. With several, the radiance is the mean of all of them, and the
-    /// other channels are those of the pixel's centre.
+    /// Share of the samples of a pixel that show a surface. Empty with one sample of a pixel. With several, the radiance is the mean of all samples,
+    /// and the other channels hold the value at the pixel's centre.
     pub coverage: Vec<f32>,
     /// The reflected part of the radiance [W m-2 sr-1]. `None` where the scene does not ask for it.
     pub reflected: Option<Vec<f32>>,
@@ -56,10 +56,10 @@ impl Frame {
         self.check_finite_of(|pixel| format!("part number {}", self.part.get(pixel).copied().unwrap_or(0)))
     }
 
-    /// The same. `shown` says what a pixel shows.
+    /// Refuses the same pixels. `shown` names the part and node at a pixel.
     ///
     /// # Errors
-    /// [`OutputError::NotFinite`] with step, pixel and what it shows.
+    /// [`OutputError::NotFinite`] with step, pixel, part and node.
     pub(crate) fn check_finite_of(&self, shown: impl Fn(usize) -> String) -> Result<(), OutputError> {
         if let Some((what, pixel, value)) = not_finite(&self.radiance, &self.temperature, &self.depth) {
             let (x, y) = (pixel % self.width.max(1) as usize, pixel / self.width.max(1) as usize);
@@ -100,11 +100,9 @@ pub(super) fn check_channels([width, height]: [u32; 2], channels: &[(&str, usize
 /// The metadata of a frame. Most of it is the same for a whole run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameHeader {
-    /// Name of the scene.
     pub(crate) scene: String,
     /// SHA-256 of the scene and its files (hexadecimal).
     pub scene_sha256: String,
-    /// The computing device.
     pub(crate) device: String,
     /// Version of isotherm.
     pub version: String,
@@ -114,9 +112,9 @@ pub struct FrameHeader {
     pub camera: Camera,
     /// Camera pose at this step: maps body coordinates to camera coordinates (OpenCV axes) [m].
     pub camera_from_body: DMat4,
-    /// The same for the orbit frame. Its origin is that of the body frame. `None` in a file of an earlier version.
+    /// The same for the orbit frame with its origin moved to the body frame's. `None` in a file of an earlier version.
     pub camera_from_orbit: Option<DMat4>,
-    /// The same for the inertial frame. Its origin is that of the body frame. `None` in a file of an earlier version.
+    /// The same for the inertial frame with its origin moved to the body frame's. `None` in a file of an earlier version.
     pub camera_from_inertial: Option<DMat4>,
     /// Camera pose at the time of the last row. `None` if all rows see one pose.
     pub(crate) last_row_from_body: Option<DMat4>,

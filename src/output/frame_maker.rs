@@ -10,7 +10,7 @@ use crate::simulation::image::Image;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::{StepResult, pose_of};
 
-/// Makes the frames of one run. It holds the metadata that all steps share.
+/// Makes the frames of one run, with the metadata that all steps share.
 pub struct FrameMaker<'a> {
     prepared: &'a Prepared,
     header: FrameHeader,
@@ -100,7 +100,8 @@ impl<'a> FrameMaker<'a> {
         }
     }
 
-    /// The part that a pixel shows, and the node of it that is nearest to what the pixel shows. Without a depth it is the one nearest to the line of sight.
+    /// The part at a pixel, and the node of this part that is nearest to the point at the pixel. Without a depth the node is the one nearest to the
+    /// line of sight.
     fn shown(&self, frame: &Frame, pixel: usize, pose: &DAffine3) -> String {
         let Some(part) = frame.part[pixel].checked_sub(1) else { return "the background".to_owned() };
         let camera = &self.header.camera;

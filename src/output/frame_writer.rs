@@ -17,7 +17,7 @@ use crate::trace::{Trace, Track};
 type Readings = Vec<[u16; 2]>;
 
 /// Work for the thread that writes files.
-pub(super) enum Work {
+pub(super) enum WriterWork {
     Frame(Box<(Frame, FrameHeader, Option<Readings>)>),
     /// Tell when all frames before are written.
     Tell(SyncSender<()>),
@@ -31,15 +31,15 @@ pub(super) fn write_frames(
     scene: &Scene,
     folder: &Folder,
     trace: &Trace,
-    waiting: Receiver<Work>,
+    waiting: Receiver<WriterWork>,
     written: &Mutex<Vec<WrittenFrame>>,
 ) -> Result<(), OutputError> {
     let of_sensor = SensorFiles::new(scene);
     let apparent = scene.images.files.contains(&ImageFile::ApparentPng).then(|| Apparent::new(scene.band));
     for work in waiting {
         let (frame, header, readings) = match work {
-            Work::Frame(frame) => *frame,
-            Work::Tell(done) => {
+            WriterWork::Frame(frame) => *frame,
+            WriterWork::Tell(done) => {
                 // Nobody listens where the run has failed.
                 let _ = done.send(());
                 continue;

@@ -40,7 +40,7 @@ fn png_of(
     encoder.set_color(png::ColorType::Grayscale);
     encoder.set_depth(depth);
     encoder.set_compression(png::Compression::Fast);
-    // Filters find nothing in noise. A setting of compression has a filter of its own, so this one comes after it.
+    // Filters find nothing in noise. A setting of compression sets a filter too, so the filter is set after the compression.
     encoder.set_filter(png::Filter::NoFilter);
     for (keyword, text) in text {
         encoder.add_itxt_chunk((*keyword).to_owned(), text.clone()).map_err(failed)?;
@@ -54,7 +54,7 @@ fn png_of(
 /// An animated PNG of 8 bits that plays again and again. `rate` is in images a second.
 ///
 /// # Errors
-/// No image, images of different sizes, or what `images` returns.
+/// No image, images of different sizes, or an error of `images`.
 pub(crate) fn animated(
     [width, height]: [u32; 2],
     count: usize,

@@ -8,23 +8,21 @@ use std::time::{Duration, Instant};
 use super::OutputError;
 use super::csv_rows::write_rows;
 use super::folder::Folder;
-use super::manifest::Place;
+use super::manifest::LinePlace;
 
 /// Longest time for which a line waits while others follow.
 const LONGEST_WAIT: Duration = Duration::from_millis(500);
-/// A line that comes this long after the one before is written at once, since the next one may be late.
+/// A line that comes this long after the line before is written at once, since the next line may be late.
 const RARE: Duration = Duration::from_millis(20);
 /// Most bytes that wait.
 const MOST_BYTES: usize = 1 << 16;
 
-/// A growing table of a folder.
 pub(crate) struct Growing<'a> {
     folder: &'a Folder,
     name: String,
     path: PathBuf,
     file: File,
-    place: Option<Place>,
-    /// Bytes in the file.
+    place: Option<LinePlace>,
     length: u64,
     waiting: Vec<u8>,
     written: Instant,
@@ -69,7 +67,7 @@ impl<'a> Growing<'a> {
         Ok(table)
     }
 
-    fn new(folder: &'a Folder, name: &str, path: PathBuf, file: File, place: Option<Place>, length: u64) -> Self {
+    fn new(folder: &'a Folder, name: &str, path: PathBuf, file: File, place: Option<LinePlace>, length: u64) -> Self {
         let (name, now) = (name.to_owned(), Instant::now());
         Self { folder, name, path, file, place, length, waiting: Vec::new(), written: now, came: now }
     }
@@ -137,7 +135,7 @@ impl<'a> Growing<'a> {
 
 impl Drop for Growing<'_> {
     fn drop(&mut self) {
-        // After an error elsewhere, what was computed is kept.
+        // After an error elsewhere, the rows so far are kept.
         let _ = self.flush();
     }
 }

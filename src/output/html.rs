@@ -67,7 +67,7 @@ impl Html {
         self.raw("</div>\n");
     }
 
-    /// A list under a title. Without items it adds nothing.
+    /// A list under a title. A list without items is left out.
     pub(crate) fn list(&mut self, title: &str, items: &[String], class: &str) {
         if items.is_empty() {
             return;
@@ -86,7 +86,6 @@ impl Html {
         self.raw("</ul>\n");
     }
 
-    /// The command line.
     pub(crate) fn command(&mut self, line: &str) {
         self.raw(&format!("<p>Command: <code>{}</code></p>\n", escape(line)));
     }
@@ -153,7 +152,6 @@ pub(crate) fn escape(text: &str) -> String {
     escaped
 }
 
-/// A link to a file in the folder.
 pub(crate) fn link(path: &str) -> String {
     format!("<a href=\"{}\">{}</a>", link_target(path), escape(path))
 }

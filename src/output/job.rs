@@ -8,10 +8,10 @@ use std::time::Instant;
 use super::eclipses::Eclipses;
 use super::folder::Folder;
 use super::frame_maker::FrameMaker;
-use super::frame_writer::{Work, write_frames};
+use super::frame_writer::{WriterWork, write_frames};
 use super::image_index::{IMAGES, write_index};
-use super::job_state::{Earlier, Keeper};
-use super::recorder::Recorder;
+use super::job_state::{EarlierResults, Keeper};
+use super::recorder::StepRecorder;
 use super::report::write_plots;
 use super::run_pictures::{CONTACT_SHEET, draw_pictures, frame_stem};
 use super::state_file;
@@ -28,14 +28,11 @@ use crate::simulation::{Consumer, run_from, start_from};
 use crate::trace::Track;
 
 pub(crate) use super::job_state::frames_of;
-pub(crate) use super::job_terms::{Done, Job, JobError, Outcome, SaveEvery};
+pub(crate) use super::job_terms::{Done, Job, JobError, RunOutcome, SaveEvery};
 pub(crate) use super::recorder::check_finite;
 
-/// The report as JSON.
 pub(crate) const REPORT_JSON: &str = "report.json";
-/// The report as a page.
 pub(crate) const REPORT_HTML: &str = "report.html";
-/// All files of a run.
 pub(crate) const FILES: [&str; 21] = [
     "frames/step_#.exr",
     "frames/step_#.png",
@@ -74,7 +71,7 @@ pub(crate) fn run_into(
     job: &Job<'_>,
     stop: &AtomicBool,
     progress: &(dyn Fn(Done) + Sync),
-) -> Result<Outcome, JobError> {
+) -> Result<RunOutcome, JobError> {
     let began = Instant::now();
     let trace = engine.trace();
     let mut check = job.check.filter(|_| Check::is_possible(prepared)).map(|sample| Check::new(prepared, sample));
@@ -90,17 +87,17 @@ pub(crate) fn run_into(
                 first,
                 periodic_of(&of_loop).map_err(lost)?,
                 Tables::again(prepared, folder, lengths)?,
-                Earlier::of(saved).map_err(lost)?,
+                EarlierResults::of(saved).map_err(lost)?,
             )
         }
         None if job.begin.is_some() => {
             let took = job.begin.map(|state| begin_from(state, engine, check.as_mut())).transpose()?;
             check = check.filter(|_| took == Some(true));
-            (0, None, Tables::begin(prepared, folder)?, Earlier::default())
+            (0, None, Tables::begin(prepared, folder)?, EarlierResults::default())
         }
         None => {
             let in_warm_up = job.earlier.filter(|saved| saved.has("warm_up.next"));
-            let mut done = Earlier::default();
+            let mut done = EarlierResults::default();
             match in_warm_up {
                 Some(saved) => done.seconds = saved.array("seconds").map_err(lost)?,
                 None => state_file::write(&folder.state(), job.identity)?,
@@ -135,11 +132,11 @@ pub(crate) fn run_into(
     let written = Mutex::new(done.frames);
     let (complete, wrote, (steps, between, state)) = std::thread::scope(|scope| {
         // A thread writes files while the next steps are computed.
-        let (frames, waiting) = sync_channel::<Work>(WAITING_FRAMES);
+        let (frames, waiting) = sync_channel::<WriterWork>(WAITING_FRAMES);
         let (files, written) = (trace.clone(), &written);
         let scene = &prepared.scene;
         let writer = scope.spawn(move || write_frames(scene, folder, &files, waiting, written));
-        let mut recorder = Recorder {
+        let mut recorder = StepRecorder {
             prepared,
             job,
             folder,
@@ -194,7 +191,7 @@ pub(crate) fn run_into(
     let accuracy = check.map(|check| check.accuracy(prepared));
     let network_costs = engine.network_costs().to_vec();
     let wall_before_s = done.seconds[0];
-    Ok(Outcome {
+    Ok(RunOutcome {
         complete,
         frames,
         pictures,

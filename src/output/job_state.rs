@@ -1,4 +1,4 @@
-//! What a saved state tells of a run into a folder: its written frames and its times. Saves the state of a warm-up.
+//! The part of a saved state that belongs to a run into a folder: its written frames and its times. Saves the state of a warm-up.
 
 use std::time::Instant;
 
@@ -13,9 +13,9 @@ use crate::simulation::engine::{Engine, EngineError};
 use crate::simulation::keep::Keep;
 use crate::simulation::state::capture;
 
-/// What an earlier part of a run did.
+/// The results of an earlier part of a run.
 #[derive(Default)]
-pub(super) struct Earlier {
+pub(super) struct EarlierResults {
     pub(crate) frames: Vec<WrittenFrame>,
     /// Wall time of the whole run and of its steps [s].
     pub(crate) seconds: [f64; 2],
@@ -29,7 +29,7 @@ fn image_of(saved: u32) -> Option<u32> {
     (saved != NO_IMAGE).then_some(saved)
 }
 
-impl Earlier {
+impl EarlierResults {
     pub(crate) fn of(saved: &Saved) -> Result<Self, SavedError> {
         let steps: Vec<u32> = saved.list("frames")?;
         let ranges: Vec<[f32; 2]> = saved.list_of("frame_ranges", steps.len())?;
@@ -47,7 +47,6 @@ impl Earlier {
     }
 }
 
-/// Puts the written frames into a saved state.
 pub(super) fn put_frames(saved: &mut Saved, written: &[WrittenFrame]) {
     let or_nan = |range: Option<[f32; 2]>| range.unwrap_or([f32::NAN; 2]);
     saved.put("frames", &written.iter().map(|frame| frame.step).collect::<Vec<_>>());

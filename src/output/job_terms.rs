@@ -1,9 +1,9 @@
-//! What a run into a folder is asked for, what it gives, and what ends it.
+//! The request for a run into a folder, its outcome, and its errors.
 
 use std::time::Duration;
 
 use super::OutputError;
-use super::report::{FrameEntry, Picture, PlotEntry};
+use super::report::{FrameEntry, PlotEntry, ReportPicture};
 use crate::saved::Saved;
 use crate::simulation::check::Accuracy;
 use crate::simulation::energy::EnergyBalance;
@@ -14,27 +14,22 @@ use crate::simulation::periodic::Periodic;
 /// An error that ends a run early.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum JobError {
-    /// The engine.
     #[error(transparent)]
     Engine(#[from] EngineError),
-    /// The output folder.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// The thread that writes files has ended. Its own error says why.
+    /// The thread that writes files has ended. The error of that thread says why.
     #[error("the files could not be written")]
     Writer,
-    /// A temperature is not finite.
     #[error(
         "step {step}: the temperature of node {node} (part {part}, material {material}) is not finite; please report the scene"
     )]
     NotFinite {
-        /// The first step where this happens.
+        /// The first step with such a temperature.
         step: u32,
         /// The first such node.
         node: u32,
-        /// Part of the first such node.
         part: String,
-        /// Material of that node.
         material: String,
     },
 }
@@ -42,23 +37,17 @@ pub(crate) enum JobError {
 /// A unit of progress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Done {
-    /// A warm-up step.
     WarmUp,
-    /// A step.
     Step,
-    /// A finished picture.
     Picture,
 }
 
 /// The results of a run.
-pub(crate) struct Outcome {
+pub(crate) struct RunOutcome {
     /// Whether all steps were done.
     pub(crate) complete: bool,
-    /// Drawn frames.
     pub(crate) frames: Vec<FrameEntry>,
-    /// Pictures for the report.
-    pub(crate) pictures: Vec<Picture>,
-    /// Plots for the report.
+    pub(crate) pictures: Vec<ReportPicture>,
     pub(crate) plots: Vec<PlotEntry>,
     /// Error of the device against the f64 reference, if requested.
     pub(crate) accuracy: Option<Accuracy>,
@@ -68,7 +57,6 @@ pub(crate) struct Outcome {
     pub(crate) between: Option<f64>,
     /// The thermal state that was asked for, where its step was reached.
     pub(crate) state: Option<Saved>,
-    /// Convergence of a periodic warm-up, if requested.
     pub(crate) periodic: Option<Periodic>,
     /// Cost of the network in every step after the warm-up.
     pub(crate) network_costs: Vec<StepCost>,
@@ -82,9 +70,8 @@ pub(crate) struct Outcome {
 pub(crate) struct Job<'a> {
     /// Number of nodes that the f64 reference also steps.
     pub(crate) check: Option<usize>,
-    /// How often the state is saved.
     pub(crate) save_every: SaveEvery,
-    /// What a saved state says of the run, for the command that resumes it.
+    /// The lists of a saved state that name scene, files and options of the run, for the command that resumes it.
     pub(crate) identity: &'a Saved,
     /// The state of an earlier part of the run.
     pub(crate) earlier: Option<&'a Saved>,
@@ -94,7 +81,7 @@ pub(crate) struct Job<'a> {
     pub(crate) take_after: Option<u32>,
 }
 
-/// How often the state of a run is saved. It is saved after the warm-up, after the last step and when the run is stopped in any case.
+/// How often the state of a run is saved. In any case, the state is saved after the warm-up, after the last step and when the run is stopped.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum SaveEvery {
     /// After so much wall-clock time. Never where it is 0.

@@ -3,9 +3,9 @@
 use std::io::Read;
 
 use super::OutputError;
-use super::clock::Clock;
+use super::clock::DisplayClock;
 use super::eclipses::Eclipses;
-use super::plot::Line;
+use super::plot::PlotLine;
 use super::report::PlotEntry;
 use super::series::unique;
 use super::series_lines::each_row;
@@ -24,7 +24,6 @@ impl JointColumns {
         Self { columns: unique(&names).into_iter().zip(turns).collect() }
     }
 
-    /// Whether there is no joint.
     pub(crate) fn is_empty(&self) -> bool {
         self.columns.is_empty()
     }
@@ -55,7 +54,7 @@ impl JointColumns {
     ) -> Result<Vec<PlotEntry>, OutputError> {
         let (mut rows, mut until) = (0, 0.0);
         each_row(open()?, |cell| (rows, until) = (rows + 1, cell(0).unwrap_or(until)))?;
-        let clock = Clock::until(until);
+        let clock = DisplayClock::until(until);
         let mut lines: Vec<(Thinned, u64, f64)> =
             self.columns.iter().map(|_| (Thinned::of(rows), 0, f64::NAN)).collect();
         each_row(open()?, |cell| {
@@ -69,7 +68,7 @@ impl JointColumns {
         let mut plots = Vec::new();
         let made = lines.into_iter().zip(&self.columns).map(|((line, ..), (name, turns))| {
             let points = line.points().iter().map(|[time, at, _]| [*time, *at]).collect();
-            (*turns, Line { name: name.clone(), points, ..Line::default() })
+            (*turns, PlotLine { name: name.clone(), points, ..PlotLine::default() })
         });
         let (turning, sliding): (Vec<_>, Vec<_>) = made.partition(|(turns, _)| *turns);
         for (lines, name, title, label) in [

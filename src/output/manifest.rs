@@ -1,8 +1,8 @@
 //! The manifest of an output folder: a journal of the files that isotherm wrote into it, and the lock that keeps a second run out.
 //!
-//! It is `.isotherm/manifest` in the folder, one JSON object a line. A line stands in it before its file does, so the list is right after a kill
-//! at any moment. A growing file has one line of fixed length, which is written over: its length so far, and the length that the write under way
-//! leaves. The system releases the lock when the process ends, however it ends.
+//! The file is `.isotherm/manifest` in the folder, with one JSON object a line. A line stands in it before its file does, so the list is right after
+//! a kill at any moment. A growing file has one line of fixed length, which is written over: its length so far, and the length that the write under
+//! way leaves. The system releases the lock when the process ends, however it ends.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
@@ -22,9 +22,8 @@ const NAME: &str = "manifest";
 const DYING: Duration = Duration::from_secs(1);
 const HEAD: &str = "{\"isotherm\":\"manifest\",\"version\":1}\n";
 
-/// A line of the journal.
 #[derive(Debug, Default, Serialize, Deserialize)]
-struct Entry {
+struct JournalLine {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     isotherm: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -43,12 +42,12 @@ struct Entry {
     finished: Option<bool>,
 }
 
-/// What the manifest knows of a file.
+/// The state of a file by its last line in the manifest.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Known {
-    /// It was written whole.
+    /// The file was written whole.
     Whole { bytes: u64, modified_ns: u128 },
-    /// It grows from a length to another.
+    /// The file grows from a length to another.
     Grows { from: u64, to: u64, modified_ns: u128 },
 }
 
@@ -78,7 +77,6 @@ impl Listing {
         self.files.keys().map(String::as_str)
     }
 
-    /// Whether a path is listed.
     pub(crate) fn has(&self, path: &str) -> bool {
         self.files.contains_key(path)
     }
@@ -135,7 +133,7 @@ struct Journal {
 
 /// Place of a growing file's line.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Place(u64);
+pub(crate) struct LinePlace(u64);
 
 impl Manifest {
     /// Locks the manifest of a folder. `None` where it has none.
@@ -155,7 +153,7 @@ impl Manifest {
         }
         let read = |source| OutputError::Read(path.clone(), source);
         let file = match OpenOptions::new().read(true).write(true).open(&path) {
-            // It was taken away in this moment.
+            // The file was taken away in this moment.
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             opened => opened.map_err(read)?,
         };
@@ -214,7 +212,7 @@ impl Manifest {
         let mut listing = Listing::default();
         for line in text[..whole].split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
             let bad = || OutputError::Manifest(root.to_path_buf(), String::from_utf8_lossy(line).into_owned());
-            let entry: Entry = serde_json::from_slice(line).map_err(|_| bad())?;
+            let entry: JournalLine = serde_json::from_slice(line).map_err(|_| bad())?;
             let number = |text: &Option<String>| text.as_ref().and_then(|text| text.trim().parse::<u128>().ok());
             let size = |text: &Option<String>| number(text).and_then(|size| u64::try_from(size).ok());
             match (entry.file, entry.grows, entry.finished, entry.version) {
@@ -255,11 +253,11 @@ impl Manifest {
     /// # Errors
     /// The manifest cannot be written.
     pub(crate) fn note(&self, path: &str, found: &Metadata) -> Result<(), OutputError> {
-        let entry = Entry {
+        let entry = JournalLine {
             file: Some(path.to_owned()),
             bytes: Some(found.len().to_string()),
             modified_ns: Some(modified_ns(found).to_string()),
-            ..Entry::default()
+            ..JournalLine::default()
         };
         self.append(&entry).map(|_| ())
     }
@@ -268,9 +266,9 @@ impl Manifest {
     ///
     /// # Errors
     /// The manifest cannot be written.
-    pub(crate) fn note_growing(&self, path: &str, [from, to]: [u64; 2]) -> Result<Place, OutputError> {
+    pub(crate) fn note_growing(&self, path: &str, [from, to]: [u64; 2]) -> Result<LinePlace, OutputError> {
         // Two lengths tell that a write is under way, which has no time yet.
-        self.append(&growing(path, from, to.max(from + 1), 0)).map(Place)
+        self.append(&growing(path, from, to.max(from + 1), 0)).map(LinePlace)
     }
 
     /// Notes the length of a growing file, and the length that the write to come leaves. `found` is the file as it is.
@@ -279,7 +277,7 @@ impl Manifest {
     /// The manifest cannot be written.
     pub(crate) fn note_growth(
         &self,
-        place: Place,
+        place: LinePlace,
         path: &str,
         [from, to]: [u64; 2],
         found: &Metadata,
@@ -298,7 +296,7 @@ impl Manifest {
     /// # Errors
     /// The manifest cannot be written.
     pub(crate) fn finish(&self) -> Result<(), OutputError> {
-        self.append(&Entry { finished: Some(true), ..Entry::default() }).map(|_| ())
+        self.append(&JournalLine { finished: Some(true), ..JournalLine::default() }).map(|_| ())
     }
 
     /// Removes the manifest. The lock holds until this is dropped.
@@ -310,7 +308,7 @@ impl Manifest {
         }
     }
 
-    fn append(&self, entry: &Entry) -> Result<u64, OutputError> {
+    fn append(&self, entry: &JournalLine) -> Result<u64, OutputError> {
         self.with(|journal| journal.append(&line(entry)))
     }
 
@@ -326,7 +324,7 @@ impl Journal {
         let at = self.end;
         self.file.seek(SeekFrom::Start(at))?;
         if let Err(error) = self.file.write_all(line.as_bytes()) {
-            // Half a line would spoil the next one.
+            // Half a line would spoil the next line.
             let _ = self.file.set_len(at);
             return Err(error);
         }
@@ -335,18 +333,18 @@ impl Journal {
     }
 }
 
-/// The line of a growing file. Its length does not depend on the numbers.
-fn growing(path: &str, from: u64, to: u64, modified_ns: u128) -> Entry {
-    Entry {
+/// The line of a growing file. The length of the line does not depend on the numbers.
+fn growing(path: &str, from: u64, to: u64, modified_ns: u128) -> JournalLine {
+    JournalLine {
         grows: Some(path.to_owned()),
         bytes: Some(format!("{from:20}")),
         to: Some(format!("{to:20}")),
         modified_ns: Some(format!("{modified_ns:20}")),
-        ..Entry::default()
+        ..JournalLine::default()
     }
 }
 
-fn line(entry: &Entry) -> String {
+fn line(entry: &JournalLine) -> String {
     // An entry has strings and flags only, which JSON always holds.
     format!("{}\n", serde_json::to_string(entry).unwrap_or_default())
 }

@@ -3,7 +3,7 @@
 use embedded_graphics::text::Alignment;
 
 use super::OutputError;
-use super::canvas::{Canvas, FAINT_INK, FRAME_LINE, Face, INK, PAPER, Rgb};
+use super::canvas::{Canvas, FAINT_INK, FRAME_LINE, FontFace, INK, PAPER, Rgb};
 use super::colour::BACKGROUND;
 
 /// Space around the picture [px].
@@ -51,7 +51,7 @@ pub(crate) fn colour(material: usize) -> Rgb {
 }
 
 /// A material in the legend: its name, and a remark behind it.
-pub(crate) type Entry = (String, String);
+pub(crate) type LegendEntry = (String, String);
 
 /// The picture of an image of `width` pixels a row. `pixels` has part + 1 and material + 1 of each, 0 where no surface is. Borders between parts are darker.
 ///
@@ -60,7 +60,7 @@ pub(crate) type Entry = (String, String);
 pub(crate) fn material_picture(
     width: u32,
     pixels: &[[u32; 2]],
-    materials: &[Entry],
+    materials: &[LegendEntry],
     title: &str,
     details: &str,
 ) -> Result<Canvas, OutputError> {
@@ -79,8 +79,15 @@ pub(crate) fn material_picture(
     let top = MARGIN + TITLE_HEIGHT;
     let mut canvas = Canvas::new(width * zoom + LEGEND_WIDTH + 3 * MARGIN, top + tall + MARGIN, PAPER);
     let room = canvas.width() - 2 * MARGIN;
-    canvas.text(&Face::Title.fit(title, room), MARGIN, MARGIN, Face::Title, Alignment::Left, INK);
-    canvas.text(&Face::Normal.fit(details, room), MARGIN, MARGIN + 20, Face::Normal, Alignment::Left, FAINT_INK);
+    canvas.text(&FontFace::Title.fit(title, room), MARGIN, MARGIN, FontFace::Title, Alignment::Left, INK);
+    canvas.text(
+        &FontFace::Normal.fit(details, room),
+        MARGIN,
+        MARGIN + 20,
+        FontFace::Normal,
+        Alignment::Left,
+        FAINT_INK,
+    );
     canvas.paste(&image, MARGIN, top, zoom);
     let mut seen = vec![0usize; materials.len()];
     for [_, material] in pixels {
@@ -94,22 +101,22 @@ pub(crate) fn material_picture(
         canvas.fill(left, y, SWATCH, SWATCH, FRAME_LINE);
         canvas.fill(left + 1, y + 1, SWATCH - 2, SWATCH - 2, colour(number));
         let remark = if seen == 0 { format!("{remark}, not seen") } else { remark.clone() };
-        let behind = Face::Small.width(&remark);
+        let behind = FontFace::Small.width(&remark);
         let room = LEGEND_WIDTH.saturating_sub(SWATCH + 14 + behind);
         let ink = if seen == 0 { FAINT_INK } else { INK };
-        canvas.text(&Face::Small.fit(name, room), left + SWATCH + 6, y, Face::Small, Alignment::Left, ink);
-        canvas.text(&remark, left + LEGEND_WIDTH, y, Face::Small, Alignment::Right, FAINT_INK);
+        canvas.text(&FontFace::Small.fit(name, room), left + SWATCH + 6, y, FontFace::Small, Alignment::Left, ink);
+        canvas.text(&remark, left + LEGEND_WIDTH, y, FontFace::Small, Alignment::Right, FAINT_INK);
     }
     Ok(canvas)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{COLOURS, Entry, colour, material_picture};
+    use super::{COLOURS, LegendEntry, colour, material_picture};
 
     #[test]
     fn each_material_has_its_own_colour_and_stands_in_the_legend() {
-        let materials: Vec<Entry> = ["paint", "foil"].map(|name| (name.to_owned(), "1 m2".to_owned())).to_vec();
+        let materials: Vec<LegendEntry> = ["paint", "foil"].map(|name| (name.to_owned(), "1 m2".to_owned())).to_vec();
         let pixels: Vec<[u32; 2]> = (0..320 * 8).map(|pixel| if pixel % 320 < 160 { [1, 1] } else { [2, 2] }).collect();
         let canvas = material_picture(320, &pixels, &materials, "title", "details").unwrap();
         let found =

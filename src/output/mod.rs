@@ -2,9 +2,9 @@
 //!
 //! [`job`] runs a scene through all steps into a folder. [`frame`] is one image as plain arrays, and [`mod@exr`] stores
 //! it without loss. [`colour`], [`canvas`] and [`picture`] draw it. [`statistics`] and [`series`] reduce node
-//! temperatures to columns over time. [`plot`] and [`temperature_plots`] draw those. [`report`] and [`report_html`]
-//! join everything on one page. [`folder`] writes each file whole or not at all and lists it in a [`manifest`]. [`growing`] appends to tables while a run
-//! goes on, and [`state_file`] holds what it needs to go on after its end. [`destination`] decides where a single output goes.
+//! temperatures to columns over time. [`plot`] and [`temperature_plots`] draw these columns. [`report`] and [`report_html`] join everything on one
+//! page. [`folder`] writes each file whole or not at all and lists it in a [`manifest`]. [`growing`] appends to tables while a run goes on, and
+//! [`state_file`] holds the state from which a run goes on after its end. [`destination`] decides where a single output goes.
 
 pub(crate) mod apparent;
 mod between;

@@ -17,9 +17,7 @@ const LEGEND: u32 = 200;
 pub(crate) struct Panels {
     /// First line, bold.
     pub(crate) title: String,
-    /// Second line.
     pub(crate) subtitle: String,
-    /// Number of columns.
     pub(crate) columns: usize,
     /// Whether each panel has a legend on its right.
     pub(crate) legends: bool,
@@ -28,8 +26,7 @@ pub(crate) struct Panels {
 }
 
 impl Panels {
-    /// The figure as an SVG document. It is 960 pixels wide and scales to any width. The same figure gives the same
-    /// text.
+    /// The figure as an SVG document. The document is 960 pixels wide and scales to any width. The same figure gives the same text.
     pub(crate) fn svg(&self) -> Result<String, OutputError> {
         let columns = self.columns.max(1);
         let rows = self.plots.len().div_ceil(columns).max(1);
@@ -49,11 +46,11 @@ impl Panels {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::output::plot::Line;
+    use crate::output::plot::PlotLine;
 
     fn panels(count: usize, columns: usize) -> Panels {
         let plot = |number: usize| {
-            let series = vec![Line { points: vec![[0.0, 1.0], [1.0, number as f64]], ..Line::default() }];
+            let series = vec![PlotLine { points: vec![[0.0, 1.0], [1.0, number as f64]], ..PlotLine::default() }];
             Plot { title: format!("panel {number}"), series, ..Plot::default() }
         };
         Panels { title: "All".into(), columns, plots: (0..count).map(plot).collect(), ..Panels::default() }

@@ -3,7 +3,7 @@
 use super::OutputError;
 use embedded_graphics::text::Alignment;
 
-use super::canvas::{Canvas, FAINT_INK, FRAME_LINE, Face, INK, PAPER};
+use super::canvas::{Canvas, FAINT_INK, FRAME_LINE, FontFace, INK, PAPER};
 use super::colour::ColourScale;
 use super::frame::Frame;
 use super::ticks::{self, union};
@@ -52,13 +52,13 @@ pub(crate) fn beside(
     let image = scale.image(frame);
     let height = left.0.height().max(frame.height).max(140);
     let width = left.0.width() + MARGIN + frame.width;
-    let top = MARGIN + TITLE_HEIGHT + Face::Normal.height() + 4;
+    let top = MARGIN + TITLE_HEIGHT + FontFace::Normal.height() + 4;
     let mut canvas = Canvas::new(width + SCALE_WIDTH + 2 * MARGIN, top + height + MARGIN, PAPER);
     draw_title(&mut canvas, title, details);
     let mut x = MARGIN;
     for (image, caption) in [(left.0, left.1), (&image, caption)] {
-        let caption = Face::Normal.fit(caption, image.width());
-        canvas.text(&caption, x, MARGIN + TITLE_HEIGHT, Face::Normal, Alignment::Left, INK);
+        let caption = FontFace::Normal.fit(caption, image.width());
+        canvas.text(&caption, x, MARGIN + TITLE_HEIGHT, FontFace::Normal, Alignment::Left, INK);
         canvas.paste(image, x, top, 1);
         x += image.width() + MARGIN;
     }
@@ -102,7 +102,7 @@ impl Tile {
 /// A grid of small pictures with captions, one title and one scale. `columns` is the number of tiles in a row.
 pub(crate) fn contact_sheet(tiles: &[Tile], columns: u32, scale: &ColourScale, title: &str, details: &str) -> Canvas {
     const GAP: u32 = 8;
-    let caption_height = Face::Small.height() + 4;
+    let caption_height = FontFace::Small.height() + 4;
     let columns = columns.clamp(1, tiles.len().max(1) as u32);
     let rows = (tiles.len() as u32).div_ceil(columns);
     let cell_width = tiles.iter().map(|tile| tile.image.width()).max().unwrap_or(0);
@@ -117,8 +117,8 @@ pub(crate) fn contact_sheet(tiles: &[Tile], columns: u32, scale: &ColourScale, t
         let x = MARGIN + (index % columns) * (cell_width + GAP);
         let y = top + (index / columns) * (cell_height + GAP);
         canvas.paste(&tile.image, x, y, 1);
-        let caption = Face::Small.fit(&tile.caption, cell_width);
-        canvas.text(&caption, x, y + tile.image.height() + 3, Face::Small, Alignment::Left, INK);
+        let caption = FontFace::Small.fit(&tile.caption, cell_width);
+        canvas.text(&caption, x, y + tile.image.height() + 3, FontFace::Small, Alignment::Left, INK);
     }
     let exceeded = tiles.iter().fold([false; 2], |all, tile| [all[0] | tile.exceeded[0], all[1] | tile.exceeded[1]]);
     let present = tiles.iter().filter_map(|tile| tile.range).reduce(union);
@@ -128,8 +128,8 @@ pub(crate) fn contact_sheet(tiles: &[Tile], columns: u32, scale: &ColourScale, t
 
 fn draw_title(canvas: &mut Canvas, title: &str, details: &str) {
     let width = canvas.width() - 2 * MARGIN;
-    canvas.text(&Face::Title.fit(title, width), MARGIN, MARGIN - 2, Face::Title, Alignment::Left, INK);
-    let face = if Face::Normal.width(details) <= width { Face::Normal } else { Face::Small };
+    canvas.text(&FontFace::Title.fit(title, width), MARGIN, MARGIN - 2, FontFace::Title, Alignment::Left, INK);
+    let face = if FontFace::Normal.width(details) <= width { FontFace::Normal } else { FontFace::Small };
     canvas.text(&face.fit(details, width), MARGIN, MARGIN + 19, face, Alignment::Left, FAINT_INK);
 }
 
@@ -143,11 +143,11 @@ fn draw_scale(
     present: Option<[f32; 2]>,
 ) {
     let x = left + 18;
-    canvas.text("temperature [K]", x, top, Face::Normal, Alignment::Left, INK);
+    canvas.text("temperature [K]", x, top, FontFace::Normal, Alignment::Left, INK);
     let triangle = BAR_WIDTH / 2;
     let bar_top = top + 22 + triangle;
     let bar_height = (top + height).saturating_sub(bar_top + triangle + 38).max(40);
-    let line_height = f64::from(Face::Normal.height());
+    let line_height = f64::from(FontFace::Normal.height());
     let span = scale.upper - scale.lower;
 
     // Row i of the bar shows the value at the middle of that row.
@@ -163,7 +163,7 @@ fn draw_scale(
         let y = bar_top + row.min(bar_height - 1);
         canvas.fill(x + BAR_WIDTH + 1, y, 6, 1, INK);
         let number = ticks::label(value, marks.step);
-        canvas.text(&number, x + BAR_WIDTH + 11, y.saturating_sub(6), Face::Normal, Alignment::Left, INK);
+        canvas.text(&number, x + BAR_WIDTH + 11, y.saturating_sub(6), FontFace::Normal, Alignment::Left, INK);
     }
     for row in 0..triangle {
         if exceeded[1] {
@@ -185,7 +185,7 @@ fn draw_scale(
         None => ["nothing in view".to_owned(), String::new()],
     };
     for (line, row) in lines.iter().zip(0u32..) {
-        canvas.text(line, x, below + row * 15, Face::Normal, Alignment::Left, FAINT_INK);
+        canvas.text(line, x, below + row * 15, FontFace::Normal, Alignment::Left, FAINT_INK);
     }
 }
 
@@ -257,7 +257,7 @@ mod tests {
         let scale = ColourScale::new([150.0, 400.0]);
         let left = Canvas::new(200, 160, [1, 2, 3]);
         let both = beside((&left, "eye"), (&frame, "camera"), &scale, "Station", "").unwrap();
-        let top = MARGIN + TITLE_HEIGHT + Face::Normal.height() + 4;
+        let top = MARGIN + TITLE_HEIGHT + FontFace::Normal.height() + 4;
         assert_eq!(both.get(MARGIN, top), Some([1, 2, 3]));
         assert_eq!(both.get(MARGIN + 199, top + 159), Some([1, 2, 3]));
         let right = 2 * MARGIN + 200;

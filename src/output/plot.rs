@@ -54,12 +54,12 @@ pub enum Mark {
 
 /// One series of a plot.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Line {
+pub struct PlotLine {
     /// Name in the legend.
     pub name: String,
     /// Points [x, y] in drawing order. A point that is not finite makes a gap.
     pub points: Vec<[f64; 2]>,
-    /// Band behind the line: [x, lower, upper]. It may be empty.
+    /// Band behind the line: [x, lower, upper]. No points mean no band.
     pub band: Vec<[f64; 3]>,
     /// Style of the points.
     pub mark: Mark,
@@ -88,7 +88,7 @@ pub struct Plot {
     /// Vertical axis.
     pub y: Axis,
     /// The series. The first is on top.
-    pub series: Vec<Line>,
+    pub series: Vec<PlotLine>,
     /// Shaded intervals behind the series.
     pub shaded: Vec<Shade>,
 }
@@ -100,7 +100,6 @@ impl Plot {
         document(&self.title, [WIDTH, HEIGHT], |root| self.draw_on(root, &layout))
     }
 
-    /// Draws the plot into an area.
     pub(super) fn draw_on(&self, root: &Area, layout: &Layout) -> Result<(), String> {
         let subtitle = match self.left_out() {
             0 => self.subtitle.clone(),
@@ -297,7 +296,7 @@ mod tests {
     use super::*;
 
     fn plot(points: Vec<[f64; 2]>) -> Plot {
-        let series = vec![Line { name: "a".into(), points, ..Line::default() }];
+        let series = vec![PlotLine { name: "a".into(), points, ..PlotLine::default() }];
         Plot { title: "T".into(), x: Axis::linear("time [s]"), y: Axis::linear("y [K]"), series, ..Plot::default() }
     }
 

@@ -11,7 +11,7 @@ use super::ticks;
 pub struct Axis {
     /// Name and unit: `temperature [K]`.
     pub label: String,
-    /// Whether the axis is logarithmic. It leaves out values that are not positive, and the plot says so.
+    /// Whether the axis is logarithmic. A logarithmic axis leaves out values that are not positive, and the plot says so.
     pub log: bool,
     /// Ends. `None` takes them from the data.
     pub range: Option<[f64; 2]>,
@@ -34,7 +34,7 @@ impl Axis {
     }
 
     /// The scale for these values. `margin` is the extra share of the span at both ends.
-    pub(super) fn scale(&self, values: impl Iterator<Item = f64>, margin: f64) -> Scale {
+    pub(super) fn scale(&self, values: impl Iterator<Item = f64>, margin: f64) -> AxisScale {
         let given = self.range.filter(|[a, b]| a < b && self.shows(*a) && self.shows(*b));
         let found = values.filter(|value| self.shows(*value)).fold(None, |range, value| {
             let [least, greatest] = range.unwrap_or([value, value]);
@@ -53,13 +53,13 @@ impl Axis {
             (None, None) if self.log => [1.0, 10.0],
             (None, None) => [0.0, 1.0],
         };
-        Scale { lower: ends[0], upper: ends[1], log: self.log }
+        AxisScale { lower: ends[0], upper: ends[1], log: self.log }
     }
 }
 
 /// Maps values to positions between the ends of an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Scale {
+pub(super) struct AxisScale {
     pub(crate) lower: f64,
     pub(crate) upper: f64,
     pub(crate) log: bool,
@@ -68,7 +68,7 @@ pub(super) struct Scale {
 /// Most marks on an axis.
 const MARKS: usize = 9;
 
-impl Scale {
+impl AxisScale {
     fn marks(&self) -> Vec<f64> {
         let [first, last] = [self.lower, self.upper].map(f64::log10);
         if !self.log || last - first < 1.5 {
@@ -85,7 +85,7 @@ impl Scale {
     }
 }
 
-impl Ranged for Scale {
+impl Ranged for AxisScale {
     type FormatOption = NoDefaultFormatting;
     type ValueType = f64;
 
@@ -104,7 +104,7 @@ impl Ranged for Scale {
     }
 }
 
-impl ValueFormatter<f64> for Scale {
+impl ValueFormatter<f64> for AxisScale {
     fn format_ext(&self, value: &f64) -> String {
         let marks = self.marks();
         let step = match marks.as_slice() {

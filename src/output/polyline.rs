@@ -1,4 +1,4 @@
-//! Selects the points of a line to draw: the stretches between gaps, thinned to what a screen can show.
+//! Selects the points of a line to draw: the stretches between gaps, thinned to the resolution of a screen.
 
 /// Most points of a line. A screen cannot show more.
 const MOST_POINTS: usize = 2000;

@@ -13,7 +13,6 @@ use crate::simulation::engine::Engine;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::{StepResult, run};
 
-/// All files of the images.
 pub(crate) const FILES: [&str; 4] = ["frames/image_#.exr", "frames/image_#.json", "frames/image_#_*", IMAGES];
 
 /// Draws the images of a scene whose images have their own times and poses, from the state at time 0 on. Returns whether all were drawn before `stop` was

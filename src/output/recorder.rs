@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::between::Between;
 use super::folder::Folder;
 use super::frame_maker::FrameMaker;
-use super::frame_writer::{Work, lock};
+use super::frame_writer::{WriterWork, lock};
 use super::job_state::put_frames;
 use super::job_terms::{Done, Job, JobError, SaveEvery};
 use super::run_pictures::WrittenFrame;
@@ -28,7 +28,7 @@ use crate::simulation::{Consumer, StepResult};
 use crate::trace::{Trace, Track};
 
 /// Takes the results of the steps to the files, and saves the state.
-pub(super) struct Recorder<'a, 'b> {
+pub(super) struct StepRecorder<'a, 'b> {
     pub(crate) prepared: &'a Prepared,
     pub(crate) job: &'a Job<'a>,
     pub(crate) folder: &'a Folder,
@@ -38,7 +38,7 @@ pub(super) struct Recorder<'a, 'b> {
     pub(crate) account: Option<&'a mut Account>,
     /// The last step that was taken.
     pub(crate) steps: u32,
-    pub(crate) frames: SyncSender<Work>,
+    pub(crate) frames: SyncSender<WriterWork>,
     pub(crate) written: &'a Mutex<Vec<WrittenFrame>>,
     pub(crate) periodic: Option<Periodic>,
     pub(crate) between: Between,
@@ -51,7 +51,7 @@ pub(super) struct Recorder<'a, 'b> {
     pub(crate) progress: &'a (dyn Fn(Done) + Sync),
 }
 
-impl Consumer<JobError> for Recorder<'_, '_> {
+impl Consumer<JobError> for StepRecorder<'_, '_> {
     fn take(&mut self, mut result: StepResult) -> Result<(), JobError> {
         let _consumes = self.trace.span(Track::Host, "series and frame");
         if let Some(temperatures) = result.delivered.temperatures.take() {
@@ -69,7 +69,7 @@ impl Consumer<JobError> for Recorder<'_, '_> {
         let readings = result.delivered.pixels.as_mut().and_then(|pixels| pixels.readings.take());
         let frame = self.maker.map(|maker| maker.frame(result)).transpose()?.flatten();
         if let Some((frame, header)) = frame {
-            self.frames.send(Work::Frame(Box::new((frame, header, readings)))).map_err(|_| JobError::Writer)?;
+            self.frames.send(WriterWork::Frame(Box::new((frame, header, readings)))).map_err(|_| JobError::Writer)?;
         }
         if is_step {
             (self.progress)(Done::Step);
@@ -107,7 +107,7 @@ impl Consumer<JobError> for Recorder<'_, '_> {
         saved.put("tables", &self.tables.sync()?);
         // The state names the frames before it, so they are written first.
         let (tell, told) = sync_channel(1);
-        self.frames.send(Work::Tell(tell)).map_err(|_| JobError::Writer)?;
+        self.frames.send(WriterWork::Tell(tell)).map_err(|_| JobError::Writer)?;
         told.recv().map_err(|_| JobError::Writer)?;
         put_frames(&mut saved, &lock(self.written));
         self.between.save(&mut saved);

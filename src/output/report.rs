@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::OutputError;
 use super::folder::Folder;
 use super::plot::Plot;
-use super::statistics::Spread;
+use super::statistics::Percentiles;
 use crate::simulation::check::Accuracy;
 use crate::simulation::energy::EnergyBalance;
 
@@ -14,51 +14,37 @@ use crate::simulation::energy::EnergyBalance;
 pub(crate) struct Report {
     /// Title: the scene's name.
     pub(crate) title: String,
-    /// Version of isotherm.
     pub(crate) version: String,
-    /// The command line.
     pub(crate) command_line: String,
-    /// The scene file.
-    pub(crate) scene: SourceFile,
+    pub(crate) scene: InputFile,
     /// The other input files: model, material tables.
-    pub(crate) inputs: Vec<SourceFile>,
-    /// The computing device.
-    pub(crate) device: Device,
-    /// Speed of the run.
+    pub(crate) inputs: Vec<InputFile>,
+    pub(crate) device: ReportDevice,
     pub(crate) speed: Speed,
     /// Error against the f64 reference. `None` if nothing was compared, as in a run of the reference itself.
     pub(crate) accuracy: Option<Accuracy>,
     /// Energy balance of the run. `None` if the scene does not keep it.
     pub(crate) energy: Option<EnergyBalance>,
-    /// Size of the model.
     pub(crate) model: ModelSize,
-    /// Buffers on the device.
     pub(crate) buffers: Vec<BufferSize>,
-    /// Passes of a step with their times.
     pub(crate) passes: Vec<PassTime>,
     /// Settings of the scene by section, in file order.
     pub(crate) settings: Vec<SettingGroup>,
     /// Defaults that were used.
     pub(crate) assumptions: Vec<String>,
-    /// Warnings for the user.
     pub(crate) warnings: Vec<String>,
-    /// Effects that the scene switches off. They cost nothing.
+    /// Effects that the scene switches off, which cost nothing.
     pub(crate) switched_off: Vec<String>,
-    /// The drawn steps.
     pub(crate) frames: Vec<FrameEntry>,
-    /// Pictures for the page.
-    pub(crate) pictures: Vec<Picture>,
-    /// Plots for the page.
+    pub(crate) pictures: Vec<ReportPicture>,
     pub(crate) plots: Vec<PlotEntry>,
-    /// All files of the run.
     pub(crate) files: Vec<FileEntry>,
     /// Whether the run stopped before its last step.
     pub(crate) interrupted: bool,
 }
 
-/// An input file.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub(crate) struct SourceFile {
+pub(crate) struct InputFile {
     /// `scene`, `model`, `materials`.
     pub(crate) kind: String,
     /// Path as given.
@@ -67,9 +53,8 @@ pub(crate) struct SourceFile {
     pub(crate) sha256: String,
 }
 
-/// A device and its driver.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub(crate) struct Device {
+pub(crate) struct ReportDevice {
     /// `llvmpipe (LLVM 15.0.6, 256 bits)`, or `cpu` for the f64 reference.
     pub(crate) name: String,
     /// Driver and its version.
@@ -78,16 +63,14 @@ pub(crate) struct Device {
     pub(crate) details: Vec<(String, String)>,
 }
 
-/// Speed of the run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct Speed {
     /// Steps, including the warm-up.
     pub(crate) steps: u64,
-    /// Number of images.
     pub(crate) images: u64,
     /// Median device time of a thermal step [ns/(node step)].
     pub(crate) ns_per_node_step: Option<f64>,
-    /// Median time of a thermal step [ms], with all network passes. It is the wall time if the processor integrates.
+    /// Median time of a thermal step [ms], with all network passes. If the processor integrates, the time is wall time.
     pub(crate) step_ms: Option<f64>,
     /// Median wall time of the network in a step [ms], with loads, transfers and step control.
     pub(crate) network_wall_ms: Option<f64>,
@@ -100,7 +83,6 @@ pub(crate) struct Speed {
 /// Size of the model during the run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct ModelSize {
-    /// Number of thermal nodes.
     pub(crate) nodes: u64,
     /// Number of drawn triangles.
     pub(crate) triangles: u64,
@@ -110,10 +92,8 @@ pub(crate) struct ModelSize {
     pub(crate) nodes_by_response: Vec<(String, u64)>,
 }
 
-/// A buffer on the device.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct BufferSize {
-    /// Its name.
     pub(crate) name: String,
     /// Size [bytes].
     pub(crate) bytes: u64,
@@ -122,7 +102,6 @@ pub(crate) struct BufferSize {
 /// Times of a pass, from timestamps on the device.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct PassTime {
-    /// Name of the pass.
     pub(crate) name: String,
     /// Median [ms].
     pub median_ms: f64,
@@ -137,12 +116,11 @@ pub struct PassTime {
 impl PassTime {
     /// From samples [ms]. `None` without samples.
     pub fn from_samples(name: &str, samples_ms: &[f64]) -> Option<Self> {
-        let Spread { median: median_ms, p10: p10_ms, p90: p90_ms, samples: count } = Spread::of(samples_ms)?;
+        let Percentiles { median: median_ms, p10: p10_ms, p90: p90_ms, samples: count } = Percentiles::of(samples_ms)?;
         Some(Self { name: name.to_owned(), median_ms, p10_ms, p90_ms, count })
     }
 }
 
-/// A group of settings.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct SettingGroup {
     /// `Orbit`, `Material white_paint`.
@@ -151,10 +129,8 @@ pub(crate) struct SettingGroup {
     pub(crate) entries: Vec<(String, String)>,
 }
 
-/// A drawn step.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct FrameEntry {
-    /// Number of the step.
     pub(crate) step: u32,
     /// Time since the start [s].
     pub(crate) time_s: f64,
@@ -164,9 +140,8 @@ pub(crate) struct FrameEntry {
     pub(crate) picture: Option<String>,
 }
 
-/// A picture on the page.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub(crate) struct Picture {
+pub(crate) struct ReportPicture {
     /// Caption.
     pub(crate) title: String,
     /// File, relative to the report.
@@ -176,10 +151,8 @@ pub(crate) struct Picture {
     pub(crate) png: Vec<u8>,
 }
 
-/// A plot on the page.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct PlotEntry {
-    /// Title.
     pub(crate) title: String,
     /// File, relative to the report.
     pub(crate) file: String,
@@ -203,12 +176,11 @@ impl PlotEntry {
     }
 }
 
-/// A file of the run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct FileEntry {
     /// Path, relative to the report.
     pub(crate) path: String,
-    /// Its contents.
+    /// Contents of the file, in words.
     pub(crate) what: String,
 }
 
@@ -226,7 +198,7 @@ pub(crate) mod tests {
     /// A report with a value in every field.
     pub(crate) fn full() -> Report {
         let strings = |list: &[&str]| list.iter().map(|&text| text.to_owned()).collect::<Vec<_>>();
-        let file = |kind: &str, path: &str| SourceFile {
+        let file = |kind: &str, path: &str| InputFile {
             kind: kind.into(),
             path: path.into(),
             sha256: "9f86d081884c7d65".repeat(4),
@@ -238,7 +210,7 @@ pub(crate) mod tests {
             command_line: "isotherm run models/station.toml -o out/station".into(),
             scene: file("scene", "models/station.toml"),
             inputs: vec![file("model", "models/station.glb"), file("materials", "models/materials.toml")],
-            device: Device {
+            device: ReportDevice {
                 name: "llvmpipe (LLVM 15.0.6, 256 bits)".into(),
                 driver: "Mesa 22.3.6".into(),
                 details: pairs(&[("Vulkan", "1.3.230"), ("maxStorageBufferRange", "128 MiB")]),
@@ -326,7 +298,11 @@ pub(crate) mod tests {
                     picture: Some(format!("frames/step_{:06}.png", i * 10)),
                 })
                 .collect(),
-            pictures: vec![Picture { title: "The orbit".into(), file: "contact_sheet.png".into(), png: vec![1, 2, 3] }],
+            pictures: vec![ReportPicture {
+                title: "The orbit".into(),
+                file: "contact_sheet.png".into(),
+                png: vec![1, 2, 3],
+            }],
             plots: vec![PlotEntry {
                 title: "Materials".into(),
                 file: "plots/materials.svg".into(),

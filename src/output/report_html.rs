@@ -1,14 +1,13 @@
 //! `report.html`: one page that needs no network, script or other file.
 
 use super::html::{Html, bytes, escape, kelvin, kelvin_text, link, significant, thousands};
-use super::report::{Report, SourceFile};
+use super::report::{InputFile, Report};
 use crate::simulation::check::Accuracy;
 use crate::simulation::energy::{EnergyBalance, PartEnergy};
 
 /// Most parts in the table of the energy balance. `report.json` has all of them.
 const MOST_PARTS: usize = 20;
 
-/// The page of a report.
 pub(crate) fn page(report: &Report) -> String {
     let mut html = Html::page(&format!("{} - isotherm report", report.title));
     html.element("h1", &report.title);
@@ -172,7 +171,7 @@ fn files(html: &mut Html, report: &Report) {
     html.element("h2", "Inputs");
     html.command(&report.command_line);
     let short = |hash: &str| format!("{}...", hash.chars().take(16).collect::<String>());
-    let input = |file: &SourceFile| vec![file.kind.clone(), file.path.clone(), short(&file.sha256)];
+    let input = |file: &InputFile| vec![file.kind.clone(), file.path.clone(), short(&file.sha256)];
     let inputs = std::iter::once(&report.scene).chain(&report.inputs);
     html.table(&["input", "file", "SHA-256 (whole in report.json)"], inputs.map(input));
     if !report.files.is_empty() {

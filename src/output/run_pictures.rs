@@ -10,35 +10,31 @@ use super::eclipses::Eclipses;
 use super::exr::read_exr;
 use super::folder::Folder;
 use super::picture::{Tile, contact_sheet, picture};
-use super::report::{FrameEntry, Picture};
+use super::report::{FrameEntry, ReportPicture};
 use crate::scene::{Draw, ImageFile, Scene, Time};
 
 /// Small pictures of several steps.
 pub(super) const CONTACT_SHEET: &str = "contact_sheet.png";
-/// Most pictures on the contact sheet.
 const MOST_TILES: usize = 12;
 /// Width of a picture on the contact sheet [px].
 const TILE_WIDTH: u32 = 320;
 
-/// A frame in the output folder.
 pub(super) struct WrittenFrame {
-    /// Its step.
     pub(crate) step: u32,
-    /// Its number, where it has its own time.
+    /// Number of the image, where images have times of their own.
     pub(crate) image: Option<u32>,
-    /// Its smallest and largest temperature [K].
+    /// Smallest and largest temperature [K].
     pub(crate) range: Option<[f32; 2]>,
-    /// Its smallest and largest apparent temperature [K], where they are drawn.
+    /// Smallest and largest brightness temperature [K], where brightness temperatures are drawn.
     pub(crate) apparent: Option<[f32; 2]>,
 }
 
 impl WrittenFrame {
-    /// Its file.
     pub(super) fn file(&self, kind: &str) -> String {
         frame_file(self.step, self.image, kind)
     }
 
-    /// Its time [s].
+    /// Scene time of the frame [s].
     pub(super) fn time(&self, time: &Time) -> f64 {
         match (&time.draw, self.image) {
             (Draw::Times(times), Some(image)) => times[image as usize],
@@ -67,7 +63,7 @@ pub(super) fn draw_pictures(
     folder: &Folder,
     written: &[WrittenFrame],
     drawn: &(dyn Fn() + Sync),
-) -> Result<(Vec<FrameEntry>, Vec<Picture>), OutputError> {
+) -> Result<(Vec<FrameEntry>, Vec<ReportPicture>), OutputError> {
     let scale = match scene.colour_range {
         Some(range) => ColourScale::new(range),
         None => ColourScale::covering(written.iter().filter_map(|frame| frame.range)),
@@ -122,6 +118,6 @@ pub(super) fn draw_pictures(
     let png = contact_sheet(&tiles, 4, &scale, name, &details).png()?;
     folder.write_bytes(CONTACT_SHEET, &png)?;
     let title = "Surface temperature through the run".to_owned();
-    let sheet = Picture { title, file: CONTACT_SHEET.to_owned(), png };
+    let sheet = ReportPicture { title, file: CONTACT_SHEET.to_owned(), png };
     Ok((frames, vec![sheet]))
 }

@@ -10,18 +10,17 @@ use super::gray::{png_8, png_16};
 use super::tiff::tiff_16;
 use crate::scene::{Camera, ImageFile, Scene};
 use crate::thermal::radiance::RadianceTable;
-use crate::thermal::sensor::noise::{Stream, random_words};
-use crate::thermal::sensor::reading::Constants;
+use crate::thermal::sensor::noise::{NoiseStream, random_words};
+use crate::thermal::sensor::reading::SensorConstants;
 use crate::thermal::sensor::twin::stuck;
 use crate::thermal::sensor::{Sensor, Vignetting};
 
-/// The files of the sensor of a scene.
 pub(crate) struct SensorFiles<'a> {
     scene: &'a Scene,
     sensor: &'a Sensor,
     camera: &'a Camera,
-    constants: Constants,
-    /// Pixels that always read 0, and those that always read the largest number.
+    constants: SensorConstants,
+    /// Pixels that always read 0, and pixels that always read the largest number.
     bad: [Vec<[u32; 2]>; 2],
 }
 
@@ -29,12 +28,12 @@ impl<'a> SensorFiles<'a> {
     /// The files of a scene. `None` without a sensor.
     pub(crate) fn new(scene: &'a Scene) -> Option<Self> {
         let (sensor, camera) = scene.sensor.as_ref().zip(scene.camera.as_ref())?;
-        let constants = Constants::new(sensor, &RadianceTable::new(scene.band));
+        let constants = SensorConstants::new(sensor, &RadianceTable::new(scene.band));
         let mut bad = [Vec::new(), Vec::new()];
         if sensor.bad_pixels > 0.0 {
             let groups = camera.width.div_ceil(4);
             for (x, y) in (0..camera.height).flat_map(|y| (0..camera.width).map(move |x| (x, y))) {
-                let word = random_words(sensor.seed, 0, Stream::Bad, y * groups + x / 4)[x as usize % 4];
+                let word = random_words(sensor.seed, 0, NoiseStream::Bad, y * groups + x / 4)[x as usize % 4];
                 if let Some(most) = stuck(word, sensor.bad_pixels) {
                     bad[usize::from(most)].push([x, y]);
                 }
@@ -43,7 +42,8 @@ impl<'a> SensorFiles<'a> {
         Some(Self { scene, sensor, camera, constants, bad })
     }
 
-    /// Ends of the names and contents of the files of an image. The name of an image's JSON ends with `.json`, that of others with `_dn.png` and so on.
+    /// Ends of the names and contents of the files of an image. The name of an image's JSON ends with `.json`, other names end with `_dn.png` and so
+    /// on.
     ///
     /// # Errors
     /// An image that can not be encoded.
@@ -74,7 +74,7 @@ impl<'a> SensorFiles<'a> {
                 ImageFile::KelvinPng => png_16(size, &counts, &text(&of_counts))?,
                 ImageFile::KelvinTiff => tiff_16(size, &counts, &of_counts.to_string()),
                 ImageFile::DisplayPng => png_8(size, &self.sensor.gain_control.display(&numbers, most), &[])?,
-                // It is drawn with the other pictures, on a scale that holds the whole run.
+                // This picture is drawn with the others, on one scale for the whole run.
                 ImageFile::ApparentPng => continue,
             };
             files.push((format!("_{}", file.ending()), bytes));

@@ -12,11 +12,8 @@ use super::statistics::Summary;
 pub(crate) struct SeriesRow {
     /// Time since the start [s].
     pub(crate) time: f64,
-    /// All nodes.
     pub(crate) all: Option<Summary>,
-    /// Each part.
     pub(crate) parts: Vec<Option<Summary>>,
-    /// Each material.
     pub(crate) materials: Vec<Option<Summary>>,
     /// Each probe [K].
     pub(crate) probes: Vec<f32>,
@@ -24,14 +21,14 @@ pub(crate) struct SeriesRow {
 
 /// Rows and the names of their columns.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Series {
+pub(crate) struct TemperatureSeries {
     parts: Vec<String>,
     materials: Vec<String>,
     probes: Vec<String>,
     rows: Vec<SeriesRow>,
 }
 
-impl Series {
+impl TemperatureSeries {
     /// An empty series. Repeated names get `#2`, `#3`, so that every column has its own name.
     pub(crate) fn new(parts: &[String], materials: &[String], probes: &[String]) -> Self {
         Self { parts: unique(parts), materials: unique(materials), probes: unique(probes), rows: vec![] }
@@ -64,17 +61,14 @@ impl Series {
         Ok(())
     }
 
-    /// Names of the parts.
     pub(crate) fn parts(&self) -> &[String] {
         &self.parts
     }
 
-    /// Names of the materials.
     pub(crate) fn materials(&self) -> &[String] {
         &self.materials
     }
 
-    /// Names of the probes.
     pub(crate) fn probes(&self) -> &[String] {
         &self.probes
     }
@@ -101,7 +95,6 @@ impl Series {
         write_rows(writer, std::iter::once(self.column_names()).chain(self.rows.iter().map(cells)))
     }
 
-    /// Names of the columns.
     pub(crate) fn column_names(&self) -> Vec<String> {
         let three = |prefix: String| ["min", "mean", "max"].map(|which| format!("{prefix}:{which}"));
         let parts = self.parts.iter().flat_map(|name| three(format!("part:{name}")));
@@ -149,9 +142,10 @@ pub(crate) mod tests {
     use super::*;
 
     /// A series of parts and materials that heat and cool smoothly over an orbit.
-    pub(crate) fn orbit(parts: usize, materials: usize, probes: usize) -> Series {
+    pub(crate) fn orbit(parts: usize, materials: usize, probes: usize) -> TemperatureSeries {
         let names = |prefix: &str, count: usize| (0..count).map(|i| format!("{prefix}_{i}")).collect::<Vec<_>>();
-        let mut series = Series::new(&names("B0_module", parts), &names("mat", materials), &names("probe", probes));
+        let mut series =
+            TemperatureSeries::new(&names("B0_module", parts), &names("mat", materials), &names("probe", probes));
         for step in 0..=360 {
             let time = f64::from(step) * 15.5;
             let mean = |i: usize| {
@@ -174,7 +168,7 @@ pub(crate) mod tests {
         series
     }
 
-    pub(crate) fn text(series: &Series) -> String {
+    pub(crate) fn text(series: &TemperatureSeries) -> String {
         let mut bytes = Vec::new();
         series.write(&mut bytes).unwrap();
         String::from_utf8(bytes).unwrap()
@@ -186,7 +180,7 @@ pub(crate) mod tests {
 
     #[test]
     fn the_file_has_the_columns_and_numbers_that_are_promised() {
-        let mut series = Series::new(&names(&["hull, left"]), &names(&["a", "a"]), &names(&["tip"]));
+        let mut series = TemperatureSeries::new(&names(&["hull, left"]), &names(&["a", "a"]), &names(&["tip"]));
         let summary = Some(Summary { min: 2.7, mean: 100.123_456_789, max: 200.5 });
         let row = SeriesRow {
             time: 16.5,
@@ -215,6 +209,6 @@ pub(crate) mod tests {
 
     #[test]
     fn a_series_without_rows_or_groups_is_a_header() {
-        assert_eq!(text(&Series::new(&[], &[], &[])), "time,all:min,all:mean,all:max\n");
+        assert_eq!(text(&TemperatureSeries::new(&[], &[], &[])), "time,all:min,all:mean,all:max\n");
     }
 }

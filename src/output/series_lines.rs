@@ -3,36 +3,31 @@
 use std::io::Read;
 
 use super::OutputError;
-use super::clock::Clock;
-use super::plot::Line;
-use super::series::Series;
+use super::clock::DisplayClock;
+use super::plot::PlotLine;
+use super::series::TemperatureSeries;
 use super::thinned::Thinned;
 
-/// Most lines in one plot.
 const MOST_LINES: usize = 10;
 
 /// Lines of one kind: materials, parts or probes.
-pub(crate) struct Kind {
+pub(crate) struct LineGroup {
     /// Lines that have values.
     pub(crate) count: usize,
-    /// Those with the widest swing, thinned.
-    pub(crate) lines: Vec<Line>,
+    /// The lines with the widest swing, thinned.
+    pub(crate) lines: Vec<PlotLine>,
 }
 
 /// The lines of `series.csv`.
 pub(crate) struct SeriesLines {
-    /// Unit of the times.
-    pub(crate) clock: Clock,
-    /// Materials.
-    pub(crate) materials: Kind,
-    /// Parts.
-    pub(crate) parts: Kind,
-    /// Probes.
-    pub(crate) probes: Kind,
+    pub(crate) clock: DisplayClock,
+    pub(crate) materials: LineGroup,
+    pub(crate) parts: LineGroup,
+    pub(crate) probes: LineGroup,
 }
 
 /// A line in the table: its name, the column of its mean, and whether the least and the greatest value stand beside it.
-struct Column {
+struct LineColumn {
     name: String,
     at: usize,
     with_band: bool,
@@ -44,22 +39,22 @@ impl SeriesLines {
     /// # Errors
     /// It cannot be read.
     pub(crate) fn read<R: Read>(
-        series: &Series,
+        series: &TemperatureSeries,
         mut open: impl FnMut() -> Result<R, OutputError>,
     ) -> Result<Self, OutputError> {
-        let summaries = |names: &[String], first: usize| -> Vec<Column> {
+        let summaries = |names: &[String], first: usize| -> Vec<LineColumn> {
             let one =
-                |(i, name): (usize, &String)| Column { name: name.clone(), at: first + 3 * i + 1, with_band: true };
+                |(i, name): (usize, &String)| LineColumn { name: name.clone(), at: first + 3 * i + 1, with_band: true };
             names.iter().enumerate().map(one).collect()
         };
         let parts = summaries(series.parts(), 1);
         let after = 1 + 3 * parts.len();
         let materials = summaries(series.materials(), after);
         let after = after + 3 * materials.len() + 3;
-        let probe = |(i, name): (usize, &String)| Column { name: name.clone(), at: after + i, with_band: false };
-        let probes: Vec<Column> = series.probes().iter().enumerate().map(probe).collect();
+        let probe = |(i, name): (usize, &String)| LineColumn { name: name.clone(), at: after + i, with_band: false };
+        let probes: Vec<LineColumn> = series.probes().iter().enumerate().map(probe).collect();
 
-        let columns: Vec<&Column> = parts.iter().chain(&materials).chain(&probes).collect();
+        let columns: Vec<&LineColumn> = parts.iter().chain(&materials).chain(&probes).collect();
         let mut swings = vec![[f64::INFINITY, f64::NEG_INFINITY]; columns.len()];
         let mut present = vec![false; columns.len()];
         let (mut rows, mut until) = (0, 0.0f64);
@@ -75,7 +70,7 @@ impl SeriesLines {
                 }
             }
         })?;
-        let clock = Clock::until(until);
+        let clock = DisplayClock::until(until);
         let ranges = [0..parts.len(), parts.len()..parts.len() + materials.len()];
         let [of_parts, of_materials] = ranges.map(|range| widest(range, &present, &swings));
         let of_probes = widest(parts.len() + materials.len()..columns.len(), &present, &swings);
@@ -86,7 +81,7 @@ impl SeriesLines {
         each_row(open()?, |cell| {
             let Some(time) = cell(0).map(|time| clock.time(time)) else { return };
             for (index, [points, band]) in chosen.iter().zip(&mut lines) {
-                let Column { at, with_band, .. } = *columns[*index];
+                let LineColumn { at, with_band, .. } = *columns[*index];
                 if let Some(mean) = cell(at) {
                     points.push([time, mean, mean], 0);
                     if let Some((least, greatest)) = cell(at - 1).zip(cell(at + 1)).filter(|_| with_band) {
@@ -95,20 +90,22 @@ impl SeriesLines {
                 }
             }
         })?;
-        let mut made = chosen.iter().zip(lines).map(|(index, [points, band])| Line {
+        let mut made = chosen.iter().zip(lines).map(|(index, [points, band])| PlotLine {
             name: columns[*index].name.clone(),
             points: points.points().iter().map(|[time, mean, _]| [*time, *mean]).collect(),
             band: band.points(),
-            ..Line::default()
+            ..PlotLine::default()
         });
-        let mut kind =
-            |(count, chosen): (usize, Vec<usize>)| Kind { count, lines: made.by_ref().take(chosen.len()).collect() };
+        let mut kind = |(count, chosen): (usize, Vec<usize>)| LineGroup {
+            count,
+            lines: made.by_ref().take(chosen.len()).collect(),
+        };
         let (parts, materials, probes) = (kind(of_parts), kind(of_materials), kind(of_probes));
         Ok(Self { clock, materials, parts, probes })
     }
 }
 
-/// How many columns have values, and those with the widest swing, at most [`MOST_LINES`], in order.
+/// The number of columns with values, and the columns with the widest swing, at most [`MOST_LINES`], in order.
 fn widest(range: std::ops::Range<usize>, present: &[bool], swings: &[[f64; 2]]) -> (usize, Vec<usize>) {
     let mut there: Vec<usize> = range.filter(|index| present[*index]).collect();
     let count = there.len();

@@ -3,35 +3,62 @@
 use super::report::SettingGroup;
 use crate::environment::{Attitude, Orbit};
 use crate::lens::{Distortion, Lens};
-use crate::scene::{Camera, Draw, Initial};
+use crate::scene::{Camera, Draw, Initial, Scene};
+use crate::simulation::exchange::ExchangeCraft;
 use crate::simulation::prepare::Prepared;
-use crate::thermal::material::{Domain, Profile, Response, Retarget, Sides};
+use crate::thermal::material::{Domain, Material, Profile, Response, Retarget, Sides};
 use crate::thermal::sensor::{Sensor, Vignetting};
 
 /// All settings in groups, in file order.
 pub(crate) fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
     let scene = &prepared.scene;
-    let mut sections = Vec::new();
-    let mut section = |title: &str, entries: Vec<(&str, String)>| {
-        let entries = entries.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-        sections.push(SettingGroup { title: title.to_owned(), entries });
-    };
-    section(
+    let mut groups = group_density(scene);
+    groups.push(group_time(prepared));
+    if let Some(given) = &prepared.given {
+        let lines = given.lines().iter().map(|(name, value)| (&**name, value.clone()));
+        groups.push(group("Temperatures from a file", lines.collect()));
+    }
+    groups.extend([
+        group("Orbit", describe_orbit(&scene.orbit)),
+        group("Attitude", vec![("law", describe_attitude(&scene.attitude))]),
+        group_environment(scene),
+    ]);
+    groups.extend(prepared.exchange.as_deref().map(group_exchange));
+    groups.extend(scene.camera.as_ref().map(|camera| group_camera(camera, scene)));
+    groups.extend(scene.sensor.as_ref().map(|sensor| group("Sensor", of_sensor(sensor))));
+    groups.extend(prepared.materials.iter().map(group_material));
+    groups
+}
+
+fn group(title: &str, entries: Vec<(&str, String)>) -> SettingGroup {
+    let entries = entries.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+    SettingGroup { title: title.to_owned(), entries }
+}
+
+/// The groups of the model and of its parts with edge lengths.
+fn group_density(scene: &Scene) -> Vec<SettingGroup> {
+    let mut groups = vec![group(
         "Model",
         vec![
             ("path", scene.model_path.display().to_string()),
             ("max_edge", max_edge(scene.density.model.max)),
             ("min_edge", min_edge(scene.density.model.min)),
         ],
-    );
+    )];
     for rule in &scene.density.parts {
         let edges = [
             rule.edges.max.map(|_| ("max_edge", max_edge(rule.edges.max))),
             rule.edges.min.map(|_| ("min_edge", min_edge(rule.edges.min))),
         ];
-        section(&format!("Parts {}", rule.patterns.join(", ")), edges.into_iter().flatten().collect());
+        let title = format!("Parts {}", rule.patterns.join(", "));
+        groups.push(group(&title, edges.into_iter().flatten().collect()));
     }
-    section(
+    groups
+}
+
+fn group_time(prepared: &Prepared) -> SettingGroup {
+    let scene = &prepared.scene;
+    group(
         "Time",
         vec![
             ("step", format!("{} s", scene.time.step)),
@@ -56,12 +83,11 @@ pub(crate) fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
                 },
             ),
         ],
-    );
-    if let Some(given) = &prepared.given {
-        let lines = given.lines().iter().map(|(name, value)| (&**name, value.clone()));
-        section("Temperatures from a file", lines.collect());
-    }
-    let orbit = match &scene.orbit {
+    )
+}
+
+fn describe_orbit(orbit: &Orbit) -> Vec<(&'static str, String)> {
+    match orbit {
         Orbit::Circular(orbit) => vec![
             ("altitude", format!("{} km", orbit.altitude / 1e3)),
             ("period", format!("{} s", orbit.period)),
@@ -74,19 +100,23 @@ pub(crate) fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
             ("period", format!("{:.1} s (osculating at time 0)", trajectory.period())),
         ],
         Orbit::Given(_) => vec![("places", "given from outside".to_owned())],
-    };
-    section("Orbit", orbit);
-    let attitude = match &scene.attitude {
+    }
+}
+
+fn describe_attitude(attitude: &Attitude) -> String {
+    match attitude {
         Attitude::Nadir { nadir_axis, forward_axis } => format!("nadir {nadir_axis}, forward {forward_axis}"),
         Attitude::Inertial { inertial_from_body: q } => format!("inertial [{}, {}, {}, {}]", q.w, q.x, q.y, q.z),
         Attitude::Sun { sun_axis, north_axis } => format!("Sun {sun_axis}, orbit normal {north_axis}"),
         Attitude::Spin { axis, rate, .. } => format!("spinning about {axis}, {:.4} deg/s", rate.to_degrees()),
         Attitude::History(history) => history.description.clone(),
-    };
-    section("Attitude", vec![("law", attitude)]);
+    }
+}
+
+fn group_environment(scene: &Scene) -> SettingGroup {
     let environment = &scene.environment;
     let optional = |value: Option<f64>, unit: &str| value.map_or("off".to_owned(), |value| format!("{value} {unit}"));
-    section(
+    group(
         "Environment",
         vec![
             ("solar constant", optional(environment.solar_constant, "W/m2")),
@@ -96,85 +126,82 @@ pub(crate) fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
             ("eclipse", if environment.eclipse { "on" } else { "off" }.to_owned()),
             ("background", optional(environment.background_temperature, "K")),
         ],
-    );
-    if let Some(craft) = &prepared.exchange {
-        let settings = &craft.settings;
-        section(
-            "Radiation between surfaces",
-            vec![
-                ("patches", craft.patches.all.len().to_string()),
-                (
-                    "patch_edge",
-                    settings.patch_edge.map_or("chosen from the area".to_owned(), |edge| format!("{edge} m")),
-                ),
-                ("rays", settings.rays.to_string()),
-                ("bounces", settings.bounces.map_or("all".to_owned(), |bounces| bounces.to_string())),
-                ("redraw angle", format!("{:.3} deg", settings.redraw_angle.to_degrees())),
-                ("hold", format!("{} s", settings.hold)),
-            ],
-        );
-    }
-    if let Some(camera) = &scene.camera {
-        let mut entries = vec![("size", format!("{} x {}", camera.width, camera.height))];
-        entries.extend(lens_lines(camera));
-        entries.extend([
-            ("frame", format!("{:?}", camera.frame).to_lowercase()),
-            ("position", format!("{} m", camera.position)),
-            ("band", scene.band.to_string()),
-        ]);
-        section("Camera", entries);
-    }
-    if let Some(sensor) = &scene.sensor {
-        section("Sensor", of_sensor(sensor));
-    }
-    for material in &prepared.materials {
-        let back = match material.sides {
-            Sides::Outside => "radiates outside only".to_owned(),
-            Sides::Both { back } => format!("back {} / {}", back.absorptivity, back.emissivity),
-        };
-        let response = match &material.response {
-            Response::Instant => "instant".to_owned(),
-            Response::Network => "network".to_owned(),
-            Response::Given => "given by temperatures.file".to_owned(),
-            Response::Radiative(plate) => format!(
-                "radiative, {:.4} J/(m2 K){}",
-                plate.capacity,
-                plate.over.map_or(String::new(), |over| format!(
-                    " over {:.4} J/(m2 K), effective emittance {}",
-                    over.capacity, over.effective_emittance
-                ))
-            ),
-            Response::Transition(transition) => format!(
-                "transition of {}, heating {}, cooling {}, {}",
-                match transition.domain {
-                    Domain::Temperature => "T",
-                    Domain::FourthPower => "T4",
-                },
-                profile(&transition.heating),
-                profile(&transition.cooling),
-                match transition.retarget {
-                    Retarget::Merge => "merge",
-                    Retarget::Restart => "restart",
-                }
-            ),
-        };
-        section(
-            &format!("Material {}", material.name),
-            vec![
-                (
-                    "absorptivity / emissivity",
-                    format!("{} / {}", material.front.absorptivity, material.front.emissivity),
-                ),
-                ("sides", back),
-                ("response", response),
-                ("source", material.source.clone()),
-            ],
-        );
-    }
-    sections
+    )
 }
 
-/// What tells the lens and the samples of a camera, in words.
+fn group_exchange(craft: &ExchangeCraft) -> SettingGroup {
+    let settings = &craft.settings;
+    group(
+        "Radiation between surfaces",
+        vec![
+            ("patches", craft.patches.all.len().to_string()),
+            ("patch_edge", settings.patch_edge.map_or("chosen from the area".to_owned(), |edge| format!("{edge} m"))),
+            ("rays", settings.rays.to_string()),
+            ("bounces", settings.bounces.map_or("all".to_owned(), |bounces| bounces.to_string())),
+            ("redraw angle", format!("{:.3} deg", settings.redraw_angle.to_degrees())),
+            ("hold", format!("{} s", settings.hold)),
+        ],
+    )
+}
+
+fn group_camera(camera: &Camera, scene: &Scene) -> SettingGroup {
+    let mut entries = vec![("size", format!("{} x {}", camera.width, camera.height))];
+    entries.extend(lens_lines(camera));
+    entries.extend([
+        ("frame", format!("{:?}", camera.frame).to_lowercase()),
+        ("position", format!("{} m", camera.position)),
+        ("band", scene.band.to_string()),
+    ]);
+    group("Camera", entries)
+}
+
+fn group_material(material: &Material) -> SettingGroup {
+    let back = match material.sides {
+        Sides::Outside => "radiates outside only".to_owned(),
+        Sides::Both { back } => format!("back {} / {}", back.absorptivity, back.emissivity),
+    };
+    let response = describe_response(&material.response);
+    group(
+        &format!("Material {}", material.name),
+        vec![
+            ("absorptivity / emissivity", format!("{} / {}", material.front.absorptivity, material.front.emissivity)),
+            ("sides", back),
+            ("response", response),
+            ("source", material.source.clone()),
+        ],
+    )
+}
+
+fn describe_response(response: &Response) -> String {
+    match response {
+        Response::Instant => "instant".to_owned(),
+        Response::Network => "network".to_owned(),
+        Response::Given => "given by temperatures.file".to_owned(),
+        Response::Radiative(plate) => format!(
+            "radiative, {:.4} J/(m2 K){}",
+            plate.capacity,
+            plate.over.map_or(String::new(), |over| format!(
+                " over {:.4} J/(m2 K), effective emittance {}",
+                over.capacity, over.effective_emittance
+            ))
+        ),
+        Response::Transition(transition) => format!(
+            "transition of {}, heating {}, cooling {}, {}",
+            match transition.domain {
+                Domain::Temperature => "T",
+                Domain::FourthPower => "T4",
+            },
+            profile(&transition.heating),
+            profile(&transition.cooling),
+            match transition.retarget {
+                Retarget::Merge => "merge",
+                Retarget::Restart => "restart",
+            }
+        ),
+    }
+}
+
+/// Lens and samples of a camera, in words.
 pub(crate) fn lens_lines(camera: &Camera) -> Vec<(&'static str, String)> {
     let Lens { focal: [fx, fy], centre: [cx, cy], skew, distortion } = camera.lens;
     let (x, y) = (cx - 0.5, cy - 0.5);

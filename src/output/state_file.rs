@@ -1,11 +1,12 @@
 //! The file of a saved state.
 //!
-//! It begins with the line `isotherm state`, then come the version of the format (u32), the number 0x01020304 (u32) and the number of lists
-//! (u64). Each list has the length of its name (u64), its name, its number of bytes (u64) and its bytes. The SHA-256 of all this ends the file.
-//! Numbers are in the byte order of the machine. The number 0x01020304 shows which one it is. `simulation/state.rs` and `job.rs` say what the lists hold.
+//! The line `isotherm state` begins the file, then come the version of the format (u32), the number 0x01020304 (u32) and the number of lists (u64).
+//! Each list has the length of its name (u64), its name, its number of bytes (u64) and its bytes. The SHA-256 of all this ends the file. Numbers are
+//! in the byte order of the machine. The number 0x01020304 shows the byte order. `simulation/state.rs` describes the lists of a simulation,
+//! `job_state.rs` and `cli/resume.rs` add the lists of a run.
 //!
-//! A state is written beside the old one, brought to the disk and renamed. So a kill, a full disk or a loss of power leaves the old one or the
-//! new one whole, and an earlier one is not kept: a damaged file means a damaged disk, where nothing else in the folder can be trusted either.
+//! A state is written beside the old one, brought to the disk and renamed. So a kill, a full disk or a loss of power leaves the old or the new state
+//! whole. An earlier state is not kept: a damaged file means a damaged disk, where nothing else in the folder can be trusted either.
 
 use std::fs::{self, File};
 use std::io::Write;
@@ -18,7 +19,6 @@ use super::temporary::Unfinished;
 use crate::saved::Saved;
 
 const MAGIC: &[u8] = b"isotherm state\n";
-/// Version of the format.
 const VERSION: u32 = 1;
 const ORDER: u32 = 0x0102_0304;
 const SUM_BYTES: usize = 32;
@@ -40,7 +40,7 @@ pub fn encode(saved: &Saved) -> Vec<u8> {
     bytes
 }
 
-/// The state in these bytes, or what is wrong with them.
+/// The state in these bytes.
 ///
 /// # Errors
 /// The bytes are no state, of another version, truncated or damaged.

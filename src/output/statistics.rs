@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::OutputError;
 
-/// Nodes that one task sums. It is fixed, because the order of additions decides the last bits of a mean.
+/// Nodes that one task sums. The number is fixed, because the order of additions decides the last bits of a mean.
 const CHUNK: usize = 1 << 15;
 
 /// Temperatures of a group of nodes.
@@ -20,18 +20,16 @@ pub(crate) struct Summary {
 
 /// Median, tenth and ninetieth percentile of samples.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct Spread {
-    /// Median.
+pub struct Percentiles {
     pub(crate) median: f64,
     /// Tenth percentile.
     pub(crate) p10: f64,
     /// Ninetieth percentile.
     pub(crate) p90: f64,
-    /// Number of samples.
     pub(crate) samples: u64,
 }
 
-impl Spread {
+impl Percentiles {
     /// Percentiles with linear interpolation between ranks. `None` without samples. Samples that are not finite do not
     /// count.
     pub(crate) fn of(samples: &[f64]) -> Option<Self> {
@@ -53,7 +51,6 @@ impl Spread {
     }
 }
 
-/// Sums over a group.
 #[derive(Debug, Clone, Copy)]
 struct Sum {
     area: f64,
@@ -89,13 +86,13 @@ impl Sum {
 
 /// Nodes in groups (parts or materials), with their areas [m2].
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Groups {
+pub(crate) struct StatisticsGroups {
     areas: Vec<f64>,
     group: Vec<u32>,
     count: usize,
 }
 
-impl Groups {
+impl StatisticsGroups {
     /// Node i has the area `areas[i]` and belongs to group `group[i]`, which is below `count`.
     ///
     /// # Errors
@@ -151,22 +148,22 @@ mod tests {
     #[test]
     fn percentiles_are_interpolated_between_ranks() {
         // numpy.percentile([1, 2, 3, 4, 10], [10, 50, 90]) = 1.4, 3.0, 7.6
-        let time = Spread::of(&[10.0, 2.0, 3.0, f64::NAN, 1.0, 4.0]).unwrap();
+        let time = Percentiles::of(&[10.0, 2.0, 3.0, f64::NAN, 1.0, 4.0]).unwrap();
         assert!((time.p10 - 1.4).abs() < 1e-12 && (time.p90 - 7.6).abs() < 1e-12);
         assert_eq!((time.median, time.samples), (3.0, 5));
-        assert_eq!(Spread::of(&[2.5]).unwrap().p90, 2.5);
-        assert_eq!(Spread::of(&[f64::NAN]), None);
+        assert_eq!(Percentiles::of(&[2.5]).unwrap().p90, 2.5);
+        assert_eq!(Percentiles::of(&[f64::NAN]), None);
     }
 
     #[test]
     fn a_mean_is_weighted_by_area_and_the_ends_are_not() {
         // By hand: (1*300 + 3*200) / 4 = 225. The plain mean is 250.
-        let groups = Groups::new(vec![1.0, 3.0, 5.0], vec![0, 0, 2], 4).unwrap();
+        let groups = StatisticsGroups::new(vec![1.0, 3.0, 5.0], vec![0, 0, 2], 4).unwrap();
         let result = groups.summaries(&[300.0, 200.0, 2.7]).unwrap();
         assert_eq!(result[0], Some(Summary { min: 200.0, mean: 225.0, max: 300.0 }));
         assert_eq!(result[1], None);
         assert_eq!(result[2].unwrap().max, 2.7);
-        let even = Groups::new(vec![1.0, 1.0, 5.0], vec![0, 0, 2], 4).unwrap();
+        let even = StatisticsGroups::new(vec![1.0, 1.0, 5.0], vec![0, 0, 2], 4).unwrap();
         assert_eq!(even.summaries(&[300.0, 200.0, 2.7]).unwrap()[0].unwrap().mean, 250.0);
     }
 
@@ -176,7 +173,7 @@ mod tests {
         let noise = |i: usize| ((i * 2_654_435_761) % 1_000_003) as f64 / 1_000_003.0;
         let temperatures: Vec<f32> = (0..nodes).map(|i| 2.7 + 400.0 * noise(i) as f32).collect();
         let areas: Vec<f64> = (0..nodes).map(|i| 1e-4 + noise(i + 7)).collect();
-        let groups = Groups::new(areas.clone(), (0..nodes as u32).map(|i| i % 5).collect(), 5).unwrap();
+        let groups = StatisticsGroups::new(areas.clone(), (0..nodes as u32).map(|i| i % 5).collect(), 5).unwrap();
         let with = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| groups.summaries(&temperatures).unwrap())
@@ -191,15 +188,15 @@ mod tests {
 
     #[test]
     fn what_is_not_a_number_shows() {
-        let summary = Groups::all(vec![1.0; 3]).summaries(&[300.0, f32::NAN, 200.0]).unwrap()[0].unwrap();
+        let summary = StatisticsGroups::all(vec![1.0; 3]).summaries(&[300.0, f32::NAN, 200.0]).unwrap()[0].unwrap();
         assert!(summary.min.is_nan() && summary.mean.is_nan() && summary.max.is_nan());
     }
 
     #[test]
     fn lists_that_do_not_fit_are_errors() {
-        assert!(Groups::new(vec![1.0], vec![0, 0], 1).is_err());
-        let error = Groups::new(vec![1.0; 2], vec![0, 3], 3).unwrap_err();
+        assert!(StatisticsGroups::new(vec![1.0], vec![0, 0], 1).is_err());
+        let error = StatisticsGroups::new(vec![1.0; 2], vec![0, 3], 3).unwrap_err();
         assert_eq!(error.to_string(), "node 1: group 3 of 3");
-        assert!(Groups::all(vec![1.0; 2]).summaries(&[1.0]).is_err());
+        assert!(StatisticsGroups::all(vec![1.0; 2]).summaries(&[1.0]).is_err());
     }
 }

@@ -8,9 +8,9 @@ use super::folder::Folder;
 use super::growing::Growing;
 use super::joints::JointColumns;
 use super::report::PlotEntry;
-use super::series::{Series, SeriesRow};
+use super::series::{SeriesRow, TemperatureSeries};
 use super::series_lines::SeriesLines;
-use super::statistics::Groups;
+use super::statistics::StatisticsGroups;
 use super::temperature_plots::temperature_plots;
 use crate::model::nodes::GROUP;
 use crate::simulation::prepare::Prepared;
@@ -23,7 +23,7 @@ pub(crate) const JOINTS: &str = "joints.csv";
 /// The growing tables of a run.
 pub(super) struct Tables<'a> {
     groups: NodeGroups,
-    columns: Series,
+    columns: TemperatureSeries,
     series: Growing<'a>,
     joint_columns: JointColumns,
     joints: Option<Growing<'a>>,
@@ -46,7 +46,7 @@ impl<'a> Tables<'a> {
     ) -> Result<Self, OutputError> {
         let names: Vec<String> = prepared.materials.iter().map(|material| material.name.clone()).collect();
         let probes: Vec<String> = prepared.scene.probes.iter().map(|probe| probe.name.clone()).collect();
-        let columns = Series::new(&prepared.parts, &names, &probes);
+        let columns = TemperatureSeries::new(&prepared.parts, &names, &probes);
         let joints = prepared.loads.joints().joints();
         let joint_columns = JointColumns::new(joints.iter().map(|joint| (joint.name.clone(), joint.turns())));
         Ok(Self {
@@ -85,9 +85,9 @@ impl<'a> Tables<'a> {
 
 /// Nodes grouped by part, by material and all together, for the series.
 pub(crate) struct NodeGroups {
-    parts: Groups,
-    materials: Groups,
-    all: Groups,
+    parts: StatisticsGroups,
+    materials: StatisticsGroups,
+    all: StatisticsGroups,
     /// Device index of each vertex. Padding nodes have no vertex, so they do not affect minima.
     node_of_vertex: Vec<u32>,
 }
@@ -100,9 +100,9 @@ impl NodeGroups {
         let of =
             |groups: &[u32]| node_of_vertex.iter().map(|node| groups[*node as usize / GROUP]).collect::<Vec<u32>>();
         Ok(Self {
-            parts: Groups::new(areas.clone(), of(&nodes.group_part), prepared.parts.len())?,
-            materials: Groups::new(areas.clone(), of(&nodes.group_material), prepared.materials.len())?,
-            all: Groups::all(areas),
+            parts: StatisticsGroups::new(areas.clone(), of(&nodes.group_part), prepared.parts.len())?,
+            materials: StatisticsGroups::new(areas.clone(), of(&nodes.group_material), prepared.materials.len())?,
+            all: StatisticsGroups::all(areas),
             node_of_vertex,
         })
     }

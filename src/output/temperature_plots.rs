@@ -3,7 +3,7 @@
 use super::OutputError;
 use super::eclipses::Eclipses;
 use super::report::PlotEntry;
-use super::series_lines::{Kind, SeriesLines};
+use super::series_lines::{LineGroup, SeriesLines};
 
 /// Most lines with a band from minimum to maximum. More bands would hide each other.
 const MOST_BANDS: usize = 5;
@@ -17,7 +17,7 @@ pub(crate) fn temperature_plots(series: SeriesLines, eclipses: &Eclipses) -> Res
         ("probes", "Probes", series.probes),
     ];
     let mut plots = vec![];
-    for (name, title, Kind { count, mut lines }) in kinds {
+    for (name, title, LineGroup { count, mut lines }) in kinds {
         if lines.is_empty() {
             continue;
         }
@@ -42,25 +42,25 @@ pub(crate) fn temperature_plots(series: SeriesLines, eclipses: &Eclipses) -> Res
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::output::clock::Clock;
-    use crate::output::series::Series;
+    use crate::output::clock::DisplayClock;
     use crate::output::series::SeriesRow;
+    use crate::output::series::TemperatureSeries;
     use crate::output::series::tests::{orbit, text};
 
-    fn drawn(series: &Series, eclipses: &Eclipses) -> Vec<PlotEntry> {
+    fn drawn(series: &TemperatureSeries, eclipses: &Eclipses) -> Vec<PlotEntry> {
         let table = text(series);
         temperature_plots(SeriesLines::read(series, || Ok(table.as_bytes())).unwrap(), eclipses).unwrap()
     }
 
     #[test]
     fn each_kind_that_is_there_has_its_plot() {
-        let names = |series: &Series| -> Vec<String> {
+        let names = |series: &TemperatureSeries| -> Vec<String> {
             let plots = drawn(series, &Eclipses::default());
             plots.into_iter().map(|plot| plot.file.replace("plots/", "").replace(".svg", "")).collect()
         };
         assert_eq!(names(&orbit(2, 3, 1)), ["materials", "parts", "probes"]);
         assert_eq!(names(&orbit(1, 0, 0)), ["parts"]);
-        assert!(names(&Series::new(&["a".into()], &[], &[])).is_empty());
+        assert!(names(&TemperatureSeries::new(&["a".into()], &[], &[])).is_empty());
     }
 
     #[test]
@@ -88,8 +88,8 @@ mod tests {
     #[test]
     fn long_runs_are_shown_in_hours() {
         let row = |time| SeriesRow { time, all: None, parts: vec![], materials: vec![], probes: vec![] };
-        assert_eq!(Clock::for_rows(&[row(0.0), row(59.0)]).unit, "s");
-        assert_eq!(Clock::for_rows(&[row(0.0), row(5580.0)]).unit, "min");
-        assert_eq!(Clock::for_rows(&[row(0.0), row(86_400.0)]).time(7200.0), 2.0);
+        assert_eq!(DisplayClock::for_rows(&[row(0.0), row(59.0)]).unit, "s");
+        assert_eq!(DisplayClock::for_rows(&[row(0.0), row(5580.0)]).unit, "min");
+        assert_eq!(DisplayClock::for_rows(&[row(0.0), row(86_400.0)]).time(7200.0), 2.0);
     }
 }

@@ -1,4 +1,4 @@
-//! The video of a run: what the sensor displayed, as an animated PNG, or as MP4 by `ffmpeg` where it is installed.
+//! The video of a run: the grey images of the sensor, as an animated PNG, or as MP4 by `ffmpeg` where it is installed.
 
 use std::io::Write;
 use std::process::{Command, Stdio};
@@ -8,9 +8,7 @@ use super::folder::Folder;
 use super::gray::{animated, read_png};
 use crate::scene::{ImageFiles, Video};
 
-/// File of an animated PNG.
 pub(crate) const APNG: &str = "video.png";
-/// File of an MP4.
 pub(crate) const MP4: &str = "video.mp4";
 
 /// Refuses a video that can not be made, before the run.

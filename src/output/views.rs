@@ -1,4 +1,4 @@
-//! What a camera sees of one scene under three responses at one step, in numbers.
+//! Images of one scene under three responses at one step, in numbers.
 
 use super::OutputError;
 use super::frame::check_channels;
@@ -7,7 +7,6 @@ use super::ticks::union;
 /// The camera's view at one step under each response.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Views {
-    /// Number of the step.
     pub(crate) step: u32,
     /// The time in words.
     pub(crate) caption: String,
@@ -17,7 +16,7 @@ pub(crate) struct Views {
     pub(crate) height: u32,
     /// Surface temperatures [K] under each response. The last response is the reference.
     pub(crate) temperatures: [Vec<f32>; 3],
-    /// Index of the part + 1 at each pixel. It is 0 without a surface.
+    /// Index of the part + 1 at each pixel, 0 without a surface.
     pub(crate) part: Vec<u32>,
 }
 

@@ -20,11 +20,11 @@ pub(crate) fn check_writable(path: &Path) -> Result<(), OutputError> {
     temporary_beside(path).map(|_| ())
 }
 
-/// Writes a temporary file and renames it to `path` if `content` succeeds. Others see the old file or the whole new
-/// one. After an error the old file is unchanged and no temporary file is left.
+/// Writes a temporary file and renames it to `path` if `content` succeeds. Other processes see the old file or the whole new file. After an error the
+/// old file is unchanged and no temporary file is left.
 ///
 /// # Errors
-/// Those of `content`, or [`OutputError::Write`] if the folder is missing or not writable or the disk is full.
+/// `content` fails, or [`OutputError::Write`] if the folder is missing or not writable or the disk is full.
 pub(crate) fn write_atomic<F>(path: &Path, content: F) -> Result<(), OutputError>
 where
     F: FnOnce(&mut dyn Write) -> Result<(), OutputError>,

@@ -17,7 +17,7 @@ pub(crate) enum Tolerance {
 
 /// One number that the paper states.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Check {
+pub(crate) struct PaperCheck {
     /// The meaning of the number.
     pub(crate) statement: String,
     /// The paper's number, or the result of its equations.
@@ -30,7 +30,7 @@ pub(crate) struct Check {
     pub(crate) unit: &'static str,
 }
 
-impl Check {
+impl PaperCheck {
     /// Isotherm's number minus the paper's.
     pub(crate) fn difference(&self) -> f64 {
         self.computed - self.expected
@@ -44,7 +44,6 @@ impl Check {
         }
     }
 
-    /// The statement with unit and tolerance.
     pub(crate) fn statement_with_unit(&self) -> String {
         let how = match self.tolerance {
             Tolerance::Computation(size) => format!("within {size}"),
@@ -65,9 +64,9 @@ impl Check {
 }
 
 /// Writes the file `name`, `checks.csv`: statement, expected, computed, difference, agrees (`true` or `false`).
-pub(crate) fn write(folder: &Folder, name: &str, checks: &[Check]) -> Result<(), OutputError> {
+pub(crate) fn write(folder: &Folder, name: &str, checks: &[PaperCheck]) -> Result<(), OutputError> {
     let head = ["statement", "expected", "computed", "difference", "agrees"].map(str::to_owned);
-    let row = |check: &Check| {
+    let row = |check: &PaperCheck| {
         for value in [check.expected, check.computed] {
             finite(value, || format!("a number of '{}'", check.statement))?;
         }
@@ -81,9 +80,9 @@ pub(crate) fn write(folder: &Folder, name: &str, checks: &[Check]) -> Result<(),
 mod tests {
     use super::*;
 
-    fn check(expected: f64, computed: f64) -> Check {
+    fn check(expected: f64, computed: f64) -> PaperCheck {
         let tolerance = Tolerance::Reading(10.0);
-        Check { statement: "hot, \"very\"".into(), expected, computed, tolerance, unit: "K" }
+        PaperCheck { statement: "hot, \"very\"".into(), expected, computed, tolerance, unit: "K" }
     }
 
     #[test]
@@ -94,7 +93,7 @@ mod tests {
 
     #[test]
     fn what_should_be_below_agrees_below_only() {
-        let below = |computed| Check { tolerance: Tolerance::Below, ..check(217.1, computed) };
+        let below = |computed| PaperCheck { tolerance: Tolerance::Below, ..check(217.1, computed) };
         assert!(below(217.0).agrees() && !below(217.1).agrees() && !below(219.1).agrees() && !below(f64::NAN).agrees());
         assert_eq!(below(219.1).numbers()[0], "217.100000");
     }

@@ -56,7 +56,7 @@ pub struct Panel {
     pub(crate) optics: Optics,
     /// Conductivity k [W m-1 K-1].
     pub(crate) conductivity: f64,
-    /// Volumetric heat capacity rho c [J m-3 K-1]. It is 0 for panels that store no heat.
+    /// Volumetric heat capacity rho c [J m-3 K-1]. The value is 0 for panels that store no heat.
     pub(crate) heat_capacity: f64,
 }
 
@@ -87,11 +87,11 @@ pub enum Loads {
 /// A cube in an orbit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cube {
-    /// What it is made of.
+    /// Material properties of the panels.
     pub panel: Panel,
     /// Whether the panels conduct heat to each other.
     pub conducting: bool,
-    /// What it receives.
+    /// Loads on the cube.
     pub loads: Loads,
     /// Solar constant [W/m2].
     pub solar_constant: f64,
@@ -108,20 +108,20 @@ impl fmt::Display for Cube {
 }
 
 /// Temperatures of the faces [K] at steps 0 to [`STEPS`] of a periodic orbit.
-pub(crate) type Orbit = Vec<[f64; 6]>;
+pub(crate) type FaceOrbit = Vec<[f64; 6]>;
 
 /// The input of a solver: a network and the heat of every node [W] in steps 0 to `STEPS - 1`. Step n lasts from (n -
 /// 1/2) to (n + 1/2) times `STEP` with constant heat. Step `STEPS` is step 0 of the next orbit.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Problem {
+pub(crate) struct CubeProblem {
     /// The panels.
     pub(crate) network: Network,
     /// Heat of every face [W] at every step.
     pub(crate) heat: Vec<[f64; 6]>,
 }
 
-impl Problem {
-    /// Heat of a face as pairs of time [s] and power [W] from 0 to [`PERIOD`]. It jumps between steps.
+impl CubeProblem {
+    /// Heat of a face as pairs of time [s] and power [W] from 0 to [`PERIOD`]. The power jumps between steps.
     pub(crate) fn table(&self, face: usize) -> Vec<[f64; 2]> {
         let power = |step: usize| self.heat[step % self.heat.len()][face];
         let jumps = (0..self.heat.len()).flat_map(|step| {
@@ -135,9 +135,9 @@ impl Problem {
 
 impl Cube {
     /// The network and its heat.
-    pub(crate) fn problem(&self) -> Result<Problem, SkyError> {
+    pub(crate) fn problem(&self) -> Result<CubeProblem, SkyError> {
         let heat = self.absorbed()?.into_iter().map(|faces| faces.map(|flux| EDGE * EDGE * flux)).collect();
-        Ok(Problem { network: self.network(), heat })
+        Ok(CubeProblem { network: self.network(), heat })
     }
 
     /// Mean absorbed flux of every face in each of the [`STEPS`] steps [W/m2]. Time `index * STEP` is the middle of the
@@ -228,15 +228,13 @@ pub(crate) struct Extremes {
     pub(crate) lowest: f64,
     /// Highest [K].
     pub(crate) highest: f64,
-    /// Step of the lowest.
     pub(crate) lowest_step: f64,
-    /// Step of the highest.
     pub(crate) highest_step: f64,
 }
 
 impl Extremes {
     /// Extremes of a face. NaN for an empty orbit.
-    pub(crate) fn of(orbit: &Orbit, face: usize) -> Self {
+    pub(crate) fn of(orbit: &FaceOrbit, face: usize) -> Self {
         let series: Vec<f64> = orbit.iter().take(STEPS).map(|faces| faces[face]).collect();
         let extreme = |sign: f64| {
             let best = (0..series.len()).max_by(|a, b| (sign * series[*a]).total_cmp(&(sign * series[*b])));
@@ -268,6 +266,6 @@ fn vertex(series: &[f64], at: usize) -> f64 {
 }
 
 /// Mean temperature of a face over an orbit [K].
-pub(crate) fn mean(orbit: &Orbit, face: usize) -> f64 {
+pub(crate) fn mean(orbit: &FaceOrbit, face: usize) -> f64 {
     orbit.iter().take(STEPS).map(|faces| faces[face]).sum::<f64>() / orbit.len().min(STEPS) as f64
 }

@@ -5,9 +5,7 @@ use super::transitions::{JUMPS, Jump};
 
 /// The picture of figure 7.
 pub(crate) const FIGURE_7: &str = "figure7.png";
-/// The table of checks.
 pub(crate) const CHECKS: &str = "checks.csv";
-/// The page.
 pub(crate) const INDEX: &str = "index.html";
 
 /// CSV of a transition's temperatures.
@@ -15,12 +13,10 @@ pub(crate) fn series_name(jump: &Jump) -> String {
     format!("figure{}_{}.csv", jump.figure[0], jump.figure[1])
 }
 
-/// The plot of a figure.
 pub(crate) fn plot_name(figure: u8) -> String {
     format!("figure{figure}.svg")
 }
 
-/// The CSV files.
 pub(crate) fn tables() -> Vec<String> {
     TABLES.map(str::to_owned).into_iter().chain(JUMPS.iter().map(series_name)).chain([CHECKS.to_owned()]).collect()
 }

@@ -1,19 +1,18 @@
 //! An independent solution of the cube's periodic state for tests: Runge-Kutta of order 4 with a fixed step, and
 //! Gauss-Seidel for panels without heat capacity.
 
-use super::cube::{Cube, Orbit, PERIOD, Problem, STEP, STEPS};
+use super::cube::{Cube, CubeProblem, FaceOrbit, PERIOD, STEP, STEPS};
 use super::orbits::Orbits;
 use crate::environment::sky::SkyError;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::{Network, NodeKind};
 
-/// Solves all cubes.
 pub(crate) fn orbits() -> Orbits {
-    Orbits::compute(|_: &Cube, problem: &Problem| Ok::<_, SkyError>(settle(problem))).unwrap()
+    Orbits::compute(|_: &Cube, problem: &CubeProblem| Ok::<_, SkyError>(settle(problem))).unwrap()
 }
 
 /// A cube's periodic state.
-pub(crate) fn settle(problem: &Problem) -> Orbit {
+pub(crate) fn settle(problem: &CubeProblem) -> FaceOrbit {
     let diffusive = problem.network.kinds[0] == NodeKind::Diffusive;
     if !diffusive {
         return (0..=STEPS).map(|step| balance(&problem.network, &problem.heat[step % STEPS])).collect();
@@ -35,7 +34,7 @@ pub(crate) fn settle(problem: &Problem) -> Orbit {
     }
 }
 
-fn integrate(problem: &Problem, start: [f64; 6]) -> Orbit {
+fn integrate(problem: &CubeProblem, start: [f64; 6]) -> FaceOrbit {
     const PARTS: usize = 4;
     let mut t = start;
     let mut orbit = vec![start];

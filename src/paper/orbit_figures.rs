@@ -1,10 +1,10 @@
 //! Figures 2, 3 and 4 as plots and tables: one face or all faces through the orbit.
 
-use super::cube::{FACES, Orbit, SIDE, STEPS, ZENITH};
+use super::cube::{FACES, FaceOrbit, SIDE, STEPS, ZENITH};
 use super::orbits::{Orbits, Solved};
 use crate::output::OutputError;
 use crate::output::panels::Panels;
-use crate::output::plot::{Line, Mark, Plot, Shade};
+use crate::output::plot::{Mark, Plot, PlotLine, Shade};
 use crate::output::plot_axis::Axis;
 
 /// Files of the tables of figures 2 to 4, in the order of [`figures`].
@@ -20,7 +20,7 @@ pub(crate) const TABLES: [&str; 7] = [
 
 /// Temperatures [K] of every step. Each line of a plot is a column.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Table {
+pub(crate) struct FigureTable {
     /// File in the folder.
     pub(crate) file: &'static str,
     /// Names of the columns after `step`.
@@ -29,15 +29,13 @@ pub(crate) struct Table {
     pub(crate) rows: Vec<Vec<f64>>,
 }
 
-/// A figure and its data.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Figure {
     /// Number in the paper.
     pub(crate) number: u8,
-    /// The picture.
     pub(crate) svg: String,
     /// One table for each panel.
-    pub(crate) tables: Vec<Table>,
+    pub(crate) tables: Vec<FigureTable>,
 }
 
 /// Figures 2, 3 and 4.
@@ -108,14 +106,14 @@ fn figure(
 }
 
 impl Axes {
-    fn table(&self, file: &'static str) -> Table {
+    fn table(&self, file: &'static str) -> FigureTable {
         let columns = self.lines.iter().map(|(name, _)| name.clone()).collect();
         let row = |step: usize| self.lines.iter().map(|(_, values)| values[step]).collect();
-        Table { file, columns, rows: (0..=STEPS).map(row).collect() }
+        FigureTable { file, columns, rows: (0..=STEPS).map(row).collect() }
     }
 
     fn plot(self, legends: bool) -> Plot {
-        let line = |(index, (name, values)): (usize, (String, Vec<f64>))| Line {
+        let line = |(index, (name, values)): (usize, (String, Vec<f64>))| PlotLine {
             // A legend distinguishes lines. Without it every second line is dashed.
             mark: if index % 2 == 1 && (!legends || name.starts_with('-')) || name.contains("without") {
                 Mark::Dashed
@@ -124,7 +122,7 @@ impl Axes {
             },
             points: values.into_iter().enumerate().map(|(step, t)| [step as f64, t]).collect(),
             name,
-            ..Line::default()
+            ..PlotLine::default()
         };
         let mut x = Axis::linear("step");
         x.range = Some([0.0, STEPS as f64]);
@@ -153,7 +151,7 @@ fn named(name: &str, solved: &Solved, face: usize) -> (String, Vec<f64>) {
 }
 
 /// Temperatures of a face at steps 0 to [`STEPS`]. NaN after the end of a shorter orbit.
-fn series(orbit: &Orbit, face: usize) -> Vec<f64> {
+fn series(orbit: &FaceOrbit, face: usize) -> Vec<f64> {
     (0..=STEPS).map(|step| orbit.get(step).map_or(f64::NAN, |faces| faces[face])).collect()
 }
 
@@ -180,7 +178,7 @@ mod tests {
     fn every_panel_has_its_table_and_its_lines() {
         let [two, three, four] = figures(&made(), "device <1>").unwrap();
         assert_eq!([two.number, three.number, four.number], [2, 3, 4]);
-        let tables: Vec<&Table> = [&two, &three, &four].into_iter().flat_map(|figure| &figure.tables).collect();
+        let tables: Vec<&FigureTable> = [&two, &three, &four].into_iter().flat_map(|figure| &figure.tables).collect();
         assert_eq!(tables.iter().map(|table| table.file).collect::<Vec<_>>(), TABLES);
         assert!(tables.iter().all(|table| table.rows.len() == STEPS + 1));
         assert!(tables.iter().all(|table| table.rows.iter().all(|row| row.len() == table.columns.len())));

@@ -1,6 +1,8 @@
 //! The periodic states of the cubes in figures 2, 3 and 4.
 
-use super::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, MLI, Orbit, PLANET_RADIUS, Panel, Problem, SOLAR_CONSTANTS};
+use super::cube::{
+    ALTITUDES, ALUMINIUM, Cube, CubeProblem, FaceOrbit, Loads, MLI, PLANET_RADIUS, Panel, SOLAR_CONSTANTS,
+};
 use crate::environment::sky::SkyError;
 
 /// Number of cubes.
@@ -12,7 +14,7 @@ pub(crate) struct Solved {
     /// The cube and its orbit.
     pub(crate) case: Cube,
     /// Temperatures of its faces [K].
-    pub(crate) orbit: Orbit,
+    pub(crate) orbit: FaceOrbit,
     /// Steps at which the planet covers and uncovers half of the Sun. `None` without shadow.
     pub(crate) shadow: Option<[f64; 2]>,
 }
@@ -40,9 +42,9 @@ impl Orbits {
     /// Solves all cubes. `settle` finds the periodic state of a network.
     ///
     /// # Errors
-    /// Those of `settle`. The paper's values cause no sky errors.
+    /// An error of `settle`. The paper's values cause no sky errors.
     pub(crate) fn compute<E: From<SkyError>>(
-        mut settle: impl FnMut(&Cube, &Problem) -> Result<Orbit, E>,
+        mut settle: impl FnMut(&Cube, &CubeProblem) -> Result<FaceOrbit, E>,
     ) -> Result<Self, E> {
         let mut pair = |panel: Panel, conducting: bool, loads: Loads| {
             let [dim, bright] = SOLAR_CONSTANTS;

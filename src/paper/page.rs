@@ -1,26 +1,23 @@
 //! `index.html`: figures, checks and explanations on one page that needs no network.
 
-use super::checks::Check;
+use super::checks::PaperCheck;
 use super::files::{FIGURE_7, plot_name, tables};
 use crate::output::html::{Html, kelvin};
 
-/// The contents of the page.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Page<'a> {
-    /// The computing device.
+pub(crate) struct PaperPage<'a> {
     pub(crate) device: &'a str,
     /// The SVG of figures 2 to 6.
     pub(crate) plots: &'a [(u8, String)],
     /// Figure 7 as PNG, and its caption.
     pub(crate) picture: (&'a [u8], &'a str),
-    pub(crate) transitions: &'a [Check],
-    pub(crate) scenario: &'a [Check],
+    pub(crate) transitions: &'a [PaperCheck],
+    pub(crate) scenario: &'a [PaperCheck],
     /// Assumptions about the scenario.
     pub(crate) assumed: &'a [String],
 }
 
-impl Page<'_> {
-    /// The document.
+impl PaperPage<'_> {
     pub(crate) fn html(&self) -> String {
         let mut html = Html::page("The paper's figures - isotherm");
         html.element("h1", "The paper's figures, made again");
@@ -56,10 +53,10 @@ impl Page<'_> {
     }
 
     fn headline(&self, html: &mut Html) {
-        let agree = |checks: &[Check]| checks.iter().filter(|check| check.agrees()).count();
+        let agree = |checks: &[PaperCheck]| checks.iter().filter(|check| check.agrees()).count();
         let worst = self.transitions.iter().map(|check| check.difference().abs()).fold(0.0, f64::max);
         let (worst, unit) = kelvin(worst);
-        let share = |checks: &[Check]| format!("{} of {}", agree(checks), checks.len());
+        let share = |checks: &[PaperCheck]| format!("{} of {}", agree(checks), checks.len());
         let figures = [
             (share(self.transitions), "", "values of figures 5 and 6 agree"),
             (worst, unit, "largest difference among them"),
@@ -69,8 +66,8 @@ impl Page<'_> {
     }
 }
 
-fn table(html: &mut Html, checks: &[Check]) {
-    let row = |check: &Check| {
+fn table(html: &mut Html, checks: &[PaperCheck]) {
+    let row = |check: &PaperCheck| {
         let [expected, computed, difference] = check.numbers();
         let agrees = if check.agrees() { "yes" } else { "no" };
         vec![check.statement_with_unit(), expected, computed, difference, agrees.to_owned()]
@@ -85,14 +82,14 @@ mod tests {
 
     #[test]
     fn the_page_counts_what_agrees_and_needs_nothing_else() {
-        let check = |computed| Check {
+        let check = |computed| PaperCheck {
             statement: "a <b>".into(),
             expected: 1.0,
             computed,
             tolerance: Tolerance::Computation(1e-3),
             unit: "K",
         };
-        let page = Page {
+        let page = PaperPage {
             device: "device <1>",
             plots: &[(5, "<svg></svg>".to_owned())],
             picture: (&[1, 2, 3], "picture"),

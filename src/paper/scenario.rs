@@ -1,16 +1,16 @@
 //! Compares the paper's cube in orbit (figures 2, 3 and 4) with the energy balance.
 //!
-//! The paper's numbers come from its plots or are approximate. It states no solar constant and no planet loads. Its
-//! altitude does not fit its period (docs/numerics.md 2). Where that matters, both values are shown.
+//! The paper's numbers come from its plots or are approximate. The paper states no solar constant and no planet loads. The altitude does not fit the
+//! period (docs/numerics.md 2). Where that matters, both values are shown.
 
-use super::checks::{Check, Tolerance};
+use super::checks::{PaperCheck, Tolerance};
 use super::cube::{ALTITUDES, Extremes, FACES, PERIOD, PLANET_RADIUS, SIDE, SPACE, ZENITH, mean};
 use super::orbits::{Orbits, Solved};
 use crate::environment::orbit::kepler_period;
 
 /// The rows of docs/numerics.md 2.
-pub(crate) fn checks(orbits: &Orbits) -> Vec<Check> {
-    let mut rows = Rows(Vec::new());
+pub(crate) fn checks(orbits: &Orbits) -> Vec<PaperCheck> {
+    let mut rows = CheckRows(Vec::new());
     rows.orbit(orbits);
     rows.aluminium(orbits);
     rows.mli(orbits);
@@ -29,11 +29,11 @@ const MIDNIGHT: usize = 160;
 /// Step at which the +Y face leaves the eclipse in the paper.
 const STATED_EXIT: usize = 264;
 
-struct Rows(Vec<Check>);
+struct CheckRows(Vec<PaperCheck>);
 
-impl Rows {
+impl CheckRows {
     fn state(&mut self, statement: &str, expected: f64, computed: f64, unit: &'static str, tolerance: Tolerance) {
-        self.0.push(Check { statement: format!("scenario: {statement}"), expected, computed, tolerance, unit });
+        self.0.push(PaperCheck { statement: format!("scenario: {statement}"), expected, computed, tolerance, unit });
     }
 
     fn read(&mut self, statement: &str, expected: f64, computed: f64, unit: &'static str, reading: f64) {
@@ -133,7 +133,7 @@ mod tests {
     use super::*;
     use crate::paper::independent;
 
-    fn find<'a>(checks: &'a [Check], words: &[&str]) -> &'a Check {
+    fn find<'a>(checks: &'a [PaperCheck], words: &[&str]) -> &'a PaperCheck {
         let mut found = checks.iter().filter(|check| words.iter().all(|word| check.statement.contains(word)));
         let check = found.next().unwrap_or_else(|| panic!("no row {words:?}"));
         assert!(found.next().is_none(), "more than one row {words:?}");

@@ -2,18 +2,18 @@
 
 use crate::output::OutputError;
 use crate::output::panels::Panels;
-use crate::output::plot::{Line, Plot};
+use crate::output::plot::{Plot, PlotLine};
 use crate::output::plot_axis::Axis;
 use crate::thermal::function::Function;
 use crate::thermal::material::{Domain, Profile, Retarget, Transition};
 
-use super::checks::{Check, Tolerance};
+use super::checks::{PaperCheck, Tolerance};
 
 /// Last step of every transition, and of the values in docs/numerics.md 1.
 pub(crate) const LAST_STEP: usize = 1000;
 
-/// Last step on the axis of shorter transitions. The paper's orbit has 360 steps. Its longest transition except those
-/// of 1000 steps ends at step 361.
+/// Last step on the axis of shorter transitions. The paper's orbit has 360 steps. The longest transition in the paper ends at step 361, if
+/// transitions of 1000 steps are left out.
 const SHORT_AXIS: usize = 361;
 
 /// Largest error of an f32 device [K] (docs/numerics.md 6).
@@ -90,7 +90,6 @@ pub(crate) const JUMPS: [Jump; 10] = [
 /// A transition and its temperatures [K] at steps 0 to [`LAST_STEP`].
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Computed {
-    /// The jump.
     pub(crate) jump: Jump,
     /// Temperatures with the quadratic function, as in the figures.
     pub(crate) quadratic: Vec<f64>,
@@ -98,8 +97,8 @@ pub(crate) struct Computed {
     pub(crate) linear: Option<Vec<f64>>,
 }
 
-/// Computes all transitions. `respond` takes an initial temperature [K] and a target [K] for each step. It returns the
-/// temperature at step 0 and after every step.
+/// Computes all transitions. `respond` takes an initial temperature [K] and a target [K] for each step. The result of `respond` is the temperature at
+/// step 0 and after every step.
 pub(crate) fn compute<E>(
     respond: impl Fn(&Transition, f64, &[f64]) -> Result<Vec<f64>, E>,
 ) -> Result<Vec<Computed>, E> {
@@ -130,8 +129,8 @@ impl Jump {
 
 impl Computed {
     /// Compares the results with the values of docs/numerics.md 1.
-    pub(crate) fn checks(&self) -> Vec<Check> {
-        let check = |equations: &str, step: usize, expected: f64, computed: Option<&f64>| Check {
+    pub(crate) fn checks(&self) -> Vec<PaperCheck> {
+        let check = |equations: &str, step: usize, expected: f64, computed: Option<&f64>| PaperCheck {
             statement: format!("figure {}, {}, {equations}, at step {step}", self.jump.number(), self.jump.describe()),
             expected,
             computed: computed.copied().unwrap_or(f64::NAN),
@@ -153,7 +152,7 @@ impl Computed {
         let Jump { from, to, t_max, .. } = self.jump;
         let last = if t_max as usize > SHORT_AXIS { LAST_STEP } else { SHORT_AXIS };
         let values = self.quadratic.iter().take(last + 1).enumerate();
-        let line = Line { points: values.map(|(step, &t)| [step as f64, t]).collect(), ..Line::default() };
+        let line = PlotLine { points: values.map(|(step, &t)| [step as f64, t]).collect(), ..PlotLine::default() };
         let mut x = Axis::linear("step");
         x.range = Some([0.0, last as f64]);
         Plot {

@@ -8,17 +8,17 @@ use glam::DVec3;
 
 use crate::model::nodes::{GROUP, Nodes};
 use crate::output::canvas::{Canvas, Rgb};
-use crate::raster::{Surface, View, rasterise};
+use crate::raster::{RasterSurface, RasterView, rasterise};
 use crate::thermal::material::{Material, Sides};
 
 /// Ambient light, as a share of direct sunlight on a plate that faces the Sun.
 const AMBIENT: f64 = 0.05;
-/// Colour of the sky. It is darker than any surface.
+/// Colour of the sky, darker than any surface.
 const SKY: Rgb = [6, 8, 14];
 
 /// The craft: nodes in device order, triangles and materials.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Craft<'a> {
+pub(crate) struct CraftMesh<'a> {
     /// Positions and normals of the nodes.
     pub(crate) nodes: &'a Nodes,
     /// Node indices.
@@ -28,7 +28,7 @@ pub(crate) struct Craft<'a> {
 }
 
 /// Draws the craft in sunlight from the unit vector `sun` (body frame). `lit_fraction` is the visible share of the Sun.
-pub(crate) fn draw(craft: &Craft, view: &View, sun: DVec3, lit_fraction: f64) -> Canvas {
+pub(crate) fn draw(craft: &CraftMesh, view: &RasterView, sun: DVec3, lit_fraction: f64) -> Canvas {
     // The rasteriser multiplies an interpolated number by one of the visible face. Here these are the cosine of the Sun
     // angle and the reflectivity. A back face has the opposite normal, so its reflectivity is negative. The product is
     // positive if the visible face is lit.
@@ -37,7 +37,7 @@ pub(crate) fn draw(craft: &Craft, view: &View, sun: DVec3, lit_fraction: f64) ->
     let of_node = |group: &[u32]| (0..positions.len()).map(|node| group[node / GROUP]).collect::<Vec<u32>>();
     let reflectivities: Vec<[f64; 2]> = craft.materials.iter().map(reflectivities).collect();
     let signed: Vec<[f64; 2]> = reflectivities.iter().map(|[front, back]| [*front, -back]).collect();
-    let surface = Surface {
+    let surface = RasterSurface {
         around: None,
         positions: &positions,
         triangles: craft.triangles,
@@ -113,10 +113,10 @@ mod tests {
             areas: vec![1.0; 4],
         };
         let triangles = if normal_z > 0.0 { [[0, 1, 2], [0, 2, 3]] } else { [[0, 2, 1], [0, 3, 2]] };
-        let craft = Craft { nodes: &nodes, triangles: &triangles, materials: &[material(0.25, 0.75)] };
+        let craft = CraftMesh { nodes: &nodes, triangles: &triangles, materials: &[material(0.25, 0.75)] };
         let camera_from_body = DAffine3::from_mat3(DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0)))
             * DAffine3::from_translation(DVec3::new(0.0, 0.0, -10.0));
-        let view = View {
+        let view = RasterView {
             camera_from_body,
             width: 8,
             height: 8,

@@ -5,7 +5,7 @@
 use glam::{DAffine3, DVec2, DVec3};
 
 use super::surface::Pixel;
-use super::view::View;
+use super::view::RasterView;
 use crate::lens::Distortion;
 
 /// Most pixels that such a craft spans along either axis.
@@ -15,10 +15,9 @@ pub(crate) const TEXELS: u32 = 256;
 /// Places in a pixel along each axis at which its sky is seen, with several samples.
 pub(crate) const SKY_LOOKUPS: u32 = 4;
 
-/// A crop of an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Crop {
-    /// Its upper left corner [px].
+    /// Upper left corner [px].
     pub(crate) corner: DVec2,
     /// Texels along the side of a pixel.
     pub(crate) scale: f64,
@@ -29,7 +28,7 @@ pub(crate) struct Crop {
 impl Crop {
     /// The crop around boxes that hold the craft, each with its motion into the body frame. `most` is the most texels along each axis. `None` for a craft that is
     /// near, and through a distorting lens.
-    pub(crate) fn around(view: &View, boxes: &[(DAffine3, [DVec3; 2])], most: [u32; 2]) -> Option<Self> {
+    pub(crate) fn around(view: &RasterView, boxes: &[(DAffine3, [DVec3; 2])], most: [u32; 2]) -> Option<Self> {
         if view.lens.distortion != Distortion::None || view.lens.skew != 0.0 {
             return None;
         }
@@ -59,12 +58,11 @@ impl Crop {
         Some(Self { corner: low, scale, size })
     }
 
-    /// The view that draws the crop.
-    pub(crate) fn view(&self, view: &View) -> View {
+    pub(crate) fn view(&self, view: &RasterView) -> RasterView {
         let mut lens = view.lens;
         lens.focal = lens.focal.map(|focal| focal * self.scale);
         lens.centre = [0, 1].map(|axis| (lens.centre[axis] - self.corner[axis]) * self.scale);
-        View { lens, width: self.size[0], height: self.size[1], samples: 1, ..*view }
+        RasterView { lens, width: self.size[0], height: self.size[1], samples: 1, ..*view }
     }
 
     /// First texel whose centre lies at or beyond a border between pixels.
@@ -118,7 +116,8 @@ mod tests {
     #[test]
     fn a_crop_holds_the_craft_and_ends_where_it_is_near() {
         let lens = Lens::pinhole([100.0, 90.0], [40.2, 30.3]);
-        let view = View { camera_from_body: DAffine3::IDENTITY, width: 80, height: 60, lens, samples: 1, near: 0.1 };
+        let view =
+            RasterView { camera_from_body: DAffine3::IDENTITY, width: 80, height: 60, lens, samples: 1, near: 0.1 };
         let at = |z: f64| [(DAffine3::IDENTITY, [DVec3::new(-1.0, 2.0, z - 1.0), DVec3::new(1.0, 3.0, z + 1.0)])];
         let crop = Crop::around(&view, &at(100.0), [80, 60]).expect("2 pixels");
         for corner in [DVec3::new(-1.0, 2.0, 99.0), DVec3::new(1.0, 3.0, 101.0)] {

@@ -1,25 +1,24 @@
-//! The light of a sample: what a surface emits and reflects there, or the sky where none is.
+//! The light of a sample: emission and reflection of a surface there, or the sky where none is.
 
 use glam::{DVec2, DVec3};
 
-use super::surface::{Around, Pixel, Surface};
-use super::traced::{Craft, Seen, traced_radiance};
-use super::triangle::Shown;
-use super::view::{View, grid};
-use crate::thermal::surroundings::{Reflector, emissivity, reflected_radiance, sky_radiance};
+use super::surface::{Pixel, RasterSurface, SurfaceSurroundings};
+use super::traced::{ReflectedCraft, TracedSample, traced_radiance};
+use super::triangle::ShownFace;
+use super::view::{RasterView, grid};
+use crate::thermal::surroundings::{BandReflector, emissivity, reflected_radiance, sky_radiance};
 
-/// What the light of samples comes from.
-pub(super) struct Light<'a> {
-    pub(crate) surface: &'a Surface<'a>,
-    pub(crate) view: &'a View,
+pub(super) struct SampleLight<'a> {
+    pub(crate) surface: &'a RasterSurface<'a>,
+    pub(crate) view: &'a RasterView,
     /// Radiance of a blackbody at a temperature [K].
     pub(crate) radiance: &'a dyn Fn(f64) -> f64,
 }
 
-impl Light<'_> {
-    /// Gives a sample its light. `ray` is that of its place in the image [px]. So far the radiance holds the emissivity, so that only visible samples are
-    /// converted.
-    pub(crate) fn shine(&self, sample: &mut Pixel, shown: Option<Shown>, ray: DVec2, place: [f64; 2]) {
+impl SampleLight<'_> {
+    /// Gives a sample its light. `ray` passes through its place in the image. So far the radiance holds the emissivity, so that only visible samples
+    /// are converted.
+    pub(crate) fn shine(&self, sample: &mut Pixel, shown: Option<ShownFace>, ray: DVec2, place: [f64; 2]) {
         let around = self.surface.around.as_ref().filter(|_| ray.is_finite());
         let direction = ray.extend(1.0).normalize();
         if sample.part > 0 {
@@ -34,21 +33,28 @@ impl Light<'_> {
         }
     }
 
-    /// What a sample reflects of the craft itself. `None` where the craft is not traced.
-    fn of_craft(&self, sample: &Pixel, around: &Around, shown: Shown, ray: DVec2, place: [f64; 2]) -> Option<f64> {
+    /// The craft's own light that a sample reflects. `None` where the craft is not traced.
+    fn of_craft(
+        &self,
+        sample: &Pixel,
+        around: &SurfaceSurroundings,
+        shown: ShownFace,
+        ray: DVec2,
+        place: [f64; 2],
+    ) -> Option<f64> {
         let traced = around.traced.as_ref()?;
         let surroundings = around.surroundings?;
         let reflector = around.reflector(sample, shown)?;
         let [across, down] = grid(self.view.samples).map(f64::from);
         let texel = [across * place[0], down * place[1]];
-        let seen = Seen {
+        let seen = TracedSample {
             reflector,
             normal: shown.normal,
             to_camera: -ray.extend(1.0).normalize(),
             place: sample.depth * ray.extend(1.0),
             pixel: texel.map(|at| (16.0 * at) as u32),
         };
-        let craft = Craft {
+        let craft = ReflectedCraft {
             traced,
             surroundings,
             reflectors: around.reflectors,
@@ -60,21 +66,20 @@ impl Light<'_> {
     }
 }
 
-impl Around<'_> {
-    /// The reflector that a sample shows.
-    fn reflector(&self, sample: &Pixel, shown: Shown) -> Option<&Reflector> {
+impl SurfaceSurroundings<'_> {
+    fn reflector(&self, sample: &Pixel, shown: ShownFace) -> Option<&BandReflector> {
         self.reflectors.get(sample.material as usize - 1).map(|faces| &faces[shown.face])
     }
 
-    /// Emissivity of what a sample shows. `direction` leads from the camera to it.
-    fn emissivity(&self, sample: &Pixel, shown: Shown, direction: DVec3) -> Option<f64> {
+    /// Emissivity of the face that a sample shows. `direction` leads from the camera to it.
+    fn emissivity(&self, sample: &Pixel, shown: ShownFace, direction: DVec3) -> Option<f64> {
         let reflector = self.reflector(sample, shown)?;
         Some(emissivity(reflector, &self.looks, sample.temperature, shown.normal.dot(-direction).max(0.0)))
     }
 }
 
-/// Adds what a surface reflects, or the sky where none is. `direction` leads from the camera to the sample.
-fn arrive(sample: &mut Pixel, around: &Around, shown: Option<Shown>, direction: DVec3) {
+/// Adds the reflection of a surface, or the sky where none is. `direction` leads from the camera to the sample.
+fn arrive(sample: &mut Pixel, around: &SurfaceSurroundings, shown: Option<ShownFace>, direction: DVec3) {
     let Some(surroundings) = around.surroundings else { return };
     match shown {
         None if around.background => sample.radiance = sky_radiance(surroundings, &around.looks, direction),

@@ -1,13 +1,13 @@
-//! What is drawn, and what a pixel of it shows.
+//! A surface to draw, and the values of a pixel of its image.
 
 use glam::DVec3;
 
-use super::traced::Traced;
-use crate::thermal::surroundings::{Looks, Reflector, Surroundings};
+use super::traced::TracedTriangles;
+use crate::thermal::surroundings::{BandReflector, Looks, Surroundings};
 
 /// Triangles with the values of their vertices. A triangle has the part and material of its first vertex.
 #[derive(Debug, Clone, Copy)]
-pub struct Surface<'a> {
+pub struct RasterSurface<'a> {
     /// Vertex positions, body frame [m].
     pub positions: &'a [DVec3],
     /// Vertex indices, counter-clockwise seen from the front.
@@ -20,37 +20,34 @@ pub struct Surface<'a> {
     pub vertex_material: &'a [u32],
     /// Emissivities of front and back for each material.
     pub emissivities: &'a [[f64; 2]],
-    /// What surrounds the surface, and how it looks. `None` where it only emits, and alike to all sides.
-    pub around: Option<Around<'a>>,
+    /// Surroundings and looks of the surface. `None` where it only emits, and alike to all sides.
+    pub around: Option<SurfaceSurroundings<'a>>,
 }
 
-/// What surrounds a surface, and how it reflects that.
+/// The surroundings of a surface, and how it reflects them.
 #[derive(Debug, Clone, Copy)]
-pub struct Around<'a> {
+pub struct SurfaceSurroundings<'a> {
     /// The surroundings, in camera axes. `None` where no pixel shows them.
     pub(crate) surroundings: Option<&'a Surroundings>,
-    /// Whether they show behind the surface.
     pub(crate) background: bool,
-    /// Normals of the vertices, body frame. They interpolate between the vertices.
+    /// Normals of the vertices, body frame, interpolated between the vertices.
     pub(crate) normals: &'a [DVec3],
-    /// Whether it reflects them.
     pub(crate) reflects: bool,
     /// Front and back of each material. Empty where nothing reflects and every emissivity is one number.
-    pub(crate) reflectors: &'a [[Reflector; 2]],
-    /// The tables that they refer to.
+    pub(crate) reflectors: &'a [[BandReflector; 2]],
     pub(crate) looks: Looks<'a>,
     /// The craft itself, where it is reflected too.
-    pub(crate) traced: Option<Traced<'a>>,
+    pub(crate) traced: Option<TracedTriangles<'a>>,
 }
 
-/// One pixel. Temperature, depth and identity are those at its centre.
+/// One pixel. Temperature, depth and identity are taken at its centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pixel {
-    /// Emitted and reflected radiance in the band [W m-2 sr-1], in the mean of the samples. Where no surface is, it is that of the sky, or 0 without one.
+    /// Emitted and reflected radiance in the band [W m-2 sr-1], in the mean of the samples. Where no surface is, the radiance of the sky, or 0
+    /// without a sky.
     pub radiance: f64,
     /// The reflected part of it [W m-2 sr-1]. 0 where no surface is.
     pub(crate) reflected: f64,
-    /// Share of the samples that show a surface.
     pub(crate) coverage: f64,
     /// Temperature [K]. 0 where no surface is.
     pub temperature: f64,
@@ -62,7 +59,6 @@ pub struct Pixel {
     pub material: u32,
 }
 
-/// A pixel that no triangle covers.
 pub(crate) const EMPTY: Pixel = Pixel {
     radiance: 0.0,
     reflected: 0.0,

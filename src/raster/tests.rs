@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3};
 
-use super::{EMPTY, Pixel, Surface, View, rasterise};
+use super::{EMPTY, Pixel, RasterSurface, RasterView, rasterise};
 use crate::lens::{Distortion, Lens};
 use crate::thermal::planck::{Band, band_radiance_exact};
 
@@ -13,13 +13,13 @@ fn radiance(t: f64) -> f64 {
 }
 
 /// Looks along -Z of the body (front faces have a normal towards +Z) from (0, 0, height), turned by `tilt` about X.
-fn view(height: f64, tilt: f64) -> View {
+fn view(height: f64, tilt: f64) -> RasterView {
     let down = DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
     let camera_from_body = DAffine3::from_quat(DQuat::from_rotation_x(tilt))
         * DAffine3::from_mat3(down)
         * DAffine3::from_translation(DVec3::new(0.0, 0.0, -height));
     let lens = Lens::pinhole([70.0, 72.0], [39.3, 30.8]);
-    View { camera_from_body, width: 80, height: 60, lens, samples: 1, near: 0.1 }
+    RasterView { camera_from_body, width: 80, height: 60, lens, samples: 1, near: 0.1 }
 }
 
 /// A square of 20 m at z = 0 whose temperature is linear in x and y.
@@ -42,10 +42,10 @@ fn plate() -> Plate {
     Plate { positions, temperatures }
 }
 
-fn draw(plate: &Plate, triangles: &[[u32; 3]], view: &View) -> Vec<Pixel> {
+fn draw(plate: &Plate, triangles: &[[u32; 3]], view: &RasterView) -> Vec<Pixel> {
     let vertices = plate.positions.len();
     let (parts, materials) = (vec![4; vertices], vec![1; vertices]);
-    let surface = Surface {
+    let surface = RasterSurface {
         positions: &plate.positions,
         triangles,
         temperatures: &plate.temperatures,
@@ -58,7 +58,7 @@ fn draw(plate: &Plate, triangles: &[[u32; 3]], view: &View) -> Vec<Pixel> {
 }
 
 /// Point where a pixel's ray meets the plane z = 0 of the body, and its camera depth, without the rasteriser.
-fn meet(view: &View, index: usize) -> (DVec3, f64) {
+fn meet(view: &RasterView, index: usize) -> (DVec3, f64) {
     let (column, row) = (index % view.width as usize, index / view.width as usize);
     let ray = view.lens.unproject(DVec2::new(column as f64 + 0.5, row as f64 + 0.5)).expect("a ray").extend(1.0);
     let body_from_camera = view.camera_from_body.inverse();
@@ -134,7 +134,7 @@ fn the_nearest_wins_in_any_order() {
 #[test]
 fn the_mean_of_the_samples_is_that_of_the_area() {
     for samples in [4, 8, 16] {
-        let mut view = View { samples, ..view(40.0, 0.0) };
+        let mut view = RasterView { samples, ..view(40.0, 0.0) };
         view.camera_from_body = DAffine3::from_quat(DQuat::from_rotation_z(0.3)) * view.camera_from_body;
         let mut plate = plate();
         plate.temperatures = vec![300.0; 4];
@@ -153,8 +153,9 @@ fn the_mean_of_the_samples_is_that_of_the_area() {
 
 #[test]
 fn nothing_behind_the_camera_is_drawn() {
-    let view = View { camera_from_body: DAffine3::from_translation(DVec3::new(0.0, 0.0, -3.0)), ..view(1.0, 0.0) };
+    let view =
+        RasterView { camera_from_body: DAffine3::from_translation(DVec3::new(0.0, 0.0, -3.0)), ..view(1.0, 0.0) };
     assert!(draw(&plate(), &PLATE_TRIANGLES, &view).iter().all(|pixel| *pixel == EMPTY));
-    let hidden = View { near: 9.5, ..self::view(9.0, 0.0) };
+    let hidden = RasterView { near: 9.5, ..self::view(9.0, 0.0) };
     assert!(draw(&plate(), &PLATE_TRIANGLES, &hidden).iter().all(|pixel| *pixel == EMPTY));
 }

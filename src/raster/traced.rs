@@ -1,7 +1,8 @@
-//! What a face reflects of the craft itself, by rays against its own triangles. Twin: `glsl/traced.glsl`.
+//! Reflections of the craft in its own faces, by rays against its triangles. Twin: `glsl/traced.glsl`.
 //!
-//! The analytic reflection of the surroundings stays, and a ray that meets the craft puts what it meets in the place of the sky behind it. So a face that sees
-//! nothing of the craft has no noise. A ray's direction is that of a smooth mirror, or drawn from the lobe of a rough one, or with the cosine.
+//! The analytic reflection of the surroundings stays, and a ray that meets the craft puts the light of the craft in the place of the sky behind it.
+//! So a face that sees nothing of the craft has no noise. A ray takes the direction of a smooth mirror, or one drawn from the lobe of a rough mirror,
+//! or one drawn with the cosine.
 
 use glam::{DAffine3, DVec3};
 
@@ -10,19 +11,19 @@ use crate::exchange::directions::{basis, cosine_direction};
 use crate::thermal::lobe::{LEAST_VIEW, facet_reflection, masking};
 use crate::thermal::sensor::noise::pcg4d;
 use crate::thermal::surroundings::{
-    Looks, Reflector, Surroundings, dimmed, emissivity, kept_share, reflected_radiance, sky_radiance,
+    BandReflector, Looks, Surroundings, dimmed, emissivity, kept_share, reflected_radiance, sky_radiance,
 };
 
-/// Reflections that are followed. What lies beyond the last one counts as black.
+/// Reflections that are followed. Surfaces beyond the last one count as black.
 pub(crate) const REFLECTIONS: u32 = 2;
 /// Most boxes of the tree of the craft on a device, whose invocations walk it once for each reflection.
 pub(crate) const LARGEST_REFLECTED: usize = LARGEST_TREE / REFLECTIONS as usize;
-/// Draws of a direction of a rough mirror. Then its mirror direction stands for it.
+/// Most draws of a direction of a rough mirror. The mirror direction stands in where all are refused.
 const LOBE_DRAWS: u32 = 6;
 
 /// Triangles of the craft as placed by its joints, and the rays against them.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Traced<'a> {
+pub(crate) struct TracedTriangles<'a> {
     /// The triangles, body frame.
     pub(crate) occluders: &'a Occluders,
     /// Nodes of the corners of each triangle in the order of the tree, and its material.
@@ -31,16 +32,12 @@ pub(crate) struct Traced<'a> {
     pub(crate) word: u32,
 }
 
-/// The craft that is reflected, and what surrounds it.
 #[derive(Clone, Copy)]
-pub(crate) struct Craft<'a> {
-    /// Its triangles and rays.
-    pub(crate) traced: &'a Traced<'a>,
-    /// What surrounds it, in the axes of the camera.
+pub(crate) struct ReflectedCraft<'a> {
+    pub(crate) traced: &'a TracedTriangles<'a>,
+    /// In the axes of the camera.
     pub(crate) surroundings: &'a Surroundings,
-    /// Front and back of each material.
-    pub(crate) reflectors: &'a [[Reflector; 2]],
-    /// The tables that they refer to.
+    pub(crate) reflectors: &'a [[BandReflector; 2]],
     pub(crate) looks: &'a Looks<'a>,
     /// Temperatures of the nodes [K].
     pub(crate) temperatures: &'a [f64],
@@ -48,15 +45,14 @@ pub(crate) struct Craft<'a> {
     pub(crate) radiance: &'a dyn Fn(f64) -> f64,
 }
 
-/// What a sample shows, in the axes of the camera.
-pub(crate) struct Seen<'a> {
-    /// The face.
-    pub(crate) reflector: &'a Reflector,
-    /// Its normal, a unit vector.
+/// The surface that a sample shows, in the axes of the camera.
+pub(crate) struct TracedSample<'a> {
+    pub(crate) reflector: &'a BandReflector,
+    /// Unit normal.
     pub(crate) normal: DVec3,
     /// Unit vector to the camera.
     pub(crate) to_camera: DVec3,
-    /// Its place [m].
+    /// Place [m].
     pub(crate) place: DVec3,
     /// Place in the image, or in the finer one of several samples [1/16 texel].
     pub(crate) pixel: [u32; 2],
@@ -67,9 +63,9 @@ fn numbers(pixel: [u32; 2], draw: u32, word: u32) -> [f64; 4] {
     pcg4d([pixel[0], pixel[1], draw, word]).map(|word| (f64::from(word >> 8) + 0.5) / f64::from(1 << 24))
 }
 
-/// A direction from which a face reflects light to `seen`, and whether it is that of a smooth mirror.
+/// A direction from which a face reflects light to `seen`, and whether the face acted as a smooth mirror.
 fn reflected_from(
-    (reflector, looks): (&Reflector, &Looks),
+    (reflector, looks): (&BandReflector, &Looks),
     (normal, seen): (DVec3, DVec3),
     draw: impl Fn(u32) -> [f64; 4],
 ) -> (DVec3, bool) {
@@ -91,9 +87,9 @@ fn reflected_from(
     (drawn.unwrap_or(mirror), false)
 }
 
-/// Radiance of the craft in a reflection, beyond that of the surroundings which it hides [W m-2 sr-1].
-pub(crate) fn traced_radiance(craft: &Craft, camera_from_body: &DAffine3, sample: &Seen) -> f64 {
-    let Craft { traced, surroundings, looks, .. } = *craft;
+/// Radiance of the craft in a reflection, less the radiance of the surroundings that it hides [W m-2 sr-1].
+pub(crate) fn traced_radiance(craft: &ReflectedCraft, camera_from_body: &DAffine3, sample: &TracedSample) -> f64 {
+    let ReflectedCraft { traced, surroundings, looks, .. } = *craft;
     let occluders = traced.occluders;
     let body_from_camera = camera_from_body.inverse();
     let start = body_from_camera.transform_point3(sample.place + occluders.start * (sample.normal + sample.to_camera));
@@ -111,7 +107,7 @@ pub(crate) fn traced_radiance(craft: &Craft, camera_from_body: &DAffine3, sample
         let cosine = normal.dot(seen).max(0.0);
         let mut open = dimmed(surroundings, reflector, looks, cosine);
         if !smooth {
-            // Its light on a rough surface is not drawn.
+            // No ray of a rough surface stands for sunlight, so the Sun counts as space here.
             open.sun_radiance = open.space_radiance;
         }
         let kept = weight * kept_share(reflector, looks, temperature, cosine);

@@ -1,17 +1,15 @@
-//! A triangle in camera axes: which rays may meet it, and what they meet.
+//! A triangle in camera axes: the rays that may meet it, and its values where they do.
 
 use glam::{DVec2, DVec3};
 
-use super::surface::{Pixel, Surface};
-use super::view::View;
+use super::surface::{Pixel, RasterSurface};
+use super::view::RasterView;
 
-/// A triangle in camera axes.
 pub(super) struct Projected {
     /// Weights of the vertices on the ray d are `planes[i] . d`.
     planes: [DVec3; 3],
     temperatures: [f64; 3],
-    /// Rays that may meet it.
-    pub(crate) rays: Bounds,
+    pub(crate) rays: RayBounds,
     /// Normals of the visible face at the vertices, camera axes. 0 where nothing needs them.
     normals: [DVec3; 3],
     /// 0 for the front, 1 for the back.
@@ -21,15 +19,13 @@ pub(super) struct Projected {
     material: u32,
 }
 
-/// A rectangle of rays.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Bounds {
+pub(super) struct RayBounds {
     pub(crate) low: DVec2,
     pub(crate) high: DVec2,
 }
 
-impl Bounds {
-    /// No ray.
+impl RayBounds {
     pub(crate) const NONE: Self = Self { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY };
 
     pub(crate) fn with(self, ray: DVec2) -> Self {
@@ -41,9 +37,8 @@ impl Bounds {
     }
 }
 
-/// The face that a sample shows.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Shown {
+pub(super) struct ShownFace {
     /// Normal of length 1, camera axes.
     pub(crate) normal: DVec3,
     /// 0 for the front, 1 for the back.
@@ -56,7 +51,7 @@ pub(super) fn draw(
     near: f64,
     rays: &[DVec2],
     samples: &mut [Pixel],
-    shown: &mut [Option<Shown>],
+    shown: &mut [Option<ShownFace>],
 ) {
     for ((ray, sample), shown) in rays.iter().zip(samples).zip(shown) {
         let weights = triangle.planes.map(|plane| plane.dot(ray.extend(1.0)));
@@ -64,7 +59,7 @@ pub(super) fn draw(
         if weights.iter().all(|&w| w >= 0.0) && depth >= near && depth < sample.depth {
             let weighted: f64 = weights.iter().zip(triangle.temperatures).map(|(w, t)| w * t).sum();
             let normal: DVec3 = weights.iter().zip(triangle.normals).map(|(weight, normal)| *weight * normal).sum();
-            *shown = Some(Shown { normal: normal.normalize_or_zero(), face: triangle.face });
+            *shown = Some(ShownFace { normal: normal.normalize_or_zero(), face: triangle.face });
             *sample = Pixel {
                 reflected: 0.0,
                 radiance: triangle.emissivity,
@@ -79,7 +74,7 @@ pub(super) fn draw(
 }
 
 /// Prepares a triangle. `None` where it can not cover a pixel: behind the near plane, or seen edge-on.
-pub(super) fn project(surface: &Surface, view: &View, triangle: [u32; 3]) -> Option<Projected> {
+pub(super) fn project(surface: &RasterSurface, view: &RasterView, triangle: [u32; 3]) -> Option<Projected> {
     let indices = triangle.map(|vertex| vertex as usize);
     let [a, b, c] = indices.map(|vertex| view.camera_from_body.transform_point3(surface.positions[vertex]));
     let rays = bounds(view.near, [a, b, c]);
@@ -110,8 +105,8 @@ pub(super) fn project(surface: &Surface, view: &View, triangle: [u32; 3]) -> Opt
 }
 
 /// Rays that may meet a triangle, from its corners clipped at the near plane.
-fn bounds(near: f64, corners: [DVec3; 3]) -> Bounds {
-    let mut found = Bounds::NONE;
+fn bounds(near: f64, corners: [DVec3; 3]) -> RayBounds {
+    let mut found = RayBounds::NONE;
     for i in 0..3 {
         let (from, to) = (corners[i], corners[(i + 1) % 3]);
         if from.z >= near {
@@ -124,5 +119,5 @@ fn bounds(near: f64, corners: [DVec3; 3]) -> Bounds {
     }
     // A little more on each side against rounding. The weights decide which rays meet the triangle.
     let rounding = 1e-9 * (DVec2::ONE + found.low.abs().max(found.high.abs()));
-    Bounds { low: found.low - rounding, high: found.high + rounding }
+    RayBounds { low: found.low - rounding, high: found.high + rounding }
 }

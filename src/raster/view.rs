@@ -6,7 +6,7 @@ use crate::lens::{Distortion, Lens};
 
 /// A camera with OpenCV axes: +X right, +Y down, +Z forward.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct View {
+pub struct RasterView {
     /// Rigid motion that takes body positions into camera axes.
     pub(crate) camera_from_body: DAffine3,
     /// Width in pixels.
@@ -62,7 +62,7 @@ pub(crate) fn places(samples: u32) -> &'static [[f64; 2]] {
     }
 }
 
-/// Samples along the width and height of a pixel whose reflections of the craft are traced: those of a finer image.
+/// Samples along the width and height of a pixel at which reflections of the craft are traced, like the pixels of a finer image.
 pub(super) fn grid(samples: u32) -> [u32; 2] {
     match samples {
         0..=1 => [1, 1],
@@ -80,7 +80,7 @@ pub(super) fn centres([across, down]: [u32; 2]) -> Vec<[f64; 2]> {
 }
 
 /// The rays of places in the pixels of a row, pixel after pixel. Where the lens has none, the ray is no number and meets nothing.
-pub(super) fn rays_of_row(view: &View, row: u32, places: &[[f64; 2]]) -> Vec<DVec2> {
+pub(super) fn rays_of_row(view: &RasterView, row: u32, places: &[[f64; 2]]) -> Vec<DVec2> {
     let mut near = None;
     let pixels = (0..view.width)
         .flat_map(|column| places.iter().map(move |[x, y]| DVec2::new(f64::from(column) + x, f64::from(row) + y)));

@@ -15,7 +15,7 @@ use crate::environment::Attitude;
 use crate::environment::rotation_history::HistoryFrame;
 
 #[derive(Clone, Copy)]
-enum Mode {
+enum AttitudeMode {
     Nadir,
     Inertial,
     Sun,
@@ -24,12 +24,12 @@ enum Mode {
 }
 
 /// Names of the modes, with the keys that each mode reads.
-const MODES: [(&str, Mode, &[&str]); 5] = [
-    ("nadir", Mode::Nadir, &["nadir_axis", "forward_axis"]),
-    ("inertial", Mode::Inertial, &["quaternion"]),
-    ("sun", Mode::Sun, &["sun_axis", "north_axis"]),
-    ("spin", Mode::Spin, &["quaternion", "spin_axis", "rate_deg"]),
-    ("file", Mode::File, &["file", "object", "frame", "time_system"]),
+const MODES: [(&str, AttitudeMode, &[&str]); 5] = [
+    ("nadir", AttitudeMode::Nadir, &["nadir_axis", "forward_axis"]),
+    ("inertial", AttitudeMode::Inertial, &["quaternion"]),
+    ("sun", AttitudeMode::Sun, &["sun_axis", "north_axis"]),
+    ("spin", AttitudeMode::Spin, &["quaternion", "spin_axis", "rate_deg"]),
+    ("file", AttitudeMode::File, &["file", "object", "frame", "time_system"]),
 ];
 
 pub(super) fn read(
@@ -47,7 +47,7 @@ pub(super) fn read(
         }
     }
     match mode {
-        Mode::Nadir => {
+        AttitudeMode::Nadir => {
             let mut axis_or = |key: &str, default: DVec3, default_name: &str| -> Result<DVec3, SceneError> {
                 Ok(axis(section, key)?.unwrap_or_else(|| {
                     assumptions.push(format!("The craft's {key} is {default_name} (attitude.{key} is absent)."));
@@ -59,19 +59,19 @@ pub(super) fn read(
             check_not_parallel(section, ("nadir_axis", nadir_axis), ("forward_axis", forward_axis))?;
             Ok(Attitude::Nadir { nadir_axis, forward_axis })
         }
-        Mode::Inertial => {
+        AttitudeMode::Inertial => {
             let inertial_from_body = quaternion(section, "quaternion", assumptions)?;
             let what = "[w, x, y, z], which rotates body vectors into the inertial frame";
             Ok(Attitude::Inertial { inertial_from_body: section.required("quaternion", inertial_from_body, what)? })
         }
-        Mode::Sun => {
+        AttitudeMode::Sun => {
             let sun_axis = section.required("sun_axis", axis(section, "sun_axis")?, "the body axis to the Sun")?;
             let north_axis = axis(section, "north_axis")?;
             let north_axis = section.required("north_axis", north_axis, "the body axis towards the orbit normal")?;
             check_not_parallel(section, ("sun_axis", sun_axis), ("north_axis", north_axis))?;
             Ok(Attitude::Sun { sun_axis, north_axis })
         }
-        Mode::Spin => {
+        AttitudeMode::Spin => {
             let inertial_from_body = quaternion(section, "quaternion", assumptions)?;
             let what = "[w, x, y, z], which rotates body vectors into the inertial frame at time 0";
             let inertial_from_body = section.required("quaternion", inertial_from_body, what)?;
@@ -80,7 +80,7 @@ pub(super) fn read(
             let rate = section.required("rate_deg", rate, "the rate of turning [deg/s]")?.to_radians();
             Ok(Attitude::Spin { inertial_from_body, axis, rate })
         }
-        Mode::File => {
+        AttitudeMode::File => {
             let path = section.required("file", section.path("file")?, "a CCSDS AEM, or a table of quaternions")?;
             let text = read_file(path.clone(), files).map_err(|error| section.error("file", error))?;
             let frames = [("inertial", HistoryFrame::Inertial), ("orbit", HistoryFrame::Orbit)];

@@ -16,7 +16,7 @@ pub struct Edges {
     pub min: Option<f64>,
 }
 
-/// A `[[part]]`: name patterns, and edge lengths that replace those of `[model]`.
+/// A `[[part]]`: name patterns, and edge lengths in place of the lengths of `[model]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartRule {
     /// Wildcard patterns (`*`, `?`).
@@ -48,12 +48,12 @@ impl Density {
         Edges { max: rule.max.or(self.model.max), min: rule.min.or(self.model.min) }
     }
 
-    /// Longest edge of every part [m]. It is infinite where the part keeps the file's triangles.
+    /// Longest edge of every part [m], infinite where the part keeps the file's triangles.
     pub(crate) fn max_edges(&self, model: &Model) -> Vec<f64> {
         model.parts.iter().map(|part| self.of(part).max.unwrap_or(f64::INFINITY)).collect()
     }
 
-    /// Shortest edge of every part [m]. It is 0 where nothing is merged.
+    /// Shortest edge of every part [m], 0 where nothing is merged.
     pub(crate) fn min_edges(&self, model: &Model) -> Vec<f64> {
         model.parts.iter().map(|part| self.of(part).min.unwrap_or(0.0)).collect()
     }

@@ -6,10 +6,8 @@ use super::quantity::Quantity;
 use super::value_source::ValueSource;
 use crate::thermal::emissivity::{BandEmissivity, ByAngle, ByWavelength};
 
-/// Most entries of a table.
 const MOST_ENTRIES: usize = 10_000;
 
-/// How an emissivity depends on the angle.
 #[derive(Clone, Copy)]
 enum Law {
     Fresnel,

@@ -5,7 +5,6 @@ use hifitime::{Epoch, TimeScale, Unit};
 use super::choice::list;
 use crate::environment::utc::leap_second_after;
 
-/// CCSDS names of the supported time systems.
 const TIME_SYSTEMS: [(&str, TimeScale); 5] = [
     ("UTC", TimeScale::UTC),
     ("TAI", TimeScale::TAI),

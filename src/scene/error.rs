@@ -20,7 +20,7 @@ pub enum SceneError {
         path: PathBuf,
         /// Line, from 1.
         line: usize,
-        /// What the TOML parser said.
+        /// Message of the TOML parser.
         message: String,
     },
     /// A key is unknown or missing, or its value has a wrong type, is out of range or contradicts another key.
@@ -32,7 +32,7 @@ pub enum SceneError {
         line: usize,
         /// Section and key: `time.step`.
         key: String,
-        /// What is wrong, and which values are valid.
+        /// The fault and the valid values, in words.
         message: String,
     },
     /// A thermal value in the `extras` of a glTF material is wrong.
@@ -44,7 +44,7 @@ pub enum SceneError {
         material: String,
         /// Key without its prefix `isotherm_`.
         key: String,
-        /// What is wrong, and which values are valid.
+        /// The fault and the valid values, in words.
         message: String,
     },
     /// Several errors of one file and of the tables that it names, in the order of their lines.
@@ -62,17 +62,17 @@ pub enum SceneError {
     Unmatched {
         /// The scene file.
         path: PathBuf,
-        /// Line of the last rule, after which a new rule can stand. It is 1 if there is no rule.
+        /// Line of the last rule, after which a new rule can stand, or 1 if there is no rule.
         line: usize,
         /// The glTF file.
         model: PathBuf,
-        /// Names of the materials. A name includes what the material's own extras lack.
+        /// Names of the materials, each with the keys that the material's own extras lack.
         names: Vec<String>,
     },
 }
 
 impl SceneError {
-    /// The file that the error is about, its line (from 1), and the key in it, as far as they are known. Of several errors those of the first.
+    /// The file that the error is about, its line (from 1), and the key in it, as far as they are known. The first of several errors counts.
     pub(crate) fn place(&self) -> (Option<&Path>, Option<usize>, Option<&str>) {
         match self {
             Self::Unreadable { path, .. } => (Some(path), None, None),

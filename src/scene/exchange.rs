@@ -4,9 +4,9 @@ use super::Scene;
 use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
-use crate::exchange::step::Settings;
+use crate::exchange::step::ExchangeSettings;
 
-/// What a scene without the section takes for granted.
+/// Assumption of a scene without the section.
 const ABSENT: &str =
     "No surface warms another, reflects onto it or hides the planet from it (there is no section [exchange]).";
 
@@ -14,7 +14,7 @@ impl Scene {
     /// Lets surfaces see each other by the defaults of `[exchange]`, where the scene has no such section.
     pub(crate) fn exchange_by_default(&mut self) {
         if self.exchange.is_none() {
-            self.exchange = Some(Settings::default());
+            self.exchange = Some(ExchangeSettings::default());
             self.assumptions.retain(|text| text != ABSENT);
             self.assumptions.push(
                 "Patches and rays are those of the defaults of [exchange], which the scene does not have.".to_owned(),
@@ -31,13 +31,13 @@ pub(super) fn read(
     section: Option<&Section>,
     has_shadows: bool,
     assumptions: &mut Vec<String>,
-) -> Result<Option<Settings>, SceneError> {
+) -> Result<Option<ExchangeSettings>, SceneError> {
     let Some(section) = section else {
         assumptions.push(ABSENT.to_owned());
         return Ok(None);
     };
     let patch_edge = section.number("patch_edge", Quantity::positive("m"))?;
-    let default = Settings::default();
+    let default = ExchangeSettings::default();
     let bounces = match section.string("bounces") {
         Ok(None | Some("all")) => None,
         Ok(Some(other)) => {
@@ -53,7 +53,7 @@ pub(super) fn read(
     if !has_shadows {
         assumptions.push("Sunlight reaches surfaces that others hide (there is no section [shadows]).".to_owned());
     }
-    Ok(Some(Settings {
+    Ok(Some(ExchangeSettings {
         rays: section.whole("rays", 1..=65_536)?.unwrap_or(default.rays),
         patch_edge,
         bounces,

@@ -1,4 +1,4 @@
-//! Reading goes on after an error, so that all errors of a file are told at once.
+//! Reading goes on after an error, so that all errors of a file are reported at once.
 //!
 //! A reader ends at its first error. The file is then read again with a valid value in place of the wrong one, until nothing new is found. An error that may
 //! follow from an earlier one is not told.
@@ -9,9 +9,7 @@ use std::path::{Path, PathBuf};
 use super::error::SceneError;
 use super::keys::home;
 
-/// Most errors that are told at once.
 const MOST_ERRORS: usize = 200;
-/// Most times that a file is read.
 const MOST_READINGS: usize = 600;
 
 /// Stands for all keys of the other files that are read, such as the materials table.
@@ -22,34 +20,28 @@ pub(super) const OWN_SECTION: &str = "*";
 /// Start of a section where a key belongs that stands elsewhere.
 const ANYWHERE: usize = usize::MAX - 1;
 
-/// A key of a section of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Place {
+pub(super) struct KeyPlace {
     pub(super) path: PathBuf,
-    /// Name of the section. It is empty for the root.
+    /// Name of the section, empty for the root.
     pub(super) section: String,
-    /// Byte at which the section begins, which tells the elements of an array of tables apart.
+    /// Byte at which the section begins, which distinguishes the elements of an array of tables.
     pub(super) start: usize,
     pub(super) key: String,
 }
 
-/// What an error says about a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    /// A number is wrong.
+pub(super) enum FaultKind {
     Number,
-    /// A mandatory key is missing.
     Missing,
-    /// The key is unknown.
     Unknown,
     /// Anything else. Other keys of the section may be missing because of it.
     Other,
 }
 
-/// What a section gives in place of a key that was found wrong.
+/// The stand-in that a section gives for a wrong key.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Instead {
-    /// A valid value.
     Valid,
     /// The value under a misspelt key.
     Of(String),
@@ -58,20 +50,18 @@ pub(super) enum Instead {
 }
 
 #[derive(Debug)]
-struct Fault {
-    place: Place,
-    kind: Kind,
+struct SceneFault {
+    place: KeyPlace,
+    kind: FaultKind,
     /// How often a reading ended here.
     times: u32,
-    /// The misspelt key that has the value.
     misspelt: Option<String>,
 }
 
-/// The error that was made last.
 #[derive(Debug)]
-struct Last {
-    place: Place,
-    kind: Kind,
+struct LastFault {
+    place: KeyPlace,
+    kind: FaultKind,
     /// Keys that it depends on too.
     others: Vec<String>,
     /// Whether it may follow from an earlier one.
@@ -83,13 +73,11 @@ struct Last {
     text: String,
 }
 
-/// The faults of a scene and of the tables that it names.
 #[derive(Debug, Default)]
 pub(super) struct Faults {
-    faults: RefCell<Vec<Fault>>,
-    /// Sections that are no longer read.
-    given_up: RefCell<Vec<Place>>,
-    last: RefCell<Option<Last>>,
+    faults: RefCell<Vec<SceneFault>>,
+    given_up: RefCell<Vec<KeyPlace>>,
+    last: RefCell<Option<LastFault>>,
 }
 
 /// Reads until no new error is found.
@@ -101,7 +89,7 @@ pub(super) fn read_all<T>(
     mut read: impl FnMut(&Faults) -> Result<T, SceneError>,
 ) -> Result<T, SceneError> {
     let faults = Faults::default();
-    let mut errors: Vec<(SceneError, Option<Last>)> = Vec::new();
+    let mut errors: Vec<(SceneError, Option<LastFault>)> = Vec::new();
     for _ in 0..MOST_READINGS {
         faults.last.take();
         let error = match read(&faults) {
@@ -135,8 +123,8 @@ impl Faults {
     /// Notes an error that is made at a place. `others` are keys that it depends on too.
     pub(super) fn note(
         &self,
-        place: Place,
-        kind: Kind,
+        place: KeyPlace,
+        kind: FaultKind,
         others: &[&str],
         one_of_several: bool,
         meant: Option<String>,
@@ -144,37 +132,43 @@ impl Faults {
     ) {
         let follows = self.follows(&place, kind, others, |_| true) || self.is_unread(&place, others);
         let others = others.iter().map(|other| (*other).to_owned()).collect();
-        *self.last.borrow_mut() = Some(Last { place, kind, others, follows, one_of_several, meant, text });
+        *self.last.borrow_mut() = Some(LastFault { place, kind, others, follows, one_of_several, meant, text });
     }
 
     /// Whether a key that stands in another section explains an error.
-    fn are_explained(&self, last: &Last) -> bool {
+    fn are_explained(&self, last: &LastFault) -> bool {
         let others: Vec<&str> = last.others.iter().map(String::as_str).collect();
         self.follows(&last.place, last.kind, &others, |fault| fault.place.start == ANYWHERE)
     }
 
     /// Whether an error at a place may follow from one of the known faults that count.
-    fn follows(&self, place: &Place, kind: Kind, others: &[&str], counts: impl Fn(&Fault) -> bool) -> bool {
+    fn follows(
+        &self,
+        place: &KeyPlace,
+        kind: FaultKind,
+        others: &[&str],
+        counts: impl Fn(&SceneFault) -> bool,
+    ) -> bool {
         let faults = self.faults.borrow();
-        let same_section = |fault: &Fault| {
-            let Place { path, section, start, .. } = &fault.place;
+        let same_section = |fault: &SceneFault| {
+            let KeyPlace { path, section, start, .. } = &fault.place;
             (path, section) == (&place.path, &place.section) && (*start == place.start || *start == ANYWHERE)
         };
-        let below = |fault: &Fault, key: &str| {
+        let below = |fault: &SceneFault, key: &str| {
             let name = if place.section.is_empty() { key.to_owned() } else { format!("{}.{key}", place.section) };
             fault.place.section == name || fault.place.section.starts_with(&format!("{name}."))
         };
-        let own = |fault: &Fault, key: &str| (same_section(fault) && fault.place.key == key) || below(fault, key);
-        let far = |fault: &Fault, section: &str, key: &str| {
+        let own = |fault: &SceneFault, key: &str| (same_section(fault) && fault.place.key == key) || below(fault, key);
+        let far = |fault: &SceneFault, section: &str, key: &str| {
             let inside = fault.place.section == section && (key == "*" || fault.place.key == key);
             let deeper = fault.place.section.strip_prefix(section).and_then(|rest| rest.strip_prefix('.'));
             let whole = fault.place.section.is_empty() && fault.place.key == section;
             inside || whole || deeper.is_some_and(|table| key == "*" || table == key)
         };
-        let hidden = kind == Kind::Missing && !place.section.is_empty();
+        let hidden = kind == FaultKind::Missing && !place.section.is_empty();
         faults.iter().filter(|fault| counts(fault)).any(|fault| {
-            (own(fault, &place.key) && (fault.place.start != ANYWHERE || kind == Kind::Missing))
-                || (hidden && same_section(fault) && fault.kind == Kind::Other)
+            (own(fault, &place.key) && (fault.place.start != ANYWHERE || kind == FaultKind::Missing))
+                || (hidden && same_section(fault) && fault.kind == FaultKind::Other)
                 || others.iter().any(|other| match (*other, other.split_once('.')) {
                     (OTHER_FILES, _) => fault.place.path != place.path,
                     (OWN_SECTION, _) => {
@@ -187,7 +181,7 @@ impl Faults {
     }
 
     /// Whether one of the keys that an error depends on stands in a section that is no longer read.
-    fn is_unread(&self, place: &Place, others: &[&str]) -> bool {
+    fn is_unread(&self, place: &KeyPlace, others: &[&str]) -> bool {
         self.given_up.borrow().iter().any(|section| {
             others.iter().any(|other| match other.split_once('.') {
                 Some((name, _)) => section.section == name,
@@ -197,7 +191,7 @@ impl Faults {
     }
 
     /// Keeps the place of an error. Returns whether reading can go on.
-    fn learn(&self, last: &Last) -> bool {
+    fn learn(&self, last: &LastFault) -> bool {
         let mut faults = self.faults.borrow_mut();
         let known = faults.iter_mut().find(|fault| fault.place == last.place);
         let times = known.map_or(1, |fault| {
@@ -205,30 +199,35 @@ impl Faults {
             fault.times
         });
         if times > 2 || (last.follows && last.one_of_several) {
-            let section = Place { key: String::new(), ..last.place.clone() };
+            let section = KeyPlace { key: String::new(), ..last.place.clone() };
             let mut given_up = self.given_up.borrow_mut();
             if section.section.is_empty() || given_up.contains(&section) {
                 return false;
             }
             given_up.push(section);
         } else if times == 1 {
-            if let (Kind::Unknown, Some(section)) = (last.kind, home(&last.place.key)) {
-                let place = Place { section: section.to_owned(), start: ANYWHERE, ..last.place.clone() };
-                faults.push(Fault { place, kind: Kind::Number, times: 0, misspelt: None });
+            if let (FaultKind::Unknown, Some(section)) = (last.kind, home(&last.place.key)) {
+                let place = KeyPlace { section: section.to_owned(), start: ANYWHERE, ..last.place.clone() };
+                faults.push(SceneFault { place, kind: FaultKind::Number, times: 0, misspelt: None });
             }
             if let Some(meant) = &last.meant {
-                let place = Place { key: meant.clone(), ..last.place.clone() };
+                let place = KeyPlace { key: meant.clone(), ..last.place.clone() };
                 if faults.iter().all(|fault| fault.place != place) {
-                    faults.push(Fault { place, kind: Kind::Number, times: 0, misspelt: Some(last.place.key.clone()) });
+                    faults.push(SceneFault {
+                        place,
+                        kind: FaultKind::Number,
+                        times: 0,
+                        misspelt: Some(last.place.key.clone()),
+                    });
                 }
             }
-            faults.push(Fault { place: last.place.clone(), kind: last.kind, times: 1, misspelt: None });
+            faults.push(SceneFault { place: last.place.clone(), kind: last.kind, times: 1, misspelt: None });
         }
         true
     }
 
-    /// What stands in place of a key. `None` where nothing is known against it.
-    pub(super) fn instead(&self, place: &Place) -> Option<Instead> {
+    /// The stand-in for a key. `None` where no error about the key is known.
+    pub(super) fn instead(&self, place: &KeyPlace) -> Option<Instead> {
         let faults = self.faults.borrow();
         let fault = faults.iter().find(|fault| fault.place == *place)?;
         Some(match (&fault.misspelt, fault.times) {
@@ -238,13 +237,11 @@ impl Faults {
         })
     }
 
-    /// Whether any key was found wrong.
     pub(super) fn is_empty(&self) -> bool {
         self.faults.borrow().is_empty()
     }
 
-    /// Whether a section is no longer read.
-    pub(super) fn gave_up(&self, section: &Place) -> bool {
+    pub(super) fn gave_up(&self, section: &KeyPlace) -> bool {
         self.given_up.borrow().contains(section)
     }
 }

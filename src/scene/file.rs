@@ -11,19 +11,15 @@ use super::faults::Faults;
 use crate::files::{self, FileFault, Reach};
 use crate::text::{plain, plain_lines};
 
-/// Path and text of a TOML file.
 #[derive(Debug)]
 pub(super) struct SourceFile<'a> {
     path: &'a Path,
     text: &'a str,
-    /// The files that this file may name.
     reach: &'a Reach,
-    /// What is known to be wrong in it.
     pub(super) faults: &'a Faults,
 }
 
 impl<'a> SourceFile<'a> {
-    /// Wraps a text that was read from `path`.
     pub(super) fn new(path: &'a Path, text: &'a str, reach: &'a Reach, faults: &'a Faults) -> Self {
         Self { path, text, reach, faults }
     }
@@ -59,7 +55,6 @@ impl<'a> SourceFile<'a> {
     }
 }
 
-/// Reads a text file, which must be UTF-8.
 pub(super) fn read_text(path: &Path) -> Result<String, SceneError> {
     files::read_text(path).map_err(|fault| unreadable(path, &fault))
 }

@@ -1,4 +1,4 @@
-//! `[[joint]]`: rotations and translations of glTF nodes, and what drives them.
+//! `[[joint]]`: rotations and translations of glTF nodes, and their drives.
 
 use std::path::PathBuf;
 
@@ -10,27 +10,23 @@ use super::keys;
 use super::quantity::Quantity;
 use super::section::Section;
 use super::vector::{axis, parallel, point};
-use crate::environment::joints::{Drive, Guided, Kind};
+use crate::environment::joints::{Drive, Guided, JointKind};
 
-/// A `[[joint]]` of the scene. It applies to every glTF node that matches.
+/// A `[[joint]]` of the scene, which applies to every glTF node that matches.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointRule {
     /// Line of its header, from 1.
     pub(crate) line: usize,
     /// Patterns (`*`, `?`) on names of glTF nodes.
     pub(crate) nodes: Vec<String>,
-    /// How the nodes move.
     pub(crate) motion: JointMotion,
 }
 
-/// How a node moves.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum JointMotion {
     /// One number drives the motion. Vectors are in the node's own frame.
     Guided(Guided),
-    /// A glTF animation drives the motion.
     Animation {
-        /// Its name.
         name: String,
         /// Whether the animation starts again at its end.
         repeats: bool,
@@ -38,7 +34,7 @@ pub(crate) enum JointMotion {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Mode {
+enum JointMode {
     Fixed,
     Sun,
     Schedule,
@@ -46,11 +42,15 @@ enum Mode {
 }
 
 /// Names of the modes, with the keys that only some modes read.
-const MODES: [(&str, Mode, &[&str]); 4] = [
-    ("fixed", Mode::Fixed, &["kind", "axis", "origin", "limits_deg", "limits", "angle_deg", "distance"]),
-    ("sun", Mode::Sun, &["kind", "axis", "origin", "limits_deg", "rate_deg", "sun_axis", "offset_deg"]),
-    ("schedule", Mode::Schedule, &["kind", "axis", "origin", "limits_deg", "limits", "rate_deg", "rate", "schedule"]),
-    ("animation", Mode::Animation, &["animation", "repeat"]),
+const MODES: [(&str, JointMode, &[&str]); 4] = [
+    ("fixed", JointMode::Fixed, &["kind", "axis", "origin", "limits_deg", "limits", "angle_deg", "distance"]),
+    ("sun", JointMode::Sun, &["kind", "axis", "origin", "limits_deg", "rate_deg", "sun_axis", "offset_deg"]),
+    (
+        "schedule",
+        JointMode::Schedule,
+        &["kind", "axis", "origin", "limits_deg", "limits", "rate_deg", "rate", "schedule"],
+    ),
+    ("animation", JointMode::Animation, &["animation", "repeat"]),
 ];
 
 /// Keys that only turning joints read, and keys that only sliding joints read.
@@ -68,9 +68,9 @@ struct Words {
 }
 
 impl Words {
-    fn of(kind: Kind) -> Self {
+    fn of(kind: JointKind) -> Self {
         match kind {
-            Kind::Rotation => Self {
+            JointKind::Rotation => Self {
                 limits: "limits_deg",
                 rate: "rate_deg",
                 position: "angle_deg",
@@ -78,7 +78,7 @@ impl Words {
                 rate_unit: "deg/s",
                 factor: 1f64.to_radians(),
             },
-            Kind::Translation => {
+            JointKind::Translation => {
                 Self { limits: "limits", rate: "rate", position: "distance", unit: "m", rate_unit: "m/s", factor: 1.0 }
             }
         }
@@ -105,7 +105,7 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
             return Err(section.clash(key, &["mode"], format!("belongs to mode = '{other}', and mode is '{name}'")));
         }
     }
-    if mode == Mode::Animation {
+    if mode == JointMode::Animation {
         let name = section.required("animation", section.name("animation")?, "the name of the glTF animation")?;
         let repeats = section.boolean("repeat")?.unwrap_or_else(|| {
             assumptions.push(format!(
@@ -119,14 +119,14 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
     }
 
     let kind = section
-        .choice("kind", &[("rotation", Kind::Rotation), ("translation", Kind::Translation)])?
-        .unwrap_or(Kind::Rotation);
+        .choice("kind", &[("rotation", JointKind::Rotation), ("translation", JointKind::Translation)])?
+        .unwrap_or(JointKind::Rotation);
     let (foreign, needs): (&[&str], _) =
-        if kind == Kind::Rotation { (&SLIDING, "translation") } else { (&TURNING, "rotation") };
+        if kind == JointKind::Rotation { (&SLIDING, "translation") } else { (&TURNING, "rotation") };
     if let Some(key) = foreign.iter().find(|key| section.has(key)) {
         return Err(section.clash(key, &["kind"], format!("belongs to kind = '{needs}'")));
     }
-    if kind == Kind::Translation && mode == Mode::Sun {
+    if kind == JointKind::Translation && mode == JointMode::Sun {
         return Err(section.clash(
             "mode",
             &["kind"],
@@ -145,7 +145,7 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
         return Err(section.error(words.limits, message));
     }
     let rate = section.number(words.rate, Quantity::positive(words.rate_unit))?;
-    if rate.is_none() && mode != Mode::Fixed {
+    if rate.is_none() && mode != JointMode::Fixed {
         let key = words.rate;
         assumptions.push(format!("The joint '{title}' follows without delay (joint.{key} is absent)."));
     }
@@ -160,17 +160,17 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
         _ => Ok(position * words.factor),
     };
     let drive = match mode {
-        Mode::Fixed => {
+        JointMode::Fixed => {
             let stated = section.number(words.position, Quantity::any(words.unit))?;
             let position = section.required(words.position, stated, "where the joint stands")?;
             Drive::Fixed(within(position, words.position)?)
         }
-        Mode::Schedule => {
+        JointMode::Schedule => {
             let (times, positions) = schedule(section, &words, files)?;
             let positions = positions.into_iter().map(|position| within(position, "schedule"));
             Drive::Schedule { times, positions: positions.collect::<Result<_, _>>()? }
         }
-        Mode::Sun | Mode::Animation => {
+        JointMode::Sun | JointMode::Animation => {
             let stated = axis(section, "sun_axis")?;
             let facing = section.required("sun_axis", stated, "what is to face the Sun, in the node's own frame")?;
             if parallel(facing, along) {
@@ -238,10 +238,10 @@ fn schedule(section: &Section, words: &Words, files: &mut Vec<PathBuf>) -> Resul
 }
 
 /// An error in a schedule's file: a message about its content, or a read error.
-type FileFault = Result<String, SceneError>;
+type ScheduleFault = Result<String, SceneError>;
 
 /// Reads a CSV file with the columns `time` [s] and `angle_deg` or `distance`.
-fn read_file(path: &std::path::Path, words: &Words) -> Result<(Vec<f64>, Vec<f64>), FileFault> {
+fn read_file(path: &std::path::Path, words: &Words) -> Result<(Vec<f64>, Vec<f64>), ScheduleFault> {
     let text = read_text(path).map_err(Err)?;
     let name = path.display();
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());

@@ -136,7 +136,8 @@ pub(super) const RADIANCE: &[&str] =
 pub(super) const PLANET_MAP: &[&str] = &["file", "scale", "offset", "pole", "longitude_deg", "period"];
 pub(super) const PLANET_DAY_NIGHT: &[&str] = &["day", "night", "law"];
 
-/// Lists the keys of a camera: those that a ray of its image depends on, and the others. A preset may state some of the former.
+/// Lists the keys of a camera: the keys that a ray of its image depends on, and the others. A preset may state some of the
+/// former.
 macro_rules! camera_keys {
     (lens: $($lens:literal)*; others: $($other:literal)*;) => {
         pub(super) const CAMERA: &[&str] = &[$($lens,)* $($other,)* "preset"];
@@ -217,7 +218,7 @@ pub(crate) const SECTIONS: &[(&str, &[&str])] = &[
     ("[output]", OUTPUT),
 ];
 
-/// Name of the section that a key belongs to. It is empty for the root.
+/// Name of the section that a key belongs to, empty for the root.
 pub(super) fn home(key: &str) -> Option<&'static str> {
     if ROOT.contains(&key) {
         return Some("");
@@ -237,8 +238,8 @@ pub(super) fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) 
         .map(|(_, candidate)| candidate)
 }
 
-/// Similarity of two words in [0, 1]. A word that contains the other one (`altitude_km`) counts as similar. It wins
-/// over a word with the same number of edits.
+/// Similarity of two words in [0, 1]. A word that contains the other one (`altitude_km`) counts as similar, and wins over a
+/// word with the same number of edits.
 fn likeness(word: &str, candidate: &str) -> f64 {
     let edits = strsim::normalized_damerau_levenshtein(word, candidate);
     let contained = word.len() > 2

@@ -35,8 +35,7 @@ impl Scene {
         Self::parse_within(&read_text(path)?, path, reach)
     }
 
-    /// Checks the text of a scene file as if it lay at `path`. It reads the materials table and checks that the model
-    /// exists.
+    /// Checks the text of a scene file as if it lay at `path`. The materials table is read, and the model must exist.
     ///
     /// # Errors
     /// All errors, each with file, line and key: see [`SceneError`].
@@ -44,7 +43,7 @@ impl Scene {
         Self::parse_within(text, path, Reach::of(path))
     }
 
-    /// The same for a file that may name the files of `reach`.
+    /// Like [`Scene::parse`], for a file that may name the files of `reach`.
     ///
     /// # Errors
     /// As for `parse`.
@@ -99,7 +98,7 @@ impl Scene {
         surrounded.channels = view::channels(output.as_ref(), surrounded.reflections != Reflections::Off)?;
         let before = files.len();
         let start = sky.orbit.trajectory().map(Trajectory::start).or(time.start);
-        let around = camera::Around { orbit: &sky.orbit, planet_radius: sky.environment.planet_radius, start };
+        let around = camera::PathOrbit { orbit: &sky.orbit, planet_radius: sky.environment.planet_radius, start };
         let camera = optional_camera(&root, &time.draw, preset, &around, &mut files, &mut assumptions)?;
         sky_files.extend_from_slice(&files[before..]);
         if let Some(camera) = &camera {
@@ -158,7 +157,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Switches off what a scene with temperatures from a file does not compute, and says so.
+    /// Switches off the computations that temperatures from a file replace, and says so.
     fn take_temperatures(&mut self) {
         let Some(temperatures) = &self.temperatures else { return };
         self.assumptions.push(format!(
@@ -199,7 +198,7 @@ fn optional_camera(
     root: &Section,
     draw: &Draw,
     preset: Option<&Preset>,
-    around: &camera::Around<'_>,
+    around: &camera::PathOrbit<'_>,
     files: &mut Vec<PathBuf>,
     assumptions: &mut Vec<String>,
 ) -> Result<Option<Camera>, SceneError> {
@@ -213,7 +212,6 @@ fn optional_camera(
     }
 }
 
-/// The sensor of a camera.
 fn optional_sensor(
     root: &Section,
     camera: Option<&Camera>,

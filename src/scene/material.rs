@@ -40,7 +40,6 @@ pub struct MaterialRule {
 #[derive(Debug, Clone)]
 struct ExtrasContext {
     table: MaterialTable,
-    /// Path of the materials table.
     table_path: Option<PathBuf>,
     /// The values that `[materials]` states for all materials.
     common: Values,
@@ -143,22 +142,21 @@ fn default(
         .map_err(|Incomplete { message, .. }| section.clash("default", &OF_VALUES, message))?;
     assumed.note(&complete, "materials.default");
     let source = format!("{} materials.default; {description}", file_name(&context.scene));
-    let settled = Settled { complete, source };
+    let settled = SettledMaterial { complete, source };
     settled.add_files(files);
     Ok(Some(MaterialRule { patterns: vec!["*".to_string()], material: settled.material(String::new()) }))
 }
 
-/// The keys that decide which entries of a table are known, and those that a complete set of values depends on.
+/// The keys that decide which entries of a table are known, and the keys that a complete set of values depends on.
 const OF_THE_TABLE: [&str; 1] = ["materials.table"];
 const OF_VALUES: [&str; 3] = [OWN_SECTION, OTHER_FILES, "materials.*"];
 
-/// Complete values and their origin.
-struct Settled {
+struct SettledMaterial {
     complete: Complete,
     source: String,
 }
 
-impl Settled {
+impl SettledMaterial {
     /// Adds the files of its functions, each once.
     fn add_files(&self, files: &mut Vec<PathBuf>) {
         for file in &self.complete.files {
@@ -180,7 +178,7 @@ fn settle(
     entries: &[String],
     mut source: String,
     context: &ExtrasContext,
-) -> Result<Settled, SceneError> {
+) -> Result<SettledMaterial, SceneError> {
     let own = Values::read(place, context.step)?;
     let mut values = own.clone();
     if !entries.is_empty() {
@@ -194,14 +192,13 @@ fn settle(
     let located = |Incomplete { key, message }| place.clash(key, &OF_VALUES, message);
     let complete = values.or(&context.common).complete(context.step).map_err(located)?;
     own.check_back_is_used(&complete).map_err(located)?;
-    Ok(Settled { complete, source })
+    Ok(SettledMaterial { complete, source })
 }
 
 fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// The rules for which a default was assumed.
 #[derive(Default)]
 struct Assumed {
     sides: Vec<String>,
@@ -239,8 +236,8 @@ impl Assumed {
 }
 
 impl MaterialRules {
-    /// A material for each of `model.materials`. Its values come from the first rule that matches its name, else from
-    /// its own `extras`, else from the default rule. Function files of `extras` join `files`.
+    /// A material for each of `model.materials`. Values come from the first rule that matches its name, else from its
+    /// own `extras`, else from the default rule. Function files of `extras` join `files`.
     ///
     /// # Errors
     /// [`SceneError::Unmatched`] with the names of all materials without values. An error about the first wrong or
@@ -265,7 +262,6 @@ impl MaterialRules {
         })
     }
 
-    /// Path of the materials table.
     pub(crate) fn table(&self) -> Option<&Path> {
         self.extras.table_path.as_deref()
     }

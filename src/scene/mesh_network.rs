@@ -19,7 +19,7 @@ const CONTACT_DISTANCE: f64 = 1e-3;
 pub struct NetworkSettings {
     /// The integration methods.
     pub integrator: Integrator,
-    /// Target error [K]. `None` is the default of what steps the network.
+    /// Target error [K]. `None` is the default of the integrator.
     pub tolerance: Option<f64>,
     /// Nodes that exchange heat faster than this are merged [1/s].
     pub(crate) merge_rate: f64,
@@ -27,57 +27,48 @@ pub struct NetworkSettings {
 
 /// Patterns (`*`, `?`) on names of parts or materials.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Owners {
-    /// Of parts.
+pub(crate) enum OwnerPatterns {
     Parts(String),
-    /// Of glTF materials.
     Materials(String),
 }
 
 /// A contact between two groups of surfaces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactRule {
-    /// The two sides.
-    pub(crate) between: [Owners; 2],
+    pub(crate) between: [OwnerPatterns; 2],
     /// Largest distance between surfaces in contact [m].
     pub(crate) distance: f64,
-    /// Thermal conductance of the contact.
     pub(crate) conductance: ContactConductance,
 }
 
-/// A heater. Its power is spread over the area of its parts.
+/// A heater, whose power is spread over the area of its parts.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Heater {
+pub struct MeshHeater {
     /// Patterns on names of parts.
     pub(crate) parts: Vec<String>,
     /// Power over scene time. With a thermostat it acts only while the heater is on.
     pub(crate) power: HeatTable,
-    /// The thermostat, if any.
     pub(crate) thermostat: Option<HeaterThermostat>,
 }
 
-/// A thermostat with hysteresis. Its sensor is the structure at a probe.
+/// A thermostat with hysteresis, whose sensor is the structure at a probe.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct HeaterThermostat {
-    /// Index of the probe.
     pub(crate) probe: usize,
     /// Temperature below which it switches on [K].
     pub(crate) on_below: f64,
     /// Temperature above which it switches off [K].
     pub(crate) off_above: f64,
-    /// Whether it is on at the start.
     pub(crate) initially_on: bool,
 }
 
-impl Owners {
-    /// The pattern.
+impl OwnerPatterns {
     pub(crate) fn pattern(&self) -> &str {
         match self {
             Self::Parts(pattern) | Self::Materials(pattern) => pattern,
         }
     }
 
-    /// Whether the pattern matches the name of the part or of the material.
     pub(crate) fn fits(&self, part: &str, material: &str) -> bool {
         match self {
             Self::Parts(pattern) => WildMatch::new(pattern).matches(part),
@@ -112,7 +103,7 @@ fn contact(section: &Section, assumptions: &mut Vec<String>) -> Result<ContactRu
     let Ok([first, second]) = <[String; 2]>::try_from(names) else {
         return Err(section.error(key, "must name two, as [\"a\", \"b\"]"));
     };
-    let owners = |name| if materials { Owners::Materials(name) } else { Owners::Parts(name) };
+    let owners = |name| if materials { OwnerPatterns::Materials(name) } else { OwnerPatterns::Parts(name) };
     section.exclusive("conductance", "conductance_per_area")?;
     let total = section.number("conductance", Quantity::positive("W/K"))?;
     let per_area = section.number("conductance_per_area", Quantity::positive("W/(m2 K)"))?;
@@ -134,11 +125,11 @@ fn contact(section: &Section, assumptions: &mut Vec<String>) -> Result<ContactRu
     Ok(ContactRule { between: [owners(first), owners(second)], distance, conductance })
 }
 
-pub(super) fn heaters(sections: &[Section], probes: &[Probe]) -> Result<Vec<Heater>, SceneError> {
+pub(super) fn heaters(sections: &[Section], probes: &[Probe]) -> Result<Vec<MeshHeater>, SceneError> {
     sections.iter().map(|section| heater(section, probes)).collect()
 }
 
-fn heater(section: &Section, probes: &[Probe]) -> Result<Heater, SceneError> {
+fn heater(section: &Section, probes: &[Probe]) -> Result<MeshHeater, SceneError> {
     let parts = section.required("part", section.strings("part")?, "the names of the parts that are heated")?;
     let power = heat_table(section, "power")?;
     let power = section.required("power", power, "the heat [W]: a number, or { time = [..], power = [..] }")?;
@@ -155,7 +146,7 @@ fn heater(section: &Section, probes: &[Probe]) -> Result<Heater, SceneError> {
                 ));
             }
         }
-        return Ok(Heater { parts, power, thermostat: None });
+        return Ok(MeshHeater { parts, power, thermostat: None });
     };
     let Some(probe) = probes.iter().position(|probe| probe.name == name) else {
         let known = probes.iter().map(|probe| format!("'{}'", probe.name)).collect::<Vec<_>>().join(", ");
@@ -182,5 +173,5 @@ fn heater(section: &Section, probes: &[Probe]) -> Result<Heater, SceneError> {
         ));
     }
     let thermostat = HeaterThermostat { probe, on_below, off_above, initially_on: initially_on.unwrap_or(false) };
-    Ok(Heater { parts, power, thermostat: Some(thermostat) })
+    Ok(MeshHeater { parts, power, thermostat: Some(thermostat) })
 }

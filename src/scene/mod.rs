@@ -8,7 +8,7 @@ use glam::{DQuat, DVec3};
 use hifitime::Epoch;
 
 use crate::environment::{Attitude, Environment, Orbit};
-use crate::exchange::step::Settings as ExchangeSettings;
+use crate::exchange::step::ExchangeSettings;
 use crate::files::Reach;
 use crate::lens::Lens;
 use crate::thermal::planck::Band;
@@ -68,7 +68,7 @@ pub(crate) use joint::{JointMotion, JointRule};
 pub(crate) use load::{file_hash, scene_hash};
 pub use material::MaterialRule;
 pub(crate) use material::MaterialRules;
-pub(crate) use mesh_network::{ContactRule, Heater, NetworkSettings, Owners};
+pub(crate) use mesh_network::{ContactRule, MeshHeater, NetworkSettings, OwnerPatterns};
 pub use motion::Motion;
 pub use output::ImageFile;
 pub use output::ImageFiles;
@@ -122,7 +122,7 @@ pub struct Scene {
     pub sensor: Option<Sensor>,
     /// Spectral band of the images.
     pub band: Band,
-    /// What arrives at the camera besides the emission of surfaces.
+    /// Light that arrives at the camera besides the emission of surfaces.
     pub surrounded: Surrounded,
     /// Temperatures at the start.
     pub initial: Initial,
@@ -135,7 +135,7 @@ pub struct Scene {
     /// Contacts between parts or materials of the network.
     pub contacts: Vec<ContactRule>,
     /// Heaters of the network.
-    pub heaters: Vec<Heater>,
+    pub heaters: Vec<MeshHeater>,
     /// Temperature range of the false-colour pictures [K]. `None` takes the range of the run.
     pub colour_range: Option<[f64; 2]>,
     /// Whether a run keeps the balance of the heat of each part.
@@ -172,7 +172,7 @@ pub struct Time {
     pub draw: Draw,
 }
 
-/// What is drawn. Step 0 is the initial state.
+/// The steps or times that are drawn. Step 0 is the initial state.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Draw {
     /// No step.
@@ -181,17 +181,17 @@ pub enum Draw {
     Every(u32),
     /// The listed steps.
     Steps(Vec<u32>),
-    /// Images at these times [s], whatever the step. They do not decrease.
+    /// Images at these times [s], which do not decrease and need not be times of steps.
     Times(Vec<f64>),
 }
 
 impl Draw {
-    /// Whether images have their own times.
     pub(crate) fn is_between_steps(&self) -> bool {
         matches!(self, Self::Times(_))
     }
 
-    /// Number and time [s] of the images at their own times that lie in the interval of a step of this length [s]. Step 0 has those of time 0.
+    /// Number and time [s] of the images at their own times that lie in the interval of a step of this length [s]. Step 0 has the images of
+    /// time 0.
     pub(crate) fn in_step(&self, step: u32, length: f64) -> Vec<(u32, f64)> {
         let Self::Times(times) = self else { return Vec::new() };
         let before = |number: f64| times.partition_point(|time| time / length <= number + STEP_SLACK);
@@ -204,7 +204,7 @@ impl Draw {
 /// Share of a step by which the time of an image may be rounded.
 const STEP_SLACK: f64 = 1e-9;
 
-/// The frame of the camera's pose. Its origin is the origin of the craft's body frame.
+/// The frame of the camera's pose. Every frame has the origin of the craft's body frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CameraFrame {
     /// The body frame of the craft.
@@ -232,9 +232,9 @@ pub struct Camera {
     pub motion: Motion,
     /// The frame of the pose.
     pub frame: CameraFrame,
-    /// Position in that frame [m]. Of a camera that moves it is that of the path's first sample.
+    /// Position in that frame [m]. A camera that moves has the position of its path's first sample.
     pub position: DVec3,
-    /// Rotates camera axes into that frame. Of a camera that moves it is that of the path's first sample.
+    /// Rotates camera axes into that frame. A camera that moves has the rotation of its path's first sample.
     pub frame_from_camera: DQuat,
     /// Distance of the near plane [m].
     pub near: f64,

@@ -10,9 +10,9 @@ use crate::environment::pose_path::PosePath;
 /// How the pose of a camera changes with time.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Motion {
-    /// It does not.
+    /// The pose does not change.
     Still,
-    /// It follows a path.
+    /// The pose follows a path.
     Path(Arc<CameraPath>),
     /// Each image has its own pose: position [m] and rotation of camera axes into the camera's frame.
     Listed(Arc<[(DVec3, DQuat)]>),
@@ -21,9 +21,7 @@ pub enum Motion {
 /// A path from a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraPath {
-    /// The file, for errors.
     pub(crate) file: PathBuf,
-    /// Poses over time.
     pub(crate) poses: PosePath,
 }
 

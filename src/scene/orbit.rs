@@ -20,13 +20,13 @@ const OF_A_FILE: &[&str] = &["object", "frame", "time_system", "interpolation", 
 /// Gravitational parameter of the Earth [m3/s2] (WGS 84, IERS Conventions 2010).
 const EARTH_GRAVITATIONAL_PARAMETER: f64 = 3.986_004_418e14;
 
-/// Planet radii that count as the Earth's [m]. They include the polar, mean and equatorial radius.
+/// Planet radii that count as the Earth's [m]. The range includes the polar, mean and equatorial radius.
 const EARTH_RADII: std::ops::RangeInclusive<f64> = 6.35e6..=6.385e6;
 
 /// Relative difference between the stated period and Kepler's above which the user gets a warning.
 const PERIOD_TOLERANCE: f64 = 1e-3;
 
-/// Reads `[orbit]`. `planet_radius` is in [m]. `start` is that of `[time]`.
+/// Reads `[orbit]`. `planet_radius` is in [m]. `start` is the start of `[time]`.
 pub(super) fn read(
     section: &Section,
     planet_radius: f64,

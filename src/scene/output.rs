@@ -16,7 +16,7 @@ pub enum ImageFile {
     NumbersFits,
     /// Brightness temperatures of the radiometric output as PNG.
     KelvinPng,
-    /// The same as TIFF.
+    /// Brightness temperatures of the radiometric output as TIFF.
     KelvinTiff,
     /// The 8 bits of a display.
     DisplayPng,
@@ -24,7 +24,6 @@ pub enum ImageFile {
     ApparentPng,
 }
 
-/// Their words in a scene file.
 const FILES: [(&str, ImageFile); 7] = [
     ("dn.png", ImageFile::NumbersPng),
     ("dn.tiff", ImageFile::NumbersTiff),

@@ -83,7 +83,6 @@ fn in_file(path: &Path, message: &str) -> String {
     format!("{}: {}", path.display(), plain(message))
 }
 
-/// How the map turns.
 fn axes(section: &Section, orbit: &Orbit, assumptions: &mut Vec<String>) -> Result<MapAxes, SceneError> {
     if orbit.trajectory().is_some() {
         for key in ["pole", "longitude_deg", "period"] {

@@ -1,4 +1,5 @@
-//! `camera.preset`: cameras whose figures are public, each figure with its source. What no source states is `None`, and never guessed.
+//! `camera.preset`: cameras whose figures are public, each figure with its source. A figure that no source states is `None`, never a
+//! guess.
 
 use super::error::SceneError;
 use super::section::Section;
@@ -12,7 +13,7 @@ pub struct Preset {
     pub name: &'static str,
     /// Width and height [px].
     pub size: [u32; 2],
-    /// Horizontal field of view [deg]. Without one it depends on the lens.
+    /// Horizontal field of view [deg]. `None` where the field depends on the lens.
     pub(crate) fov_deg: Option<f64>,
     /// Distance between pixels [m].
     pub(crate) pitch: Option<f64>,
@@ -20,19 +21,15 @@ pub struct Preset {
     pub band_um: Option<[f64; 2]>,
     /// NETD [K].
     pub netd: Option<f64>,
-    /// f-number of the NETD.
     pub(crate) netd_f_number: Option<f64>,
     /// Thermal time constant [s].
     pub time_constant: Option<f64>,
-    /// Bits of a digital number.
     pub(crate) bits: Option<u32>,
     /// Range of temperatures [K].
     pub(crate) range: Option<[f64; 2]>,
-    /// Where the figures stand.
     pub(crate) source: &'static str,
 }
 
-/// A camera of which nothing is known.
 const UNKNOWN: Preset = Preset {
     key: "",
     name: "",
@@ -48,7 +45,7 @@ const UNKNOWN: Preset = Preset {
     source: "",
 };
 
-/// All cameras. `REFERENCES.md`, section 7, has the figures; those of Boson+ and Tau 2 stand in their data sheets.
+/// All cameras. `REFERENCES.md`, section 7, has the figures; the figures of Boson+ and Tau 2 stand in their data sheets.
 pub const PRESETS: [Preset; 6] = [
     Preset {
         key: "tiri",
@@ -119,7 +116,6 @@ pub const PRESETS: [Preset; 6] = [
     },
 ];
 
-/// Reads `camera.preset`.
 pub(super) fn read(camera: &Section) -> Result<Option<&'static Preset>, SceneError> {
     let choices: Vec<(&str, &'static Preset)> = PRESETS.iter().map(|preset| (preset.key, preset)).collect();
     camera.choice("preset", &choices)

@@ -20,7 +20,6 @@ const VALUES: [(&str, &[&str]); 5] = [
     ("text", &["expression"]),
 ];
 
-/// A profile and the file of its function.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct StatedProfile {
     pub(super) profile: Profile,

@@ -3,7 +3,7 @@
 /// Unit and range of a number. A number that is not finite is always refused.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Quantity {
-    /// Unit in messages. It is empty for a pure number.
+    /// Unit in messages, empty for a pure number.
     unit: &'static str,
     range: Range,
 }
@@ -19,8 +19,9 @@ enum Range {
     Between(f64, f64),
 }
 
-/// The sizes that a number of each unit may have, unless it is 0. They reach from far below to far above those of craft, orbits and materials. Numbers
-/// within them, their squares and their usual products lie in the range of an f32. A network on a device checks its conductors once more.
+/// The sizes that a number of each unit may have, unless it is 0. These ranges reach from far below to far above the sizes of craft, orbits and
+/// materials. Numbers within them, their squares and their usual products lie in the range of an f32. A network on a device checks its conductors
+/// once more.
 const SIZES: [(&str, f64, f64); 18] = [
     ("m", 1e-12, 1e13),
     ("m2", 1e-15, 1e15),
@@ -91,7 +92,7 @@ impl Quantity {
         }
     }
 
-    /// Rising valid values, for what stands in place of wrong ones.
+    /// Rising valid values, which stand in for wrong ones.
     pub(super) fn valid<const N: usize>(&self) -> [f64; N] {
         let (lower, upper) = match self.range {
             Range::Any | Range::Positive | Range::NonNegative => (0.0, 2.0),

@@ -1,4 +1,4 @@
-//! `[radiance]`: the band of the images, and what arrives at the camera besides the emission of surfaces.
+//! `[radiance]`: the band of the images, and the light that arrives at the camera besides the emission of surfaces.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::planck::Band;
 use crate::thermal::planet_map::PlanetPattern;
 
-/// What surfaces reflect.
+/// The objects that surfaces reflect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Reflections {
     /// Nothing.
@@ -21,11 +21,11 @@ pub enum Reflections {
     Off,
     /// Planet, deep space and Sun, without the craft itself.
     Environment,
-    /// The same and the craft itself, by rays.
+    /// Planet, deep space, Sun, and by rays the craft itself.
     Traced,
 }
 
-/// What stands behind the craft.
+/// The background behind the craft.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Background {
     /// Nothing: a radiance of 0.
@@ -37,14 +37,14 @@ pub enum Background {
     Planet,
 }
 
-/// What arrives at the camera besides the emission of surfaces.
+/// Light that arrives at the camera besides the emission of surfaces.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Surrounded {
-    /// What surfaces reflect.
+    /// The objects that surfaces reflect.
     pub reflections: Reflections,
-    /// What stands behind the craft.
+    /// The background behind the craft.
     pub background: Background,
-    /// Brightness temperature of the planet in the band [K]. It is that of space where the scene states none.
+    /// Brightness temperature of the planet in the band [K]. The temperature of space where the scene states none.
     pub planet_temperature: f64,
     /// Temperatures of a planet that is not uniform. `planet_temperature` is then their mean.
     pub planet: Option<Arc<PlanetPattern>>,
@@ -57,7 +57,7 @@ const REFLECTIONS: [(&str, Reflections); 3] =
 const BACKGROUNDS: [(&str, Background); 3] =
     [("off", Background::Off), ("space", Background::Space), ("planet", Background::Planet)];
 
-/// Reads `[radiance]`. The default is that of the preset, or 8 to 14 um.
+/// Reads `[radiance]`. The default is the band of the preset, or 8 to 14 um.
 pub(super) fn band(
     section: Option<&Section>,
     preset: Option<&Preset>,
@@ -84,7 +84,7 @@ pub(super) fn band(
     Ok(Band { lower: lower / 1e6, upper: upper / 1e6 })
 }
 
-/// Reads the rest of `[radiance]`. The defaults are a craft that reflects nothing before nothing.
+/// Reads the rest of `[radiance]`. By default the craft reflects nothing, and the background has a radiance of 0.
 pub(super) fn surrounded(
     section: Option<&Section>,
     environment: &Environment,

@@ -9,7 +9,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::choice::choose;
 use super::error::SceneError;
-use super::faults::{Instead, Kind, Place};
+use super::faults::{FaultKind, Instead, KeyPlace};
 use super::file::SourceFile;
 use super::keys::{nearest, unknown_key};
 use super::quantity::Quantity;
@@ -20,17 +20,15 @@ use crate::text::plain;
 #[derive(Debug)]
 pub(super) struct Section<'a> {
     file: &'a SourceFile<'a>,
-    /// Prefix of keys in messages. It is empty for the root.
+    /// Prefix of keys in messages, empty for the root.
     name: String,
     table: &'a DeTable<'a>,
     /// Position of the section. Errors about missing keys point to it.
     span: Range<usize>,
-    /// Whether it is one of an array of tables.
     one_of_several: bool,
 }
 
 impl<'a> Section<'a> {
-    /// The root table.
     pub(super) fn root(
         file: &'a SourceFile<'a>,
         table: &'a Spanned<DeTable<'a>>,
@@ -51,15 +49,15 @@ impl<'a> Section<'a> {
                 let word = key.get_ref().as_ref();
                 let meant = nearest(word, known.iter().copied()).filter(|meant| !self.table.contains_key(*meant));
                 let error = self.file.value_error(&key.span(), self.key_name(word), unknown_key(word, known));
-                self.note(word, Kind::Unknown, &[], meant, &error);
+                self.note(word, FaultKind::Unknown, &[], meant, &error);
                 Err(error)
             }
             None => Ok(self),
         }
     }
 
-    fn place(&self, key: &str) -> Place {
-        Place {
+    fn place(&self, key: &str) -> KeyPlace {
+        KeyPlace {
             path: self.file.path().to_path_buf(),
             section: self.name.clone(),
             start: self.span.start,
@@ -67,7 +65,6 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// What stands in place of a key that was found wrong.
     fn instead(&self, key: &str) -> Option<Instead> {
         if self.file.faults.is_empty() { None } else { self.file.faults.instead(&self.place(key)) }
     }
@@ -77,17 +74,16 @@ impl<'a> Section<'a> {
         self.instead(key) == Some(Instead::Valid)
     }
 
-    /// Whether a key was found wrong.
     pub(super) fn is_wrong(&self, key: &str) -> bool {
         self.instead(key).is_some()
     }
 
-    fn note(&self, key: &str, kind: Kind, others: &[&str], meant: Option<&str>, error: &SceneError) {
+    fn note(&self, key: &str, kind: FaultKind, others: &[&str], meant: Option<&str>, error: &SceneError) {
         let meant = meant.map(str::to_owned);
         self.file.faults.note(self.place(key), kind, others, self.one_of_several, meant, error.to_string());
     }
 
-    fn fault(&self, key: &str, kind: Kind, others: &[&str], span: &Range<usize>, message: String) -> SceneError {
+    fn fault(&self, key: &str, kind: FaultKind, others: &[&str], span: &Range<usize>, message: String) -> SceneError {
         let error = self.file.value_error(span, self.key_name(key), message);
         self.note(key, kind, others, None, &error);
         error
@@ -122,24 +118,24 @@ impl<'a> Section<'a> {
         self.table.get(key).map_or_else(|| self.span.clone(), Spanned::span)
     }
 
-    /// An error about the value of a key, whatever other keys say.
+    /// An error about the value of a key, regardless of other keys.
     pub(super) fn error(&self, key: &str, message: impl Display) -> SceneError {
         self.clash(key, &[], message)
     }
 
     /// An error about a key that depends on other keys too. A name without a section is one of this section. `section.*` are all keys of another one.
     pub(super) fn clash(&self, key: &str, others: &[&str], message: impl Display) -> SceneError {
-        self.fault(key, Kind::Other, others, &self.span_of(key), message.to_string())
+        self.fault(key, FaultKind::Other, others, &self.span_of(key), message.to_string())
     }
 
-    /// An error in a file that `key` names. It may depend on other keys too.
+    /// An error in a file that `key` names. The error may depend on other keys too.
     pub(super) fn blame<T>(&self, key: &str, others: &[&str], result: Result<T, SceneError>) -> Result<T, SceneError> {
-        result.inspect_err(|error| self.note(key, Kind::Other, others, None, error))
+        result.inspect_err(|error| self.note(key, FaultKind::Other, others, None, error))
     }
 
     /// An error about a key that is missing. `what` describes it.
     pub(super) fn missing(&self, key: &str, others: &[&str], what: &str) -> SceneError {
-        self.fault(key, Kind::Missing, others, &self.span_of(key), format!("is missing: {what}"))
+        self.fault(key, FaultKind::Missing, others, &self.span_of(key), format!("is missing: {what}"))
     }
 
     /// The value of a mandatory key. `what` describes it in the message.
@@ -147,7 +143,6 @@ impl<'a> Section<'a> {
         value.ok_or_else(|| self.missing(key, &[], what))
     }
 
-    /// Refuses two keys that exclude each other.
     pub(super) fn exclusive(&self, key: &str, other: &str) -> Result<(), SceneError> {
         if self.has(key) && self.has(other) {
             return Err(self.clash(other, &[key], format!("cannot be combined with '{key}': state one of the two")));
@@ -167,7 +162,7 @@ impl<'a> Section<'a> {
 
     fn number_of(&self, key: &str, value: &Spanned<DeValue>, quantity: Quantity) -> Result<f64, SceneError> {
         let number = as_number(value.get_ref()).ok_or_else(|| self.type_error(key, value, &quantity.expected()))?;
-        quantity.check(number).map_err(|message| self.fault(key, Kind::Number, &[], &value.span(), message))
+        quantity.check(number).map_err(|message| self.fault(key, FaultKind::Number, &[], &value.span(), message))
     }
 
     pub(super) fn whole(&self, key: &str, range: std::ops::RangeInclusive<u32>) -> Result<Option<u32>, SceneError> {
@@ -193,7 +188,7 @@ impl<'a> Section<'a> {
             .ok_or_else(|| {
                 let message =
                     format!("must be a whole number from {} to {}, found {integer}", range.start(), range.end());
-                self.fault(key, Kind::Number, &[], &value.span(), message)
+                self.fault(key, FaultKind::Number, &[], &value.span(), message)
             })
     }
 
@@ -257,7 +252,7 @@ impl<'a> Section<'a> {
         value.get_ref().as_bool().map(Some).ok_or_else(|| self.type_error(key, value, "true or false"))
     }
 
-    /// The file that `key` names. It is a regular file that this file may name.
+    /// The file that `key` names, a regular file that this file may name.
     pub(super) fn path(&self, key: &str) -> Result<Option<PathBuf>, SceneError> {
         if self.name == "model" && (self.stands_in(key) || self.span.start == usize::MAX) {
             return Ok(Some(self.file.path().to_path_buf()));
@@ -282,7 +277,7 @@ impl<'a> Section<'a> {
         match value.get_ref() {
             DeValue::String(text) if !text.trim().is_empty() => Ok(text.as_ref()),
             DeValue::String(_) => {
-                Err(self.fault(key, Kind::Other, &[], &value.span(), "must not be empty".to_string()))
+                Err(self.fault(key, FaultKind::Other, &[], &value.span(), "must not be empty".to_string()))
             }
             _ => Err(self.type_error(key, value, expected)),
         }
@@ -311,7 +306,6 @@ impl<'a> Section<'a> {
             .map(Some)
     }
 
-    /// One of the words of `choices`.
     pub(super) fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError> {
         if self.stands_in(key) {
             let stated = self.table.get(key).and_then(|value| value.get_ref().as_str()).unwrap_or_default();
@@ -333,7 +327,6 @@ impl<'a> Section<'a> {
         self.get(key).is_some_and(|value| value.get_ref().is_table())
     }
 
-    /// A mandatory table.
     pub(super) fn required_table(&self, name: &str, known: &[&str]) -> Result<Self, SceneError> {
         self.required(name, self.table(name, known)?, &format!("a scene needs a section [{name}]"))
     }
@@ -353,7 +346,7 @@ impl<'a> Section<'a> {
         self.child(key, table, value.span(), false).map(|section| section.open(known)).transpose()
     }
 
-    /// A section below this one. A section that is no longer read is that of a valid scene, or none.
+    /// A section below this one. Where reading gave up on a section, the section of a valid scene stands in for it, or none.
     fn child(&self, key: &str, table: &'a DeTable<'a>, span: Range<usize>, one_of_several: bool) -> Option<Self> {
         let section = Self { file: self.file, name: self.key_name(key), table, span, one_of_several };
         if self.file.faults.is_empty() || !self.file.faults.gave_up(&section.place("")) {
@@ -370,7 +363,6 @@ impl<'a> Section<'a> {
         Some(Self { file: self.file, name: self.key_name(key), table, span, one_of_several: false })
     }
 
-    /// All tables of an array of tables `[[key]]`.
     pub(super) fn tables(&self, key: &str, known: &[&str]) -> Result<Vec<Section<'a>>, SceneError> {
         let Some(value) = self.get(key) else {
             return Ok(Vec::new());
@@ -391,7 +383,7 @@ impl<'a> Section<'a> {
     fn type_error(&self, key: &str, value: &Spanned<DeValue>, expected: &str) -> SceneError {
         let message = format!("expected {expected}, found {}", describe(value.get_ref()));
         let number = expected.contains("number");
-        self.fault(key, if number { Kind::Number } else { Kind::Other }, &[], &value.span(), message)
+        self.fault(key, if number { FaultKind::Number } else { FaultKind::Other }, &[], &value.span(), message)
     }
 }
 

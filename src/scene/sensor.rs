@@ -13,12 +13,12 @@ use crate::thermal::radiance::{RadianceTable, band_radiance};
 use crate::thermal::sensor::gain_control::GainControl;
 use crate::thermal::sensor::halo::Halo;
 use crate::thermal::sensor::spread::{MOST_RADIUS, Spread};
-use crate::thermal::sensor::{MOST_PIXELS, Netd, Optics, Pattern, Sensor, Vignetting};
+use crate::thermal::sensor::{MOST_PIXELS, Netd, Pattern, Sensor, SensorOptics, Vignetting};
 
 /// Default temperature of the scene that a NETD is stated for, of the shutter, and of the gains' reference [K].
 const USUAL: f64 = 300.0;
 
-/// What `[sensor]` needs from other sections.
+/// Values of other sections that `[sensor]` needs.
 pub(super) struct Of<'a> {
     pub(crate) camera: &'a Camera,
     pub(crate) preset: Option<&'static Preset>,
@@ -43,7 +43,6 @@ const OWNED: [(&str, &str, &str); 5] = [
     ("plateau", "gain_control", "plateau"),
 ];
 
-/// Reads `[sensor]`.
 pub(super) fn read(
     section: &Section,
     of: &Of,
@@ -249,7 +248,7 @@ fn vignetting(section: &Section, camera: &Camera, files: &mut Vec<PathBuf>) -> R
     Ok(Some(Vignetting::Map(shares)))
 }
 
-fn optics(section: &Section) -> Result<Optics, SceneError> {
+fn optics(section: &Section) -> Result<SensorOptics, SceneError> {
     let transmission = section.number("transmission", Quantity::within(0.01, 1.0, ""))?;
     let lens = section.number("lens_temperature", Quantity::within(10.0, 6000.0, "K"))?;
     let housing = section.number("housing_temperature", Quantity::within(10.0, 6000.0, "K"))?;
@@ -267,7 +266,7 @@ fn optics(section: &Section) -> Result<Optics, SceneError> {
             "needs vignetting or vignetting_map: the housing is seen where the image is vignetted",
         ));
     }
-    Ok(Optics { transmission: transmission.unwrap_or(1.0), lens, housing })
+    Ok(SensorOptics { transmission: transmission.unwrap_or(1.0), lens, housing })
 }
 
 fn pattern(section: &Section) -> Result<Option<Pattern>, SceneError> {

@@ -3,7 +3,7 @@
 use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
-use crate::environment::shadow::Method;
+use crate::environment::shadow::ShadowMethod;
 
 /// Default texels along each side.
 const RESOLUTION: u32 = 2048;
@@ -14,7 +14,7 @@ const REDRAW_ANGLE_DEG: f64 = 0.25;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShadowSettings {
     /// Depth map or rays.
-    pub method: Method,
+    pub method: ShadowMethod,
     /// Texels of the depth map along each side.
     pub resolution: u32,
     /// Sun angle relative to the craft after which shadows are computed again [rad].
@@ -23,7 +23,7 @@ pub struct ShadowSettings {
 
 impl Default for ShadowSettings {
     fn default() -> Self {
-        Self { method: Method::Depth, resolution: RESOLUTION, redraw_angle: REDRAW_ANGLE_DEG.to_radians() }
+        Self { method: ShadowMethod::Depth, resolution: RESOLUTION, redraw_angle: REDRAW_ANGLE_DEG.to_radians() }
     }
 }
 
@@ -37,13 +37,13 @@ pub(super) fn read(
         return Ok(None);
     };
     let method = match section.string("method")? {
-        None | Some("depth") => Method::Depth,
-        Some("exact") => Method::Exact,
+        None | Some("depth") => ShadowMethod::Depth,
+        Some("exact") => ShadowMethod::Exact,
         Some(other) => {
             return Err(section.error("method", format!("must be \"depth\" or \"exact\", found \"{other}\"")));
         }
     };
-    if method == Method::Exact && section.has("resolution") {
+    if method == ShadowMethod::Exact && section.has("resolution") {
         return Err(section.clash("resolution", &["method"], "rays have none: it belongs to method = \"depth\""));
     }
     Ok(Some(ShadowSettings {

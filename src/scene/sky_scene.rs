@@ -17,7 +17,6 @@ use crate::text::plain;
 pub struct SkyScene {
     /// Name for titles: the file's `name` key, or its stem.
     pub(crate) name: String,
-    /// Steps.
     pub(crate) time: Time,
     /// The orbit or trajectory.
     pub orbit: Orbit,
@@ -27,7 +26,7 @@ pub struct SkyScene {
     pub environment: Environment,
     /// One sentence for each default that was used.
     pub(crate) assumptions: Vec<String>,
-    /// Every file that was read, the scene file first. It is empty inside a whole [`super::Scene`].
+    /// Every file that was read, the scene file first. Empty inside a whole [`super::Scene`].
     pub(crate) files: Vec<PathBuf>,
 }
 

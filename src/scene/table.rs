@@ -19,7 +19,7 @@ pub(super) struct TableEntry {
     pub(super) description: String,
 }
 
-/// The entries of a table by name. It is empty if the scene names no table.
+/// The entries of a table by name, empty if the scene names no table.
 #[derive(Debug, Clone, Default)]
 pub(super) struct MaterialTable {
     entries: BTreeMap<String, TableEntry>,

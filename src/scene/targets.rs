@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::files;
 
-/// Highest temperature of a scene [K]. Its fourth power still fits an f32.
+/// Highest temperature of a scene [K], whose fourth power still fits an f32.
 const HOTTEST: f64 = 1e6;
 /// Most steps of a response. A larger number is probably a mistake.
 pub(crate) const MAX_STEPS: u32 = 10_000_000;
@@ -15,16 +15,14 @@ pub(crate) const MAX_STEPS: u32 = 10_000_000;
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{}: {message}", path.display())]
 pub struct TargetsError {
-    /// The file.
     pub(crate) path: PathBuf,
-    /// Row, column, what is wrong, and which values are valid.
+    /// Row, column, fault and valid values.
     pub(crate) message: String,
 }
 
 /// A row of the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Row {
-    /// First step of the target.
+pub struct TargetRow {
     pub(crate) step: u32,
     /// Temperature [K].
     pub(crate) target: f64,
@@ -34,7 +32,7 @@ pub struct Row {
 ///
 /// # Errors
 /// A file that cannot be read, and everything that [`parse`] refuses.
-pub(crate) fn load(path: &Path) -> Result<Vec<Row>, TargetsError> {
+pub(crate) fn load(path: &Path) -> Result<Vec<TargetRow>, TargetsError> {
     let wrong = |message: String| TargetsError { path: path.to_path_buf(), message };
     parse(&files::read_text_or_pipe(path).map_err(|error| wrong(format!("cannot be read: {error}")))?, path)
 }
@@ -43,7 +41,7 @@ pub(crate) fn load(path: &Path) -> Result<Vec<Row>, TargetsError> {
 ///
 /// # Errors
 /// The first error, with its row and column.
-pub fn parse(text: &str, path: &Path) -> Result<Vec<Row>, TargetsError> {
+pub fn parse(text: &str, path: &Path) -> Result<Vec<TargetRow>, TargetsError> {
     let wrong = |message: String| TargetsError { path: path.to_path_buf(), message };
     let mut reader =
         csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).flexible(true).from_reader(text.as_bytes());
@@ -53,13 +51,13 @@ pub fn parse(text: &str, path: &Path) -> Result<Vec<Row>, TargetsError> {
         found.ok_or_else(|| wrong(format!("row 1: must name the columns step and target; there is no '{name}'")))
     };
     let (step, target) = (column("step")?, column("target")?);
-    let mut rows: Vec<Row> = Vec::new();
+    let mut rows: Vec<TargetRow> = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|error| wrong(error.to_string()))?;
         let line = record.position().map_or(0, csv::Position::line);
         let in_row = |message: String| wrong(format!("row {line}: {message}"));
         let (step, target) = (record.get(step).unwrap_or(""), record.get(target).unwrap_or(""));
-        let row = Row {
+        let row = TargetRow {
             step: step
                 .parse()
                 .ok()
@@ -76,7 +74,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Vec<Row>, TargetsError> {
 }
 
 /// The target of every step from 1 to `steps` [K].
-pub(crate) fn commanded(rows: &[Row], initial: f64, steps: u32) -> Vec<f64> {
+pub(crate) fn commanded(rows: &[TargetRow], initial: f64, steps: u32) -> Vec<f64> {
     let mut rows = rows.iter().peekable();
     let mut target = initial;
     (1..=steps)
@@ -107,9 +105,9 @@ mod tests {
 
     #[test]
     fn targets_hold_until_the_next_row() {
-        let rows = [Row { step: 2, target: 10.0 }, Row { step: 4, target: 20.0 }];
+        let rows = [TargetRow { step: 2, target: 10.0 }, TargetRow { step: 4, target: 20.0 }];
         assert_eq!(commanded(&rows, 5.0, 6), [5.0, 10.0, 10.0, 20.0, 20.0, 20.0]);
-        assert_eq!(commanded(&[Row { step: 0, target: 7.0 }], 5.0, 2), [7.0, 7.0]);
+        assert_eq!(commanded(&[TargetRow { step: 0, target: 7.0 }], 5.0, 2), [7.0, 7.0]);
         assert_eq!(commanded(&rows, 5.0, 1), [5.0]);
     }
 

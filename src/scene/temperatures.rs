@@ -22,7 +22,6 @@ pub(crate) use solution::{Solution, SolvedNode};
 pub struct Temperatures {
     /// The file.
     pub file: PathBuf,
-    /// What it holds.
     pub(crate) solution: Arc<Solution>,
     /// How its nodes are mapped to the model.
     pub mapping: Mapping,
@@ -46,7 +45,6 @@ pub enum Mapping {
 }
 
 impl Mapping {
-    /// In words.
     pub(crate) fn describe(&self) -> String {
         match self {
             Self::Name => "by the names of the parts".to_owned(),
@@ -69,7 +67,7 @@ impl Solution {
 /// Reads `[temperatures]`. The files join `files`.
 pub(super) fn read(section: Option<&Section>, files: &mut Vec<PathBuf>) -> Result<Option<Temperatures>, SceneError> {
     let Some(section) = section else { return Ok(None) };
-    // Where the file is wrong, the other keys are read as those of some file.
+    // Where the file is wrong, the other keys are read as for some CSV file.
     let any = section.stands_in("file");
     let file = if any { Some(PathBuf::from("any.csv")) } else { section.path("file")? };
     let file = section.required("file", file, "the file with the temperatures")?;
@@ -143,7 +141,6 @@ pub(super) fn read(section: Option<&Section>, files: &mut Vec<PathBuf>) -> Resul
     }))
 }
 
-/// The words of `temperatures.by`.
 #[derive(Debug, Clone, Copy)]
 enum By {
     Name,

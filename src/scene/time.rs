@@ -12,7 +12,6 @@ use super::{Draw, Scene, Time};
 /// Default change over an orbit below which a state counts as periodic [K].
 const PERIODIC_TOLERANCE: f64 = 0.01;
 
-/// Most images at their own times.
 const MOST_IMAGES: f64 = 1e7;
 
 /// Seconds by which the last image may lie after the last step, because of rounding.
@@ -82,7 +81,7 @@ fn periodic(section: &Section) -> Result<Option<f64>, SceneError> {
     }
 }
 
-/// What is drawn of a run that ends at `end` [s].
+/// The images of a run that ends at `end` [s].
 fn draw(section: &Section, steps: u32, end: f64) -> Result<Draw, SceneError> {
     section.exclusive("draw_every", "draw_steps")?;
     section.exclusive("draw_every", "images")?;

@@ -1,6 +1,6 @@
 //! An ESATAN TMD file (HDF5): nodes, conductors, and the values of nodes over time.
 //!
-//! | object | what is read |
+//! | object | read values |
 //! |---|---|
 //! | attribute `FileVersion` | must begin with `01.` |
 //! | `AnalysisSet1`, attributes `TAbs`, `StefanBoltzmann` | 0 degrees of the temperatures [K]; the constant of its radiative conductors |
@@ -96,20 +96,20 @@ pub enum TmdError {
         /// The reason.
         fault: FileFault,
     },
-    /// It is not HDF5.
+    /// A file that is not HDF5.
     #[error("{}: is not a TMD file: it does not begin as an HDF5 file", path.display())]
     Signature {
         /// The file.
         path: PathBuf,
     },
-    /// It is truncated, or lacks an object.
+    /// A file that is truncated, or lacks an object.
     #[error("{}: {object}: cannot be read: {source}; the file is truncated, damaged, or not a TMD file", path.display())]
     Hdf5 {
         /// The file.
         path: PathBuf,
         /// Path of the object within it.
         object: String,
-        /// What the reader found.
+        /// Error of the reader.
         source: Box<hdf5_reader::error::Error>,
     },
     /// Another version of the format.
@@ -127,7 +127,7 @@ pub enum TmdError {
         path: PathBuf,
         /// Path of the object within it.
         object: String,
-        /// What is wrong.
+        /// The fault, in words.
         message: String,
     },
 }

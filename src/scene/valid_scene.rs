@@ -24,7 +24,6 @@ position = [9, 0, 0]
 look_at = [0, 0, 0]
 ";
 
-/// A section of the scene.
 pub(super) fn section(key: &str) -> Option<&'static DeTable<'static>> {
     static SCENE: LazyLock<Option<Spanned<DeTable<'static>>>> = LazyLock::new(|| DeTable::parse(VALID).ok());
     match SCENE.as_ref()?.get_ref().get(key)?.get_ref() {

@@ -19,7 +19,6 @@ pub(super) trait ValueSource: Sized {
     fn error(&self, key: &str, message: String) -> SceneError;
     /// An error that depends on other keys too, as [`Section::clash`] names them.
     fn clash(&self, key: &str, others: &[&str], message: String) -> SceneError;
-    /// A key is missing.
     fn missing(&self, key: &str, what: &str) -> SceneError;
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::thermal::emissivity::BandEmissivity;
 use crate::thermal::material::{
-    Bulk, Domain, Gloss, NoPlate, Optics, Radiative, Response, Retarget, Sides, Structure, Transition,
+    Bulk, Domain, Gloss, InnerStructure, NoPlate, Optics, Radiative, Response, Retarget, Sides, Transition,
 };
 
 use super::emissivity;
@@ -41,11 +41,10 @@ const RESPONSES: [(&str, ResponseKind); 4] = [
     ("network", ResponseKind::Network),
 ];
 
-/// Reads `over = { .. }`: the structure below a layer.
-fn structure(over: &impl ValueSource) -> Result<Structure, SceneError> {
+fn structure(over: &impl ValueSource) -> Result<InnerStructure, SceneError> {
     let value =
         |key: &str, quantity: Quantity, what: &str| over.number(key, quantity)?.ok_or_else(|| over.missing(key, what));
-    Ok(Structure {
+    Ok(InnerStructure {
         effective_emittance: value("effective_emittance", SHARE, "the effective emittance towards the structure")?,
         thickness: value("thickness", Quantity::positive("m"), "the thickness of the structure [m]")?,
         density: value("density", Quantity::non_negative("kg/m3"), "the density of the structure [kg/m3]")?,
@@ -144,7 +143,6 @@ pub(super) struct Values {
     domain: Option<Domain>,
 }
 
-/// A complete set of values.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Complete {
     pub(super) front: Optics,
@@ -153,7 +151,6 @@ pub(super) struct Complete {
     pub(super) in_band: [BandEmissivity; 2],
     pub(super) bulk: Bulk,
     pub(super) response: Response,
-    /// Files of the response's functions.
     pub(super) files: Vec<PathBuf>,
     /// The transition if both profiles are stated. The response may be another one.
     pub(super) transition: Option<Transition>,
@@ -234,12 +231,10 @@ impl Values {
         }
     }
 
-    /// Whether any optical value of the front is stated.
     pub(super) fn states_front(&self) -> bool {
         self.front != PartialOptics::default()
     }
 
-    /// Whether any optical value of the back is stated.
     pub(super) fn states_back(&self) -> bool {
         self.back.is_some()
     }
@@ -372,7 +367,7 @@ impl Values {
     }
 }
 
-/// Refuses a surface that neither absorbs nor emits. It has no balance temperature.
+/// Refuses a surface that neither absorbs nor emits, because it has no balance temperature.
 fn check_emits(front: Optics, sides: Sides) -> Result<(), Incomplete> {
     let emissivity = match sides {
         Sides::Outside => front.emissivity,

@@ -6,7 +6,7 @@ use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
 
-/// The axes of a frame with their names. They are also the normals of a cube.
+/// The axes of a frame with their names, which are also the normals of a cube.
 pub(crate) const AXES: [(&str, DVec3); 6] = [
     ("+X", DVec3::X),
     ("-X", DVec3::NEG_X),
@@ -67,7 +67,7 @@ pub(super) fn parallel(a: DVec3, b: DVec3) -> bool {
     a.cross(b).length() < PARALLEL
 }
 
-/// Reads a rotation `[w, x, y, z]`. Its length must be 1 to three digits. A normalisation is reported.
+/// Reads a rotation `[w, x, y, z]`, whose length must be 1 to three digits. A normalisation is reported.
 pub(super) fn quaternion(
     section: &Section,
     key: &str,

@@ -57,7 +57,7 @@ pub(super) fn probes(sections: &[Section]) -> Result<Vec<Probe>, SceneError> {
     Ok(probes)
 }
 
-/// Whether a run keeps its energy balance. It does unless the file says otherwise.
+/// Whether a run keeps its energy balance: yes, unless the file says otherwise.
 pub(super) fn energy_balance(section: Option<&Section>) -> Result<bool, SceneError> {
     Ok(section.map_or(Ok(None), |section| section.boolean("energy_balance"))?.unwrap_or(true))
 }

@@ -1,4 +1,4 @@
-//! Bounds on the work that a scene asks for. They are checked where the values are read, before anything is stepped.
+//! Bounds on the work that a scene asks for, checked where the values are read, before anything is stepped.
 
 use super::error::SceneError;
 use super::section::Section;
@@ -28,7 +28,6 @@ pub(crate) fn too_late(time: f64, step: f64, orbit: &Orbit) -> Option<String> {
     (orbits > MOST_ORBITS).then(|| format!("{time} s are {orbits:.3e} orbits; the limit is {MOST_ORBITS:e} orbits"))
 }
 
-/// Checks the steps of `[time]`.
 pub(super) fn check_steps(section: &Section, time: &Time, orbit: &Orbit) -> Result<(), SceneError> {
     let end = f64::from(time.steps) * time.step;
     if let Some(reason) = too_late(end, time.step, orbit) {
@@ -65,7 +64,6 @@ pub(crate) fn warm_up_steps(time: &Time, orbit: &Orbit) -> f64 {
     if time.periodic.is_some() { orbits * each.ceil() } else { (orbits * each).round() }
 }
 
-/// Checks the images that the steps draw.
 pub(super) fn check_images(section: &Section, time: &Time, camera: Option<&Camera>) -> Result<(), SceneError> {
     let Some(camera) = camera else { return Ok(()) };
     let images = images(time);

@@ -5,7 +5,7 @@ use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::error::End;
+use super::error::ConnectionEnd;
 
 /// How often a wait looks whether the server stops.
 const LOOK: Duration = Duration::from_millis(100);
@@ -33,7 +33,7 @@ pub struct Connection<'a> {
     stop: &'a AtomicBool,
     patience: Patience,
     buffer: Box<[u8]>,
-    /// What of the buffer has not been taken.
+    /// Range of the buffer that has not been taken.
     waiting: std::ops::Range<usize>,
     /// Until when the message under way must be whole.
     until: Instant,
@@ -46,7 +46,7 @@ impl<'a> Connection<'a> {
     ///
     /// # Errors
     /// The system refuses its settings.
-    pub(crate) fn new(stream: TcpStream, stop: &'a AtomicBool, patience: Patience) -> Result<Self, End> {
+    pub(crate) fn new(stream: TcpStream, stop: &'a AtomicBool, patience: Patience) -> Result<Self, ConnectionEnd> {
         stream.set_nonblocking(false)?;
         stream.set_nodelay(true)?;
         stream.set_read_timeout(Some(LOOK))?;
@@ -64,7 +64,7 @@ impl<'a> Connection<'a> {
     ///
     /// # Errors
     /// The client closes or stays silent, or the server stops.
-    pub(crate) fn begin_message(&mut self, most: usize) -> Result<(), End> {
+    pub(crate) fn begin_message(&mut self, most: usize) -> Result<(), ConnectionEnd> {
         self.left = most;
         self.until = Instant::now() + self.patience.idle;
         if self.waiting.is_empty() {
@@ -78,7 +78,7 @@ impl<'a> Connection<'a> {
     ///
     /// # Errors
     /// As for [`Connection::begin_message`], and a message that is too long.
-    pub(crate) fn take_into(&mut self, bytes: &mut [u8]) -> Result<(), End> {
+    pub(crate) fn take_into(&mut self, bytes: &mut [u8]) -> Result<(), ConnectionEnd> {
         self.spend(bytes.len())?;
         let mut done = 0;
         while done < bytes.len() {
@@ -91,7 +91,7 @@ impl<'a> Connection<'a> {
     ///
     /// # Errors
     /// As for [`Connection::take_into`].
-    pub(crate) fn take(&mut self, length: u64) -> Result<Vec<u8>, End> {
+    pub(crate) fn take(&mut self, length: u64) -> Result<Vec<u8>, ConnectionEnd> {
         let length = usize::try_from(length).unwrap_or(usize::MAX);
         self.spend(length)?;
         let mut bytes = Vec::new();
@@ -108,24 +108,27 @@ impl<'a> Connection<'a> {
     ///
     /// # Errors
     /// As for [`Connection::take_into`].
-    pub(crate) fn array<const N: usize>(&mut self) -> Result<[u8; N], End> {
+    pub(crate) fn array<const N: usize>(&mut self) -> Result<[u8; N], ConnectionEnd> {
         let mut bytes = [0; N];
         self.take_into(&mut bytes)?;
         Ok(bytes)
     }
 
-    fn spend(&mut self, length: usize) -> Result<(), End> {
+    fn spend(&mut self, length: usize) -> Result<(), ConnectionEnd> {
         match self.left.checked_sub(length) {
             Some(left) => {
                 self.left = left;
                 Ok(())
             }
-            None => Err(End::Malformed(format!("a message states {length} bytes, and {} are left for it", self.left))),
+            None => Err(ConnectionEnd::Malformed(format!(
+                "a message states {length} bytes, and {} are left for it",
+                self.left
+            ))),
         }
     }
 
     /// At least one byte.
-    fn some(&mut self, bytes: &mut [u8]) -> Result<usize, End> {
+    fn some(&mut self, bytes: &mut [u8]) -> Result<usize, ConnectionEnd> {
         if self.waiting.is_empty() {
             self.fill(self.patience.message)?;
         }
@@ -136,17 +139,17 @@ impl<'a> Connection<'a> {
         Ok(count)
     }
 
-    fn fill(&mut self, patience: Duration) -> Result<(), End> {
+    fn fill(&mut self, patience: Duration) -> Result<(), ConnectionEnd> {
         loop {
             self.look(patience)?;
             match self.stream.read(&mut self.buffer) {
-                Ok(0) => return Err(End::Closed),
+                Ok(0) => return Err(ConnectionEnd::Closed),
                 Ok(count) => {
                     self.waiting = 0..count;
                     return Ok(());
                 }
                 Err(error) if is_wait(error.kind()) => {}
-                Err(error) if error.kind() == ErrorKind::ConnectionReset => return Err(End::Closed),
+                Err(error) if error.kind() == ErrorKind::ConnectionReset => return Err(ConnectionEnd::Closed),
                 Err(error) => return Err(error.into()),
             }
         }
@@ -156,20 +159,20 @@ impl<'a> Connection<'a> {
     ///
     /// # Errors
     /// The client takes none for too long, or has gone.
-    pub(crate) fn send(&mut self, bytes: &[u8]) -> Result<(), End> {
+    pub(crate) fn send(&mut self, bytes: &[u8]) -> Result<(), ConnectionEnd> {
         let mut done = 0;
         self.until = Instant::now() + self.patience.message;
         while done < bytes.len() {
             self.look(self.patience.message)?;
             match self.stream.write(&bytes[done..]) {
-                Ok(0) => return Err(End::Closed),
+                Ok(0) => return Err(ConnectionEnd::Closed),
                 Ok(count) => {
                     done += count;
                     self.until = Instant::now() + self.patience.message;
                 }
                 Err(error) if is_wait(error.kind()) => {}
                 Err(error) if matches!(error.kind(), ErrorKind::ConnectionReset | ErrorKind::BrokenPipe) => {
-                    return Err(End::Closed);
+                    return Err(ConnectionEnd::Closed);
                 }
                 Err(error) => return Err(error.into()),
             }
@@ -177,11 +180,11 @@ impl<'a> Connection<'a> {
         Ok(())
     }
 
-    fn look(&self, patience: Duration) -> Result<(), End> {
+    fn look(&self, patience: Duration) -> Result<(), ConnectionEnd> {
         if self.stop.load(Ordering::Relaxed) {
-            return Err(End::Stopped);
+            return Err(ConnectionEnd::Stopped);
         }
-        if Instant::now() > self.until { Err(End::TimeOut(patience.as_secs())) } else { Ok(()) }
+        if Instant::now() > self.until { Err(ConnectionEnd::TimeOut(patience.as_secs())) } else { Ok(()) }
     }
 }
 

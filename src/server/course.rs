@@ -6,12 +6,12 @@ use crate::simulation::facade::Placement;
 
 /// Where a craft is at a time. Vectors have inertial axes and begin at the planet's centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct State {
+pub(crate) struct CourseState {
     /// Time since the start [s].
     pub(crate) time: f64,
     /// The craft [m].
     pub position: DVec3,
-    /// Its velocity [m/s].
+    /// Velocity of the craft [m/s].
     pub(crate) velocity: DVec3,
     /// The Sun [m].
     pub(crate) sun: DVec3,
@@ -21,8 +21,7 @@ pub(crate) struct State {
     pub(crate) gravity: f64,
 }
 
-impl State {
-    /// The state as a place of the craft.
+impl CourseState {
     pub(crate) fn placement(&self) -> Placement {
         Placement {
             time: self.time,
@@ -33,7 +32,7 @@ impl State {
         }
     }
 
-    /// The state at a place. What the place leaves out is that of this state.
+    /// The state at a place. This state fills in everything that the place leaves out.
     pub(crate) fn at(&self, place: &Placement) -> Self {
         Self {
             time: place.time,
@@ -55,8 +54,8 @@ const ARC: f64 = 0.01;
 ///
 /// Under way the craft falls freely from both ends, and the two positions are mixed by the share of time. So it meets both states, and a force other than the
 /// planet's gravity acts all the same. Attitudes follow the shorter arc, because the body rate is not sent. Without velocities or gravity there is no place
-/// under way, and [`crate::simulation::facade::Simulation::place`] says what lies between.
-pub(crate) fn between(from: &State, to: &State, length: f64) -> Option<Vec<Placement>> {
+/// under way, and [`crate::simulation::facade::Simulation::place`] interpolates.
+pub(crate) fn between(from: &CourseState, to: &CourseState, length: f64) -> Option<Vec<Placement>> {
     let span = to.time - from.time;
     if span / length > MOST_PLACES {
         return None;
@@ -90,7 +89,7 @@ pub(crate) fn between(from: &State, to: &State, length: f64) -> Option<Vec<Place
 }
 
 /// Positions and velocities at times, each after the other, of a craft that falls freely round a point mass (Runge-Kutta of order 4).
-fn fall(start: &State, times: impl Iterator<Item = f64>, gravity: f64) -> Vec<[DVec3; 2]> {
+fn fall(start: &CourseState, times: impl Iterator<Item = f64>, gravity: f64) -> Vec<[DVec3; 2]> {
     let pull = |position: DVec3| -gravity * position / position.length().powi(3);
     let (mut now, mut position, mut velocity) = (start.time, start.position, start.velocity);
     let mut states = Vec::new();
@@ -121,10 +120,10 @@ mod tests {
     const MU: f64 = 3.986_004_418e14;
 
     /// A circular orbit of 7000 km, turning about +X by 1 deg/s.
-    fn state(time: f64) -> State {
+    fn state(time: f64) -> CourseState {
         let rate = (MU / 7e6f64.powi(3)).sqrt();
         let (sin, cos) = (rate * time).sin_cos();
-        State {
+        CourseState {
             time,
             position: 7e6 * DVec3::new(cos, sin, 0.0),
             velocity: 7e6 * rate * DVec3::new(-sin, cos, 0.0),
@@ -151,7 +150,7 @@ mod tests {
                     assert!(angle < 1e-6, "{angle}");
                 }
             }
-            let wrong = State { gravity: 0.9 * MU, ..state(7.0 + span) };
+            let wrong = CourseState { gravity: 0.9 * MU, ..state(7.0 + span) };
             let places = between(&state(7.0), &wrong, 10.0).expect("few places");
             let middle = places[places.len() / 2];
             assert!(middle.position.expect("a position").distance(state(middle.time).position) > 10.0 || span < 600.0);
@@ -161,7 +160,7 @@ mod tests {
     #[test]
     fn a_gap_of_years_is_refused_and_one_without_velocities_has_its_end_only() {
         assert!(between(&state(0.0), &state(1e9), 10.0).is_none());
-        let still = State { velocity: DVec3::ZERO, ..state(0.0) };
+        let still = CourseState { velocity: DVec3::ZERO, ..state(0.0) };
         assert_eq!(between(&still, &state(95.0), 10.0).expect("few places"), [state(95.0).placement()]);
         assert_eq!(between(&state(0.0), &state(10.0), 10.0).expect("few places").len(), 1);
     }

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::course::{State, between};
+use super::course::{CourseState, between};
 use super::error::Refusal;
 use crate::lens::Lens;
 use crate::scene::{Camera, CameraFrame, Motion, Scene};
@@ -19,9 +19,9 @@ pub(crate) const MOST_PIXELS: u64 = 1 << 24;
 /// Places that are handed to the simulation before it steps to the last of them.
 const AT_ONCE: usize = 32;
 
-/// A camera as a protocol describes it. Its axes are those of OpenCV.
+/// A camera as a protocol describes it. Camera axes follow OpenCV.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct View {
+pub(crate) struct ProtocolCamera {
     /// Width and height in pixels.
     pub(crate) size: [u32; 2],
     /// Focal lengths in pixels (x, y). The principal point is the middle of the image.
@@ -32,15 +32,14 @@ pub(crate) struct View {
     pub(crate) body_from_camera: DMat3,
 }
 
-/// A craft of a session.
-pub(crate) struct Craft {
+pub(crate) struct ServedCraft {
     simulation: Simulation,
     /// Length of a step [s].
     step: f64,
-    last: Option<State>,
+    last: Option<CourseState>,
 }
 
-impl Craft {
+impl ServedCraft {
     /// A craft that nobody has moved.
     ///
     /// # Errors
@@ -51,7 +50,6 @@ impl Craft {
         Ok(Self { simulation, step, last: None })
     }
 
-    /// The simulation of the craft.
     pub(crate) fn simulation(&mut self) -> &mut Simulation {
         &mut self.simulation
     }
@@ -60,7 +58,7 @@ impl Craft {
     ///
     /// # Errors
     /// A state that can not be used, or one that is too far from the last.
-    pub(crate) fn observe(&mut self, state: State, stop: &AtomicBool) -> Result<(), Refusal> {
+    pub(crate) fn observe(&mut self, state: CourseState, stop: &AtomicBool) -> Result<(), Refusal> {
         let Some(last) = &self.last else {
             self.simulation.place(state.placement())?;
             self.last = Some(state);
@@ -95,7 +93,7 @@ impl Craft {
     ///
     /// # Errors
     /// A camera that can not be used, or a call that fails.
-    pub(crate) fn image(&mut self, view: &View, stop: &AtomicBool) -> Result<Image, Refusal> {
+    pub(crate) fn image(&mut self, view: &ProtocolCamera, stop: &AtomicBool) -> Result<Image, Refusal> {
         let [width, height] = view.size;
         if u64::from(width) * u64::from(height) > MOST_PIXELS {
             return Err(Refusal::because(format!("an image of {width} x {height} pixels is too large")));

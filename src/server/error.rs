@@ -11,7 +11,7 @@ use crate::simulation::prepare_error::PrepareError;
 /// Why the server does not start.
 #[derive(Debug, thiserror::Error)]
 pub enum ServerError {
-    /// The address is not that of this machine alone.
+    /// Other machines can reach the address.
     #[error(
         "{0} can be reached from other machines, and the protocol has no authentication: whoever reaches it may use this program; --allow-remote \
          listens there all the same"
@@ -33,7 +33,7 @@ pub enum ServerError {
     /// A scene can not be used.
     #[error(transparent)]
     Scene(#[from] PrepareError),
-    /// The scene lacks what the chosen picture needs.
+    /// The scene has no sensor, which the chosen picture needs.
     #[error("the scene {0} has no section [sensor], whose numbers --picture sensor shows")]
     NoSensor(PathBuf),
     /// The file of the log can not be written.
@@ -43,7 +43,7 @@ pub enum ServerError {
 
 /// Why a connection ends.
 #[derive(Debug, thiserror::Error)]
-pub enum End {
+pub enum ConnectionEnd {
     /// The client has closed it.
     #[error("the client has closed the connection")]
     Closed,
@@ -64,7 +64,6 @@ pub enum End {
 /// Why a request is refused. The connection goes on.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Refusal {
-    /// The reason in words.
     #[error("{0}")]
     Reason(String),
     /// The simulation does not do it.
@@ -79,7 +78,6 @@ pub(crate) enum Refusal {
 }
 
 impl Refusal {
-    /// A refusal for a reason.
     pub(crate) fn because(reason: impl Into<String>) -> Self {
         Self::Reason(reason.into())
     }

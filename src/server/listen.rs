@@ -8,9 +8,9 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use super::connection::{Connection, Patience};
-use super::error::{End, ServerError};
+use super::error::{ConnectionEnd, ServerError};
 use super::log::Log;
-use super::picture::Picture;
+use super::picture::PictureStyle;
 use super::scenes::Scenes;
 use crate::simulation::target::Target;
 
@@ -19,14 +19,14 @@ const MOST_CONNECTIONS: usize = 16;
 /// How often the server looks for a connection.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// What all sessions of a server share.
+/// Data that all sessions of a server share.
 pub struct Server {
     /// Where to compute.
     pub target: Target,
     /// The scenes that clients may name.
     pub scenes: Scenes,
     /// How pictures are drawn.
-    pub picture: Picture,
+    pub picture: PictureStyle,
     /// Time of the scene's own orbit at which a session without a clock begins [s].
     pub time: f64,
     /// How long a client may take.
@@ -36,7 +36,7 @@ pub struct Server {
 }
 
 /// Serves one connection up to its end.
-pub type Talk = fn(&Server, &mut Connection, &str) -> End;
+pub type Talk = fn(&Server, &mut Connection, &str) -> ConnectionEnd;
 
 /// Listens at an address. One that other machines reach must be allowed.
 ///
@@ -75,7 +75,7 @@ pub fn serve(server: &Server, listener: &TcpListener, talk: Talk, stop: &AtomicB
             let session = move || {
                 let end = catch_unwind(AssertUnwindSafe(|| one(server, stream, talk, stop, &client)));
                 match end {
-                    Ok(End::Closed | End::Stopped) => server.log.request(&client, "end"),
+                    Ok(ConnectionEnd::Closed | ConnectionEnd::Stopped) => server.log.request(&client, "end"),
                     Ok(end) => server.log.tell(&client, &format!("the connection ends: {end}")),
                     Err(_) => server.log.tell(&client, "the connection ends with an internal error, which is a bug"),
                 }
@@ -89,7 +89,7 @@ pub fn serve(server: &Server, listener: &TcpListener, talk: Talk, stop: &AtomicB
     });
 }
 
-fn one(server: &Server, stream: TcpStream, talk: Talk, stop: &AtomicBool, client: &str) -> End {
+fn one(server: &Server, stream: TcpStream, talk: Talk, stop: &AtomicBool, client: &str) -> ConnectionEnd {
     server.log.request(client, "begin");
     match Connection::new(stream, stop, server.patience) {
         Ok(mut connection) => talk(server, &mut connection, client),

@@ -16,7 +16,7 @@ const MOST_MESSAGES: u32 = 1000;
 const LONGEST: usize = 400;
 
 /// Where a log goes.
-enum Place {
+enum LogTarget {
     Nowhere,
     StandardError,
     File(Mutex<File>),
@@ -24,7 +24,7 @@ enum Place {
 
 /// The log of a server.
 pub struct Log {
-    place: Place,
+    place: LogTarget,
     told: AtomicU32,
 }
 
@@ -35,11 +35,11 @@ impl Log {
     /// The file can not be opened.
     pub fn open(path: Option<&Path>) -> Result<Self, ServerError> {
         let place = match path {
-            None => Place::Nowhere,
-            Some(path) if path == Path::new("-") => Place::StandardError,
+            None => LogTarget::Nowhere,
+            Some(path) if path == Path::new("-") => LogTarget::StandardError,
             Some(path) => {
                 let opened = OpenOptions::new().append(true).create(true).open(path);
-                Place::File(Mutex::new(opened.map_err(|error| ServerError::Log(path.to_path_buf(), error))?))
+                LogTarget::File(Mutex::new(opened.map_err(|error| ServerError::Log(path.to_path_buf(), error))?))
             }
         };
         Ok(Self { place, told: AtomicU32::new(0) })
@@ -49,9 +49,9 @@ impl Log {
     pub(crate) fn request(&self, client: &str, request: &str) {
         let line = format!("{client} {}\n", short(request));
         match &self.place {
-            Place::Nowhere => {}
-            Place::StandardError => drop(stderr().lock().write_all(line.as_bytes())),
-            Place::File(file) => {
+            LogTarget::Nowhere => {}
+            LogTarget::StandardError => drop(stderr().lock().write_all(line.as_bytes())),
+            LogTarget::File(file) => {
                 drop(file.lock().unwrap_or_else(PoisonError::into_inner).write_all(line.as_bytes()));
             }
         }

@@ -1,4 +1,4 @@
-//! What the pixels of a picture mean, for protocols that carry a PNG without saying so.
+//! The meaning of a picture's pixels, for protocols that carry a PNG without stating it.
 
 use std::io::Cursor;
 
@@ -17,7 +17,7 @@ pub(crate) const DEFAULT_RANGE: [f64; 2] = [150.0, 400.0];
 
 /// A kind of picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum PictureKind {
     /// Brightness temperature in 8 bits over a range. Colder is black, hotter is white.
     Apparent,
     /// Brightness temperature in 16 bits at 10 mK.
@@ -30,24 +30,22 @@ pub enum Kind {
 
 /// How a server draws.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Picture {
+pub struct PictureStyle {
     /// The kind.
-    pub kind: Kind,
+    pub kind: PictureKind,
     /// Range of 8 bits [K]. `None` takes `output.colour_range` of the scene, or [`DEFAULT_RANGE`].
     pub range: Option<[f64; 2]>,
 }
 
-/// Draws pictures of a scene.
 pub(crate) struct Painter {
-    kind: Kind,
+    kind: PictureKind,
     range: [f64; 2],
     bits: u32,
     apparent: Apparent,
 }
 
 impl Painter {
-    /// A painter of a kind of picture.
-    pub(crate) fn new(picture: Picture, scene: &Scene) -> Self {
+    pub(crate) fn new(picture: PictureStyle, scene: &Scene) -> Self {
         Self {
             kind: picture.kind,
             range: picture.range.or(scene.colour_range).unwrap_or(DEFAULT_RANGE),
@@ -56,7 +54,7 @@ impl Painter {
         }
     }
 
-    /// The PNG of an image. A text chunk `isotherm` says what the numbers mean.
+    /// The PNG of an image. A text chunk `isotherm` states the meaning of the numbers.
     ///
     /// # Errors
     /// An image that can not be encoded.
@@ -70,11 +68,11 @@ impl Painter {
             png_16(size, &counts, &text(meaning))
         };
         match self.kind {
-            Kind::Apparent => {
+            PictureKind::Apparent => {
                 let [low, high] = self.range;
                 let grey = |radiance: &f32| {
                     let share = (f64::from(self.apparent.temperature(*radiance)) - low) / (high - low);
-                    // The conversion holds what is out of the range at its ends.
+                    // The conversion to u8 clamps a value out of the range.
                     (255.0 * share).round() as u8
                 };
                 let values: Vec<u8> = image.radiance.iter().map(grey).collect();
@@ -82,11 +80,11 @@ impl Painter {
                     "offset": low, "scale": (high - low) / 255.0});
                 png_8(size, &values, &text(meaning))
             }
-            Kind::Apparent16 => {
+            PictureKind::Apparent16 => {
                 in_counts(&|pixel| self.apparent.temperature(image.radiance[pixel]), "brightness temperature")
             }
-            Kind::Surface16 => in_counts(&|pixel| image.temperature[pixel], "surface temperature"),
-            Kind::Sensor => {
+            PictureKind::Surface16 => in_counts(&|pixel| image.temperature[pixel], "surface temperature"),
+            PictureKind::Sensor => {
                 let numbers = image.digital_numbers.as_deref().unwrap_or_default();
                 let meaning =
                     |shift| text(json!({"quantity": "digital number", "value": "number x 2^shift", "shift": shift}));
@@ -103,8 +101,8 @@ impl Painter {
     }
 }
 
-/// A picture of depth in the three bytes of a colour: depth = far (R/255 + G/255^2 + B/255^3), along the camera's axis. What lies at `far` [m] or beyond
-/// is white.
+/// A picture of depth in the three bytes of a colour: depth = far (R/255 + G/255^2 + B/255^3), along the camera's axis. A surface at `far` [m] or
+/// beyond is white.
 ///
 /// # Errors
 /// An image that can not be encoded.

@@ -7,7 +7,6 @@ use crate::scene::Scene;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::prepare_error::PrepareError;
 
-/// A scene that clients may name.
 struct Named {
     names: Vec<String>,
     path: PathBuf,
@@ -21,7 +20,7 @@ pub struct Scenes {
 }
 
 impl Scenes {
-    /// Adds a scene. Without a name, it has those of its file: the path as given, its last part, and that without its ending.
+    /// Adds a scene. Without `name`, the scene has three names: the path of its file as given, the file name, and the file name without its ending.
     ///
     /// # Errors
     /// A scene that can not run, or a name that another scene has.
@@ -57,7 +56,6 @@ impl Scenes {
         self.all.iter().find(|scene| scene.names.iter().any(|known| known == name))
     }
 
-    /// The scene of a name.
     pub(crate) fn get(&self, name: &str) -> Option<&Scene> {
         self.named(name).map(|named| &named.scene)
     }
@@ -68,7 +66,7 @@ impl Scenes {
         names.map(String::as_str).collect::<Vec<_>>().join(", ")
     }
 
-    /// What scenes there are, in words.
+    /// The scenes of the server, in words.
     pub(crate) fn told(&self) -> String {
         match self.known() {
             names if names.is_empty() => "no scene is here".to_owned(),

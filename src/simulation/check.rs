@@ -3,7 +3,7 @@
 //! A network is stepped whole in f64, at a tenth of its tolerance. Up to 20,000 drawn nodes this includes the warm-up. Up to 100,000 drawn nodes it starts
 //! at time 0 from the state of the device.
 //!
-//! The sample also takes every step of the run in two halves, which tells what the length of the step costs.
+//! The sample also takes every step of the run in two halves, which gives the error of the step length.
 
 mod exchange;
 mod halves;
@@ -19,7 +19,7 @@ use self::network::{NetworkCheck, joints};
 use super::engine::EngineError;
 use super::prepare::Prepared;
 use crate::environment::StepLoad;
-use crate::environment::shadow::Shadows;
+use crate::environment::shadow::ShadowCasters;
 use crate::model::nodes::GROUP;
 use crate::saved::Saved;
 use crate::thermal::STEFAN_BOLTZMANN;
@@ -32,7 +32,7 @@ pub(crate) const SAMPLE: usize = 256;
 /// Most drawn nodes of a network that is stepped through the warm-up.
 const LARGEST_IN_WARM_UP: usize = 20_000;
 
-/// Most drawn nodes of a network that is stepped from time 0. In f64 a step costs about what it costs on the device.
+/// Most drawn nodes of a network that is stepped from time 0. A step in f64 takes about as long as on the device.
 const LARGEST_NETWORK: usize = 100_000;
 
 /// Largest difference [K] that needs no warning.
@@ -63,14 +63,14 @@ pub struct Accuracy {
     pub(crate) worst_step: u64,
     /// Time of that step [s].
     pub(crate) worst_time_s: f64,
-    /// What the length of the step costs. `None` where no node of the sample stores heat, or their network is too large.
+    /// Error of the step length. `None` where no node of the sample stores heat, or their network is too large.
     pub step_length: Option<StepLengthError>,
     /// Remark for the user: nodes whose absorbed flux was compared.
     pub(crate) notes: Vec<String>,
 }
 
 impl Accuracy {
-    /// What to tell the user of a device that is far from the reference.
+    /// A warning for the user if the device is far from the reference.
     pub(crate) fn warning(&self, prepared: &Prepared) -> Option<String> {
         let in_one_pass = prepared.network.as_ref().is_some_and(|network| network.plan().is_some());
         self.warning_beyond(if in_one_pass { EXPECTED_IN_ONE_PASS } else { EXPECTED })
@@ -95,12 +95,12 @@ pub struct Check {
     nodes: usize,
     reference: Reference<IncidentFunction>,
     /// The craft's shadow on the sample.
-    shadows: Option<Shadows>,
+    shadows: Option<ShadowCasters>,
     /// Place of each node of the sample among the structures below plates. `None` without one.
     structures: Vec<Option<usize>>,
     /// The whole network of the scene in f64. `None` where it is too large.
     network: Option<NetworkCheck>,
-    /// What surfaces radiate to each other. `None` without.
+    /// Radiation between surfaces. `None` without.
     exchange: Option<ExchangeCheck>,
     /// The sample at half the step.
     halves: Halves,
@@ -190,7 +190,7 @@ impl Check {
         }
     }
 
-    /// Finds what nodes receive from the craft in a step, with rays for the `poses` that the engine uses.
+    /// Finds the light that nodes receive from the craft in a step, with rays for the `poses` that the engine uses.
     fn receive(&mut self, load: &StepLoad, steps: f64, poses: Option<&[DAffine3]>) {
         let Some(exchange) = &mut self.exchange else { return };
         if self.network.as_ref().is_some_and(|network| network.failed.is_some() || network.waits) {
@@ -271,14 +271,14 @@ impl Check {
         }
     }
 
-    /// Present temperatures of the sample [K]. They are compared when the device delivers the same step.
+    /// Present temperatures of the sample [K]. The comparison follows when the device delivers the same step.
     pub(crate) fn temperatures(&self) -> Vec<f64> {
         let known = |slot: &usize| self.network.as_ref().and_then(|network| network.temperatures.get(slot));
         let nodes = self.slots.iter().zip(self.reference.temperatures());
         nodes.map(|(slot, temperature)| known(slot).copied().unwrap_or(*temperature)).collect()
     }
 
-    /// Compares delivered temperatures with those that the reference had at that step.
+    /// Compares delivered temperatures with the temperatures of the reference at that step.
     pub(crate) fn compare(&mut self, step: u32, time: f64, reference: &[f64], device: &[f32]) {
         self.steps += 1;
         for (slot, expected) in self.slots.iter().zip(reference) {
@@ -324,7 +324,7 @@ impl Check {
         Ok(saved)
     }
 
-    /// Takes what `save` gave.
+    /// Restores the state of `save`.
     ///
     /// # Errors
     /// A state of another scene or sample.
@@ -402,7 +402,7 @@ impl Check {
     }
 }
 
-/// The nodes to compare: `sample` of the drawn ones, evenly spread. Where surfaces radiate to each other all that are not in the network are needed.
+/// The nodes to compare: `sample` of the drawn nodes, evenly spread. Where surfaces radiate to each other all that are not in the network are needed.
 fn sampled(prepared: &Prepared, real: &[usize], sample: usize) -> Vec<usize> {
     let spread = |of: &[usize]| -> Vec<usize> {
         let count = of.len().min(sample);

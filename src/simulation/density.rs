@@ -1,8 +1,8 @@
 //! Node density: merges and splits edges as the scene asks, within the host's free memory.
 
-use super::prepare_error::Stage;
+use super::prepare_error::PrepareStage;
 use crate::host;
-use crate::model::{Merged, Model, ModelError};
+use crate::model::{MergeSummary, Model, ModelError};
 use crate::scene::Scene;
 
 /// Peak host memory for each node while a scene is built [bytes]: the value from `measure -- --build` and a half more.
@@ -11,11 +11,11 @@ const HOST_BYTES_A_NODE: usize = 300;
 /// Peak host memory for each node of a scene with a thermal network [bytes].
 const HOST_BYTES_A_NETWORK_NODE: usize = 400;
 
-/// Merges edges below the scene's shortest edge length. Returns what was merged, where the scene has such lengths.
+/// Merges edges below the scene's shortest edge length. Returns the merged edges, where the scene has such lengths.
 ///
 /// # Errors
 /// A length that is not valid.
-pub(super) fn merge(scene: &Scene, model: Model) -> Result<(Model, Option<Merged>), ModelError> {
+pub(super) fn merge(scene: &Scene, model: Model) -> Result<(Model, Option<MergeSummary>), ModelError> {
     let shortest = scene.density.min_edges(&model);
     if shortest.iter().all(|edge| *edge == 0.0) {
         return Ok((model, None));
@@ -31,17 +31,17 @@ pub(super) fn split(
     scene: &Scene,
     model: Model,
     network: bool,
-    progress: &mut dyn FnMut(Stage),
+    progress: &mut dyn FnMut(PrepareStage),
 ) -> Result<Model, ModelError> {
     let longest = scene.density.max_edges(&model);
     if longest.iter().all(|edge| edge.is_infinite()) {
         return Ok(model);
     }
-    model.subdivide_parts(&longest, node_limit(network), &mut |vertices| progress(Stage::Splitting(vertices)))
+    model.subdivide_parts(&longest, node_limit(network), &mut |vertices| progress(PrepareStage::Splitting(vertices)))
 }
 
 /// The result of merging, in words.
-pub(super) fn describe(merged: &Merged) -> String {
+pub(super) fn describe(merged: &MergeSummary) -> String {
     let [before, after] = merged.area_m2;
     let change = |[before, after]: [f64; 2]| 100.0 * (after - before) / before;
     let most = match &merged.most_changed {

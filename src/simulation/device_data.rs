@@ -1,6 +1,6 @@
 //! Scene data rounded to f32 for the device: materials, response functions and the band.
 
-use super::distant::Distance;
+use super::distant::DistantParts;
 use super::energy::heat_tables;
 use super::prepare::Prepared;
 use super::sampling::{ALWAYS, sampling};
@@ -51,7 +51,7 @@ impl DeviceData {
         }
     }
 
-    /// The same with what surfaces radiate to each other.
+    /// The same with radiation between surfaces.
     pub fn with_exchange(self, exchange: Option<ExchangeTables>) -> Self {
         Self { exchange, ..self }
     }
@@ -83,7 +83,7 @@ impl DeviceData {
             band_table: &self.band_table,
             image: camera.map(|camera| [camera.width, camera.height]),
             between: prepared.scene.time.draw.is_between_steps(),
-            sampling: camera.and_then(|camera| sampling(camera, counts, Distance::new(prepared, camera).is_some())),
+            sampling: camera.and_then(|camera| sampling(camera, counts, DistantParts::new(prepared, camera).is_some())),
             shadows: prepared.redraw().map(|redraw| ShadowData {
                 occluders: &prepared.occluders,
                 redraw,
@@ -108,7 +108,7 @@ impl DeviceData {
     }
 }
 
-/// What the sensor of the scene needs on a device. `None` without one.
+/// The tables of the scene's sensor for a device. `None` without a sensor.
 pub(crate) fn sensor_tables(prepared: &Prepared) -> Option<SensorTables> {
     let (sensor, camera) = prepared.scene.sensor.as_ref().zip(prepared.scene.camera.as_ref())?;
     Some(SensorTables::new(sensor, &RadianceTable::new(prepared.scene.band), &sensor_view(camera)))

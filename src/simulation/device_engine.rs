@@ -12,9 +12,9 @@ use camera::DeviceCamera;
 use frames::{Flying, Fourth, Frames};
 
 use super::device_data::{DeviceData, sensor_tables};
-use super::engine::{Delivered, Engine, EngineError, Order, Step};
+use super::engine::{Delivered, Engine, EngineError, EngineStep, Order};
 use super::exchange_device::DeviceExchange;
-use super::given::Given;
+use super::given::GivenTemperatures;
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use super::surroundings::Finishes;
@@ -38,7 +38,7 @@ pub struct DeviceEngine {
     /// Patches that radiate to each other, and what was found for poses of the joints.
     exchange: Option<DeviceExchange>,
     /// Temperatures of a file.
-    given: Option<Arc<Given>>,
+    given: Option<Arc<GivenTemperatures>>,
     /// Nodes with a structure below them.
     structures: Vec<usize>,
     steps: u64,
@@ -134,7 +134,7 @@ impl Engine for DeviceEngine {
         Ok(tables.map(|tables| self.renderer.take_sensor(tables)).transpose()?.unwrap_or(false))
     }
 
-    fn submit(&mut self, step: Option<Step<'_>>, order: Order<'_>) -> Result<(), EngineError> {
+    fn submit(&mut self, step: Option<EngineStep<'_>>, order: Order<'_>) -> Result<(), EngineError> {
         let trace = self.trace.clone();
         let _submits = trace.span(Track::Host, "submit");
         self.steps += u64::from(step.is_some());
@@ -207,7 +207,7 @@ impl Engine for DeviceEngine {
         Ok(delivered)
     }
 
-    fn forward(&mut self, passing: &[Step<'_>]) -> Result<(), EngineError> {
+    fn forward(&mut self, passing: &[EngineStep<'_>]) -> Result<(), EngineError> {
         if self.network.is_some() || self.exchange.is_some() || self.given.is_some() {
             return self.pass_singly(passing);
         }

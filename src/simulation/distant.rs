@@ -13,14 +13,14 @@ use crate::scene::work::image_times;
 const MOST_LOOKS: usize = 10_000;
 
 /// The boxes that hold the parts of a craft.
-pub(crate) struct Distance {
+pub(crate) struct DistantParts {
     /// Joint, and lower and upper corner of its nodes in the file's pose [m].
     boxes: Vec<(usize, [DVec3; 2])>,
     /// Most texels of a crop.
     most: [u32; 2],
 }
 
-impl Distance {
+impl DistantParts {
     /// The boxes of a craft whose images may need a crop. `None` where no image of the scene shows it so small, or with a rolling shutter.
     pub(crate) fn new(prepared: &Prepared, camera: &Camera) -> Option<Self> {
         if camera.line_time > 0.0 {
@@ -62,7 +62,7 @@ impl Distance {
     }
 }
 
-/// What a device needs of a crop: how it is drawn into an image of the camera's size, and how it is put into the pixels.
+/// The values of a crop for a device: for the drawing into an image of the camera's size, and for putting that image into the pixels.
 pub(crate) fn told(
     camera: &Camera,
     crop: &Crop,

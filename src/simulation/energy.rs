@@ -26,9 +26,9 @@ pub struct PartEnergy {
     pub emitted_j: f64,
     /// Given by heaters.
     pub heated_j: f64,
-    /// Stored at the end, less what was stored at the start.
+    /// Stored at the end, less stored at the start.
     pub stored_j: f64,
-    /// Received from other parts by conductors. It is what the other columns leave.
+    /// Received from other parts by conductors: the rest of the other columns, or 0 for a part without conductors to others.
     pub(crate) received_j: f64,
     /// Absorbed less emitted by surfaces that store no heat. A transition makes or loses this heat.
     pub unstored_j: f64,
@@ -101,7 +101,7 @@ pub struct Account {
     /// Absorbed and emitted heat of each run [J].
     absorbed: Vec<f64>,
     emitted: Vec<f64>,
-    /// Emission of each run at the last step, and at the one before [W].
+    /// Emission of each run at the last step, and at the step before [W].
     last: Vec<f64>,
     before: Vec<f64>,
     /// Steps that were taken.
@@ -244,8 +244,8 @@ impl Account {
     }
 }
 
-/// Finds what parts received from each other. `bodies` has for each part the number of its body: parts that conductors join. Returns the largest rest of a
-/// body over the heat that it took or gave.
+/// Finds the heat that parts received from each other. `bodies` has for each part the number of its body: parts that conductors join. Returns the
+/// largest rest of a body over the heat that it took or gave.
 fn conducted(parts: &mut [PartEnergy], bodies: &[usize]) -> f64 {
     let mut sums = vec![[0.0, 0.0]; parts.len()];
     let mut members = vec![0; parts.len()];

@@ -14,7 +14,7 @@ use crate::trace::Trace;
 
 /// One step for an engine.
 #[derive(Debug, Clone, Copy)]
-pub struct Step<'a> {
+pub struct EngineStep<'a> {
     /// Mean load of the step.
     pub load: &'a StepLoad,
     /// Its length in steps.
@@ -27,7 +27,7 @@ pub struct Step<'a> {
 
 /// Poses of the camera and of the joints at one instant.
 #[derive(Debug, Clone, Default)]
-pub struct Moment {
+pub struct InstantPoses {
     /// Pose of the camera.
     pub pose: DAffine3,
     /// Poses of the body and of the joints. Empty where nothing moves.
@@ -36,9 +36,9 @@ pub struct Moment {
 
 /// The moment at which a row of an image is taken. Rows are counted from 0 at the top.
 #[derive(Clone, Copy)]
-pub struct Rows<'a>(pub &'a dyn Fn(f64) -> Moment);
+pub struct RowMoments<'a>(pub &'a dyn Fn(f64) -> InstantPoses);
 
-impl std::fmt::Debug for Rows<'_> {
+impl std::fmt::Debug for RowMoments<'_> {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         out.write_str("Rows")
     }
@@ -56,7 +56,7 @@ pub struct Order<'a> {
     /// Share of the last step that has passed at the image's time, in a scene whose images have their own times.
     pub between: Option<f64>,
     /// Moments of the rows with a rolling shutter. `None` if all rows see one pose.
-    pub rows: Option<Rows<'a>>,
+    pub rows: Option<RowMoments<'a>>,
     /// Whether all temperatures are needed.
     pub temperatures: bool,
     /// Whether the absorbed heat is needed.
@@ -130,7 +130,7 @@ pub trait Engine: Send {
     ///
     /// # Errors
     /// A call that fails, or a network whose temperatures can not be found.
-    fn submit(&mut self, step: Option<Step<'_>>, order: Order<'_>) -> Result<(), EngineError>;
+    fn submit(&mut self, step: Option<EngineStep<'_>>, order: Order<'_>) -> Result<(), EngineError>;
 
     /// Results of the oldest step under way. Empty where none is.
     ///
@@ -142,7 +142,7 @@ pub trait Engine: Send {
     ///
     /// # Errors
     /// As for `submit`.
-    fn forward(&mut self, passing: &[Step<'_>]) -> Result<(), EngineError> {
+    fn forward(&mut self, passing: &[EngineStep<'_>]) -> Result<(), EngineError> {
         self.pass_singly(passing)
     }
 
@@ -150,7 +150,7 @@ pub trait Engine: Send {
     ///
     /// # Errors
     /// As for `submit`.
-    fn pass_singly(&mut self, passing: &[Step<'_>]) -> Result<(), EngineError> {
+    fn pass_singly(&mut self, passing: &[EngineStep<'_>]) -> Result<(), EngineError> {
         for step in passing {
             self.submit(Some(*step), Order::default())?;
             self.deliver()?;

@@ -1,4 +1,4 @@
-//! Radiation between the surfaces of a scene: its patches, and what they exchange in a step in f64.
+//! Radiation between the surfaces of a scene: its patches, and their exchange in a step in f64.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -12,13 +12,13 @@ use crate::exchange::buried::buried;
 use crate::exchange::cast::Scenery;
 use crate::exchange::defects::Defects;
 use crate::exchange::mirrors::Mirrors;
-use crate::exchange::patches::{Patches, Surface};
+use crate::exchange::patches::{PatchSurface, Patches};
 use crate::exchange::sky::{Due, Renewal};
-use crate::exchange::step::{Exchange, Light, MOST_PATCHES, PATCHES, Settings};
+use crate::exchange::step::{CraftLight, Exchange, ExchangeSettings, MOST_PATCHES, PATCHES};
 use crate::model::nodes::{GROUP, Nodes, PADDING};
 use crate::saved::{Saved, SavedError};
 use crate::thermal::material::Material;
-use crate::thermal::received::Received;
+use crate::thermal::received::FaceLoad;
 
 /// Most rays of a scene. Their ends take 1 GiB.
 pub(crate) const MOST_RAYS: usize = 1 << 28;
@@ -28,17 +28,16 @@ const RAYS_OF_SHARE: usize = 1 << 18;
 /// Part of the redraw angle after which the light of Sun and planet is found anew.
 const LIGHT: f64 = 1.0 / 3.0;
 
-/// The surface of a scene and its patches. Nodes are those of the device.
+/// The surface of a scene and its patches. Nodes are in device order.
 #[derive(Debug, Clone)]
-pub struct Craft {
+pub struct ExchangeCraft {
     /// The nodes and triangles.
-    pub surface: Surface,
+    pub surface: PatchSurface,
     /// The patches.
     pub patches: Patches,
-    /// What is wrong with the surface.
     pub(crate) defects: Defects,
     /// How rays and reflections are found.
-    pub settings: Settings,
+    pub settings: ExchangeSettings,
     /// The patches that mirror sunlight, where the scene wants it and some do.
     pub mirrors: Option<Arc<Mirrors>>,
     /// Steps for which the infrared that patches exchange is held.
@@ -47,13 +46,13 @@ pub struct Craft {
     pub light_angle: f64,
 }
 
-impl Craft {
+impl ExchangeCraft {
     /// Gathers the nodes of a scene with steps of a length [s].
     ///
     /// # Errors
     /// More rays than [`MOST_RAYS`], in words.
     pub(crate) fn new(
-        settings: Settings,
+        settings: ExchangeSettings,
         step: f64,
         nodes: &Nodes,
         triangles: &[[u32; 3]],
@@ -63,7 +62,7 @@ impl Craft {
         let slots = 0..nodes.vertex_of_node.len();
         let area = |slot: usize| network.and_then(|network| network.load_area(slot)).unwrap_or(nodes.areas[slot]);
         let joint = |slot: usize| if nodes.vertex_of_node[slot] == PADDING { 0 } else { nodes.joint(slot) };
-        let surface = Surface {
+        let surface = PatchSurface {
             positions: nodes.positions.iter().map(|position| position.as_dvec3()).collect(),
             normals: nodes.normals.iter().map(|normal| normal.as_dvec3()).collect(),
             areas: slots.clone().map(area).collect(),
@@ -74,7 +73,7 @@ impl Craft {
             triangles: triangles.iter().copied().filter(|[a, b, c]| a != b && b != c).collect(),
         };
         let edge = settings.patch_edge.unwrap_or_else(|| (surface.areas.iter().sum::<f64>() / PATCHES).sqrt());
-        let settings = Settings { patch_edge: Some(edge), ..settings };
+        let settings = ExchangeSettings { patch_edge: Some(edge), ..settings };
         let patches = Patches::new(&surface, materials, edge, &buried(&surface, materials));
         if patches.all.len() > MOST_PATCHES {
             return Err(format!(
@@ -102,7 +101,7 @@ impl Craft {
         })
     }
 
-    /// What to tell the user before the run.
+    /// Warnings for the user before the run.
     pub(crate) fn warnings(&self) -> Vec<String> {
         let mut warnings = self.defects.warnings();
         if self.settings.specular_sunlight && self.mirrors.is_none() {
@@ -111,7 +110,7 @@ impl Craft {
         warnings
     }
 
-    /// When what the patches exchange is found anew.
+    /// The rule for when the exchange between patches is found anew.
     pub(crate) fn renewal(&self) -> Renewal {
         Renewal::new(self.light_angle, self.every)
     }
@@ -128,7 +127,7 @@ impl Craft {
         first..end
     }
 
-    /// What the patches exchange in a pose, found by the processor.
+    /// The exchange between the patches in a pose, found by the processor.
     pub fn cast(&self, poses: &[DAffine3]) -> Exchange {
         Exchange::cast(&self.surface, &self.patches, &Scenery::new(&self.surface, poses), &self.settings)
     }
@@ -137,23 +136,23 @@ impl Craft {
 /// The exchange of a scene in f64, step by step.
 #[derive(Debug, Clone)]
 pub(crate) struct ExchangeTwin {
-    craft: Arc<Craft>,
+    craft: Arc<ExchangeCraft>,
     found: Posed<Exchange>,
     renewal: Renewal,
-    light: Light,
-    /// What patches absorb [W/m2].
+    light: CraftLight,
+    /// Infrared that patches absorb [W/m2].
     absorbed: Vec<f64>,
 }
 
 impl ExchangeTwin {
     /// An exchange whose rays are cast for poses first.
-    pub(crate) fn new(craft: &Arc<Craft>, poses: &[DAffine3]) -> Self {
+    pub(crate) fn new(craft: &Arc<ExchangeCraft>, poses: &[DAffine3]) -> Self {
         let angle = craft.settings.redraw_angle;
         let mut twin = Self {
             craft: Arc::clone(craft),
             found: Posed::new(angle, craft.shares()),
             renewal: craft.renewal(),
-            light: Light::default(),
+            light: CraftLight::default(),
             absorbed: Vec::new(),
         };
         twin.turn(poses, true);
@@ -177,12 +176,13 @@ impl ExchangeTwin {
         self.found.poses()
     }
 
-    /// What the patches exchange in the present pose.
+    /// The exchange between the patches in the present pose.
     pub(crate) fn exchange(&self) -> Option<&Exchange> {
         self.found.found()
     }
 
-    /// What every patch absorbs from the others in a load that lasts `steps` [W/m2]. Temperatures [K] and shares of the Sun are those of the nodes.
+    /// Infrared that every patch absorbs from the others in a load that lasts `steps` [W/m2]. `temperature` [K] and `visibility`, the share of the
+    /// Sun, are functions of the node.
     pub(crate) fn absorbed(
         &mut self,
         load: &StepLoad,
@@ -203,25 +203,25 @@ impl ExchangeTwin {
         self.absorbed.clone()
     }
 
-    /// What the faces of every node receive in a load that lasts `steps`. Temperatures [K] and shares of the Sun are those of the nodes.
+    /// The light on the faces of every node in a load that lasts `steps`. `temperature` [K] and `visibility`, the share of the Sun, are functions of
+    /// the node.
     pub(crate) fn received(
         &mut self,
         load: &StepLoad,
         steps: f64,
         temperature: impl Fn(usize) -> f64 + Sync,
         visibility: impl Fn(usize) -> f64 + Sync,
-    ) -> Vec<[Received; 2]> {
+    ) -> Vec<[FaceLoad; 2]> {
         let absorbed = self.absorbed(load, steps, temperature, visibility);
         self.of_nodes(&absorbed)
     }
 
-    /// What the faces of every node receive where patches absorb this [W/m2].
-    pub(crate) fn of_nodes(&self, absorbed: &[f64]) -> Vec<[Received; 2]> {
+    /// The light on the faces of every node, where patches absorb this infrared [W/m2].
+    pub(crate) fn of_nodes(&self, absorbed: &[f64]) -> Vec<[FaceLoad; 2]> {
         let Some(exchange) = self.found.found() else { return Vec::new() };
         (0..exchange.of_node.len()).map(|node| exchange.of_node(node, absorbed, &self.light.seen)).collect()
     }
 
-    /// The state between two steps.
     pub(crate) fn save(&self) -> Saved {
         let mut saved = self.renewal.save();
         saved.put_all("rays", self.found.save());
@@ -230,14 +230,14 @@ impl ExchangeTwin {
         saved
     }
 
-    /// Takes what `save` gave.
+    /// Restores the state of `save`.
     ///
     /// # Errors
     /// Lists of another kind.
     pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         self.renewal.restore(saved)?;
         self.found.restore(&saved.part("rays"), |poses| Ok::<_, SavedError>(self.craft.cast(poses)))?;
-        self.light = Light::restored(saved)?;
+        self.light = CraftLight::restored(saved)?;
         self.absorbed = saved.list("absorbed")?;
         Ok(())
     }
@@ -253,8 +253,8 @@ pub(crate) fn inside(share: f64, (count, area): (usize, f64)) -> String {
     format!("{:.2} %{buried}", 100.0 * share)
 }
 
-/// What was found of a craft, in words.
-pub(crate) fn describe(craft: &Craft, exchange: &Exchange) -> Vec<(String, String)> {
+/// The facts of a craft's exchange, in words.
+pub(crate) fn describe(craft: &ExchangeCraft, exchange: &Exchange) -> Vec<(String, String)> {
     let correction = exchange.factors.correction;
     let per_patch = |entries: usize| entries as f64 / exchange.patches.len().max(1) as f64;
     let [infrared, sunlight] =

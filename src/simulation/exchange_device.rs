@@ -5,7 +5,7 @@ use std::thread::JoinHandle;
 
 use glam::DAffine3;
 
-use super::exchange::{Craft, inside};
+use super::exchange::{ExchangeCraft, inside};
 use super::exchange_poses::{Posed, Task};
 use crate::exchange::cast::Scenery;
 use crate::exchange::step::Exchange;
@@ -20,10 +20,10 @@ const COVERED: f32 = 0.1;
 
 /// Tables of a scene for the poses of its joints.
 pub(super) struct DeviceExchange {
-    craft: Arc<Craft>,
+    craft: Arc<ExchangeCraft>,
     context: Arc<Context>,
     posed: Posed<ExchangeTables>,
-    work: Option<Work>,
+    work: Option<CastingWork>,
     /// Changes of the open sky of patches as rays were cast anew.
     changes: Changes,
     /// Share of the rays of each patch that met an inner face in the first poses.
@@ -33,7 +33,7 @@ pub(super) struct DeviceExchange {
 }
 
 /// Rays that are being cast for a pose.
-struct Work {
+struct CastingWork {
     scenery: Scenery,
     caster: Option<Caster>,
     ends: Vec<u32>,
@@ -54,7 +54,11 @@ impl DeviceExchange {
     ///
     /// # Errors
     /// Buffers beyond the device, or a call that fails.
-    pub(crate) fn new(context: &Arc<Context>, craft: &Arc<Craft>, poses: &[DAffine3]) -> Result<Self, GpuError> {
+    pub(crate) fn new(
+        context: &Arc<Context>,
+        craft: &Arc<ExchangeCraft>,
+        poses: &[DAffine3],
+    ) -> Result<Self, GpuError> {
         let posed = Posed::new(craft.settings.redraw_angle, craft.shares());
         let (craft, context) = (Arc::clone(craft), Arc::clone(context));
         let mut own = Self {
@@ -71,7 +75,7 @@ impl DeviceExchange {
         Ok(own)
     }
 
-    /// What holds now.
+    /// The tables that hold now.
     pub(crate) fn tables(&self) -> Option<&ExchangeTables> {
         self.posed.found()
     }
@@ -93,7 +97,7 @@ impl DeviceExchange {
             Task::Share(poses, number) => {
                 let work = match work {
                     Some(work) => work,
-                    None => work.insert(Work::new(context, craft, poses)?),
+                    None => work.insert(CastingWork::new(context, craft, poses)?),
                 };
                 work.share(craft, number)?;
                 Ok(None)
@@ -112,7 +116,7 @@ impl DeviceExchange {
         Ok(turned)
     }
 
-    /// What was found, and how rays followed joints.
+    /// The facts of the exchange, and of the rays that followed joints, in words.
     pub(crate) fn description(&self) -> Vec<(String, String)> {
         let of_tables = |tables: &ExchangeTables| {
             let per_patch = 4.0 * tables.entries.len() as f64 / tables.order.len().max(1) as f64;
@@ -145,15 +149,15 @@ impl DeviceExchange {
         told
     }
 
-    /// The poses, without what was found for them.
+    /// The poses, without their tables.
     pub(crate) fn save(&self) -> Saved {
         self.posed.save()
     }
 
-    /// Takes what `save` gave. Returns what held then.
+    /// Restores the poses of `save`. Returns the tables that held then.
     ///
     /// # Errors
-    /// Lists of another kind, or those of `turn`.
+    /// Lists of another kind, or an error of `turn`.
     pub(crate) fn restore<E: From<SavedError> + From<GpuError>>(
         &mut self,
         saved: &Saved,
@@ -164,16 +168,16 @@ impl DeviceExchange {
     }
 }
 
-impl Work {
-    fn new(context: &Arc<Context>, craft: &Craft, poses: &[DAffine3]) -> Result<Self, GpuError> {
+impl CastingWork {
+    fn new(context: &Arc<Context>, craft: &ExchangeCraft, poses: &[DAffine3]) -> Result<Self, GpuError> {
         let scenery = Scenery::new(&craft.surface, poses);
         let casts = || Caster::new(context, &craft.surface, &craft.patches, &scenery, craft.settings.rays);
         let caster = exchange_rays::can_walk(&scenery).then(casts).transpose()?;
         Ok(Self { scenery, caster, ends: Vec::new(), solved: None })
     }
 
-    /// Casts a share of the rays. After the last one a thread finds what they say.
-    fn share(&mut self, craft: &Arc<Craft>, number: u32) -> Result<(), GpuError> {
+    /// Casts a share of the rays. After the last share a thread computes the tables from the rays.
+    fn share(&mut self, craft: &Arc<ExchangeCraft>, number: u32) -> Result<(), GpuError> {
         // Work that a restored run has begun anew casts the shares before too.
         let rays = craft.settings.rays;
         let first = (self.ends.len() / rays.max(1) as usize) as u32;
@@ -191,8 +195,8 @@ impl Work {
         Ok(())
     }
 
-    /// The result. It waits where the thread is not done.
-    fn take(self, craft: &Craft) -> ExchangeTables {
+    /// The result. A thread that is not done is waited for.
+    fn take(self, craft: &ExchangeCraft) -> ExchangeTables {
         let Self { solved, scenery, .. } = self;
         let solved = solved.and_then(|thread| thread.join().ok());
         solved.unwrap_or_else(|| {
@@ -214,19 +218,18 @@ impl Changes {
 }
 
 /// Patches of which a tenth more rays meet inner faces than before, and their area [m2].
-fn covered(craft: &Craft, [before, now]: [&[f32]; 2]) -> (usize, f64) {
+fn covered(craft: &ExchangeCraft, [before, now]: [&[f32]; 2]) -> (usize, f64) {
     let shares = before.iter().zip(now).zip(&craft.patches.all);
     let more = shares.filter(|((before, now), _)| **now > **before + COVERED);
     more.fold((0, 0.0), |(count, area), (_, patch)| (count + 1, area + patch.area))
 }
 
-/// The tables of rays that end at `ends`.
-fn solve(craft: &Craft, ends: &[u32]) -> ExchangeTables {
+fn solve(craft: &ExchangeCraft, ends: &[u32]) -> ExchangeTables {
     ExchangeTables::new(&Exchange::new(&craft.surface, &craft.patches, ends, &craft.settings), true)
 }
 
 /// Casts the rays of all patches, on the device where it can walk their tree.
-fn cast(context: &Arc<Context>, craft: &Craft, poses: &[DAffine3]) -> Result<ExchangeTables, GpuError> {
+fn cast(context: &Arc<Context>, craft: &ExchangeCraft, poses: &[DAffine3]) -> Result<ExchangeTables, GpuError> {
     let scenery = Scenery::new(&craft.surface, poses);
     let (surface, patches, settings) = (&craft.surface, &craft.patches, &craft.settings);
     if exchange_rays::can_walk(&scenery) {

@@ -1,4 +1,4 @@
-//! What was found for poses of the joints, kept for when they come back. New poses are worked on a share in each step, so that no step stalls.
+//! Findings for poses of the joints, kept for when the poses come back. New poses are worked on a share in each step, so that no step stalls.
 
 use glam::DAffine3;
 
@@ -10,7 +10,7 @@ const STILL: f64 = 1e-9;
 /// Most poses that are kept. The oldest makes room.
 const MOST: usize = 64;
 
-/// What is asked of those who find.
+/// The work that a finder is asked for.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Task<'a> {
     /// All for these poses, at once.
@@ -27,12 +27,12 @@ pub(super) struct Posed<T> {
     angle: f64,
     /// Steps over which the work for new poses is spread. With 1 it is done at once.
     shares: u32,
-    /// Poses and what was found for them. After a restart it is found anew when it is needed.
+    /// Poses with their findings. After a restart a finding is made anew when it is needed.
     known: Vec<(Vec<DAffine3>, Option<T>)>,
     now: usize,
     /// Poses that are worked on, and for how many steps.
     pending: Option<(Vec<DAffine3>, u32)>,
-    /// Largest turn of a joint since the poses of what was used [rad].
+    /// Largest turn of a joint against the poses of the finding in use [rad].
     pub(crate) stalest: f64,
 }
 
@@ -42,11 +42,11 @@ impl<T> Posed<T> {
         Self { angle, shares, known: Vec::new(), now: 0, pending: None, stalest: 0.0 }
     }
 
-    /// Finds what holds for poses, by `find` where nothing known does. Returns it where it is not what held before. With `at_once` new poses are not worked on
-    /// by shares.
+    /// Chooses the finding that holds for poses, or makes one by `find`. Returns it where another finding held before. With `at_once` new poses are
+    /// not worked on by shares.
     ///
     /// # Errors
-    /// Those of `find`.
+    /// An error of `find`.
     pub(crate) fn turn<E>(
         &mut self,
         poses: &[DAffine3],
@@ -98,24 +98,24 @@ impl<T> Posed<T> {
     /// Adds poses, which hold from now on.
     fn push(&mut self, poses: Vec<DAffine3>, found: Option<T>) {
         if self.known.len() >= MOST {
-            // The one in use may be the oldest.
+            // The poses in use may be the oldest.
             self.known.remove(usize::from(self.now == 0));
         }
         self.known.push((poses, found));
         self.now = self.known.len() - 1;
     }
 
-    /// Poses for which what holds now was found.
+    /// Poses of the finding that holds now.
     pub(crate) fn poses(&self) -> Option<&[DAffine3]> {
         self.known.get(self.now).map(|known| &known.0[..])
     }
 
-    /// What holds now.
+    /// The finding that holds now.
     pub(crate) fn found(&self) -> Option<&T> {
         self.known.get(self.now)?.1.as_ref()
     }
 
-    /// The poses, without what was found for them.
+    /// The poses, without their findings.
     pub(crate) fn save(&self) -> Saved {
         let mut saved = Saved::default();
         saved.put("count", &[self.known.len() as u64, self.now as u64]);
@@ -130,10 +130,10 @@ impl<T> Posed<T> {
         saved
     }
 
-    /// Takes what `save` gave, and finds what held then.
+    /// Restores the poses of `save`, and makes the finding that held then.
     ///
     /// # Errors
-    /// Lists of another kind, or those of `find`.
+    /// Lists of another kind, or an error of `find`.
     pub(crate) fn restore<E: From<SavedError>>(
         &mut self,
         saved: &Saved,

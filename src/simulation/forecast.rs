@@ -1,14 +1,14 @@
 //! How much work a run is, before its first step: steps, images, bytes of files and a rough time.
 //!
-//! The time comes from the rates below and not from a measurement, so it is good to a factor of three or so. A node's rates on a processor are those of two
-//! cores of an Intel Xeon: of `docs/benchmarks.md`, and of the station without images in f64. The others are estimates, and those of a GPU lie on the slow
-//! side. While a run goes on, its progress tells the time that is left from what was measured.
+//! The time comes from the rates below and not from a measurement, so it is good to a factor of three or so. The rates of a node on a processor were
+//! measured on two cores of an Intel Xeon: in `docs/benchmarks.md`, and for the station without images in f64. The other rates are estimates, and the
+//! rates of a GPU lie on the slow side. While a run goes on, its progress tells the time that is left from measured times.
 
 use super::prepare::Prepared;
 use super::target::Target;
 use crate::scene::work;
 
-/// Bytes of a pixel in the EXR before compression, and of one in the PNG.
+/// Bytes of a pixel in the EXR before compression, and of a pixel in the PNG.
 const PIXEL_BYTES: f64 = 20.0 + 3.0;
 /// Bytes of a number in the series: `287.123456,`.
 const NUMBER_BYTES: f64 = 11.0;
@@ -29,15 +29,12 @@ pub(crate) struct Rate {
 }
 
 impl Rate {
-    /// The f64 reference.
     pub(crate) const REFERENCE: Self = Self { of: "the f64 reference", node: 150e-9, pixel: 1e-6, step: 60e-6 };
     /// A Vulkan driver that computes on the processor.
     pub(crate) const PROCESSOR: Self =
         Self { of: "a Vulkan driver on the processor", node: 60e-9, pixel: 400e-9, step: 400e-6 };
-    /// A GPU.
     pub(crate) const GPU: Self = Self { of: "a GPU", node: 1e-9, pixel: 150e-9, step: 150e-6 };
 
-    /// The rate of a target.
     pub(crate) fn of(target: &Target) -> Self {
         match target.device() {
             None => Self::REFERENCE,
@@ -47,20 +44,17 @@ impl Rate {
     }
 }
 
-/// The work of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Forecast {
-    /// Steps of the warm-up. A periodic one ends as soon as it can, so this is the most.
+    /// Steps of the warm-up. A periodic warm-up ends as soon as it can, so this number is the most.
     pub(crate) warm_up: u64,
     /// Whether the warm-up may end earlier.
     pub(crate) warm_up_is_most: bool,
-    /// Steps after it.
+    /// Steps after the warm-up.
     pub(crate) steps: u64,
-    /// Images.
     pub(crate) images: u64,
     /// Pixels of an image.
     pub(crate) pixels: u64,
-    /// Nodes.
     pub(crate) nodes: u64,
     /// Bytes of all files, before compression.
     pub(crate) file_bytes: f64,
@@ -91,7 +85,6 @@ impl Forecast {
         }
     }
 
-    /// The same without a warm-up.
     pub(crate) fn without_warm_up(self) -> Self {
         Self { warm_up: 0, warm_up_is_most: false, ..self }
     }

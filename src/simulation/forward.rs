@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::check::Check;
-use super::engine::{Engine, EngineError, Step};
+use super::engine::{Engine, EngineError, EngineStep};
 use super::prepare::Prepared;
 use crate::gpu::layout::FUSED_STEPS;
 
@@ -45,10 +45,10 @@ pub(crate) fn forward(
         }
         let batch: Vec<Passing> = passing.by_ref().take(at_once).collect();
         let loads: Vec<_> = batch.par_iter().map(|one| prepared.loads.step_load(one.start, one.end)).collect();
-        let under_load: Vec<Step<'_>> = batch
+        let under_load: Vec<EngineStep<'_>> = batch
             .iter()
             .zip(&loads)
-            .map(|(one, load)| Step { load, steps: one.steps, start: one.start, length: one.end - one.start })
+            .map(|(one, load)| EngineStep { load, steps: one.steps, start: one.start, length: one.end - one.start })
             .collect();
         engine.forward(&under_load)?;
         for one in under_load {

@@ -11,22 +11,21 @@ use super::prepare_error::PrepareError;
 use crate::model::nodes::{GROUP, Nodes};
 use crate::scene::{Mapping, Scene, SolvedNode, Temperatures};
 
-/// A node of the model without one of the file.
+/// A node of the model to which no node of the file belongs.
 const NONE: u32 = u32::MAX;
 /// Share of a step by which a time may be rounded.
 const SLACK: f64 = 1e-9;
 
 /// Temperatures of a scene from a file.
 #[derive(Debug, Clone)]
-pub(crate) struct Given {
+pub(crate) struct GivenTemperatures {
     temperatures: Arc<Temperatures>,
     /// Node of the file of each node on the device.
     node_of_slot: Vec<u32>,
-    /// What is said of them.
     remarks: Remarks,
 }
 
-/// What is said of a mapping.
+/// Remarks on a mapping.
 #[derive(Debug, Clone, Default)]
 struct Remarks {
     /// Nodes of the file, and surfaces, that are not mapped.
@@ -35,8 +34,8 @@ struct Remarks {
     lines: Vec<(String, String)>,
 }
 
-impl Given {
-    /// Maps the nodes of the scene's file to those of the model. `None` where the scene has no such file.
+impl GivenTemperatures {
+    /// Maps the nodes of the scene's file to the nodes of the model. `None` where the scene has no such file.
     ///
     /// # Errors
     /// Times that the file does not cover, several nodes for a part without place or distance, or surfaces without a node where the scene states no
@@ -139,7 +138,7 @@ impl Given {
     }
 }
 
-/// Whether the file's times cover those of the scene. A file with one time covers all.
+/// Refuses a file whose times do not cover the times of the scene. A file with one time covers all.
 fn covers(scene: &Scene, temperatures: &Temperatures) -> Result<(), String> {
     let times = &temperatures.solution.times;
     let ends = [0.0, f64::from(scene.time.steps) * scene.time.step].map(|time| time + temperatures.start);
@@ -183,7 +182,7 @@ fn names_of(names: &[String]) -> String {
     names.iter().map(|name| &**name).filter(|name| !name.is_empty()).collect::<Vec<_>>().join(", ")
 }
 
-/// Names of the nodes of a file that are on no surface, empty for those without a name.
+/// Names of the nodes of a file that are on no surface, empty for a node without a name.
 fn idle(all: &[SolvedNode], node_of_slot: &[u32]) -> Vec<String> {
     let mut used = vec![false; all.len()];
     node_of_slot.iter().filter(|node| **node != NONE).for_each(|node| used[*node as usize] = true);

@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DMat4};
 use wildmatch::WildMatch;
 
 use super::prepare_error::PrepareError;
-use crate::environment::joints::{Drive, Guided, Joint, Kind, Motion, Played};
+use crate::environment::joints::{Drive, Guided, Joint, JointDrive, JointKind, Played};
 use crate::environment::step::StepLoads;
 use crate::model::nodes::Nodes;
 use crate::model::{Model, SceneNode};
@@ -70,7 +70,7 @@ pub(super) fn joints(scene: &Scene, model: &Model) -> Result<(Vec<Joint>, Vec<u3
 }
 
 /// The motion of a node, in the body frame.
-fn motion(rule: &JointRule, node: &SceneNode, model: &Model) -> Result<Motion, String> {
+fn motion(rule: &JointRule, node: &SceneNode, model: &Model) -> Result<JointDrive, String> {
     match &rule.motion {
         JointMotion::Guided(guided) => {
             let linear = DMat3::from_mat4(node.body_from_node);
@@ -87,13 +87,13 @@ fn motion(rule: &JointRule, node: &SceneNode, model: &Model) -> Result<Motion, S
                 other => other.clone(),
             };
             // A mirrored frame reverses the sense of a rotation.
-            let turned = guided.kind == Kind::Rotation && linear.determinant() < 0.0;
+            let turned = guided.kind == JointKind::Rotation && linear.determinant() < 0.0;
             let axis = if turned { -axis } else { axis };
             let origin = node.body_from_node.transform_point3(guided.origin);
-            Ok(Motion::Guided(Guided { axis, origin, drive, ..guided.clone() }))
+            Ok(JointDrive::Guided(Guided { axis, origin, drive, ..guided.clone() }))
         }
         JointMotion::Animation { name, repeats } => {
-            played(name, *repeats, node, model).map(Box::new).map(Motion::Played)
+            played(name, *repeats, node, model).map(Box::new).map(JointDrive::Played)
         }
     }
 }
@@ -158,7 +158,7 @@ pub(crate) struct Description {
     pub(crate) position: f64,
     /// Unit of the position: `deg` or `m`.
     pub(crate) unit: &'static str,
-    /// Nodes that it moves, without those of its child joints.
+    /// Nodes that the joint moves, without the nodes of its child joints.
     pub(crate) nodes: usize,
 }
 
@@ -205,8 +205,8 @@ pub(crate) fn describe(loads: &StepLoads, nodes: &Nodes) -> Vec<Description> {
             nodes: ranges.map(|range| range.nodes).sum(),
         };
         match &joint.motion {
-            Motion::Played(_) => base,
-            Motion::Guided(guided) => Description {
+            JointDrive::Played(_) => base,
+            JointDrive::Guided(guided) => Description {
                 kind: if turns { "rotation" } else { "translation" },
                 mode: match guided.drive {
                     Drive::Fixed(_) => "fixed",

@@ -1,12 +1,11 @@
-//! What keeps the state of a warm-up, so that it can go on after it was ended.
+//! Keepers of the state of a warm-up, so that it can go on after it was ended.
 
 use super::check::Check;
 use super::engine::Engine;
 use crate::saved::Saved;
 
-/// Keeps states of a warm-up.
 pub(crate) trait Keep<E> {
-    /// Takes the state between two steps. `own` is what the warm-up itself goes on from, `done` the number of steps before it.
+    /// Takes the state between two steps. `own` is the state of the warm-up itself, `done` the number of steps before it.
     ///
     /// # Errors
     /// A call that fails.
@@ -18,11 +17,10 @@ pub(crate) trait Keep<E> {
     /// Saves the state that was taken last.
     ///
     /// # Errors
-    /// What ends the run.
+    /// An error that ends the run.
     fn save(&mut self) -> Result<(), E>;
 }
 
-/// Keeps nothing.
 pub(crate) struct KeepNothing;
 
 impl<E> Keep<E> for KeepNothing {

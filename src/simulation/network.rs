@@ -24,8 +24,8 @@ use std::sync::Arc;
 
 use crate::gpu::one_pass::{Drawn, OnePassTables};
 use crate::model::nodes::{GROUP, Nodes};
-use crate::thermal::network::control::Settings;
-use crate::thermal::network::one_pass::{Conduction, Heater, Plan, Unfit};
+use crate::thermal::network::control::IntegrationSettings;
+use crate::thermal::network::one_pass::{Conduction, OnePassHeater, OnePassPlan, Unfit};
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 use crate::thermal::network::{Network, NodeKind};
 use crate::thermal::shell::{NO_NODE, Shell};
@@ -33,19 +33,18 @@ use crate::thermal::shell::{NO_NODE, Shell};
 /// Remark for readers of a network's temperatures without `[exchange]`.
 pub(crate) const HOLLOW: &str = "A thermal network exchanges heat with space, Sun and planet on the outside of bodies only: \
                           radiation inside hollow bodies and between surfaces is off.";
-/// The same with it.
+/// The same remark with `[exchange]`.
 pub(crate) const HOLLOW_WITH_EXCHANGE: &str = "Nothing radiates inside hollow bodies.";
 
-/// A heater of a scene's network.
 #[derive(Debug, Clone)]
 struct Heated {
-    /// What it heats and what it senses, in words.
+    /// The heated nodes and the sensor, in words.
     name: String,
     /// Heated nodes with their shares.
     shares: Vec<(u32, f64)>,
     /// Heat over scene time.
     power: HeatTable,
-    /// Its thermostat, where it has one.
+    /// Thermostat of the heater, where it has one.
     thermostat: Option<Thermostat>,
 }
 
@@ -55,14 +54,14 @@ pub struct SceneNetwork {
     /// The shell that was made from the mesh.
     pub shell: Shell,
     /// Settings of the integration.
-    pub settings: Settings,
+    pub settings: IntegrationSettings,
     /// Network node of every device node, or `NO_NODE`.
     node_of_slot: Vec<u32>,
     /// Area over which a device node heats its network node [m2].
     load_areas: Vec<f64>,
     heated: Vec<Heated>,
     /// The network in one pass, or why it is not stepped so. `None` where the scene asks for sub-steps.
-    one_pass: Option<Result<Arc<Plan>, Unfit>>,
+    one_pass: Option<Result<Arc<OnePassPlan>, Unfit>>,
     /// Length of a step of the scene [s].
     step: f64,
     /// Time over which errors accumulate [s].
@@ -85,7 +84,6 @@ impl SceneNetwork {
         self.has(slot) && self.network().kinds[self.node_of_slot[slot] as usize] == NodeKind::Diffusive
     }
 
-    /// Number of nodes of a kind.
     pub(crate) fn nodes_of(&self, kind: NodeKind) -> usize {
         self.network().kinds.iter().filter(|one| **one == kind).count()
     }
@@ -106,7 +104,7 @@ impl SceneNetwork {
         self.has(slot).then(|| self.load_areas[slot])
     }
 
-    /// Part of every network node. `nodes` are those of the device.
+    /// Part of every network node. `nodes` are in device order.
     pub(super) fn parts(&self, nodes: &Nodes) -> Vec<u32> {
         let mut parts = vec![0; self.network().len()];
         for (slot, vertex) in nodes.real() {
@@ -151,7 +149,6 @@ impl SceneNetwork {
         self.heated.iter().map(on).collect()
     }
 
-    /// Number of the heater that a thermostat switches.
     fn heater_of(&self, thermostat: usize) -> Option<usize> {
         let mut switched = (0..self.heated.len()).filter(|number| self.heated[*number].thermostat.is_some());
         switched.nth(thermostat)
@@ -167,7 +164,7 @@ impl SceneNetwork {
     }
 
     /// The network in one pass, where the network fits and the scene does not ask for sub-steps.
-    pub fn plan(&self) -> Option<&Arc<Plan>> {
+    pub fn plan(&self) -> Option<&Arc<OnePassPlan>> {
         self.one_pass.as_ref()?.as_ref().ok()
     }
 
@@ -182,8 +179,9 @@ impl SceneNetwork {
         self.heated.iter().map(|heated| heated.power.mean(start, start + length)).collect()
     }
 
-    fn heaters(&self) -> Vec<Heater> {
-        let heater = |heated: &Heated| Heater { shares: heated.shares.clone(), thermostat: heated.thermostat.clone() };
+    fn heaters(&self) -> Vec<OnePassHeater> {
+        let heater =
+            |heated: &Heated| OnePassHeater { shares: heated.shares.clone(), thermostat: heated.thermostat.clone() };
         self.heated.iter().map(heater).collect()
     }
 
@@ -278,7 +276,7 @@ impl SceneNetwork {
 }
 
 /// A network in one pass, in words.
-fn described(plan: &Plan) -> Vec<(String, String)> {
+fn described(plan: &OnePassPlan) -> Vec<(String, String)> {
     let largest = plan.blocks().iter().map(|block| block.nodes.len()).max().unwrap_or(0);
     let nodes: usize = plan.blocks().iter().map(|block| block.nodes.len()).sum();
     let kinds = plan.conductions();

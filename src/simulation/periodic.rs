@@ -55,7 +55,7 @@ impl Periodic {
         format!("{} orbits{coarse}; the last one changed a node by up to {:.1e} K", self.orbits, self.change)
     }
 
-    /// What to tell the user of a warm-up of the run `of` that missed its tolerance.
+    /// A warning for the user if the warm-up missed its tolerance. `of` names the run.
     pub(crate) fn warning(&self, of: &str) -> Option<String> {
         (!self.is_met()).then(|| {
             format!(
@@ -69,23 +69,22 @@ impl Periodic {
 
 /// How far a periodic warm-up is, between two orbits.
 #[derive(Debug)]
-pub(super) struct Way {
+pub(super) struct WarmUpState {
     done: Periodic,
     history: History,
     structures: Structures,
-    /// Whether the next orbit is coarse.
     coarse: bool,
     /// Change of the last orbit [K].
     last: f64,
 }
 
-impl Way {
+impl WarmUpState {
     fn new(tolerance: f64, coarse: bool) -> Self {
         let done = Periodic { orbits: 0, coarse: 0, change: f64::INFINITY, tolerance };
         Self { done, history: History::default(), structures: Structures::default(), coarse, last: f64::INFINITY }
     }
 
-    /// Takes what `save` gave.
+    /// Restores the state of `save`.
     ///
     /// # Errors
     /// A list that is absent or of another length.
@@ -114,15 +113,15 @@ impl Way {
     }
 }
 
-/// Steps orbits that end at time 0, until the largest change over an orbit is at most `tolerance` [K] or the scene's warm-up orbits are used up. It goes on
-/// from `earlier`, where there is one. `keep` takes the state between two orbits.
+/// Steps orbits that end at time 0, until the largest change over an orbit is at most `tolerance` [K] or the scene's warm-up orbits are used up. The
+/// warm-up goes on from `earlier`, where there is one. `keep` takes the state between two orbits.
 #[expect(clippy::too_many_arguments, reason = "the state of a run is in as many places")]
 pub(super) fn warm_up<E: From<EngineError>>(
     prepared: &Prepared,
     engine: &mut dyn Engine,
     mut check: Option<&mut Check>,
     tolerance: f64,
-    earlier: Option<Way>,
+    earlier: Option<WarmUpState>,
     stop: &AtomicBool,
     progress: &mut dyn FnMut(),
     keep: &mut dyn Keep<E>,
@@ -133,14 +132,14 @@ pub(super) fn warm_up<E: From<EngineError>>(
     let mut slow = network
         .filter(|network| network.len() <= MOST_SOLVED)
         .map(|network| SlowModes::new(network, prepared.scene.orbit.period()));
-    let Way { mut done, mut history, mut structures, mut coarse, mut last } =
-        earlier.unwrap_or_else(|| Way::new(tolerance, network.is_some()));
+    let WarmUpState { mut done, mut history, mut structures, mut coarse, mut last } =
+        earlier.unwrap_or_else(|| WarmUpState::new(tolerance, network.is_some()));
     (0..done.orbits).for_each(|_| progress());
     while done.orbits < most && !done.is_met() {
         let steps = done.orbits.saturating_mul(each);
-        let way = Way { done, history, structures, coarse, last };
+        let way = WarmUpState { done, history, structures, coarse, last };
         keep.take(steps, way.save(), engine, check.as_deref_mut())?;
-        Way { history, structures, .. } = way;
+        WarmUpState { history, structures, .. } = way;
         let stopped = stop.load(Ordering::Relaxed);
         if stopped || keep.wants(steps) {
             keep.save()?;
@@ -195,7 +194,7 @@ pub(super) fn warm_up<E: From<EngineError>>(
             }
         }
         if coarse && (done.change <= tolerance || done.change > STALLED * last) {
-            // The map of a fine orbit differs from that of a coarse orbit.
+            // A fine orbit maps start to end temperatures in another way than a coarse orbit, so the history begins anew.
             (coarse, history, structures) = (false, History::default(), Structures::default());
         }
         last = done.change;
@@ -250,7 +249,7 @@ fn orbit(
     let unit = prepared.scene.time.step;
     let mut last = engine.network_temperatures()?.unwrap_or_default();
     let mut mean = vec![0.0; last.len()];
-    // The steps are counted from the start of the orbit, so that those of every orbit are equal.
+    // The steps are counted from the start of the orbit, so that every orbit has the same steps.
     let (mut done, whole) = (0.0, period / step);
     let passing = std::iter::from_fn(|| {
         let ahead: f64 = if coarse && whole - done >= LAST_STEPS + COARSE_STEPS { COARSE_STEPS } else { 1.0 };

@@ -1,4 +1,4 @@
-//! Where a camera is for one image.
+//! The place of a camera for one image.
 
 use glam::{DQuat, DVec3};
 
@@ -11,7 +11,7 @@ use crate::scene::{Camera, CameraFrame, Motion};
 pub enum Pose {
     /// The pose or the path that the camera has itself.
     OfCamera,
-    /// A pose in a frame whose origin is that of the craft's body frame.
+    /// A pose in a frame with its origin moved to the origin of the craft's body frame.
     Given {
         /// The frame.
         frame: CameraFrame,
@@ -30,9 +30,9 @@ pub enum CameraError {
     Range {
         /// Name of the number.
         what: &'static str,
-        /// What it may be.
+        /// The allowed range, in words.
         range: &'static str,
-        /// What it is.
+        /// The refused value.
         value: String,
     },
     /// A pose that is not finite, or a rotation that is none.

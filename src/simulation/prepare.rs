@@ -7,20 +7,20 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::emissivity;
-use super::exchange::Craft;
-use super::given::Given;
+use super::exchange::ExchangeCraft;
+use super::given::GivenTemperatures;
 use super::joints;
 use super::network::{self, SceneNetwork};
-use super::prepare_error::{PrepareError, Stage};
+use super::prepare_error::{PrepareError, PrepareStage};
 use super::prepare_names;
 use super::prepare_steps::{self as steps, Dense};
-use crate::environment::shadow::{Jointed, Occluders, Redraw, Shadows};
+use crate::environment::shadow::{Jointed, Occluders, Redraw, ShadowCasters};
 use crate::environment::step::StepLoads;
 use crate::gpu::frame::{StepRange, TriangleRun};
 use crate::gpu::shapes;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::model::nodes::{GROUP, Nodes, PADDING, RangeResponse};
-use crate::model::{Merged, Model};
+use crate::model::{MergeSummary, Model};
 use crate::scene::work::too_late;
 use crate::scene::{Background, Reflections, Scene, ShadowSettings as Settings};
 use crate::thermal::material::{Material, Response};
@@ -60,24 +60,22 @@ pub struct Prepared {
     pub triangle_runs: Vec<TriangleRun>,
     /// The tree of these triangles, where shadows are found by rays.
     pub shadow_tree: Option<Occluders>,
-    /// Node indices of the triangles that cast shadows, which are those of the model before it is split. Empty without shadows.
+    /// Node indices of the triangles that cast shadows, taken from the model before it is split. Empty without shadows.
     pub(crate) occluders: Vec<[u32; 3]>,
-    /// The runs of `occluders`.
     pub(crate) occluder_runs: Vec<TriangleRun>,
     /// Result of merging short edges, where the scene asks for it.
-    pub(crate) merged: Option<Merged>,
+    pub(crate) merged: Option<MergeSummary>,
     /// Area of the model [m2].
     pub area: f64,
     /// Loads of any step: Sun, planet and albedo.
     pub loads: StepLoads,
-    /// Node of each probe.
     pub(crate) probes: Vec<usize>,
     /// The thermal network of the materials with response `network`.
     pub network: Option<Arc<SceneNetwork>>,
     /// The temperatures of a file, where the scene takes them from one.
-    pub(crate) given: Option<Arc<Given>>,
+    pub(crate) given: Option<Arc<GivenTemperatures>>,
     /// Patches that radiate to each other, where the scene has `[exchange]`.
-    pub exchange: Option<Arc<Craft>>,
+    pub exchange: Option<Arc<ExchangeCraft>>,
     /// Remarks for the user.
     pub warnings: Vec<String>,
 }
@@ -87,7 +85,7 @@ impl Prepared {
     ///
     /// # Errors
     /// The first problem that keeps the scene from running.
-    pub fn new(path: &Path, progress: &mut dyn FnMut(Stage)) -> Result<Self, PrepareError> {
+    pub fn new(path: &Path, progress: &mut dyn FnMut(PrepareStage)) -> Result<Self, PrepareError> {
         Self::from_scene(Scene::load(path)?, progress)
     }
 
@@ -95,7 +93,7 @@ impl Prepared {
     ///
     /// # Errors
     /// As for `new`.
-    pub fn from_scene(scene: Scene, progress: &mut dyn FnMut(Stage)) -> Result<Self, PrepareError> {
+    pub fn from_scene(scene: Scene, progress: &mut dyn FnMut(PrepareStage)) -> Result<Self, PrepareError> {
         Self::with_materials(scene, |_| (), progress)
     }
 
@@ -106,9 +104,9 @@ impl Prepared {
     pub fn with_materials(
         mut scene: Scene,
         change: impl FnOnce(&mut [Material]),
-        progress: &mut dyn FnMut(Stage),
+        progress: &mut dyn FnMut(PrepareStage),
     ) -> Result<Self, PrepareError> {
-        progress(Stage::Reading);
+        progress(PrepareStage::Reading);
         let mut model = Model::load_within(&scene.model_path, &scene.reach)?.weld();
         let mut materials = prepare_names::materials(&mut scene, &model)?;
         change(&mut materials);
@@ -134,10 +132,10 @@ impl Prepared {
 
         steps::check_series(&scene, parts.len(), materials.len())?;
 
-        progress(Stage::Network);
+        progress(PrepareStage::Network);
         let shell = network::shell(&scene, &model, &parts, &materials)?;
 
-        progress(Stage::Ordering);
+        progress(PrepareStage::Ordering);
         let areas = model.node_areas();
         let nodes = Nodes::with_joints(&model, &areas, &materials, &part_joint);
         let (triangles, triangle_runs) = steps::by_joint(std::mem::take(&mut model.triangles), &nodes, RUN);
@@ -145,19 +143,20 @@ impl Prepared {
         let shadow_tree = steps::shadow_tree(&scene, &nodes, &occluders)?;
         steps::check_traced(&scene, &triangles)?;
 
-        progress(Stage::Loads);
+        progress(PrepareStage::Loads);
         let loads = steps::loads(&scene, moving)?;
         warnings.extend(steps::turn_warning(&scene, &loads));
         let probes = steps::probe_nodes(&scene, &parts, &nodes)?;
-        let given = Given::new(&scene, &parts, &nodes)?.map(Arc::new);
+        let given = GivenTemperatures::new(&scene, &parts, &nodes)?.map(Arc::new);
         warnings.extend(given.iter().flat_map(|given| given.warnings().to_vec()));
         let network = steps::network(&mut scene, shell, &parts, &nodes, &probes, &materials)?;
         warnings.extend(network.iter().flat_map(|network| network.remarks()));
-        let craft =
-            |settings| Craft::new(settings, scene.time.step, &nodes, &triangles, network.as_deref(), &materials);
+        let craft = |settings| {
+            ExchangeCraft::new(settings, scene.time.step, &nodes, &triangles, network.as_deref(), &materials)
+        };
         let exchange = scene.exchange.map(craft).transpose();
         let exchange = exchange.map_err(|message| PrepareError::Exchange { path: scene.source.clone(), message })?;
-        warnings.extend(exchange.iter().flat_map(Craft::warnings));
+        warnings.extend(exchange.iter().flat_map(ExchangeCraft::warnings));
         Ok(Self {
             exchange: exchange.map(Arc::new),
             network,
@@ -232,13 +231,13 @@ impl Prepared {
     }
 
     /// Shadows of the craft on some of its nodes, in f64. `None` where it casts none.
-    pub fn shadows(&self, slots: impl Iterator<Item = usize>) -> Option<Shadows> {
+    pub fn shadows(&self, slots: impl Iterator<Item = usize>) -> Option<ShadowCasters> {
         let settings = self.scene.shadows?;
         let node = |slot: usize| [self.nodes.positions[slot].as_dvec3(), self.nodes.normals[slot].as_dvec3()];
         let slots: Vec<usize> = slots.collect();
         let joints = if self.joints() > 1 { self.joints_of(slots.iter().copied()) } else { Vec::new() };
         let nodes = slots.into_iter().map(node).collect();
-        Some(Shadows::new(nodes, joints, self.casters(), self.redraw()?, settings.method))
+        Some(ShadowCasters::new(nodes, joints, self.casters(), self.redraw()?, settings.method))
     }
 
     /// Nodes with a structure below them that is no node of the network.

@@ -12,7 +12,7 @@ use crate::thermal::function::FunctionError;
 
 /// A stage of preparing a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stage {
+pub enum PrepareStage {
     /// The model is read and its short edges are merged.
     Reading,
     /// Long edges are split. The value is the number of vertices so far.
@@ -25,7 +25,7 @@ pub enum Stage {
     Loads,
 }
 
-impl Stage {
+impl PrepareStage {
     /// Number of stages.
     pub(crate) const COUNT: u64 = 5;
 
@@ -41,7 +41,7 @@ impl Stage {
     }
 }
 
-impl std::fmt::Display for Stage {
+impl std::fmt::Display for PrepareStage {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Reading => write!(out, "reading the model"),
@@ -61,7 +61,7 @@ pub enum PrepareError {
     Temperatures {
         /// The scene file.
         path: PathBuf,
-        /// Why, and what to do.
+        /// The reason and the remedy.
         reason: String,
     },
     /// An error in the scene file.
@@ -194,7 +194,7 @@ pub enum PrepareError {
         /// The cause.
         source: FileFault,
     },
-    /// Several errors about what the model lacks.
+    /// Several errors about things that the model lacks.
     #[error("{}", PrepareError::each(self).join("\n"))]
     Several(Vec<PrepareError>),
     /// A probe on a part that does not exist.
@@ -221,7 +221,6 @@ impl PrepareError {
         }
     }
 
-    /// An error about the thermal network of a scene.
     pub(super) fn network(scene: &Scene, message: impl ToString) -> Self {
         Self::Network { path: scene.source.clone(), message: message.to_string() }
     }
@@ -249,7 +248,6 @@ impl PrepareError {
         }
     }
 
-    /// An error about a joint of a scene.
     pub(super) fn joint(scene: &Scene, rule: &JointRule, message: String) -> Self {
         Self::Joint { path: scene.source.clone(), line: rule.line, message }
     }

@@ -5,7 +5,7 @@ use wildmatch::WildMatch;
 use super::joints;
 use super::prepare_error::PrepareError;
 use crate::model::Model;
-use crate::scene::{Owners, Scene};
+use crate::scene::{OwnerPatterns, Scene};
 use crate::thermal::material::Material;
 
 /// The materials of the model, if it has everything that the scene names.
@@ -30,13 +30,13 @@ pub(super) fn materials(scene: &mut Scene, model: &Model) -> Result<Vec<Material
     for rule in &scene.contacts {
         for owners in &rule.between {
             let (kind, fits) = match owners {
-                Owners::Parts(_) => ("part", names.iter().any(|part| owners.fits(part, ""))),
-                Owners::Materials(_) => {
+                OwnerPatterns::Parts(_) => ("part", names.iter().any(|part| owners.fits(part, ""))),
+                OwnerPatterns::Materials(_) => {
                     ("material", model.materials.iter().any(|material| owners.fits("", &material.name)))
                 }
             };
             if !fits {
-                let [first, second] = rule.between.each_ref().map(Owners::pattern);
+                let [first, second] = rule.between.each_ref().map(OwnerPatterns::pattern);
                 let pattern = owners.pattern();
                 let message = format!("contact between '{first}' and '{second}': the model has no {kind} '{pattern}'");
                 errors.push(PrepareError::network(scene, message));

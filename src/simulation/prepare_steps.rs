@@ -8,17 +8,17 @@ use glam::DVec3;
 
 use super::density;
 use super::network::{self, SceneNetwork};
-use super::prepare_error::{PrepareError, Stage};
+use super::prepare_error::{PrepareError, PrepareStage};
 use crate::environment::joints::Joint;
 use crate::environment::orbit::period_disagreement;
-use crate::environment::shadow::{LARGEST_TREE, Method, Occluders, tree_boxes};
+use crate::environment::shadow::{LARGEST_TREE, Occluders, ShadowMethod, tree_boxes};
 use crate::environment::sky::SkyError;
 use crate::environment::step::StepLoads;
 use crate::environment::{Attitude, Orbit};
 use crate::files;
 use crate::gpu::frame::TriangleRun;
 use crate::model::nodes::Nodes;
-use crate::model::{Merged, Model, Skipped};
+use crate::model::{MergeSummary, Model, Skipped};
 use crate::raster::traced::LARGEST_REFLECTED;
 use crate::scene::{Camera, Draw, Initial, JointMotion, Reflections, Scene, ShadowSettings, file_hash, scene_hash};
 use crate::thermal::balance::{balance_temperature, emissivity_sum};
@@ -90,8 +90,7 @@ fn unplayed(scene: &Scene, model: &Model) -> Option<String> {
 /// A model with the node density of its scene.
 pub(super) struct Dense {
     pub(crate) model: Model,
-    /// Result of merging short edges.
-    pub(crate) merged: Option<Merged>,
+    pub(crate) merged: Option<MergeSummary>,
     /// The triangles that cast shadows, as they were before long edges were split.
     pub(crate) occluders: Vec<[u32; 3]>,
 }
@@ -101,7 +100,7 @@ pub(super) fn at_density(
     scene: &mut Scene,
     model: Model,
     materials: &[Material],
-    progress: &mut dyn FnMut(Stage),
+    progress: &mut dyn FnMut(PrepareStage),
 ) -> Result<Dense, PrepareError> {
     let (model, merged) = density::merge(scene, model)?;
     scene.assumptions.extend(merged.as_ref().map(density::describe));
@@ -159,7 +158,7 @@ pub(super) fn shadow_tree(
     nodes: &Nodes,
     occluders: &[[u32; 3]],
 ) -> Result<Option<Occluders>, PrepareError> {
-    let Some(ShadowSettings { method: Method::Exact, .. }) = scene.shadows else { return Ok(None) };
+    let Some(ShadowSettings { method: ShadowMethod::Exact, .. }) = scene.shadows else { return Ok(None) };
     let boxes = tree_boxes(occluders.len());
     if boxes > LARGEST_TREE {
         let path = scene.source.clone();
@@ -220,7 +219,6 @@ pub(super) fn turn_warning(scene: &Scene, loads: &StepLoads) -> Option<String> {
     })
 }
 
-/// The node nearest to each probe.
 pub(super) fn probe_nodes(scene: &Scene, parts: &[String], nodes: &Nodes) -> Result<Vec<usize>, PrepareError> {
     let mut found = Vec::new();
     for probe in &scene.probes {

@@ -7,22 +7,22 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 
 use super::device_data::is_own;
-use super::distant::Distance;
+use super::distant::DistantParts;
 use super::energy::{absorbed_heat, heat_tables};
-use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
+use super::engine::{Delivered, Engine, EngineError, EngineStep, InstantPoses, Order, Pixels, RowMoments};
 use super::exchange::ExchangeTwin;
-use super::given::Given;
+use super::given::GivenTemperatures;
 use super::network::NetworkRun;
 use super::pose::draws_alike;
 use super::prepare::Prepared;
 use super::surroundings::Finishes;
 use super::viewpoint::{raster_view, sensor_view};
 use crate::environment::StepLoad;
-use crate::environment::shadow::{Jointed, Shadows};
+use crate::environment::shadow::{Jointed, ShadowCasters};
 use crate::gpu::heat::HeatTables;
 use crate::model::nodes::{GROUP, PADDING};
 use crate::raster::distant::gather;
-use crate::raster::{self, Around, Surface, rasterise};
+use crate::raster::{self, RasterSurface, SurfaceSurroundings, rasterise};
 use crate::saved::Saved;
 use crate::scene::Camera;
 use crate::thermal::between::between;
@@ -36,7 +36,7 @@ use crate::trace::{Trace, Track};
 /// The f64 reference of all nodes, and its rasteriser.
 pub struct ReferenceEngine {
     reference: Reference<IncidentFunction>,
-    shadows: Option<Shadows>,
+    shadows: Option<ShadowCasters>,
     exchange: Option<ExchangeTwin>,
     node_of_slot: Vec<u32>,
     slots: usize,
@@ -48,13 +48,13 @@ pub struct ReferenceEngine {
     normals: Vec<DVec3>,
     finishes: Finishes,
     /// The boxes of a craft that may be far away.
-    distance: Option<Distance>,
+    distance: Option<DistantParts>,
     parts: Vec<u32>,
     materials: Vec<u32>,
     emissivities: Vec<[f64; 2]>,
     network: Option<NetworkRun>,
     /// Temperatures of a file.
-    given: Option<Arc<Given>>,
+    given: Option<Arc<GivenTemperatures>>,
     heat: HeatTables,
     steps: u64,
     camera: Option<Camera>,
@@ -86,7 +86,7 @@ impl ReferenceEngine {
         Self {
             normals,
             finishes,
-            distance: camera.and_then(|camera| Distance::new(prepared, camera)),
+            distance: camera.and_then(|camera| DistantParts::new(prepared, camera)),
             reference: Reference::new(reference_nodes, prepared.materials.clone(), incident as IncidentFunction)
                 .with_joints(joints),
             shadows: prepared.shadows(node_of_slot.iter().map(|slot| *slot as usize)),
@@ -182,7 +182,7 @@ impl ReferenceEngine {
         &self,
         temperatures: &[f64],
         joints: &[DAffine3],
-        view: &raster::View,
+        view: &raster::RasterView,
         (surroundings, time): (Option<&Surroundings>, f64),
     ) -> Vec<raster::Pixel> {
         let placed;
@@ -194,7 +194,7 @@ impl ReferenceEngine {
         };
         let normals = self.turned(joints);
         let seen = surroundings.is_some() || !self.finishes.reflectors.is_empty();
-        let around = seen.then(|| Around {
+        let around = seen.then(|| SurfaceSurroundings {
             surroundings,
             background: self.finishes.has_background(),
             normals: &normals,
@@ -203,7 +203,7 @@ impl ReferenceEngine {
             looks: self.finishes.looks(),
             traced: self.finishes.traced.as_ref().map(|traced| traced.seen(time)),
         });
-        let surface = Surface {
+        let surface = RasterSurface {
             around,
             positions,
             triangles: &self.surface.triangles,
@@ -225,8 +225,8 @@ impl ReferenceEngine {
     }
 
     /// Draws what stands behind the surface.
-    fn draw_sky(&self, view: &raster::View, surroundings: Option<&Surroundings>) -> Vec<raster::Pixel> {
-        let around = surroundings.map(|surroundings| Around {
+    fn draw_sky(&self, view: &raster::RasterView, surroundings: Option<&Surroundings>) -> Vec<raster::Pixel> {
+        let around = surroundings.map(|surroundings| SurfaceSurroundings {
             surroundings: Some(surroundings),
             background: self.finishes.has_background(),
             normals: &[],
@@ -235,7 +235,7 @@ impl ReferenceEngine {
             looks: self.finishes.looks(),
             traced: None,
         });
-        let nothing = Surface {
+        let nothing = RasterSurface {
             around,
             positions: &[],
             triangles: &[],
@@ -309,7 +309,7 @@ impl Engine for ReferenceEngine {
         Ok(true)
     }
 
-    fn submit(&mut self, step: Option<Step<'_>>, order: Order<'_>) -> Result<(), EngineError> {
+    fn submit(&mut self, step: Option<EngineStep<'_>>, order: Order<'_>) -> Result<(), EngineError> {
         let trace = self.trace.clone();
         let _computes = trace.span(Track::Host, "f64 reference");
         let mut absorbed = None;
@@ -352,7 +352,7 @@ impl Engine for ReferenceEngine {
         let apart = self.finishes.is_apart();
         let mut pixels = order.pose.as_ref().zip(self.camera.as_ref()).map(|(pose, camera)| {
             let surroundings = order.surroundings.as_ref();
-            let draw = |joints: &[DAffine3], view: &raster::View| {
+            let draw = |joints: &[DAffine3], view: &raster::RasterView| {
                 self.draw(&temperatures, joints, view, (surroundings, order.time))
             };
             let drawn = match order.rows {
@@ -369,12 +369,12 @@ impl Engine for ReferenceEngine {
                         }
                     }
                 }
-                Some(Rows(moment)) => {
+                Some(RowMoments(moment)) => {
                     let row = |row: u32| {
-                        let Moment { pose, joints } = moment(f64::from(row));
+                        let InstantPoses { pose, joints } = moment(f64::from(row));
                         let mut view = raster_view(camera, &pose);
                         view.lens.centre[1] -= f64::from(row);
-                        draw(&joints, &raster::View { height: 1, ..view })
+                        draw(&joints, &raster::RasterView { height: 1, ..view })
                     };
                     (0..camera.height).flat_map(row).collect()
                 }

@@ -19,7 +19,8 @@ pub(crate) const ALWAYS: u32 = 1 + 4;
 /// Texels along each side of a pixel through a distorting lens, at least.
 const FINER: u32 = 2;
 
-/// Most texels with more than one along each side of a pixel: what every device binds at once (Vulkan: `maxStorageBufferRange` of 128 MiB), at 16 bytes each.
+/// Most texels with more than one along each side of a pixel: as many as every device binds at once (Vulkan: `maxStorageBufferRange` of 128 MiB), at
+/// 16 bytes each.
 const MOST_TEXELS: f64 = (1 << 23) as f64;
 
 /// How the image of a camera is made, with the numbers of samples of a texel that a device has. `distant` tells whether the craft may be far away. `None` where
@@ -88,7 +89,7 @@ fn shutter(camera: &Camera) -> Option<(RowOf, layout::Shutter)> {
         }
     };
     let [first_numbers, second_numbers, third_numbers] = numbers.map(float);
-    // From the centre of the first row to that of the last.
+    // From the centre of the first row to the centre of the last.
     let rows = f64::from(camera.height - 1);
     let shutter = layout::Shutter {
         field: float(field),

@@ -25,7 +25,6 @@ impl Structures {
         Some(from.iter().zip(to).zip(starts).zip(ends).map(own).collect())
     }
 
-    /// The state between two orbits.
     pub(crate) fn save(&self, saved: &mut Saved) {
         if let Some([starts, ends]) = &self.last {
             saved.put("structures.starts", starts);
@@ -33,7 +32,7 @@ impl Structures {
         }
     }
 
-    /// Takes what `save` gave.
+    /// Restores the state of `save`.
     ///
     /// # Errors
     /// A list that is absent.

@@ -1,4 +1,4 @@
-//! What surrounds the craft in an image, and how its materials emit and reflect.
+//! The surroundings of the craft in an image, and the emission and reflection of its materials.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ use crate::thermal::material::Material;
 use crate::thermal::planck::Band;
 use crate::thermal::planet_map::{Equirectangular, MEAN_VALUES, MEANS_ANGLE, SeenPlanet};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
-use crate::thermal::surroundings::{Looks, Reflector, SUN_TEMPERATURE, Surroundings};
+use crate::thermal::surroundings::{BandReflector, Looks, SUN_TEMPERATURE, Surroundings};
 
 /// Whether any pixel shows the surroundings.
 fn is_seen(settings: &Surrounded) -> bool {
@@ -79,13 +79,13 @@ fn map_from_inertial(prepared: &Prepared, time: f64) -> Option<DMat3> {
     )
 }
 
-/// How the materials of a scene emit and reflect, and what its pixels show.
+/// Emission and reflection of the materials of a scene, and the settings of the radiance in its pixels.
 pub(crate) struct Finishes {
     /// Front and back of each material. Empty where nothing reflects and every emissivity is one number.
-    pub(crate) reflectors: Vec<[Reflector; 2]>,
+    pub(crate) reflectors: Vec<[BandReflector; 2]>,
     /// Their emissivities over angle and temperature. Empty where every emissivity is one number.
     tables: Vec<EmissivityTable>,
-    /// The lobes of the rough ones.
+    /// The lobes of the rough reflectors.
     pub(crate) lobes: Lobes,
     /// The planet, where it is not uniform.
     pub(crate) planet: Option<MappedPlanet>,
@@ -147,7 +147,7 @@ impl Finishes {
                     });
                     let table = tables.get(2 * number + face);
                     let of_source = |temperature| table.map_or(0.0, |table| table.temperature_factor(temperature));
-                    Reflector {
+                    BandReflector {
                         emissivity: optics[face].emissivity,
                         specular: gloss.specular,
                         lobe,
@@ -179,7 +179,7 @@ impl Finishes {
             map: planet.is_some(),
             crinkled: !crinkled.is_empty(),
         };
-        let rounded = |face: &Reflector| layout::Reflector {
+        let rounded = |face: &BandReflector| layout::Reflector {
             emissivity: face.emissivity as f32,
             specular: face.specular as f32,
             roughness: face.lobe.map_or(0.0, |lobe| roughnesses[lobe] as f32),
@@ -196,7 +196,7 @@ impl Finishes {
         Self { reflectors, lobes, tables, planet, traced, variant, crinkled, rounded, rounded_tables }
     }
 
-    /// What the device needs of them.
+    /// The tables for the device.
     pub(crate) fn shown(&self) -> Shown<'_> {
         Shown {
             variant: self.variant,
@@ -216,7 +216,6 @@ impl Finishes {
         self.variant.background
     }
 
-    /// Whether surfaces reflect.
     pub(crate) fn reflects(&self) -> bool {
         self.variant.reflections
     }
@@ -226,7 +225,7 @@ impl Finishes {
         self.variant.apart
     }
 
-    /// Makes what depends on the surroundings of an image.
+    /// Makes the tables that depend on the surroundings of an image.
     pub(crate) fn look_at(&mut self, around: &Surroundings) {
         self.lobes.before(around.planet);
         if let Some((planet, axes)) = self.planet.as_mut().zip(around.map_from_camera) {
@@ -246,7 +245,7 @@ impl Finishes {
 
 /// A planet that is not uniform, before the surfaces of a scene.
 pub(crate) struct MappedPlanet {
-    /// Radiances over that of the planet's mean temperature.
+    /// Radiances, as multiples of the radiance at the planet's mean temperature.
     map: Arc<Equirectangular>,
     /// Roughnesses of the mirrors that see it. `None` where nothing reflects.
     roughnesses: Option<Vec<f64>>,
@@ -266,7 +265,6 @@ impl MappedPlanet {
         Self { map, roughnesses, place: None, seen: None, rounded: Vec::new() }
     }
 
-    /// Number of means over directions.
     fn mean_values(&self) -> usize {
         self.roughnesses.as_ref().map_or(0, |roughnesses| (1 + roughnesses.len()) * MEAN_VALUES)
     }
@@ -288,7 +286,7 @@ impl MappedPlanet {
         self.seen = Some(seen);
     }
 
-    /// What the device needs of it in an image: the axes of the map against those of the camera, and the means.
+    /// The values of an image for the device: the axes of the map in camera axes, and the means.
     pub(crate) fn told(&self, around: &Surroundings) -> Option<(layout::PlanetView, &[f32])> {
         let axes = around.map_from_camera?;
         Some((layout::PlanetView::new(&axes, [self.map.columns, self.map.rows]), &self.rounded))
@@ -299,7 +297,7 @@ impl MappedPlanet {
 /// changes the curvature of the limb alone.
 const RADIUS_STEP: f64 = 2e-3;
 
-/// Lobes of rough mirrors before the planet. They are made anew where its apparent radius changes.
+/// Lobes of rough mirrors before the planet. The lobes are made anew where the apparent radius of the planet changes.
 pub(crate) struct Lobes {
     roughnesses: Vec<f64>,
     /// Number of the rounded radius of the planet that the lobes belong to.

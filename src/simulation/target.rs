@@ -8,7 +8,7 @@ use super::prepare::Prepared;
 use super::reference_engine::ReferenceEngine;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
-use crate::gpu::response::{Run, respond};
+use crate::gpu::response::{ResponseRun, respond};
 use crate::scene::Camera;
 use crate::thermal::material::Transition;
 use crate::thermal::transition::{TransitionState, transition_step};
@@ -27,7 +27,7 @@ impl Target {
     /// validation layer checks every call.
     ///
     /// # Errors
-    /// There is no such device, or it lacks what isotherm needs.
+    /// There is no such device, or it lacks a feature that isotherm needs.
     pub fn open(name: Option<&str>) -> Result<Self, GpuError> {
         if name.is_some_and(|name| name.eq_ignore_ascii_case("cpu")) {
             return Ok(Self::Reference);
@@ -36,7 +36,7 @@ impl Target {
         Ok(Self::Device(Context::open(name, validate)?))
     }
 
-    /// Its name for users.
+    /// Name for users.
     pub fn name(&self) -> String {
         self.device().map_or("cpu (f64 reference)".to_owned(), |context| context.info.name.clone())
     }
@@ -49,7 +49,7 @@ impl Target {
         }
     }
 
-    /// An engine for a scene. It draws where `camera` is given.
+    /// An engine for a scene. The engine draws where `camera` is given.
     ///
     /// # Errors
     /// An error of the device.
@@ -66,7 +66,8 @@ impl Target {
     /// An error of the device.
     pub(crate) fn respond(&self, transition: &Transition, initial: f64, targets: &[f64]) -> Result<Vec<f64>, GpuError> {
         let Self::Device(context) = self else { return Ok(respond_f64(transition, initial, targets)) };
-        let run = Run { initial: initial as f32, targets: targets.iter().map(|target| *target as f32).collect() };
+        let run =
+            ResponseRun { initial: initial as f32, targets: targets.iter().map(|target| *target as f32).collect() };
         Ok(respond(context, transition, &[run])?.into_iter().flatten().map(f64::from).collect())
     }
 }

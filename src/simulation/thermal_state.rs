@@ -1,7 +1,7 @@
 //! The thermal state of a craft in a file of its own, from which another run of the same craft begins.
 //!
-//! It holds the lists of `state.rs` without what belongs to one run only: measured times, counts of work, and triangles culled for one camera. These lists
-//! say of which craft the state is, and where it was taken:
+//! The file holds the lists of `state.rs` without the lists that belong to one run only: measured times, counts of work, and triangles culled for one
+//! camera. These lists say of which craft the state is, and where it was taken:
 //!
 //! | list | what |
 //! |---|---|
@@ -23,7 +23,7 @@ use crate::thermal::material::{Material, Response};
 /// The kinds of engines.
 const KINDS: [&str; 2] = ["reference", "device"];
 
-/// What the state of a prepared scene depends on, apart from the engine.
+/// The properties on which the state of a prepared scene depends, and the kind of engine.
 fn identity(prepared: &Prepared, on_device: bool) -> Saved {
     let scene = &prepared.scene;
     let nodes = &prepared.nodes;
@@ -57,7 +57,7 @@ fn identity(prepared: &Prepared, on_device: bool) -> Saved {
     saved
 }
 
-/// The present state, which is that of a time [s].
+/// The present state, taken at a time [s].
 ///
 /// # Errors
 /// A call that fails.
@@ -71,7 +71,7 @@ pub(crate) fn take(
     let mut saved = identity(prepared, on_device);
     saved.put("of.time", &[time]);
     saved.put_all("state", capture(0, engine, check)?);
-    // What follows belongs to the run that ends here.
+    // The following lists belong to the run that ends here, so they begin anew.
     saved.put("state.engine.steps", &[0u64]);
     if on_device {
         saved.put::<u8>("state.engine.scene.culled", &[]);
@@ -102,7 +102,7 @@ pub(crate) fn origin(saved: &Saved) -> Result<String, SavedError> {
     Ok(format!("{time} s of {}", saved.text("of.scene")?))
 }
 
-/// In what the craft of a state differs from that of a scene. Empty where the state fits.
+/// The differences between the craft of a state and the craft of a scene, in words. Empty where the state fits.
 ///
 /// # Errors
 /// A list is absent, because the file holds another kind of state.
@@ -154,7 +154,7 @@ pub(crate) fn differences(saved: &Saved, prepared: &Prepared, on_device: bool) -
     Ok(found)
 }
 
-/// Brings the engine to a state that fits. Returns whether the check has taken it too: its sample must be that of the run that saved it.
+/// Brings the engine to a state that fits. Returns whether the check has taken it too: its sample must be the sample of the run that saved it.
 ///
 /// # Errors
 /// A call that fails, or lists of another length.

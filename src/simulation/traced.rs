@@ -22,7 +22,7 @@ pub(crate) struct TracedCraft {
     version: u64,
 }
 
-/// The triangles that reflections may meet. Those without area only fill up runs.
+/// The triangles that reflections may meet. Triangles without area only fill up runs.
 pub(crate) fn reflected(prepared: &Prepared) -> impl Iterator<Item = [u32; 3]> {
     prepared.triangles.iter().copied().filter(|[a, b, c]| a != b && b != c && c != a)
 }
@@ -48,7 +48,6 @@ impl TracedCraft {
         Self { surface, occluders, poses, corners, boxes, triangles, version: 0 }
     }
 
-    /// Number of boxes of the tree.
     pub(crate) fn boxes(&self) -> usize {
         self.boxes.len()
     }
@@ -64,7 +63,7 @@ impl TracedCraft {
         self.version += 1;
     }
 
-    /// What the device needs for an image at a time [s].
+    /// The values of an image at a time [s], for the device.
     pub(crate) fn told(&self, time: f64) -> renderer::Traced<'_> {
         let settings = layout::Tracing {
             boxes: self.boxes.len() as u32,
@@ -77,9 +76,9 @@ impl TracedCraft {
         renderer::Traced { settings, boxes: &self.boxes, triangles: &self.triangles, version: self.version }
     }
 
-    /// What the rasteriser needs for it.
-    pub(crate) fn seen(&self, time: f64) -> traced::Traced<'_> {
-        traced::Traced { occluders: &self.occluders, corners: &self.corners, word: word(time) }
+    /// The same for the rasteriser in f64.
+    pub(crate) fn seen(&self, time: f64) -> traced::TracedTriangles<'_> {
+        traced::TracedTriangles { occluders: &self.occluders, corners: &self.corners, word: word(time) }
     }
 }
 

@@ -10,7 +10,7 @@ use crate::raster::distant::Crop;
 use crate::scene::{Camera, CameraFrame};
 use crate::thermal::sensor;
 
-/// The pose of a camera at one instant. It takes body positions into camera axes (OpenCV).
+/// The pose of a camera at one instant: takes body positions into camera axes (OpenCV).
 pub fn camera_from_body(camera: &Camera, sky: &Sky) -> DAffine3 {
     let body_from_frame = match camera.frame {
         CameraFrame::Body => DMat3::IDENTITY,
@@ -32,7 +32,8 @@ pub(crate) fn crop_view(camera: &Camera, crop: &Crop, pose: &DAffine3) -> layout
     view([camera.width, camera.height], lens.focal, lens.centre, camera.near, pose)
 }
 
-/// The same for the images from which the camera's is made. The size is that of the largest, because all are drawn from the triangles that it may show.
+/// The same for the images from which the camera's image is made. The size is the largest image's, because all are drawn from the triangles that the
+/// largest may show.
 pub fn source_view(sampling: &Sampling, near: f64, pose: &DAffine3) -> layout::View {
     let view = view(sampling.drawn, sampling.focal, sampling.centre, near, pose);
     layout::View { size: sampling.largest().map(|side| side as f32), ..view }
@@ -69,8 +70,8 @@ fn rows(pose: &DAffine3) -> [[f32; 4]; 3] {
 }
 
 /// The pixels and intrinsics for the sensor.
-pub(crate) fn sensor_view(camera: &Camera) -> sensor::twin::View {
-    sensor::twin::View {
+pub(crate) fn sensor_view(camera: &Camera) -> sensor::twin::SensorView {
+    sensor::twin::SensorView {
         size: [camera.width as usize, camera.height as usize],
         focal: camera.lens.focal,
         centre: camera.lens.centre,
@@ -78,8 +79,8 @@ pub(crate) fn sensor_view(camera: &Camera) -> sensor::twin::View {
 }
 
 /// The pose and intrinsics for the f64 rasteriser.
-pub fn raster_view(camera: &Camera, pose: &DAffine3) -> raster::View {
-    raster::View {
+pub fn raster_view(camera: &Camera, pose: &DAffine3) -> raster::RasterView {
+    raster::RasterView {
         camera_from_body: *pose,
         width: camera.width,
         height: camera.height,

@@ -6,11 +6,8 @@ use crate::thermal::material::{Material, Optics, Sides};
 /// Incident fluxes on one face [W/m2].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Incident {
-    /// Solar flux.
     pub(crate) solar: f64,
-    /// Albedo flux.
     pub(crate) albedo: f64,
-    /// Planet infrared.
     pub(crate) planet_ir: f64,
 }
 
@@ -19,8 +16,8 @@ pub(crate) fn absorbed_by_face(optics: Optics, incident: Incident) -> f64 {
     optics.absorptivity * (incident.solar + incident.albedo) + optics.emissivity * incident.planet_ir
 }
 
-/// Flux that a surface absorbs per area of one face [W/m2]. `back` gives the incident flux on the face against the normal. It is called only where that
-/// face exchanges heat.
+/// Flux that a surface absorbs per area of one face [W/m2]. `back` gives the incident flux on the face against the normal, and is called only where
+/// that face exchanges heat.
 pub fn absorbed_flux(material: &Material, front: Incident, back: impl FnOnce() -> Incident) -> f64 {
     let outside = absorbed_by_face(material.front, front);
     match material.sides {

@@ -11,8 +11,8 @@ pub(crate) const GUESS_SHIFT: u32 = 20;
 /// Newton steps after the guess. The guess is within 1e-2 in ln L, so the second step reaches f32 rounding.
 pub(crate) const NEWTON_STEPS: u32 = 4;
 
-/// Table of 1/T over radiance, the first guess of the inverse. It is linear in L between entries. With eight entries an octave this is nearly linear in ln
-/// L. The index comes from the bits of an f32, which spares the device a logarithm.
+/// Table of 1/T over radiance, the first guess of the inverse. The table is linear in L between entries. With eight entries an octave this is nearly
+/// linear in ln L. The index comes from the bits of an f32, which spares the device a logarithm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BrightnessTable {
     /// 1/T [1/K] at the radiances whose f32 bits are `(first_index + i) << GUESS_SHIFT`.
@@ -46,7 +46,7 @@ pub(crate) enum BrightnessError {
         /// Temperature of that radiance [K].
         floor_temperature: f64,
     },
-    /// A radiance above that of `MAX_TEMPERATURE`.
+    /// A radiance above a blackbody at `MAX_TEMPERATURE`.
     #[error("radiance {radiance:e} W m-2 sr-1 is above {ceiling:e}, a blackbody at {MAX_TEMPERATURE} K in this band")]
     AboveCeiling {
         /// Given radiance [W m-2 sr-1].
@@ -101,7 +101,7 @@ impl BrightnessTable {
 
 /// Temperature of a blackbody of this radiance [W m-2 sr-1] in the table's band [K].
 ///
-/// It is Newton's iteration for u = 1/T on ln L, which is nearly linear in u: d ln L / du = -(T + c2/lambda_max + T^2 d ln G/dT).
+/// Newton's iteration for u = 1/T works on ln L, which is nearly linear in u: d ln L / du = -(T + c2/lambda_max + T^2 d ln G/dT).
 pub(crate) fn brightness_temperature(
     table: &RadianceTable,
     guesses: &BrightnessTable,

@@ -7,8 +7,8 @@ use glam::{DVec3, Vec3};
 /// Normal of a crinkled surface at a node. `variance` is the mean square of the slopes along any direction, over the surface. The slopes follow from seed and
 /// position alone, so that nodes at one place have the same.
 ///
-/// The normals of three nodes interpolate over their triangle. That halves the variance of the slopes, in the mean over the triangle, so those of the nodes have
-/// twice as much.
+/// The normals of three nodes interpolate over their triangle. Interpolation halves the variance of the slopes, in the mean over the triangle, so
+/// slopes at nodes have twice as much.
 pub(crate) fn crinkled(normal: DVec3, position: Vec3, variance: f64, seed: u32) -> DVec3 {
     let Some(normal) = normal.try_normalize() else { return normal };
     let mut state = u64::from(seed);

@@ -13,20 +13,20 @@ pub enum ByAngle {
         /// Extinction coefficient k.
         k: f64,
     },
-    /// Angles [rad] from 0 to a right angle, rising, and the emissivity at each. It is linear in the angle between them.
+    /// Angles [rad] from 0 to a right angle, rising, and the emissivity at each, linear in the angle between them.
     Table(Vec<[f64; 2]>),
 }
 
 /// Emissivity over the wavelength.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ByWavelength {
-    /// Wavelengths [m], rising, and the emissivity at each. It is linear in the wavelength between them.
+    /// Wavelengths [m], rising, and the emissivity at each, linear in the wavelength between them.
     pub points: Vec<[f64; 2]>,
-    /// Temperature of Planck's law that weighs the wavelengths [K]. `None` is the temperature of what emits.
+    /// Temperature of Planck's law that weighs the wavelengths [K]. `None` is the temperature of the emitting surface.
     pub temperature: Option<f64>,
 }
 
-/// Emissivity of a face in the band. Without laws it is that of the energy balance.
+/// Emissivity of a face in the band. Without laws, the emissivity of the energy balance.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BandEmissivity {
     /// Over the angle.
@@ -122,7 +122,7 @@ impl ByWavelength {
     }
 }
 
-/// Value at a place between points with rising places. Beyond them it is that of the nearest one.
+/// Value at a place between points with rising places. Beyond them the nearest point's value.
 fn interpolate(points: &[[f64; 2]], place: f64) -> f64 {
     let next = points.partition_point(|[at, _]| *at < place).clamp(1, points.len() - 1);
     let ([before, first], [after, second]) = (points[next - 1], points[next]);

@@ -4,17 +4,15 @@ use super::emissivity::BandEmissivity;
 use super::planck::Band;
 use super::radiance::MIDDLE_TEMPERATURE;
 
-/// Entries over the square root of the cosine from the normal. They are dense where a surface is seen edge-on, where metals have their peak.
+/// Entries over the square root of the cosine from the normal, dense where a surface is seen edge-on, where metals have their peak.
 pub(crate) const ANGLES: usize = 129;
 /// Entries over v = T / (T + 400 K).
 pub(crate) const TEMPERATURES: usize = 129;
-/// Numbers of a face.
 pub(crate) const TABLE_VALUES: usize = ANGLES + TEMPERATURES;
 
 /// Temperature of the last entry [K], whose v is 1.
 const HOTTEST: f64 = 1e9;
 
-/// The tables of a face.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct EmissivityTable {
     /// Factors over the angle, then factors over the temperature: [`TABLE_VALUES`] numbers.
@@ -50,12 +48,10 @@ impl EmissivityTable {
         self.temperature_factor(temperature) * self.angle_factor(cosine)
     }
 
-    /// Factor of the angle.
     pub(crate) fn angle_factor(&self, cosine: f64) -> f64 {
         read(&self.values[..ANGLES], cosine.clamp(0.0, 1.0).sqrt())
     }
 
-    /// Factor of the temperature [K].
     pub(crate) fn temperature_factor(&self, temperature: f64) -> f64 {
         let temperature = temperature.max(0.0);
         read(&self.values[ANGLES..], temperature / (temperature + MIDDLE_TEMPERATURE))

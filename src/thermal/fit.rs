@@ -1,9 +1,9 @@
 //! Fits the response function and t_max that follow a measured step response best.
 //!
-//! A step response starts at rest at the temperature of its first row and moves to one target. For every kind of function, in T and in T^4, least squares
-//! on the temperatures find t_max, the parameters of the function and (where it is not given) the target. A table meets all rows exactly. Its error is
-//! therefore that of a table of every second row at the other rows. The kinds are ordered by Schwarz's criterion, n ln(mean square) + p ln n with p free
-//! parameters (Schwarz, "Estimating the dimension of a model", 1978), which penalises free parameters.
+//! A step response starts at rest at the temperature of its first row and moves to one target. For every kind of function, in T and in T^4, least
+//! squares on the temperatures find t_max, the parameters of the function and (where it is not given) the target. A table meets all rows exactly. The
+//! error is therefore measured with a table of every second row, at the other rows. The kinds are ordered by Schwarz's criterion, n ln(mean square) +
+//! p ln n with p free parameters (Schwarz, "Estimating the dimension of a model", 1978), which penalises free parameters.
 //!
 //! If the data stop before the end of the response, every later end fits some kinds equally well, because a part of a line, a logarithm or an exponential
 //! has the same form. A line, a logarithm and a polynomial then end with the data. An exponential ends where 0.1 % of its way is left, so that its target
@@ -18,14 +18,13 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use crate::thermal::function::Sample;
-use data::Data;
+pub(crate) use crate::thermal::function::TemperatureSample;
+use data::FitData;
 pub(crate) use data::FitError;
 pub(crate) use response::Fit;
 use response::NOTHING;
-use search::{KINDS, Problem};
+use search::{FitProblem, KINDS};
 
-/// Result of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Fits {
     /// Every kind that can be fitted, the best first.
@@ -38,11 +37,11 @@ pub(crate) struct Fits {
 ///
 /// # Errors
 /// Data that are not a step response, or a target [K] that contradicts them.
-pub(crate) fn fit(samples: &[Sample], target: Option<f64>) -> Result<Fits, FitError> {
-    let data = Data::new(samples, target)?;
+pub(crate) fn fit(samples: &[TemperatureSample], target: Option<f64>) -> Result<Fits, FitError> {
+    let data = FitData::new(samples, target)?;
     let mut fits = Fits { best: Vec::new(), left_out: Vec::new() };
     let domains = [Domain::Temperature, Domain::FourthPower];
-    let problems = KINDS.iter().flat_map(|kind| domains.map(|domain| Problem { data: &data, kind: *kind, domain }));
+    let problems = KINDS.iter().flat_map(|kind| domains.map(|domain| FitProblem { data: &data, kind: *kind, domain }));
     for problem in problems {
         match problem.solve() {
             Ok(fit) => fits.best.push(fit),

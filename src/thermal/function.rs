@@ -15,16 +15,16 @@ mod polynomial;
 
 pub(crate) use error::FunctionError;
 pub(crate) use expression::Expression;
-pub(crate) use measured::Measured;
-pub use measured::Sample;
-use pieces::Pieces;
+pub(crate) use measured::MeasuredFunction;
+pub use measured::TemperatureSample;
+use pieces::FunctionPieces;
 pub(crate) use polynomial::Polynomial;
 
 /// Largest rate of an exponential. Beyond about 700 the share left would leave the range of f64.
 const MAX_EXPONENTIAL_RATE: f64 = 500.0;
 /// Smallest rate. The function then differs from 'linear' by 1e-10, and far below it its differences leave the range of f64.
 const LEAST_RATE: f64 = 1e-9;
-/// Largest rate of a logarithm. Its start is then 1e4 times as steep as its end.
+/// Largest rate of a logarithm, whose start is then 1e4 times as steep as its end.
 const MAX_LOGARITHMIC_RATE: f64 = 1e4;
 /// Shortest time at the end without any way left that counts as more than rounding, as a share of the whole time.
 const SHORTEST_REST: f64 = 1e-6;
@@ -37,22 +37,21 @@ pub enum Function {
     /// Equations 3 and 4 of Vural et al. 2023, constant after `t_max`.
     Quadratic,
     /// Any other function, already checked.
-    Shaped(Arc<Shape>),
+    Shaped(Arc<FunctionShape>),
 }
 
 /// A function that is not a power.
 #[derive(Debug, Clone)]
-pub struct Shape {
-    /// Its kind.
-    pub(crate) kind: Kind,
-    /// Share of the time in which the way is done. It is below 1 where the function reaches its target early.
+pub struct FunctionShape {
+    pub(crate) kind: FunctionKind,
+    /// Share of the time in which the way is done, below 1 where the function reaches its target early.
     active: f64,
     /// Made when they are first asked for, because a table of materials has many functions that a scene does not use.
-    pieces: OnceLock<Pieces>,
+    pieces: OnceLock<FunctionPieces>,
 }
 
 /// The kind decides everything else.
-impl PartialEq for Shape {
+impl PartialEq for FunctionShape {
     fn eq(&self, other: &Self) -> bool {
         self.kind == other.kind
     }
@@ -60,7 +59,7 @@ impl PartialEq for Shape {
 
 /// The kinds of function that are not powers.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Kind {
+pub(crate) enum FunctionKind {
     /// A sum of powers of s.
     Polynomial(Polynomial),
     /// (1 - e^-ks) / (1 - e^-k).
@@ -74,7 +73,7 @@ pub(crate) enum Kind {
         rate: f64,
     },
     /// Measured times and temperatures, interpolated by a monotone cubic.
-    Table(Measured),
+    Table(MeasuredFunction),
     /// GLSL text of s.
     Expression(Expression),
 }
@@ -85,7 +84,7 @@ impl Function {
     /// # Errors
     /// A sum that does not lead from 0 to 1, or that decreases in between.
     pub fn polynomial(coefficients: &[f64]) -> Result<Self, FunctionError> {
-        Self::shaped(Kind::Polynomial(Polynomial::new(coefficients)?))
+        Self::shaped(FunctionKind::Polynomial(Polynomial::new(coefficients)?))
     }
 
     /// f = (1 - e^-ks) / (1 - e^-k).
@@ -94,7 +93,7 @@ impl Function {
     /// A rate that is not above 0, or beyond 500.
     pub fn exponential(rate: f64) -> Result<Self, FunctionError> {
         check_rate("exponential", rate, MAX_EXPONENTIAL_RATE)?;
-        Self::shaped(Kind::Exponential { rate })
+        Self::shaped(FunctionKind::Exponential { rate })
     }
 
     /// f = ln(1 + ks) / ln(1 + k).
@@ -103,7 +102,7 @@ impl Function {
     /// A rate that is not above 0, or beyond 1e4.
     pub fn logarithmic(rate: f64) -> Result<Self, FunctionError> {
         check_rate("logarithmic", rate, MAX_LOGARITHMIC_RATE)?;
-        Self::shaped(Kind::Logarithmic { rate })
+        Self::shaped(FunctionKind::Logarithmic { rate })
     }
 
     /// A table of measured samples, normalised in time and in temperature. Where the measurement ends before its `target` [K], it continues at its last
@@ -111,8 +110,8 @@ impl Function {
     ///
     /// # Errors
     /// The first sample that is not valid, with its row.
-    pub fn table(samples: &[Sample], target: Option<f64>) -> Result<Self, FunctionError> {
-        Self::shaped(Kind::Table(Measured::new(samples, target)?))
+    pub fn table(samples: &[TemperatureSample], target: Option<f64>) -> Result<Self, FunctionError> {
+        Self::shaped(FunctionKind::Table(MeasuredFunction::new(samples, target)?))
     }
 
     /// A table from a CSV file with the columns `time` and `temperature` [K].
@@ -120,7 +119,7 @@ impl Function {
     /// # Errors
     /// A file that cannot be read, or its first bad row.
     pub(crate) fn read_table(path: &std::path::Path, target: Option<f64>) -> Result<Self, FunctionError> {
-        Self::shaped(Kind::Table(Measured::read(path, target)?))
+        Self::shaped(FunctionKind::Table(MeasuredFunction::read(path, target)?))
     }
 
     /// A table from the text of a CSV file, as if it lay at `path`.
@@ -128,7 +127,7 @@ impl Function {
     /// # Errors
     /// Its first bad row.
     pub fn parse_table(text: &str, path: &std::path::Path, target: Option<f64>) -> Result<Self, FunctionError> {
-        Self::shaped(Kind::Table(Measured::parse(text, path, target)?))
+        Self::shaped(FunctionKind::Table(MeasuredFunction::parse(text, path, target)?))
     }
 
     /// An expression from GLSL text of `s`, compiled by naga.
@@ -136,12 +135,12 @@ impl Function {
     /// # Errors
     /// Text that does not parse, that contains more than arithmetic, or that is not a response function.
     pub fn expression(text: &str) -> Result<Self, FunctionError> {
-        Self::shaped(Kind::Expression(Expression::new(text)?))
+        Self::shaped(FunctionKind::Expression(Expression::new(text)?))
     }
 
-    fn shaped(kind: Kind) -> Result<Self, FunctionError> {
+    fn shaped(kind: FunctionKind) -> Result<Self, FunctionError> {
         let active = 1.0 - idle_share(&kind);
-        let shape = Shape { kind, active, pieces: OnceLock::new() };
+        let shape = FunctionShape { kind, active, pieces: OnceLock::new() };
         if !shape.is_plain() {
             shape.check()?;
         }
@@ -168,7 +167,6 @@ impl Function {
         }
     }
 
-    /// The exponent of a power function.
     pub(crate) fn power(&self) -> Option<f64> {
         match self {
             Self::Linear => Some(1.0),
@@ -191,7 +189,7 @@ impl Function {
         1.0 - self.remaining(1.0 - s.clamp(0.0, 1.0))
     }
 
-    /// Share of the time in which the way is done. It is below 1 where the function reaches its target early.
+    /// Share of the time in which the way is done, below 1 where the function reaches its target early.
     pub(crate) fn active(&self) -> f64 {
         match self {
             Self::Linear | Self::Quadratic => 1.0,
@@ -200,22 +198,22 @@ impl Function {
     }
 
     /// The function as the device evaluates it, over the time in which the way is done.
-    pub(crate) fn pieces(&self) -> Pieces {
+    pub(crate) fn pieces(&self) -> FunctionPieces {
         match self {
-            Self::Linear | Self::Quadratic => Pieces::new(&|r| self.remaining(r)),
+            Self::Linear | Self::Quadratic => FunctionPieces::new(&|r| self.remaining(r)),
             Self::Shaped(shape) => shape.pieces().clone(),
         }
     }
 }
 
-impl Shape {
+impl FunctionShape {
     /// Share of the way left when the share `r` of the active time is left.
     fn remaining(&self, r: f64) -> f64 {
         self.kind.remaining(1.0 - self.active + self.active * r)
     }
 
-    fn pieces(&self) -> &Pieces {
-        self.pieces.get_or_init(|| Pieces::new(&|r| self.remaining(r)))
+    fn pieces(&self) -> &FunctionPieces {
+        self.pieces.get_or_init(|| FunctionPieces::new(&|r| self.remaining(r)))
     }
 
     /// Whether its pieces follow it, as far as a quick look shows.
@@ -223,13 +221,15 @@ impl Shape {
         match self.kind {
             // A piece errs by at most h^2/8 times the second derivative in v, s f'' + f' for s = v^2/2 in [0, 1/2], which is below 2 (k + 1) here. With
             // h = 2^-14 and a rate of 500 this is 5e-7. A logarithm's is below 1.5 k / ln(1 + k), 8e-7 for a rate of 1e4.
-            Kind::Exponential { .. } | Kind::Logarithmic { .. } => true,
-            Kind::Polynomial(_) | Kind::Table(_) | Kind::Expression(_) => pieces::are_plain(&|r| self.remaining(r)),
+            FunctionKind::Exponential { .. } | FunctionKind::Logarithmic { .. } => true,
+            FunctionKind::Polynomial(_) | FunctionKind::Table(_) | FunctionKind::Expression(_) => {
+                pieces::are_plain(&|r| self.remaining(r))
+            }
         }
     }
 
     fn check(&self) -> Result<(), FunctionError> {
-        let Pieces { error, worst, .. } = *self.pieces();
+        let FunctionPieces { error, worst, .. } = *self.pieces();
         // Not the opposite, which a NaN would pass.
         let is_close = error <= pieces::LARGEST_ERROR;
         if is_close {
@@ -239,7 +239,7 @@ impl Shape {
     }
 }
 
-impl Kind {
+impl FunctionKind {
     /// Name in scene files.
     pub(crate) fn name(&self) -> &'static str {
         match self {
@@ -266,8 +266,8 @@ impl Kind {
 }
 
 /// The share of the time at the end without any way left, by bisection.
-fn idle_share(kind: &Kind) -> f64 {
-    if !matches!(kind, Kind::Table(_) | Kind::Expression(_)) || kind.remaining(SHORTEST_REST) > 0.0 {
+fn idle_share(kind: &FunctionKind) -> f64 {
+    if !matches!(kind, FunctionKind::Table(_) | FunctionKind::Expression(_)) || kind.remaining(SHORTEST_REST) > 0.0 {
         return 0.0;
     }
     let (mut none, mut some) = (SHORTEST_REST, 1.0);
@@ -291,11 +291,11 @@ impl fmt::Display for Function {
         match self {
             Self::Linear | Self::Quadratic => write!(out, "{}", self.kind_name()),
             Self::Shaped(shape) => match &shape.kind {
-                Kind::Polynomial(polynomial) => write!(out, "polynomial {:?}", polynomial.coefficients()),
-                Kind::Exponential { rate } => write!(out, "exponential, rate {rate}"),
-                Kind::Logarithmic { rate } => write!(out, "logarithmic, rate {rate}"),
-                Kind::Table(measured) => write!(out, "table of {} points", measured.len()),
-                Kind::Expression(expression) => write!(out, "expression {}", expression.text()),
+                FunctionKind::Polynomial(polynomial) => write!(out, "polynomial {:?}", polynomial.coefficients()),
+                FunctionKind::Exponential { rate } => write!(out, "exponential, rate {rate}"),
+                FunctionKind::Logarithmic { rate } => write!(out, "logarithmic, rate {rate}"),
+                FunctionKind::Table(measured) => write!(out, "table of {} points", measured.len()),
+                FunctionKind::Expression(expression) => write!(out, "expression {}", expression.text()),
             },
         }
     }

@@ -3,13 +3,12 @@
 /// A point and its sum of squared residuals.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Minimum {
-    /// The variables.
     pub(crate) x: Vec<f64>,
-    /// Sum of the squared residuals there. It is infinite where a residual is NaN.
+    /// Sum of the squared residuals there, infinite where a residual is NaN.
     pub(crate) sum_of_squares: f64,
 }
 
-/// Step of a difference relative to a variable. It is near the cube root of the rounding error, where the error of a central difference is least.
+/// Step of a difference relative to a variable, near the cube root of the rounding error, where the error of a central difference is least.
 const DIFFERENCE: f64 = 6e-6;
 /// The search ends at a step that reduces the sum of squares by less than this share.
 const GAIN: f64 = 1e-12;
@@ -17,7 +16,6 @@ const GAIN: f64 = 1e-12;
 /// A variable that is not held.
 struct Direction {
     i: usize,
-    /// Derivatives of all residuals.
     derivative: Vec<f64>,
     /// Half of the negative derivative of the sum of squares.
     downhill: f64,

@@ -1,7 +1,7 @@
 //! Rough mirrors: the share of a microfacet lobe that meets the planet's disc, as a table (docs/numerics.md 5a).
 //!
-//! The lobe is that of single reflections by GGX facets (Walter et al. 2007) with the separable masking of Smith. It is divided by its own sum over the
-//! hemisphere (Turquin 2019), so that a rough surface reflects as much as a smooth one. The share of a uniform surrounding is then exactly 1.
+//! The lobe counts single reflections by GGX facets (Walter et al. 2007) with the separable masking of Smith. The lobe is divided by its own sum over
+//! the hemisphere (Turquin 2019), so that a rough surface reflects as much as a smooth one. The share of a uniform surrounding is then exactly 1.
 
 use std::f64::consts::TAU;
 
@@ -20,25 +20,23 @@ pub(crate) const LIMBS: usize = 65;
 /// Numbers of a lobe: shares, then the sum of the lobe over the hemisphere for each view.
 pub(crate) const LOBE_VALUES: usize = VIEWS * SIDES * LIMBS + VIEWS;
 
-/// Directions that stand for a lobe.
 const DIRECTIONS: usize = 4096;
 /// Least cosine of a view. Beyond it a surface is seen edge-on.
 pub(crate) const LEAST_VIEW: f64 = 1e-3;
 
 /// Where the planet stands as seen from a surface and along its mirror direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct PlanetPlace {
     /// Cosine between the surface's normal and the direction to the camera.
     pub(crate) view: f64,
     /// Sine of the angle from the mirror direction to the limb, positive where the mirror direction meets the planet.
     pub(crate) sine: f64,
-    /// Cosine of that angle.
     pub(crate) cosine: f64,
-    /// Cosine of the azimuth of the planet's centre about the mirror direction. It is 1 on the side of the normal.
+    /// Cosine of the azimuth of the planet's centre about the mirror direction, 1 on the side of the normal.
     pub(crate) side: f64,
 }
 
-impl Place {
+impl PlanetPlace {
     /// The place of a planet in the direction `nadir`. `normal`, `mirror` and `nadir` are unit vectors.
     pub(crate) fn new(normal: DVec3, view: f64, mirror: DVec3, nadir: DVec3, planet: ApparentRadius) -> Self {
         let (along, across) = (mirror.dot(nadir), mirror.cross(nadir).length());
@@ -89,8 +87,7 @@ impl Lobe {
         Self { roughness, values: [shares.concat(), sums].concat() }
     }
 
-    /// Share of the lobe that meets the planet.
-    pub(crate) fn share(&self, place: Place) -> f64 {
+    pub(crate) fn share(&self, place: PlanetPlace) -> f64 {
         let half = place.sine / (1.0 + place.cosine).max(1e-6);
         let limb = half / (self.roughness + half.abs());
         let view = place_of(place.view);
@@ -128,7 +125,6 @@ impl Lobe {
     }
 }
 
-/// Place of a view among the nodes of the table.
 fn place_of(view: f64) -> f64 {
     (1.0 - view.sqrt()).max(0.0).sqrt() * (VIEWS - 1) as f64
 }
@@ -152,8 +148,8 @@ fn directions(roughness: f64, view: f64, count: usize) -> Vec<Weighted> {
     (0..count).map(of).collect()
 }
 
-/// Direction of a visible facet's reflection for two numbers in (0, 1) (Heitz 2018). The third axis is the normal, and the first lies in the plane of the view.
-/// `view` is the cosine of its angle. Directions below the surface and those that other facets hide still count.
+/// Direction of a visible facet's reflection for two numbers in (0, 1) (Heitz 2018). The third axis is the normal, and the first lies in the plane of
+/// the view. `view` is the cosine of its angle. Directions below the surface, and directions that other facets hide, still count.
 pub(crate) fn facet_reflection(roughness: f64, view: f64, [u, v]: [f64; 2]) -> DVec3 {
     let slant = (1.0 - view * view).max(0.0).sqrt();
     let to_camera = DVec3::new(slant, 0.0, view);
@@ -168,7 +164,8 @@ pub(crate) fn facet_reflection(roughness: f64, view: f64, [u, v]: [f64; 2]) -> D
     2.0 * to_camera.dot(facet) * facet - to_camera
 }
 
-/// Share of the weights of directions within the planet's disc. Its centre is at `angle` from the mirror direction, with the cosine `side` of its azimuth.
+/// Share of the weights of directions within the planet's disc. The disc's centre is at `angle` from the mirror direction, with the cosine `side` of
+/// its azimuth.
 fn share_of(directions: &[Weighted], sum: f64, angle: f64, side: f64, limb: f64) -> f64 {
     let (sine, cosine) = angle.sin_cos();
     let (up, across) = (sine * side, sine * (1.0 - side * side).max(0.0).sqrt());
@@ -186,7 +183,7 @@ mod tests {
     use super::*;
 
     /// The share by counting many directions.
-    fn counted(roughness: f64, place: Place, planet: ApparentRadius) -> f64 {
+    fn counted(roughness: f64, place: PlanetPlace, planet: ApparentRadius) -> f64 {
         let directions = directions(roughness, place.view.max(LEAST_VIEW), 200_000);
         let sum = directions.iter().map(|(_, weight)| weight).sum();
         let angle = planet.sin.atan2(planet.cos) - place.sine.atan2(place.cosine);
@@ -208,10 +205,10 @@ mod tests {
                 let azimuth = TAU * number(2);
                 let z = 2.0 * number(3) - 1.0;
                 let nadir = DVec3::new((1.0 - z * z).sqrt() * azimuth.cos(), (1.0 - z * z).sqrt() * azimuth.sin(), z);
-                let place = Place::new(normal, view, mirror, nadir, planet);
+                let place = PlanetPlace::new(normal, view, mirror, nadir, planet);
                 let exact = counted(roughness, place, planet);
                 worst = worst.max((lobe.share(place) - exact).abs());
-                off = off.max((lobe.share(Place { side: -place.side, ..place }) - exact).abs());
+                off = off.max((lobe.share(PlanetPlace { side: -place.side, ..place }) - exact).abs());
                 total += lobe.share(place) - exact;
                 count += 1.0;
             }

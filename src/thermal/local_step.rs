@@ -6,11 +6,10 @@
 
 /// Share of a node's time constant that a Runge-Kutta step spans at most.
 pub(crate) const SHARE: f64 = 0.175;
-/// Runge-Kutta steps of a slow node.
 pub(crate) const SLOW_STEPS: u32 = 2;
 /// Share of the emission at the start below which a power has no closed form here: the temperature of balance is too far away.
 const WEAK: f64 = 1.0 / 1296.0;
-/// Newton iterations of the closed form. They leave 1e-5 K at three time constants and 4e-4 K at eleven.
+/// Newton iterations of the closed form, which leave 1e-5 K at three time constants and 4e-4 K at eleven.
 const ITERATIONS: u32 = 4;
 /// artanh beyond which a node is in balance.
 const IN_BALANCE: f64 = 9.0;
@@ -35,7 +34,7 @@ pub(crate) fn local_change(temperature: f64, start: f64, emission: f64, count: u
     change
 }
 
-/// The same change of a fast node, in closed form. Where hardly any power is left, it takes `count` Runge-Kutta steps.
+/// Like [`local_change`] for a fast node, in closed form. Where hardly any power is left, it takes `count` Runge-Kutta steps.
 pub(crate) fn fast_change(temperature: f64, start: f64, emission: f64, count: u32) -> f64 {
     let emitted = emission * temperature.powi(4);
     let power = start + emitted;
@@ -45,7 +44,7 @@ pub(crate) fn fast_change(temperature: f64, start: f64, emission: f64, count: u3
     closed_change(temperature, start, power, emission)
 }
 
-/// The same change in closed form. `power` [K] is the change that the power alone would cause, and is above 0.
+/// Like [`local_change`], in closed form. `power` [K] is the change that the power alone would cause, and is above 0.
 fn closed_change(temperature: f64, start: f64, power: f64, emission: f64) -> f64 {
     let balance = (power / emission).sqrt().sqrt();
     let from = temperature / balance;
@@ -69,9 +68,9 @@ fn closed_change(temperature: f64, start: f64, power: f64, emission: f64) -> f64
 /// A node whose power is weak cools almost freely until it is so many times as hot as its balance.
 const NEAR: f64 = 5.0;
 
-/// The same change for any power that is not negative, and any step. `power` [K] is the change that the power alone would cause. A node that is far hotter
-/// than its balance first cools freely, T = (T0^-3 + 3 k t)^(-1/3), with its power as a perturbation of first order, and takes the closed form for what is
-/// left of the step.
+/// Like [`local_change`], for any power that is not negative, and any step. `power` [K] is the change that the power alone would cause. A node that
+/// is far hotter than its balance first cools freely, T = (T0^-3 + 3 k t)^(-1/3), with its power as a perturbation of first order, and takes the
+/// closed form for the rest of the step.
 pub(crate) fn whole_change(temperature: f64, start: f64, power: f64, emission: f64) -> f64 {
     let emitted = emission * temperature.powi(4);
     if power > WEAK * emitted {

@@ -8,18 +8,18 @@ pub use super::function::Function;
 pub struct Optics {
     /// Share of the incident sunlight that is absorbed.
     pub absorptivity: f64,
-    /// Grey-body emissivity. It is also the absorbed share of incident planet infrared.
+    /// Grey-body emissivity, also the absorbed share of incident planet infrared.
     pub emissivity: f64,
 }
 
-/// How a face reflects in the band of the images. It reflects what it does not emit (Kirchhoff's law).
+/// How a face reflects in the band of the images. The reflectivity is 1 minus the emissivity (Kirchhoff's law).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Gloss {
     /// Share of the reflected light that leaves about the mirror direction, in [0, 1]. The rest is diffuse.
     pub specular: f64,
     /// Roughness alpha of the mirror (GGX). 0 is a smooth one.
     pub roughness: f64,
-    /// Variance of the slope of waves that a pixel does not resolve, such as those of crinkled foil.
+    /// Variance of the slope of waves that a pixel does not resolve, such as waves of crinkled foil.
     pub slope_variance: f64,
     /// Variance of slopes that are drawn instead of averaged.
     pub drawn_variance: f64,
@@ -28,7 +28,7 @@ pub struct Gloss {
 }
 
 impl Gloss {
-    /// Roughness of the mirror with its waves. Variances of slopes add up, and alpha^2 is that of a surface with normally distributed slopes (Beckmann).
+    /// Roughness of the mirror with its waves. Variances of slopes add up, and alpha^2 is the variance of normally distributed slopes (Beckmann).
     pub fn alpha(&self) -> f64 {
         (self.roughness * self.roughness + self.slope_variance).sqrt()
     }
@@ -62,7 +62,7 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// Time until no way is left [steps]. It is less than `t_max_steps` where a function reaches its target early.
+    /// Time until no way is left [steps], less than `t_max_steps` where a function reaches its target early.
     pub(crate) fn duration(&self) -> f64 {
         self.t_max_steps * self.function.active()
     }
@@ -88,7 +88,7 @@ pub enum Retarget {
 pub enum Domain {
     /// The temperature.
     Temperature,
-    /// Its fourth power, which is proportional to the emitted power. It is more accurate for a radiating node.
+    /// The fourth power of the temperature, which is proportional to the emitted power. More accurate for a radiating node.
     FourthPower,
 }
 
@@ -145,7 +145,7 @@ pub struct Radiative {
     pub over: Option<Below>,
     /// Length of a step of the scene [s].
     pub step: f64,
-    /// Temperature that no node of the material is expected to exceed [K]. It is infinite where it is not known.
+    /// Temperature that no node of the material is expected to exceed [K], infinite where unknown.
     pub hottest: f64,
 }
 
@@ -154,9 +154,8 @@ pub struct Radiative {
 pub(crate) enum NoPlate {
     /// A value is missing; its key.
     Lacks(&'static str),
-    /// It stores no heat, and neither does anything below it.
+    /// The outside stores no heat, and neither does anything below it.
     StoresNothing,
-    /// The structure below stores no heat.
     EmptyStructure,
 }
 
@@ -167,7 +166,7 @@ impl Radiative {
     /// Values that are missing, or no heat that is stored.
     pub(crate) fn of(bulk: &Bulk, step: f64) -> Result<Self, NoPlate> {
         let capacity = bulk.capacity_per_area().map_err(NoPlate::Lacks)?;
-        let below = |over: Structure| Below {
+        let below = |over: InnerStructure| Below {
             capacity: over.capacity_per_area(),
             effective_emittance: over.effective_emittance,
         };
@@ -217,8 +216,7 @@ pub struct Bulk {
     pub(crate) heat_capacity_per_area: Option<f64>,
     /// Conductivity [W/(m K)].
     pub conductivity: Option<f64>,
-    /// The structure below a layered material.
-    pub(crate) over: Option<Structure>,
+    pub(crate) over: Option<InnerStructure>,
 }
 
 impl Bulk {
@@ -239,7 +237,7 @@ impl Bulk {
     }
 }
 
-impl Structure {
+impl InnerStructure {
     /// Heat capacity per area [J/(m2 K)].
     pub(crate) fn capacity_per_area(&self) -> f64 {
         self.thickness * self.density * self.specific_heat
@@ -248,7 +246,7 @@ impl Structure {
 
 /// A sheet behind the visible one that exchanges heat with it by radiation, such as the structure below an MLI blanket.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Structure {
+pub(crate) struct InnerStructure {
     /// Radiative conductance (GR) per area between the two: the blanket's effective emittance.
     pub(crate) effective_emittance: f64,
     /// Thickness [m].
@@ -278,7 +276,7 @@ pub struct Material {
     pub bulk: Bulk,
     /// Thermal response of its nodes.
     pub response: Response,
-    /// The transition that its values state, whatever its response. `isotherm compare` uses it.
+    /// The transition that its values state, even where the response is another. `isotherm compare` uses it.
     pub transition: Option<Transition>,
     /// Source of the values, for the report: "scene.toml, rule 3; table white_paint (Fortescue 11.3)".
     pub source: String,

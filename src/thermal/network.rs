@@ -32,7 +32,7 @@ pub enum NodeKind {
 }
 
 impl NodeKind {
-    /// Its name in a network file.
+    /// Name in a network file.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Diffusive => "diffusive",

@@ -42,13 +42,13 @@ const POINTS: usize = 16;
 /// Distance from the lower limit beyond which the integrand, which decays as e^-y, adds less than 1e-17 of the integral.
 const CUT: f64 = 50.0;
 
-/// Radiance of a blackbody in a band [W m-2 sr-1], to about 1e-14. It is 0 only where f64 underflows.
+/// Radiance of a blackbody in a band [W m-2 sr-1], to about 1e-14. Only where f64 underflows it is 0.
 pub fn band_radiance_exact(band: Band, temperature: f64) -> f64 {
     scaled_radiance(band, temperature) * temperature * (-SECOND_RADIATION / (band.upper * temperature)).exp()
 }
 
 /// G = L e^x / T with x = c2 / (lambda_max T) [W m-2 sr-1 K-1]: the band radiance without the factor e^-x, which spans hundreds of decades
-/// (docs/numerics.md 5). It is finite for every T > 0 [K] and in both limits (`scaled_radiance_cold`, `scaled_radiance_hot`).
+/// (docs/numerics.md 5). G is finite for every T > 0 [K] and in both limits (`scaled_radiance_cold`, `scaled_radiance_hot`).
 ///
 /// With z = c2 / (lambda T), L is 2 k^4 T^4 / (h^3 c^2) times the integral of z^3 / (e^z - 1) over the band. y = z - x is integrated by Gauss-Legendre
 /// panels of width at most 1, far from the poles at z = 2 pi i.
@@ -79,7 +79,7 @@ pub(crate) fn scaled_radiance_cold(band: Band) -> f64 {
     2.0 * BOLTZMANN * LIGHT_SPEED / band.upper.powi(3)
 }
 
-/// Limit of `scaled_radiance` as T -> infinity (Rayleigh-Jeans). It is the integral of 2 c k / lambda^4, (2 c k / 3) (lambda_min^-3 - lambda_max^-3), with
+/// Limit of `scaled_radiance` as T -> infinity (Rayleigh-Jeans): the integral of 2 c k / lambda^4, (2 c k / 3) (lambda_min^-3 - lambda_max^-3), with
 /// the difference of cubes as a product.
 pub(crate) fn scaled_radiance_hot(band: Band) -> f64 {
     let (low, high) = (1.0 / band.upper, 1.0 / band.lower);

@@ -1,4 +1,5 @@
-//! A planet that is not uniform: its temperatures over latitude and longitude, and what surfaces see of them (docs/numerics.md 5a).
+//! A planet that is not uniform: its temperatures over latitude and longitude, and their means over the part that a surface sees (docs/numerics.md
+//! 5a).
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -66,7 +67,6 @@ impl Equirectangular {
     }
 }
 
-/// Direction of the centre of a cell.
 fn centre_of(column: usize, row: usize, [columns, rows]: [usize; 2]) -> DVec3 {
     let (sin, cos) = ((row as f64 + 0.5) / rows as f64 * PI).sin_cos();
     let (y, x) = (((column as f64 + 0.5) / columns as f64 - 0.5) * TAU).sin_cos();
@@ -78,7 +78,7 @@ fn centre_of(column: usize, row: usize, [columns, rows]: [usize; 2]) -> DVec3 {
 pub(crate) enum MapAxes {
     /// +Z leads to the Sun.
     Sun,
-    /// Those of the Earth, on a trajectory.
+    /// The axes of the Earth, on a trajectory.
     Earth,
     /// A planet with its own rotation.
     Turning {
@@ -96,7 +96,6 @@ pub(crate) enum MapAxes {
 pub struct PlanetPattern {
     /// Brightness temperatures in the band [K].
     pub(crate) temperatures: Equirectangular,
-    /// The axes of the map.
     pub(crate) axes: MapAxes,
 }
 
@@ -105,11 +104,10 @@ pub struct PlanetPattern {
 pub enum DayLaw {
     /// One temperature on the side of the Sun and one on the other. Between them lies the width of the Sun, half a degree.
     Step,
-    /// T^4 = night^4 + (day^4 - night^4) cos z, with the Sun's zenith angle z. At night it is that of the night.
+    /// T^4 = night^4 + (day^4 - night^4) cos z, with the Sun's zenith angle z. At night T = night.
     Cosine,
 }
 
-/// Rows of a map of day and night.
 const DAY_ROWS: usize = 720;
 
 impl PlanetPattern {
@@ -129,8 +127,8 @@ impl PlanetPattern {
 }
 
 impl MapAxes {
-    /// Rotates inertial vectors into the axes of the map at a time [s]. `sun` is the direction from the planet to the Sun, and `earth` rotates inertial vectors
-    /// into those of the Earth.
+    /// Rotates inertial vectors into the axes of the map at a time [s]. `sun` is the direction from the planet to the Sun, and `earth` rotates
+    /// inertial vectors into the axes of the Earth.
     pub(crate) fn map_from_inertial(&self, time: f64, sun: DVec3, earth: impl Fn() -> DMat3) -> DMat3 {
         match *self {
             Self::Sun => {
@@ -161,21 +159,17 @@ pub(crate) fn seen_point(direction: DVec3, nadir: DVec3, disc: ApparentRadius) -
 
 /// Cells of the means of a planet over the direction of a surface.
 pub(crate) const MEAN_COLUMNS: usize = 96;
-/// Rows of them.
 pub(crate) const MEAN_ROWS: usize = 48;
-/// Numbers of one kind of surface.
 pub(crate) const MEAN_VALUES: usize = MEAN_COLUMNS * (MEAN_ROWS + 2);
 
-/// Points that stand for the disc.
 const DISC_POINTS: usize = 2048;
 
-/// What surfaces see of a planet that is not uniform. All values are radiances over that of the planet's own temperature.
+/// The radiances that surfaces see of a planet that is not uniform, over the radiance of the planet's own temperature.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct SeenPlanet {
-    /// The map.
     pub(crate) map: Arc<Equirectangular>,
-    /// Mean over the part of the disc that a surface sees: of a diffuse one over its normal, then of rough mirrors over the mirror direction. The axes are those
-    /// of the map.
+    /// Mean over the part of the disc that a surface sees: of a diffuse one over its normal, then of rough mirrors over the mirror direction. All are
+    /// in the axes of the map.
     pub(crate) means: Vec<Equirectangular>,
 }
 
@@ -230,7 +224,7 @@ pub(crate) const MEANS_ANGLE: f64 = 0.1 * PI / 180.0;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::thermal::lobe::{Lobe, Place};
+    use crate::thermal::lobe::{Lobe, PlanetPlace};
 
     /// A smooth pattern: 1 + 0.3 z + 0.2 x y.
     fn pattern(point: DVec3) -> f64 {
@@ -308,7 +302,7 @@ mod tests {
                 let normal = (direction + direction.any_orthonormal_vector()).normalize();
                 let view = normal.dot(direction);
                 let camera = 2.0 * view * normal - direction;
-                let share = lobe.share(Place::new(normal, view, direction, nadir, disc));
+                let share = lobe.share(PlanetPlace::new(normal, view, direction, nadir, disc));
                 let exact = mean(&|point| {
                     let light = normal.dot(point);
                     lobe.glint(view, light, normal.dot((point + camera).normalize())) * light.max(0.0)

@@ -10,11 +10,10 @@ pub(crate) const MIDDLE_TEMPERATURE: f64 = 400.0;
 /// Table of ln G of a band over v = T / (T + 400 K), with G = L e^x / T and x = c2 / (lambda_max T).
 #[derive(Debug, Clone, PartialEq)]
 pub struct RadianceTable {
-    /// The band.
     pub(crate) band: Band,
     /// c2 / lambda_max [K], so that x = `edge_temperature` / T.
     pub(crate) edge_temperature: f64,
-    /// ln(G / (1 W m-2 sr-1 K-1)) at v = (i - 1) / `INTERVALS`. The first and last values lie outside [0, 1]. They extend the cubic of the neighbouring
+    /// ln(G / (1 W m-2 sr-1 K-1)) at v = (i - 1) / `INTERVALS`. The first and last values lie outside [0, 1] and extend the cubic of the neighbouring
     /// interval to the end interval.
     pub(crate) values: Vec<f64>,
 }
@@ -47,7 +46,7 @@ impl RadianceTable {
     }
 }
 
-/// Radiance of a blackbody in the table's band [W m-2 sr-1]. It is 0 at 0 K and where f64 underflows.
+/// Radiance of a blackbody in the table's band [W m-2 sr-1], 0 at 0 K and where f64 underflows.
 pub fn band_radiance(table: &RadianceTable, temperature: f64) -> f64 {
     if temperature <= 0.0 {
         return 0.0;
@@ -75,7 +74,6 @@ pub(super) mod tests {
     use super::*;
     use crate::thermal::planck::band_radiance_exact;
 
-    /// A band given in um.
     pub(crate) const fn microns(lower: f64, upper: f64) -> Band {
         Band { lower: lower * 1e-6, upper: upper * 1e-6 }
     }

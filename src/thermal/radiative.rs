@@ -1,5 +1,5 @@
-//! The response `radiative`: a plate by itself, C dT/dt = absorbed - emissivity sigma (T^4 - T_background^4), without conduction. It is exact for a constant
-//! load, whatever the step.
+//! The response `radiative`: a plate by itself, C dT/dt = absorbed - emissivity sigma (T^4 - T_background^4), without conduction. The solution is
+//! exact for a constant load and any step.
 //!
 //! Under an outside there may be a structure that exchanges heat with it by radiation. The structure is held at its temperature plus half of its last change.
 //! The outside is stepped exactly. Its own balance gives the mean of its T^4, and with it the heat into the structure (docs/numerics.md 1a). Twin:
@@ -9,7 +9,7 @@ use super::STEFAN_BOLTZMANN;
 use super::local_step::{SHARE, SLOW_STEPS, local_change, whole_change};
 use super::material::Radiative;
 
-/// Change by a flux of 1 W/m2 in a step [K m2/W] of an outside that stores no heat. It is then in balance in f64 and in f32.
+/// Change by a flux of 1 W/m2 in a step [K m2/W] of an outside that stores no heat. Such an outside is in balance in f64 and in f32.
 const BALANCED: f64 = 1e12;
 
 /// Largest share of the distance to the outside that a structure goes in one part of a step.
@@ -18,12 +18,11 @@ const STRUCTURE_SHARE: f64 = 0.05;
 /// Most parts of a step for a structure that stores little heat.
 pub(crate) const PARTS_AT_MOST: u32 = 64;
 
-/// State of a plate between steps.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct PlateState {
     /// Temperature of the outside [K].
     pub(crate) outside: f64,
-    /// Temperature of the structure [K]. It is that of the outside at the start of a run.
+    /// Temperature of the structure [K]. At the start of a run the outside has the same.
     pub(crate) structure: f64,
     /// Last change of the structure, for a whole step [K].
     pub(crate) trend: f64,
@@ -36,7 +35,7 @@ impl PlateState {
     }
 }
 
-/// What a plate absorbs and emits during a step.
+/// Absorption and emission of a plate during a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PlateLoad {
     /// Absorbed flux of both faces [W/m2].
@@ -78,7 +77,6 @@ impl Radiative {
     }
 }
 
-/// The state of a plate after `steps` steps of the scene.
 pub(crate) fn radiative_step(state: PlateState, load: PlateLoad, steps: f64, plate: &Radiative) -> PlateState {
     let parts = plate.parts();
     let length = steps / f64::from(parts);
@@ -96,7 +94,7 @@ pub(crate) fn radiative_step(state: PlateState, load: PlateLoad, steps: f64, pla
         } else {
             local_change(state.outside, start, share * emission, SLOW_STEPS)
         };
-        // What the outside did not store it has emitted.
+        // The outside has emitted the heat that it did not store.
         let mean = state.outside.powi(4) + (start - change) / (share * emission);
         let moved = length * plate.structure_share() * exchange * (mean - held);
         state.outside += change;

@@ -1,39 +1,39 @@
-//! What a face receives from the rest of the craft, and what of the planet's light comes past it.
+//! The light that a face receives from the rest of the craft, and the share of the planet's light that passes the
+//! craft.
 
 use crate::thermal::balance::Incident;
 
 /// Shares of the planet's light that a face sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Seen {
-    /// Of its infrared.
+pub struct PlanetShares {
+    /// Share of the planet's infrared.
     pub planet_ir: f64,
-    /// Of its albedo.
+    /// Share of the planet's albedo.
     pub albedo: f64,
 }
 
-impl Seen {
+impl PlanetShares {
     /// A face from which nothing is hidden.
     pub(crate) const ALL: Self = Self { planet_ir: 1.0, albedo: 1.0 };
 }
 
-/// What a face receives.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Received {
+pub(crate) struct FaceLoad {
     /// Flux from other surfaces that the face absorbs [W/m2].
     pub(crate) absorbed: f64,
     /// Shares of the planet's light that it sees.
-    pub(crate) seen: Seen,
+    pub(crate) seen: PlanetShares,
     /// Share of the face outside other parts, which sunlight can reach.
     pub(crate) exposed: f64,
 }
 
-impl Received {
+impl FaceLoad {
     /// A face that sees nothing of the craft.
-    pub(crate) const NOTHING: Self = Self { absorbed: 0.0, seen: Seen::ALL, exposed: 1.0 };
+    pub(crate) const NOTHING: Self = Self { absorbed: 0.0, seen: PlanetShares::ALL, exposed: 1.0 };
 
-    /// What of an incident flux on an open face comes through.
+    /// The part of an incident flux on an open face that the craft lets through.
     pub(crate) fn through(&self, open: Incident) -> Incident {
-        let Seen { planet_ir, albedo } = self.seen;
+        let PlanetShares { planet_ir, albedo } = self.seen;
         Incident {
             solar: self.exposed * open.solar,
             planet_ir: planet_ir * open.planet_ir,

@@ -1,15 +1,15 @@
-//! The f64 reference simulator for all nodes or a sample of them. It is slow and simple.
+//! The f64 reference simulator for all nodes or a sample of them, slow and simple.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::environment::StepLoad;
-use crate::environment::shadow::Shadows;
+use crate::environment::shadow::ShadowCasters;
 use crate::saved::{Saved, SavedError};
 use crate::thermal::balance::{Incident, absorbed_flux, balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response};
 use crate::thermal::radiative::{PlateLoad, PlateState, radiative_step};
-use crate::thermal::received::Received;
+use crate::thermal::received::FaceLoad;
 use crate::thermal::transition::{TransitionState, transition_step};
 
 /// Incident fluxes on a plate with a unit normal (body frame) during a step.
@@ -42,8 +42,8 @@ pub struct Reference<F> {
     incident: F,
     /// Share of the Sun that each node sees.
     visibility: Vec<f64>,
-    /// What the faces of each node receive from the craft. Empty where surfaces do not see each other.
-    received: Vec<[Received; 2]>,
+    /// Light from the craft on the faces of each node. Empty where surfaces do not see each other.
+    received: Vec<[FaceLoad; 2]>,
     states: Vec<TransitionState>,
     temperatures: Vec<f64>,
 }
@@ -57,12 +57,11 @@ impl<F: IncidentFlux> Reference<F> {
         Self { nodes, joints: Vec::new(), materials, incident, visibility, received: Vec::new(), states, temperatures }
     }
 
-    /// The same nodes with the joint of each (0 is the body). Their normals are those of the file's pose.
+    /// The nodes with the joint of each (0 is the body). Normals are in the file's pose.
     pub(crate) fn with_joints(self, joints: Vec<u32>) -> Self {
         Self { joints, ..self }
     }
 
-    /// A node as rotated by the joints of a load.
     fn turned(&self, node: usize, load: &StepLoad) -> ReferenceNode {
         let own = self.nodes[node];
         match self.joints.get(node).and_then(|joint| load.joints.get(*joint as usize)) {
@@ -71,28 +70,27 @@ impl<F: IncidentFlux> Reference<F> {
         }
     }
 
-    /// Sets the share of the Sun that each node sees under the craft's own shadow. It is 1 at the start.
+    /// Sets the share of the Sun that each node sees under the craft's own shadow, 1 at the start.
     pub(crate) fn shade(&mut self, visibility: Vec<f64>) {
         self.visibility = visibility;
     }
 
-    /// Sets what the front and back of each node receive from the craft until the next call.
-    pub(crate) fn receive(&mut self, received: Vec<[Received; 2]>) {
+    /// Sets the light from the craft on the front and back of each node until the next call.
+    pub(crate) fn receive(&mut self, received: Vec<[FaceLoad; 2]>) {
         self.received = received;
     }
 
-    /// What the faces of each node receive from the craft. Empty where surfaces do not see each other.
-    pub(crate) fn received(&self) -> &[[Received; 2]] {
+    /// Light from the craft on the faces of each node. Empty where surfaces do not see each other.
+    pub(crate) fn received(&self) -> &[[FaceLoad; 2]] {
         &self.received
     }
 
-    /// Share of the Sun that each node sees.
     pub(crate) fn visibility(&self) -> &[f64] {
         &self.visibility
     }
 
     /// Finds the shadows of a load where the last ones no longer hold.
-    pub(crate) fn find_shadows(&mut self, shadows: &mut Option<Shadows>, load: &StepLoad) {
+    pub(crate) fn find_shadows(&mut self, shadows: &mut Option<ShadowCasters>, load: &StepLoad) {
         if let Some(visibility) = shadows.as_mut().and_then(|shadows| shadows.visibility(load)) {
             self.shade(visibility);
         }
@@ -128,13 +126,12 @@ impl<F: IncidentFlux> Reference<F> {
                     let state = radiative_step(plate_of(state), load, steps_dt, plate);
                     (kept(state), state.outside)
                 }
-                // Its temperature comes from the network, or from a file.
+                // The temperature comes from the network, or from a file.
                 Response::Network | Response::Given => (state, state.target),
             }
         });
     }
 
-    /// The target of a node in a step [K].
     fn commanded(&self, node: usize, material: &Material, load: &StepLoad) -> f64 {
         balance_temperature(
             self.absorbed_by(node, material, load),
@@ -180,13 +177,11 @@ impl<F: IncidentFlux> Reference<F> {
         (0..self.nodes.len()).into_par_iter().map(absorbed).collect()
     }
 
-    /// Sets the temperature of a network node [K].
     pub(crate) fn set_temperature(&mut self, node: usize, temperature: f64) {
         self.temperatures[node] = temperature;
         self.states[node].target = temperature;
     }
 
-    /// The state of the nodes, with the share of the Sun that each sees.
     pub(crate) fn save(&self) -> Saved {
         let mut saved = Saved::default();
         let states: Vec<[f64; 3]> = self.states.iter().map(|one| [one.target, one.span, one.elapsed]).collect();
@@ -196,10 +191,6 @@ impl<F: IncidentFlux> Reference<F> {
         saved
     }
 
-    /// Takes what `save` gave.
-    ///
-    /// # Errors
-    /// Lists of another length.
     pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         let states: Vec<[f64; 3]> = saved.list_of("states", self.nodes.len())?;
         self.states =
@@ -266,7 +257,7 @@ fn settled(temperature: f64, material: &Material) -> TransitionState {
     }
 }
 
-/// The three numbers of a plate, in the places of those of a transition.
+/// The three numbers of a plate, in the places of a transition's numbers.
 fn kept(state: PlateState) -> TransitionState {
     TransitionState { target: state.outside, span: state.structure, elapsed: state.trend }
 }

@@ -1,8 +1,8 @@
 //! Builds a thermal network from a triangulated surface: nodes, capacitances and linear conductances of shells (docs/numerics.md 3).
 //!
-//! Where a material conducts, coincident vertices of one part and material are one node. Elsewhere every drawn vertex is its own node. A node's area is what
-//! the corners of the drawn triangles have there: capacity, emission, load and contact all take it. The conductances are cotangent weights of an intrinsic
-//! Delaunay triangulation. A layered material has two nodes at a place: the visible outer node, and the node of the structure below it.
+//! Where a material conducts, coincident vertices of one part and material are one node. Elsewhere every drawn vertex is its own node. A node's area
+//! is the sum over the corners of drawn triangles there: capacity, emission, load and contact all take it. The conductances are cotangent weights of
+//! an intrinsic Delaunay triangulation. A layered material has two nodes at a place: the visible outer node, and the node of the structure below it.
 
 use glam::DVec3;
 
@@ -22,7 +22,6 @@ mod weld;
 
 pub(crate) use contact::{Contact, ContactConductance, Selection};
 
-/// A vertex that belongs to no node of the network.
 pub(crate) const NO_NODE: u32 = u32::MAX;
 
 /// Pairs of nodes that exchange heat faster than this [1/s] are merged, unless the scene gives another rate (docs/numerics.md 3).
@@ -30,14 +29,12 @@ pub(crate) const MERGE_RATE: f64 = 60.0;
 
 /// The surface from which a network is made.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Surface<'a> {
+pub(crate) struct ShellSurface<'a> {
     /// Positions of the drawn vertices [m].
     pub positions: &'a [DVec3],
     /// Vertices of the triangles.
     pub triangles: &'a [[u32; 3]],
-    /// Part of every vertex.
     pub(crate) parts: &'a [u32],
-    /// Material of every vertex.
     pub(crate) materials: &'a [u32],
 }
 
@@ -52,10 +49,8 @@ pub(crate) struct Sheet {
     pub(crate) thickness: f64,
 }
 
-/// Material data for a network.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ShellMaterial {
-    /// The visible sheet.
     pub(crate) outer: Sheet,
     /// Sum of the emissivities of the faces that see space.
     pub(crate) emissivity: f64,
@@ -103,7 +98,6 @@ pub enum ShellError {
 pub struct ShellSummary {
     /// Number of drawn vertices in the network.
     pub(crate) vertices: usize,
-    /// Number of nodes that were removed by merging.
     pub(crate) merged: usize,
     /// Rate above which pairs were merged [1/s].
     pub(crate) merge_rate: f64,
@@ -124,11 +118,10 @@ pub struct ShellSummary {
 /// A network, and its relation to the drawn vertices.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Shell {
-    /// Nodes and conductors.
     pub(crate) network: Network,
     /// Node of each drawn vertex, or `NO_NODE`.
     pub(crate) node_of_vertex: Vec<u32>,
-    /// Node of the structure behind each drawn vertex. It is the vertex's own node where there is no layer.
+    /// Node of the structure behind each drawn vertex, or the vertex's own node where there is no layer.
     pub(crate) structure_of_vertex: Vec<u32>,
     /// Area over which the flux at a drawn vertex heats its node [m2]. 0 outside the network.
     pub(crate) load_areas: Vec<f64>,

@@ -6,11 +6,10 @@
 //! t = c / (4 e sigma B^3) [ln |(B + T) / (B - T)| + 2 atan(T / B)]
 
 use super::STEFAN_BOLTZMANN;
-use super::fit::{Fit, FitError, Sample, fit};
+use super::fit::{Fit, FitError, TemperatureSample, fit};
 use super::function::Function;
 use super::material::{Domain, Profile, Retarget, Transition};
 
-/// Rows of the sampled step response.
 const ROWS: u32 = 100;
 /// Share of the way that is left at the end of the sampled response.
 const LEFT: f64 = 0.01;
@@ -19,9 +18,8 @@ pub(crate) const LEAST_STEP: f64 = 10.0;
 /// Least value of the lower balance temperature [K].
 pub(crate) const COLDEST: f64 = 10.0;
 
-/// A plate of a material.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Plate {
+pub(crate) struct MaterialPlate {
     /// Capacitance [J/(m2 K)].
     pub(crate) capacitance: f64,
     /// Sum of the emissivities of the faces that radiate.
@@ -31,7 +29,6 @@ pub(crate) struct Plate {
 /// A transition fitted to a plate's heating and cooling between two balance temperatures.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Fitted {
-    /// The fitted transition.
     pub(crate) transition: Transition,
     /// The balance temperatures [K], the lower first.
     pub(crate) between: [f64; 2],
@@ -43,8 +40,8 @@ pub(crate) struct Fitted {
     pub(crate) doubts: Vec<String>,
 }
 
-impl Plate {
-    /// Time [s] in which the plate moves from `from` to `to` [K] towards its `balance` [K]. It is infinite where `to` is the balance or lies beyond it.
+impl MaterialPlate {
+    /// Time [s] in which the plate moves from `from` to `to` [K] towards its `balance` [K]. Infinite where `to` is the balance or lies beyond it.
     pub(crate) fn time(&self, from: f64, to: f64, balance: f64) -> f64 {
         let way = |t: f64| ((balance + t) / (balance - t)).abs().ln() + 2.0 * (t / balance).atan();
         if (balance - to) * (balance - from) <= 0.0 {
@@ -69,10 +66,11 @@ impl Plate {
     }
 
     /// The sampled response from one balance temperature to another [K], until a hundredth of the way is left.
-    pub(crate) fn record(&self, from: f64, balance: f64) -> Vec<Sample> {
+    pub(crate) fn record(&self, from: f64, balance: f64) -> Vec<TemperatureSample> {
         let end = self.time(from, balance + (from - balance) * LEFT, balance);
         let time = |row: u32| end * f64::from(row) / f64::from(ROWS);
-        let sample = |row| Sample { time: time(row), temperature: self.temperature(from, balance, time(row)) };
+        let sample =
+            |row| TemperatureSample { time: time(row), temperature: self.temperature(from, balance, time(row)) };
         (0..=ROWS).map(sample).collect()
     }
 
@@ -138,7 +136,7 @@ mod tests {
     use super::*;
 
     /// 2 mm of aluminium with white paint.
-    const PLATE: Plate = Plate { capacitance: 4860.0, emissivity: 0.83 };
+    const PLATE: MaterialPlate = MaterialPlate { capacitance: 4860.0, emissivity: 0.83 };
 
     #[test]
     fn the_closed_form_solves_the_balance() {
@@ -181,7 +179,7 @@ mod tests {
             assert!(worst(1.5) > told + 1.0, "another time is worse: {} K against {told} K", worst(1.5));
         }
         // A plate of half the capacitance takes half the time.
-        let half = Plate { capacitance: 2430.0, ..PLATE }.fit([200.0, 320.0], 15.0).unwrap();
+        let half = MaterialPlate { capacitance: 2430.0, ..PLATE }.fit([200.0, 320.0], 15.0).unwrap();
         let ratio = half.transition.heating.t_max_steps / fitted.transition.heating.t_max_steps;
         assert!((ratio - 0.5).abs() < 1e-3, "{ratio}");
     }
@@ -197,7 +195,7 @@ mod tests {
 
     #[test]
     fn hard_cases_have_a_transition() {
-        let at_once = Plate { capacitance: 0.0, ..PLATE }.fit([200.0, 320.0], 15.0).unwrap();
+        let at_once = MaterialPlate { capacitance: 0.0, ..PLATE }.fit([200.0, 320.0], 15.0).unwrap();
         assert_eq!(at_once.transition.cooling.t_max_steps, 0.0);
         assert_eq!(PLATE.fit([250.0, 250.0], 15.0).unwrap().between, [245.0, 255.0]);
         assert_eq!(PLATE.fit([2.7, 2.7], 15.0).unwrap().between, [10.0, 20.0]);

@@ -1,4 +1,4 @@
-//! What surrounds a craft in the band: planet, deep space and Sun. The background of an image, and what surfaces reflect (docs/numerics.md 5a).
+//! Surroundings of a craft in the band: planet, deep space and Sun. Images show them as background, and surfaces reflect them (docs/numerics.md 5a).
 //!
 //! Each is uniform over its disc, except for a planet with a map. A surface sees the part of it above its own horizon, and nothing of the craft itself. A uniform
 //! surrounding of one temperature therefore gives each surface of that temperature the radiance of a blackbody.
@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use glam::{DMat3, DVec3};
 
 use super::emissivity_table::EmissivityTable;
-use super::lobe::{Lobe, Place};
+use super::lobe::{Lobe, PlanetPlace};
 use super::planet_map::{SeenPlanet, seen_point};
 use crate::environment::view_factor::{ApparentRadius, plate_view_factor};
 
@@ -20,11 +20,8 @@ pub(crate) const SUN_TEMPERATURE: f64 = 5772.0;
 pub struct Surroundings {
     /// Direction to the planet's centre.
     pub(crate) nadir: DVec3,
-    /// Apparent radius of the planet.
     pub(crate) planet: ApparentRadius,
-    /// Direction to the Sun's centre.
     pub(crate) sun: DVec3,
-    /// Apparent radius of the Sun.
     pub(crate) sun_disc: ApparentRadius,
     /// Radiance of the planet [W m-2 sr-1].
     pub(crate) planet_radiance: f64,
@@ -34,13 +31,13 @@ pub struct Surroundings {
     pub(crate) sun_radiance: f64,
     /// Share of the Sun's disc that the planet leaves visible.
     pub(crate) lit_fraction: f64,
-    /// Rotates camera axes into those of the planet's map. `None` for a uniform planet.
+    /// Rotates camera axes into the axes of the planet's map. `None` for a uniform planet.
     pub(crate) map_from_camera: Option<DMat3>,
 }
 
 /// How a face emits and reflects in the band.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Reflector {
+pub(crate) struct BandReflector {
     /// Emissivity. The rest is reflected. A table stands in its place.
     pub(crate) emissivity: f64,
     /// Share of the reflected light that leaves about the mirror direction. The rest is diffuse.
@@ -60,12 +57,11 @@ pub(crate) struct Looks<'a> {
     pub(crate) lobes: &'a [Lobe],
     /// Emissivities over angle and temperature.
     pub(crate) tables: &'a [EmissivityTable],
-    /// A planet that is not uniform.
     pub(crate) planet: Option<&'a SeenPlanet>,
 }
 
 /// Emissivity of a face at a temperature [K] and a cosine of the angle from its normal.
-pub(crate) fn emissivity(reflector: &Reflector, looks: &Looks, temperature: f64, cosine: f64) -> f64 {
+pub(crate) fn emissivity(reflector: &BandReflector, looks: &Looks, temperature: f64, cosine: f64) -> f64 {
     match reflector.table.and_then(|table| looks.tables.get(table)) {
         Some(table) => table.emissivity(temperature, cosine),
         None => reflector.emissivity,
@@ -73,12 +69,12 @@ pub(crate) fn emissivity(reflector: &Reflector, looks: &Looks, temperature: f64,
 }
 
 /// Share of the light of a blackbody at a temperature [K] that a face reflects, at a cosine of the angle from its normal.
-pub(crate) fn kept_share(reflector: &Reflector, looks: &Looks, temperature: f64, cosine: f64) -> f64 {
+pub(crate) fn kept_share(reflector: &BandReflector, looks: &Looks, temperature: f64, cosine: f64) -> f64 {
     1.0 - emissivity(reflector, looks, temperature, cosine)
 }
 
-/// The surroundings with what a face reflects of the light of each. It reflects what it does not emit, at the same angle and wavelengths (Kirchhoff's law).
-pub(crate) fn dimmed(around: &Surroundings, reflector: &Reflector, looks: &Looks, cosine: f64) -> Surroundings {
+/// The surroundings, with each light times the reflectivity of a face: 1 minus its emissivity at the same angle and wavelengths (Kirchhoff's law).
+pub(crate) fn dimmed(around: &Surroundings, reflector: &BandReflector, looks: &Looks, cosine: f64) -> Surroundings {
     let [planet, space, sun] = match reflector.table.and_then(|table| looks.tables.get(table)) {
         Some(table) => reflector.of_sources.map(|factor| 1.0 - factor * table.angle_factor(cosine)),
         None => [1.0 - reflector.emissivity; 3],
@@ -91,7 +87,7 @@ pub(crate) fn dimmed(around: &Surroundings, reflector: &Reflector, looks: &Looks
     }
 }
 
-/// Sine of the apparent radius minus the angle between two unit vectors. It is negative outside the disc.
+/// Sine of the apparent radius minus the angle between two unit vectors, negative outside the disc.
 pub(crate) fn within(direction: DVec3, centre: DVec3, disc: ApparentRadius) -> f64 {
     direction.dot(centre) * disc.sin - direction.cross(centre).length() * disc.cos
 }
@@ -114,11 +110,11 @@ pub(crate) fn sun_irradiance(around: &Surroundings) -> f64 {
     PI * around.sun_disc.sin * around.sun_disc.sin * around.sun_radiance * around.lit_fraction
 }
 
-/// Radiance that a face reflects to the camera [W m-2 sr-1]. `normal` is that of the visible face and `to_camera` the direction to the camera, both of
-/// length 1. The normal of a mesh may lean away from the camera at a silhouette. The face then counts as seen edge-on.
+/// Radiance that a face reflects to the camera [W m-2 sr-1]. `normal` is the visible face's normal and `to_camera` the direction to the camera, both
+/// of length 1. The normal of a mesh may lean away from the camera at a silhouette. The face then counts as seen edge-on.
 pub(crate) fn reflected_radiance(
     around: &Surroundings,
-    reflector: &Reflector,
+    reflector: &BandReflector,
     looks: &Looks,
     normal: DVec3,
     to_camera: DVec3,
@@ -127,7 +123,7 @@ pub(crate) fn reflected_radiance(
     let around = &dimmed(around, reflector, looks, view);
     let sun = sun_irradiance(around);
     let light = normal.dot(around.sun);
-    // Brightness of the planet above that of space, in the part of the disc that a kind of surface sees along a direction.
+    // Brightness of the planet above space, in the part of the disc that a kind of surface sees along a direction.
     let contrast = |kind: usize, direction: DVec3| {
         let mean =
             looks.planet.zip(around.map_from_camera).map(|(planet, axes)| planet.means[kind].at(axes * direction));
@@ -139,7 +135,7 @@ pub(crate) fn reflected_radiance(
     let specular = match reflector.lobe.and_then(|lobe| Some((lobe, looks.lobes.get(lobe)?))) {
         None => sky_radiance(around, looks, mirror),
         Some((kind, lobe)) => {
-            let share = lobe.share(Place::new(normal, view, mirror, around.nadir, around.planet));
+            let share = lobe.share(PlanetPlace::new(normal, view, mirror, around.nadir, around.planet));
             let half = normal.dot((to_camera + around.sun).normalize_or_zero());
             around.space_radiance + contrast(1 + kind, mirror) * share + sun * lobe.glint(view, light, half)
         }
@@ -156,8 +152,8 @@ mod tests {
     use std::sync::Arc;
 
     const BAND: Band = Band { lower: 8e-6, upper: 14e-6 };
-    const PLAIN: Reflector =
-        Reflector { emissivity: 0.0, specular: 0.0, lobe: None, table: None, of_sources: [0.0; 3] };
+    const PLAIN: BandReflector =
+        BandReflector { emissivity: 0.0, specular: 0.0, lobe: None, table: None, of_sources: [0.0; 3] };
 
     /// Surroundings with these temperatures [K], without a Sun.
     fn around(planet: f64, space: f64, ratio: f64) -> Surroundings {
@@ -194,7 +190,7 @@ mod tests {
         let looks = Looks { lobes: &lobes, ..Looks::default() };
         for (emissivity, specular) in [(0.02, 0.0), (0.5, 0.3), (0.02, 1.0), (0.0, 0.7), (1.0, 1.0)] {
             for lobe in [None, Some(0), Some(1), Some(2)] {
-                let reflector = Reflector { emissivity, specular, lobe, ..PLAIN };
+                let reflector = BandReflector { emissivity, specular, lobe, ..PLAIN };
                 for (normal, view) in directions() {
                     let apparent = emissivity * black + reflected_radiance(&around, &reflector, &looks, normal, view);
                     assert!((apparent / black - 1.0).abs() < 1e-12, "{reflector:?}: {apparent} against {black}");
@@ -202,7 +198,7 @@ mod tests {
             }
         }
         let warmer = super::tests::around(287.1, 287.0, 1.064);
-        let foil = Reflector { emissivity: 0.02, ..PLAIN };
+        let foil = BandReflector { emissivity: 0.02, ..PLAIN };
         let apparent = 0.02 * black + reflected_radiance(&warmer, &foil, &looks, DVec3::NEG_Z, DVec3::NEG_Z);
         assert!((apparent / black - 1.0).abs() > 1e-4, "0.1 K of the planet must show");
     }
@@ -226,7 +222,7 @@ mod tests {
         for (index, table) in tables.iter().enumerate() {
             for (specular, lobe) in [(0.0, None), (0.6, None), (1.0, Some(0))] {
                 let of_sources = [table.temperature_factor(287.0); 3];
-                let reflector = Reflector { specular, lobe, table: Some(index), of_sources, ..PLAIN };
+                let reflector = BandReflector { specular, lobe, table: Some(index), of_sources, ..PLAIN };
                 let mut least = 1.0_f64;
                 for (normal, view) in directions() {
                     let own = emissivity(&reflector, &looks, 287.0, normal.dot(view));
@@ -247,9 +243,9 @@ mod tests {
     #[test]
     fn foil_before_the_earth_looks_as_cold_as_the_earth() {
         let around = around(255.0, 2.7, 1.0);
-        let foil = Reflector { emissivity: 0.02, specular: 1.0, ..PLAIN };
+        let foil = BandReflector { emissivity: 0.02, specular: 1.0, ..PLAIN };
         let emitted = 0.02 * band_radiance_exact(BAND, 400.0);
-        for reflector in [foil, Reflector { specular: 0.0, ..foil }] {
+        for reflector in [foil, BandReflector { specular: 0.0, ..foil }] {
             let reflected = reflected_radiance(&around, &reflector, &Looks::default(), DVec3::NEG_Z, DVec3::NEG_Z);
             assert!((emitted - 3.5).abs() < 0.05 && (reflected - 24.3).abs() < 0.05, "{emitted} + {reflected}");
             let (low, high) = (band_radiance_exact(BAND, 260.5), band_radiance_exact(BAND, 261.5));
@@ -282,12 +278,12 @@ mod tests {
         around.sun_radiance = band_radiance_exact(BAND, SUN_TEMPERATURE);
         let lobes = [Lobe::new(1e-3, around.planet)];
         let looks = Looks { lobes: &lobes, ..Looks::default() };
-        let smooth = Reflector { emissivity: 0.1, specular: 1.0, ..PLAIN };
-        let rough = Reflector { lobe: Some(0), ..smooth };
+        let smooth = BandReflector { emissivity: 0.1, specular: 1.0, ..PLAIN };
+        let rough = BandReflector { lobe: Some(0), ..smooth };
         let view = DVec3::new(0.3, 0.0, -1.0).normalize();
         let one = |reflector| reflected_radiance(&around, reflector, &looks, DVec3::NEG_Z, view);
         assert!((one(&rough) / one(&smooth) - 1.0).abs() < 1e-3);
-        let diffuse = Reflector { specular: 0.0, ..smooth };
+        let diffuse = BandReflector { specular: 0.0, ..smooth };
         let to_sun = reflected_radiance(&around, &diffuse, &looks, DVec3::X, DVec3::X);
         let dark = Surroundings { sun_radiance: 0.0, ..around };
         let sunlight = to_sun - reflected_radiance(&dark, &diffuse, &looks, DVec3::X, DVec3::X);

@@ -20,9 +20,10 @@ mod walks;
 
 /// Distance [K] from the stored target beyond which the rule `restart` counts a target as moved. The device takes this value too.
 ///
-/// A restart changes the curve by a finite amount, however small the move. So device and reference must agree on what a move is. f32 resolves 3e-5 K at
-/// 300 K and 6e-5 K at 1000 K, and a balance temperature on the device varies by a few of these. This is 23 and 11 of them. Moves of round size, such as
-/// 0.5 mK and 1 mK, lie several of them below and above. A slow drift is not lost, because the stored target stays until the drift from it counts.
+/// A restart changes the curve by a finite amount, however small the move. So device and reference must agree on the size of a move. f32 resolves
+/// 3e-5 K at 300 K and 6e-5 K at 1000 K, and a balance temperature on the device varies by a few of these. This is 23 and 11 of them. Moves of round
+/// size, such as 0.5 mK and 1 mK, lie several of them below and above. A slow drift is not lost, because the stored target stays until the drift from
+/// it counts.
 pub(crate) const MOVED: f64 = 7e-4;
 
 /// State of a node between steps, in units of the transition's domain: K, or (100 K)^4.
@@ -30,9 +31,9 @@ pub(crate) const MOVED: f64 = 7e-4;
 pub struct TransitionState {
     /// Last target.
     pub target: f64,
-    /// `target` minus the effective origin of the present curve. It is positive while heating.
+    /// `target` minus the effective origin of the present curve, positive while heating.
     pub span: f64,
-    /// Time since that origin [steps]. It is the duration of the branch once settled.
+    /// Time since that origin [steps], the duration of the branch once settled.
     pub elapsed: f64,
 }
 
@@ -86,8 +87,9 @@ pub(crate) fn retarget(state: TransitionState, commanded: f64, transition: &Tran
 
 /// Share of its time left at which a transition counts as finished: 2^-22.
 ///
-/// A linear transition ends at full rate. When its target moves on evenly, a step often ends exactly at the end in exact arithmetic. The next step would
-/// then find this rate or not, depending on rounding. This threshold decides it. It moves a linear transition by at most 2.4e-7 of its span.
+/// A linear transition ends at full rate. When its target moves on evenly, a step often ends exactly at the end in exact arithmetic. The next step
+/// would then find this rate or not, depending on rounding. This threshold decides it. The threshold moves a linear transition by at most 2.4e-7 of
+/// its span.
 const OVER: f64 = 1.0 / (1 << 22) as f64;
 
 /// The state `steps_dt` steps later. Time stops at the end of the branch.
@@ -97,7 +99,7 @@ pub(crate) fn advance(state: TransitionState, steps_dt: f64, transition: &Transi
     TransitionState { elapsed: if elapsed < duration * (1.0 - OVER) { elapsed } else { duration }, ..state }
 }
 
-/// The temperature of a state [K]. It is the target once the branch has ended.
+/// The temperature of a state [K], the target once the branch has ended.
 pub fn temperature(state: TransitionState, transition: &Transition) -> f64 {
     let profile = branch(state.span, transition);
     let r = remaining_time(state.elapsed, profile.duration());

@@ -18,8 +18,8 @@ const FIELD: f64 = 0.6;
 /// The near plane lies at most at this share of the distance to the point that is looked at.
 const NEAR_SHARE: f64 = 0.05;
 
-/// The scene's camera with another size and the same field of view from top to bottom. Without a size it has that of the scene, or a smaller one of the same
-/// shape. A sensor has the size of the scene. A scene without a camera gets one.
+/// The scene's camera with another size and the same field of view from top to bottom. Without `size`, the image has the size of the scene, or a
+/// smaller size of the same shape. With a sensor the image always has the size of the scene. A scene without a camera gets a plain camera.
 ///
 /// # Errors
 /// A size for a scene with a sensor, in words.
@@ -69,9 +69,8 @@ fn plain([width, height]: [u32; 2]) -> Camera {
     }
 }
 
-/// Where the camera of a page is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Look {
+pub(crate) enum PageCamera {
     /// Where the scene's camera is.
     Scene,
     /// At a position, with a point in the middle of the image, in the body frame [m].
@@ -85,7 +84,7 @@ pub(crate) enum Look {
     },
 }
 
-impl Look {
+impl PageCamera {
     /// Camera and pose for an image.
     ///
     /// # Errors
@@ -133,10 +132,10 @@ mod tests {
     #[test]
     fn the_near_plane_follows_the_camera() {
         let near = |distance: f64| {
-            let look = Look::At { position: DVec3::X * distance, target: DVec3::ZERO, up: DVec3::Z };
+            let look = PageCamera::At { position: DVec3::X * distance, target: DVec3::ZERO, up: DVec3::Z };
             look.of(&plain(SIZE)).unwrap().0.near
         };
         assert_eq!((near(100.0), near(1.0)), (0.1, 0.05));
-        assert!(Look::At { position: DVec3::Z, target: DVec3::ZERO, up: DVec3::Z }.of(&plain(SIZE)).is_err());
+        assert!(PageCamera::At { position: DVec3::Z, target: DVec3::ZERO, up: DVec3::Z }.of(&plain(SIZE)).is_err());
     }
 }

@@ -17,16 +17,12 @@ use crate::simulation::{StepResult, run, start};
 /// Time between two messages of progress [s].
 const EVERY: f64 = 0.5;
 
-/// What a comparison needs.
 #[derive(Clone)]
 pub(crate) struct Comparison {
-    /// The scene.
     pub(crate) scene: Scene,
-    /// The place of computation.
     pub(crate) target: Target,
     /// Ends it early.
     pub(crate) stop: Arc<AtomicBool>,
-    /// Whether one is under way.
     pub(crate) is_under_way: Arc<AtomicBool>,
 }
 

@@ -1,19 +1,19 @@
-//! Draws the image of a page and packs it with what the page shows beside it.
+//! Draws the image of a page and packs it with the values that the page shows beside it.
 
 use std::time::Instant;
 
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::camera::Look;
+use super::camera::PageCamera;
 use super::packet::{Plane, Planes};
-use super::player::{Player, Seen};
-use super::request::Quantity;
+use super::player::{Player, ShownImage};
+use super::request::PageQuantity;
 use crate::output::apparent::Apparent;
 use crate::scene::Camera;
 use crate::simulation::facade_error::SimulationError;
 
-/// What comes with an image.
+/// The values that come with an image.
 #[derive(Debug, Serialize)]
 struct Header<'a> {
     time: f64,
@@ -24,7 +24,7 @@ struct Header<'a> {
     width: u32,
     height: u32,
     planes: &'a [Plane],
-    /// Whether the camera is that of the scene.
+    /// Whether the camera stands where the scene's camera stands.
     scene_camera: bool,
     /// Rows of the rotation from body axes to camera axes.
     camera_from_body: [[f64; 3]; 3],
@@ -48,7 +48,7 @@ struct Header<'a> {
     pack_ms: f64,
 }
 
-/// What all pages have in common.
+/// Settings that all pages have in common.
 pub(crate) struct Common {
     /// The camera without a pose.
     pub(crate) camera: Camera,
@@ -58,24 +58,24 @@ pub(crate) struct Common {
 
 /// How time stands.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Clock {
+pub(crate) struct PlaybackClock {
     /// The step to which time goes.
     pub(crate) goal: u32,
     /// Whether it goes on.
     pub(crate) playing: bool,
 }
 
-/// The image of a page as a message, and what it showed.
+/// The image of a page as a message, and the record of its pixels for later questions.
 ///
 /// # Errors
 /// A pose that can not be used, or a call that fails.
 pub(crate) fn draw(
     player: &mut Player,
     common: &Common,
-    look: &Look,
-    quantity: Quantity,
-    clock: Clock,
-) -> Result<(Vec<u8>, Seen), SimulationError> {
+    look: &PageCamera,
+    quantity: PageQuantity,
+    clock: PlaybackClock,
+) -> Result<(Vec<u8>, ShownImage), SimulationError> {
     let began = Instant::now();
     let (camera, pose) = look.of(&common.camera)?;
     let image = player.simulation().image(&camera, &pose)?;
@@ -91,12 +91,12 @@ pub(crate) fn draw(
     planes.labels("part", &image.part, prepared.parts.len());
     planes.labels("material", &image.material, prepared.materials.len());
     match (quantity, &image.digital_numbers) {
-        (Quantity::Apparent, _) => {
+        (PageQuantity::Apparent, _) => {
             let apparent: Vec<f32> =
                 image.radiance.par_iter().map(|value| common.apparent.temperature(*value)).collect();
             planes.temperatures("apparent", &apparent);
         }
-        (Quantity::Counts, Some(numbers)) => planes.counts(numbers),
+        (PageQuantity::Counts, Some(numbers)) => planes.counts(numbers),
         _ => {}
     }
     let turns = prepared.loads.joints().joints().iter().map(crate::environment::joints::Joint::turns);
@@ -112,7 +112,7 @@ pub(crate) fn draw(
         width: image.camera.width,
         height: image.camera.height,
         planes: &planes.listed,
-        scene_camera: matches!(look, Look::Scene),
+        scene_camera: matches!(look, PageCamera::Scene),
         camera_from_body: [rotation.x_axis, rotation.y_axis, rotation.z_axis].map(|row| row.to_array()),
         position: image.camera_from_body.inverse().translation.to_array(),
         sun: sky.sun_direction.to_array(),
@@ -127,5 +127,5 @@ pub(crate) fn draw(
         pack_ms: began.elapsed().as_secs_f64() * 1e3,
     };
     let packet = planes.packet(&serde_json::to_string(&header).unwrap_or_default());
-    Ok((packet, Seen::new(image)))
+    Ok((packet, ShownImage::new(image)))
 }

@@ -1,4 +1,4 @@
-//! What a page learns of the scene before the first image.
+//! The first message to a page: facts about the scene, before the first image.
 
 use glam::DVec3;
 use serde_json::{Value, json};

@@ -1,4 +1,4 @@
-//! Answers the browser: the files of the page, and the WebSocket of each open page. It listens on this computer only.
+//! Answers the browser: the files of the page, and the WebSocket of each open page. The server listens on this computer only.
 
 use std::net::TcpListener;
 use std::sync::Arc;
@@ -14,8 +14,8 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get};
 use tokio::sync::mpsc::{Sender, channel};
 
-use super::request::{LONGEST, Request};
-use super::worker::{Command, ToPage, problem_message};
+use super::request::{LONGEST, PageRequest};
+use super::worker::{ToPage, WorkerMessage, problem_message};
 
 /// Most pages that are open at once.
 const MOST_PAGES: usize = 16;
@@ -26,7 +26,7 @@ const WAITING: usize = 64;
 /// Time between two looks at the stop flag.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// What the page may do: run its own files and speak with the program that sent it.
+/// The rights of the page: it may run its own files and speak with the program that sent it.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
@@ -46,8 +46,8 @@ const FILES: [(&str, &str, &str); 10] = [
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 
 #[derive(Clone)]
-struct Shared {
-    commands: Sender<Command>,
+struct HttpState {
+    commands: Sender<WorkerMessage>,
     next: Arc<AtomicU64>,
     open: Arc<AtomicUsize>,
 }
@@ -58,13 +58,13 @@ struct Shared {
 /// The listener can not be used.
 pub(crate) async fn serve(
     listener: TcpListener,
-    commands: Sender<Command>,
+    commands: Sender<WorkerMessage>,
     stop: Arc<AtomicBool>,
 ) -> std::io::Result<()> {
     listener.set_nonblocking(true)?;
     let listener = tokio::net::TcpListener::from_std(listener)?;
     let worker = commands.clone();
-    let shared = Shared { commands, next: Arc::default(), open: Arc::default() };
+    let shared = HttpState { commands, next: Arc::default(), open: Arc::default() };
     let router = Router::new()
         .route("/", get(|| async { file("") }))
         .route("/stream", any(stream))
@@ -82,7 +82,7 @@ pub(crate) async fn serve(
     }
 }
 
-/// Refuses what another site's page asks for through this browser, and adds the page's rules.
+/// Refuses requests of other sites' pages through this browser, and adds the page's rules.
 async fn guard(request: HttpRequest, next: Next) -> Response {
     if !is_from_here(request.headers()) {
         return (StatusCode::FORBIDDEN, "only pages of this program may ask").into_response();
@@ -116,7 +116,7 @@ fn file(name: &str) -> Response {
     }
 }
 
-async fn stream(State(shared): State<Shared>, upgrade: WebSocketUpgrade) -> Response {
+async fn stream(State(shared): State<HttpState>, upgrade: WebSocketUpgrade) -> Response {
     if shared.open.load(Ordering::Relaxed) >= MOST_PAGES {
         return (StatusCode::SERVICE_UNAVAILABLE, "too many pages are open").into_response();
     }
@@ -129,10 +129,10 @@ async fn stream(State(shared): State<Shared>, upgrade: WebSocketUpgrade) -> Resp
 }
 
 /// Carries messages between a page and the worker until one of them has ended.
-async fn talk(mut socket: WebSocket, shared: &Shared) {
+async fn talk(mut socket: WebSocket, shared: &HttpState) {
     let id = shared.next.fetch_add(1, Ordering::Relaxed);
     let (page, mut messages) = channel(WAITING);
-    if shared.commands.send(Command::Join { id, page }).await.is_err() {
+    if shared.commands.send(WorkerMessage::Join { id, page }).await.is_err() {
         return;
     }
     loop {
@@ -149,13 +149,13 @@ async fn talk(mut socket: WebSocket, shared: &Shared) {
             }
             message = socket.recv() => {
                 let request = match message {
-                    Some(Ok(Message::Text(text))) => Request::read(&text),
+                    Some(Ok(Message::Text(text))) => PageRequest::read(&text),
                     Some(Ok(Message::Binary(_))) => Err("the message is not understood: it is no text".to_owned()),
                     Some(Ok(Message::Ping(_) | Message::Pong(_))) => continue,
                     Some(Ok(Message::Close(_)) | Err(_)) | None => break,
                 };
                 let went = match request {
-                    Ok(request) => shared.commands.send(Command::Ask(id, request)).await.is_ok(),
+                    Ok(request) => shared.commands.send(WorkerMessage::Ask(id, request)).await.is_ok(),
                     Err(problem) => socket.send(Message::text(problem_message(&problem))).await.is_ok(),
                 };
                 if !went {
@@ -164,7 +164,7 @@ async fn talk(mut socket: WebSocket, shared: &Shared) {
             }
         }
     }
-    let _ = shared.commands.send(Command::Leave(id)).await;
+    let _ = shared.commands.send(WorkerMessage::Leave(id)).await;
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
-//! What is kept of past steps in bounded memory. Where it does not fit, every second step is dropped.
+//! Values of past steps in bounded memory. Where they do not fit, every second step is dropped.
 
 use std::collections::BTreeMap;
 
-/// Values of steps. That of step 0 is never dropped.
+/// Values of steps. The value of step 0 is never dropped.
 pub(crate) struct Kept<T> {
     values: BTreeMap<u32, (T, usize)>,
     /// Only multiples of this number are kept.

@@ -11,7 +11,7 @@ pub(crate) const MAGIC: &[u8; 4] = b"ISOT";
 /// Finest step between two temperatures [K].
 const FINEST: f64 = 0.01;
 
-/// What a plane holds and how it is read.
+/// The quantity of a plane, and how its numbers are read.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Plane {
     /// `temperature`, `apparent`, `counts`, `part` or `material`.
@@ -25,7 +25,7 @@ pub(crate) struct Plane {
 /// Planes with their bytes.
 #[derive(Debug, Default)]
 pub(crate) struct Planes {
-    /// What they are.
+    /// The quantity of each plane.
     pub(crate) listed: Vec<Plane>,
     bytes: Vec<u8>,
 }
@@ -42,7 +42,6 @@ impl Planes {
         self.words(Plane { name, bytes: 2, scale }, rounded);
     }
 
-    /// Adds digital numbers.
     pub(crate) fn counts(&mut self, values: &[u16]) {
         self.words(Plane { name: "counts", bytes: 2, scale: 1.0 }, values.iter().copied());
     }
@@ -69,7 +68,6 @@ impl Planes {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
     }
 
-    /// The whole message.
     pub(crate) fn packet(&self, header: &str) -> Vec<u8> {
         let length = header.len().next_multiple_of(4);
         let mut packet = Vec::with_capacity(8 + length + self.bytes.len());

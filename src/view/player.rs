@@ -19,24 +19,22 @@ const STATES: u32 = 64;
 
 /// A node whose temperature is drawn over time.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub(crate) struct Probe {
-    /// Its number.
+pub(crate) struct PlottedNode {
     pub(crate) id: u64,
-    /// Its name in the scene, or that of its part.
+    /// Name of the probe in the scene, or the name of the node's part.
     pub(crate) name: String,
-    /// Its material.
     pub(crate) material: String,
-    /// Its vertex of the model, with the scene's node density.
+    /// Vertex of the model, with the scene's node density.
     pub(crate) node: usize,
 }
 
-/// What an image showed, to find the node at a pixel.
-pub(crate) struct Seen {
+/// The part and depth of an image's pixels, to find the node at a pixel.
+pub(crate) struct ShownImage {
     image: Image,
 }
 
-impl Seen {
-    /// Keeps what a later question needs.
+impl ShownImage {
+    /// Keeps the lists of an image that a later question needs.
     pub(crate) fn new(image: Image) -> Self {
         let unneeded = (Vec::new(), Vec::new(), Vec::new());
         let image = Image { radiance: unneeded.0, temperature: unneeded.1, coverage: unneeded.2, ..image };
@@ -50,7 +48,7 @@ pub(crate) struct Player {
     step: u32,
     states: Kept<Saved>,
     temperatures: Kept<Vec<f32>>,
-    probes: Vec<Probe>,
+    probes: Vec<PlottedNode>,
     next_probe: u64,
     /// Host time of the last step [ms].
     step_ms: f64,
@@ -82,7 +80,6 @@ impl Player {
         Ok(player)
     }
 
-    /// The simulation.
     pub(crate) fn simulation(&mut self) -> &mut Simulation {
         &mut self.simulation
     }
@@ -92,7 +89,6 @@ impl Player {
         self.step
     }
 
-    /// Steps of the scene.
     pub(crate) fn steps(&self) -> u32 {
         self.simulation.prepared().scene.time.steps
     }
@@ -145,13 +141,12 @@ impl Player {
         Ok(())
     }
 
-    /// The probes.
-    pub(crate) fn probes(&self) -> &[Probe] {
+    pub(crate) fn probes(&self) -> &[PlottedNode] {
         &self.probes
     }
 
     /// Times [s] and temperatures [K] of a probe at all steps that are kept.
-    pub(crate) fn curve(&self, probe: &Probe) -> Vec<(f64, f32)> {
+    pub(crate) fn curve(&self, probe: &PlottedNode) -> Vec<(f64, f32)> {
         let length = self.simulation.prepared().scene.time.step;
         let point = |(step, all): (u32, &Vec<f32>)| (f64::from(step) * length, all[probe.node]);
         self.temperatures.all().map(point).collect()
@@ -163,8 +158,8 @@ impl Player {
         Some(self.probes.iter().map(|probe| all[probe.node]).collect())
     }
 
-    /// Adds a probe at the node nearest to what a pixel showed. Returns whether there is one.
-    pub(crate) fn add_at(&mut self, seen: &Seen, x: u32, y: u32) -> bool {
+    /// Adds a probe at the node nearest to the point at a pixel. Returns whether there is one.
+    pub(crate) fn add_at(&mut self, seen: &ShownImage, x: u32, y: u32) -> bool {
         let found = self.node_at(&seen.image, x, y);
         if let Some(slot) = found {
             self.add(slot, None);
@@ -185,11 +180,11 @@ impl Player {
         let material = prepared.materials[prepared.nodes.group_material[group] as usize].name.clone();
         let part = prepared.parts[prepared.nodes.group_part[group] as usize].clone();
         let node = prepared.nodes.vertex_of_node[slot] as usize;
-        self.probes.push(Probe { id: self.next_probe, name: name.unwrap_or(part), material, node });
+        self.probes.push(PlottedNode { id: self.next_probe, name: name.unwrap_or(part), material, node });
         self.next_probe += 1;
     }
 
-    /// The node nearest to the point that a pixel shows, among those of the part there.
+    /// The node nearest to the point at a pixel, among the nodes of the part there.
     fn node_at(&self, image: &Image, x: u32, y: u32) -> Option<usize> {
         let [width, height] = image.size();
         if x >= width || y >= height {

@@ -1,4 +1,4 @@
-//! What a page asks for, as one JSON object in a text message.
+//! Requests of a page, each one JSON object in a text message.
 
 use serde::Deserialize;
 
@@ -11,10 +11,10 @@ const RATES: std::ops::RangeInclusive<f64> = 0.1..=240.0;
 /// The numbers that come with an image, beside surface temperature, part and material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Quantity {
-    /// None.
+pub(crate) enum PageQuantity {
+    /// Surface temperature, which comes with every image.
     Temperature,
-    /// Brightness temperature: that of a blackbody with the radiance of the pixel.
+    /// Brightness temperature: the temperature at which a blackbody has the radiance of the pixel.
     Apparent,
     /// Digital numbers of the sensor.
     Counts,
@@ -23,7 +23,7 @@ pub(crate) enum Quantity {
 /// A wish of a page.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
-pub(crate) enum Request {
+pub(crate) enum PageRequest {
     /// An image has arrived, so another may follow.
     Shown {},
     /// The camera looks from a position to a point, in the body frame [m].
@@ -35,19 +35,16 @@ pub(crate) enum Request {
         /// The direction that is up in the image.
         up: [f64; 3],
     },
-    /// The camera is that of the scene.
+    /// Puts the camera where the scene's camera is.
     SceneCamera {},
-    /// Chooses what comes with an image.
+    /// Chooses the quantity that comes with an image.
     Show {
-        /// What.
-        quantity: Quantity,
+        quantity: PageQuantity,
     },
-    /// Time plays.
     Play {
         /// At most so many steps in a second.
         rate: f64,
     },
-    /// Time stands.
     Pause {},
     /// Goes to the step nearest to a time.
     Seek {
@@ -66,20 +63,18 @@ pub(crate) enum Request {
         /// Row.
         y: u32,
     },
-    /// Removes a probe.
     Remove {
-        /// Its number.
         probe: u64,
     },
     /// Compares a run of the scene with the f64 reference.
     Compare {},
 }
 
-impl Request {
+impl PageRequest {
     /// Reads a message.
     ///
     /// # Errors
-    /// What is wrong with it, in words.
+    /// The fault of the message, in words.
     pub(crate) fn read(text: &str) -> Result<Self, String> {
         let request: Self =
             serde_json::from_str(text).map_err(|error| format!("the message is not understood: {error}"))?;
@@ -98,11 +93,11 @@ mod tests {
 
     #[test]
     fn messages_are_read_or_refused() {
-        assert_eq!(Request::read(r#"{"do":"shown"}"#), Ok(Request::Shown {}));
-        assert_eq!(Request::read(r#"{"do":"seek","time":1.5}"#), Ok(Request::Seek { time: 1.5 }));
-        let look = Request::Look { position: [4.0, 0.0, 0.0], target: [0.0; 3], up: [0.0, 0.0, -1.0] };
+        assert_eq!(PageRequest::read(r#"{"do":"shown"}"#), Ok(PageRequest::Shown {}));
+        assert_eq!(PageRequest::read(r#"{"do":"seek","time":1.5}"#), Ok(PageRequest::Seek { time: 1.5 }));
+        let look = PageRequest::Look { position: [4.0, 0.0, 0.0], target: [0.0; 3], up: [0.0, 0.0, -1.0] };
         let text = r#"{"do":"look","position":[4,0,0],"target":[0,0,0],"up":[0,0,-1]}"#;
-        assert_eq!(Request::read(text), Ok(look));
+        assert_eq!(PageRequest::read(text), Ok(look));
         for (text, reason) in [
             ("", "EOF"),
             ("{}", "missing field `do`"),
@@ -113,7 +108,7 @@ mod tests {
             (r#"{"do":"play","rate":0}"#, "0.1 to 240 steps a second, not 0"),
             (r#"{"do":"look","position":[1,2],"target":[0,0,0],"up":[0,0,1]}"#, "invalid length 2"),
         ] {
-            let found = Request::read(text).unwrap_err();
+            let found = PageRequest::read(text).unwrap_err();
             assert!(found.contains(reason), "{text}: {found}");
         }
     }

@@ -9,7 +9,7 @@ use glam::DVec3;
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::mpsc::channel;
 
-use super::camera::{Look, extent};
+use super::camera::{PageCamera, extent};
 use super::compare::Comparison;
 use super::drawing::Common;
 use super::hello::hello;
@@ -46,21 +46,21 @@ pub enum ViewError {
     Worker,
 }
 
-/// What a page shows.
-pub struct Session {
+/// A simulation with a camera, to be shown by pages.
+pub struct ViewSession {
     /// The scene, for the comparison with f64.
     pub scene: Scene,
     /// The place of computation.
     pub target: Target,
     /// The scene at time 0, with a camera of the page's size.
     pub simulation: Simulation,
-    /// That camera.
+    /// The camera of `simulation`.
     pub camera: Camera,
     /// Whether the scene has a camera of its own.
     pub has_camera: bool,
 }
 
-impl Session {
+impl ViewSession {
     /// Serves pages until `stop` is set.
     ///
     /// # Errors
@@ -77,8 +77,8 @@ impl Session {
             player: Player::new(self.simulation)?,
             common: Common { camera: self.camera, apparent: Apparent::new(band) },
             first_look: match self.has_camera {
-                true => Look::Scene,
-                false => Look::At {
+                true => PageCamera::Scene,
+                false => PageCamera::At {
                     position: middle + DISTANCE * radius * FROM.normalize(),
                     target: middle,
                     up: DVec3::NEG_Z,

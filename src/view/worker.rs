@@ -1,4 +1,4 @@
-//! The thread that owns the simulation. It takes what pages ask for, lets time go on, and draws for each page that waits for an image.
+//! The thread that owns the simulation. The worker takes the requests of pages, lets time go on, and draws for each page that waits for an image.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,11 +10,11 @@ use serde_json::json;
 use tokio::runtime::Handle;
 use tokio::sync::mpsc::{Receiver, Sender, error::TryRecvError};
 
-use super::camera::Look;
+use super::camera::PageCamera;
 use super::compare::Comparison;
-use super::drawing::{Clock, Common, draw};
-use super::player::{Player, Seen};
-use super::request::{Quantity, Request};
+use super::drawing::{Common, PlaybackClock, draw};
+use super::player::{Player, ShownImage};
+use super::request::{PageQuantity, PageRequest};
 use crate::simulation::facade_error::SimulationError;
 
 /// Images that may be under way to a page.
@@ -23,67 +23,56 @@ const UNDER_WAY: u32 = 2;
 /// Time for steps before pages are served again.
 const TURN: Duration = Duration::from_millis(40);
 
-/// Time between two looks at what is asked.
+/// Time between two looks at the requests.
 const REST: Duration = Duration::from_millis(500);
 
-/// A message to a page.
 #[derive(Debug, Clone)]
 pub(crate) enum ToPage {
-    /// JSON.
     Text(String),
-    /// An image.
     Image(Vec<u8>),
 }
 
-/// A message to the worker.
-pub(crate) enum Command {
+pub(crate) enum WorkerMessage {
     /// A page was opened.
     Join {
-        /// Its number.
         id: u64,
         /// The way to it.
         page: Sender<ToPage>,
     },
     /// A page was closed.
     Leave(u64),
-    /// A page asks for something.
-    Ask(u64, Request),
+    Ask(u64, PageRequest),
     /// A message for all pages.
     Tell(String),
 }
 
-/// An open page.
-struct Page {
+struct OpenPage {
     to: Sender<ToPage>,
-    look: Look,
-    quantity: Quantity,
+    look: PageCamera,
+    quantity: PageQuantity,
     /// Images that it may still get.
     credit: u32,
     /// Whether something has changed since its last image.
     dirty: bool,
-    seen: Option<Seen>,
+    seen: Option<ShownImage>,
 }
 
-/// The worker.
 pub(crate) struct Worker {
-    /// The simulation.
     pub(crate) player: Player,
-    /// What all pages have in common.
     pub(crate) common: Common,
     /// Where the camera of a new page is.
-    pub(crate) first_look: Look,
+    pub(crate) first_look: PageCamera,
     /// The first message to each page.
     pub(crate) hello: String,
     /// For the comparison with f64.
     pub(crate) comparison: Comparison,
     /// The way to the worker itself, for the comparison.
-    pub(crate) own: Sender<Command>,
+    pub(crate) own: Sender<WorkerMessage>,
     /// Ends it.
     pub(crate) stop: Arc<AtomicBool>,
 }
 
-/// How time goes.
-struct Time {
+struct PlayTime {
     goal: u32,
     /// Steps in a second while it plays.
     rate: Option<f64>,
@@ -92,13 +81,17 @@ struct Time {
 }
 
 impl Worker {
-    /// Works until it is stopped. Waits are those of a runtime that another thread drives.
+    /// Works until it is stopped. Waits use a runtime that another thread drives.
     ///
     /// # Errors
     /// A call of the device that fails.
-    pub(crate) fn run(mut self, runtime: &Handle, mut commands: Receiver<Command>) -> Result<(), SimulationError> {
-        let mut pages: BTreeMap<u64, Page> = BTreeMap::new();
-        let mut time = Time { goal: 0, rate: None, due: Instant::now() };
+    pub(crate) fn run(
+        mut self,
+        runtime: &Handle,
+        mut commands: Receiver<WorkerMessage>,
+    ) -> Result<(), SimulationError> {
+        let mut pages: BTreeMap<u64, OpenPage> = BTreeMap::new();
+        let mut time = PlayTime { goal: 0, rate: None, due: Instant::now() };
         while !self.stop.load(Ordering::Relaxed) {
             let wait = self.wait(&pages, &time);
             let first = if wait.is_zero() {
@@ -126,7 +119,7 @@ impl Worker {
                     self.tell_curves(&mut pages);
                 }
             }
-            let clock = Clock { goal: time.goal, playing: time.rate.is_some() };
+            let clock = PlaybackClock { goal: time.goal, playing: time.rate.is_some() };
             for page in pages.values_mut().filter(|page| page.is_due()) {
                 self.draw(page, clock)?;
             }
@@ -135,9 +128,9 @@ impl Worker {
         Ok(())
     }
 
-    /// How long nothing is to be done.
-    fn wait(&self, pages: &BTreeMap<u64, Page>, time: &Time) -> Duration {
-        let drawing = pages.values().any(Page::is_due);
+    /// The time until there is work again.
+    fn wait(&self, pages: &BTreeMap<u64, OpenPage>, time: &PlayTime) -> Duration {
+        let drawing = pages.values().any(OpenPage::is_due);
         if drawing || self.player.step() != time.goal {
             return Duration::ZERO;
         }
@@ -148,7 +141,7 @@ impl Worker {
     }
 
     /// Lets time go on. Returns whether it did.
-    fn go_on(&mut self, time: &mut Time, looked_at: bool) -> Result<bool, SimulationError> {
+    fn go_on(&mut self, time: &mut PlayTime, looked_at: bool) -> Result<bool, SimulationError> {
         let before = self.player.step();
         if let Some(rate) = time.rate.filter(|_| looked_at && before == time.goal) {
             let now = Instant::now();
@@ -171,16 +164,16 @@ impl Worker {
 
     fn take(
         &mut self,
-        command: Command,
-        pages: &mut BTreeMap<u64, Page>,
-        time: &mut Time,
+        command: WorkerMessage,
+        pages: &mut BTreeMap<u64, OpenPage>,
+        time: &mut PlayTime,
     ) -> Result<(), SimulationError> {
         match command {
-            Command::Join { id, page } => {
-                let page = Page {
+            WorkerMessage::Join { id, page } => {
+                let page = OpenPage {
                     to: page,
                     look: self.first_look,
-                    quantity: Quantity::Temperature,
+                    quantity: PageQuantity::Temperature,
                     credit: UNDER_WAY,
                     dirty: true,
                     seen: None,
@@ -189,11 +182,11 @@ impl Worker {
                 page.tell(self.curves());
                 pages.insert(id, page);
             }
-            Command::Leave(id) => {
+            WorkerMessage::Leave(id) => {
                 pages.remove(&id);
             }
-            Command::Tell(message) => pages.values().for_each(|page| page.tell(message.clone())),
-            Command::Ask(id, request) => {
+            WorkerMessage::Tell(message) => pages.values().for_each(|page| page.tell(message.clone())),
+            WorkerMessage::Ask(id, request) => {
                 if let Some(problem) = self.answer(id, request, pages, time)
                     && let Some(page) = pages.get(&id)
                 {
@@ -204,49 +197,49 @@ impl Worker {
         Ok(())
     }
 
-    /// Does what a page asks for, or says why not.
+    /// Follows a request of a page, or says why not.
     fn answer(
         &mut self,
         id: u64,
-        request: Request,
-        pages: &mut BTreeMap<u64, Page>,
-        time: &mut Time,
+        request: PageRequest,
+        pages: &mut BTreeMap<u64, OpenPage>,
+        time: &mut PlayTime,
     ) -> Option<String> {
         let page = pages.get_mut(&id)?;
         match request {
-            Request::Shown {} => page.credit = (page.credit + 1).min(UNDER_WAY),
-            Request::Look { position, target, up } => {
+            PageRequest::Shown {} => page.credit = (page.credit + 1).min(UNDER_WAY),
+            PageRequest::Look { position, target, up } => {
                 let [position, target, up] = [position, target, up].map(DVec3::from_array);
-                let look = Look::At { position, target, up };
+                let look = PageCamera::At { position, target, up };
                 if let Err(error) = look.of(&self.common.camera) {
                     return Some(error.to_string());
                 }
                 (page.look, page.dirty) = (look, true);
             }
-            Request::SceneCamera {} => match self.first_look {
-                Look::Scene => (page.look, page.dirty) = (Look::Scene, true),
-                Look::At { .. } => return Some("the scene has no camera".to_owned()),
+            PageRequest::SceneCamera {} => match self.first_look {
+                PageCamera::Scene => (page.look, page.dirty) = (PageCamera::Scene, true),
+                PageCamera::At { .. } => return Some("the scene has no camera".to_owned()),
             },
-            Request::Show { quantity } => (page.quantity, page.dirty) = (quantity, true),
-            Request::Play { rate } => {
+            PageRequest::Show { quantity } => (page.quantity, page.dirty) = (quantity, true),
+            PageRequest::Play { rate } => {
                 if self.player.step() >= self.player.steps() {
                     time.goal = 0;
                 }
                 (time.rate, time.due) = (Some(rate), Instant::now());
                 mark(pages);
             }
-            Request::Pause {} => {
+            PageRequest::Pause {} => {
                 (time.rate, time.goal) = (None, self.player.step());
                 mark(pages);
             }
-            Request::Seek { time: at } => match self.player.step_at(at) {
+            PageRequest::Seek { time: at } => match self.player.step_at(at) {
                 Some(step) => {
                     (time.goal, time.due) = (step, Instant::now());
                     mark(pages);
                 }
                 None => return Some(format!("the scene has no time {at} s")),
             },
-            Request::Step { by } => {
+            PageRequest::Step { by } => {
                 let goal = i64::from(time.goal) + i64::from(by);
                 match u32::try_from(goal).ok().filter(|goal| *goal <= self.player.steps()) {
                     Some(goal) => {
@@ -256,25 +249,25 @@ impl Worker {
                     None => return Some(format!("the scene has no step {goal}")),
                 }
             }
-            Request::Probe { x, y } => {
+            PageRequest::Probe { x, y } => {
                 let found = page.seen.as_ref().is_some_and(|seen| self.player.add_at(seen, x, y));
                 if !found {
                     return Some(format!("the pixel ({x}, {y}) shows no surface"));
                 }
                 self.tell_curves(pages);
             }
-            Request::Remove { probe } => {
+            PageRequest::Remove { probe } => {
                 if !self.player.remove(probe) {
                     return Some(format!("there is no probe {probe}"));
                 }
                 self.tell_curves(pages);
             }
-            Request::Compare {} => return self.compare(),
+            PageRequest::Compare {} => return self.compare(),
         }
         None
     }
 
-    fn draw(&mut self, page: &mut Page, clock: Clock) -> Result<(), SimulationError> {
+    fn draw(&mut self, page: &mut OpenPage, clock: PlaybackClock) -> Result<(), SimulationError> {
         page.dirty = false;
         match draw(&mut self.player, &self.common, &page.look, page.quantity, clock) {
             Ok((packet, seen)) => {
@@ -299,7 +292,7 @@ impl Worker {
         json!({ "type": "curves", "curves": probes.map(curve).collect::<Vec<_>>() }).to_string()
     }
 
-    fn tell_curves(&self, pages: &mut BTreeMap<u64, Page>) {
+    fn tell_curves(&self, pages: &mut BTreeMap<u64, OpenPage>) {
         let curves = self.curves();
         pages.values().for_each(|page| page.tell(curves.clone()));
         mark(pages);
@@ -314,7 +307,7 @@ impl Worker {
         let work = move || {
             comparison.run(&mut |message| {
                 // Without a worker nobody waits for the result.
-                let _ = own.blocking_send(Command::Tell(message));
+                let _ = own.blocking_send(WorkerMessage::Tell(message));
             });
         };
         let begun = std::thread::Builder::new().name("compare".to_owned()).spawn(work);
@@ -322,7 +315,7 @@ impl Worker {
     }
 }
 
-impl Page {
+impl OpenPage {
     /// Whether it waits for an image, and has a place for it.
     fn is_due(&self) -> bool {
         self.dirty && self.credit > 0 && self.to.capacity() > 0
@@ -334,7 +327,7 @@ impl Page {
     }
 }
 
-fn mark(pages: &mut BTreeMap<u64, Page>) {
+fn mark(pages: &mut BTreeMap<u64, OpenPage>) {
     pages.values_mut().for_each(|page| page.dirty = true);
 }
 

@@ -7,7 +7,7 @@ use crate::simulation::target::Target;
 
 /// The length of the cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Scale {
+pub enum CaseScale {
     /// Short, for tests.
     Small,
     /// Medium, for `--quick`: an orbit instead of a day.
@@ -16,7 +16,7 @@ pub enum Scale {
     Whole,
 }
 
-impl Scale {
+impl CaseScale {
     /// Selects one of three values.
     pub(crate) fn of<T>(self, small: T, quick: T, whole: T) -> T {
         match self {
@@ -28,9 +28,9 @@ impl Scale {
 }
 
 /// Measures a target. Returns the largest error in the unit of the case, or the reason why there is none.
-pub(crate) type Measure = Box<dyn Fn(&Target, Scale) -> Result<f64, String> + Send + Sync>;
+pub(crate) type Measure = Box<dyn Fn(&Target, CaseScale) -> Result<f64, String> + Send + Sync>;
 /// The same error without the remedy, computed by simple code on the processor.
-pub(crate) type Without = Box<dyn Fn(Scale) -> f64 + Send + Sync>;
+pub(crate) type Without = Box<dyn Fn(CaseScale) -> f64 + Send + Sync>;
 
 /// A hard case.
 pub struct HardCase {
@@ -52,7 +52,7 @@ pub struct HardCase {
     pub(crate) expects_reference: bool,
     /// Measures the error on a target.
     pub(crate) measure: Measure,
-    /// Measures the error without the remedy. It is infinite if there is no valid number.
+    /// Measures the error without the remedy: infinite if there is no valid number.
     pub(crate) without: Without,
 }
 
@@ -86,8 +86,8 @@ impl HardCase {
     /// Sets the measurements with and without the remedy.
     pub(super) fn measured(
         self,
-        measure: impl Fn(&Target, Scale) -> Result<f64, String> + Send + Sync + 'static,
-        without: impl Fn(Scale) -> f64 + Send + Sync + 'static,
+        measure: impl Fn(&Target, CaseScale) -> Result<f64, String> + Send + Sync + 'static,
+        without: impl Fn(CaseScale) -> f64 + Send + Sync + 'static,
     ) -> Self {
         Self { measure: Box::new(measure), without: Box::new(without), ..self }
     }
@@ -106,7 +106,6 @@ pub struct HardRow {
     pub error: Option<f64>,
     /// Largest allowed error.
     pub limit: f64,
-    /// Source of the limit.
     pub(crate) limit_source: String,
     /// Whether the error is within the limit. `None` if nothing was measured.
     pub(crate) holds: Option<bool>,
@@ -114,7 +113,7 @@ pub struct HardRow {
     pub(crate) remedy: String,
     /// The simpler method that replaces the remedy.
     pub(crate) removed: String,
-    /// Error without the remedy. It is `null` in JSON if there is no valid number.
+    /// Error without the remedy, `null` in JSON if there is no valid number.
     pub without: f64,
     /// The reason for an omitted measurement.
     pub(crate) omitted: Option<String>,
@@ -125,7 +124,6 @@ pub struct HardRow {
 }
 
 impl HardRow {
-    /// A row without measurement.
     pub(crate) fn of(case: &HardCase, without: f64) -> Self {
         Self {
             name: case.name.clone(),
@@ -166,7 +164,7 @@ impl HardRow {
     }
 }
 
-/// Largest difference of two series. It is infinite if they differ in length or contain NaN.
+/// Largest difference of two series, infinite if they differ in length or contain NaN.
 pub(crate) fn apart(found: &[f64], expected: &[f64]) -> f64 {
     if found.len() != expected.len() {
         return f64::INFINITY;
@@ -174,7 +172,7 @@ pub(crate) fn apart(found: &[f64], expected: &[f64]) -> f64 {
     found.iter().zip(expected).fold(0.0, |worst, (a, b)| worst_of(worst, (a - b).abs()))
 }
 
-/// The larger of two errors. It is infinite if one is NaN.
+/// The larger of two errors, infinite if one is NaN.
 pub(crate) fn worst_of(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::INFINITY } else { a.max(b) }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3, Vec3};
 
-use super::case::{HardCase, Scale, apart, worst_of};
+use super::case::{CaseScale, HardCase, apart, worst_of};
 use super::way::integrated;
 use crate::environment::StepLoad;
 use crate::environment::load::solar_flux;
@@ -168,7 +168,7 @@ impl Plates {
         found.iter().zip(self.truth()).fold(0.0, |worst, (a, b)| worst_of(worst, apart(a, &b)))
     }
 
-    /// The same with the flux at the middle of each step and a point Sun.
+    /// The error with the flux at the middle of each step and a point Sun.
     fn with_flux_of_the_middle(&self, lit: impl Fn(&SkyModel, f64) -> bool) -> f64 {
         let sky = self.loads.sky_model();
         let flux = |step: usize, normal: &DVec3| {
@@ -229,7 +229,7 @@ impl Loose {
 }
 
 /// Entry into and exit from an eclipse, in steps of a given length [s]. No contact coincides with the end of a step.
-fn eclipses(step: f64, scale: Scale) -> Result<Vec<Plates>, String> {
+fn eclipses(step: f64, scale: CaseScale) -> Result<Vec<Plates>, String> {
     let loads = sky(&Attitude::Sun { sun_axis: DVec3::Z, north_axis: DVec3::X }, true)?;
     let [entry, umbra, end, exit] = loads.sky_model().contacts(0.0, PERIOD)[..] else {
         return Err("the orbit has no eclipse".to_owned());
@@ -238,7 +238,7 @@ fn eclipses(step: f64, scale: Scale) -> Result<Vec<Plates>, String> {
     let window = |[first, last]: [f64; 2], start: f64| {
         // In tests the shortest steps cover a part of the penumbra only.
         let middle = 0.5 * (first + last);
-        let half = if step < 0.05 && scale == Scale::Small { 1.0 } else { 0.5 * (last - first) + 1.0 + 2.0 * step };
+        let half = if step < 0.05 && scale == CaseScale::Small { 1.0 } else { 0.5 * (last - first) + 1.0 + 2.0 * step };
         let steps = (2.0 * half / step).ceil() as usize;
         Plates {
             loads: loads.clone(),
@@ -284,7 +284,7 @@ fn eclipse(step: f64) -> HardCase {
 }
 
 /// Plates in six directions on a craft that turns about a skew axis, in full sunlight.
-fn tumbling(degrees: f64, scale: Scale) -> Result<Plates, String> {
+fn tumbling(degrees: f64, scale: CaseScale) -> Result<Plates, String> {
     let inertial_from_body = DQuat::from_euler(glam::EulerRot::XYZ, 0.3, 0.7, -0.4);
     let axis = DVec3::new(0.4, 0.7, 0.59).normalize();
     let attitude = Attitude::Spin { inertial_from_body, axis, rate: degrees.to_radians() };

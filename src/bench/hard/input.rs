@@ -105,7 +105,7 @@ fn taken_by_parser() -> f64 {
     NOT_FINITE.iter().filter(|value| value.parse::<f64>().is_ok()).count() as f64
 }
 
-/// The cases. They use no device, so they are the same on every target.
+/// The cases. No case uses a device, so all are the same on every target.
 pub(crate) fn cases() -> Vec<HardCase> {
     let case = |name: &str, count: usize, source: &str, measure: fn() -> Result<f64, String>, without: fn() -> f64| {
         let what = format!("each number as nan, -nan, inf and -inf, {count} in all: refused, naming the key");

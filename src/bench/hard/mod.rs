@@ -18,9 +18,9 @@ mod plain;
 mod transitions;
 mod way;
 
+pub use case::CaseScale;
 pub use case::HardCase;
 pub use case::HardRow;
-pub use case::Scale;
 
 /// All cases.
 pub fn all() -> Vec<HardCase> {
@@ -37,8 +37,8 @@ pub fn all() -> Vec<HardCase> {
     lists.into_iter().flatten().collect()
 }
 
-/// The errors of all cases without their remedies, in order. They are the same for every target.
-pub fn without(cases: &[HardCase], scale: Scale) -> Vec<f64> {
+/// The errors of all cases without their remedies, in order. These errors are the same for every target.
+pub fn without(cases: &[HardCase], scale: CaseScale) -> Vec<f64> {
     cases.par_iter().map(|case| (case.without)(scale)).collect()
 }
 
@@ -47,7 +47,7 @@ pub fn measure(
     target: &Target,
     cases: &[HardCase],
     without: &[f64],
-    scale: Scale,
+    scale: CaseScale,
     says: &dyn Fn(&str),
 ) -> Vec<HardRow> {
     let one = |(case, without): (&HardCase, &f64)| {

@@ -13,7 +13,6 @@ const DEFAULT: (f64, &str) = (20e-3, "docs/numerics.md 6, default");
 /// Length of a frame in the paper's orbit [s].
 const FRAME: f64 = 16.7;
 
-/// A network under construction.
 #[derive(Default)]
 struct Built(Network);
 

@@ -18,7 +18,7 @@ pub(crate) enum Omission {
     Merge,
 }
 
-/// Temperatures [K] in f64 after every step, for a power of the remaining time, without one of the remedies.
+/// Temperatures [K] in f64 after every step, for a power of the remaining time, with one remedy left out.
 pub(crate) fn transition(power: i32, t_max: f64, initial: f64, targets: &[f32], omitted: Omission) -> Vec<f64> {
     let (mut old, mut target, mut elapsed, mut now) = (initial, initial, t_max, initial);
     let left = |elapsed: f64| {
@@ -76,7 +76,7 @@ pub(crate) fn merge_f32(power: i32, t_max: f32, initial: f32, targets: &[f32]) -
 
 /// A simple step in f64.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Step {
+pub(crate) enum PlainStep {
     /// Forward Euler.
     Euler,
     /// Each node relaxes exponentially towards its balance with the neighbours before the step.
@@ -87,7 +87,7 @@ pub(crate) enum Step {
 }
 
 /// Equal steps in f64 under constant heat. Returns the unchecked temperatures [K] after each step.
-pub(crate) fn steps(network: &Network, heat: &[f64], step: f64, count: u32, kind: Step) -> Vec<Vec<f64>> {
+pub(crate) fn steps(network: &Network, heat: &[f64], step: f64, count: u32, kind: PlainStep) -> Vec<Vec<f64>> {
     let mut now = network.temperatures.clone();
     let mut rows = Vec::new();
     for _ in 0..count {
@@ -104,10 +104,12 @@ pub(crate) fn steps(network: &Network, heat: &[f64], step: f64, count: u32, kind
             now[node] += match (network.kinds[node], kind) {
                 (NodeKind::Boundary, _) => 0.0,
                 (NodeKind::Arithmetic, _) => gain / sums[node],
-                (NodeKind::Diffusive, Step::Exponential) => {
+                (NodeKind::Diffusive, PlainStep::Exponential) => {
                     gain / sums[node] * -(-sums[node] * step / network.capacitances[node]).exp_m1()
                 }
-                (NodeKind::Diffusive, Step::Euler | Step::OneSweep) => step * gain / network.capacitances[node],
+                (NodeKind::Diffusive, PlainStep::Euler | PlainStep::OneSweep) => {
+                    step * gain / network.capacitances[node]
+                }
             };
         }
         rows.push(now.clone());

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::case::{HardCase, Scale, apart, worst_of};
+use super::case::{CaseScale, HardCase, apart, worst_of};
 use super::exact::curve;
 use super::plain::{self, Omission};
 use crate::simulation::target::{Target, respond_f64};
@@ -142,7 +142,7 @@ fn ramp() -> Commanded {
 }
 
 /// A case with the largest error of several nodes.
-fn commanded(case: HardCase, nodes: fn(Scale) -> Vec<Commanded>, without: fn(&Commanded) -> f64) -> HardCase {
+fn commanded(case: HardCase, nodes: fn(CaseScale) -> Vec<Commanded>, without: fn(&Commanded) -> f64) -> HardCase {
     let worst = move |target: &Target, scale| {
         nodes(scale).iter().try_fold(0.0, |worst, node| Ok(worst_of(worst, node.error(target)?)))
     };

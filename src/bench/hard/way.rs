@@ -1,7 +1,7 @@
 //! Integrates a network of a hard case in f64 on the processor.
 
 use crate::thermal::network::Network;
-use crate::thermal::network::control::{ControlError, Integrator, Series, Settings, integrate};
+use crate::thermal::network::control::{ControlError, IntegrationSettings, Integrator, Series, integrate};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::schedule::Schedule;
 

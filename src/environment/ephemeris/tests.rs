@@ -11,22 +11,22 @@ fn rate() -> f64 {
     (EARTH_GRAVITATIONAL_PARAMETER / RADIUS.powi(3)).sqrt()
 }
 
-fn circle(time: f64) -> State {
+fn circle(time: f64) -> StateVector {
     let (sin, cos) = (rate() * time).sin_cos();
     let position = DVec3::new(cos, 0.0, sin) * RADIUS;
-    State { position, velocity: DVec3::new(-sin, 0.0, cos) * (RADIUS * rate()) }
+    StateVector { position, velocity: DVec3::new(-sin, 0.0, cos) * (RADIUS * rate()) }
 }
 
-fn sample(time: f64) -> Sample {
-    let State { position, velocity } = circle(time);
-    Sample { time, position, velocity: Some(velocity) }
+fn sample(time: f64) -> EphemerisSample {
+    let StateVector { position, velocity } = circle(time);
+    EphemerisSample { time, position, velocity: Some(velocity) }
 }
 
-fn whole(samples: Vec<Sample>, interpolation: Interpolation) -> (Ephemeris, Findings) {
-    Ephemeris::new(vec![Segment { samples, interpolation, usable: (f64::NEG_INFINITY, f64::INFINITY) }])
+fn whole(samples: Vec<EphemerisSample>, interpolation: Interpolation) -> (Ephemeris, Findings) {
+    Ephemeris::new(vec![EphemerisSegment { samples, interpolation, usable: (f64::NEG_INFINITY, f64::INFINITY) }])
 }
 
-fn regular(count: u32, step: f64) -> Vec<Sample> {
+fn regular(count: u32, step: f64) -> Vec<EphemerisSample> {
     (0..count).map(|index| sample(f64::from(index) * step)).collect()
 }
 
@@ -85,8 +85,8 @@ fn a_gap_is_not_bridged_and_one_missing_epoch_is() {
 fn a_step_at_a_repeated_epoch_is_taken_there_and_nowhere_else() {
     let shift = DVec3::new(0.0, 5000.0, 0.0);
     let mut samples = regular(60, 60.0);
-    let moved = |sample: &Sample| Sample { position: sample.position + shift, ..*sample };
-    let after: Vec<Sample> = samples[30..].iter().map(moved).collect();
+    let moved = |sample: &EphemerisSample| EphemerisSample { position: sample.position + shift, ..*sample };
+    let after: Vec<EphemerisSample> = samples[30..].iter().map(moved).collect();
     samples.truncate(31);
     samples.extend(after);
     let (ephemeris, findings) = whole(samples, Interpolation::Lagrange(9));
@@ -116,15 +116,15 @@ fn a_manoeuvre_between_epochs_disturbs_nothing_but_its_own_interval() {
     let speed = 20.0;
     let coast = |time: f64| {
         // The velocity gains a component along Y, which tilts the plane of the circle.
-        let State { position, velocity } = circle(time);
+        let StateVector { position, velocity } = circle(time);
         let swing = if time < burn { DVec3::ZERO } else { DVec3::Y };
         let (sin, cos) = (rate() * (time - burn)).sin_cos();
-        State { position: position + swing * (speed / rate() * sin), velocity: velocity + swing * (speed * cos) }
+        StateVector { position: position + swing * (speed / rate() * sin), velocity: velocity + swing * (speed * cos) }
     };
     let samples = (0..60).map(|index| {
         let time = f64::from(index) * 60.0;
-        let State { position, velocity } = coast(time);
-        Sample { time, position, velocity: Some(velocity) }
+        let StateVector { position, velocity } = coast(time);
+        EphemerisSample { time, position, velocity: Some(velocity) }
     });
     let (ephemeris, findings) = whole(samples.collect(), Interpolation::Hermite(7));
     assert_eq!(findings.manoeuvres, 1);
@@ -141,7 +141,8 @@ fn a_manoeuvre_between_epochs_disturbs_nothing_but_its_own_interval() {
 
 #[test]
 fn usable_times_bound_a_segment_but_its_samples_still_count() {
-    let segment = |usable| Segment { samples: regular(20, 60.0), interpolation: Interpolation::Hermite(7), usable };
+    let segment =
+        |usable| EphemerisSegment { samples: regular(20, 60.0), interpolation: Interpolation::Hermite(7), usable };
     let (ephemeris, _) = Ephemeris::new(vec![segment((90.0, 500.0)), segment((500.0, 1000.0))]);
     assert_eq!(ephemeris.coverage(), [(90.0, 1000.0)]);
     assert!(ephemeris.state(89.0).is_none());
@@ -180,7 +181,11 @@ fn rounding_of_a_time_does_not_leave_the_ephemeris() {
     // A gap of a microsecond between segments, which their coverage joins.
     let segment = |from: f64| {
         let samples = (0..10).map(|index| sample(from + f64::from(index) * 60.0)).collect();
-        Segment { samples, interpolation: Interpolation::Hermite(7), usable: (f64::NEG_INFINITY, f64::INFINITY) }
+        EphemerisSegment {
+            samples,
+            interpolation: Interpolation::Hermite(7),
+            usable: (f64::NEG_INFINITY, f64::INFINITY),
+        }
     };
     let (touching, _) = Ephemeris::new(vec![segment(0.0), segment(540.0 + 0.9e-6)]);
     assert_eq!(touching.coverage().len(), 1);
@@ -208,32 +213,32 @@ fn the_least_hermite_is_continuous_and_even_degrees_rise() {
 }
 
 /// A coast with drag that falls with height, in steps of one second.
-fn falling(mut state: State, seconds: u32, drag: f64) -> Vec<State> {
-    let acceleration = |state: &State| {
+fn falling(mut state: StateVector, seconds: u32, drag: f64) -> Vec<StateVector> {
+    let acceleration = |state: &StateVector| {
         let height = state.position.length() - 6.378e6;
         gravity(state.position) - state.velocity * (state.velocity.length() * drag * (-(height - 200e3) / 40e3).exp())
     };
     let mut states = vec![state];
     for _ in 0..seconds {
-        let moved = |slope: &State, h: f64| State {
+        let moved = |slope: &StateVector, h: f64| StateVector {
             position: state.position + slope.position * h,
             velocity: state.velocity + slope.velocity * h,
         };
-        let slope = |state: State| State { position: state.velocity, velocity: acceleration(&state) };
+        let slope = |state: StateVector| StateVector { position: state.velocity, velocity: acceleration(&state) };
         let k1 = slope(state);
         let k2 = slope(moved(&k1, 0.5));
         let k3 = slope(moved(&k2, 0.5));
         let k4 = slope(moved(&k3, 1.0));
-        let sum = |part: fn(&State) -> DVec3| (part(&k1) + 2.0 * part(&k2) + 2.0 * part(&k3) + part(&k4)) / 6.0;
+        let sum = |part: fn(&StateVector) -> DVec3| (part(&k1) + 2.0 * part(&k2) + 2.0 * part(&k3) + part(&k4)) / 6.0;
         let (position, velocity) = (sum(|state| state.position), sum(|state| state.velocity));
-        state = State { position: state.position + position, velocity: state.velocity + velocity };
+        state = StateVector { position: state.position + position, velocity: state.velocity + velocity };
         states.push(state);
     }
     states
 }
 
-fn every(states: &[State], step: usize) -> Vec<Sample> {
-    let line = |(time, state): (usize, &State)| Sample {
+fn every(states: &[StateVector], step: usize) -> Vec<EphemerisSample> {
+    let line = |(time, state): (usize, &StateVector)| EphemerisSample {
         time: time as f64,
         position: state.position,
         velocity: Some(state.velocity),
@@ -241,7 +246,7 @@ fn every(states: &[State], step: usize) -> Vec<Sample> {
     states.iter().enumerate().step_by(step).map(line).collect()
 }
 
-fn worst(ephemeris: &Ephemeris, states: &[State], within: std::ops::Range<usize>) -> f64 {
+fn worst(ephemeris: &Ephemeris, states: &[StateVector], within: std::ops::Range<usize>) -> f64 {
     let error = |time: usize| ephemeris.state(time as f64).unwrap().position.distance(states[time].position);
     within.map(error).fold(0.0, f64::max)
 }
@@ -251,7 +256,7 @@ fn worst(ephemeris: &Ephemeris, states: &[State], within: std::ops::Range<usize>
 fn drag_at_a_low_perigee_is_no_manoeuvre_and_taken_for_one_costs_little() {
     let (perigee, apogee) = (6.378e6 + 180e3, 6.378e6 + 35_786e3);
     let speed = (EARTH_GRAVITATIONAL_PARAMETER * (2.0 / apogee - 2.0 / (apogee + perigee))).sqrt();
-    let state = State { position: DVec3::X * apogee, velocity: DVec3::new(0.0, 0.99, 0.12).normalize() * speed };
+    let state = StateVector { position: DVec3::X * apogee, velocity: DVec3::new(0.0, 0.99, 0.12).normalize() * speed };
     for (drag, manoeuvres, tolerance) in [(1.8e-12, 0..1, 150.0), (3.6e-11, 0..5, 250.0)] {
         let states = falling(state, 86_400, drag);
         let at_perigee = states.iter().map(|state| state.position.length()).fold(f64::MAX, f64::min);
@@ -265,25 +270,25 @@ fn drag_at_a_low_perigee_is_no_manoeuvre_and_taken_for_one_costs_little() {
 
 #[test]
 fn a_manoeuvre_in_a_short_segment_is_found() {
-    let State { position, velocity } = circle(0.0);
-    let mut states = falling(State { position, velocity }, 150, 0.0);
-    let burnt = State { velocity: states[150].velocity + DVec3::Y * 3.0, ..states[150] };
+    let StateVector { position, velocity } = circle(0.0);
+    let mut states = falling(StateVector { position, velocity }, 150, 0.0);
+    let burnt = StateVector { velocity: states[150].velocity + DVec3::Y * 3.0, ..states[150] };
     states.extend(falling(burnt, 50, 0.0).into_iter().skip(1));
     let (ephemeris, findings) = whole(every(&states, 100), Interpolation::Hermite(7));
     assert_eq!(findings.manoeuvres, 1);
     assert!(worst(&ephemeris, &states, 0..100) < 0.1, "{}", worst(&ephemeris, &states, 0..100));
-    let coasting = falling(State { position, velocity }, 200, 0.0);
+    let coasting = falling(StateVector { position, velocity }, 200, 0.0);
     assert_eq!(whole(every(&coasting, 100), Interpolation::Hermite(7)).1.manoeuvres, 0);
 }
 
 #[test]
 fn states_that_differ_by_rounding_are_no_step_and_steps_in_a_row_keep_the_orbit() {
-    let State { position, velocity } = circle(0.0);
-    let states = falling(State { position, velocity }, 2400, 0.0);
+    let StateVector { position, velocity } = circle(0.0);
+    let states = falling(StateVector { position, velocity }, 2400, 0.0);
     let twice = |shift: DVec3, by_velocity: DVec3| {
         let mut samples = every(&states, 120);
         for index in (5..10).rev() {
-            let moved = Sample {
+            let moved = EphemerisSample {
                 position: samples[index].position + shift,
                 velocity: samples[index].velocity.map(|velocity| velocity + by_velocity),
                 ..samples[index]

@@ -2,7 +2,6 @@
 
 use glam::{DQuat, DVec3};
 
-/// Interpolation between keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum KeyInterpolation {
     /// Constant until the next key.

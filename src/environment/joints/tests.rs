@@ -7,16 +7,16 @@ use super::*;
 use crate::environment::sky::SkyModel;
 use crate::environment::{Attitude, CircularOrbit, Environment};
 
-fn guided(kind: Kind, axis: DVec3, drive: Drive) -> Guided {
+fn guided(kind: JointKind, axis: DVec3, drive: Drive) -> Guided {
     Guided { kind, axis, origin: DVec3::ZERO, drive, limits: None, rate: None }
 }
 
 fn joint(parent: Option<usize>, guided: Guided) -> Joint {
-    Joint { name: "joint".to_owned(), parent, motion: Motion::Guided(guided) }
+    Joint { name: "joint".to_owned(), parent, motion: JointDrive::Guided(guided) }
 }
 
 fn facing(axis: DVec3) -> Guided {
-    guided(Kind::Rotation, axis, Drive::Sun { facing: -DVec3::Z, offset: 0.0 })
+    guided(JointKind::Rotation, axis, Drive::Sun { facing: -DVec3::Z, offset: 0.0 })
 }
 
 const PERIOD: f64 = 5554.0;
@@ -113,8 +113,8 @@ fn without_limits_a_joint_goes_round_and_with_them_it_goes_back() {
 #[test]
 fn a_schedule_goes_straight_and_a_slide_shifts() {
     let drive = Drive::Schedule { times: vec![0.0, 10.0, 10.0, 20.0], positions: vec![1.0, 3.0, 5.0, 5.0] };
-    let slide = guided(Kind::Translation, DVec3::Y, drive);
-    let turn = guided(Kind::Rotation, DVec3::Z, Drive::Fixed(FRAC_PI_2));
+    let slide = guided(JointKind::Translation, DVec3::Y, drive);
+    let turn = guided(JointKind::Rotation, DVec3::Z, Drive::Fixed(FRAC_PI_2));
     let turn = Guided { origin: DVec3::new(1.0, 0.0, 0.0), ..turn };
     let sun = |_: f64| DVec3::X;
     let joints = Joints::new(vec![joint(None, turn), joint(Some(0), slide)], 0.0, 1.0, sun);
@@ -151,14 +151,14 @@ fn an_animation_is_the_schedule_that_says_the_same() {
     let own = parent * DAffine3::from_rotation_translation(rest.1, rest.0);
     let drive = Drive::Schedule { times: vec![0.0, 10.0], positions: vec![0.0, FRAC_PI_2] };
     let axis = (own.matrix3 * DVec3::Y).normalize();
-    let scheduled = Guided { origin: own.translation, ..guided(Kind::Rotation, axis, drive) };
+    let scheduled = Guided { origin: own.translation, ..guided(JointKind::Rotation, axis, drive) };
     let sun = |_: f64| DVec3::X;
-    let of = |motion: Motion| {
+    let of = |motion: JointDrive| {
         let joint = Joint { name: "node".to_owned(), parent: None, motion };
         Joints::new(vec![joint], 0.0, 1.0, sun)
     };
-    let again = of(Motion::Played(Box::new(Played { repeats: true, ..played.clone() })));
-    let (played, scheduled) = (of(Motion::Played(Box::new(played))), of(Motion::Guided(scheduled)));
+    let again = of(JointDrive::Played(Box::new(Played { repeats: true, ..played.clone() })));
+    let (played, scheduled) = (of(JointDrive::Played(Box::new(played))), of(JointDrive::Guided(scheduled)));
     for time in [-1.0, 0.0, 2.5, 7.0, 10.0, 12.5] {
         let (a, b) = (played.at(time, &sun), scheduled.at(time, &sun));
         assert!((a.0[0] - b.0[0]).abs() < 1e-9, "{time} s: {} and {} rad", a.0[0], b.0[0]);
@@ -209,7 +209,7 @@ fn what_repeats_is_where_the_whole_walk_has_it() {
     let behind = Guided { limits: Some([-2.2, 3.8]), ..slow(1.3, DVec3::Y) };
     let wide = Guided { limits: Some([-5.0, 5.0]), ..slow(4.0, DVec3::Y) };
     let schedule = Drive::Schedule { times: vec![-900.0, 0.0], positions: vec![0.3, 1.0] };
-    let scheduled = Guided { rate: Some(1e-3), ..guided(Kind::Rotation, DVec3::X, schedule) };
+    let scheduled = Guided { rate: Some(1e-3), ..guided(JointKind::Rotation, DVec3::X, schedule) };
     let each = (PERIOD / 15.0).ceil() as usize;
     let periods = 30.0;
     let starts = |joint: Guided| {
@@ -281,8 +281,11 @@ fn what_rides_on_an_animation_is_walked_through() {
         rest: (DVec3::ZERO, DQuat::IDENTITY),
         body_from_parent: DAffine3::IDENTITY,
     };
-    let carrier =
-        |played: Played| Joint { name: "carrier".to_owned(), parent: None, motion: Motion::Played(Box::new(played)) };
+    let carrier = |played: Played| Joint {
+        name: "carrier".to_owned(),
+        parent: None,
+        motion: JointDrive::Played(Box::new(played)),
+    };
     let panel = joint(Some(0), Guided { rate: Some(2.0 * ORBITAL), ..facing(DVec3::Y) });
     let (short, whole) = walked_both_ways(&[carrier(played.clone()), panel.clone()], 10.0);
     assert_eq!(short, whole);

@@ -5,22 +5,20 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Steps of a block.
 const BLOCK: u64 = 1024;
 /// Most positions at even distances.
 const MOST_MARKS: usize = 2048;
 
-/// A walk from a start.
 #[derive(Debug, Default)]
-pub(crate) struct Track {
+pub(crate) struct JointTrack {
     start: f64,
     first: Vec<f64>,
-    seen: Mutex<Seen>,
+    seen: Mutex<WalkMemory>,
 }
 
-/// What is kept of a walk.
+/// The positions of a walk that are kept.
 #[derive(Debug, Default)]
-struct Seen {
+struct WalkMemory {
     /// Blocks by number, the present one last. Each has the positions at its steps and at the first step of the next block.
     blocks: Vec<(u64, Vec<Vec<f64>>)>,
     /// Positions at every `spacing` blocks.
@@ -28,23 +26,23 @@ struct Seen {
     spacing: u64,
 }
 
-/// What is kept follows from the start, so it does not count.
-impl PartialEq for Track {
+/// Equality compares the starts only, because the kept positions follow from them.
+impl PartialEq for JointTrack {
     fn eq(&self, other: &Self) -> bool {
         (self.start, &self.first) == (other.start, &other.first)
     }
 }
 
-impl Clone for Track {
+impl Clone for JointTrack {
     fn clone(&self) -> Self {
         Self::new(self.start, self.first.clone())
     }
 }
 
-impl Track {
+impl JointTrack {
     /// A walk from a time [s] and the positions at that time.
     pub(crate) fn new(start: f64, first: Vec<f64>) -> Self {
-        let seen = Seen { blocks: Vec::new(), marks: vec![first.clone()], spacing: 1 };
+        let seen = WalkMemory { blocks: Vec::new(), marks: vec![first.clone()], spacing: 1 };
         Self { start, first, seen: Mutex::new(seen) }
     }
 
@@ -53,7 +51,7 @@ impl Track {
         self.start
     }
 
-    /// Positions after `number` steps and after one more. `next` gives the positions after a number of steps from those of the step before.
+    /// Positions after `number` steps and after one more. `next` gives the positions after a number of steps from the positions one step before.
     pub(crate) fn pair(&self, number: u64, next: &dyn Fn(u64, &[f64]) -> Vec<f64>) -> [Vec<f64>; 2] {
         let mut seen = self.seen();
         let block = seen.block(number / BLOCK, next);
@@ -61,7 +59,6 @@ impl Track {
         [block[place].clone(), block[place + 1].clone()]
     }
 
-    /// Numbers that are kept at present.
     #[cfg(test)]
     pub(crate) fn stored(&self) -> usize {
         let seen = self.seen();
@@ -70,13 +67,13 @@ impl Track {
     }
 
     /// A thread that ended by a panic leaves nothing half done that matters: blocks and marks are put in whole.
-    fn seen(&self) -> MutexGuard<'_, Seen> {
+    fn seen(&self) -> MutexGuard<'_, WalkMemory> {
         self.seen.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Seen {
-    /// A block. It is walked to from the nearest place before it that is known.
+impl WalkMemory {
+    /// A block, walked to from the nearest known positions before it.
     fn block(&mut self, wanted: u64, next: &dyn Fn(u64, &[f64]) -> Vec<f64>) -> &[Vec<f64>] {
         if let Some(known) = self.blocks.iter().position(|(number, _)| *number == wanted) {
             return &self.blocks[known].1;
@@ -145,7 +142,7 @@ mod tests {
             let next = step(number, &whole[number as usize]);
             whole.push(next);
         }
-        let track = Track::new(0.0, whole[0].clone());
+        let track = JointTrack::new(0.0, whole[0].clone());
         for number in [0, 1, 1023, 1024, 1025, 9000, 8999, 3, 19_998, 2048, 5000, 4999, 5000, 0] {
             let expected = [whole[number as usize].clone(), whole[number as usize + 1].clone()];
             assert_eq!(track.pair(number, &step), expected, "step {number}");
@@ -162,7 +159,7 @@ mod tests {
             made.set(made.get() + 1);
             vec![last[0] + 1.0]
         };
-        let track = Track::new(0.0, vec![0.0]);
+        let track = JointTrack::new(0.0, vec![0.0]);
         let all = 5_000_000;
         for number in (0..all).step_by(4) {
             let [a, b] = track.pair(number, &count);

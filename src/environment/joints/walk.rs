@@ -3,17 +3,17 @@
 //!
 //! The walk is made as it is asked for, and little of it is kept (`track`). So its memory does not grow with the steps of a run.
 //!
-//! Under a sky that repeats, the walk before time 0 is cut short. Its step divides the period of the sky, so one map takes the positions at the start of
-//! a period to those at its end. A period that begins with the positions of an earlier one is therefore followed by the same periods. The
-//! walk looks for such a repetition. A joint of rate r whose target moves at most at v < r reaches it after at most a turn over r - v, and
-//! then repeats. Joints that hang on it repeat one period later.
+//! Under a sky that repeats, the walk before time 0 is cut short. The step of the walk divides the period of the sky, so one map takes the positions
+//! at the start of a period to the positions at its end. A period that begins with the positions of an earlier one is therefore followed by the same
+//! periods. The walk looks for such a repetition. A joint of rate r whose target moves at most at v < r reaches it after at most a turn over r - v,
+//! and then repeats. Joints that hang on it repeat one period later.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DVec3};
 
-use super::track::Track;
-use super::{Drive, Guided, Joint, JointError, Motion};
+use super::track::JointTrack;
+use super::{Drive, Guided, Joint, JointDrive, JointError};
 
 /// Largest difference between positions at the starts of two periods that counts as rounding [rad or m].
 const SAME: f64 = 1e-12;
@@ -38,14 +38,14 @@ struct Walk {
     /// The first periods, where they repeat.
     lead: Option<Lead>,
     /// The walk from the start, or from where the repetition ends. `None` where no joint has a rate.
-    track: Option<Track>,
+    track: Option<JointTrack>,
 }
 
 /// The first periods of a walk. The last of them repeat.
 #[derive(Debug, Clone, PartialEq)]
 struct Lead {
     start: f64,
-    /// Those of each joint, time after time.
+    /// Positions of each joint, time after time.
     positions: Vec<f64>,
     /// Period with which the end repeats [s].
     cycle: f64,
@@ -88,13 +88,13 @@ impl Joints {
         for (number, joint) in self.joints.iter().enumerate() {
             let carrier = poses[joint.parent.map_or(0, |parent| parent + 1)];
             let (at, own) = match &joint.motion {
-                Motion::Guided(guided) => {
+                JointDrive::Guided(guided) => {
                     let seen = carrier.matrix3.transpose() * sun;
                     let target = |near| guided.within_limits(guided.drive.target(guided.axis, time, seen), near);
                     let at = position(number, &target);
                     (at, guided.motion(at))
                 }
-                Motion::Played(played) => (played.position(time), played.motion(time)),
+                JointDrive::Played(played) => (played.position(time), played.motion(time)),
             };
             positions.push(at);
             poses.push(carrier * own);
@@ -102,16 +102,16 @@ impl Joints {
         (positions, poses)
     }
 
-    /// The same joints, which walk anew from their positions at a time [s]. What was walked ahead of it is forgotten.
+    /// The joints, which walk anew from their positions at a time [s]. Positions that were walked later than this are forgotten.
     pub(crate) fn restart_at(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> Self {
         let mut all = Self { joints: self.joints.clone(), walk: Walk { step: self.walk.step, ..Walk::default() } };
         if all.joints.iter().any(|joint| joint.rate().is_some()) {
-            all.walk.track = Some(Track::new(time, self.at(time, sun).0));
+            all.walk.track = Some(JointTrack::new(time, self.at(time, sun).0));
         }
         all
     }
 
-    /// The same joints with one that is held at a position [rad or m], whatever its rate.
+    /// The joints, with the named one held at a position [rad or m], regardless of its rate.
     ///
     /// # Errors
     /// There is no such joint, it plays an animation, or the position lies outside its limits.
@@ -121,7 +121,7 @@ impl Joints {
         let unknown = || JointError::Unknown { name: name.to_owned(), known: known() };
         let joint = all.joints.iter_mut().find(|joint| joint.name == name).ok_or_else(unknown)?;
         let unit = if joint.turns() { "rad" } else { "m" };
-        let Motion::Guided(guided) = &mut joint.motion else {
+        let JointDrive::Guided(guided) = &mut joint.motion else {
             return Err(JointError::Played { name: name.to_owned() });
         };
         let [low, high] = guided.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
@@ -139,8 +139,8 @@ impl Joints {
         Self::under_a_sky(joints, from, step, None, sun)
     }
 
-    /// The same under a sky that repeats after `period` [s]. Where the joints repeat as well, periods before time 0 are not walked. The step is the longest
-    /// up to `step` that divides the period. Angles of joints without limits may differ from those of the full walk by whole turns.
+    /// The joints under a sky that repeats after `period` [s]. Where the joints repeat as well, periods before time 0 are not walked. The step is the
+    /// longest up to `step` that divides the period. Angles of joints without limits may differ from the full walk by whole turns.
     pub(crate) fn under_a_sky(
         joints: Vec<Joint>,
         from: f64,
@@ -154,7 +154,7 @@ impl Joints {
             let first = all.evaluate(from, sun(from), |_, target| target(None)).0;
             match period.filter(|period| *period > 0.0) {
                 Some(period) => all.skip_what_repeats(from, first, period, &sun),
-                None => all.walk.track = Some(Track::new(from, first)),
+                None => all.walk.track = Some(JointTrack::new(from, first)),
             }
         }
         all
@@ -191,24 +191,24 @@ impl Joints {
                 let cycle = (number - like) as f64 * period;
                 let again = positions[start_of(like)].to_vec();
                 let start = from + number as f64 * period + cycles * cycle;
-                self.walk.track = Some(Track::new(start, again));
+                self.walk.track = Some(JointTrack::new(start, again));
                 self.walk.lead = Some(Lead { start: from, positions, cycle });
                 return;
             }
             break;
         }
-        self.walk.track = Some(Track::new(from, first));
+        self.walk.track = Some(JointTrack::new(from, first));
     }
 
     /// Whether joints with a rate have equal positions. Whole turns are ignored for joints without limits.
     fn agree(&self, before: &[f64], now: &[f64]) -> bool {
         self.joints.iter().zip(before.iter().zip(now)).all(|(joint, (before, now))| {
             let apart = match &joint.motion {
-                Motion::Guided(Guided { rate: None, .. }) | Motion::Played(_) => 0.0,
-                Motion::Guided(Guided { drive: Drive::Sun { .. }, limits: None, .. }) => {
+                JointDrive::Guided(Guided { rate: None, .. }) | JointDrive::Played(_) => 0.0,
+                JointDrive::Guided(Guided { drive: Drive::Sun { .. }, limits: None, .. }) => {
                     (now - before + PI).rem_euclid(TAU) - PI
                 }
-                Motion::Guided(_) => now - before,
+                JointDrive::Guided(_) => now - before,
             };
             apart.abs() <= SAME
         })
@@ -223,10 +223,10 @@ impl Joints {
             }
         }
         let begins = |joint: &Joint| match &joint.motion {
-            Motion::Guided(Guided { drive: Drive::Schedule { times, .. }, .. }) => times[0],
-            Motion::Guided(_) => f64::INFINITY,
-            Motion::Played(played) if played.repeats => f64::NEG_INFINITY,
-            Motion::Played(_) => 0.0,
+            JointDrive::Guided(Guided { drive: Drive::Schedule { times, .. }, .. }) => times[0],
+            JointDrive::Guided(_) => f64::INFINITY,
+            JointDrive::Played(played) if played.repeats => f64::NEG_INFINITY,
+            JointDrive::Played(_) => 0.0,
         };
         let those = self.joints.iter().zip(&matters).filter(|(_, matters)| **matters);
         those.map(|(joint, _)| begins(joint)).fold(f64::INFINITY, f64::min)
@@ -272,17 +272,15 @@ impl Joints {
         self.evaluate(time, sun, step).0
     }
 
-    /// Number of positions of the lead.
     #[cfg(test)]
     pub(super) fn kept(&self) -> usize {
         self.walk.lead.as_ref().map_or(0, |lead| lead.positions.len() / self.joints.len())
     }
 
-    /// Numbers that the walk keeps at present.
     #[cfg(test)]
     pub(super) fn stored(&self) -> usize {
         let lead = self.walk.lead.as_ref().map_or(0, |lead| lead.positions.len());
-        lead + self.walk.track.as_ref().map_or(0, Track::stored)
+        lead + self.walk.track.as_ref().map_or(0, JointTrack::stored)
     }
 
     /// Step of the walk [s].
@@ -292,7 +290,7 @@ impl Joints {
     }
 }
 
-/// Positions at a share of the way from the ones to the others.
+/// Positions at a share of the way from `a` to `b`.
 fn between(a: &[f64], b: &[f64], share: f64) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a + share * (b - a)).collect()
 }

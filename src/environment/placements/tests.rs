@@ -11,10 +11,10 @@ fn circular() -> Orbit {
     Orbit::Circular(CircularOrbit { altitude: 408e3, period: 5560.0, beta: 0.4, phase: 0.2 })
 }
 
-fn place(time: f64) -> Place {
+fn place(time: f64) -> PlacementSample {
     let point = circular().point(time, RADIUS).expect("a circular orbit covers all times");
     let inertial_from_body = DQuat::from_rotation_z(1e-3 * time);
-    Place { time, position: point.position, velocity: None, sun: point.sun, inertial_from_body }
+    PlacementSample { time, position: point.position, velocity: None, sun: point.sun, inertial_from_body }
 }
 
 /// Places a minute apart.
@@ -62,12 +62,14 @@ fn places_that_are_over_are_dropped() {
 
 #[test]
 fn a_place_that_can_not_be_is_refused() {
-    let refused = |place: Place| places().and(place, 0.0, RADIUS).unwrap_err().to_string();
+    let refused = |place: PlacementSample| places().and(place, 0.0, RADIUS).unwrap_err().to_string();
     assert!(refused(place(540.0)).contains("must come after the one at 540 s"));
-    assert!(refused(Place { position: DVec3::X * 6e6, ..place(600.0) }).contains("6000 km from the centre"));
-    assert!(refused(Place { sun: DVec3::NAN, ..place(600.0) }).contains("the position of the Sun"));
-    assert!(refused(Place { sun: place(600.0).position, ..place(600.0) }).contains("the direction to the Sun"));
+    assert!(refused(PlacementSample { position: DVec3::X * 6e6, ..place(600.0) }).contains("6000 km from the centre"));
+    assert!(refused(PlacementSample { sun: DVec3::NAN, ..place(600.0) }).contains("the position of the Sun"));
+    assert!(
+        refused(PlacementSample { sun: place(600.0).position, ..place(600.0) }).contains("the direction to the Sun")
+    );
     let zero = DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0);
-    assert!(refused(Place { inertial_from_body: zero, ..place(600.0) }).contains("the attitude"));
-    assert!(refused(Place { time: f64::NAN, ..place(600.0) }).contains("the time"));
+    assert!(refused(PlacementSample { inertial_from_body: zero, ..place(600.0) }).contains("the attitude"));
+    assert!(refused(PlacementSample { time: f64::NAN, ..place(600.0) }).contains("the time"));
 }

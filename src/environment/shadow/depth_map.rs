@@ -15,14 +15,14 @@ const MARGIN: f64 = 3.0;
 /// corners by at most 1/32 texel each way, which moves a surface by at most 0.045 texels along its normal. The rest is for normals that are smoothed over an
 /// edge.
 const LIFT: f64 = 0.125;
-/// The least distance in texels of the present view. It counts on a craft that joints have made twice as large as it is in its file.
+/// The least distance in texels of the present view. This limit is for a craft that joints have made twice as large as it is in its file.
 const LEAST_LIFT: f64 = 0.0625;
 /// Least cosine of incidence from which a surface's slope is computed. Surfaces at flatter incidence receive almost nothing.
 const LEAST_COSINE: f64 = 0.01;
 
 /// Parallel projection of the craft from the Sun: texels from body coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SunView {
+pub struct SunProjection {
     /// Unit vector to the Sun, body frame.
     pub sun: DVec3,
     /// Unit vector along rows, to the right.
@@ -41,7 +41,7 @@ pub struct SunView {
     pub lift: f64,
 }
 
-impl SunView {
+impl SunProjection {
     /// A view that contains all corners of a box (lower and upper corner [m]).
     #[cfg(test)]
     pub(crate) fn new(sun: DVec3, bounds: [DVec3; 2], resolution: u32) -> Self {
@@ -123,7 +123,7 @@ impl SunView {
 /// Depth of the nearest surface at the centre of each texel. 1 where there is none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthMap<'a> {
-    view: SunView,
+    view: SunProjection,
     depths: Depths<'a>,
 }
 
@@ -136,13 +136,13 @@ enum Depths<'a> {
 }
 
 impl<'a> DepthMap<'a> {
-    /// The same map for few nodes, without drawing it.
-    pub fn traced(view: SunView, occluders: &'a Occluders) -> Self {
+    /// A map for few nodes, which traces the texels that they read instead of drawing all.
+    pub fn traced(view: SunProjection, occluders: &'a Occluders) -> Self {
         Self { view, depths: Depths::Traced(occluders) }
     }
 
     /// Draws triangles with positions [m]. A texel holds the depth at its centre, as on the device.
-    pub(crate) fn new(view: SunView, positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
+    pub(crate) fn new(view: SunProjection, positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         let side = view.resolution as usize;
         let mut depths = vec![1.0f64; side * side];
         for triangle in triangles {
@@ -176,8 +176,8 @@ impl<'a> DepthMap<'a> {
 
     /// Share of the Sun that a node sees, 0 to 1, at a position [m] with a unit normal. Either side of the surface may be lit.
     ///
-    /// Each of 4 x 4 texels tests whether something is in front of the node's own surface, taken as a plane. A plane never shadows itself, even in grazing
-    /// light. The weights are those of a box of three texels around the node, so that the result follows a moving edge without a jump.
+    /// Each of 4 x 4 texels tests whether something is in front of the node's own surface, taken as a plane. A plane never shadows itself, even in
+    /// grazing light. The weights make a box of three texels around the node, so that the result follows a moving edge without a jump.
     pub fn solar_visibility(&self, position: DVec3, normal: DVec3) -> f64 {
         let view = &self.view;
         let side = lit_side(normal, view.sun);
@@ -217,7 +217,6 @@ impl<'a> DepthMap<'a> {
     }
 }
 
-/// The corners of a box.
 pub(super) fn corners_of([low, high]: [DVec3; 2]) -> impl Iterator<Item = DVec3> {
     (0..8u32).map(move |corner| {
         let at = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };

@@ -23,7 +23,6 @@ pub struct Occluders {
     pub(crate) start: f64,
 }
 
-/// The first triangle that a ray meets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Hit {
     /// Place of the triangle in [`Occluders::triangles`].
@@ -58,7 +57,7 @@ impl Occluders {
         occluders
     }
 
-    /// The same after their positions [m] have changed. The order of the triangles stays.
+    /// Takes new positions [m] of the triangles. The order of the triangles stays.
     pub(crate) fn refit(&mut self, positions: &[DVec3], triangles: &[[u32; 3]]) {
         self.tree.refit(positions, triangles);
         self.place(positions, triangles);

@@ -1,13 +1,13 @@
-//! When shadows are found anew: after the Sun or a part has moved far enough against the craft.
+//! When shadows are computed anew: after the Sun or a part has moved far enough against the craft.
 
 use glam::{DAffine3, DQuat, DVec3};
 
-use super::depth_map::{SunView, corners_of};
+use super::depth_map::{SunProjection, corners_of};
 use crate::environment::StepLoad;
 use crate::saved::{Saved, SavedError};
 
-/// A turn below this is rounding [rad]. With an angle of 0, shadows are found anew at every greater turn. It is four millionths of a texel on a map of 4096
-/// texels.
+/// A turn below this is rounding [rad]. With an angle of 0, shadows are computed anew at every greater turn. This turn is four millionths of a texel
+/// on a map of 4096 texels.
 const STILL: f64 = 1e-9;
 
 /// The boxes that cast shadows, the resolution of the view, and the state for which shadows were last found.
@@ -15,25 +15,24 @@ const STILL: f64 = 1e-9;
 pub struct Redraw {
     /// Joint, lower corner and upper corner [m] of each box, in the file's pose.
     pub(crate) bounds: Vec<(u32, [DVec3; 2])>,
-    /// Texels each way.
     pub(crate) resolution: u32,
-    /// Turn of the Sun or of a joint against the craft after which shadows are found anew [rad].
+    /// Turn of the Sun or of a joint against the craft after which shadows are computed anew [rad].
     pub(crate) angle: f64,
     /// Direction of the Sun (body frame) and poses of the joints for which shadows were last found.
     pub(crate) found_for: Option<(DVec3, Vec<DAffine3>)>,
 }
 
 impl Redraw {
-    /// The Sun's view if shadows must be found anew for a load. `None` where the last shadows still hold, or where it is dark. A step has one direction,
-    /// the mean of its sunlight. A joint counts as moved when it has turned by more than the angle, or when the middle of its boxes has moved by more than
-    /// the angle times the size of the craft.
-    pub fn view(&mut self, load: &StepLoad) -> Option<SunView> {
+    /// The Sun's view if shadows must be computed anew for a load. `None` where the last shadows still hold, or where it is dark. A step has one
+    /// direction, the mean of its sunlight. A joint counts as moved when it has turned by more than the angle, or when the middle of its boxes has
+    /// moved by more than the angle times the size of the craft.
+    pub fn view(&mut self, load: &StepLoad) -> Option<SunProjection> {
         if self.holds(load) {
             return None;
         }
         let sun = sun_of(load)?;
         self.found_for = Some((sun, load.joints.clone()));
-        Some(SunView::around(sun, self.corners(&load.joints), self.resolution, self.size(&[])))
+        Some(SunProjection::around(sun, self.corners(&load.joints), self.resolution, self.size(&[])))
     }
 
     /// Whether the last shadows still hold for a load.
@@ -56,7 +55,7 @@ impl Redraw {
         saved
     }
 
-    /// What `save` told.
+    /// The light and the poses that `save` put into the lists.
     ///
     /// # Errors
     /// Lists of another kind.
@@ -68,7 +67,6 @@ impl Redraw {
         Ok(Some((DVec3::from_array(saved.array("sun")?), poses.iter().map(DAffine3::from_cols_array).collect())))
     }
 
-    /// Corners of the boxes as placed by the joints.
     fn corners<'a>(&'a self, poses: &'a [DAffine3]) -> impl Iterator<Item = DVec3> + 'a {
         self.bounds.iter().flat_map(|(joint, bounds)| {
             let pose = poses.get(*joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
@@ -76,7 +74,7 @@ impl Redraw {
         })
     }
 
-    /// Diagonal of the box around the craft as placed by the joints [m]. No poses are those of the file.
+    /// Diagonal of the box around the craft as placed by the joints [m]. Without poses every part stays where the file has it.
     fn size(&self, poses: &[DAffine3]) -> f64 {
         let [low, high] = self
             .corners(poses)

@@ -9,7 +9,7 @@ use crate::saved::{Saved, SavedError};
 
 /// Method that finds the visibility of the Sun.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Method {
+pub enum ShadowMethod {
     /// A shadow map from the Sun.
     Depth,
     /// Rays to the Sun's disc.
@@ -21,7 +21,6 @@ pub enum Method {
 pub struct Jointed {
     /// Positions in the file's pose [m].
     pub(crate) positions: Vec<DVec3>,
-    /// Corners of the triangles.
     pub(crate) triangles: Vec<[u32; 3]>,
     /// Joint of each position. Empty where nothing moves.
     pub(crate) joints: Vec<u32>,
@@ -50,12 +49,12 @@ fn pose(poses: &[DAffine3], joint: u32) -> DAffine3 {
 
 /// The shadow casters for a set of nodes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Shadows {
+pub struct ShadowCasters {
     /// Positions [m] and unit normals of the nodes.
     nodes: Vec<[DVec3; 2]>,
     /// Joint of each node. Empty where nothing moves.
     node_joints: Vec<u32>,
-    method: Method,
+    method: ShadowMethod,
     casters: Jointed,
     /// The tree, for rays and for few nodes, where nothing moves.
     tree: Option<Occluders>,
@@ -65,14 +64,15 @@ pub struct Shadows {
 /// Greatest number of nodes that are traced instead of drawing a map. Each reads 16 texels.
 const FEW: usize = 4096;
 
-impl Shadows {
-    /// Shadows on nodes (positions [m] and unit normals in the file's pose). `node_joints` holds the joint of each node. It is empty where nothing moves.
+impl ShadowCasters {
+    /// Shadows on nodes (positions [m] and unit normals in the file's pose). `node_joints` holds the joint of each node, or nothing where no part
+    /// moves.
     pub(crate) fn new(
         nodes: Vec<[DVec3; 2]>,
         node_joints: Vec<u32>,
         casters: Jointed,
         redraw: Redraw,
-        method: Method,
+        method: ShadowMethod,
     ) -> Self {
         let mut shadows = Self { nodes, node_joints, method, casters, tree: None, redraw };
         if shadows.needs_tree() && shadows.casters.joints.is_empty() {
@@ -81,22 +81,18 @@ impl Shadows {
         shadows
     }
 
-    /// What is needed to go on later, apart from the visibility that was found.
+    /// The state from which a run goes on later, without the visibility.
     pub(crate) fn save(&self) -> Saved {
         self.redraw.save()
     }
 
-    /// Takes what `save` gave.
-    ///
-    /// # Errors
-    /// Lists of another kind.
     pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         self.redraw.found_for = Redraw::found_for(saved)?;
         Ok(())
     }
 
     fn needs_tree(&self) -> bool {
-        self.method == Method::Exact || self.nodes.len() <= FEW
+        self.method == ShadowMethod::Exact || self.nodes.len() <= FEW
     }
 
     /// Share of the Sun that each node sees. `None` where the last result still holds for the load.
@@ -123,7 +119,7 @@ impl Shadows {
         };
         let nodes = nodes.par_iter();
         let map = match tree {
-            Some(occluders) if self.method == Method::Exact => {
+            Some(occluders) if self.method == ShadowMethod::Exact => {
                 let seen = |[place, normal]: &[DVec3; 2]| occluders.solar_visibility(*place, *normal, view.sun);
                 return Some(nodes.map(seen).collect());
             }

@@ -35,7 +35,7 @@ fn a_disc_casts_its_own_area() {
     let exact = Occluders::new(&positions, &triangles);
     for sun in [DVec3::Z, DVec3::new(0.3, -0.1, 1.0), DVec3::new(-0.4, 0.35, 0.9)] {
         let sun = sun.normalize();
-        let map = DepthMap::new(SunView::new(sun, bounds(&positions), 1024), &positions, &triangles);
+        let map = DepthMap::new(SunProjection::new(sun, bounds(&positions), 1024), &positions, &triangles);
         let shaded = |visibility: &dyn Fn(DVec3) -> f64| points().map(|p| 1.0 - visibility(p)).sum::<f64>() / 1024.0;
         let by_map = shaded(&|p| map.solar_visibility(p, DVec3::Z));
         let by_rays = shaded(&|p| exact.solar_visibility(p, DVec3::Z, sun));
@@ -66,7 +66,7 @@ fn a_moving_edge_makes_no_jump() {
     let mut seen = [false; 2];
     for step in 0..400 {
         let sun = DVec3::new(0.001 * f64::from(step), 0.0, 1.0).normalize();
-        let map = DepthMap::new(SunView::new(sun, bounds(&positions), 256), &positions, &triangles);
+        let map = DepthMap::new(SunProjection::new(sun, bounds(&positions), 256), &positions, &triangles);
         let visibility = map.solar_visibility(node, DVec3::Z);
         // A thousandth of a radian moves the shadow by 2 mm, a ninth of a texel of 18 mm. As the map moves with the Sun, up to one of three columns of
         // texels changes.
@@ -89,7 +89,7 @@ fn a_convex_body_has_no_shadow_of_its_own() {
     let exact = Occluders::new(&positions, &triangles);
     for sun in [[1.0, 0.2, 0.3], [0.02, 1.0, 0.5], [0.7, -0.7, 0.1], [0.3, 0.1, -1.0]] {
         let sun = DVec3::from_array(sun).normalize();
-        let map = DepthMap::new(SunView::new(sun, bounds(&positions), 256), &positions, &triangles);
+        let map = DepthMap::new(SunProjection::new(sun, bounds(&positions), 256), &positions, &triangles);
         for face in faces {
             let [a, b, _, d] = face.map(|corner| positions[corner as usize]);
             let normal = (b - a).cross(d - a).normalize();
@@ -113,7 +113,7 @@ fn a_convex_body_has_no_shadow_of_its_own() {
 fn a_map_that_is_traced_is_the_one_that_is_drawn() {
     let (positions, triangles) = disc_over_plate(64);
     let exact = Occluders::new(&positions, &triangles);
-    let view = SunView::new(DVec3::new(0.3, -0.1, 1.0).normalize(), bounds(&positions), 256);
+    let view = SunProjection::new(DVec3::new(0.3, -0.1, 1.0).normalize(), bounds(&positions), 256);
     let (drawn, traced) = (DepthMap::new(view, &positions, &triangles), DepthMap::traced(view, &exact));
     let seen = |map: &DepthMap| points().map(|p| map.solar_visibility(p, DVec3::Z)).collect::<Vec<_>>();
     let apart = seen(&drawn).iter().zip(seen(&traced)).filter(|(a, b)| (*a - b).abs() > 1e-9).count();
@@ -169,7 +169,7 @@ fn the_map_lets_light_through_gaps_narrower_than_its_lift_from_everywhere() {
         let found = |gap: f64| {
             let positions: Vec<DVec3> = [plate(0.0, 50.0), plate(gap, 50.0)].concat();
             let triangles = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
-            let view = SunView::new(sun, bounds(&positions), 2048);
+            let view = SunProjection::new(sun, bounds(&positions), 2048);
             let exact = Occluders::new(&positions, &triangles);
             let map = DepthMap::traced(view, &exact);
             let node = DVec3::new(3.0, 4.0, 0.0);
@@ -183,8 +183,9 @@ fn the_map_lets_light_through_gaps_narrower_than_its_lift_from_everywhere() {
 /// A craft that joints have made large keeps half of the lift in texels, because rounding is in texels.
 #[test]
 fn a_craft_that_has_grown_keeps_a_lift_above_rounding() {
-    let view =
-        |size: f64| SunView::around(DVec3::Z, depth_map::corners_of([DVec3::ZERO, DVec3::splat(size)]), 256, 10.0);
+    let view = |size: f64| {
+        SunProjection::around(DVec3::Z, depth_map::corners_of([DVec3::ZERO, DVec3::splat(size)]), 256, 10.0)
+    };
     let lifts = [5.0, 10.0, 100.0].map(|size| view(size).lift);
     assert_eq!(lifts[0], lifts[1]);
     assert!(

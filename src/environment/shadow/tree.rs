@@ -14,7 +14,7 @@ pub(crate) const LARGEST_TREE: usize = 65_000;
 
 const EMPTY: [DVec3; 2] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
 
-/// A box and its content. Its descendants follow it directly. `skip` is the first node after them.
+/// A box and its content. The box's descendants follow it directly. `skip` is the first node after them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TreeNode {
     /// Lower corner [m].
@@ -38,7 +38,7 @@ pub struct Tree {
     pub(crate) order: Vec<u32>,
 }
 
-/// Number of boxes of a tree with so many triangles. It does not depend on their positions.
+/// Number of boxes of a tree with so many triangles, wherever they lie.
 pub(crate) fn tree_boxes(triangles: usize) -> usize {
     (2 * triangles.div_ceil(LEAF)).saturating_sub(1)
 }

@@ -10,7 +10,7 @@ use crate::lens::{Distortion, Lens};
 /// Place of the principal point, and skew.
 const PLACE: Quantity = Quantity::within(-100_000.0, 100_000.0, "px");
 
-/// The lens of an image of this size. It is refused where it folds the image.
+/// The lens of an image of this size. A lens that folds the image is refused.
 pub(super) fn read(
     section: &Section,
     preset: Option<&Preset>,
@@ -78,16 +78,15 @@ fn focal(section: &Section, preset: Option<&Preset>, width: u32) -> Result<[f64;
     Ok([f64::from(width) / 2.0 / (fov.to_radians() / 2.0).tan(); 2])
 }
 
-/// The models of `distortion_model`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Model {
+enum DistortionModel {
     BrownConrady,
     Fisheye,
 }
 
 /// The distortion, in OpenCV's order of numbers.
 fn distortion(section: &Section, assumptions: &mut Vec<String>) -> Result<Distortion, SceneError> {
-    let models = [("brown_conrady", Model::BrownConrady), ("fisheye", Model::Fisheye)];
+    let models = [("brown_conrady", DistortionModel::BrownConrady), ("fisheye", DistortionModel::Fisheye)];
     let model = section.choice("distortion_model", &models)?;
     if section.is_wrong("distortion") {
         return Ok(Distortion::None);
@@ -99,22 +98,24 @@ fn distortion(section: &Section, assumptions: &mut Vec<String>) -> Result<Distor
         };
     };
     match (model, numbers.as_slice()) {
-        (None | Some(Model::Fisheye), &[k1, k2, k3, k4]) => {
+        (None | Some(DistortionModel::Fisheye), &[k1, k2, k3, k4]) => {
             if model.is_none() {
                 let told = "The four numbers of camera.distortion are k1 to k4 of a fisheye (camera.distortion_model is absent).";
                 assumptions.push(told.to_owned());
             }
             Ok(Distortion::Fisheye([k1, k2, k3, k4]))
         }
-        (None | Some(Model::BrownConrady), numbers) if [5, 8, 12].contains(&numbers.len()) => {
+        (None | Some(DistortionModel::BrownConrady), numbers) if [5, 8, 12].contains(&numbers.len()) => {
             let mut all = [0.0; 12];
             all[..numbers.len()].copy_from_slice(numbers);
             Ok(if all == [0.0; 12] { Distortion::None } else { Distortion::BrownConrady(all) })
         }
         (_, numbers) => {
             let expected = match model {
-                Some(Model::Fisheye) => "4 numbers (k1, k2, k3, k4 of a fisheye)",
-                Some(Model::BrownConrady) => "5, 8 or 12 numbers (k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4)",
+                Some(DistortionModel::Fisheye) => "4 numbers (k1, k2, k3, k4 of a fisheye)",
+                Some(DistortionModel::BrownConrady) => {
+                    "5, 8 or 12 numbers (k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4)"
+                }
                 None => {
                     "5, 8 or 12 numbers (k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4), or 4 (k1, k2, k3, k4 of a fisheye)"
                 }

@@ -14,7 +14,7 @@ use super::section::Section;
 use super::vector::point;
 use super::{Camera, CameraFrame};
 
-pub(super) use path::Around;
+pub(super) use path::PathOrbit;
 pub(crate) use path::{Poses, read_poses};
 
 use super::motion::Motion;
@@ -22,7 +22,6 @@ use super::motion::Motion;
 /// Largest image side [px]. Vulkan devices commonly allow this much.
 const MOST_PIXELS: u32 = 16384;
 
-/// Numbers of samples of a pixel.
 const SAMPLES: [u32; 4] = [1, 4, 8, 16];
 
 const FRAMES: [(&str, CameraFrame); 3] =
@@ -31,7 +30,7 @@ const FRAMES: [(&str, CameraFrame); 3] =
 pub(super) fn read(
     section: &Section,
     preset: Option<&Preset>,
-    around: &Around<'_>,
+    around: &PathOrbit<'_>,
     files: &mut Vec<PathBuf>,
     assumptions: &mut Vec<String>,
 ) -> Result<Camera, SceneError> {

@@ -18,7 +18,7 @@ use super::super::vector::{point, quaternion};
 use super::super::{Camera, CameraFrame};
 use super::pose;
 use crate::environment::Orbit;
-use crate::environment::pose_path::{NoPose, Places, PosePath, Turns};
+use crate::environment::pose_path::{NoPose, PathPositions, PathRotations, PosePath};
 use crate::environment::position_history::PositionHistory;
 use crate::environment::rotation_history::{
     HistoryFrame, RotationHistory, RotationInterpolation, RotationSample, RotationSegment,
@@ -55,27 +55,26 @@ impl Camera {
 }
 
 /// The orbit that a path is relative to, and time 0 where it has a date.
-pub(in crate::scene) struct Around<'a> {
+pub(in crate::scene) struct PathOrbit<'a> {
     pub(crate) orbit: &'a Orbit,
     pub(crate) planet_radius: f64,
     pub(crate) start: Option<Epoch>,
 }
 
-/// The keys that a path depends on.
 const OF_THE_ORBIT: [&str; 5] = ["object", "path_relative_to", "orbit.*", "time.start", "environment.planet_radius"];
 
-/// What the positions of a path are counted from.
 #[derive(Clone, Copy, PartialEq)]
-enum Origin {
+enum PathOrigin {
     Craft,
     Planet,
 }
 
-/// The frame of a path, and what its positions are counted from. `None` where the scene states neither.
-fn frame_of(section: &Section, stated: Option<CameraFrame>) -> Result<(Option<CameraFrame>, Origin), SceneError> {
-    let words = [("orbit", (CameraFrame::Orbit, Origin::Craft)), ("inertial", (CameraFrame::Inertial, Origin::Planet))];
+/// The frame of a path, and the origin of its positions. `None` where the scene states neither.
+fn frame_of(section: &Section, stated: Option<CameraFrame>) -> Result<(Option<CameraFrame>, PathOrigin), SceneError> {
+    let words =
+        [("orbit", (CameraFrame::Orbit, PathOrigin::Craft)), ("inertial", (CameraFrame::Inertial, PathOrigin::Planet))];
     let Some((frame, origin)) = section.choice("path_relative_to", &words)? else {
-        return Ok((stated, Origin::Craft));
+        return Ok((stated, PathOrigin::Craft));
     };
     if stated.is_some_and(|stated| stated != frame) {
         let name = if frame == CameraFrame::Orbit { "orbit" } else { "inertial" };
@@ -89,7 +88,7 @@ fn frame_of(section: &Section, stated: Option<CameraFrame>) -> Result<(Option<Ca
 pub(super) fn read(
     section: &Section,
     stated: Option<CameraFrame>,
-    around: &Around<'_>,
+    around: &PathOrbit<'_>,
     files: &mut Vec<PathBuf>,
     assumptions: &mut Vec<String>,
 ) -> Result<Option<(Option<CameraFrame>, CameraPath)>, SceneError> {
@@ -104,7 +103,7 @@ pub(super) fn read(
     section.exclusive("path", "quaternion")?;
     let (mut frame, origin) = frame_of(section, stated)?;
     let text = read_file(path.clone(), files).map_err(|error| section.error("path", error))?;
-    let mut reader = Reader { section, around, files, assumptions };
+    let mut reader = PathReader { section, around, files, assumptions };
     let (places, rotations) = if ephemeris::is_message(&text) {
         if frame.is_some_and(|frame| frame != CameraFrame::Inertial) {
             let message = "is a trajectory round the planet, so camera.frame and path_relative_to are 'inertial'";
@@ -114,7 +113,7 @@ pub(super) fn read(
         (reader.chaser(&path, &text)?, None)
     } else {
         let table =
-            table(&path, &text, around.start, Order::Rising).and_then(|table| reader.places(&path, table, origin));
+            table(&path, &text, around.start, RowOrder::Rising).and_then(|table| reader.places(&path, table, origin));
         section.blame("path", &OF_THE_ORBIT, table)?
     };
     let turns = reader.turns(rotations, frame.unwrap_or(CameraFrame::Body))?;
@@ -122,21 +121,20 @@ pub(super) fn read(
     Ok(Some((frame, CameraPath { file: path, poses: PosePath { places, turns, mount } })))
 }
 
-/// What the parts of a path are read with.
-struct Reader<'a, 'b> {
+struct PathReader<'a, 'b> {
     section: &'a Section<'a>,
-    around: &'a Around<'a>,
+    around: &'a PathOrbit<'a>,
     files: &'b mut Vec<PathBuf>,
     assumptions: &'b mut Vec<String>,
 }
 
-impl Reader<'_, '_> {
+impl PathReader<'_, '_> {
     fn object(&self) -> Result<Option<String>, SceneError> {
         Ok(self.section.string("object")?.map(str::to_owned))
     }
 
     /// The trajectory of the craft that carries the camera.
-    fn chaser(&mut self, path: &Path, text: &str) -> Result<Places, SceneError> {
+    fn chaser(&mut self, path: &Path, text: &str) -> Result<PathPositions, SceneError> {
         let Orbit::Trajectory(craft) = self.around.orbit else {
             let message =
                 "is a trajectory in GCRF, and the orbit of the scene is circular, without a date: it needs orbit.file";
@@ -146,7 +144,7 @@ impl Reader<'_, '_> {
             Options { object: self.object()?, start: self.around.start, elsewhere: true, ..Options::default() };
         let trajectory = ephemeris::read(path, text, &options, self.assumptions);
         let trajectory = self.section.blame("path", &OF_THE_ORBIT, trajectory)?;
-        Ok(Places::Chaser { trajectory, craft: Arc::clone(craft) })
+        Ok(PathPositions::Chaser { trajectory, craft: Arc::clone(craft) })
     }
 
     /// Positions and rotations of a table. Positions from the planet's centre become those from the craft, before anything is interpolated.
@@ -154,13 +152,13 @@ impl Reader<'_, '_> {
         &mut self,
         path: &Path,
         table: Vec<PathRow>,
-        origin: Origin,
-    ) -> Result<(Places, Option<Arc<RotationHistory>>), SceneError> {
+        origin: PathOrigin,
+    ) -> Result<(PathPositions, Option<Arc<RotationHistory>>), SceneError> {
         let mut samples = Vec::with_capacity(table.len());
         for row in &table {
             let from = match origin {
-                Origin::Craft => DVec3::ZERO,
-                Origin::Planet => {
+                PathOrigin::Craft => DVec3::ZERO,
+                PathOrigin::Planet => {
                     let craft = self.around.orbit.point(row.time, self.around.planet_radius);
                     let missing = || {
                         let message = format!("{} s: the trajectory of the craft has no position then", row.time);
@@ -179,22 +177,26 @@ impl Reader<'_, '_> {
         let history = || {
             let usable = (f64::NEG_INFINITY, f64::INFINITY);
             let segment = RotationSegment { samples: rotations, interpolation: RotationInterpolation::Arc, usable };
-            // The frame is that of the camera, so this one is not read.
+            // The camera states its own frame, so this one is not read.
             Arc::new(RotationHistory::new(path.display().to_string(), HistoryFrame::Inertial, vec![segment]))
         };
         let rotated = table.iter().any(|row| row.rotation.is_some());
-        Ok((Places::Samples(PositionHistory::new(&samples)), rotated.then(history)))
+        Ok((PathPositions::Samples(PositionHistory::new(&samples)), rotated.then(history)))
     }
 
     /// The rotations of a path: of its table, of an attitude file, or towards a point.
-    fn turns(&mut self, of_table: Option<Arc<RotationHistory>>, frame: CameraFrame) -> Result<Turns, SceneError> {
+    fn turns(
+        &mut self,
+        of_table: Option<Arc<RotationHistory>>,
+        frame: CameraFrame,
+    ) -> Result<PathRotations, SceneError> {
         let section = self.section;
         section.exclusive("attitude", "look_at")?;
         if let Some(history) = of_table {
             if let Some(key) = ["attitude", "look_at", "up"].iter().find(|key| section.has(key)) {
                 return Err(section.clash(key, &["path"], "cannot be combined with the quaternions of camera.path"));
             }
-            return Ok(Turns::History(history));
+            return Ok(PathRotations::History(history));
         }
         if let Some(file) = section.path("attitude")? {
             section.exclusive("attitude", "up")?;
@@ -209,11 +211,10 @@ impl Reader<'_, '_> {
         }
         let what = "the point that the camera looks at, because camera.path states no rotations (or camera.attitude)";
         let target = section.required("look_at", point(section, "look_at")?, what)?;
-        Ok(Turns::LookAt(target, pose::up(section, frame, self.assumptions)?))
+        Ok(PathRotations::LookAt(target, pose::up(section, frame, self.assumptions)?))
     }
 
-    /// The rotations of a CCSDS AEM.
-    fn attitude(&mut self, file: &Path, frame: CameraFrame) -> Result<Turns, SceneError> {
+    fn attitude(&mut self, file: &Path, frame: CameraFrame) -> Result<PathRotations, SceneError> {
         let wrong =
             |message: &str| self.section.clash("attitude", &["orbit.*", "frame", "path", "path_relative_to"], message);
         let text = read_file(file.to_path_buf(), self.files).map_err(|error| self.section.error("attitude", error))?;
@@ -230,11 +231,10 @@ impl Reader<'_, '_> {
         if history.frame != HistoryFrame::Inertial {
             return Err(wrong("turns from the orbit frame of its own craft; state it in EME2000, ICRF or GCRF"));
         }
-        Ok(Turns::History(history))
+        Ok(PathRotations::History(history))
     }
 }
 
-/// A row of a table of poses.
 struct PathRow {
     line: usize,
     /// Since time 0 [s].
@@ -243,9 +243,8 @@ struct PathRow {
     rotation: Option<DQuat>,
 }
 
-/// The order of the rows of a table.
 #[derive(Clone, Copy, PartialEq)]
-enum Order {
+enum RowOrder {
     Rising,
     NotFalling,
 }
@@ -254,8 +253,7 @@ enum Order {
 const LATEST: f64 = 1e11;
 const FARTHEST: f64 = 1e13;
 
-/// Reads and checks a table of poses.
-fn table(path: &Path, text: &str, start: Option<Epoch>, order: Order) -> Result<Vec<PathRow>, SceneError> {
+fn table(path: &Path, text: &str, start: Option<Epoch>, order: RowOrder) -> Result<Vec<PathRow>, SceneError> {
     let whole_lines = one_line_end(text);
     let text = whole_lines.as_ref();
     let rotation = ["qw", "qx", "qy", "qz"];
@@ -280,7 +278,7 @@ fn table(path: &Path, text: &str, start: Option<Epoch>, order: Order) -> Result<
             return Err(wrong(format!("lies beyond {LATEST:e} s from time 0")));
         }
         let before = rows.last().map(|last: &PathRow| last.time);
-        if order == Order::Rising && before.is_some_and(|before| before >= seconds) {
+        if order == RowOrder::Rising && before.is_some_and(|before| before >= seconds) {
             return Err(wrong("does not come after the time of the row above: times must increase".to_owned()));
         }
         if before.is_some_and(|before| before > seconds) {
@@ -316,13 +314,12 @@ pub(crate) struct Poses {
     pub(crate) poses: Vec<(DVec3, DQuat)>,
 }
 
-/// Reads a table of poses that a command names. It has the columns `time,x,y,z,qw,qx,qy,qz`. Times may be equal, and do
-/// not decrease.
+/// Reads a table of poses that a command names. The columns are `time,x,y,z,qw,qx,qy,qz`. Times may be equal, and do not decrease.
 ///
 /// # Errors
 /// A file that cannot be read, a value that no pose can have, or a time before 0, with file and line.
 pub(crate) fn read_poses(path: &Path, start: Option<Epoch>) -> Result<Poses, SceneError> {
-    let rows = table(path, &read_text(path)?, start, Order::NotFalling)?;
+    let rows = table(path, &read_text(path)?, start, RowOrder::NotFalling)?;
     let mut all = Poses { times: Vec::new(), poses: Vec::new() };
     for row in rows {
         let at = FileLine { path, line: row.line };

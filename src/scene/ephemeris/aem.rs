@@ -3,11 +3,10 @@
 use std::path::Path;
 
 use super::super::error::SceneError;
-use super::kvn::{Line, check_version, lines};
-use super::rotation::{Metadata, Row, Segment, interpret, version};
+use super::kvn::{KvnLine, check_version, lines};
+use super::rotation::{AttitudeSegment, Metadata, RotationRow, interpret, version};
 use super::text::{FileLine, number};
 
-/// The reader's place in the message.
 #[derive(Clone, Copy, PartialEq)]
 enum AemBlock {
     Header,
@@ -17,44 +16,47 @@ enum AemBlock {
     AfterData,
 }
 
-/// Reads the segments of a message.
-pub(super) fn parse(path: &Path, text: &str, assumptions: &mut Vec<String>) -> Result<Vec<Segment>, SceneError> {
+pub(super) fn parse(
+    path: &Path,
+    text: &str,
+    assumptions: &mut Vec<String>,
+) -> Result<Vec<AttitudeSegment>, SceneError> {
     check_version(path, text, "CCSDS_AEM_VERS")?;
     let version = match lines(text).next() {
-        Some((line, Line::Pair(_, stated))) => version(&FileLine { path, line }, stated)?,
+        Some((line, KvnLine::Pair(_, stated))) => version(&FileLine { path, line }, stated)?,
         _ => 1,
     };
-    let mut segments: Vec<Segment> = Vec::new();
+    let mut segments: Vec<AttitudeSegment> = Vec::new();
     let mut metadata = Metadata::default();
     let mut block = AemBlock::Header;
     for (line, content) in lines(text) {
         let at = FileLine { path, line };
         match (content, block) {
-            (Line::Mark("META_START"), AemBlock::Header | AemBlock::Data | AemBlock::AfterData) => {
+            (KvnLine::Mark("META_START"), AemBlock::Header | AemBlock::Data | AemBlock::AfterData) => {
                 metadata = Metadata { line, version, entries: Vec::new() };
                 block = AemBlock::Metadata;
             }
-            (Line::Mark("META_STOP"), AemBlock::Metadata) => {
+            (KvnLine::Mark("META_STOP"), AemBlock::Metadata) => {
                 segments.push(interpret(path, &metadata, assumptions)?);
                 block = AemBlock::BeforeData;
             }
-            (Line::Mark("DATA_START"), AemBlock::BeforeData) => block = AemBlock::Data,
-            (Line::Mark("DATA_STOP"), AemBlock::Data) => block = AemBlock::AfterData,
-            (Line::Mark(mark), _) => return Err(at.error(mark, "does not belong here")),
-            (Line::Pair(..), AemBlock::Header) => {}
-            (Line::Pair(key, value), AemBlock::Metadata) => {
+            (KvnLine::Mark("DATA_START"), AemBlock::BeforeData) => block = AemBlock::Data,
+            (KvnLine::Mark("DATA_STOP"), AemBlock::Data) => block = AemBlock::AfterData,
+            (KvnLine::Mark(mark), _) => return Err(at.error(mark, "does not belong here")),
+            (KvnLine::Pair(..), AemBlock::Header) => {}
+            (KvnLine::Pair(key, value), AemBlock::Metadata) => {
                 metadata.entries.push((line, key.to_owned(), value.to_owned()));
             }
-            (Line::Data(data), AemBlock::Data) => {
+            (KvnLine::Data(data), AemBlock::Data) => {
                 if let Some(segment) = segments.last_mut() {
                     let row = row(&at, data, segment)?;
                     segment.rows.push(row);
                 }
             }
-            (Line::Pair(key, _), _) => {
+            (KvnLine::Pair(key, _), _) => {
                 return Err(at.error(key, "stands outside the metadata, which are between META_START and META_STOP"));
             }
-            (Line::Data(data), _) => {
+            (KvnLine::Data(data), _) => {
                 let start = data.split_whitespace().next().unwrap_or(data);
                 return Err(at.error(start, "stands outside the data, which are between DATA_START and DATA_STOP"));
             }
@@ -78,7 +80,7 @@ pub(super) fn parse(path: &Path, text: &str, assumptions: &mut Vec<String>) -> R
 }
 
 /// Reads a line of data: an epoch, then the numbers of the segment's type.
-fn row(at: &FileLine, data: &str, segment: &Segment) -> Result<Row, SceneError> {
+fn row(at: &FileLine, data: &str, segment: &AttitudeSegment) -> Result<RotationRow, SceneError> {
     let mut cells = data.split_whitespace();
     let epoch = cells.next().unwrap_or_default().to_owned();
     let wrong = |message: String| at.error(&format!("epoch {epoch}"), message);
@@ -93,7 +95,7 @@ fn row(at: &FileLine, data: &str, segment: &Segment) -> Result<Row, SceneError> 
             columns.join(" ")
         )));
     }
-    Ok(Row { line: at.line, epoch, numbers })
+    Ok(RotationRow { line: at.line, epoch, numbers })
 }
 
 #[cfg(test)]

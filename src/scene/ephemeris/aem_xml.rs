@@ -5,12 +5,15 @@ use std::path::Path;
 use roxmltree::Node;
 
 use super::super::error::SceneError;
-use super::rotation::{Metadata, Row, Segment, Shape, interpret, unit, version};
+use super::rotation::{AttitudeSegment, Metadata, RotationForm, RotationRow, interpret, unit, version};
 use super::text::FileLine;
 use super::xml::{children, document, messages, text, value};
 
-/// Reads the segments of a message.
-pub(super) fn parse(path: &Path, content: &str, assumptions: &mut Vec<String>) -> Result<Vec<Segment>, SceneError> {
+pub(super) fn parse(
+    path: &Path,
+    content: &str,
+    assumptions: &mut Vec<String>,
+) -> Result<Vec<AttitudeSegment>, SceneError> {
     let (document, lines) = document(path, content)?;
     let mut segments = Vec::new();
     for message in messages(path, &document, "aem", "attitude ephemeris")? {
@@ -37,7 +40,7 @@ pub(super) fn parse(path: &Path, content: &str, assumptions: &mut Vec<String>) -
 }
 
 /// The epoch and the numbers of a state, in the order of the keyword-value notation.
-fn row(at: &FileLine, state: Node, segment: &Segment) -> Result<Row, SceneError> {
+fn row(at: &FileLine, state: Node, segment: &AttitudeSegment) -> Result<RotationRow, SceneError> {
     let find = |name: &str| state.descendants().find(|node| node.tag_name().name() == name);
     let epoch = find("EPOCH").map(text).unwrap_or_default().to_owned();
     if epoch.is_empty() {
@@ -45,7 +48,9 @@ fn row(at: &FileLine, state: Node, segment: &Segment) -> Result<Row, SceneError>
     }
     let wrong = |name: &str, message: String| at.error(&format!("epoch {epoch}: {name}"), message);
     let labelled = match (&segment.kind.shape, find("rotationAngles")) {
-        (Shape::Euler { axes }, Some(angles)) => Some(by_label(angles, axes).map_err(|(name, m)| wrong(&name, m))?),
+        (RotationForm::Euler { axes }, Some(angles)) => {
+            Some(by_label(angles, axes).map_err(|(name, m)| wrong(&name, m))?)
+        }
         _ => None,
     };
     let number = |(place, name): (usize, &&'static str)| match labelled {
@@ -58,7 +63,7 @@ fn row(at: &FileLine, state: Node, segment: &Segment) -> Result<Row, SceneError>
             .map_err(|message| wrong(name, message)),
     };
     let numbers = segment.kind.columns().iter().enumerate().map(number).collect::<Result<_, _>>()?;
-    Ok(Row { line: at.line, epoch, numbers })
+    Ok(RotationRow { line: at.line, epoch, numbers })
 }
 
 /// Angles of version 1, `<rotation1 angle="Z_ANGLE">`, in the order of the turns. If an axis occurs twice, its angles

@@ -10,8 +10,8 @@ use super::super::choice::list;
 use super::super::epoch::{parse_epoch, time_system};
 use super::super::error::SceneError;
 use super::object::matches;
-use super::rotation::{Segment, rotation};
-use super::span::{Span, check_span, usable_times};
+use super::rotation::{AttitudeSegment, rotation};
+use super::span::{StatedSpan, check_span, usable_times};
 use super::stated::{Options, state_epoch};
 use super::table::Columns;
 use super::text::{FileLine, name_of, number, one_line_end};
@@ -21,14 +21,12 @@ use crate::environment::rotation_history::{
 };
 use crate::environment::trajectory::seconds_between;
 
-/// The options that a scene states for an attitude file.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct AttitudeOptions {
     /// The object to read if the file holds several.
     pub(crate) object: Option<String>,
     /// Frame of a table: `inertial` or `orbit`.
     pub(crate) frame: Option<HistoryFrame>,
-    /// Time system of a table.
     pub(crate) time_system: Option<String>,
     /// Time 0 of the scene, if known.
     pub(crate) start: Option<Epoch>,
@@ -40,7 +38,6 @@ pub(in crate::scene) const LENGTH_TOLERANCE: f64 = 1e-2;
 /// Turn between two samples above which the user gets a warning [rad]. The reader assumes the shorter arc.
 const LARGE_TURN: f64 = 1.57;
 
-/// Reads the attitude in a file.
 pub(crate) fn read_attitude(
     path: &Path,
     text: &str,
@@ -94,7 +91,7 @@ const LATEST: f64 = 1e11;
 /// The AEM segments of the wanted object, as rotations over scene time.
 fn message(
     path: &Path,
-    mut segments: Vec<Segment>,
+    mut segments: Vec<AttitudeSegment>,
     start: Epoch,
     options: &AttitudeOptions,
     assumptions: &mut Vec<String>,
@@ -106,7 +103,7 @@ fn message(
             return Err(first.error("attitude.object", format!("no object of the file is called '{wanted}'")));
         }
     }
-    let Some(Segment { object, frame, .. }) = segments.first() else {
+    let Some(AttitudeSegment { object, frame, .. }) = segments.first() else {
         return Err(first.error("attitude", "holds no segments"));
     };
     let (object, frame) = (object.clone(), *frame);
@@ -125,7 +122,7 @@ fn message(
 /// Converts a segment to scene time.
 fn by_time(
     path: &Path,
-    segment: &Segment,
+    segment: &AttitudeSegment,
     start: Epoch,
     assumptions: &mut Vec<String>,
 ) -> Result<RotationSegment, SceneError> {
@@ -145,7 +142,7 @@ fn by_time(
             RotationSample { time: seconds_between(start, epoch), frame_from_body: quaternion, derivative, spin };
         push(&at, &mut samples, &row.epoch, sample)?;
     }
-    let span = Span {
+    let span = StatedSpan {
         start: &segment.start,
         stop: &segment.stop,
         usable_start: &segment.usable_start,

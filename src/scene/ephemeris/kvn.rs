@@ -5,9 +5,8 @@ use std::path::Path;
 use super::super::error::SceneError;
 use super::text::FileLine;
 
-/// One line of a message.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Line<'a> {
+pub(super) enum KvnLine<'a> {
     /// A keyword alone, like `META_START`.
     Mark(&'a str),
     /// `KEY = value`.
@@ -17,12 +16,12 @@ pub(super) enum Line<'a> {
 }
 
 /// The lines with their numbers, without comments and empty lines.
-pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, Line<'_>)> {
+pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, KvnLine<'_>)> {
     text.lines().enumerate().filter_map(said).map(|(number, line)| {
         let line = match line.split_once('=') {
-            Some((key, value)) => Line::Pair(key.trim(), value.trim()),
-            None if line.ends_with("_START") || line.ends_with("_STOP") => Line::Mark(line),
-            None => Line::Data(line),
+            Some((key, value)) => KvnLine::Pair(key.trim(), value.trim()),
+            None if line.ends_with("_START") || line.ends_with("_STOP") => KvnLine::Mark(line),
+            None => KvnLine::Data(line),
         };
         (number, line)
     })
@@ -37,12 +36,12 @@ fn said((index, line): (usize, &str)) -> Option<(usize, &str)> {
 
 /// Whether a text is a message. The check ignores the first line.
 pub(super) fn is_message(text: &str) -> bool {
-    let known = |line: Line| match line {
-        Line::Pair(key, _) => {
+    let known = |line: KvnLine| match line {
+        KvnLine::Pair(key, _) => {
             key.starts_with("CCSDS_") || matches!(key, "CREATION_DATE" | "ORIGINATOR" | "OBJECT_NAME")
         }
-        Line::Mark(mark) => mark == "META_START",
-        Line::Data(_) => false,
+        KvnLine::Mark(mark) => mark == "META_START",
+        KvnLine::Data(_) => false,
     };
     lines(text).next().is_some_and(|(_, line)| known(line))
 }
@@ -50,7 +49,7 @@ pub(super) fn is_message(text: &str) -> bool {
 /// Checks the first line of a message: `CCSDS_OEM_VERS = 2.0`.
 pub(super) fn check_version(path: &Path, text: &str, key: &str) -> Result<(), SceneError> {
     match lines(text).next() {
-        Some((_, Line::Pair(first, _))) if first == key => Ok(()),
+        Some((_, KvnLine::Pair(first, _))) if first == key => Ok(()),
         Some((line, _)) => {
             Err(FileLine { path, line }.error(key, "must be the first line of the message, apart from comments"))
         }

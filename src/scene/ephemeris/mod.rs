@@ -10,10 +10,10 @@ use super::choice::list;
 use super::epoch::time_system;
 use super::error::SceneError;
 use crate::environment::divided_differences::hermite_degree;
-use crate::environment::ephemeris::{DEFAULT_DEGREE, Ephemeris, Interpolation, Segment};
+use crate::environment::ephemeris::{DEFAULT_DEGREE, Ephemeris, EphemerisSegment, Interpolation};
 use crate::environment::frames::{ReferenceFrame, to_gcrf};
-use crate::environment::state::Sample;
-use crate::environment::trajectory::{Source, Trajectory, seconds_between};
+use crate::environment::state::EphemerisSample;
+use crate::environment::trajectory::{Trajectory, TrajectorySource, seconds_between};
 use crate::environment::utc::utc;
 
 mod aem;
@@ -33,7 +33,7 @@ mod xml;
 
 pub(super) use attitude::{AttitudeOptions, LENGTH_TOLERANCE, read_attitude};
 use object::matches;
-use span::{Span, check_span, usable_times};
+use span::{StatedSpan, check_span, usable_times};
 pub(super) use stated::Options;
 use stated::{Stated, reference_frame, state_epoch, stated_degree};
 pub(super) use table::Columns;
@@ -48,7 +48,6 @@ pub(super) fn is_message(text: &str) -> bool {
     head.starts_with('<') || kvn::is_message(text) || tle::is_tle(text)
 }
 
-/// A segment in GCRF with its absolute times.
 struct Absolute {
     object: (String, String),
     states: Vec<(Epoch, DVec3, Option<DVec3>)>,
@@ -137,11 +136,11 @@ fn from_segments(
             let times = segment.usable;
             let seconds =
                 |epoch: Option<Epoch>, otherwise: f64| epoch.map_or(otherwise, |epoch| seconds_between(start, epoch));
-            Segment {
+            EphemerisSegment {
                 samples: segment
                     .states
                     .into_iter()
-                    .map(|(epoch, position, velocity)| Sample {
+                    .map(|(epoch, position, velocity)| EphemerisSample {
                         time: seconds_between(start, epoch),
                         position,
                         velocity,
@@ -161,14 +160,13 @@ fn from_segments(
     let called = if object.0.is_empty() { String::new() } else { format!(" of {}", object.0) };
     let description = format!("{states} states{called} in {count} segment(s), {name}");
     if options.elsewhere {
-        return Ok(Arc::new(Trajectory::elsewhere(description, start, Source::Ephemeris(ephemeris))));
+        return Ok(Arc::new(Trajectory::elsewhere(description, start, TrajectorySource::Ephemeris(ephemeris))));
     }
-    Trajectory::new(description, start, Source::Ephemeris(ephemeris))
+    Trajectory::new(description, start, TrajectorySource::Ephemeris(ephemeris))
         .map(Arc::new)
         .map_err(|error| wrong(error.to_string()))
 }
 
-/// Checks a segment and converts it.
 fn absolute(
     path: &Path,
     stated: &Stated,
@@ -221,7 +219,7 @@ fn absolute(
         states.push((epoch, position, velocity));
     }
     let ends = states.first().zip(states.last()).map(|((first, ..), (last, ..))| (*first, *last));
-    let span = Span {
+    let span = StatedSpan {
         start: &stated.start,
         stop: &stated.stop,
         usable_start: &stated.usable_start,

@@ -5,11 +5,10 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::super::error::SceneError;
-use super::kvn::{Line, check_version, lines};
+use super::kvn::{KvnLine, check_version, lines};
 use super::stated::{StateLine, Stated};
 use super::text::{FileLine, number};
 
-/// The reader's place in the message.
 #[derive(Clone, Copy, PartialEq)]
 enum OemBlock {
     Header,
@@ -18,7 +17,6 @@ enum OemBlock {
     Covariance,
 }
 
-/// Reads the segments of a message.
 pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Stated>, SceneError> {
     check_version(path, text, "CCSDS_OEM_VERS")?;
     let mut segments: Vec<Stated> = Vec::new();
@@ -26,30 +24,30 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Stated>, SceneError> 
     for (line, content) in lines(text) {
         let at = FileLine { path, line };
         match (content, block) {
-            (Line::Mark("META_START"), OemBlock::Header | OemBlock::States) => {
+            (KvnLine::Mark("META_START"), OemBlock::Header | OemBlock::States) => {
                 segments.push(Stated { line, ..Stated::default() });
                 block = OemBlock::Metadata;
             }
-            (Line::Mark("META_STOP"), OemBlock::Metadata) => block = OemBlock::States,
-            (Line::Mark("COVARIANCE_START"), OemBlock::States) => block = OemBlock::Covariance,
-            (Line::Mark("COVARIANCE_STOP"), OemBlock::Covariance) => block = OemBlock::States,
-            (Line::Mark(mark), _) => return Err(at.error(mark, "does not belong here")),
-            (Line::Pair(..), OemBlock::Header) | (_, OemBlock::Covariance) => {}
-            (Line::Pair(key, value), OemBlock::Metadata) => {
+            (KvnLine::Mark("META_STOP"), OemBlock::Metadata) => block = OemBlock::States,
+            (KvnLine::Mark("COVARIANCE_START"), OemBlock::States) => block = OemBlock::Covariance,
+            (KvnLine::Mark("COVARIANCE_STOP"), OemBlock::Covariance) => block = OemBlock::States,
+            (KvnLine::Mark(mark), _) => return Err(at.error(mark, "does not belong here")),
+            (KvnLine::Pair(..), OemBlock::Header) | (_, OemBlock::Covariance) => {}
+            (KvnLine::Pair(key, value), OemBlock::Metadata) => {
                 if let Some(segment) = segments.last_mut() {
                     metadata(segment, line, key, value);
                 }
             }
-            (Line::Data(data), OemBlock::States) => {
+            (KvnLine::Data(data), OemBlock::States) => {
                 let state = state(&at, line, data)?;
                 if let Some(segment) = segments.last_mut() {
                     segment.lines.push(state);
                 }
             }
-            (Line::Pair(key, _), OemBlock::States) => {
+            (KvnLine::Pair(key, _), OemBlock::States) => {
                 return Err(at.error(key, "stands among the states; metadata belong between META_START and META_STOP"));
             }
-            (Line::Data(data), _) => {
+            (KvnLine::Data(data), _) => {
                 return Err(at.error(data.split_whitespace().next().unwrap_or(data), "is neither KEY = value nor data"));
             }
         }
@@ -74,7 +72,7 @@ fn unfinished(path: &Path, text: &str, key: &str) -> SceneError {
     FileLine { path, line: text.lines().count() }.error(key, "is missing: the file ends before it")
 }
 
-/// Stores the value of a metadata key. It ignores keys that do not affect the trajectory.
+/// Stores the value of a metadata key. Keys that do not affect the trajectory are ignored.
 pub(super) fn metadata(segment: &mut Stated, line: usize, key: &str, value: &str) {
     let value = value.to_owned();
     match key {

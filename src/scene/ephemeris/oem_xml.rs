@@ -11,7 +11,6 @@ use super::stated::{StateLine, Stated};
 use super::text::FileLine;
 use super::xml::{children, document, messages, text, value};
 
-/// Reads the segments of a message.
 pub(super) fn parse(path: &Path, content: &str) -> Result<Vec<Stated>, SceneError> {
     let (document, lines) = document(path, content)?;
     let mut segments = Vec::new();

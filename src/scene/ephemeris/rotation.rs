@@ -9,7 +9,7 @@ use hifitime::TimeScale;
 use super::super::choice::list;
 use super::super::epoch::time_system;
 use super::super::error::SceneError;
-use super::span::Said;
+use super::span::StatedValue;
 use super::stated::{reference_frame, stated_degree};
 use super::text::{FileLine, name_of};
 use crate::environment::divided_differences::hermite_degree;
@@ -17,10 +17,8 @@ use crate::environment::ephemeris::DEFAULT_DEGREE;
 use crate::environment::frames::ReferenceFrame;
 use crate::environment::rotation_history::{HistoryFrame, RotationInterpolation};
 
-/// The unchecked metadata of a segment.
 #[derive(Default)]
 pub(super) struct Metadata {
-    /// Line where the metadata start.
     pub(super) line: usize,
     /// Version: 1 or 2.
     pub(super) version: u32,
@@ -28,36 +26,34 @@ pub(super) struct Metadata {
     pub(super) entries: Vec<(usize, String, String)>,
 }
 
-pub(super) struct Segment {
+pub(super) struct AttitudeSegment {
     pub(super) line: usize,
     /// Name and identifier of the object.
     pub(super) object: (String, String),
     pub(super) frame: HistoryFrame,
-    pub(super) kind: Kind,
+    pub(super) kind: RotationKind,
     /// Whether the rotations take frame vectors into the body. The usual direction is the opposite.
     inverted: bool,
     pub(super) scale: TimeScale,
-    pub(super) start: Said,
-    pub(super) stop: Said,
-    pub(super) usable_start: Said,
-    pub(super) usable_stop: Said,
+    pub(super) start: StatedValue,
+    pub(super) stop: StatedValue,
+    pub(super) usable_start: StatedValue,
+    pub(super) usable_stop: StatedValue,
     pub(super) interpolation: RotationInterpolation,
-    pub(super) rows: Vec<Row>,
+    pub(super) rows: Vec<RotationRow>,
     /// Whether the file ends inside the segment.
     pub(super) torn: bool,
 }
 
-/// A line of data.
-pub(super) struct Row {
+pub(super) struct RotationRow {
     pub(super) line: usize,
     pub(super) epoch: String,
-    /// The numbers in the order of [`Kind::columns`].
+    /// The numbers in the order of [`RotationKind::columns`].
     pub(super) numbers: Vec<f64>,
 }
 
-/// The form in which rotations are stated.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Shape {
+pub(super) enum RotationForm {
     Quaternion {
         scalar_first: bool,
     },
@@ -79,17 +75,15 @@ enum Beside {
     AngularVelocity,
 }
 
-/// The meaning of the numbers of a segment.
-pub(super) struct Kind {
+pub(super) struct RotationKind {
     /// `ATTITUDE_TYPE`.
     pub(super) name: &'static str,
-    pub(super) shape: Shape,
+    pub(super) shape: RotationForm,
     beside: Beside,
     /// Whether the angular velocity has components along the axes of frame B.
     velocity_in_b: bool,
 }
 
-/// The supported attitude types.
 const QUATERNION: &str = "QUATERNION";
 const EULER: &str = "EULER_ANGLE";
 const SPIN: &str = "SPIN";
@@ -105,20 +99,19 @@ const KINDS: [(&str, &str, Beside); 9] = [
     (SPIN, SPIN, Beside::Nothing),
 ];
 
-impl Kind {
-    /// The names of the numbers after an epoch.
+impl RotationKind {
     pub(super) fn columns(&self) -> Vec<&'static str> {
         let (mut columns, derivatives) = match self.shape {
-            Shape::Quaternion { scalar_first: true } => {
+            RotationForm::Quaternion { scalar_first: true } => {
                 (vec!["QC", "Q1", "Q2", "Q3"], ["QC_DOT", "Q1_DOT", "Q2_DOT", "Q3_DOT"].as_slice())
             }
-            Shape::Quaternion { scalar_first: false } => {
+            RotationForm::Quaternion { scalar_first: false } => {
                 (vec!["Q1", "Q2", "Q3", "QC"], ["Q1_DOT", "Q2_DOT", "Q3_DOT", "QC_DOT"].as_slice())
             }
-            Shape::Euler { .. } => {
+            RotationForm::Euler { .. } => {
                 (vec!["ANGLE_1", "ANGLE_2", "ANGLE_3"], ["ANGLE_1_DOT", "ANGLE_2_DOT", "ANGLE_3_DOT"].as_slice())
             }
-            Shape::Spin => (vec!["SPIN_ALPHA", "SPIN_DELTA", "SPIN_ANGLE", "SPIN_ANGLE_VEL"], [].as_slice()),
+            RotationForm::Spin => (vec!["SPIN_ALPHA", "SPIN_DELTA", "SPIN_ANGLE", "SPIN_ANGLE_VEL"], [].as_slice()),
         };
         columns.extend_from_slice(match self.beside {
             Beside::Nothing => &[],
@@ -130,7 +123,6 @@ impl Kind {
     }
 }
 
-/// The unit of a column.
 pub(super) fn unit(column: &str) -> &'static str {
     match column {
         "QC" | "Q1" | "Q2" | "Q3" => "",
@@ -149,8 +141,8 @@ pub(super) fn version(at: &FileLine, stated: &str) -> Result<u32, SceneError> {
 }
 
 /// The rotation of the body into the frame that a row states, its derivative [1/s], and the rate of a spin [rad/s].
-pub(super) fn rotation(segment: &Segment, numbers: &[f64]) -> (DQuat, Option<DQuat>, Option<f64>) {
-    let (stated, rest) = numbers.split_at(if matches!(segment.kind.shape, Shape::Euler { .. }) { 3 } else { 4 });
+pub(super) fn rotation(segment: &AttitudeSegment, numbers: &[f64]) -> (DQuat, Option<DQuat>, Option<f64>) {
+    let (stated, rest) = numbers.split_at(if matches!(segment.kind.shape, RotationForm::Euler { .. }) { 3 } else { 4 });
     let quaternion = |numbers: &[f64], scalar_first: bool| match *numbers {
         [w, x, y, z] if scalar_first => DQuat::from_xyzw(x, y, z, w),
         [x, y, z, w] => DQuat::from_xyzw(x, y, z, w),
@@ -158,11 +150,11 @@ pub(super) fn rotation(segment: &Segment, numbers: &[f64]) -> (DQuat, Option<DQu
     };
     let half_turning = |velocity: DVec3| DQuat::from_vec4((0.5 * velocity).extend(0.0));
     let (turn, derivative) = match segment.kind.shape {
-        Shape::Quaternion { scalar_first } => {
+        RotationForm::Quaternion { scalar_first } => {
             let derivative = (segment.kind.beside == Beside::Derivatives).then(|| quaternion(rest, scalar_first));
             (quaternion(stated, scalar_first), derivative)
         }
-        Shape::Euler { axes } => {
+        RotationForm::Euler { axes } => {
             let turns = [0, 1, 2].map(|i| DQuat::from_axis_angle(DVec3::AXES[axes[i]], stated[i].to_radians()));
             let [first, second, third] = turns;
             let derivative = (segment.kind.beside == Beside::Derivatives).then(|| {
@@ -171,7 +163,7 @@ pub(super) fn rotation(segment: &Segment, numbers: &[f64]) -> (DQuat, Option<DQu
             });
             (first * second * third, derivative)
         }
-        Shape::Spin => {
+        RotationForm::Spin => {
             // The body's Z is the spin axis. At SPIN_ANGLE 0 the body's X lies in the frame's XY plane, 90 deg ahead of
             // the axis. Orekit uses this convention. The standard leaves it to the parties.
             let (alpha, delta) = (stated[0].to_radians(), stated[1].to_radians());
@@ -197,7 +189,7 @@ impl Metadata {
         self.entries.iter().find(|(_, known, _)| known == key).map(|(line, _, value)| (*line, value.as_str()))
     }
 
-    fn owned(&self, key: &str) -> Said {
+    fn owned(&self, key: &str) -> StatedValue {
         self.get(key).map(|(line, value)| (line, value.to_owned()))
     }
 
@@ -212,7 +204,7 @@ pub(super) fn interpret(
     path: &Path,
     metadata: &Metadata,
     assumptions: &mut Vec<String>,
-) -> Result<Segment, SceneError> {
+) -> Result<AttitudeSegment, SceneError> {
     let mut assume = |said: String| {
         let said = format!("{}:{}: {said}", name_of(path), metadata.line);
         if !assumptions.contains(&said) {
@@ -223,7 +215,7 @@ pub(super) fn interpret(
     let a_to_b = direction(path, metadata, &mut assume)?;
     let mut kind = kind(path, metadata, &mut assume)?;
     let inverted = a_to_b != body_is_b;
-    if inverted && kind.shape == Shape::Spin {
+    if inverted && kind.shape == RotationForm::Spin {
         let (line, _) = metadata.get("ATTITUDE_DIR").or(metadata.get("REF_FRAME_A")).unwrap_or((metadata.line, ""));
         let message = "the axis of a spin is stated in the outer frame, so the rotation must lead to the body's frame";
         return Err(FileLine { path, line }.error("ATTITUDE_DIR", message));
@@ -241,7 +233,7 @@ pub(super) fn interpret(
     if !missing.is_empty() {
         assume(format!("the metadata of this segment lack {}.", missing.join(", ")));
     }
-    if kind.shape == Shape::Spin {
+    if kind.shape == RotationForm::Spin {
         assume(
             "SPIN_ANGLE counts from the body's X axis in the XY plane of the reference frame, 90 deg ahead of the spin \
              axis's right ascension, and the spin axis is the body's Z."
@@ -249,7 +241,7 @@ pub(super) fn interpret(
         );
     }
     let text = |key: &str| metadata.get(key).map(|(_, value)| value.to_owned()).unwrap_or_default();
-    Ok(Segment {
+    Ok(AttitudeSegment {
         line: metadata.line,
         object: (text("OBJECT_NAME"), text("OBJECT_ID")),
         frame,
@@ -309,7 +301,7 @@ fn direction(path: &Path, metadata: &Metadata, assume: &mut impl FnMut(String)) 
     }
 }
 
-fn kind(path: &Path, metadata: &Metadata, assume: &mut impl FnMut(String)) -> Result<Kind, SceneError> {
+fn kind(path: &Path, metadata: &Metadata, assume: &mut impl FnMut(String)) -> Result<RotationKind, SceneError> {
     let (line, stated) = metadata.required(path, "ATTITUDE_TYPE")?;
     let plain = stated.to_ascii_uppercase().replace(' ', "_");
     let Some((name, shape, beside)) = KINDS.iter().find(|(known, ..)| *known == plain) else {
@@ -318,14 +310,14 @@ fn kind(path: &Path, metadata: &Metadata, assume: &mut impl FnMut(String)) -> Re
             .error("ATTITUDE_TYPE", format!("'{stated}' is not read; it must be one of {known}")));
     };
     let shape = match *shape {
-        QUATERNION => Shape::Quaternion { scalar_first: scalar_first(path, metadata, assume)? },
-        EULER => Shape::Euler { axes: sequence(path, metadata)? },
-        _ => Shape::Spin,
+        QUATERNION => RotationForm::Quaternion { scalar_first: scalar_first(path, metadata, assume)? },
+        EULER => RotationForm::Euler { axes: sequence(path, metadata)? },
+        _ => RotationForm::Spin,
     };
     if *beside == Beside::Rates {
         assume(format!("the rates of {name} are passed over."));
     }
-    Ok(Kind { name, shape, beside: *beside, velocity_in_b: true })
+    Ok(RotationKind { name, shape, beside: *beside, velocity_in_b: true })
 }
 
 /// Whether the scalar of a quaternion comes first. Version 1 states it. In version 2 it never does.
@@ -386,7 +378,7 @@ fn velocity_in_b(path: &Path, metadata: &Metadata) -> Result<bool, SceneError> {
 fn interpolation(
     path: &Path,
     metadata: &Metadata,
-    kind: &Kind,
+    kind: &RotationKind,
     assume: &mut impl FnMut(String),
 ) -> Result<RotationInterpolation, SceneError> {
     let key = if metadata.get("INTERPOLATION").is_some() { "INTERPOLATION" } else { "INTERPOLATION_METHOD" };
@@ -399,7 +391,7 @@ fn interpolation(
     if !known.contains(&method.as_str()) {
         return Err(FileLine { path, line }.error(key, format!("'{method}' is not one of {}", list(known))));
     }
-    if kind.shape == Shape::Spin || method == "LINEAR" || method == "SLERP" {
+    if kind.shape == RotationForm::Spin || method == "LINEAR" || method == "SLERP" {
         return Ok(RotationInterpolation::Arc);
     }
     let chosen = degree.unwrap_or(DEFAULT_DEGREE);

@@ -14,26 +14,26 @@ use crate::environment::utc::utc;
 const SPAN_TOLERANCE: f64 = 1e-3;
 
 /// The stated times of a segment, and the last line of the file.
-pub(super) struct Span<'a> {
-    pub(super) start: &'a Said,
-    pub(super) stop: &'a Said,
-    pub(super) usable_start: &'a Said,
-    pub(super) usable_stop: &'a Said,
+pub(super) struct StatedSpan<'a> {
+    pub(super) start: &'a StatedValue,
+    pub(super) stop: &'a StatedValue,
+    pub(super) usable_start: &'a StatedValue,
+    pub(super) usable_stop: &'a StatedValue,
     pub(super) torn: Option<usize>,
 }
 
 /// The value of a metadata key, with its line.
-pub(super) type Said = Option<(usize, String)>;
+pub(super) type StatedValue = Option<(usize, String)>;
 
 /// Compares the first and last epochs with the stated span, because a file may be cut off.
 pub(super) fn check_span(
     path: &Path,
-    span: &Span,
+    span: &StatedSpan,
     scale: TimeScale,
     (what, first, last): (&str, Epoch, Epoch),
     assume: &mut impl FnMut(String),
 ) -> Result<(), SceneError> {
-    let parse = |key: &str, stated: &Said| {
+    let parse = |key: &str, stated: &StatedValue| {
         let parse = |(line, text): &(usize, String)| {
             parse_epoch(text, scale).map_err(|message| FileLine { path, line: *line }.error(key, message))
         };
@@ -58,15 +58,15 @@ pub(super) fn check_span(
     Ok(())
 }
 
-/// The usable times of a segment, as its metadata state them. They must leave some time between `first` and `last`.
+/// The usable times of a segment, as its metadata state them. Some time must be left between `first` and `last`.
 pub(super) fn usable_times(
     path: &Path,
-    span: &Span,
+    span: &StatedSpan,
     scale: TimeScale,
     (what, ends): (&str, Option<(Epoch, Epoch)>),
 ) -> Result<(Option<Epoch>, Option<Epoch>), SceneError> {
     let at = |line: usize| FileLine { path, line };
-    let parse = |key: &str, stated: &Said| {
+    let parse = |key: &str, stated: &StatedValue| {
         let parse = |(line, text): &(usize, String)| parse_epoch(text, scale).map_err(|m| at(*line).error(key, m));
         stated.as_ref().map(parse).transpose()
     };

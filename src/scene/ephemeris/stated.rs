@@ -7,25 +7,20 @@ use hifitime::{Epoch, TimeScale};
 
 use super::super::epoch::parse_epoch;
 use super::super::error::SceneError;
-use super::span::Said;
+use super::span::StatedValue;
 use super::text::FileLine;
 use crate::environment::divided_differences::HIGHEST_DEGREE;
 use crate::environment::frames::ReferenceFrame;
 
-/// The options that a scene states for a trajectory file.
 #[derive(Debug, Clone, Default)]
 pub(in crate::scene) struct Options {
     /// The object to read if the file holds several.
     pub(in crate::scene) object: Option<String>,
-    /// Frame of a table.
     pub(in crate::scene) frame: Option<String>,
-    /// Time system of a table.
     pub(in crate::scene) time_system: Option<String>,
     /// `hermite` or `lagrange`, if the file does not state it.
     pub(in crate::scene) interpolation: Option<String>,
-    /// Degree of the interpolation, if the file does not state it.
     pub(in crate::scene) degree: Option<u32>,
-    /// Time 0 of the scene.
     pub(in crate::scene) start: Option<Epoch>,
     /// Whether the trajectory may begin after time 0.
     pub(in crate::scene) elsewhere: bool,
@@ -34,23 +29,22 @@ pub(in crate::scene) struct Options {
 /// A segment in the words of the file.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Stated {
-    /// Line where the segment starts.
     pub(super) line: usize,
     pub(super) object_name: String,
     pub(super) object_id: String,
     pub(super) centre: Option<String>,
-    pub(super) start: Said,
-    pub(super) stop: Said,
+    pub(super) start: StatedValue,
+    pub(super) stop: StatedValue,
     /// Mandatory metadata keys that are missing but not needed.
     pub(super) missing: Vec<&'static str>,
     /// Whether the file ends inside a line of this segment.
     pub(super) torn: bool,
-    pub(super) frame: Said,
-    pub(super) time_system: Said,
-    pub(super) usable_start: Said,
-    pub(super) usable_stop: Said,
-    pub(super) interpolation: Said,
-    pub(super) degree: Said,
+    pub(super) frame: StatedValue,
+    pub(super) time_system: StatedValue,
+    pub(super) usable_start: StatedValue,
+    pub(super) usable_stop: StatedValue,
+    pub(super) interpolation: StatedValue,
+    pub(super) degree: StatedValue,
     pub(super) lines: Vec<StateLine>,
 }
 
@@ -88,7 +82,6 @@ pub(super) fn reference_frame(name: &str) -> Result<ReferenceFrame, String> {
     Err(format!("the frame '{name}' is not one of 'EME2000', 'J2000', 'ICRF', 'GCRF', 'TEME', 'ITRF'"))
 }
 
-/// Parses a degree of interpolation.
 pub(super) fn stated_degree(path: &Path, (line, text): &(usize, String)) -> Result<usize, SceneError> {
     let degree = text.parse::<usize>().ok().filter(|degree| (1..=HIGHEST_DEGREE).contains(degree));
     degree.ok_or_else(|| {

@@ -24,7 +24,7 @@ impl<'a> Columns<'a> {
         Self::read_beside(path, text, required, optional, &[])
     }
 
-    /// The same of a table that may also have the columns `beside`, which are not read.
+    /// Reads a table that may also have the columns `beside`, which are ignored.
     pub(in crate::scene) fn read_beside(
         path: &Path,
         text: &'a str,

@@ -12,7 +12,6 @@ pub(in crate::scene) struct FileLine<'a> {
 }
 
 impl FileLine<'_> {
-    /// An error at this line.
     pub(in crate::scene) fn error(&self, key: &str, message: impl ToString) -> SceneError {
         SceneError::Value {
             path: self.path.to_path_buf(),

@@ -10,7 +10,7 @@ use super::super::error::SceneError;
 use super::object::matches;
 use super::stated::Options;
 use super::text::FileLine;
-use crate::environment::trajectory::{Source, Trajectory, seconds_between};
+use crate::environment::trajectory::{Trajectory, TrajectorySource, seconds_between};
 use crate::environment::utc::utc;
 
 /// Age of elements above which the user gets a warning [s]. SGP4 loses 1 to 3 km a day in low orbit.
@@ -30,7 +30,6 @@ pub(super) fn is_tle(text: &str) -> bool {
 const MOST_LINES: usize = 100;
 const SHORTEST: usize = 40;
 
-/// Index of the checksum in a line.
 const CHECKSUM: usize = 68;
 
 fn said(text: &str) -> impl Iterator<Item = (usize, &str)> {
@@ -174,6 +173,6 @@ pub(super) fn read(
         ));
     }
     let description = format!("SGP4 of {} (epoch {}), {file_name}", set.name, utc(epoch));
-    let source = Source::Elements { constants: Box::new(constants), epoch: -age };
+    let source = TrajectorySource::Elements { constants: Box::new(constants), epoch: -age };
     Trajectory::new(description, start, source).map(Arc::new).map_err(|error| wrong(error.to_string()))
 }

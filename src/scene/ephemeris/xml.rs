@@ -8,9 +8,9 @@ use super::super::error::SceneError;
 use super::text::{FileLine, number};
 
 /// The byte offset of every line. An XML node knows its byte offset only.
-pub(super) struct Lines(Vec<usize>);
+pub(super) struct LineOffsets(Vec<usize>);
 
-impl Lines {
+impl LineOffsets {
     /// The line of a node, from 1.
     pub(super) fn of(&self, node: Node) -> usize {
         self.0.partition_point(|start| *start <= node.range().start)
@@ -18,7 +18,7 @@ impl Lines {
 }
 
 /// Parses a text. Returns the tree and the lines.
-pub(super) fn document<'a>(path: &Path, text: &'a str) -> Result<(Document<'a>, Lines), SceneError> {
+pub(super) fn document<'a>(path: &Path, text: &'a str) -> Result<(Document<'a>, LineOffsets), SceneError> {
     let text = text.trim_start_matches('\u{feff}');
     check_shape(text).map_err(|(at, message)| {
         let line = 1 + text.as_bytes()[..at].iter().filter(|byte| **byte == b'\n').count();
@@ -28,7 +28,7 @@ pub(super) fn document<'a>(path: &Path, text: &'a str) -> Result<(Document<'a>, 
     let document = Document::parse_with_options(text, options)
         .map_err(|error| FileLine { path, line: error.pos().row as usize }.error("XML", error.to_string()))?;
     let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
-    Ok((document, Lines(std::iter::once(0).chain(ends.map(|(index, _)| index + 1)).collect())))
+    Ok((document, LineOffsets(std::iter::once(0).chain(ends.map(|(index, _)| index + 1)).collect())))
 }
 
 /// Most attributes of a tag. The parser compares each with all others of its tag.
@@ -103,7 +103,6 @@ pub(super) fn children<'a, 'i: 'a>(
     node.children().filter(move |child| child.tag_name().name() == name)
 }
 
-/// The text of a node, trimmed.
 pub(super) fn text<'a>(node: Node<'a, '_>) -> &'a str {
     node.text().unwrap_or_default().trim()
 }

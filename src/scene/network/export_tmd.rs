@@ -13,14 +13,14 @@ const SPACE: i64 = 99_999;
 
 /// Temperatures of all nodes of a network over time.
 #[derive(Debug, Clone, Copy)]
-pub struct Solved<'a> {
+pub struct TmdSolution<'a> {
     /// Times [s], ascending.
     pub times: &'a [f64],
     /// Temperatures of all nodes at each time [K].
     pub rows: &'a [Vec<f64>],
 }
 
-impl Solved<'_> {
+impl TmdSolution<'_> {
     /// Temperature of a node at a time [K], linear between its times and held beyond them.
     fn at(&self, node: usize, time: f64) -> f64 {
         let next = self.times.partition_point(|own| *own < time);
@@ -35,8 +35,8 @@ impl Solved<'_> {
     }
 }
 
-/// The TMD of a network, and notes about what differs from it. Without a solution all temperatures are those of the start.
-pub fn tmd(file: &NetworkFile, description: &str, solved: Option<Solved>) -> (Tmd, Vec<String>) {
+/// The TMD of a network, and notes about the differences. Without a solution all temperatures are start temperatures.
+pub fn tmd(file: &NetworkFile, description: &str, solved: Option<TmdSolution>) -> (Tmd, Vec<String>) {
     let network = &file.network;
     let heat = file.schedule.heat_of_nodes(network.len());
     let mut notes = Vec::new();

@@ -9,7 +9,7 @@ use crate::text::plain;
 
 const CELSIUS: f64 = 273.15;
 
-/// A network file, and notes about what it lacks.
+/// A network file, and notes about missing values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
     /// Text of the network file.
@@ -19,7 +19,7 @@ pub struct Imported {
 }
 
 /// A row of node.csv.
-struct Node {
+struct S2eNode {
     id: String,
     label: String,
     kind: &'static str,
@@ -153,7 +153,7 @@ fn number(folder: &Files, file: &str, line: u64, record: &csv::StringRecord, col
 
 /// node.csv: a header, then id, label, type (0 diffusive, 1 boundary, 2 arithmetic), heater, capacity, alpha, epsilon,
 /// area, normal, temperature.
-fn nodes(folder: &Files) -> Result<Vec<Node>, String> {
+fn nodes(folder: &Files) -> Result<Vec<S2eNode>, String> {
     let file = "node.csv";
     let rows = needed(folder, file)?;
     let header = rows.first().map(|(_, header)| header.iter().map(str::to_lowercase).collect::<Vec<_>>());
@@ -178,7 +178,7 @@ fn nodes(folder: &Files) -> Result<Vec<Node>, String> {
             }
         };
         let text = |column: usize| plain(record.get(column).unwrap_or("")).into_owned();
-        nodes.push(Node {
+        nodes.push(S2eNode {
             id: text(id),
             label: text(label),
             kind,
@@ -204,7 +204,7 @@ fn heaters(folder: &Files) -> Result<Vec<[f64; 3]>, String> {
 type Load = Option<(Vec<f64>, Vec<f64>)>;
 
 /// heatload.csv: times in the header, then a row of powers [W] for each node.
-fn loads(folder: &Files, nodes: &[Node]) -> Result<Vec<Load>, String> {
+fn loads(folder: &Files, nodes: &[S2eNode]) -> Result<Vec<Load>, String> {
     let file = "heatload.csv";
     let mut loads: Vec<Load> = nodes.iter().map(|_| None).collect();
     let rows = records(folder, file)?.unwrap_or_default();

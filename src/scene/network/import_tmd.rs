@@ -5,10 +5,9 @@ use crate::scene::tmd::{Conductors, Tmd};
 use crate::thermal::network::schedule::{HeatTable, Schedule};
 use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 
-/// Most names in a note.
 const NAMED: usize = 10;
 
-/// A network, and notes about what differs from the TMD file.
+/// A network, and notes about differences from the TMD file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImportedTmd {
     /// The network.
@@ -19,7 +18,7 @@ pub struct ImportedTmd {
     pub notes: Vec<String>,
 }
 
-/// The network of a TMD file. Its times begin at 0.
+/// The network of a TMD file, with times that begin at 0.
 ///
 /// # Errors
 /// A message if no node is active, or if a label is in use.
@@ -144,7 +143,6 @@ fn heat_of(times: &[f64], loads: &[Vec<f64>; 5]) -> Option<HeatTable> {
     })
 }
 
-/// The first names.
 fn listed(names: &[String]) -> String {
     let more = names.len().saturating_sub(NAMED);
     let first = names[..names.len() - more].join(", ");

@@ -90,7 +90,7 @@ impl NetworkFile {
         if dark > 0 {
             assumptions.push(format!("{dark} of the nodes do not radiate to space (emissive_area is absent)."));
         }
-        let nodes = Nodes { labels: &labels, numbers };
+        let nodes = NodeNumbers { labels: &labels, numbers };
         network.space_temperature = space(&root, &network, &mut assumptions)?;
         for section in &root.tables("linear_conductor", LINEAR)? {
             let conductance = section.number("conductance", Quantity::non_negative("W/K"))?;
@@ -137,12 +137,12 @@ impl NetworkFile {
 }
 
 /// The node number of each label.
-struct Nodes<'a> {
+struct NodeNumbers<'a> {
     labels: &'a [String],
     numbers: HashMap<String, u32>,
 }
 
-impl Nodes<'_> {
+impl NodeNumbers<'_> {
     fn number(&self, section: &Section, key: &str, label: &str) -> Result<u32, SceneError> {
         self.numbers.get(label).copied().ok_or_else(|| {
             let near = suggestion(label, self.labels.iter().map(String::as_str));

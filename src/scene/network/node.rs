@@ -9,11 +9,11 @@ use crate::thermal::network::schedule::HeatTable;
 pub(super) const KEYS: &[&str] = &["label", "kind", "capacitance", "emissive_area", "temperature", "heat"];
 /// `heat = { .. }`.
 pub(in crate::scene) const HEAT: &[&str] = &["time", "power"];
-/// Start of the search for the balance of an arithmetic node [K]. It does not affect the result.
+/// Start of the search for the balance of an arithmetic node [K], without effect on the result.
 const FIRST_GUESS: f64 = 300.0;
 
 /// A node in the words of the file.
-pub(super) struct Node {
+pub(super) struct FileNode {
     pub(super) label: String,
     pub(super) kind: NodeKind,
     pub(super) capacitance: f64,
@@ -23,7 +23,7 @@ pub(super) struct Node {
     pub(super) heat: Option<HeatTable>,
 }
 
-pub(super) fn read(section: &Section) -> Result<Node, SceneError> {
+pub(super) fn read(section: &Section) -> Result<FileNode, SceneError> {
     let label = section.name("label")?;
     let label = section.required("label", label, "the name of the node")?;
     if label == "time" {
@@ -41,7 +41,7 @@ pub(super) fn read(section: &Section) -> Result<Node, SceneError> {
         NodeKind::Boundary => section.required("temperature", temperature, "the temperature that it keeps [K]")?,
     };
     let capacitance = capacitance(section, kind)?;
-    Ok(Node { label, kind, capacitance, emissive_area, temperature, heat: heat(section)? })
+    Ok(FileNode { label, kind, capacitance, emissive_area, temperature, heat: heat(section)? })
 }
 
 fn capacitance(section: &Section, kind: NodeKind) -> Result<f64, SceneError> {

@@ -1,15 +1,14 @@
 //! A network as tables that any program reads.
 
 use super::NetworkFile;
-/// Names of the tables.
 pub(crate) const NAMES: [&str; 4] = ["nodes.csv", "gl.csv", "gr.csv", "heat.csv"];
 
-type Rows = Vec<Vec<String>>;
+type TextRows = Vec<Vec<String>>;
 
 impl NetworkFile {
     /// The rows of the tables `NAMES`, each with its header: nodes, linear and radiative conductors, and the heat of each node that has any [W]. A time
     /// of heat that stands twice is a jump.
-    pub(crate) fn tables(&self) -> [Rows; 4] {
+    pub(crate) fn tables(&self) -> [TextRows; 4] {
         let network = &self.network;
         let header = |names: &[&str]| vec![names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>()];
         let mut nodes = header(&["node", "kind", "capacitance_j_per_k", "emissive_area_m2", "temperature_k"]);
@@ -30,7 +29,7 @@ impl NetworkFile {
         [nodes, linear, radiative, self.heat_table()]
     }
 
-    fn heat_table(&self) -> Rows {
+    fn heat_table(&self) -> TextRows {
         let tables = self.schedule.heat_of_nodes(self.network.len());
         let heated: Vec<_> =
             self.labels.iter().zip(&tables).filter_map(|(label, table)| Some((label, table.as_ref()?))).collect();

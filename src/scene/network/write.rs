@@ -74,7 +74,6 @@ impl NetworkFile {
     }
 }
 
-/// A string as TOML writes it.
 pub(super) fn quoted(text: &str) -> toml::Value {
     toml::Value::String(text.to_owned())
 }

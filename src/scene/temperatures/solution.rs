@@ -1,4 +1,4 @@
-//! Temperatures of nodes over time, whatever file they are from.
+//! Temperatures of nodes over time, from any kind of file.
 
 use glam::DVec3;
 
@@ -7,7 +7,6 @@ use crate::scene::tmd::Tmd;
 /// Highest temperature [K].
 pub(super) const HOTTEST: f64 = 1e6;
 
-/// A node of a solution.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct SolvedNode {
     /// Name. Empty for a point of a mesh.
@@ -21,11 +20,10 @@ pub(crate) struct SolvedNode {
 /// Temperatures of nodes over time.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Solution {
-    /// The nodes.
     pub(crate) nodes: Vec<SolvedNode>,
     /// Times [s], ascending.
     pub(crate) times: Vec<f64>,
-    /// Temperatures [K]: those of all nodes at the first time, then those at the next.
+    /// Temperatures [K] of all nodes at the first time, then of all nodes at the next.
     pub(crate) temperatures: Vec<f64>,
     /// One sentence for each thing that the file lacks or that is left out.
     pub(crate) notes: Vec<String>,
@@ -59,13 +57,11 @@ impl Solution {
         Self { nodes, times: tmd.times.clone(), temperatures, notes }
     }
 
-    /// A solution of one node.
     pub(super) fn any() -> Self {
         let node = SolvedNode { name: String::new(), label: String::new(), place: Some(DVec3::ZERO) };
         Self { nodes: vec![node], times: vec![0.0], temperatures: vec![0.0], notes: Vec::new() }
     }
 
-    /// Whether every node has a place.
     pub(crate) fn has_places(&self) -> bool {
         self.nodes.iter().all(|node| node.place.is_some())
     }

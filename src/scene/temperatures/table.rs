@@ -9,7 +9,6 @@ use super::solution::{HOTTEST, Solution, SolvedNode};
 use crate::scene::error::SceneError;
 use crate::text::plain;
 
-/// Most names in a note.
 const NAMED: usize = 20;
 
 pub(super) fn refuse(path: &Path, line: u64, key: &str, message: impl std::fmt::Display) -> SceneError {
@@ -26,7 +25,6 @@ pub(super) fn column(headers: &csv::StringRecord, names: &[&str]) -> Option<usiz
     headers.iter().position(|header| names.iter().any(|name| header.eq_ignore_ascii_case(name)))
 }
 
-/// A cell as a number.
 fn number(path: &Path, line: u64, key: &str, cell: &str) -> Result<f64, SceneError> {
     let parsed = cell.parse::<f64>().ok().filter(|value| value.is_finite());
     parsed.ok_or_else(|| refuse(path, line, key, format!("'{cell}' is not a number")))

@@ -59,7 +59,6 @@ fn child<'a, 'i>(node: Node<'a, 'i>, name: &str) -> Option<Node<'a, 'i>> {
     node.children().find(|child| child.has_tag_name(name))
 }
 
-/// Places and temperatures of a piece of a mesh.
 fn of_piece(
     piece: Node,
     arrays: &Arrays,

@@ -12,7 +12,6 @@ use crate::files::{self, LARGEST_FILE};
 use crate::text::plain;
 use crate::thermal::STEFAN_BOLTZMANN;
 
-/// Begin of every HDF5 file.
 const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 
 impl Tmd {
@@ -36,7 +35,7 @@ impl Tmd {
         let most = usize::try_from(LARGEST_FILE).unwrap_or(usize::MAX);
         let options = OpenOptions::default().with_max_read_bytes(most);
         let opened = Hdf5File::from_vec_with_options(bytes, options);
-        let file = Source { path, file: opened.map_err(|source| hdf5(path, "/", source))? };
+        let file = TmdFile { path, file: opened.map_err(|source| hdf5(path, "/", source))? };
         file.version()?;
         file.tmd()
     }
@@ -47,7 +46,7 @@ fn hdf5(path: &Path, object: &str, source: hdf5_reader::error::Error) -> TmdErro
 }
 
 /// An open file.
-struct Source<'a> {
+struct TmdFile<'a> {
     path: &'a Path,
     file: Hdf5File,
 }
@@ -65,7 +64,7 @@ impl Numbers {
     }
 }
 
-impl Source<'_> {
+impl TmdFile<'_> {
     fn wrong(&self, object: &str, message: impl Into<String>) -> TmdError {
         TmdError::Value { path: self.path.to_path_buf(), object: object.to_owned(), message: message.into() }
     }
@@ -160,7 +159,7 @@ impl Source<'_> {
         Ok(Tmd { description, times, nodes, linear, radiative, notes })
     }
 
-    /// What stands beside that which is read.
+    /// Notes about groups and datasets of the file that are not read.
     fn left_out(&self, set: &Group, data: &Group) -> Result<Vec<String>, TmdError> {
         let names =
             |group: &Group, object: &str| group.member_names().map_err(|source| hdf5(self.path, object, source));

@@ -9,7 +9,7 @@ use super::{Conductors, GROUP, SET, Tmd};
 use crate::files::LARGEST_FILE;
 use crate::thermal::STEFAN_BOLTZMANN;
 
-/// Attributes of a node, in the order of ESATAN. Those of index 7 to 12 are written as 0.
+/// Attributes of a node, in the order of ESATAN. Attributes 7 to 12 are written as 0.
 const REAL: [&str; 16] = [
     "Temperature",
     "Capacitance",
@@ -30,11 +30,10 @@ const REAL: [&str; 16] = [
 ];
 /// 0 degrees of the temperatures in the file [K].
 const ZERO: f64 = 273.15;
-/// Length of the name of a model.
 const NAME: usize = 24;
 
 impl Tmd {
-    /// The bytes of a file with one model. Its temperatures are in degrees Celsius.
+    /// The bytes of a file with one model and temperatures in degrees Celsius.
     ///
     /// # Errors
     /// A message if it is larger than a file may be, or than HDF5 holds.

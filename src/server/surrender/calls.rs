@@ -1,4 +1,4 @@
-//! Which calls of the client say how light is drawn, and so change nothing here.
+//! The calls of the client that set how light is drawn, and so change nothing here.
 
 /// Calls that set how a picture is drawn, in a way that a scene of isotherm sets itself or that has no counterpart. Scripts make them as a matter of form.
 pub(crate) const FORMAL: [&str; 23] = [
@@ -27,7 +27,7 @@ pub(crate) const FORMAL: [&str; 23] = [
     "updateDisplay",
 ];
 
-/// Calls that would change the picture if they were followed. They are answered with a warning.
+/// Calls that would change the picture if they were followed. The answer to such a call is a warning.
 pub(crate) const WITHOUT_EFFECT: [&str; 36] = [
     "attachDynamicTexture",
     "createUserDataTexture",

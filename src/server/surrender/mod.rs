@@ -1,7 +1,7 @@
-//! What Airbus' client of SurRender 8 sends: hashes in Qt's serialisation over TCP.
+//! The protocol of Airbus' client of SurRender 8: hashes in Qt's serialisation over TCP.
 //!
 //! [`values`] reads and writes them, [`stage`] holds camera and objects, [`calls`] says which calls do something, and [`session`] answers them.
-//! `docs/serve.md` says what a script sees.
+//! `docs/serve.md` describes the behaviour for a script.
 
 pub(crate) mod calls;
 pub(crate) mod session;

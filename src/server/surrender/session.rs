@@ -1,33 +1,32 @@
 //! A session: the calls of one client, one after the other, and their answers.
 //!
 //! Every call is answered with its name, because the client waits for some of them and skips answers that it does not wait for. A message goes before the
-//! answer: the client raises an exception at one with `[error]`, and prints one with `[warning]`.
+//! answer: the client raises an exception at a message with `[error]`, and prints a message with `[warning]`.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::AtomicBool;
 
 use super::calls::{FORMAL, WITHOUT_EFFECT};
-use super::stage::Stage;
+use super::stage::SurrenderStage;
 use super::values::{Hash, Value, read, write};
 use crate::server::connection::Connection;
-use crate::server::craft::{Craft, nearest};
-use crate::server::error::{End, Refusal};
+use crate::server::craft::{ServedCraft, nearest};
+use crate::server::error::{ConnectionEnd, Refusal};
 use crate::server::listen::Server;
 use crate::simulation::image::Image;
 
-/// Most craft of a session.
 const MOST_CRAFT: usize = 8;
 /// The call by which a script steps the temperatures: `client.runLuaCode("isotherm.step_to(600)")`.
 const STEP_TO: &str = "isotherm.step_to(";
 
 /// Serves a client up to its end.
-pub fn talk(server: &Server, connection: &mut Connection, client: &str) -> End {
+pub fn talk(server: &Server, connection: &mut Connection, client: &str) -> ConnectionEnd {
     let stop = connection.stop();
-    let mut session = Session {
+    let mut session = SurrenderSession {
         server,
         client,
         stop,
-        stage: Stage::default(),
+        stage: SurrenderStage::default(),
         image: None,
         time: server.time,
         warned: BTreeSet::new(),
@@ -40,11 +39,11 @@ pub fn talk(server: &Server, connection: &mut Connection, client: &str) -> End {
     }
 }
 
-struct Session<'s> {
+struct SurrenderSession<'s> {
     server: &'s Server,
     client: &'s str,
     stop: &'s AtomicBool,
-    stage: Stage,
+    stage: SurrenderStage,
     /// The last picture.
     image: Option<Image>,
     /// Time of the scenes' own orbits [s].
@@ -53,13 +52,12 @@ struct Session<'s> {
     warned: BTreeSet<String>,
 }
 
-/// What an answer has beside the name of the call.
+/// Names and values of an answer, beside the name of the call.
 type Answer = Result<Vec<(&'static str, Value)>, Refusal>;
 
-/// A value of a call.
-struct Given<'c>(&'c Hash);
+struct CallArguments<'c>(&'c Hash);
 
-impl Given<'_> {
+impl CallArguments<'_> {
     fn value<T>(&self, key: &str, what: &str, take: impl Fn(&Value) -> Option<T>) -> Result<T, Refusal> {
         let taken = self.0.get(key).and_then(take);
         taken.ok_or_else(|| Refusal::because(format!("'{key}' must be {what}")))
@@ -90,18 +88,18 @@ impl Given<'_> {
     }
 }
 
-impl Session<'_> {
-    fn answer(&mut self, connection: &mut Connection, call: &Hash) -> Result<(), End> {
+impl SurrenderSession<'_> {
+    fn answer(&mut self, connection: &mut Connection, call: &Hash) -> Result<(), ConnectionEnd> {
         let Some(Value::Text(name)) = call.get("") else {
-            return Err(End::Malformed("a request has no name".to_owned()));
+            return Err(ConnectionEnd::Malformed("a request has no name".to_owned()));
         };
         self.server.log.request(self.client, &format!("{name} {}", shown(call)));
         if name == "close" {
-            return Err(End::Closed);
+            return Err(ConnectionEnd::Closed);
         }
         let mut bytes = Vec::new();
         let mut reply = Hash::new();
-        match self.call(name, &Given(call)) {
+        match self.call(name, &CallArguments(call)) {
             Ok(values) => {
                 let formal = FORMAL.contains(&name.as_str());
                 let idle = WITHOUT_EFFECT.contains(&name.as_str());
@@ -111,7 +109,7 @@ impl Session<'_> {
                 }
                 reply.extend(values.into_iter().map(|(key, value)| (key.to_owned(), value)));
             }
-            Err(Refusal::Stopped) => return Err(End::Stopped),
+            Err(Refusal::Stopped) => return Err(ConnectionEnd::Stopped),
             Err(refusal) => {
                 self.server.log.tell(self.client, &format!("{name}: {refusal}"));
                 bytes.extend(message(&format!("[error] {name}: {refusal}")));
@@ -122,7 +120,7 @@ impl Session<'_> {
         connection.send(&bytes)
     }
 
-    fn call(&mut self, name: &str, given: &Given) -> Answer {
+    fn call(&mut self, name: &str, given: &CallArguments) -> Answer {
         let one = |key: &'static str, value: Value| Ok(vec![(key, value)]);
         let text = |key, text: String| one(key, Value::Text(text));
         match name {
@@ -176,7 +174,7 @@ impl Session<'_> {
                 Ok(Vec::new())
             }
             "reset" => {
-                (self.stage, self.image) = (Stage::default(), None);
+                (self.stage, self.image) = (SurrenderStage::default(), None);
                 Ok(Vec::new())
             }
             "render" => {
@@ -212,7 +210,7 @@ impl Session<'_> {
         if self.stage.craft_count() >= MOST_CRAFT {
             return Err(Refusal::because(format!("a session has at most {MOST_CRAFT} craft")));
         }
-        let mut craft = Craft::new(scene, &self.server.target)?;
+        let mut craft = ServedCraft::new(scene, &self.server.target)?;
         step(&mut craft, self.time, self.stop)?;
         self.stage.object(name)?.craft = Some(craft);
         Ok(Vec::new())
@@ -255,7 +253,7 @@ impl Session<'_> {
 }
 
 /// Steps a craft on its scene's own orbit.
-fn step(craft: &mut Craft, time: f64, stop: &AtomicBool) -> Result<(), Refusal> {
+fn step(craft: &mut ServedCraft, time: f64, stop: &AtomicBool) -> Result<(), Refusal> {
     if craft.simulation().step_to_with(time, stop, &mut || ())? { Ok(()) } else { Err(Refusal::Stopped) }
 }
 

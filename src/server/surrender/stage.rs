@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 
 use glam::{DMat3, DQuat, DVec3, DVec4};
 
-use crate::server::craft::{Craft, View};
+use crate::server::craft::{ProtocolCamera, ServedCraft};
 use crate::server::error::Refusal;
 
-/// Most objects of a script.
 const MOST_OBJECTS: usize = 10_000;
 /// Most bytes of a name.
 const LONGEST_NAME: usize = 1000;
@@ -23,19 +22,18 @@ fn forward_from_backward() -> DMat3 {
     DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0))
 }
 
-/// An object of a script.
 #[derive(Default)]
-pub(crate) struct Object {
+pub(crate) struct SurrenderObject {
     /// Position in the script's frame [m].
     pub(crate) position: DVec3,
     /// Rotates its axes into the script's frame.
     pub(crate) attitude: DQuat,
     /// The craft, where a scene belongs to it.
-    pub(crate) craft: Option<Craft>,
+    pub(crate) craft: Option<ServedCraft>,
 }
 
 /// Camera and objects.
-pub(crate) struct Stage {
+pub(crate) struct SurrenderStage {
     /// Whether quaternions begin with the scalar.
     pub(crate) scalar_first: bool,
     /// Whether the camera looks along +z of its axes.
@@ -47,10 +45,10 @@ pub(crate) struct Stage {
     position: DVec3,
     /// Rotates camera axes (OpenCV) into the script's frame.
     attitude: DMat3,
-    objects: BTreeMap<String, Object>,
+    objects: BTreeMap<String, SurrenderObject>,
 }
 
-impl Default for Stage {
+impl Default for SurrenderStage {
     fn default() -> Self {
         Self {
             scalar_first: false,
@@ -65,12 +63,12 @@ impl Default for Stage {
     }
 }
 
-impl Stage {
+impl SurrenderStage {
     /// The object of a name, which is made where there is none.
     ///
     /// # Errors
     /// There are too many.
-    pub(crate) fn object(&mut self, name: &str) -> Result<&mut Object, Refusal> {
+    pub(crate) fn object(&mut self, name: &str) -> Result<&mut SurrenderObject, Refusal> {
         if self.objects.len() >= MOST_OBJECTS && !self.objects.contains_key(name) {
             return Err(Refusal::because(format!("there are {MOST_OBJECTS} objects already")));
         }
@@ -80,21 +78,19 @@ impl Stage {
         Ok(self.objects.entry(name.to_owned()).or_default())
     }
 
-    /// The object of a name.
-    pub(crate) fn known(&self, name: &str) -> Option<&Object> {
+    pub(crate) fn known(&self, name: &str) -> Option<&SurrenderObject> {
         self.objects.get(name)
     }
 
-    /// Number of craft.
     pub(crate) fn craft_count(&self) -> usize {
         self.objects.values().filter(|object| object.craft.is_some()).count()
     }
 
-    /// Craft with what the camera sees of each.
+    /// Each craft with the camera's view of it.
     ///
     /// # Errors
     /// Fields of view that are none.
-    pub(crate) fn views(&mut self) -> Result<Vec<(View, &mut Craft)>, Refusal> {
+    pub(crate) fn views(&mut self) -> Result<Vec<(ProtocolCamera, &mut ServedCraft)>, Refusal> {
         let (size, attitude, position) = (self.size, self.attitude, self.position);
         let [x, y] = self.field;
         let good = |field: f64| field > 0.0 && field < std::f64::consts::PI;
@@ -102,9 +98,9 @@ impl Stage {
             return Err(Refusal::because(format!("the fields of view of {x} and {y} rad are not between 0 and pi")));
         }
         let focal = [0, 1].map(|axis| 0.5 * f64::from(size[axis]) / (0.5 * self.field[axis]).tan());
-        let view = |object: &Object| {
+        let view = |object: &SurrenderObject| {
             let body_from_stage = object.attitude.conjugate();
-            View {
+            ProtocolCamera {
                 size,
                 focal,
                 position: body_from_stage * (position - object.position),
@@ -171,7 +167,7 @@ mod tests {
     /// `look_at` of the client reads the conventions, sets others, turns the camera and sets them back.
     #[test]
     fn a_change_of_conventions_turns_nothing() {
-        let mut stage = Stage::default();
+        let mut stage = SurrenderStage::default();
         assert!((stage.attitude * DVec3::Z).distance(DVec3::NEG_Z) < 1e-15, "a new camera looks along -z");
         stage.set_attitude(CAMERA, [0.0, 0.0, 0.0, 1.0]).expect("a rotation");
         assert!((stage.attitude * DVec3::Z).distance(DVec3::NEG_Z) < 1e-15);

@@ -3,11 +3,10 @@
 use std::collections::BTreeMap;
 
 use crate::server::connection::Connection;
-use crate::server::error::End;
+use crate::server::error::ConnectionEnd;
 
 /// Most bytes of a request. Scripts send textures of some megabytes.
 pub(crate) const MOST_BYTES: usize = 64 << 20;
-/// Most values of a request.
 const MOST_VALUES: u32 = 100_000;
 /// Deepest nesting of lists and hashes.
 const DEEPEST: u32 = 16;
@@ -41,7 +40,6 @@ pub enum Value {
 }
 
 impl Value {
-    /// The value as a number.
     pub(crate) fn number(&self) -> Option<f64> {
         match self {
             Self::Int(value) => Some(f64::from(*value)),
@@ -51,7 +49,6 @@ impl Value {
         }
     }
 
-    /// A list of this many numbers.
     pub(crate) fn numbers<const N: usize>(&self) -> Option<[f64; N]> {
         let Self::List(list) = self else { return None };
         let numbers: Option<Vec<f64>> = list.iter().map(Self::number).collect();
@@ -64,55 +61,55 @@ impl Value {
     }
 }
 
-/// Reads a request. It may come in pieces, and the next one may follow at once.
+/// Reads a request. A request may come in pieces, and the next request may follow at once.
 ///
 /// # Errors
 /// Bytes that are no request, one that is too long or too deep, or a client that has gone.
-pub(crate) fn read(connection: &mut Connection) -> Result<Hash, End> {
+pub(crate) fn read(connection: &mut Connection) -> Result<Hash, ConnectionEnd> {
     connection.begin_message(MOST_BYTES)?;
-    Reader { connection, values: MOST_VALUES }.hash(0)
+    ValueReader { connection, values: MOST_VALUES }.hash(0)
 }
 
-struct Reader<'r, 'c> {
+struct ValueReader<'r, 'c> {
     connection: &'r mut Connection<'c>,
     /// Values that the request may still have.
     values: u32,
 }
 
-impl Reader<'_, '_> {
-    fn u32(&mut self) -> Result<u32, End> {
+impl ValueReader<'_, '_> {
+    fn u32(&mut self) -> Result<u32, ConnectionEnd> {
         Ok(u32::from_be_bytes(self.connection.array()?))
     }
 
-    fn count(&mut self) -> Result<u32, End> {
+    fn count(&mut self) -> Result<u32, ConnectionEnd> {
         let count = self.u32()?;
         match self.values.checked_sub(count) {
             Some(left) => {
                 self.values = left;
                 Ok(count)
             }
-            None => Err(End::Malformed(format!("a request has more than {MOST_VALUES} values"))),
+            None => Err(ConnectionEnd::Malformed(format!("a request has more than {MOST_VALUES} values"))),
         }
     }
 
-    fn bytes(&mut self) -> Result<Vec<u8>, End> {
+    fn bytes(&mut self) -> Result<Vec<u8>, ConnectionEnd> {
         match self.u32()? {
             EMPTY => Ok(Vec::new()),
             length => self.connection.take(u64::from(length)),
         }
     }
 
-    fn text(&mut self) -> Result<String, End> {
+    fn text(&mut self) -> Result<String, ConnectionEnd> {
         let bytes = self.bytes()?;
         let (pairs, rest) = bytes.as_chunks::<2>();
         if !rest.is_empty() {
-            return Err(End::Malformed("a text has an odd number of bytes".to_owned()));
+            return Err(ConnectionEnd::Malformed("a text has an odd number of bytes".to_owned()));
         }
         let words: Vec<u16> = pairs.iter().map(|pair| u16::from_be_bytes(*pair)).collect();
-        String::from_utf16(&words).map_err(|_| End::Malformed("a text is not UTF-16".to_owned()))
+        String::from_utf16(&words).map_err(|_| ConnectionEnd::Malformed("a text is not UTF-16".to_owned()))
     }
 
-    fn hash(&mut self, depth: u32) -> Result<Hash, End> {
+    fn hash(&mut self, depth: u32) -> Result<Hash, ConnectionEnd> {
         let mut hash = Hash::new();
         for _ in 0..self.count()? {
             let key = self.text()?;
@@ -121,9 +118,9 @@ impl Reader<'_, '_> {
         Ok(hash)
     }
 
-    fn value(&mut self, depth: u32) -> Result<Value, End> {
+    fn value(&mut self, depth: u32) -> Result<Value, ConnectionEnd> {
         if depth > DEEPEST {
-            return Err(End::Malformed(format!("values are nested more than {DEEPEST} deep")));
+            return Err(ConnectionEnd::Malformed(format!("values are nested more than {DEEPEST} deep")));
         }
         let kind = self.u32()?;
         // Whether the value is null, which says no more than the value.
@@ -145,7 +142,7 @@ impl Reader<'_, '_> {
             }
             10 => Value::Text(self.text()?),
             12 => Value::Bytes(self.bytes()?),
-            other => return Err(End::Malformed(format!("a value has the unknown type {other}"))),
+            other => return Err(ConnectionEnd::Malformed(format!("a value has the unknown type {other}"))),
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use crate::server::craft::View;
+use crate::server::craft::ProtocolCamera;
 
 /// The rotation from parent to child axes of modified Rodrigues parameters: tan(angle/4) along the axis. Schaub & Junkins, Analytical Mechanics of Space
 /// Systems, eq. 3.152.
@@ -16,7 +16,8 @@ pub(crate) fn parent_from_child(parameters: DVec3) -> DQuat {
     DQuat::from_vec4((2.0 * parameters).extend(1.0 - square) / (1.0 + square)).normalize()
 }
 
-/// The rotation of body vectors into camera axes (OpenCV) of the camera's direction on the wire. Those axes look along -x, with y to the right and z up.
+/// The rotation of body vectors into camera axes (OpenCV) of the camera's direction on the wire. The camera on the wire looks along -x of its axes,
+/// with y to the right and z up.
 pub(crate) fn camera_from_body(direction: DVec3) -> DMat3 {
     let wire = child_from_parent(direction).transpose();
     DMat3::from_cols(wire.y_axis, -wire.z_axis, -wire.x_axis).transpose()
@@ -24,7 +25,7 @@ pub(crate) fn camera_from_body(direction: DVec3) -> DMat3 {
 
 /// A craft's place for the geometry of an image.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct CraftPlace {
     /// Position of the body frame's origin [m]. All places of an image have the same origin.
     pub(crate) position: DVec3,
     /// Rotates body vectors into the inertial axes.
@@ -44,13 +45,13 @@ pub(crate) struct Mounted {
     pub(crate) camera_from_body: DMat3,
 }
 
-/// What a camera on one craft sees of another. Only differences of positions count, in f64.
-pub(crate) fn view(camera: &Mounted, carrier: &Place, seen: &Place) -> View {
+/// The view of another craft from a camera on one craft. Only differences of positions count, in f64.
+pub(crate) fn view(camera: &Mounted, carrier: &CraftPlace, seen: &CraftPlace) -> ProtocolCamera {
     let focal = 0.5 * f64::from(camera.size[1]) / (0.5 * camera.field_of_view).tan();
     let seen_from_inertial = seen.inertial_from_body.conjugate();
     let apart = carrier.position - seen.position + carrier.inertial_from_body * camera.position;
     let seen_from_carrier = DMat3::from_quat(seen_from_inertial * carrier.inertial_from_body);
-    View {
+    ProtocolCamera {
         size: camera.size,
         focal: [focal; 2],
         position: seen_from_inertial * apart,
@@ -62,8 +63,8 @@ pub(crate) fn view(camera: &Mounted, carrier: &Place, seen: &Place) -> View {
 mod tests {
     use super::*;
 
-    fn place(position: [f64; 3], parameters: [f64; 3]) -> Place {
-        Place { position: DVec3::from(position), inertial_from_body: parent_from_child(DVec3::from(parameters)) }
+    fn place(position: [f64; 3], parameters: [f64; 3]) -> CraftPlace {
+        CraftPlace { position: DVec3::from(position), inertial_from_body: parent_from_child(DVec3::from(parameters)) }
     }
 
     /// Numbers that Basilisk 2.12.1 sent at 30 s of a run. The expected ones follow from its own messages and from the rotation that the script set.
@@ -109,7 +110,7 @@ mod tests {
             let error = pixel.iter().zip(expected).map(|(found, expected)| (found - expected).abs());
             assert!(error.fold(0.0, f64::max) < 2e-6, "{pixel:?}");
         }
-        let turned = Place { inertial_from_body: chaser.inertial_from_body.conjugate(), ..chaser };
+        let turned = CraftPlace { inertial_from_body: chaser.inertial_from_body.conjugate(), ..chaser };
         assert!(view(&camera, &turned, &target).position.distance(seen.position) > 0.1);
     }
 
@@ -123,7 +124,7 @@ mod tests {
             camera_from_body: DMat3::from_rotation_x(0.3),
         };
         let [near, far] = [DVec3::ZERO, DVec3::new(1.1e11, -0.9e11, 0.4e11)].map(|origin| {
-            let at = |position: DVec3, axis: f64| Place {
+            let at = |position: DVec3, axis: f64| CraftPlace {
                 position: origin + position,
                 inertial_from_body: DQuat::from_rotation_z(axis),
             };

@@ -1,10 +1,10 @@
-//! The schema of the messages: the fields that are used. Others are skipped.
+//! The schema of the messages: the fields that are used. Other fields are skipped.
 //!
-//! It is written from measurements of what Basilisk 2.12.1 sends (`docs/serve.md`). All numbers are proto3, so one that is zero is absent.
+//! The schema is written from measurements of the messages of Basilisk 2.12.1 (`docs/serve.md`). The messages are proto3, so a number that is zero is
+//! absent.
 
 use prost::Message;
 
-/// Time of a message.
 #[derive(Clone, PartialEq, Message)]
 pub(crate) struct Time {
     /// Number of the simulation's step, from 1.
@@ -18,22 +18,17 @@ pub(crate) struct Time {
 /// Date of the start, UTC.
 #[derive(Clone, PartialEq, Message)]
 pub(crate) struct Epoch {
-    /// Year.
     #[prost(int32, tag = "1")]
     pub(crate) year: i32,
     /// Month, from 1.
     #[prost(int32, tag = "2")]
     pub(crate) month: i32,
-    /// Day, from 1.
     #[prost(int32, tag = "3")]
     pub(crate) day: i32,
-    /// Hour.
     #[prost(int32, tag = "4")]
     pub(crate) hours: i32,
-    /// Minute.
     #[prost(int32, tag = "5")]
     pub(crate) minutes: i32,
-    /// Second.
     #[prost(double, tag = "6")]
     pub(crate) seconds: f64,
 }
@@ -78,7 +73,6 @@ pub(crate) struct Spacecraft {
     pub(crate) parent: String,
 }
 
-/// A camera.
 #[derive(Clone, PartialEq, Message)]
 pub(crate) struct Camera {
     /// Number by which an image is asked for.
@@ -113,7 +107,6 @@ pub(crate) struct CustomModel {
     /// Any text: here the name of a scene.
     #[prost(string, tag = "1")]
     pub(crate) path: String,
-    /// Names of the craft.
     #[prost(string, repeated, tag = "2")]
     pub(crate) bodies: Vec<String>,
 }
@@ -121,7 +114,6 @@ pub(crate) struct CustomModel {
 /// Settings of the visualiser.
 #[derive(Clone, PartialEq, Message)]
 pub(crate) struct Settings {
-    /// Models.
     #[prost(message, repeated, tag = "12")]
     pub(crate) models: Vec<CustomModel>,
 }
@@ -137,16 +129,12 @@ pub(crate) struct LiveSettings {
 /// Everything that a step of the simulation shows.
 #[derive(Clone, PartialEq, Message)]
 pub(crate) struct VizMessage {
-    /// Time.
     #[prost(message, optional, tag = "1")]
     pub(crate) time: Option<Time>,
-    /// Planets, moons and the Sun.
     #[prost(message, repeated, tag = "2")]
     pub(crate) bodies: Vec<Body>,
-    /// Spacecraft.
     #[prost(message, repeated, tag = "3")]
     pub(crate) spacecraft: Vec<Spacecraft>,
-    /// All cameras.
     #[prost(message, repeated, tag = "4")]
     pub(crate) cameras: Vec<Camera>,
     /// Settings, not in every message.
@@ -160,7 +148,7 @@ pub(crate) struct VizMessage {
     pub(crate) live: Option<LiveSettings>,
 }
 
-/// Three numbers as a vector. `None` where there are not three finite ones. An absent list is zero, as for all numbers.
+/// Three numbers as a vector. `None` unless there are three finite numbers. An absent list is zero, as for all numbers.
 pub(crate) fn vector(list: &[f64]) -> Option<glam::DVec3> {
     let found = match list {
         [] => glam::DVec3::ZERO,

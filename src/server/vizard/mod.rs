@@ -1,7 +1,7 @@
-//! What Basilisk's `vizInterface` sends to its visualiser, Vizard: ZeroMQ requests, protobuf messages, images back as PNG.
+//! The protocol between Basilisk's `vizInterface` and its visualiser, Vizard: ZeroMQ requests, protobuf messages, images back as PNG.
 //!
 //! [`zmtp`] is the transport, [`messages`] the schema, [`frames`] the geometry, [`world`] takes states of craft, planet and Sun out of a message, and
-//! [`session`] answers requests. `docs/serve.md` says what a script must do.
+//! [`session`] answers requests. `docs/serve.md` lists the duties of a script.
 
 pub(crate) mod frames;
 pub(crate) mod messages;

@@ -11,11 +11,11 @@ use prost::Message;
 use super::frames::{Mounted, camera_from_body, view};
 use super::messages::{Camera, Spacecraft, VizMessage, vector};
 use super::world::{SunFrom, date, heavens, place, state};
-use super::zmtp::{Request, answer, greet, receive};
+use super::zmtp::{ZmtpRequest, answer, greet, receive};
 use crate::scene::Scene;
 use crate::server::connection::Connection;
-use crate::server::craft::{Craft, nearest};
-use crate::server::error::{End, Refusal};
+use crate::server::craft::{ServedCraft, nearest};
+use crate::server::error::{ConnectionEnd, Refusal};
 use crate::server::listen::Server;
 use crate::server::picture::{Painter, depth_png};
 
@@ -25,53 +25,51 @@ const MOST_CRAFT: usize = 8;
 const MOST_SAID: usize = 100;
 /// Most bytes of a message that is kept, and of a name that a client gives.
 const LONGEST_NAME: usize = 1000;
-/// Most models that a script names.
 const MOST_MODELS: usize = 1000;
 /// The far plane of a picture of depth where the camera states none [m].
 const FAR: f64 = 100.0;
-/// Share by which the planet of the messages may differ in radius from that of the scene.
+/// Share by which the radius of the messages' planet may differ from the radius of the scene's planet.
 const RADIUS_TOLERANCE: f64 = 0.02;
 
 /// Serves a client up to its end.
-pub fn talk(server: &Server, connection: &mut Connection, client: &str) -> End {
-    let mut session = Session { server, client, stop: connection.stop(), run: None, said: BTreeSet::new() };
+pub fn talk(server: &Server, connection: &mut Connection, client: &str) -> ConnectionEnd {
+    let mut session = VizardSession { server, client, stop: connection.stop(), run: None, said: BTreeSet::new() };
     match greet(connection).and_then(|()| session.serve(connection)) {
         Ok(never) => match never {},
         Err(end) => end,
     }
 }
 
-/// A craft that is drawn.
-struct Drawn<'s> {
-    craft: Craft,
+struct PaintedCraft<'s> {
+    craft: ServedCraft,
     scene: &'s Scene,
     painter: Painter,
     /// Why its last state was refused.
     fault: Option<String>,
 }
 
-/// A run of the simulation: from its first message to the first one of the next run.
+/// A run of the simulation: from its first message to the first message of the next run.
 #[derive(Default)]
-struct Run<'s> {
+struct VizardRun<'s> {
     epoch: Option<Epoch>,
-    /// What the script calls the model of a craft.
+    /// The script's name for the model of a craft, by the name of the craft.
     models: BTreeMap<String, String>,
     /// Craft by their names. `None` where no scene has the name.
-    craft: BTreeMap<String, Option<Drawn<'s>>>,
+    craft: BTreeMap<String, Option<PaintedCraft<'s>>>,
     planet: Option<String>,
     last: VizMessage,
 }
 
-struct Session<'s, 'c> {
+struct VizardSession<'s, 'c> {
     server: &'s Server,
     client: &'c str,
     stop: &'c AtomicBool,
-    run: Option<Run<'s>>,
+    run: Option<VizardRun<'s>>,
     said: BTreeSet<String>,
 }
 
-impl<'s> Session<'s, '_> {
-    fn serve(&mut self, connection: &mut Connection) -> Result<Infallible, End> {
+impl<'s> VizardSession<'s, '_> {
+    fn serve(&mut self, connection: &mut Connection) -> Result<Infallible, ConnectionEnd> {
         loop {
             let request = receive(connection)?;
             let terminated = self.answer(connection, &request)?;
@@ -82,7 +80,7 @@ impl<'s> Session<'s, '_> {
     }
 
     /// Answers a request. Returns whether it ends the run.
-    fn answer(&mut self, connection: &mut Connection, request: &Request) -> Result<bool, End> {
+    fn answer(&mut self, connection: &mut Connection, request: &ZmtpRequest) -> Result<bool, ConnectionEnd> {
         let name = request.frames.first().map_or(&b""[..], Vec::as_slice);
         let mut terminates = false;
         match name {
@@ -95,7 +93,7 @@ impl<'s> Session<'s, '_> {
                     terminates = message.live.as_ref().is_some_and(|live| live.terminate);
                     self.update(message);
                     if self.stop.load(Ordering::Relaxed) {
-                        return Err(End::Stopped);
+                        return Err(ConnectionEnd::Stopped);
                     }
                     answer(connection, request, &[b"OK"])?;
                 }
@@ -144,7 +142,7 @@ impl<'s> Session<'s, '_> {
     fn update(&mut self, message: VizMessage) {
         let (frame, time) = message.time.as_ref().map_or((0, 0.0), |time| (time.frame, 1e-9 * time.elapsed));
         self.log(&format!("SIM_UPDATE frame {frame}, {time} s, {} craft", message.spacecraft.len()));
-        let goes_on = |run: &Run| {
+        let goes_on = |run: &VizardRun| {
             let last = run.last.time.as_ref().map_or((0, 0.0), |time| (time.frame, 1e-9 * time.elapsed));
             frame > last.0 && time > last.1
         };
@@ -157,7 +155,7 @@ impl<'s> Session<'s, '_> {
             _ => {
                 self.said.clear();
                 self.log("a run begins");
-                Run::default()
+                VizardRun::default()
             }
         };
         match message.epoch.as_ref().map(date) {
@@ -179,7 +177,7 @@ impl<'s> Session<'s, '_> {
         self.run = Some(run);
     }
 
-    fn move_craft(&mut self, run: &mut Run<'s>, message: &VizMessage, craft: &Spacecraft, time: f64) {
+    fn move_craft(&mut self, run: &mut VizardRun<'s>, message: &VizMessage, craft: &Spacecraft, time: f64) {
         if !run.craft.contains_key(&craft.name) {
             if run.craft.len() >= 4 * MOST_CRAFT {
                 self.tell("too many spacecraft: the others are not drawn");
@@ -223,8 +221,8 @@ impl<'s> Session<'s, '_> {
         }
     }
 
-    /// The craft of a name, where a scene belongs to it. That a craft which carries a camera is not seen needs no message.
-    fn begin_craft(&mut self, run: &Run, name: &str, carries: bool) -> Option<Drawn<'s>> {
+    /// The craft of a name, where a scene belongs to it. If a craft without a scene carries a camera, only the log tells of it.
+    fn begin_craft(&mut self, run: &VizardRun, name: &str, carries: bool) -> Option<PaintedCraft<'s>> {
         let model = run.models.get(name);
         let scenes = &self.server.scenes;
         let scene = match model {
@@ -245,10 +243,10 @@ impl<'s> Session<'s, '_> {
             self.tell(&format!("'{name}' is not drawn: a run shows at most {MOST_CRAFT} craft"));
             return None;
         }
-        match Craft::new(scene, &self.server.target) {
+        match ServedCraft::new(scene, &self.server.target) {
             Ok(craft) => {
                 let painter = Painter::new(self.server.picture, scene);
-                Some(Drawn { craft, scene, painter, fault: None })
+                Some(PaintedCraft { craft, scene, painter, fault: None })
             }
             Err(refusal) => {
                 self.tell(&format!("'{name}' is not drawn: {refusal}"));

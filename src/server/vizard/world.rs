@@ -3,11 +3,11 @@
 use glam::DVec3;
 use hifitime::{Epoch, TimeScale, Unit};
 
-use super::frames::{Place, parent_from_child};
+use super::frames::{CraftPlace, parent_from_child};
 use super::messages::{self, Body, Spacecraft, VizMessage, vector};
 use crate::environment::frames::tt_centuries;
 use crate::environment::sun::sun_position;
-use crate::server::course::State;
+use crate::server::course::CourseState;
 use crate::server::error::Refusal;
 
 /// Least distance of the Sun from a planet [m]. Bodies without an ephemeris are all at the origin.
@@ -16,7 +16,6 @@ const LEAST_SUN_DISTANCE: f64 = 1e9;
 /// Where the Sun's position is from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum SunFrom {
-    /// The message.
     Message,
     /// The date, because the message has no Sun.
     NoSun,
@@ -27,7 +26,6 @@ pub(crate) enum SunFrom {
 /// Planet and Sun of a message. Vectors have the message's origin and axes.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Heavens {
-    /// Name of the planet.
     pub(crate) planet: String,
     /// Radius of the planet [m]. 0 if it is unknown.
     pub(crate) radius: f64,
@@ -35,7 +33,6 @@ pub(crate) struct Heavens {
     velocity: DVec3,
     gravity: f64,
     sun: DVec3,
-    /// Where the Sun's position is from.
     pub(crate) sun_from: SunFrom,
 }
 
@@ -63,7 +60,7 @@ fn usable(what: &str, name: &str, list: &[f64]) -> Result<DVec3, Refusal> {
     vector(list).ok_or_else(|| Refusal::because(format!("the {what} of '{name}' is not three finite numbers")))
 }
 
-/// Planet and Sun for a craft at a position. The planet is the one named, or the largest in the craft's sky. `now` is the date of the message.
+/// Planet and Sun for a craft at a position. The planet is the named planet, or the largest in the craft's sky. `now` is the date of the message.
 ///
 /// # Errors
 /// There is no planet, or no Sun and no date.
@@ -118,8 +115,8 @@ pub(crate) fn heavens(
 ///
 /// # Errors
 /// Numbers that are not finite.
-pub(crate) fn place(craft: &Spacecraft) -> Result<Place, Refusal> {
-    Ok(Place {
+pub(crate) fn place(craft: &Spacecraft) -> Result<CraftPlace, Refusal> {
+    Ok(CraftPlace {
         position: usable("position", &craft.name, &craft.position)?,
         inertial_from_body: parent_from_child(usable("rotation", &craft.name, &craft.rotation)?),
     })
@@ -129,9 +126,9 @@ pub(crate) fn place(craft: &Spacecraft) -> Result<Place, Refusal> {
 ///
 /// # Errors
 /// Numbers that are not finite.
-pub(crate) fn state(craft: &Spacecraft, heavens: &Heavens, time: f64) -> Result<State, Refusal> {
-    let Place { position, inertial_from_body } = place(craft)?;
-    Ok(State {
+pub(crate) fn state(craft: &Spacecraft, heavens: &Heavens, time: f64) -> Result<CourseState, Refusal> {
+    let CraftPlace { position, inertial_from_body } = place(craft)?;
+    Ok(CourseState {
         time,
         position: position - heavens.position,
         velocity: usable("velocity", &craft.name, &craft.velocity)? - heavens.velocity,

@@ -1,15 +1,15 @@
 //! The server's end of ZeroMQ's wire protocol (ZMTP 3.1, <https://rfc.zeromq.org/spec/23/>) for a REP socket without security.
 //!
-//! It is written here because the crate `zeromq` 0.7 reserves as many bytes as a frame states, so that nine bytes of a client end the process, and knows
-//! neither a limit of sizes nor a time limit for the handshake. The C++ library has both, but would need a C++ compiler and its code would read what
-//! strangers send. A REP socket that speaks to each client on its own connection needs only what stands here.
+//! No library serves. The crate `zeromq` 0.7 reserves as many bytes as a frame states, so that nine bytes of a client end the process, and knows
+//! neither a limit of sizes nor a time limit for the handshake. The C++ library has both limits, but needs a C++ compiler, and its code would read
+//! bytes of strangers. A REP socket that speaks to each client on its own connection needs no more than this file.
 
 use crate::server::connection::Connection;
-use crate::server::error::End;
+use crate::server::error::ConnectionEnd;
 
-/// Most bytes of a message. A real one has some kilobytes.
+/// Most bytes of a message. A real message has some kilobytes.
 pub(crate) const MOST_BYTES: usize = 1 << 20;
-/// Most frames of a message. A real one has five.
+/// Most frames of a message. A real message has five.
 const MOST_FRAMES: usize = 16;
 /// Bytes of a greeting.
 const GREETING: usize = 64;
@@ -19,15 +19,14 @@ const LONG: u8 = 2;
 const COMMAND: u8 = 4;
 
 /// A frame: its flags and its body.
-struct Frame {
+struct ZmtpFrame {
     flags: u8,
     body: Vec<u8>,
 }
 
-/// A request: what leads the answer back, and the frames.
-pub(crate) struct Request {
+/// A request: the envelope that leads the answer back, and the frames of the message.
+pub(crate) struct ZmtpRequest {
     envelope: Vec<Vec<u8>>,
-    /// The frames of the message.
     pub(crate) frames: Vec<Vec<u8>>,
 }
 
@@ -35,20 +34,20 @@ pub(crate) struct Request {
 ///
 /// # Errors
 /// A client that speaks another protocol, version or security, or that waits too long.
-pub(crate) fn greet(connection: &mut Connection) -> Result<(), End> {
+pub(crate) fn greet(connection: &mut Connection) -> Result<(), ConnectionEnd> {
     connection.send(&greeting())?;
     connection.begin_message(MOST_BYTES)?;
     let theirs = connection.array::<GREETING>()?;
     if theirs[0] != 0xFF || theirs[9] & 1 == 0 {
-        return Err(End::Malformed("this is no greeting of ZeroMQ".to_owned()));
+        return Err(ConnectionEnd::Malformed("this is no greeting of ZeroMQ".to_owned()));
     }
     if theirs[10] < 3 {
-        return Err(End::Malformed(format!("ZMTP {} is too old, 3.0 is needed", theirs[10])));
+        return Err(ConnectionEnd::Malformed(format!("ZMTP {} is too old, 3.0 is needed", theirs[10])));
     }
     let mechanism = theirs[12..32].split(|byte| *byte == 0).next().unwrap_or_default();
     if mechanism != b"NULL" {
         let name = String::from_utf8_lossy(mechanism);
-        return Err(End::Malformed(format!("the security mechanism {name} is unknown; only NULL is")));
+        return Err(ConnectionEnd::Malformed(format!("the security mechanism {name} is unknown; only NULL is")));
     }
     let properties = [(&b"Socket-Type"[..], &b"REP"[..]), (b"Identity", b"")];
     connection.send(&ready(&properties))?;
@@ -56,8 +55,10 @@ pub(crate) fn greet(connection: &mut Connection) -> Result<(), End> {
     let socket = Some(&ready.body).filter(|_| ready.flags & COMMAND != 0).and_then(|body| socket_type(body));
     match socket {
         Some(b"REQ" | b"DEALER") => Ok(()),
-        Some(other) => Err(End::Malformed(format!("a {} socket can not ask", String::from_utf8_lossy(other)))),
-        None => Err(End::Malformed("the client does not say what kind of socket it is".to_owned())),
+        Some(other) => {
+            Err(ConnectionEnd::Malformed(format!("a {} socket can not ask", String::from_utf8_lossy(other))))
+        }
+        None => Err(ConnectionEnd::Malformed("the client does not say what kind of socket it is".to_owned())),
     }
 }
 
@@ -98,34 +99,34 @@ fn socket_type(body: &[u8]) -> Option<&[u8]> {
     None
 }
 
-fn frame(connection: &mut Connection) -> Result<Frame, End> {
+fn frame(connection: &mut Connection) -> Result<ZmtpFrame, ConnectionEnd> {
     connection.begin_message(MOST_BYTES)?;
     frame_within(connection)
 }
 
 /// A frame of a message that has begun.
-fn frame_within(connection: &mut Connection) -> Result<Frame, End> {
+fn frame_within(connection: &mut Connection) -> Result<ZmtpFrame, ConnectionEnd> {
     let [flags] = connection.array()?;
     if flags & !(MORE | LONG | COMMAND) != 0 || flags & (MORE | COMMAND) == MORE | COMMAND {
-        return Err(End::Malformed(format!("a frame has the flags {flags:#04x}")));
+        return Err(ConnectionEnd::Malformed(format!("a frame has the flags {flags:#04x}")));
     }
     let length = if flags & LONG == 0 {
         u64::from(connection.array::<1>()?[0])
     } else {
         u64::from_be_bytes(connection.array()?)
     };
-    Ok(Frame { flags, body: connection.take(length)? })
+    Ok(ZmtpFrame { flags, body: connection.take(length)? })
 }
 
 /// The next request. Commands between requests are answered on the way.
 ///
 /// # Errors
 /// Bytes that are no message, a message that is too long, or a client that has gone.
-pub(crate) fn receive(connection: &mut Connection) -> Result<Request, End> {
+pub(crate) fn receive(connection: &mut Connection) -> Result<ZmtpRequest, ConnectionEnd> {
     connection.begin_message(MOST_BYTES)?;
     let mut frames = Vec::new();
     loop {
-        let Frame { flags, body } = frame_within(connection)?;
+        let ZmtpFrame { flags, body } = frame_within(connection)?;
         if flags & COMMAND != 0 {
             // A heartbeat carries a time to live of two bytes and up to 16 bytes that come back.
             if let Some(context) = body.strip_prefix(b"\x04PING").and_then(|rest| rest.get(2..)) {
@@ -138,7 +139,7 @@ pub(crate) fn receive(connection: &mut Connection) -> Result<Request, End> {
             continue;
         }
         if frames.len() == MOST_FRAMES {
-            return Err(End::Malformed(format!("a message has more than {MOST_FRAMES} frames")));
+            return Err(ConnectionEnd::Malformed(format!("a message has more than {MOST_FRAMES} frames")));
         }
         frames.push(body);
         if flags & MORE == 0 {
@@ -148,9 +149,9 @@ pub(crate) fn receive(connection: &mut Connection) -> Result<Request, End> {
     match frames.iter().position(Vec::is_empty) {
         Some(delimiter) if delimiter + 1 < frames.len() => {
             let message = frames.split_off(delimiter + 1);
-            Ok(Request { envelope: frames, frames: message })
+            Ok(ZmtpRequest { envelope: frames, frames: message })
         }
-        _ => Err(End::Malformed("a request lacks its empty frame".to_owned())),
+        _ => Err(ConnectionEnd::Malformed("a request lacks its empty frame".to_owned())),
     }
 }
 
@@ -158,7 +159,11 @@ pub(crate) fn receive(connection: &mut Connection) -> Result<Request, End> {
 ///
 /// # Errors
 /// A client that has gone.
-pub(crate) fn answer(connection: &mut Connection, request: &Request, frames: &[&[u8]]) -> Result<(), End> {
+pub(crate) fn answer(
+    connection: &mut Connection,
+    request: &ZmtpRequest,
+    frames: &[&[u8]],
+) -> Result<(), ConnectionEnd> {
     let all = request.envelope.iter().map(Vec::as_slice).chain(frames.iter().copied());
     let count = request.envelope.len() + frames.len();
     let mut bytes = Vec::new();

@@ -7,44 +7,44 @@ use glam::DAffine3;
 
 use crate::environment::StepLoad;
 use crate::exchange::sky::{Due, Renewal};
-use crate::exchange::step::{Exchange, Light};
+use crate::exchange::step::{CraftLight, Exchange};
 use crate::saved::{Saved, SavedError};
-use crate::simulation::exchange::Craft;
-use crate::thermal::received::Received;
+use crate::simulation::exchange::ExchangeCraft;
+use crate::thermal::received::FaceLoad;
 
-/// Findings of infrared between two estimates of noise and of what was left out.
+/// Findings of infrared between two estimates of noise and of the bounces that are left out.
 const EVERY: u64 = 20;
 
-/// Most poses whose rays are kept. The one that was used longest ago makes room.
+/// Most poses whose rays are kept. The pose that was used longest ago makes room.
 const MOST: usize = 32;
 
 /// Below this mean temperature [K] a patch hardly radiates, so that a flux says little of its temperature.
 const COLD: f64 = 85.0;
 
-/// What patches exchange, beside the run.
+/// The exchange between patches in f64, beside the run.
 pub(super) struct ExchangeCheck {
-    craft: Arc<Craft>,
-    /// Poses of the joints for which rays were cast, and what was found. The last one holds.
+    craft: Arc<ExchangeCraft>,
+    /// Poses of the joints for which rays were cast, each with its exchange. The last pair holds.
     found: Vec<(Vec<DAffine3>, Exchange)>,
     renewal: Renewal,
-    light: Light,
-    /// What patches absorb since it was found [W/m2].
+    light: CraftLight,
+    /// Infrared that patches absorb since it was found last [W/m2].
     before: Vec<f64>,
     /// How often infrared was found.
     steps: u64,
-    /// Errors so far: noise, what was left out, late arrival, and light that is held.
-    errors: [Spread; 4],
+    /// Errors so far: noise, bounces that are left out, late arrival, and light that is held.
+    errors: [ErrorSpread; 4],
 }
 
 /// Errors over patches and steps [K].
 #[derive(Debug, Clone, Copy, Default)]
-struct Spread {
+struct ErrorSpread {
     squares: f64,
     weight: f64,
     most: f64,
 }
 
-impl Spread {
+impl ErrorSpread {
     fn add(&mut self, error: f64, weight: f64) {
         self.squares += weight * error * error;
         self.weight += weight;
@@ -57,34 +57,34 @@ impl Spread {
 }
 
 impl ExchangeCheck {
-    /// Exchange for first poses.
-    pub(crate) fn new(craft: &Arc<Craft>, poses: &[DAffine3]) -> Self {
+    pub(crate) fn new(craft: &Arc<ExchangeCraft>, poses: &[DAffine3]) -> Self {
         Self {
             found: vec![(poses.to_vec(), craft.cast(poses))],
             renewal: craft.renewal(),
             craft: Arc::clone(craft),
-            light: Light::default(),
+            light: CraftLight::default(),
             before: Vec::new(),
             steps: 0,
             errors: Default::default(),
         }
     }
 
-    /// What the faces of every node receive in a step, from rays for the poses that the engine uses. The load lasts `steps`. `nodes` are the temperature [K] and the share of the Sun of each.
+    /// The light on the faces of every node in a step, from rays for the poses that the engine uses. The load lasts `steps`. `nodes` are the
+    /// temperature [K] and the share of the Sun of each.
     pub(crate) fn received(
         &mut self,
         load: &StepLoad,
         steps: f64,
         poses: Option<&[DAffine3]>,
         nodes: &[[f64; 2]],
-    ) -> Vec<[Received; 2]> {
+    ) -> Vec<[FaceLoad; 2]> {
         let turned = poses.is_some_and(|poses| self.turn(poses));
         let Some((_, exchange)) = self.found.last() else { return Vec::new() };
         let find = || {
             let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
             exchange.light(load, |node| nodes[node][1], mirrored.as_ref())
         };
-        let of_nodes = |absorbed: &[f64], light: &Light| -> Vec<[Received; 2]> {
+        let of_nodes = |absorbed: &[f64], light: &CraftLight| -> Vec<[FaceLoad; 2]> {
             (0..nodes.len()).map(|node| exchange.of_node(node, absorbed, &light.seen)).collect()
         };
         let due = self.renewal.due(load, steps, turned || self.light.seen.is_empty());
@@ -106,7 +106,7 @@ impl ExchangeCheck {
         received
     }
 
-    /// Takes what holds for poses. Returns whether it is another than before.
+    /// Puts the exchange for poses last. Returns whether another exchange was last before.
     fn turn(&mut self, poses: &[DAffine3]) -> bool {
         let Some(place) = self.found.iter().rposition(|(own, _)| own == poses) else {
             if self.found.len() >= MOST {
@@ -167,7 +167,6 @@ impl ExchangeCheck {
         })
     }
 
-    /// The state between two steps.
     pub(crate) fn save(&self) -> Saved {
         let mut saved = self.renewal.save();
         let poses = self.found.last().map(|(poses, _)| &poses[..]).unwrap_or_default();
@@ -179,7 +178,7 @@ impl ExchangeCheck {
         saved
     }
 
-    /// Takes what `save` gave.
+    /// Restores the state of `save`.
     ///
     /// # Errors
     /// Lists of another kind.
@@ -188,11 +187,11 @@ impl ExchangeCheck {
         let poses: Vec<[f64; 12]> = saved.list("rays")?;
         let poses: Vec<DAffine3> = poses.iter().map(DAffine3::from_cols_array).collect();
         self.turn(&poses);
-        self.light = Light::restored(saved)?;
+        self.light = CraftLight::restored(saved)?;
         self.before = saved.list("before")?;
         [self.steps] = saved.array("steps")?;
         let errors: [[f64; 3]; 4] = saved.array("errors")?;
-        self.errors = errors.map(|[squares, weight, most]| Spread { squares, weight, most });
+        self.errors = errors.map(|[squares, weight, most]| ErrorSpread { squares, weight, most });
         Ok(())
     }
 }

@@ -1,4 +1,4 @@
-//! The sample of the check in steps of half the length, which tells what the length of the step costs.
+//! The sample of the check in steps of half the length, which gives the error of the step length.
 //!
 //! Both runs begin in the same state at time 0 and are in f64. Both see the shadows of whole steps, which follow the Sun by an angle of their own.
 
@@ -11,16 +11,17 @@ use crate::thermal::incident::IncidentFunction;
 use crate::thermal::material::{Material, Response};
 use crate::thermal::reference::Reference;
 
-/// Most drawn nodes of a network that is stepped in halves. In f64 its two halves cost twice what its whole steps cost.
+/// Most drawn nodes of a network that is stepped in halves. In f64 two halves take twice as long as a whole step.
 const LARGEST_NETWORK: usize = 5_000;
 
 /// From the difference between steps and half steps to the error of steps: exact for an error in proportion to the step.
 const ERROR_OF_DIFFERENCE: f64 = 2.0;
 
-/// Error of the step length: what averaging the load over a step costs, and what the response makes of it. It is twice the difference in f64 between steps
-/// and steps of half the length, from the same state at time 0. For an error in proportion to the step this is the error, and for one in proportion to
-/// its square 3/2 of it. Where the Sun comes or goes inside a step it is 1 to 2 times the error, and up to 2.4 times was seen on a
-/// transition. Nodes that follow their load at once are not in these figures, because their temperature is by definition that of the mean load.
+/// Error of the step length: the error of the mean load over a step, after the response to it. The estimate is twice the difference in f64 between
+/// steps and steps of half the length, from the same state at time 0. For an error in proportion to the step the estimate is the error, and for an
+/// error in proportion to the step's square it is 3/2 of the error. Where the Sun comes or goes inside a step the estimate is 1 to 2 times the error,
+/// and up to 2.4 times was seen on a transition. Nodes that follow their load at once are not in these figures, because their temperature follows the
+/// mean load by definition.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct StepLengthError {
     /// Nodes of the sample that store heat.
@@ -65,7 +66,7 @@ impl Halves {
         });
         let too_large = Some(drawn.len()).filter(|count| *count > LARGEST_NETWORK);
         let network = scene.filter(|_| too_large.is_none()).map(|scene| NetworkCheck {
-            // The shares of the Sun are those of the whole steps.
+            // The shares of the Sun come from the whole steps.
             shadows: None,
             ..NetworkCheck::new(prepared, scene, drawn)
         });
@@ -186,7 +187,7 @@ impl Halves {
         Ok(saved)
     }
 
-    /// Takes what `save` gave.
+    /// Restores the state of `save`.
     ///
     /// # Errors
     /// A state of another scene or sample.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::environment::StepLoad;
-use crate::environment::shadow::Shadows;
+use crate::environment::shadow::ShadowCasters;
 use crate::saved::Saved;
 use crate::simulation::engine::EngineError;
 use crate::simulation::network::{NetworkRun, SceneNetwork};
@@ -16,7 +16,7 @@ use crate::thermal::reference::Reference;
 pub(super) struct NetworkCheck {
     pub(crate) run: NetworkRun,
     pub(crate) loads: Reference<IncidentFunction>,
-    pub(crate) shadows: Option<Shadows>,
+    pub(crate) shadows: Option<ShadowCasters>,
     pub(crate) slots: Vec<usize>,
     /// Temperatures of the sample's network nodes [K], by slot.
     pub(crate) temperatures: HashMap<usize, f64>,
@@ -77,7 +77,7 @@ impl NetworkCheck {
         Ok(saved)
     }
 
-    /// Takes what `save` gave.
+    /// Restores the state of `save`.
     ///
     /// # Errors
     /// A state of another scene.

@@ -5,8 +5,8 @@ use glam::DAffine3;
 use crate::gpu::layout;
 use crate::gpu::sampling::Sampling;
 use crate::scene::Camera;
-use crate::simulation::distant::{Distance, told};
-use crate::simulation::engine::{Moment, Order, Rows};
+use crate::simulation::distant::{DistantParts, told};
+use crate::simulation::engine::{InstantPoses, Order, RowMoments};
 use crate::simulation::pose::draws_alike;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::viewpoint::{device_view, rolling, source_view};
@@ -17,7 +17,7 @@ pub(super) struct DeviceCamera {
     /// How the image is made, without the map of the lens.
     sampling: Option<Sampling>,
     /// The boxes of a craft that may be far away.
-    distance: Option<Distance>,
+    distance: Option<DistantParts>,
 }
 
 impl DeviceCamera {
@@ -25,7 +25,7 @@ impl DeviceCamera {
         let may_be_far = sampling.as_ref().is_some_and(|sampling| sampling.distant);
         Self {
             camera: camera.clone(),
-            distance: may_be_far.then(|| Distance::new(prepared, camera)).flatten(),
+            distance: may_be_far.then(|| DistantParts::new(prepared, camera)).flatten(),
             sampling: sampling.map(|sampling| Sampling { map: Vec::new(), ..sampling }),
         }
     }
@@ -75,10 +75,10 @@ impl DeviceCamera {
     /// The rolling shutter against the body and against each joint. Empty if all rows see one pose.
     pub(crate) fn shutters(&self, order: &Order<'_>) -> Vec<layout::Shutter> {
         let shutter = self.sampling.as_ref().and_then(|sampling| sampling.shutter.as_ref());
-        let (Some((_, shutter)), Some(Rows(moment))) = (shutter, order.rows) else { return Vec::new() };
+        let (Some((_, shutter)), Some(RowMoments(moment))) = (shutter, order.rows) else { return Vec::new() };
         let last = f64::from(self.camera.height - 1);
         let [middle, last] = [0.5 * last, last].map(|row| {
-            let Moment { pose, joints } = moment(row);
+            let InstantPoses { pose, joints } = moment(row);
             let of_joint = |joint: &DAffine3| pose * *joint;
             if joints.is_empty() { vec![pose] } else { joints.iter().map(of_joint).collect() }
         });

@@ -5,14 +5,18 @@ use crate::environment::StepLoad;
 use crate::gpu::error::GpuError;
 use crate::gpu::renderer::Renderer;
 use crate::simulation::energy::absorbed_heat;
-use crate::simulation::engine::{EngineError, Order, Step};
-use crate::simulation::given::Given;
+use crate::simulation::engine::{EngineError, EngineStep, Order};
+use crate::simulation::given::GivenTemperatures;
 use crate::simulation::network::NetworkRun;
 
 impl DeviceEngine {
     /// Steps the network under the load of a step, and before it keeps the temperatures where the order says so. The host integrates between the loads and
     /// the temperatures, so frames under way must end first.
-    pub(super) fn step_network(&mut self, step: &Step<'_>, order: &Order<'_>) -> Result<Option<Vec<f64>>, EngineError> {
+    pub(super) fn step_network(
+        &mut self,
+        step: &EngineStep<'_>,
+        order: &Order<'_>,
+    ) -> Result<Option<Vec<f64>>, EngineError> {
         self.end_frames()?;
         if order.keep && self.network.is_some() {
             self.renderer.keep_temperatures()?;
@@ -38,7 +42,7 @@ impl DeviceEngine {
     }
 
     /// Writes the temperatures of a file at a time [s], and before them keeps those before the step where the order says so.
-    pub(super) fn take_given(&mut self, given: &Given, time: f64, keep: bool) -> Result<(), EngineError> {
+    pub(super) fn take_given(&mut self, given: &GivenTemperatures, time: f64, keep: bool) -> Result<(), EngineError> {
         self.end_frames()?;
         if keep {
             self.renderer.keep_temperatures()?;
@@ -65,7 +69,7 @@ impl DeviceEngine {
     }
 
     /// Casts the rays of patches anew where a joint has moved.
-    pub(super) fn follow_joints(&mut self, step: &Step<'_>) -> Result<(), EngineError> {
+    pub(super) fn follow_joints(&mut self, step: &EngineStep<'_>) -> Result<(), EngineError> {
         let fourth = self.fourth();
         let Some(exchange) = &mut self.exchange else { return Ok(()) };
         if let Some(tables) = exchange.turn(&step.load.joints, step.load.is_warm_up())? {

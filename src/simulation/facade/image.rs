@@ -2,7 +2,7 @@
 
 use super::Simulation;
 use crate::scene::{Background, Camera, Reflections};
-use crate::simulation::engine::{Order, Rows};
+use crate::simulation::engine::{Order, RowMoments};
 use crate::simulation::facade_error::SimulationError;
 use crate::simulation::image::Image;
 use crate::simulation::pose::{CameraError, Pose, check_camera, draws_alike};
@@ -29,7 +29,7 @@ impl Simulation {
         };
         let joints = prepared.loads.joints_at(time).1;
         let moments = moments(prepared, time, None);
-        let rows = moments.as_ref().map(|moments| Rows(moments));
+        let rows = moments.as_ref().map(|moments| RowMoments(moments));
         let surroundings = surroundings_at(prepared, time, &pose);
         let order = Order { pose: Some(pose), joints: &joints, rows, surroundings, time, ..Order::default() };
         self.engine.submit(None, order)?;

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use super::Simulation;
-use crate::environment::placements::Place;
+use crate::environment::placements::PlacementSample;
 use crate::environment::state::SLACK;
 use crate::simulation::facade_error::SimulationError;
 
@@ -49,7 +49,7 @@ impl Simulation {
     }
 
     /// A placement with what the scene's own orbit and attitude say.
-    fn filled(&self, placement: Placement) -> Result<Place, SimulationError> {
+    fn filled(&self, placement: Placement) -> Result<PlacementSample, SimulationError> {
         let Placement { time, position, velocity, sun, inertial_from_body } = placement;
         let (model, mut own) = (self.own.sky_model(), None);
         if position.is_none() || sun.is_none() || inertial_from_body.is_none() {
@@ -57,7 +57,7 @@ impl Simulation {
             own = model.point(time);
         }
         let attitude = || DQuat::from_mat3(&model.sky(time).body_from_inertial.transpose()).normalize();
-        Ok(Place {
+        Ok(PlacementSample {
             time,
             position: position.or(own.map(|point| point.position)).unwrap_or(DVec3::NAN),
             velocity,

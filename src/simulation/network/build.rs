@@ -8,10 +8,10 @@ use crate::model::nodes::{Nodes, PADDING};
 use crate::scene::{ContactRule, Scene};
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::material::{Material, Response};
-use crate::thermal::network::control::{FLOOR, ONE_PASS_TOLERANCE, Settings};
-use crate::thermal::network::one_pass::Plan;
+use crate::thermal::network::control::{FLOOR, IntegrationSettings, ONE_PASS_TOLERANCE};
+use crate::thermal::network::one_pass::OnePassPlan;
 use crate::thermal::network::schedule::Thermostat;
-use crate::thermal::shell::{Contact, NO_NODE, Selection, Shell, ShellMaterial, Surface};
+use crate::thermal::shell::{Contact, NO_NODE, Selection, Shell, ShellMaterial, ShellSurface};
 
 /// The shell of a scene's network, where it has one.
 pub(in crate::simulation) fn shell(
@@ -29,7 +29,7 @@ pub(in crate::simulation) fn shell(
     if shells.iter().all(Option::is_none) {
         return Ok(None);
     }
-    let surface = Surface {
+    let surface = ShellSurface {
         positions: &model.positions,
         triangles: &model.triangles,
         parts: &model.vertex_part,
@@ -48,8 +48,8 @@ fn contact(
     materials: &[Material],
 ) -> Result<Contact, PrepareError> {
     let name = format!("between '{}' and '{}'", rule.between[0].pattern(), rule.between[1].pattern());
-    let select = |owners: &crate::scene::Owners| {
-        let by_part = matches!(owners, crate::scene::Owners::Parts(_));
+    let select = |owners: &crate::scene::OwnerPatterns| {
+        let by_part = matches!(owners, crate::scene::OwnerPatterns::Parts(_));
         let selection = Selection {
             name: owners.pattern().to_owned(),
             parts: parts.iter().map(|part| !by_part || owners.fits(part, "")).collect(),
@@ -139,10 +139,12 @@ impl SceneNetwork {
             }
         }
         let integrator = scene.network.integrator;
-        let one_pass =
-            integrator.takes_one_pass().then(|| Plan::fitting(&shell.network, scene.time.step, &hottest_of_node));
+        let one_pass = integrator
+            .takes_one_pass()
+            .then(|| OnePassPlan::fitting(&shell.network, scene.time.step, &hottest_of_node));
         let usual = if matches!(one_pass, Some(Ok(_))) { ONE_PASS_TOLERANCE } else { integrator.tolerance() };
-        let settings = Settings { integrator, tolerance: scene.network.tolerance.unwrap_or(usual), floor: FLOOR };
+        let settings =
+            IntegrationSettings { integrator, tolerance: scene.network.tolerance.unwrap_or(usual), floor: FLOOR };
         let (step, horizon) = (scene.time.step, scene.orbit.period());
         Ok(Self { shell, settings, node_of_slot, load_areas, heated, one_pass, step, horizon })
     }

@@ -1,7 +1,7 @@
 //! The work of a network in words.
 
 use super::NetworkRun;
-use super::left::Left;
+use super::left::OnePassExit;
 use crate::thermal::network::one_pass::{Estimate, Halving};
 
 /// Name of the estimated error of a network in one pass, in a description.
@@ -51,7 +51,7 @@ impl NetworkRun {
 
     /// Where the network left the one pass, in words.
     fn left_lines(&self) -> Vec<(String, String)> {
-        let Some(Left { time, estimate: Estimate { rms, most, node } }) = self.left else { return Vec::new() };
+        let Some(OnePassExit { time, estimate: Estimate { rms, most, node } }) = self.left else { return Vec::new() };
         let entry = |name: &str, value: String| (name.to_owned(), value);
         vec![
             entry(ESTIMATED, format!("{rms:.1e} K rms, at most {most:.1e} K at node {node}, until {time:.1} s")),

@@ -5,12 +5,12 @@ use crate::thermal::network::schedule::HeatTable;
 
 /// Heat that each heater has given [J], and since when it is on [s]. NaN where it is off.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Given {
+pub(super) struct HeaterHeat {
     joules: Vec<f64>,
     since: Vec<f64>,
 }
 
-impl Given {
+impl HeaterHeat {
     /// Heaters that have given nothing at a time [s].
     pub(crate) fn at(time: f64, on: &[bool]) -> Self {
         let since = on.iter().map(|on| if *on { time } else { f64::NAN }).collect();
@@ -43,7 +43,7 @@ impl Given {
         saved
     }
 
-    /// Takes what `save` gave.
+    /// Restores the state of `save`.
     ///
     /// # Errors
     /// Another number of heaters.
@@ -61,7 +61,7 @@ mod tests {
     #[test]
     fn heat_is_the_power_over_the_time_that_it_is_on() {
         let power = HeatTable::constant(10.0);
-        let mut given = Given::at(0.0, &[true, false]);
+        let mut given = HeaterHeat::at(0.0, &[true, false]);
         assert_eq!(given.until(0, &power, 5.0), 50.0);
         given.switch(0, &power, 5.0, false);
         given.switch(0, &power, 7.0, true);

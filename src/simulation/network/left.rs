@@ -4,9 +4,9 @@ use crate::thermal::network::one_pass::Estimate;
 
 /// Where a network left the one pass.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Left {
+pub(crate) struct OnePassExit {
     /// Scene time [s].
     pub(crate) time: f64,
-    /// Its estimated error.
+    /// Estimated error at that time.
     pub(crate) estimate: Estimate,
 }

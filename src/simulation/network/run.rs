@@ -6,12 +6,12 @@ use std::time::Instant;
 
 use super::SceneNetwork;
 use super::failure::{failure, unfinished};
-use super::given::Given;
-use super::left::Left;
+use super::given::HeaterHeat;
+use super::left::OnePassExit;
 use crate::gpu::samples::Samples;
 use crate::simulation::engine_error::EngineError;
-use crate::thermal::network::control::{ControlError, Leg, Settings, Switch, Use, integrate_leg};
-use crate::thermal::network::one_pass::{Estimate, Halving, OnePass, SWITCHES_AT_MOST};
+use crate::thermal::network::control::{ControlError, IntegrationSettings, Leg, MethodUse, Switch, integrate_leg};
+use crate::thermal::network::one_pass::{Estimate, Halving, OnePassNetwork, SWITCHES_AT_MOST};
 use crate::thermal::network::reference::ReferenceStepper;
 
 /// Cost of a step of a network, including the transfers of loads and temperatures.
@@ -32,13 +32,13 @@ const TIGHT: f64 = 0.1;
 pub struct NetworkRun {
     pub(super) scene: Arc<SceneNetwork>,
     pub(super) worker: ReferenceStepper,
-    pub(super) settings: Settings,
+    pub(super) settings: IntegrationSettings,
     pub(super) on: Vec<bool>,
     pub(super) step: f64,
-    pub(super) uses: [Option<Use>; 3],
+    pub(super) uses: [Option<MethodUse>; 3],
     pub(super) rejected: u64,
     pub(super) switches: u64,
-    pub(super) given: Given,
+    pub(super) given: HeaterHeat,
     located: VecDeque<Switch>,
     /// The estimated error of the steps in the frames of a device, and how often they are halved.
     pub(super) told: Option<(Estimate, Halving)>,
@@ -56,7 +56,7 @@ pub struct NetworkRun {
 impl NetworkRun {
     /// A network that the processor integrates in f64.
     pub(crate) fn reference(scene: &Arc<SceneNetwork>) -> Self {
-        let one_pass = scene.plan().map(|plan| OnePass::new(plan, scene.heaters(), scene.settings.tolerance));
+        let one_pass = scene.plan().map(|plan| OnePassNetwork::new(plan, scene.heaters(), scene.settings.tolerance));
         Self { one_pass, ..Self::new(scene) }
     }
 
@@ -82,7 +82,7 @@ impl NetworkRun {
             uses: [None; 3],
             rejected: 0,
             switches: 0,
-            given: Given::default(),
+            given: HeaterHeat::default(),
             located: VecDeque::new(),
             told: None,
             one_pass: None,
@@ -93,7 +93,7 @@ impl NetworkRun {
         }
     }
 
-    /// Whether the frames of a device step the network. Its temperatures are then those of the frames.
+    /// Whether the frames of a device step the network. The temperatures of the network then come from the frames.
     pub(crate) fn is_in_frames(&self) -> bool {
         self.in_frames
     }
@@ -110,7 +110,7 @@ impl NetworkRun {
 
     /// Begins to count the heat of the heaters at time 0.
     pub(crate) fn count_heat(&mut self) {
-        self.given = Given::at(0.0, &self.scene.heaters_on(&self.on));
+        self.given = HeaterHeat::at(0.0, &self.scene.heaters_on(&self.on));
     }
 
     /// Heat that every heater has given from time 0 until a time [J].
@@ -142,7 +142,6 @@ impl NetworkRun {
         self.settings.tolerance = self.scene.settings.tolerance * if coarse { COARSE } else { 1.0 };
     }
 
-    /// States of the thermostats.
     pub(crate) fn on(&self) -> &[bool] {
         &self.on
     }
@@ -201,7 +200,7 @@ impl NetworkRun {
         }
         for (sum, new) in self.uses.iter_mut().zip(series.uses) {
             *sum = match (*sum, new) {
-                (Some(a), Some(b)) => Some(Use {
+                (Some(a), Some(b)) => Some(MethodUse {
                     sub_steps: a.sub_steps + b.sub_steps,
                     time: a.time + b.time,
                     range: [a.range[0].min(b.range[0]), a.range[1].max(b.range[1])],

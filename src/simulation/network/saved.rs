@@ -4,7 +4,7 @@ use super::{NetworkRun, StepCost};
 use crate::gpu::samples::Samples;
 use crate::saved::Saved;
 use crate::simulation::engine_error::EngineError;
-use crate::thermal::network::control::Use;
+use crate::thermal::network::control::MethodUse;
 
 impl NetworkRun {
     /// The state between two steps.
@@ -18,7 +18,7 @@ impl NetworkRun {
         saved.put("step", &[self.step]);
         saved.put_flags("on", &self.on);
         for (number, used) in self.uses.iter().enumerate() {
-            if let Some(Use { sub_steps, time, range, stages }) = used {
+            if let Some(MethodUse { sub_steps, time, range, stages }) = used {
                 saved.put(format!("use.{number}"), &[*sub_steps, u64::from(stages[0]), u64::from(stages[1])]);
                 saved.put(format!("use_times.{number}"), &[*time, range[0], range[1]]);
             }
@@ -30,7 +30,7 @@ impl NetworkRun {
         saved
     }
 
-    /// Takes what `save` gave.
+    /// Restores the state of `save`.
     ///
     /// # Errors
     /// A state of another network.
@@ -47,7 +47,7 @@ impl NetworkRun {
             if saved.has(&format!("use.{number}")) {
                 let [sub_steps, fewest, most] = saved.array::<u64, 3>(&format!("use.{number}"))?;
                 let [time, short, long] = saved.array(&format!("use_times.{number}"))?;
-                *used = Some(Use { sub_steps, time, range: [short, long], stages: [fewest as u32, most as u32] });
+                *used = Some(MethodUse { sub_steps, time, range: [short, long], stages: [fewest as u32, most as u32] });
             }
         }
         self.given.restore(&saved.part("given"))?;

@@ -1,8 +1,8 @@
 //! The data of a step response, checked.
 
-use crate::thermal::function::Sample;
+use crate::thermal::function::TemperatureSample;
 
-/// Fewest rows. It exceeds the number of free parameters of every function.
+/// Fewest rows, more than the free parameters of any function.
 pub(crate) const FEWEST_ROWS: usize = 6;
 
 /// Rows used in the search for a start. The fit itself uses all rows.
@@ -15,17 +15,14 @@ const LARGEST_TIME: f64 = 1e100;
 /// An error in the data. Rows count from 1, without the header.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum FitError {
-    /// Too few rows.
     #[error("{0} rows are too few: a step response needs at least {FEWEST_ROWS}")]
     TooFew(usize),
     /// A number that is not finite, or a temperature below 0 K.
     #[error("row {row}: {what} is {value}; {wanted}")]
     Value {
-        /// Number of the row.
         row: usize,
         /// `time` or `temperature`.
         what: &'static str,
-        /// Given value.
         value: f64,
         /// Allowed values.
         wanted: &'static str,
@@ -33,9 +30,7 @@ pub(crate) enum FitError {
     /// Times that do not increase.
     #[error("row {row}: time {time} does not lie after {before}, the time of the row before")]
     Order {
-        /// Number of the row.
         row: usize,
-        /// Its time.
         time: f64,
         /// Time of the row before.
         before: f64,
@@ -59,7 +54,7 @@ pub(crate) enum FitError {
 }
 
 impl FitError {
-    /// The same error with a line number of the file instead of the row number.
+    /// The error with a line number of the file instead of the row number.
     pub(crate) fn in_lines(mut self, lines: &[u64]) -> Self {
         if let Self::Value { row, .. } | Self::Order { row, .. } = &mut self {
             *row = lines.get(*row - 1).map_or(*row, |line| *line as usize);
@@ -69,17 +64,17 @@ impl FitError {
 }
 
 /// Checked data: times [unit of the data] since the first row, and temperatures [K]. The first row itself is left out.
-pub(super) struct Data {
+pub(super) struct FitData {
     pub(crate) rows: Vec<[f64; 2]>,
     pub(crate) initial: f64,
-    /// Temperature difference to the row farthest from the first [K]. It is negative for cooling.
+    /// Temperature difference to the row farthest from the first [K], negative for cooling.
     pub(crate) span: f64,
     pub(crate) range: f64,
     pub(crate) target: Option<f64>,
 }
 
-impl Data {
-    pub(crate) fn new(samples: &[Sample], target: Option<f64>) -> Result<Self, FitError> {
+impl FitData {
+    pub(crate) fn new(samples: &[TemperatureSample], target: Option<f64>) -> Result<Self, FitError> {
         for (row, sample) in (1..).zip(samples) {
             let value = |what, value, wanted| FitError::Value { row, what, value, wanted };
             if !sample.time.is_finite() || sample.time.abs() > LARGEST_TIME {

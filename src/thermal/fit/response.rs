@@ -1,6 +1,6 @@
 //! A fitted step response, and its difference from the data.
 
-use super::data::Data;
+use super::data::FitData;
 use crate::thermal::function::Function;
 use crate::thermal::material::Domain;
 
@@ -12,12 +12,9 @@ const POOR: f64 = 0.05;
 /// Multiple of the length of the data above which t_max is a far extrapolation.
 const FAR: f64 = 3.0;
 
-/// A step response.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Response {
-    /// Response function.
+pub(crate) struct FittedResponse {
     pub(crate) function: Function,
-    /// Domain of the function.
     pub(crate) domain: Domain,
     /// Time to the target, in the unit of the data.
     pub(crate) t_max: f64,
@@ -27,12 +24,10 @@ pub(crate) struct Response {
     pub(crate) target: f64,
 }
 
-/// The best fit of a kind in a domain.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Fit {
-    /// The response. It starts at the temperature of the first row.
-    pub(crate) response: Response,
-    /// Number of free parameters.
+    /// The response, which starts at the temperature of the first row.
+    pub(crate) response: FittedResponse,
     pub(crate) parameters: usize,
     /// Root mean square of the differences from the data [K].
     pub(crate) rms: f64,
@@ -48,7 +43,7 @@ pub(crate) struct Fit {
     pub(crate) at_bounds: Vec<&'static str>,
 }
 
-impl Response {
+impl FittedResponse {
     /// Temperature [K] at a time after the first row.
     pub(crate) fn temperature(&self, time: f64) -> f64 {
         let done = self.function.done(time / self.t_max);
@@ -60,9 +55,9 @@ impl Response {
 impl Fit {
     /// Compares a response with rows of (time since the first row, temperature [K]).
     pub(super) fn new(
-        response: Response,
+        response: FittedResponse,
         parameters: usize,
-        data: &Data,
+        data: &FitData,
         rows: &[[f64; 2]],
         at_bounds: Vec<&'static str>,
     ) -> Self {

@@ -1,12 +1,11 @@
 //! Searches for the best parameters of one kind of function in one domain.
 
-use super::data::Data;
-use super::response::{Fit, NOTHING, Response};
+use super::data::FitData;
+use super::response::{Fit, FittedResponse, NOTHING};
 use crate::thermal::function::{Function, FunctionError};
 use crate::thermal::least_squares::{Minimum, minimise};
 use crate::thermal::material::Domain;
 
-/// Number of values of t_max in the search.
 const SEARCH_T_MAX: usize = 60;
 const STARTS: usize = 4;
 /// Distance from a bound, as a share of the range, within which a number counts as being at it.
@@ -18,7 +17,7 @@ pub(super) const RATE_WITHOUT_END: f64 = 6.907_755_278_982_137;
 
 /// The kinds of functions with few parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum FitKind {
     Linear,
     Quadratic,
     Exponential,
@@ -27,8 +26,8 @@ pub(super) enum Kind {
     Polynomial,
 }
 
-impl Kind {
-    /// Its name in scene files.
+impl FitKind {
+    /// Name in scene files.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Linear => "linear",
@@ -41,23 +40,21 @@ impl Kind {
 }
 
 /// All kinds, those with the fewest parameters first.
-pub(super) const KINDS: [Kind; 5] =
-    [Kind::Linear, Kind::Quadratic, Kind::Exponential, Kind::Logarithmic, Kind::Polynomial];
+pub(super) const KINDS: [FitKind; 5] =
+    [FitKind::Linear, FitKind::Quadratic, FitKind::Exponential, FitKind::Logarithmic, FitKind::Polynomial];
 
 /// A function during the search: [`Function`] without its checks, which would cost too much at every point.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Shape {
+pub(super) enum FitFunction {
     Linear,
     Quadratic,
-    /// Its rate.
     Exponential(f64),
-    /// Its rate.
     Logarithmic(f64),
     /// Coefficients of s, s^2 and s^3, whose sum is 1.
     Polynomial([f64; 3]),
 }
 
-impl Shape {
+impl FitFunction {
     /// f(s) for s in [0, 1].
     pub(crate) fn done(&self, s: f64) -> f64 {
         match self {
@@ -85,13 +82,13 @@ impl Shape {
 }
 
 /// One kind in one domain. Variables: ln t_max, the way to the target over the range of the data, then the function's parameters.
-pub(super) struct Problem<'a> {
-    pub(crate) data: &'a Data,
-    pub(crate) kind: Kind,
+pub(super) struct FitProblem<'a> {
+    pub(crate) data: &'a FitData,
+    pub(crate) kind: FitKind,
     pub(crate) domain: Domain,
 }
 
-impl Problem<'_> {
+impl FitProblem<'_> {
     /// The best fit of the kind.
     ///
     /// # Errors
@@ -121,7 +118,7 @@ impl Problem<'_> {
         if best.x[0] > data.last_time().ln() && data.target.is_none() {
             // The end is not in the data. Where other ends fit equally well, the most conservative one is used.
             let t_max = match self.shape(&best.x) {
-                Shape::Exponential(rate) => (best.x[0].exp() / rate * RATE_WITHOUT_END).max(data.last_time()),
+                FitFunction::Exponential(rate) => (best.x[0].exp() / rate * RATE_WITHOUT_END).max(data.last_time()),
                 _ => data.last_time(),
             };
             let mut start = best.x.clone();
@@ -140,7 +137,7 @@ impl Problem<'_> {
     }
 
     fn finish(&self, best: &Minimum) -> Result<Fit, FunctionError> {
-        let response = Response {
+        let response = FittedResponse {
             function: self.shape(&best.x).function()?,
             domain: self.domain,
             t_max: best.x[0].exp(),
@@ -158,7 +155,7 @@ impl Problem<'_> {
             let [low, high] = bounds[i];
             low < high && (x[i] - bounds[i][side]).abs() <= AT_BOUND * (high - low)
         };
-        let has_rate = matches!(self.kind, Kind::Exponential | Kind::Logarithmic);
+        let has_rate = matches!(self.kind, FitKind::Exponential | FitKind::Logarithmic);
         let mut found = Vec::new();
         if at(0, 0) || at(0, 1) {
             found.push("t_max is");
@@ -186,19 +183,19 @@ impl Problem<'_> {
         self.data.target.unwrap_or_else(|| (self.data.initial + self.data.span * x[1]).max(0.0))
     }
 
-    fn shape(&self, x: &[f64]) -> Shape {
+    fn shape(&self, x: &[f64]) -> FitFunction {
         match self.kind {
-            Kind::Linear => Shape::Linear,
-            Kind::Quadratic => Shape::Quadratic,
-            Kind::Exponential => Shape::Exponential(x[2].exp()),
-            Kind::Logarithmic => Shape::Logarithmic(x[2].exp()),
-            Kind::Polynomial => {
+            FitKind::Linear => FitFunction::Linear,
+            FitKind::Quadratic => FitFunction::Quadratic,
+            FitKind::Exponential => FitFunction::Exponential(x[2].exp()),
+            FitKind::Logarithmic => FitFunction::Logarithmic(x[2].exp()),
+            FitKind::Polynomial => {
                 // Bernstein coefficients 0 <= b1 <= b2 <= 1 make a cubic that never decreases, because the coefficients of its derivative are their
                 // differences.
                 let b1 = x[2];
                 let b2 = b1 + (1.0 - b1) * x[3];
                 let (c1, c2) = (3.0 * b1, 3.0 * (b2 - 2.0 * b1));
-                Shape::Polynomial([c1, c2, 1.0 - c1 - c2])
+                FitFunction::Polynomial([c1, c2, 1.0 - c1 - c2])
             }
         }
     }
@@ -206,9 +203,9 @@ impl Problem<'_> {
     fn first_guess(&self) -> Vec<f64> {
         let mut x = vec![self.data.last_time().ln(), 1.0];
         match self.kind {
-            Kind::Linear | Kind::Quadratic => {}
-            Kind::Exponential | Kind::Logarithmic => x.push(2f64.ln()),
-            Kind::Polynomial => x.extend([0.5, 0.5]),
+            FitKind::Linear | FitKind::Quadratic => {}
+            FitKind::Exponential | FitKind::Logarithmic => x.push(2f64.ln()),
+            FitKind::Polynomial => x.extend([0.5, 0.5]),
         }
         x
     }
@@ -227,10 +224,10 @@ impl Problem<'_> {
         };
         let mut bounds = vec![t_max, way];
         match self.kind {
-            Kind::Linear | Kind::Quadratic => {}
-            Kind::Exponential => bounds.push([0.01f64.ln(), 20f64.ln()]),
-            Kind::Logarithmic => bounds.push([0.01f64.ln(), 1e4f64.ln()]),
-            Kind::Polynomial => bounds.extend([[STEEPNESS, 1.0 - STEEPNESS]; 2]),
+            FitKind::Linear | FitKind::Quadratic => {}
+            FitKind::Exponential => bounds.push([0.01f64.ln(), 20f64.ln()]),
+            FitKind::Logarithmic => bounds.push([0.01f64.ln(), 1e4f64.ln()]),
+            FitKind::Polynomial => bounds.extend([[STEEPNESS, 1.0 - STEEPNESS]; 2]),
         }
         bounds
     }

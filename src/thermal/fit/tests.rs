@@ -1,13 +1,13 @@
 //! Fits of data of known origin find the function, t_max, target and parameters.
 
-use super::search::{RATE_WITHOUT_END, Shape};
+use super::search::{FitFunction, RATE_WITHOUT_END};
 use super::*;
 use crate::thermal::function::Function;
-use crate::thermal::function::Kind;
+use crate::thermal::function::FunctionKind;
 
-fn samples(rows: usize, end: f64, t: impl Fn(f64) -> f64) -> Vec<Sample> {
+fn samples(rows: usize, end: f64, t: impl Fn(f64) -> f64) -> Vec<TemperatureSample> {
     let time = |i: usize| end * i as f64 / (rows - 1) as f64;
-    (0..rows).map(|i| Sample { time: time(i), temperature: t(time(i)) }).collect()
+    (0..rows).map(|i| TemperatureSample { time: time(i), temperature: t(time(i)) }).collect()
 }
 
 /// Noise of about `size` [K] rms, equal in every run (a golden-ratio sequence with a triangular distribution).
@@ -16,11 +16,11 @@ fn noise(time: f64, size: f64) -> f64 {
     (hash(1.0) + hash(2.0) - 1.0) * size * 6f64.sqrt()
 }
 
-fn best(samples: &[Sample], target: Option<f64>) -> Fit {
+fn best(samples: &[TemperatureSample], target: Option<f64>) -> Fit {
     fit(samples, target).unwrap().best.swap_remove(0)
 }
 
-fn response(shape: &Shape, domain: Domain, ends: [f64; 2], s: f64) -> f64 {
+fn response(shape: &FitFunction, domain: Domain, ends: [f64; 2], s: f64) -> f64 {
     let done = shape.done(s.min(1.0));
     domain.temperature(domain.of(ends[0]) * (1.0 - done) + domain.of(ends[1]) * done)
 }
@@ -29,20 +29,20 @@ fn numbers(function: &Function) -> Vec<f64> {
     match function {
         Function::Linear | Function::Quadratic => Vec::new(),
         Function::Shaped(shape) => match &shape.kind {
-            Kind::Exponential { rate } | Kind::Logarithmic { rate } => vec![*rate],
-            Kind::Polynomial(polynomial) => polynomial.coefficients().to_vec(),
-            Kind::Table(_) | Kind::Expression(_) => Vec::new(),
+            FunctionKind::Exponential { rate } | FunctionKind::Logarithmic { rate } => vec![*rate],
+            FunctionKind::Polynomial(polynomial) => polynomial.coefficients().to_vec(),
+            FunctionKind::Table(_) | FunctionKind::Expression(_) => Vec::new(),
         },
     }
 }
 
-fn shapes() -> Vec<Shape> {
+fn shapes() -> Vec<FitFunction> {
     vec![
-        Shape::Linear,
-        Shape::Quadratic,
-        Shape::Exponential(3.0),
-        Shape::Logarithmic(8.0),
-        Shape::Polynomial([0.6, 1.8, -1.4]),
+        FitFunction::Linear,
+        FitFunction::Quadratic,
+        FitFunction::Exponential(3.0),
+        FitFunction::Logarithmic(8.0),
+        FitFunction::Polynomial([0.6, 1.8, -1.4]),
     ]
 }
 
@@ -70,14 +70,15 @@ fn every_function_is_found_in_its_own_data_in_both_domains() {
 
 #[test]
 fn a_response_that_is_a_hundredth_slower_is_not_taken_for_the_same() {
-    let data =
-        samples(301, 150.0, |time| response(&Shape::Quadratic, Domain::Temperature, [180.0, 310.0], time / 101.0));
+    let data = samples(301, 150.0, |time| {
+        response(&FitFunction::Quadratic, Domain::Temperature, [180.0, 310.0], time / 101.0)
+    });
     assert!((best(&data, None).response.t_max - 100.0).abs() > 0.5);
 }
 
 #[test]
 fn noise_does_not_buy_a_function_with_more_numbers() {
-    for shape in [Shape::Linear, Shape::Quadratic, Shape::Exponential(3.0)] {
+    for shape in [FitFunction::Linear, FitFunction::Quadratic, FitFunction::Exponential(3.0)] {
         let clean = |time: f64| response(&shape, Domain::Temperature, [290.0, 190.0], time / 100.0);
         let data = samples(400, 150.0, |time| if time > 0.0 { clean(time) + noise(time, 0.2) } else { clean(time) });
         let found = best(&data, None);
@@ -142,7 +143,7 @@ fn the_search_follows_the_functions_that_it_proposes() {
             assert!((shape.done(s) - function.done(s)).abs() < 1e-12, "{shape:?} at {s}");
         }
     }
-    assert!((Shape::Exponential(3.0).done(0.5) - Shape::Exponential(3.1).done(0.5)).abs() > 1e-3);
+    assert!((FitFunction::Exponential(3.0).done(0.5) - FitFunction::Exponential(3.1).done(0.5)).abs() > 1e-3);
 }
 
 #[test]
@@ -160,7 +161,8 @@ fn a_line_that_is_still_moving_ends_with_the_data_unless_a_target_is_given() {
 
 #[test]
 fn a_quadratic_that_is_cut_off_is_completed() {
-    let data = samples(80, 70.0, |time| response(&Shape::Quadratic, Domain::Temperature, [100.0, 300.0], time / 100.0));
+    let data =
+        samples(80, 70.0, |time| response(&FitFunction::Quadratic, Domain::Temperature, [100.0, 300.0], time / 100.0));
     let found = best(&data, None);
     assert_eq!(found.response.function, Function::Quadratic);
     let Fit { response, .. } = &found;
@@ -170,10 +172,15 @@ fn a_quadratic_that_is_cut_off_is_completed() {
 #[test]
 fn times_need_not_be_even_nor_start_at_zero() {
     let time = |i: usize| 1000.0 + 0.02 * (i * i) as f64;
-    let data: Vec<Sample> = (0..100)
-        .map(|i| Sample {
+    let data: Vec<TemperatureSample> = (0..100)
+        .map(|i| TemperatureSample {
             time: time(i),
-            temperature: response(&Shape::Quadratic, Domain::Temperature, [250.0, 150.0], (time(i) - 1000.0) / 90.0),
+            temperature: response(
+                &FitFunction::Quadratic,
+                Domain::Temperature,
+                [250.0, 150.0],
+                (time(i) - 1000.0) / 90.0,
+            ),
         })
         .collect();
     let found = best(&data, None);
@@ -185,7 +192,7 @@ fn times_need_not_be_even_nor_start_at_zero() {
 fn data_that_are_no_step_response_are_told() {
     let good = samples(10, 9.0, |time| 200.0 + time);
     assert!(fit(&good, None).is_ok());
-    let changed = |change: &dyn Fn(&mut Vec<Sample>)| {
+    let changed = |change: &dyn Fn(&mut Vec<TemperatureSample>)| {
         let mut data = good.clone();
         change(&mut data);
         fit(&data, None).unwrap_err().to_string()

@@ -52,9 +52,9 @@ pub enum FunctionError {
         function: &'static str,
         /// Share of the time.
         s: f64,
-        /// Its value there.
+        /// Value there.
         value: f64,
-        /// Its rate there.
+        /// Rate there.
         rate: f64,
     },
     /// A function that is not finite, or jumps.

@@ -1,12 +1,12 @@
 //! A response function given as GLSL text of s: compiled by naga, checked, and evaluated in f64.
 //!
-//! The text becomes the body of a shader function, so it accepts exactly what GLSL accepts. The compiled form is then translated operation by operation. It
-//! may contain arithmetic, comparisons, `?:` and functions without state (exp, pow, mix, smoothstep, ...). Everything else is refused.
+//! The text becomes the body of a shader function, so its syntax is exactly GLSL. The compiled form is then translated operation by operation.
+//! Arithmetic, comparisons, `?:` and functions without state (exp, pow, mix, smoothstep, ...) are allowed. Everything else is refused.
 
 mod program;
 
 use super::error::FunctionError;
-use program::Program;
+use program::ExpressionProgram;
 
 /// Number of intervals at whose ends a text is checked.
 const SAMPLES: u32 = 4096;
@@ -21,7 +21,7 @@ const JUMP: f64 = 1e-4;
 #[derive(Debug, Clone)]
 pub(crate) struct Expression {
     text: String,
-    program: Program,
+    program: ExpressionProgram,
     /// f at 0, and 1 / (f(1) - f(0)).
     start: f64,
     scale: f64,
@@ -36,8 +36,8 @@ impl PartialEq for Expression {
 impl Expression {
     pub(super) fn new(text: &str) -> Result<Self, FunctionError> {
         let text = text.trim().to_owned();
-        let program =
-            Program::compile(&text).map_err(|message| FunctionError::Expression { text: text.clone(), message })?;
+        let program = ExpressionProgram::compile(&text)
+            .map_err(|message| FunctionError::Expression { text: text.clone(), message })?;
         let mut expression = Self { text, program, start: 0.0, scale: 1.0 };
         expression.check()?;
         let (start, end) = (expression.program.run(0.0), expression.program.run(1.0));
@@ -45,7 +45,6 @@ impl Expression {
         Ok(expression)
     }
 
-    /// The text.
     pub(crate) fn text(&self) -> &str {
         &self.text
     }

@@ -1,6 +1,6 @@
 //! A response function from measured times and temperatures: normalised and interpolated by a monotone cubic.
 //!
-//! The cubic is that of Fritsch & Carlson 1980 (SIAM J. Numer. Anal. 17, 238). Hermite pieces run through all points. Their slopes are those of the
+//! The cubic follows Fritsch & Carlson 1980 (SIAM J. Numer. Anal. 17, 238). Hermite pieces run through all points. Their slopes come from the
 //! parabola through three neighbours, reduced where a piece would not be monotone.
 
 use std::path::Path;
@@ -17,7 +17,7 @@ const SHORTEST_STEP: f64 = 1e-12;
 
 /// A measured temperature.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
+pub struct TemperatureSample {
     /// Time in any unit and from any origin.
     pub time: f64,
     /// Temperature [K].
@@ -26,14 +26,14 @@ pub struct Sample {
 
 /// Points (share of the time left, share of the way left) from the end to the start, with their slopes.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Measured {
+pub(crate) struct MeasuredFunction {
     r: Vec<f64>,
     left: Vec<f64>,
     slope: Vec<f64>,
 }
 
-impl Measured {
-    pub(super) fn new(samples: &[Sample], target: Option<f64>) -> Result<Self, FunctionError> {
+impl MeasuredFunction {
+    pub(super) fn new(samples: &[TemperatureSample], target: Option<f64>) -> Result<Self, FunctionError> {
         let rows: Vec<u64> = (1..=samples.len() as u64).collect();
         Self::checked(samples, &rows, target, None)
     }
@@ -55,7 +55,7 @@ impl Measured {
     }
 
     fn checked(
-        samples: &[Sample],
+        samples: &[TemperatureSample],
         rows: &[u64],
         target: Option<f64>,
         path: Option<&Path>,
@@ -110,7 +110,7 @@ impl Measured {
                 return Err(row_error(index + 1, message));
             }
         }
-        let done = |sample: &Sample| (sample.temperature - first.temperature) / way;
+        let done = |sample: &TemperatureSample| (sample.temperature - first.temperature) / way;
         if done(last) > 1.0 {
             return Err(row_error(samples.len() - 1, format!("{} K is beyond the target", last.temperature)));
         }
@@ -183,7 +183,7 @@ fn slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
 }
 
 /// Rows of a CSV text with the columns `time` and `temperature`, each with its line number.
-fn read_samples(text: &str, path: &Path) -> Result<(Vec<Sample>, Vec<u64>), FunctionError> {
+fn read_samples(text: &str, path: &Path) -> Result<(Vec<TemperatureSample>, Vec<u64>), FunctionError> {
     let unreadable = |reason: String| FunctionError::Unreadable { path: path.to_path_buf(), reason };
     let mut reader =
         csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).flexible(true).from_reader(text.as_bytes());
@@ -208,7 +208,8 @@ fn read_samples(text: &str, path: &Path) -> Result<(Vec<Sample>, Vec<u64>), Func
                 message: format!("{name}: '{field}' is not a number"),
             })
         };
-        samples.push(Sample { time: number(time, "time")?, temperature: number(temperature, "temperature")? });
+        samples
+            .push(TemperatureSample { time: number(time, "time")?, temperature: number(temperature, "temperature")? });
         rows.push(row);
     }
     Ok((samples, rows))

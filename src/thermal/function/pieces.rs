@@ -1,9 +1,9 @@
 //! A response function as straight pieces, the form that the device evaluates for every kind.
 //!
-//! The pieces have equal width in v, the square root of the distance to the nearer end of the time. They are therefore narrow near the ends, where a
-//! function that varies as a power of 1/2 or more is smooth in v. A piece stores the share done or the share left, whichever is smaller, for accuracy. A
-//! piece that a line does not follow, because the function has a corner in it, is divided into smaller ones. No piece decreases, so a transition never
-//! turns back. Only where two pieces meet may the share fall, by the rounding of f32: 1.5e-8 of the way.
+//! The pieces have equal width in v, the square root of the distance to the nearer end of the time. The pieces are therefore narrow near the ends,
+//! where a function that varies as a power of 1/2 or more is smooth in v. A piece stores the share done or the share left, whichever is smaller, for
+//! accuracy. A piece that a line does not follow, because the function has a corner in it, is divided into smaller ones. No piece decreases, so a
+//! transition never turns back. Only where two pieces meet may the share fall, by the rounding of f32: 1.5e-8 of the way.
 
 /// Pieces on either side.
 pub(crate) const SIDE: usize = 1 << 14;
@@ -13,23 +13,21 @@ pub(crate) const PARTS: usize = 1 << 4;
 pub(crate) const LARGEST_ERROR: f64 = 1e-5;
 /// Error of the share done above which a piece is divided.
 const SMALL_ERROR: f64 = 1e-6;
-/// How often a piece is divided.
 const DEEPEST: u32 = 2;
-/// Most pieces of a function.
 pub(crate) const MOST: usize = 1 << 20;
 /// Places in a piece at which its error is measured.
 const LOOKED_AT: [f64; 3] = [0.25, 0.5, 0.75];
 /// Number of pieces in a stretch over which [`are_plain`] compares a function with a line.
 const STRETCH: usize = 16;
-/// Places in a stretch at which it is compared. They lie at uneven distances, so that no function that repeats is met at its zeros.
+/// Places in a stretch at which it is compared, at uneven distances, so that no function that repeats is met at its zeros.
 const COMPARED_AT: [f64; 4] = [0.137, 0.381, 0.618, 0.853];
 
-/// The pieces of a function, and their error.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Pieces {
-    /// Value at the near end of each piece, and its increase to the far end. [`SIDE`] pieces go from the start inwards, as many from the end inwards. Then
-    /// come the smaller ones. A piece that is divided has instead of its increase minus the index of the first of its [`PARTS`] parts. On the side of the
-    /// start the value is the share done, or minus the share left. On the side of the end it is the share left, or minus the share done.
+pub(crate) struct FunctionPieces {
+    /// Value at the near end of each piece, and its increase to the far end. [`SIDE`] pieces go from the start inwards, as many from the end inwards.
+    /// The smaller pieces follow. A piece that is divided has instead of its increase minus the index of the first of its [`PARTS`] parts. On the
+    /// side of the start the value is the share done, or minus the share left. On the side of the end the value is the share left, or minus the share
+    /// done.
     pub(crate) cells: Vec<[f32; 2]>,
     /// Largest error of the share done.
     pub(crate) error: f64,
@@ -37,19 +35,19 @@ pub(crate) struct Pieces {
     pub(crate) worst: f64,
 }
 
-impl Pieces {
+impl FunctionPieces {
     /// Pieces of a function. The function gives the share of the way left when a share of the time is left.
     pub(crate) fn new(remaining: &dyn Fn(f64) -> f64) -> Self {
         let mut pieces = Self { cells: vec![[0.0; 2]; 2 * SIDE], error: 0.0, worst: 0.0 };
         for start in [true, false] {
-            let side = Side { start, remaining };
+            let side = FunctionSide { start, remaining };
             pieces.fill(if start { 0 } else { SIDE }, &side, (0.0, 1.0), SIDE, 0);
         }
         pieces
     }
 
-    /// Fills `count` pieces from an index on with those of an interval of v on a side.
-    fn fill(&mut self, first: usize, side: &Side, (low, high): (f64, f64), count: usize, depth: u32) {
+    /// Fills `count` pieces from an index on, for an interval of v on a side.
+    fn fill(&mut self, first: usize, side: &FunctionSide, (low, high): (f64, f64), count: usize, depth: u32) {
         let place = |number: f64| low + (high - low) * number / count as f64;
         let mut before = side.left(low);
         for number in 0..count {
@@ -107,7 +105,7 @@ impl Pieces {
 /// the places that are looked at, but for one that the function makes up for within a twentieth of a stretch.
 pub(crate) fn are_plain(remaining: &dyn Fn(f64) -> f64) -> bool {
     [true, false].into_iter().all(|start| {
-        let side = Side { start, remaining };
+        let side = FunctionSide { start, remaining };
         let count = SIDE / STRETCH;
         let mut before = side.left(0.0);
         (0..count).all(|number| {
@@ -124,20 +122,18 @@ pub(crate) fn are_plain(remaining: &dyn Fn(f64) -> f64) -> bool {
     })
 }
 
-/// One side of a function.
-struct Side<'a> {
-    /// Whether it is the side of the start.
+struct FunctionSide<'a> {
     start: bool,
     remaining: &'a dyn Fn(f64) -> f64,
 }
 
-impl Side<'_> {
+impl FunctionSide<'_> {
     /// Share of the way left at a v.
     fn left(&self, v: f64) -> f64 {
         (self.remaining)(if self.start { 1.0 - distance(v) } else { distance(v) })
     }
 
-    /// What a piece stores for a share left: the larger share is stored as its difference from 1.
+    /// The stored value of a share left: the larger share is stored as its difference from 1.
     fn value(&self, left: f64, mostly_left: bool) -> f64 {
         match (self.start, mostly_left) {
             (true, true) => 1.0 - left,

@@ -2,8 +2,8 @@
 
 use super::*;
 
-fn samples(points: &[(f64, f64)]) -> Vec<Sample> {
-    points.iter().map(|&(time, temperature)| Sample { time, temperature }).collect()
+fn samples(points: &[(f64, f64)]) -> Vec<TemperatureSample> {
+    points.iter().map(|&(time, temperature)| TemperatureSample { time, temperature }).collect()
 }
 
 /// Name, function, and its formula.
@@ -180,9 +180,9 @@ fn a_quick_look_refuses_what_the_pieces_refuse() {
             assert!(found.is_err());
             continue;
         };
-        let kind = Kind::Expression(whole);
+        let kind = FunctionKind::Expression(whole);
         let active = 1.0 - idle_share(&kind);
-        let eager = Shape { kind, active, pieces: OnceLock::new() };
+        let eager = FunctionShape { kind, active, pieces: OnceLock::new() };
         assert_eq!(found.as_ref().err(), eager.check().err().as_ref(), "{text}");
         refused += u32::from(found.is_err());
         lazy += u32::from(matches!(found, Ok(Function::Shaped(shape)) if shape.pieces.get().is_none()));

@@ -14,10 +14,10 @@ mod terms;
 
 pub use terms::ControlError;
 pub use terms::FLOOR;
+pub use terms::IntegrationSettings;
 pub use terms::Integrator;
 pub use terms::Series;
-pub use terms::Settings;
-pub(crate) use terms::{Leg, ONE_PASS_TOLERANCE, Switch, Use};
+pub(crate) use terms::{Leg, MethodUse, ONE_PASS_TOLERANCE, Switch};
 
 /// Greatest number of RKL2 stages before TR-BDF2 is cheaper, and the number below which RKL2 is used again.
 const MOST_STAGES: [u32; 2] = [41, 25];
@@ -45,8 +45,8 @@ const RATE_AGE: u32 = 8;
 const NO_HEAT: f64 = 0.01;
 /// Share of such a node's heat loss that f32 may lose.
 const OPEN_SHARE: f64 = 1e-3;
-/// Rate of a conductor that explains why no sub-step was good [1/s]. Its nodes equalise within a thousand of the shortest sub-steps, which the first
-/// sub-steps must resolve.
+/// Rate of a conductor that explains why no sub-step was good [1/s]. The nodes of such a conductor equalise within a thousand of the shortest
+/// sub-steps, which the first sub-steps must resolve.
 pub(crate) const STIFFEST: f64 = 1e15;
 
 /// Most sub-steps of a stepper, over all its integrations: hours of the smallest network.
@@ -61,19 +61,19 @@ pub fn integrate(
     stepper: &mut ReferenceStepper,
     network: &Network,
     schedule: &Schedule,
-    settings: &Settings,
+    settings: &IntegrationSettings,
     watch: impl FnMut(f64) -> bool,
 ) -> Result<Series, ControlError> {
     let (series, ended) = integrate_and_keep(stepper, network, schedule, settings, watch);
     ended.map(|()| series)
 }
 
-/// [`integrate`] that also returns what was computed before an error: the rows and switches until then.
+/// [`integrate`] that keeps the rows and switches from before an error.
 pub(crate) fn integrate_and_keep(
     stepper: &mut ReferenceStepper,
     network: &Network,
     schedule: &Schedule,
-    settings: &Settings,
+    settings: &IntegrationSettings,
     watch: impl FnMut(f64) -> bool,
 ) -> (Series, Result<(), ControlError>) {
     let horizon = schedule.times.last().copied().unwrap_or(1.0);
@@ -82,14 +82,11 @@ pub(crate) fn integrate_and_keep(
 }
 
 /// [`integrate`] for one of many consecutive legs.
-///
-/// # Errors
-/// See [`ControlError`].
 pub(crate) fn integrate_leg(
     stepper: &mut ReferenceStepper,
     network: &Network,
     schedule: &Schedule,
-    settings: &Settings,
+    settings: &IntegrationSettings,
     leg: Leg,
     watch: impl FnMut(f64) -> bool,
 ) -> Result<Series, ControlError> {
@@ -101,7 +98,7 @@ fn leg_and_keep(
     stepper: &mut ReferenceStepper,
     network: &Network,
     schedule: &Schedule,
-    settings: &Settings,
+    settings: &IntegrationSettings,
     leg: Leg,
     watch: impl FnMut(f64) -> bool,
 ) -> (Series, Result<(), ControlError>) {
@@ -177,10 +174,9 @@ struct Control<'a, W> {
     series: Series,
 }
 
-/// A planned try.
 #[derive(Clone, Copy)]
-struct Plan {
-    method: Method,
+struct PlannedTry {
+    method: StepMethod,
     step: f64,
     count: u32,
 }
@@ -299,7 +295,7 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
         if attempt.error.is_nan() || attempt.error > self.allowed(plan) {
             return self.reject(plan, attempt.error);
         }
-        let trace = Trace { start: &self.sensed, rest: &attempt.sensed };
+        let trace = SensorTrace { start: &self.sensed, rest: &attempt.sensed };
         let thermostats = &self.schedule.thermostats;
         let crossing = trace.first_crossing(thermostats, &self.on);
         let rows = crossing.unwrap_or(plan.count as usize + 1);
@@ -320,7 +316,7 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
                 let before = trace.row(row - 1).to_vec();
                 let after = trace.row(row).to_vec();
                 if row > 1 {
-                    let plan = Plan { count: row as u32 - 1, ..plan };
+                    let plan = PlannedTry { count: row as u32 - 1, ..plan };
                     self.stepper.attempt(plan.method, t, plan.step, plan.count);
                     self.sensed = before;
                     self.keep(plan, end);
@@ -331,21 +327,21 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
     }
 
     /// Largest estimate with which a try is kept [K].
-    fn allowed(&self, plan: Plan) -> f64 {
+    fn allowed(&self, plan: PlannedTry) -> f64 {
         match plan.method {
-            Method::Euler => self.limit.min(self.euler_rate * plan.step),
-            Method::Rkl2 { .. } | Method::TrBdf2 => self.limit,
+            StepMethod::Euler => self.limit.min(self.euler_rate * plan.step),
+            StepMethod::Rkl2 { .. } | StepMethod::TrBdf2 => self.limit,
         }
     }
 
     /// Plans a try over at most `remaining` [s].
-    fn plan(&mut self, remaining: f64) -> Plan {
+    fn plan(&mut self, remaining: f64) -> PlannedTry {
         // Thermostats need a value between the ends to detect a reversal.
         let least: f64 = if self.schedule.thermostats.is_empty() { 1.0 } else { 2.0 };
         let stable = (remaining * self.rate).ceil().max(least);
         let euler = self.integrator != Integrator::Accurate && self.euler_pause == 0;
         if euler && stable <= f64::from(MOST_EULER) {
-            return Plan { method: Method::Euler, step: remaining / stable, count: stable as u32 };
+            return PlannedTry { method: StepMethod::Euler, step: remaining / stable, count: stable as u32 };
         }
         let whole = (remaining / self.step).ceil().max(1.0);
         let (step, count) = if whole <= least {
@@ -359,23 +355,23 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
         let stages = stages_for(step * self.rate);
         let most = if self.integrator == Integrator::Accurate { MOST_STAGES_ACCURATE } else { MOST_STAGES };
         self.implicit = stages > most[usize::from(self.implicit)];
-        let method = if self.implicit { Method::TrBdf2 } else { Method::Rkl2 { stages } };
-        Plan { method, step, count: count as u32 }
+        let method = if self.implicit { StepMethod::TrBdf2 } else { StepMethod::Rkl2 { stages } };
+        PlannedTry { method, step, count: count as u32 }
     }
 
     /// Keeps the last try. The time is then `end` [s] since the heat was set, where the plan reaches that.
-    fn keep(&mut self, plan: Plan, end: f64) {
+    fn keep(&mut self, plan: PlannedTry, end: f64) {
         self.stepper.keep();
         let span = plan.step * f64::from(plan.count);
         let then = self.since + span;
         self.since = if (then - end).abs() <= 1e-9 * span { end } else { then.min(end) };
         self.euler_pause = self.euler_pause.saturating_sub(1);
         let (place, stages) = match plan.method {
-            Method::Euler => (0, 1),
-            Method::Rkl2 { stages } => (1, stages),
-            Method::TrBdf2 => (2, 2),
+            StepMethod::Euler => (0, 1),
+            StepMethod::Rkl2 { stages } => (1, stages),
+            StepMethod::TrBdf2 => (2, 2),
         };
-        let fresh = Use { sub_steps: 0, time: 0.0, range: [plan.step; 2], stages: [stages; 2] };
+        let fresh = MethodUse { sub_steps: 0, time: 0.0, range: [plan.step; 2], stages: [stages; 2] };
         let used = self.series.uses[place].get_or_insert(fresh);
         used.sub_steps += u64::from(plan.count);
         used.time += span;
@@ -384,8 +380,8 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
     }
 
     /// The next sub-step after a kept try.
-    fn adapt(&mut self, plan: Plan, error: f64, end: f64) {
-        if plan.method == Method::Euler {
+    fn adapt(&mut self, plan: PlannedTry, error: f64, end: f64) {
+        if plan.method == StepMethod::Euler {
             return;
         }
         let factor = (0.85 * (self.limit / error.max(1e-300)).cbrt()).clamp(0.3, 5.0);
@@ -419,7 +415,9 @@ mod tests {
         let ended = |left: u64| {
             let mut stepper = ReferenceStepper::new(network.clone(), &[]);
             stepper.set_counts(WorkCounts { sub_steps: MOST_SUB_STEPS - left, ..WorkCounts::default() });
-            integrate_and_keep(&mut stepper, &network, &schedule, &Settings::of(Integrator::Default), |_| true)
+            integrate_and_keep(&mut stepper, &network, &schedule, &IntegrationSettings::of(Integrator::Default), |_| {
+                true
+            })
         };
         let (series, end) = ended(200);
         assert!(matches!(end, Err(ControlError::TooLong { .. })), "{end:?}");

@@ -30,7 +30,6 @@ pub(super) struct Newton {
     row_of: Vec<Option<usize>>,
     matrix: SparseMatrix,
     right: Vec<f64>,
-    /// Number of iterations so far.
     pub(super) iterations: u64,
 }
 
@@ -84,7 +83,7 @@ impl Newton {
         }
     }
 
-    /// Solves with the last factors. It replaces `heat` [W] of every node by a change of temperature [K], which is 0 for known nodes.
+    /// Solves with the last factors. The `heat` [W] of every node is replaced by a change of temperature [K], which is 0 for known nodes.
     pub(super) fn solve(&mut self, heat: &mut [f64]) {
         for (right, node) in self.right.iter_mut().zip(&self.nodes) {
             *right = heat[*node];

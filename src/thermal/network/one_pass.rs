@@ -1,11 +1,11 @@
 //! The network in one pass a step, in f64: the twin of `glsl/one_pass.comp`.
 //!
 //! A step splits the exchange of heat in three (docs/numerics.md 3):
-//! - Weak conductors act on M = T + half of the last change, explicitly. What leaves a node enters its neighbour, so heat is conserved.
+//! - Weak conductors act on M = T + half of the last change, explicitly. Heat that leaves a node enters its neighbour, so heat is conserved.
 //! - Each node then takes its loads, its weak conduction and the conduction inside its block of the last step as constant power, and radiates. This change
 //!   is exact (`thermal::local_step`).
-//! - Each block conducts exactly, with what its nodes received in the step as a constant source: a small one by matrices (`exponential`), a large one by a
-//!   polynomial (`series`).
+//! - Each block conducts exactly, with the heat that its nodes received in the step as a constant source: a small one by matrices (`exponential`), a
+//!   large one by a polynomial (`series`).
 
 mod balance;
 mod blocks;
@@ -28,16 +28,16 @@ pub(crate) use blocks::Unfit;
 pub(crate) use conduction::Conduction;
 pub(crate) use halving::{HALVINGS_AT_MOST, Halving};
 pub(crate) use large::Large;
-pub(crate) use plan::{Plan, Plans};
-pub(crate) use rows::Link;
-pub(crate) use sample::{Sample, estimates, since};
-pub(crate) use series::{Series, Stage};
+pub(crate) use plan::{OnePassPlan, Plans};
+pub(crate) use rows::ExchangeLink;
+pub(crate) use sample::{EstimatePart, estimates, since};
+pub(crate) use series::{ChebyshevSeries, SeriesStage};
 pub(crate) use switching::SWITCHES_AT_MOST;
 pub(crate) use told::{Estimate, Told};
 
 use self::balance::{Balance, balancing_change};
 use self::sample::left_in_the_mean;
-use self::switching::{Sensed, State};
+use self::switching::{Sensed, ThermostatState};
 use super::control::Switch;
 use super::schedule::Thermostat;
 use super::{radiated, radiative_slope};
@@ -46,16 +46,16 @@ use crate::thermal::local_step as local;
 
 /// A heater of a network in one pass.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Heater {
+pub struct OnePassHeater {
     /// Heated nodes with their shares of its power.
     pub(crate) shares: Vec<(u32, f64)>,
-    /// What switches it. Without a thermostat it is always on.
+    /// Without a thermostat the heater is always on.
     pub(crate) thermostat: Option<Thermostat>,
 }
 
-impl Heater {
+impl OnePassHeater {
     /// Change of the sensor in a step of a plan by the heater [K].
-    pub(crate) fn gain(&self, plan: &Plan) -> f64 {
+    pub(crate) fn gain(&self, plan: &OnePassPlan) -> f64 {
         let gain = |one: &Thermostat| one.power * plan.response(one.sensor as usize, &self.shares);
         self.thermostat.as_ref().map_or(0.0, gain)
     }
@@ -63,9 +63,9 @@ impl Heater {
 
 /// A network that is stepped in one pass.
 #[derive(Debug, Clone)]
-pub(crate) struct OnePass {
+pub(crate) struct OnePassNetwork {
     plans: Plans,
-    plan: Arc<Plan>,
+    plan: Arc<OnePassPlan>,
     /// Temperatures [K].
     temperatures: Vec<f64>,
     /// Change of each node in the last step [K].
@@ -80,21 +80,20 @@ pub(crate) struct OnePass {
     trend: Vec<f64>,
     /// Coupling at the last estimate [K].
     coupled: Vec<f64>,
-    /// Steps of this length so far. Only after one of them are `last` and `coupling` those of such a step.
+    /// Steps of this length so far. `last` and `coupling` belong to such a step only after the first one.
     age: u32,
     halving: Halving,
     /// The estimate before the last decision, and since.
     told: [Told; 2],
-    heaters: Vec<Heater>,
-    /// State of the thermostat of each heater.
-    states: Vec<State>,
+    heaters: Vec<OnePassHeater>,
+    states: Vec<ThermostatState>,
     /// Change of each heater's sensor in a step by the heater [K].
     gains: Vec<f64>,
 }
 
-impl OnePass {
+impl OnePassNetwork {
     /// A network at its temperatures, with heaters. The step is halved where its estimated error exceeds `tolerance` [K].
-    pub(crate) fn new(plan: &Arc<Plan>, heaters: Vec<Heater>, tolerance: f64) -> Self {
+    pub(crate) fn new(plan: &Arc<OnePassPlan>, heaters: Vec<OnePassHeater>, tolerance: f64) -> Self {
         let nothing = vec![0.0; plan.network().len()];
         let gains = heaters.iter().map(|one| one.gain(plan)).collect();
         Self {
@@ -111,17 +110,15 @@ impl OnePass {
             plans: Plans::new(plan),
             plan: Arc::clone(plan),
             told: Default::default(),
-            states: heaters.iter().map(|one| State::new(one.thermostat.as_ref())).collect(),
+            states: heaters.iter().map(|one| ThermostatState::new(one.thermostat.as_ref())).collect(),
             heaters,
         }
     }
 
-    /// Temperatures [K].
     pub(crate) fn temperatures(&self) -> &[f64] {
         &self.temperatures
     }
 
-    /// Replaces the temperatures [K].
     pub(crate) fn set_temperatures(&mut self, temperatures: &[f64]) {
         self.temperatures.copy_from_slice(temperatures);
         for values in [&mut self.last, &mut self.coupling, &mut self.error] {
@@ -130,11 +127,10 @@ impl OnePass {
         self.age = 0;
     }
 
-    /// Replaces the states of the thermostats.
     pub(crate) fn set_on(&mut self, on: &[bool]) {
         let switched = self.states.iter_mut().zip(&self.heaters).filter(|(_, heater)| heater.thermostat.is_some());
         for ((state, _), on) in switched.zip(on) {
-            *state = State { on: *on, ..State::default() };
+            *state = ThermostatState { on: *on, ..ThermostatState::default() };
         }
     }
 
@@ -161,7 +157,7 @@ impl OnePass {
         for number in 0..count {
             let start = start + f64::from(number) * self.plan.step();
             if self.age == 0 {
-                // What the last change would have been is not known. The step is therefore taken twice.
+                // No last change is known yet for this length of step. The step is therefore taken twice.
                 let before = self.temperatures.clone();
                 let heat = self.with_heaters(heat, powers, start, true, &mut switches);
                 self.step(&heat, true);
@@ -179,7 +175,7 @@ impl OnePass {
         switches
     }
 
-    /// Heat of every node with that of the heaters [W], in a step from `start` [s].
+    /// Heat of every node, heaters included [W], in a step from `start` [s].
     fn with_heaters(
         &mut self,
         heat: &[f64],
@@ -190,7 +186,7 @@ impl OnePass {
     ) -> Vec<f64> {
         let mut heat = heat.to_vec();
         let mut thermostats = 0;
-        for (number, (Heater { shares, thermostat }, power)) in self.heaters.iter().zip(powers).enumerate() {
+        for (number, (OnePassHeater { shares, thermostat }, power)) in self.heaters.iter().zip(powers).enumerate() {
             let mut duty = 1.0;
             if let Some(thermostat) = thermostat {
                 let sensor = thermostat.sensor as usize;
@@ -208,12 +204,10 @@ impl OnePass {
         heat
     }
 
-    /// Estimated error of all steps so far.
     pub(crate) fn estimate(&self) -> Estimate {
         self.told[0].and(self.told[1]).estimate()
     }
 
-    /// How often the step is halved.
     pub(crate) fn halving(&self) -> &Halving {
         &self.halving
     }
@@ -268,9 +262,9 @@ impl OnePass {
         let mut coupling = vec![0.0; drive.len()];
         plan.conduct(&drive, &self.temperatures, &mut coupling);
         change.iter_mut().zip(&coupling).for_each(|(change, coupling)| *change += coupling);
-        match Sample::of(self.age) {
-            Sample::Note if !trial => self.weak = weak,
-            Sample::Estimate if !trial => self.estimate_steps(&plan, &weak),
+        match EstimatePart::of(self.age) {
+            EstimatePart::Note if !trial => self.weak = weak,
+            EstimatePart::Estimate if !trial => self.estimate_steps(&plan, &weak),
             _ => {}
         }
         self.temperatures.iter_mut().zip(&change).for_each(|(temperature, change)| *temperature += change);
@@ -278,10 +272,10 @@ impl OnePass {
     }
 
     /// Heat into a node by weak exchange at the mean temperatures of the step [W].
-    fn weak_heat(&self, plan: &Plan, node: usize) -> f64 {
+    fn weak_heat(&self, plan: &OnePassPlan, node: usize) -> f64 {
         let mean = |node: usize| self.temperatures[node] + 0.5 * self.last[node];
         let here = mean(node);
-        let heat = |link: &Link| {
+        let heat = |link: &ExchangeLink| {
             let there = mean(link.neighbour as usize);
             link.conductance * (there - here) + link.exchange_area * radiated(there, here)
         };
@@ -291,7 +285,7 @@ impl OnePass {
     /// Adds the error of the steps since the last estimate to the error of each node, which radiation forgets. Weak conduction took the last change for the
     /// present one, which shows in how its heat `weak` [W] bends. Radiation took the last conduction inside a block for the present one. Twin: `estimate` of
     /// `glsl/one_pass.comp`.
-    fn estimate_steps(&mut self, plan: &Plan, weak: &[f64]) {
+    fn estimate_steps(&mut self, plan: &OnePassPlan, weak: &[f64]) {
         let (network, step, steps) = (plan.network(), plan.step(), since(self.age));
         let mut new = vec![0.0; weak.len()];
         for (node, new) in new.iter_mut().enumerate().filter(|(node, _)| !plan.is_massless(*node)) {

@@ -9,12 +9,10 @@ use super::newton::Newton;
 use super::reference::ReferenceStepper;
 use super::{Network, NodeKind};
 
-/// Result of [`settle`].
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Settled {
+pub(crate) struct PeriodicState {
     /// Temperatures [K] of every node at the times reported by `orbit`, in the periodic state.
     pub(crate) orbit: Vec<Vec<f64>>,
-    /// Number of orbits.
     pub(crate) orbits: u32,
     /// Correction of the start of the last orbit [K], which is its error.
     pub(crate) change: f64,
@@ -25,19 +23,19 @@ pub(crate) const MOST_ORBITS: u32 = 60;
 
 /// Finds the start [K] from which an orbit leads back to itself.
 ///
-/// `orbit` computes an orbit from given temperatures. It reports temperatures at equal intervals, both ends included. `balance` solves the network in f64
-/// for the temperatures at which a heat balances. Returns the result when a start is known to `tolerance` [K]. Returns `None` after [`MOST_ORBITS`], or
-/// where a balance was not found.
+/// `orbit` computes an orbit from given temperatures, and reports temperatures at equal intervals, both ends included. `balance` solves the network
+/// in f64 for the temperatures at which a heat balances. Returns the result when a start is known to `tolerance` [K]. Returns `None` after
+/// [`MOST_ORBITS`], or where a balance was not found.
 ///
 /// # Errors
-/// Those of `orbit`.
+/// Errors of `orbit`.
 pub(crate) fn settle<E>(
     network: &Network,
     period: f64,
     tolerance: f64,
     balance: &mut ReferenceStepper,
     mut orbit: impl FnMut(&[f64]) -> Result<Vec<Vec<f64>>, E>,
-) -> Result<Option<Settled>, E> {
+) -> Result<Option<PeriodicState>, E> {
     let mut start = network.temperatures.clone();
     for orbits in 1..=MOST_ORBITS {
         let rows = orbit(&start)?;
@@ -53,7 +51,7 @@ pub(crate) fn settle<E>(
         balance.set_heat(&heat, &vec![0.0; network.len()]);
         balance.set_temperatures(&mean);
         if !balance.steady(0.0) {
-            // By rounding, a node that only cools may lack heat even against space. It then aims at the temperature of space.
+            // By rounding, a node that only cools may lack heat even against space. Such a node then aims at the temperature of space.
             heat.iter_mut().for_each(|heat| *heat = heat.max(0.0));
             balance.set_heat(&heat, &vec![0.0; network.len()]);
             balance.set_temperatures(&mean);
@@ -66,7 +64,7 @@ pub(crate) fn settle<E>(
         let moves = (0..network.len()).filter(|node| network.capacitances[*node] > 0.0);
         let change = moves.map(|node| (next[node] - start[node]).abs()).fold(0.0, f64::max);
         if change <= tolerance {
-            return Ok(Some(Settled { orbit: rows, orbits, change }));
+            return Ok(Some(PeriodicState { orbit: rows, orbits, change }));
         }
         if !change.is_finite() {
             return Ok(None);
@@ -82,8 +80,8 @@ pub(crate) fn settle<E>(
 /// A mode of rate r that gained d over a period P is d / (e^x - 1) short of its periodic state at the end of the orbit, with x = r P. The method moves it
 /// by d / (x (1 + x/2)), which needs two linear solves. This leaves at most 0.09 of the error before the orbit, and x^2/6 for a slow mode.
 ///
-/// Heat that nodes send to each other besides the conductors of the network is a [`Coupling`]. Each solve is then repeated with the heat that the changes found
-/// so far send. That converges, because no node sends more than it emits.
+/// Heat that nodes send to each other besides the conductors of the network is a [`Coupling`]. Each solve is then repeated with the heat that the
+/// changes found so far send. The repetition converges, because no node sends more than it emits.
 #[derive(Debug)]
 pub(crate) struct SlowModes<'a> {
     network: &'a Network,
@@ -94,7 +92,6 @@ pub(crate) struct SlowModes<'a> {
 /// Changes of the heat that nodes receive from each other [W], from changes of their temperatures [K].
 pub(crate) type Coupling<'a> = &'a dyn Fn(&[f64]) -> Vec<f64>;
 
-/// Most repetitions of a solve with a coupling.
 const MOST_REPETITIONS: usize = 100;
 /// A solve ends where a repetition changes no node by more than this share of the largest change.
 const REPEATED: f64 = 0.01;
@@ -134,7 +131,7 @@ impl<'a> SlowModes<'a> {
         next.iter().all(|next| next.is_finite()).then_some(next)
     }
 
-    /// Replaces heat [W] by the changes of temperature [K] that carry it away, with what these send to other nodes.
+    /// Replaces heat [W] by the changes of temperature [K] that carry it away. The heat that these changes send through `coupling` counts.
     fn solve(&mut self, heat: &mut [f64], coupling: Option<Coupling<'_>>) {
         let given = heat.to_vec();
         self.newton.solve(heat);
@@ -173,7 +170,7 @@ mod tests {
     }
 
     /// Settles it exactly over a period of 1 s, with 4 W in the first half.
-    fn settled(rate: f64, tolerance: f64) -> Option<Settled> {
+    fn settled(rate: f64, tolerance: f64) -> Option<PeriodicState> {
         let network = network(rate);
         let mut balance = ReferenceStepper::new(network.clone(), &[]);
         let orbit = |start: &[f64]| {

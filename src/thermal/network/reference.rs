@@ -1,8 +1,8 @@
 //! Steps a network in f64 by every method. The caller chooses sub-steps and methods.
 
 use super::newton::Newton;
-use super::stepper::{Attempt, Method, WorkCounts};
-use super::system::{Heat, State, System, heat, in_range};
+use super::stepper::{Attempt, StepMethod, WorkCounts};
+use super::system::{Heat, System, SystemState, heat, in_range};
 use super::{Network, NodeKind, rkl2, tr_bdf2};
 use crate::saved::{Saved, SavedError};
 
@@ -14,15 +14,16 @@ const PSEUDO_TIMES: [f64; 12] = [1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5,
 pub struct ReferenceStepper {
     system: System,
     sensors: Vec<usize>,
-    kept: State,
-    tried: State,
+    kept: SystemState,
+    tried: SystemState,
 }
 
 impl ReferenceStepper {
     /// A network at its temperatures, without heat. `sensors` are the nodes of [`Attempt::sensed`].
     pub fn new(network: Network, sensors: &[u32]) -> Self {
         let nothing = vec![0.0; network.len()];
-        let kept = State { temperatures: network.temperatures.clone(), rates: nothing.clone(), rates_known: false };
+        let kept =
+            SystemState { temperatures: network.temperatures.clone(), rates: nothing.clone(), rates_known: false };
         let arithmetic = Newton::new(&network, |node| network.kinds[node] == NodeKind::Arithmetic);
         let heat = Heat { power: nothing.clone(), slope: nothing };
         let system = System { network, heat, arithmetic, all: None, counts: WorkCounts::default() };
@@ -55,7 +56,7 @@ impl ReferenceStepper {
     }
 
     /// Takes one sub-step from `tried`. Returns the estimate of its error [K], infinite where it fails.
-    fn sub_step(&mut self, method: Method, t: f64, step: f64) -> f64 {
+    fn sub_step(&mut self, method: StepMethod, t: f64, step: f64) -> f64 {
         let state = &mut self.tried;
         if !state.rates_known {
             self.system.rate(t, &state.temperatures, &mut state.rates);
@@ -63,16 +64,16 @@ impl ReferenceStepper {
         }
         self.system.counts.sub_steps += 1;
         let error = match method {
-            Method::Euler => euler(&mut self.system, t, step, state),
-            Method::Rkl2 { stages } => rkl2::step(&mut self.system, t, step, stages, state),
-            Method::TrBdf2 => tr_bdf2::step(&mut self.system, t, step, state),
+            StepMethod::Euler => euler(&mut self.system, t, step, state),
+            StepMethod::Rkl2 { stages } => rkl2::step(&mut self.system, t, step, stages, state),
+            StepMethod::TrBdf2 => tr_bdf2::step(&mut self.system, t, step, state),
         };
         error.filter(|error| error.is_finite() && in_range(&state.temperatures)).unwrap_or(f64::INFINITY)
     }
 }
 
-/// Forward Euler. It has no carried residual, because f64 rounding is negligible. The error is h/2 dF.
-fn euler(system: &mut System, t: f64, step: f64, state: &mut State) -> Option<f64> {
+/// Forward Euler, without a carried residual, because f64 rounding is negligible. The error is h/2 dF.
+fn euler(system: &mut System, t: f64, step: f64, state: &mut SystemState) -> Option<f64> {
     for (temperature, rate) in state.temperatures.iter_mut().zip(&state.rates) {
         *temperature += step * rate;
     }
@@ -103,7 +104,7 @@ impl ReferenceStepper {
     }
 
     /// Tries `count` sub-steps of `step` [s] each from the kept state, with its arithmetic nodes balanced. The kept state is at `t` [s] since `set_heat`.
-    pub fn attempt(&mut self, method: Method, t: f64, step: f64, count: u32) -> Attempt {
+    pub fn attempt(&mut self, method: StepMethod, t: f64, step: f64, count: u32) -> Attempt {
         self.tried.clone_from(&self.kept);
         let mut attempt = Attempt::default();
         for sub_step in 0..count {

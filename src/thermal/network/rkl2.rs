@@ -1,10 +1,10 @@
 //! Runge-Kutta-Legendre of order 2 (Meyer, Balsara & Aslam, J. Comput. Phys. 257, 2014, 594) in delta form.
 
-use super::system::{State, System, in_range};
+use super::system::{System, SystemState, in_range};
 
 /// Coefficients of a stage. The stage is mu D(j-1) + nu D(j-2) + h (mu_rate F(j-1) + gamma_rate F(0)) above the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Stage {
+pub(crate) struct Rkl2Stage {
     /// Factor of the stage before.
     pub(crate) mu: f64,
     /// Factor of the second stage before.
@@ -31,11 +31,11 @@ pub fn stages_for(product: f64) -> u32 {
 }
 
 /// The stages from number 1 on (equations 16 and 17 of the paper).
-pub(crate) fn coefficients(stages: u32) -> Vec<Stage> {
+pub(crate) fn coefficients(stages: u32) -> Vec<Rkl2Stage> {
     let width = 2.0 / stable_product(stages);
     let b = |j: f64| if j < 2.0 { 1.0 / 3.0 } else { (j * j + j - 2.0) / (2.0 * j * (j + 1.0)) };
     let mu_rate = b(1.0) * width;
-    let mut list = vec![Stage { mu: 0.0, nu: 0.0, mu_rate, gamma_rate: 0.0, time: mu_rate }];
+    let mut list = vec![Rkl2Stage { mu: 0.0, nu: 0.0, mu_rate, gamma_rate: 0.0, time: mu_rate }];
     for stage in 2..=stages {
         let j = f64::from(stage);
         let mu = (2.0 * j - 1.0) / j * b(j) / b(j - 1.0);
@@ -44,7 +44,7 @@ pub(crate) fn coefficients(stages: u32) -> Vec<Stage> {
         let gamma_rate = -(1.0 - b(j - 1.0)) * mu_rate;
         let before = |back: usize| list.len().checked_sub(back).map_or(0.0, |at| list[at].time);
         let time = mu * before(1) + nu * before(2) + mu_rate + gamma_rate;
-        list.push(Stage { mu, nu, mu_rate, gamma_rate, time });
+        list.push(Rkl2Stage { mu, nu, mu_rate, gamma_rate, time });
     }
     list
 }
@@ -60,7 +60,7 @@ pub(crate) fn error_factor(stages: u32) -> f64 {
 /// Takes a sub-step. Returns the estimate of its error [K], or `None` where it fails.
 ///
 /// The estimate omits arithmetic nodes, because they follow the average of their neighbours.
-pub(super) fn step(system: &mut System, t: f64, step: f64, stages: u32, state: &mut State) -> Option<f64> {
+pub(super) fn step(system: &mut System, t: f64, step: f64, stages: u32, state: &mut SystemState) -> Option<f64> {
     let start = state.temperatures.clone();
     let first = state.rates.clone();
     let size = start.len();

@@ -43,7 +43,6 @@ impl HeatTable {
         from.1 + (to.1 - from.1) * (t - from.0) / (to.0 - from.0)
     }
 
-    /// The sum of tables.
     pub(crate) fn sum(tables: &[&Self]) -> Self {
         if let [alone] = tables {
             return (*alone).clone();
@@ -80,7 +79,7 @@ impl HeatTable {
     }
 }
 
-/// A heater with hysteresis. It turns on when its sensor falls through `on_below`, and off when it rises through `off_above`.
+/// A heater with hysteresis, which turns on when its sensor falls through `on_below`, and off when it rises through `off_above`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Thermostat {
     /// Number of the heated node.
@@ -98,7 +97,7 @@ pub struct Thermostat {
 }
 
 impl Thermostat {
-    /// Why the thermostat can not go on where it makes a number of `switches` within a time [s], and what to do.
+    /// Why the thermostat can not go on where it makes a number of `switches` within a time [s], with advice.
     pub(crate) fn chatter(&self, switches: u32, within: f64) -> String {
         let Self { on_below, off_above, power, .. } = self;
         format!(
@@ -130,7 +129,7 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// All heat of each of `nodes` nodes without that of thermostats. `None` where there is none.
+    /// All heat of each of `nodes` nodes, thermostats left out. `None` where there is none.
     pub(crate) fn heat_of_nodes(&self, nodes: usize) -> Vec<Option<HeatTable>> {
         let mut tables: Vec<Vec<HeatTable>> = vec![Vec::new(); nodes];
         for (node, power) in self.constant.iter().enumerate().filter(|(_, power)| **power != 0.0) {

@@ -5,7 +5,6 @@
 
 use std::collections::BTreeSet;
 
-/// The matrix, its factors and their common pattern.
 #[derive(Debug, Clone)]
 pub(super) struct SparseMatrix {
     /// Row of the caller at each position of the order.
@@ -54,12 +53,10 @@ impl SparseMatrix {
         Self { order, place, starts, columns, diagonal, factors: values.clone(), values, work }
     }
 
-    /// Sets every entry to zero.
     pub(super) fn clear(&mut self) {
         self.values.fill(0.0);
     }
 
-    /// Adds to an entry of the diagonal.
     pub(super) fn add_diagonal(&mut self, row: usize, value: f64) {
         self.values[self.diagonal[self.place[row] as usize]] += value;
     }

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// Method of a sub-step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Method {
+pub enum StepMethod {
     /// Forward Euler with a carried residual: one stage, order 1.
     Euler,
     /// Runge-Kutta-Legendre of order 2 in delta form (Meyer, Balsara & Aslam, J. Comput. Phys. 257, 2014), with an odd number of stages of at least 3.
@@ -16,7 +16,7 @@ pub enum Method {
     TrBdf2,
 }
 
-impl fmt::Display for Method {
+impl fmt::Display for StepMethod {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Euler => write!(out, "Euler with residual"),

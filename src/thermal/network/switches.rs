@@ -18,7 +18,6 @@ const CHATTER_SWITCHES: u32 = 1000;
 /// See [`CHATTER_SWITCHES`] [s].
 const CHATTER_TIME: f64 = 100.0;
 
-/// How fast a thermostat switches.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Pace {
     /// Time of the last switch [s], and the number of switches before it that are each within [`SWITCH_TIME`] of the next.
@@ -52,12 +51,12 @@ impl Pace {
 }
 
 /// Sensor values at the start and at the end of every sub-step of a try: one row for each time, one column for each thermostat.
-pub(super) struct Trace<'a> {
+pub(super) struct SensorTrace<'a> {
     pub(super) start: &'a [f64],
     pub(super) rest: &'a [f64],
 }
 
-impl Trace<'_> {
+impl SensorTrace<'_> {
     /// Number of rows, including the start.
     pub(super) fn rows(&self) -> usize {
         1 + self.rest.len() / self.start.len().max(1)
@@ -149,7 +148,7 @@ mod tests {
     #[test]
     fn a_dip_between_two_values_is_suspected() {
         let hides = |values: [f64; 3]| {
-            Trace { start: &values[..1], rest: &values[1..] }.may_hide_crossing(&heater(), &[false], 3)
+            SensorTrace { start: &values[..1], rest: &values[1..] }.may_hide_crossing(&heater(), &[false], 3)
         };
         assert!(hides([280.4, 280.01, 280.1]));
         assert!(!hides([282.0, 281.0, 281.1]), "the dip stays above the threshold");

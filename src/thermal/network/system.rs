@@ -16,7 +16,6 @@ pub(super) struct Heat {
 pub(super) struct System {
     pub(super) network: Network,
     pub(super) heat: Heat,
-    /// Balances of the arithmetic nodes.
     pub(super) arithmetic: Newton,
     /// Balances of all nodes but boundaries. `None` until a method needs them, because their matrix is large.
     pub(super) all: Option<Newton>,
@@ -95,14 +94,13 @@ pub(super) fn heat(network: &Network, own: &Heat, t: f64, temperatures: &[f64], 
 
 /// Temperatures, with their rates where known.
 #[derive(Debug, Clone, Default)]
-pub(super) struct State {
+pub(super) struct SystemState {
     pub(super) temperatures: Vec<f64>,
     /// dT/dt at `temperatures` [K/s].
     pub(super) rates: Vec<f64>,
     pub(super) rates_known: bool,
 }
 
-/// Whether all temperatures are in the range of the network.
 pub(super) fn in_range(temperatures: &[f64]) -> bool {
     temperatures.iter().all(|temperature| temperature.is_finite() && *temperature >= 0.0)
 }

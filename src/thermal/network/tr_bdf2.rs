@@ -2,9 +2,9 @@
 //! estimate follow the ESDIRK method of Hosea & Shampine, Appl. Numer. Math. 20, 1996, 21.
 
 use super::NodeKind;
-use super::system::{State, System, in_range};
+use super::system::{System, SystemState, in_range};
 
-/// gamma = 2 - sqrt 2. With it both implicit stages have the same matrix.
+/// gamma = 2 - sqrt 2. With this gamma both implicit stages have the same matrix.
 pub(crate) const GAMMA: f64 = 2.0 - std::f64::consts::SQRT_2;
 /// gamma / 2: weight of a stage's own rate.
 pub(crate) const DIAGONAL: f64 = 0.5 * GAMMA;
@@ -13,9 +13,9 @@ pub(crate) const WEIGHT: f64 = std::f64::consts::SQRT_2 / 4.0;
 
 /// Takes a sub-step. Returns the estimate of its error [K], or `None` where it fails.
 ///
-/// The estimate is the difference from the embedded method of order 3. It is solved once with the matrix of the stages, so that fast components do not
-/// exaggerate it. This also extends it to arithmetic nodes.
-pub(super) fn step(system: &mut System, t: f64, step: f64, state: &mut State) -> Option<f64> {
+/// The estimate is the difference from the embedded method of order 3. One solution with the matrix of the stages keeps fast components from
+/// exaggerating the difference, and extends it to arithmetic nodes.
+pub(super) fn step(system: &mut System, t: f64, step: f64, state: &mut SystemState) -> Option<f64> {
     let start = state.temperatures.clone();
     let size = start.len();
     let span = DIAGONAL * step;

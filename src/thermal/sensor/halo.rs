@@ -17,19 +17,16 @@ const FINENESS: f64 = 4.0;
 /// Radii at which the halo ends.
 const REACH: f64 = 3.5;
 
-/// The grid of a halo over an image.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct HaloGrid {
     /// Side of a cell [px].
     pub(crate) cell: usize,
-    /// Number of cells across and down.
     pub(crate) size: [usize; 2],
     /// Weights at distances of 0, 1, 2 ... cells. All weights along an axis have the sum 1.
     pub(crate) weights: Vec<f64>,
 }
 
 impl HaloGrid {
-    /// The grid for an image.
     pub(crate) fn new(halo: &Halo, [width, height]: [usize; 2]) -> Self {
         let cell = ((halo.radius / FINENESS).floor() as usize).max(1);
         // A cell's average adds cell^2 / 12 to the variance, reading between the middles cell^2 / 6.

@@ -1,11 +1,11 @@
-//! The sensor of a thermal camera: what its optics, its microbolometer and its digits make of the radiance of an image.
+//! The sensor of a thermal camera: how its optics, its microbolometer and its digits turn the radiance of an image into a signal and numbers.
 //!
 //! The stages, in order: point spread and stray light ([`spread`], [`halo`]), vignetting and the optics' own emission, the lag of the
 //! bolometer, noise and fixed pattern ([`noise`]), digital numbers, and temperatures from them ([`reading`]). [`twin`] joins them in f64.
 //! [`gain_control`] maps digital numbers to the 8 bits of a display.
 //!
-//! The *signal* of a pixel is the radiance that arrives at the detector [W m-2 sr-1]: the scene's times the transmission of the lens, plus what the
-//! optics emit.
+//! The *signal* of a pixel is the radiance that arrives at the detector [W m-2 sr-1]: the scene's times the transmission of the lens, plus the
+//! emission of the optics.
 
 pub(crate) mod gain_control;
 pub(crate) mod halo;
@@ -21,7 +21,7 @@ use spread::Spread;
 /// Most pixels of an image with a sensor: one dispatch of 65,535 workgroups of 256 pixels.
 pub(crate) const MOST_PIXELS: u64 = 65_535 * 256;
 
-/// A sensor. What is `None` or 0 is absent.
+/// A sensor. A part that is `None` or 0 is absent.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensor {
     /// Seed of all noise.
@@ -32,8 +32,8 @@ pub struct Sensor {
     pub halo: Option<Halo>,
     /// Loss of light towards the corners.
     pub vignetting: Option<Vignetting>,
-    /// What the optics pass and emit.
-    pub optics: Optics,
+    /// Transmission and emission of the optics.
+    pub optics: SensorOptics,
     /// Thermal time constant of the bolometer [s].
     pub time_constant: Option<f64>,
     /// Temporal noise.
@@ -61,14 +61,14 @@ pub enum Vignetting {
     Map(Vec<f64>),
 }
 
-/// What the optics pass and emit.
+/// Transmission and emission of the optics.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Optics {
-    /// Share of the light that the lens passes. It emits the rest at its own temperature.
+pub struct SensorOptics {
+    /// Share of the light that the lens passes. The lens emits the rest at its own temperature.
     pub transmission: f64,
-    /// Temperature of the lens [K]. Without one it emits nothing.
+    /// Temperature of the lens [K]. `None` emits nothing.
     pub lens: Option<f64>,
-    /// Temperature of the housing [K], which is seen where the image is vignetted. Without one it emits nothing.
+    /// Temperature of the housing [K], which is seen where the image is vignetted. `None` emits nothing.
     pub housing: Option<f64>,
 }
 
@@ -94,13 +94,13 @@ pub struct Pattern {
     pub gain: f64,
     /// Standard deviation of the offsets' drift since the last correction [K/s].
     pub drift: f64,
-    /// Time between corrections [s]. The first is at time 0. Without one there is no other.
+    /// Time between corrections [s]. The first is at time 0, and with `None` the only one.
     pub interval: Option<f64>,
     /// Temperature of the shutter [K], at which gains have no effect.
     pub shutter: f64,
 }
 
-/// What changes from image to image.
+/// Values that change from image to image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exposure {
     /// Time in microseconds, the counter of the temporal noise.
@@ -121,7 +121,7 @@ impl Sensor {
             spread: None,
             halo: None,
             vignetting: None,
-            optics: Optics { transmission: 1.0, lens: None, housing: None },
+            optics: SensorOptics { transmission: 1.0, lens: None, housing: None },
             time_constant: None,
             noise: None,
             pattern: None,
@@ -147,7 +147,7 @@ impl Sensor {
     }
 }
 
-/// Share of the bolometer's state that is left after an interval [s]. An interval that is not above 0 is that of another sequence, so nothing is left.
+/// Share of the bolometer's state that is left after an interval [s]. An interval that is not above 0 begins another sequence, so nothing is left.
 pub(crate) fn decay(time_constant: Option<f64>, interval: Option<f64>) -> f64 {
     match (time_constant, interval) {
         (Some(constant), Some(interval)) if interval > 0.0 => (-interval / constant).exp(),

@@ -1,17 +1,15 @@
 //! Noise by counting: each number follows from seed, counter, stream and place alone, on every device and in every order. Twin: `glsl/sensor_noise.glsl`.
 
-/// What a random number is for. Numbers of different streams are independent.
+/// Purpose of a random number. Numbers of different streams are independent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Stream {
+pub(crate) enum NoiseStream {
     /// Temporal noise, counted by time.
     Time = 0,
     /// Offsets, counted by shutter corrections.
     Offset = 1,
-    /// Gains.
     Gain = 2,
     /// Drift of offsets, counted by shutter corrections.
     Drift = 3,
-    /// Bad pixels.
     Bad = 4,
 }
 
@@ -31,11 +29,11 @@ pub(crate) fn pcg4d(v: [u32; 4]) -> [u32; 4] {
 }
 
 /// Four random words for a group of four pixels.
-pub(crate) fn random_words(seed: u32, counter: u64, stream: Stream, group: u32) -> [u32; 4] {
+pub(crate) fn random_words(seed: u32, counter: u64, stream: NoiseStream, group: u32) -> [u32; 4] {
     pcg4d([group, counter as u32, ((counter >> 32) as u32).wrapping_mul(16) + stream as u32, seed])
 }
 
-/// A word as a number between -1 and 1, neither included. Its 23 upper bits decide, and f32 holds the number exactly.
+/// A word as a number between -1 and 1, neither included. The 23 upper bits decide, and f32 holds the number exactly.
 pub(crate) fn symmetric(word: u32) -> f64 {
     (f64::from(word >> 9) + 0.5) / f64::from(1 << 22) - 1.0
 }
@@ -105,28 +103,29 @@ mod tests {
         let stream =
             |stream| (0..count).flat_map(move |group| random_words(5, 40_000_000_000, stream, group).map(normal));
         let n = f64::from(4 * count);
-        let moment = |power: i32| stream(Stream::Time).map(|z| z.powi(power)).sum::<f64>() / n;
+        let moment = |power: i32| stream(NoiseStream::Time).map(|z| z.powi(power)).sum::<f64>() / n;
         // Standard errors of the moments of n = 262,144 normals: 1, sqrt 2, sqrt 15 and sqrt 96 over sqrt n.
         for (power, expected, variance) in [(1, 0.0, 1.0), (2, 1.0, 2.0), (3, 0.0, 15.0f64), (4, 3.0, 96.0)] {
             let error = (moment(power) - expected).abs() / (variance / n).sqrt();
             assert!(error < 4.0, "moment {power} is {error} standard errors off");
         }
-        let pairs = stream(Stream::Time).zip(stream(Stream::Offset)).map(|(a, b)| a * b).sum::<f64>() / n;
-        let next = stream(Stream::Time).zip(stream(Stream::Time).skip(1)).map(|(a, b)| a * b).sum::<f64>() / n;
+        let pairs = stream(NoiseStream::Time).zip(stream(NoiseStream::Offset)).map(|(a, b)| a * b).sum::<f64>() / n;
+        let next =
+            stream(NoiseStream::Time).zip(stream(NoiseStream::Time).skip(1)).map(|(a, b)| a * b).sum::<f64>() / n;
         assert!(pairs.abs().max(next.abs()) < 4.0 / n.sqrt(), "{pairs} {next}");
-        let same = stream(Stream::Time).map(|a| a * a).sum::<f64>() / n;
+        let same = stream(NoiseStream::Time).map(|a| a * a).sum::<f64>() / n;
         assert!(same > 0.9, "the test sees a correlation");
     }
 
     #[test]
     fn every_part_of_the_counter_matters() {
-        let one = random_words(1, 2, Stream::Gain, 3);
+        let one = random_words(1, 2, NoiseStream::Gain, 3);
         for other in [
-            random_words(2, 2, Stream::Gain, 3),
-            random_words(1, 3, Stream::Gain, 3),
-            random_words(1, 2 + (1 << 32), Stream::Gain, 3),
-            random_words(1, 2, Stream::Drift, 3),
-            random_words(1, 2, Stream::Gain, 4),
+            random_words(2, 2, NoiseStream::Gain, 3),
+            random_words(1, 3, NoiseStream::Gain, 3),
+            random_words(1, 2 + (1 << 32), NoiseStream::Gain, 3),
+            random_words(1, 2, NoiseStream::Drift, 3),
+            random_words(1, 2, NoiseStream::Gain, 4),
         ] {
             assert!(one.iter().zip(other).all(|(a, b)| *a != b));
         }

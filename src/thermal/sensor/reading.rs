@@ -9,7 +9,7 @@ pub(crate) const MOST_COUNT: f64 = 65_535.0;
 
 /// The sensor's numbers in units of the signal [W m-2 sr-1].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Constants {
+pub struct SensorConstants {
     /// Share of the scene's radiance in the signal.
     pub(crate) transmitted: f64,
     /// Signal of the lens.
@@ -38,7 +38,7 @@ pub struct Constants {
     pub(crate) counts: f64,
 }
 
-impl Constants {
+impl SensorConstants {
     /// The constants of a sensor in a band.
     pub fn new(sensor: &Sensor, table: &RadianceTable) -> Self {
         let transmitted = sensor.optics.transmission;
@@ -72,12 +72,10 @@ impl Constants {
         vignette * (self.transmitted * radiance + self.emitted) + (1.0 - vignette) * self.housing
     }
 
-    /// The radiance of the scene for a signal.
     pub(crate) fn radiance(&self, signal: f64, vignette: f64) -> f64 {
         ((signal - (1.0 - vignette) * self.housing) / vignette - self.emitted) / self.transmitted
     }
 
-    /// Digital number of a signal.
     pub(crate) fn digital_number(&self, signal: f64) -> f64 {
         (signal * self.scale + self.offset + 0.5).floor().clamp(0.0, self.most)
     }
@@ -89,7 +87,7 @@ impl Constants {
 }
 
 impl Netd {
-    /// The NETD at the camera's own f-number [K]: the light that a detector receives is 1 / (4 F^2 + 1) of that of the half space.
+    /// The NETD at the camera's own f-number [K]: a detector receives 1 / (4 F^2 + 1) of the light of the half space.
     pub(crate) fn at_f_number(&self) -> f64 {
         let share = |f: f64| 4.0 * f * f + 1.0;
         self.kelvin * share(self.f_number) / share(self.stated_f_number)
@@ -104,14 +102,19 @@ pub fn radiance_slope(table: &RadianceTable, temperature: f64) -> f64 {
 }
 
 /// Count of the radiometric output for a radiance. 0 where the radiance has no brightness temperature.
-pub(crate) fn count(constants: &Constants, table: &RadianceTable, guesses: &BrightnessTable, radiance: f64) -> f64 {
+pub(crate) fn count(
+    constants: &SensorConstants,
+    table: &RadianceTable,
+    guesses: &BrightnessTable,
+    radiance: f64,
+) -> f64 {
     let temperature = brightness_temperature(table, guesses, radiance.min(guesses.max_radiance)).unwrap_or(0.0);
     (temperature * constants.counts + 0.5).floor().clamp(0.0, MOST_COUNT)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::Optics;
+    use super::super::SensorOptics;
     use super::super::tests::plain;
     use super::*;
     use crate::thermal::planck::Band;
@@ -122,8 +125,8 @@ mod tests {
 
     #[test]
     fn the_range_has_its_ends_at_0_and_at_the_largest_number() {
-        let optics = Optics { transmission: 0.9, lens: Some(290.0), housing: Some(300.0) };
-        let constants = Constants::new(&Sensor { optics, ..plain() }, &table());
+        let optics = SensorOptics { transmission: 0.9, lens: Some(290.0), housing: Some(300.0) };
+        let constants = SensorConstants::new(&Sensor { optics, ..plain() }, &table());
         let number = |t| constants.digital_number(constants.signal(band_radiance(&table(), t), 1.0));
         assert_eq!([number(200.0), number(400.0)], [0.0, 16_383.0]);
         assert_eq!([number(190.0), number(450.0)], [0.0, 16_383.0], "beyond the range it saturates");
@@ -133,8 +136,8 @@ mod tests {
 
     #[test]
     fn a_radiance_comes_back_from_its_signal() {
-        let optics = Optics { transmission: 0.85, lens: Some(310.0), housing: Some(300.0) };
-        let constants = Constants::new(&Sensor { optics, ..plain() }, &table());
+        let optics = SensorOptics { transmission: 0.85, lens: Some(310.0), housing: Some(300.0) };
+        let constants = SensorConstants::new(&Sensor { optics, ..plain() }, &table());
         for vignette in [1.0, 0.6] {
             let back = constants.radiance(constants.signal(42.0, vignette), vignette);
             assert!((back - 42.0).abs() < 1e-12, "{back}");
@@ -165,7 +168,7 @@ mod tests {
     fn counts_are_kelvin() {
         let (table, sensor) = (table(), Sensor { kelvin_per_count: Some(0.01), ..plain() });
         let guesses = BrightnessTable::new(&table);
-        let constants = Constants::new(&sensor, &table);
+        let constants = SensorConstants::new(&sensor, &table);
         let of = |radiance| count(&constants, &table, &guesses, radiance);
         assert_eq!(of(band_radiance(&table, 300.0)), 30_000.0);
         assert_eq!(of(band_radiance(&table, 300.02)), 30_002.0);

@@ -16,7 +16,6 @@ pub(crate) const DROPPED: f64 = 1e-3;
 pub(crate) struct Term {
     /// Weights along a row, from -radius to radius.
     pub(crate) row: Vec<f64>,
-    /// Weights along a column.
     pub(crate) column: Vec<f64>,
 }
 
@@ -35,7 +34,7 @@ impl Spread {
     /// Room for weights on the device: 16 KiB of four weights each, which every device allows for a uniform buffer.
     pub(crate) const ROOM: usize = 1024;
 
-    /// Whether a device has room for the weights, beside those of a halo.
+    /// Whether a device has room for the weights, beside the weights of a halo.
     pub(crate) fn fits(&self) -> bool {
         self.terms.len() * (4 * self.radius + 5) + 32 <= Self::ROOM
     }
@@ -86,7 +85,7 @@ impl Spread {
         Self::new(radius, weights)
     }
 
-    /// A kernel of weights, row after row, whose side is 2 x radius + 1. Its weights are divided by their sum, which is above 0.
+    /// A kernel of weights, row after row, whose side is 2 x radius + 1. The weights are divided by their sum, which is above 0.
     pub(crate) fn new(radius: usize, weights: Vec<f64>) -> Self {
         let sum: f64 = weights.iter().sum();
         let weights: Vec<f64> = weights.into_iter().map(|weight| weight / sum).collect();
@@ -94,7 +93,7 @@ impl Spread {
         Self { radius, terms, weights }
     }
 
-    /// The image after the point spread. `width` is that of the image.
+    /// The image after the point spread. `width` is the width of the image [px].
     pub(crate) fn apply(&self, image: &[f64], width: usize) -> Vec<f64> {
         let height = image.len() / width;
         let mut sum = vec![0.0; image.len()];
@@ -107,7 +106,6 @@ impl Spread {
     }
 }
 
-/// Weighted sums along rows.
 pub(crate) fn spread_rows(image: &[f64], width: usize, weights: &[f64]) -> Vec<f64> {
     let radius = (weights.len() / 2) as isize;
     let at = |row: usize, column: isize| image[row * width + column.clamp(0, width as isize - 1) as usize];
@@ -118,7 +116,6 @@ pub(crate) fn spread_rows(image: &[f64], width: usize, weights: &[f64]) -> Vec<f
     (0..image.len()).into_par_iter().map(one).collect()
 }
 
-/// Weighted sums along columns.
 pub(crate) fn spread_columns(image: &[f64], width: usize, height: usize, weights: &[f64]) -> Vec<f64> {
     let radius = (weights.len() / 2) as isize;
     let at = |row: isize, column: usize| image[row.clamp(0, height as isize - 1) as usize * width + column];
@@ -179,7 +176,7 @@ fn separable(weights: &[f64], n: usize) -> Vec<Term> {
             Term { column, row: v[*j].iter().map(|x| x * scale).collect() }
         })
         .collect();
-    // A uniform image must stay what it is, so the first term makes up for what is left out.
+    // A uniform image must not change, so the first term makes up for the terms that are left out.
     let sum = |term: &Term| term.row.iter().sum::<f64>() * term.column.iter().sum::<f64>();
     let (first, rest) = (sum(&terms[0]), terms[1..].iter().map(sum).sum::<f64>());
     terms[0].row.iter_mut().for_each(|weight| *weight *= (1.0 - rest) / first);

@@ -1,8 +1,8 @@
 //! The whole sensor in f64, the reference of the passes on the device.
 
 use super::halo::HaloGrid;
-use super::noise::{Stream, normal, random_words};
-use super::reading::{Constants, count};
+use super::noise::{NoiseStream, normal, random_words};
+use super::reading::{SensorConstants, count};
 use super::{Sensor, Vignetting};
 use crate::saved::{Saved, SavedError};
 use crate::thermal::brightness::BrightnessTable;
@@ -13,7 +13,7 @@ const GROUP: usize = 4;
 
 /// Pixels of the camera and its lines of sight.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct View {
+pub struct SensorView {
     /// Width and height [px].
     pub(crate) size: [usize; 2],
     /// Focal lengths [px].
@@ -22,11 +22,10 @@ pub struct View {
     pub(crate) centre: [f64; 2],
 }
 
-/// A sensor with its state.
 pub(crate) struct SensorTwin {
     sensor: Sensor,
-    view: View,
-    constants: Constants,
+    view: SensorView,
+    constants: SensorConstants,
     table: RadianceTable,
     guesses: Option<BrightnessTable>,
     /// Signal of the bolometer at the last image.
@@ -37,9 +36,9 @@ pub(crate) struct SensorTwin {
 
 impl SensorTwin {
     /// A sensor that has seen nothing.
-    pub(crate) fn new(sensor: &Sensor, table: &RadianceTable, view: View) -> Self {
+    pub(crate) fn new(sensor: &Sensor, table: &RadianceTable, view: SensorView) -> Self {
         Self {
-            constants: Constants::new(sensor, table),
+            constants: SensorConstants::new(sensor, table),
             guesses: sensor.kelvin_per_count.map(|_| BrightnessTable::new(table)),
             table: table.clone(),
             sensor: sensor.clone(),
@@ -76,20 +75,22 @@ impl SensorTwin {
             let lagged = signal + (self.state[place] - signal) * exposure.decay;
             self.state[place] = lagged;
             let group = (y * width.div_ceil(GROUP) + x / GROUP) as u32;
-            let word = |counter: u64, stream: Stream| random_words(self.sensor.seed, counter, stream, group)[x % GROUP];
+            let word =
+                |counter: u64, stream: NoiseStream| random_words(self.sensor.seed, counter, stream, group)[x % GROUP];
             let shutter = u64::from(exposure.shutter);
             let mut value = lagged;
             if self.sensor.noise.is_some() {
-                value += self.constants.noise * normal(word(exposure.counter, Stream::Time));
+                value += self.constants.noise * normal(word(exposure.counter, NoiseStream::Time));
             }
             if self.sensor.pattern.is_some() {
-                value += self.constants.gain_pattern * normal(word(0, Stream::Gain)) * (value - self.constants.level)
-                    + self.constants.offset_pattern * normal(word(shutter, Stream::Offset))
-                    + self.constants.drift * exposure.age * normal(word(shutter, Stream::Drift));
+                value +=
+                    self.constants.gain_pattern * normal(word(0, NoiseStream::Gain)) * (value - self.constants.level)
+                        + self.constants.offset_pattern * normal(word(shutter, NoiseStream::Offset))
+                        + self.constants.drift * exposure.age * normal(word(shutter, NoiseStream::Drift));
             }
             let mut number = self.constants.digital_number(value);
             if self.sensor.bad_pixels > 0.0
-                && let Some(most) = stuck(word(0, Stream::Bad), self.constants.bad)
+                && let Some(most) = stuck(word(0, NoiseStream::Bad), self.constants.bad)
             {
                 number = if most { self.constants.most } else { 0.0 };
             }
@@ -112,7 +113,6 @@ impl SensorTwin {
         }
     }
 
-    /// The state between two images.
     pub(crate) fn save(&self) -> Saved {
         let mut saved = Saved::default();
         saved.put("state", &self.state);
@@ -120,10 +120,6 @@ impl SensorTwin {
         saved
     }
 
-    /// Takes a saved state.
-    ///
-    /// # Errors
-    /// A state of another image.
     pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         self.state = saved.list_of("state", self.state.len())?;
         let [last] = saved.array::<f64, 1>("last")?;
@@ -133,7 +129,7 @@ impl SensorTwin {
 }
 
 /// Fourth power of the cosine between the line of sight of a pixel and the axis.
-pub(crate) fn cos4(view: &View, x: usize, y: usize) -> f64 {
+pub(crate) fn cos4(view: &SensorView, x: usize, y: usize) -> f64 {
     let off = |at: usize, axis: usize| (at as f64 + 0.5 - view.centre[axis]) / view.focal[axis];
     let square = 1.0 + off(x, 0).powi(2) + off(y, 1).powi(2);
     1.0 / (square * square)

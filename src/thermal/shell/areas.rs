@@ -1,14 +1,14 @@
-//! Areas of nodes: what each corner of a drawn triangle has of its area.
+//! Areas of nodes: the part of each drawn triangle's area that belongs to each of its corners.
 //!
-//! A corner has the points that lie nearer to it than to the other two: its mixed Voronoi area. In an obtuse triangle half the area belongs to the obtuse
-//! corner and a quarter to each of the others (Meyer, Desbrun, Schroeder & Barr, Visualization and Mathematics III, 2003, section 3.3). Capacities, loads,
-//! emission and contacts all take these areas, so that what is the same all over a surface is the same at every node of it.
+//! A corner has the points that lie nearer to it than to the other two: its mixed Voronoi area. In an obtuse triangle half the area belongs to the
+//! obtuse corner and a quarter to each of the others (Meyer, Desbrun, Schroeder & Barr, Visualization and Mathematics III, 2003, section 3.3).
+//! Capacities, loads, emission and contacts all take these areas, so that a uniform value of a surface is the same at every node.
 
 use glam::DVec3;
 
-use super::Surface;
+use super::ShellSurface;
 
-/// The three corners' shares of a triangle's area [m2]. They sum to the area.
+/// The three corners' shares of a triangle's area [m2], which sum to the area.
 pub(super) fn corner_areas(corners: [DVec3; 3]) -> [f64; 3] {
     let area = 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
     if area <= 0.0 {
@@ -26,7 +26,7 @@ pub(super) fn corner_areas(corners: [DVec3; 3]) -> [f64; 3] {
     })
 }
 
-/// The product of the two edges at each corner [m2]. It is negative at an obtuse one.
+/// The product of the two edges at each corner [m2], negative at an obtuse one.
 pub(super) fn corner_dots(corners: [DVec3; 3]) -> [f64; 3] {
     [0, 1, 2].map(|corner| {
         let [next, last] = [corners[(corner + 1) % 3], corners[(corner + 2) % 3]];
@@ -35,7 +35,7 @@ pub(super) fn corner_dots(corners: [DVec3; 3]) -> [f64; 3] {
 }
 
 /// Area of every drawn vertex [m2]: its shares of the triangles around it.
-pub(super) fn vertex_areas(surface: &Surface) -> Vec<f64> {
+pub(super) fn vertex_areas(surface: &ShellSurface) -> Vec<f64> {
     let mut areas = vec![0.0; surface.positions.len()];
     for triangle in surface.triangles {
         let corners = triangle.map(|vertex| surface.positions[vertex as usize]);

@@ -4,9 +4,9 @@ use super::areas::vertex_areas;
 use super::conductance::Weights;
 use super::contact::Contact;
 use super::intrinsic::Intrinsic;
-use super::merge::{Merged, apply, merge, summed, threshold};
+use super::merge::{MergedNodes, apply, merge, summed, threshold};
 use super::weld::weld;
-use super::{NO_NODE, Sheet, Shell, ShellError, ShellMaterial, ShellSummary, Surface};
+use super::{NO_NODE, Sheet, Shell, ShellError, ShellMaterial, ShellSummary, ShellSurface};
 use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 
 /// Nodes of one layer: the node of each vertex, and the weights of conducting pairs.
@@ -14,8 +14,8 @@ struct Layer {
     node: Vec<u32>,
 }
 
-struct Assembly<'a> {
-    surface: &'a Surface<'a>,
+struct ShellAssembly<'a> {
+    surface: &'a ShellSurface<'a>,
     materials: &'a [Option<ShellMaterial>],
     network: Network,
     summary: ShellSummary,
@@ -28,13 +28,13 @@ impl Shell {
     /// # Errors
     /// A contact that is not valid.
     pub(crate) fn new(
-        surface: &Surface,
+        surface: &ShellSurface,
         materials: &[Option<ShellMaterial>],
         contacts: &[Contact],
         merge_rate: f64,
         space_temperature: f64,
     ) -> Result<Self, ShellError> {
-        let mut assembly = Assembly {
+        let mut assembly = ShellAssembly {
             surface,
             materials,
             network: Network { space_temperature, ..Network::default() },
@@ -43,7 +43,7 @@ impl Shell {
         let material = |vertex: usize| materials[surface.materials[vertex] as usize].as_ref();
         let welded = |vertex: usize| material(vertex).is_some_and(ShellMaterial::welds);
 
-        // Places of welded vertices come first, then those of single vertices.
+        // Places of welded vertices come first, then places of single vertices.
         let (mut place, mut places) = weld(surface, welded);
         let conducting = places;
         for (vertex, place) in place.iter_mut().enumerate() {
@@ -76,9 +76,9 @@ impl Shell {
             assembly.summary.contacts.push((contact.name.clone(), conductors.len(), total));
             assembly.network.linear.extend(conductors);
         }
-        let Assembly { mut network, mut summary, .. } = assembly;
+        let ShellAssembly { mut network, mut summary, .. } = assembly;
         // Several contacts or adjoining sheets may connect the same two nodes.
-        let nodes = Merged { node: (0..network.len() as u32).collect(), count: network.len() };
+        let nodes = MergedNodes { node: (0..network.len() as u32).collect(), count: network.len() };
         apply(&mut network, &nodes);
         summary.merge_rate = threshold(&network, merge_rate);
         let merged = merge(&mut network, summary.merge_rate);
@@ -97,7 +97,7 @@ impl Shell {
     }
 }
 
-impl Assembly<'_> {
+impl ShellAssembly<'_> {
     /// Weights of the pairs of welded places, and their areas.
     fn weights(&mut self, place: &[u32], conducting: usize) -> Weights {
         let at = |vertex: u32| place[vertex as usize];
@@ -134,7 +134,8 @@ impl Assembly<'_> {
         self.network.kinds.len() as u32 - 1
     }
 
-    /// Adds the conductors of welded places. Each place comes with its node and one of its vertices. `conductance` [W/K] is that of a material's sheet.
+    /// Adds the conductors of welded places. Each place comes with its node and one of its vertices. `conductance` gives the conductance of a
+    /// material's sheet [W/K].
     fn conduct(&mut self, weights: &Weights, place: &[[u32; 2]], conductance: impl Fn(&ShellMaterial) -> f64) {
         let of_vertex = |vertex: u32| {
             let material = self.materials[self.surface.materials[vertex as usize] as usize].as_ref();
@@ -232,7 +233,7 @@ impl Assembly<'_> {
 
 /// Moves vertices whose place has no area to the place of the nearest corner with area, because a node without area could not balance. Without such a
 /// corner they get a place of their material, or no place. Returns the new place of every place.
-fn adopt_bare_places(surface: &Surface, place: &mut [u32], areas: &[f64]) -> Vec<u32> {
+fn adopt_bare_places(surface: &ShellSurface, place: &mut [u32], areas: &[f64]) -> Vec<u32> {
     let mut renamed: Vec<u32> = (0..areas.len() as u32).collect();
     let bare = |place: u32| place != NO_NODE && areas[place as usize] <= 0.0;
     if !place.iter().any(|place| bare(*place)) {

@@ -22,7 +22,6 @@ pub(super) struct Weights {
 }
 
 impl Weights {
-    /// Weights of the pairs of nodes.
     pub(super) fn new(surface: &Intrinsic) -> Self {
         let mut weights = Self::default();
         // Area of a triangle [m2]. 0 where it is too flat to conduct.
@@ -66,7 +65,7 @@ impl Weights {
         weights
     }
 
-    /// Gives every node a new number. Pairs that become one node, and those with a node that is left out, vanish.
+    /// Gives every node a new number. Pairs that become one node, and pairs with a node that is left out, vanish.
     pub(super) fn rename(&mut self, new: &[u32]) {
         for (pair, _) in &mut self.pairs {
             *pair = pair.map(|node| new[node as usize]);

@@ -1,12 +1,12 @@
 //! Contacts: given conductances between parts or materials whose surfaces lie close.
 //!
-//! A contact is made of areas: how much of the surface of one node lies against that of another. The two meshes need not match, and the sum does not depend
-//! on them.
+//! A contact is made of areas: how much of the surface of one node lies against the surface of another. The two meshes need not match, and the sum
+//! does not depend on them.
 
 use std::collections::HashSet;
 
 use super::merge::summed;
-use super::{ShellError, ShellMaterial, Surface};
+use super::{ShellError, ShellMaterial, ShellSurface};
 use crate::thermal::network::LinearConductor;
 
 mod edges;
@@ -18,20 +18,16 @@ mod tests;
 
 use edges::{edge_touches, point_touches};
 use faces::Faces;
-use side::Side;
+use side::ContactSide;
 
 /// A selection of vertices by part and by material. A vertex must fit both.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Selection {
-    /// Name for messages.
     pub(crate) name: String,
-    /// Whether each part is selected.
     pub(crate) parts: Vec<bool>,
-    /// Whether each material is selected.
     pub(crate) materials: Vec<bool>,
 }
 
-/// Conductance of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum ContactConductance {
     /// Total conductance [W/K].
@@ -40,21 +36,17 @@ pub(crate) enum ContactConductance {
     PerArea(f64),
 }
 
-/// A contact between two selections.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Contact {
-    /// Name for messages.
     pub(crate) name: String,
-    /// The two selections.
     pub(crate) between: [Selection; 2],
     /// Greatest distance between the surfaces [m].
     pub(crate) distance: f64,
-    /// Conductance of the contact.
     pub(crate) conductance: ContactConductance,
 }
 
 impl Selection {
-    fn has(&self, surface: &Surface, vertex: u32) -> bool {
+    fn has(&self, surface: &ShellSurface, vertex: u32) -> bool {
         let vertex = vertex as usize;
         self.parts[surface.parts[vertex] as usize] && self.materials[surface.materials[vertex] as usize]
     }
@@ -64,11 +56,12 @@ impl Contact {
     /// Adds the conductors of the contact. `node` is the node of every vertex.
     pub(super) fn conductors(
         &self,
-        surface: &Surface,
+        surface: &ShellSurface,
         materials: &[Option<ShellMaterial>],
         node: &[u32],
     ) -> Result<Vec<LinearConductor>, ShellError> {
-        let side = |selection: &Selection| Side::new(surface, materials, node, |vertex| selection.has(surface, vertex));
+        let side =
+            |selection: &Selection| ContactSide::new(surface, materials, node, |vertex| selection.has(surface, vertex));
         let sides = self.between.each_ref().map(side);
         for (selection, side) in self.between.iter().zip(&sides) {
             if side.corners.is_empty() {
@@ -98,7 +91,7 @@ impl Contact {
     }
 
     /// Areas of contact of pairs of nodes [m2]: of faces, or of edges between parts and materials whose faces do not meet.
-    fn areas(&self, sides: [&Side; 2]) -> Vec<([u32; 2], f64)> {
+    fn areas(&self, sides: [&ContactSide; 2]) -> Vec<([u32; 2], f64)> {
         // The larger side is scanned, so that a plate of two triangles does not hold the work of all threads.
         let turned = sides[0].corners.len() < sides[1].corners.len();
         let sides = if turned { [sides[1], sides[0]] } else { sides };

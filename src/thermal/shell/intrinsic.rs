@@ -26,7 +26,6 @@ pub(super) struct Intrinsic {
     twin: Vec<u32>,
     /// Number of edges that are not flipped because more than two triangles meet, or two with opposite winding.
     pub(super) non_manifold: usize,
-    /// Number of flipped edges.
     pub(super) flips: usize,
 }
 
@@ -50,12 +49,10 @@ fn join(tail: &[u32], twin: &mut [u32], sides: &[u32]) -> bool {
     true
 }
 
-/// The next half-edge of the same triangle.
 pub(super) fn next(half_edge: usize) -> usize {
     if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
 }
 
-/// The previous half-edge of the same triangle.
 pub(super) fn previous(half_edge: usize) -> usize {
     if half_edge.is_multiple_of(3) { half_edge + 2 } else { half_edge - 1 }
 }
@@ -75,7 +72,8 @@ impl Intrinsic {
         surface
     }
 
-    /// Finds twins, first between triangles that share drawn vertices, then between those that share nodes. The two faces of a sheet then stay separate.
+    /// Finds twins, first between triangles that share drawn vertices, then between triangles that share nodes. The two faces of a sheet then stay
+    /// separate.
     fn glue(&mut self, triangles: &[[u32; 3]]) {
         let drawn = |half_edge: u32| {
             let (triangle, corner) = (&triangles[half_edge as usize / 3], half_edge as usize % 3);
@@ -129,7 +127,6 @@ impl Intrinsic {
         ends_of(&self.tail, half_edge)
     }
 
-    /// Number of triangles.
     pub(super) fn faces(&self) -> usize {
         self.tail.len() / 3
     }

@@ -14,10 +14,9 @@ const MOST_SWEEPS: usize = 64;
 
 /// Result of merging: the new node of each node.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Merged {
+pub(super) struct MergedNodes {
     /// New number of every node.
     pub(super) node: Vec<u32>,
-    /// Number of nodes after merging.
     pub(super) count: usize,
 }
 
@@ -44,8 +43,8 @@ pub(super) fn threshold(network: &Network, fastest: f64) -> f64 {
 }
 
 /// Merges pairs faster than `threshold` [1/s], the fastest first, until none is left.
-pub(super) fn merge(network: &mut Network, threshold: f64) -> Merged {
-    let mut merged = Merged { node: (0..network.len() as u32).collect(), count: network.len() };
+pub(super) fn merge(network: &mut Network, threshold: f64) -> MergedNodes {
+    let mut merged = MergedNodes { node: (0..network.len() as u32).collect(), count: network.len() };
     for _ in 0..MOST_SWEEPS {
         let Some(sweep) = sweep(network, threshold) else { break };
         apply(network, &sweep);
@@ -56,7 +55,7 @@ pub(super) fn merge(network: &mut Network, threshold: f64) -> Merged {
 }
 
 /// One sweep over the pairs, the fastest first. Each pair has the capacitances after the merges before it.
-fn sweep(network: &Network, threshold: f64) -> Option<Merged> {
+fn sweep(network: &Network, threshold: f64) -> Option<MergedNodes> {
     let ends = |index: usize| network.linear[index].nodes.map(|node| node as usize);
     let mut fast: Vec<(f64, usize)> = (0..network.linear.len())
         .into_par_iter()
@@ -92,7 +91,7 @@ fn sweep(network: &Network, threshold: f64) -> Option<Merged> {
             node[root]
         };
     }
-    Some(Merged { node, count: count as usize })
+    Some(MergedNodes { node, count: count as usize })
 }
 
 fn root(parent: &mut [u32], mut node: usize) -> usize {
@@ -104,7 +103,7 @@ fn root(parent: &mut [u32], mut node: usize) -> usize {
 }
 
 /// Renumbers a network. Capacitances and areas of merged nodes add up, and so do parallel conductors.
-pub(super) fn apply(network: &mut Network, merged: &Merged) {
+pub(super) fn apply(network: &mut Network, merged: &MergedNodes) {
     // A new number never exceeds the old one, so this works in place.
     let mut seen = 0;
     for (old, new) in merged.node.iter().enumerate() {

@@ -129,7 +129,7 @@ fn drawn_vertices_share_a_node_where_a_material_conducts() {
     positions.extend(square(DVec3::Y, DVec3::Y));
     let triangles = [[0, 1, 2], [0, 2, 3], [4, 6, 5], [4, 7, 6]];
     let owners = vec![0; 8];
-    let surface = Surface { positions: &positions, triangles: &triangles, parts: &owners, materials: &owners };
+    let surface = ShellSurface { positions: &positions, triangles: &triangles, parts: &owners, materials: &owners };
     let make = |material| Shell::new(&surface, &[Some(material)], &[], MERGE_RATE, 2.7).unwrap();
     let welded = make(UNIT);
     assert_eq!(welded.network.len(), 6);
@@ -183,7 +183,7 @@ fn a_load_on_one_panel_of_a_fold_warms_both_ends_alike() {
     let spread = |(n, m, in_turn): (usize, usize, bool), fluxes: [f64; 2], change: &dyn Fn(&mut Shell)| {
         let (positions, triangles) = fold(n, m, in_turn);
         let owners = vec![0; positions.len()];
-        let surface = Surface { positions: &positions, triangles: &triangles, parts: &owners, materials: &owners };
+        let surface = ShellSurface { positions: &positions, triangles: &triangles, parts: &owners, materials: &owners };
         let mut shell = Shell::new(&surface, &[Some(metal)], &[], MERGE_RATE, 0.0).unwrap();
         let sum: f64 = shell.load_areas.iter().sum();
         assert!((sum - 0.8).abs() < 1e-13, "all of the area is loaded");
@@ -320,7 +320,7 @@ fn plates(gap: f64, conductance: ContactConductance) -> Result<Shell, ShellError
     triangles.extend(upper.triangles.iter().map(|triangle| triangle.map(|vertex| vertex + first)));
     let parts: Vec<u32> = (0..positions.len() as u32).map(|vertex| u32::from(vertex >= first)).collect();
     let materials = vec![0; positions.len()];
-    let surface = Surface { positions: &positions, triangles: &triangles, parts: &parts, materials: &materials };
+    let surface = ShellSurface { positions: &positions, triangles: &triangles, parts: &parts, materials: &materials };
     let side = |part: usize| Selection {
         name: format!("part {part}"),
         parts: (0..2).map(|one| one == part).collect(),
@@ -349,7 +349,7 @@ fn panels_in_contact_along_an_edge_conduct_through_their_thickness() {
     let all: Vec<DVec3> = positions.into_iter().chain(lower).collect();
     let triangles = [[0, 1, 2], [0, 2, 3], [4, 6, 5], [4, 7, 6]];
     let parts = [0, 0, 0, 0, 1, 1, 1, 1];
-    let surface = Surface { positions: &all, triangles: &triangles, parts: &parts, materials: &[0; 8] };
+    let surface = ShellSurface { positions: &all, triangles: &triangles, parts: &parts, materials: &[0; 8] };
     let side =
         |part: usize| Selection { name: String::new(), parts: vec![part == 0, part == 1], materials: vec![true] };
     let contact =

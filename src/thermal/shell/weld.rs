@@ -3,11 +3,11 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{NO_NODE, Surface};
+use super::{NO_NODE, ShellSurface};
 
 /// Numbers the places of the vertices for which `wanted` is true, in the order of their first vertices. Other vertices get `NO_NODE`. Returns the numbers
 /// and their count. Coordinates must be equal to the last bit. Subdivision makes equal points from both sides of an edge.
-pub(super) fn weld(surface: &Surface, wanted: impl Fn(usize) -> bool + Sync) -> (Vec<u32>, usize) {
+pub(super) fn weld(surface: &ShellSurface, wanted: impl Fn(usize) -> bool + Sync) -> (Vec<u32>, usize) {
     let key = |vertex: u32| {
         let vertex = vertex as usize;
         let place = surface.positions[vertex];

@@ -1,7 +1,7 @@
 //! Values of docs/numerics.md 1, properties of the rule `merge`, and rules that fail.
 
 use super::*;
-use crate::thermal::function::{Function, Sample};
+use crate::thermal::function::{Function, TemperatureSample};
 use crate::thermal::material::Domain;
 
 #[allow(unreachable_pub)]
@@ -246,7 +246,8 @@ fn rejected_rules_fail() {
 /// Functions of every kind with their difficult cases: rates that start at 0 or at infinity, vary (a table), jump, or end early, slow and steep ones.
 pub(super) fn functions() -> Vec<Function> {
     let measured = |points: &[(f64, f64)]| {
-        let samples: Vec<_> = points.iter().map(|&(time, temperature)| Sample { time, temperature }).collect();
+        let samples: Vec<_> =
+            points.iter().map(|&(time, temperature)| TemperatureSample { time, temperature }).collect();
         Function::table(&samples, None).unwrap()
     };
     vec![

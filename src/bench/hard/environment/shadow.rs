@@ -6,8 +6,8 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::Loose;
-use crate::bench::hard::case::{HardCase, Scale};
-use crate::environment::shadow::{Jointed, Method, Occluders, Redraw, Shadows};
+use crate::bench::hard::case::{CaseScale, HardCase};
+use crate::environment::shadow::{Jointed, Occluders, Redraw, ShadowCasters, ShadowMethod};
 use crate::environment::{StepLoad, SunSample};
 use crate::gpu::context::Context;
 use crate::gpu::renderer::Renderer;
@@ -46,7 +46,7 @@ fn triangles() -> Vec<[u32; 3]> {
 }
 
 /// Shifts of the shadow along X [m], from the middle of the plate until it has left.
-fn shifts(scale: Scale) -> Vec<f64> {
+fn shifts(scale: CaseScale) -> Vec<f64> {
     let count = scale.of(8, 15, 30);
     (0..=count).map(|step| (0.5 * EDGE + RADIUS) * f64::from(step) / f64::from(count)).collect()
 }
@@ -79,7 +79,7 @@ fn redraw(angle: f64) -> Redraw {
 }
 
 /// Largest error over all shifts, in percent of the whole shadow.
-fn error(scale: Scale, mut visibility: impl FnMut(&StepLoad) -> Result<Vec<f64>, String>) -> Result<f64, String> {
+fn error(scale: CaseScale, mut visibility: impl FnMut(&StepLoad) -> Result<Vec<f64>, String>) -> Result<f64, String> {
     let cell = (EDGE / NODES as f64).powi(2);
     shifts(scale).into_iter().try_fold(0.0f64, |worst, shift| {
         let seen = visibility(&load(shift))?;
@@ -88,10 +88,10 @@ fn error(scale: Scale, mut visibility: impl FnMut(&StepLoad) -> Result<Vec<f64>,
     })
 }
 
-fn on_reference(method: Method, scale: Scale, angle: f64) -> Result<f64, String> {
+fn on_reference(method: ShadowMethod, scale: CaseScale, angle: f64) -> Result<f64, String> {
     let nodes = positions()[..NODES * NODES].iter().map(|position| [*position, DVec3::Z]).collect();
     let casters = Jointed { positions: positions(), triangles: triangles(), joints: Vec::new() };
-    let mut shadows = Shadows::new(nodes, Vec::new(), casters, redraw(angle), method);
+    let mut shadows = ShadowCasters::new(nodes, Vec::new(), casters, redraw(angle), method);
     let mut last = Vec::new();
     error(scale, |load| {
         if let Some(found) = shadows.visibility(load) {
@@ -101,10 +101,10 @@ fn on_reference(method: Method, scale: Scale, angle: f64) -> Result<f64, String>
     })
 }
 
-fn on_device(context: &Arc<Context>, method: Method, scale: Scale) -> Result<f64, String> {
+fn on_device(context: &Arc<Context>, method: ShadowMethod, scale: CaseScale) -> Result<f64, String> {
     let failed = |error: crate::gpu::error::GpuError| error.to_string();
     let (places, triangles) = (positions(), triangles());
-    let tree = (method == Method::Exact).then(|| Occluders::new(&places, &triangles));
+    let tree = (method == ShadowMethod::Exact).then(|| Occluders::new(&places, &triangles));
     let mut positions: Vec<Vec3> = places.iter().map(|place| place.as_vec3()).collect();
     positions.resize(places.len().next_multiple_of(NODES_PER_WORKGROUP), Vec3::ZERO);
     let normals = vec![Vec3::Z; positions.len()];
@@ -120,7 +120,7 @@ fn on_device(context: &Arc<Context>, method: Method, scale: Scale) -> Result<f64
 
 /// The case by depth map and by rays.
 pub(crate) fn cases() -> Vec<HardCase> {
-    let case = |name: &str, method: Method| {
+    let case = |name: &str, method: ShadowMethod| {
         HardCase::new(
             format!("moving shadow edge, {name}"),
             "a disc 2 m above a plate of 128 x 128 nodes, whose shadow moves off its edge; area of the part of a disc",
@@ -133,8 +133,8 @@ pub(crate) fn cases() -> Vec<HardCase> {
                 Target::Device(context) => on_device(context, method, scale),
                 Target::Reference => on_reference(method, scale, REDRAW),
             },
-            move |_| on_reference(method, Scale::Small, PI).unwrap_or(f64::INFINITY),
+            move |_| on_reference(method, CaseScale::Small, PI).unwrap_or(f64::INFINITY),
         )
     };
-    vec![case("depth map", Method::Depth), case("rays", Method::Exact)]
+    vec![case("depth map", ShadowMethod::Depth), case("rays", ShadowMethod::Exact)]
 }

@@ -2,13 +2,13 @@
 
 use super::{Built, DEFAULT};
 use crate::bench::hard::case::{HardCase, apart};
-use crate::bench::hard::plain::{self, Step};
+use crate::bench::hard::plain::{self, PlainStep};
 use crate::bench::hard::way::integrated;
 use crate::simulation::network::unfinished;
 use crate::thermal::network::control::{ControlError, Integrator};
 use crate::thermal::network::schedule::{HeatTable, Schedule};
 use crate::thermal::network::{Network, NodeKind};
-use crate::thermal::step_response::Plate;
+use crate::thermal::step_response::MaterialPlate;
 
 /// Error limit of the accurate integrator [K], and its source.
 const ACCURATE: (f64, &str) = (2e-3, "docs/numerics.md 6, accurate");
@@ -17,7 +17,7 @@ const ACCURATE: (f64, &str) = (2e-3, "docs/numerics.md 6, accurate");
 struct Cooling;
 
 impl Cooling {
-    const PLATE: Plate = Plate { capacitance: 100.0, emissivity: 0.8 };
+    const PLATE: MaterialPlate = MaterialPlate { capacitance: 100.0, emissivity: 0.8 };
     const SPACE: f64 = 2.7;
 
     fn times() -> Vec<f64> {
@@ -41,7 +41,7 @@ impl Cooling {
     }
 
     fn at_the_bound() -> f64 {
-        let Plate { capacitance, emissivity } = Self::PLATE;
+        let MaterialPlate { capacitance, emissivity } = Self::PLATE;
         let times = Self::times();
         let found = plain::cooling_at_the_bound(capacitance, emissivity, Self::SPACE, 1000.0, &times);
         apart(&found, &Self::expected())
@@ -75,7 +75,7 @@ impl Empties {
         Self { network: built.0, heat: (small, HeatTable::constant(-1.0)), at: 5000.0 }
     }
 
-    /// A foil with 0.1 W/K to a boundary at 50 K. Its negative load grows by 1 mW/s. The boundary supplies at most 5 W.
+    /// A foil with 0.1 W/K to a boundary at 50 K. The negative load of the foil grows by 1 mW/s. The boundary supplies at most 5 W.
     fn foil() -> Self {
         let mut built = Built::default();
         let base = built.node(NodeKind::Boundary, 0.0, 0.0, 50.0);
@@ -101,11 +101,11 @@ impl Empties {
         }
     }
 
-    /// The error of plain steps. It is infinite, because they continue below 0 K.
+    /// The error of plain steps: infinite, because plain steps continue below 0 K.
     fn unrefused(&self) -> f64 {
         let mut power = vec![0.0; self.network.len()];
         power[self.heat.0 as usize] = self.heat.1.after(1e4).0;
-        let rows = plain::steps(&self.network, &power, 1.0, 10_000, Step::OneSweep);
+        let rows = plain::steps(&self.network, &power, 1.0, 10_000, PlainStep::OneSweep);
         if rows.iter().flatten().any(|kelvin| *kelvin < 0.0) { f64::INFINITY } else { 0.0 }
     }
 }

@@ -1,9 +1,9 @@
 //! Hard cases of conduction: extreme capacitances and conductances, slivers, and a chain without capacitance.
 
 use super::{Built, DEFAULT, FRAME, rows_apart};
-use crate::bench::hard::case::{HardCase, Scale, apart, worst_of};
+use crate::bench::hard::case::{CaseScale, HardCase, apart, worst_of};
 use crate::bench::hard::exact::Modes;
-use crate::bench::hard::plain::{self, Step};
+use crate::bench::hard::plain::{self, PlainStep};
 use crate::bench::hard::way::integrated;
 use crate::simulation::network::unfinished;
 use crate::simulation::target::Target;
@@ -12,14 +12,14 @@ use crate::thermal::network::schedule::Schedule;
 use crate::thermal::network::{Network, NodeKind};
 
 /// A network under constant heat, with its exact temperatures at given times.
-struct Problem {
+struct ConductionProblem {
     network: Network,
     heat: Vec<f64>,
     times: Vec<f64>,
     expected: Vec<Vec<f64>>,
 }
 
-impl Problem {
+impl ConductionProblem {
     /// A conducting network with its closed-form solution.
     fn of_modes(network: Network, heat: Vec<f64>, times: Vec<f64>) -> Self {
         let expected = match Modes::of(&network, &heat) {
@@ -36,7 +36,7 @@ impl Problem {
     }
 
     /// Largest error of equal plain steps, at times that are multiples of the step.
-    fn plain(&self, step: f64, kind: Step) -> f64 {
+    fn plain(&self, step: f64, kind: PlainStep) -> f64 {
         let last = self.times.last().copied().unwrap_or(0.0);
         let rows = plain::steps(&self.network, &self.heat, step, (last / step).round() as u32, kind);
         let seen = self.times.iter().zip(&self.expected).filter_map(|(time, expected)| {
@@ -48,7 +48,11 @@ impl Problem {
     }
 }
 
-fn conducting(case: HardCase, problem: fn(Scale) -> Problem, without: fn(&Problem) -> f64) -> HardCase {
+fn conducting(
+    case: HardCase,
+    problem: fn(CaseScale) -> ConductionProblem,
+    without: fn(&ConductionProblem) -> f64,
+) -> HardCase {
     let error = move |_: &Target, scale| {
         let problem = problem(scale);
         problem.error(Integrator::Default)
@@ -57,16 +61,16 @@ fn conducting(case: HardCase, problem: fn(Scale) -> Problem, without: fn(&Proble
 }
 
 /// A heated node of 0.1 J/K next to one of 100 kJ/K.
-fn capacitance_ratio(_: Scale) -> Problem {
+fn capacitance_ratio(_: CaseScale) -> ConductionProblem {
     let mut built = Built::default();
     let small = built.store(0.1, 350.0);
     let large = built.store(1e5, 250.0);
     built.join(small, large, 1.0);
-    Problem::of_modes(built.0, vec![10.0, 0.0], vec![0.02, 0.1, 0.5, 1.0, 10.0, 100.0, 1000.0, 10_000.0])
+    ConductionProblem::of_modes(built.0, vec![10.0, 0.0], vec![0.02, 0.1, 0.5, 1.0, 10.0, 100.0, 1000.0, 10_000.0])
 }
 
 /// A chain with alternating conductances of 1 mW/K and 1 kW/K.
-fn conductance_ratio(_: Scale) -> Problem {
+fn conductance_ratio(_: CaseScale) -> ConductionProblem {
     let mut built = Built::default();
     let nodes: Vec<u32> = [10.0, 300.0, 50.0, 1000.0, 20.0, 400.0]
         .iter()
@@ -77,24 +81,25 @@ fn conductance_ratio(_: Scale) -> Problem {
         built.join(pair[0], pair[1], conductance);
     }
     let heat = vec![0.0, 0.5, 0.0, 2.0, 0.0, 0.0];
-    Problem::of_modes(built.0, heat, (1..=20).map(|row| FRAME * f64::from(row)).collect())
+    ConductionProblem::of_modes(built.0, heat, (1..=20).map(|row| FRAME * f64::from(row)).collect())
 }
 
-/// The error if every conductance is limited to what is stable with forward Euler in one frame.
-fn capped(problem: &Problem) -> f64 {
+/// The error if every conductance is limited to the greatest value with which forward Euler is stable in one frame.
+fn capped(problem: &ConductionProblem) -> f64 {
     let mut network = problem.network.clone();
     for conductor in &mut network.linear {
         let least = conductor.nodes.map(|node| problem.network.capacitances[node as usize]);
         conductor.conductance = conductor.conductance.min(0.25 * least[0].min(least[1]) / FRAME);
     }
-    let capped = Problem { network, heat: problem.heat.clone(), times: problem.times.clone(), expected: vec![] };
+    let capped =
+        ConductionProblem { network, heat: problem.heat.clone(), times: problem.times.clone(), expected: vec![] };
     let modes = Modes::of(&capped.network, &capped.heat);
     let found = modes.map(|modes| capped.times.iter().map(|time| modes.at(*time)).collect::<Vec<_>>());
     found.map_or(f64::INFINITY, |found| rows_apart(&found, &problem.expected))
 }
 
 /// A heated aluminium sheet, 1 mm thick with cells of 1 cm. Every fifth column is a sliver of 0.1 mm.
-fn slivers(scale: Scale) -> Problem {
+fn slivers(scale: CaseScale) -> ConductionProblem {
     let side = scale.of(6, 8, 10);
     let width = |x: usize| if x % 5 == 3 { 0.01 } else { 1.0 };
     let at = |x: usize, y: usize| (y * side + x) as u32;
@@ -118,11 +123,11 @@ fn slivers(scale: Scale) -> Problem {
             }
         }
     }
-    Problem::of_modes(built.0, heat, (1..=8).map(|row| FRAME * f64::from(row)).collect())
+    ConductionProblem::of_modes(built.0, heat, (1..=8).map(|row| FRAME * f64::from(row)).collect())
 }
 
 /// Two bodies joined by a chain of five nodes without capacitance. The second and the fourth are heated.
-fn chain(_: Scale) -> Problem {
+fn chain(_: CaseScale) -> ConductionProblem {
     const LINKS: usize = 6;
     const LINK: f64 = 3.0;
     let mut built = Built::default();
@@ -133,7 +138,7 @@ fn chain(_: Scale) -> Problem {
     whole.windows(2).for_each(|pair| built.join(pair[0], pair[1], LINK));
     let heat = vec![0.0, 0.0, 20.0, 0.0, 10.0, 0.0, 0.0];
     let times: Vec<f64> = (1..=20).map(|row| FRAME * f64::from(row)).collect();
-    // For the bodies the chain is one conductance. Its heat divides by the number of links to either end.
+    // For the bodies the chain is one conductance. Heat into the chain divides by the number of links to either end.
     let mut bodies = Built::default();
     let ends = [bodies.store(300.0, 330.0), bodies.store(100.0, 250.0)];
     bodies.join(ends[0], ends[1], LINK / LINKS as f64);
@@ -157,7 +162,7 @@ fn chain(_: Scale) -> Problem {
         Some((0..=LINKS).map(inside).collect::<Vec<f64>>())
     };
     let expected: Option<Vec<Vec<f64>>> = times.iter().map(row).collect();
-    Problem { network: built.0, heat, times, expected: expected.unwrap_or_default() }
+    ConductionProblem { network: built.0, heat, times, expected: expected.unwrap_or_default() }
 }
 
 pub(crate) fn cases() -> Vec<HardCase> {
@@ -173,7 +178,7 @@ pub(crate) fn cases() -> Vec<HardCase> {
                 "Euler with steps of 1 s, which overflows",
             ),
             capacitance_ratio,
-            |problem| problem.plain(1.0, Step::Euler),
+            |problem| problem.plain(1.0, PlainStep::Euler),
         ),
         conducting(
             case("GL ratio of 1e6", "a chain of six nodes joined by 1 mW/K to 1 kW/K; sums of exponentials").remedy(
@@ -193,7 +198,7 @@ pub(crate) fn cases() -> Vec<HardCase> {
                 "an exponential for each node by itself",
             ),
             slivers,
-            |problem| problem.plain(FRAME, Step::Exponential),
+            |problem| problem.plain(FRAME, PlainStep::Exponential),
         ),
         conducting(
             case("arithmetic chain", "five nodes of C = 0 between two bodies, two of them heated; closed form").remedy(
@@ -201,7 +206,7 @@ pub(crate) fn cases() -> Vec<HardCase> {
                 "each balanced once a step of 0.1 s",
             ),
             chain,
-            |problem| problem.plain(0.1, Step::OneSweep),
+            |problem| problem.plain(0.1, PlainStep::OneSweep),
         ),
     ]
 }

@@ -8,7 +8,7 @@ use crate::thermal::network::control::{ControlError, Integrator, Series};
 use crate::thermal::network::schedule::{Schedule, Thermostat};
 use crate::thermal::network::{Network, NodeKind};
 
-/// A tank of 400 J/K with 0.5 W/K to 250 K. Its heater of 30 W works between 280 and 285 K.
+/// A tank of 400 J/K with 0.5 W/K to 250 K. A heater of 30 W goes on at 280 K and off at 285 K.
 struct Tank;
 
 impl Tank {
@@ -91,7 +91,7 @@ impl Tank {
         (rows, switches)
     }
 
-    /// Largest error of switching times [s]. It is infinite if a switch is missing.
+    /// Largest error of switching times [s], infinite if a switch is missing.
     fn late(found: &[f64]) -> f64 {
         let last = Self::times().last().copied().unwrap_or(0.0);
         let expected: Vec<f64> = Self::switches().into_iter().filter(|time| *time <= last).collect();
@@ -99,7 +99,7 @@ impl Tank {
     }
 }
 
-/// A foil without capacitance. Its heater moves it across the band of its own sensor.
+/// A foil without capacitance. The heater moves the foil across the band of the heater's own sensor.
 fn chattering() -> Result<f64, String> {
     let mut built = Built(Network { space_temperature: 3.0, ..Network::default() });
     let body = built.node(NodeKind::Diffusive, 100.0, 0.05, 290.0);

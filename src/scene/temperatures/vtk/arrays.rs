@@ -41,7 +41,6 @@ pub(super) fn parted<'a>(bytes: &'a [u8], path: &Path) -> Result<(Cow<'a, str>, 
     Ok((Cow::Owned(format!("{head}</VTKFile>")), Some(Appended { bytes: data, raw })))
 }
 
-/// Reads the arrays of a file.
 pub(super) struct Arrays<'a> {
     path: &'a Path,
     appended: Option<Appended<'a>>,
@@ -71,14 +70,12 @@ impl<'a> Arrays<'a> {
         Ok(Self { path, appended, width, big: root.attribute("byte_order") == Some("BigEndian"), zlib })
     }
 
-    /// An error at a place of the file.
     pub(super) fn wrong(&self, node: Node, message: impl std::fmt::Display) -> SceneError {
         let line = u64::from(node.document().text_pos_at(node.range().start).row);
         let name = node.attribute("Name").map_or(String::new(), |name| format!(" {name}"));
         refuse(self.path, line, &format!("{}{name}", node.tag_name().name()), message)
     }
 
-    /// The numbers of an array.
     pub(super) fn values(&self, array: Node) -> Result<Vec<f64>, SceneError> {
         let kind = array.attribute("type").unwrap_or("");
         let text = array.text().unwrap_or("").trim();
@@ -127,7 +124,6 @@ impl<'a> Arrays<'a> {
         })
     }
 
-    /// A number of a header.
     fn word(&self, bytes: &[u8]) -> usize {
         let mut word = [0; 8];
         word[..self.width].copy_from_slice(&bytes[..self.width]);
@@ -153,7 +149,8 @@ impl<'a> Arrays<'a> {
         self.inflated(array, header, &data[head..])
     }
 
-    /// The same in base64. The header may have a padding of its own.
+    /// Bytes in base64 that follow their length, or blocks that follow their lengths. The header may have a padding of its
+    /// own.
     fn of_base64(&self, array: Node, text: &[u8]) -> Result<Vec<u8>, SceneError> {
         let truncated = || self.truncated(array);
         let decoded = |text: &[u8]| BASE64.decode(text).map_err(|_| truncated());
@@ -180,7 +177,8 @@ impl<'a> Arrays<'a> {
         Ok(data.get(needed - first..needed).ok_or_else(truncated)?.to_vec())
     }
 
-    /// Blocks of zlib. The header holds their number, their size, that of the last where it is shorter, and their stored sizes.
+    /// Blocks of zlib. The header holds their number, their size, the last one's size where it is shorter, and their stored
+    /// sizes.
     fn inflated(&self, array: Node, header: &[u8], mut data: &[u8]) -> Result<Vec<u8>, SceneError> {
         let words: Vec<usize> = header.chunks_exact(self.width).map(|word| self.word(word)).collect();
         let (size, last, stored) = (words[1], words[2], &words[3..]);

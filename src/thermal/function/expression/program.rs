@@ -12,8 +12,7 @@ pub(super) const MAX_OPERATIONS: usize = 200;
 const FUNCTION: &str = "isotherm_share_done";
 const MAX_TEXT: usize = 2000;
 
-/// Index of an operation's result.
-type Slot = usize;
+type ResultIndex = usize;
 
 /// Source of the number in a slot.
 #[derive(Debug, Clone)]
@@ -21,22 +20,20 @@ enum Operation {
     Constant(f64),
     Argument,
     Load(usize),
-    Call(Call, Slot),
-    Negate(Slot),
-    Not(Slot),
-    Binary(Binary, Slot, Slot),
-    Clamp(Slot, Slot, Slot),
-    Mix(Slot, Slot, Slot),
-    SmoothStep(Slot, Slot, Slot),
-    MultiplyAdd(Slot, Slot, Slot),
-    Select(Slot, Slot, Slot),
-    Same(Slot),
+    Call(Call, ResultIndex),
+    Negate(ResultIndex),
+    Not(ResultIndex),
+    Binary(Binary, ResultIndex, ResultIndex),
+    Clamp(ResultIndex, ResultIndex, ResultIndex),
+    Mix(ResultIndex, ResultIndex, ResultIndex),
+    SmoothStep(ResultIndex, ResultIndex, ResultIndex),
+    MultiplyAdd(ResultIndex, ResultIndex, ResultIndex),
+    Select(ResultIndex, ResultIndex, ResultIndex),
+    Same(ResultIndex),
 }
 
-/// A function of one number.
 type Call = fn(f64) -> f64;
 
-/// Operations on two numbers.
 #[derive(Debug, Clone, Copy)]
 enum Binary {
     Add,
@@ -57,24 +54,22 @@ enum Binary {
     Atan2,
 }
 
-/// A step of a program.
 #[derive(Debug, Clone)]
 enum Statement {
-    Set(Slot, Operation),
-    Store(usize, Slot),
-    If(Slot, Vec<Statement>, Vec<Statement>),
-    Return(Slot),
+    Set(ResultIndex, Operation),
+    Store(usize, ResultIndex),
+    If(ResultIndex, Vec<Statement>, Vec<Statement>),
+    Return(ResultIndex),
 }
 
-/// A compiled expression.
 #[derive(Debug, Clone)]
-pub(crate) struct Program {
+pub(crate) struct ExpressionProgram {
     body: Vec<Statement>,
     slots: usize,
     locals: usize,
 }
 
-impl Program {
+impl ExpressionProgram {
     /// Compiles GLSL text of `s`.
     ///
     /// # Errors
@@ -94,10 +89,10 @@ impl Program {
             .map_err(|error| format!("is not valid GLSL: {}", error.into_inner()))?;
         let function = module.functions.iter().find(|(_, function)| function.name.as_deref() == Some(FUNCTION));
         let (_, function) = function.ok_or("leaves no function of s")?;
-        Reader { module: &module, function, slots: HashMap::new(), locals: HashMap::new(), operations: 0 }.program()
+        ExpressionReader { module: &module, function, slots: HashMap::new(), locals: HashMap::new(), operations: 0 }
+            .program()
     }
 
-    /// Value at s.
     pub(crate) fn run(&self, s: f64) -> f64 {
         let (mut slots, mut locals) = (vec![0.0; self.slots], vec![0.0; self.locals]);
         run(&self.body, s, &mut slots, &mut locals).unwrap_or(f64::NAN)
@@ -209,16 +204,16 @@ fn check_text(text: &str) -> Result<(), String> {
     Ok(())
 }
 
-struct Reader<'a> {
+struct ExpressionReader<'a> {
     module: &'a naga::Module,
     function: &'a naga::Function,
-    slots: HashMap<Handle<naga::Expression>, Slot>,
+    slots: HashMap<Handle<naga::Expression>, ResultIndex>,
     locals: HashMap<Handle<naga::LocalVariable>, usize>,
     operations: usize,
 }
 
-impl Reader<'_> {
-    fn program(mut self) -> Result<Program, String> {
+impl ExpressionReader<'_> {
+    fn program(mut self) -> Result<ExpressionProgram, String> {
         let mut body = Vec::new();
         // No statement emits these expressions: constants, arguments, variables.
         for (handle, expression) in self.function.expressions.iter() {
@@ -239,7 +234,7 @@ impl Reader<'_> {
             return Err(format!("comes to {} operations; at most {MAX_OPERATIONS} are taken", self.operations));
         }
         let slots = self.slots.len();
-        Ok(Program { body, slots, locals: self.locals.len() })
+        Ok(ExpressionProgram { body, slots, locals: self.locals.len() })
     }
 
     fn block(&mut self, block: &naga::Block, out: &mut Vec<Statement>) -> Result<(), String> {
@@ -279,7 +274,7 @@ impl Reader<'_> {
         }
     }
 
-    fn slot(&self, handle: Handle<naga::Expression>) -> Result<Slot, String> {
+    fn slot(&self, handle: Handle<naga::Expression>) -> Result<ResultIndex, String> {
         self.slots.get(&handle).copied().ok_or_else(|| "may use single numbers only, no vectors".to_owned())
     }
 
@@ -328,7 +323,7 @@ impl Reader<'_> {
         })
     }
 
-    fn binary(&self, op: naga::BinaryOperator, x: Slot, y: Slot) -> Result<Operation, String> {
+    fn binary(&self, op: naga::BinaryOperator, x: ResultIndex, y: ResultIndex) -> Result<Operation, String> {
         use naga::BinaryOperator as B;
         let (name, x, y) = match op {
             B::Add => (Binary::Add, x, y),

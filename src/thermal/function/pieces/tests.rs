@@ -1,10 +1,10 @@
 //! Pieces of functions of every kind, and what they must notice.
 
 use super::*;
-use crate::thermal::function::{Function, Sample};
+use crate::thermal::function::{Function, TemperatureSample};
 
 /// Largest difference between the pieces and a function, also between their interpolation points.
-fn error(pieces: &Pieces, remaining: impl Fn(f64) -> f64) -> f64 {
+fn error(pieces: &FunctionPieces, remaining: impl Fn(f64) -> f64) -> f64 {
     let places =
         (0..=200_000).map(|i| f64::from(i) / 200_000.0).chain((3..30).map(|n| 0.1f64.powf(f64::from(n) / 3.0)));
     places.map(|r| (pieces.remaining(r) - remaining(r)).abs()).fold(0.0, f64::max)
@@ -59,7 +59,7 @@ fn corners_are_met_wherever_they_are() {
 #[test]
 fn sharp_functions_have_more_pieces() {
     let points = [(0.0, 300.0), (5.0, 299.0), (5.02, 230.0), (5.05, 229.0), (10.0, 200.0)];
-    let samples = points.map(|(time, temperature)| Sample { time, temperature });
+    let samples = points.map(|(time, temperature)| TemperatureSample { time, temperature });
     let function = Function::table(&samples, None).unwrap_or_else(|error| panic!("{error}"));
     let pieces = function.pieces();
     assert!(pieces.cells.len() > 2 * SIDE && pieces.cells.len() <= MOST, "{}", pieces.cells.len());
@@ -74,7 +74,7 @@ fn sharp_functions_have_more_pieces() {
 const ROUNDING: f64 = 1.0 / (1u64 << 26) as f64 + 1e-10;
 
 /// Largest decrease of the share done where two pieces meet.
-fn largest_fall(pieces: &Pieces) -> f64 {
+fn largest_fall(pieces: &FunctionPieces) -> f64 {
     const BESIDE: f64 = 1e-13;
     let fall = |r: f64| pieces.remaining(r - BESIDE) - pieces.remaining(r + BESIDE);
     let mut worst = fall(0.5);

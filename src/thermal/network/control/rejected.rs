@@ -8,10 +8,10 @@ use crate::thermal::network::{LinearConductor, Network, NodeKind};
 const SHORTEST: f64 = 1e-18;
 
 impl<W: FnMut(f64) -> bool> Control<'_, W> {
-    pub(super) fn reject(&mut self, plan: Plan, error: f64) -> Result<(), ControlError> {
+    pub(super) fn reject(&mut self, plan: PlannedTry, error: f64) -> Result<(), ControlError> {
         self.series.rejected += 1;
         self.rate_age = RATE_AGE;
-        if plan.method == Method::Euler {
+        if plan.method == StepMethod::Euler {
             self.euler_pause = 64;
             return Ok(());
         }

@@ -1,6 +1,6 @@
 //! Thermostats during an integration: reads sensors, locates switches inside a sub-step, and switches.
 
-use super::{Control, ControlError, Plan, Switch};
+use super::{Control, ControlError, PlannedTry, Switch};
 use crate::thermal::network::rkl2::stages_for;
 use crate::thermal::network::stepper::Method;
 use crate::thermal::network::switches::{SWITCH_TIME, crossed, straight_crossing};
@@ -42,7 +42,7 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
     }
 
     /// Finds the first switch in the coming sub-step and takes it. The sensors are at `after` at the end of the sub-step.
-    pub(super) fn locate(&mut self, plan: Plan, after: Vec<f64>) -> Result<(), ControlError> {
+    pub(super) fn locate(&mut self, plan: PlannedTry, after: Vec<f64>) -> Result<(), ControlError> {
         let thermostats = &self.schedule.thermostats;
         let t = self.since;
         let (mut low, mut high) = (0.0, plan.step);
@@ -80,18 +80,18 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
             last_was_high = Some(is_high);
         }
         let at = crossed(thermostats, &self.on, &self.sensed, &after);
-        let plan = Plan { method: self.method_for(plan.method, high), step: high, count: 1 };
+        let plan = PlannedTry { method: self.method_for(plan.method, high), step: high, count: 1 };
         self.sensed = after;
         self.keep(plan, self.since + high);
         self.switch(&at)?;
         self.set_heat(self.now())
     }
 
-    /// The same method with the number of stages for a shorter sub-step.
-    fn method_for(&self, method: Method, step: f64) -> Method {
+    /// The method, with the number of stages for a shorter sub-step.
+    fn method_for(&self, method: StepMethod, step: f64) -> StepMethod {
         match method {
-            Method::Rkl2 { .. } => Method::Rkl2 { stages: stages_for(step * self.rate) },
-            Method::Euler | Method::TrBdf2 => method,
+            StepMethod::Rkl2 { .. } => StepMethod::Rkl2 { stages: stages_for(step * self.rate) },
+            StepMethod::Euler | StepMethod::TrBdf2 => method,
         }
     }
 }

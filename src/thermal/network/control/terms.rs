@@ -40,7 +40,7 @@ impl Integrator {
 
 /// Settings of an integration.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct IntegrationSettings {
     /// Choice of methods.
     pub integrator: Integrator,
     /// Tolerance: the error to which sub-steps may add up [K].
@@ -52,7 +52,7 @@ pub struct Settings {
 /// The floor in f64 [K]: ten times the residual of Newton's method.
 pub const FLOOR: f64 = 1e-9;
 
-impl Settings {
+impl IntegrationSettings {
     /// Settings with the default tolerance of an integrator, in f64.
     pub fn of(integrator: Integrator) -> Self {
         Self { integrator, tolerance: integrator.tolerance(), floor: FLOOR }
@@ -72,7 +72,7 @@ pub struct Switch {
 
 /// Use of a method: time and sub-steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Use {
+pub(crate) struct MethodUse {
     /// Number of kept sub-steps.
     pub(crate) sub_steps: u64,
     /// Time covered [s].
@@ -91,14 +91,12 @@ pub struct Series {
     /// Switches in the order of time.
     pub switches: Vec<Switch>,
     /// Use of Euler, RKL2 and TR-BDF2.
-    pub(crate) uses: [Option<Use>; 3],
+    pub(crate) uses: [Option<MethodUse>; 3],
     /// Slowest and fastest bound of the relaxation rate [1/s].
     pub(crate) rates: Option<[f64; 2]>,
-    /// Number of rejected tries.
     pub(crate) rejected: u64,
     /// Total work.
     pub counts: WorkCounts,
-    /// States of the thermostats at the end.
     pub(crate) on: Vec<bool>,
     /// Sub-step proposed by the last estimate [s].
     pub(crate) step: f64,
@@ -133,7 +131,7 @@ pub enum ControlError {
         time: f64,
         /// The coldest node, which most likely loses too much heat.
         node: usize,
-        /// Its temperature [K].
+        /// Temperature [K].
         temperature: f64,
     },
     /// A conductor that equalises its nodes faster than the shortest sub-step.
@@ -142,7 +140,7 @@ pub enum ControlError {
         time: f64,
         /// Its nodes.
         nodes: [usize; 2],
-        /// Its conductance GL [W/K].
+        /// Conductance GL [W/K].
         conductance: f64,
         /// GL over the capacitance of its lighter diffusive node [1/s].
         rate: f64,

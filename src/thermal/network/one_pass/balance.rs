@@ -1,16 +1,15 @@
 //! Nodes that store no heat, in the one pass: their temperature balances their loads with their neighbours at every step.
 
-/// Newton iterations.
 const ITERATIONS: u32 = 12;
 
-/// Heat into a node at its temperature [W], and what of it depends on the temperature.
+/// Heat into a node at its temperature [W], and the part of it that depends on the temperature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Balance {
     /// Heat into the node [W].
     pub(crate) into: f64,
     /// Sum of its linear conductances [W/K].
     pub(crate) conductance: f64,
-    /// Sum of its exchange areas, with that to space, times the Stefan-Boltzmann constant [W/K4].
+    /// Sum of its exchange areas, space included, times the Stefan-Boltzmann constant [W/K4].
     pub(crate) emission: f64,
 }
 

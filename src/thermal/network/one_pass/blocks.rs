@@ -1,11 +1,11 @@
-//! Finds what a step can not take explicitly: blocks of nodes joined by strong conductors.
+//! Finds blocks of nodes joined by strong conductors, which a step can not take explicitly.
 //!
 //! A conductor is strong where it moves more than [`STRONG`] of the difference of its nodes in a step. A node whose weak conductors move more than
 //! [`CROWDED`] of its difference to its neighbours has strong conductors only. Nodes joined by strong conductors are a block.
 
 use std::fmt;
 
-use super::series::{STAGES_AT_MOST, Series};
+use super::series::{ChebyshevSeries, STAGES_AT_MOST};
 use crate::thermal::network::{Network, NodeKind, radiative_slope};
 
 /// Share of a difference that a weak conductor moves at most in a step.
@@ -22,12 +22,9 @@ const FADED: f64 = 3.0;
 pub(crate) enum Unfit {
     /// An arithmetic node that exchanges heat with another one, or too fast with others.
     Arithmetic {
-        /// The node.
         node: usize,
     },
-    /// A boundary node.
     Boundary {
-        /// The node.
         node: usize,
     },
     /// Radiative conductors that move too much of a difference in a step.
@@ -39,14 +36,12 @@ pub(crate) enum Unfit {
     },
     /// A large block that conducts too fast for its stages.
     Stiff {
-        /// Number of its nodes.
         nodes: usize,
         /// Number of stages that it would take.
         stages: usize,
     },
     /// A node of a block that radiates away its heat too fast.
     Fast {
-        /// The node.
         node: usize,
         /// Number of its time constants in a step.
         ratio: f64,
@@ -87,7 +82,6 @@ impl fmt::Display for Unfit {
     }
 }
 
-/// The conductors of a network, divided.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Division {
     /// Nodes of each block of at most [`BLOCK_AT_MOST`], ascending.
@@ -102,9 +96,6 @@ pub(crate) struct Division {
 
 impl Division {
     /// Divides a network for a step [s]. No node is expected to be hotter than its value in `hottest` [K].
-    ///
-    /// # Errors
-    /// See [`Unfit`].
     pub(crate) fn new(network: &Network, step: f64, hottest: &[f64]) -> Result<Self, Unfit> {
         if let Some(node) = network.kinds.iter().position(|kind| *kind == NodeKind::Boundary) {
             return Err(Unfit::Boundary { node });
@@ -164,7 +155,7 @@ impl Division {
         let (large, blocks): (Vec<_>, Vec<_>) = blocks.into_iter().partition(|block| block.len() > BLOCK_AT_MOST);
         let fastest = fastest(network, &inside, &large);
         if let Some(largest) = large.iter().map(Vec::len).max() {
-            let stages = Series::new(step * fastest).stages();
+            let stages = ChebyshevSeries::new(step * fastest).stages();
             if stages > STAGES_AT_MOST {
                 return Err(Unfit::Stiff { nodes: largest, stages });
             }

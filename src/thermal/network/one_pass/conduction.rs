@@ -5,9 +5,9 @@ use super::exponential::exponentials;
 /// Weights up to which two nodes exchange nothing. Heat that goes further than a few nodes in a step is far below the rounding of the device.
 const NOTHING: f64 = 1e-7;
 
-/// What defines the matrices of blocks that are copies of each other.
+/// The values that define the matrices of blocks that are copies of each other.
 #[derive(Debug)]
-pub(super) struct Kind {
+pub(super) struct BlockKind {
     /// Capacitance of each node over their mean.
     pub(crate) shares: Vec<f64>,
     /// Conductors: two places in the block, and the conductance over the mean capacitance [1/s].
@@ -16,7 +16,7 @@ pub(super) struct Kind {
 
 /// The weights of a row, from the first that is not 0 to the last.
 #[derive(Debug, Clone, PartialEq, Default)]
-struct Row {
+struct WeightRow {
     first: usize,
     weights: Vec<[f64; 2]>,
 }
@@ -24,11 +24,10 @@ struct Row {
 /// The matrices of blocks that are copies of each other. Both are symmetric, times a node's capacitance over the block's mean. A row of a matrix with
 /// the differences of other nodes to its node gives the change of that node. The diagonal is 0.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Conduction(Vec<Row>);
+pub(crate) struct Conduction(Vec<WeightRow>);
 
 impl Conduction {
-    /// The matrices of a kind of block over a step [s].
-    pub(super) fn new(Kind { shares, rates }: &Kind, step: f64) -> Self {
+    pub(super) fn new(BlockKind { shares, rates }: &BlockKind, step: f64) -> Self {
         let size = shares.len();
         // With temperatures times the root of the capacitance, the matrix of the rates is symmetric.
         let roots: Vec<f64> = shares.iter().map(|share| share.sqrt()).collect();
@@ -50,14 +49,13 @@ impl Conduction {
         };
         let row = |row: usize| {
             let mut kept = (0..size).filter(|column| weights(row, *column) != [0.0; 2]);
-            let Some(first) = kept.next() else { return Row::default() };
+            let Some(first) = kept.next() else { return WeightRow::default() };
             let last = kept.next_back().unwrap_or(first);
-            Row { first, weights: (first..=last).map(|column| weights(row, column)).collect() }
+            WeightRow { first, weights: (first..=last).map(|column| weights(row, column)).collect() }
         };
         Self((0..size).map(row).collect())
     }
 
-    /// Number of nodes.
     pub(crate) fn size(&self) -> usize {
         self.0.len()
     }
@@ -69,13 +67,13 @@ impl Conduction {
 
     /// First column of a row with a weight, and the one after the last.
     pub(crate) fn columns(&self, row: usize) -> [usize; 2] {
-        let Row { first, weights } = &self.0[row];
+        let WeightRow { first, weights } = &self.0[row];
         [*first, first + weights.len()]
     }
 
-    /// What a node gets of what another received in the step, and of the temperature of the other at the start.
+    /// Weights of two differences between another node and this one: of the heat received in the step, and of the temperature at the start.
     pub(crate) fn at(&self, row: usize, column: usize) -> [f64; 2] {
-        let Row { first, weights } = &self.0[row];
+        let WeightRow { first, weights } = &self.0[row];
         column.checked_sub(*first).and_then(|at| weights.get(at)).copied().unwrap_or_default()
     }
 }
@@ -89,7 +87,7 @@ mod tests {
     fn far_nodes_exchange_nothing_and_heat_is_conserved() {
         let size = 60;
         let rates = (1..size as u32).map(|node| ([node - 1, node], 0.7)).collect();
-        let kind = Kind { shares: vec![1.0; size], rates };
+        let kind = BlockKind { shares: vec![1.0; size], rates };
         let found = Conduction::new(&kind, 1.0);
         let mut matrix = vec![0.0; size * size];
         for ([a, b], rate) in &kind.rates {

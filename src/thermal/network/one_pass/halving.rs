@@ -4,9 +4,8 @@ use super::told::Estimate;
 
 /// Steps of the scene after which the estimate decides.
 const CHECKED: u32 = 16;
-/// Those after which it decides first.
+/// Steps of the scene after which the estimate decides first.
 const FIRST: u32 = 4;
-/// Greatest number of halvings.
 pub(crate) const HALVINGS_AT_MOST: u32 = 3;
 /// Share of the bounds below which a halving is taken back. Twice the step has four times the error.
 const RELAXED: f64 = 1.0 / 16.0;
@@ -18,7 +17,7 @@ const NODE_BOUND: (f64, f64) = (1.0, 10.0);
 pub struct Halving {
     /// Largest root mean square error that is accepted [K].
     pub(crate) tolerance: f64,
-    /// Halvings of the step of the scene that the network needs to fit. They count among the most.
+    /// Halvings of the step of the scene that the network needs to fit. These count towards [`HALVINGS_AT_MOST`].
     pub(crate) least: u32,
     /// Halvings beyond the least.
     pub(crate) count: u32,
@@ -31,7 +30,6 @@ pub struct Halving {
 }
 
 impl Halving {
-    /// No halving yet beyond the least.
     pub(crate) fn new(tolerance: f64, least: u32) -> Self {
         Self { tolerance, least, count: 0, since: CHECKED - FIRST, exceeded: 0, most: 0 }
     }

@@ -2,7 +2,7 @@
 
 use super::blocks::Division;
 use super::order::ordered;
-use super::rows::{Link, Rows};
+use super::rows::{ExchangeLink, ExchangeRows};
 use crate::thermal::network::{LinearConductor, Network};
 
 /// Place of a node that is in no large block.
@@ -14,7 +14,7 @@ pub struct Large {
     nodes: Vec<u32>,
     /// Place of each node of the network among `nodes`, or `NOWHERE`.
     places: Vec<u32>,
-    rows: Rows,
+    rows: ExchangeRows,
     /// Greatest rate at which differences decay [1/s], or a bound of it.
     pub(super) fastest: f64,
 }
@@ -40,7 +40,7 @@ impl Large {
             let pair = conductor.nodes.map(|node| places[node as usize]);
             pairs[block_of[conductor.nodes[0] as usize]].push(pair);
         }
-        let rows = Rows::new(network.len(), own.into_iter(), &[]);
+        let rows = ExchangeRows::new(network.len(), own.into_iter(), &[]);
         let in_order = |(block, pairs): (&Vec<u32>, &Vec<[u32; 2]>)| -> Vec<u32> {
             ordered(block.len(), pairs).into_iter().map(|at| block[at]).collect()
         };
@@ -49,25 +49,26 @@ impl Large {
         Some(Self { nodes, places, rows, fastest: *fastest })
     }
 
-    /// Their nodes. Those that conduct to each other stand close.
+    /// Their nodes. Nodes that conduct to each other stand close.
     pub(crate) fn nodes(&self) -> &[u32] {
         &self.nodes
     }
 
     /// The conductors of a node inside its block.
-    pub(crate) fn links_of(&self, node: usize) -> &[Link] {
+    pub(crate) fn links_of(&self, node: usize) -> &[ExchangeLink] {
         self.rows.of(node)
     }
 
-    /// Place of a node among [`Self::nodes`].
     pub(crate) fn place(&self, node: u32) -> Option<usize> {
         Some(self.places[node as usize]).filter(|place| *place != NOWHERE).map(|place| place as usize)
     }
 
-    /// X of a vector: what each node loses to its neighbours in a step [s], over its capacitance. The values stand in the order of [`Self::nodes`].
+    /// X of a vector: the heat that each node loses to its neighbours in a step [s], over its capacitance. The values stand in the order of
+    /// [`Self::nodes`].
     pub(super) fn rates(&self, network: &Network, step: f64, vector: &[f64]) -> Vec<f64> {
         let of = |(node, here): (&u32, &f64)| {
-            let lost = |link: &Link| link.conductance * (here - vector[self.places[link.neighbour as usize] as usize]);
+            let lost =
+                |link: &ExchangeLink| link.conductance * (here - vector[self.places[link.neighbour as usize] as usize]);
             let lost: f64 = self.links_of(*node as usize).iter().map(lost).sum();
             step / network.capacitances[*node as usize] * lost
         };

@@ -1,4 +1,4 @@
-//! What the one pass needs of a network for one length of step: weak conductors by node, and the matrices of the blocks.
+//! The plan of the one pass for a network and one length of step: weak conductors by node, and the matrices of the blocks.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -6,18 +6,17 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::blocks::{Division, Unfit};
-use super::conduction::{Conduction, Kind};
+use super::conduction::{BlockKind, Conduction};
 use super::halving::HALVINGS_AT_MOST;
 use super::large::Large;
 use super::order::ordered;
-use super::rows::{Link, Rows};
-use super::series::Series;
+use super::rows::{ExchangeLink, ExchangeRows};
+use super::series::ChebyshevSeries;
 use crate::thermal::local_step as local;
 use crate::thermal::network::{Network, NodeKind, radiative_slope};
 
 /// Excess of a length over whole steps that is rounding.
 const ROUNDING: f64 = 1e-6;
-/// Most plans that are kept.
 const PLANS_AT_MOST: usize = 4;
 /// Relative difference up to which two blocks are copies of each other.
 const ALIKE: f64 = 1e-5;
@@ -25,9 +24,8 @@ const ALIKE: f64 = 1e-5;
 /// Nodes that conduct to each other exactly.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Block {
-    /// The nodes. Those that conduct to each other stand close.
+    /// The nodes. Nodes that conduct to each other stand close.
     pub(crate) nodes: Vec<u32>,
-    /// Number of its matrices.
     pub(crate) conduction: u32,
     /// Mean capacitance of its nodes [J/K].
     pub(crate) capacitance: f64,
@@ -35,15 +33,15 @@ pub(crate) struct Block {
 
 /// The parts of a plan that do not depend on the length of a step.
 #[derive(Debug)]
-struct Shape {
+struct PlanBase {
     network: Network,
     /// Longest step [s].
     longest: f64,
     /// How often the step of the scene was halved for it.
     halvings: u32,
     blocks: Vec<Block>,
-    kinds: Vec<Kind>,
-    weak: Rows,
+    kinds: Vec<BlockKind>,
+    weak: ExchangeRows,
     large: Option<Large>,
     /// Greatest rate of radiation of each node [1/s]. 0 without a capacity.
     fading: Vec<f64>,
@@ -51,14 +49,14 @@ struct Shape {
 
 /// A network ready for steps of one length.
 #[derive(Debug)]
-pub struct Plan {
-    shape: Arc<Shape>,
+pub struct OnePassPlan {
+    shape: Arc<PlanBase>,
     step: f64,
     conductions: Vec<Conduction>,
-    series: Option<Series>,
+    series: Option<ChebyshevSeries>,
 }
 
-impl Plan {
+impl OnePassPlan {
     /// Prepares a network for steps of at most `step` [s]. No node is expected to be hotter than its value in `hottest`
     /// [K].
     ///
@@ -81,13 +79,13 @@ impl Plan {
             NodeKind::Arithmetic | NodeKind::Boundary => 0.0,
         };
         let fading = (0..network.len()).map(rate).collect();
-        let shape = Shape {
+        let shape = PlanBase {
             network: network.clone(),
             longest: step,
             halvings,
             blocks,
             kinds,
-            weak: Rows::new(network.len(), weak, &network.radiative),
+            weak: ExchangeRows::new(network.len(), weak, &network.radiative),
             large: Large::new(network, &division),
             fading,
         };
@@ -106,13 +104,12 @@ impl Plan {
         })
     }
 
-    fn of_shape(shape: &Arc<Shape>, step: f64) -> Arc<Self> {
+    fn of_shape(shape: &Arc<PlanBase>, step: f64) -> Arc<Self> {
         let conductions = shape.kinds.par_iter().map(|kind| Conduction::new(kind, step)).collect();
-        let series = shape.large.as_ref().map(|large| Series::new(step * large.fastest));
+        let series = shape.large.as_ref().map(|large| ChebyshevSeries::new(step * large.fastest));
         Arc::new(Self { shape: Arc::clone(shape), step, conductions, series })
     }
 
-    /// The network.
     pub(crate) fn network(&self) -> &Network {
         &self.shape.network
     }
@@ -148,18 +145,16 @@ impl Plan {
         self.network().kinds[node] == NodeKind::Arithmetic
     }
 
-    /// The blocks.
     pub(crate) fn blocks(&self) -> &[Block] {
         &self.shape.blocks
     }
 
-    /// The matrices of the blocks.
     pub(crate) fn conductions(&self) -> &[Conduction] {
         &self.conductions
     }
 
     /// The exchanges of a node outside its block.
-    pub(crate) fn weak_of(&self, node: usize) -> &[Link] {
+    pub(crate) fn weak_of(&self, node: usize) -> &[ExchangeLink] {
         self.shape.weak.of(node)
     }
 
@@ -169,11 +164,11 @@ impl Plan {
     }
 
     /// How large blocks conduct, where there are any.
-    pub(crate) fn series(&self) -> Option<&Series> {
+    pub(crate) fn series(&self) -> Option<&ChebyshevSeries> {
         self.series.as_ref()
     }
 
-    /// Change of a node in a step [K] by 1 W that goes to nodes by their shares. It counts the node's own heat and that inside its block.
+    /// Change of a node in a step [K] by 1 W that goes to nodes by their shares. The node's own heat and the conduction inside its block count.
     pub(crate) fn response(&self, node: usize, shares: &[(u32, f64)]) -> f64 {
         let direct = |node: usize, share: f64| match self.network().capacitances[node] {
             0.0 => 0.0,
@@ -215,7 +210,8 @@ impl Plan {
         self.blocks().iter().map(|block| block.nodes.len().pow(2)).sum()
     }
 
-    /// The change of each node by conduction inside its block [K], from what it received in the step and its temperature at the start [K].
+    /// The change of each node by conduction inside its block [K], from its change by the heat received in the step and its temperature at the start
+    /// [K].
     pub(super) fn conduct(&self, drives: &[f64], starts: &[f64], out: &mut [f64]) {
         for block in self.blocks() {
             let conduction = &self.conductions[block.conduction as usize];
@@ -241,34 +237,33 @@ impl Plan {
     }
 }
 
-/// A plan, and those of other lengths of step that were used last.
+/// A plan, and the plans of other lengths of step that were used last.
 #[derive(Debug, Clone)]
-pub(crate) struct Plans(Vec<Arc<Plan>>);
+pub(crate) struct Plans(Vec<Arc<OnePassPlan>>);
 
 impl Plans {
     /// The plan of the longest step.
-    pub(crate) fn new(plan: &Arc<Plan>) -> Self {
+    pub(crate) fn new(plan: &Arc<OnePassPlan>) -> Self {
         Self(vec![Arc::clone(plan)])
     }
 
     /// Divides a length [s] into equal steps that are not longer than the longest, and each of these into `parts`. Returns the plan of these steps and
     /// their number.
-    pub(crate) fn over(&mut self, length: f64, parts: u32) -> (Arc<Plan>, u32) {
+    pub(crate) fn over(&mut self, length: f64, parts: u32) -> (Arc<OnePassPlan>, u32) {
         let count = (length / self.0[0].longest() - ROUNDING).ceil().max(1.0) * f64::from(parts);
         let step = length / count;
         let known = self.0.iter().find(|plan| (plan.step / step - 1.0).abs() < ROUNDING).map(Arc::clone);
         let plan = known.unwrap_or_else(|| {
             // The plan of the longest step stays.
             self.0.truncate(PLANS_AT_MOST - 1);
-            self.0.insert(1, Plan::of_shape(&self.0[0].shape, step));
+            self.0.insert(1, OnePassPlan::of_shape(&self.0[0].shape, step));
             Arc::clone(&self.0[1])
         });
         (plan, count as u32)
     }
 }
 
-/// The blocks, and their kinds.
-fn kinds(network: &Network, division: &Division) -> (Vec<Block>, Vec<Kind>) {
+fn kinds(network: &Network, division: &Division) -> (Vec<Block>, Vec<BlockKind>) {
     let mut place = vec![(u32::MAX, 0u32); network.len()];
     for (number, nodes) in division.blocks.iter().enumerate() {
         nodes.iter().enumerate().for_each(|(at, node)| place[*node as usize] = (number as u32, at as u32));
@@ -301,7 +296,7 @@ fn kinds(network: &Network, division: &Division) -> (Vec<Block>, Vec<Kind>) {
         let key: (Vec<i64>, Vec<([u32; 2], i64)>) =
             (shares.iter().map(rounded).collect(), rates.iter().map(|(pair, rate)| (*pair, rounded(rate))).collect());
         let conduction = *known.entry(key).or_insert_with(|| {
-            kinds.push(Kind { shares, rates });
+            kinds.push(BlockKind { shares, rates });
             kinds.len() as u32 - 1
         });
         blocks.push(Block { nodes, conduction, capacitance });

@@ -2,10 +2,8 @@
 
 use crate::thermal::network::{LinearConductor, RadiativeConductor};
 
-/// An exchange of a node with a neighbour.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Link {
-    /// The neighbour.
+pub(crate) struct ExchangeLink {
     pub(crate) neighbour: u32,
     /// Linear conductance [W/K].
     pub(crate) conductance: f64,
@@ -15,14 +13,13 @@ pub(crate) struct Link {
 
 /// The exchanges of each node. Each is in the rows of both its ends, and parallel ones are one.
 #[derive(Debug)]
-pub(crate) struct Rows {
+pub(crate) struct ExchangeRows {
     /// First exchange of each node, and one number at the end.
     starts: Vec<u32>,
-    links: Vec<Link>,
+    links: Vec<ExchangeLink>,
 }
 
-impl Rows {
-    /// The rows of a network of `count` nodes.
+impl ExchangeRows {
     pub(crate) fn new<'a>(
         count: usize,
         linear: impl Iterator<Item = &'a LinearConductor>,
@@ -33,7 +30,7 @@ impl Rows {
         let mut rows = vec![Vec::new(); count];
         for ([a, b], conductance, exchange_area) in linear.chain(radiative).filter(|([a, b], ..)| a != b) {
             for (node, neighbour) in [(a, b), (b, a)] {
-                rows[node as usize].push(Link { neighbour, conductance, exchange_area });
+                rows[node as usize].push(ExchangeLink { neighbour, conductance, exchange_area });
             }
         }
         for row in &mut rows {
@@ -55,8 +52,7 @@ impl Rows {
         Self { starts, links: rows.into_iter().flatten().collect() }
     }
 
-    /// The exchanges of a node.
-    pub(crate) fn of(&self, node: usize) -> &[Link] {
+    pub(crate) fn of(&self, node: usize) -> &[ExchangeLink] {
         &self.links[self.starts[node] as usize..self.starts[node + 1] as usize]
     }
 }

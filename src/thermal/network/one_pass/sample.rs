@@ -1,5 +1,5 @@
-//! Which steps of the one pass estimate its error. Two steps in a row do: the first notes the heat by weak conductors, the second sees its change. The
-//! estimate covers all steps since the last one, because the sums of what it estimates need their ends only.
+//! Which steps of the one pass estimate its error. Two steps in a row do: the first notes the heat by weak conductors, the second sees its change.
+//! The estimate covers all steps since the last one, because the estimated sums need their ends only.
 
 /// Steps from one estimate to the next.
 const EVERY: u32 = 16;
@@ -8,17 +8,17 @@ const EARLY: u32 = 4;
 
 /// Part of a step in the estimate of the error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
-pub enum Sample {
+pub enum EstimatePart {
     /// None.
     #[default]
     None,
-    /// It notes the heat by weak conductors.
+    /// The step notes the heat by weak conductors.
     Note,
-    /// It estimates the error.
+    /// The step estimates the error.
     Estimate,
 }
 
-impl Sample {
+impl EstimatePart {
     /// The part of a step after `age` steps of the same length.
     pub(crate) fn of(age: u32) -> Self {
         match (age < EARLY || age % EVERY >= EVERY - 2, age % 2) {
@@ -41,12 +41,12 @@ pub(crate) fn since(age: u32) -> u32 {
 
 /// Number of estimates in `count` steps after `age` ones, without the first one.
 pub(crate) fn estimates(age: u32, count: u32) -> u64 {
-    let told = |age: &u32| Sample::of(*age) == Sample::Estimate && since(*age) > 0;
+    let told = |age: &u32| EstimatePart::of(*age) == EstimatePart::Estimate && since(*age) > 0;
     (age..age.saturating_add(count)).filter(told).count() as u64
 }
 
-/// Share that radiation leaves of equal errors of `steps` steps, in the mean. It lets a share of exp(-`fading`) pass in a step. Twin: `left_in_the_mean` of
-/// `glsl/one_pass.comp`.
+/// Share that radiation leaves of equal errors of `steps` steps, in the mean. Radiation lets a share of exp(-`fading`) pass in a step. Twin:
+/// `left_in_the_mean` of `glsl/one_pass.comp`.
 pub(crate) fn left_in_the_mean(fading: f64, steps: u32) -> f64 {
     let steps = f64::from(steps.max(1));
     if fading < 1e-3 {
@@ -63,8 +63,8 @@ mod tests {
     fn estimates_cover_all_steps_once() {
         let mut last = None;
         for age in 0..100 {
-            if Sample::of(age) == Sample::Estimate {
-                assert_eq!(Sample::of(age - 1), Sample::Note);
+            if EstimatePart::of(age) == EstimatePart::Estimate {
+                assert_eq!(EstimatePart::of(age - 1), EstimatePart::Note);
                 assert_eq!(since(age), last.map_or(0, |last| age - last), "{age}");
                 last = Some(age);
             }

@@ -1,10 +1,9 @@
 //! The state of a network in one pass between two steps.
 
-use super::{HALVINGS_AT_MOST, Halving, OnePass, State, Told};
+use super::{HALVINGS_AT_MOST, Halving, OnePassNetwork, ThermostatState, Told};
 use crate::saved::{Saved, SavedError};
 
-impl OnePass {
-    /// The state between two steps.
+impl OnePassNetwork {
     pub(crate) fn save(&self) -> Saved {
         let mut saved = Saved::default();
         for (name, values) in self.lists() {
@@ -20,10 +19,6 @@ impl OnePass {
         saved
     }
 
-    /// Takes what `save` gave.
-    ///
-    /// # Errors
-    /// A state of another network.
     pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         let nodes = self.temperatures.len();
         for (name, values) in self.lists_mut() {
@@ -43,7 +38,7 @@ impl OnePass {
         let duties: Vec<f64> = saved.list_of("duties", self.states.len())?;
         let on = saved.flags("on")?;
         for ((state, duty), flags) in self.states.iter_mut().zip(duties).zip(on.chunks(2)) {
-            *state = State { on: flags.first() == Some(&true), armed: flags.get(1) == Some(&true), duty };
+            *state = ThermostatState { on: flags.first() == Some(&true), armed: flags.get(1) == Some(&true), duty };
         }
         Ok(())
     }

@@ -1,20 +1,19 @@
 //! Conduction inside a large block, as a polynomial of its rates: the twin of `glsl/one_pass_stage.comp`.
 //!
-//! The change of a block in a step is P(X) (D - X T). X are the rates of its conductors times the step, D is what its nodes receive, T their temperatures at
-//! the start, and P(x) = (1 - e^-x) / x. A Chebyshev series of P takes one stage for each power of X, and a stage reads the neighbours of a node only
-//! (Trefethen, Approximation Theory and Approximation Practice, SIAM 2013, chapters 3 and 8).
+//! The change of a block in a step is P(X) (D - X T). X are the rates of its conductors times the step, D is the change of its nodes by the heat that
+//! they receive, T their temperatures at the start, and P(x) = (1 - e^-x) / x. A Chebyshev series of P takes one stage for each power of X, and a
+//! stage reads the neighbours of a node only (Trefethen, Approximation Theory and Approximation Practice, SIAM 2013, chapters 3 and 8).
 
 use super::exponential::mean_exponential;
 
 /// Sum of the coefficients that are left out. A change of 10 K is so exact to 0.3 mK.
 const LEFT_OUT: f64 = 3e-5;
-/// Most stages of a step.
 pub(crate) const STAGES_AT_MOST: usize = 256;
 
 /// A stage: the vector is `rate` times X of the one before, plus `here` times the one before, plus `older` times the one before that. The sum of all vectors
 /// times `part` is the change.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Stage {
+pub(crate) struct SeriesStage {
     /// Factor of X of the vector before.
     pub(crate) rate: f64,
     /// Factor of the vector before.
@@ -27,12 +26,12 @@ pub(crate) struct Stage {
 
 /// The Chebyshev series of P for 0 <= x <= `fastest`.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Series {
+pub(crate) struct ChebyshevSeries {
     fastest: f64,
     coefficients: Vec<f64>,
 }
 
-impl Series {
+impl ChebyshevSeries {
     /// The shortest series for eigenvalues of X up to `fastest`.
     pub(crate) fn new(fastest: f64) -> Self {
         // Above this degree the coefficients are far below rounding.
@@ -69,11 +68,11 @@ impl Series {
     }
 
     /// A stage, counted from 1.
-    pub(crate) fn stage(&self, number: usize) -> Stage {
+    pub(crate) fn stage(&self, number: usize) -> SeriesStage {
         let part = self.coefficients[number];
         match number {
-            1 => Stage { rate: 2.0 / self.fastest, here: -1.0, older: 0.0, part },
-            _ => Stage { rate: 4.0 / self.fastest, here: -2.0, older: -1.0, part },
+            1 => SeriesStage { rate: 2.0 / self.fastest, here: -1.0, older: 0.0, part },
+            _ => SeriesStage { rate: 4.0 / self.fastest, here: -2.0, older: -1.0, part },
         }
     }
 
@@ -101,8 +100,8 @@ mod tests {
     #[test]
     fn the_series_is_p_and_a_shorter_one_is_not() {
         for fastest in [1e-6, 0.1, 1.0, 7.0, 118.0, 3000.0] {
-            let series = Series::new(fastest);
-            let error = |series: &Series| {
+            let series = ChebyshevSeries::new(fastest);
+            let error = |series: &ChebyshevSeries| {
                 let at = |k: i32| fastest * f64::from(k) / 1000.0;
                 let of = |x: f64| series.apply(vec![1.0], |v| vec![x * v[0]])[0] - mean_exponential(x);
                 (0..=1000).map(|k| of(at(k)).abs()).fold(0.0, f64::max)
@@ -122,7 +121,7 @@ mod tests {
     /// Stages grow with the root of the rates, as those of RKL do.
     #[test]
     fn stages_grow_with_the_root_of_the_rates() {
-        let stages = |fastest| Series::new(fastest).stages() as f64;
+        let stages = |fastest| ChebyshevSeries::new(fastest).stages() as f64;
         let ratio = stages(4000.0) / stages(1000.0);
         assert!(ratio > 1.7 && ratio < 2.1, "{ratio}");
     }

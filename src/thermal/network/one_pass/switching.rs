@@ -1,17 +1,15 @@
 //! Thermostats of the one pass: which share of a step a heater is on, and when in the step it switches.
 //!
-//! The sensor is expected to change at a constant rate while the heater keeps its state: by its last change, less what the heater did to it in that
-//! step, plus what the heater does now. Twin: `duty` of `glsl/one_pass_heaters.comp`.
+//! The sensor is expected to change at a constant rate while the heater keeps its state: by its last change, less the heater's part in that change,
+//! plus the heater's part now. Twin: `duty` of `glsl/one_pass_heaters.comp`.
 
 use crate::thermal::network::schedule::Thermostat;
 
 /// Switches in a step beyond which a thermostat chatters.
 pub(crate) const SWITCHES_AT_MOST: u32 = 1000;
 
-/// A thermostat between two steps.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct State {
-    /// Whether the heater is on.
+pub(crate) struct ThermostatState {
     pub(crate) on: bool,
     /// Whether the sensor has been on the near side of the threshold since the last switch. Only then can it cross the threshold.
     pub(crate) armed: bool,
@@ -30,8 +28,7 @@ pub(crate) struct Sensed {
     pub(crate) gain: f64,
 }
 
-impl State {
-    /// The state at the start of a run.
+impl ThermostatState {
     pub(crate) fn new(thermostat: Option<&Thermostat>) -> Self {
         Self { on: thermostat.is_none_or(|one| one.initially_on), ..Self::default() }
     }
@@ -76,7 +73,7 @@ mod tests {
     }
 
     fn run(on: bool, here: f64, last: f64, gain: f64) -> (f64, Vec<f64>, bool) {
-        let mut state = State { on, armed: false, duty: if on { 1.0 } else { 0.0 } };
+        let mut state = ThermostatState { on, armed: false, duty: if on { 1.0 } else { 0.0 } };
         let mut at = Vec::new();
         let duty = state.duty(&thermostat(), Sensed { here, last: Some(last), gain }, |place| at.push(place));
         (duty, at, state.on)
@@ -105,7 +102,7 @@ mod tests {
     #[test]
     fn only_a_sensor_that_was_inside_switches() {
         assert_eq!(run(true, 295.0, 1.0, 2.0), (1.0, vec![], true));
-        let mut state = State { on: true, armed: true, duty: 1.0 };
+        let mut state = ThermostatState { on: true, armed: true, duty: 1.0 };
         let mut at = Vec::new();
         let sensed = Sensed { here: 291.0, last: Some(2.0), gain: 1.0 };
         assert_eq!(state.duty(&thermostat(), sensed, |place| at.push(place)), 0.0);
@@ -114,7 +111,7 @@ mod tests {
 
     #[test]
     fn a_step_without_a_past_tests_its_start_only() {
-        let mut state = State { on: false, armed: true, duty: 0.0 };
+        let mut state = ThermostatState { on: false, armed: true, duty: 0.0 };
         let sensed = |here| Sensed { here, last: None, gain: 5.0 };
         assert_eq!(state.duty(&thermostat(), sensed(280.1), |_| ()), 0.0);
         assert_eq!(state.duty(&thermostat(), sensed(279.9), |_| ()), 1.0);

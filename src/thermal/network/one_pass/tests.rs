@@ -1,7 +1,7 @@
 //! The one pass against the accurate integrator, its conservation and its order.
 
 use super::*;
-use crate::thermal::network::control::{Integrator, Leg, Settings, integrate_leg};
+use crate::thermal::network::control::{IntegrationSettings, Integrator, Leg, integrate_leg};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::schedule::{Schedule, Thermostat};
 use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
@@ -51,7 +51,7 @@ fn heat(network: &Network, from: f64, to: f64) -> Vec<f64> {
 /// Temperatures after `time` [s] by the accurate integrator, with the heat of steps of `step` [s].
 fn accurate(network: &Network, time: f64, step: f64) -> Vec<f64> {
     let mut stepper = ReferenceStepper::new(network.clone(), &[]);
-    let settings = Settings { tolerance: 1e-4, ..Settings::of(Integrator::Accurate) };
+    let settings = IntegrationSettings { tolerance: 1e-4, ..IntegrationSettings::of(Integrator::Accurate) };
     let mut first = f64::INFINITY;
     for number in 0..(time / step).round() as u32 {
         let from = f64::from(number) * step;
@@ -64,9 +64,9 @@ fn accurate(network: &Network, time: f64, step: f64) -> Vec<f64> {
     stepper.temperatures()
 }
 
-fn one_pass(network: &Network, time: f64, step: f64) -> OnePass {
-    let plan = Plan::new(network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
-    let mut one_pass = OnePass::new(&plan, Vec::new(), f64::INFINITY);
+fn one_pass(network: &Network, time: f64, step: f64) -> OnePassNetwork {
+    let plan = OnePassPlan::new(network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
+    let mut one_pass = OnePassNetwork::new(&plan, Vec::new(), f64::INFINITY);
     for number in 0..(time / step).round() as u32 {
         let from = f64::from(number) * step;
         one_pass.advance(&heat(network, from, from + step), &[], from, step);
@@ -111,7 +111,7 @@ fn the_error_falls_with_the_square_of_the_step() {
 #[test]
 fn a_part_left_out_shows() {
     let step = 15.0;
-    let run = |fast: f64, time: f64, change: fn(&mut OnePass), loads_outside: bool| {
+    let run = |fast: f64, time: f64, change: fn(&mut OnePassNetwork), loads_outside: bool| {
         let mut network = sheet(9, fast);
         if fast > 1.0 {
             network.capacitances.iter_mut().for_each(|capacitance| *capacitance *= 0.2);
@@ -120,8 +120,8 @@ fn a_part_left_out_shows() {
             network.temperatures.iter_mut().enumerate().for_each(|(node, t)| *t += 60.0 * scattered(node));
         }
         let truth = accurate(&network, time, step);
-        let plan = Plan::new(&network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
-        let mut stepped = OnePass::new(&plan, Vec::new(), f64::INFINITY);
+        let plan = OnePassPlan::new(&network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
+        let mut stepped = OnePassNetwork::new(&plan, Vec::new(), f64::INFINITY);
         for number in 0..(time / step).round() as u32 {
             let from = f64::from(number) * step;
             let heat = heat(&network, from, from + step);
@@ -137,7 +137,7 @@ fn a_part_left_out_shows() {
         }
         rms(stepped.temperatures(), &truth)
     };
-    type Part = (&'static str, f64, f64, fn(&mut OnePass), bool);
+    type Part = (&'static str, f64, f64, fn(&mut OnePassNetwork), bool);
     let parts: [Part; 3] = [
         ("the conduction inside blocks", 400.0, 1800.0, |stepped| stepped.coupling.fill(0.0), false),
         ("the last change", 1.0, 300.0, |stepped| stepped.last.fill(0.0), false),
@@ -158,8 +158,8 @@ fn heat_is_conserved() {
     for (node, temperature) in network.temperatures.iter_mut().enumerate() {
         *temperature = 200.0 + 200.0 * scattered(11 * node);
     }
-    let plan = Plan::new(&network, 15.0, &vec![HOTTEST; network.len()]).expect("a network for one pass");
-    let mut stepped = OnePass::new(&plan, Vec::new(), f64::INFINITY);
+    let plan = OnePassPlan::new(&network, 15.0, &vec![HOTTEST; network.len()]).expect("a network for one pass");
+    let mut stepped = OnePassNetwork::new(&plan, Vec::new(), f64::INFINITY);
     let stored = |temperatures: &[f64]| network.capacitances.iter().zip(temperatures).map(|(c, t)| c * t).sum::<f64>();
     let before = stored(stepped.temperatures());
     for _ in 0..500 {
@@ -207,7 +207,7 @@ fn stages_conduct_as_matrices_do() {
     };
     let exact = |node: usize| row(&mean, node, &drives) + row(&change, node, &starts) - drives[node];
     let worst = |factor: f64| {
-        let plan = Plan::new(&chain(factor), step, &vec![HOTTEST; count]).expect("a network for one pass");
+        let plan = OnePassPlan::new(&chain(factor), step, &vec![HOTTEST; count]).expect("a network for one pass");
         assert_eq!(plan.large().map(|large| large.nodes().len()), Some(count));
         let mut found = vec![0.0; count];
         plan.conduct(&drives, &starts, &mut found);
@@ -246,7 +246,7 @@ fn a_shorter_step_fits_where_the_whole_one_does_not() {
     let mut network = sheet(6, 1.0);
     network.linear.iter_mut().for_each(|one| one.conductance *= 60.0);
     let fits = |step: f64| {
-        Plan::fitting(&network, step, &vec![HOTTEST; network.len()])
+        OnePassPlan::fitting(&network, step, &vec![HOTTEST; network.len()])
             .map(|plan| (step / plan.longest(), plan.halvings()))
     };
     let of_node = |node: usize| network.capacitances[node] / (network.emissive_areas[node] * radiative_slope(HOTTEST));
@@ -316,8 +316,8 @@ fn a_thin_sheet_is_near_the_accurate_integrator() {
 #[test]
 fn steps_of_other_lengths_keep_the_accuracy() {
     let network = sheet(6, 50.0);
-    let plan = Plan::new(&network, 15.0, &vec![HOTTEST; network.len()]).expect("a network for one pass");
-    let mut stepped = OnePass::new(&plan, Vec::new(), f64::INFINITY);
+    let plan = OnePassPlan::new(&network, 15.0, &vec![HOTTEST; network.len()]).expect("a network for one pass");
+    let mut stepped = OnePassNetwork::new(&plan, Vec::new(), f64::INFINITY);
     let (mut now, end) = (0.0, 1806.0);
     for length in [15.0, 7.0, 60.0, 15.0, 31.0].into_iter().cycle() {
         let length = f64::min(length, end - now);
@@ -345,26 +345,32 @@ fn copies_share_their_matrices() {
             .collect(),
         ..Network::default()
     };
-    let kinds = |network: &Network| Plan::new(network, 1.0, &[300.0; 9]).expect("three blocks").conductions().len();
+    let kinds =
+        |network: &Network| OnePassPlan::new(network, 1.0, &[300.0; 9]).expect("three blocks").conductions().len();
     assert_eq!(kinds(&network), 1);
     network.linear[0].conductance = 1.001;
     assert_eq!(kinds(&network), 2);
 }
 
 /// A heater of node 40 and its neighbours in a sheet, sensed at node 40, with a band in which it cycles.
-fn heated() -> Heater {
+fn heated() -> OnePassHeater {
     let shares = vec![(40, 0.5), (39, 0.25), (41, 0.25)];
     let thermostat =
         Thermostat { node: 40, sensor: 40, power: 400.0, on_below: 270.0, off_above: 273.0, initially_on: false };
-    Heater { thermostat: Some(thermostat), shares }
+    OnePassHeater { thermostat: Some(thermostat), shares }
 }
 
 /// Switching times [s] and temperatures of the accurate integrator.
-fn accurately_switched(network: &Network, heater: &Heater, time: f64, step: f64) -> (Vec<(f64, bool)>, Vec<f64>) {
+fn accurately_switched(
+    network: &Network,
+    heater: &OnePassHeater,
+    time: f64,
+    step: f64,
+) -> (Vec<(f64, bool)>, Vec<f64>) {
     let thermostat = heater.thermostat.as_ref().expect("a thermostat");
     let sensors = [thermostat.sensor];
     let mut stepper = ReferenceStepper::new(network.clone(), &sensors);
-    let settings = Settings { tolerance: 1e-4, ..Settings::of(Integrator::Accurate) };
+    let settings = IntegrationSettings { tolerance: 1e-4, ..IntegrationSettings::of(Integrator::Accurate) };
     let (mut first, mut on, mut switches) = (f64::INFINITY, false, Vec::new());
     for number in 0..(time / step).round() as u32 {
         let from = f64::from(number) * step;
@@ -392,8 +398,8 @@ fn thermostats_switch_when_the_accurate_integrator_says() {
         let network = sheet(9, fast);
         let (truth, end) = accurately_switched(&network, &heated(), 6000.0, step);
         let run = |blind: bool| {
-            let plan = Plan::new(&network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
-            let mut one_pass = OnePass::new(&plan, vec![heated()], f64::INFINITY);
+            let plan = OnePassPlan::new(&network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
+            let mut one_pass = OnePassNetwork::new(&plan, vec![heated()], f64::INFINITY);
             let mut switches = Vec::new();
             for number in 0..(6000.0 / step) as u32 {
                 let from = f64::from(number) * step;

@@ -1,20 +1,16 @@
-//! What the one pass tells of its error.
+//! Estimated errors of the one pass, added up over steps.
 
-/// Estimated errors that are added up.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Told {
     /// Sum of their squares [K2].
     pub(crate) squares: f64,
-    /// Their number.
     pub(crate) count: u64,
     /// The largest [K].
     pub(crate) most: f64,
-    /// Its node.
     pub(crate) node: usize,
 }
 
 impl Told {
-    /// With other errors.
     pub(crate) fn and(self, other: Self) -> Self {
         let largest = if other.most > self.most { other } else { self };
         Self {
@@ -38,6 +34,5 @@ pub struct Estimate {
     pub rms: f64,
     /// Largest [K].
     pub most: f64,
-    /// The node with the largest.
     pub(crate) node: usize,
 }

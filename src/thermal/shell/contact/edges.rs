@@ -9,7 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::faces::Touch;
-use super::side::{Group, Owners, Side, owners};
+use super::side::{ContactGroups, ContactSide, Group, owners};
 
 /// An edge lies along the other side if it comes nearer or goes away by at most this share of its length there.
 const ALONG: f64 = 0.25;
@@ -22,7 +22,7 @@ const EQUAL: f64 = 1e-6;
 
 /// An edge in contact with a part and material of the other side.
 struct Seam {
-    owners: Owners,
+    owners: ContactGroups,
     /// Whether the edge belongs to the lower of its owners.
     of_lower: bool,
     /// Length in contact [m].
@@ -32,7 +32,7 @@ struct Seam {
 }
 
 /// Areas of contact along edges, for the parts and materials that are not among those `met`, whose faces meet.
-pub(super) fn edge_touches(sides: [&Side; 2], distance: f64, met: &HashSet<Owners>) -> Vec<Touch> {
+pub(super) fn edge_touches(sides: [&ContactSide; 2], distance: f64, met: &HashSet<ContactGroups>) -> Vec<Touch> {
     let [first, second] = sides.map(|side| side.groups.iter().copied().collect::<HashSet<Group>>());
     let mut pairs = first.iter().flat_map(|a| second.iter().map(|b| owners(*a, *b)));
     if pairs.all(|owners| owners[0] == owners[1] || met.contains(&owners)) {
@@ -44,7 +44,7 @@ pub(super) fn edge_touches(sides: [&Side; 2], distance: f64, met: &HashSet<Owner
     let back = seams([sides[1], sides[0]], distance, met);
     all.extend(back.into_iter().filter(|seam| !seen.contains(&(seam.owners, seam.of_lower))));
 
-    let mut lengths: HashMap<Owners, [f64; 2]> = HashMap::new();
+    let mut lengths: HashMap<ContactGroups, [f64; 2]> = HashMap::new();
     for seam in &all {
         lengths.entry(seam.owners).or_default()[usize::from(seam.of_lower)] += seam.length;
     }
@@ -62,7 +62,7 @@ pub(super) fn edge_touches(sides: [&Side; 2], distance: f64, met: &HashSet<Owner
 }
 
 /// The pairs of nodes of two sides that lie within a distance of each other's triangles, the lower node first.
-pub(super) fn point_touches(sides: [&Side; 2], distance: f64) -> Vec<[u32; 2]> {
+pub(super) fn point_touches(sides: [&ContactSide; 2], distance: f64) -> Vec<[u32; 2]> {
     let mut pairs = Vec::new();
     for [from, to] in [sides, [sides[1], sides[0]]] {
         let mut seen = HashSet::new();
@@ -83,7 +83,7 @@ pub(super) fn point_touches(sides: [&Side; 2], distance: f64) -> Vec<[u32; 2]> {
 }
 
 /// Edges of one side that lie along the other.
-fn seams([from, to]: [&Side; 2], distance: f64, met: &HashSet<Owners>) -> Vec<Seam> {
+fn seams([from, to]: [&ContactSide; 2], distance: f64, met: &HashSet<ContactGroups>) -> Vec<Seam> {
     let mut seen = HashSet::new();
     let mut edges = Vec::new();
     for triangle in 0..from.corners.len() {
@@ -137,8 +137,8 @@ fn seams([from, to]: [&Side; 2], distance: f64, met: &HashSet<Owners>) -> Vec<Se
         .collect()
 }
 
-/// Triangles of a side near an edge, but those of its own part and material.
-fn candidates(to: &Side, group: Group, start: DVec3, end: DVec3, distance: f64) -> Vec<usize> {
+/// Triangles of a side near an edge, without the edge's own part and material.
+fn candidates(to: &ContactSide, group: Group, start: DVec3, end: DVec3, distance: f64) -> Vec<usize> {
     let mut near = Vec::new();
     to.near(start.min(end) - distance, start.max(end) + distance, |triangle| {
         if to.groups[triangle] != group {
@@ -149,7 +149,7 @@ fn candidates(to: &Side, group: Group, start: DVec3, end: DVec3, distance: f64) 
 }
 
 /// The pieces of an edge that lie along some triangles, as shares of its length.
-fn pieces(to: &Side, near: &[usize], [start, end]: [DVec3; 2], distance: f64) -> Vec<[f64; 2]> {
+fn pieces(to: &ContactSide, near: &[usize], [start, end]: [DVec3; 2], distance: f64) -> Vec<[f64; 2]> {
     let length = start.distance(end);
     let away = |triangle: usize, along: f64| from_triangle(start.lerp(end, along), to.corners[triangle]).0;
     let mut reaches: Vec<[f64; 2]> = near
@@ -190,7 +190,7 @@ fn pieces(to: &Side, near: &[usize], [start, end]: [DVec3; 2], distance: f64) ->
             _ => pieces.push([start, end]),
         }
     }
-    // What only pokes into the reach of the other side does not lie along it.
+    // A piece that only pokes into the reach of the other side does not lie along it.
     pieces.retain(|piece| {
         let least = |along: f64| near.iter().map(|triangle| away(*triangle, along)).fold(f64::INFINITY, f64::min);
         let values = (0..=8).map(|at| least(piece[0] + (piece[1] - piece[0]) * f64::from(at) / 8.0));
@@ -201,7 +201,7 @@ fn pieces(to: &Side, near: &[usize], [start, end]: [DVec3; 2], distance: f64) ->
 }
 
 /// The nearest of some triangles: its distance [m], and the node in whose part the nearest point lies.
-fn nearest(to: &Side, near: &[usize], point: DVec3) -> Option<(f64, u32)> {
+fn nearest(to: &ContactSide, near: &[usize], point: DVec3) -> Option<(f64, u32)> {
     let mut best: Option<(f64, usize, DVec3)> = None;
     for triangle in near {
         let (distance, place) = from_triangle(point, to.corners[*triangle]);

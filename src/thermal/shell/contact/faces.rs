@@ -1,18 +1,18 @@
 //! Areas of contact between triangles: where two surfaces lie over each other within the contact's distance, corner by corner.
 //!
-//! Two triangles are compared in their contact plane, midway between their own planes. There the area of contact is what lies in both and where the
-//! gap is small enough. Each node owns a part of its triangle around its corner. A pair of nodes gets the area that lies in the parts of both. Surfaces
-//! in layers touch only where nothing of either side lies between them.
+//! Two triangles are compared in their contact plane, midway between their own planes. There the area of contact is the common part of both where the
+//! gap is small enough. Each node owns a part of its triangle around its corner. A pair of nodes gets the area that lies in the parts of both.
+//! Surfaces in layers touch only where nothing of either side lies between them.
 
 use std::collections::HashSet;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::polygon::{Line, Polygon};
-use super::side::{Owners, Side, owners};
+use super::polygon::{HalfPlane, Polygon};
+use super::side::{ContactGroups, ContactSide, owners};
 
-/// Cosine of the largest angle between two triangles in contact: 45 deg. What stands steeper touches along an edge.
+/// Cosine of the largest angle between two triangles in contact: 45 deg. A steeper triangle touches along an edge.
 const STEEPEST: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Gaps closer than this share of the contact's distance are the same.
@@ -24,32 +24,30 @@ const CLEAR: f64 = 1e-3;
 /// Area of contact of two nodes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Touch {
-    /// The nodes.
     pub(super) nodes: [u32; 2],
-    /// Whose they are.
-    pub(super) owners: Owners,
+    pub(super) owners: ContactGroups,
     /// Area [m2].
     pub(super) area: f64,
 }
 
-/// What was found of a contact.
+/// The areas of a contact, and the surfaces that meet in it.
 #[derive(Debug, Default)]
 pub(super) struct Found {
     /// The areas of contact. A pair of nodes may occur many times.
     pub(super) touches: Vec<Touch>,
     /// Parts and materials whose faces lie over each other beyond doubt, be it with others between.
-    pub(super) met: HashSet<Owners>,
+    pub(super) met: HashSet<ContactGroups>,
 }
 
 /// The contact plane of two triangles.
-struct Frame {
+struct ContactPlane {
     origin: DVec3,
     x: DVec3,
     y: DVec3,
     normal: DVec3,
 }
 
-impl Frame {
+impl ContactPlane {
     /// The plane between two planes with these unit normals. `None` where they are too steep against each other.
     fn between(origin: DVec3, first: DVec3, second: DVec3) -> Option<Self> {
         let cosine = first.dot(second);
@@ -76,35 +74,34 @@ impl Frame {
     }
 
     /// Height of the plane through a point over this plane [m].
-    fn height(&self, point: DVec3, normal: DVec3) -> Line {
+    fn height(&self, point: DVec3, normal: DVec3) -> HalfPlane {
         let up = normal.dot(self.normal);
         let slope = DVec2::new(normal.dot(self.x), normal.dot(self.y)) / -up;
-        Line { slope, origin: (point - self.origin).dot(self.normal) - slope.dot(self.flat(point)) }
+        HalfPlane { slope, origin: (point - self.origin).dot(self.normal) - slope.dot(self.flat(point)) }
     }
 
     /// The value (p - point) . towards where the point p has this height.
-    fn along(&self, point: DVec3, towards: DVec3, height: &Line) -> Line {
+    fn along(&self, point: DVec3, towards: DVec3, height: &HalfPlane) -> HalfPlane {
         let up = towards.dot(self.normal);
-        Line {
+        HalfPlane {
             slope: DVec2::new(towards.dot(self.x), towards.dot(self.y)) + height.slope * up,
             origin: (self.origin - point).dot(towards) + height.origin * up,
         }
     }
 
-    /// The point with this height.
-    fn raised(&self, point: DVec2, height: &Line) -> DVec3 {
+    fn raised(&self, point: DVec2, height: &HalfPlane) -> DVec3 {
         self.origin + self.x * point.x + self.y * point.y + self.normal * height.at(point)
     }
 }
 
 /// The difference of two heights [m].
-fn gap(from: &Line, to: &Line) -> Line {
-    Line { slope: to.slope - from.slope, origin: to.origin - from.origin }
+fn gap(from: &HalfPlane, to: &HalfPlane) -> HalfPlane {
+    HalfPlane { slope: to.slope - from.slope, origin: to.origin - from.origin }
 }
 
 /// Two sides of a contact, and its greatest distance [m].
 pub(super) struct Faces<'a> {
-    pub(super) sides: [&'a Side; 2],
+    pub(super) sides: [&'a ContactSide; 2],
     pub(super) distance: f64,
 }
 
@@ -130,7 +127,8 @@ impl Faces<'_> {
         (0..first.corners.len()).into_par_iter().fold(Found::default, of_triangle).reduce(Found::default, both)
     }
 
-    /// Whether two triangles can be in contact. Those of one part and material conduct through their mesh. Where both belong to both sides, one order counts.
+    /// Whether two triangles can be in contact. Triangles of one part and material conduct through their mesh. Where both belong to both sides, one
+    /// order counts.
     fn are_pair(&self, a: usize, b: usize) -> bool {
         let [first, second] = self.sides;
         let twice = || first.has(second.numbers[b]) && second.has(first.numbers[a]);
@@ -142,7 +140,7 @@ impl Faces<'_> {
         let [first, second] = self.sides;
         let normals = [first.normals[a], second.normals[b]];
         let corners = [first.corners[a], second.corners[b]];
-        let Some(frame) = Frame::between(corners[0][0], normals[0], normals[1]) else { return };
+        let Some(frame) = ContactPlane::between(corners[0][0], normals[0], normals[1]) else { return };
         let [lower, upper] = [0, 1].map(|side| frame.height(corners[side][0], normals[side]));
         let apart = gap(&lower, &upper);
         let flat = [0, 1].map(|side| frame.polygon(corners[side], normals[side]));
@@ -173,8 +171,16 @@ impl Faces<'_> {
         }
     }
 
-    /// What of the common part of two triangles has nothing of either side between. `sign` says on which side of the first triangle the second lies.
-    fn open(&self, frame: &Frame, pair: [usize; 2], heights: [&Line; 2], common: Polygon, sign: f64) -> Vec<Polygon> {
+    /// The pieces of the common part of two triangles with nothing of either side between. `sign` says on which side of the first triangle the second
+    /// lies.
+    fn open(
+        &self,
+        frame: &ContactPlane,
+        pair: [usize; 2],
+        heights: [&HalfPlane; 2],
+        common: Polygon,
+        sign: f64,
+    ) -> Vec<Polygon> {
         let same = SAME_GAP * self.distance;
         let corners = || common.corners.iter().flat_map(|corner| heights.map(|height| frame.raised(*corner, height)));
         let low = corners().fold(DVec3::INFINITY, DVec3::min) - same;
@@ -186,7 +192,7 @@ impl Faces<'_> {
             // Gaps count from the triangle of the other side.
             let base = heights[1 - side];
             let sign = if side == 1 { sign } else { -sign };
-            let toward = |line: Line| if sign < 0.0 { line.reversed() } else { line };
+            let toward = |line: HalfPlane| if sign < 0.0 { line.reversed() } else { line };
             let full = toward(gap(base, heights[side]));
             other.near(low, high, |layer| {
                 if layer == beyond || other.groups[layer] == own.groups[seen_from] {
@@ -211,9 +217,9 @@ impl Faces<'_> {
     /// Calls a function with the pairs of nodes in whose corners' parts a polygon lies, and the area of each [m2].
     fn share(
         &self,
-        frame: &Frame,
+        frame: &ContactPlane,
         [a, b]: [usize; 2],
-        heights: [&Line; 2],
+        heights: [&HalfPlane; 2],
         polygon: &Polygon,
         mut add: impl FnMut([u32; 2], f64),
     ) {
@@ -228,10 +234,10 @@ impl Faces<'_> {
     /// The parts of a polygon that lie in the parts of a triangle's corners.
     fn parts(
         &self,
-        frame: &Frame,
+        frame: &ContactPlane,
         side: usize,
         triangle: usize,
-        height: &Line,
+        height: &HalfPlane,
         polygon: &Polygon,
     ) -> impl Iterator<Item = (usize, Polygon)> {
         let dividers = self.sides[side].dividers(triangle);

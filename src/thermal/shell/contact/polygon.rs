@@ -1,16 +1,15 @@
-//! Convex polygons in a plane: what lies on one side of a line, and what is left beside another polygon.
+//! Convex polygons in a plane: the part on one side of a line, and the rest beside another polygon.
 
 use glam::DVec2;
 
-/// Share of a polygon's area below which what a cut leaves is rounding.
+/// Share of a polygon's area below which the remains of a cut are rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// A line, or the half-plane where `at` is not negative.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Line {
+pub(super) struct HalfPlane {
     /// Gradient of the value.
     pub(super) slope: DVec2,
-    /// Value at the origin.
     pub(super) origin: f64,
 }
 
@@ -21,19 +20,17 @@ pub(super) struct Polygon {
     pub(super) corners: Vec<DVec2>,
 }
 
-impl Line {
-    /// The line through two points. Its half-plane lies to the left.
+impl HalfPlane {
+    /// The line through two points, with its half-plane to the left.
     pub(super) fn through(from: DVec2, to: DVec2) -> Self {
         let slope = (to - from).perp();
         Self { slope, origin: -slope.dot(from) }
     }
 
-    /// Value at a point.
     pub(super) fn at(&self, point: DVec2) -> f64 {
         self.slope.dot(point) + self.origin
     }
 
-    /// The other half-plane.
     pub(super) fn reversed(self) -> Self {
         Self { slope: -self.slope, origin: -self.origin }
     }
@@ -45,7 +42,6 @@ impl Line {
 }
 
 impl Polygon {
-    /// Area.
     pub(super) fn area(&self) -> f64 {
         let Some(first) = self.corners.first() else { return 0.0 };
         let doubled: f64 = self.corners.windows(2).map(|pair| (pair[0] - first).perp_dot(pair[1] - first)).sum();
@@ -53,13 +49,13 @@ impl Polygon {
     }
 
     /// The lines of its sides, which it lies to the left of.
-    pub(super) fn sides(&self) -> Vec<Line> {
+    pub(super) fn sides(&self) -> Vec<HalfPlane> {
         let next = |at: usize| self.corners[(at + 1) % self.corners.len()];
-        (0..self.corners.len()).map(|at| Line::through(self.corners[at], next(at))).collect()
+        (0..self.corners.len()).map(|at| HalfPlane::through(self.corners[at], next(at))).collect()
     }
 
-    /// What lies in a half-plane.
-    pub(super) fn clipped(&self, line: &Line) -> Self {
+    /// The part in a half-plane.
+    pub(super) fn clipped(&self, line: &HalfPlane) -> Self {
         let count = self.corners.len();
         let mut corners = Vec::with_capacity(count + 1);
         for at in 0..count {
@@ -75,13 +71,13 @@ impl Polygon {
         Self { corners }
     }
 
-    /// What lies in all half-planes.
-    pub(super) fn within(&self, lines: &[Line]) -> Self {
+    /// The part in all half-planes.
+    pub(super) fn within(&self, lines: &[HalfPlane]) -> Self {
         lines.iter().fold(self.clone(), |left, line| if left.corners.is_empty() { left } else { left.clipped(line) })
     }
 
-    /// What lies outside the common part of some half-planes.
-    pub(super) fn without(self, lines: &[Line]) -> Vec<Self> {
+    /// The part outside the common part of some half-planes.
+    pub(super) fn without(self, lines: &[HalfPlane]) -> Vec<Self> {
         let least = ROUNDING * self.area();
         if self.within(lines).area() <= least {
             return vec![self];
@@ -113,7 +109,7 @@ mod tests {
         assert_eq!(whole.area(), 4.0);
         assert_eq!(whole.within(&square(1.0, 3.0).sides()).area(), 1.0);
         assert_eq!(whole.within(&square(2.0, 3.0).sides()).area(), 0.0, "they touch at a corner");
-        let slanted = Line::through(DVec2::new(0.0, 1.0), DVec2::new(1.0, 2.0));
+        let slanted = HalfPlane::through(DVec2::new(0.0, 1.0), DVec2::new(1.0, 2.0));
         assert!((whole.clipped(&slanted).area() - 0.5).abs() < 1e-15);
         assert!((whole.clipped(&slanted.reversed()).area() - 3.5).abs() < 1e-15);
     }

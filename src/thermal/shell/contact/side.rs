@@ -5,24 +5,23 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::super::areas::corner_dots;
-use super::super::{NO_NODE, ShellMaterial, Surface};
+use super::super::{NO_NODE, ShellMaterial, ShellSurface};
 use crate::environment::shadow::Tree;
 
 /// Part and material of a triangle.
 pub(super) type Group = [u32; 2];
 
 /// The two groups of a contact, the lower first.
-pub(super) type Owners = [Group; 2];
+pub(super) type ContactGroups = [Group; 2];
 
 /// The two groups in their order.
-pub(super) fn owners(first: Group, second: Group) -> Owners {
+pub(super) fn owners(first: Group, second: Group) -> ContactGroups {
     [first.min(second), first.max(second)]
 }
 
 /// The border between the parts of two corners in a triangle: a plane.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Divider {
-    /// The two corners.
     pub(super) corners: [usize; 2],
     /// A point of the border [m].
     pub(super) point: DVec3,
@@ -30,13 +29,11 @@ pub(super) struct Divider {
     pub(super) towards: DVec3,
 }
 
-/// One side of a contact.
-pub(super) struct Side {
+pub(super) struct ContactSide {
     /// Corners of each triangle [m].
     pub(super) corners: Vec<[DVec3; 3]>,
     /// Unit normals. 0 for triangles without area.
     pub(super) normals: Vec<DVec3>,
-    /// Nodes of the corners.
     pub(super) nodes: Vec<[u32; 3]>,
     /// Number of each triangle in the surface.
     pub(super) numbers: Vec<u32>,
@@ -49,10 +46,10 @@ pub(super) struct Side {
     tree: Tree,
 }
 
-impl Side {
+impl ContactSide {
     /// The triangles of the network whose vertices are chosen.
     pub(super) fn new(
-        surface: &Surface,
+        surface: &ShellSurface,
         materials: &[Option<ShellMaterial>],
         node: &[u32],
         chosen: impl Fn(u32) -> bool,

@@ -76,7 +76,7 @@ impl Parts {
     fn shell(&self, contacts: &[Contact]) -> Result<Shell, ShellError> {
         let materials = vec![0; self.positions.len()];
         let (positions, triangles, parts) = (&self.positions, &self.triangles, &self.parts);
-        let surface = Surface { positions, triangles, parts, materials: &materials };
+        let surface = ShellSurface { positions, triangles, parts, materials: &materials };
         Shell::new(&surface, &[Some(METAL)], contacts, f64::INFINITY, 0.0)
     }
 
@@ -379,7 +379,7 @@ fn the_work_grows_with_the_mesh_and_not_with_its_square() {
         let materials = vec![0; parts.positions.len()];
         let nodes: Vec<u32> = (0..parts.positions.len() as u32).collect();
         let (positions, triangles) = (&parts.positions, &parts.triangles);
-        let surface = Surface { positions, triangles, parts: &parts.parts, materials: &materials };
+        let surface = ShellSurface { positions, triangles, parts: &parts.parts, materials: &materials };
         let measure = || {
             let start = Instant::now();
             let conductors = contact.conductors(&surface, &[Some(METAL)], &nodes).unwrap();

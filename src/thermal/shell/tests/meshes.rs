@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use crate::thermal::shell::{Shell, ShellMaterial, Surface};
+use crate::thermal::shell::{Shell, ShellMaterial, ShellSurface};
 
 /// A mesh of one part and one material.
 pub(super) struct Mesh {
@@ -110,7 +110,7 @@ impl Mesh {
     pub(super) fn merged_shell(&self, material: ShellMaterial, merge_rate: f64) -> Shell {
         let owners = vec![0; self.positions.len()];
         let surface =
-            Surface { positions: &self.positions, triangles: &self.triangles, parts: &owners, materials: &owners };
+            ShellSurface { positions: &self.positions, triangles: &self.triangles, parts: &owners, materials: &owners };
         Shell::new(&surface, &[Some(material)], &[], merge_rate, 0.0).unwrap()
     }
 
