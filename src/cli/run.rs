@@ -14,7 +14,7 @@ use super::reach::ReachArguments;
 use super::resume::{Earlier, identity};
 use super::run_report::{print_summary, report, speed};
 use super::thermal_state;
-use crate::gpu::resources::check_plan;
+use crate::gpu::plan::check_plan;
 use crate::guard::finding::Effort;
 use crate::output::console::{answer, say};
 use crate::output::destination::destinations;

@@ -108,12 +108,6 @@ pub enum GpuError {
         /// Largest width or height [px].
         limit: u32,
     },
-    /// The device can not integrate the thermal network.
-    #[error("the device can not integrate this network: {reason}; try the f64 reference with `--device cpu`")]
-    UnsupportedNetwork {
-        /// Reason.
-        reason: String,
-    },
     /// Allocation of device memory failed.
     #[error("allocating '{name}': {source}")]
     Allocation {

@@ -11,7 +11,7 @@ mod step;
 
 pub use exchange::{ExchangePass, ExchangePatch};
 pub use image::{Band, Distant, DrawCommand, PlanetView, Reflector, Sampling, Shutter, Surroundings, Tracing, View};
-pub use network::{HeaterStep, NetworkLink, NetworkPass, NetworkSolver, NetworkStage, NetworkStep};
+pub use network::{HeaterStep, NetworkStage, NetworkStep};
 pub use sensor::Sensor;
 pub use shadow::{ShadowBox, ShadowTriangle, SunRay, SunView, rows, shadow_tree};
 pub use shared::{Member, Structure};

@@ -23,7 +23,7 @@ use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::layout;
 use crate::gpu::renderer::{Heating, Renderer, Request};
-use crate::gpu::resources::check_plan;
+use crate::gpu::plan::check_plan;
 use crate::gpu::timing::PassTimes;
 use crate::saved::Saved;
 use crate::scene::Camera;

@@ -22,7 +22,7 @@ pub use run::{NetworkRun, StepCost};
 use std::sync::Arc;
 
 use crate::gpu::nodes::{GROUP, Nodes};
-use crate::gpu::one_pass::{Drawn, OnePassTables};
+use crate::gpu::effects::network::tables::{Drawn, OnePassTables};
 use crate::thermal::network::control::Settings;
 use crate::thermal::network::one_pass::{Conduction, Heater, Plan, Unfit};
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};

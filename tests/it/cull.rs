@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use glam::{DAffine3, DQuat};
+use isotherm::gpu::effects::image;
 use isotherm::gpu::context::Context;
 use isotherm::gpu::frame::{Frame, Wanted};
 use isotherm::gpu::layout::View;
-use isotherm::gpu::pass::{Entry, Kernel, Work};
+use isotherm::gpu::pass::{Entry, Work};
 use isotherm::gpu::renderer::{Collected, Renderer, Request};
-use isotherm::gpu::resource::Resource;
-use isotherm::gpu::resources::SceneData;
+use isotherm::gpu::scene_data::SceneData;
 use isotherm::scene::{Camera, Scene};
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::prepare::Prepared;
@@ -104,11 +104,11 @@ fn culling_changes_no_pixel() {
         let mut frame = culled(triangles);
         for entry in &mut frame.entries {
             match entry {
-                Entry::Pass(pass) if pass.kernel() == Some(Kernel::Cull) => {
-                    pass.work = Work::Copy { from: Resource::Triangles, to: Resource::VisibleTriangles };
+                Entry::Pass(pass) if pass.entry() == Some("cull.comp") => {
+                    pass.work = Work::Copy { from: &image::resources::TRIANGLES, to: &image::resources::VISIBLE_TRIANGLES };
                 }
                 Entry::Barriers(barriers) => {
-                    for barrier in barriers.iter_mut().filter(|b| b.resource == Resource::VisibleTriangles) {
+                    for barrier in barriers.iter_mut().filter(|b| b.resource == &image::resources::VISIBLE_TRIANGLES) {
                         barrier.before.stage = ash::vk::PipelineStageFlags2::ALL_COMMANDS;
                         barrier.before.access = ash::vk::AccessFlags2::MEMORY_WRITE;
                         barrier.after.stage = ash::vk::PipelineStageFlags2::ALL_COMMANDS;

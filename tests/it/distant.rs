@@ -1,6 +1,6 @@
 //! A craft that spans few pixels keeps its radiant intensity.
 
-use isotherm::gpu::resource::Resource;
+use isotherm::gpu::effects::image;
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::engine::Pixels;
 
@@ -115,7 +115,7 @@ fn a_craft_that_is_near_has_no_crop() {
         let prepared = Folder::new(scene).prepared();
         let data = DeviceData::new(&prepared);
         let plan = data.scene_data(&prepared, prepared.scene.camera.as_ref()).plan();
-        [Resource::Distant, Resource::ImageRadiance].map(|wanted| plan.iter().any(|planned| planned.resource == wanted))
+        [&image::resources::DISTANT, &image::resources::IMAGE_RADIANCE].map(|wanted| plan.iter().any(|planned| planned.resource == wanted))
     };
     let of = |pixels: f64, lens: &str| changed(&far(pixels, 0.0, lens), scene_with);
     assert_eq!(planned(&scene_with(&[])), [false; 2]);

@@ -1,6 +1,6 @@
 //! Emissivity by angle and wavelength, and planets that are not uniform: the device against f64, and exact answers.
 
-use isotherm::gpu::resource::Resource;
+use isotherm::gpu::effects::image;
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::engine::Pixels;
 use isotherm::simulation::prepare::Prepared;
@@ -198,7 +198,7 @@ fn an_exr_and_a_png_give_the_same_planet() {
 
 #[test]
 fn laws_and_maps_are_absent_where_a_scene_has_none() {
-    let resources = [Resource::Emissivities, Resource::PlanetView, Resource::PlanetMap, Resource::PlanetMeans];
+    let resources = [&image::resources::EMISSIVITIES, &image::resources::PLANET_VIEW, &image::resources::PLANET_MAP, &image::resources::PLANET_MEANS];
     let planned = |prepared: &Prepared| {
         let data = DeviceData::new(prepared);
         let plan = data.scene_data(prepared, prepared.scene.camera.as_ref()).plan();

@@ -1,11 +1,13 @@
 //! Joints: a rotated joint equals a rotated model, device against twin, moving shadows, and refusals.
 
 use glam::{DQuat, DVec3};
-use isotherm::environment::shadow::Method;
+
 use isotherm::files::Reach;
-use isotherm::gpu::frame::{Frame, StepRange, TriangleRun, Wanted};
+use isotherm::gpu::effects::light::Casting;
+use isotherm::gpu::frame::{Frame, Wanted};
+use isotherm::gpu::effects::thermal::variant::StepRange;
+use isotherm::gpu::effects::image::runs::TriangleRun;
 use isotherm::gpu::nodes::PADDING;
-use isotherm::gpu::pass::Kernel;
 use isotherm::gpu::renderer::{Renderer, Request};
 use isotherm::scene::Scene;
 use isotherm::simulation::device_data::DeviceData;
@@ -19,6 +21,7 @@ use serde_json::json;
 use super::craft::{Folder, glb, never, prepared, scene_with};
 use super::device::{Worst, assert_silent, context};
 use super::hazard::{barrier_count, hazards, unread_by_host, without_barrier};
+use super::hazards::castings;
 use super::model::make::Maker;
 
 /// A tracking wing, a wing with a schedule, and a sliding mast: all kinds of motion.
@@ -383,13 +386,13 @@ fn frames_with_joints_have_all_their_barriers() {
     assert_eq!(runs.iter().map(|run| run.joint).collect::<Vec<_>>(), [0, 1, 2, 3]);
     assert!(runs.iter().all(|run| run.triangles.0 % 64 == 0));
     let wanted = Wanted { image: true, cull: prepared.triangles.len() as u32, temperatures: true, ..Wanted::default() };
-    let frame = |method, culled: &[TriangleRun]| {
+    let frame = |method: &Casting, culled: &[TriangleRun]| {
         Frame::shadows(&ranges, method).then(Frame::step_in_runs(&ranges, wanted, culled))
     };
-    for method in [Method::Depth, Method::Exact] {
+    for method in &castings() {
         let settle = Frame::shadows(&ranges, method).then(Frame::settle(&ranges));
         let (all, one) = (frame(method, runs), frame(method, &runs[1..2]));
-        assert_eq!(one.passes().filter(|pass| pass.kernel() == Some(Kernel::Cull)).count(), 1);
+        assert_eq!(one.passes().filter(|pass| pass.entry() == Some("cull.comp")).count(), 1);
         for sequence in [[&settle, &all, &one], [&settle, &one, &all], [&settle, &all, &all]] {
             assert_eq!(hazards(sequence), []);
         }

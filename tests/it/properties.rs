@@ -1,7 +1,7 @@
 //! Properties of any scene: start, rest without sources, energy, areas, and responses that coincide.
 
+use isotherm::gpu::effects::thermal;
 use isotherm::gpu::nodes::{GROUP, PADDING};
-use isotherm::gpu::resource::Resource;
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, EngineError, Order, Step};
@@ -193,9 +193,9 @@ fn areas_and_switches() {
     assert_eq!(prepared.nodes.vertex_of_node.len() % GROUP, 0);
     // Variants and buffers lack everything that a scene switches off.
     for (change, resource, word) in [
-        (("solar_constant = 1361\nalbedo = 0.3\n", ""), Resource::AlbedoValues, "sun"),
-        (("albedo = 0.3\n", ""), Resource::AlbedoValues, "albedo"),
-        (("planet_ir = 237\n", ""), Resource::Step, "planet_ir"),
+        (("solar_constant = 1361\nalbedo = 0.3\n", ""), &thermal::ALBEDO_VALUES, "sun"),
+        (("albedo = 0.3\n", ""), &thermal::ALBEDO_VALUES, "albedo"),
+        (("planet_ir = 237\n", ""), &thermal::STEP, "planet_ir"),
     ] {
         let other = blind(&[change]);
         for (prepared, there) in [(&prepared, true), (&other, false)] {
@@ -204,8 +204,8 @@ fn areas_and_switches() {
             let named = data.ranges.iter().all(|range| range.variant.shader().words.contains(&word));
             assert_eq!(named, there, "{word}");
             let buffer = data.plan().iter().any(|planned| planned.resource == resource);
-            assert_eq!(buffer, there || resource == Resource::Step, "{resource:?}");
-            assert!(!data.plan().iter().any(|planned| planned.resource.row().role.is_image()), "nothing is drawn");
+            assert_eq!(buffer, there || resource == &thermal::STEP, "{resource:?}");
+            assert!(!data.plan().iter().any(|planned| planned.resource.role.is_image()), "nothing is drawn");
         }
     }
 }

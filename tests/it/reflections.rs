@@ -1,6 +1,6 @@
 //! Reflected surroundings and the sky behind the craft: the device against the f64 rasteriser, and exact answers.
 
-use isotherm::gpu::resource::Resource;
+use isotherm::gpu::effects::image;
 use isotherm::scene::Camera;
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::device_engine::DeviceEngine;
@@ -265,7 +265,7 @@ fn the_limb_is_within_a_tenth_of_a_pixel() {
 
 #[test]
 fn what_no_pixel_shows_has_no_buffer() {
-    let resources = [Resource::Surroundings, Resource::Reflectors, Resource::Lobes];
+    let resources = [&image::resources::SURROUNDINGS, &image::resources::REFLECTORS, &image::resources::LOBES];
     let planned = |scene: &str| {
         let prepared = Folder::new(scene).prepared();
         let data = DeviceData::new(&prepared);

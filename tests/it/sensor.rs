@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 use isotherm::gpu::context::Context;
-use isotherm::gpu::frame::{Frame, StepRange, Wanted};
-use isotherm::gpu::resource::Resource;
-use isotherm::gpu::sampling::{Distance, Sampled};
-use isotherm::gpu::sensor::frame;
-use isotherm::gpu::sensor_variant::SensorVariant;
-use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
+use isotherm::gpu::effects::image::runs::TriangleRun;
+use isotherm::gpu::effects::sensor::Sensing;
+use isotherm::gpu::frame::{Frame, Recipe, Wanted, compose};
+use isotherm::gpu::effects::thermal::variant::StepRange;
+use isotherm::gpu::effects::image::sampling::{Distance, Sampled};
+use isotherm::gpu::effects::thermal::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::lens::Distortion;
 use isotherm::scene::Camera;
 use isotherm::simulation::device_engine::DeviceEngine;
@@ -25,6 +25,7 @@ use isotherm::thermal::sensor::{Netd, Optics, Pattern, Sensor, Vignetting};
 
 use super::craft::{Folder, SCENE};
 use super::device::{assert_silent, context};
+use super::resources::sensor_variants;
 use super::hazard::{barrier_count, hazards, unread_by_host, without_barrier};
 
 /// A sensor with 14 bits and nothing else.
@@ -232,17 +233,19 @@ fn each_barrier_of_the_sensor_is_needed() {
     let instant = ThermalVariant { planet_ir: true, ..ThermalVariant::bare(StepKind::Instant, Curve::Power) };
     let ranges = [StepRange { variant: instant, groups: (0, 64), joint: 0 }];
     let settle = Frame::settle(&ranges);
-    let drawn = Frame::step(&ranges, Wanted { image: true, cull: 100, ..Wanted::default() });
+    let drawn = Wanted { image: true, cull: 100, ..Wanted::default() };
     let sampled = Some(Sampled { lens: true, mean: Some(4), shutter: None, rows: 60, distance: Distance::Near });
-    let computed = Frame::step(&ranges, Wanted { image: true, cull: 100, sampled, ..Wanted::default() });
-    let images = [(drawn, Resource::RadianceImage), (computed, Resource::ImageRadiance)];
-    for (variant, (drawn, shown)) in
-        SensorVariant::all().into_iter().flat_map(|one| images.each_ref().map(|of| (one, of)))
-    {
-        let image = drawn.clone().then(frame(variant, 128, 20, *shown));
+    let computed = Wanted { sampled, ..drawn };
+    let culled = [TriangleRun { joint: 0, triangles: (0, 100) }];
+    let images = [drawn, computed];
+    for (variant, wanted) in sensor_variants().into_iter().flat_map(|one| images.map(|image| (one, image))) {
+        let recipe = Recipe { ranges: ranges.to_vec(), ..wanted.recipe(&culled) };
+        let before = barrier_count(&compose(&recipe));
+        let sensor = Some(Sensing { variant, groups: 128, cells: 20 });
+        let image = compose(&Recipe { sensor, ..recipe });
         assert_eq!(hazards([&settle, &image, &image]), []);
         assert_eq!(unread_by_host([&image]), []);
-        for n in barrier_count(drawn)..barrier_count(&image) {
+        for n in before..barrier_count(&image) {
             let broken = without_barrier(&image, n);
             let missed = !hazards([&settle, &broken, &broken]).is_empty() || !unread_by_host([&broken]).is_empty();
             assert!(missed, "without barrier {n} of\n{image}");

@@ -1,6 +1,6 @@
 //! Reflections of the craft itself: the device against f64 and exact answers.
 
-use isotherm::gpu::resource::Resource;
+use isotherm::gpu::effects::traced;
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::engine::Pixels;
 use isotherm::simulation::prepare::Prepared;
@@ -325,12 +325,12 @@ fn a_corner_of_mirrors_shows_the_planet_behind_the_camera() {
 #[test]
 fn without_rays_there_is_no_tree() {
     let resources = [
-        Resource::Tracing,
-        Resource::TraceBoxes,
-        Resource::TraceTriangles,
-        Resource::TraceCorners,
-        Resource::SurfaceImage,
-        Resource::Surface,
+        &traced::TRACING,
+        &traced::TRACE_BOXES,
+        &traced::TRACE_TRIANGLES,
+        &traced::TRACE_CORNERS,
+        &traced::SURFACE_IMAGE,
+        &traced::SURFACE,
     ];
     let planned = |scene: &str| {
         let prepared = Folder::new(scene).prepared();

@@ -6,10 +6,11 @@ use glam::DVec3;
 use isotherm::environment::albedo_field::AlbedoField;
 use isotherm::environment::{PlanetLoad, StepLoad};
 use isotherm::gpu::context::Context;
-use isotherm::gpu::frame::{Frame, StepRange, Wanted};
+use isotherm::gpu::frame::{Frame, Wanted};
+use isotherm::gpu::effects::thermal::variant::StepRange;
 use isotherm::gpu::pass::{Barrier, Entry, Work};
 use isotherm::gpu::renderer::{Renderer, Request};
-use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
+use isotherm::gpu::effects::thermal::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::simulation::viewpoint::device_view;
 use isotherm::thermal::material::{Function, Optics, Retarget, Sides};
 
@@ -24,7 +25,7 @@ const WANTED: Wanted = Wanted {
     sampled: None,
     cull: TRIANGLES,
     temperatures: true,
-    shows: isotherm::gpu::radiance_variant::RadianceVariant::PLAIN,
+    shows: isotherm::gpu::effects::image::variant::RadianceVariant::PLAIN,
     texels: 0,
 };
 
@@ -190,9 +191,9 @@ fn barriers_of_a_step() {
 fn unread(frame: &Frame) -> Frame {
     let mut entries = frame.entries.clone();
     entries.retain_mut(|entry| match entry {
-        Entry::Pass(pass) => !matches!(pass.work, Work::Copy { to, .. } if to.row().per_slot),
+        Entry::Pass(pass) => !matches!(pass.work, Work::Copy { to, .. } if to.per_slot),
         Entry::Barriers(barriers) => {
-            barriers.retain(|barrier| !barrier.resource.row().per_slot);
+            barriers.retain(|barrier| !barrier.resource.per_slot);
             !barriers.is_empty()
         }
     });

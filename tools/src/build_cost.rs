@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use isotherm::gpu::context::Context;
-use isotherm::gpu::resources::device_bytes;
+use isotherm::gpu::plan::device_bytes;
 use isotherm::host;
 use isotherm::scene::{Density, Edges, Scene};
 use isotherm::simulation::device_data::DeviceData;

@@ -7,11 +7,10 @@ use ash::vk;
 
 use crate::gpu::context::Context;
 use crate::gpu::error::{During as _, GpuError};
-use crate::gpu::frame::Frame;
+use crate::gpu::pass::Frame;
 use crate::gpu::once::command_buffers;
 use crate::gpu::record::Recorder;
-use crate::gpu::resource::Resource;
-use crate::gpu::resource_row::SLOTS;
+use crate::gpu::resource::{Resource, SLOTS};
 use crate::gpu::samples::Samples;
 use crate::gpu::timing::{DeviceFrame, PassTimes, Timing};
 
@@ -28,7 +27,7 @@ struct Slot {
     pending: bool,
     submitted: Instant,
     /// Resources that its list left to the host.
-    left: Vec<Resource>,
+    left: Vec<&'static Resource>,
 }
 
 /// All slots, and the measured times of their passes.
@@ -114,7 +113,7 @@ impl Slots {
     }
 
     /// Whether the last list of a slot left a resource to the host.
-    pub fn left(&self, number: usize, resource: Resource) -> bool {
+    pub fn left(&self, number: usize, resource: &'static Resource) -> bool {
         self.slots[number].left.contains(&resource)
     }
 

@@ -5,11 +5,12 @@ use std::sync::Arc;
 use isotherm::exchange::cast::{Scenery, cast};
 use isotherm::exchange::step::Exchange;
 use isotherm::gpu::context::Context;
-use isotherm::gpu::exchange::{ExchangeTables, exchange as exchange_list};
+use isotherm::gpu::effects::exchange::tables::ExchangeTables;
 use isotherm::gpu::exchange_rays;
-use isotherm::gpu::frame::{Frame, StepRange, Wanted};
+use isotherm::gpu::frame::{Frame, Wanted};
+use isotherm::gpu::effects::thermal::variant::StepRange;
 use isotherm::gpu::nodes::PADDING;
-use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
+use isotherm::gpu::effects::thermal::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, EngineError, Order, Step};
@@ -280,7 +281,7 @@ fn each_barrier_of_exchange_is_needed() {
             ..ThermalVariant::bare(StepKind::Merge, Curve::Power)
         };
         let range = [StepRange { variant, groups: (0, 64), joint: 0 }];
-        let step = exchange_list(70, variant, anew, mirrors).then(Frame::step(&range, Wanted::default()));
+        let step = crate::resources::exchange(70, variant, anew, mirrors).then(Frame::step(&range, Wanted::default()));
         each_barrier_is_needed(&[Frame::settle(&range), step.clone(), step.clone(), step], 1);
     }
 }

@@ -3,9 +3,9 @@
 
 use std::path::Path;
 
+use isotherm::gpu::effects::network;
 use isotherm::gpu::network::{NetworkBytes, NetworkStepper};
-use isotherm::gpu::resource::Resource;
-use isotherm::gpu::resources::{Planned, device_bytes};
+use isotherm::gpu::plan::{Planned, device_bytes};
 use isotherm::scene::{Density, Edges, Scene};
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::device_engine::DeviceEngine;
@@ -53,7 +53,7 @@ fn a_network_in_one_pass_takes_100_bytes_a_node_and_8_a_weight() {
     let prepared = station(Integrator::Default);
     let data = DeviceData::new(&prepared);
     let plan = data.scene_data(&prepared, None).plan();
-    let is_weights = |planned: &&Planned| planned.resource == Resource::OnePassWeights;
+    let is_weights = |planned: &&Planned| planned.resource == &network::WEIGHTS;
     let of = |wanted: &dyn Fn(&&Planned) -> bool| plan.iter().filter(wanted).map(|planned| planned.bytes).sum::<u64>();
     let weights = of(&is_weights);
     let rest = of(&|planned| format!("{:?}", planned.resource).starts_with("OnePass") && !is_weights(planned));

@@ -8,12 +8,12 @@ use serde_json::{Value, json};
 
 use isotherm::environment::StepLoad;
 use isotherm::gpu::context::Context;
-use isotherm::gpu::frame::StepRange;
+use isotherm::gpu::effects::thermal::variant::StepRange;
 use isotherm::gpu::layout;
 use isotherm::gpu::renderer::{Renderer, Request};
-use isotherm::gpu::resources::SceneData;
+use isotherm::gpu::scene_data::SceneData;
 use isotherm::gpu::shapes::Shapes;
-use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
+use isotherm::gpu::effects::thermal::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS, STEP, STEPS};
 use isotherm::thermal::function::Function;
 use isotherm::thermal::incident::{IncidentFunction, incident};
