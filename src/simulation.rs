@@ -35,7 +35,6 @@ mod prepare_steps;
 pub mod reference_engine;
 pub mod sampling;
 pub mod state;
-pub mod stepper;
 mod structures;
 pub mod surroundings;
 pub mod target;
@@ -126,7 +125,7 @@ pub fn start_from<E: From<EngineError>>(
         {
             check.start_network(&temperatures, network.on());
         }
-        check.begin_halves()?;
+        check.begin_halves();
     }
     Ok(went)
 }

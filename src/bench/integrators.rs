@@ -6,14 +6,13 @@ use serde::Serialize;
 
 use super::cases::NetworkCase;
 use super::schemes::{Fixed, Scheme};
-use crate::gpu::error::GpuError;
 use crate::output::statistics::Spread;
 use crate::simulation::network::unfinished;
-use crate::simulation::stepper::AnyStepper;
-use crate::thermal::network::control::{ControlError, Leg, Settings, integrate_leg};
+use crate::thermal::network::control::{FLOOR, Leg, Settings, integrate_leg};
+use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::rkl2::stages_for;
 use crate::thermal::network::schedule::{HeatTable, Schedule};
-use crate::thermal::network::stepper::{Method, Stepper, WorkCounts};
+use crate::thermal::network::stepper::{Method, WorkCounts};
 
 /// Safety factor on the fastest rate, which changes within a frame. The controller uses the same.
 const RATE_MARGIN: f64 = 1.1;
@@ -55,25 +54,14 @@ pub struct Run {
     pub scheme: String,
     /// Method.
     pub family: String,
-    /// `dispatches` on a device, where each stage is one, `f64` on the processor.
-    pub path: String,
     /// Work of one run. A slow run has fewer frames than the case.
     pub work: Option<Work>,
-    /// Device time of a frame [ms].
-    pub device_ms: Option<Spread>,
-    /// Host time of a frame [ms].
+    /// Time of a frame [ms].
     pub wall_ms: Option<Spread>,
     /// Error at the ends of all frames.
     pub error: Option<FrameError>,
     /// The reason if there are no numbers.
     pub failed: Option<String>,
-}
-
-impl Run {
-    /// Time of a frame [ms], measured by the device if it has a clock.
-    pub fn time(&self) -> Option<Spread> {
-        self.device_ms.or(self.wall_ms)
-    }
 }
 
 /// Counts of work, including rejected sub-steps.
@@ -85,26 +73,13 @@ pub struct Work {
     pub stages: u64,
     /// Sub-steps.
     pub sub_steps: u64,
-    /// Dispatches.
-    pub dispatches: u64,
     /// Iterations of Newton's method and of conjugate gradients.
     pub iterations: u64,
-}
-
-/// The path of a stepper: see [`Run::path`].
-fn path(stepper: &AnyStepper) -> &'static str {
-    match stepper.device() {
-        Some(_) => "dispatches",
-        None => "f64",
-    }
 }
 
 /// The reason why a run ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum Ended {
-    /// The stepper does not support it.
-    #[error(transparent)]
-    Gpu(#[from] GpuError),
     /// Smaller sub-steps do not help.
     #[error("{0}")]
     Failed(String),
@@ -116,41 +91,36 @@ pub enum Ended {
 /// Integrates all frames. `done` gets the duration [ms] and the temperatures [K] of each frame, and decides whether to
 /// continue.
 pub fn in_frames(
-    stepper: &mut AnyStepper,
+    stepper: &mut ReferenceStepper,
     case: &NetworkCase,
     scheme: Scheme,
-    mut done: impl FnMut([Option<f64>; 2], Vec<f64>) -> bool,
+    mut done: impl FnMut(f64, Vec<f64>) -> bool,
 ) -> Result<(), Ended> {
     let still = vec![0.0; case.network.len()];
     let mut step = f64::INFINITY;
     for (number, heat) in case.frames.iter().enumerate() {
-        let (began, before) = (Instant::now(), stepper.device_ms());
+        let began = Instant::now();
         match scheme {
             Scheme::Fixed(method, count) => {
-                stepper.set_heat(heat, &still)?;
-                if !stepper.balance(0.0)? {
+                stepper.set_heat(heat, &still);
+                if !stepper.balance(0.0) {
                     return Err(Ended::Failed(format!("the arithmetic nodes of frame {number} do not balance")));
                 }
                 fixed(stepper, case, method, count, number)?;
             }
             Scheme::Controlled(integrator, tolerance) => {
-                let settings = Settings { integrator, tolerance, floor: stepper.floor() };
+                let settings = Settings { integrator, tolerance, floor: FLOOR };
                 let heat = (0..).zip(heat).map(|(node, heat)| (node, HeatTable::constant(*heat))).collect();
                 let schedule = Schedule { heat, times: vec![case.frame], ..Schedule::default() };
                 let horizon = case.frame * case.frames.len() as f64;
                 let leg = Leg { horizon, step, tight_switches: false };
                 let ended = integrate_leg(stepper, &case.network, &schedule, &settings, leg, |_| true);
-                let series = ended.map_err(|error| match error {
-                    ControlError::Stepper(error) => Ended::Gpu(error),
-                    other => Ended::Failed(format!("frame {number}: {}", unfinished(&other))),
-                })?;
+                let failed = |error| Ended::Failed(format!("frame {number}: {}", unfinished(&error)));
+                let series = ended.map_err(failed)?;
                 step = series.step;
             }
         }
-        let wall = began.elapsed().as_secs_f64() * 1e3;
-        let device = stepper.device_ms().map(|now| now - before.unwrap_or(0.0));
-        let times = [device, Some(wall)];
-        if !done(times, stepper.temperatures()?) {
+        if !done(began.elapsed().as_secs_f64() * 1e3, stepper.temperatures()) {
             return Err(Ended::Stopped);
         }
     }
@@ -158,21 +128,28 @@ pub fn in_frames(
 }
 
 /// Integrates one frame in equal sub-steps.
-fn fixed(stepper: &mut AnyStepper, case: &NetworkCase, method: Fixed, count: u32, number: usize) -> Result<(), Ended> {
+fn fixed(
+    stepper: &mut ReferenceStepper,
+    case: &NetworkCase,
+    method: Fixed,
+    count: u32,
+    number: usize,
+) -> Result<(), Ended> {
     let step = case.frame / f64::from(count);
     let method = match method {
         Fixed::Euler => Method::Euler,
         Fixed::TrBdf2 => Method::TrBdf2,
         Fixed::Rkl2 => {
-            let rate = case.network.fastest_rate(&stepper.temperatures()?);
+            let rate = case.network.fastest_rate(&stepper.temperatures());
             Method::Rkl2 { stages: stages_for(RATE_MARGIN * rate * step) }
         }
     };
-    let attempt = stepper.attempt(method, 0.0, step, count)?;
+    let attempt = stepper.attempt(method, 0.0, step, count);
     if attempt.error.is_infinite() {
         return Err(Ended::Failed(format!("frame {number}: a temperature left its range, or a balance did not close")));
     }
-    Ok(stepper.keep()?)
+    stepper.keep();
+    Ok(())
 }
 
 /// Limits on the runs of a scheme.
@@ -186,13 +163,13 @@ pub struct Effort {
     pub most: f64,
 }
 
-/// Number of unmeasured frames that compile pipelines.
+/// Number of unmeasured frames.
 const WARM_UP: usize = 2;
 
 /// Runs a scheme on a case after some unmeasured frames. `truth` has the reference temperatures at the ends of all
 /// frames [K].
 pub fn measure(
-    stepper: &mut AnyStepper,
+    stepper: &mut ReferenceStepper,
     case: &NetworkCase,
     truth: &[Vec<f64>],
     scheme: Scheme,
@@ -208,20 +185,19 @@ pub fn measure(
         Ok(measured) => run = Run { scheme: run.scheme, family: run.family, ..measured },
         Err(error) => run.failed = Some(error.to_string()),
     }
-    run.path = path(stepper).to_owned();
     run
 }
 
 fn runs(
-    stepper: &mut AnyStepper,
+    stepper: &mut ReferenceStepper,
     case: &NetworkCase,
     truth: &[Vec<f64>],
     scheme: Scheme,
     effort: Effort,
 ) -> Result<Run, Ended> {
-    let restart = |stepper: &mut AnyStepper| stepper.set_temperatures(&case.network.temperatures);
+    let restart = |stepper: &mut ReferenceStepper| stepper.set_temperatures(&case.network.temperatures);
     let began = Instant::now();
-    restart(stepper)?;
+    restart(stepper);
     let mut frames = 0;
     let warm = in_frames(stepper, case, scheme, |_, _| {
         frames += 1;
@@ -231,16 +207,15 @@ fn runs(
         Ok(()) | Err(Ended::Stopped) => {}
         Err(error) => return Err(error),
     }
-    let (mut device, mut wall) = (Vec::new(), Vec::new());
+    let mut wall = Vec::new();
     let (mut work, mut error) = (None, FrameError::default());
     for _ in 0..effort.runs {
-        restart(stepper)?;
+        restart(stepper);
         let before = stepper.counts();
         let mut rows = Vec::new();
-        let ended = in_frames(stepper, case, scheme, |[on_device, by_wall], temperatures| {
+        let ended = in_frames(stepper, case, scheme, |time, temperatures| {
             rows.push(temperatures);
-            device.extend(on_device);
-            wall.extend(by_wall);
+            wall.push(time);
             began.elapsed().as_secs_f64() < effort.most
         });
         if !matches!(ended, Ok(()) | Err(Ended::Stopped)) {
@@ -255,7 +230,7 @@ fn runs(
             break;
         }
     }
-    Ok(Run { work, device_ms: Spread::of(&device), wall_ms: Spread::of(&wall), error: Some(error), ..Run::default() })
+    Ok(Run { work, wall_ms: Spread::of(&wall), error: Some(error), ..Run::default() })
 }
 
 fn work_of(before: WorkCounts, after: WorkCounts, frames: usize) -> Work {
@@ -263,7 +238,6 @@ fn work_of(before: WorkCounts, after: WorkCounts, frames: usize) -> Work {
         frames: frames as u64,
         stages: after.stages - before.stages,
         sub_steps: after.sub_steps - before.sub_steps,
-        dispatches: after.dispatches - before.dispatches,
         iterations: after.iterations - before.iterations,
     }
 }

@@ -14,7 +14,7 @@ use crate::environment::StepLoad;
 use crate::environment::shadow::Method;
 use crate::exchange::step::Settings;
 use crate::gpu::context::Context;
-use crate::gpu::nodes::GROUP;
+use crate::model::nodes::GROUP;
 use crate::output::statistics::Spread;
 use crate::scene::{Scene, ShadowSettings};
 use crate::simulation::device_engine::DeviceEngine;
@@ -354,9 +354,8 @@ fn device_ms(engine: &dyn Engine) -> Option<f64> {
     let of_step = |name: &str| {
         ["thermal_step", "exchange_", "one_pass", "solar_", "read solar_"].iter().any(|start| name.starts_with(start))
     };
-    let network: f64 = engine.network_costs().iter().filter_map(|cost| cost.device_ms).sum();
     let passes = passes.iter().filter(|(name, _)| of_step(name));
-    Some(passes.map(|(_, samples)| samples.iter().sum::<f64>()).sum::<f64>() + network)
+    Some(passes.map(|(_, samples)| samples.iter().sum::<f64>()).sum())
 }
 
 /// Mean coldest and mean hottest balance temperature of each material's nodes [K], weighted by area.

@@ -47,7 +47,7 @@ fn headline(bench: &Bench) -> Vec<(String, String, String)> {
     for integrated in &first.integrators {
         let own = |run: &&Run| run.scheme == "default, 5 mK";
         let Some(run) = integrated.runs.iter().find(own) else { continue };
-        if let (Some(time), Some(error)) = (run.time(), run.error) {
+        if let (Some(time), Some(error)) = (run.wall_ms, run.error) {
             let (rms, unit) = kelvin(error.rms);
             let what =
                 format!("a frame of the case {}, default integrator, at {rms} {unit} rms error", integrated.case);

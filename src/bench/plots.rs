@@ -4,7 +4,7 @@ use super::frames::FrameRow;
 use super::frontier::FrontierRow;
 use super::integrators::Integrated;
 use super::models::Models;
-use super::record::{Bench, Measured};
+use super::record::Bench;
 use super::responses::ResponseRow;
 use super::truth::CaseSummary;
 use crate::output::OutputError;
@@ -32,7 +32,7 @@ pub fn all(bench: &Bench) -> Result<Vec<PlotEntry>, OutputError> {
             entries.push(PlotEntry::new(&format!("{name}_{number}"), &format!("{}: {title}", measured.name), &plot)?);
         }
         for (integrated, case) in measured.integrators.iter().zip(&bench.cases) {
-            let Some(plot) = work_precision(measured, integrated, case) else { continue };
+            let Some(plot) = work_precision(integrated, case) else { continue };
             let name = format!("work_precision_{number}_{}", case.key);
             entries.push(PlotEntry::new(&name, &format!("{}: {}", measured.name, case.title), &plot)?);
         }
@@ -130,20 +130,20 @@ fn frontier(rows: &[FrontierRow], models: &Models) -> Option<Plot> {
 }
 
 /// A line for each method, from its fastest run to its slowest.
-fn work_precision(measured: &Measured, integrated: &Integrated, case: &CaseSummary) -> Option<Plot> {
+fn work_precision(integrated: &Integrated, case: &CaseSummary) -> Option<Plot> {
     let mut lines = Vec::new();
     for run in &integrated.runs {
-        let (Some(time), Some(error)) = (run.time(), run.error) else { continue };
+        let (Some(time), Some(error)) = (run.wall_ms, run.error) else { continue };
         push(&mut lines, &run.family, [time.median, error.rms]);
     }
     for line in &mut lines {
         line.points.sort_by(|a, b| a[0].total_cmp(&b[0]));
     }
-    let clock = if measured.info.is_some() { "device's clock" } else { "host's clock" };
     let own = case.reference_error.rms;
     let title = format!("Work and precision: {}", case.title);
-    let subtitle = format!("{}; {} nodes; the reference itself is off by {own:.0e} K rms", measured.name, case.nodes);
-    let x = format!("time of a frame of {:.1} s, median, {clock} [ms]", case.frame_s);
+    let subtitle =
+        format!("{} nodes, in f64 on the processor; the reference itself is off by {own:.0e} K rms", case.nodes);
+    let x = format!("time of a frame of {:.1} s, median [ms]", case.frame_s);
     let plot = lines_of(title, subtitle, [&x, ""], lines)?;
     Some(Plot { y: Axis::logarithmic("error, rms over nodes and frames [K]"), ..plot })
 }

@@ -13,7 +13,6 @@ use crate::gpu::frame::{Frame, Wanted};
 use crate::gpu::effects::thermal::variant::StepRange;
 use crate::gpu::layout;
 use crate::gpu::layout::FUSED_STEPS;
-use crate::gpu::network::{NODES_AT_MOST, NetworkStepper};
 use crate::gpu::renderer::{Renderer, Request};
 use crate::gpu::scene_data::SceneData;
 use crate::gpu::shapes::{self, Shapes};
@@ -23,8 +22,6 @@ use crate::output::statistics::Spread;
 use crate::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS, STEP};
 use crate::thermal::function::{Function, FunctionError};
 use crate::thermal::material::{Below, Domain, Profile, Radiative, Retarget, Transition};
-use crate::thermal::network::stepper::{Method, Stepper};
-use crate::thermal::network::{LinearConductor, Network, NodeKind};
 
 /// Cost of a node under one response.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -33,7 +30,7 @@ pub struct ResponseRow {
     pub response: String,
     /// Number of nodes.
     pub nodes: usize,
-    /// Time of a step, or of a network's stage [ns a node].
+    /// Time of a step [ns a node].
     pub ns_a_node: Option<Spread>,
     /// Bytes that a node reads and writes in a step. Each array counts once.
     pub bytes_a_node: f64,
@@ -60,9 +57,6 @@ pub enum ResponseError {
 const T_MAX_STEPS: f64 = 1000.0;
 /// The user-defined function.
 const EXPRESSION: &str = "s*s*(3.0-2.0*s)";
-/// Stages of the measured RKL2, and its sub-steps in one submission.
-const STAGES: u32 = 9;
-const SUB_STEPS: u32 = 4;
 /// Number of measured dispatches of many steps. As many come before, unmeasured.
 const FUSED_REPETITIONS: u32 = 4;
 
@@ -240,24 +234,6 @@ pub fn measure(
             });
         }
     }
-    for size in sizes {
-        let edge = (*size as f64).sqrt().round() as usize;
-        let nodes = edge * edge;
-        let row = ResponseRow {
-            response: format!("network, a stage of RKL2 with {STAGES}"),
-            nodes,
-            ..ResponseRow::default()
-        };
-        rows.push(if nodes > NODES_AT_MOST {
-            let reason = format!("a network on the device has {NODES_AT_MOST} nodes at most");
-            ResponseRow { failed: Some(reason), ..row }
-        } else {
-            match stages(context, edge, steps.len()) {
-                Ok((samples, moved)) => filled(row, &samples, moved, bandwidth),
-                Err(error) => ResponseRow { failed: Some(error.to_string()), ..row },
-            }
-        });
-    }
     Ok(rows)
 }
 
@@ -274,54 +250,5 @@ fn filled(row: ResponseRow, samples_ms: &[f64], moved: f64, bandwidth: Option<f6
         gigabytes_per_second: Some(rate),
         share_of_copy: bandwidth.map(|bandwidth| rate / bandwidth),
         ..row
-    }
-}
-
-/// Time of a stage [ms] on a square sheet of `edge` x `edge` nodes, and the bytes that a node moves in it. The passes
-/// that begin and end a sub-step are divided between its stages.
-fn stages(context: &Arc<Context>, edge: usize, samples: usize) -> Result<(Vec<f64>, f64), GpuError> {
-    let network = square(edge);
-    let mut stepper = NetworkStepper::new(context, &network, &[])?;
-    stepper.set_heat(&vec![1.0; network.len()], &vec![0.0; network.len()])?;
-    let method = Method::Rkl2 { stages: STAGES };
-    let step = 20.0 / network.fastest_rate(&network.temperatures);
-    stepper.attempt(method, 0.0, step, SUB_STEPS)?;
-    let mut times = Vec::with_capacity(samples);
-    for _ in 0..samples {
-        let before = stepper.device_ms().unwrap_or(0.0);
-        stepper.attempt(method, 0.0, step, SUB_STEPS)?;
-        times.extend(stepper.device_ms().map(|now| (now - before) / f64::from(STAGES * SUB_STEPS)));
-    }
-    let links = 2.0 * network.linear.len() as f64 / network.len() as f64;
-    // 1 / C and emission; neighbour and conductance of every link; heat and slope; base and rest of this stage, of the
-    // next before and after; rest and rate at the start (glsl/network_wide.comp).
-    Ok((times, 8.0 + 8.0 * links + 8.0 + 3.0 * 8.0 + 8.0))
-}
-
-/// Diffusive nodes in a square, each joined to its four neighbours.
-fn square(edge: usize) -> Network {
-    let count = edge * edge;
-    let pair = |a: usize, b: usize| LinearConductor { nodes: [a as u32, b as u32], conductance: 0.2 };
-    let along = (0..count).filter(|node| node % edge + 1 < edge).map(|node| pair(node, node + 1));
-    let across = (0..count - edge).map(|node| pair(node, node + edge));
-    Network {
-        space_temperature: 2.7,
-        kinds: vec![NodeKind::Diffusive; count],
-        capacitances: vec![0.243; count],
-        emissive_areas: vec![8e-5; count],
-        temperatures: vec![290.0; count],
-        linear: along.chain(across).collect(),
-        radiative: Vec::new(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_square_has_its_conductors() {
-        let network = square(4);
-        assert_eq!((network.len(), network.linear.len()), (16, 24));
     }
 }

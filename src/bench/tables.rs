@@ -297,10 +297,10 @@ const PASSES: [&str; 8] = [
 ];
 
 /// The integrators on a case.
-pub fn integrators(measured: &Measured, integrated: &Integrated, case: &CaseSummary) -> Table {
+pub fn integrators(integrated: &Integrated, case: &CaseSummary) -> Table {
     let mut notes = vec![format!(
-        "{} nodes ({} of them arithmetic), {} conductors, stiffness {} (docs/numerics.md 3: {}); {} frames of {:.2} s. Path: \
-         'dispatches' is a dispatch for every stage.",
+        "{} nodes ({} of them arithmetic), {} conductors, stiffness {} (docs/numerics.md 3: {}); {} frames of {:.2} s, in f64 on \
+         the processor.",
         case.nodes,
         case.arithmetic,
         case.conductors,
@@ -316,16 +316,13 @@ pub fn integrators(measured: &Measured, integrated: &Integrated, case: &CaseSumm
         case.reference_sub_steps
     ));
     Table {
-        title: format!("Integrators on {}: {}", measured.name, case.title),
+        title: format!("Integrators: {}", case.title),
         head: heads(&[
             "scheme",
-            "path",
             "passes a frame",
             "sub-steps a frame",
-            "dispatches a frame",
             "iterations a frame",
             "ms a frame: median (10 to 90 %)",
-            "wall ms a frame",
             "rms error",
             "largest error",
         ]),
@@ -340,8 +337,8 @@ pub fn integrators(measured: &Measured, integrated: &Integrated, case: &CaseSumm
 }
 
 fn left_out(scheme: &str, why: &str) -> Vec<String> {
-    let mut cells = vec![dash(); 10];
-    (cells[0], cells[6]) = (scheme.to_owned(), why.to_owned());
+    let mut cells = vec![dash(); 7];
+    (cells[0], cells[4]) = (scheme.to_owned(), why.to_owned());
     cells
 }
 
@@ -357,13 +354,10 @@ fn row(run: &Run, frames: usize) -> Vec<String> {
     let a_frame = |count: u64| significant(count as f64 / work.frames.max(1) as f64);
     vec![
         scheme,
-        run.path.clone(),
         a_frame(work.stages),
         a_frame(work.sub_steps),
-        a_frame(work.dispatches),
         a_frame(work.iterations),
-        spread(run.device_ms),
-        number(run.wall_ms.map(|time| time.median)),
+        spread(run.wall_ms),
         kelvin_text(error.rms),
         kelvin_text(error.max),
     ]
@@ -432,7 +426,7 @@ pub fn all(bench: &Bench) -> Vec<Table> {
             .chain(frontier(measured))
             .collect();
         let with_case = measured.integrators.iter().zip(&bench.cases);
-        tables.extend(with_case.map(|(integrated, case)| integrators(measured, integrated, case)));
+        tables.extend(with_case.map(|(integrated, case)| integrators(integrated, case)));
         tables.extend(hard(measured));
         tables
     };

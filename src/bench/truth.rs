@@ -5,8 +5,8 @@ use serde::Serialize;
 use super::cases::NetworkCase;
 use super::integrators::{FrameError, in_frames};
 use super::schemes::{Fixed, Scheme};
-use crate::simulation::stepper::AnyStepper;
 use crate::thermal::network::NodeKind;
+use crate::thermal::network::reference::ReferenceStepper;
 
 /// Temperatures [K] of all nodes at the end of every frame.
 pub type Rows = Vec<Vec<f64>>;
@@ -72,7 +72,7 @@ impl Truth {
     /// Integrates in f64 with a number of sub-steps a frame and with half as many. `None` on failure.
     pub fn of(case: &NetworkCase, sub_steps: u32) -> Option<Self> {
         let rows = |count: u32| -> Option<Rows> {
-            let mut stepper = AnyStepper::reference(&case.network, &[]);
+            let mut stepper = ReferenceStepper::new(case.network.clone(), &[]);
             let mut rows = Rows::new();
             let scheme = Scheme::Fixed(Fixed::Rkl2, count);
             in_frames(&mut stepper, case, scheme, |_, temperatures| {

@@ -30,7 +30,7 @@ use crate::simulation::target::Target;
 /// with and without shadows against the accurate network.
 /// drivers: differences in temperatures and images of one scene between all Vulkan devices.
 /// integrators: four networks through one orbit with every integrator, with fixed sub-steps and with several
-/// tolerances: passes, dispatches, device time, and rms and largest error against f64. The networks are a cube, a thin
+/// tolerances, in f64 on the processor: passes, time, and rms and largest error. The networks are a cube, a thin
 /// sheet, a sheet with slivers, and a blanket over a structure.
 /// hard: the hard cases. Each has a measured error, a limit, the source of the limit, and the error without its remedy.
 /// --quick leaves them out unless --only asks for them.

@@ -130,10 +130,9 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
     let data = device_data.scene_data(&prepared, camera);
     let frame = compose(&SceneFrames::new(&data).whole());
     let plan = data.plan();
-    let of_network = prepared.network_bytes(&plan);
-    let bytes = device_memory(&prepared, &plan);
+    let bytes = device_memory(&plan);
     let forecast = Forecast::of(&prepared).entries(&[Rate::REFERENCE, Rate::PROCESSOR, Rate::GPU], Some(bytes));
-    let node_bytes = device_bytes(&plan) + of_network.device;
+    let node_bytes = device_bytes(&plan);
     let a_node = node_bytes as f64 / prepared.nodes.count.max(1) as f64;
     let switched_off = prepared.switched_off();
 
@@ -180,11 +179,6 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
     text.push_str("\nBytes on the device\n");
     for planned in &plan {
         text.push_str(&format!("  {:<40} {:>12}\n", format!("{:?}", planned.resource), planned.bytes));
-    }
-    if prepared.network.is_some() {
-        for (name, bytes) in [("thermal network", of_network.device), ("thermal network, host", of_network.host)] {
-            text.push_str(&format!("  {name:<40} {bytes:>12}\n"));
-        }
     }
     text.push_str(&format!(
         "  {:<40} {bytes:>12}\n  a node, triangles included, without images and readback: {a_node:.1}\n\nFrame\n",

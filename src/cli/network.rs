@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use super::device::{DeviceArguments, check_validation};
 use super::digits::nine_digits;
 use super::error::CliError;
 use super::network_report::{EXAMPLES, control_error, print_series, print_steady, steady_error};
@@ -17,13 +16,12 @@ use crate::output::plot_axis::Axis;
 use crate::scene::network::NetworkFile;
 use crate::simulation::forecast::bytes;
 use crate::simulation::prepare_error::PrepareError;
-use crate::simulation::stepper::{AnyStepper, is_small, why_on_processor};
 use crate::simulation::target::Target;
 use crate::thermal::network::control::{
-    ControlError, Integrator, MOST_SUB_STEPS, Series, Settings, integrate_and_keep,
+    ControlError, FLOOR, Integrator, MOST_SUB_STEPS, Series, Settings, integrate_and_keep,
 };
+use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::steady::steady;
-use crate::thermal::network::stepper::Stepper;
 
 /// Most nodes in a plot.
 const PLOTTED: usize = 12;
@@ -32,7 +30,7 @@ const PLOTTED: usize = 12;
 ///
 /// The file holds nodes, linear and radiative conductors, heat and thermostats (docs/network.md). The CSV has a row for
 /// each output time of the file. Method, sub-steps and work go to standard error. Switching times of thermostats go to
-/// OUT.events.csv. Without --device, a network of at most 1024 nodes is integrated in f64 on the processor.
+/// OUT.events.csv. The processor integrates every network file in f64.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct Arguments {
@@ -68,8 +66,9 @@ struct Solve {
     /// SVG file for a plot
     #[arg(long, value_name = "OUT.svg", conflicts_with = "steady")]
     plot: Option<PathBuf>,
-    #[command(flatten)]
-    device: DeviceArguments,
+    /// Accepted as by the other commands; the processor integrates in f64 in any case
+    #[arg(long, value_name = "NAME")]
+    device: Option<String>,
 }
 
 fn parse_integrator(text: &str) -> Result<Integrator, String> {
@@ -114,21 +113,17 @@ fn solve(arguments: &Solve) -> Result<(), CliError> {
     for assumption in &file.assumptions {
         say!("assumed: {assumption}");
     }
-    let nodes = file.network.len();
-    let chosen = if arguments.device.device.is_none() && is_small(nodes) {
-        say!("integrated: in f64 on the processor, because {}; --device NAME uses a device", why_on_processor(nodes));
-        Target::Reference
-    } else {
-        arguments.device.open()?
-    };
-    say!("device: {}", chosen.name());
-    let mut stepper = chosen.stepper(&file.network, &file.schedule.sensors())?;
-    solve_with(&mut stepper, &file, path, arguments, outputs, &chosen.name())?;
-    check_validation(&chosen)
+    let device = Target::Reference.name();
+    say!("device: {device}");
+    if let Some(named) = arguments.device.as_ref().filter(|named| !named.eq_ignore_ascii_case("cpu")) {
+        say!("integrated: in f64 on the processor, as every network file; --device {named} changes nothing");
+    }
+    let mut stepper = ReferenceStepper::new(file.network.clone(), &file.schedule.sensors());
+    solve_with(&mut stepper, &file, path, arguments, outputs, &device)
 }
 
 fn solve_with(
-    stepper: &mut AnyStepper,
+    stepper: &mut ReferenceStepper,
     file: &NetworkFile,
     path: &Path,
     arguments: &Solve,
@@ -142,7 +137,7 @@ fn solve_with(
         return write_rows(output, &file.labels, &[0.0], &[found.temperatures]);
     }
     let tolerance = arguments.tolerance.unwrap_or(arguments.integrator.tolerance());
-    let settings = Settings { integrator: arguments.integrator, tolerance, floor: stepper.floor() };
+    let settings = Settings { integrator: arguments.integrator, tolerance, floor: FLOOR };
     say!("{}", forecast(file));
     let stop = stop_flag();
     let bar = spinner("time [s]");

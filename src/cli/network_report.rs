@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use super::error::CliError;
-use crate::gpu::error::GpuError;
 use crate::output::console::say;
 use crate::scene::network::NetworkFile;
 use crate::thermal::network::control::{ControlError, MOST_SUB_STEPS, STIFFEST, Series, Settings, Use};
@@ -16,7 +15,7 @@ Columns of OUT.events.csv: time [s], the heated node, true or false.
 
 Examples:
   isotherm network models/cubesat_network.toml -o cubesat.csv --plot cubesat.svg
-  isotherm network models/cubesat_network.toml -o cubesat.csv --integrator accurate --device cpu
+  isotherm network models/cubesat_network.toml -o cubesat.csv --integrator accurate
   isotherm network models/cubesat_network.toml --steady
   isotherm network import DISCTR_TRANSIENT.TMD -o disctr.toml
   isotherm network export models/cubesat_network.toml --series cubesat.csv -o cubesat.TMD";
@@ -61,8 +60,8 @@ pub(super) fn print_steady(steady: &Steady, file: &NetworkFile, counts: WorkCoun
 }
 
 fn print_counts(counts: WorkCounts) {
-    let WorkCounts { dispatches, stages, sub_steps, iterations } = counts;
-    say!("work: {dispatches} dispatches, {sub_steps} sub-steps, {stages} stages, {iterations} iterations");
+    let WorkCounts { stages, sub_steps, iterations } = counts;
+    say!("work: {sub_steps} sub-steps, {stages} stages, {iterations} iterations");
 }
 
 /// Three significant digits.
@@ -71,10 +70,9 @@ fn short(value: f64) -> String {
 }
 
 /// Adds advice to an integration error.
-pub(super) fn control_error(error: ControlError<GpuError>, file: &NetworkFile, path: &Path) -> CliError {
+pub(super) fn control_error(error: ControlError, file: &NetworkFile, path: &Path) -> CliError {
     let label = |node: usize| &file.labels[node];
     let message = match error {
-        ControlError::Stepper(error) => return error.into(),
         ControlError::Stopped => return CliError::StoppedBefore,
         ControlError::Unbalanced { time, node } => {
             format!(
@@ -94,11 +92,6 @@ pub(super) fn control_error(error: ControlError<GpuError>, file: &NetworkFile, p
             label(b),
             1.0 / rate
         ),
-        ControlError::TooHot { time, node, temperature } => format!(
-            "at {time} s node '{}' is at {temperature:.0} K, the hottest that this device holds; --device cpu has no such \
-             limit",
-            label(node)
-        ),
         ControlError::TooLong { time, step } => format!(
             "asks for too much work: at {time} s {MOST_SUB_STEPS:e} sub-steps were done, the most of a run; the last was {step:.1e} s \
              long; use a larger --tolerance, or earlier output.times"
@@ -113,10 +106,9 @@ pub(super) fn control_error(error: ControlError<GpuError>, file: &NetworkFile, p
 }
 
 /// Adds advice to the error of a steady state that was not found.
-pub(super) fn steady_error(error: SteadyError<GpuError>, file: &NetworkFile, path: &Path) -> CliError {
+pub(super) fn steady_error(error: SteadyError, file: &NetworkFile, path: &Path) -> CliError {
     let label = |node: usize| &file.labels[node];
     let message = match error {
-        SteadyError::Stepper(error) => return error.into(),
         SteadyError::Closed { node } => format!(
             "there is no steady state: the heat of node '{}' has no path to a boundary or to space",
             label(node)

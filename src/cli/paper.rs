@@ -81,7 +81,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     say!("device: {device}");
     let folder = Folder::new(&arguments.output, &own_files()).prepare(arguments.force, &prepared.scene.files)?;
 
-    let (orbits, work) = paper_orbits::compute(&chosen, &arguments.output)?;
+    let (orbits, work) = paper_orbits::compute(&arguments.output)?;
     let statements = scenario::checks(&orbits);
     let mut assumed = orbits.assumed();
     assumed.push(work);
@@ -89,7 +89,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         say!("{line}");
     }
     let mut plots = Vec::new();
-    for figure in orbit_figures::figures(&orbits, &device)? {
+    for figure in orbit_figures::figures(&orbits, &Target::Reference.name())? {
         for table in &figure.tables {
             folder.write_checked_csv(table.file, rows(&table.columns, table.rows.iter().map(Vec::as_slice)))?;
         }

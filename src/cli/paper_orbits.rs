@@ -1,20 +1,17 @@
-//! Solves the cubes of the paper's figures 2 to 4 on the chosen device.
+//! Solves the cubes of the paper's figures 2 to 4 in f64 on the processor.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::error::CliError;
 use super::progress::{progress_bar, stop_flag};
-use crate::gpu::error::GpuError;
 use crate::paper::cube::{Cube, PERIOD, Problem, STEP, STEPS};
 use crate::paper::orbits::{CASES, Orbits};
-use crate::simulation::stepper::AnyStepper;
-use crate::simulation::target::Target;
 use crate::thermal::network::control::{ControlError, Integrator, Settings, integrate};
 use crate::thermal::network::periodic::{self, Settled};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::schedule::{HeatTable, Schedule};
-use crate::thermal::network::stepper::{Stepper, WorkCounts};
+use crate::thermal::network::stepper::WorkCounts;
 
 /// Target error of an orbit [K]. Figure 2 shows a signal of 1 K.
 const TOLERANCE: f64 = 5e-4;
@@ -22,16 +19,15 @@ const TOLERANCE: f64 = 5e-4;
 const PERIODIC_TOLERANCE: f64 = 1e-3;
 
 /// The periodic states of all cubes, and their work. After Ctrl-C the error names `output`.
-pub(super) fn compute(chosen: &Target, output: &Path) -> Result<(Orbits, String), CliError> {
+pub(super) fn compute(output: &Path) -> Result<(Orbits, String), CliError> {
     let stop = stop_flag();
     let bar = progress_bar(CASES, "figures 2-4");
     let (mut orbits, mut total) = (0, WorkCounts::default());
     let solved = Orbits::compute(|case: &Cube, problem: &Problem| {
-        let mut stepper = chosen.stepper(&problem.network, &[])?;
+        let mut stepper = ReferenceStepper::new(problem.network.clone(), &[]);
         let settled = settle(&mut stepper, case, problem, &stop, output)?;
         let counts = stepper.counts();
         orbits += settled.orbits;
-        total.dispatches += counts.dispatches;
         total.stages += counts.stages;
         total.sub_steps += counts.sub_steps;
         bar.inc(1);
@@ -39,25 +35,23 @@ pub(super) fn compute(chosen: &Target, output: &Path) -> Result<(Orbits, String)
         Ok::<_, CliError>(settled.orbit.into_iter().map(faces).collect())
     });
     bar.finish_and_clear();
-    let WorkCounts { dispatches, stages, sub_steps, .. } = total;
+    let WorkCounts { stages, sub_steps, .. } = total;
     let work = format!(
-        "figures 2 to 4: {CASES} periodic states to {PERIODIC_TOLERANCE} K in {orbits} orbits, tolerance {TOLERANCE} K: \
-         {sub_steps} sub-steps, {stages} stages, {dispatches} dispatches"
+        "figures 2 to 4, in f64 on the processor: {CASES} periodic states to {PERIODIC_TOLERANCE} K in {orbits} orbits, tolerance {TOLERANCE} K: \
+         {sub_steps} sub-steps, {stages} stages"
     );
     Ok((solved?, work))
 }
 
 /// The error of a failed integration.
-fn told(error: ControlError<GpuError>, case: &Cube, output: &Path) -> CliError {
+fn told(error: ControlError, case: &Cube, output: &Path) -> CliError {
     match error {
-        ControlError::Stepper(error) => error.into(),
         ControlError::Stopped => CliError::Stopped(output.to_path_buf()),
         ControlError::Unbalanced { time, .. } => {
             CliError::Solver(format!("{case}: the faces have no balance at {time} s"))
         }
         ControlError::NoStep { time, .. }
         | ControlError::Stiff { time, .. }
-        | ControlError::TooHot { time, .. }
         | ControlError::TooLong { time, .. }
         | ControlError::Chatter { time, .. } => {
             CliError::Solver(format!("{case}: no sub-step is short enough at {time} s"))
@@ -67,7 +61,7 @@ fn told(error: ControlError<GpuError>, case: &Cube, output: &Path) -> CliError {
 
 /// One cube's periodic state.
 fn settle(
-    stepper: &mut AnyStepper,
+    stepper: &mut ReferenceStepper,
     case: &Cube,
     problem: &Problem,
     stop: &AtomicBool,
@@ -82,10 +76,10 @@ fn settle(
         times: (0..=STEPS).map(|step| step as f64 * STEP).collect(),
         ..Schedule::default()
     };
-    let settings = Settings { tolerance: TOLERANCE, floor: stepper.floor(), ..Settings::of(Integrator::Default) };
+    let settings = Settings { tolerance: TOLERANCE, ..Settings::of(Integrator::Default) };
     let mut balance = ReferenceStepper::new(problem.network.clone(), &[]);
     let orbit = |start: &[f64]| {
-        stepper.set_temperatures(start)?;
+        stepper.set_temperatures(start);
         let series = integrate(stepper, &problem.network, &schedule, &settings, |_| !stop.load(Ordering::Relaxed));
         Ok::<_, CliError>(series.map_err(|error| told(error, case, output))?.rows)
     };

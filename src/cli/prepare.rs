@@ -47,9 +47,8 @@ pub(super) fn guard(prepared: &mut Prepared, effort: Effort) {
 }
 
 /// Memory of a run on the device, with images and what the host reads [bytes].
-pub(super) fn device_memory(prepared: &Prepared, plan: &[Planned]) -> u64 {
-    let of_network = prepared.network_bytes(plan);
-    plan.iter().map(|planned| planned.bytes).sum::<u64>() + of_network.device + of_network.host
+pub(super) fn device_memory(plan: &[Planned]) -> u64 {
+    plan.iter().map(|planned| planned.bytes).sum()
 }
 
 /// Prints the number of nodes and triangles, and their memory on the device.
@@ -57,9 +56,8 @@ pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Target) {
     let nodes = prepared.nodes.count;
     say!("{}: {nodes} nodes, {} triangles on {}", prepared.scene.name, prepared.triangle_count(), chosen.name());
     if let Target::Device(context) = chosen {
-        let of_network = prepared.network_bytes(plan);
-        let all = device_memory(prepared, plan);
-        let of_nodes = device_bytes(plan) + of_network.device;
+        let all = device_memory(plan);
+        let of_nodes = device_bytes(plan);
         say!(
             "device memory: {:.1} bytes a node; {:.1} MiB in all, images and buffers for the host included, of {} MiB free",
             of_nodes as f64 / nodes.max(1) as f64,

@@ -165,8 +165,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let plan = data.plan();
     say_size(&prepared, &plan, &chosen);
     if let Target::Device(context) = &chosen {
-        let of_network = prepared.network_bytes(&plan);
-        check_plan(context, &plan, of_network.device + of_network.host, data.image)?;
+        check_plan(context, &plan, data.image)?;
     }
     let (folder, state) = match (earlier, fresh) {
         (Some(earlier), _) => {

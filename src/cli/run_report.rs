@@ -31,12 +31,11 @@ pub(super) fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome,
     };
     let costs = &outcome.network_costs;
     let median = |samples: Vec<f64>| PassTime::from_samples("network", &samples).map(|time| time.median_ms);
-    let network_ms = median(costs.iter().filter_map(|cost| cost.device_ms).collect());
     let network_wall_ms = median(costs.iter().map(|cost| cost.wall_ms).collect());
     // A dispatch of many steps is not a single step.
     let step_ms =
         mean(&|name| name.starts_with("thermal_step.") || name.starts_with("one_pass"), steps - engine.fused_steps())
-            .map(|ms| network_ms.map_or(network_wall_ms.unwrap_or(ms), |network| ms + network))
+            .map(|ms| network_wall_ms.unwrap_or(ms))
             // Temperatures of a file take no thermal step.
             .filter(|_| prepared.given.is_none());
     let of_image = |name: &str| {
@@ -48,7 +47,6 @@ pub(super) fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome,
         images,
         ns_per_node_step: step_ms.map(|ms| ms * 1e6 / prepared.nodes.count.max(1) as f64),
         step_ms,
-        network_ms,
         network_wall_ms,
         image_ms: mean(&of_image, images),
         wall_s,
@@ -124,7 +122,7 @@ pub(super) fn report(
         (!outcome.plots.is_empty(), "plots/", "the plots as SVG"),
     ];
     let files = files.into_iter().filter(|(there, ..)| *there);
-    let memory = chosen.device().map(|_| device_memory(prepared, plan));
+    let memory = chosen.device().map(|_| device_memory(plan));
     let forecast = Forecast::of(prepared).entries(&[Rate::of(chosen)], memory);
     let forecast = SettingGroup { title: "Forecast before the first step".to_owned(), entries: forecast };
     let mut warnings = prepared.warnings.clone();
@@ -191,13 +189,8 @@ pub(super) fn print_summary(report: &Report, folder: &Folder) {
     answer!("{} steps and {} images in {:.1} s on {}", speed.steps, speed.images, speed.wall_s, report.device.name);
     if let (Some(step), Some(node)) = (speed.step_ms, speed.ns_per_node_step) {
         answer!("a thermal step takes {step:.2} ms, {node:.2} ns a node");
-        match (speed.network_ms, speed.network_wall_ms) {
-            (Some(own), Some(wall)) => answer!(
-                "the passes of the thermal network take {own:.2} ms of it; their wall time is {wall:.2} ms, loads, transfers and \
-                 control included"
-            ),
-            (None, Some(_)) => answer!("that is the wall time of the thermal network, which the processor integrates"),
-            (_, None) => {}
+        if speed.network_wall_ms.is_some() {
+            answer!("that is the wall time of the thermal network, which the processor integrates");
         }
     }
     if let Some(accuracy) = &report.accuracy {

@@ -10,7 +10,7 @@ use super::differences::{Differences, Vertices};
 use super::record::Record;
 use super::responses::{self, OfMaterial};
 use super::{CompareError, INSTANT, NETWORK, RESPONSES, TRANSITION};
-use crate::gpu::nodes::GROUP;
+use crate::model::nodes::GROUP;
 use crate::output::clock::Seconds;
 use crate::output::job::check_finite;
 use crate::output::series::Series;
@@ -327,8 +327,7 @@ fn thermal_passes(engine: &dyn Engine) -> (usize, f64) {
         engine.pass_times().into_iter().flatten().filter(move |(name, _)| name.starts_with(start))
     };
     let thermal = passes("thermal_step.");
-    let in_frames: f64 = passes("one_pass").map(|(_, times)| times.iter().sum::<f64>()).sum();
-    let network = in_frames + engine.network_costs().iter().filter_map(|cost| cost.device_ms).sum::<f64>();
+    let network: f64 = passes("one_pass").map(|(_, times)| times.iter().sum::<f64>()).sum();
     thermal.fold((0, network), |(count, sum), (_, times)| (count + times.len(), sum + times.iter().sum::<f64>()))
 }
 

@@ -17,7 +17,6 @@ pub mod layout;
 pub mod limits;
 pub mod lists;
 pub mod memory;
-pub mod nodes;
 mod once;
 pub mod pass;
 pub mod pipeline;

@@ -51,13 +51,13 @@ pub fn device_bytes(plan: &[Planned]) -> u64 {
     plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|planned| planned.bytes).sum()
 }
 
-/// Checks that the device can hold a plan, before anything is allocated. `beside` is other memory in use [bytes].
+/// Checks that the device can hold a plan, before anything is allocated.
 ///
 /// # Errors
 /// The plan needs more memory than the device has, or the image is larger than the device can draw.
-pub fn check_plan(context: &Context, plan: &[Planned], beside: u64, image: Option<[u32; 2]>) -> Result<(), GpuError> {
+pub fn check_plan(context: &Context, plan: &[Planned], image: Option<[u32; 2]>) -> Result<(), GpuError> {
     let info = &context.info;
-    let needed = plan.iter().map(|planned| planned.bytes).sum::<u64>() + beside;
+    let needed = plan.iter().map(|planned| planned.bytes).sum::<u64>();
     let available = context.free_memory();
     if needed > available {
         let of_images = plan.iter().filter(|planned| planned.resource.grows_with_images());
@@ -76,7 +76,7 @@ impl Resources {
     /// Makes and fills all resources of a scene.
     pub fn of_scene(context: &Arc<Context>, once: &mut Once, data: &SceneData<'_>) -> Result<Self, GpuError> {
         let plan = data.plan();
-        check_plan(context, &plan, 0, data.drawn())?;
+        check_plan(context, &plan, data.drawn())?;
         let mut resources = Self::new(context);
         for Planned { resource, bytes } in &plan {
             if resource.role.is_image() {

@@ -13,7 +13,7 @@ use super::effects::network::tables::OnePassTables;
 use super::effects::sensor::tables::SensorTables;
 use super::effects::thermal::variant::{StepKind, StepRange, ThermalVariant};
 use super::layout;
-use super::nodes::{GROUP, RANGE_GROUPS};
+use crate::model::nodes::{GROUP, RANGE_GROUPS};
 use super::shapes::Shapes;
 use crate::environment::albedo;
 use crate::environment::shadow::{Jointed, Occluders, Redraw};

@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::gpu::nodes::GROUP;
 use crate::lens::Lens;
+use crate::model::nodes::GROUP;
 use crate::raster::{Surface, View, rasterise};
 use crate::scene::work::image_time;
 use crate::simulation::pose_of;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::finding::{Finding, named, short};
 use super::shapes::Shape;
-use crate::gpu::nodes::GROUP;
+use crate::model::nodes::GROUP;
 use crate::simulation::prepare::Prepared;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::balance::{balance_temperature, emissivity_sum};

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use glam::DVec3;
 
 use super::finding::{Finding, named, short};
-use crate::gpu::nodes::GROUP;
+use crate::model::nodes::GROUP;
 use crate::simulation::prepare::Prepared;
 
 /// Nothing that flies is longer than this [m]. The International Space Station has 109 m.

@@ -3,7 +3,7 @@
 use super::craft::Craft;
 use super::image::{JointPosition, LabelledImage, Split};
 use super::text::unique;
-use crate::gpu::nodes::{GROUP, PADDING};
+use crate::model::nodes::{GROUP, PADDING};
 use crate::simulation::image::Image;
 use crate::simulation::prepare::Prepared;
 

@@ -21,6 +21,7 @@ mod load;
 mod measure;
 mod meshopt;
 mod meshopt_filter;
+pub mod nodes;
 mod primitive;
 mod subdivide;
 mod summary;

@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DMat4, DVec2};
 
 use super::OutputError;
 use super::frame::{Frame, FrameHeader};
-use crate::gpu::nodes::GROUP;
+use crate::model::nodes::GROUP;
 use crate::scene::Camera;
 use crate::simulation::image::Image;
 use crate::simulation::prepare::Prepared;

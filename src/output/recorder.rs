@@ -15,7 +15,7 @@ use super::job_terms::{Done, Job, JobError, SaveEvery};
 use super::run_pictures::WrittenFrame;
 use super::state_file;
 use super::tables::Tables;
-use crate::gpu::nodes::GROUP;
+use crate::model::nodes::GROUP;
 use crate::saved::Saved;
 use crate::simulation::check::Check;
 use crate::simulation::energy::Account;

@@ -89,8 +89,6 @@ pub struct Speed {
     pub ns_per_node_step: Option<f64>,
     /// Median time of a thermal step [ms], with all network passes. It is the wall time if the processor integrates.
     pub step_ms: Option<f64>,
-    /// Median device time of the network passes of a step [ms].
-    pub network_ms: Option<f64>,
     /// Median wall time of the network in a step [ms], with loads, transfers and step control.
     pub network_wall_ms: Option<f64>,
     /// Median time of an image without writing files [ms].
@@ -250,7 +248,6 @@ pub(crate) mod tests {
                 images: 36,
                 ns_per_node_step: Some(3.64),
                 step_ms: Some(1.82),
-                network_ms: Some(1.5),
                 network_wall_ms: Some(2.1),
                 image_ms: Some(12.5),
                 wall_s: 41.3,

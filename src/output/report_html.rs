@@ -45,9 +45,7 @@ fn headline(html: &mut Html, report: &Report) {
         figures.push((significant(time), "ms", "per thermal step".to_owned()));
     }
     if let Some(time) = speed.network_wall_ms {
-        let own =
-            speed.network_ms.map_or(String::new(), |own| format!(", {} ms of it in its passes", significant(own)));
-        figures.push((significant(time), "ms", format!("wall time of the network in a step{own}")));
+        figures.push((significant(time), "ms", "wall time of the network in a step".to_owned()));
     }
     if let Some(time) = speed.image_ms {
         figures.push((significant(time), "ms", "per image, files not counted".to_owned()));

@@ -12,7 +12,7 @@ use super::series::{Series, SeriesRow};
 use super::series_lines::SeriesLines;
 use super::statistics::Groups;
 use super::temperature_plots::temperature_plots;
-use crate::gpu::nodes::GROUP;
+use crate::model::nodes::GROUP;
 use crate::simulation::prepare::Prepared;
 
 /// Temperatures over time.

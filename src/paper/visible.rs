@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use crate::gpu::nodes::{GROUP, Nodes};
+use crate::model::nodes::{GROUP, Nodes};
 use crate::output::canvas::{Canvas, Rgb};
 use crate::raster::{Surface, View, rasterise};
 use crate::thermal::material::{Material, Sides};

@@ -20,7 +20,7 @@ use super::engine::EngineError;
 use super::prepare::Prepared;
 use crate::environment::StepLoad;
 use crate::environment::shadow::Shadows;
-use crate::gpu::nodes::GROUP;
+use crate::model::nodes::GROUP;
 use crate::saved::Saved;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::incident::{IncidentFunction, incident};
@@ -185,8 +185,8 @@ impl Check {
     pub fn settle_at(&mut self, temperature: f64) {
         self.reference.settle_at(temperature);
         if let Some(network) = self.network.as_mut().filter(|network| !network.waits) {
-            let done = network.run.settle_at(temperature);
-            network.after(done);
+            network.run.settle_at(temperature);
+            network.take_temperatures();
         }
     }
 
@@ -235,18 +235,16 @@ impl Check {
     ///
     /// # Errors
     /// A call that fails.
-    pub(super) fn begin_halves(&mut self) -> Result<(), EngineError> {
-        self.halves.begin(&self.reference, self.network.as_mut())
+    pub(super) fn begin_halves(&mut self) {
+        self.halves.begin(&self.reference, self.network.as_ref());
     }
 
     /// Adds values [K] to the temperatures of the network's nodes.
     pub(super) fn move_network(&mut self, by: &[f64]) {
         if let Some(network) = self.network.as_mut().filter(|network| !network.waits) {
-            let done = network.run.temperatures().and_then(|mut temperatures| {
-                temperatures.iter_mut().zip(by).for_each(|(temperature, by)| *temperature += by);
-                network.run.set_temperatures(&temperatures)
-            });
-            network.after(done);
+            let moved: Vec<f64> = network.run.temperatures().iter().zip(by).map(|(now, by)| now + by).collect();
+            network.run.set_temperatures(&moved);
+            network.take_temperatures();
         }
     }
 
@@ -264,8 +262,8 @@ impl Check {
     pub(super) fn start_network(&mut self, temperatures: &[f64], on: &[bool]) {
         if let Some(network) = self.network.as_mut().filter(|network| network.waits) {
             network.waits = false;
-            let done = network.run.start_from(temperatures, on);
-            network.after(done);
+            network.run.start_from(temperatures, on);
+            network.take_temperatures();
             self.notes.push(format!(
                 "The thermal network has more than {LARGEST_IN_WARM_UP} drawn nodes: its reference starts from the \
                  temperatures of the device at time 0. These figures do not have the error of the warm-up."

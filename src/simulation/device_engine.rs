@@ -63,12 +63,10 @@ impl DeviceEngine {
         let device = DeviceData::new(prepared).with_exchange(tables);
         let data = device.scene_data_with(prepared, camera, context.info.sample_counts);
         let plan = data.plan();
-        let of_network = prepared.network_bytes(&plan);
-        check_plan(context, &plan, of_network.device + of_network.host, data.drawn())?;
+        check_plan(context, &plan, data.drawn())?;
         let renderer = Renderer::new(context, &data)?;
-        let network = prepared.network.as_ref().map(|scene| NetworkRun::on_device(context, scene, renderer.spare()));
         Ok(Self {
-            network: network.transpose()?,
+            network: prepared.network.as_ref().map(NetworkRun::beside_device),
             exchange,
             frames: Frames::new(device.heat.clone()),
             given: prepared.given.clone(),
@@ -121,8 +119,8 @@ impl Engine for DeviceEngine {
 
     fn settle_at(&mut self, temperature: f64, nodes: usize) -> Result<(), EngineError> {
         if let Some(network) = &mut self.network {
-            network.settle_at(temperature)?;
-            self.renderer.set_network(&network.temperatures()?, network.on())?;
+            network.settle_at(temperature);
+            self.renderer.set_network(&network.temperatures(), network.on())?;
         }
         Ok(self.renderer.settle_at(&vec![temperature as f32; nodes])?)
     }
@@ -232,8 +230,7 @@ impl Engine for DeviceEngine {
     }
 
     fn device_bytes(&self) -> Option<u64> {
-        let of_network = self.network.as_ref().and_then(NetworkRun::device_bytes);
-        Some(self.renderer.device_bytes() + of_network.unwrap_or(0))
+        Some(self.renderer.device_bytes())
     }
 
     fn pass_times(&self) -> Option<&PassTimes> {
@@ -256,7 +253,7 @@ impl Engine for DeviceEngine {
         }
         self.take_switches()?;
         if let Some(network) = &mut self.network {
-            saved.put_all("network", network.save()?);
+            saved.put_all("network", network.save());
         }
         Ok(saved)
     }
@@ -303,7 +300,7 @@ impl Engine for DeviceEngine {
         self.take_switches()?;
         match found {
             Some(temperatures) => Ok(Some(temperatures)),
-            None => self.network.as_mut().map(NetworkRun::temperatures).transpose(),
+            None => Ok(self.network.as_ref().map(NetworkRun::temperatures)),
         }
     }
 
@@ -330,7 +327,7 @@ impl Engine for DeviceEngine {
 
     fn set_network_temperatures(&mut self, temperatures: &[f64]) -> Result<(), EngineError> {
         let Some(network) = &mut self.network else { return Ok(()) };
-        network.set_temperatures(temperatures)?;
+        network.set_temperatures(temperatures);
         Ok(self.renderer.set_network(temperatures, network.on())?)
     }
 }

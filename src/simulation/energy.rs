@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::engine::{Engine, EngineError};
 use super::prepare::Prepared;
 use crate::gpu::effects::heat::tables::{HeatOf, HeatRun, HeatTables, RUN_GROUPS};
-use crate::gpu::nodes::GROUP;
+use crate::model::nodes::GROUP;
 use crate::saved::{Saved, SavedError};
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::balance::emissivity_sum;

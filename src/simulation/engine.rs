@@ -226,7 +226,7 @@ pub trait Engine: Send {
     /// # Errors
     /// A call that fails.
     fn network_temperatures(&mut self) -> Result<Option<Vec<f64>>, EngineError> {
-        self.network_mut().map(NetworkRun::temperatures).transpose()
+        Ok(self.network().map(NetworkRun::temperatures))
     }
 
     /// Replaces the temperatures of the network's nodes [K]. They appear after the next step.
@@ -234,7 +234,10 @@ pub trait Engine: Send {
     /// # Errors
     /// A call that fails.
     fn set_network_temperatures(&mut self, temperatures: &[f64]) -> Result<(), EngineError> {
-        self.network_mut().map_or(Ok(()), |network| network.set_temperatures(temperatures))
+        if let Some(network) = self.network_mut() {
+            network.set_temperatures(temperatures);
+        }
+        Ok(())
     }
 
     /// Temperatures of the structures below plates [K], in the order of `Prepared::structures`.

@@ -15,7 +15,7 @@ use crate::exchange::mirrors::Mirrors;
 use crate::exchange::patches::{Patches, Surface};
 use crate::exchange::sky::{Due, Renewal};
 use crate::exchange::step::{Exchange, Light, MOST_PATCHES, PATCHES, Settings};
-use crate::gpu::nodes::{GROUP, Nodes, PADDING};
+use crate::model::nodes::{GROUP, Nodes, PADDING};
 use crate::saved::{Saved, SavedError};
 use crate::thermal::material::Material;
 use crate::thermal::received::Received;

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use wildmatch::WildMatch;
 
 use super::prepare_error::PrepareError;
-use crate::gpu::nodes::{GROUP, Nodes};
+use crate::model::nodes::{GROUP, Nodes};
 use crate::scene::{Mapping, Scene, SolvedNode, Temperatures};
 
 /// A node of the model without one of the file.

@@ -9,7 +9,7 @@ use wildmatch::WildMatch;
 use super::prepare_error::PrepareError;
 use crate::environment::joints::{Drive, Guided, Joint, Kind, Motion, Played};
 use crate::environment::step::StepLoads;
-use crate::gpu::nodes::Nodes;
+use crate::model::nodes::Nodes;
 use crate::model::{Model, SceneNode};
 use crate::scene::{JointMotion, JointRule, Scene};
 

@@ -21,8 +21,8 @@ pub use run::{NetworkRun, StepCost};
 
 use std::sync::Arc;
 
-use crate::gpu::nodes::{GROUP, Nodes};
 use crate::gpu::effects::network::tables::{Drawn, OnePassTables};
+use crate::model::nodes::{GROUP, Nodes};
 use crate::thermal::network::control::Settings;
 use crate::thermal::network::one_pass::{Conduction, Heater, Plan, Unfit};
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};

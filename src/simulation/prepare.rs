@@ -14,17 +14,13 @@ use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, Stage};
 use super::prepare_names;
 use super::prepare_steps::{self as steps, Dense};
-use super::stepper::is_small;
 use crate::environment::shadow::{Jointed, Occluders, Redraw, Shadows};
 use crate::environment::step::StepLoads;
 use crate::gpu::effects::thermal::variant::StepRange;
 use crate::gpu::effects::image::runs::TriangleRun;
-use crate::gpu::network::NetworkBytes;
-use crate::gpu::nodes::{GROUP, Nodes, PADDING, RangeResponse};
-use crate::gpu::plan::Planned;
-use crate::gpu::scene_data::spare_bytes;
 use crate::gpu::shapes;
 use crate::gpu::effects::thermal::variant::{Curve, StepKind, ThermalVariant};
+use crate::model::nodes::{GROUP, Nodes, PADDING, RangeResponse};
 use crate::model::{Merged, Model};
 use crate::scene::work::too_late;
 use crate::scene::{Background, Reflections, Scene, ShadowSettings as Settings};
@@ -217,15 +213,6 @@ impl Prepared {
             }
         }
         ranges
-    }
-
-    /// Device memory of the scene's thermal network, in addition to the scene's plan [bytes]. 0 where there is none.
-    pub fn network_bytes(&self, plan: &[Planned]) -> NetworkBytes {
-        let of =
-            |scene: &Arc<SceneNetwork>| NetworkBytes::of(scene.network(), scene.sensors().len(), &spare_bytes(plan));
-        // The tables of a network in one pass are in the plan, and the processor integrates a small network.
-        let own = |scene: &&Arc<SceneNetwork>| scene.plan().is_none() && !is_small(scene.network().len());
-        self.network.as_ref().filter(own).map(of).unwrap_or_default()
     }
 
     /// When shadows are found anew, and from which view. `None` where the craft does not shadow itself.

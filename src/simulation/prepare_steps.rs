@@ -17,7 +17,7 @@ use crate::environment::step::StepLoads;
 use crate::environment::{Attitude, Orbit};
 use crate::files;
 use crate::gpu::effects::image::runs::TriangleRun;
-use crate::gpu::nodes::Nodes;
+use crate::model::nodes::Nodes;
 use crate::model::{Merged, Model, Skipped};
 use crate::raster::traced::LARGEST_REFLECTED;
 use crate::scene::{Camera, Draw, Initial, JointMotion, Reflections, Scene, ShadowSettings, file_hash, scene_hash};

@@ -20,7 +20,7 @@ use super::viewpoint::{raster_view, sensor_view};
 use crate::environment::StepLoad;
 use crate::environment::shadow::{Jointed, Shadows};
 use crate::gpu::effects::heat::tables::HeatTables;
-use crate::gpu::nodes::{GROUP, PADDING};
+use crate::model::nodes::{GROUP, PADDING};
 use crate::raster::distant::gather;
 use crate::raster::{self, Around, Surface, rasterise};
 use crate::saved::Saved;
@@ -247,9 +247,9 @@ impl ReferenceEngine {
         rasterise(&nothing, view, |_| 0.0)
     }
 
-    fn take_network(&mut self) -> Result<(), EngineError> {
-        let Some(network) = &mut self.network else { return Ok(()) };
-        let temperatures = network.temperatures()?;
+    fn take_network(&mut self) {
+        let Some(network) = &self.network else { return };
+        let temperatures = network.temperatures();
         let mut of_slot = vec![f64::NAN; self.slots];
         network.scene().scatter(&temperatures, |slot, temperature| of_slot[slot] = temperature);
         for (node, slot) in self.node_of_slot.iter().enumerate() {
@@ -257,7 +257,6 @@ impl ReferenceEngine {
                 self.reference.set_temperature(node, of_slot[*slot as usize]);
             }
         }
-        Ok(())
     }
 }
 
@@ -284,12 +283,16 @@ impl Engine for ReferenceEngine {
             Some(network) => network.settle(heat, time)?,
             None => return Ok(()),
         }
-        self.take_network()
+        self.take_network();
+        Ok(())
     }
 
     fn settle_at(&mut self, temperature: f64, _nodes: usize) -> Result<(), EngineError> {
         self.reference.settle_at(temperature);
-        self.network.as_mut().map_or(Ok(()), |network| network.settle_at(temperature))
+        if let Some(network) = &mut self.network {
+            network.settle_at(temperature);
+        }
+        Ok(())
     }
 
     fn take_camera(&mut self, camera: &Camera) -> bool {
@@ -329,7 +332,7 @@ impl Engine for ReferenceEngine {
             if let Some(network) = &mut self.network {
                 network.step(heat, step.start, step.length)?;
             }
-            self.take_network()?;
+            self.take_network();
             self.take_given(step.start + step.length);
             if let Some(network) = &mut self.network {
                 network.step_ends();
@@ -421,7 +424,7 @@ impl Engine for ReferenceEngine {
             saved.put_all("exchange", exchange.save());
         }
         if let Some(network) = &mut self.network {
-            saved.put_all("network", network.save()?);
+            saved.put_all("network", network.save());
         }
         if let Some(sensor) = &self.sensor {
             saved.put_all("sensor", sensor.save());

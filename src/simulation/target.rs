@@ -6,14 +6,11 @@ use super::device_engine::DeviceEngine;
 use super::engine::Engine;
 use super::prepare::Prepared;
 use super::reference_engine::ReferenceEngine;
-use super::stepper::AnyStepper;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
-use crate::gpu::network::NetworkStepper;
 use crate::gpu::response::{Run, respond};
 use crate::scene::Camera;
 use crate::thermal::material::Transition;
-use crate::thermal::network::Network;
 use crate::thermal::transition::{TransitionState, transition_step};
 
 /// A place of computation.
@@ -60,17 +57,6 @@ impl Target {
         Ok(match self {
             Self::Device(context) => Box::new(DeviceEngine::new(context, prepared, camera)?),
             Self::Reference => Box::new(ReferenceEngine::new(prepared, camera)),
-        })
-    }
-
-    /// A stepper for a network.
-    ///
-    /// # Errors
-    /// An error of the device.
-    pub fn stepper(&self, network: &Network, sensors: &[u32]) -> Result<AnyStepper, GpuError> {
-        Ok(match self {
-            Self::Device(context) => AnyStepper::Device(Box::new(NetworkStepper::new(context, network, sensors)?)),
-            Self::Reference => AnyStepper::reference(network, sensors),
         })
     }
 

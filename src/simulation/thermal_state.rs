@@ -165,6 +165,6 @@ pub fn begin_from(saved: &Saved, engine: &mut dyn Engine, check: Option<&mut Che
     if !state.has("check.counts") || check.restore(&state.part("check")).is_err() {
         return Ok(false);
     }
-    check.begin_halves()?;
+    check.begin_halves();
     Ok(true)
 }

@@ -5,8 +5,8 @@ use glam::{DAffine3, DVec3};
 use super::prepare::Prepared;
 use crate::environment::shadow::{Jointed, Occluders};
 use crate::gpu::layout::{self, ShadowBox, ShadowTriangle};
-use crate::gpu::nodes::GROUP;
 use crate::gpu::renderer;
+use crate::model::nodes::GROUP;
 use crate::raster::traced;
 
 /// The triangles of a craft whose surfaces reflect each other.

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use glam::{DVec2, DVec3};
 
 use super::kept::Kept;
-use crate::gpu::nodes::GROUP;
+use crate::model::nodes::GROUP;
 use crate::saved::Saved;
 use crate::simulation::facade::Simulation;
 use crate::simulation::facade_error::SimulationError;

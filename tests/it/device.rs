@@ -7,11 +7,11 @@ use isotherm::environment::{PlanetLoad, StepLoad, SunSample};
 use isotherm::gpu::context::Context;
 use isotherm::gpu::error::GpuError;
 use isotherm::gpu::effects::thermal::variant::StepRange;
-use isotherm::gpu::nodes::GROUP;
 use isotherm::gpu::renderer::{Renderer, Request};
 use isotherm::gpu::scene_data::{NODES_PER_WORKGROUP, SceneData};
 use isotherm::gpu::shapes::Shapes;
 use isotherm::gpu::effects::thermal::variant::{Curve, StepKind, ThermalVariant};
+use isotherm::model::nodes::GROUP;
 use isotherm::simulation::device_data::device_material;
 use isotherm::thermal::balance::emissivity_sum;
 use isotherm::thermal::material::{

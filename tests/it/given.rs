@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use glam::DVec3;
-use isotherm::gpu::nodes::{GROUP, PADDING};
+use isotherm::model::nodes::{GROUP, PADDING};
 use isotherm::scene::tmd::{Conductors, Tmd, TmdNode};
 use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::prepare::Prepared;

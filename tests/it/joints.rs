@@ -7,7 +7,7 @@ use isotherm::gpu::effects::light::Casting;
 use isotherm::gpu::frame::{Frame, Wanted};
 use isotherm::gpu::effects::thermal::variant::StepRange;
 use isotherm::gpu::effects::image::runs::TriangleRun;
-use isotherm::gpu::nodes::PADDING;
+use isotherm::model::nodes::PADDING;
 use isotherm::gpu::renderer::{Renderer, Request};
 use isotherm::scene::Scene;
 use isotherm::simulation::device_data::DeviceData;

@@ -1,6 +1,6 @@
 //! Thermal networks of scenes: closed form, device against twin, periodic state, refusals.
 
-use isotherm::gpu::nodes::PADDING;
+use isotherm::model::nodes::PADDING;
 use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, EngineError};
 use isotherm::simulation::prepare::Prepared;

@@ -1,7 +1,7 @@
 //! Properties of any scene: start, rest without sources, energy, areas, and responses that coincide.
 
 use isotherm::gpu::effects::thermal;
-use isotherm::gpu::nodes::{GROUP, PADDING};
+use isotherm::model::nodes::{GROUP, PADDING};
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, EngineError, Order, Step};

@@ -1,7 +1,7 @@
 //! Models that were quantized or compressed have the temperatures of the plain file, with shadows too.
 
 use glam::{DQuat, DVec3};
-use isotherm::gpu::nodes::{GROUP, PADDING};
+use isotherm::model::nodes::{GROUP, PADDING};
 use isotherm::simulation::reference_engine::ReferenceEngine;
 use serde_json::json;
 

@@ -47,7 +47,7 @@ fn stated(prepared: &Prepared) -> StepLengthError {
 fn apart(prepared: &Prepared, coarse: &[Vec<f64>], fine: &[Vec<f64>], materials: &[&str]) -> [f64; 2] {
     let nodes = &prepared.nodes;
     let real =
-        (0..nodes.vertex_of_node.len()).filter(|slot| nodes.vertex_of_node[*slot] != isotherm::gpu::nodes::PADDING);
+        (0..nodes.vertex_of_node.len()).filter(|slot| nodes.vertex_of_node[*slot] != isotherm::model::nodes::PADDING);
     let meant: Vec<bool> = real
         .map(|slot| materials.contains(&prepared.materials[nodes.group_material[slot / 4] as usize].name.as_str()))
         .collect();

@@ -61,7 +61,7 @@ class Case:
         rows = np.fromfile(output).reshape(found["rows"], -1)
         key = ("Isotherm", self.shop.isotherm_version, f"tolerance {1e3 * tolerance:g} mK")
         self.clocks.setdefault(key, []).extend(found["clock_ms"])
-        self.device.setdefault(key, []).extend(found["device_ms"])
+        self.device.setdefault(key, []).extend(found.get("device_ms", []))
         self.errors[key] = self.error(rows)
         self.notes[key] = f"{found['stages']} stages in {found['sub_steps']} sub-steps"
         self.device_name = found["device"]

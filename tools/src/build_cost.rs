@@ -53,7 +53,7 @@ pub fn measure_one(context: &Arc<Context>, mut scene: Scene, edge: f64) -> Resul
     let camera = prepared.scene.camera.clone();
     let data = DeviceData::new(&prepared);
     let plan = data.scene_data(&prepared, camera.as_ref()).plan();
-    let device = device_bytes(&plan) + prepared.network_bytes(&plan).device;
+    let device = device_bytes(&plan);
     drop(data);
     let step = prepared.scene.time.step;
     let began = Instant::now();
@@ -81,7 +81,7 @@ pub fn measure_one(context: &Arc<Context>, mut scene: Scene, edge: f64) -> Resul
         peak()
     );
     if let Some(network) = engine.network() {
-        let ms = |cost: &StepCost| format!("{:.0} ({:.0} of the device)", cost.wall_ms, cost.device_ms.unwrap_or(0.0));
+        let ms = |cost: &StepCost| format!("{:.0}", cost.wall_ms);
         let steps: Vec<String> = network.costs().iter().map(ms).collect();
         println!("\nTicks of the network of {} nodes [ms]: {}", network.scene().network().len(), steps.join(", "));
         for (name, value) in network.description() {

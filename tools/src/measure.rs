@@ -1,11 +1,10 @@
-//! Measures figures of docs/benchmarks.md: the thermal pass, whole steps, stages of large networks, start-up, and shadow
+//! Measures figures of docs/benchmarks.md: the thermal pass, whole steps, start-up, and shadow
 //! errors.
 
 mod build_cost;
 #[path = "peers/clock.rs"]
 mod clock;
 mod exchange_cost;
-mod network_cost;
 mod one_pass;
 mod sensor_cost;
 mod shadow_error;
@@ -64,18 +63,6 @@ struct Arguments {
     /// Measure only the cost of response functions relative to a quadratic one
     #[arg(long)]
     functions_only: bool,
-    /// Measure only the stages of large networks
-    #[arg(long)]
-    network_only: bool,
-    /// Numbers of nodes of the networks; each is rounded to a square
-    #[arg(long, value_delimiter = ',', default_values_t = [10_000, 100_000, 1_000_000])]
-    network_nodes: Vec<usize>,
-    /// Measure only whole networks on the processor and on the device, at --small-nodes
-    #[arg(long)]
-    small_networks: bool,
-    /// Numbers of nodes of --small-networks
-    #[arg(long, value_delimiter = ',', default_values_t = [16, 256, 1024, 4096])]
-    small_nodes: Vec<usize>,
     /// Measure only the network of the scene in one pass, at --one-pass-edges
     #[arg(long)]
     one_pass: bool,
@@ -146,12 +133,6 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
     }
     let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     println!("Device: {}, {}; load average {}\n", context.info.name, context.info.driver, load.trim());
-    if arguments.small_networks {
-        return network_cost::compare(&context, &arguments.small_nodes);
-    }
-    if arguments.network_only {
-        return network_cost::measure(&context, &arguments.network_nodes);
-    }
     if arguments.build {
         let mut same = vec!["--scene".to_owned(), arguments.scene.display().to_string()];
         same.extend(arguments.device.iter().flat_map(|device| ["--device".to_owned(), device.clone()]));

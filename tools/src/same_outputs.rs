@@ -26,10 +26,9 @@ struct Arguments {
 }
 
 /// Keys of `report.json` that hold times or the folder of the run.
-const TIMES: [&str; 10] = [
+const TIMES: [&str; 9] = [
     "ns_per_node_step",
     "step_ms",
-    "network_ms",
     "network_wall_ms",
     "image_ms",
     "wall_s",

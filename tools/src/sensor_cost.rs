@@ -12,7 +12,6 @@ use isotherm::simulation::prepare::Prepared;
 use isotherm::thermal::sensor::{Optics, Sensor};
 
 use super::AnyError;
-use super::network_cost::processor_seconds;
 
 /// Images of a measurement.
 const IMAGES: u32 = 60;
@@ -88,4 +87,13 @@ pub fn measure(context: &Arc<Context>, scene: Scene) -> Result<(), AnyError> {
         println!("| {name} | {wall:.2} | {:.2} | {busy:.2} | {:.2} |", wall - wall_0, busy - busy_0);
     }
     Ok(())
+}
+
+/// Processor time of this program [s], which does not depend on other programs (proc(5), `/proc/self/stat`: fields 14
+/// and 15, in units of 1/100 s). NaN if there is no such file.
+fn processor_seconds() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let fields: Vec<f64> = stat.rsplit(')').next().unwrap_or_default().split(' ').flat_map(str::parse).collect();
+    // The state, the third field, is not a number.
+    fields.get(10).zip(fields.get(11)).map_or(f64::NAN, |(user, system)| (user + system) / 100.0)
 }

@@ -132,7 +132,7 @@ impl Plates {
     }
 
     /// Temperatures [K] at the ends of steps under the given fluxes.
-    fn integrate(&self, target: &Target, fluxes: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, String> {
+    fn integrate(&self, fluxes: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, String> {
         let count = self.normals.len();
         let network = Network {
             space_temperature: SPACE,
@@ -155,12 +155,12 @@ impl Plates {
             times: (1..=self.steps).map(|step| self.step * step as f64).collect(),
             ..Schedule::default()
         };
-        let series = integrated(target, &network, &schedule, Integrator::Default);
+        let series = integrated(&network, &schedule, Integrator::Default);
         Ok(series.map_err(|error| unfinished(&error))?.rows)
     }
 
     fn error(&self, target: &Target) -> Result<f64, String> {
-        let found = self.integrate(target, &self.absorbed(target)?)?;
+        let found = self.integrate(&self.absorbed(target)?)?;
         Ok(self.apart(&found))
     }
 
@@ -178,7 +178,7 @@ impl Plates {
         };
         let fluxes: Vec<Vec<f64>> =
             (0..self.steps).map(|step| self.normals.iter().map(|normal| flux(step, normal)).collect()).collect();
-        self.integrate(&Target::Reference, &fluxes).map_or(f64::INFINITY, |found| self.apart(&found))
+        self.integrate(&fluxes).map_or(f64::INFINITY, |found| self.apart(&found))
     }
 }
 

@@ -24,7 +24,6 @@ pub use case::{HardCase, HardRow, Scale};
 pub fn all() -> Vec<HardCase> {
     let lists = [
         transitions::cases(),
-        networks::residual::cases(),
         vec![networks::massless::no_capacitance()],
         networks::conducting::cases(),
         networks::thermostats::cases(),

@@ -1,4 +1,4 @@
-//! Hard cases of networks: tiny heat, extreme capacitances and conductances, thermostats, cold, and a whole day.
+//! Hard cases of networks: extreme capacitances and conductances, thermostats, and cold.
 
 use super::case::{apart, worst_of};
 use crate::thermal::network::{LinearConductor, Network, NodeKind};
@@ -6,7 +6,6 @@ use crate::thermal::network::{LinearConductor, Network, NodeKind};
 pub mod cold;
 pub mod conducting;
 pub mod massless;
-pub mod residual;
 pub mod thermostats;
 
 /// Error limit of the default integrator [K], and its source.

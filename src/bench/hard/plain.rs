@@ -74,42 +74,6 @@ pub fn merge_f32(power: i32, t_max: f32, initial: f32, targets: &[f32]) -> Vec<f
     targets.iter().map(step).collect()
 }
 
-/// Equal steps of forward Euler in f32 under heat that is constant over each `frame` [s]. Returns the unchecked
-/// temperatures [K] after every frame.
-pub fn euler_f32(
-    network: &Network,
-    frames: &mut dyn Iterator<Item = Vec<f64>>,
-    frame: f64,
-    steps: u32,
-) -> Vec<Vec<f64>> {
-    let f32s = |values: &[f64]| values.iter().map(|value| *value as f32).collect::<Vec<_>>();
-    let (capacitances, areas) = (f32s(&network.capacitances), f32s(&network.emissive_areas));
-    let step = (frame / f64::from(steps)) as f32;
-    let (sigma, space) = (STEFAN_BOLTZMANN as f32, (network.space_temperature as f32).powi(4));
-    let mut now = f32s(&network.temperatures);
-    let mut gained = vec![0.0f32; now.len()];
-    let mut rows = Vec::new();
-    for heat in frames {
-        let heat = f32s(&heat);
-        for _ in 0..steps {
-            for node in 0..now.len() {
-                gained[node] = heat[node] - areas[node] * sigma * (now[node].powi(4) - space);
-            }
-            for conductor in &network.linear {
-                let [a, b] = conductor.nodes.map(|node| node as usize);
-                let flow = conductor.conductance as f32 * (now[b] - now[a]);
-                gained[a] += flow;
-                gained[b] -= flow;
-            }
-            for node in 0..now.len() {
-                now[node] += step * gained[node] / capacitances[node];
-            }
-        }
-        rows.push(now.iter().map(|kelvin| f64::from(*kelvin)).collect());
-    }
-    rows
-}
-
 /// A simple step in f64.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {

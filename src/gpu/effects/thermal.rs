@@ -9,7 +9,7 @@ use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 use self::variant::{StepKind, StepRange, ThermalVariant};
 use crate::environment::MAX_SUN_SAMPLES;
 use crate::gpu::layout::{self, FUSED_STEPS};
-use crate::gpu::nodes::RANGE_GROUPS;
+use crate::model::nodes::RANGE_GROUPS;
 use crate::gpu::pass::{
     CLEAR_WRITE, COMPUTE, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Frame, Pass, Scope, barrier, scope,
     to_host,
@@ -75,7 +75,7 @@ pub static ELAPSED: Resource =
     Resource::new("Elapsed", GROUP, Storage, Per::Node, full_state_groups).in_pieces(Always);
 /// Temperature of every node [K], then the power of every heater of a network in one pass [W].
 pub static TEMPERATURE: Resource = Resource::new("Temperature", GROUP, Storage, Per::Node, |data| {
-    data.groups() + data.network.map_or(0, |network| network.heaters.len().div_ceil(crate::gpu::nodes::GROUP))
+    data.groups() + data.network.map_or(0, |network| network.heaters.len().div_ceil(crate::model::nodes::GROUP))
 })
 .in_pieces(WithoutImage);
 /// Temperature of every node before the last step [K], where images lie between steps.

@@ -6,7 +6,7 @@ use crate::gpu::effects::network::{
     COUPLINGS, HEATERS, LOG, MEAN_EVEN, MEMORY, POWERS, STATES, SWITCHES, TOLD, WEIGHTS,
 };
 use crate::gpu::error::GpuError;
-use crate::gpu::nodes::GROUP;
+use crate::model::nodes::GROUP;
 use crate::gpu::request::Heating;
 use crate::thermal::network::control::Switch;
 use crate::thermal::network::one_pass::{Estimate, Halving, Told};
@@ -128,7 +128,7 @@ impl Renderer {
         (network.odd, network.age, network.on) = (false, 0, on.to_vec());
         let memory = vec![[[0.0f32; 4]; 4]; network.tables.shape.estimated() as usize];
         let switches = heaters::states(&network.tables.heaters, on);
-        let pairs = temperatures.iter().map(|temperature| crate::gpu::network::split(*temperature));
+        let pairs = temperatures.iter().map(|temperature| split(*temperature));
         let bases = network.tables.in_slots(pairs.clone().map(|[base, _]| base));
         let rests = network.tables.in_slots(pairs.map(|[_, rest]| rest));
         let means: Vec<f32> = bases.iter().zip(&rests).map(|(base, rest)| base + rest).collect();
@@ -143,4 +143,10 @@ impl Renderer {
         self.resources.free_staging();
         Ok(())
     }
+}
+
+/// Splits a temperature into base and rest [K]. The base is a multiple of 1/256 K.
+fn split(temperature: f64) -> [f32; 2] {
+    let base = (temperature * 256.0).round() / 256.0;
+    [base as f32, (temperature - base) as f32]
 }

@@ -91,22 +91,13 @@ impl Halves {
     }
 
     /// Begins in the state of the whole steps.
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn begin(
-        &mut self,
-        reference: &Reference<IncidentFunction>,
-        network: Option<&mut NetworkCheck>,
-    ) -> Result<(), EngineError> {
+    pub fn begin(&mut self, reference: &Reference<IncidentFunction>, network: Option<&NetworkCheck>) {
         self.begun = true;
         self.reference = reference.clone();
         if let (Some(own), Some(network)) = (&mut self.network, network) {
-            let temperatures = network.run.temperatures()?;
-            let done = own.run.start_from(&temperatures, network.run.on());
-            own.after(done);
+            own.run.start_from(&network.run.temperatures(), network.run.on());
+            own.take_temperatures();
         }
-        Ok(())
     }
 
     /// Advances by `steps` steps from `start` [s] for `length` [s], in two halves. `whole` and `network` have the shares of the Sun.

@@ -61,7 +61,7 @@ impl NetworkCheck {
     /// A call that fails.
     pub fn save(&mut self) -> Result<Saved, EngineError> {
         let mut saved = Saved::default();
-        saved.put_all("run", self.run.save()?);
+        saved.put_all("run", self.run.save());
         saved.put_all("loads", self.loads.save());
         if let Some(shadows) = &self.shadows {
             saved.put_all("shadows", shadows.save());
@@ -97,16 +97,18 @@ impl NetworkCheck {
 
     /// Takes the temperatures after a call, or why it failed.
     pub fn after(&mut self, done: Result<(), EngineError>) {
-        let found = done.and_then(|()| self.run.temperatures());
-        match found {
-            Ok(temperatures) => {
-                let known = &mut self.temperatures;
-                self.run.scene().scatter(&temperatures, |slot, temperature| {
-                    known.insert(slot, temperature);
-                });
-            }
+        match done {
+            Ok(()) => self.take_temperatures(),
             Err(error) => self.failed = Some(error.to_string()),
         }
+    }
+
+    /// Takes the temperatures of the network.
+    pub fn take_temperatures(&mut self) {
+        let known = &mut self.temperatures;
+        self.run.scene().scatter(&self.run.temperatures(), |slot, temperature| {
+            known.insert(slot, temperature);
+        });
     }
 }
 

@@ -34,7 +34,7 @@ impl DeviceEngine {
         let mut values = self.renderer.absorbed(load, None)?;
         network.settle(network.scene().heat(|slot| f64::from(values[slot])), time)?;
         put(&mut self.renderer, network, &mut values)?;
-        Ok(self.renderer.set_network(&network.temperatures()?, network.on())?)
+        Ok(self.renderer.set_network(&network.temperatures(), network.on())?)
     }
 
     /// Writes the temperatures of a file at a time [s], and before them keeps those before the step where the order says so.
@@ -58,7 +58,10 @@ impl DeviceEngine {
         let estimate = self.renderer.network_estimate()?.map(|(estimate, _)| estimate).unwrap_or_default();
         let temperatures = self.renderer.network_temperatures()?.unwrap_or_default();
         self.renderer.end_network();
-        self.network.as_mut().map_or(Ok(()), |network| network.change_over(&temperatures, estimate, start))
+        if let Some(network) = &mut self.network {
+            network.change_over(&temperatures, estimate, start);
+        }
+        Ok(())
     }
 
     /// Casts the rays of patches anew where a joint has moved.
@@ -86,11 +89,7 @@ impl DeviceEngine {
 }
 
 /// Writes a network's temperatures over the fluxes in `values`, from which the device draws.
-fn put(renderer: &mut Renderer, network: &mut NetworkRun, values: &mut [f32]) -> Result<(), EngineError> {
-    if network.wrote_spare() {
-        renderer.spare_was_used();
-    }
-    let temperatures = network.temperatures()?;
-    network.scene().scatter(&temperatures, |slot, temperature| values[slot] = temperature as f32);
+fn put(renderer: &mut Renderer, network: &NetworkRun, values: &mut [f32]) -> Result<(), EngineError> {
+    network.scene().scatter(&network.temperatures(), |slot, temperature| values[slot] = temperature as f32);
     Ok(renderer.set_temperatures(values)?)
 }

@@ -3,7 +3,7 @@
 use super::super::engine::{Delivered, Order};
 use super::super::facade_error::SimulationError;
 use super::Simulation;
-use crate::gpu::nodes::GROUP;
+use crate::model::nodes::GROUP;
 
 /// Temperatures of a part [K].
 #[derive(Debug, Clone, PartialEq)]

@@ -3,8 +3,8 @@
 use wildmatch::WildMatch;
 
 use super::{Heated, SceneNetwork};
-use crate::gpu::nodes::{Nodes, PADDING};
 use crate::model::Model;
+use crate::model::nodes::{Nodes, PADDING};
 use crate::scene::{ContactRule, Scene};
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::material::{Material, Response};
@@ -91,7 +91,7 @@ impl SceneNetwork {
             let patterns: Vec<WildMatch> = heater.parts.iter().map(|pattern| WildMatch::new(pattern)).collect();
             let mut areas = std::collections::BTreeMap::new();
             for (slot, vertex) in nodes.vertex_of_node.iter().enumerate() {
-                let part = &parts[nodes.group_part[slot / crate::gpu::nodes::GROUP] as usize];
+                let part = &parts[nodes.group_part[slot / crate::model::nodes::GROUP] as usize];
                 if *vertex != PADDING && structure(slot) != NO_NODE && patterns.iter().any(|p| p.matches(part)) {
                     *areas.entry(structure(slot)).or_insert(0.0) += shell.load_areas[*vertex as usize];
                 }
@@ -135,7 +135,7 @@ impl SceneNetwork {
             let node = shell.node_of_vertex[vertex as usize];
             if node != NO_NODE {
                 hottest_of_node[node as usize] =
-                    hottest[nodes.group_material[slot / crate::gpu::nodes::GROUP] as usize];
+                    hottest[nodes.group_material[slot / crate::model::nodes::GROUP] as usize];
             }
         }
         let integrator = scene.network.integrator;

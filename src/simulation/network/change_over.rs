@@ -2,11 +2,8 @@
 
 use super::NetworkRun;
 use super::left::Left;
-use crate::gpu::error::GpuError;
-use crate::gpu::network::NetworkStepper;
 use crate::saved::Saved;
 use crate::simulation::engine_error::EngineError;
-use crate::simulation::stepper::{AnyStepper, is_small, why_on_processor};
 use crate::thermal::network::control::Integrator;
 use crate::thermal::network::one_pass::{Estimate, Halving};
 
@@ -21,30 +18,13 @@ impl NetworkRun {
     }
 
     /// Takes sub-steps from a time [s] on, from temperatures [K].
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn change_over(&mut self, temperatures: &[f64], estimate: Estimate, time: f64) -> Result<(), EngineError> {
-        self.leave(Left { time, estimate })?;
-        self.set_temperatures(temperatures)
+    pub fn change_over(&mut self, temperatures: &[f64], estimate: Estimate, time: f64) {
+        self.leave(Left { time, estimate });
+        self.set_temperatures(temperatures);
     }
 
-    fn leave(&mut self, left: Left) -> Result<(), EngineError> {
-        self.one_pass = None;
-        self.left = Some(left);
-        let Some((context, spare)) = self.lender.take() else { return Ok(()) };
-        let nodes = self.scene.network().len();
-        if is_small(nodes) {
-            self.reason = Some(why_on_processor(nodes));
-            return Ok(());
-        }
-        match NetworkStepper::beside(&context, self.scene.network(), &self.scene.sensors(), spare) {
-            Ok(stepper) => self.worker = AnyStepper::Device(Box::new(stepper)),
-            Err(GpuError::UnsupportedNetwork { reason }) => self.reason = Some(format!("of the device: {reason}")),
-            Err(error) => return Err(error.into()),
-        }
-        self.settings.floor = self.worker.floor();
-        Ok(())
+    fn leave(&mut self, left: Left) {
+        (self.one_pass, self.in_frames, self.left) = (None, false, Some(left));
     }
 
     pub(super) fn save_left(&self, saved: &mut Saved) {
@@ -58,6 +38,7 @@ impl NetworkRun {
             return Ok(());
         }
         let [time, rms, most, node] = saved.array("left")?;
-        self.leave(Left { time, estimate: Estimate { rms, most, node: node as usize } })
+        self.leave(Left { time, estimate: Estimate { rms, most, node: node as usize } });
+        Ok(())
     }
 }

@@ -2,9 +2,7 @@
 
 use super::NetworkRun;
 use super::left::Left;
-use crate::simulation::stepper::AnyStepper;
 use crate::thermal::network::one_pass::{Estimate, Halving};
-use crate::thermal::network::stepper::Stepper;
 
 /// Name of the estimated error of a network in one pass, in a description.
 pub const ESTIMATED: &str = "estimated error";
@@ -28,14 +26,7 @@ impl NetworkRun {
             lines.extend(self.switches_line());
             return lines;
         }
-        let worker = match (&self.worker, &self.reason) {
-            (AnyStepper::Device(_), _) => "on the device, f32 with carried residual".to_owned(),
-            (AnyStepper::Reference(_), None) => "f64 on the processor".to_owned(),
-            (AnyStepper::Reference(_), Some(reason)) => {
-                format!("f64 on the processor, because {reason}")
-            }
-        };
-        let mut lines = vec![("integrated".to_owned(), worker)];
+        let mut lines = vec![("integrated".to_owned(), "f64 on the processor".to_owned())];
         for (name, used) in ["Euler with residual", "RKL2", "TR-BDF2"].iter().zip(&self.uses) {
             if let Some(used) = used {
                 let [short, long] = used.range;
@@ -49,7 +40,6 @@ impl NetworkRun {
         let counts = self.worker.counts();
         lines.push(("sub-steps taken back".to_owned(), self.rejected.to_string()));
         lines.push(("stages".to_owned(), counts.stages.to_string()));
-        lines.push(("dispatches".to_owned(), counts.dispatches.to_string()));
         lines.extend(self.left_lines());
         lines.extend(self.switches_line());
         lines

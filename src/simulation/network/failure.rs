@@ -10,9 +10,8 @@ pub(super) fn failure(time: f64, reason: &str) -> EngineError {
 }
 
 /// Why no steady state was found, in words.
-pub(super) fn unsteady<E>(error: &SteadyError<E>) -> String {
+pub(super) fn unsteady(error: &SteadyError) -> String {
     match error {
-        SteadyError::Stepper(_) => "the stepper failed".to_owned(),
         SteadyError::Closed { node } => format!("the heat of node {node} has no path to a boundary or to space"),
         SteadyError::NotFound { node } => format!(
             "no steady state was found (node {node} is furthest from it): state initial.temperature to start elsewhere"
@@ -24,18 +23,14 @@ pub(super) fn unsteady<E>(error: &SteadyError<E>) -> String {
 }
 
 /// The cause of an integration error, in words.
-pub(crate) fn unfinished<E>(error: &ControlError<E>) -> String {
+pub(crate) fn unfinished(error: &ControlError) -> String {
     match error {
-        ControlError::Stepper(_) => "the stepper failed".to_owned(),
         ControlError::Unbalanced { node, .. } => format!("the arithmetic nodes do not balance, worst at node {node}"),
         ControlError::NoStep { node, temperature, .. } => {
             format!("no sub-step is short enough; node {node} is at {temperature} K")
         }
         ControlError::Stiff { nodes: [a, b], conductance, .. } => {
             format!("no sub-step is short enough; nodes {a} and {b} have a GL of {conductance:e} W/K")
-        }
-        ControlError::TooHot { node, temperature, .. } => {
-            format!("node {node} is hotter than the device holds, {temperature} K")
         }
         ControlError::Chatter { thermostat, switches, within, .. } => {
             format!("thermostat {thermostat} switches {switches} times within {within:.1e} s")

@@ -8,24 +8,17 @@ use super::SceneNetwork;
 use super::failure::{failure, unfinished};
 use super::given::Given;
 use super::left::Left;
-use crate::gpu::context::Context;
-use crate::gpu::error::GpuError;
-use crate::gpu::memory::Buffer;
-use crate::gpu::network::NetworkStepper;
 use crate::gpu::samples::Samples;
 use crate::simulation::engine_error::EngineError;
-use crate::simulation::stepper::{AnyStepper, is_small, why_on_processor};
 use crate::thermal::network::control::{ControlError, Leg, Settings, Switch, Use, integrate_leg};
 use crate::thermal::network::one_pass::{Estimate, Halving, OnePass, SWITCHES_AT_MOST};
-use crate::thermal::network::stepper::Stepper;
+use crate::thermal::network::reference::ReferenceStepper;
 
 /// Cost of a step of a network, including the transfers of loads and temperatures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepCost {
     /// Wall-clock time [ms].
     pub wall_ms: f64,
-    /// Device time of the network's submissions [ms]. `None` where the processor integrates.
-    pub device_ms: Option<f64>,
 }
 
 /// Most switches in steps of one pass that are kept.
@@ -38,7 +31,7 @@ const TIGHT: f64 = 0.1;
 /// The state of a scene's network during a run.
 pub struct NetworkRun {
     pub(super) scene: Arc<SceneNetwork>,
-    pub(super) worker: AnyStepper,
+    pub(super) worker: ReferenceStepper,
     pub(super) settings: Settings,
     pub(super) on: Vec<bool>,
     pub(super) step: f64,
@@ -53,22 +46,18 @@ pub struct NetworkRun {
     pub(super) one_pass: Option<OnePass>,
     /// Where the network left the one pass.
     pub(super) left: Option<Left>,
-    /// The device whose frames step the network, with the free buffers of the scene. It lends itself to find a steady state.
-    pub(super) lender: Option<(Arc<Context>, Vec<Arc<Buffer>>)>,
-    /// Whether the device wrote to free buffers of the scene while it was lent.
-    pub(super) wrote_spare: bool,
-    /// Why the processor integrates although there is a device.
-    pub(super) reason: Option<String>,
+    /// Whether the frames of a device step the network.
+    pub(super) in_frames: bool,
     pub(super) costs: Samples<StepCost>,
-    /// Start of the step under way, and the device's clock at that time [ms].
-    began: (Instant, Option<f64>),
+    /// Start of the step under way.
+    began: Instant,
 }
 
 impl NetworkRun {
     /// A network that the processor integrates in f64.
     pub fn reference(scene: &Arc<SceneNetwork>) -> Self {
         let one_pass = scene.plan().map(|plan| OnePass::new(plan, scene.heaters(), scene.settings.tolerance));
-        Self { one_pass, ..Self::new(scene, AnyStepper::reference(scene.network(), &scene.sensors())) }
+        Self { one_pass, ..Self::new(scene) }
     }
 
     /// A network that the processor integrates in f64 at a tenth of the tolerance and never in one pass, as the reference for errors of sub-steps.
@@ -78,39 +67,17 @@ impl NetworkRun {
         run
     }
 
-    /// A network on a device, which also uses free buffers of the scene. The processor integrates in f64 where the device does not take the network,
-    /// and where the network is small.
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn on_device(
-        context: &Arc<Context>,
-        scene: &Arc<SceneNetwork>,
-        spare: Vec<Arc<Buffer>>,
-    ) -> Result<Self, GpuError> {
-        if scene.plan().is_some() {
-            let lender = Some((Arc::clone(context), spare));
-            return Ok(Self { lender, ..Self::new(scene, AnyStepper::reference(scene.network(), &scene.sensors())) });
-        }
-        let nodes = scene.network().len();
-        if is_small(nodes) {
-            return Ok(Self { reason: Some(why_on_processor(nodes)), ..Self::reference(scene) });
-        }
-        match NetworkStepper::beside(context, scene.network(), &scene.sensors(), spare) {
-            Ok(stepper) => Ok(Self::new(scene, AnyStepper::Device(Box::new(stepper)))),
-            Err(GpuError::UnsupportedNetwork { reason }) => {
-                Ok(Self { reason: Some(format!("of the device: {reason}")), ..Self::reference(scene) })
-            }
-            Err(error) => Err(error),
-        }
+    /// A network beside a device, whose frames step it in one pass where it fits. Otherwise the processor integrates it in f64.
+    pub fn beside_device(scene: &Arc<SceneNetwork>) -> Self {
+        Self { in_frames: scene.plan().is_some(), ..Self::new(scene) }
     }
 
-    fn new(scene: &Arc<SceneNetwork>, worker: AnyStepper) -> Self {
+    fn new(scene: &Arc<SceneNetwork>) -> Self {
         Self {
             on: scene.thermostats().iter().map(|thermostat| thermostat.initially_on).collect(),
-            settings: Settings { floor: worker.floor(), ..scene.settings },
+            settings: scene.settings,
             scene: Arc::clone(scene),
-            worker,
+            worker: ReferenceStepper::new(scene.network().clone(), &scene.sensors()),
             step: f64::INFINITY,
             uses: [None; 3],
             rejected: 0,
@@ -120,42 +87,25 @@ impl NetworkRun {
             told: None,
             one_pass: None,
             left: None,
-            lender: None,
-            wrote_spare: false,
-            reason: None,
+            in_frames: false,
             costs: Samples::default(),
-            began: (Instant::now(), None),
+            began: Instant::now(),
         }
     }
 
     /// Whether the frames of a device step the network. Its temperatures are then those of the frames.
     pub fn is_in_frames(&self) -> bool {
-        self.lender.is_some()
+        self.in_frames
     }
 
     /// Begins a step. The work until `step_ends` is its cost.
     pub fn step_begins(&mut self) {
-        self.began = (Instant::now(), self.worker.device_ms());
+        self.began = Instant::now();
     }
 
     /// Ends a step. See `step_begins`.
     pub fn step_ends(&mut self) {
-        let (wall, device) = self.began;
-        let device_ms = self.worker.device_ms().map(|now| now - device.unwrap_or(0.0));
-        self.costs.push(StepCost { wall_ms: wall.elapsed().as_secs_f64() * 1e3, device_ms });
-    }
-
-    /// Whether free buffers of the scene were written since the last call.
-    pub fn wrote_spare(&mut self) -> bool {
-        match &mut self.worker {
-            AnyStepper::Device(stepper) => stepper.wrote_spare(),
-            AnyStepper::Reference(_) => std::mem::take(&mut self.wrote_spare),
-        }
-    }
-
-    /// Allocated device memory in addition to the scene's [bytes]. `None` where the processor integrates.
-    pub fn device_bytes(&self) -> Option<u64> {
-        Some(self.worker.device()?.device_bytes())
+        self.costs.push(StepCost { wall_ms: self.began.elapsed().as_secs_f64() * 1e3 });
     }
 
     /// Begins to count the heat of the heaters at time 0.
@@ -198,12 +148,9 @@ impl NetworkRun {
     }
 
     /// Starts from temperatures [K] and states of the thermostats.
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn start_from(&mut self, temperatures: &[f64], on: &[bool]) -> Result<(), EngineError> {
+    pub fn start_from(&mut self, temperatures: &[f64], on: &[bool]) {
         self.on = on.to_vec();
-        self.set_temperatures(temperatures)
+        self.set_temperatures(temperatures);
     }
 
     /// The scene's network.
@@ -212,17 +159,14 @@ impl NetworkRun {
     }
 
     /// Sets every node to a temperature [K]. Arithmetic nodes balance at the first step.
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn settle_at(&mut self, temperature: f64) -> Result<(), EngineError> {
-        self.set_temperatures(&vec![temperature; self.scene.network().len()])
+    pub fn settle_at(&mut self, temperature: f64) {
+        self.set_temperatures(&vec![temperature; self.scene.network().len()]);
     }
 
     /// One step from `start` [s] of `length` [s] under a constant heat of every node [W].
     ///
     /// # Errors
-    /// A call that fails, or temperatures that cannot be found.
+    /// Temperatures that cannot be found.
     pub fn step(&mut self, heat: Vec<f64>, start: f64, length: f64) -> Result<(), EngineError> {
         if let Some(one_pass) = &mut self.one_pass {
             let switches = one_pass.advance(&heat, &self.scene.heater_powers(start, length), start, length);
@@ -234,7 +178,7 @@ impl NetworkRun {
             }
             if self.gives_up(*one_pass.halving()) {
                 let (temperatures, estimate) = (one_pass.temperatures().to_vec(), one_pass.estimate());
-                self.change_over(&temperatures, estimate, start + length)?;
+                self.change_over(&temperatures, estimate, start + length);
             }
             return Ok(());
         }
@@ -242,7 +186,6 @@ impl NetworkRun {
         let leg = Leg { horizon: self.scene.horizon.max(length), step: self.step, tight_switches: false };
         let series = integrate_leg(&mut self.worker, self.scene.network(), &schedule, &self.settings, leg, |_| true)
             .map_err(|error| match error {
-                ControlError::Stepper(error) => error.into(),
                 ControlError::Chatter { time, thermostat, switches, within } => {
                     let why = schedule.thermostats[thermostat].chatter(switches, within);
                     failure(start + time, &format!("the {} {why}", self.scene.thermostat_name(thermostat)))
@@ -306,26 +249,17 @@ impl NetworkRun {
     }
 
     /// Temperatures of the nodes [K].
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn temperatures(&mut self) -> Result<Vec<f64>, EngineError> {
-        if let Some(one_pass) = &self.one_pass {
-            return Ok(one_pass.temperatures().to_vec());
-        }
-        Ok(self.worker.temperatures()?)
+    pub fn temperatures(&self) -> Vec<f64> {
+        self.one_pass.as_ref().map_or_else(|| self.worker.temperatures(), |one_pass| one_pass.temperatures().to_vec())
     }
 
     /// Replaces the temperatures of the nodes [K].
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn set_temperatures(&mut self, temperatures: &[f64]) -> Result<(), EngineError> {
+    pub fn set_temperatures(&mut self, temperatures: &[f64]) {
         self.step = f64::INFINITY;
         if let Some(one_pass) = &mut self.one_pass {
             one_pass.set_temperatures(temperatures);
             one_pass.set_on(&self.on);
         }
-        Ok(self.worker.set_temperatures(temperatures)?)
+        self.worker.set_temperatures(temperatures);
     }
 }

@@ -8,12 +8,9 @@ use crate::thermal::network::control::Use;
 
 impl NetworkRun {
     /// The state between two steps.
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn save(&mut self) -> Result<Saved, EngineError> {
+    pub fn save(&self) -> Saved {
         let mut saved = Saved::default();
-        saved.put_all("worker", self.worker.save()?);
+        saved.put_all("worker", self.worker.save());
         if let Some(one_pass) = &self.one_pass {
             saved.put_all("one_pass", one_pass.save());
         }
@@ -28,17 +25,15 @@ impl NetworkRun {
         }
         saved.put_all("given", self.given.save());
         saved.put("counts", &[self.rejected, self.switches]);
-        let costs: Vec<[f64; 2]> =
-            self.costs.iter().map(|cost| [cost.wall_ms, cost.device_ms.unwrap_or(f64::NAN)]).collect();
-        saved.put("costs", &costs);
+        saved.put("costs", &self.costs.iter().map(|cost| cost.wall_ms).collect::<Vec<_>>());
         saved.put("cost_counts", &[self.costs.count(), self.costs.every()]);
-        Ok(saved)
+        saved
     }
 
     /// Takes what `save` gave.
     ///
     /// # Errors
-    /// A state of another network, or a call that fails.
+    /// A state of another network.
     pub fn restore(&mut self, saved: &Saved, most_costs: usize) -> Result<(), EngineError> {
         self.restore_left(saved)?;
         self.worker.restore(&saved.part("worker"))?;
@@ -57,9 +52,8 @@ impl NetworkRun {
         }
         self.given.restore(&saved.part("given"))?;
         [self.rejected, self.switches] = saved.array("counts")?;
-        let costs: Vec<[f64; 2]> = saved.list("costs")?;
-        let cost =
-            |[wall_ms, device_ms]: [f64; 2]| StepCost { wall_ms, device_ms: Some(device_ms).filter(|ms| !ms.is_nan()) };
+        let costs: Vec<f64> = saved.list("costs")?;
+        let cost = |wall_ms| StepCost { wall_ms };
         let [count, every] = saved.array("cost_counts")?;
         self.costs = Samples::again(costs.into_iter().map(cost).collect(), most_costs, every, count);
         Ok(())

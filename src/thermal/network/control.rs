@@ -1,9 +1,10 @@
 //! Integrates a network over its schedule. The error estimate sets the sub-step, the stiffness sets the method. Sub-steps end at every change of heat,
 //! output time and switch.
 
+use super::reference::ReferenceStepper;
 use super::rkl2::stages_for;
 use super::schedule::Schedule;
-use super::stepper::{Method, Stepper};
+use super::stepper::Method;
 use super::switches::{Pace, SWITCH_TIME, Trace};
 use super::{Network, NodeKind};
 
@@ -51,25 +52,25 @@ pub const MOST_SUB_STEPS: u64 = 10_000_000_000;
 ///
 /// # Errors
 /// See [`ControlError`].
-pub fn integrate<S: Stepper>(
-    stepper: &mut S,
+pub fn integrate(
+    stepper: &mut ReferenceStepper,
     network: &Network,
     schedule: &Schedule,
     settings: &Settings,
     watch: impl FnMut(f64) -> bool,
-) -> Result<Series, ControlError<S::Error>> {
+) -> Result<Series, ControlError> {
     let (series, ended) = integrate_and_keep(stepper, network, schedule, settings, watch);
     ended.map(|()| series)
 }
 
 /// [`integrate`] that also returns what was computed before an error: the rows and switches until then.
-pub fn integrate_and_keep<S: Stepper>(
-    stepper: &mut S,
+pub fn integrate_and_keep(
+    stepper: &mut ReferenceStepper,
     network: &Network,
     schedule: &Schedule,
     settings: &Settings,
     watch: impl FnMut(f64) -> bool,
-) -> (Series, Result<(), ControlError<S::Error>>) {
+) -> (Series, Result<(), ControlError>) {
     let horizon = schedule.times.last().copied().unwrap_or(1.0);
     let whole = Leg { horizon, step: f64::INFINITY, tight_switches: true };
     leg_and_keep(stepper, network, schedule, settings, whole, watch)
@@ -79,26 +80,26 @@ pub fn integrate_and_keep<S: Stepper>(
 ///
 /// # Errors
 /// See [`ControlError`].
-pub fn integrate_leg<S: Stepper>(
-    stepper: &mut S,
+pub fn integrate_leg(
+    stepper: &mut ReferenceStepper,
     network: &Network,
     schedule: &Schedule,
     settings: &Settings,
     leg: Leg,
     watch: impl FnMut(f64) -> bool,
-) -> Result<Series, ControlError<S::Error>> {
+) -> Result<Series, ControlError> {
     let (series, ended) = leg_and_keep(stepper, network, schedule, settings, leg, watch);
     ended.map(|()| series)
 }
 
-fn leg_and_keep<S: Stepper>(
-    stepper: &mut S,
+fn leg_and_keep(
+    stepper: &mut ReferenceStepper,
     network: &Network,
     schedule: &Schedule,
     settings: &Settings,
     leg: Leg,
     watch: impl FnMut(f64) -> bool,
-) -> (Series, Result<(), ControlError<S::Error>>) {
+) -> (Series, Result<(), ControlError>) {
     let on: Vec<bool> = schedule.thermostats.iter().map(|thermostat| thermostat.initially_on).collect();
     let duration = leg.horizon.max(1e-9);
     let share = if schedule.thermostats.is_empty() || !leg.tight_switches {
@@ -139,8 +140,8 @@ fn share_of(tolerance: f64) -> f64 {
     (SHARE * (tolerance / GROWS_FROM).sqrt()).clamp(SHARE, MOST_SHARE)
 }
 
-struct Control<'a, S: Stepper, W> {
-    stepper: &'a mut S,
+struct Control<'a, W> {
+    stepper: &'a mut ReferenceStepper,
     network: &'a Network,
     schedule: &'a Schedule,
     integrator: Integrator,
@@ -179,8 +180,8 @@ struct Plan {
     count: u32,
 }
 
-impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
-    fn run(&mut self) -> Result<(), ControlError<S::Error>> {
+impl<W: FnMut(f64) -> bool> Control<'_, W> {
+    fn run(&mut self) -> Result<(), ControlError> {
         let breaks = self.schedule.breaks();
         let mut breaks = breaks.iter().copied().peekable();
         self.start()?;
@@ -191,16 +192,16 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
             }
             self.advance(*time)?;
             self.check_balance()?;
-            let row = self.stepper.temperatures()?;
+            let row = self.stepper.temperatures();
             self.series.rows.push(row);
         }
         Ok(())
     }
 
     /// Sets the heat of time 0 and balances the arithmetic nodes with it. The sensors start at these temperatures.
-    fn start(&mut self) -> Result<(), ControlError<S::Error>> {
+    fn start(&mut self) -> Result<(), ControlError> {
         self.put_heat(0.0)?;
-        self.sensed = self.sense()?;
+        self.sensed = self.sense();
         Ok(())
     }
 
@@ -209,31 +210,31 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
     }
 
     /// Sets the heat of tables and heaters from `time` on, which is the present time.
-    fn put_heat(&mut self, time: f64) -> Result<(), ControlError<S::Error>> {
+    fn put_heat(&mut self, time: f64) -> Result<(), ControlError> {
         let (power, slope) = self.schedule.heat_after(self.network.len(), time, &self.on);
-        self.stepper.set_heat(&power, &slope)?;
+        self.stepper.set_heat(&power, &slope);
         self.heat_set = time;
         self.since = 0.0;
         self.rate_age = RATE_AGE;
         self.euler_pause = 0;
-        let found = self.stepper.balance(0.0)?;
+        let found = self.stepper.balance(0.0);
         self.heat = [power, slope];
         if found {
             return self.check_balance();
         }
-        let temperatures = self.stepper.temperatures()?;
+        let temperatures = self.stepper.temperatures();
         let open = self.open_heat(&temperatures);
         let node = self.arithmetic().max_by(|a, b| open[*a].abs().total_cmp(&open[*b].abs())).unwrap_or(0);
         Err(ControlError::Unbalanced { time, node })
     }
 
-    /// Fails where an arithmetic node at 0 K loses more heat than it receives. A device holds such a node at the end of its range.
-    fn check_balance(&mut self) -> Result<(), ControlError<S::Error>> {
+    /// Fails where an arithmetic node at 0 K loses more heat than it receives.
+    fn check_balance(&mut self) -> Result<(), ControlError> {
         let power = |node: usize| self.heat[0][node] + self.heat[1][node] * self.since;
         if !self.arithmetic().any(|node| power(node) < 0.0) {
             return Ok(());
         }
-        let temperatures = self.stepper.temperatures()?;
+        let temperatures = self.stepper.temperatures();
         let open = self.open_heat(&temperatures);
         let mut cold = self.arithmetic().filter(|node| temperatures[*node] < NO_HEAT);
         match cold.find(|node| power(*node) < 0.0 && open[*node] < OPEN_SHARE * power(*node)) {
@@ -258,7 +259,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
     }
 
     /// Integrates to `end`, which is not before the present time.
-    fn advance(&mut self, end: f64) -> Result<(), ControlError<S::Error>> {
+    fn advance(&mut self, end: f64) -> Result<(), ControlError> {
         // A switch sets the heat anew, and the time restarts from there.
         while self.since < end - self.heat_set {
             let now = self.now();
@@ -274,9 +275,9 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
     }
 
     /// Makes one try towards `end` [s] since the heat was set, and keeps or rejects it.
-    fn forward(&mut self, end: f64) -> Result<(), ControlError<S::Error>> {
+    fn forward(&mut self, end: f64) -> Result<(), ControlError> {
         if self.rate_age >= RATE_AGE {
-            let temperatures = self.stepper.temperatures()?;
+            let temperatures = self.stepper.temperatures();
             let rate = self.network.fastest_rate(&temperatures);
             let [slow, fast] = self.series.rates.unwrap_or([rate; 2]);
             self.series.rates = Some([slow.min(rate), fast.max(rate)]);
@@ -289,7 +290,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         }
         let plan = self.plan(end - self.since);
         let t = self.since;
-        let attempt = self.stepper.attempt(plan.method, t, plan.step, plan.count)?;
+        let attempt = self.stepper.attempt(plan.method, t, plan.step, plan.count);
         if attempt.error.is_nan() || attempt.error > self.allowed(plan) {
             return self.reject(plan, attempt.error);
         }
@@ -306,7 +307,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
             None => {
                 let last = attempt.sensed.len() - self.sensed.len();
                 self.sensed.copy_from_slice(&attempt.sensed[last..]);
-                self.keep(plan, end)?;
+                self.keep(plan, end);
                 self.adapt(plan, attempt.error, end);
                 Ok(())
             }
@@ -315,9 +316,9 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
                 let after = trace.row(row).to_vec();
                 if row > 1 {
                     let plan = Plan { count: row as u32 - 1, ..plan };
-                    self.stepper.attempt(plan.method, t, plan.step, plan.count)?;
+                    self.stepper.attempt(plan.method, t, plan.step, plan.count);
                     self.sensed = before;
-                    self.keep(plan, end)?;
+                    self.keep(plan, end);
                 }
                 self.locate(plan, after)
             }
@@ -358,8 +359,8 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
     }
 
     /// Keeps the last try. The time is then `end` [s] since the heat was set, where the plan reaches that.
-    fn keep(&mut self, plan: Plan, end: f64) -> Result<(), ControlError<S::Error>> {
-        self.stepper.keep()?;
+    fn keep(&mut self, plan: Plan, end: f64) {
+        self.stepper.keep();
         let span = plan.step * f64::from(plan.count);
         let then = self.since + span;
         self.since = if (then - end).abs() <= 1e-9 * span { end } else { then.min(end) };
@@ -375,7 +376,6 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         used.time += span;
         used.range = [used.range[0].min(plan.step), used.range[1].max(plan.step)];
         used.stages = [used.stages[0].min(stages), used.stages[1].max(stages)];
-        Ok(())
     }
 
     /// The next sub-step after a kept try.

@@ -6,7 +6,7 @@
 //! is linearised instead of solved: [`SlowModes`].
 
 use super::newton::Newton;
-use super::stepper::Stepper;
+use super::reference::ReferenceStepper;
 use super::{Network, NodeKind};
 
 /// Result of [`settle`].
@@ -30,18 +30,14 @@ pub const MOST_ORBITS: u32 = 60;
 /// where a balance was not found.
 ///
 /// # Errors
-/// Those of `orbit` and `balance`.
-pub fn settle<S, E>(
+/// Those of `orbit`.
+pub fn settle<E>(
     network: &Network,
     period: f64,
     tolerance: f64,
-    balance: &mut S,
+    balance: &mut ReferenceStepper,
     mut orbit: impl FnMut(&[f64]) -> Result<Vec<Vec<f64>>, E>,
-) -> Result<Option<Settled>, E>
-where
-    S: Stepper,
-    E: From<S::Error>,
-{
+) -> Result<Option<Settled>, E> {
     let mut start = network.temperatures.clone();
     for orbits in 1..=MOST_ORBITS {
         let rows = orbit(&start)?;
@@ -54,18 +50,18 @@ where
         for (node, heat) in heat.iter_mut().enumerate() {
             *heat = network.capacitances[node] * (end[node] - start[node]) / period - *heat;
         }
-        balance.set_heat(&heat, &vec![0.0; network.len()])?;
-        balance.set_temperatures(&mean)?;
-        if !balance.steady(0.0)? {
+        balance.set_heat(&heat, &vec![0.0; network.len()]);
+        balance.set_temperatures(&mean);
+        if !balance.steady(0.0) {
             // By rounding, a node that only cools may lack heat even against space. It then aims at the temperature of space.
             heat.iter_mut().for_each(|heat| *heat = heat.max(0.0));
-            balance.set_heat(&heat, &vec![0.0; network.len()])?;
-            balance.set_temperatures(&mean)?;
-            if !balance.steady(0.0)? {
+            balance.set_heat(&heat, &vec![0.0; network.len()]);
+            balance.set_temperatures(&mean);
+            if !balance.steady(0.0) {
                 return Ok(None);
             }
         }
-        let ahead = balance.temperatures()?;
+        let ahead = balance.temperatures();
         let next: Vec<f64> = (0..network.len()).map(|node| end[node] + ahead[node] - mean[node]).collect();
         let moves = (0..network.len()).filter(|node| network.capacitances[*node] > 0.0);
         let change = moves.map(|node| (next[node] - start[node]).abs()).fold(0.0, f64::max);
@@ -160,7 +156,6 @@ impl<'a> SlowModes<'a> {
 mod tests {
     use std::convert::Infallible;
 
-    use super::super::reference::ReferenceStepper;
     use super::super::{LinearConductor, NodeKind};
     use super::*;
 

@@ -1,11 +1,10 @@
-//! The f64 twin of the device's network: every method of `Stepper`, one sub-step at a time.
-
-use std::convert::Infallible;
+//! Steps a network in f64 by every method. The caller chooses sub-steps and methods.
 
 use super::newton::Newton;
-use super::stepper::{Attempt, Method, Stepper, WorkCounts};
+use super::stepper::{Attempt, Method, WorkCounts};
 use super::system::{Heat, State, System, heat, in_range};
 use super::{Network, NodeKind, rkl2, tr_bdf2};
+use crate::saved::{Saved, SavedError};
 
 /// Pseudo-times [s] of implicit steps towards a steady state, where Newton's method does not converge at once.
 const PSEUDO_TIMES: [f64; 12] = [1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e8, 1e12];
@@ -33,6 +32,26 @@ impl ReferenceStepper {
     /// Takes up work counts of an earlier part of the run.
     pub fn set_counts(&mut self, counts: WorkCounts) {
         self.system.counts = counts;
+    }
+
+    /// The state that a run needs to go on later, bit for bit.
+    pub fn save(&self) -> Saved {
+        let WorkCounts { stages, sub_steps, iterations } = self.counts();
+        let mut saved = Saved::default();
+        saved.put("temperatures", &self.kept.temperatures);
+        saved.put("counts", &[stages, sub_steps, iterations]);
+        saved
+    }
+
+    /// Takes the result of `save`.
+    ///
+    /// # Errors
+    /// A state of another network.
+    pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
+        self.set_temperatures(&saved.list_of("temperatures", self.kept.temperatures.len())?);
+        let [stages, sub_steps, iterations] = saved.array("counts")?;
+        self.set_counts(WorkCounts { stages, sub_steps, iterations });
+        Ok(())
     }
 
     /// Takes one sub-step from `tried`. Returns the estimate of its error [K], infinite where it fails.
@@ -65,26 +84,26 @@ fn euler(system: &mut System, t: f64, step: f64, state: &mut State) -> Option<f6
     Some(before.iter().zip(&state.rates).map(|(a, b)| (0.5 * step * (b - a)).abs()).fold(0.0, f64::max))
 }
 
-impl Stepper for ReferenceStepper {
-    type Error = Infallible;
-
-    fn set_heat(&mut self, power: &[f64], slope: &[f64]) -> Result<(), Infallible> {
+impl ReferenceStepper {
+    /// Sets the heat of the nodes to `power + slope * t` [W], with t [s] since this call. Sub-steps end where the heat is not linear.
+    pub fn set_heat(&mut self, power: &[f64], slope: &[f64]) {
         self.system.heat = Heat { power: power.to_vec(), slope: slope.to_vec() };
         self.kept.rates_known = false;
-        Ok(())
     }
 
-    fn balance(&mut self, t: f64) -> Result<bool, Infallible> {
+    /// Balances the arithmetic nodes in place with the heat at `t` [s] since `set_heat`. Returns whether they converged.
+    pub fn balance(&mut self, t: f64) -> bool {
         self.kept.rates_known = false;
         let mut temperatures = self.kept.temperatures.clone();
         let found = self.system.balance(t, &mut temperatures);
         if found {
             self.kept.temperatures = temperatures;
         }
-        Ok(found)
+        found
     }
 
-    fn attempt(&mut self, method: Method, t: f64, step: f64, count: u32) -> Result<Attempt, Infallible> {
+    /// Tries `count` sub-steps of `step` [s] each from the kept state, with its arithmetic nodes balanced. The kept state is at `t` [s] since `set_heat`.
+    pub fn attempt(&mut self, method: Method, t: f64, step: f64, count: u32) -> Attempt {
         self.tried.clone_from(&self.kept);
         let mut attempt = Attempt::default();
         for sub_step in 0..count {
@@ -95,25 +114,27 @@ impl Stepper for ReferenceStepper {
                 break;
             }
         }
-        Ok(attempt)
+        attempt
     }
 
-    fn keep(&mut self) -> Result<(), Infallible> {
+    /// Keeps the state of the last try.
+    pub fn keep(&mut self) {
         std::mem::swap(&mut self.kept, &mut self.tried);
-        Ok(())
     }
 
-    fn temperatures(&mut self) -> Result<Vec<f64>, Infallible> {
-        Ok(self.kept.temperatures.clone())
+    /// The kept temperatures [K].
+    pub fn temperatures(&self) -> Vec<f64> {
+        self.kept.temperatures.clone()
     }
 
-    fn set_temperatures(&mut self, temperatures: &[f64]) -> Result<(), Infallible> {
+    /// Replaces the kept temperatures [K].
+    pub fn set_temperatures(&mut self, temperatures: &[f64]) {
         self.kept.temperatures = temperatures.to_vec();
         self.kept.rates_known = false;
-        Ok(())
     }
 
-    fn steady(&mut self, t: f64) -> Result<bool, Infallible> {
+    /// Solves in place for the steady state under the heat at `t` [s]: every node but boundaries balances. Returns whether it converged.
+    pub fn steady(&mut self, t: f64) -> bool {
         self.kept.rates_known = false;
         let mut all = self.system.take_all();
         let (network, own) = (&self.system.network, &self.system.heat);
@@ -140,12 +161,13 @@ impl Stepper for ReferenceStepper {
         self.system.put_all(all);
         if found && in_range(&temperatures) {
             self.kept.temperatures = temperatures;
-            return Ok(true);
+            return true;
         }
-        Ok(false)
+        false
     }
 
-    fn counts(&self) -> WorkCounts {
+    /// Work so far.
+    pub fn counts(&self) -> WorkCounts {
         self.system.counts
     }
 }

@@ -1,8 +1,8 @@
 //! Steady state of a network, with thermostat states that agree with their sensors.
 
 use super::Network;
+use super::reference::ReferenceStepper;
 use super::schedule::Schedule;
-use super::stepper::Stepper;
 
 /// A steady state.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,9 +15,7 @@ pub struct Steady {
 
 /// An error of the search for a steady state.
 #[derive(Debug, Clone, PartialEq)]
-pub enum SteadyError<E> {
-    /// The stepper failed.
-    Stepper(E),
+pub enum SteadyError {
     /// A node without a path to a boundary or to space.
     Closed {
         /// The node.
@@ -35,22 +33,12 @@ pub enum SteadyError<E> {
     },
 }
 
-impl<E> From<E> for SteadyError<E> {
-    fn from(error: E) -> Self {
-        Self::Stepper(error)
-    }
-}
-
 /// The steady state under the heat just after time 0. Thermostats start in their states of time 0. While a sensor is beyond the threshold that switches its
 /// thermostat, the one furthest beyond is switched.
 ///
 /// # Errors
 /// See [`SteadyError`].
-pub fn steady<S: Stepper>(
-    stepper: &mut S,
-    network: &Network,
-    schedule: &Schedule,
-) -> Result<Steady, SteadyError<S::Error>> {
+pub fn steady(stepper: &mut ReferenceStepper, network: &Network, schedule: &Schedule) -> Result<Steady, SteadyError> {
     if let Some(node) = network.unsteady_node() {
         return Err(SteadyError::Closed { node });
     }
@@ -59,9 +47,9 @@ pub fn steady<S: Stepper>(
     let mut seen = Vec::new();
     loop {
         let (power, slope) = schedule.heat_after(network.len(), 0.0, &on);
-        stepper.set_heat(&power, &slope)?;
-        let found = stepper.steady(0.0)?;
-        let temperatures = stepper.temperatures()?;
+        stepper.set_heat(&power, &slope);
+        let found = stepper.steady(0.0);
+        let temperatures = stepper.temperatures();
         if !found {
             let mut heat = vec![0.0; temperatures.len()];
             network.exchanged_heat(&temperatures, &mut heat);

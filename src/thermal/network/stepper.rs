@@ -1,4 +1,4 @@
-//! Interface of a network integrator: a device in f32 or its f64 twin. The caller chooses sub-steps and methods.
+//! Methods of a sub-step, results of a try, and counts of work.
 
 use std::fmt;
 
@@ -39,70 +39,10 @@ pub struct Attempt {
 /// Counts of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct WorkCounts {
-    /// Dispatches. 0 in f64.
-    pub dispatches: u64,
     /// Stages. Each evaluates all exchanges.
     pub stages: u64,
     /// Sub-steps, including rejected ones.
     pub sub_steps: u64,
     /// Iterations of Newton's method and of conjugate gradients.
     pub iterations: u64,
-}
-
-/// A network whose state can be tried, kept or rejected.
-///
-/// The heat of every node is linear between two calls of [`Stepper::set_heat`]. Sub-steps end where it is not.
-pub trait Stepper {
-    /// Error of a call.
-    type Error;
-
-    /// Sets the heat of the nodes to `power + slope * t` [W], with t [s] since this call.
-    ///
-    /// # Errors
-    /// A call that fails.
-    fn set_heat(&mut self, power: &[f64], slope: &[f64]) -> Result<(), Self::Error>;
-
-    /// Balances the arithmetic nodes in place with the heat at `t` [s] since `set_heat`. Returns whether they converged.
-    ///
-    /// # Errors
-    /// A call that fails.
-    fn balance(&mut self, t: f64) -> Result<bool, Self::Error>;
-
-    /// Tries `count` sub-steps of `step` [s] each from the kept state, with its arithmetic nodes balanced. The kept state is at `t` [s] since `set_heat`.
-    ///
-    /// # Errors
-    /// A call that fails.
-    fn attempt(&mut self, method: Method, t: f64, step: f64, count: u32) -> Result<Attempt, Self::Error>;
-
-    /// Keeps the state of the last try.
-    ///
-    /// # Errors
-    /// A call that fails.
-    fn keep(&mut self) -> Result<(), Self::Error>;
-
-    /// The kept temperatures [K].
-    ///
-    /// # Errors
-    /// A call that fails.
-    fn temperatures(&mut self) -> Result<Vec<f64>, Self::Error>;
-
-    /// Replaces the kept temperatures [K].
-    ///
-    /// # Errors
-    /// A call that fails.
-    fn set_temperatures(&mut self, temperatures: &[f64]) -> Result<(), Self::Error>;
-
-    /// Solves in place for the steady state under the heat at `t` [s]: every node but boundaries balances. Returns whether it converged.
-    ///
-    /// # Errors
-    /// A call that fails.
-    fn steady(&mut self, t: f64) -> Result<bool, Self::Error>;
-
-    /// Highest temperature of the stepper [K].
-    fn hottest(&self) -> f64 {
-        f64::INFINITY
-    }
-
-    /// Work so far.
-    fn counts(&self) -> WorkCounts;
 }

@@ -174,7 +174,6 @@ fn fold(n: usize, m: usize, in_turn: bool) -> (Vec<DVec3>, Vec<[u32; 3]>) {
 #[test]
 fn a_load_on_one_panel_of_a_fold_warms_both_ends_alike() {
     use crate::thermal::network::reference::ReferenceStepper;
-    use crate::thermal::network::stepper::Stepper;
     let metal = ShellMaterial {
         outer: Sheet { capacitance: 2430.0, conductance: 0.05, thickness: 0.001 },
         emissivity: 0.8,
@@ -199,9 +198,9 @@ fn a_load_on_one_panel_of_a_fold_warms_both_ends_alike() {
         let mut heat = vec![0.0; network.len()];
         shell.gather(|vertex| fluxes[usize::from(2 * vertex >= positions.len())], &mut heat);
         let mut stepper = ReferenceStepper::new(network, &[]);
-        stepper.set_heat(&heat, &vec![0.0; heat.len()]).unwrap();
-        assert!(stepper.steady(0.0).unwrap());
-        let found = stepper.temperatures().unwrap();
+        stepper.set_heat(&heat, &vec![0.0; heat.len()]);
+        assert!(stepper.steady(0.0));
+        let found = stepper.temperatures();
         let at = |vertex: usize| found[shell.node_of_vertex[vertex] as usize];
         let half = positions.len() / 2;
         let mut largest = 0.0_f64;

@@ -9,7 +9,7 @@ use isotherm::gpu::effects::exchange::tables::ExchangeTables;
 use isotherm::gpu::exchange_rays;
 use isotherm::gpu::frame::{Frame, Wanted};
 use isotherm::gpu::effects::thermal::variant::StepRange;
-use isotherm::gpu::nodes::PADDING;
+use isotherm::model::nodes::PADDING;
 use isotherm::gpu::effects::thermal::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::device_engine::DeviceEngine;

@@ -1,4 +1,4 @@
-//! Columns of regolith under a moving Sun as a thermal network on the device. kalast's conduction step does the same
+//! Columns of regolith under a moving Sun as a thermal network in f64 on the processor. kalast's conduction step does the same
 //! work.
 //!
 //! A column of 1 m2 has a node every `spacing` [m] from the surface down. The first and last node are half a cell. The
@@ -6,14 +6,12 @@
 
 use std::f64::consts::TAU;
 use std::path::Path;
-use std::sync::Arc;
 
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use isotherm::gpu::context::Context;
-use isotherm::gpu::network::NetworkStepper;
-use isotherm::thermal::network::stepper::{Method, Stepper};
+use isotherm::thermal::network::reference::ReferenceStepper;
+use isotherm::thermal::network::stepper::Method;
 use isotherm::thermal::network::{LinearConductor, Network, NodeKind};
 
 use super::AnyError;
@@ -79,17 +77,11 @@ impl Case {
 }
 
 /// Runs one rotation for the temperatures, then `runs` rotations for the time. `stages` 1 means Euler.
-pub fn measure(
-    context: &Arc<Context>,
-    case: &Path,
-    output: &Path,
-    stages: u32,
-    sub_steps: u32,
-) -> Result<Value, AnyError> {
+pub fn measure(case: &Path, output: &Path, stages: u32, sub_steps: u32) -> Result<Value, AnyError> {
     let case: Case = serde_json::from_str(&std::fs::read_to_string(case)?)?;
     let method = if stages == 1 { Method::Euler } else { Method::Rkl2 { stages } };
     let network = case.network();
-    let mut stepper = NetworkStepper::new(context, &network, &[])?;
+    let mut stepper = ReferenceStepper::new(network.clone(), &[]);
     let heat: Vec<Vec<f64>> = (0..case.frames).map(|frame| case.heat(frame)).collect();
     let slope = vec![0.0; network.len()];
     let step = case.frame_s / f64::from(sub_steps);
@@ -97,7 +89,7 @@ pub fn measure(
     let mut kept = Vec::new();
     for heat in &heat {
         frame(&mut stepper, method, heat, &slope, step, sub_steps)?;
-        let temperatures = stepper.temperatures()?;
+        let temperatures = stepper.temperatures();
         for facet in &case.followed {
             let column = &temperatures[facet * case.nodes..][..case.nodes];
             kept.extend(column.iter().flat_map(|kelvin| (*kelvin as f32).to_le_bytes()));
@@ -105,36 +97,35 @@ pub fn measure(
     }
     std::fs::write(output, kept)?;
 
-    let (mut clocks, mut device) = (Vec::new(), Vec::new());
+    let mut clocks = Vec::new();
     for _ in 0..case.runs {
-        stepper.set_temperatures(&network.temperatures)?;
-        let before = stepper.device_ms().unwrap_or(f64::NAN);
+        stepper.set_temperatures(&network.temperatures);
         let clock = Clock::start();
         for heat in &heat {
             frame(&mut stepper, method, heat, &slope, step, sub_steps)?;
         }
         clocks.push(clock.stop());
-        device.push(stepper.device_ms().unwrap_or(f64::NAN) - before);
     }
     let node_steps = network.len() as u64 * case.frames as u64 * u64::from(sub_steps * stages);
     Ok(json!({
         "method": method.to_string(), "nodes": network.len(), "node_steps": node_steps, "sub_step_s": step,
-        "clock_ms": clocks, "device_ms": device,
+        "clock_ms": clocks,
     }))
 }
 
 fn frame(
-    stepper: &mut NetworkStepper,
+    stepper: &mut ReferenceStepper,
     method: Method,
     heat: &[f64],
     slope: &[f64],
     step: f64,
     sub_steps: u32,
 ) -> Result<(), AnyError> {
-    stepper.set_heat(heat, slope)?;
-    let attempt = stepper.attempt(method, 0.0, step, sub_steps)?;
+    stepper.set_heat(heat, slope);
+    let attempt = stepper.attempt(method, 0.0, step, sub_steps);
     if attempt.error.is_infinite() {
         return Err("the step is not stable: a temperature left its range".into());
     }
-    Ok(stepper.keep()?)
+    stepper.keep();
+    Ok(())
 }

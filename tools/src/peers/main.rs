@@ -12,6 +12,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use isotherm::gpu::context::Context;
+use isotherm::simulation::target::Target;
 use serde_json::{Value, json};
 
 type AnyError = Box<dyn std::error::Error>;
@@ -100,13 +101,12 @@ fn measure(arguments: &Arguments) -> Result<Value, AnyError> {
     let context = Context::open(arguments.device.as_deref(), false)?;
     let mut measured = match &arguments.what {
         What::Transition { nodes, steps } => transition::measure(&context, nodes, *steps)?,
-        What::Columns { case, output, stages, sub_steps } => {
-            columns::measure(&context, case, output, *stages, *sub_steps)?
-        }
-        What::Network { file, output, tolerance, runs } => network::measure(&context, file, output, *tolerance, *runs)?,
+        What::Columns { case, output, stages, sub_steps } => columns::measure(case, output, *stages, *sub_steps)?,
+        What::Network { file, output, tolerance, runs } => network::measure(file, output, *tolerance, *runs)?,
         What::Image { scene, output, scale, frames } => image::measure(&context, scene, output, scale, *frames)?,
     };
-    measured["device"] = json!(context.info.name);
+    let on_device = !matches!(arguments.what, What::Columns { .. } | What::Network { .. });
+    measured["device"] = if on_device { json!(context.info.name) } else { json!(Target::Reference.name()) };
     measured["driver"] = json!(context.info.driver);
     Ok(measured)
 }

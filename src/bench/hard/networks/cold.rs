@@ -5,7 +5,6 @@ use crate::bench::hard::case::{HardCase, apart};
 use crate::bench::hard::plain::{self, Step};
 use crate::bench::hard::way::integrated;
 use crate::simulation::network::unfinished;
-use crate::simulation::target::Target;
 use crate::thermal::network::control::{ControlError, Integrator};
 use crate::thermal::network::schedule::{HeatTable, Schedule};
 use crate::thermal::network::{Network, NodeKind};
@@ -32,11 +31,11 @@ impl Cooling {
         Self::times().iter().map(|time| Self::PLATE.temperature(1000.0, Self::SPACE, *time)).collect()
     }
 
-    fn error(target: &Target, integrator: Integrator) -> Result<f64, String> {
+    fn error(integrator: Integrator) -> Result<f64, String> {
         let mut built = Built(Network { space_temperature: Self::SPACE, ..Network::default() });
         built.node(NodeKind::Diffusive, Self::PLATE.capacitance, Self::PLATE.emissivity, 1000.0);
         let schedule = Schedule { times: Self::times(), ..Schedule::default() };
-        let series = integrated(target, &built.0, &schedule, integrator).map_err(|error| unfinished(&error))?;
+        let series = integrated(&built.0, &schedule, integrator).map_err(|error| unfinished(&error))?;
         let found: Vec<f64> = series.rows.iter().map(|row| row[0]).collect();
         Ok(apart(&found, &Self::expected()))
     }
@@ -56,7 +55,7 @@ fn free_cooling(integrator: Integrator, limit: (f64, &'static str)) -> HardCase 
             "the sub-step follows an estimate of its error, and the bound of stability only picks the method",
             "Euler at the bound of its stability",
         )
-        .measured(move |target, _| Cooling::error(target, integrator), |_| Cooling::at_the_bound())
+        .measured(move |_, _| Cooling::error(integrator), |_| Cooling::at_the_bound())
 }
 
 /// A node that loses all its heat.
@@ -88,10 +87,10 @@ impl Empties {
     }
 
     /// Difference between that time and the time [s] when the run refuses the network with the node's name.
-    fn refused(&self, target: &Target) -> Result<f64, String> {
+    fn refused(&self) -> Result<f64, String> {
         let times = (1..=100).map(|row| 100.0 * f64::from(row)).collect();
         let schedule = Schedule { heat: vec![self.heat.clone()], times, ..Schedule::default() };
-        match integrated(target, &self.network, &schedule, Integrator::Default) {
+        match integrated(&self.network, &schedule, Integrator::Default) {
             Err(ControlError::NoStep { time, node, .. } | ControlError::Unbalanced { time, node })
                 if node == self.heat.0 as usize =>
             {
@@ -117,7 +116,7 @@ fn below_zero(name: &str, what: &str, limit: (f64, &str), empties: fn() -> Empti
             "no sub-step may leave the range of temperatures, and what cannot go on ends with node and time",
             "Euler goes on below 0 K and says nothing",
         )
-        .measured(move |target, _| empties().refused(target), move |_| empties().unrefused())
+        .measured(move |_, _| empties().refused(), move |_| empties().unrefused())
 }
 
 pub fn cases() -> Vec<HardCase> {

@@ -29,9 +29,9 @@ impl Problem {
         Self { network, heat, times, expected }
     }
 
-    fn error(&self, target: &Target, integrator: Integrator) -> Result<f64, String> {
+    fn error(&self, integrator: Integrator) -> Result<f64, String> {
         let schedule = Schedule { constant: self.heat.clone(), times: self.times.clone(), ..Schedule::default() };
-        let series = integrated(target, &self.network, &schedule, integrator).map_err(|error| unfinished(&error))?;
+        let series = integrated(&self.network, &schedule, integrator).map_err(|error| unfinished(&error))?;
         Ok(rows_apart(&series.rows, &self.expected))
     }
 
@@ -49,9 +49,9 @@ impl Problem {
 }
 
 fn conducting(case: HardCase, problem: fn(Scale) -> Problem, without: fn(&Problem) -> f64) -> HardCase {
-    let error = move |target: &Target, scale| {
+    let error = move |_: &Target, scale| {
         let problem = problem(scale);
-        problem.error(target, Integrator::Default)
+        problem.error(Integrator::Default)
     };
     case.measured(error, move |scale| without(&problem(scale)))
 }

@@ -5,7 +5,6 @@ use crate::bench::hard::case::{HardCase, apart};
 use crate::bench::hard::exact::root_of_falling;
 use crate::bench::hard::way::integrated;
 use crate::simulation::network::unfinished;
-use crate::simulation::target::Target;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::control::Integrator;
 use crate::thermal::network::schedule::{HeatTable, Schedule};
@@ -64,8 +63,8 @@ impl Foil {
 
 /// The case of C = 0.
 pub fn no_capacitance() -> HardCase {
-    let error = |target: &Target, kind, capacitance, integrator| {
-        let series = integrated(target, &Foil::network(kind, capacitance), &Foil::schedule(), integrator);
+    let error = |kind, capacitance, integrator| {
+        let series = integrated(&Foil::network(kind, capacitance), &Foil::schedule(), integrator);
         Ok(Foil::error(&series.map_err(|error| unfinished(&error))?.rows))
     };
     let what = "a foil between 290 K and space whose heat ramps and jumps; the root of its balance";
@@ -75,10 +74,7 @@ pub fn no_capacitance() -> HardCase {
             "10 J/K in place of none",
         )
         .measured(
-            move |target, _| error(target, NodeKind::Arithmetic, 0.0, Integrator::Default),
-            move |_| {
-                error(&Target::Reference, NodeKind::Diffusive, Foil::STORE, Integrator::Accurate)
-                    .unwrap_or(f64::INFINITY)
-            },
+            move |_, _| error(NodeKind::Arithmetic, 0.0, Integrator::Default),
+            move |_| error(NodeKind::Diffusive, Foil::STORE, Integrator::Accurate).unwrap_or(f64::INFINITY),
         )
 }

@@ -4,7 +4,6 @@ use super::{Built, DEFAULT, FRAME};
 use crate::bench::hard::case::{HardCase, apart};
 use crate::bench::hard::way::integrated;
 use crate::simulation::network::unfinished;
-use crate::simulation::target::Target;
 use crate::thermal::network::control::{ControlError, Integrator, Series};
 use crate::thermal::network::schedule::{Schedule, Thermostat};
 use crate::thermal::network::{Network, NodeKind};
@@ -68,11 +67,11 @@ impl Tank {
         Self::times().into_iter().map(|time| Self::at(time, &switches)).collect()
     }
 
-    fn run(target: &Target) -> Result<Series, String> {
+    fn run() -> Result<Series, String> {
         let [on_below, off_above] = Self::BAND;
         let thermostat = Thermostat { node: 0, sensor: 0, power: 30.0, on_below, off_above, initially_on: false };
         let schedule = Schedule { thermostats: vec![thermostat], times: Self::times(), ..Schedule::default() };
-        integrated(target, &Self::network(), &schedule, Integrator::Default).map_err(|error| unfinished(&error))
+        integrated(&Self::network(), &schedule, Integrator::Default).map_err(|error| unfinished(&error))
     }
 
     /// Temperatures and switching times if the thermostat is asked once a frame. Each frame is exact.
@@ -101,7 +100,7 @@ impl Tank {
 }
 
 /// A foil without capacitance. Its heater moves it across the band of its own sensor.
-fn chattering(target: &Target) -> Result<f64, String> {
+fn chattering() -> Result<f64, String> {
     let mut built = Built(Network { space_temperature: 3.0, ..Network::default() });
     let body = built.node(NodeKind::Diffusive, 100.0, 0.05, 290.0);
     let foil = built.node(NodeKind::Arithmetic, 0.0, 0.01, 290.0);
@@ -109,7 +108,7 @@ fn chattering(target: &Target) -> Result<f64, String> {
     let thermostat =
         Thermostat { node: foil, sensor: foil, power: 20.0, on_below: 250.0, off_above: 252.0, initially_on: false };
     let schedule = Schedule { thermostats: vec![thermostat], times: vec![1e4], ..Schedule::default() };
-    match integrated(target, &built.0, &schedule, Integrator::Default) {
+    match integrated(&built.0, &schedule, Integrator::Default) {
         Err(ControlError::Chatter { thermostat: 0, .. }) => Ok(0.0),
         Err(error) => Err(format!("refused otherwise: {}", unfinished(&error))),
         Ok(series) => Ok(series.switches.len() as f64),
@@ -142,8 +141,8 @@ pub fn cases() -> Vec<HardCase> {
         )
         .remedy(crossing, "asked once a frame of 16.7 s")
         .measured(
-            |target, _| {
-                let found: Vec<f64> = Tank::run(target)?.rows.iter().map(|row| row[0]).collect();
+            |_, _| {
+                let found: Vec<f64> = Tank::run()?.rows.iter().map(|row| row[0]).collect();
                 Ok(apart(&found, &Tank::expected()))
             },
             |_| apart(&Tank::asked_once_a_frame().0, &Tank::expected()),
@@ -156,8 +155,8 @@ pub fn cases() -> Vec<HardCase> {
         )
         .remedy(crossing, "asked once a frame of 16.7 s, which loses switches")
         .measured(
-            |target, _| {
-                let switches = Tank::run(target)?.switches;
+            |_, _| {
+                let switches = Tank::run()?.switches;
                 Ok(Tank::late(&switches.iter().map(|switch| switch.time).collect::<Vec<_>>()))
             },
             |_| Tank::late(&Tank::asked_once_a_frame().1),
@@ -172,6 +171,6 @@ pub fn cases() -> Vec<HardCase> {
             "switches close upon each other end the run with the name of the thermostat",
             "asked after every step of 1 ms, in 10 s",
         )
-        .measured(|target, _| chattering(target), |_| asked_every_millisecond()),
+        .measured(|_, _| chattering(), |_| asked_every_millisecond()),
     ]
 }

@@ -1,7 +1,7 @@
 //! Tables of radiation between surfaces in the layout of the device.
 
 use crate::gpu::layout::ExchangePatch;
-use crate::gpu::nodes::GROUP;
+use crate::model::nodes::GROUP;
 use crate::exchange::patches::NONE;
 use crate::exchange::reflected::Areas;
 use crate::exchange::sparse::Sparse;

@@ -194,7 +194,7 @@ pub const RESOURCES: &[&Resource] = &[
 ];
 
 fn crinkled_groups(data: &SceneData<'_>) -> usize {
-    data.if_drawn(data.shown.crinkled.len() / crate::gpu::nodes::GROUP)
+    data.if_drawn(data.shown.crinkled.len() / crate::model::nodes::GROUP)
 }
 
 /// Groups, if anything is drawn or casts a shadow.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::tables::OnePassTables;
 use super::{COUPLINGS, MEAN_EVEN, MEAN_ODD, MEMORY, PlanConstants, STATES, SWITCHES, TOLD};
-use crate::gpu::nodes::GROUP;
+use crate::model::nodes::GROUP;
 use crate::gpu::pass::Frame;
 use crate::gpu::resource::{Resource, SLOTS};
 use crate::thermal::network::control::Switch;

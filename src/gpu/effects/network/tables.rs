@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use super::heaters;
 use super::sections::{OnePassKind, OnePassShape, SECTIONS, Section};
-use crate::gpu::nodes::GROUP;
+use crate::model::nodes::GROUP;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::one_pass::{Conduction, Heater, Large, Link, Plan};
 

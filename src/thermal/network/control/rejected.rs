@@ -1,16 +1,14 @@
 //! Tries that are taken back: a shorter sub-step, or the reason why none is short enough.
 
 use super::{Control, ControlError, Plan, RATE_AGE, STIFFEST};
-use crate::thermal::network::stepper::{Method, Stepper};
+use crate::thermal::network::stepper::Method;
 use crate::thermal::network::{LinearConductor, Network, NodeKind};
 
-/// A failed try above this share of a stepper's hottest temperature counts as having exceeded it.
-const NEARLY_HOTTEST: f64 = 0.999;
 /// Shortest sub-step [s].
 const SHORTEST: f64 = 1e-18;
 
-impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
-    pub(super) fn reject(&mut self, plan: Plan, error: f64) -> Result<(), ControlError<S::Error>> {
+impl<W: FnMut(f64) -> bool> Control<'_, W> {
+    pub(super) fn reject(&mut self, plan: Plan, error: f64) -> Result<(), ControlError> {
         self.series.rejected += 1;
         self.rate_age = RATE_AGE;
         if plan.method == Method::Euler {
@@ -19,29 +17,16 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         }
         let factor = if error.is_finite() { (0.8 * (self.limit / error).cbrt()).clamp(0.05, 0.8) } else { 0.1 };
         self.step = plan.step * factor;
-        if !error.is_finite() {
-            self.check_hottest()?;
-        }
         if self.since + self.step > self.since && self.step > SHORTEST {
             return Ok(());
         }
         if let Some((rate, [a, b], conductance)) = stiffest(self.network).filter(|(rate, ..)| *rate > STIFFEST) {
             return Err(ControlError::Stiff { time: self.now(), nodes: [a as usize, b as usize], conductance, rate });
         }
-        let temperatures = self.stepper.temperatures()?;
+        let temperatures = self.stepper.temperatures();
         let coldest = temperatures.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
         let (node, temperature) = coldest.map_or((0, 0.0), |(node, temperature)| (node, *temperature));
         Err(ControlError::NoStep { time: self.now(), node, temperature })
-    }
-
-    /// Fails where a node is about to leave the range. Shorter sub-steps would only approach it.
-    fn check_hottest(&mut self) -> Result<(), ControlError<S::Error>> {
-        let most = NEARLY_HOTTEST * self.stepper.hottest();
-        let temperatures = self.stepper.temperatures()?;
-        match temperatures.iter().position(|temperature| *temperature > most) {
-            Some(node) => Err(ControlError::TooHot { time: self.now(), node, temperature: temperatures[node] }),
-            None => Ok(()),
-        }
     }
 }
 

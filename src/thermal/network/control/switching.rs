@@ -2,23 +2,23 @@
 
 use super::{Control, ControlError, Plan, Switch};
 use crate::thermal::network::rkl2::stages_for;
-use crate::thermal::network::stepper::{Method, Stepper};
+use crate::thermal::network::stepper::Method;
 use crate::thermal::network::switches::{SWITCH_TIME, crossed, straight_crossing};
 
-impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
-    pub(super) fn sense(&mut self) -> Result<Vec<f64>, ControlError<S::Error>> {
+impl<W: FnMut(f64) -> bool> Control<'_, W> {
+    pub(super) fn sense(&self) -> Vec<f64> {
         if self.schedule.thermostats.is_empty() {
-            return Ok(Vec::new());
+            return Vec::new();
         }
-        let temperatures = self.stepper.temperatures()?;
-        Ok(self.schedule.thermostats.iter().map(|thermostat| temperatures[thermostat.sensor as usize]).collect())
+        let temperatures = self.stepper.temperatures();
+        self.schedule.thermostats.iter().map(|thermostat| temperatures[thermostat.sensor as usize]).collect()
     }
 
     /// Sets the heat anew. Repeats this with switched thermostats while arithmetic sensors jump over a threshold.
-    pub(super) fn set_heat(&mut self, time: f64) -> Result<(), ControlError<S::Error>> {
+    pub(super) fn set_heat(&mut self, time: f64) -> Result<(), ControlError> {
         loop {
             self.put_heat(time)?;
-            let after = self.sense()?;
+            let after = self.sense();
             let before = std::mem::replace(&mut self.sensed, after);
             let at = crossed(&self.schedule.thermostats, &self.on, &before, &self.sensed);
             if at.is_empty() {
@@ -28,7 +28,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         }
     }
 
-    fn switch(&mut self, at: &[usize]) -> Result<(), ControlError<S::Error>> {
+    fn switch(&mut self, at: &[usize]) -> Result<(), ControlError> {
         let time = self.now();
         for &thermostat in at {
             self.on[thermostat] = !self.on[thermostat];
@@ -42,7 +42,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
     }
 
     /// Finds the first switch in the coming sub-step and takes it. The sensors are at `after` at the end of the sub-step.
-    pub(super) fn locate(&mut self, plan: Plan, after: Vec<f64>) -> Result<(), ControlError<S::Error>> {
+    pub(super) fn locate(&mut self, plan: Plan, after: Vec<f64>) -> Result<(), ControlError> {
         let thermostats = &self.schedule.thermostats;
         let t = self.since;
         let (mut low, mut high) = (0.0, plan.step);
@@ -68,7 +68,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
             };
             let trial = if narrow { high } else { low + width * share.clamp(0.001, 0.999) };
             let method = self.method_for(plan.method, trial);
-            let attempt = self.stepper.attempt(method, t, trial, 1)?;
+            let attempt = self.stepper.attempt(method, t, trial, 1);
             tries += 1;
             let is_high = !crossed(thermostats, &self.on, &self.sensed, &attempt.sensed).is_empty();
             at_high = is_high || narrow;
@@ -82,7 +82,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         let at = crossed(thermostats, &self.on, &self.sensed, &after);
         let plan = Plan { method: self.method_for(plan.method, high), step: high, count: 1 };
         self.sensed = after;
-        self.keep(plan, self.since + high)?;
+        self.keep(plan, self.since + high);
         self.switch(&at)?;
         self.set_heat(self.now())
     }

@@ -119,9 +119,7 @@ pub struct Leg {
 
 /// An error of an integration.
 #[derive(Debug, Clone, PartialEq)]
-pub enum ControlError<E> {
-    /// The stepper failed.
-    Stepper(E),
+pub enum ControlError {
     /// Arithmetic nodes that do not balance.
     Unbalanced {
         /// Time [s].
@@ -149,15 +147,6 @@ pub enum ControlError<E> {
         /// GL over the capacitance of its lighter diffusive node [1/s].
         rate: f64,
     },
-    /// A node above the hottest temperature of the stepper.
-    TooHot {
-        /// Time [s].
-        time: f64,
-        /// The node.
-        node: usize,
-        /// Its temperature [K].
-        temperature: f64,
-    },
     /// A thermostat whose band can not hold: it switches too fast.
     Chatter {
         /// Time [s].
@@ -178,12 +167,6 @@ pub enum ControlError<E> {
     },
     /// A stop requested by the caller.
     Stopped,
-}
-
-impl<E> From<E> for ControlError<E> {
-    fn from(error: E) -> Self {
-        Self::Stepper(error)
-    }
 }
 
 impl fmt::Display for Integrator {

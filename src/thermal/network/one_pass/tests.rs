@@ -4,7 +4,6 @@ use super::*;
 use crate::thermal::network::control::{Integrator, Leg, Settings, integrate_leg};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::schedule::{Schedule, Thermostat};
-use crate::thermal::network::stepper::Stepper;
 use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 
 const HOTTEST: f64 = 400.0;
@@ -62,7 +61,7 @@ fn accurate(network: &Network, time: f64, step: f64) -> Vec<f64> {
         let series = integrate_leg(&mut stepper, network, &schedule, &settings, leg, |_| true).expect("no failure");
         first = series.first_step.unwrap_or(series.step);
     }
-    let Ok(temperatures) = stepper.temperatures();
+    let temperatures = stepper.temperatures();
     temperatures
 }
 
@@ -382,7 +381,7 @@ fn accurately_switched(network: &Network, heater: &Heater, time: f64, step: f64)
         switches.extend(series.switches.iter().map(|switch| (from + switch.time, switch.on)));
         (first, on) = (series.first_step.unwrap_or(series.step), series.on[0]);
     }
-    let Ok(temperatures) = stepper.temperatures();
+    let temperatures = stepper.temperatures();
     (switches, temperatures)
 }
 
