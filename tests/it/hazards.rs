@@ -209,7 +209,7 @@ fn two_dispatches_on_the_same_nodes_collide() {
 /// wherever it occurs), this must fail.
 pub fn each_barrier_is_needed(row: &[Frame], first: usize) {
     assert_eq!(hazards(row), []);
-    assert_eq!(unread_by_host(row), []);
+    assert!(unread_by_host(row).is_empty());
     for list in &row[first..] {
         for n in 0..barrier_count(list) {
             let missed = (0..row.len()).filter(|place| row[*place] == *list).any(|place| {
@@ -270,7 +270,7 @@ fn barriers_that_follow_from_the_accesses_suffice() {
     let mut judge = |row: &[Frame]| {
         let made = derive(row);
         assert_eq!(hazards(&made), []);
-        assert_eq!(unread_by_host(&made), [] as [&isotherm::gpu::resource::Resource; 0]);
+        assert!(unread_by_host(&made).is_empty());
         // The first frames follow nothing.
         by_hand += row.iter().skip(2).map(barrier_count).sum::<usize>();
         derived += made.iter().skip(2).map(barrier_count).sum::<usize>();
