@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::prepare::device_memory;
+use crate::gpu::effects::sensor::{COPIED_FOR_SENSOR, READ};
 use crate::gpu::plan::Planned;
 use crate::gpu::samples::Samples;
-use crate::gpu::effects::sensor::{COPIED_FOR_SENSOR, READ};
 use crate::output::console::{answer, say};
 use crate::output::folder::Folder;
 use crate::output::image_index::IMAGES;

@@ -45,7 +45,8 @@ impl Reach {
             let resource = self.buffer(&used.block).ok_or_else(unknown)?;
             let range = self.ranges.iter().find(|(per, _)| *per == resource.per).map(|(_, range)| *range);
             let reads = if resource.role == Role::Uniform { A::UNIFORM_READ } else { A::SHADER_STORAGE_READ };
-            for (_, access) in [(used.reads, reads), (used.writes, A::SHADER_STORAGE_WRITE)].into_iter().filter(|one| one.0)
+            for (_, access) in
+                [(used.reads, reads), (used.writes, A::SHADER_STORAGE_WRITE)].into_iter().filter(|one| one.0)
             {
                 let slice = if resource.per_joint { self.joint } else { 0 };
                 let binding = Some(used.binding);

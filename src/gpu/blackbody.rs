@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use super::bindings::Bindings;
 use super::context::Context;
+use super::effects::image::resources::BAND_TABLE;
 use super::error::GpuError;
 use super::layout;
 use super::lists;
-use super::once::Once;
 use super::lists::{INVERSE_TEMPERATURES, RADIATION_INPUT, RADIATION_OUTPUT};
-use super::effects::image::resources::BAND_TABLE;
+use super::once::Once;
 use super::pass::Frame;
 use super::store::Resources;
 use crate::thermal::brightness::BrightnessTable;

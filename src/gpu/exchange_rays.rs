@@ -54,7 +54,8 @@ impl Caster {
         fill(&mut resources, surface, patches, scenery)?;
         resources.make_of(&RAY_ENDS, (together * rays) as usize)?;
         let mut bindings = Bindings::plain(context);
-        bindings.add(&resources, lists::rays(&ExchangePass { end: together, rays, ..ExchangePass::default() }).passes())?;
+        bindings
+            .add(&resources, lists::rays(&ExchangePass { end: together, rays, ..ExchangePass::default() }).passes())?;
         let (boxes, start) = (scenery.occluders.tree.nodes.len() as u32, scenery.occluders.start as f32);
         Ok(Self { once: Once::new(context)?, resources, bindings, sizes: [count, rays, boxes, together], start })
     }

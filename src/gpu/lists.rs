@@ -18,8 +18,7 @@ pub static RAY_PATCHES: Resource = Resource::given("RayPatches", 16, FromHost);
 /// Corners of the patches, and shares of their rays.
 pub static RAY_CORNERS: Resource = Resource::given("RayCorners", 8, FromHost);
 /// Triangles in the file's pose.
-pub static RAY_TRIANGLES: Resource =
-    Resource::given("RayTriangles", size_of::<layout::ShadowTriangle>(), FromHost);
+pub static RAY_TRIANGLES: Resource = Resource::given("RayTriangles", size_of::<layout::ShadowTriangle>(), FromHost);
 /// Poses of the body and of the joints.
 pub static RAY_POSES: Resource = Resource::given("RayPoses", 48, FromHost);
 /// Boxes of the tree for these rays.

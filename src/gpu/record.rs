@@ -309,7 +309,8 @@ fn averaged<'a>(attachment: vk::RenderingAttachmentInfo<'a>, to: &'a Image) -> v
 /// The value to which a colour is cleared.
 fn nothing(role: Role) -> vk::ClearValue {
     let integers = role == Role::Colour(super::pipeline::IDENTITY_FORMAT);
-    let color = if integers { vk::ClearColorValue { uint32: [0; 4] } } else { vk::ClearColorValue { float32: [0.0; 4] } };
+    let color =
+        if integers { vk::ClearColorValue { uint32: [0; 4] } } else { vk::ClearColorValue { float32: [0.0; 4] } };
     vk::ClearValue { color }
 }
 

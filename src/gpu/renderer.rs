@@ -200,8 +200,7 @@ impl Renderer {
             radiance: left(&RADIANCE_READBACK).then(|| resources.read(&RADIANCE_READBACK, number, self.pixels)),
             identity: left(&IDENTITY_READBACK).then(|| resources.read(&IDENTITY_READBACK, number, self.pixels)),
             absorbed: left(&ABSORBED_HEAT).then(|| resources.read(&ABSORBED_HEAT, number, self.runs)),
-            readings: sensor
-                .map(|one| one.unpadded(resources.read(&sensor::READBACK, number, one.padded_pixels()))),
+            readings: sensor.map(|one| one.unpadded(resources.read(&sensor::READBACK, number, one.padded_pixels()))),
             temperatures: left(&TEMPERATURE_READBACK)
                 .then(|| resources.read(&TEMPERATURE_READBACK, number, self.nodes)),
         })

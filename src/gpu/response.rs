@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use super::bindings::Bindings;
 use super::context::Context;
-use super::error::GpuError;
 use super::effects::thermal::{ELAPSED, MATERIALS, SHAPES, SPAN, TARGET};
-use super::pass::Frame;
+use super::error::GpuError;
 use super::layout;
 use super::lists::{self, RESPONSE_STEPS, RESPONSE_TARGETS, RESPONSE_TEMPERATURES};
 use super::once::Once;
+use super::pass::Frame;
 use super::shapes::{Shapes, curve};
 use super::store::Resources;
 use crate::thermal::material::Transition;
@@ -78,8 +78,7 @@ impl Device {
         resources.make_of(&RESPONSE_TEMPERATURES, STEPS * nodes)?;
         resources.make_of(&MATERIALS, 1)?;
         resources.upload(&mut once, &MATERIALS, &[material])?;
-        for (resource, values) in [(&TARGET, &at_rest), (&SPAN, &zeros), (&ELAPSED, &zeros)]
-        {
+        for (resource, values) in [(&TARGET, &at_rest), (&SPAN, &zeros), (&ELAPSED, &zeros)] {
             resources.make(resource, 4 * nodes as u64)?;
             resources.upload(&mut once, resource, values)?;
         }

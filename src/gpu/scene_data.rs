@@ -13,12 +13,12 @@ use super::effects::network::tables::OnePassTables;
 use super::effects::sensor::tables::SensorTables;
 use super::effects::thermal::variant::{StepKind, StepRange, ThermalVariant};
 use super::layout;
-use crate::model::nodes::{GROUP, RANGE_GROUPS};
 use super::shapes::Shapes;
 use crate::environment::albedo;
 use crate::environment::shadow::{Jointed, Occluders, Redraw};
 use crate::exchange::mirrors::Mirrors;
 use crate::exchange::sky::Renewal;
+use crate::model::nodes::{GROUP, RANGE_GROUPS};
 
 /// Nodes of a workgroup of the thermal step. Ranges are multiples of it.
 pub const NODES_PER_WORKGROUP: usize = GROUP * RANGE_GROUPS;

@@ -13,9 +13,7 @@ use super::effects::light::state::Shadows;
 use super::effects::network::state::OnePass;
 use super::effects::sensor::state::ImageSensor;
 use super::effects::thermal::load::DeviceLoad;
-use super::effects::thermal::ranges::{
-    fused, idle, is_of_network, ranges_of_load, ranges_of_step, without_exchange,
-};
+use super::effects::thermal::ranges::{fused, idle, is_of_network, ranges_of_load, ranges_of_step, without_exchange};
 use super::effects::thermal::variant::StepRange;
 use super::frame::{Frame, NetworkSteps, Recipe, compose};
 use super::layout::View;
@@ -160,11 +158,7 @@ impl SceneFrames {
     }
 
     /// What surfaces send to each other in a load that lasts `steps`, if it is found anew.
-    pub(crate) fn exchange_due(
-        &mut self,
-        load: &StepLoad,
-        steps: f64,
-    ) -> Option<super::effects::exchange::Exchanged> {
+    pub(crate) fn exchange_due(&mut self, load: &StepLoad, steps: f64) -> Option<super::effects::exchange::Exchanged> {
         let light = ranges_of_load(&self.ranges, load).first()?.variant;
         self.exchange.as_mut()?.due(light, load, steps)
     }

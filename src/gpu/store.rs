@@ -66,7 +66,7 @@ impl Resources {
         bytes: u64,
         in_pieces: bool,
     ) -> Result<(), GpuError> {
-                let limit = self.context.info.max_storage_buffer_range;
+        let limit = self.context.info.max_storage_buffer_range;
         // A buffer that only copies touch is never bound.
         let is_bound = resource.role.usage().contains(vk::BufferUsageFlags::STORAGE_BUFFER);
         if is_bound && bytes > limit && !in_pieces {
@@ -85,7 +85,12 @@ impl Resources {
     }
 
     /// Makes an image with `each` samples of a texel. An image with several cannot be copied.
-    pub(super) fn make_image(&mut self, resource: &'static Resource, size: [u32; 2], each: u32) -> Result<(), GpuError> {
+    pub(super) fn make_image(
+        &mut self,
+        resource: &'static Resource,
+        size: [u32; 2],
+        each: u32,
+    ) -> Result<(), GpuError> {
         let (format, usage) = match resource.role {
             Role::Colour(format) => (format, vk::ImageUsageFlags::COLOR_ATTACHMENT),
             _ => (super::pipeline::DEPTH_FORMAT, vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT),
@@ -117,7 +122,12 @@ impl Resources {
     }
 
     /// Writes from the start of a host-visible buffer. It does nothing if the resource has no buffer.
-    pub(super) fn write<T: Pod>(&mut self, resource: &'static Resource, slot: usize, values: &[T]) -> Result<(), GpuError> {
+    pub(super) fn write<T: Pod>(
+        &mut self,
+        resource: &'static Resource,
+        slot: usize,
+        values: &[T],
+    ) -> Result<(), GpuError> {
         let Some(region) = self.buffers.get_mut(&(resource, slot)) else { return Ok(()) };
         let shared = || GpuError::SharedBuffer { buffer: resource.name.to_owned() };
         Arc::get_mut(&mut region.buffer).ok_or_else(shared)?.write(values);

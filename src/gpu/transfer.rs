@@ -13,7 +13,12 @@ const STAGED_AT_MOST: usize = 16 << 20;
 
 impl Resources {
     /// Fills a device buffer with values and waits. It does nothing if the resource has no buffer.
-    pub(super) fn upload<T: Pod>(&mut self, once: &mut Once, resource: &'static Resource, values: &[T]) -> Result<(), GpuError> {
+    pub(super) fn upload<T: Pod>(
+        &mut self,
+        once: &mut Once,
+        resource: &'static Resource,
+        values: &[T],
+    ) -> Result<(), GpuError> {
         let Some(target) = self.get(resource).cloned() else { return Ok(()) };
         if self.get(&STAGED).is_none() {
             self.make(&STAGED, STAGED_AT_MOST as u64)?;

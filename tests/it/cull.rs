@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use glam::{DAffine3, DQuat};
-use isotherm::gpu::effects::image;
 use isotherm::gpu::context::Context;
+use isotherm::gpu::effects::image;
 use isotherm::gpu::frame::{Frame, Wanted};
 use isotherm::gpu::layout::View;
 use isotherm::gpu::pass::{Entry, Work};
@@ -105,7 +105,8 @@ fn culling_changes_no_pixel() {
         for entry in &mut frame.entries {
             match entry {
                 Entry::Pass(pass) if pass.entry() == Some("cull.comp") => {
-                    pass.work = Work::Copy { from: &image::resources::TRIANGLES, to: &image::resources::VISIBLE_TRIANGLES };
+                    pass.work =
+                        Work::Copy { from: &image::resources::TRIANGLES, to: &image::resources::VISIBLE_TRIANGLES };
                 }
                 Entry::Barriers(barriers) => {
                     for barrier in barriers.iter_mut().filter(|b| b.resource == &image::resources::VISIBLE_TRIANGLES) {

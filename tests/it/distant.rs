@@ -115,7 +115,8 @@ fn a_craft_that_is_near_has_no_crop() {
         let prepared = Folder::new(scene).prepared();
         let data = DeviceData::new(&prepared);
         let plan = data.scene_data(&prepared, prepared.scene.camera.as_ref()).plan();
-        [&image::resources::DISTANT, &image::resources::IMAGE_RADIANCE].map(|wanted| plan.iter().any(|planned| planned.resource == wanted))
+        [&image::resources::DISTANT, &image::resources::IMAGE_RADIANCE]
+            .map(|wanted| plan.iter().any(|planned| planned.resource == wanted))
     };
     let of = |pixels: f64, lens: &str| changed(&far(pixels, 0.0, lens), scene_with);
     assert_eq!(planned(&scene_with(&[])), [false; 2]);

@@ -198,7 +198,12 @@ fn an_exr_and_a_png_give_the_same_planet() {
 
 #[test]
 fn laws_and_maps_are_absent_where_a_scene_has_none() {
-    let resources = [&image::resources::EMISSIVITIES, &image::resources::PLANET_VIEW, &image::resources::PLANET_MAP, &image::resources::PLANET_MEANS];
+    let resources = [
+        &image::resources::EMISSIVITIES,
+        &image::resources::PLANET_VIEW,
+        &image::resources::PLANET_MAP,
+        &image::resources::PLANET_MEANS,
+    ];
     let planned = |prepared: &Prepared| {
         let data = DeviceData::new(prepared);
         let plan = data.scene_data(prepared, prepared.scene.camera.as_ref()).plan();

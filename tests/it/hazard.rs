@@ -75,9 +75,7 @@ pub fn hazards<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Hazard> {
                 Entry::Pass(pass) => {
                     let accesses = pass.accesses().expect("shaders that compile");
                     for access in &accesses {
-                        if access.resource.role.is_image()
-                            && layouts.get(&access.resource) != Some(&access.layout)
-                        {
+                        if access.resource.role.is_image() && layouts.get(&access.resource) != Some(&access.layout) {
                             found.push(Hazard {
                                 kind: HazardKind::Layout,
                                 resource: access.resource,
@@ -280,10 +278,17 @@ pub fn derive<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Frame> {
                 if before.is_some() || change {
                     let before = before.unwrap_or(Scope { stage: after.stage, access: AccessFlags2::NONE });
                     let now = layouts.get(resource).copied().unwrap_or(ImageLayout::UNDEFINED);
-                    barriers.push(Barrier { resource, before, after, layouts: change.then_some((now, accesses[0].layout)) });
+                    barriers.push(Barrier {
+                        resource,
+                        before,
+                        after,
+                        layouts: change.then_some((now, accesses[0].layout)),
+                    });
                 }
             }
-            take(&mut entries, barriers, |barrier| apply(barrier, past.entry(key(barrier.resource)).or_default(), &mut layouts, &mut Vec::new()));
+            take(&mut entries, barriers, |barrier| {
+                apply(barrier, past.entry(key(barrier.resource)).or_default(), &mut layouts, &mut Vec::new())
+            });
             entries.push(Entry::Pass(pass.clone()));
             for access in by_resource.into_values().flatten() {
                 if is_write(access.scope.access) && matches!(access.resource.role, Role::Readback | Role::ToHost) {
@@ -301,8 +306,11 @@ pub fn derive<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Frame> {
             }
         }
         let host = Scope { stage: PipelineStageFlags2::HOST, access: AccessFlags2::HOST_READ };
-        let to_host = left.into_iter().map(|(resource, before)| Barrier { resource, before, after: host, layouts: None });
-        take(&mut entries, to_host.collect(), |barrier| apply(barrier, past.entry(key(barrier.resource)).or_default(), &mut layouts, &mut Vec::new()));
+        let to_host =
+            left.into_iter().map(|(resource, before)| Barrier { resource, before, after: host, layouts: None });
+        take(&mut entries, to_host.collect(), |barrier| {
+            apply(barrier, past.entry(key(barrier.resource)).or_default(), &mut layouts, &mut Vec::new())
+        });
         derived.push(Frame { entries });
     }
     derived

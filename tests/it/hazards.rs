@@ -1,16 +1,16 @@
 //! The hazard check finds nothing in complete frames, and something if any barrier is missing.
 
+use isotherm::gpu::effects::heat::tables::HeatOf;
+use isotherm::gpu::effects::image::runs::TriangleRun;
+use isotherm::gpu::effects::image::sampling::{Distance, RowOf, Sampled};
+use isotherm::gpu::effects::image::variant::RadianceVariant;
+use isotherm::gpu::effects::light::Casting;
+use isotherm::gpu::effects::thermal::variant::StepRange;
+use isotherm::gpu::effects::thermal::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::gpu::effects::{image, light, thermal};
 use isotherm::gpu::frame::{Frame, Recipe, Wanted, compose};
-use isotherm::gpu::effects::thermal::variant::StepRange;
-use isotherm::gpu::effects::image::runs::TriangleRun;
-use isotherm::gpu::effects::heat::tables::HeatOf;
 use isotherm::gpu::lists;
-use isotherm::gpu::effects::light::Casting;
 use isotherm::gpu::pass::Entry;
-use isotherm::gpu::effects::image::variant::RadianceVariant;
-use isotherm::gpu::effects::image::sampling::{Distance, RowOf, Sampled};
-use isotherm::gpu::effects::thermal::variant::{Curve, StepKind, ThermalVariant};
 
 use super::hazard::{HazardKind, barrier_count, derive, hazards, unread_by_host, without_barrier};
 

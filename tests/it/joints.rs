@@ -3,12 +3,12 @@
 use glam::{DQuat, DVec3};
 
 use isotherm::files::Reach;
-use isotherm::gpu::effects::light::Casting;
-use isotherm::gpu::frame::{Frame, Wanted};
-use isotherm::gpu::effects::thermal::variant::StepRange;
 use isotherm::gpu::effects::image::runs::TriangleRun;
-use isotherm::model::nodes::PADDING;
+use isotherm::gpu::effects::light::Casting;
+use isotherm::gpu::effects::thermal::variant::StepRange;
+use isotherm::gpu::frame::{Frame, Wanted};
 use isotherm::gpu::renderer::{Renderer, Request};
+use isotherm::model::nodes::PADDING;
 use isotherm::scene::Scene;
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::device_engine::DeviceEngine;

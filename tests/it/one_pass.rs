@@ -2,9 +2,9 @@
 
 use isotherm::gpu::effects::network::PlanConstants;
 use isotherm::gpu::effects::network::sections::{OnePassKind, OnePassShape, SECTIONS};
-use isotherm::gpu::frame::{Frame, Wanted};
 use isotherm::gpu::effects::thermal::variant::StepRange;
 use isotherm::gpu::effects::thermal::variant::{Curve, StepKind, ThermalVariant};
+use isotherm::gpu::frame::{Frame, Wanted};
 use isotherm::simulation::check::Check;
 use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, EngineError, Order, Step};

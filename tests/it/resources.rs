@@ -114,7 +114,11 @@ pub fn all_lists() -> Vec<Frame> {
 
 /// Every shader of every list.
 pub fn all_shaders() -> BTreeSet<Shader> {
-    all_lists().iter().flat_map(Frame::passes).flat_map(|pass| pass.shaders().into_iter().cloned().collect::<Vec<_>>()).collect()
+    all_lists()
+        .iter()
+        .flat_map(Frame::passes)
+        .flat_map(|pass| pass.shaders().into_iter().cloned().collect::<Vec<_>>())
+        .collect()
 }
 
 #[test]
@@ -126,7 +130,8 @@ fn naga_sees_the_uses_that_the_reader_of_spirv_sees() {
             .expect("a valid module");
         let function = info.get_entry_point(0);
         let mut expected = BTreeMap::new();
-        for (handle, variable) in reflected.global_variables.iter().filter(|(handle, _)| !function[*handle].is_empty()) {
+        for (handle, variable) in reflected.global_variables.iter().filter(|(handle, _)| !function[*handle].is_empty())
+        {
             let Some(binding) = &variable.binding else { continue };
             let uses = |which| function[handle].contains(which);
             let flags = (uses(naga::valid::GlobalUse::READ), uses(naga::valid::GlobalUse::WRITE));
@@ -157,6 +162,7 @@ fn a_block_has_the_name_of_its_buffer() {
     }
     let names: BTreeSet<&str> = effects::all().map(|resource| resource.name).collect();
     assert_eq!(names.len(), effects::all().count(), "each name stands for one resource");
-    let shaded = |role| !matches!(role, Role::Readback | Role::Staging | Role::Copied | Role::Indices) && !Role::is_image(role);
+    let shaded =
+        |role| !matches!(role, Role::Readback | Role::Staging | Role::Copied | Role::Indices) && !Role::is_image(role);
     assert_eq!(bound, effects::all().filter(|resource| shaded(resource.role)).collect());
 }

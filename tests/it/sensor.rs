@@ -5,11 +5,11 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 use isotherm::gpu::context::Context;
 use isotherm::gpu::effects::image::runs::TriangleRun;
-use isotherm::gpu::effects::sensor::Sensing;
-use isotherm::gpu::frame::{Frame, Recipe, Wanted, compose};
-use isotherm::gpu::effects::thermal::variant::StepRange;
 use isotherm::gpu::effects::image::sampling::{Distance, Sampled};
+use isotherm::gpu::effects::sensor::Sensing;
+use isotherm::gpu::effects::thermal::variant::StepRange;
 use isotherm::gpu::effects::thermal::variant::{Curve, StepKind, ThermalVariant};
+use isotherm::gpu::frame::{Frame, Recipe, Wanted, compose};
 use isotherm::lens::Distortion;
 use isotherm::scene::Camera;
 use isotherm::simulation::device_engine::DeviceEngine;
@@ -25,8 +25,8 @@ use isotherm::thermal::sensor::{Netd, Optics, Pattern, Sensor, Vignetting};
 
 use super::craft::{Folder, SCENE};
 use super::device::{assert_silent, context};
-use super::resources::sensor_variants;
 use super::hazard::{barrier_count, hazards, unread_by_host, without_barrier};
+use super::resources::sensor_variants;
 
 /// A sensor with 14 bits and nothing else.
 fn plain() -> Sensor {

@@ -111,11 +111,8 @@ fn every_shader_is_valid() {
 #[test]
 fn every_word_has_a_meaning() {
     // Includes the names without defines.
-    let mut meant = BTreeSet::from([
-        ("thermal_step.comp", "instant"),
-        ("response.comp", "merge"),
-        ("one_pass.comp", "advance"),
-    ]);
+    let mut meant =
+        BTreeSet::from([("thermal_step.comp", "instant"), ("response.comp", "merge"), ("one_pass.comp", "advance")]);
     let shaders = all_shaders();
     let pairs = |shader: &Shader| shader.words.iter().map(|word| (shader.entry, *word)).collect::<Vec<_>>();
     for shader in &shaders {

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use isotherm::gpu::context::Context;
-use isotherm::gpu::frame::{Frame, Wanted};
 use isotherm::gpu::effects::thermal::variant::StepRange;
-use isotherm::gpu::renderer::Request;
 use isotherm::gpu::effects::thermal::variant::{StepKind, ThermalVariant};
+use isotherm::gpu::frame::{Frame, Wanted};
+use isotherm::gpu::renderer::Request;
 use isotherm::simulation::target::respond_f64;
 use isotherm::thermal::material::Function::{Linear, Quadratic};
 use isotherm::thermal::material::{Function, Response, Retarget, Sides};

@@ -6,11 +6,11 @@ use glam::DVec3;
 use isotherm::environment::albedo_field::AlbedoField;
 use isotherm::environment::{PlanetLoad, StepLoad};
 use isotherm::gpu::context::Context;
-use isotherm::gpu::frame::{Frame, Wanted};
 use isotherm::gpu::effects::thermal::variant::StepRange;
+use isotherm::gpu::effects::thermal::variant::{Curve, StepKind, ThermalVariant};
+use isotherm::gpu::frame::{Frame, Wanted};
 use isotherm::gpu::pass::{Barrier, Entry, Work};
 use isotherm::gpu::renderer::{Renderer, Request};
-use isotherm::gpu::effects::thermal::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::simulation::viewpoint::device_view;
 use isotherm::thermal::material::{Function, Optics, Retarget, Sides};
 

@@ -6,8 +6,8 @@ use crate::gpu::effects::network::{
     COUPLINGS, HEATERS, LOG, MEAN_EVEN, MEMORY, POWERS, STATES, SWITCHES, TOLD, WEIGHTS,
 };
 use crate::gpu::error::GpuError;
-use crate::model::nodes::GROUP;
 use crate::gpu::request::Heating;
+use crate::model::nodes::GROUP;
 use crate::thermal::network::control::Switch;
 use crate::thermal::network::one_pass::{Estimate, Halving, Told};
 
@@ -109,8 +109,7 @@ impl Renderer {
         self.wait()?;
         let Some(network) = &self.scene.network else { return Ok(None) };
         let groups = network.tables.shape.groups() as usize;
-        let states: Vec<[[f32; GROUP]; 2]> =
-            self.resources.download(&mut self.once, &STATES, groups)?;
+        let states: Vec<[[f32; GROUP]; 2]> = self.resources.download(&mut self.once, &STATES, groups)?;
         let of = |slot: &u32| {
             let [base, rest] = states[*slot as usize / GROUP].map(|values| f64::from(values[*slot as usize % GROUP]));
             base + rest

@@ -58,10 +58,7 @@ impl Renderer {
         if let Some(sensor) = &self.scene.sensor {
             if self.resources.get(&BOLOMETER).is_some() {
                 let count = sensor.padded_pixels();
-                saved.put(
-                    "sensor.bolometer",
-                    &self.resources.download::<f32>(&mut self.once, &BOLOMETER, count)?,
-                );
+                saved.put("sensor.bolometer", &self.resources.download::<f32>(&mut self.once, &BOLOMETER, count)?);
             }
             saved.put("sensor.last", &[sensor.last.unwrap_or(f64::NAN)]);
         }
@@ -127,10 +124,7 @@ impl Renderer {
         self.restore_exchange(&saved.part("exchange"))?;
         if let Some(sensor) = &mut self.scene.sensor {
             if self.resources.get(&BOLOMETER).is_some() {
-                lists.push((
-                    &BOLOMETER,
-                    saved.list_of::<f32>("sensor.bolometer", sensor.padded_pixels())?,
-                ));
+                lists.push((&BOLOMETER, saved.list_of::<f32>("sensor.bolometer", sensor.padded_pixels())?));
             }
             let [last] = saved.array::<f64, 1>("sensor.last")?;
             sensor.last = Some(last).filter(|last| !last.is_nan());

@@ -2,9 +2,7 @@
 
 use super::Renderer;
 use crate::gpu::effects::exchange::{MIRRORS, POSES};
-use crate::gpu::effects::image::resources::{
-    DISTANT, LOBES, PLANET_MEANS, PLANET_VIEW, SHUTTER, SURROUNDINGS, VIEW,
-};
+use crate::gpu::effects::image::resources::{DISTANT, LOBES, PLANET_MEANS, PLANET_VIEW, SHUTTER, SURROUNDINGS, VIEW};
 use crate::gpu::effects::light::SUN_VIEW;
 use crate::gpu::effects::sensor::SETTINGS;
 use crate::gpu::effects::thermal::load::DeviceLoad;

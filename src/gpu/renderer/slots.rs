@@ -7,8 +7,8 @@ use ash::vk;
 
 use crate::gpu::context::Context;
 use crate::gpu::error::{During as _, GpuError};
-use crate::gpu::pass::Frame;
 use crate::gpu::once::command_buffers;
+use crate::gpu::pass::Frame;
 use crate::gpu::record::Recorder;
 use crate::gpu::resource::{Resource, SLOTS};
 use crate::gpu::samples::Samples;

@@ -1,8 +1,8 @@
 //! Reads and sets the temperatures of the structures below plates.
 
 use super::Renderer;
-use crate::gpu::error::GpuError;
 use crate::gpu::effects::thermal::{ELAPSED, TARGET};
+use crate::gpu::error::GpuError;
 
 impl Renderer {
     /// Temperatures of the structures [K], one value for each node. The values of nodes without a structure mean nothing. No frame is in flight afterwards.

@@ -2,8 +2,8 @@
 
 use glam::DAffine3;
 
-use crate::gpu::layout;
 use crate::gpu::effects::image::sampling::Sampling;
+use crate::gpu::layout;
 use crate::scene::Camera;
 use crate::simulation::distant::{Distance, told};
 use crate::simulation::engine::{Moment, Order, Rows};
