@@ -7,7 +7,7 @@
 layout(local_size_x = 64) in;
 
 const uint LANES = 64u;
-// TRIANGLES_A_DRAW of src/gpu/frame/passes.rs divided by the lanes.
+// TRIANGLES_A_DRAW of src/gpu/effects/image/runs.rs divided by the lanes.
 const uint TRIANGLES_A_LANE = 32u;
 
 layout(push_constant) uniform CullBlock {

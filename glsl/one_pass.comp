@@ -1,5 +1,5 @@
 #version 450
-// The step of a thermal network in one pass, four nodes an invocation. The barriers are in src/gpu/one_pass/frame.rs, the
+// The step of a thermal network in one pass, four nodes an invocation. The barriers are in src/gpu/effects/network.rs, the
 // f64 twin is src/thermal/network/one_pass.rs. Variants: ADVANCE or none: nodes outside blocks take the whole step.
 // ALONE: so do nodes without conductors, four of a group of drawn nodes. DRIVE: what the nodes of blocks receive.
 // CONDUCT: conduction inside the blocks. LARGE: these take it from stages (one_pass_stage.comp). TRIAL: the step is taken to learn its change, and the temperatures stay. SHOWN:

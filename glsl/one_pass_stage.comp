@@ -1,7 +1,7 @@
 #version 450
 // Conduction inside the large blocks of a thermal network, four nodes an invocation. What nodes change in a step is a polynomial of the rates of their
 // conductors, P(X) (D - X T). Each stage takes one more power of X, from the neighbours of a node. The barriers are in
-// src/gpu/one_pass/frame.rs, the f64 twin is src/thermal/network/one_pass/series.rs. Variants: BEGIN: the first vector, D - X T.
+// src/gpu/effects/network.rs, the f64 twin is src/thermal/network/one_pass/series.rs. Variants: BEGIN: the first vector, D - X T.
 // ESTIMATE: the estimated errors spread as temperatures do.
 
 #include "network_types.glsl"

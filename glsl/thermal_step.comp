@@ -1,6 +1,6 @@
 #version 450
 // Thermal step of a range of nodes: load, balance temperature and response. Four nodes an invocation. Variants
-// (src/gpu/variant.rs): INSTANT or none: balance temperature. MERGE, RESTART: transition. ADVANCE: transition with an
+// (src/gpu/effects/thermal.rs): INSTANT or none: balance temperature. MERGE, RESTART: transition. ADVANCE: transition with an
 // unchanged target and no load. RADIATIVE: energy balance of the node by itself. ABSORB: flux absorbed by a thermal
 // network. FUSED: many steps, each with its own load. It writes the temperatures of the last step.
 

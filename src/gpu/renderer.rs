@@ -225,6 +225,11 @@ impl Renderer {
         self.slots.frames.get_or_insert_default();
     }
 
+    /// The names of the passes that each frame recorded since the last call. The first call begins to keep them.
+    pub fn take_pass_names(&mut self) -> Vec<Vec<String>> {
+        self.slots.names.replace(Vec::new()).unwrap_or_default()
+    }
+
     /// Takes the times that were kept since the last call.
     pub fn take_frames(&mut self) -> Vec<DeviceFrame> {
         self.slots.frames.as_mut().map(std::mem::take).unwrap_or_default()

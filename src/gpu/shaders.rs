@@ -10,36 +10,37 @@ use super::compile::{self, CompileError};
 use super::reflect::{BlockUse, block_uses};
 use crate::thermal::transition::MOVED;
 
+macro_rules! entry_points {
+    ($($file:literal)*) => {
+        /// Entry points of `glsl/`, each with its SPIR-V without words.
+        pub const ENTRY_POINTS: &[(&str, &[u8])] =
+            &[$(($file, include_bytes!(concat!("../../spirv/", $file, ".spv")))),*];
+
+        /// Their texts.
+        const ENTRY_TEXTS: &[(&str, &str)] = texts![$($file)*];
+    };
+}
+
 macro_rules! texts {
     ($($file:literal)*) => { &[$(($file, include_str!(concat!("../../glsl/", $file)))),*] };
 }
 
-macro_rules! entry_points {
-    ($($file:literal)*) => { &[$(($file, include_bytes!(concat!("../../spirv/", $file, ".spv")))),*] };
+entry_points! {
+    "absorbed_heat.comp" "background.frag" "background.vert" "between.comp" "blackbody.comp" "brightness.comp"
+    "cull.comp" "distant.comp" "empty.comp" "exchange_light.comp" "exchange_mirror.comp" "exchange_rays.comp"
+    "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp" "one_pass.comp" "one_pass_heaters.comp"
+    "one_pass_stage.comp" "radiance.frag" "radiance.vert" "resample.comp" "response.comp" "sensor_cells.comp"
+    "sensor_halo.comp" "sensor_pixel.comp" "sensor_rows.comp" "solar_depth.vert" "solar_rays.comp"
+    "solar_visibility.comp" "thermal_step.comp" "traced.comp"
 }
 
-/// Entry points of `glsl/`, each with its SPIR-V without words.
-pub const ENTRY_POINTS: &[(&str, &[u8])] = entry_points![
-    "absorbed_heat.comp" "background.frag" "background.vert" "between.comp" "blackbody.comp" "brightness.comp" "cull.comp"
-    "distant.comp" "empty.comp" "exchange_light.comp" "exchange_mirror.comp" "exchange_rays.comp" "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp"
-    "one_pass.comp" "one_pass_heaters.comp" "one_pass_stage.comp" "radiance.frag" "radiance.vert"
-    "resample.comp" "response.comp" "sensor_cells.comp" "sensor_halo.comp" "sensor_pixel.comp" "sensor_rows.comp"
-    "solar_depth.vert" "solar_rays.comp" "solar_visibility.comp" "thermal_step.comp" "traced.comp"
-];
-
-/// Name and text of each file in `glsl/`.
-const TEXTS: &[(&str, &str)] = texts![
-    "absorbed_heat.comp" "albedo.glsl" "background.frag" "background.vert" "balance.glsl" "band_table.glsl"
-    "between.comp" "between.glsl" "blackbody.comp" "brightness.comp" "brightness.glsl" "cosine.glsl" "cull.comp"
-    "distant.comp" "emissivity.glsl" "empty.comp" "exchange_light.comp" "exchange_mirror.comp" "exchange_rays.comp" "exchange_rays.glsl"
-    "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp" "exchange_sky.glsl" "lobe.glsl"
-    "local_step.glsl" "network_types.glsl"
-    "one_pass.comp" "one_pass_heaters.comp" "one_pass_stage.comp" "pcg.glsl" "planck.glsl" "planet.glsl"
-    "planet_map.glsl" "radiance.frag" "radiance.vert" "radiative.glsl" "reflection.glsl" "resample.comp"
-    "response.comp" "sensor_cells.comp" "sensor_halo.comp" "sensor_noise.glsl" "sensor_pixel.comp"
-    "sensor_rows.comp" "sensor_signal.glsl" "sensor_types.glsl" "shaped_transition.glsl" "shutter.glsl" "sky.glsl"
-    "solar_depth.vert" "solar_rays.comp" "solar_visibility.comp" "solar_visibility.glsl" "thermal_step.comp"
-    "traced.comp" "traced.glsl" "transition.glsl" "types.glsl" "walk.glsl"
+/// The other files of `glsl/`, which entry points include.
+const INCLUDED: &[(&str, &str)] = texts![
+    "albedo.glsl" "balance.glsl" "band_table.glsl" "between.glsl" "brightness.glsl" "cosine.glsl" "emissivity.glsl"
+    "exchange_rays.glsl" "exchange_sky.glsl" "lobe.glsl" "local_step.glsl" "network_types.glsl" "pcg.glsl"
+    "planck.glsl" "planet.glsl" "planet_map.glsl" "radiative.glsl" "reflection.glsl" "sensor_noise.glsl"
+    "sensor_signal.glsl" "sensor_types.glsl" "shaped_transition.glsl" "shutter.glsl" "sky.glsl"
+    "solar_visibility.glsl" "traced.glsl" "transition.glsl" "types.glsl" "walk.glsl"
 ];
 
 /// Constants that GLSL shares with its twins in f64: preprocessor name and value. A float's `Debug` text is a GLSL
@@ -48,7 +49,7 @@ const VALUES: &[(&str, f32)] = &[("MOVED", MOVED as f32)];
 
 /// Text of a file in `glsl/`.
 pub(super) fn text_of(file: &str) -> &'static str {
-    TEXTS.iter().find(|(name, _)| *name == file).map_or("", |(_, text)| text)
+    ENTRY_TEXTS.iter().chain(INCLUDED).find(|(name, _)| *name == file).map_or("", |(_, text)| text)
 }
 
 /// An entry point with the words of a variant.

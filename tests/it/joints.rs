@@ -25,7 +25,7 @@ use super::hazards::castings;
 use super::model::make::Maker;
 
 /// A tracking wing, a wing with a schedule, and a sliding mast: all kinds of motion.
-const MOVING: &str = r#"
+pub const MOVING: &str = r#"
 [[joint]]
 part = "wing_starboard"
 mode = "sun"

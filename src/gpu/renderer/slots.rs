@@ -47,6 +47,8 @@ pub(super) struct Slots {
     count: u64,
     /// Measured times of the frames since the last take, if they are kept.
     pub frames: Option<Vec<DeviceFrame>>,
+    /// Names of the passes of the frames since the last take, if they are kept.
+    pub names: Option<Vec<Vec<String>>>,
 }
 
 impl Slots {
@@ -64,6 +66,7 @@ impl Slots {
             time_few: false,
             count: 0,
             frames: None,
+            names: None,
         };
         for commands in commands {
             let timing = Timing::new(&slots.context, passes)?;
@@ -99,6 +102,9 @@ impl Slots {
         unsafe { device.begin_command_buffer(slot.commands, &begin) }.during("recording")?;
         slot.timing.begin_frame(slot.commands, timed);
         recorder(slot.commands).record(list, Some(&mut slot.timing));
+        if let Some(names) = &mut self.names {
+            names.push(list.passes().map(|pass| pass.name.clone()).collect());
+        }
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
         slot.submitted = Instant::now();
