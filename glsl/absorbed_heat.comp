@@ -11,16 +11,16 @@ layout(local_size_x = 64) in;
 
 layout(push_constant) uniform PassBlock { HeatPass pass; };
 // For each run: first group, group after the last, bits of the emission of its nodes [W m-2 K-4].
-layout(set = 0, binding = 0) readonly buffer RunBlock { uvec4 runs[]; };
+layout(set = 0, binding = 0) readonly buffer HeatRunsBlock { uvec4 runs[]; };
 // Areas over which the nodes absorb [m2].
-layout(set = 0, binding = 1) readonly buffer AreaBlock { vec4 areas[]; };
+layout(set = 0, binding = 1) readonly buffer HeatAreasBlock { vec4 areas[]; };
 #ifdef TARGET
 layout(set = 0, binding = 2) readonly buffer TargetBlock { vec4 values[]; };
 #endif
 #ifndef TARGET
 layout(set = 0, binding = 2) readonly buffer TemperatureBlock { vec4 values[]; };
 #endif
-layout(set = 0, binding = 3) buffer AbsorbedBlock { float absorbed[]; };
+layout(set = 0, binding = 3) buffer AbsorbedHeatBlock { float absorbed[]; };
 
 shared float sums[LANES];
 

@@ -8,8 +8,8 @@
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 1) readonly buffer InputBlock { float temperature[]; };
-layout(set = 0, binding = 2) buffer OutputBlock { float radiance[]; };
+layout(set = 0, binding = 1) readonly buffer RadiationInputBlock { float temperature[]; };
+layout(set = 0, binding = 2) buffer RadiationOutputBlock { float radiance[]; };
 
 void main() {
     uint at = gl_GlobalInvocationID.x;

@@ -10,8 +10,8 @@
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 1) readonly buffer InputBlock { float radiance[]; };
-layout(set = 0, binding = 2) buffer OutputBlock { float temperature[]; };
+layout(set = 0, binding = 1) readonly buffer RadiationInputBlock { float radiance[]; };
+layout(set = 0, binding = 2) buffer RadiationOutputBlock { float temperature[]; };
 
 void main() {
     uint at = gl_GlobalInvocationID.x;

@@ -5,7 +5,7 @@
 const uint GUESS_SHIFT = 20u;
 const uint NEWTON_STEPS = 2u;
 
-layout(set = 0, binding = GUESS_BINDING) readonly buffer GuessBlock { float inverse_temperature[]; };
+layout(set = 0, binding = GUESS_BINDING) readonly buffer SensorGuessesBlock { float inverse_temperature[]; };
 
 // Brightness temperature [K]. The table must cover the radiance.
 float brightness_temperature(float radiance) {

@@ -7,7 +7,7 @@
 layout(local_size_x = 64) in;
 
 const uint LANES = 64u;
-// TRIANGLES_A_DRAW of src/gpu/frame/passes.rs divided by the lanes.
+// TRIANGLES_A_DRAW of src/gpu/effects/image/runs.rs divided by the lanes.
 const uint TRIANGLES_A_LANE = 32u;
 
 layout(push_constant) uniform CullBlock {
@@ -18,9 +18,9 @@ layout(set = 0, binding = 0) uniform ViewBlock { View view; };
 layout(set = 0, binding = 1) readonly buffer PositionXBlock { float position_x[]; };
 layout(set = 0, binding = 2) readonly buffer PositionYBlock { float position_y[]; };
 layout(set = 0, binding = 3) readonly buffer PositionZBlock { float position_z[]; };
-layout(set = 0, binding = 4) readonly buffer TriangleBlock { uint triangles[]; };
-layout(set = 0, binding = 5) buffer VisibleTriangleBlock { uint visible_triangles[]; };
-layout(set = 0, binding = 6) buffer DrawBlock { DrawCommand draws[]; };
+layout(set = 0, binding = 4) readonly buffer TrianglesBlock { uint triangles[]; };
+layout(set = 0, binding = 5) buffer VisibleTrianglesBlock { uint visible_triangles[]; };
+layout(set = 0, binding = 6) buffer DrawsBlock { DrawCommand draws[]; };
 
 #ifdef ROLLING
 #define SHUTTER_BINDING 7

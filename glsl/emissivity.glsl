@@ -3,7 +3,7 @@
 const float EMISSIVITY_ANGLES = 129.0;
 const float EMISSIVITY_TEMPERATURES = 129.0;
 
-layout(set = 0, binding = EMISSIVITY_BINDING) readonly buffer EmissivityBlock { float emissivities[]; };
+layout(set = 0, binding = EMISSIVITY_BINDING) readonly buffer EmissivitiesBlock { float emissivities[]; };
 
 // Value at a place in [0, 1] of a table that begins at `first`.
 float emissivity_read(uint first, float place, float entries) {

@@ -16,15 +16,15 @@ layout(local_size_x = 64) in;
 layout(push_constant) uniform PassBlock { ExchangePass pass; };
 layout(set = 0, binding = 0) uniform StepBlock { Step steps[1]; };
 #ifdef SUN
-layout(set = 0, binding = 1) uniform SunBlock { vec4 sun_samples[8]; };
+layout(set = 0, binding = 1) uniform SunSamplesBlock { vec4 sun_samples[8]; };
 #endif
 #ifdef ALBEDO
-layout(set = 0, binding = 2) readonly buffer AlbedoBlock { float albedo_values[]; };
+layout(set = 0, binding = 2) readonly buffer AlbedoValuesBlock { float albedo_values[]; };
 #endif
-layout(set = 0, binding = 3) readonly buffer ExchangePatchBlock { ExchangePatch patches[]; };
+layout(set = 0, binding = 3) readonly buffer ExchangePatchesBlock { ExchangePatch patches[]; };
 #ifdef SHADOW
 // Nodes of the patches, each with the bits of its share of the patch.
-layout(set = 0, binding = 4) readonly buffer ExchangeMemberBlock { uvec2 members[]; };
+layout(set = 0, binding = 4) readonly buffer ExchangeMembersBlock { uvec2 members[]; };
 layout(set = 0, binding = 5) readonly buffer VisibilityBlock { float visibility[]; };
 #endif
 #ifdef PLANET_IR
@@ -37,7 +37,7 @@ layout(set = 0, binding = 5) readonly buffer VisibilityBlock { float visibility[
 layout(set = 0, binding = 6) readonly buffer ExchangeSeenBlock { vec2 seen[]; };
 #endif
 // Rows of the poses of the body and of the joints.
-layout(set = 0, binding = 7) readonly buffer ExchangePoseBlock { vec4 poses[]; };
+layout(set = 0, binding = 7) readonly buffer ExchangePosesBlock { vec4 poses[]; };
 layout(set = 0, binding = 8) buffer ExchangeReflectedBlock { vec2 reflected[]; };
 #ifdef MIRRORS
 layout(set = 0, binding = 9) buffer ExchangeMirroredBlock { float mirrored[]; };

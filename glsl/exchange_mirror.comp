@@ -7,9 +7,9 @@
 layout(local_size_x = 64) in;
 
 layout(push_constant) uniform PassBlock { ExchangePass pass; };
-layout(set = 0, binding = 0) readonly buffer ExchangePatchBlock { ExchangePatch patches[]; };
+layout(set = 0, binding = 0) readonly buffer ExchangePatchesBlock { ExchangePatch patches[]; };
 // The first pair of each patch and the one after its last, then the pairs: a patch, and the bits of the share of its light over an area.
-layout(set = 0, binding = 1) readonly buffer ExchangeMirrorBlock { uvec2 mirrors[]; };
+layout(set = 0, binding = 1) readonly buffer ExchangeMirrorsBlock { uvec2 mirrors[]; };
 layout(set = 0, binding = 2) readonly buffer ExchangeMirroredBlock { float mirrored[]; };
 layout(set = 0, binding = 3) buffer ExchangeReflectedBlock { vec2 reflected[]; };
 layout(set = 0, binding = 4) buffer ExchangeSunlightBlock { float sunlight[]; };

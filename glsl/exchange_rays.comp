@@ -8,18 +8,18 @@ layout(local_size_x = 64) in;
 
 layout(push_constant) uniform PassBlock { ExchangePass pass; };
 // First corner of a patch and the one after the last, its joint, and whether it is a back.
-layout(set = 0, binding = 0) readonly buffer RayPatchBlock { uvec4 patches[]; };
+layout(set = 0, binding = 0) readonly buffer RayPatchesBlock { uvec4 patches[]; };
 // Corners of triangles, and the bits of the share of rays that start there or before.
-layout(set = 0, binding = 1) readonly buffer RayCornerBlock { uvec2 corners[]; };
+layout(set = 0, binding = 1) readonly buffer RayCornersBlock { uvec2 corners[]; };
 // Triangles in the file's pose.
-layout(set = 0, binding = 2) readonly buffer RayTriangleBlock { ShadowTriangle triangles[]; };
+layout(set = 0, binding = 2) readonly buffer RayTrianglesBlock { ShadowTriangle triangles[]; };
 // Rows of the poses of the body and of the joints.
-layout(set = 0, binding = 3) readonly buffer RayPoseBlock { vec4 poses[]; };
-layout(set = 0, binding = 4) readonly buffer RayBoxBlock { ShadowBox boxes[]; };
+layout(set = 0, binding = 3) readonly buffer RayPosesBlock { vec4 poses[]; };
+layout(set = 0, binding = 4) readonly buffer RayBoxesBlock { ShadowBox boxes[]; };
 layout(set = 0, binding = 5) readonly buffer RayPlacedBlock { ShadowTriangle placed_triangles[]; };
 // Patches of the fronts of the corners of each triangle of the tree, and of their backs.
-layout(set = 0, binding = 6) readonly buffer RayLeafBlock { uvec4 leaves[]; };
-layout(set = 0, binding = 7) buffer RayEndBlock { uint ends[]; };
+layout(set = 0, binding = 6) readonly buffer RayLeavesBlock { uvec4 leaves[]; };
+layout(set = 0, binding = 7) buffer RayEndsBlock { uint ends[]; };
 
 #include "walk.glsl"
 

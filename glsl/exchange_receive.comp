@@ -7,9 +7,9 @@
 layout(local_size_x = 64) in;
 
 layout(push_constant) uniform PassBlock { ExchangePass pass; };
-layout(set = 0, binding = 0) readonly buffer ExchangePatchBlock { ExchangePatch patches[]; };
+layout(set = 0, binding = 0) readonly buffer ExchangePatchesBlock { ExchangePatch patches[]; };
 // Rows in fours: the upper half of an exchange area [m2] as f32, and below it the patch.
-layout(set = 0, binding = 1) readonly buffer ExchangeEntryBlock { uvec4 entries[]; };
+layout(set = 0, binding = 1) readonly buffer ExchangeEntriesBlock { uvec4 entries[]; };
 #ifdef REFLECTED
 layout(set = 0, binding = 2) readonly buffer ExchangeReflectedBlock { vec2 reflected[]; };
 layout(set = 0, binding = 3) buffer ExchangeSunlightBlock { float sunlight[]; };

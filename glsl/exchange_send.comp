@@ -8,9 +8,9 @@ layout(local_size_x = 64) in;
 
 layout(push_constant) uniform PassBlock { ExchangePass pass; };
 layout(set = 0, binding = 0) uniform StepBlock { Step steps[1]; };
-layout(set = 0, binding = 1) readonly buffer ExchangePatchBlock { ExchangePatch patches[]; };
+layout(set = 0, binding = 1) readonly buffer ExchangePatchesBlock { ExchangePatch patches[]; };
 // Nodes of the patches, each with the bits of its share of the patch.
-layout(set = 0, binding = 2) readonly buffer ExchangeMemberBlock { uvec2 members[]; };
+layout(set = 0, binding = 2) readonly buffer ExchangeMembersBlock { uvec2 members[]; };
 layout(set = 0, binding = 3) readonly buffer TemperatureBlock { float temperature[]; };
 #ifdef PLANET_IR
 layout(set = 0, binding = 4) readonly buffer ExchangeReflectedBlock { vec2 reflected[]; };

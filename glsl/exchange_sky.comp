@@ -11,9 +11,9 @@ layout(set = 0, binding = 0) uniform StepBlock { Step steps[1]; };
 // Directions of four bundles, and the open ones of their 12 parts. What is missing in the last four of a patch does not count.
 layout(set = 0, binding = 1) readonly buffer ExchangeSkyBlock { uvec4 sky[]; };
 layout(set = 0, binding = 2) buffer ExchangeSeenBlock { vec2 seen[]; };
-layout(set = 0, binding = 3) readonly buffer ExchangePatchBlock { ExchangePatch patches[]; };
+layout(set = 0, binding = 3) readonly buffer ExchangePatchesBlock { ExchangePatch patches[]; };
 // Rows of the poses of the body and of the joints.
-layout(set = 0, binding = 4) readonly buffer ExchangePoseBlock { vec4 poses[]; };
+layout(set = 0, binding = 4) readonly buffer ExchangePosesBlock { vec4 poses[]; };
 
 // A vector of the body in the frame of a joint.
 vec3 in_joint(uint pose, vec3 v) {

@@ -6,7 +6,7 @@ const float LIMBS = 65.0;
 const float LOBE_VALUES = VIEWS * SIDES * LIMBS + VIEWS;
 const float LEAST_VIEW = 1e-3;
 
-layout(set = 0, binding = LOBE_BINDING) readonly buffer LobeBlock { float lobes[]; };
+layout(set = 0, binding = LOBE_BINDING) readonly buffer LobesBlock { float lobes[]; };
 
 // A place between two nodes of an axis: the first one and the way to the next.
 vec2 between(float place, float nodes) {

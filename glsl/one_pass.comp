@@ -1,5 +1,5 @@
 #version 450
-// The step of a thermal network in one pass, four nodes an invocation. The barriers are in src/gpu/one_pass/frame.rs, the
+// The step of a thermal network in one pass, four nodes an invocation. The barriers are in src/gpu/effects/network.rs, the
 // f64 twin is src/thermal/network/one_pass.rs. Variants: ADVANCE or none: nodes outside blocks take the whole step.
 // ALONE: so do nodes without conductors, four of a group of drawn nodes. DRIVE: what the nodes of blocks receive.
 // CONDUCT: conduction inside the blocks. LARGE: these take it from stages (one_pass_stage.comp). TRIAL: the step is taken to learn its change, and the temperatures stay. SHOWN:
@@ -14,18 +14,18 @@ layout(local_size_x = 64) in;
 layout(push_constant) uniform PassBlock { NetworkStep pass; };
 #ifndef CONDUCT
 // For each group: 1 / C, then the emission [W/K4].
-layout(set = 0, binding = 0) readonly buffer NodeBlock { vec4 nodes[]; };
+layout(set = 0, binding = 0) readonly buffer OnePassNodesBlock { vec4 nodes[]; };
 #ifndef ALONE
 // Mean temperatures of the step, T plus half of the last change [K]. A second view of this memory has one node an element.
 #ifdef BALANCE
-layout(set = 0, binding = 4) buffer MeanBlock { vec4 means[]; };
+layout(set = 0, binding = 4) buffer MeansBlock { vec4 means[]; };
 #endif
 #ifndef BALANCE
-layout(set = 0, binding = 4) readonly buffer MeanBlock { vec4 means[]; };
+layout(set = 0, binding = 4) readonly buffer MeansBlock { vec4 means[]; };
 #endif
 // Links: the neighbours of four nodes, then the bits of their conductances [W/K], then with RADIATIVE those of the
 // radiative conductances [W/K4].
-layout(set = 0, binding = 2) readonly buffer LinkBlock { uvec4 links[]; };
+layout(set = 0, binding = 2) readonly buffer OnePassLinksBlock { uvec4 links[]; };
 layout(set = 0, binding = 5) readonly buffer GatheredBlock { float gathered[]; };
 #endif
 #endif
@@ -33,10 +33,10 @@ layout(set = 0, binding = 5) readonly buffer GatheredBlock { float gathered[]; }
 #define SAMPLED
 // For each group: the error before it spreads inside its block [K], and the error of the steps since the last estimate [K].
 #ifdef DRIVE
-layout(set = 0, binding = 14) buffer ErrorBlock { vec4 errors[]; };
+layout(set = 0, binding = 14) buffer OnePassErrorsBlock { vec4 errors[]; };
 #endif
 #ifdef CONDUCT
-layout(set = 0, binding = 14) readonly buffer ErrorBlock { vec4 errors[]; };
+layout(set = 0, binding = 14) readonly buffer OnePassErrorsBlock { vec4 errors[]; };
 #endif
 #endif
 #ifdef NOTE
@@ -45,45 +45,45 @@ layout(set = 0, binding = 14) readonly buffer ErrorBlock { vec4 errors[]; };
 #ifdef SAMPLED
 // For each group: heat by weak conductors that was noted [W], its change in a step at the last estimate, estimated error
 // [K], and the coupling at the last estimate [K].
-layout(set = 0, binding = 13) buffer MemoryBlock { vec4 memory[]; };
+layout(set = 0, binding = 13) buffer OnePassMemoryBlock { vec4 memory[]; };
 #endif
 #ifdef ESTIMATE
 #ifndef DRIVE
 // For each group: sum of the squares of all estimated errors [K2], the largest [K], and its place.
-layout(set = 0, binding = 15) buffer ToldBlock { vec4 told[]; };
+layout(set = 0, binding = 15) buffer OnePassToldBlock { vec4 told[]; };
 #endif
 #endif
 // For each group: bases and rests of the temperatures [K].
 #ifdef DRIVE
-layout(set = 0, binding = 7) readonly buffer StateBlock { vec4 states[]; };
+layout(set = 0, binding = 7) readonly buffer OnePassStatesBlock { vec4 states[]; };
 // Change that a node of a block receives, and its temperature at the start of the step [K].
-layout(set = 0, binding = 8) buffer DriveBlock { vec4 drives[]; };
+layout(set = 0, binding = 8) buffer OnePassDrivesBlock { vec4 drives[]; };
 // Change by conduction inside the block in the last step [K].
-layout(set = 0, binding = 9) readonly buffer CouplingBlock { vec4 couplings[]; };
+layout(set = 0, binding = 9) readonly buffer OnePassCouplingsBlock { vec4 couplings[]; };
 #endif
 #ifdef CONDUCT
-layout(set = 0, binding = 8) readonly buffer DriveBlock { vec4 drives[]; };
-layout(set = 0, binding = 9) buffer CouplingBlock { vec4 couplings[]; };
+layout(set = 0, binding = 8) readonly buffer OnePassDrivesBlock { vec4 drives[]; };
+layout(set = 0, binding = 9) buffer OnePassCouplingsBlock { vec4 couplings[]; };
 #ifdef LARGE
 // For each group: the change of the nodes by what they received and by conduction [K], then their spread error [K].
-layout(set = 0, binding = 11) readonly buffer SumBlock { vec4 sums[]; };
+layout(set = 0, binding = 11) readonly buffer OnePassSumsBlock { vec4 sums[]; };
 #endif
 #ifndef LARGE
 // Weights of four columns for four nodes: those of the drives, then those of the temperatures.
-layout(set = 0, binding = 11) readonly buffer WeightBlock { vec4 weights[]; };
+layout(set = 0, binding = 11) readonly buffer OnePassWeightsBlock { vec4 weights[]; };
 // For each group: first group of its unit of blocks, group after the last, and first weight; then the bits of the factors
 // of the four nodes.
-layout(set = 0, binding = 12) readonly buffer UnitBlock { uvec4 units[]; };
+layout(set = 0, binding = 12) readonly buffer OnePassUnitsBlock { uvec4 units[]; };
 #endif
 #endif
 #ifndef DRIVE
 // Mean temperatures of the next step [K].
 layout(set = 0, binding = 6) buffer NextBlock { vec4 next[]; };
 #ifdef TRIAL
-layout(set = 0, binding = 7) readonly buffer StateBlock { vec4 states[]; };
+layout(set = 0, binding = 7) readonly buffer OnePassStatesBlock { vec4 states[]; };
 #endif
 #ifndef TRIAL
-layout(set = 0, binding = 7) buffer StateBlock { vec4 states[]; };
+layout(set = 0, binding = 7) buffer OnePassStatesBlock { vec4 states[]; };
 #endif
 #endif
 #ifdef SHOWN
@@ -95,11 +95,11 @@ layout(set = 0, binding = 7) buffer StateBlock { vec4 states[]; };
 #ifdef DRAWN
 // For each group: first word of its links and the one after the last, first word of its sources and the one after the
 // last. ALONE: the third is its word of areas, and the fourth its group of drawn nodes.
-layout(set = 0, binding = 1) readonly buffer RowBlock { uvec4 rows[]; };
+layout(set = 0, binding = 1) readonly buffer OnePassRowsBlock { uvec4 rows[]; };
 // Sources: the drawn nodes of four nodes, then the bits of the areas [m2] over which they heat them. UNDRAWN is set where
 // nothing is drawn: at heaters, whose power [W] stands behind the drawn nodes, and at places without a source, whose area
 // is 0. Each drawn node is written by one node alone.
-layout(set = 0, binding = 3) readonly buffer SourceBlock { uvec4 sources[]; };
+layout(set = 0, binding = 3) readonly buffer OnePassSourcesBlock { uvec4 sources[]; };
 // Flux that the drawn nodes absorb [W/m2]. SHOWN: then their temperatures [K].
 #ifdef ALONE
 #ifdef SHOWN

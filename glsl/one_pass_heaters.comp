@@ -9,16 +9,16 @@ layout(local_size_x = 64) in;
 layout(push_constant) uniform PassBlock { HeaterStep pass; };
 // For each heater: slot of the sensor, place of its power among the temperatures; then the bits of the thresholds [K] and of
 // the change of the sensor in a step by the heater [K].
-layout(set = 0, binding = 0) readonly buffer HeaterBlock { uvec4 heaters[]; };
-layout(set = 0, binding = 1) readonly buffer PowerBlock { float powers[]; };
+layout(set = 0, binding = 0) readonly buffer OnePassHeatersBlock { uvec4 heaters[]; };
+layout(set = 0, binding = 1) readonly buffer OnePassPowersBlock { float powers[]; };
 // For each heater: whether it is on, whether the sensor has been on the near side of the threshold, share of the last step
 // that it was on.
-layout(set = 0, binding = 2) buffer SwitchBlock { vec4 switches[]; };
+layout(set = 0, binding = 2) buffer OnePassSwitchesBlock { vec4 switches[]; };
 // For each heater: its switches in the frame, then the bits of the times of the first ones since its start [s].
-layout(set = 0, binding = 3) buffer LogBlock { uint log_words[]; };
+layout(set = 0, binding = 3) buffer OnePassLogBlock { uint log_words[]; };
 layout(set = 0, binding = 5) readonly buffer GatheredBlock { float gathered[]; };
 // Bases, then rests, of four nodes [K].
-layout(set = 0, binding = 7) readonly buffer StateBlock { float states[]; };
+layout(set = 0, binding = 7) readonly buffer OnePassStatesBlock { float states[]; };
 layout(set = 0, binding = 10) buffer TemperatureBlock { float temperature[]; };
 
 const uint NO_SENSOR = 0xffffffffu;

@@ -1,7 +1,7 @@
 #version 450
 // Conduction inside the large blocks of a thermal network, four nodes an invocation. What nodes change in a step is a polynomial of the rates of their
 // conductors, P(X) (D - X T). Each stage takes one more power of X, from the neighbours of a node. The barriers are in
-// src/gpu/one_pass/frame.rs, the f64 twin is src/thermal/network/one_pass/series.rs. Variants: BEGIN: the first vector, D - X T.
+// src/gpu/effects/network.rs, the f64 twin is src/thermal/network/one_pass/series.rs. Variants: BEGIN: the first vector, D - X T.
 // ESTIMATE: the estimated errors spread as temperatures do.
 
 #include "network_types.glsl"
@@ -10,20 +10,20 @@ layout(local_size_x = 64) in;
 
 layout(push_constant) uniform PassBlock { NetworkStage pass; };
 // For each group: 1 / C, then the emission [W/K4].
-layout(set = 0, binding = 0) readonly buffer NodeBlock { vec4 nodes[]; };
+layout(set = 0, binding = 0) readonly buffer OnePassNodesBlock { vec4 nodes[]; };
 // Links: the neighbours of four nodes, then the bits of their conductances [W/K].
-layout(set = 0, binding = 2) readonly buffer LinkBlock { uvec4 links[]; };
+layout(set = 0, binding = 2) readonly buffer OnePassLinksBlock { uvec4 links[]; };
 // For each group: first word of its links inside the block, and the one after the last; then four words that are not read.
-layout(set = 0, binding = 12) readonly buffer UnitBlock { uvec4 units[]; };
+layout(set = 0, binding = 12) readonly buffer OnePassUnitsBlock { uvec4 units[]; };
 // Sum of the vectors by their parts: for each group the change [K], then the spread error [K].
-layout(set = 0, binding = 3) buffer SumBlock { vec4 sums[]; };
+layout(set = 0, binding = 3) buffer OnePassSumsBlock { vec4 sums[]; };
 #ifdef BEGIN
 // For each group: D, then T [K]. A second view of this memory has one node an element.
-layout(set = 0, binding = 8) readonly buffer DriveBlock { vec4 drives[]; };
+layout(set = 0, binding = 8) readonly buffer OnePassDrivesBlock { vec4 drives[]; };
 layout(set = 0, binding = 5) readonly buffer StartBlock { float starts[]; };
 #ifdef ESTIMATE
 // For each group: the error before it spreads, and the error of the steps since the last estimate [K]. Two views.
-layout(set = 0, binding = 14) readonly buffer ErrorBlock { vec4 errors[]; };
+layout(set = 0, binding = 14) readonly buffer OnePassErrorsBlock { vec4 errors[]; };
 layout(set = 0, binding = 6) readonly buffer SpreadBlock { float spreads[]; };
 #endif
 #endif

@@ -23,14 +23,14 @@ layout(set = 0, binding = 12) uniform SurroundingsBlock { Surroundings around; }
 
 #ifdef FINISHED
 // Front and back of each material.
-layout(set = 0, binding = 7) readonly buffer ReflectorBlock { Reflector reflectors[]; };
+layout(set = 0, binding = 7) readonly buffer ReflectorsBlock { Reflector reflectors[]; };
 #ifdef MULTIPLE
 layout(location = 2) smooth sample in vec3 normal;
 #else
 layout(location = 2) in vec3 normal;
 #endif
 #else
-layout(set = 0, binding = 7) readonly buffer MaterialBlock { Material materials[]; };
+layout(set = 0, binding = 7) readonly buffer MaterialsBlock { Material materials[]; };
 #endif
 
 #ifdef MULTIPLE

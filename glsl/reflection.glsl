@@ -25,7 +25,7 @@ float one_view_factor(float cos_tilt, float sine, float cosine) {
 const float MEAN_COLUMNS = 96.0;
 const float MEAN_ROWS = 48.0;
 
-layout(set = 0, binding = 18) readonly buffer PlanetMeanBlock { float planet_means[]; };
+layout(set = 0, binding = 18) readonly buffer PlanetMeansBlock { float planet_means[]; };
 
 // Mean of the planet over the part of its disc that a kind of surface sees along a direction.
 float planet_mean(float kind, vec3 direction) {

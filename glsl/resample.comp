@@ -18,7 +18,7 @@ layout(set = 0, binding = 5) readonly buffer LensMapBlock { vec2 lens_map[]; };
 #endif
 #ifdef SEVERAL
 // Mean radiance and coverage of the texels of the finer image.
-layout(set = 0, binding = 6) readonly buffer MeanRadianceBlock { vec2 mean_radiance[]; };
+layout(set = 0, binding = 6) readonly buffer MeanBlock { vec2 mean_radiance[]; };
 #endif
 
 #ifdef LENS

@@ -13,15 +13,15 @@
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0) readonly buffer StepsBlock { Steps steps; };
-layout(set = 0, binding = 1) readonly buffer CommandedBlock { vec4 commanded[]; };
-layout(set = 0, binding = 3) readonly buffer MaterialBlock { Material materials[]; };
+layout(set = 0, binding = 0) readonly buffer ResponseStepsBlock { Steps steps; };
+layout(set = 0, binding = 1) readonly buffer ResponseTargetsBlock { vec4 commanded[]; };
+layout(set = 0, binding = 3) readonly buffer MaterialsBlock { Material materials[]; };
 layout(set = 0, binding = 8) buffer TargetBlock { vec4 target[]; };
 layout(set = 0, binding = 9) buffer SpanBlock { vec4 span[]; };
 layout(set = 0, binding = 10) buffer ElapsedBlock { ivec4 elapsed[]; };
-layout(set = 0, binding = 11) buffer TemperatureBlock { vec4 temperature[]; };
+layout(set = 0, binding = 11) buffer ResponseTemperaturesBlock { vec4 temperature[]; };
 #ifdef SHAPED
-layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec2 shapes[]; };
+layout(set = 0, binding = 12) readonly buffer ShapesBlock { vec2 shapes[]; };
 #include "shaped_transition.glsl"
 #endif
 

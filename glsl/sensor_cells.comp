@@ -6,8 +6,8 @@
 layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 0) uniform SensorBlock { Sensor sensor; };
-layout(set = 0, binding = 1) readonly buffer SeenBlock { vec4 seen[]; };
-layout(set = 0, binding = 2) buffer CellsBlock { float cells[]; };
+layout(set = 0, binding = 1) readonly buffer SensorSeenBlock { vec4 seen[]; };
+layout(set = 0, binding = 2) buffer SensorCellsBlock { float cells[]; };
 
 void main() {
     uint at = gl_GlobalInvocationID.x;

@@ -6,9 +6,9 @@
 layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 0) uniform SensorBlock { Sensor sensor; };
-layout(set = 0, binding = 1) uniform KernelBlock { vec4 kernel[1024]; };
-layout(set = 0, binding = 2) readonly buffer CellsBlock { float cells[]; };
-layout(set = 0, binding = 3) buffer HaloBlock { float halo[]; };
+layout(set = 0, binding = 1) uniform SensorKernelBlock { vec4 kernel[1024]; };
+layout(set = 0, binding = 2) readonly buffer SensorCellsBlock { float cells[]; };
+layout(set = 0, binding = 3) buffer SensorHaloBlock { float halo[]; };
 
 void main() {
     uint at = gl_GlobalInvocationID.x;

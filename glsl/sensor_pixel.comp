@@ -11,21 +11,21 @@ layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 0) uniform SensorBlock { Sensor sensor; };
 #ifdef SPREAD
-layout(set = 0, binding = 1) uniform KernelBlock { vec4 kernel[1024]; };
-layout(set = 0, binding = 2) readonly buffer RowsBlock { vec4 rows[]; };
+layout(set = 0, binding = 1) uniform SensorKernelBlock { vec4 kernel[1024]; };
+layout(set = 0, binding = 2) readonly buffer SensorRowsBlock { vec4 rows[]; };
 #else
-layout(set = 0, binding = 2) readonly buffer SeenBlock { vec4 seen[]; };
+layout(set = 0, binding = 2) readonly buffer SensorSeenBlock { vec4 seen[]; };
 #endif
 #ifdef HALO
-layout(set = 0, binding = 3) readonly buffer HaloBlock { float halo[]; };
+layout(set = 0, binding = 3) readonly buffer SensorHaloBlock { float halo[]; };
 #endif
 #ifdef MAP
-layout(set = 0, binding = 4) readonly buffer VignettingBlock { vec4 vignetting[]; };
+layout(set = 0, binding = 4) readonly buffer SensorVignettingBlock { vec4 vignetting[]; };
 #endif
 #ifdef LAG
-layout(set = 0, binding = 5) buffer BolometerBlock { vec4 bolometer[]; };
+layout(set = 0, binding = 5) buffer SensorBolometerBlock { vec4 bolometer[]; };
 #endif
-layout(set = 0, binding = 6) buffer ReadingBlock { uvec4 reading[]; };
+layout(set = 0, binding = 6) buffer SensorReadingBlock { uvec4 reading[]; };
 #ifdef KELVIN
 #include "planck.glsl"
 #define BAND_BINDING 7

@@ -6,9 +6,9 @@
 layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 0) uniform SensorBlock { Sensor sensor; };
-layout(set = 0, binding = 1) uniform KernelBlock { vec4 kernel[1024]; };
-layout(set = 0, binding = 2) readonly buffer SeenBlock { vec4 seen[]; };
-layout(set = 0, binding = 3) buffer RowsBlock { vec4 rows[]; };
+layout(set = 0, binding = 1) uniform SensorKernelBlock { vec4 kernel[1024]; };
+layout(set = 0, binding = 2) readonly buffer SensorSeenBlock { vec4 seen[]; };
+layout(set = 0, binding = 3) buffer SensorRowsBlock { vec4 rows[]; };
 
 void main() {
     uint at = gl_GlobalInvocationID.x;

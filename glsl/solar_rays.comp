@@ -21,7 +21,7 @@ layout(set = 0, binding = 5) readonly buffer NormalYBlock { float normal_y[]; };
 layout(set = 0, binding = 6) readonly buffer NormalZBlock { float normal_z[]; };
 layout(set = 0, binding = 7) readonly buffer ShadowTreeBlock { ShadowBox shadow_tree[]; };
 layout(set = 0, binding = 8) buffer VisibilityBlock { float visibility[]; };
-layout(set = 0, binding = 9) readonly buffer ShadowTriangleBlock { ShadowTriangle shadow_triangles[]; };
+layout(set = 0, binding = 9) readonly buffer ShadowTrianglesBlock { ShadowTriangle shadow_triangles[]; };
 
 // Distance to a triangle, hit from either side (Moeller and Trumbore 1997), or -1.
 float distance_to(ShadowTriangle triangle, vec3 from, vec3 direction) {

@@ -1,6 +1,6 @@
 #version 450
 // Thermal step of a range of nodes: load, balance temperature and response. Four nodes an invocation. Variants
-// (src/gpu/variant.rs): INSTANT or none: balance temperature. MERGE, RESTART: transition. ADVANCE: transition with an
+// (src/gpu/effects/thermal.rs): INSTANT or none: balance temperature. MERGE, RESTART: transition. ADVANCE: transition with an
 // unchanged target and no load. RADIATIVE: energy balance of the node by itself. ABSORB: flux absorbed by a thermal
 // network. FUSED: many steps, each with its own load. It writes the temperatures of the last step.
 
@@ -35,20 +35,26 @@ layout(local_size_x = 64) in;
 // Most steps of one dispatch: FUSED_STEPS of src/gpu/layout.rs.
 #ifdef FUSED
 const uint STEPS = 32u;
+#define STEP_BLOCK FusedStepsBlock
+#define SUN_BLOCK FusedSunSamplesBlock
+#define ALBEDO_BLOCK FusedAlbedoValuesBlock
 #else
 const uint STEPS = 1u;
+#define STEP_BLOCK StepBlock
+#define SUN_BLOCK SunSamplesBlock
+#define ALBEDO_BLOCK AlbedoValuesBlock
 #endif
 
-layout(set = 0, binding = 0) uniform StepBlock { Step steps[STEPS]; };
-layout(set = 0, binding = 3) readonly buffer MaterialBlock { Material materials[]; };
+layout(set = 0, binding = 0) uniform STEP_BLOCK { Step steps[STEPS]; };
+layout(set = 0, binding = 3) readonly buffer MaterialsBlock { Material materials[]; };
 layout(set = 0, binding = 4) readonly buffer GroupMaterialBlock { uint group_material[]; };
 layout(set = 0, binding = 11) buffer TemperatureBlock { vec4 temperature[]; };
 
 #ifdef SUN
-layout(set = 0, binding = 1) uniform SunBlock { vec4 sun_samples[8u * STEPS]; };
+layout(set = 0, binding = 1) uniform SUN_BLOCK { vec4 sun_samples[8u * STEPS]; };
 #endif
 #ifdef ALBEDO
-layout(set = 0, binding = 2) readonly buffer AlbedoBlock { float albedo_values[]; };
+layout(set = 0, binding = 2) readonly buffer ALBEDO_BLOCK { float albedo_values[]; };
 #endif
 #if defined(SUN) || defined(PLANET_IR)
 #define LOADED
@@ -61,7 +67,7 @@ layout(set = 0, binding = 13) readonly buffer VisibilityBlock { vec4 visibility[
 #endif
 #ifdef EXCHANGE
 // Patches of the fronts of the nodes of a group, then of their backs.
-layout(set = 0, binding = 14) readonly buffer ExchangeNodeBlock { uvec4 exchange_nodes[]; };
+layout(set = 0, binding = 14) readonly buffer ExchangeNodesBlock { uvec4 exchange_nodes[]; };
 // Flux from other surfaces that every patch absorbs [W/m2], and the share of the patch that sunlight can reach.
 layout(set = 0, binding = 15) readonly buffer ExchangeReceivedBlock { vec2 exchange_received[]; };
 #ifdef PLANET_IR
@@ -90,7 +96,7 @@ layout(set = 0, binding = 10) buffer ElapsedBlock { ivec4 elapsed[]; };
 #endif
 #endif
 #ifdef SHAPED
-layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec2 shapes[]; };
+layout(set = 0, binding = 12) readonly buffer ShapesBlock { vec2 shapes[]; };
 // The include must follow the buffer that its functions read.
 #include "shaped_transition.glsl"
 #endif

@@ -20,12 +20,12 @@ layout(push_constant) uniform FirstBlock { uint first_texel; };
 layout(set = 0, binding = 0) uniform ViewBlock { View view; };
 layout(set = 0, binding = 12) uniform SurroundingsBlock { Surroundings around; };
 // Front and back of each material.
-layout(set = 0, binding = 7) readonly buffer ReflectorBlock { Reflector reflectors[]; };
+layout(set = 0, binding = 7) readonly buffer ReflectorsBlock { Reflector reflectors[]; };
 // Normal of the visible face times depth, in the axes of the camera, and number of the face plus 1. 0 where no surface is.
 layout(set = 0, binding = 1) readonly buffer SurfaceBlock { vec4 surfaces[]; };
 // From the first texel.
 #ifdef SEVERAL
-layout(set = 0, binding = 2) buffer MeanRadianceBlock { vec2 mean_radiance[]; };
+layout(set = 0, binding = 2) buffer MeanBlock { vec2 mean_radiance[]; };
 #else
 layout(set = 0, binding = 2) buffer DrawnRadianceBlock { vec4 drawn_radiance[]; };
 #endif

@@ -4,10 +4,10 @@
 #include "pcg.glsl"
 
 layout(set = 0, binding = 19) uniform TracingBlock { Tracing tracing; };
-layout(set = 0, binding = 20) readonly buffer TraceBoxBlock { ShadowBox boxes[]; };
-layout(set = 0, binding = 21) readonly buffer TraceTriangleBlock { ShadowTriangle placed_triangles[]; };
+layout(set = 0, binding = 20) readonly buffer TraceBoxesBlock { ShadowBox boxes[]; };
+layout(set = 0, binding = 21) readonly buffer TraceTrianglesBlock { ShadowTriangle placed_triangles[]; };
 // Nodes of the corners of these triangles, and their material.
-layout(set = 0, binding = 22) readonly buffer TraceCornerBlock { uvec4 trace_corners[]; };
+layout(set = 0, binding = 22) readonly buffer TraceCornersBlock { uvec4 trace_corners[]; };
 layout(set = 0, binding = 4) readonly buffer TemperatureBlock { float node_temperature[]; };
 
 #include "walk.glsl"

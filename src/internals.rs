@@ -45,31 +45,44 @@ pub use crate::exchange::step::{CraftLight, Exchange, ExchangeSettings};
 pub use crate::files::Reach;
 pub use crate::gpu::blackbody::{band_radiances, band_table, brightness_temperatures};
 pub use crate::gpu::context::{Context, devices};
+pub use crate::gpu::effects::all as all_resources;
+pub use crate::gpu::effects::exchange::Exchanged;
+pub use crate::gpu::effects::exchange::tables::ExchangeTables;
+pub use crate::gpu::effects::heat::tables::HeatOf;
+pub use crate::gpu::effects::image::resources::{
+    BAND_TABLE, DISTANT, DRAWS, EMISSIVITIES, GROUP_PART, IMAGE_RADIANCE, LOBES, PLANET_MAP, PLANET_MEANS, PLANET_VIEW,
+    POSITION_X, REFLECTORS, SURROUNDINGS, TRIANGLES, VISIBLE_TRIANGLES,
+};
+pub use crate::gpu::effects::image::runs::TriangleRun;
+pub use crate::gpu::effects::image::sampling::{Distance, RowOf, Sampled};
+pub use crate::gpu::effects::image::variant::RadianceVariant;
+pub use crate::gpu::effects::light::{Casting, OCCLUDERS, SHADOW_TREE, SHADOW_TRIANGLES, VISIBILITY};
+pub use crate::gpu::effects::network::sections::{OnePassKind, OnePassShape, SECTIONS};
+pub use crate::gpu::effects::network::{PlanConstants, WEIGHTS};
+pub use crate::gpu::effects::sensor::Sensing;
+pub use crate::gpu::effects::sensor::tables::{SensorVariant, Vignette};
+pub use crate::gpu::effects::thermal::variant::{Curve, StepKind, StepRange, ThermalVariant};
+pub use crate::gpu::effects::thermal::{
+    ALBEDO_VALUES, GROUP_MATERIAL, MATERIALS, NORMAL_X, STEP as STEP_RESOURCE, TARGET, TEMPERATURE,
+};
+pub use crate::gpu::effects::traced::{SURFACE, SURFACE_IMAGE, TRACE_BOXES, TRACE_CORNERS, TRACE_TRIANGLES, TRACING};
 pub use crate::gpu::error::GpuError;
-pub use crate::gpu::exchange::{ExchangeTables, exchange};
-pub use crate::gpu::exchange_rays::{cast as cast_on_device, list};
-pub use crate::gpu::exchange_variant::ExchangeVariant;
-pub use crate::gpu::frame::{Frame, StepRange, TriangleRun, Wanted};
-pub use crate::gpu::heat::{HeatOf, absorbed_heat};
-pub use crate::gpu::layout::{FUSED_STEPS, Material as DeviceMaterial, View, structures};
+pub use crate::gpu::exchange_rays::cast as cast_on_device;
+pub use crate::gpu::frame::{Frame, Recipe, Wanted, compose};
+pub use crate::gpu::layout::{ExchangePass, FUSED_STEPS, Material as DeviceMaterial, View, structures};
 pub use crate::gpu::limits::copies;
-pub use crate::gpu::lists::{copied, dispatched, download, filled, radiation, respond as respond_list, upload};
-pub use crate::gpu::one_pass::frame::{OnePassShape, SECTIONS};
-pub use crate::gpu::one_pass_variant::{OnePassKind, OnePassVariant, StageVariant};
-pub use crate::gpu::pass::{Access, Barrier, Entry, Kernel, Pass, Scope, Work, is_write, writes};
-pub use crate::gpu::radiance_variant::RadianceVariant;
+pub use crate::gpu::lists::{
+    brightnesses, copied, dispatched, download, filled, radiances, rays, respond as respond_list, upload,
+};
+pub use crate::gpu::pass::{Access, Barrier, Entry, Pass, Scope, Work, is_write, writes};
+pub use crate::gpu::plan::{Planned, device_bytes};
 pub use crate::gpu::renderer::{Collected, Renderer, Request};
-pub use crate::gpu::resource::Resource;
-pub use crate::gpu::resource_row::Role;
-pub use crate::gpu::resources::{NODES_PER_WORKGROUP, Planned, SceneData, device_bytes};
+pub use crate::gpu::resource::{Resource, Role};
 pub use crate::gpu::response::{ResponseRun, respond as respond_on_device};
 pub use crate::gpu::samples::Samples;
-pub use crate::gpu::sampling::{Distance, RowOf, Sampled};
-pub use crate::gpu::sensor::frame;
-pub use crate::gpu::sensor_variant::SensorVariant;
-pub use crate::gpu::shaders::{ENTRY_POINTS, Shader};
+pub use crate::gpu::scene_data::{NODES_PER_WORKGROUP, SceneData};
+pub use crate::gpu::shaders::{ENTRY_POINTS, Shader, module};
 pub use crate::gpu::shapes::{Shapes, curve};
-pub use crate::gpu::variant::{Curve, ResponseVariant, StepKind, ThermalVariant};
 pub use crate::guard::check;
 pub use crate::guard::finding::{CheckEffort, Finding};
 pub use crate::host::peak_memory;
@@ -144,12 +157,9 @@ pub use crate::thermal::emissivity::{BandEmissivity, ByAngle, ByWavelength, fres
 pub use crate::thermal::function::{Function, TemperatureSample};
 pub use crate::thermal::incident::{IncidentFunction, incident};
 pub use crate::thermal::material::{
-    Below, Bulk, Domain, Gloss, Material, Optics, Profile, Radiative, Response, Retarget,
-    Sides, Transition,
+    Below, Bulk, Domain, Gloss, Material, Optics, Profile, Radiative, Response, Retarget, Sides, Transition,
 };
-pub use crate::thermal::network::control::{
-    ControlError, FLOOR, IntegrationSettings, Integrator, Series, integrate,
-};
+pub use crate::thermal::network::control::{ControlError, FLOOR, IntegrationSettings, Integrator, Series, integrate};
 pub use crate::thermal::network::reference::ReferenceStepper;
 pub use crate::thermal::network::rkl2::{stable_product, stages_for};
 pub use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};

@@ -150,7 +150,7 @@ fn measured(context: &Arc<Context>, scene: &Scene, row: FrameRow, effort: FrameE
     let device = DeviceData::new(&prepared);
     let plan = device.scene_data(&prepared, Some(&camera)).plan();
     let grows: u64 =
-        plan.iter().filter(|planned| planned.resource.row().grows_with_nodes()).map(|planned| planned.bytes).sum();
+        plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|planned| planned.bytes).sum();
     Ok(FrameRow {
         nodes,
         triangles: prepared.triangles.len(),

@@ -54,10 +54,10 @@ pub struct IntegratorRun {
     pub scheme: String,
     /// Method.
     pub family: String,
-    /// Work of one run. A slow run has fewer frames than the case.
-    pub work: Option<Work>,
+    /// SchemeWork of one run. A slow run has fewer frames than the case.
+    pub work: Option<SchemeWork>,
     /// Time of a frame [ms].
-    pub wall_ms: Option<Spread>,
+    pub wall_ms: Option<Percentiles>,
     /// Error at the ends of all frames.
     pub error: Option<FrameError>,
     /// The reason if there are no numbers.
@@ -230,7 +230,7 @@ fn runs(
             break;
         }
     }
-    Ok(Run { work, wall_ms: Spread::of(&wall), error: Some(error), ..Run::default() })
+    Ok(IntegratorRun { work, wall_ms: Percentiles::of(&wall), error: Some(error), ..IntegratorRun::default() })
 }
 
 fn work_of(before: WorkCounts, after: WorkCounts, frames: usize) -> SchemeWork {

@@ -8,14 +8,15 @@ use serde::Serialize;
 use crate::environment::StepLoad;
 use crate::environment::sky::SkyError;
 use crate::gpu::context::Context;
+use crate::gpu::effects::thermal::variant::StepRange;
+use crate::gpu::effects::thermal::variant::{Curve, StepKind, ThermalVariant};
 use crate::gpu::error::GpuError;
-use crate::gpu::frame::{Frame, StepRange, Wanted};
+use crate::gpu::frame::{Frame, Wanted};
 use crate::gpu::layout;
 use crate::gpu::layout::FUSED_STEPS;
 use crate::gpu::renderer::{Renderer, Request};
-use crate::gpu::resources::SceneData;
+use crate::gpu::scene_data::SceneData;
 use crate::gpu::shapes::{self, Shapes};
-use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::output::report::PassTime;
 use crate::output::statistics::Percentiles;
 use crate::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS, STEP};
@@ -104,12 +105,15 @@ pub fn time_pass(
         ..SceneData::empty(shapes)
     };
     let plan = data.plan();
-    let bytes: u64 = plan.iter().filter(|planned| planned.resource.row().grows_with_nodes()).map(|p| p.bytes).sum();
+    let bytes: u64 = plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|p| p.bytes).sum();
     let at_once = if fuses { FUSED_STEPS as f64 } else { 1.0 };
     let frame = Frame::step(&data.ranges, Wanted::default());
-    let touched = frame.passes().flat_map(|pass| &pass.accesses).filter(|access| access.groups.is_some());
     let size = |resource| plan.iter().find(|planned| planned.resource == resource).map_or(0, |planned| planned.bytes);
-    let moved: u64 = touched.map(|access| size(access.resource)).sum();
+    let mut moved = 0;
+    for pass in frame.passes() {
+        let touched = pass.accesses()?.into_iter().filter(|access| access.range.is_some());
+        moved += touched.map(|access| size(access.resource)).sum::<u64>();
+    }
     let mut renderer = Renderer::new(context, &data)?;
     if let Some(first) = steps.first() {
         renderer.settle(first)?;

@@ -160,8 +160,8 @@ fn whole_ticks(plan: &BenchPlan, context: &Arc<Context>, deadline: Deadline, say
 }
 
 /// A case with its deadline.
-struct Setting<'a> {
-    plan: &'a Plan,
+struct CaseSetting<'a> {
+    plan: &'a BenchPlan,
     case: &'a NetworkCase,
     truth: &'a Truth,
     deadline: Deadline,

@@ -292,7 +292,7 @@ const PASSES: [&str; 8] = [
 ];
 
 /// The integrators on a case.
-pub(crate) fn integrators(integrated: &Integrated, case: &CaseSummary) -> Table {
+pub(crate) fn integrators(integrated: &Integrated, case: &CaseSummary) -> BenchTable {
     let mut notes = vec![format!(
         "{} nodes ({} of them arithmetic), {} conductors, stiffness {} (docs/numerics.md 3: {}); {} frames of {:.2} s, in f64 on \
          the processor.",

@@ -10,11 +10,11 @@ use super::info_network;
 use super::prepare::{device_memory, prepare_with_progress};
 use super::reach::ReachArguments;
 use crate::gpu::context;
-use crate::gpu::exchange::{ExchangeTables, exchange};
-use crate::gpu::frame::{Frame, Wanted};
-use crate::gpu::network::NetworkBytes;
+use crate::gpu::effects::exchange::tables::ExchangeTables;
+use crate::gpu::frame::{Frame, compose};
 use crate::gpu::pass::Entry;
-use crate::gpu::resources::{Planned, device_bytes};
+use crate::gpu::plan::{Planned, device_bytes};
+use crate::gpu::scene_frames::SceneFrames;
 use crate::model::Model;
 use crate::output::console::answer;
 use crate::output::console::say;
@@ -129,31 +129,7 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
     let tables = cast.as_ref().map(|(_, exchange)| ExchangeTables::new(exchange, prepared.joints() > 1));
     let device_data = DeviceData::new(&prepared).with_exchange(tables);
     let data = device_data.scene_data(&prepared, camera);
-    let light = data.ranges.first().map(|range| range.variant);
-    let exchanged = data
-        .exchange
-        .as_ref()
-        .zip(light)
-        .map(|(data, light)| exchange(data.tables.order.len() as u32, light, true, data.mirrors.is_some()));
-    let network = data.network.map(|network| network.shape.steps(1, 1, false, network.stages()).0).unwrap_or_default();
-    let wanted = Wanted {
-        image: camera.is_some(),
-        sampled: data.sampled(),
-        cull: prepared.triangles.len() as u32,
-        temperatures: true,
-        shows: data.shown.variant,
-        texels: data.texels() as u32,
-    };
-    let stepped = exchanged.unwrap_or_default().then(Frame::step(&data.ranges, Wanted::default())).then(network);
-    let frame = if data.between {
-        let read = Frame::step(&[], Wanted { image: false, ..wanted });
-        let image = Frame::between(&data.ranges, Wanted { temperatures: false, ..wanted }, &prepared.triangle_runs);
-        Frame::keep().then(stepped).then(read).then(image)
-    } else {
-        stepped.then(Frame::step_in_runs(&[], wanted, &prepared.triangle_runs))
-    };
-    let sensor = data.sensor.filter(|_| camera.is_some()).map(|sensor| sensor.frame(data.shown_in()));
-    let frame = sensor.into_iter().fold(frame, Frame::then);
+    let frame = compose(&SceneFrames::new(&data).whole());
     let plan = data.plan();
     let bytes = device_memory(&plan);
     let forecast = Forecast::of(&prepared).entries(&[Rate::REFERENCE, Rate::PROCESSOR, Rate::GPU], Some(bytes));
@@ -163,7 +139,6 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
         joints: joints::describe(&prepared.loads, &prepared.nodes),
         network: prepared.network.as_ref().map(|network| network.description()).unwrap_or_default(),
         exchange: cast.as_ref().map(|(craft, exchange)| describe(craft, exchange)).unwrap_or_default(),
-        network_bytes: of_network,
         bytes,
         bytes_per_node: a_node,
         switched_off: prepared.switched_off(),
@@ -182,7 +157,6 @@ struct SceneFacts<'a> {
     network: Vec<(String, String)>,
     exchange: Vec<(String, String)>,
     plan: Vec<Planned>,
-    network_bytes: NetworkBytes,
     bytes: u64,
     bytes_per_node: f64,
     forecast: Vec<(String, String)>,
@@ -229,7 +203,6 @@ impl SceneFacts<'_> {
             text.push_str(&format!("  {line}\n"));
         }
         text.push_str(&format!("\nSwitched off: {}\n", self.switched_off.join(", ")));
-
         text
     }
 

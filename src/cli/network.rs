@@ -18,7 +18,7 @@ use crate::simulation::forecast::bytes;
 use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::target::Target;
 use crate::thermal::network::control::{
-    ControlError, FLOOR, Integrator, MOST_SUB_STEPS, Series, Settings, integrate_and_keep,
+    ControlError, FLOOR, IntegrationSettings, Integrator, MOST_SUB_STEPS, Series, integrate_and_keep,
 };
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::steady::steady;

@@ -76,7 +76,7 @@ fn settle(
         times: (0..=STEPS).map(|step| step as f64 * STEP).collect(),
         ..Schedule::default()
     };
-    let settings = Settings { tolerance: TOLERANCE, ..Settings::of(Integrator::Default) };
+    let settings = IntegrationSettings { tolerance: TOLERANCE, ..IntegrationSettings::of(Integrator::Default) };
     let mut balance = ReferenceStepper::new(problem.network.clone(), &[]);
     let orbit = |start: &[f64]| {
         stepper.set_temperatures(start);

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::error::CliError;
 use super::progress::{building_bar, show_stage};
 use super::reach::ReachArguments;
-use crate::gpu::resources::{Planned, device_bytes};
+use crate::gpu::plan::{Planned, device_bytes};
 use crate::guard;
 use crate::guard::finding::CheckEffort;
 use crate::output::console::say;

@@ -14,7 +14,7 @@ use super::reach::ReachArguments;
 use super::resume::{EarlierRun, identity};
 use super::run_report::{print_summary, report, speed};
 use super::thermal_state;
-use crate::gpu::resources::{Planned, check_plan};
+use crate::gpu::plan::{Planned, check_plan};
 use crate::guard::finding::CheckEffort;
 use crate::output::console::{answer, say};
 use crate::output::destination::{Destination, destinations};
@@ -258,7 +258,7 @@ fn choose_device(arguments: &Arguments, earlier: Option<&EarlierRun>) -> Result<
         (None, Some(earlier)) => DeviceArguments { device: Some(earlier.device()?) },
         (given, _) => DeviceArguments { device: given.clone() },
     };
-    device.open()
+    Ok(device.open()?)
 }
 
 /// Number of nodes to compare with the f64 reference.

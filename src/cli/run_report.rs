@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::prepare::device_memory;
-use crate::gpu::resources::Planned;
+use crate::gpu::effects::sensor::{COPIED_FOR_SENSOR, READ};
+use crate::gpu::plan::Planned;
 use crate::gpu::samples::Samples;
-use crate::gpu::sensor::{COPIED, READ};
 use crate::output::console::{answer, say};
 use crate::output::folder::Folder;
 use crate::output::image_index::IMAGES;
@@ -39,7 +39,7 @@ pub(super) fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &RunOutco
             // Temperatures of a file take no thermal step.
             .filter(|_| prepared.given.is_none());
     let of_image = |name: &str| {
-        ["cull", "radiance", "read radiance", "read identity", COPIED, READ].contains(&name)
+        ["cull", "radiance", "read radiance", "read identity", COPIED_FOR_SENSOR, READ].contains(&name)
             || name.starts_with("sensor_")
     };
     Speed {

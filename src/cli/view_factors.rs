@@ -11,7 +11,8 @@ use crate::environment::{PlanetLoad, StepLoad};
 use crate::exchange::between::{To, radiative_areas, view_factors};
 use crate::exchange::cast::{Scenery, cast};
 use crate::exchange::step::Exchange;
-use crate::gpu::exchange::ExchangeTables;
+use crate::gpu::effects::exchange::RESOURCES;
+use crate::gpu::effects::exchange::tables::ExchangeTables;
 use crate::gpu::exchange_rays;
 use crate::output::console::say;
 use crate::output::destination::{Destination, destinations};
@@ -134,7 +135,7 @@ fn device_bytes(prepared: &Prepared, exchange: &Exchange) -> f64 {
     let tables = ExchangeTables::new(exchange, prepared.joints() > 1);
     let data = DeviceData::new(prepared).with_exchange(Some(tables));
     let plan = data.scene_data(prepared, None).plan();
-    let of_exchange = plan.iter().filter(|planned| planned.resource.row().count.is_of_exchange());
+    let of_exchange = plan.iter().filter(|planned| RESOURCES.contains(&planned.resource));
     of_exchange.map(|planned| planned.bytes as f64).sum()
 }
 

@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use super::bindings::Bindings;
 use super::context::Context;
+use super::effects::image::resources::BAND_TABLE;
 use super::error::GpuError;
 use super::layout;
 use super::lists;
+use super::lists::{INVERSE_TEMPERATURES, RADIATION_INPUT, RADIATION_OUTPUT};
 use super::once::Once;
-use super::pass::Kernel;
-use super::resource::Resource;
+use super::pass::Frame;
 use super::store::Resources;
 use crate::thermal::brightness::BrightnessTable;
 use crate::thermal::radiance::RadianceTable;
@@ -33,7 +34,7 @@ pub fn band_radiances(
     guesses: &BrightnessTable,
     temperatures: &[f32],
 ) -> Result<Vec<f32>, GpuError> {
-    map(context, Kernel::Blackbody, (table, guesses), temperatures, 300.0)
+    map(context, lists::radiances, (table, guesses), temperatures, 300.0)
 }
 
 /// Temperature of a blackbody [K], one for each radiance [W m-2 sr-1]. `BrightnessTable::check` must accept the
@@ -44,13 +45,13 @@ pub fn brightness_temperatures(
     guesses: &BrightnessTable,
     radiances: &[f32],
 ) -> Result<Vec<f32>, GpuError> {
-    map(context, Kernel::Brightness, (table, guesses), radiances, guesses.max_radiance as f32)
+    map(context, lists::brightnesses, (table, guesses), radiances, guesses.max_radiance as f32)
 }
 
-/// Runs a kernel that converts a list of numbers to a list of the same length. `filler` pads the last workgroup.
+/// Runs a list that converts a list of numbers to a list of the same length. `filler` pads the last workgroup.
 fn map(
     context: &Arc<Context>,
-    kernel: Kernel,
+    list: fn(u32) -> Frame,
     (table, guesses): (&RadianceTable, &BrightnessTable),
     input: &[f32],
     filler: f32,
@@ -60,15 +61,15 @@ fn map(
     let mut once = Once::new(context)?;
     let mut resources = Resources::new(context);
     let band = band_table(table);
-    resources.make_of(Resource::BandTable, band.len())?;
-    resources.upload(&mut once, Resource::BandTable, &band)?;
-    resources.make_with(Resource::RadiationInput, &padded)?;
-    resources.make_of(Resource::RadiationOutput, padded.len())?;
+    resources.make_of(&BAND_TABLE, band.len())?;
+    resources.upload(&mut once, &BAND_TABLE, &band)?;
+    resources.make_with(&RADIATION_INPUT, &padded)?;
+    resources.make_of(&RADIATION_OUTPUT, padded.len())?;
     let inverse_temperatures: Vec<f32> = guesses.inverse_temperatures.iter().map(|&inverse| inverse as f32).collect();
-    resources.make_with(Resource::InverseTemperatures, &inverse_temperatures)?;
-    let list = lists::radiation(kernel, (padded.len() / WORKGROUP) as u32);
+    resources.make_with(&INVERSE_TEMPERATURES, &inverse_temperatures)?;
+    let list = list((padded.len() / WORKGROUP) as u32);
     let mut bindings = Bindings::plain(context);
     bindings.add(&resources, list.passes())?;
-    once.run([&list], &resources, Some(&bindings), &|_| Vec::new())?;
-    Ok(resources.read(Resource::RadiationOutput, 0, input.len()).to_vec())
+    once.run([&list], &resources, Some(&bindings))?;
+    Ok(resources.read(&RADIATION_OUTPUT, 0, input.len()).to_vec())
 }

@@ -10,7 +10,6 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use super::drivers;
 use super::error::{During as _, GpuError};
 use super::host_heap;
-use super::shaders::Modules;
 use super::validation::{self, Messages};
 use crate::host;
 
@@ -56,7 +55,6 @@ pub struct Context {
     pub(super) queue_family: u32,
     pub(super) labels: Option<ext::debug_utils::Device>,
     pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
-    pub(super) modules: Modules,
     physical: vk::PhysicalDevice,
     messages: Option<Arc<Messages>>,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
@@ -139,7 +137,6 @@ impl Context {
             queue_family,
             labels,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
-            modules: Modules::default(),
             physical,
             messages,
             messenger,

@@ -8,19 +8,16 @@ use glam::DAffine3;
 use super::bindings::Bindings;
 use super::context::Context;
 use super::error::GpuError;
-use super::exchange_variant::ExchangeVariant;
-use super::frame::Frame;
 use super::layout::{self, ExchangePass, ShadowTriangle};
+use super::lists::{
+    self, RAY_BOXES, RAY_CORNERS, RAY_ENDS, RAY_LEAVES, RAY_PATCHES, RAY_PLACED, RAY_POSES, RAY_TRIANGLES,
+};
 use super::once::Once;
-use super::pass::{Access, COMPUTE_READ, COMPUTE_WRITE, Entry, Kernel, Pass, Said, Work, access, barrier, scope};
-use super::resource::Resource;
 use super::store::Resources;
 use crate::environment::shadow::LARGEST_TREE;
 use crate::exchange::cast::{INSIDE, Scenery};
-use crate::exchange::patches::{NONE, Patches, Surface};
+use crate::exchange::patches::{NONE, PatchSurface, Patches};
 
-/// Rays of a workgroup.
-const WORKGROUP: u32 = 64;
 /// Most rays of a dispatch, few enough that no driver stops it as hanging.
 const AT_ONCE: u32 = 1 << 20;
 
@@ -46,7 +43,7 @@ impl Caster {
     /// Buffers beyond the device, or a call that fails.
     pub fn new(
         context: &Arc<Context>,
-        surface: &Surface,
+        surface: &PatchSurface,
         patches: &Patches,
         scenery: &Scenery,
         rays: u32,
@@ -55,9 +52,10 @@ impl Caster {
         let together = (AT_ONCE / rays).clamp(1, count.max(1));
         let mut resources = Resources::new(context);
         fill(&mut resources, surface, patches, scenery)?;
-        resources.make_of(Resource::RayEnds, (together * rays) as usize)?;
+        resources.make_of(&RAY_ENDS, (together * rays) as usize)?;
         let mut bindings = Bindings::plain(context);
-        bindings.add(&resources, list(0, together, rays).passes())?;
+        bindings
+            .add(&resources, lists::rays(&ExchangePass { end: together, rays, ..ExchangePass::default() }).passes())?;
         let (boxes, start) = (scenery.occluders.tree.nodes.len() as u32, scenery.occluders.start as f32);
         Ok(Self { once: Once::new(context)?, resources, bindings, sizes: [count, rays, boxes, together], start })
     }
@@ -72,10 +70,9 @@ impl Caster {
         let mut ends = Vec::with_capacity(of.len() * rays as usize);
         for first in of.step_by(together as usize) {
             let end = last.min(first + together);
-            let constants = bytemuck::bytes_of(&ExchangePass { first, end, rays, boxes, start }).to_vec();
-            let list = list(first, end, rays);
-            self.once.run([&list], &self.resources, Some(&self.bindings), &|_| constants.clone())?;
-            ends.extend_from_slice(self.resources.read(Resource::RayEnds, 0, ((end - first) * rays) as usize));
+            let list = lists::rays(&ExchangePass { first, end, rays, boxes, start });
+            self.once.run([&list], &self.resources, Some(&self.bindings))?;
+            ends.extend_from_slice(self.resources.read(&RAY_ENDS, 0, ((end - first) * rays) as usize));
         }
         Ok(ends)
     }
@@ -87,7 +84,7 @@ impl Caster {
 /// Buffers beyond the device, or a call that fails.
 pub fn cast(
     context: &Arc<Context>,
-    surface: &Surface,
+    surface: &PatchSurface,
     patches: &Patches,
     scenery: &Scenery,
     rays: u32,
@@ -99,39 +96,12 @@ pub fn cast(
     Caster::new(context, surface, patches, scenery, rays)?.ends(0..count)
 }
 
-/// The list that casts the rays of some patches.
-pub fn list(first: u32, end: u32, rays: u32) -> Frame {
-    let bound = |(binding, resource): (u32, Resource)| {
-        let scope = if resource == Resource::RayEnds { COMPUTE_WRITE } else { COMPUTE_READ };
-        Access { binding: Some(binding), ..access(resource, scope) }
-    };
-    let resources = [
-        Resource::RayPatches,
-        Resource::RayCorners,
-        Resource::RayTriangles,
-        Resource::RayPoses,
-        Resource::RayBoxes,
-        Resource::RayPlaced,
-        Resource::RayLeaves,
-        Resource::RayEnds,
-    ];
-    let work = Work::Dispatch {
-        kernel: Kernel::Exchange(ExchangeVariant::Rays),
-        workgroups: ((end - first) * rays).div_ceil(WORKGROUP),
-        set: 0,
-        said: Said::Patches { first, end },
-    };
-    let accesses = (0..).zip(resources).map(bound).collect();
-    let host = scope(ash::vk::PipelineStageFlags2::HOST, ash::vk::AccessFlags2::HOST_READ);
-    Frame {
-        entries: vec![
-            Entry::Pass(Pass { name: "exchange_rays".to_owned(), work, accesses }),
-            Entry::Barriers(vec![barrier(Resource::RayEnds, COMPUTE_WRITE, host)]),
-        ],
-    }
-}
-
-fn fill(resources: &mut Resources, surface: &Surface, patches: &Patches, scenery: &Scenery) -> Result<(), GpuError> {
+fn fill(
+    resources: &mut Resources,
+    surface: &PatchSurface,
+    patches: &Patches,
+    scenery: &Scenery,
+) -> Result<(), GpuError> {
     let (boxes, placed) = layout::shadow_tree(&scenery.occluders);
     let of_patch = |patch: &crate::exchange::patches::Patch| {
         [patch.corners.start as u32, patch.corners.end as u32, patch.joint, u32::from(patch.back)]
@@ -154,11 +124,11 @@ fn fill(resources: &mut Resources, surface: &Surface, patches: &Patches, scenery
     let joints = patches.all.iter().map(|patch| patch.joint + 1).max().unwrap_or(1) as usize;
     let pose = |joint: usize| layout::rows(&scenery.poses.get(joint).copied().unwrap_or(DAffine3::IDENTITY));
     let corners = patches.corners.iter().map(|corner| [corner.corner, (corner.up_to as f32).to_bits()]);
-    resources.make_with(Resource::RayPatches, &patches.all.iter().map(of_patch).collect::<Vec<_>>())?;
-    resources.make_with(Resource::RayCorners, &corners.collect::<Vec<_>>())?;
-    resources.make_with(Resource::RayTriangles, &surface.triangles.iter().map(triangle).collect::<Vec<_>>())?;
-    resources.make_with(Resource::RayPoses, &(0..joints).map(pose).collect::<Vec<_>>())?;
-    resources.make_with(Resource::RayLeaves, &scenery.occluders.tree.order.iter().map(leaf).collect::<Vec<_>>())?;
-    resources.make_with(Resource::RayBoxes, &boxes)?;
-    resources.make_with(Resource::RayPlaced, &placed)
+    resources.make_with(&RAY_PATCHES, &patches.all.iter().map(of_patch).collect::<Vec<_>>())?;
+    resources.make_with(&RAY_CORNERS, &corners.collect::<Vec<_>>())?;
+    resources.make_with(&RAY_TRIANGLES, &surface.triangles.iter().map(triangle).collect::<Vec<_>>())?;
+    resources.make_with(&RAY_POSES, &(0..joints).map(pose).collect::<Vec<_>>())?;
+    resources.make_with(&RAY_LEAVES, &scenery.occluders.tree.order.iter().map(leaf).collect::<Vec<_>>())?;
+    resources.make_with(&RAY_BOXES, &boxes)?;
+    resources.make_with(&RAY_PLACED, &placed)
 }

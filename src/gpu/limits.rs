@@ -6,10 +6,9 @@ use std::time::Instant;
 use super::bindings::Bindings;
 use super::context::Context;
 use super::error::GpuError;
-use super::frame::Frame;
-use super::lists;
+use super::lists::{self, COPIED_FROM, COPIED_TO, UNTOUCHED};
 use super::once::Once;
-use super::resource::Resource;
+use super::pass::Frame;
 use super::store::Resources;
 
 /// Untimed runs at the start, because drivers compile and map pages late.
@@ -31,7 +30,7 @@ fn sampled(
     resources: &Resources,
     bindings: &Bindings,
 ) -> Result<Samples, GpuError> {
-    let run = |once: &mut Once| once.run([list], resources, Some(bindings), &|_| Vec::new());
+    let run = |once: &mut Once| once.run([list], resources, Some(bindings));
     for _ in 0..WARM_UP {
         run(once)?;
     }
@@ -49,18 +48,18 @@ fn sampled(
 /// Measures copies of `bytes` bytes between two device buffers.
 pub fn copies(context: &Arc<Context>, bytes: u64, samples: usize) -> Result<Samples, GpuError> {
     let mut resources = Resources::new(context);
-    resources.make(Resource::CopiedFrom, bytes)?;
-    resources.make(Resource::CopiedTo, bytes)?;
+    resources.make(&COPIED_FROM, bytes)?;
+    resources.make(&COPIED_TO, bytes)?;
     let mut once = Once::new(context)?;
     let bindings = Bindings::plain(context);
-    once.run([&lists::filled()], &resources, None, &|_| Vec::new())?;
+    once.run([&lists::filled()], &resources, None)?;
     sampled(&mut once, samples, &lists::copied(), &resources, &bindings)
 }
 
 /// Measures `dispatches` empty dispatches of one workgroup, with a barrier between each two.
 pub fn empty_dispatches(context: &Arc<Context>, dispatches: u32, samples: usize) -> Result<Samples, GpuError> {
     let mut resources = Resources::new(context);
-    resources.make_of(Resource::Untouched, 1)?;
+    resources.make_of(&UNTOUCHED, 1)?;
     let list = lists::dispatched(dispatches);
     let mut bindings = Bindings::plain(context);
     bindings.add(&resources, list.passes())?;

@@ -7,8 +7,7 @@ use ash::vk;
 use super::bindings::Bindings;
 use super::context::Context;
 use super::error::{During as _, GpuError};
-use super::frame::Frame;
-use super::pass::Said;
+use super::pass::Frame;
 use super::record::Recorder;
 use super::store::Resources;
 use super::timing::Timing;
@@ -43,20 +42,18 @@ impl Once {
         Ok(once)
     }
 
-    /// Records lists in order, submits them and waits. `bindings` has the pipelines of the dispatches, and `constants`
-    /// gives their push constants.
+    /// Records lists in order, submits them and waits. `bindings` has the pipelines of the dispatches.
     pub(super) fn run<'f>(
         &mut self,
         lists: impl IntoIterator<Item = &'f Frame>,
         resources: &Resources,
         bindings: Option<&Bindings>,
-        constants: &dyn Fn(Said) -> Vec<u8>,
     ) -> Result<(), GpuError> {
         let device = &self.context.device;
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
-        let mut recorder = Recorder::new(&self.context, self.commands, resources, bindings, constants);
+        let mut recorder = Recorder::new(&self.context, self.commands, resources, bindings);
         // SAFETY: the host waited for the last run, so the command buffer and the fence are free.
         unsafe {
             device.begin_command_buffer(self.commands, &begin).during("recording")?;

@@ -1,16 +1,10 @@
-//! Types of a frame list: passes with their accesses, and barriers.
+//! What a frame consists of: passes with their shaders, and barriers between them.
 
 use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
+use bytemuck::NoUninit;
 
-use super::exchange_variant::ExchangeVariant;
-use super::heat_source::HeatOf;
-use super::one_pass_variant::{OnePassVariant, StageVariant};
-use super::radiance_variant::RadianceVariant;
-use super::resource::Resource;
-use super::sampling::RowOf;
-use super::sensor_variant::SensorVariant;
+use super::resource::{Per, Resource};
 use super::shaders::Shader;
-use super::variant::{ResponseVariant, ThermalVariant};
 
 /// Pipeline stages and their memory accesses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,33 +15,49 @@ pub struct Scope {
     pub access: A,
 }
 
-pub(super) const fn scope(stage: S, access: A) -> Scope {
+pub(crate) const fn scope(stage: S, access: A) -> Scope {
     Scope { stage, access }
 }
 
-pub(super) const COMPUTE_READ: Scope = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_READ);
-pub(super) const COMPUTE_UNIFORM: Scope = scope(S::COMPUTE_SHADER, A::UNIFORM_READ);
-pub(super) const COMPUTE_WRITE: Scope = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
-pub(super) const COPY_READ: Scope = scope(S::COPY, A::TRANSFER_READ);
-pub(super) const COPY_WRITE: Scope = scope(S::COPY, A::TRANSFER_WRITE);
+pub(crate) const COMPUTE_READ: Scope = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_READ);
+pub(crate) const COMPUTE_WRITE: Scope = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
+/// Reads and writes of a compute pass.
+pub(crate) const COMPUTE: Scope =
+    scope(S::COMPUTE_SHADER, A::from_raw(A::SHADER_STORAGE_READ.as_raw() | A::SHADER_STORAGE_WRITE.as_raw()));
+/// End of the compute passes, which only read.
+pub(crate) const COMPUTED: Scope = scope(S::COMPUTE_SHADER, A::NONE);
+pub(crate) const COPY_READ: Scope = scope(S::COPY, A::TRANSFER_READ);
+pub(crate) const COPY_WRITE: Scope = scope(S::COPY, A::TRANSFER_WRITE);
+/// End of the copies, which only read.
+pub(crate) const COPIED: Scope = scope(S::COPY, A::NONE);
 /// Write of `vkCmdFillBuffer`, which is a clear. Validation layers before February 2024 treat it as a copy
 /// (Vulkan-ValidationLayers, pull request 7543).
-pub(super) const CLEAR_WRITE: Scope =
+pub(crate) const CLEAR_WRITE: Scope =
     Scope { stage: S::from_raw(S::COPY.as_raw() | S::CLEAR.as_raw()), access: A::TRANSFER_WRITE };
-
-/// Range of groups of four nodes, triangles or draws: the first and the one after the last. `None` is the whole
-/// resource.
-pub type Groups = Option<(u32, u32)>;
+/// Write of a colour attachment.
+pub(crate) const COLOUR: Scope = scope(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
+/// Depth write.
+pub(crate) const DEPTH_WRITE: Scope = scope(
+    S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw()),
+    A::DEPTH_STENCIL_ATTACHMENT_WRITE,
+);
+/// Depth test and write.
+pub(crate) const DEPTH: Scope = scope(
+    DEPTH_WRITE.stage,
+    A::from_raw(A::DEPTH_STENCIL_ATTACHMENT_READ.as_raw() | A::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw()),
+);
+/// Read of the host.
+pub(crate) const HOST_READ: Scope = scope(S::HOST, A::HOST_READ);
 
 /// Access of a pass to a resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Access {
     /// Resource.
-    pub resource: Resource,
+    pub resource: &'static Resource,
     /// Stages and accesses.
     pub scope: Scope,
-    /// Accessed range.
-    pub groups: Groups,
+    /// Accessed elements: the first and the one after the last. `None` is the whole resource.
+    pub range: Option<(u32, u32)>,
     /// Joint whose slice is accessed, if the resource has a slice for each joint; 0 is the body.
     pub slice: u32,
     /// Binding in the descriptor set, if any.
@@ -56,277 +66,136 @@ pub struct Access {
     pub layout: ImageLayout,
 }
 
-/// Shader program of a pass. It selects the pipeline.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kernel {
-    /// Thermal step of a range.
-    Thermal(ThermalVariant),
-    /// Draws the shadow map of the Sun.
-    SunDepth,
-    /// Looks up the share of the Sun that each node sees in the shadow map.
-    Visibility,
-    /// Traces a ray from each node to one point of the Sun's disc.
-    SunRay {
-        /// Whether it is the first ray, which sets the share instead of adding to it.
-        first: bool,
-    },
-    /// Finds the temperatures of an image between two steps.
-    Between,
-    /// Culls triangles that cover no pixel centre.
-    Cull,
-    /// Culls triangles of an image with several samples of a pixel or a rolling shutter.
-    CullSamples {
-        /// Whether a pixel has several samples.
-        several: bool,
-        /// How a point finds its row with a rolling shutter.
-        shutter: Option<RowOf>,
-    },
-    /// Draws the remaining triangles as radiance, and the sky behind them.
-    Radiance(RadianceVariant),
-    /// Draws the triangles as radiance with a rolling shutter.
-    RadianceOfRows(RowOf),
-    /// Draws them as radiance and coverage, averaged over the samples of a texel, and the sky behind them.
-    Mean {
-        /// Samples of a texel.
-        each: u32,
-        /// What pixels show.
-        shows: RadianceVariant,
-    },
-    /// The same of the triangles alone with a rolling shutter.
-    MeanOfRows {
-        /// Samples of a texel.
-        each: u32,
-        /// How a point finds its row.
-        row_of: RowOf,
-    },
-    /// Draws the sky. No pass has this kernel: the pass of the craft draws it with its own bindings.
-    Background {
-        /// What pixels show.
-        shows: RadianceVariant,
-        /// Samples of a texel of a mean. `None` for the image of one sample.
-        each: Option<u32>,
-    },
-    /// Adds what surfaces reflect of the craft itself.
-    Traced {
-        /// What pixels show.
-        shows: RadianceVariant,
-        /// Whether it is added to the mean over several samples of a pixel.
-        several: bool,
-    },
-    /// Computes the image from drawn ones.
-    Resample {
-        /// Whether the lens distorts.
-        lens: bool,
-        /// Whether a pixel has several samples.
-        several: bool,
-    },
-    /// Computes the image of a craft that is far away from a crop around it.
-    Distant(RadianceVariant),
-    /// Point spread of the sensor along rows.
-    SensorRows,
-    /// Mean radiance of the cells of its halo.
-    SensorCells,
-    /// Its halo.
-    SensorHalo,
-    /// Its pixels.
-    SensorPixel(SensorVariant),
-    /// The step of a network in one pass.
-    OnePass(OnePassVariant),
-    /// A stage of the conduction inside its large blocks.
-    Stage(StageVariant),
-    /// Power of the heaters of a network in one pass.
-    Heaters,
-    /// Sums the absorbed heat of runs of nodes.
-    Heat(HeatOf),
-    /// A pass of radiation between surfaces.
-    Exchange(ExchangeVariant),
-    /// Response of nodes to given targets.
-    Response(ResponseVariant),
-    /// Radiance of a blackbody in a band.
-    Blackbody,
-    /// Brightness temperature of a band radiance.
-    Brightness,
-    /// Does nothing.
-    Empty,
+/// Which parts of which buffers a pass touches, where its shaders do not tell.
+#[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Reach {
+    /// Joint whose slices it touches; 0 is the body.
+    pub joint: u32,
+    /// Ranges of the buffers with so many elements.
+    pub ranges: Vec<(Per, (u32, u32))>,
+    /// Buffers in the place of the ones that blocks name.
+    pub instead: Vec<(&'static str, &'static Resource)>,
+    /// A buffer that a measured dispatch counts as writing.
+    pub nominal: Option<&'static Resource>,
 }
 
-impl Kernel {
-    /// Whether it draws the triangles of all joints in turn.
-    pub fn draws(self) -> bool {
-        use Kernel::{Mean, MeanOfRows, Radiance, RadianceOfRows, SunDepth};
-        matches!(self, Radiance(_) | RadianceOfRows(_) | Mean { .. } | MeanOfRows { .. } | SunDepth)
-    }
-
-    /// What it draws of the craft, if it does.
-    pub fn target(self) -> Option<Target> {
-        let (mean, surfaces) = match self {
-            Self::Radiance(shows) => (None, shows.traced),
-            Self::RadianceOfRows(_) => (None, false),
-            Self::Mean { each, shows } => (Some(each), shows.traced),
-            Self::MeanOfRows { each, .. } => (Some(each), false),
-            _ => return None,
-        };
-        Some(Target { mean, surfaces })
-    }
-
-    /// The kernel of the sky behind the craft that it draws, where the image has one.
-    pub fn sky(self) -> Option<Self> {
-        let (shows, each) = match self {
-            Self::Radiance(shows) => (shows, None),
-            Self::Mean { each, shows } => (shows, Some(each)),
-            _ => return None,
-        };
-        shows.background.then_some(Self::Background { shows, each })
-    }
-
-    /// Shader of a dispatch. For a draw, the vertex shader and the fragment shader, if it has one.
-    pub fn shaders(self) -> Vec<Shader> {
-        let plain = |entry| vec![Shader::new(entry, Vec::new())];
-        match self {
-            Self::Thermal(variant) => vec![variant.shader()],
-            Self::Response(variant) => vec![variant.shader()],
-            Self::OnePass(variant) => vec![variant.shader()],
-            Self::Stage(variant) => vec![variant.shader()],
-            Self::SensorRows => plain("sensor_rows.comp"),
-            Self::SensorCells => plain("sensor_cells.comp"),
-            Self::SensorHalo => plain("sensor_halo.comp"),
-            Self::SensorPixel(variant) => vec![variant.shader()],
-            Self::Heaters => plain("one_pass_heaters.comp"),
-            Self::Heat(of) => vec![of.shader()],
-            Self::Exchange(variant) => vec![variant.shader()],
-            Self::SunDepth => plain("solar_depth.vert"),
-            Self::Visibility => plain("solar_visibility.comp"),
-            Self::SunRay { first: true } => vec![Shader::new("solar_rays.comp", vec!["first"])],
-            Self::SunRay { first: false } => plain("solar_rays.comp"),
-            Self::Between => plain("between.comp"),
-            Self::Cull => plain("cull.comp"),
-            Self::CullSamples { several, shutter } => {
-                let several = if several { vec!["sampled"] } else { Vec::new() };
-                let rolling = shutter.map(RowOf::words).unwrap_or_default();
-                vec![Shader::new("cull.comp", [several, rolling].concat())]
-            }
-            Self::Radiance(shows) => shows.shaders(None, None).to_vec(),
-            Self::RadianceOfRows(row_of) => RadianceVariant::PLAIN.shaders(None, Some(row_of)).to_vec(),
-            Self::Mean { each, shows } => shows.shaders(Some(each), None).to_vec(),
-            Self::MeanOfRows { each, row_of } => RadianceVariant::PLAIN.shaders(Some(each), Some(row_of)).to_vec(),
-            Self::Background { shows, each } => shows.background(each).to_vec(),
-            Self::Traced { shows, several } => vec![shows.traced(several)],
-            Self::Resample { lens, several } => {
-                let words = [(lens, "lens"), (several, "several")].into_iter().filter(|(has, _)| *has);
-                vec![Shader::new("resample.comp", words.map(|(_, word)| word).collect())]
-            }
-            Self::Distant(shows) => vec![shows.distant()],
-            Self::Blackbody => plain("blackbody.comp"),
-            Self::Brightness => plain("brightness.comp"),
-            Self::Empty => plain("empty.comp"),
-        }
-    }
-}
-
-/// Images that are drawn together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Target {
-    /// Samples of a texel of a mean. `None` for radiance and identity of one sample.
-    pub mean: Option<u32>,
-    /// Whether the surfaces of the texels are drawn too.
-    pub surfaces: bool,
-}
-
-/// Push constants of a dispatch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Said {
-    /// None.
-    Nothing,
-    /// Share of the step that has passed at the image's time.
-    Share,
-    /// Index of the first triangle.
-    Triangle(u32),
-    /// Index of the first texel.
-    Texel(u32),
-    /// Number of the point on the Sun's disc, and joint of the nodes.
-    Ray(u32, u32),
-    /// A part of a step of a network in one pass.
-    OnePass {
-        /// First group.
-        first: u32,
-        /// Group after the last.
-        end: u32,
-        /// Steps since the last estimate of the error.
-        since: u32,
-    },
-    /// A stage of the conduction inside large blocks, counted from 1. 0 is the first vector.
-    Stage {
-        /// Its number.
-        number: u32,
-    },
-    /// Sums of absorbed heat.
-    Heat {
-        /// First run of nodes.
-        first: u32,
-    },
-    /// Patches of a pass.
-    Patches {
-        /// First patch.
-        first: u32,
-        /// Patch after the last.
-        end: u32,
-    },
-    /// A step of heaters.
-    Heaters {
-        /// Number of the step in the frame. A trial has that of the step that it is for.
-        number: u32,
-        /// Whether it is the first pass of the frame.
-        first: bool,
-        /// Whether the step is taken to learn its change.
-        trial: bool,
-    },
+/// A draw of triangles into images.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Drawing {
+    /// Vertex shader and, if there are colours, fragment shader.
+    pub shaders: Vec<Shader>,
+    /// The same of what is drawn where no triangle is, with the same bindings. Empty for nothing.
+    pub behind: Vec<Shader>,
+    /// Images, each cleared to 0, and the image that gets the mean over its samples.
+    pub colours: Vec<(&'static Resource, Option<&'static Resource>)>,
+    /// Depth buffer.
+    pub depth: &'static Resource,
+    /// Samples of a texel.
+    pub samples: u32,
+    /// Indices of the triangles.
+    pub indices: &'static Resource,
+    /// Draw commands, with reversed depth. Without them all triangles are drawn, the nearest with the smallest depth.
+    pub commands: Option<&'static Resource>,
 }
 
 /// Work of a pass.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Work {
     /// Dispatch.
     Dispatch {
         /// Shader.
-        kernel: Kernel,
+        shader: Shader,
         /// Number of workgroups.
         workgroups: u32,
-        /// Number of the descriptor set among those of the kernel: the first of its nodes or triangles.
-        set: u32,
         /// Push constants.
-        said: Said,
+        constants: Vec<u8>,
     },
     /// Draw.
-    Draw(Kernel),
+    Draw(Drawing),
     /// Copy from a buffer or image to a buffer.
     Copy {
         /// Source.
-        from: Resource,
+        from: &'static Resource,
         /// Destination.
-        to: Resource,
+        to: &'static Resource,
     },
     /// Fill of a buffer with a 32-bit word.
-    Fill(Resource, u32),
+    Fill(&'static Resource, u32),
 }
 
-/// A named command with all its accesses.
+/// A named command.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pass {
     /// Debug label, and name of its timestamps.
     pub name: String,
     /// Work.
     pub work: Work,
-    /// Accesses.
-    pub accesses: Vec<Access>,
+    /// Parts of the buffers.
+    pub reach: Reach,
 }
 
 impl Pass {
-    /// Its kernel; `None` for copies.
-    pub fn kernel(&self) -> Option<Kernel> {
-        match self.work {
-            Work::Dispatch { kernel, .. } | Work::Draw(kernel) => Some(kernel),
-            Work::Copy { .. } | Work::Fill(..) => None,
+    /// A dispatch. The shader tells which buffers it reads and writes.
+    pub(crate) fn dispatch(name: impl Into<String>, shader: Shader, workgroups: u32) -> Self {
+        let work = Work::Dispatch { shader, workgroups, constants: Vec::new() };
+        Self { name: name.into(), work, reach: Reach::default() }
+    }
+
+    /// A draw.
+    pub(crate) fn draw(name: &str, drawing: Drawing) -> Self {
+        Self { name: name.to_owned(), work: Work::Draw(drawing), reach: Reach::default() }
+    }
+
+    /// A copy of a whole buffer or image.
+    pub(crate) fn copy(name: &str, from: &'static Resource, to: &'static Resource) -> Self {
+        Self { name: name.to_owned(), work: Work::Copy { from, to }, reach: Reach::default() }
+    }
+
+    /// A fill of a buffer with a 32-bit word.
+    pub(crate) fn fill(name: &str, resource: &'static Resource, word: u32) -> Self {
+        Self { name: name.to_owned(), work: Work::Fill(resource, word), reach: Reach::default() }
+    }
+
+    /// Limits it to a range of elements.
+    pub(crate) fn over(mut self, per: Per, range: (u32, u32)) -> Self {
+        self.reach.ranges.push((per, range));
+        self
+    }
+
+    /// Gives it the slices of a joint.
+    pub(crate) fn of_joint(mut self, joint: u32) -> Self {
+        self.reach.joint = joint;
+        self
+    }
+
+    /// Binds a buffer in the place of the one that a block names.
+    pub(crate) fn instead(mut self, block: &'static str, resource: &'static Resource) -> Self {
+        if block != resource.name {
+            self.reach.instead.push((block, resource));
         }
+        self
+    }
+
+    /// Gives the dispatch its push constants.
+    pub(crate) fn told<T: NoUninit>(mut self, structure: &T) -> Self {
+        if let Work::Dispatch { constants, .. } = &mut self.work {
+            constants.extend_from_slice(bytemuck::bytes_of(structure));
+        }
+        self
+    }
+
+    /// Its shaders: of a dispatch, or of a draw with what is drawn behind.
+    pub fn shaders(&self) -> Vec<&Shader> {
+        match &self.work {
+            Work::Dispatch { shader, .. } => vec![shader],
+            Work::Draw(drawing) => drawing.shaders.iter().chain(&drawing.behind).collect(),
+            Work::Copy { .. } | Work::Fill(..) => Vec::new(),
+        }
+    }
+
+    /// The entry point of its first shader; `None` for copies.
+    pub fn entry(&self) -> Option<&'static str> {
+        self.shaders().first().map(|shader| shader.entry)
     }
 }
 
@@ -334,7 +203,7 @@ impl Pass {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Barrier {
     /// Resource.
-    pub resource: Resource,
+    pub resource: &'static Resource,
     /// Earlier accesses.
     pub before: Scope,
     /// Later accesses.
@@ -350,6 +219,66 @@ pub enum Entry {
     Pass(Pass),
     /// Barriers that are recorded together.
     Barriers(Vec<Barrier>),
+}
+
+/// Passes and barriers that are submitted together.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Frame {
+    /// Passes and barriers in queue order.
+    pub entries: Vec<Entry>,
+}
+
+impl Frame {
+    /// Appends a pass.
+    pub(crate) fn pass(&mut self, pass: Pass) {
+        self.entries.push(Entry::Pass(pass));
+    }
+
+    /// Appends passes that may run at the same time.
+    pub(crate) fn passes_of(&mut self, passes: impl IntoIterator<Item = Pass>) {
+        self.entries.extend(passes.into_iter().map(Entry::Pass));
+    }
+
+    /// Appends barriers that are recorded together.
+    pub(crate) fn wait(&mut self, barriers: impl IntoIterator<Item = Barrier>) {
+        let barriers: Vec<Barrier> = barriers.into_iter().collect();
+        if !barriers.is_empty() {
+            self.entries.push(Entry::Barriers(barriers));
+        }
+    }
+
+    /// Appends another list to the same command buffer.
+    pub fn then(mut self, next: Self) -> Self {
+        self.entries.extend(next.entries);
+        self
+    }
+
+    /// The passes in queue order.
+    pub fn passes(&self) -> impl Iterator<Item = &Pass> {
+        self.entries.iter().filter_map(|entry| match entry {
+            Entry::Pass(pass) => Some(pass),
+            Entry::Barriers(_) => None,
+        })
+    }
+
+    /// Puts a word before the names of its passes, under which their times are kept.
+    pub(crate) fn named(mut self, word: &str) -> Self {
+        for entry in &mut self.entries {
+            if let Entry::Pass(pass) = entry {
+                pass.name = format!("{word} {}", pass.name);
+            }
+        }
+        self
+    }
+
+    /// Resources that the host may read after the list.
+    pub fn left_to_host(&self) -> impl Iterator<Item = &'static Resource> {
+        let barriers = self.entries.iter().flat_map(|entry| match entry {
+            Entry::Barriers(barriers) => barriers.as_slice(),
+            Entry::Pass(_) => &[],
+        });
+        barriers.filter(|barrier| barrier.after.stage.contains(S::HOST)).map(|barrier| barrier.resource)
+    }
 }
 
 /// The write accesses among some accesses.
@@ -369,42 +298,22 @@ pub fn is_write(access: A) -> bool {
 }
 
 /// A barrier on a buffer.
-pub(super) fn barrier(resource: Resource, before: Scope, after: Scope) -> Barrier {
+pub(crate) fn barrier(resource: &'static Resource, before: Scope, after: Scope) -> Barrier {
     Barrier { resource, before, after, layouts: None }
 }
 
-/// A barrier on an image with a layout change.
-pub(super) fn transition(
-    resource: Resource,
-    before: Scope,
-    after: Scope,
-    old: ImageLayout,
-    new: ImageLayout,
-) -> Barrier {
-    Barrier { resource, before, after, layouts: Some((old, new)) }
+/// A barrier that makes an image ready to be drawn. The old contents are lost.
+pub(crate) fn to_draw(resource: &'static Resource, before: Scope, after: Scope) -> Barrier {
+    Barrier { resource, before, after, layouts: Some((ImageLayout::UNDEFINED, ImageLayout::ATTACHMENT_OPTIMAL)) }
+}
+
+/// A barrier that makes a drawn image ready to be copied.
+pub(crate) fn to_copy(resource: &'static Resource, before: Scope) -> Barrier {
+    let layouts = Some((ImageLayout::ATTACHMENT_OPTIMAL, ImageLayout::TRANSFER_SRC_OPTIMAL));
+    Barrier { resource, before, after: COPY_READ, layouts }
 }
 
 /// A barrier that makes a copy visible to the host.
-pub(super) fn to_host(resource: Resource) -> Barrier {
-    barrier(resource, COPY_WRITE, scope(S::HOST, A::HOST_READ))
-}
-
-/// Access to a whole resource without a binding.
-pub(super) fn access(resource: Resource, scope: Scope) -> Access {
-    Access { resource, scope, groups: None, slice: 0, binding: None, layout: ImageLayout::UNDEFINED }
-}
-
-/// A copy of a whole buffer or image.
-pub(super) fn copy_pass(name: &str, from: Resource, to: Resource) -> Pass {
-    let layout = if from.row().role.is_image() { ImageLayout::TRANSFER_SRC_OPTIMAL } else { ImageLayout::UNDEFINED };
-    Pass {
-        name: name.to_owned(),
-        work: Work::Copy { from, to },
-        accesses: vec![Access { layout, ..access(from, COPY_READ) }, access(to, COPY_WRITE)],
-    }
-}
-
-/// A fill of a buffer of floats with zero.
-pub(super) fn clear_pass(name: &str, resource: Resource) -> Pass {
-    Pass { name: name.to_owned(), work: Work::Fill(resource, 0), accesses: vec![access(resource, CLEAR_WRITE)] }
+pub(crate) fn to_host(resource: &'static Resource) -> Barrier {
+    barrier(resource, COPY_WRITE, HOST_READ)
 }

@@ -6,8 +6,9 @@ use ash::vk;
 
 use super::context::Context;
 use super::error::{During as _, GpuError};
-use super::pass::Target;
-use super::shaders::Shader;
+use super::pass::Drawing;
+use super::resource::Role;
+use super::shaders::{Shader, module};
 
 /// A pipeline with its layout and the layout of its descriptor set.
 pub struct Pipeline {
@@ -49,47 +50,43 @@ impl Pipeline {
         Ok(pipeline)
     }
 
-    /// Makes the pipeline of the craft in an image: vertices read from storage buffers, reversed depth, no face culling.
-    pub fn radiance(
+    /// Makes the pipeline of a draw: vertices read from storage buffers, no face culling. Depth is reversed where there are
+    /// colours.
+    pub fn draw(
         context: &Arc<Context>,
+        name: &str,
+        drawing: &Drawing,
+        bindings: &[(u32, vk::DescriptorType)],
+    ) -> Result<Self, GpuError> {
+        let nearer = if drawing.colours.is_empty() { vk::CompareOp::LESS } else { vk::CompareOp::GREATER };
+        Self::graphics(context, name, &drawing.shaders, bindings, drawing, nearer)
+    }
+
+    /// Makes the pipeline of what is drawn where nothing is: its depth is the depth of the cleared image.
+    pub fn behind(
+        context: &Arc<Context>,
+        drawing: &Drawing,
         shaders: &[Shader],
         bindings: &[(u32, vk::DescriptorType)],
-        target: Target,
     ) -> Result<Self, GpuError> {
-        let (formats, each) = formats(target);
-        let name = if target.mean.is_some() { "mean" } else { "radiance" };
-        Self::graphics(context, name, shaders, bindings, &formats, vk::CompareOp::GREATER, each)
+        Self::graphics(context, "background", shaders, bindings, drawing, vk::CompareOp::EQUAL)
     }
 
-    /// Makes the pipeline of the sky, which is drawn where nothing is: its depth is that of the cleared image.
-    pub fn background(
-        context: &Arc<Context>,
-        shaders: &[Shader],
-        bindings: &[(u32, vk::DescriptorType)],
-        target: Target,
-    ) -> Result<Self, GpuError> {
-        let (formats, each) = formats(target);
-        Self::graphics(context, "background", shaders, bindings, &formats, vk::CompareOp::EQUAL, each)
-    }
-
-    /// Makes the pipeline of the shadow map: vertices read from storage buffers, depth only, no face culling.
-    pub fn solar_depth(context: &Arc<Context>, bindings: &[(u32, vk::DescriptorType)]) -> Result<Self, GpuError> {
-        let shaders = [Shader::new("solar_depth.vert", Vec::new())];
-        Self::graphics(context, "solar_depth", &shaders, bindings, &[], vk::CompareOp::LESS, 1)
-    }
-
-    /// Makes a pipeline for triangles without face culling. `formats` are the colour attachments, `nearer` is the depth
-    /// test, `shaders` are the vertex shader and, if there are colours, the fragment shader, and `each` are the samples of a
-    /// texel.
+    /// Makes a pipeline for triangles without face culling. `nearer` is the depth test, and `shaders` are the vertex shader
+    /// and, if there are colours, the fragment shader.
     fn graphics(
         context: &Arc<Context>,
         name: &str,
         shaders: &[Shader],
         bindings: &[(u32, vk::DescriptorType)],
-        formats: &[vk::Format],
+        drawing: &Drawing,
         nearer: vk::CompareOp,
-        each: u32,
     ) -> Result<Self, GpuError> {
+        let format = |role| match role {
+            Role::Colour(format) => format,
+            _ => DEPTH_FORMAT,
+        };
+        let formats: Vec<_> = drawing.colours.iter().map(|(image, _)| format(image.role)).collect();
         let stages = if formats.is_empty() {
             vk::ShaderStageFlags::VERTEX
         } else {
@@ -112,7 +109,7 @@ impl Pipeline {
             .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
             .line_width(1.0);
         let samples = vk::PipelineMultisampleStateCreateInfo::default()
-            .rasterization_samples(vk::SampleCountFlags::from_raw(each));
+            .rasterization_samples(vk::SampleCountFlags::from_raw(drawing.samples));
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
             .depth_test_enable(true)
             .depth_write_enable(true)
@@ -123,7 +120,7 @@ impl Pipeline {
         let dynamic = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
         let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
         let mut rendering = vk::PipelineRenderingCreateInfo::default()
-            .color_attachment_formats(formats)
+            .color_attachment_formats(&formats)
             .depth_attachment_format(DEPTH_FORMAT);
         let create = [vk::GraphicsPipelineCreateInfo::default()
             .stages(&stages)
@@ -183,13 +180,6 @@ impl Pipeline {
     }
 }
 
-/// Formats of the colours of a target, and samples of a texel.
-fn formats(target: Target) -> (Vec<vk::Format>, u32) {
-    let mut formats = if target.mean.is_some() { vec![MEAN_FORMAT] } else { vec![RADIANCE_FORMAT, IDENTITY_FORMAT] };
-    formats.extend(target.surfaces.then_some(SURFACE_FORMAT));
-    (formats, target.mean.unwrap_or(1))
-}
-
 impl Drop for Pipeline {
     fn drop(&mut self) {
         // SAFETY: the owner waits for the device before it drops its pipelines. Null handles may be destroyed.
@@ -209,8 +199,8 @@ struct Module<'a> {
 
 impl<'a> Module<'a> {
     fn new(context: &'a Context, shader: &Shader) -> Result<Self, GpuError> {
-        let words = context.modules.module(shader)?;
-        let create = vk::ShaderModuleCreateInfo::default().code(&words);
+        let compiled = module(shader)?;
+        let create = vk::ShaderModuleCreateInfo::default().code(&compiled.words);
         // SAFETY: the words are SPIR-V that naga wrote and validated; tests run spirv-val on it.
         let raw = unsafe { context.device.create_shader_module(&create, None) }.during("creating a shader module")?;
         Ok(Self { context, raw })

@@ -4,12 +4,12 @@ use ash::vk;
 
 use super::bindings::Bindings;
 use super::context::Context;
-use super::frame::{Frame, TriangleRun};
+use super::effects::image::runs::TriangleRun;
 use super::layout;
 use super::memory::Image;
-use super::pass::{Barrier, Entry, Kernel, Pass, Said, Work};
+use super::pass::{Barrier, Drawing, Entry, Frame, Pass, Work};
 use super::pipeline::Pipeline;
-use super::resource::Resource;
+use super::resource::{Resource, Role};
 use super::store::Resources;
 use super::timing::Timing;
 
@@ -19,8 +19,6 @@ pub(super) struct Recorder<'a> {
     commands: vk::CommandBuffer,
     resources: &'a Resources,
     bindings: Option<&'a Bindings>,
-    /// Push constants of a dispatch.
-    constants: &'a dyn Fn(Said) -> Vec<u8>,
     /// Pipeline and descriptor set that were bound last.
     bound: (vk::Pipeline, vk::DescriptorSet),
     /// Slot of resources with one copy for each frame in flight.
@@ -38,10 +36,9 @@ impl<'a> Recorder<'a> {
         commands: vk::CommandBuffer,
         resources: &'a Resources,
         bindings: Option<&'a Bindings>,
-        constants: &'a dyn Fn(Said) -> Vec<u8>,
     ) -> Self {
         let bound = Default::default();
-        Self { context, commands, resources, bindings, constants, bound, slot: 0, triangles: &[], occluders: &[] }
+        Self { context, commands, resources, bindings, bound, slot: 0, triangles: &[], occluders: &[] }
     }
 
     /// Prepares the recorder for lists of a slot that draw.
@@ -129,23 +126,21 @@ impl<'a> Recorder<'a> {
 
     fn pass(&mut self, pass: &Pass) {
         let device = &self.context.device;
-        match pass.work {
-            Work::Dispatch { workgroups, said, .. } => {
+        match &pass.work {
+            Work::Dispatch { workgroups, constants, .. } => {
                 let Some(pipeline) = self.bind(pass, 0) else { return };
-                let constants = (self.constants)(said);
                 // SAFETY: the bound pipeline has these push constants. Its nodes fill whole workgroups, or invocations
                 // beyond the last return at once.
                 unsafe {
                     if !constants.is_empty() {
                         let stages = vk::ShaderStageFlags::COMPUTE;
-                        device.cmd_push_constants(self.commands, pipeline.layout, stages, 0, &constants);
+                        device.cmd_push_constants(self.commands, pipeline.layout, stages, 0, constants);
                     }
-                    device.cmd_dispatch(self.commands, workgroups, 1, 1);
+                    device.cmd_dispatch(self.commands, *workgroups, 1, 1);
                 }
             }
-            Work::Draw(Kernel::SunDepth) => self.draw_solar_depth(pass),
-            Work::Draw(_) => self.draw(pass),
-            Work::Copy { from, to } if from.row().role.is_image() => self.copy_image(from, to),
+            Work::Draw(drawing) => self.draw(pass, drawing),
+            Work::Copy { from, to } if from.role.is_image() => self.copy_image(from, to),
             Work::Copy { from, to } => {
                 let (from, to) = (self.resources.region(from, self.slot), self.resources.region(to, self.slot));
                 let copy =
@@ -157,14 +152,14 @@ impl<'a> Recorder<'a> {
                 let region = self.resources.region(resource, self.slot);
                 // SAFETY: the buffer allows transfer writes and is at least as long as the region.
                 unsafe {
-                    device.cmd_fill_buffer(self.commands, region.buffer.raw, region.offset, region.bytes, word);
+                    device.cmd_fill_buffer(self.commands, region.buffer.raw, region.offset, region.bytes, *word);
                 }
             }
         }
     }
 
     /// Begins rendering to attachments of one size and binds an index buffer.
-    fn begin_drawing(&self, rendering: vk::RenderingInfo<'_>, [width, height]: [u32; 2], indices: Resource) {
+    fn begin_drawing(&self, rendering: vk::RenderingInfo<'_>, [width, height]: [u32; 2], indices: &'static Resource) {
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
         let viewport =
             vk::Viewport { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 };
@@ -187,38 +182,47 @@ impl<'a> Recorder<'a> {
         unsafe { self.context.device.cmd_end_rendering(self.commands) };
     }
 
-    fn draw(&mut self, pass: &Pass) {
-        let floats = vk::ClearValue { color: vk::ClearColorValue { float32: [0.0; 4] } };
-        let integers = vk::ClearValue { color: vk::ClearColorValue { uint32: [0; 4] } };
+    fn draw(&mut self, pass: &Pass, drawing: &Drawing) {
         let image = |resource| self.resources.image(resource);
         let (store, discard) = (vk::AttachmentStoreOp::STORE, vk::AttachmentStoreOp::DONT_CARE);
-        let Some(target) = pass.kernel().and_then(Kernel::target) else { return };
-        let (first, depth) = match target.mean {
-            Some(_) => (image(Resource::MeanImage), image(Resource::MeanDepthImage)),
-            None => (image(Resource::RadianceImage), image(Resource::DepthImage)),
-        };
-        let mut colours = match target.mean {
-            Some(2..) => vec![averaged(cleared(image(Resource::MultiImage), floats, discard), first)],
-            Some(_) => vec![cleared(first, floats, store)],
-            None => vec![cleared(first, floats, store), cleared(image(Resource::IdentityImage), integers, store)],
-        };
-        colours.extend(target.surfaces.then(|| cleared(image(Resource::SurfaceImage), floats, store)));
-        let depth = cleared(depth, depth_of(0.0), discard);
-        let rendering = vk::RenderingInfo::default().color_attachments(&colours).depth_attachment(&depth);
+        let colours: Vec<_> = drawing
+            .colours
+            .iter()
+            .map(|(colour, mean)| match mean {
+                Some(mean) => averaged(cleared(image(colour), nothing(colour.role), discard), image(mean)),
+                None => cleared(image(colour), nothing(colour.role), store),
+            })
+            .collect();
+        // Reversed depth begins with 0. It is kept where it is all that is drawn.
+        let (far, keep) = if colours.is_empty() { (1.0, store) } else { (0.0, discard) };
+        let depth = image(drawing.depth);
+        let attachment = cleared(depth, depth_of(far), keep);
+        let rendering = vk::RenderingInfo::default().color_attachments(&colours).depth_attachment(&attachment);
         self.bind(pass, 0);
-        self.begin_drawing(rendering, first.size, Resource::VisibleTriangles);
-        for run in self.triangles.iter().copied() {
+        self.begin_drawing(rendering, depth.size, drawing.indices);
+        let runs = if drawing.commands.is_some() { self.triangles } else { self.occluders };
+        for run in runs.iter().copied() {
             self.bind(pass, run.joint);
-            self.draw_visible(run);
+            match drawing.commands {
+                Some(commands) => self.draw_visible(run, commands),
+                None => self.draw_all(run),
+            }
         }
-        self.draw_background(pass);
+        self.draw_behind(pass);
         self.end_drawing();
     }
 
-    /// Draws the triangles of a run that culling kept.
-    fn draw_visible(&self, run: TriangleRun) {
+    /// Draws all triangles of a run.
+    fn draw_all(&self, TriangleRun { triangles: (first, end), .. }: TriangleRun) {
         let device = &self.context.device;
-        let draws = &self.resources.region(Resource::Draws, self.slot).buffer;
+        // SAFETY: rendering has begun, the pipeline is bound, and the index buffer covers all runs.
+        unsafe { device.cmd_draw_indexed(self.commands, 3 * (end - first), 1, 3 * first, 0, 0) };
+    }
+
+    /// Draws the triangles of a run that culling kept.
+    fn draw_visible(&self, run: TriangleRun, commands: &'static Resource) {
+        let device = &self.context.device;
+        let draws = &self.resources.region(commands, self.slot).buffer;
         let stride = size_of::<layout::DrawCommand>() as u32;
         for piece in run.pieces() {
             let (first, end) = piece.draws();
@@ -228,9 +232,9 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Draws the sky where no triangle is.
-    fn draw_background(&mut self, pass: &Pass) {
-        let Some(pipeline) = self.bindings.and_then(|bindings| bindings.background(pass)) else { return };
+    /// Draws what stands where no triangle is.
+    fn draw_behind(&mut self, pass: &Pass) {
+        let Some(pipeline) = self.bindings.and_then(|bindings| bindings.behind(pass)) else { return };
         self.bind(pass, 0);
         self.bound.0 = pipeline.raw;
         let device = &self.context.device;
@@ -242,22 +246,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    fn draw_solar_depth(&mut self, pass: &Pass) {
-        let image = self.resources.image(Resource::SunDepthImage);
-        let depth = cleared(image, depth_of(1.0), vk::AttachmentStoreOp::STORE);
-        let rendering = vk::RenderingInfo::default().depth_attachment(&depth);
-        self.bind(pass, 0);
-        self.begin_drawing(rendering, image.size, Resource::Occluders);
-        for TriangleRun { joint, triangles: (first, end) } in self.occluders.iter().copied() {
-            self.bind(pass, joint);
-            let device = &self.context.device;
-            // SAFETY: rendering has begun, the pipeline is bound, and the index buffer covers all runs.
-            unsafe { device.cmd_draw_indexed(self.commands, 3 * (end - first), 1, 3 * first, 0, 0) };
-        }
-        self.end_drawing();
-    }
-
-    fn copy_image(&self, from: Resource, to: Resource) {
+    fn copy_image(&self, from: &'static Resource, to: &'static Resource) {
         let image = self.resources.image(from);
         let [width, height] = image.size;
         let copy = [vk::BufferImageCopy::default()
@@ -315,6 +304,14 @@ fn averaged<'a>(attachment: vk::RenderingAttachmentInfo<'a>, to: &'a Image) -> v
         .resolve_mode(vk::ResolveModeFlags::AVERAGE)
         .resolve_image_view(to.view)
         .resolve_image_layout(vk::ImageLayout::ATTACHMENT_OPTIMAL)
+}
+
+/// The value to which a colour is cleared.
+fn nothing(role: Role) -> vk::ClearValue {
+    let integers = role == Role::Colour(super::pipeline::IDENTITY_FORMAT);
+    let color =
+        if integers { vk::ClearColorValue { uint32: [0; 4] } } else { vk::ClearColorValue { float32: [0.0; 4] } };
+    vk::ClearValue { color }
 }
 
 fn depth_of(depth: f32) -> vk::ClearValue {

@@ -4,15 +4,14 @@ use std::sync::Arc;
 
 use super::bindings::Bindings;
 use super::context::Context;
+use super::effects::thermal::{ELAPSED, MATERIALS, SHAPES, SPAN, TARGET};
 use super::error::GpuError;
-use super::frame::Frame;
 use super::layout;
-use super::lists;
+use super::lists::{self, RESPONSE_STEPS, RESPONSE_TARGETS, RESPONSE_TEMPERATURES};
 use super::once::Once;
-use super::resource::Resource;
+use super::pass::Frame;
 use super::shapes::{Shapes, curve};
 use super::store::Resources;
-use super::variant::ResponseVariant;
 use crate::thermal::material::Transition;
 
 /// Nodes of a workgroup: 64 invocations of four.
@@ -22,7 +21,7 @@ const STEPS: usize = 128;
 
 /// A node at rest, and its targets.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Run {
+pub struct ResponseRun {
     /// Temperature at step 0 [K].
     pub initial: f32,
     /// Target of each step, from step 1 [K].
@@ -30,7 +29,11 @@ pub struct Run {
 }
 
 /// Temperatures of every run [K] at the steps from 1, as many as the run has targets.
-pub fn respond(context: &Arc<Context>, transition: &Transition, runs: &[Run]) -> Result<Vec<Vec<f32>>, GpuError> {
+pub fn respond(
+    context: &Arc<Context>,
+    transition: &Transition,
+    runs: &[ResponseRun],
+) -> Result<Vec<Vec<f32>>, GpuError> {
     let steps = runs.iter().map(|run| run.targets.len()).max().unwrap_or(0);
     let nodes = runs.len().next_multiple_of(NODES);
     let mut device = Device::new(context, transition, runs, nodes)?;
@@ -63,7 +66,12 @@ struct Device {
 }
 
 impl Device {
-    fn new(context: &Arc<Context>, transition: &Transition, runs: &[Run], nodes: usize) -> Result<Self, GpuError> {
+    fn new(
+        context: &Arc<Context>,
+        transition: &Transition,
+        runs: &[ResponseRun],
+        nodes: usize,
+    ) -> Result<Self, GpuError> {
         let shapes = Shapes::one(transition);
         let (kind, curve) = curve(transition);
         let mut material: layout::Material = bytemuck::Zeroable::zeroed();
@@ -74,22 +82,21 @@ impl Device {
 
         let mut once = Once::new(context)?;
         let mut resources = Resources::new(context);
-        resources.make_of(Resource::ResponseSteps, 1)?;
-        resources.make_of(Resource::ResponseTargets, STEPS * nodes)?;
-        resources.make_of(Resource::ResponseTemperatures, STEPS * nodes)?;
-        resources.make_of(Resource::Materials, 1)?;
-        resources.upload(&mut once, Resource::Materials, &[material])?;
-        for (resource, values) in [(Resource::Target, &at_rest), (Resource::Span, &zeros), (Resource::Elapsed, &zeros)]
-        {
+        resources.make_of(&RESPONSE_STEPS, 1)?;
+        resources.make_of(&RESPONSE_TARGETS, STEPS * nodes)?;
+        resources.make_of(&RESPONSE_TEMPERATURES, STEPS * nodes)?;
+        resources.make_of(&MATERIALS, 1)?;
+        resources.upload(&mut once, &MATERIALS, &[material])?;
+        for (resource, values) in [(&TARGET, &at_rest), (&SPAN, &zeros), (&ELAPSED, &zeros)] {
             resources.make(resource, 4 * nodes as u64)?;
             resources.upload(&mut once, resource, values)?;
         }
         if !shapes.values.is_empty() {
-            resources.make_of(Resource::Shapes, shapes.values.len())?;
-            resources.upload(&mut once, Resource::Shapes, &shapes.values)?;
+            resources.make_of(&SHAPES, shapes.values.len())?;
+            resources.upload(&mut once, &SHAPES, &shapes.values)?;
         }
         resources.free_staging();
-        let list = lists::respond(ResponseVariant { kind, curve }, (nodes / NODES) as u32);
+        let list = lists::respond(kind, curve, (nodes / NODES) as u32);
         let mut bindings = Bindings::new(context, 1, 1);
         bindings.add(&resources, list.passes())?;
         Ok(Self { once, bindings, resources, list })
@@ -98,9 +105,9 @@ impl Device {
     /// Takes `count` steps and waits. Targets and temperatures are ordered by step.
     fn steps(&mut self, commanded: &[f32], count: usize, nodes: usize) -> Result<&[f32], GpuError> {
         let steps = layout::Steps { count: count as u32, groups: (nodes / 4) as u32 };
-        self.resources.write(Resource::ResponseSteps, 0, &[steps])?;
-        self.resources.write(Resource::ResponseTargets, 0, commanded)?;
-        self.once.run([&self.list], &self.resources, Some(&self.bindings), &|_| Vec::new())?;
-        Ok(self.resources.read(Resource::ResponseTemperatures, 0, count * nodes))
+        self.resources.write(&RESPONSE_STEPS, 0, &[steps])?;
+        self.resources.write(&RESPONSE_TARGETS, 0, commanded)?;
+        self.once.run([&self.list], &self.resources, Some(&self.bindings))?;
+        Ok(self.resources.read(&RESPONSE_TEMPERATURES, 0, count * nodes))
     }
 }

@@ -7,38 +7,40 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::compile::{self, CompileError};
+use super::reflect::{BlockUse, block_uses};
 use crate::thermal::transition::MOVED;
+
+macro_rules! entry_points {
+    ($($file:literal)*) => {
+        /// Entry points of `glsl/`, each with its SPIR-V without words.
+        pub const ENTRY_POINTS: &[(&str, &[u8])] =
+            &[$(($file, include_bytes!(concat!("../../spirv/", $file, ".spv")))),*];
+
+        /// Their texts.
+        const ENTRY_TEXTS: &[(&str, &str)] = texts![$($file)*];
+    };
+}
 
 macro_rules! texts {
     ($($file:literal)*) => { &[$(($file, include_str!(concat!("../../glsl/", $file)))),*] };
 }
 
-macro_rules! entry_points {
-    ($($file:literal)*) => { &[$(($file, include_bytes!(concat!("../../spirv/", $file, ".spv")))),*] };
+entry_points! {
+    "absorbed_heat.comp" "background.frag" "background.vert" "between.comp" "blackbody.comp" "brightness.comp"
+    "cull.comp" "distant.comp" "empty.comp" "exchange_light.comp" "exchange_mirror.comp" "exchange_rays.comp"
+    "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp" "one_pass.comp" "one_pass_heaters.comp"
+    "one_pass_stage.comp" "radiance.frag" "radiance.vert" "resample.comp" "response.comp" "sensor_cells.comp"
+    "sensor_halo.comp" "sensor_pixel.comp" "sensor_rows.comp" "solar_depth.vert" "solar_rays.comp"
+    "solar_visibility.comp" "thermal_step.comp" "traced.comp"
 }
 
-/// Entry points of `glsl/`, each with its SPIR-V without words.
-pub const ENTRY_POINTS: &[(&str, &[u8])] = entry_points![
-    "absorbed_heat.comp" "background.frag" "background.vert" "between.comp" "blackbody.comp" "brightness.comp" "cull.comp"
-    "distant.comp" "empty.comp" "exchange_light.comp" "exchange_mirror.comp" "exchange_rays.comp" "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp"
-    "one_pass.comp" "one_pass_heaters.comp" "one_pass_stage.comp" "radiance.frag" "radiance.vert"
-    "resample.comp" "response.comp" "sensor_cells.comp" "sensor_halo.comp" "sensor_pixel.comp" "sensor_rows.comp"
-    "solar_depth.vert" "solar_rays.comp" "solar_visibility.comp" "thermal_step.comp" "traced.comp"
-];
-
-/// Name and text of each file in `glsl/`.
-const TEXTS: &[(&str, &str)] = texts![
-    "absorbed_heat.comp" "albedo.glsl" "background.frag" "background.vert" "balance.glsl" "band_table.glsl"
-    "between.comp" "between.glsl" "blackbody.comp" "brightness.comp" "brightness.glsl" "cosine.glsl" "cull.comp"
-    "distant.comp" "emissivity.glsl" "empty.comp" "exchange_light.comp" "exchange_mirror.comp" "exchange_rays.comp" "exchange_rays.glsl"
-    "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp" "exchange_sky.glsl" "lobe.glsl"
-    "local_step.glsl" "network_types.glsl"
-    "one_pass.comp" "one_pass_heaters.comp" "one_pass_stage.comp" "pcg.glsl" "planck.glsl" "planet.glsl"
-    "planet_map.glsl" "radiance.frag" "radiance.vert" "radiative.glsl" "reflection.glsl" "resample.comp"
-    "response.comp" "sensor_cells.comp" "sensor_halo.comp" "sensor_noise.glsl" "sensor_pixel.comp"
-    "sensor_rows.comp" "sensor_signal.glsl" "sensor_types.glsl" "shaped_transition.glsl" "shutter.glsl" "sky.glsl"
-    "solar_depth.vert" "solar_rays.comp" "solar_visibility.comp" "solar_visibility.glsl" "thermal_step.comp"
-    "traced.comp" "traced.glsl" "transition.glsl" "types.glsl" "walk.glsl"
+/// The other files of `glsl/`, which entry points include.
+const INCLUDED: &[(&str, &str)] = texts![
+    "albedo.glsl" "balance.glsl" "band_table.glsl" "between.glsl" "brightness.glsl" "cosine.glsl" "emissivity.glsl"
+    "exchange_rays.glsl" "exchange_sky.glsl" "lobe.glsl" "local_step.glsl" "network_types.glsl" "pcg.glsl"
+    "planck.glsl" "planet.glsl" "planet_map.glsl" "radiative.glsl" "reflection.glsl" "sensor_noise.glsl"
+    "sensor_signal.glsl" "sensor_types.glsl" "shaped_transition.glsl" "shutter.glsl" "sky.glsl"
+    "solar_visibility.glsl" "traced.glsl" "transition.glsl" "types.glsl" "walk.glsl"
 ];
 
 /// Constants that GLSL shares with its twins in f64: preprocessor name and value. A float's `Debug` text is a GLSL
@@ -47,7 +49,7 @@ const VALUES: &[(&str, f32)] = &[("MOVED", MOVED as f32)];
 
 /// Text of a file in `glsl/`.
 pub(super) fn text_of(file: &str) -> &'static str {
-    TEXTS.iter().find(|(name, _)| *name == file).map_or("", |(_, text)| text)
+    ENTRY_TEXTS.iter().chain(INCLUDED).find(|(name, _)| *name == file).map_or("", |(_, text)| text)
 }
 
 /// An entry point with the words of a variant.
@@ -63,6 +65,16 @@ impl Shader {
     /// Makes a shader from an entry point and words.
     pub fn new(entry: &'static str, words: Vec<&'static str>) -> Self {
         Self { entry, words }
+    }
+
+    /// An entry point without words.
+    pub fn plain(entry: &'static str) -> Self {
+        Self::new(entry, Vec::new())
+    }
+
+    /// An entry point with the words whose flag is set.
+    pub fn with(entry: &'static str, words: &[(bool, &'static str)]) -> Self {
+        Self::new(entry, words.iter().filter_map(|(is, word)| is.then_some(*word)).collect())
     }
 
     /// The file name, or the stem with the words, such as `thermal_step.merge.sun.albedo`.
@@ -95,24 +107,32 @@ impl Shader {
     }
 }
 
-/// Cache of the SPIR-V of all shaders in use.
-#[derive(Default)]
-pub struct Modules(Mutex<BTreeMap<Shader, Arc<[u32]>>>);
+/// A compiled shader.
+pub struct CompiledShader {
+    /// SPIR-V.
+    pub words: Vec<u32>,
+    /// The buffers that it uses.
+    pub uses: Vec<BlockUse>,
+}
 
-impl Modules {
-    /// SPIR-V of a shader. Each shader is compiled at most once.
-    pub fn module(&self, shader: &Shader) -> Result<Arc<[u32]>, CompileError> {
-        let mut modules = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = modules.get(shader) {
-            return Ok(Arc::clone(known));
-        }
-        let ahead = ENTRY_POINTS.iter().find(|(entry, _)| shader.words.is_empty() && *entry == shader.entry);
-        let words = match ahead {
-            Some((_, bytes)) => bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect(),
-            None => shader.compile()?,
-        };
-        let module: Arc<[u32]> = words.into();
-        modules.insert(shader.clone(), Arc::clone(&module));
-        Ok(module)
+/// All shaders that the process has used so far.
+static COMPILED: Mutex<BTreeMap<Shader, Arc<CompiledShader>>> = Mutex::new(BTreeMap::new());
+
+/// A shader, compiled at first use.
+///
+/// # Errors
+/// It does not compile.
+pub fn module(shader: &Shader) -> Result<Arc<CompiledShader>, CompileError> {
+    let mut compiled = COMPILED.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = compiled.get(shader) {
+        return Ok(Arc::clone(known));
     }
+    let ahead = ENTRY_POINTS.iter().find(|(entry, _)| shader.words.is_empty() && *entry == shader.entry);
+    let words = match ahead {
+        Some((_, bytes)) => bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect(),
+        None => shader.compile()?,
+    };
+    let module = Arc::new(CompiledShader { uses: block_uses(&words), words });
+    compiled.insert(shader.clone(), Arc::clone(&module));
+    Ok(module)
 }

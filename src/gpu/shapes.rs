@@ -1,6 +1,6 @@
 //! Straight pieces of a scene's shaped response functions, in one buffer.
 
-use super::variant::{Curve, StepKind};
+use super::effects::thermal::variant::{Curve, StepKind};
 use crate::thermal::function::Function;
 use crate::thermal::material::{Domain, Material, Response, Retarget, Transition};
 

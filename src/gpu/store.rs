@@ -10,8 +10,7 @@ use super::context::Context;
 use super::error::GpuError;
 use super::layout;
 use super::memory::{Buffer, Image};
-use super::resource::Resource;
-use super::resource_row::Role;
+use super::resource::{Resource, Role};
 
 /// A part of a buffer, or a whole buffer.
 #[derive(Clone)]
@@ -33,8 +32,8 @@ impl Region {
 /// Buffers and images of a scene, of a network or of a small command, with one copy or one for each slot.
 pub struct Resources {
     pub(super) context: Arc<Context>,
-    buffers: BTreeMap<(Resource, usize), Region>,
-    images: BTreeMap<Resource, Image>,
+    buffers: BTreeMap<(&'static Resource, usize), Region>,
+    images: BTreeMap<&'static Resource, Image>,
 }
 
 impl Resources {
@@ -44,17 +43,17 @@ impl Resources {
     }
 
     /// Makes a buffer of `bytes` bytes.
-    pub(super) fn make(&mut self, resource: Resource, bytes: u64) -> Result<(), GpuError> {
+    pub(super) fn make(&mut self, resource: &'static Resource, bytes: u64) -> Result<(), GpuError> {
         self.make_in(resource, 0, bytes, false)
     }
 
     /// Makes a buffer of `count` elements.
-    pub(super) fn make_of(&mut self, resource: Resource, count: usize) -> Result<(), GpuError> {
-        self.make(resource, (resource.row().element * count) as u64)
+    pub(super) fn make_of(&mut self, resource: &'static Resource, count: usize) -> Result<(), GpuError> {
+        self.make(resource, (resource.element * count) as u64)
     }
 
     /// Makes a buffer with the given values.
-    pub(super) fn make_with<T: Pod>(&mut self, resource: Resource, values: &[T]) -> Result<(), GpuError> {
+    pub(super) fn make_with<T: Pod>(&mut self, resource: &'static Resource, values: &[T]) -> Result<(), GpuError> {
         self.make(resource, size_of_val(values) as u64)?;
         self.write(resource, 0, values)
     }
@@ -62,66 +61,75 @@ impl Resources {
     /// Makes the buffer of a slot. A buffer bound `in_pieces` may be longer than the largest binding.
     pub(super) fn make_in(
         &mut self,
-        resource: Resource,
+        resource: &'static Resource,
         slot: usize,
         bytes: u64,
         in_pieces: bool,
     ) -> Result<(), GpuError> {
-        let (name, row) = (format!("{resource:?}"), resource.row());
         let limit = self.context.info.max_storage_buffer_range;
         // A buffer that only copies touch is never bound.
-        let is_bound = row.role.usage().contains(vk::BufferUsageFlags::STORAGE_BUFFER) && !row.blocks.is_empty();
+        let is_bound = resource.role.usage().contains(vk::BufferUsageFlags::STORAGE_BUFFER);
         if is_bound && bytes > limit && !in_pieces {
             let device = self.context.info.name.clone();
-            return Err(GpuError::BufferTooLong { buffer: name, bytes, device, limit });
+            return Err(GpuError::BufferTooLong { buffer: resource.name.to_owned(), bytes, device, limit });
         }
-        let buffer = Buffer::new(&self.context, &name, bytes, row.role.usage(), row.role.location())?;
+        let buffer = Buffer::new(&self.context, resource.name, bytes, resource.role.usage(), resource.role.location())?;
         let bytes = buffer.bytes;
         self.buffers.insert((resource, slot), Region { buffer: Arc::new(buffer), offset: 0, bytes, lodged: false });
         Ok(())
     }
 
     /// Places a resource in a part of a shared buffer.
-    pub(super) fn lodge(&mut self, resource: Resource, region: Region) {
+    pub(super) fn lodge(&mut self, resource: &'static Resource, region: Region) {
         self.buffers.insert((resource, 0), region);
     }
 
     /// Makes an image with `each` samples of a texel. An image with several cannot be copied.
-    pub(super) fn make_image(&mut self, resource: Resource, size: [u32; 2], each: u32) -> Result<(), GpuError> {
-        let (format, usage) = match resource.row().role {
+    pub(super) fn make_image(
+        &mut self,
+        resource: &'static Resource,
+        size: [u32; 2],
+        each: u32,
+    ) -> Result<(), GpuError> {
+        let (format, usage) = match resource.role {
             Role::Colour(format) => (format, vk::ImageUsageFlags::COLOR_ATTACHMENT),
             _ => (super::pipeline::DEPTH_FORMAT, vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT),
         };
         let usage = if each == 1 { usage | vk::ImageUsageFlags::TRANSFER_SRC } else { usage };
-        let image = Image::new(&self.context, &format!("{resource:?}"), size, format, usage, each)?;
+        let image = Image::new(&self.context, resource.name, size, format, usage, each)?;
         self.images.insert(resource, image);
         Ok(())
     }
 
     /// The buffer of a resource, if it has one. With a copy for each slot, it is the first.
-    pub(super) fn get(&self, resource: Resource) -> Option<&Region> {
+    pub(super) fn get(&self, resource: &'static Resource) -> Option<&Region> {
         self.buffers.get(&(resource, 0))
     }
 
     /// The buffer of a resource in a slot.
-    pub(super) fn region(&self, resource: Resource, slot: usize) -> &Region {
-        &self.buffers[&(resource, if resource.row().per_slot { slot } else { 0 })]
+    pub(super) fn region(&self, resource: &'static Resource, slot: usize) -> &Region {
+        &self.buffers[&(resource, if resource.per_slot { slot } else { 0 })]
     }
 
-    pub(super) fn image(&self, resource: Resource) -> &Image {
+    pub(super) fn image(&self, resource: &'static Resource) -> &Image {
         &self.images[&resource]
     }
 
     /// Allocated memory of the resources that `counts` accepts [bytes], without shared buffers.
-    pub(super) fn bytes(&self, counts: impl Fn(Resource) -> bool) -> u64 {
+    pub(super) fn bytes(&self, counts: impl Fn(&Resource) -> bool) -> u64 {
         let own = self.buffers.iter().filter(|(_, region)| !region.lodged);
-        own.filter(|((resource, _), _)| counts(*resource)).map(|(_, region)| region.buffer.bytes).sum()
+        own.filter(|((resource, _), _)| counts(resource)).map(|(_, region)| region.buffer.bytes).sum()
     }
 
     /// Writes from the start of a host-visible buffer. It does nothing if the resource has no buffer.
-    pub(super) fn write<T: Pod>(&mut self, resource: Resource, slot: usize, values: &[T]) -> Result<(), GpuError> {
+    pub(super) fn write<T: Pod>(
+        &mut self,
+        resource: &'static Resource,
+        slot: usize,
+        values: &[T],
+    ) -> Result<(), GpuError> {
         let Some(region) = self.buffers.get_mut(&(resource, slot)) else { return Ok(()) };
-        let shared = || GpuError::SharedBuffer { buffer: format!("{resource:?}") };
+        let shared = || GpuError::SharedBuffer { buffer: resource.name.to_owned() };
         Arc::get_mut(&mut region.buffer).ok_or_else(shared)?.write(values);
         Ok(())
     }
@@ -129,7 +137,7 @@ impl Resources {
     /// Writes the slice of each joint.
     pub(super) fn write_slices<T: Pod>(
         &mut self,
-        resource: Resource,
+        resource: &'static Resource,
         slot: usize,
         slices: &[T],
     ) -> Result<(), GpuError> {
@@ -144,12 +152,12 @@ impl Resources {
     }
 
     /// Reads the first values of a buffer.
-    pub(super) fn read<T: Pod>(&self, resource: Resource, slot: usize, count: usize) -> &[T] {
+    pub(super) fn read<T: Pod>(&self, resource: &'static Resource, slot: usize, count: usize) -> &[T] {
         self.region(resource, slot).buffer.read(count)
     }
 
     /// Frees a buffer.
-    pub(super) fn free(&mut self, resource: Resource) {
+    pub(super) fn free(&mut self, resource: &'static Resource) {
         self.buffers.remove(&(resource, 0));
     }
 }
@@ -157,18 +165,20 @@ impl Resources {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gpu::effects::network::POWERS;
+    use crate::gpu::effects::thermal::MATERIALS;
 
     #[test]
     fn what_something_else_holds_is_not_written() {
         let context = Context::open(None, false).expect("a Vulkan device");
         let mut resources = Resources::new(&context);
-        resources.make_with(Resource::RadiationInput, &[1.0f32; 4]).expect("a small buffer");
-        let held = Arc::clone(&resources.region(Resource::RadiationInput, 0).buffer);
-        let refused = resources.write(Resource::RadiationInput, 0, &[2.0f32; 4]).expect_err("a refusal").to_string();
-        assert!(refused.contains("'NetworkHeat'"), "{refused}");
+        resources.make_with(&POWERS, &[1.0f32; 4]).expect("a small buffer");
+        let held = Arc::clone(&resources.region(&POWERS, 0).buffer);
+        let refused = resources.write(&POWERS, 0, &[2.0f32; 4]).expect_err("a refusal").to_string();
+        assert!(refused.contains("'OnePassPowers'"), "{refused}");
         drop(held);
-        resources.write(Resource::RadiationInput, 0, &[2.0f32; 4]).expect("nobody else holds it");
-        assert_eq!(resources.read::<f32>(Resource::RadiationInput, 0, 4), [2.0; 4]);
-        resources.write(Resource::RadiationOutput, 0, &[2.0f32]).expect("there is no such buffer");
+        resources.write(&POWERS, 0, &[2.0f32; 4]).expect("nobody else holds it");
+        assert_eq!(resources.read::<f32>(&POWERS, 0, 4), [2.0; 4]);
+        resources.write(&MATERIALS, 0, &[2.0f32]).expect("there is no such buffer");
     }
 }

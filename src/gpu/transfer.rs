@@ -3,7 +3,7 @@
 use bytemuck::Pod;
 
 use super::error::GpuError;
-use super::lists;
+use super::lists::{self, FETCHED, STAGED};
 use super::once::Once;
 use super::resource::Resource;
 use super::store::{Region, Resources};
@@ -13,20 +13,25 @@ const STAGED_AT_MOST: usize = 16 << 20;
 
 impl Resources {
     /// Fills a device buffer with values and waits. It does nothing if the resource has no buffer.
-    pub(super) fn upload<T: Pod>(&mut self, once: &mut Once, resource: Resource, values: &[T]) -> Result<(), GpuError> {
+    pub(super) fn upload<T: Pod>(
+        &mut self,
+        once: &mut Once,
+        resource: &'static Resource,
+        values: &[T],
+    ) -> Result<(), GpuError> {
         let Some(target) = self.get(resource).cloned() else { return Ok(()) };
-        if self.get(Resource::Staged).is_none() {
-            self.make(Resource::Staged, STAGED_AT_MOST as u64)?;
+        if self.get(&STAGED).is_none() {
+            self.make(&STAGED, STAGED_AT_MOST as u64)?;
         }
         let list = lists::upload(resource);
         let mut offset = target.offset;
         for piece in bytemuck::cast_slice::<T, u8>(values).chunks(STAGED_AT_MOST) {
-            self.write(Resource::Staged, 0, piece)?;
+            self.write(&STAGED, 0, piece)?;
             let bytes = piece.len() as u64;
             let mut of_piece = Self::new(&self.context);
-            of_piece.lodge(Resource::Staged, self.region(Resource::Staged, 0).clone());
+            of_piece.lodge(&STAGED, self.region(&STAGED, 0).clone());
             of_piece.lodge(resource, Region::lodged(&target.buffer, offset, bytes));
-            once.run([&list], &of_piece, None, &|_| Vec::new())?;
+            once.run([&list], &of_piece, None)?;
             offset += bytes;
         }
         Ok(())
@@ -34,20 +39,20 @@ impl Resources {
 
     /// Frees the staging buffer.
     pub(super) fn free_staging(&mut self) {
-        self.free(Resource::Staged);
+        self.free(&STAGED);
     }
 
     /// Downloads the first values of a device buffer and waits.
     pub(super) fn download<T: Pod>(
         &mut self,
         once: &mut Once,
-        resource: Resource,
+        resource: &'static Resource,
         count: usize,
     ) -> Result<Vec<T>, GpuError> {
-        self.make(Resource::Fetched, (count * size_of::<T>()) as u64)?;
-        once.run([&lists::download(resource)], self, None, &|_| Vec::new())?;
-        let values = self.read(Resource::Fetched, 0, count).to_vec();
-        self.free(Resource::Fetched);
+        self.make(&FETCHED, (count * size_of::<T>()) as u64)?;
+        once.run([&lists::download(resource)], self, None)?;
+        let values = self.read(&FETCHED, 0, count).to_vec();
+        self.free(&FETCHED);
         Ok(values)
     }
 }

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::engine::{Engine, EngineError};
 use super::prepare::Prepared;
-use crate::gpu::heat::{HeatOf, HeatRun, HeatTables, RUN_GROUPS};
+use crate::gpu::effects::heat::tables::{HeatOf, HeatRun, HeatTables, RUN_GROUPS};
 use crate::model::nodes::GROUP;
 use crate::saved::{Saved, SavedError};
 use crate::thermal::STEFAN_BOLTZMANN;

@@ -10,8 +10,8 @@ use super::exchange_poses::{Posed, Task};
 use crate::exchange::cast::Scenery;
 use crate::exchange::step::Exchange;
 use crate::gpu::context::Context;
+use crate::gpu::effects::exchange::tables::ExchangeTables;
 use crate::gpu::error::GpuError;
-use crate::gpu::exchange::ExchangeTables;
 use crate::gpu::exchange_rays::{self, Caster};
 use crate::saved::{Saved, SavedError};
 

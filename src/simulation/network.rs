@@ -22,7 +22,7 @@ pub use run::StepCost;
 
 use std::sync::Arc;
 
-use crate::gpu::one_pass::{Drawn, OnePassTables};
+use crate::gpu::effects::network::tables::{Drawn, OnePassTables};
 use crate::model::nodes::{GROUP, Nodes};
 use crate::thermal::network::control::IntegrationSettings;
 use crate::thermal::network::one_pass::{Conduction, OnePassHeater, OnePassPlan, Unfit};

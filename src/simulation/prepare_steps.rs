@@ -16,7 +16,7 @@ use crate::environment::sky::SkyError;
 use crate::environment::step::StepLoads;
 use crate::environment::{Attitude, Orbit};
 use crate::files;
-use crate::gpu::frame::TriangleRun;
+use crate::gpu::effects::image::runs::TriangleRun;
 use crate::model::nodes::Nodes;
 use crate::model::{MergeSummary, Model, Skipped};
 use crate::raster::traced::LARGEST_REFLECTED;

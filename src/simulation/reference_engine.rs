@@ -19,7 +19,7 @@ use super::surroundings::Finishes;
 use super::viewpoint::{raster_view, sensor_view};
 use crate::environment::StepLoad;
 use crate::environment::shadow::{Jointed, ShadowCasters};
-use crate::gpu::heat::HeatTables;
+use crate::gpu::effects::heat::tables::HeatTables;
 use crate::model::nodes::{GROUP, PADDING};
 use crate::raster::distant::gather;
 use crate::raster::{self, RasterSurface, SurfaceSurroundings, rasterise};

@@ -8,8 +8,8 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
+use crate::gpu::effects::image::sampling::{Mean, RowOf, Sampling};
 use crate::gpu::layout;
-use crate::gpu::sampling::{Mean, RowOf, Sampling};
 use crate::lens::{Distortion, Lens};
 use crate::scene::Camera;
 

@@ -3,8 +3,8 @@
 use glam::{DAffine3, DMat3};
 
 use crate::environment::Sky;
+use crate::gpu::effects::image::sampling::Sampling;
 use crate::gpu::layout;
-use crate::gpu::sampling::Sampling;
 use crate::raster;
 use crate::raster::distant::Crop;
 use crate::scene::{Camera, CameraFrame};

@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use glam::{DAffine3, DQuat};
+use isotherm::internals;
 use isotherm::internals::{
-    Camera, Collected, Context, DeviceData, Entry, Frame, Kernel, Prepared, Renderer, Request, Resource, Scene,
-    SceneData, View, Wanted, Work, camera_from_body, device_view,
+    Camera, Collected, Context, DeviceData, Entry, Frame, Prepared, Renderer, Request, Scene, SceneData, View, Wanted,
+    Work, camera_from_body, device_view,
 };
 
 type Pixels = (Vec<[u32; 4]>, Vec<[u32; 2]>);
@@ -97,11 +98,11 @@ fn culling_changes_no_pixel() {
         let mut frame = culled(triangles);
         for entry in &mut frame.entries {
             match entry {
-                Entry::Pass(pass) if pass.kernel() == Some(Kernel::Cull) => {
-                    pass.work = Work::Copy { from: Resource::Triangles, to: Resource::VisibleTriangles };
+                Entry::Pass(pass) if pass.entry() == Some("cull.comp") => {
+                    pass.work = Work::Copy { from: &internals::TRIANGLES, to: &internals::VISIBLE_TRIANGLES };
                 }
                 Entry::Barriers(barriers) => {
-                    for barrier in barriers.iter_mut().filter(|b| b.resource == Resource::VisibleTriangles) {
+                    for barrier in barriers.iter_mut().filter(|b| b.resource == &internals::VISIBLE_TRIANGLES) {
                         barrier.before.stage = ash::vk::PipelineStageFlags2::ALL_COMMANDS;
                         barrier.before.access = ash::vk::AccessFlags2::MEMORY_WRITE;
                         barrier.after.stage = ash::vk::PipelineStageFlags2::ALL_COMMANDS;

@@ -1,6 +1,7 @@
 //! A craft that spans few pixels keeps its radiant intensity.
 
-use isotherm::internals::{DeviceData, Pixels, Resource};
+use isotherm::internals;
+use isotherm::internals::{DeviceData, Pixels};
 
 use super::craft::{Folder, scene_with};
 use super::reflections::{apart, by_reference, on_device, shining};
@@ -113,7 +114,8 @@ fn a_craft_that_is_near_has_no_crop() {
         let prepared = Folder::new(scene).prepared();
         let data = DeviceData::new(&prepared);
         let plan = data.scene_data(&prepared, prepared.scene.camera.as_ref()).plan();
-        [Resource::Distant, Resource::ImageRadiance].map(|wanted| plan.iter().any(|planned| planned.resource == wanted))
+        [&internals::DISTANT, &internals::IMAGE_RADIANCE]
+            .map(|wanted| plan.iter().any(|planned| planned.resource == wanted))
     };
     let of = |pixels: f64, lens: &str| changed(&far(pixels, 0.0, lens), scene_with);
     assert_eq!(planned(&scene_with(&[])), [false; 2]);

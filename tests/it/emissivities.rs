@@ -1,6 +1,7 @@
 //! Emissivity by angle and wavelength, and planets that are not uniform: the device against f64, and exact answers.
 
-use isotherm::internals::{Band, DeviceData, Pixels, Prepared, Resource, band_radiance_exact, fresnel_reflectivity};
+use isotherm::internals;
+use isotherm::internals::{Band, DeviceData, Pixels, Prepared, band_radiance_exact, fresnel_reflectivity};
 
 use super::craft::{Folder, scene_with};
 use super::reflections::{apart, by_reference, isothermal, on_device, shining};
@@ -193,7 +194,8 @@ fn an_exr_and_a_png_give_the_same_planet() {
 
 #[test]
 fn laws_and_maps_are_absent_where_a_scene_has_none() {
-    let resources = [Resource::Emissivities, Resource::PlanetView, Resource::PlanetMap, Resource::PlanetMeans];
+    let resources =
+        [&internals::EMISSIVITIES, &internals::PLANET_VIEW, &internals::PLANET_MAP, &internals::PLANET_MEANS];
     let planned = |prepared: &Prepared| {
         let data = DeviceData::new(prepared);
         let plan = data.scene_data(prepared, prepared.scene.camera.as_ref()).plan();

@@ -29,7 +29,7 @@ pub struct Hazard {
     /// Kind.
     pub kind: HazardKind,
     /// Resource of both accesses.
-    pub resource: Resource,
+    pub resource: &'static Resource,
     /// Name of the earlier pass; the host or empty for a layout.
     pub earlier: String,
     /// Name of the later pass.
@@ -58,10 +58,10 @@ struct Past {
 /// alternate between two slots, and a fence orders the reuse of a slot.
 pub fn hazards<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Hazard> {
     let mut found = Vec::new();
-    let mut past: BTreeMap<(Resource, usize), Vec<Past>> = BTreeMap::new();
-    let mut layouts: BTreeMap<Resource, ImageLayout> = BTreeMap::new();
+    let mut past: BTreeMap<(&'static Resource, usize), Vec<Past>> = BTreeMap::new();
+    let mut layouts: BTreeMap<&'static Resource, ImageLayout> = BTreeMap::new();
     for (number, frame) in frames.into_iter().enumerate() {
-        let key = |resource: Resource| (resource, if resource.row().per_slot { number % 2 } else { 0 });
+        let key = |resource: &'static Resource| (resource, if resource.per_slot { number % 2 } else { 0 });
         for entry in &frame.entries {
             match entry {
                 Entry::Barriers(barriers) => {
@@ -70,10 +70,9 @@ pub fn hazards<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Hazard> {
                     }
                 }
                 Entry::Pass(pass) => {
-                    for access in &pass.accesses {
-                        if access.resource.row().role.is_image()
-                            && layouts.get(&access.resource) != Some(&access.layout)
-                        {
+                    let accesses = pass.accesses().expect("shaders that compile");
+                    for access in &accesses {
+                        if access.resource.role.is_image() && layouts.get(&access.resource) != Some(&access.layout) {
                             found.push(Hazard {
                                 kind: HazardKind::Layout,
                                 resource: access.resource,
@@ -92,7 +91,7 @@ pub fn hazards<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Hazard> {
                             }
                         }
                     }
-                    for access in &pass.accesses {
+                    for access in &accesses {
                         past.entry(key(access.resource)).or_default().push(Past {
                             pass: pass.name.clone(),
                             access: *access,
@@ -125,7 +124,7 @@ fn spelled(scope: Scope) -> Scope {
 fn apply(
     barrier: &Barrier,
     past: &mut Vec<Past>,
-    layouts: &mut BTreeMap<Resource, ImageLayout>,
+    layouts: &mut BTreeMap<&'static Resource, ImageLayout>,
     found: &mut Vec<Hazard>,
 ) {
     for earlier in past.iter_mut() {
@@ -172,7 +171,7 @@ fn apply(
         access: Access {
             resource: barrier.resource,
             scope: Scope { stage: barrier.before.stage, access: AccessFlags2::MEMORY_WRITE },
-            groups: None,
+            range: None,
             slice: 0,
             binding: None,
             layout: new,
@@ -184,7 +183,7 @@ fn apply(
 }
 
 fn collision(earlier: &Past, later: &Access) -> Option<HazardKind> {
-    if let (Some((start, end)), Some((later_start, later_end))) = (earlier.access.groups, later.groups)
+    if let (Some((start, end)), Some((later_start, later_end))) = (earlier.access.range, later.range)
         && (end <= later_start || later_end <= start)
     {
         return None;
@@ -204,17 +203,18 @@ fn collision(earlier: &Past, later: &Access) -> Option<HazardKind> {
 }
 
 /// Resources that the host reads although no barrier makes the last write of the device visible to it.
-pub fn unread_by_host<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Resource> {
-    let mut waiting: Vec<Resource> = Vec::new();
+pub fn unread_by_host<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<&'static Resource> {
+    let mut waiting: Vec<&'static Resource> = Vec::new();
     for entry in frames.into_iter().flat_map(|frame| &frame.entries) {
         match entry {
             Entry::Pass(pass) => {
-                let written = pass.accesses.iter().filter(|access| is_write(access.scope.access));
-                let of_host = |resource: &Resource| matches!(resource.row().role, Role::Readback | Role::ToHost);
+                let accesses = pass.accesses().expect("shaders that compile");
+                let written = accesses.iter().filter(|access| is_write(access.scope.access));
+                let of_host = |resource: &&'static Resource| matches!(resource.role, Role::Readback | Role::ToHost);
                 waiting.extend(written.map(|access| access.resource).filter(of_host));
             }
             Entry::Barriers(barriers) => {
-                let shows = |resource: Resource| {
+                let shows = |resource: &'static Resource| {
                     let of = barriers.iter().filter(move |barrier| barrier.resource == resource);
                     of.into_iter().any(|barrier| barrier.after.access.contains(AccessFlags2::HOST_READ))
                 };
@@ -244,4 +244,79 @@ pub fn without_barrier(frame: &Frame, n: usize) -> Frame {
         }
     }
     frame
+}
+
+/// The same passes with barriers that follow from their accesses alone, frame after frame: a second judge.
+pub fn derive<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Frame> {
+    let mut past: BTreeMap<(&'static Resource, usize), Vec<Past>> = BTreeMap::new();
+    let mut layouts: BTreeMap<&'static Resource, ImageLayout> = BTreeMap::new();
+    let join = |a: Scope, b: Scope| Scope { stage: a.stage | b.stage, access: a.access | b.access };
+    let mut derived = Vec::new();
+    for (number, frame) in frames.into_iter().enumerate() {
+        let key = |resource: &'static Resource| (resource, if resource.per_slot { number % 2 } else { 0 });
+        let mut entries = Vec::new();
+        let mut left: BTreeMap<&'static Resource, Scope> = BTreeMap::new();
+        for pass in frame.passes() {
+            let mut by_resource: BTreeMap<&'static Resource, Vec<Access>> = BTreeMap::new();
+            for access in pass.accesses().expect("shaders that compile") {
+                by_resource.entry(access.resource).or_default().push(access);
+            }
+            let mut barriers = Vec::new();
+            for (resource, accesses) in &by_resource {
+                let after = accesses.iter().map(|one| one.scope).reduce(join).expect("an access");
+                let change = resource.role.is_image() && layouts.get(resource) != Some(&accesses[0].layout);
+                let old = past.entry(key(resource)).or_default();
+                let collides = |one: &&Past| change || accesses.iter().any(|access| collision(one, access).is_some());
+                let before = old.iter().filter(collides).map(|one| Scope {
+                    stage: one.access.scope.stage | one.ordered_before,
+                    access: writes(spelled(one.access.scope).access),
+                });
+                let before = before.reduce(join);
+                if before.is_some() || change {
+                    let before = before.unwrap_or(Scope { stage: after.stage, access: AccessFlags2::NONE });
+                    let now = layouts.get(resource).copied().unwrap_or(ImageLayout::UNDEFINED);
+                    barriers.push(Barrier {
+                        resource,
+                        before,
+                        after,
+                        layouts: change.then_some((now, accesses[0].layout)),
+                    });
+                }
+            }
+            take(&mut entries, barriers, |barrier| {
+                apply(barrier, past.entry(key(barrier.resource)).or_default(), &mut layouts, &mut Vec::new())
+            });
+            entries.push(Entry::Pass(pass.clone()));
+            for access in by_resource.into_values().flatten() {
+                if is_write(access.scope.access) && matches!(access.resource.role, Role::Readback | Role::ToHost) {
+                    let wrote = Scope { access: writes(access.scope.access), ..access.scope };
+                    let before = left.get(&access.resource).copied().unwrap_or(wrote);
+                    left.insert(access.resource, join(before, wrote));
+                }
+                past.entry(key(access.resource)).or_default().push(Past {
+                    pass: pass.name.clone(),
+                    access,
+                    ordered_before: PipelineStageFlags2::NONE,
+                    visible_to: Vec::new(),
+                    available: false,
+                });
+            }
+        }
+        let host = Scope { stage: PipelineStageFlags2::HOST, access: AccessFlags2::HOST_READ };
+        let to_host =
+            left.into_iter().map(|(resource, before)| Barrier { resource, before, after: host, layouts: None });
+        take(&mut entries, to_host.collect(), |barrier| {
+            apply(barrier, past.entry(key(barrier.resource)).or_default(), &mut layouts, &mut Vec::new())
+        });
+        derived.push(Frame { entries });
+    }
+    derived
+}
+
+/// Adds barriers to a list after they had their effect.
+fn take(entries: &mut Vec<Entry>, barriers: Vec<Barrier>, effect: impl FnMut(&Barrier)) {
+    barriers.iter().for_each(effect);
+    if !barriers.is_empty() {
+        entries.push(Entry::Barriers(barriers));
+    }
 }

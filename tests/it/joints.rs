@@ -1,19 +1,21 @@
 //! Joints: a rotated joint equals a rotated model, device against twin, moving shadows, and refusals.
 
 use glam::{DQuat, DVec3};
+
 use isotherm::internals::{
-    DeviceData, DeviceEngine, Engine, EngineError, Frame, Kernel, PADDING, Pixels, Prepared, Reach, ReferenceEngine,
-    Renderer, Request, Scene, ShadowMethod as Method, StepRange, TriangleRun, Wanted, run, start,
+    Casting, DeviceData, DeviceEngine, Engine, EngineError, Frame, PADDING, Pixels, Prepared, Reach, ReferenceEngine,
+    Renderer, Request, Scene, StepRange, TriangleRun, Wanted, run, start,
 };
 use serde_json::json;
 
 use super::craft::{Folder, glb, never, prepared, scene_with};
 use super::device::{Worst, assert_silent, context};
 use super::hazard::{barrier_count, hazards, unread_by_host, without_barrier};
+use super::hazards::castings;
 use super::model::make::Maker;
 
 /// A tracking wing, a wing with a schedule, and a sliding mast: all kinds of motion.
-const MOVING: &str = r#"
+pub const MOVING: &str = r#"
 [[joint]]
 part = "wing_starboard"
 mode = "sun"
@@ -374,13 +376,13 @@ fn frames_with_joints_have_all_their_barriers() {
     assert_eq!(runs.iter().map(|run| run.joint).collect::<Vec<_>>(), [0, 1, 2, 3]);
     assert!(runs.iter().all(|run| run.triangles.0 % 64 == 0));
     let wanted = Wanted { image: true, cull: prepared.triangles.len() as u32, temperatures: true, ..Wanted::default() };
-    let frame = |method, culled: &[TriangleRun]| {
+    let frame = |method: &Casting, culled: &[TriangleRun]| {
         Frame::shadows(&ranges, method).then(Frame::step_in_runs(&ranges, wanted, culled))
     };
-    for method in [Method::Depth, Method::Exact] {
+    for method in &castings() {
         let settle = Frame::shadows(&ranges, method).then(Frame::settle(&ranges));
         let (all, one) = (frame(method, runs), frame(method, &runs[1..2]));
-        assert_eq!(one.passes().filter(|pass| pass.kernel() == Some(Kernel::Cull)).count(), 1);
+        assert_eq!(one.passes().filter(|pass| pass.entry() == Some("cull.comp")).count(), 1);
         for sequence in [[&settle, &all, &one], [&settle, &one, &all], [&settle, &all, &all]] {
             assert_eq!(hazards(sequence), []);
         }

@@ -1,8 +1,9 @@
 //! Properties of any scene: start, rest without sources, energy, areas, and responses that coincide.
 
+use isotherm::internals;
 use isotherm::internals::{
     DeviceData, DeviceEngine, Engine, EngineError, EngineOrder as Order, GROUP, PADDING, Prepared, ReferenceNode,
-    Resource, STEFAN_BOLTZMANN, Step, absorbed_flux, commanded_temperature, emissivity_sum, incident, run, start,
+    STEFAN_BOLTZMANN, Step, absorbed_flux, commanded_temperature, emissivity_sum, incident, run, start,
 };
 
 use super::craft::{AREA, Folder, glb_of_box, never, scene_with};
@@ -186,9 +187,9 @@ fn areas_and_switches() {
     assert_eq!(prepared.nodes.vertex_of_node.len() % GROUP, 0);
     // Variants and buffers lack everything that a scene switches off.
     for (change, resource, word) in [
-        (("solar_constant = 1361\nalbedo = 0.3\n", ""), Resource::AlbedoValues, "sun"),
-        (("albedo = 0.3\n", ""), Resource::AlbedoValues, "albedo"),
-        (("planet_ir = 237\n", ""), Resource::Step, "planet_ir"),
+        (("solar_constant = 1361\nalbedo = 0.3\n", ""), &internals::ALBEDO_VALUES, "sun"),
+        (("albedo = 0.3\n", ""), &internals::ALBEDO_VALUES, "albedo"),
+        (("planet_ir = 237\n", ""), &internals::STEP, "planet_ir"),
     ] {
         let other = blind(&[change]);
         for (prepared, there) in [(&prepared, true), (&other, false)] {
@@ -197,8 +198,8 @@ fn areas_and_switches() {
             let named = data.ranges.iter().all(|range| range.variant.shader().words.contains(&word));
             assert_eq!(named, there, "{word}");
             let buffer = data.plan().iter().any(|planned| planned.resource == resource);
-            assert_eq!(buffer, there || resource == Resource::Step, "{resource:?}");
-            assert!(!data.plan().iter().any(|planned| planned.resource.row().role.is_image()), "nothing is drawn");
+            assert_eq!(buffer, there || resource == &internals::STEP, "{resource:?}");
+            assert!(!data.plan().iter().any(|planned| planned.resource.role.is_image()), "nothing is drawn");
         }
     }
 }

@@ -1,8 +1,9 @@
 //! Reflected surroundings and the sky behind the craft: the device against the f64 rasteriser, and exact answers.
 
+use isotherm::internals;
 use isotherm::internals::{
-    Band, Camera, DeviceData, DeviceEngine, Engine, EngineError, Pixels, Prepared, ReferenceEngine, Resource,
-    StepResult, band_radiance_exact, run, start, still,
+    Band, Camera, DeviceData, DeviceEngine, Engine, EngineError, Pixels, Prepared, ReferenceEngine, StepResult,
+    band_radiance_exact, run, start, still,
 };
 
 use super::craft::{Folder, never, scene_with};
@@ -260,7 +261,7 @@ fn the_limb_is_within_a_tenth_of_a_pixel() {
 
 #[test]
 fn what_no_pixel_shows_has_no_buffer() {
-    let resources = [Resource::Surroundings, Resource::Reflectors, Resource::Lobes];
+    let resources = [&internals::SURROUNDINGS, &internals::REFLECTORS, &internals::LOBES];
     let planned = |scene: &str| {
         let prepared = Folder::new(scene).prepared();
         let data = DeviceData::new(&prepared);

@@ -1,27 +1,61 @@
-//! The resource table: lists bind the buffers that shaders name, and anything else is refused.
+//! Accesses follow from shaders: every buffer that a shader names is known, and naga sees the same uses as the reader of SPIR-V.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use isotherm::internals;
 use isotherm::internals::{
-    Distance, Frame, HeatOf, Kernel, RadianceVariant, Resource, RowOf, Sampled, SensorVariant, ShadowMethod as Method,
-    StepRange, TriangleRun, Wanted, absorbed_heat, exchange,
+    Distance, ExchangePass, Exchanged, Frame, HeatOf, RadianceVariant, Recipe, Role, RowOf, Sampled, Sensing,
+    SensorVariant, Shader, StepKind, StepRange, ThermalVariant, TriangleRun, Vignette, Wanted, compose, module,
 };
 
+use crate::hazards::{absorbed_heat, castings};
 use crate::one_pass::lists_of_all_shapes;
-use crate::shaders::{CURVES, reflect, response_variants, thermal_variants};
+use crate::shaders::{CURVES, reflect, thermal_variants};
 
-/// Name of a variable's block. The compiler wraps blocks that do not end in a runtime array.
-fn block_of(module: &naga::Module, ty: naga::Handle<naga::Type>) -> String {
-    let of = &module.types[ty];
-    match (&of.name, &of.inner) {
-        (None, naga::TypeInner::Struct { members, .. }) if members.len() == 1 => block_of(module, members[0].ty),
-        (name, _) => name.clone().unwrap_or_default(),
+/// The passes of radiation between surfaces.
+pub fn exchange(patches: u32, light: ThermalVariant, anew: bool, mirrors: bool) -> Frame {
+    let exchanged = Exchanged { patches, bundles: 1, light, anew, mirrors };
+    compose(&Recipe { exchange: Some(exchanged), ..Recipe::default() })
+}
+
+/// An image and its sensor.
+fn sensed(variant: SensorVariant) -> Frame {
+    let drawn = Wanted { image: true, ..Wanted::default() };
+    let sensor = Some(Sensing { variant, groups: 64, cells: 64 });
+    compose(&Recipe { sensor, ..drawn.recipe(&[]) })
+}
+
+/// Every sensor in any scene.
+pub fn sensor_variants() -> Vec<SensorVariant> {
+    let with = |vignette, bits: u32| {
+        let is = |bit: u32| bits >> bit & 1 == 1;
+        let [spread, halo, lag, noise, pattern, bad, kelvin] = [0, 1, 2, 3, 4, 5, 6].map(is);
+        SensorVariant { spread, halo, vignette, lag, noise, pattern, bad, kelvin }
+    };
+    let vignettes = [Vignette::None, Vignette::Cos4, Vignette::Map];
+    vignettes.into_iter().flat_map(|vignette| (0..128).map(move |bits| with(vignette, bits))).collect()
+}
+
+/// Everything that the pixels of a scene may show.
+pub fn radiance_variants() -> Vec<RadianceVariant> {
+    let plain = RadianceVariant::default();
+    let mut all = vec![plain, RadianceVariant { background: true, ..plain }];
+    all.push(RadianceVariant { background: true, sun: true, ..plain });
+    for [rough, smooth] in [[false, false], [false, true], [true, false], [true, true]] {
+        for number in 0..8 {
+            let [sun, apart, background] = [1, 2, 4].map(|bit| number & bit != 0);
+            let shows = RadianceVariant { rough, smooth, sun, apart, background, reflections: true, ..plain };
+            all.extend([shows, RadianceVariant { map: true, ..shows }]);
+            all.push(RadianceVariant { traced: true, map: apart, ..shows });
+        }
     }
+    all.extend([false, true].map(|sun| RadianceVariant { background: true, map: true, sun, ..plain }));
+    let crinkled = RadianceVariant { reflections: true, crinkled: true, ..plain };
+    all.iter().flat_map(|shows| [*shows, RadianceVariant { tables: true, ..*shows }]).chain([crinkled]).collect()
 }
 
 /// A list for every kernel.
-fn all_lists() -> Vec<Frame> {
+pub fn all_lists() -> Vec<Frame> {
     let drawn = Wanted { image: true, cull: 9, temperatures: true, ..Wanted::default() };
     let sampled = |mean, lens, shutter| Wanted {
         sampled: Some(Sampled { mean, lens, shutter, rows: 9, distance: Distance::Near }),
@@ -34,7 +68,7 @@ fn all_lists() -> Vec<Frame> {
         (None, false, Some(RowOf::Pinhole)),
     ]
     .map(|(mean, lens, shutter)| Frame::step(&[], sampled(mean, lens, shutter)));
-    let mut all = vec![internals::radiation(Kernel::Blackbody, 1), internals::radiation(Kernel::Brightness, 1)];
+    let mut all = vec![internals::radiances(1), internals::brightnesses(1)];
     let whole = TriangleRun { joint: 0, triangles: (0, 9) };
     for variant in CURVES.into_iter().flat_map(thermal_variants) {
         all.push(Frame::between(&[StepRange { variant, groups: (0, 64), joint: 0 }], drawn, &[whole]));
@@ -44,48 +78,81 @@ fn all_lists() -> Vec<Frame> {
         }
         if variant.shadow {
             let range = [StepRange { variant, groups: (0, 64), joint: 0 }];
-            all.extend([Method::Depth, Method::Exact].map(|method| Frame::shadows(&range, method)));
+            all.extend(castings().map(|casting| Frame::shadows(&range, &casting)));
         }
     }
-    let shown = |shows| Frame::step(&[], Wanted { image: true, shows, ..Wanted::default() });
-    all.extend(RadianceVariant::all().into_iter().map(shown));
+    let shown = |shows| Frame::step(&[], Wanted { image: true, shows, texels: 9, ..Wanted::default() });
+    all.extend(radiance_variants().into_iter().map(shown));
     let far = Some(Sampled { mean: None, lens: false, shutter: None, rows: 9, distance: Distance::Far });
-    let of_far = |shows| Frame::step(&[], Wanted { image: true, shows, sampled: far, ..Wanted::default() });
-    all.extend(RadianceVariant::all().into_iter().map(of_far));
-    let of_mean = |shows| Frame::step(&[], Wanted { shows, ..sampled(Some(4), false, None) });
-    all.extend(RadianceVariant::all().into_iter().filter(|shows| !shows.apart).map(of_mean));
-    all.extend(CURVES.into_iter().flat_map(response_variants).map(|variant| internals::respond_list(variant, 1)));
+    let of_far = |shows| Frame::step(&[], Wanted { image: true, shows, texels: 9, sampled: far, ..Wanted::default() });
+    all.extend(radiance_variants().into_iter().map(of_far));
+    let of_mean = |shows| Frame::step(&[], Wanted { shows, texels: 9, ..sampled(Some(4), false, None) });
+    all.extend(radiance_variants().into_iter().filter(|shows| !shows.apart).map(of_mean));
+    for curve in CURVES {
+        all.extend([StepKind::Merge, StepKind::Restart].map(|kind| internals::respond_list(kind, curve, 1)));
+    }
     let places = [HeatOf::Balance, HeatOf::Target, HeatOf::Flux];
     all.push(absorbed_heat(&places.map(|of| (of, (0, 1)))));
     all.extend(of_images);
-    for shown in [Resource::RadianceImage, Resource::ImageRadiance] {
-        all.extend(SensorVariant::all().into_iter().map(|variant| internals::frame(variant, 64, 64, shown)));
-    }
-    all.push(internals::list(0, 9, 64));
+    all.extend(sensor_variants().into_iter().map(sensed));
+    all.push(internals::rays(&ExchangePass { end: 9, rays: 64, ..ExchangePass::default() }));
+    all.extend([internals::upload(&internals::TEMPERATURE), internals::download(&internals::TEMPERATURE)]);
+    all.extend([internals::filled(), internals::copied(), internals::dispatched(2)]);
     all.extend(lists_of_all_shapes());
     all
 }
 
+/// Every shader of every list.
+pub fn all_shaders() -> BTreeSet<Shader> {
+    all_lists()
+        .iter()
+        .flat_map(Frame::passes)
+        .flat_map(|pass| pass.shaders().into_iter().cloned().collect::<Vec<_>>())
+        .collect()
+}
+
 #[test]
-fn resources_are_bound_to_the_blocks_that_the_table_states() {
-    let (mut seen, mut bound) = (BTreeSet::new(), BTreeSet::new());
-    for pass in all_lists().iter().flat_map(Frame::passes).filter(|pass| pass.kernel().is_some()) {
-        let accesses: BTreeSet<_> = pass.accesses.iter().filter_map(|one| Some((one.binding?, one.resource))).collect();
-        if !seen.insert((pass.kernel(), accesses.clone())) {
-            continue;
+fn naga_sees_the_uses_that_the_reader_of_spirv_sees() {
+    for shader in all_shaders() {
+        let reflected = reflect(&shader);
+        let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::all())
+            .validate(&reflected)
+            .expect("a valid module");
+        let function = info.get_entry_point(0);
+        let mut expected = BTreeMap::new();
+        for (handle, variable) in reflected.global_variables.iter().filter(|(handle, _)| !function[*handle].is_empty())
+        {
+            let Some(binding) = &variable.binding else { continue };
+            let uses = |which| function[handle].contains(which);
+            let flags = (uses(naga::valid::GlobalUse::READ), uses(naga::valid::GlobalUse::WRITE));
+            expected.insert(binding.binding, flags);
         }
-        for module in pass.kernel().into_iter().flat_map(Kernel::shaders).map(|shader| reflect(&shader)) {
-            for variable in module.global_variables.iter().map(|(_, variable)| variable) {
-                let Some(binding) = variable.binding.as_ref().map(|binding| binding.binding) else { continue };
-                let block = block_of(&module, variable.ty);
-                for (_, resource) in accesses.iter().filter(|(number, _)| *number == binding) {
-                    let mut blocks = resource.row().blocks.split(' ').map(|name| format!("{name}Block"));
-                    assert!(blocks.any(|name| name == block), "{}: {resource:?} is bound to {block}", pass.name);
-                    bound.insert(*resource);
+        let compiled = module(&shader).expect("a shader that compiles");
+        let read: BTreeMap<_, _> = compiled.uses.iter().map(|one| (one.binding, (one.reads, one.writes))).collect();
+        assert_eq!(read, expected, "{}", shader.name());
+    }
+}
+
+/// A buffer is read as a uniform exactly where its shaders declare one, and every buffer that shaders may use is used.
+#[test]
+fn a_block_has_the_name_of_its_buffer() {
+    let mut bound = BTreeSet::new();
+    for pass in all_lists().iter().flat_map(Frame::passes) {
+        let accesses = pass.accesses().expect("blocks with buffers");
+        bound.extend(accesses.iter().filter(|access| access.binding.is_some()).map(|access| access.resource));
+        for shader in pass.shaders() {
+            for (_, variable) in reflect(shader).global_variables.iter() {
+                let Some(binding) = &variable.binding else { continue };
+                for access in accesses.iter().filter(|access| access.binding == Some(binding.binding)) {
+                    let is_uniform = variable.space == naga::AddressSpace::Uniform;
+                    assert_eq!(access.resource.role == Role::Uniform, is_uniform, "{}: {access:?}", pass.name);
                 }
             }
         }
     }
-    let wanted = Resource::ALL.iter().filter(|one| !one.row().blocks.is_empty());
-    assert_eq!(bound, wanted.copied().collect());
+    let names: BTreeSet<&str> = internals::all().map(|resource| resource.name).collect();
+    assert_eq!(names.len(), internals::all().count(), "each name stands for one resource");
+    let shaded =
+        |role| !matches!(role, Role::Readback | Role::Staging | Role::Copied | Role::Indices) && !Role::is_image(role);
+    assert_eq!(bound, internals::all().filter(|resource| shaded(resource.role)).collect());
 }

@@ -5,14 +5,15 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 use isotherm::internals::{
     Camera, Constants, Context, Curve, DeviceEngine, Distance, Distortion, Engine, EngineOrder as Order, Frame, Halo,
-    Netd, Pattern, Prepared, RadianceTable, ReferenceEngine, Resource, Sampled, Sensor, SensorOptics as Optics,
-    SensorVariant, Spread, StepKind, StepRange, ThermalVariant, Vignetting, Wanted, band_radiance, frame, pose_at,
+    Netd, Pattern, Prepared, RadianceTable, Recipe, ReferenceEngine, Sampled, Sensing, Sensor, SensorOptics as Optics,
+    Spread, StepKind, StepRange, ThermalVariant, TriangleRun, Vignetting, Wanted, band_radiance, compose, pose_at,
     radiance_slope,
 };
 
 use super::craft::{Folder, SCENE};
 use super::device::{assert_silent, context};
 use super::hazard::{barrier_count, hazards, unread_by_host, without_barrier};
+use super::resources::sensor_variants;
 
 /// A sensor with 14 bits and nothing else.
 fn plain() -> Sensor {
@@ -219,17 +220,19 @@ fn each_barrier_of_the_sensor_is_needed() {
     let instant = ThermalVariant { planet_ir: true, ..ThermalVariant::bare(StepKind::Instant, Curve::Power) };
     let ranges = [StepRange { variant: instant, groups: (0, 64), joint: 0 }];
     let settle = Frame::settle(&ranges);
-    let drawn = Frame::step(&ranges, Wanted { image: true, cull: 100, ..Wanted::default() });
+    let drawn = Wanted { image: true, cull: 100, ..Wanted::default() };
     let sampled = Some(Sampled { lens: true, mean: Some(4), shutter: None, rows: 60, distance: Distance::Near });
-    let computed = Frame::step(&ranges, Wanted { image: true, cull: 100, sampled, ..Wanted::default() });
-    let images = [(drawn, Resource::RadianceImage), (computed, Resource::ImageRadiance)];
-    for (variant, (drawn, shown)) in
-        SensorVariant::all().into_iter().flat_map(|one| images.each_ref().map(|of| (one, of)))
-    {
-        let image = drawn.clone().then(frame(variant, 128, 20, *shown));
+    let computed = Wanted { sampled, ..drawn };
+    let culled = [TriangleRun { joint: 0, triangles: (0, 100) }];
+    let images = [drawn, computed];
+    for (variant, wanted) in sensor_variants().into_iter().flat_map(|one| images.map(|image| (one, image))) {
+        let recipe = Recipe { ranges: ranges.to_vec(), ..wanted.recipe(&culled) };
+        let before = barrier_count(&compose(&recipe));
+        let sensor = Some(Sensing { variant, groups: 128, cells: 20 });
+        let image = compose(&Recipe { sensor, ..recipe });
         assert_eq!(hazards([&settle, &image, &image]), []);
-        assert_eq!(unread_by_host([&image]), []);
-        for n in barrier_count(drawn)..barrier_count(&image) {
+        assert!(unread_by_host([&image]).is_empty());
+        for n in before..barrier_count(&image) {
             let broken = without_barrier(&image, n);
             let missed = !hazards([&settle, &broken, &broken]).is_empty() || !unread_by_host([&broken]).is_empty();
             assert!(missed, "without barrier {n} of\n{image}");

@@ -6,9 +6,7 @@ use std::process::Command;
 
 use isotherm::internals;
 use isotherm::internals::{
-    Curve, Distance, ENTRY_POINTS, ExchangeVariant, Frame, Kernel, OnePassVariant, Pass, RadianceVariant, Resource,
-    ResponseVariant, Role, RowOf, Sampled, SensorVariant, Shader, StepKind, StepRange, ThermalVariant, Wanted,
-    is_write,
+    Curve, Distance, ENTRY_POINTS, Frame, RowOf, Sampled, Shader, StepKind, ThermalVariant, Wanted,
 };
 use naga::front::spv;
 
@@ -47,53 +45,18 @@ pub fn thermal_variants(curve: Curve) -> Vec<ThermalVariant> {
     all
 }
 
-/// Samples of a texel of the images that show this, as a device may have them.
-fn means(shows: &RadianceVariant) -> Vec<Option<u32>> {
-    if shows.apart { vec![None] } else { vec![None, Some(1), Some(4)] }
-}
-
-/// Both variants of the response to given targets.
-pub fn response_variants(curve: Curve) -> [ResponseVariant; 2] {
-    [StepKind::Merge, StepKind::Restart].map(|kind| ResponseVariant { kind, curve })
-}
-
-/// Every shader in any scene.
+/// Every shader in any scene, and every entry point without words.
 fn all_shaders() -> Vec<Shader> {
-    let mut all: Vec<_> = ENTRY_POINTS.iter().map(|(entry, _)| Shader::new(entry, Vec::new())).collect();
-    all.push(Shader::new("solar_rays.comp", vec!["first"]));
-    all.push(Shader::new("radiance.frag", vec!["mean", "multiple"]));
-    all.extend(
-        [("cull.comp", "sampled"), ("radiance.frag", "mean")].map(|(entry, word)| Shader::new(entry, vec![word])),
-    );
-    for words in [vec!["lens"], vec!["several"], vec!["lens", "several"]] {
-        all.push(Shader::new("resample.comp", words));
-    }
+    let plain = ENTRY_POINTS.iter().map(|(entry, _)| Shader::plain(entry));
+    let mut all: BTreeSet<Shader> = plain.chain(crate::resources::all_shaders()).collect();
     for row_of in [RowOf::Pinhole, RowOf::Brown, RowOf::Fisheye] {
-        all.extend([None, Some(4)].map(|mean| RadianceVariant::PLAIN.shaders(mean, Some(row_of))).concat());
-        all.push(Shader::new("cull.comp", row_of.words()));
-        all.push(Shader::new("cull.comp", [vec!["sampled"], row_of.words()].concat()));
-    }
-    for curve in CURVES {
-        all.extend(thermal_variants(curve).iter().map(ThermalVariant::shader));
-        all.extend(response_variants(curve).iter().map(ResponseVariant::shader));
-    }
-    // Without words it is the entry point itself.
-    all.extend(SensorVariant::all().iter().map(SensorVariant::shader).filter(|shader| !shader.words.is_empty()));
-    all.extend(ExchangeVariant::all().iter().map(ExchangeVariant::shader));
-    all.extend(OnePassVariant::all().iter().map(OnePassVariant::shader));
-    for variant in RadianceVariant::all() {
-        for mean in means(&variant) {
-            all.extend([variant.shaders(mean, None), variant.background(mean)].concat());
-        }
-        all.push(variant.distant());
-        if variant.traced {
-            all.extend(means(&variant).iter().map(|mean| variant.traced(mean.is_some())));
+        for mean in [None, Some(4)] {
+            let sampled = Some(Sampled { lens: false, mean, shutter: Some(row_of), rows: 9, distance: Distance::Near });
+            let frame = Frame::step(&[], Wanted { image: true, cull: 9, sampled, ..Wanted::default() });
+            all.extend(frame.passes().flat_map(|pass| pass.shaders().into_iter().cloned().collect::<Vec<_>>()));
         }
     }
-
-    all.sort();
-    all.dedup();
-    all
+    all.into_iter().collect()
 }
 
 #[test]
@@ -217,88 +180,4 @@ fn structures_agree_with_glsl() {
     let mut found: Vec<&str> = seen.keys().copied().collect();
     found.sort_by_key(|name| expected.iter().position(|wanted| wanted == name));
     assert_eq!(found, expected, "every shared structure stands in some shader");
-}
-
-/// Bindings of a shader: number -> whether it is written, and whether it is a uniform.
-pub fn bindings_of(shader: &Shader) -> BTreeMap<u32, (bool, bool)> {
-    let module = reflect(shader);
-    let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::all())
-        .validate(&module)
-        .expect("a valid module");
-    let function = info.get_entry_point(0);
-    module
-        .global_variables
-        .iter()
-        .filter(|(handle, _)| !function[*handle].is_empty())
-        .filter_map(|(handle, variable)| {
-            let written = function[handle].contains(naga::valid::GlobalUse::WRITE);
-            let uniform = variable.space == naga::AddressSpace::Uniform;
-            variable.binding.as_ref().map(|binding| (binding.binding, (written, uniform)))
-        })
-        .collect()
-}
-
-pub fn declared(pass: &Pass) -> BTreeMap<u32, (bool, bool)> {
-    let mut declared = BTreeMap::new();
-    for access in &pass.accesses {
-        if let Some(binding) = access.binding {
-            let entry = declared.entry(binding).or_insert((false, access.resource.row().role == Role::Uniform));
-            entry.0 |= is_write(access.scope.access);
-        }
-    }
-    declared
-}
-
-#[test]
-fn passes_declare_what_their_shaders_touch() {
-    for variant in CURVES.into_iter().flat_map(thermal_variants) {
-        let frame = Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], Wanted::default());
-        let pass = frame.passes().next().expect("one thermal pass");
-        assert_eq!(declared(pass), bindings_of(&variant.shader()), "{}", pass.name);
-    }
-    for variant in SensorVariant::all() {
-        let frame = internals::frame(variant, 64, 64, Resource::RadianceImage);
-        for pass in frame.passes() {
-            for shader in pass.kernel().into_iter().flat_map(Kernel::shaders) {
-                assert_eq!(declared(pass), bindings_of(&shader), "{}", shader.name());
-            }
-        }
-    }
-    let plain = |entry| Shader::new(entry, Vec::new());
-    let frame = Frame::step(&[], Wanted { image: true, cull: 9, ..Wanted::default() });
-    let cull = frame.passes().find(|pass| pass.kernel() == Some(Kernel::Cull)).expect("a cull pass");
-    assert_eq!(declared(cull), bindings_of(&plain("cull.comp")));
-    let range = StepRange { variant: thermal_variants(CURVES[0])[0], groups: (0, 64), joint: 0 };
-    let frame = Frame::between(&[range], Wanted { image: true, cull: 9, ..Wanted::default() }, &[]);
-    let between = frame.passes().next().expect("a pass between steps");
-    assert_eq!(declared(between), bindings_of(&plain("between.comp")));
-    let shutters = [None, Some(RowOf::Pinhole), Some(RowOf::Brown), Some(RowOf::Fisheye)];
-    let shown = RadianceVariant::all().into_iter().map(|shows| (shows, None));
-    let rolled = shutters.map(|shutter| (RadianceVariant::PLAIN, shutter));
-    for shows in RadianceVariant::all() {
-        let sampled = Some(Sampled { lens: false, mean: None, shutter: None, rows: 9, distance: Distance::Far });
-        let frame = Frame::step(&[], Wanted { image: true, sampled, shows, ..Wanted::default() });
-        let pass = frame.passes().find(|pass| pass.name == "distant").expect("a pass for a distant craft");
-        assert_eq!(declared(pass), bindings_of(&shows.distant()), "{shows:?}");
-    }
-    for shows in RadianceVariant::all().into_iter().filter(|shows| shows.traced) {
-        for mean in means(&shows) {
-            let sampled = Some(Sampled { lens: false, mean, shutter: None, rows: 9, distance: Distance::Near });
-            let frame = Frame::step(&[], Wanted { image: true, sampled, shows, texels: 9, ..Wanted::default() });
-            let pass = frame.passes().find(|pass| pass.name == "traced").expect("rays");
-            assert_eq!(declared(pass), bindings_of(&shows.traced(mean.is_some())), "{shows:?}");
-        }
-    }
-    for (shows, shutter) in shown.chain(rolled) {
-        for mean in means(&shows) {
-            let sampled = Some(Sampled { lens: false, mean, shutter, rows: 9, distance: Distance::Near });
-            let frame = Frame::step(&[], Wanted { image: true, sampled, shows, ..Wanted::default() });
-            let name = if mean.is_some() { "mean" } else { "radiance" };
-            let pass = frame.passes().find(|pass| pass.name == name).expect("a draw");
-            let kernel = pass.kernel().expect("a kernel");
-            let shaders = [Some(kernel), kernel.sky()].into_iter().flatten().flat_map(Kernel::shaders);
-            let touched: BTreeMap<_, _> = shaders.collect::<Vec<_>>().iter().flat_map(bindings_of).collect();
-            assert_eq!(declared(pass), touched, "{shows:?} {sampled:?}");
-        }
-    }
 }

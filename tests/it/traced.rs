@@ -1,6 +1,7 @@
 //! Reflections of the craft itself: the device against f64 and exact answers.
 
-use isotherm::internals::{DeviceData, Pixels, Prepared, Resource, band_radiance_exact};
+use isotherm::internals;
+use isotherm::internals::{DeviceData, Pixels, Prepared, band_radiance_exact};
 use serde_json::json;
 
 use super::craft::{Folder, glb_of_box, scene_with};
@@ -321,12 +322,12 @@ fn a_corner_of_mirrors_shows_the_planet_behind_the_camera() {
 #[test]
 fn without_rays_there_is_no_tree() {
     let resources = [
-        Resource::Tracing,
-        Resource::TraceBoxes,
-        Resource::TraceTriangles,
-        Resource::TraceCorners,
-        Resource::SurfaceImage,
-        Resource::Surface,
+        &internals::TRACING,
+        &internals::TRACE_BOXES,
+        &internals::TRACE_TRIANGLES,
+        &internals::TRACE_CORNERS,
+        &internals::SURFACE_IMAGE,
+        &internals::SURFACE,
     ];
     let planned = |scene: &str| {
         let prepared = Folder::new(scene).prepared();

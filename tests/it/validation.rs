@@ -186,9 +186,9 @@ fn barriers_of_a_step() {
 fn unread(frame: &Frame) -> Frame {
     let mut entries = frame.entries.clone();
     entries.retain_mut(|entry| match entry {
-        Entry::Pass(pass) => !matches!(pass.work, Work::Copy { to, .. } if to.row().per_slot),
+        Entry::Pass(pass) => !matches!(pass.work, Work::Copy { to, .. } if to.per_slot),
         Entry::Barriers(barriers) => {
-            barriers.retain(|barrier| !barrier.resource.row().per_slot);
+            barriers.retain(|barrier| !barrier.resource.per_slot);
             !barriers.is_empty()
         }
     });

@@ -402,7 +402,7 @@ fn measure_steps(steps: u32, context: &Arc<Context>, scene: Scene, edge: f64) ->
     };
     let device_data = DeviceData::new(&prepared);
     let plan = device_data.scene_data(&prepared, Some(&camera)).plan();
-    let bytes: u64 = plan.iter().filter(|planned| planned.resource.row().grows_with_nodes()).map(|p| p.bytes).sum();
+    let bytes: u64 = plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|p| p.bytes).sum();
     let whole_step = median(&whole);
     Ok(format!(
         "| {edge} | {} | {} | {:.1} | {start_up:.2} | {} x {} | {:.2} | {:.1} | {:.1} | {:.1} | {whole_step:.1} | {:.1} |",

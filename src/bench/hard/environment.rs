@@ -12,12 +12,12 @@ use crate::environment::sky::SkyModel;
 use crate::environment::step::StepLoads;
 use crate::environment::{Attitude, CircularOrbit, Environment};
 use crate::gpu::context::Context;
-use crate::gpu::frame::StepRange;
+use crate::gpu::effects::thermal::variant::StepRange;
+use crate::gpu::effects::thermal::variant::{Curve, StepKind, ThermalVariant};
 use crate::gpu::layout;
 use crate::gpu::renderer::Renderer;
-use crate::gpu::resources::{NODES_PER_WORKGROUP, SceneData};
+use crate::gpu::scene_data::{NODES_PER_WORKGROUP, SceneData};
 use crate::gpu::shapes::Shapes;
-use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::paper::cube::{ALTITUDES, PERIOD, PLANET_RADIUS, SPACE};
 use crate::simulation::network::unfinished;
 use crate::simulation::target::Target;
@@ -210,7 +210,11 @@ const MATERIAL: layout::Material = layout::Material {
 static ZEROS: [u32; 8192] = [0; 8192];
 
 impl Loose {
-    fn data<'a>(&'a self, shapes: &'a Shapes, shadows: Option<crate::gpu::resources::ShadowData<'a>>) -> SceneData<'a> {
+    fn data<'a>(
+        &'a self,
+        shapes: &'a Shapes,
+        shadows: Option<crate::gpu::scene_data::ShadowData<'a>>,
+    ) -> SceneData<'a> {
         let groups = self.normals.len() / 4;
         let variant =
             ThermalVariant { sun: true, shadow: self.shadow, ..ThermalVariant::bare(self.kind, Curve::Power) };

@@ -12,5 +12,5 @@ pub(crate) fn integrated(
     integrator: Integrator,
 ) -> Result<Series, ControlError> {
     let mut stepper = ReferenceStepper::new(network.clone(), &schedule.sensors());
-    integrate(&mut stepper, network, schedule, &Settings::of(integrator), |_| true)
+    integrate(&mut stepper, network, schedule, &IntegrationSettings::of(integrator), |_| true)
 }

@@ -1,40 +1,29 @@
-//! Radiation between surfaces on the device: its passes in a frame, and new tables where a joint has moved.
+//! Radiation between surfaces on the device: new tables where a joint has moved, and what patches receive.
 
 use super::Renderer;
-use super::exchanging::Exchanging;
-use super::ranges::ranges_of_load;
-use crate::environment::StepLoad;
+use crate::gpu::effects::exchange::state::Exchanging;
+use crate::gpu::effects::exchange::tables::ExchangeTables;
+use crate::gpu::effects::exchange::{ENTRIES, NODES, PATCHES, RECEIVED, REFLECTED, SEEN, SKY, SUNLIGHT};
 use crate::gpu::error::GpuError;
-use crate::gpu::exchange::ExchangeTables;
-use crate::gpu::frame::Frame;
-use crate::gpu::resource::Resource;
 use crate::saved::Saved;
 
 impl Renderer {
-    /// The passes that find what nodes receive in a load that lasts `steps`. Empty where surfaces do not see each other.
-    pub(super) fn exchange_frame(&mut self, load: &StepLoad, steps: f64) -> Frame {
-        let Some(light) = ranges_of_load(&self.ranges, load).first().map(|range| range.variant) else {
-            return Frame::default();
-        };
-        self.exchange.as_mut().map(|own| own.frame(light, load, steps)).unwrap_or_default()
-    }
-
     /// Replaces the tables after a joint has moved.
     ///
     /// # Errors
     /// More entries than the room that was taken at the start, or a call that fails.
     pub fn set_exchange(&mut self, tables: &ExchangeTables) -> Result<(), GpuError> {
         self.wait()?;
-        let Some(own) = &mut self.exchange else { return Ok(()) };
+        let Some(own) = &mut self.scene.exchange else { return Ok(()) };
         if tables.entries.len() > own.room {
             return Err(GpuError::ExchangeGrew { entries: 4 * tables.entries.len(), room: 4 * own.room });
         }
         own.fresh = true;
         own.order.clone_from(&tables.order);
-        self.resources.upload(&mut self.once, Resource::ExchangeNodes, &tables.nodes)?;
-        self.resources.upload(&mut self.once, Resource::ExchangePatches, &tables.patches)?;
-        self.resources.upload(&mut self.once, Resource::ExchangeEntries, &tables.entries)?;
-        self.resources.upload(&mut self.once, Resource::ExchangeSky, &tables.sky)?;
+        self.resources.upload(&mut self.once, &NODES, &tables.nodes)?;
+        self.resources.upload(&mut self.once, &PATCHES, &tables.patches)?;
+        self.resources.upload(&mut self.once, &ENTRIES, &tables.entries)?;
+        self.resources.upload(&mut self.once, &SKY, &tables.sky)?;
         self.resources.free_staging();
         Ok(())
     }
@@ -45,7 +34,7 @@ impl Renderer {
     /// A call that fails.
     pub fn received(&mut self) -> Result<Vec<f32>, GpuError> {
         let at_places = self.received_at_places()?;
-        let Some(own) = &self.exchange else { return Ok(Vec::new()) };
+        let Some(own) = &self.scene.exchange else { return Ok(Vec::new()) };
         let mut of_patches = vec![0.0; own.order.len()];
         own.order.iter().zip(at_places).for_each(|(patch, [received, _])| of_patches[*patch as usize] = received);
         Ok(of_patches)
@@ -57,8 +46,8 @@ impl Renderer {
     /// A call that fails.
     pub fn seen(&mut self) -> Result<Vec<[f32; 2]>, GpuError> {
         self.wait()?;
-        let Some(places) = self.exchange.as_ref().map(Exchanging::places) else { return Ok(Vec::new()) };
-        self.resources.download(&mut self.once, Resource::ExchangeSeen, places)
+        let Some(places) = self.scene.exchange.as_ref().map(Exchanging::places) else { return Ok(Vec::new()) };
+        self.resources.download(&mut self.once, &SEEN, places)
     }
 
     /// What patches reflect at first, and the sunlight that they absorb, as found last [W/m2].
@@ -67,9 +56,9 @@ impl Renderer {
     /// A call that fails.
     pub(super) fn exchanged_light(&mut self) -> Result<(Vec<[f32; 2]>, Vec<f32>), GpuError> {
         self.wait()?;
-        let Some(places) = self.exchange.as_ref().map(Exchanging::places) else { return Ok(Default::default()) };
-        let reflected = self.resources.download(&mut self.once, Resource::ExchangeReflected, places)?;
-        Ok((reflected, self.resources.download(&mut self.once, Resource::ExchangeSunlight, places)?))
+        let Some(places) = self.scene.exchange.as_ref().map(Exchanging::places) else { return Ok(Default::default()) };
+        let reflected = self.resources.download(&mut self.once, &REFLECTED, places)?;
+        Ok((reflected, self.resources.download(&mut self.once, &SUNLIGHT, places)?))
     }
 
     /// All that patches absorb [W/m2], and the share of each that sunlight can reach, in the order of the device.
@@ -78,22 +67,22 @@ impl Renderer {
     /// A call that fails.
     pub(super) fn received_at_places(&mut self) -> Result<Vec<[f32; 2]>, GpuError> {
         self.wait()?;
-        let Some(places) = self.exchange.as_ref().map(Exchanging::places) else { return Ok(Vec::new()) };
-        self.resources.download(&mut self.once, Resource::ExchangeReceived, places)
+        let Some(places) = self.scene.exchange.as_ref().map(Exchanging::places) else { return Ok(Vec::new()) };
+        self.resources.download(&mut self.once, &RECEIVED, places)
     }
 
     /// Takes what `seen`, `exchanged_light`, `received_at_places` and [`Exchanging::save`] gave.
     pub(super) fn restore_exchange(&mut self, saved: &Saved) -> Result<(), GpuError> {
-        let Some(own) = &mut self.exchange else { return Ok(()) };
+        let Some(own) = &mut self.scene.exchange else { return Ok(()) };
         own.renewal.restore(saved)?;
         own.fresh = false;
         let seen: Vec<[f32; 2]> = saved.list_of("seen", own.places())?;
         let reflected: Vec<[f32; 2]> = saved.list_of("reflected", own.places())?;
         let sunlight: Vec<f32> = saved.list_of("sunlight", own.places())?;
-        self.resources.upload(&mut self.once, Resource::ExchangeSeen, &seen)?;
-        self.resources.upload(&mut self.once, Resource::ExchangeReflected, &reflected)?;
-        self.resources.upload(&mut self.once, Resource::ExchangeSunlight, &sunlight)?;
+        self.resources.upload(&mut self.once, &SEEN, &seen)?;
+        self.resources.upload(&mut self.once, &REFLECTED, &reflected)?;
+        self.resources.upload(&mut self.once, &SUNLIGHT, &sunlight)?;
         let received: Vec<[f32; 2]> = saved.list_of("received", own.places())?;
-        self.resources.upload(&mut self.once, Resource::ExchangeReceived, &received)
+        self.resources.upload(&mut self.once, &RECEIVED, &received)
     }
 }

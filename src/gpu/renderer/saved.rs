@@ -1,24 +1,28 @@
 //! The state of a scene on the device that a run needs to go on later, bit for bit.
 
-use super::super::error::GpuError;
-use super::super::frame::Wanted;
-use super::super::layout;
-use super::super::load::DeviceLoad;
-use super::super::resource::Resource;
-use super::super::samples::Samples;
-use super::super::timing::PassTimes;
-use super::{Renderer, Request};
+use super::Renderer;
 use crate::environment::shadow::Redraw;
+use crate::gpu::effects::light::VISIBILITY;
+use crate::gpu::effects::sensor::BOLOMETER;
+use crate::gpu::effects::thermal::load::DeviceLoad;
+use crate::gpu::effects::thermal::{ELAPSED, SPAN, TARGET, TEMPERATURE};
+use crate::gpu::error::GpuError;
+use crate::gpu::frame::compose;
+use crate::gpu::layout;
+use crate::gpu::request::Request;
+use crate::gpu::resource::Resource;
+use crate::gpu::samples::Samples;
+use crate::gpu::timing::PassTimes;
 use crate::saved::{Saved, SavedError};
 use crate::thermal::network::one_pass::{HALVINGS_AT_MOST, Halving, Told};
 
 /// Buffers with the state of the nodes, one value for each node.
-const NODE_STATE: [(Resource, &str); 5] = [
-    (Resource::Temperature, "temperature"),
-    (Resource::Target, "target"),
-    (Resource::Span, "span"),
-    (Resource::Elapsed, "elapsed"),
-    (Resource::Visibility, "visibility"),
+static NODE_STATE: [(&Resource, &str); 5] = [
+    (&TEMPERATURE, "temperature"),
+    (&TARGET, "target"),
+    (&SPAN, "span"),
+    (&ELAPSED, "elapsed"),
+    (&VISIBILITY, "visibility"),
 ];
 
 impl Renderer {
@@ -35,7 +39,7 @@ impl Renderer {
                 saved.put(name, &values);
             }
         }
-        if let Some(network) = &self.one_pass {
+        if let Some(network) = &self.scene.network {
             for (resource, name, count) in network.state() {
                 if self.resources.get(resource).is_some() {
                     let values: Vec<f32> = self.resources.download(&mut self.once, resource, count)?;
@@ -51,23 +55,20 @@ impl Renderer {
             saved.put_flags("one_pass.on", &network.on);
             saved.put("one_pass.step", &[network.plan.step()]);
         }
-        if let Some(sensor) = &self.sensor {
-            if self.resources.get(Resource::SensorBolometer).is_some() {
+        if let Some(sensor) = &self.scene.sensor {
+            if self.resources.get(&BOLOMETER).is_some() {
                 let count = sensor.padded_pixels();
-                saved.put(
-                    "sensor.bolometer",
-                    &self.resources.download::<f32>(&mut self.once, Resource::SensorBolometer, count)?,
-                );
+                saved.put("sensor.bolometer", &self.resources.download::<f32>(&mut self.once, &BOLOMETER, count)?);
             }
             saved.put("sensor.last", &[sensor.last.unwrap_or(f64::NAN)]);
         }
-        if let Some(load) = &self.commanded {
+        if let Some(load) = &self.scene.commanded {
             saved.put_all("commanded", load.save());
         }
-        if let Some(redraw) = &self.shadows.redraw {
+        if let Some(redraw) = &self.scene.light.redraw {
             saved.put_all("shadows", redraw.save());
         }
-        if let Some(exchange) = &self.exchange {
+        if let Some(exchange) = &self.scene.exchange {
             saved.put_all("exchange", exchange.save());
             saved.put("exchange.seen", &self.seen()?);
             let (reflected, sunlight) = self.exchanged_light()?;
@@ -76,7 +77,7 @@ impl Renderer {
             saved.put("exchange.sunlight", &sunlight);
             saved.put("exchange.received", &received);
         }
-        saved.put("culled", &self.culling.save());
+        saved.put("culled", &self.scene.culling.save());
         saved.put("fused_steps", &[self.fused_steps]);
         saved.put("pass_names", self.pass_times().keys().cloned().collect::<Vec<_>>().join("\n").as_bytes());
         for (number, times) in self.pass_times().values().enumerate() {
@@ -98,18 +99,15 @@ impl Renderer {
                 lists.push((resource, saved.list_of::<f32>(name, self.nodes)?));
             }
         }
-        if let Some(network) = &mut self.one_pass {
+        if let Some(network) = &mut self.scene.network {
             for (resource, name, count) in network.state() {
                 if self.resources.get(resource).is_some() {
                     lists.push((resource, saved.list_of::<f32>(name, count)?));
                 }
             }
             let [step] = saved.array("one_pass.step")?;
-            network.plan = network.plans.over(step, 1).0;
-            let weights = network.tables.weights(&network.plan);
-            self.resources.upload(&mut self.once, Resource::OnePassWeights, &weights)?;
-            let heaters = network.tables.heater_words(&network.plan);
-            self.resources.upload(&mut self.once, Resource::OnePassHeaters, &heaters)?;
+            let plan = network.plans.over(step, 1).0;
+            network.take(plan);
             network.on = saved.flags("one_pass.on")?;
             let flags = saved.flags("one_pass.flags")?;
             network.odd = flags.first() == Some(&true);
@@ -122,13 +120,11 @@ impl Renderer {
             network.told = Told { squares, count, most, node: node as usize };
             network.told_steps = steps;
         }
+        self.upload_plan()?;
         self.restore_exchange(&saved.part("exchange"))?;
-        if let Some(sensor) = &mut self.sensor {
-            if self.resources.get(Resource::SensorBolometer).is_some() {
-                lists.push((
-                    Resource::SensorBolometer,
-                    saved.list_of::<f32>("sensor.bolometer", sensor.padded_pixels())?,
-                ));
+        if let Some(sensor) = &mut self.scene.sensor {
+            if self.resources.get(&BOLOMETER).is_some() {
+                lists.push((&BOLOMETER, saved.list_of::<f32>("sensor.bolometer", sensor.padded_pixels())?));
             }
             let [last] = saved.array::<f64, 1>("sensor.last")?;
             sensor.last = Some(last).filter(|last| !last.is_nan());
@@ -145,11 +141,11 @@ impl Renderer {
 
     fn restore_host(&mut self, saved: &Saved) -> Result<(), SavedError> {
         let commanded = saved.part("commanded");
-        self.commanded = if saved.has("commanded.steps") { Some(DeviceLoad::restore(&commanded)?) } else { None };
-        if let Some(redraw) = &mut self.shadows.redraw {
+        self.scene.commanded = if saved.has("commanded.steps") { Some(DeviceLoad::restore(&commanded)?) } else { None };
+        if let Some(redraw) = &mut self.scene.light.redraw {
             *redraw = Redraw { found_for: Redraw::found_for(&saved.part("shadows"))?, ..redraw.clone() };
         }
-        self.culling.restore(&saved.list("culled")?);
+        self.scene.culling.restore(&saved.list("culled")?);
         [self.fused_steps] = saved.array("fused_steps")?;
         Ok(())
     }
@@ -157,11 +153,8 @@ impl Renderer {
     /// Culls the triangles anew from the views of the last culling, whose result lies on the device only. The image of this frame is not used,
     /// and no rays are sent for it.
     fn cull_again(&mut self) -> Result<(), GpuError> {
-        let Some((views, culled)) = self.culling.last_culled(self.joints) else { return Ok(()) };
-        let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
-        let wanted =
-            Wanted { image: true, sampled: self.sampled, cull, temperatures: false, shows: self.shows, texels: 0 };
-        let frame = self.image(wanted, &culled, None);
+        let Some((views, culled)) = self.scene.culling.last_culled(self.scene.joints) else { return Ok(()) };
+        let frame = compose(&self.scene.drawn_recipe(self.scene.sampled, 0, culled, None));
         let submitted = self.send(&frame, Request { views: &views, ..Request::default() })?;
         self.collect(submitted).map(|_| ())
     }

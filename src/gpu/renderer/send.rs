@@ -1,92 +1,69 @@
-//! Sends a list to the device: the buffers that the host fills for each frame, and the push constants of its passes.
+//! Sends a list to the device, with the buffers that the host fills for each frame.
 
-use super::exchanging::Exchanging;
-use super::one_pass::OnePass;
-use super::{Renderer, Request, Submitted};
+use super::Renderer;
+use crate::gpu::effects::exchange::{MIRRORS, POSES};
+use crate::gpu::effects::image::resources::{DISTANT, LOBES, PLANET_MEANS, PLANET_VIEW, SHUTTER, SURROUNDINGS, VIEW};
+use crate::gpu::effects::light::SUN_VIEW;
+use crate::gpu::effects::sensor::SETTINGS;
+use crate::gpu::effects::thermal::load::DeviceLoad;
+use crate::gpu::effects::traced::{TRACE_BOXES, TRACE_TRIANGLES, TRACING};
 use crate::gpu::error::GpuError;
-use crate::gpu::frame::Frame;
-use crate::gpu::layout::{self, HeatPass};
-use crate::gpu::load::DeviceLoad;
-use crate::gpu::pass::Said;
+use crate::gpu::layout;
+use crate::gpu::pass::Frame;
 use crate::gpu::record::Recorder;
-use crate::gpu::resource::Resource;
+use crate::gpu::request::{Request, Submitted};
 
 impl Renderer {
     /// Writes what the passes of a list read from the host, and submits the list.
     pub(super) fn send(&mut self, list: &Frame, request: Request<'_>) -> Result<Submitted, GpuError> {
+        self.bindings.add(&self.resources, list.passes())?;
         let slot = self.slots.free()?;
         self.write(slot, &request)?;
-        let told = |said: Said| match said {
-            Said::Share => request.between.unwrap_or(1.0).to_le_bytes().to_vec(),
-            Said::Triangle(first) | Said::Texel(first) => first.to_le_bytes().to_vec(),
-            Said::Ray(ray, joint) => self.shadows.ray(ray, joint),
-            Said::OnePass { first, end, since } => {
-                let constants = |one: &OnePass| bytemuck::bytes_of(&one.constants(first, end, since)).to_vec();
-                self.one_pass.as_ref().map(constants).unwrap_or_default()
-            }
-            Said::Stage { number } => {
-                let constants = |one: &OnePass| bytemuck::bytes_of(&one.stage_constants(number)).to_vec();
-                self.one_pass.as_ref().map(constants).unwrap_or_default()
-            }
-            Said::Heaters { number, first, trial } => {
-                let constants =
-                    |one: &OnePass| bytemuck::bytes_of(&one.heater_constants(number, first, trial)).to_vec();
-                self.one_pass.as_ref().map(constants).unwrap_or_default()
-            }
-            Said::Patches { first, end } => {
-                let constants = |own: &Exchanging| bytemuck::bytes_of(&own.constants(first, end)).to_vec();
-                self.exchange.as_ref().map(constants).unwrap_or_default()
-            }
-            Said::Heat { first } => {
-                let space = request.step.map_or(0.0, |(load, _)| load.background_temperature);
-                bytemuck::bytes_of(&HeatPass { first, background_temperature_4: space.powi(4) as f32 }).to_vec()
-            }
-            Said::Nothing => Vec::new(),
-        };
         let (context, bindings) = (self.resources.context.as_ref(), Some(&self.bindings));
         let recorder = |commands| {
-            let recorder = Recorder::new(context, commands, &self.resources, bindings, &told);
-            recorder.drawing(slot, &self.triangles, &self.shadows.occluders)
+            let recorder = Recorder::new(context, commands, &self.resources, bindings);
+            recorder.drawing(slot, &self.scene.triangles, &self.scene.light.occluders)
         };
         self.slots.submit(list, recorder).map(Submitted)
     }
 
     /// Writes the buffers of a slot that the host fills for each frame.
     fn write(&mut self, slot: usize, request: &Request<'_>) -> Result<(), GpuError> {
+        let (resources, scene) = (&mut self.resources, &mut self.scene);
         if let Some((load, steps)) = request.step {
-            DeviceLoad::new(load, self.joints).write(&mut self.resources, slot, steps)?;
+            DeviceLoad::new(load, scene.joints).write(resources, slot, steps)?;
         }
-        self.resources.write_slices(Resource::View, slot, request.views)?;
-        self.resources.write_slices(Resource::Shutter, slot, request.shutters)?;
+        resources.write_slices(&VIEW, slot, request.views)?;
+        resources.write_slices(&SHUTTER, slot, request.shutters)?;
         if let Some(distant) = request.distant {
-            self.resources.write(Resource::Distant, slot, &[distant])?;
+            resources.write(&DISTANT, slot, &[distant])?;
         }
         if let Some(around) = request.surroundings {
-            self.resources.write(Resource::Surroundings, slot, &[around])?;
-            self.resources.write(Resource::Lobes, slot, request.lobes)?;
+            resources.write(&SURROUNDINGS, slot, &[around])?;
+            resources.write(&LOBES, slot, request.lobes)?;
         }
         if let Some(traced) = request.traced {
-            let [width, _] = self.drawn[usize::from(request.distant.is_some())];
-            let (texels, surface_width) = (self.texels(request.distant.is_some()), self.drawn[0][0]);
+            let [width, _] = scene.drawn[usize::from(request.distant.is_some())];
+            let (texels, surface_width) = (scene.texels(request.distant.is_some()), scene.drawn[0][0]);
             let settings = layout::Tracing { width, texels, surface_width, ..traced.settings };
-            self.resources.write(Resource::Tracing, slot, &[settings])?;
+            resources.write(&TRACING, slot, &[settings])?;
             if self.trees[slot] != Some(traced.version) {
-                self.resources.write(Resource::TraceBoxes, slot, traced.boxes)?;
-                self.resources.write(Resource::TraceTriangles, slot, traced.triangles)?;
+                resources.write(&TRACE_BOXES, slot, traced.boxes)?;
+                resources.write(&TRACE_TRIANGLES, slot, traced.triangles)?;
                 self.trees[slot] = Some(traced.version);
             }
         }
         if let Some((view, means)) = request.planet {
-            self.resources.write(Resource::PlanetView, slot, &[view])?;
-            self.resources.write(Resource::PlanetMeans, slot, means)?;
+            resources.write(&PLANET_VIEW, slot, &[view])?;
+            resources.write(&PLANET_MEANS, slot, means)?;
         }
-        self.resources.write_slices(Resource::SunView, slot, &std::mem::take(&mut self.shadows.views))?;
-        if let Some(exchange) = &mut self.exchange {
-            self.resources.write(Resource::ExchangePoses, slot, &std::mem::take(&mut exchange.poses))?;
-            self.resources.write(Resource::ExchangeMirrors, slot, &std::mem::take(&mut exchange.mirrored))?;
+        resources.write_slices(&SUN_VIEW, slot, &std::mem::take(&mut scene.light.views))?;
+        if let Some(exchange) = &mut scene.exchange {
+            resources.write(&POSES, slot, &std::mem::take(&mut exchange.poses))?;
+            resources.write(&MIRRORS, slot, &std::mem::take(&mut exchange.mirrored))?;
         }
-        if let Some(sensor) = &self.sensor {
-            self.resources.write(Resource::Sensor, slot, &[sensor.settings])?;
+        if let Some(sensor) = &scene.sensor {
+            resources.write(&SETTINGS, slot, &[sensor.settings])?;
         }
         Ok(())
     }

@@ -7,11 +7,10 @@ use ash::vk;
 
 use crate::gpu::context::Context;
 use crate::gpu::error::{During as _, GpuError};
-use crate::gpu::frame::Frame;
 use crate::gpu::once::command_buffers;
+use crate::gpu::pass::Frame;
 use crate::gpu::record::Recorder;
-use crate::gpu::resource::Resource;
-use crate::gpu::resource_row::SLOTS;
+use crate::gpu::resource::{Resource, SLOTS};
 use crate::gpu::samples::Samples;
 use crate::gpu::timing::{DeviceFrame, PassTimes, Timing};
 
@@ -28,7 +27,7 @@ struct Slot {
     pending: bool,
     submitted: Instant,
     /// Resources that its list left to the host.
-    left: Vec<Resource>,
+    left: Vec<&'static Resource>,
 }
 
 /// All slots, and the measured times of their passes.
@@ -48,6 +47,8 @@ pub(super) struct Slots {
     count: u64,
     /// Measured times of the frames since the last take, if they are kept.
     pub frames: Option<Vec<DeviceFrame>>,
+    /// Names of the passes of the frames since the last take, if they are kept.
+    pub names: Option<Vec<Vec<String>>>,
 }
 
 impl Slots {
@@ -65,6 +66,7 @@ impl Slots {
             time_few: false,
             count: 0,
             frames: None,
+            names: None,
         };
         for commands in commands {
             let timing = Timing::new(&slots.context, passes)?;
@@ -100,6 +102,9 @@ impl Slots {
         unsafe { device.begin_command_buffer(slot.commands, &begin) }.during("recording")?;
         slot.timing.begin_frame(slot.commands, timed);
         recorder(slot.commands).record(list, Some(&mut slot.timing));
+        if let Some(names) = &mut self.names {
+            names.push(list.passes().map(|pass| pass.name.clone()).collect());
+        }
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
         slot.submitted = Instant::now();
@@ -114,7 +119,7 @@ impl Slots {
     }
 
     /// Whether the last list of a slot left a resource to the host.
-    pub fn left(&self, number: usize, resource: Resource) -> bool {
+    pub fn left(&self, number: usize, resource: &'static Resource) -> bool {
         self.slots[number].left.contains(&resource)
     }
 

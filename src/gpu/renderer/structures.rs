@@ -1,8 +1,8 @@
 //! Reads and sets the temperatures of the structures below plates.
 
 use super::Renderer;
+use crate::gpu::effects::thermal::{ELAPSED, TARGET};
 use crate::gpu::error::GpuError;
-use crate::gpu::resource::Resource;
 
 impl Renderer {
     /// Temperatures of the structures [K], one value for each node. The values of nodes without a structure mean nothing. No frame is in flight afterwards.
@@ -11,7 +11,7 @@ impl Renderer {
     /// A call that fails.
     pub fn structures(&mut self) -> Result<Vec<f32>, GpuError> {
         self.wait()?;
-        self.resources.download(&mut self.once, Resource::Target, self.nodes)
+        self.resources.download(&mut self.once, &TARGET, self.nodes)
     }
 
     /// Replaces the temperatures of the structures below some nodes [K].
@@ -20,13 +20,13 @@ impl Renderer {
     /// A call that fails.
     pub fn set_structures(&mut self, nodes: &[usize], temperatures: &[f64]) -> Result<(), GpuError> {
         let mut values = self.structures()?;
-        let mut words: Vec<i32> = self.resources.download(&mut self.once, Resource::Elapsed, self.nodes)?;
+        let mut words: Vec<i32> = self.resources.download(&mut self.once, &ELAPSED, self.nodes)?;
         for (node, temperature) in nodes.iter().zip(temperatures) {
             // Without a rest, and without a last change.
             (values[*node], words[*node]) = (*temperature as f32, 0);
         }
-        self.resources.upload(&mut self.once, Resource::Target, &values)?;
-        self.resources.upload(&mut self.once, Resource::Elapsed, &words)?;
+        self.resources.upload(&mut self.once, &TARGET, &values)?;
+        self.resources.upload(&mut self.once, &ELAPSED, &words)?;
         self.resources.free_staging();
         Ok(())
     }

@@ -2,8 +2,8 @@
 
 use glam::DAffine3;
 
+use crate::gpu::effects::image::sampling::Sampling;
 use crate::gpu::layout;
-use crate::gpu::sampling::Sampling;
 use crate::scene::Camera;
 use crate::simulation::distant::{DistantParts, told};
 use crate::simulation::engine::{InstantPoses, Order, RowMoments};

@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
+use crate::gpu::effects::heat::tables::{HeatOf, HeatTables};
 use crate::gpu::error::GpuError;
-use crate::gpu::heat::{HeatOf, HeatTables};
 use crate::gpu::renderer::{Renderer, Submitted};
 use crate::simulation::engine::{Delivered, Pixels};
 

@@ -43,9 +43,9 @@ pub struct NetworkRun {
     /// The estimated error of the steps in the frames of a device, and how often they are halved.
     pub(super) told: Option<(Estimate, Halving)>,
     /// The network in one pass in f64, where the processor steps it so.
-    pub(super) one_pass: Option<OnePass>,
+    pub(super) one_pass: Option<OnePassNetwork>,
     /// Where the network left the one pass.
-    pub(super) left: Option<Left>,
+    pub(super) left: Option<OnePassExit>,
     /// Whether the frames of a device step the network.
     pub(super) in_frames: bool,
     pub(super) costs: Samples<StepCost>,

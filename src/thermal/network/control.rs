@@ -4,8 +4,8 @@
 use super::reference::ReferenceStepper;
 use super::rkl2::stages_for;
 use super::schedule::Schedule;
-use super::stepper::Method;
-use super::switches::{Pace, SWITCH_TIME, Trace};
+use super::stepper::StepMethod;
+use super::switches::{Pace, SWITCH_TIME, SensorTrace};
 use super::{Network, NodeKind};
 
 mod rejected;

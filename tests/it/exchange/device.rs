@@ -6,7 +6,7 @@ use isotherm::internals;
 use isotherm::internals::{
     Context, Curve, DeviceData, DeviceEngine, Engine, EngineError, EngineOrder as Order, Exchange, ExchangeTables,
     Frame, PADDING, Prepared, ReferenceEngine, STEFAN_BOLTZMANN, Scenery, Step, StepKind, StepRange, ThermalVariant,
-    Wanted, cast_rays as cast, exchange as exchange_list, run,
+    Wanted, cast_rays as cast, run,
 };
 use serde_json::json;
 
@@ -271,7 +271,7 @@ fn each_barrier_of_exchange_is_needed() {
             ..ThermalVariant::bare(StepKind::Merge, Curve::Power)
         };
         let range = [StepRange { variant, groups: (0, 64), joint: 0 }];
-        let step = exchange_list(70, variant, anew, mirrors).then(Frame::step(&range, Wanted::default()));
+        let step = crate::resources::exchange(70, variant, anew, mirrors).then(Frame::step(&range, Wanted::default()));
         each_barrier_is_needed(&[Frame::settle(&range), step.clone(), step.clone(), step], 1);
     }
 }

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use isotherm::internals;
 use isotherm::internals::{
-    Density, DeviceData, DeviceEngine, Edges, Engine, Integrator, Planned, Prepared, Resource, Scene, device_bytes,
+    Density, DeviceData, DeviceEngine, Edges, Engine, Integrator, Planned, Prepared, Scene, device_bytes,
 };
 
 use crate::craft::{Folder, scene_with};
@@ -42,7 +43,7 @@ fn a_network_in_one_pass_takes_100_bytes_a_node_and_8_a_weight() {
     let prepared = station(Integrator::Default);
     let data = DeviceData::new(&prepared);
     let plan = data.scene_data(&prepared, None).plan();
-    let is_weights = |planned: &&Planned| planned.resource == Resource::OnePassWeights;
+    let is_weights = |planned: &&Planned| planned.resource == &internals::WEIGHTS;
     let of = |wanted: &dyn Fn(&&Planned) -> bool| plan.iter().filter(wanted).map(|planned| planned.bytes).sum::<u64>();
     let weights = of(&is_weights);
     let rest = of(&|planned| format!("{:?}", planned.resource).starts_with("OnePass") && !is_weights(planned));

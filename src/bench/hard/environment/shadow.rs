@@ -10,10 +10,10 @@ use crate::bench::hard::case::{CaseScale, HardCase};
 use crate::environment::shadow::{Jointed, Occluders, Redraw, ShadowCasters, ShadowMethod};
 use crate::environment::{StepLoad, SunSample};
 use crate::gpu::context::Context;
+use crate::gpu::effects::thermal::variant::StepKind;
 use crate::gpu::renderer::Renderer;
-use crate::gpu::resources::{NODES_PER_WORKGROUP, ShadowData};
+use crate::gpu::scene_data::{NODES_PER_WORKGROUP, ShadowData};
 use crate::gpu::shapes::Shapes;
-use crate::gpu::variant::StepKind;
 use crate::simulation::target::Target;
 
 /// Edge of the plate, height of the disc above it, and radius of the disc [m].

@@ -1,7 +1,7 @@
 //! Tries that are taken back: a shorter sub-step, or the reason why none is short enough.
 
-use super::{Control, ControlError, Plan, RATE_AGE, STIFFEST};
-use crate::thermal::network::stepper::Method;
+use super::{Control, ControlError, PlannedTry, RATE_AGE, STIFFEST};
+use crate::thermal::network::stepper::StepMethod;
 use crate::thermal::network::{LinearConductor, Network, NodeKind};
 
 /// Shortest sub-step [s].

@@ -2,7 +2,7 @@
 
 use super::{Control, ControlError, PlannedTry, Switch};
 use crate::thermal::network::rkl2::stages_for;
-use crate::thermal::network::stepper::Method;
+use crate::thermal::network::stepper::StepMethod;
 use crate::thermal::network::switches::{SWITCH_TIME, crossed, straight_crossing};
 
 impl<W: FnMut(f64) -> bool> Control<'_, W> {

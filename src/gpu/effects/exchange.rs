@@ -1,0 +1,146 @@
+//! Radiation between surfaces: what patches of the craft send to each other, and what they reflect of Sun and planet.
+
+pub mod state;
+pub mod tables;
+
+use super::thermal::TEMPERATURE;
+use super::thermal::variant::ThermalVariant;
+use crate::gpu::layout::{self, ExchangePass};
+use crate::gpu::pass::{Barrier, COMPUTE, COMPUTE_READ, COMPUTE_WRITE, Frame, Pass, barrier, scope};
+use crate::gpu::resource::Pieces::Always;
+use crate::gpu::resource::Role::{FromHost, Storage};
+use crate::gpu::resource::{PAIRS, Per, Resource, lent, made};
+use crate::gpu::scene_data::{ExchangeData, SceneData};
+use crate::gpu::shaders::Shader;
+use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
+
+/// A buffer with a number of elements that the exchange gives, if the scene has it.
+macro_rules! buffer {
+    ($name:literal, $element:expr, $role:expr, $count:expr) => {
+        Resource::new($name, $element, $role, Per::Scene, |data| data.exchange.as_ref().map_or(0, $count))
+    };
+}
+
+/// Patches of the fronts of four nodes, then of their backs.
+pub static NODES: Resource = Resource::new("ExchangeNodes", PAIRS, Storage, Per::Node, |data| {
+    data.exchange.as_ref().map_or(0, |exchange| exchange.tables.nodes.len())
+})
+.in_pieces(Always)
+.filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.nodes)));
+/// `ExchangePatch` of every patch.
+pub static PATCHES: Resource = buffer!("ExchangePatches", size_of::<layout::ExchangePatch>(), Storage, places)
+    .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.patches)));
+/// Nodes of the patches, and their shares.
+pub static MEMBERS: Resource = buffer!("ExchangeMembers", 8, Storage, |exchange| exchange.tables.members.len())
+    .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.members)));
+/// Rows of the exchange areas of infrared and of sunlight in fours.
+pub static ENTRIES: Resource = buffer!("ExchangeEntries", 16, Storage, |exchange| exchange.tables.room)
+    .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.entries)));
+/// Rows of the poses of the body and of the joints, written by the host.
+pub static POSES: Resource = buffer!("ExchangePoses", 48, FromHost, |exchange| exchange.tables.joints).each_slot();
+/// Directions of rays, and whether they are open.
+pub static SKY: Resource = buffer!("ExchangeSky", 16, Storage, |exchange| exchange.tables.sky.len())
+    .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.sky)));
+/// Shares of the planet's infrared and albedo that every patch sees.
+pub static SEEN: Resource =
+    buffer!("ExchangeSeen", 8, Storage, places).filled(|data| made(&vec![[1.0f32; 2]; places_of(data)]));
+/// Infrared of the planet and sunlight that every patch reflects at first [W/m2].
+pub static REFLECTED: Resource =
+    buffer!("ExchangeReflected", 8, Storage, places).filled(|data| made(&vec![[0.0f32; 2]; places_of(data)]));
+/// Sunlight from other patches that every patch absorbs [W/m2].
+pub static SUNLIGHT: Resource =
+    buffer!("ExchangeSunlight", 4, Storage, places).filled(|data| made(&vec![0.0f32; places_of(data)]));
+/// Rows of the shares of mirrored sunlight, written by the host.
+pub static MIRRORS: Resource = buffer!("ExchangeMirrors", 8, FromHost, |exchange| exchange
+    .mirrors
+    .map_or(0, |mirrors| exchange.tables.patches.len() + mirrors.most_pairs()))
+.each_slot();
+/// Sunlight that every patch mirrors [W/m2].
+pub static MIRRORED: Resource =
+    buffer!("ExchangeMirrored", 4, Storage, |exchange| exchange.mirrors.map_or(0, |_| places(exchange)));
+/// Infrared that every patch sends at first [W/m2].
+pub static SENT: Resource = buffer!("ExchangeSent", 4, Storage, places);
+/// Flux from other patches that every patch absorbs [W/m2], and the share of each that sunlight can reach.
+pub static RECEIVED: Resource =
+    buffer!("ExchangeReceived", 8, Storage, places).filled(|data| made(&vec![[0.0f32, 1.0]; places_of(data)]));
+
+/// Buffers of radiation between surfaces.
+pub const RESOURCES: &[&Resource] = &[
+    &NODES, &PATCHES, &MEMBERS, &ENTRIES, &POSES, &SKY, &SEEN, &REFLECTED, &SUNLIGHT, &MIRRORS, &MIRRORED, &SENT,
+    &RECEIVED,
+];
+
+/// Number of patches, and one for faces without any.
+fn places(exchange: &ExchangeData<'_>) -> usize {
+    exchange.tables.patches.len() + 1
+}
+
+fn places_of(data: &SceneData<'_>) -> usize {
+    data.exchange.as_ref().map_or(0, places)
+}
+
+/// Patches of a workgroup.
+const WORKGROUP: u32 = 64;
+
+/// What the passes before a thermal step depend on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Exchanged {
+    /// Number of patches.
+    pub patches: u32,
+    /// Bundles of rays that keep the sky of each patch.
+    pub bundles: u32,
+    /// Variant of a thermal step, which tells the kinds of light.
+    pub light: ThermalVariant,
+    /// Whether the light of Sun and planet is found anew.
+    pub anew: bool,
+    /// Whether patches mirror sunlight.
+    pub mirrors: bool,
+}
+
+/// The passes before the thermal step.
+pub(crate) fn passes(frame: &mut Frame, exchanged: &Exchanged) {
+    let Exchanged { patches, bundles, light, anew, mirrors } = *exchanged;
+    let constants = ExchangePass { first: 0, end: patches, rays: bundles, boxes: 0, start: 0.0 };
+    let pass = |entry: &'static str, words: &[(bool, &'static str)]| {
+        let shader = Shader::with(entry, words);
+        Pass::dispatch(shader.name(), shader, patches.div_ceil(WORKGROUP)).told(&constants)
+    };
+    // The last frame may still read what it received.
+    let free = |resource: &'static Resource| -> Barrier {
+        barrier(resource, scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE), COMPUTE_WRITE)
+    };
+    let done = |resource: &'static Resource| barrier(resource, COMPUTE_WRITE, COMPUTE_READ);
+    let changed = |resource: &'static Resource| barrier(resource, COMPUTE_WRITE, COMPUTE);
+    let mirrors = mirrors && light.sun;
+    if anew && (light.planet_ir || light.albedo) {
+        frame.wait([free(&SEEN)]);
+        frame.pass(pass("exchange_sky.comp", &[]));
+        frame.wait([done(&SEEN)]);
+    }
+    if anew && (light.sun || light.planet_ir) {
+        frame.wait([Some(free(&REFLECTED)), mirrors.then(|| free(&MIRRORED))].into_iter().flatten());
+        let words = [
+            (light.sun, "sun"),
+            (light.planet_ir, "planet_ir"),
+            (light.albedo, "albedo"),
+            (light.sun && light.shadow, "shadow"),
+            (mirrors, "mirrors"),
+        ];
+        frame.pass(pass("exchange_light.comp", &words));
+        if mirrors {
+            frame.wait([changed(&REFLECTED), done(&MIRRORED), free(&SUNLIGHT)]);
+            frame.pass(pass("exchange_mirror.comp", &[]));
+        }
+        frame.wait([done(&REFLECTED)]);
+    }
+    if anew && light.sun {
+        frame.wait([if mirrors { changed(&SUNLIGHT) } else { free(&SUNLIGHT) }]);
+        frame.pass(pass("exchange_receive.comp", &[(true, "reflected"), (mirrors, "mirrors")]));
+        frame.wait([done(&SUNLIGHT)]);
+    }
+    frame.wait([done(&TEMPERATURE), free(&SENT)]);
+    frame.pass(pass("exchange_send.comp", &[(light.planet_ir, "planet_ir")]));
+    frame.wait([done(&SENT), free(&RECEIVED)]);
+    frame.pass(pass("exchange_receive.comp", &[(light.sun, "sun")]));
+    frame.wait([done(&RECEIVED)]);
+}

@@ -1,0 +1,93 @@
+//! What a renderer keeps of radiation between surfaces: the order of patches, and when what they exchange is found anew.
+
+use std::sync::Arc;
+
+use super::Exchanged;
+use crate::environment::StepLoad;
+use crate::exchange::mirrors::{Mirrored, Mirrors};
+use crate::exchange::sky::{Due, Renewal};
+use crate::gpu::effects::thermal::variant::ThermalVariant;
+use crate::gpu::layout;
+use crate::gpu::scene_data::ExchangeData;
+use crate::saved::Saved;
+
+/// What a renderer keeps of the tables.
+pub(crate) struct Exchanging {
+    bundles: u32,
+    joints: usize,
+    /// Patch at each place of the device.
+    pub order: Vec<u32>,
+    pub room: usize,
+    pub renewal: Renewal,
+    /// Whether all must be found anew, whatever the angle and the time.
+    pub fresh: bool,
+    /// Rows of the poses that the next frame needs.
+    pub poses: Vec<[[f32; 4]; 3]>,
+    /// The patches that mirror sunlight.
+    mirrors: Option<Arc<Mirrors>>,
+    /// Rows of mirrored sunlight that the next frame needs.
+    pub mirrored: Vec<[u32; 2]>,
+}
+
+impl Exchanging {
+    /// The state before the first step.
+    pub fn new(data: &ExchangeData) -> Self {
+        let ExchangeData { tables, renewal, mirrors } = data;
+        Self {
+            bundles: tables.bundles,
+            joints: tables.joints,
+            order: tables.order.clone(),
+            room: tables.room,
+            renewal: renewal.clone(),
+            fresh: true,
+            poses: Vec::new(),
+            mirrors: mirrors.cloned(),
+            mirrored: Vec::new(),
+        }
+    }
+
+    /// What the passes find under a load that lasts `steps`. `None` where what was found before holds.
+    pub fn due(&mut self, light: ThermalVariant, load: &StepLoad, steps: f64) -> Option<Exchanged> {
+        let due = self.renewal.due(load, steps, std::mem::take(&mut self.fresh));
+        if due == Due::Nothing {
+            return None;
+        }
+        if due == Due::All {
+            let pose = |joint: usize| layout::rows(&load.joints.get(joint).copied().unwrap_or_default());
+            self.poses = (0..self.joints).map(pose).collect();
+            let mirrors = self.mirrors.as_ref().filter(|_| light.sun);
+            self.mirrored = mirrors.map(|mirrors| rows(&mirrors.mirrored(load), &self.order)).unwrap_or_default();
+        }
+        Some(self.exchanged(light, due == Due::All))
+    }
+
+    /// What the passes find under a light, `anew` or where the light of Sun and planet holds.
+    pub fn exchanged(&self, light: ThermalVariant, anew: bool) -> Exchanged {
+        let patches = self.order.len() as u32;
+        Exchanged { patches, bundles: self.bundles, light, anew, mirrors: self.mirrors.is_some() }
+    }
+
+    /// Number of patches, and one for faces without any.
+    pub fn places(&self) -> usize {
+        self.order.len() + 1
+    }
+
+    /// The state that a run needs to go on.
+    pub fn save(&self) -> Saved {
+        self.renewal.save()
+    }
+}
+
+/// Rows of mirrored sunlight in the order of the device: the pairs of each patch by their first and the one after the last, then all pairs.
+fn rows(mirrored: &Mirrored, order: &[u32]) -> Vec<[u32; 2]> {
+    let mut places = vec![0u32; order.len()];
+    (0..).zip(order).for_each(|(place, patch)| places[*patch as usize] = place);
+    let mut rows = vec![[0; 2]; order.len()];
+    for (place, patch) in order.iter().enumerate() {
+        let first = rows.len() as u32;
+        let pair = |(from, share): &(u32, f64)| [places[*from as usize], (*share as f32).to_bits()];
+        rows.extend(mirrored.arrives.row(*patch as usize).iter().map(pair));
+        rows[place] = [first, rows.len() as u32];
+    }
+    rows
+}

@@ -1,0 +1,252 @@
+//! An image: culling of its triangles, the draw of their radiance with the sky behind them, and what is computed from it.
+
+pub mod culling;
+pub mod resources;
+pub mod runs;
+pub mod sampling;
+pub mod variant;
+
+use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
+
+pub use self::resources::RESOURCES;
+use self::resources::{
+    CRINKLED_X, CRINKLED_Y, CRINKLED_Z, DEPTH_IMAGE, DRAWN_IDENTITY, DRAWN_RADIANCE, DRAWS, IDENTITY_IMAGE,
+    IDENTITY_READBACK, IMAGE_IDENTITY, IMAGE_RADIANCE, MEAN, MEAN_DEPTH_IMAGE, MEAN_IMAGE, MULTI_IMAGE, RADIANCE_IMAGE,
+    RADIANCE_READBACK, VISIBLE_TRIANGLES,
+};
+use self::runs::{TRIANGLES_A_DRAW, TriangleRun};
+use self::sampling::{Distance, RowOf, Sampled};
+use self::variant::RadianceVariant;
+use super::thermal::NODE_READ;
+use super::traced::{SURFACE, SURFACE_IMAGE};
+use crate::gpu::pass::{
+    Barrier, COLOUR, COMPUTE, COMPUTE_READ, COMPUTE_WRITE, COPIED, COPY_READ, COPY_WRITE, DEPTH, DEPTH_WRITE, Drawing,
+    Frame, Pass, barrier, scope, to_copy, to_draw, to_host,
+};
+use crate::gpu::resource::{Per, Resource};
+use crate::gpu::shaders::Shader;
+
+/// An image that a frame draws.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ImageRecipe {
+    /// How the image is made. `None` if it is simply drawn.
+    pub sampled: Option<Sampled>,
+    /// What its pixels show.
+    pub shows: RadianceVariant,
+    /// Texels whose reflections of the craft itself are traced, where `shows` has them.
+    pub texels: u32,
+    /// Triangles to cull before. Empty if the view of the craft has not changed since the last image.
+    pub culled: Vec<TriangleRun>,
+}
+
+impl ImageRecipe {
+    /// How it is computed from drawn images, if it is.
+    pub(crate) fn resampled(&self) -> Option<Sampled> {
+        self.sampled.filter(Sampled::is_resampled)
+    }
+
+    /// How a point finds its row with a rolling shutter.
+    fn shutter(&self) -> Option<RowOf> {
+        self.sampled.and_then(|sampled| sampled.shutter)
+    }
+
+    /// Samples of a texel of the mean over several samples, if it has one.
+    fn mean(&self) -> Option<u32> {
+        self.sampled.and_then(|sampled| sampled.mean)
+    }
+
+    /// The buffer to which reflections of the craft are added.
+    fn lit(&self) -> &'static Resource {
+        if self.resampled().and_then(|sampled| sampled.mean).is_some() { &MEAN } else { &DRAWN_RADIANCE }
+    }
+
+    /// Where radiance and identity of the image stand at the end.
+    pub(crate) fn left_in(&self) -> [&'static Resource; 2] {
+        match self.resampled() {
+            Some(_) => [&IMAGE_RADIANCE, &IMAGE_IDENTITY],
+            None if self.shows.traced => [&DRAWN_RADIANCE, &IDENTITY_IMAGE],
+            None => [&RADIANCE_IMAGE, &IDENTITY_IMAGE],
+        }
+    }
+}
+
+/// Leaves triangles out that cover no pixel.
+pub(crate) fn cull(frame: &mut Frame, image: &ImageRecipe) {
+    let mut pieces = image.culled.iter().flat_map(|run| run.pieces()).peekable();
+    if pieces.peek().is_none() {
+        return;
+    }
+    // The draw of the last image may still read its triangles and draw commands.
+    let indices = scope(S::INDEX_INPUT | S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
+    let commands = scope(S::DRAW_INDIRECT | S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
+    frame.wait([barrier(&VISIBLE_TRIANGLES, indices, COMPUTE_WRITE), barrier(&DRAWS, commands, COMPUTE_WRITE)]);
+    let sampled = image.mean().map(|_| "sampled");
+    let words: Vec<_> = sampled.into_iter().chain(image.shutter().map(RowOf::words).unwrap_or_default()).collect();
+    frame.passes_of(pieces.map(|run| {
+        let (first, end) = run.triangles;
+        let shader = Shader::new("cull.comp", words.clone());
+        let pass = Pass::dispatch("cull", shader, (end - first).div_ceil(TRIANGLES_A_DRAW)).of_joint(run.joint);
+        pass.over(Per::Triangle, run.triangles).over(Per::Draw, run.draws()).told(&first)
+    }));
+    frame.wait([
+        barrier(&VISIBLE_TRIANGLES, COMPUTE_WRITE, scope(S::INDEX_INPUT, A::INDEX_READ)),
+        barrier(&DRAWS, COMPUTE_WRITE, scope(S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ)),
+    ]);
+}
+
+/// Draws with the temperatures in the buffer `shown`: one sample of each texel, and the mean over several where one is wanted.
+pub(crate) fn draw(frame: &mut Frame, image: &ImageRecipe, shown: &'static Resource) {
+    let (shows, mean, shutter) = (image.shows, image.mean(), image.shutter());
+    let vertex = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
+    let mut before = vec![
+        barrier(shown, COMPUTE_WRITE, if shows.traced { NODE_READ } else { vertex }),
+        to_draw(&RADIANCE_IMAGE, COPIED, COLOUR),
+        to_draw(&IDENTITY_IMAGE, COPIED, COLOUR),
+        to_draw(&DEPTH_IMAGE, DEPTH_WRITE, DEPTH),
+    ];
+    let mut drawn = vec![to_copy(&RADIANCE_IMAGE, COLOUR), to_copy(&IDENTITY_IMAGE, COLOUR)];
+    if shows.traced {
+        before.push(to_draw(&SURFACE_IMAGE, COPIED, COLOUR));
+        drawn.push(to_copy(&SURFACE_IMAGE, COLOUR));
+    }
+    // A mean takes the place of the radiance of single samples.
+    let single = match image.sampled {
+        // The sky stands behind the pixels, not behind the texels of a crop.
+        Some(Sampled { distance: Distance::Far, .. }) => RadianceVariant { background: false, ..shows },
+        _ if mean.is_some() => RadianceVariant::PLAIN,
+        _ => shows,
+    };
+    let mut passes = vec![draw_pass(single, None, shutter, shown)];
+    if let Some(each) = mean {
+        before.push(to_draw(&MEAN_IMAGE, COPIED, COLOUR));
+        before.push(to_draw(&MEAN_DEPTH_IMAGE, DEPTH_WRITE, DEPTH));
+        if each > 1 {
+            // Only draws use this image.
+            before.push(to_draw(&MULTI_IMAGE, COLOUR, COLOUR));
+        }
+        passes.push(draw_pass(shows, Some(each), shutter, shown));
+        drawn.push(to_copy(&MEAN_IMAGE, COLOUR));
+    }
+    frame.wait(before);
+    frame.passes_of(passes);
+    frame.wait(drawn);
+}
+
+/// Copies drawn images to buffers, where another image is computed from them or reflections of the craft are added. `traced`
+/// adds these.
+pub(crate) fn compute(frame: &mut Frame, image: &ImageRecipe, traced: impl FnOnce(&mut Frame, bool)) {
+    let (resampled, shows, lit) = (image.resampled(), image.shows, image.lit());
+    if resampled.is_none() && !shows.traced {
+        return;
+    }
+    let copies: Vec<(&str, &'static Resource, &'static Resource)> = [
+        Some(("copy radiance", &RADIANCE_IMAGE, &DRAWN_RADIANCE)),
+        resampled.map(|_| ("copy identity", &IDENTITY_IMAGE, &DRAWN_IDENTITY)),
+        resampled.and_then(|sampled| sampled.mean).map(|_| ("copy mean", &MEAN_IMAGE, &MEAN)),
+        shows.traced.then_some(("copy surfaces", &SURFACE_IMAGE, &SURFACE)),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    // The passes of the last image may still use the buffers that this one replaces.
+    let used = scope(S::COMPUTE_SHADER | S::COPY, A::SHADER_STORAGE_WRITE);
+    frame.wait(copies.iter().map(|(_, _, to)| barrier(to, used, COPY_WRITE)));
+    frame.passes_of(copies.iter().map(|(name, from, to)| Pass::copy(name, from, to)));
+    let read = |to: &'static Resource| if shows.traced && *to == *lit { COMPUTE } else { COMPUTE_READ };
+    let mut waits: Vec<Barrier> = copies.iter().map(|(_, _, to)| barrier(to, COPY_WRITE, read(to))).collect();
+    if shows.traced {
+        frame.wait(std::mem::take(&mut waits));
+        traced(frame, *lit == MEAN);
+        waits.push(barrier(lit, COMPUTE_WRITE, if resampled.is_some() { COMPUTE_READ } else { COPY_READ }));
+    }
+    let Some(sampled) = resampled else {
+        frame.wait(waits);
+        return;
+    };
+    waits.push(barrier(&IMAGE_RADIANCE, COPIED, COMPUTE_WRITE));
+    waits.push(barrier(&IMAGE_IDENTITY, COPIED, COMPUTE_WRITE));
+    frame.wait(waits);
+    frame.pass(if sampled.distance == Distance::Far {
+        let sky = shows.background;
+        let words = [(sky, "sky"), (sky && shows.sun, "sun"), (sky && shows.map, "map")];
+        Pass::dispatch("distant", Shader::with("distant.comp", &words), sampled.rows)
+    } else {
+        let words = [(sampled.lens, "lens"), (sampled.mean.is_some(), "several")];
+        Pass::dispatch("resample", Shader::with("resample.comp", &words), sampled.rows)
+    });
+    frame
+        .wait([barrier(&IMAGE_RADIANCE, COMPUTE_WRITE, COPY_READ), barrier(&IMAGE_IDENTITY, COMPUTE_WRITE, COPY_READ)]);
+}
+
+/// Copies the image to the host.
+pub(crate) fn read(frame: &mut Frame, image: &ImageRecipe) {
+    let [radiance, identity] = image.left_in();
+    frame.pass(Pass::copy("read radiance", radiance, &RADIANCE_READBACK));
+    frame.pass(Pass::copy("read identity", identity, &IDENTITY_READBACK));
+    frame.wait([to_host(&RADIANCE_READBACK), to_host(&IDENTITY_READBACK)]);
+}
+
+/// Draws the triangles that culling kept, and the sky behind them. With a rolling shutter it shows emission alone. `mean` are the
+/// samples of a texel of a mean.
+fn draw_pass(
+    shows: RadianceVariant,
+    mean: Option<u32>,
+    shutter: Option<RowOf>,
+    temperature: &'static Resource,
+) -> Pass {
+    let shows = if shutter.is_some() { RadianceVariant::PLAIN } else { shows };
+    let mut colours: Vec<(&'static Resource, Option<&'static Resource>)> = match mean {
+        None => vec![(&RADIANCE_IMAGE, None), (&IDENTITY_IMAGE, None)],
+        Some(1) => vec![(&MEAN_IMAGE, None)],
+        Some(_) => vec![(&MULTI_IMAGE, Some(&MEAN_IMAGE))],
+    };
+    colours.extend(shows.traced.then_some((&SURFACE_IMAGE, None)));
+    let (name, depth) = if mean.is_some() { ("mean", &MEAN_DEPTH_IMAGE) } else { ("radiance", &DEPTH_IMAGE) };
+    let drawing = Drawing {
+        shaders: craft_shaders(shows, mean, shutter),
+        behind: if shows.background { sky_shaders(shows, mean) } else { Vec::new() },
+        colours,
+        depth,
+        samples: mean.unwrap_or(1),
+        indices: &VISIBLE_TRIANGLES,
+        commands: Some(&DRAWS),
+    };
+    let pass = Pass::draw(name, drawing).instead("Temperature", temperature);
+    if !shows.crinkled {
+        return pass;
+    }
+    pass.instead("NormalX", &CRINKLED_X).instead("NormalY", &CRINKLED_Y).instead("NormalZ", &CRINKLED_Z)
+}
+
+/// The vertex shader and the fragment shader of the craft.
+fn craft_shaders(shows: RadianceVariant, mean: Option<u32>, shutter: Option<RowOf>) -> Vec<Shader> {
+    let several = mean.is_some_and(|each| each > 1);
+    let mut vertex = Shader::with("radiance.vert", &[(shows.needs_normals(), "normals"), (several, "multiple")]);
+    vertex.words.extend(shutter.map(RowOf::words).unwrap_or_default());
+    let words = [
+        (shows.reflections, "reflections"),
+        (shows.rough, "rough"),
+        (shows.smooth, "smooth"),
+        (shows.traced, "traced"),
+        (shows.reflections && shows.sun, "sun"),
+        (shows.apart, "apart"),
+        (shows.tables, "tables"),
+        (shows.reflections && shows.map, "map"),
+        (mean.is_some(), "mean"),
+        (several, "multiple"),
+    ];
+    vec![vertex, Shader::with("radiance.frag", &words)]
+}
+
+/// The vertex shader and the fragment shader of the sky.
+fn sky_shaders(shows: RadianceVariant, mean: Option<u32>) -> Vec<Shader> {
+    let several = mean.is_some_and(|each| each > 1);
+    let words = [
+        (shows.traced, "traced"),
+        (shows.sun, "sun"),
+        (shows.map, "map"),
+        (mean.is_some(), "mean"),
+        (several, "multiple"),
+    ];
+    vec![Shader::plain("background.vert"), Shader::with("background.frag", &words)]
+}

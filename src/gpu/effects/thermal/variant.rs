@@ -1,0 +1,151 @@
+//! How the nodes of a range change in a step. Each variant compiles only what it needs.
+
+/// How a range's nodes change in a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum StepKind {
+    /// Sets the balance temperature of the step. It also settles every node at the start of a run.
+    Instant,
+    /// Transition with the merge rule (docs/numerics.md, section 1).
+    Merge,
+    /// Transition with the restart rule.
+    Restart,
+    /// Transition with an unchanged target. It reads no load.
+    Advance,
+    /// Energy balance of the node by itself.
+    Radiative {
+        /// Whether there is a structure below.
+        over: bool,
+        /// Whether the outside takes the closed form of its local step.
+        fast: bool,
+    },
+    /// Computes the flux absorbed by a thermal network [W/m2] instead of a temperature.
+    Absorb,
+}
+
+/// Evaluation of a transition's curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Curve {
+    /// A power of the remaining time. It also stands for no transition.
+    Power,
+    /// Any function, as cubic pieces.
+    Shaped {
+        /// Whether the transition moves the fourth power of the temperature.
+        fourth_power: bool,
+    },
+}
+
+/// A variant of `thermal_step.comp`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ThermalVariant {
+    /// How the nodes change.
+    pub kind: StepKind,
+    /// Evaluation of their transition.
+    pub curve: Curve,
+    /// Whether the back exchanges heat too.
+    pub both_sides: bool,
+    /// Whether there is sunlight.
+    pub sun: bool,
+    /// Whether there is planet infrared.
+    pub planet_ir: bool,
+    /// Whether there is reflected sunlight, which needs `sun`.
+    pub albedo: bool,
+    /// Whether the craft shadows itself, which needs `sun`.
+    pub shadow: bool,
+    /// Whether surfaces radiate to each other.
+    pub exchange: bool,
+    /// Whether a dispatch takes many steps, each with its own load.
+    pub fused: bool,
+}
+
+/// A range of nodes with one pipeline.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StepRange {
+    /// Shader variant.
+    pub variant: ThermalVariant,
+    /// First group of four nodes and the one after the last.
+    pub groups: (u32, u32),
+    /// Joint of the nodes; 0 is the body.
+    pub joint: u32,
+}
+
+impl StepKind {
+    /// Whether nodes keep a state between steps.
+    pub fn has_state(self) -> bool {
+        !matches!(self, Self::Instant | Self::Absorb)
+    }
+
+    /// Whether that state has three numbers, not only the rest of the temperature.
+    pub fn has_full_state(self) -> bool {
+        self.has_state() && !matches!(self, Self::Radiative { over: false, .. })
+    }
+
+    /// Whether the nodes follow a transition.
+    pub fn is_transition(self) -> bool {
+        matches!(self, Self::Merge | Self::Restart | Self::Advance)
+    }
+
+    pub(crate) fn words(self) -> &'static [&'static str] {
+        match self {
+            Self::Instant => &["instant"],
+            Self::Merge => &["merge"],
+            Self::Restart => &["restart"],
+            Self::Advance => &["advance"],
+            Self::Radiative { over: false, fast: false } => &["radiative"],
+            Self::Radiative { over: false, fast: true } => &["radiative", "fast"],
+            Self::Radiative { over: true, fast: false } => &["radiative", "over"],
+            Self::Radiative { over: true, fast: true } => &["radiative", "over", "fast"],
+            Self::Absorb => &["absorb"],
+        }
+    }
+}
+
+impl Curve {
+    pub(crate) fn words(self) -> &'static [&'static str] {
+        match self {
+            Self::Power => &[],
+            Self::Shaped { fourth_power: false } => &["shaped"],
+            Self::Shaped { fourth_power: true } => &["shaped", "fourth_power"],
+        }
+    }
+}
+
+impl ThermalVariant {
+    /// The smallest variant for a step: without Sun in umbra, without albedo over the night side.
+    pub fn for_step(self, has_sun: bool, has_albedo: bool) -> Self {
+        let albedo = self.albedo && has_albedo;
+        let sun = self.sun && (has_sun || albedo);
+        Self { sun, albedo, shadow: self.shadow && has_sun, ..self }
+    }
+
+    /// The fused variant. It is `None` without a state, where only the last step counts, and for variants without a
+    /// load.
+    pub fn fused(self) -> Option<Self> {
+        let loaded = self.kind.has_state() && self.kind != StepKind::Advance;
+        loaded.then_some(Self { fused: true, ..self })
+    }
+
+    /// The variant for a step whose load has not changed. A plate needs its load in every step.
+    pub fn idle(&self) -> Self {
+        if self.kind.is_transition() && !self.exchange { Self::bare(StepKind::Advance, self.curve) } else { *self }
+    }
+
+    /// A variant of a response without any load, for nodes that exchange heat on one side.
+    pub const fn bare(kind: StepKind, curve: Curve) -> Self {
+        Self {
+            kind,
+            curve,
+            both_sides: false,
+            sun: false,
+            planet_ir: false,
+            albedo: false,
+            shadow: false,
+            exchange: false,
+            fused: false,
+        }
+    }
+
+    /// The variant that settles the same nodes at the start of a run.
+    pub fn settling(&self) -> Self {
+        Self { kind: StepKind::Instant, curve: Curve::Power, exchange: false, fused: false, ..*self }
+    }
+}
