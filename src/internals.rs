@@ -148,12 +148,9 @@ pub use crate::thermal::emissivity::{BandEmissivity, ByAngle, ByWavelength, fres
 pub use crate::thermal::function::{Function, TemperatureSample};
 pub use crate::thermal::incident::{IncidentFunction, incident};
 pub use crate::thermal::material::{
-    Below, Bulk, Domain, Gloss, Material, Optics, Profile, Radiative, Response, Retarget,
-    Sides, Transition,
+    Below, Bulk, Domain, Gloss, Material, Optics, Profile, Radiative, Response, Retarget, Sides, Transition,
 };
-pub use crate::thermal::network::control::{
-    ControlError, FLOOR, IntegrationSettings, Integrator, Series, integrate,
-};
+pub use crate::thermal::network::control::{ControlError, FLOOR, IntegrationSettings, Integrator, Series, integrate};
 pub use crate::thermal::network::reference::ReferenceStepper;
 pub use crate::thermal::network::rkl2::{stable_product, stages_for};
 pub use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};

@@ -9,7 +9,7 @@ use crate::output::folder::Folder;
 use crate::output::inputs::keep_inputs;
 use crate::scene::Solution;
 use crate::scene::network::NetworkFile;
-use crate::scene::network::export_tmd::{Solved, tmd};
+use crate::scene::network::export_tmd::{TmdSolution, tmd};
 use crate::scene::network::tables;
 use crate::simulation::prepare_error::PrepareError;
 
@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     keep_inputs(&arguments.output, &inputs)?;
     let [output] = destinations([Some(&*arguments.output)])?;
     let solution = arguments.series.as_deref().map(|series| read_series(series, &file)).transpose()?;
-    let solved = solution.as_ref().map(|(times, rows)| Solved { times, rows });
+    let solved = solution.as_ref().map(|(times, rows)| TmdSolution { times, rows });
     let (tmd, notes) = tmd(&file, &name, solved);
     for note in notes {
         say!("note: {note}");

@@ -259,7 +259,7 @@ fn choose_device(arguments: &Arguments, earlier: Option<&EarlierRun>) -> Result<
         (None, Some(earlier)) => DeviceArguments { device: Some(earlier.device()?) },
         (given, _) => DeviceArguments { device: given.clone() },
     };
-    device.open()
+    Ok(device.open()?)
 }
 
 /// Number of nodes to compare with the f64 reference.

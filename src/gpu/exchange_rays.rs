@@ -17,7 +17,7 @@ use super::resource::Resource;
 use super::store::Resources;
 use crate::environment::shadow::LARGEST_TREE;
 use crate::exchange::cast::{INSIDE, Scenery};
-use crate::exchange::patches::{NONE, Patches, Surface};
+use crate::exchange::patches::{NONE, PatchSurface, Patches};
 
 /// Rays of a workgroup.
 const WORKGROUP: u32 = 64;
@@ -46,7 +46,7 @@ impl Caster {
     /// Buffers beyond the device, or a call that fails.
     pub fn new(
         context: &Arc<Context>,
-        surface: &Surface,
+        surface: &PatchSurface,
         patches: &Patches,
         scenery: &Scenery,
         rays: u32,
@@ -87,7 +87,7 @@ impl Caster {
 /// Buffers beyond the device, or a call that fails.
 pub fn cast(
     context: &Arc<Context>,
-    surface: &Surface,
+    surface: &PatchSurface,
     patches: &Patches,
     scenery: &Scenery,
     rays: u32,
@@ -131,7 +131,12 @@ pub fn list(first: u32, end: u32, rays: u32) -> Frame {
     }
 }
 
-fn fill(resources: &mut Resources, surface: &Surface, patches: &Patches, scenery: &Scenery) -> Result<(), GpuError> {
+fn fill(
+    resources: &mut Resources,
+    surface: &PatchSurface,
+    patches: &Patches,
+    scenery: &Scenery,
+) -> Result<(), GpuError> {
     let (boxes, placed) = layout::shadow_tree(&scenery.occluders);
     let of_patch = |patch: &crate::exchange::patches::Patch| {
         [patch.corners.start as u32, patch.corners.end as u32, patch.joint, u32::from(patch.back)]

@@ -21,7 +21,7 @@ use super::pass::{
 use super::radiance_variant::RadianceVariant;
 use super::resource::Resource;
 use super::sampling::{Distance, Sampled};
-use crate::environment::shadow::{Method, SUN_RAYS};
+use crate::environment::shadow::{SUN_RAYS, ShadowMethod};
 
 /// Most groups of one dispatch of shadow rays: 65,535 workgroups of 64 nodes, rounded down to whole ranges.
 const TRACED_AT_ONCE: u32 = 65_535 / 4 * 64;
@@ -171,13 +171,13 @@ impl Frame {
 
     /// Updates the share of the Sun that each node sees, in the ranges with shadows. It precedes a step in which the
     /// Sun has moved in the body frame. It is empty if no range has shadows.
-    pub fn shadows(ranges: &[StepRange], method: Method) -> Self {
+    pub fn shadows(ranges: &[StepRange], method: ShadowMethod) -> Self {
         let shadowed: Vec<StepRange> = ranges.iter().copied().filter(|range| range.variant.shadow).collect();
         let mut entries = Vec::new();
         if !shadowed.is_empty() {
             match method {
-                Method::Depth => entries.extend(shadows_by_depth(&shadowed)),
-                Method::Exact => entries.extend(shadows_by_rays(&shadowed)),
+                ShadowMethod::Depth => entries.extend(shadows_by_depth(&shadowed)),
+                ShadowMethod::Exact => entries.extend(shadows_by_rays(&shadowed)),
             }
             entries.push(Entry::Barriers(vec![barrier(Resource::Visibility, COMPUTE_WRITE, COMPUTE_READ)]));
         }

@@ -28,7 +28,7 @@ use super::context::Context;
 use super::error::GpuError;
 use super::memory::Buffer;
 use crate::saved::Saved;
-use crate::thermal::network::stepper::{Attempt, Method, Stepper, WorkCounts};
+use crate::thermal::network::stepper::{Attempt, StepMethod, Stepper, WorkCounts};
 use crate::thermal::network::{Network, NodeKind};
 
 /// Highest temperature that base and rest hold [K]. The last exact base is 2^24 / 256 K.
@@ -217,7 +217,7 @@ impl Stepper for NetworkStepper {
         self.wide.balance(t)
     }
 
-    fn attempt(&mut self, method: Method, t: f64, step: f64, count: u32) -> Result<Attempt, GpuError> {
+    fn attempt(&mut self, method: StepMethod, t: f64, step: f64, count: u32) -> Result<Attempt, GpuError> {
         self.wide.attempt(method, t, step, count)
     }
 

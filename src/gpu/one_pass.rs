@@ -18,7 +18,7 @@ use super::nodes::GROUP;
 use super::one_pass_variant::OnePassKind;
 use super::resource_row::Count;
 use crate::thermal::STEFAN_BOLTZMANN;
-use crate::thermal::network::one_pass::{Conduction, Heater, Large, Link, Plan};
+use crate::thermal::network::one_pass::{Conduction, ExchangeLink, Large, OnePassHeater, OnePassPlan};
 
 /// A place without a node.
 const NONE: u32 = u32::MAX;
@@ -61,7 +61,7 @@ struct Unit {
 #[derive(Debug, Clone)]
 pub struct OnePassTables {
     /// The plan of the scene's step.
-    pub plan: Arc<Plan>,
+    pub plan: Arc<OnePassPlan>,
     /// Length of a step of the scene [s].
     pub step: f64,
     /// What the frame lists depend on.
@@ -86,14 +86,20 @@ pub struct OnePassTables {
     /// Estimated error above which the step is halved [K].
     pub tolerance: f64,
     /// Heaters.
-    pub(super) heaters: Vec<Heater>,
+    pub(super) heaters: Vec<OnePassHeater>,
     /// Place of the first heater's power among the temperatures of drawn nodes.
     first_power: u32,
 }
 
 impl OnePassTables {
     /// The tables of a plan.
-    pub fn new(plan: &Arc<Plan>, step: f64, drawn: Drawn<'_>, heaters: Vec<Heater>, tolerance: f64) -> Self {
+    pub fn new(
+        plan: &Arc<OnePassPlan>,
+        step: f64,
+        drawn: Drawn<'_>,
+        heaters: Vec<OnePassHeater>,
+        tolerance: f64,
+    ) -> Self {
         let count = plan.network().len();
         let mut sources = vec![Vec::new(); count];
         for (slot, (node, area)) in drawn.nodes.iter().zip(drawn.areas).enumerate() {
@@ -288,7 +294,7 @@ impl OnePassTables {
     }
 
     /// Takes the links of four nodes: the neighbours, the conductances, and if `radiative` the radiative conductances. All rows have the length of the longest.
-    fn take_links<'a>(&mut self, group: &[u32], links: impl Fn(usize) -> &'a [Link], radiative: bool) {
+    fn take_links<'a>(&mut self, group: &[u32], links: impl Fn(usize) -> &'a [ExchangeLink], radiative: bool) {
         let itself = |place: usize| if group[place] == NONE { 0 } else { self.slot_of_node[group[place] as usize] };
         for at in 0..PLACES.map(|place| links(place).len()).into_iter().max().unwrap_or(0) {
             let link = |place: usize| links(place).get(at);
@@ -302,7 +308,7 @@ impl OnePassTables {
     }
 
     /// Weights of all kinds of units for a plan of any length of step.
-    pub(super) fn weights(&self, plan: &Plan) -> Vec<[f32; 4]> {
+    pub(super) fn weights(&self, plan: &OnePassPlan) -> Vec<[f32; 4]> {
         let mut weights = Vec::with_capacity(self.weights);
         for ((conduction, twice), bands) in self.kinds.iter().zip(&self.bands) {
             let conduction = &plan.conductions()[*conduction as usize];
@@ -326,7 +332,7 @@ impl OnePassTables {
     }
 
     /// The table of the heaters for a plan of any length of step.
-    pub(super) fn heater_words(&self, plan: &Plan) -> Vec<[u32; 4]> {
+    pub(super) fn heater_words(&self, plan: &OnePassPlan) -> Vec<[u32; 4]> {
         heaters::words(&self.heaters, plan, |node| self.slot_of_node[node as usize], self.first_power)
     }
 
@@ -361,7 +367,12 @@ impl OnePassTables {
 }
 
 /// Groups of drawn nodes whose nodes are theirs alone and have no conductors: the nodes, and the number of the group. These nodes are no longer `free`.
-fn alone(plan: &Plan, drawn: Drawn<'_>, sources: &[Vec<(u32, f32)>], free: &mut [bool]) -> Vec<([u32; GROUP], u32)> {
+fn alone(
+    plan: &OnePassPlan,
+    drawn: Drawn<'_>,
+    sources: &[Vec<(u32, f32)>],
+    free: &mut [bool],
+) -> Vec<([u32; GROUP], u32)> {
     let mut groups = Vec::new();
     for (number, group) in drawn.nodes.chunks(GROUP).enumerate() {
         let is_alone = |node: &u32| match sources.get(*node as usize) {
@@ -384,7 +395,7 @@ fn alone(plan: &Plan, drawn: Drawn<'_>, sources: &[Vec<(u32, f32)>], free: &mut 
 }
 
 /// Nodes of the large blocks of a plan.
-fn large_nodes(plan: &Plan) -> &[u32] {
+fn large_nodes(plan: &OnePassPlan) -> &[u32] {
     plan.large().map_or(&[], Large::nodes)
 }
 
@@ -404,7 +415,7 @@ fn bands(conduction: &Conduction, twice: bool) -> Vec<[usize; 2]> {
 }
 
 /// The units of a plan, filled from slow `singles` that do not radiate to others. `is` tells whether a node does, and whether it is fast.
-fn units(plan: &Plan, singles: &mut Vec<u32>, is: impl Fn(&u32) -> (bool, bool)) -> Vec<Unit> {
+fn units(plan: &OnePassPlan, singles: &mut Vec<u32>, is: impl Fn(&u32) -> (bool, bool)) -> Vec<Unit> {
     let mut of_kind: BTreeMap<(usize, u32), Vec<&[u32]>> = BTreeMap::new();
     for block in plan.blocks() {
         of_kind.entry((block.nodes.len(), block.conduction)).or_default().push(&block.nodes);

@@ -1,7 +1,7 @@
 //! Shader variants of `one_pass.comp` and `one_pass_stage.comp`, the step of a thermal network in one pass.
 
 use super::shaders::Shader;
-use crate::thermal::network::one_pass::Sample;
+use crate::thermal::network::one_pass::EstimatePart;
 
 /// Work of a dispatch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -26,7 +26,7 @@ pub struct OnePassVariant {
     /// Whether the temperatures stay, because the step is taken to learn its change.
     pub trial: bool,
     /// Its part in the estimate of the error.
-    pub sample: Sample,
+    pub sample: EstimatePart,
     /// Whether the drawn nodes take the temperatures.
     pub shown: bool,
     /// Whether nodes radiate to each other.
@@ -43,10 +43,10 @@ impl OnePassVariant {
         let (drives, conducts) = (self.kind == OnePassKind::Drive, self.kind == OnePassKind::Conduct);
         let (alone, balances) = (self.kind == OnePassKind::Alone, self.kind == OnePassKind::Balance);
         let shown = self.shown && !drives && !self.trial;
-        let sampled = !(self.trial || alone || balances || conducts && self.sample == Sample::Note);
+        let sampled = !(self.trial || alone || balances || conducts && self.sample == EstimatePart::Note);
         Self {
             trial: self.trial && !balances,
-            sample: if sampled { self.sample } else { Sample::None },
+            sample: if sampled { self.sample } else { EstimatePart::None },
             shown,
             radiative: self.radiative && !conducts && !alone || balances,
             fast: self.fast && !conducts && !balances,
@@ -62,7 +62,7 @@ impl OnePassVariant {
         let mut all: Vec<Self> = kinds
             .into_iter()
             .flat_map(|kind| {
-                let samples = [Sample::None, Sample::Note, Sample::Estimate];
+                let samples = [EstimatePart::None, EstimatePart::Note, EstimatePart::Estimate];
                 samples.into_iter().flat_map(move |sample| {
                     (0..32).map(move |bits| {
                         let is = |bit: u32| bits >> bit & 1 == 1;
@@ -90,8 +90,8 @@ impl OnePassVariant {
             (true, kind),
             (self.large, "large"),
             (self.trial, "trial"),
-            (self.sample == Sample::Note, "note"),
-            (self.sample == Sample::Estimate, "estimate"),
+            (self.sample == EstimatePart::Note, "note"),
+            (self.sample == EstimatePart::Estimate, "estimate"),
             (self.shown, "shown"),
             (self.radiative, "radiative"),
             (self.fast, "fast"),

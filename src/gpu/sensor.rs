@@ -14,9 +14,9 @@ use super::sensor_variant::{SensorVariant, Vignette};
 use crate::thermal::brightness::BrightnessTable;
 use crate::thermal::radiance::RadianceTable;
 use crate::thermal::sensor::halo::HaloGrid;
-use crate::thermal::sensor::reading::Constants;
+use crate::thermal::sensor::reading::SensorConstants;
 use crate::thermal::sensor::spread::Spread;
-use crate::thermal::sensor::twin::View;
+use crate::thermal::sensor::twin::SensorView;
 use crate::thermal::sensor::{Exposure, Sensor, Vignetting};
 
 /// Pixels of a group.
@@ -46,8 +46,8 @@ pub struct SensorTables {
 
 impl SensorTables {
     /// Rounds a sensor to f32.
-    pub fn new(sensor: &Sensor, table: &RadianceTable, view: &View) -> Self {
-        let constants = Constants::new(sensor, table);
+    pub fn new(sensor: &Sensor, table: &RadianceTable, view: &SensorView) -> Self {
+        let constants = SensorConstants::new(sensor, table);
         let [width, height] = view.size;
         let groups = width.div_ceil(GROUP);
         let mut kernel = sensor.spread.as_ref().map(kernel_of).unwrap_or_default();

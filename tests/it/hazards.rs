@@ -3,7 +3,7 @@
 use isotherm::internals;
 use isotherm::internals::{
     Curve, Distance, Entry, Frame, HeatOf, Kernel, RadianceVariant, Resource, ResponseVariant, RowOf, Sampled,
-    ShadowMethod as Method, StepKind, StepRange, ThermalVariant, TriangleRun, Wanted, absorbed_heat,
+    ShadowMethod, StepKind, StepRange, ThermalVariant, TriangleRun, Wanted, absorbed_heat,
 };
 
 use super::hazard::{HazardKind, barrier_count, hazards, unread_by_host, without_barrier};
@@ -114,7 +114,7 @@ fn heat(ranges: &[StepRange]) -> Vec<(HeatOf, (u32, u32))> {
 /// Every frame that a run submits: settling, steps, many steps at once, and an image of the current state.
 fn frames(ranges: &[StepRange]) -> Vec<Frame> {
     let mut frames = vec![Frame::settle(ranges), Frame::step(&fused(ranges), Wanted::default())];
-    for method in [Method::Depth, Method::Exact] {
+    for method in [ShadowMethod::Depth, ShadowMethod::Exact] {
         let shadows = Frame::shadows(ranges, method);
         if shadows.entries.is_empty() {
             continue;
@@ -141,7 +141,7 @@ fn between(ranges: &[StepRange], wanted: Wanted) -> Frame {
 fn any_two_frames_in_a_row_have_all_their_barriers() {
     for ranges in scenes() {
         // A run begins with the shadows of its first load.
-        let settle = Frame::shadows(&ranges, Method::Depth).then(Frame::settle(&ranges));
+        let settle = Frame::shadows(&ranges, ShadowMethod::Depth).then(Frame::settle(&ranges));
         for first in frames(&ranges) {
             for second in frames(&ranges) {
                 let found = hazards([&settle, &first, &second]);
@@ -155,7 +155,7 @@ fn any_two_frames_in_a_row_have_all_their_barriers() {
 fn each_barrier_that_is_taken_away_is_missed() {
     for ranges in scenes() {
         // A run begins with the shadows of its first load.
-        let settle = Frame::shadows(&ranges, Method::Depth).then(Frame::settle(&ranges));
+        let settle = Frame::shadows(&ranges, ShadowMethod::Depth).then(Frame::settle(&ranges));
         for (number, whole) in frames(&ranges).iter().enumerate() {
             for n in 0..barrier_count(whole) {
                 let broken = without_barrier(whole, n);
@@ -210,7 +210,7 @@ pub fn each_barrier_is_needed(row: &[Frame], first: usize) {
 fn what_is_submitted_once_has_all_its_barriers() {
     let ranges = &scenes()[3];
     let drawn = DRAWN;
-    for method in [Method::Depth, Method::Exact] {
+    for method in [ShadowMethod::Depth, ShadowMethod::Exact] {
         let settle = Frame::shadows(ranges, method).then(Frame::settle(ranges));
         let (bare, step) = (Frame::step(ranges, Wanted::default()), Frame::step(ranges, drawn));
         let tree = [Resource::ShadowTree, Resource::ShadowTriangles];
@@ -226,7 +226,7 @@ fn what_is_submitted_once_has_all_its_barriers() {
             Resource::BandTable,
             Resource::Temperature,
         ];
-        let of_method = if method == Method::Exact { &tree[..] } else { &[Resource::Occluders] };
+        let of_method = if method == ShadowMethod::Exact { &tree[..] } else { &[Resource::Occluders] };
         for resource in uploaded.into_iter().chain(of_method.iter().copied()) {
             let row = [internals::upload(resource), settle.clone(), step.clone()];
             assert_eq!(hazards(&row), []);

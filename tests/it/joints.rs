@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use isotherm::internals::{
     DeviceData, DeviceEngine, Engine, EngineError, Frame, Kernel, PADDING, Pixels, Prepared, Reach, ReferenceEngine,
-    Renderer, Request, Scene, ShadowMethod as Method, StepRange, TriangleRun, Wanted, run, start,
+    Renderer, Request, Scene, ShadowMethod, StepRange, TriangleRun, Wanted, run, start,
 };
 use serde_json::json;
 
@@ -377,7 +377,7 @@ fn frames_with_joints_have_all_their_barriers() {
     let frame = |method, culled: &[TriangleRun]| {
         Frame::shadows(&ranges, method).then(Frame::step_in_runs(&ranges, wanted, culled))
     };
-    for method in [Method::Depth, Method::Exact] {
+    for method in [ShadowMethod::Depth, ShadowMethod::Exact] {
         let settle = Frame::shadows(&ranges, method).then(Frame::settle(&ranges));
         let (all, one) = (frame(method, runs), frame(method, &runs[1..2]));
         assert_eq!(one.passes().filter(|pass| pass.kernel() == Some(Kernel::Cull)).count(), 1);

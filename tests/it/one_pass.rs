@@ -2,8 +2,8 @@
 
 use ash::vk::PipelineStageFlags2;
 use isotherm::internals::{
-    Check, Curve, DeviceEngine, Engine, EngineError, EngineOrder as Order, Frame, Kernel, OnePassKind, OnePassShape,
-    OnePassVariant, Prepared, ReferenceEngine, SECTIONS, Shader, StageVariant, Step, StepKind, StepRange,
+    Check, Curve, DeviceEngine, Engine, EngineError, EngineOrder as Order, EngineStep, Frame, Kernel, OnePassKind,
+    OnePassShape, OnePassVariant, Prepared, ReferenceEngine, SECTIONS, Shader, StageVariant, StepKind, StepRange,
     ThermalVariant, Wanted, run, start,
 };
 
@@ -268,7 +268,7 @@ fn a_saved_state_goes_on_bit_for_bit() {
         for number in steps {
             let (from, to) = (60.0 * f64::from(number), 60.0 * f64::from(number + 1));
             let load = prepared.loads.step_load(from, to);
-            let step = Step { load: &load, steps: 1.0, start: from, length: 60.0 };
+            let step = EngineStep { load: &load, steps: 1.0, start: from, length: 60.0 };
             engine.submit(Some(step), Order::default()).expect("a step");
             engine.deliver().expect("a step");
         }
@@ -425,7 +425,7 @@ fn sub_steps_take_over_where_the_estimate_stays_above_the_tolerance() {
             let [from, to] = [number, number + 1].map(|step| 20.0 * f64::from(step));
             let load = prepared.loads.step_load(from, to);
             engine
-                .submit(Some(Step { load: &load, steps: 1.0, start: from, length: 20.0 }), Order::default())
+                .submit(Some(EngineStep { load: &load, steps: 1.0, start: from, length: 20.0 }), Order::default())
                 .expect("a step");
             engine.deliver().expect("a step");
         }

@@ -1,8 +1,9 @@
 //! Properties of any scene: start, rest without sources, energy, areas, and responses that coincide.
 
 use isotherm::internals::{
-    DeviceData, DeviceEngine, Engine, EngineError, EngineOrder as Order, GROUP, PADDING, Prepared, ReferenceNode,
-    Resource, STEFAN_BOLTZMANN, Step, absorbed_flux, commanded_temperature, emissivity_sum, incident, run, start,
+    DeviceData, DeviceEngine, Engine, EngineError, EngineOrder as Order, EngineStep, GROUP, PADDING, Prepared,
+    ReferenceNode, Resource, STEFAN_BOLTZMANN, absorbed_flux, commanded_temperature, emissivity_sum, incident, run,
+    start,
 };
 
 use super::craft::{AREA, Folder, glb_of_box, never, scene_with};
@@ -68,7 +69,7 @@ fn at_time_0_every_node_is_settled_at_the_balance_of_the_first_load() {
     let mut state = || {
         engine
             .submit(
-                Some(Step { load: &first, steps: 1.0, start: 0.0, length: 1.0 }),
+                Some(EngineStep { load: &first, steps: 1.0, start: 0.0, length: 1.0 }),
                 Order { temperatures: true, ..Order::default() },
             )
             .expect("a step");

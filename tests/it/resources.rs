@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use isotherm::internals;
 use isotherm::internals::{
-    Distance, Frame, HeatOf, Kernel, RadianceVariant, Resource, RowOf, Sampled, SensorVariant, ShadowMethod as Method,
-    StepRange, TriangleRun, Wanted, absorbed_heat, exchange,
+    Distance, Frame, HeatOf, Kernel, RadianceVariant, Resource, RowOf, Sampled, SensorVariant, ShadowMethod, StepRange,
+    TriangleRun, Wanted, absorbed_heat, exchange,
 };
 
 use crate::network::barriers::lists_of_all_plans;
@@ -45,7 +45,7 @@ fn all_lists() -> Vec<Frame> {
         }
         if variant.shadow {
             let range = [StepRange { variant, groups: (0, 64), joint: 0 }];
-            all.extend([Method::Depth, Method::Exact].map(|method| Frame::shadows(&range, method)));
+            all.extend([ShadowMethod::Depth, ShadowMethod::Exact].map(|method| Frame::shadows(&range, method)));
         }
     }
     let shown = |shows| Frame::step(&[], Wanted { image: true, shows, ..Wanted::default() });

@@ -4,9 +4,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use isotherm::internals::{
-    Context, ESTIMATE_FLOOR, FLOOR, HeatTable, Integrator, LinearConductor, Network, NetworkSettings as Settings,
-    NetworkStepper, NodeKind, RadiativeConductor, ReferenceStepper, Schedule, Series, StepMethod as Method, Stepper,
-    integrate, stable_product,
+    Context, ESTIMATE_FLOOR, FLOOR, HeatTable, IntegrationSettings, Integrator, LinearConductor, Network,
+    NetworkStepper, NodeKind, RadiativeConductor, ReferenceStepper, Schedule, Series, StepMethod, Stepper, integrate,
+    stable_product,
 };
 
 use super::AnyError;
@@ -39,7 +39,7 @@ pub fn measure(context: &Arc<Context>, nodes: &[usize]) -> Result<(), AnyError> 
         // The first round compiles pipelines.
         for round in 0..=ROUNDS {
             let (began, before) = (Instant::now(), processor_seconds());
-            stepper.attempt(Method::Rkl2 { stages: STAGES }, 0.0, step, sub_steps)?;
+            stepper.attempt(StepMethod::Rkl2 { stages: STAGES }, 0.0, step, sub_steps)?;
             if round > 0 {
                 rounds.push(began.elapsed().as_secs_f64());
                 busy.push(processor_seconds() - before);
@@ -84,7 +84,7 @@ pub fn compare(context: &Arc<Context>, nodes: &[usize]) -> Result<(), AnyError> 
                 let schedule = schedule(&network);
                 let began = Instant::now();
                 let mut stepper = ReferenceStepper::new(network.clone(), &[]);
-                let settings = |floor| Settings { floor, ..Settings::of(integrator) };
+                let settings = |floor| IntegrationSettings { floor, ..IntegrationSettings::of(integrator) };
                 let done = |ended: Result<Series, String>| ended.map_err(AnyError::from);
                 let series = integrate(&mut stepper, &network, &schedule, &settings(FLOOR), |_| true);
                 let on_processor = done(series.map_err(|error| format!("{error:?}")))?;

@@ -57,7 +57,7 @@ shared! {
 
 impl SunView {
     /// Rounds a view to f32.
-    pub fn new(view: &crate::environment::shadow::SunView) -> Self {
+    pub fn new(view: &crate::environment::shadow::SunProjection) -> Self {
         let with = |v: glam::DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
         let [x, y, z] = view.rows().map(|row| row.map(|value| value as f32));
         Self {

@@ -1,7 +1,7 @@
 //! Weights of the stages of each integration method, rounded to f32 (docs/numerics.md, section 3).
 
 use crate::thermal::network::rkl2;
-use crate::thermal::network::stepper::Method;
+use crate::thermal::network::stepper::StepMethod;
 use crate::thermal::network::tr_bdf2::{DIAGONAL, GAMMA};
 
 /// One stage of RKL2: change = mu x previous change + nu x change before that + mu_step x previous rate + gamma_step x
@@ -42,14 +42,14 @@ pub(super) fn device_stages(count: u32, step: f64) -> Vec<Stage> {
 }
 
 /// Weights in the error estimate of a sub-step: of the rates at the end and at the start [s], and of the change.
-pub(super) fn error_weights(method: Method, step: f64) -> [f32; 3] {
+pub(super) fn error_weights(method: StepMethod, step: f64) -> [f32; 3] {
     match method {
-        Method::Euler => [0.5 * step, -0.5 * step, 0.0].map(|weight| weight as f32),
-        Method::Rkl2 { stages } => {
+        StepMethod::Euler => [0.5 * step, -0.5 * step, 0.0].map(|weight| weight as f32),
+        StepMethod::Rkl2 { stages } => {
             let factor = rkl2::error_factor(stages);
             [6.0 * factor * step, 6.0 * factor * step, -12.0 * factor].map(|weight| weight as f32)
         }
-        Method::TrBdf2 => [0.0; 3],
+        StepMethod::TrBdf2 => [0.0; 3],
     }
 }
 

@@ -24,7 +24,7 @@ use crate::gpu::resources::Planned;
 use crate::gpu::store::{Region, Resources};
 use crate::saved::{Saved, SavedError};
 use crate::thermal::network::Network;
-use crate::thermal::network::stepper::{Attempt, Method, WorkCounts};
+use crate::thermal::network::stepper::{Attempt, StepMethod, WorkCounts};
 
 /// Most nodes of a dispatch: 65,535 workgroups with four nodes an invocation.
 pub const NODES_AT_MOST: usize = 65_535 * WORKGROUP * GROUP;
@@ -209,17 +209,17 @@ impl Wide {
     }
 
     /// Attempts sub-steps.
-    pub fn attempt(&mut self, method: Method, t: f64, step: f64, count: u32) -> Result<Attempt, GpuError> {
+    pub fn attempt(&mut self, method: StepMethod, t: f64, step: f64, count: u32) -> Result<Attempt, GpuError> {
         self.plan.stages = match method {
-            Method::Rkl2 { stages } => stages,
-            Method::Euler => 1,
-            Method::TrBdf2 => 0,
+            StepMethod::Rkl2 { stages } => stages,
+            StepMethod::Euler => 1,
+            StepMethod::TrBdf2 => 0,
         };
-        if method == Method::TrBdf2 {
+        if method == StepMethod::TrBdf2 {
             self.make_solver()?;
         }
-        let solves = self.plan.coupled || method == Method::TrBdf2;
-        let which = usize::from(method == Method::TrBdf2);
+        let solves = self.plan.coupled || method == StepMethod::TrBdf2;
+        let which = usize::from(method == StepMethod::TrBdf2);
         loop {
             self.plan.iterations = self.budgets[which].iterations();
             let attempt = self.attempt_once(method, t, step, count)?;
@@ -241,7 +241,7 @@ impl Wide {
         }
     }
 
-    fn attempt_once(&mut self, method: Method, t: f64, step: f64, count: u32) -> Result<Attempt, GpuError> {
+    fn attempt_once(&mut self, method: StepMethod, t: f64, step: f64, count: u32) -> Result<Attempt, GpuError> {
         let mut constants = Constants::new(method, t, step);
         self.odd = false;
         let mut attempt = Attempt::default();
@@ -265,7 +265,7 @@ impl Wide {
             self.counts.stages += u64::from(some) * constants.stages_of_method();
         }
         let groups = self.plan.groups as usize;
-        let words = if method == Method::TrBdf2 { groups } else { groups.div_ceil(WORKGROUP) };
+        let words = if method == StepMethod::TrBdf2 { groups } else { groups.div_ceil(WORKGROUP) };
         let errors: &[u32] = self.resources.read(Resource::NetworkErrors, 0, words);
         let largest = f32::from_bits(errors.iter().max().copied().unwrap_or(0));
         attempt.error = if largest.is_nan() { f64::INFINITY } else { f64::from(largest) };

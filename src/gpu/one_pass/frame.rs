@@ -8,7 +8,7 @@ use crate::gpu::pass::{
     Access, COMPUTE_READ, COMPUTE_WRITE, Entry, Kernel, Pass, Said, Scope, Work, access, barrier, scope,
 };
 use crate::gpu::resource::Resource;
-use crate::thermal::network::one_pass::{Sample, since};
+use crate::thermal::network::one_pass::{EstimatePart, since};
 
 /// Invocations of a workgroup.
 const WORKGROUP: u32 = 64;
@@ -78,7 +78,7 @@ struct Place {
     /// Its number. A trial has that of the step that it is for.
     number: u32,
     /// Its part in the estimate of the error.
-    sample: Sample,
+    sample: EstimatePart,
     /// Steps since the last estimate.
     since: u32,
     first: bool,
@@ -128,7 +128,7 @@ impl OnePassShape {
             self.step(
                 Place {
                     number: own,
-                    sample: if trial { Sample::None } else { Sample::of(age) },
+                    sample: if trial { EstimatePart::None } else { EstimatePart::of(age) },
                     since: since(age),
                     first: number == 0,
                     tried: tried && number == 1,
@@ -159,7 +159,8 @@ impl OnePassShape {
         // Nodes that gather from others, and nodes that finish their step, before the conduction or without one.
         let (gathers, finishes) = (has(&[K::Drive, K::Advance]), has(&[K::Advance, K::Alone]));
         let (others, leads) = (gathers || finishes, finishes && !in_blocks);
-        let (estimates, samples) = (sample == Sample::Estimate, sample != Sample::None && self.estimated() > 0);
+        let (estimates, samples) =
+            (sample == EstimatePart::Estimate, sample != EstimatePart::None && self.estimated() > 0);
 
         // What earlier steps left, and the loads of this frame. A trial only reads the states.
         wait(
@@ -260,7 +261,7 @@ impl OnePassShape {
     /// The stages of the conduction inside large blocks. Each reads the vectors of the one before.
     fn stages(&self, place: Place, entries: &mut Vec<Entry>) {
         use Resource as R;
-        let estimates = place.sample == Sample::Estimate;
+        let estimates = place.sample == EstimatePart::Estimate;
         for number in 0..=place.stages {
             let begins = number == 0;
             wait(
@@ -366,7 +367,7 @@ impl OnePassShape {
             }
         };
         let (drives, conducts, balances) = (kind == K::Drive, kind == K::Conduct, kind == K::Balance);
-        let (notes, estimates) = (variant.sample == Sample::Note, variant.sample == Sample::Estimate);
+        let (notes, estimates) = (variant.sample == EstimatePart::Note, variant.sample == EstimatePart::Estimate);
         if !conducts {
             bind(0, R::OnePassNodes, true, false);
             if kind != K::Alone {

@@ -2,14 +2,14 @@
 
 use crate::gpu::resource::LOGGED;
 use crate::thermal::network::control::Switch;
-use crate::thermal::network::one_pass::{Heater, Plan};
+use crate::thermal::network::one_pass::{OnePassHeater, OnePassPlan};
 
 /// Sensor of a heater without a thermostat.
 const NO_SENSOR: u32 = u32::MAX;
 
 /// Two words of each heater for a plan. `slot` gives the place of a node, and `first` is the place of the first heater's power.
-pub fn words(heaters: &[Heater], plan: &Plan, slot: impl Fn(u32) -> u32, first: u32) -> Vec<[u32; 4]> {
-    let words = |(number, heater): (usize, &Heater)| {
+pub fn words(heaters: &[OnePassHeater], plan: &OnePassPlan, slot: impl Fn(u32) -> u32, first: u32) -> Vec<[u32; 4]> {
+    let words = |(number, heater): (usize, &OnePassHeater)| {
         let place = first + number as u32;
         let Some(one) = &heater.thermostat else { return [[NO_SENSOR, place, 0, 0], [0; 4]] };
         let [low, high, gain] =
@@ -20,9 +20,9 @@ pub fn words(heaters: &[Heater], plan: &Plan, slot: impl Fn(u32) -> u32, first: 
 }
 
 /// State of each heater before the first step, as the device keeps it: four numbers each. `on` is that of the thermostats.
-pub fn states(heaters: &[Heater], on: &[bool]) -> Vec<[f32; 4]> {
+pub fn states(heaters: &[OnePassHeater], on: &[bool]) -> Vec<[f32; 4]> {
     let mut on = on.iter();
-    let of = |heater: &Heater| match &heater.thermostat {
+    let of = |heater: &OnePassHeater| match &heater.thermostat {
         Some(one) => *on.next().unwrap_or(&one.initially_on),
         None => true,
     };
@@ -31,7 +31,7 @@ pub fn states(heaters: &[Heater], on: &[bool]) -> Vec<[f32; 4]> {
 
 /// The switches in the log of a frame from `start` [s] of `length` [s]. `on` are the states of the thermostats before it. Switches whose times did not fit
 /// into the log have the time of the end.
-pub fn switches(heaters: &[Heater], log: &[u32], on: &[bool], start: f64, length: f64) -> Vec<Switch> {
+pub fn switches(heaters: &[OnePassHeater], log: &[u32], on: &[bool], start: f64, length: f64) -> Vec<Switch> {
     let logs = log.chunks(LOGGED).zip(heaters).filter(|(_, heater)| heater.thermostat.is_some());
     let mut switches = Vec::new();
     for (thermostat, ((log, _), mut on)) in logs.zip(on.iter().copied()).enumerate() {
@@ -54,7 +54,7 @@ mod tests {
     fn a_log_is_read_in_the_order_of_time() {
         let thermostat =
             |sensor| Thermostat { node: 0, sensor, power: 1.0, on_below: 1.0, off_above: 2.0, initially_on: false };
-        let heater = |thermostat| Heater { shares: Vec::new(), thermostat };
+        let heater = |thermostat| OnePassHeater { shares: Vec::new(), thermostat };
         let heaters = [heater(Some(thermostat(0))), heater(None), heater(Some(thermostat(3)))];
         let mut log = vec![0; 3 * LOGGED];
         log[..3].copy_from_slice(&[2, 4.0f32.to_bits(), 12.0f32.to_bits()]);

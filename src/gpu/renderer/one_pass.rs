@@ -10,7 +10,9 @@ use crate::gpu::resource::Resource;
 use crate::gpu::resource_row::SLOTS;
 use crate::gpu::variant::StepKind;
 use crate::thermal::network::control::Switch;
-use crate::thermal::network::one_pass::{HALVINGS_AT_MOST, Halving, Plan, Plans, Series, Stage, Told};
+use crate::thermal::network::one_pass::{
+    ChebyshevSeries, HALVINGS_AT_MOST, Halving, OnePassPlan, Plans, SeriesStage, Told,
+};
 
 /// Most steps of a network in a frame whose passes are timed: a coarse step of a warm-up has six of the scene, each halved three times.
 pub(super) const STEPS_AT_MOST: u32 = 6 << HALVINGS_AT_MOST;
@@ -20,7 +22,7 @@ pub(super) struct OnePass {
     pub tables: OnePassTables,
     pub plans: Plans,
     /// The plan whose weights are on the device.
-    pub plan: Arc<Plan>,
+    pub plan: Arc<OnePassPlan>,
     /// Whether the mean temperatures are in the odd buffer.
     pub odd: bool,
     /// Number of steps of the present length so far.
@@ -106,11 +108,11 @@ impl OnePass {
     /// Push constants of a stage. 0 is the first vector.
     pub fn stage_constants(&self, number: u32) -> NetworkStage {
         let (end, step) = (self.tables.shape.in_large(), self.plan.step());
-        let of = |series: &Series| match number {
-            0 => Stage { rate: 1.0, here: 0.0, older: 0.0, part: series.first() },
+        let of = |series: &ChebyshevSeries| match number {
+            0 => SeriesStage { rate: 1.0, here: 0.0, older: 0.0, part: series.first() },
             number => series.stage(number as usize),
         };
-        let Stage { rate, here, older, part } = self.plan.series().map(of).unwrap_or_default();
+        let SeriesStage { rate, here, older, part } = self.plan.series().map(of).unwrap_or_default();
         NetworkStage { end, rate: (step * rate) as f32, here: here as f32, older: older as f32, part: part as f32 }
     }
 

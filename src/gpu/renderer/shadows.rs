@@ -3,7 +3,7 @@
 use glam::DAffine3;
 
 use crate::environment::StepLoad;
-use crate::environment::shadow::{Jointed, Method, Occluders, Redraw, SUN_RAYS, SunView, disc_directions};
+use crate::environment::shadow::{Jointed, Occluders, Redraw, SUN_RAYS, ShadowMethod, SunProjection, disc_directions};
 use crate::gpu::frame::{Frame, StepRange, TriangleRun};
 use crate::gpu::layout;
 use crate::gpu::resources::SceneData;
@@ -60,11 +60,11 @@ impl Shadows {
 
     /// The passes of an update.
     pub fn frame(&self, ranges: &[StepRange]) -> Frame {
-        Frame::shadows(ranges, if self.tree.is_some() { Method::Exact } else { Method::Depth })
+        Frame::shadows(ranges, if self.tree.is_some() { ShadowMethod::Exact } else { ShadowMethod::Depth })
     }
 
     /// View of the Sun, if the load needs an update.
-    pub fn due(&mut self, load: &StepLoad) -> Option<SunView> {
+    pub fn due(&mut self, load: &StepLoad) -> Option<SunProjection> {
         self.redraw.as_mut()?.view(load)
     }
 
@@ -79,7 +79,7 @@ impl Shadows {
     }
 
     /// Sets the Sun of the next update.
-    pub fn turn(&mut self, view: &SunView, load: &StepLoad) {
+    pub fn turn(&mut self, view: &SunProjection, load: &StepLoad) {
         let Some((boxes, start)) = self.tree else {
             let pose = |joint: u32| load.joints.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
             self.views = (0..self.joints).map(|joint| layout::SunView::new(&view.in_joint(&pose(joint)))).collect();

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use isotherm::internals::{
-    Attempt, Context, GpuError, LinearConductor, Network, NetworkStepper, NodeKind, ReferenceStepper,
-    StepMethod as Method, Stepper, stages_for,
+    Attempt, Context, GpuError, LinearConductor, Network, NetworkStepper, NodeKind, ReferenceStepper, StepMethod,
+    Stepper, stages_for,
 };
 
 use super::random::case;
@@ -34,7 +34,7 @@ where
 }
 
 /// Runs five sub-steps. Returns their error, sensors and final temperatures.
-pub fn run<S: Stepper>(stepper: &mut S, network: &Network, method: Method, step: f64) -> (Attempt, Vec<f64>)
+pub fn run<S: Stepper>(stepper: &mut S, network: &Network, method: StepMethod, step: f64) -> (Attempt, Vec<f64>)
 where
     S::Error: std::fmt::Debug,
 {
@@ -52,13 +52,13 @@ pub fn networks() -> Vec<(String, Network)> {
 }
 
 /// The methods with their sub-steps for a network.
-pub fn methods(network: &Network) -> [(Method, f64); 3] {
+pub fn methods(network: &Network) -> [(StepMethod, f64); 3] {
     let rate = network.fastest_rate(&network.temperatures);
     let rkl2 = (40.0 / rate).min(5.0);
     [
-        (Method::Euler, (0.4 / rate).min(5.0)),
-        (Method::Rkl2 { stages: stages_for(rkl2 * rate * 1.1) }, rkl2),
-        (Method::TrBdf2, 2.0),
+        (StepMethod::Euler, (0.4 / rate).min(5.0)),
+        (StepMethod::Rkl2 { stages: stages_for(rkl2 * rate * 1.1) }, rkl2),
+        (StepMethod::TrBdf2, 2.0),
     ]
 }
 
@@ -118,8 +118,8 @@ fn a_conductance_one_part_in_a_thousand_off_is_seen() {
     hot.temperatures[0] += 20.0;
     let mut device = NetworkStepper::new(&context, &other, &[]).expect("a network for the device");
     let mut twin = ReferenceStepper::new(hot.clone(), &[]);
-    let (_, found) = run(&mut device, &other, Method::Rkl2 { stages: 3 }, 200.0);
-    let (_, expected) = run(&mut twin, &hot, Method::Rkl2 { stages: 3 }, 200.0);
+    let (_, found) = run(&mut device, &other, StepMethod::Rkl2 { stages: 3 }, 200.0);
+    let (_, expected) = run(&mut twin, &hot, StepMethod::Rkl2 { stages: 3 }, 200.0);
     assert!(worst(&found, &expected).difference > 3e-4);
 }
 
@@ -154,8 +154,8 @@ fn orbits(context: &Arc<Context>, conductance: f64, rate: f64, orbits: f64) -> W
         let slope: Vec<f64> = (0..6).map(|panel| (heat(number + 1, panel) - power[panel]) / frame).collect();
         device.set_heat(&power, &slope).expect("heat");
         twin.set_heat(&power, &slope).expect("heat");
-        device.attempt(Method::Euler, 0.0, frame / f64::from(count), count).expect("the device steps");
-        twin.attempt(Method::Euler, 0.0, frame / f64::from(count), count).expect("the twin steps");
+        device.attempt(StepMethod::Euler, 0.0, frame / f64::from(count), count).expect("the device steps");
+        twin.attempt(StepMethod::Euler, 0.0, frame / f64::from(count), count).expect("the twin steps");
         device.keep().expect("kept");
         twin.keep().expect("kept");
         let found = worst(&device.temperatures().expect("found"), &twin.temperatures().expect("expected"));

@@ -1,8 +1,7 @@
 //! Random networks: every integrator against the exact solution.
 
 use isotherm::internals::{
-    ESTIMATE_FLOOR, Integrator, NetworkSettings as Settings, NetworkStepper, ReferenceStepper, Series, Stepper,
-    integrate,
+    ESTIMATE_FLOOR, IntegrationSettings, Integrator, NetworkStepper, ReferenceStepper, Series, Stepper, integrate,
 };
 
 use super::exact::{Solution, solve};
@@ -16,10 +15,10 @@ const SLOWEST_F32: f64 = 2e-5;
 
 fn run(case: &Case, integrator: Integrator) -> Series {
     let mut stepper = ReferenceStepper::new(case.network.clone(), &case.schedule.sensors());
-    run_on(&mut stepper, case, &Settings::of(integrator))
+    run_on(&mut stepper, case, &IntegrationSettings::of(integrator))
 }
 
-fn run_on<S: Stepper>(stepper: &mut S, case: &Case, settings: &Settings) -> Series
+fn run_on<S: Stepper>(stepper: &mut S, case: &Case, settings: &IntegrationSettings) -> Series
 where
     S::Error: std::fmt::Debug,
 {
@@ -99,7 +98,7 @@ fn on_the_device(seeds: impl Iterator<Item = u64>, fewest_switches: usize) {
         {
             let sensors = case.schedule.sensors();
             let mut stepper = NetworkStepper::new(&context, &case.network, &sensors).expect("a small network");
-            let settings = Settings { floor: ESTIMATE_FLOOR, ..Settings::of(integrator) };
+            let settings = IntegrationSettings { floor: ESTIMATE_FLOOR, ..IntegrationSettings::of(integrator) };
             let series = run_on(&mut stepper, &case, &settings);
             let (kelvin, second) = compare(&case, &series, &exact, SLOWEST_F32);
             print!(" {integrator} {:.3} mK, {second:.4} s, {} sub-steps;", 1e3 * kelvin, series.counts.sub_steps);

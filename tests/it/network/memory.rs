@@ -5,8 +5,8 @@ use std::path::Path;
 
 use isotherm::internals::{
     Density, DeviceData, DeviceEngine, Edges, Engine, EngineOrder as Order, Integrator, LinearConductor, Network,
-    NetworkBytes, NetworkStepper, NodeKind, Planned, Prepared, RadiativeConductor, Resource, Scene,
-    StepMethod as Method, Stepper, camera_from_body, device_bytes,
+    NetworkBytes, NetworkStepper, NodeKind, Planned, Prepared, RadiativeConductor, Resource, Scene, StepMethod,
+    Stepper, camera_from_body, device_bytes,
 };
 
 use crate::craft::{Folder, scene_with};
@@ -93,7 +93,7 @@ fn what_is_planned_for_a_network_is_what_is_allocated() {
         let mut stepper = NetworkStepper::new(&context, &network, &[]).expect("a network for the device");
         let before = stepper.device_bytes();
         stepper.set_heat(&vec![0.1; network.len()], &vec![0.0; network.len()]).expect("heat");
-        stepper.attempt(Method::TrBdf2, 0.0, 1.0, 1).expect("an attempt");
+        stepper.attempt(StepMethod::TrBdf2, 0.0, 1.0, 1).expect("an attempt");
         assert_eq!(stepper.device_bytes(), planned.device, "with the vectors of the solver");
         // The solver needs six vectors of four bytes a node.
         assert_eq!(planned.device - before, 6 * 4 * u64::from(nodes));

@@ -1,8 +1,6 @@
 //! Networks on the device against their f64 twin: stiff sheets with slivers, and steps too small for plain f32.
 
-use isotherm::internals::{
-    LinearConductor, Network, NetworkStepper, NodeKind, ReferenceStepper, StepMethod as Method, Stepper,
-};
+use isotherm::internals::{LinearConductor, Network, NetworkStepper, NodeKind, ReferenceStepper, StepMethod, Stepper};
 
 use super::device::{cube, run, worst};
 use crate::device::context;
@@ -44,15 +42,15 @@ fn stiff_sheets_agree_with_the_twin() {
         let network = sheet(36, slivers);
         let mut device = NetworkStepper::new(&context, &network, &[]).expect("a network for the device");
         let mut twin = ReferenceStepper::new(network.clone(), &[]);
-        let (tried, found) = run(&mut device, &network, Method::TrBdf2, 2.0);
-        let (expected_try, expected) = run(&mut twin, &network, Method::TrBdf2, 2.0);
+        let (tried, found) = run(&mut device, &network, StepMethod::TrBdf2, 2.0);
+        let (expected_try, expected) = run(&mut twin, &network, StepMethod::TrBdf2, 2.0);
         worst(&found, &expected).within(3e-4, "K", &format!("slivers: {slivers}"));
         assert!((tried.error - expected_try.error).abs() <= 1e-2 * expected_try.error + 1e-4, "{slivers}");
         // A conductance that is off by 1 % is detected.
         let mut other = network.clone();
         other.linear.iter_mut().step_by(3).for_each(|conductor| conductor.conductance *= 1.01);
         let mut device = NetworkStepper::new(&context, &other, &[]).expect("a network for the device");
-        let (_, found) = run(&mut device, &other, Method::TrBdf2, 2.0);
+        let (_, found) = run(&mut device, &other, StepMethod::TrBdf2, 2.0);
         assert!(worst(&found, &expected).difference > 3e-4);
     }
 }
@@ -63,7 +61,8 @@ fn tiny_steps_of_every_method_do_not_stagnate() {
     let context = context();
     let network = Network { emissive_areas: vec![0.0; 6], ..cube(3.0) };
     let power: Vec<f64> = network.capacitances.iter().map(|capacitance| 1e-4 * capacitance).collect();
-    for (method, count) in [(Method::Euler, 2000), (Method::Rkl2 { stages: 3 }, 500), (Method::TrBdf2, 100)] {
+    for (method, count) in [(StepMethod::Euler, 2000), (StepMethod::Rkl2 { stages: 3 }, 500), (StepMethod::TrBdf2, 100)]
+    {
         let mut device = NetworkStepper::new(&context, &network, &[]).expect("a network for the device");
         device.set_heat(&power, &[0.0; 6]).expect("heat");
         for _ in 0..count / 20 {

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use isotherm::internals::{Context, LinearConductor, Network, NetworkStepper, NodeKind, StepMethod as Method, Stepper};
+use isotherm::internals::{Context, LinearConductor, Network, NetworkStepper, NodeKind, StepMethod, Stepper};
 
 use super::AnyError;
 use super::clock::Clock;
@@ -84,7 +84,7 @@ pub fn measure(
     sub_steps: u32,
 ) -> Result<Value, AnyError> {
     let case: Case = serde_json::from_str(&std::fs::read_to_string(case)?)?;
-    let method = if stages == 1 { Method::Euler } else { Method::Rkl2 { stages } };
+    let method = if stages == 1 { StepMethod::Euler } else { StepMethod::Rkl2 { stages } };
     let network = case.network();
     let mut stepper = NetworkStepper::new(context, &network, &[])?;
     let heat: Vec<Vec<f64>> = (0..case.frames).map(|frame| case.heat(frame)).collect();
@@ -122,7 +122,7 @@ pub fn measure(
 
 fn frame(
     stepper: &mut NetworkStepper,
-    method: Method,
+    method: StepMethod,
     heat: &[f64],
     slope: &[f64],
     step: f64,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 
 use isotherm::internals::{
-    Context, ESTIMATE_FLOOR, Integrator, NetworkFile, NetworkSettings as Settings, NetworkStepper, Stepper, integrate,
+    Context, ESTIMATE_FLOOR, IntegrationSettings, Integrator, NetworkFile, NetworkStepper, Stepper, integrate,
 };
 
 use super::AnyError;
@@ -22,7 +22,7 @@ pub fn measure(
 ) -> Result<Value, AnyError> {
     let file = NetworkFile::load(file)?;
     let mut stepper = NetworkStepper::new(context, &file.network, &file.schedule.sensors())?;
-    let settings = Settings { integrator: Integrator::Default, tolerance, floor: ESTIMATE_FLOOR };
+    let settings = IntegrationSettings { integrator: Integrator::Default, tolerance, floor: ESTIMATE_FLOOR };
     let (mut clocks, mut device) = (Vec::new(), Vec::new());
     let (mut rows, mut counts) = (Vec::new(), None);
     for run in 0..=runs {

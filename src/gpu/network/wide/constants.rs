@@ -6,7 +6,7 @@ use crate::gpu::network::solve_frame::GRADIENTS;
 use crate::gpu::network::weights::{Stage, device_stages, error_weights, implicit_weights};
 use crate::gpu::pass::NetworkWork;
 use crate::gpu::wide_variant::WideKind;
-use crate::thermal::network::stepper::Method;
+use crate::thermal::network::stepper::StepMethod;
 use crate::thermal::network::tr_bdf2::{DIAGONAL, GAMMA};
 
 /// Squared tolerance of conjugate gradients, relative to the first residual. It is for balances, where Newton's method
@@ -26,7 +26,7 @@ pub(super) struct Constants {
     stages: Vec<Stage>,
     error: [f32; 3],
     implicit: [[f32; 4]; 3],
-    method: Method,
+    method: StepMethod,
     /// Whether nodes radiate to each other.
     pub(super) radiative: bool,
     /// Start of the first sub-step [s], and length of a sub-step [s].
@@ -36,10 +36,10 @@ pub(super) struct Constants {
 
 impl Constants {
     /// Constants of sub-steps of `step` [s] from `time` [s].
-    pub(super) fn new(method: Method, time: f64, step: f64) -> Self {
+    pub(super) fn new(method: StepMethod, time: f64, step: f64) -> Self {
         let stages = match method {
-            Method::Rkl2 { stages } => stages,
-            Method::Euler | Method::TrBdf2 => 1,
+            StepMethod::Rkl2 { stages } => stages,
+            StepMethod::Euler | StepMethod::TrBdf2 => 1,
         };
         Self {
             stages: device_stages(stages, step),
@@ -59,12 +59,12 @@ impl Constants {
 
     /// Constants of a balance at a time [s].
     pub(super) fn balance(time: f64) -> Self {
-        Self::new(Method::Euler, time, 0.0)
+        Self::new(StepMethod::Euler, time, 0.0)
     }
 
     /// Evaluations of all exchanges in a sub-step, without those of solvers.
     pub(super) fn stages_of_method(&self) -> u64 {
-        if self.method == Method::TrBdf2 { 2 } else { self.stages.len() as u64 }
+        if self.method == StepMethod::TrBdf2 { 2 } else { self.stages.len() as u64 }
     }
 
     /// Push constants of a pass. Each kernel uses its own part of the weights.
@@ -91,7 +91,7 @@ impl Constants {
                 NetworkPass { mu, nu, mu_step, gamma_step, inverse_step, ..said }
             }
             WideKind::Scalars if work.mode == GRADIENTS => {
-                let estimates = self.method == Method::TrBdf2 && work.stage == 2;
+                let estimates = self.method == StepMethod::TrBdf2 && work.stage == 2;
                 NetworkPass { accuracy: if estimates { ESTIMATE_ACCURACY } else { BALANCE_ACCURACY }, ..said }
             }
             WideKind::Scalars => {
