@@ -4,9 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use isotherm::internals::{
-    Begin, DatasetError, DatasetMade as Made, DatasetOrder as Order, Reach, SceneText, Shard, Spec, make,
-};
+use isotherm::internals::{Begin, DatasetError, DatasetOrder, DatasetSummary, Reach, SceneText, Shard, Spec, make};
 use isotherm::{SimulationError, Target};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -46,11 +44,11 @@ pub fn make_dataset<'py>(
         return Err(refused(py, format!("shard {shard} of {shards}: shards count from 0")));
     }
     let mut signal: Option<PyErr> = None;
-    let work = || -> Result<Made, DatasetError> {
+    let work = || -> Result<DatasetSummary, DatasetError> {
         let loaded = Spec::load(&spec, &reach(&spec, allow_outside))?;
         let scenes = SceneText::load(&loaded.scene, reach(&loaded.scene, allow_outside))?;
         let target: Target = open(device)?;
-        let order = Order {
+        let order = DatasetOrder {
             spec: &loaded,
             scenes: &scenes,
             target: &target,

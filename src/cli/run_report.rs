@@ -1,6 +1,6 @@
 //! The report of a run, and its summary on the console.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::prepare::device_memory;
 use crate::gpu::effects::sensor::{COPIED_FOR_SENSOR, READ};
@@ -84,7 +84,51 @@ pub(super) fn report(
     outcome: RunOutcome,
     start_up_s: f64,
 ) -> Report {
-    let device = match chosen {
+    let mut inputs = list_inputs(prepared).into_iter();
+    let scene = inputs.next().unwrap_or_default();
+    let files = list_files(prepared, &outcome);
+    let memory = chosen.device().map(|_| device_memory(plan));
+    let forecast = Forecast::of(prepared).entries(&[Rate::of(chosen)], memory);
+    let forecast = SettingGroup { title: "Forecast before the first step".to_owned(), entries: forecast };
+    let mut warnings = prepared.warnings.clone();
+    let device = describe_device(chosen, &outcome, start_up_s);
+    let missed = outcome.periodic.and_then(|periodic| periodic.warning(""));
+    let off = outcome.accuracy.as_ref().and_then(|accuracy| accuracy.warning(prepared));
+    let network = network_section(prepared, engine);
+    let entries = engine.exchange_description();
+    let exchange = (!entries.is_empty())
+        .then(|| SettingGroup { title: "Radiation between surfaces, as found".to_owned(), entries });
+    let beyond = tell_network(network.as_ref());
+    for warning in missed.into_iter().chain(off).chain(beyond) {
+        say!("warning: {warning}");
+        warnings.push(warning);
+    }
+    Report {
+        title: prepared.scene.name.clone(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        scene,
+        inputs: inputs.collect(),
+        device,
+        accuracy: outcome.accuracy,
+        energy: outcome.energy,
+        model: measure_model(prepared),
+        passes: pass_times(engine),
+        settings: settings::groups(prepared).into_iter().chain(network).chain(exchange).chain([forecast]).collect(),
+        assumptions: prepared.scene.assumptions.clone(),
+        warnings,
+        switched_off: prepared.switched_off(),
+        frames: outcome.frames,
+        pictures: outcome.pictures,
+        plots: outcome.plots,
+        files,
+        interrupted: !outcome.complete,
+        ..Report::default()
+    }
+}
+
+/// The device of a run, with its times and its estimated errors.
+fn describe_device(chosen: &Target, outcome: &RunOutcome, start_up_s: f64) -> ReportDevice {
+    let mut device = match chosen {
         Target::Device(context) => ReportDevice {
             name: context.info.name.clone(),
             driver: context.info.driver.clone(),
@@ -96,6 +140,20 @@ pub(super) fn report(
         },
         Target::Reference => ReportDevice { name: chosen.name(), ..ReportDevice::default() },
     };
+    if let Some(periodic) = outcome.periodic {
+        say!("warm-up: {}", periodic.summary());
+        device.details.push(("periodic warm-up".to_owned(), periodic.summary()));
+    }
+    if let Some(error) = outcome.between {
+        let error = format!("up to {error:.1e} K (an eighth of the second difference over the steps beside an image)");
+        answer!("temperatures between steps are off by {error}");
+        device.details.push(("temperatures of images between steps".to_owned(), format!("off by {error}")));
+    }
+    device
+}
+
+/// The input files, of which the first is the scene.
+fn list_inputs(prepared: &Prepared) -> Vec<InputFile> {
     let kind = |number: usize, path: &Path| match number {
         0 => "scene",
         1 => "model",
@@ -103,16 +161,32 @@ pub(super) fn report(
         _ if prepared.scene.sky_files.iter().any(|known| known == path) => "trajectory or attitude",
         _ => "response table",
     };
-    let mut inputs = prepared.scene.files.iter().enumerate().map(|(number, path)| InputFile {
+    let input = |(number, path): (usize, &PathBuf)| InputFile {
         kind: kind(number, path).to_owned(),
         path: path.display().to_string(),
         sha256: prepared.file_hashes.get(path).cloned().unwrap_or_default(),
-    });
-    let scene = InputFile { sha256: prepared.hash.clone(), ..inputs.next().unwrap_or_default() };
+    };
+    let mut inputs: Vec<_> = prepared.scene.files.iter().enumerate().map(input).collect();
+    if let Some(scene) = inputs.first_mut() {
+        scene.sha256 = prepared.hash.clone();
+    }
+    inputs
+}
+
+fn measure_model(prepared: &Prepared) -> ModelSize {
     let mut nodes_by_response: Vec<(String, u64)> = Vec::new();
     for (kind, nodes) in prepared.nodes.by_kind() {
         nodes_by_response.push((kind.to_string(), nodes as u64));
     }
+    ModelSize {
+        nodes: prepared.nodes.count as u64,
+        triangles: prepared.triangle_count() as u64,
+        area_m2: prepared.area,
+        nodes_by_response,
+    }
+}
+
+fn list_files(prepared: &Prepared, outcome: &RunOutcome) -> Vec<FileEntry> {
     let files = [
         (true, SERIES, "temperatures over time"),
         (true, REPORT_JSON, "this report as JSON"),
@@ -121,66 +195,20 @@ pub(super) fn report(
         (prepared.scene.time.draw.is_between_steps(), IMAGES, "time and pose of every image"),
         (!outcome.plots.is_empty(), "plots/", "the plots as SVG"),
     ];
-    let files = files.into_iter().filter(|(there, ..)| *there);
-    let memory = chosen.device().map(|_| device_memory(plan));
-    let forecast = Forecast::of(prepared).entries(&[Rate::of(chosen)], memory);
-    let forecast = SettingGroup { title: "Forecast before the first step".to_owned(), entries: forecast };
-    let mut warnings = prepared.warnings.clone();
-    let mut details_of_run = Vec::new();
-    if let Some(periodic) = outcome.periodic {
-        say!("warm-up: {}", periodic.summary());
-        details_of_run.push(("periodic warm-up".to_owned(), periodic.summary()));
-    }
-    if let Some(error) = outcome.between {
-        let error = format!("up to {error:.1e} K (an eighth of the second difference over the steps beside an image)");
-        answer!("temperatures between steps are off by {error}");
-        details_of_run.push(("temperatures of images between steps".to_owned(), format!("off by {error}")));
-    }
-    let missed = outcome.periodic.and_then(|periodic| periodic.warning(""));
-    let off = outcome.accuracy.as_ref().and_then(|accuracy| accuracy.warning(prepared));
-    let network = network_section(prepared, engine);
-    let entries = engine.exchange_description();
-    let exchange = (!entries.is_empty())
-        .then(|| SettingGroup { title: "Radiation between surfaces, as found".to_owned(), entries });
-    let said = |name: &str| network.iter().flat_map(|group| &group.entries).find(|(entry, _)| entry == name);
+    let there = files.into_iter().filter(|(there, ..)| *there);
+    there.map(|(_, path, what)| FileEntry { path: path.to_owned(), what: what.to_owned() }).collect()
+}
+
+/// Tells the cost and the errors of a network, and returns a warning about them.
+fn tell_network(network: Option<&SettingGroup>) -> Option<String> {
+    let said = |name: &str| network.into_iter().flat_map(|group| &group.entries).find(|(entry, _)| entry == name);
     if let Some((name, value)) = said(ESTIMATED) {
         say!("network in one pass: {name} {value}");
     }
     if let Some((name, value)) = said(COST) {
         say!("{name}: {value}");
     }
-    let beyond = said(BEYOND).map(|(_, value)| format!("the network in one pass: {value}"));
-    for warning in missed.into_iter().chain(off).chain(beyond) {
-        say!("warning: {warning}");
-        warnings.push(warning);
-    }
-    let device = ReportDevice { details: device.details.into_iter().chain(details_of_run).collect(), ..device };
-    Report {
-        title: prepared.scene.name.clone(),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        scene,
-        inputs: inputs.collect(),
-        device,
-        accuracy: outcome.accuracy,
-        energy: outcome.energy,
-        model: ModelSize {
-            nodes: prepared.nodes.count as u64,
-            triangles: prepared.triangle_count() as u64,
-            area_m2: prepared.area,
-            nodes_by_response,
-        },
-        passes: pass_times(engine),
-        settings: settings::groups(prepared).into_iter().chain(network).chain(exchange).chain([forecast]).collect(),
-        assumptions: prepared.scene.assumptions.clone(),
-        warnings,
-        switched_off: prepared.switched_off(),
-        frames: outcome.frames,
-        pictures: outcome.pictures,
-        plots: outcome.plots,
-        files: files.map(|(_, path, what)| FileEntry { path: path.to_owned(), what: what.to_owned() }).collect(),
-        interrupted: !outcome.complete,
-        ..Report::default()
-    }
+    said(BEYOND).map(|(_, value)| format!("the network in one pass: {value}"))
 }
 
 pub(super) fn print_summary(report: &Report, folder: &Folder) {

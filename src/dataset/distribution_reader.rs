@@ -74,6 +74,29 @@ fn distribution(table: &DeTable, place: Range<usize>) -> Result<Distribution, Te
     let [name] = names[..] else {
         return Err((place, format!("names {} distributions, and takes one: {}", names.len(), names.join(", "))));
     };
+    check_keys(table, name)?;
+    let Some(value) = table.get(name) else { return Err((place, "names no distribution".to_owned())) };
+    match name {
+        "uniform" => read_rising(value, "uniform").map(Distribution::Uniform),
+        "log_uniform" => {
+            let ends = read_rising(value, "log_uniform")?;
+            if ends[0] <= 0.0 {
+                return Err((value.span(), format!("log_uniform must begin above 0, found {}", ends[0])));
+            }
+            Ok(Distribution::LogUniform(ends))
+        }
+        "normal" => read_normal(table, value),
+        "choice" => read_choice(table, value),
+        "direction" | "rotation" => match value.get_ref().as_str() {
+            Some("uniform") => Ok(if name == "direction" { Distribution::Direction } else { Distribution::Rotation }),
+            _ => Err((value.span(), format!("{name} takes the word \"uniform\""))),
+        },
+        _ => Err((place, "names no distribution".to_owned())),
+    }
+}
+
+/// Refuses keys that the distribution does not have.
+fn check_keys(table: &DeTable, name: &str) -> Result<(), TextFault> {
     let extra: &[&str] = match name {
         "normal" => &["within"],
         "choice" => &["weights"],
@@ -84,76 +107,61 @@ fn distribution(table: &DeTable, place: Range<usize>) -> Result<Distribution, Te
         let known: Vec<&str> = [name].into_iter().chain(extra.iter().copied()).collect();
         return Err((key.span(), format!("unknown key '{word}'{}", suggestion(word, known.iter().copied()))));
     }
-    let of = |key: &str| table.get(key);
-    let Some(value) = of(name) else { return Err((place, "names no distribution".to_owned())) };
-    let pair = |value: &Spanned<DeValue>, what: &str| {
-        let numbers: Option<Vec<f64>> =
-            value.get_ref().as_array().and_then(|all| all.iter().map(|item| number(item.get_ref())).collect());
-        let pair: Option<[f64; 2]> = numbers.and_then(|numbers| numbers.try_into().ok());
-        let pair = pair.filter(|pair| pair.iter().all(|number| number.is_finite()));
-        pair.ok_or_else(|| (value.span(), format!("{what}, not {}", shown(value.get_ref()))))
-    };
-    let rising = |value: &Spanned<DeValue>, word: &str| {
-        let [low, high] = pair(value, &format!("{word} takes two finite numbers, [low, high]"))?;
-        if low > high {
-            return Err((value.span(), format!("{word} must run from low to high, found {low} to {high}")));
-        }
-        Ok([low, high])
-    };
-    match name {
-        "uniform" => rising(value, "uniform").map(Distribution::Uniform),
-        "log_uniform" => {
-            let ends = rising(value, "log_uniform")?;
-            if ends[0] <= 0.0 {
-                return Err((value.span(), format!("log_uniform must begin above 0, found {}", ends[0])));
-            }
-            Ok(Distribution::LogUniform(ends))
-        }
-        "normal" => {
-            let [mean, deviation] = pair(value, "normal takes two finite numbers, [mean, standard deviation]")?;
-            if deviation <= 0.0 {
-                return Err((
-                    value.span(),
-                    format!("the standard deviation of normal must be above 0, found {deviation}"),
-                ));
-            }
-            let within = of("within").map(|ends| rising(ends, "within")).transpose()?;
-            let within = within.unwrap_or([mean - 6.0 * deviation, mean + 6.0 * deviation]);
-            let share = normal_share((within[1] - mean) / deviation) - normal_share((within[0] - mean) / deviation);
-            if share < LEAST_SHARE {
-                let message = format!(
-                    "normal has a share of {share:.1e} within {} to {}: nothing can be drawn",
-                    within[0], within[1]
-                );
-                return Err((value.span(), message));
-            }
-            Ok(Distribution::Normal { mean, deviation, within })
-        }
-        "choice" => {
-            let Some(values) = value.get_ref().as_array().filter(|values| !values.is_empty()) else {
-                return Err((value.span(), "choice takes an array of values that is not empty".to_owned()));
-            };
-            let values = values.iter().map(constant).collect::<Result<Vec<_>, _>>()?;
-            let Some(stated) = of("weights") else {
-                let shares = vec![1.0; values.len()];
-                return Ok(Distribution::Choice(values, shares));
-            };
-            let weights: Option<Vec<f64>> =
-                stated.get_ref().as_array().and_then(|all| all.iter().map(|item| number(item.get_ref())).collect());
-            let fits = |weights: &Vec<f64>| {
-                let each = weights.iter().all(|weight| weight.is_finite() && *weight >= 0.0);
-                weights.len() == values.len() && each && weights.iter().sum::<f64>() > 0.0
-            };
-            let message = format!("weights takes {} numbers of 0 or more, not all 0", values.len());
-            let weights = weights.filter(fits).ok_or_else(|| (stated.span(), message))?;
-            Ok(Distribution::Choice(values, weights))
-        }
-        "direction" | "rotation" => match value.get_ref().as_str() {
-            Some("uniform") => Ok(if name == "direction" { Distribution::Direction } else { Distribution::Rotation }),
-            _ => Err((value.span(), format!("{name} takes the word \"uniform\""))),
-        },
-        _ => Err((place, "names no distribution".to_owned())),
+    Ok(())
+}
+
+fn read_pair(value: &Spanned<DeValue>, what: &str) -> Result<[f64; 2], TextFault> {
+    let numbers: Option<Vec<f64>> =
+        value.get_ref().as_array().and_then(|all| all.iter().map(|item| number(item.get_ref())).collect());
+    let pair: Option<[f64; 2]> = numbers.and_then(|numbers| numbers.try_into().ok());
+    let pair = pair.filter(|pair| pair.iter().all(|number| number.is_finite()));
+    pair.ok_or_else(|| (value.span(), format!("{what}, not {}", shown(value.get_ref()))))
+}
+
+fn read_rising(value: &Spanned<DeValue>, word: &str) -> Result<[f64; 2], TextFault> {
+    let [low, high] = read_pair(value, &format!("{word} takes two finite numbers, [low, high]"))?;
+    if low > high {
+        return Err((value.span(), format!("{word} must run from low to high, found {low} to {high}")));
     }
+    Ok([low, high])
+}
+
+/// Reads a normal distribution and its limits.
+fn read_normal(table: &DeTable, value: &Spanned<DeValue>) -> Result<Distribution, TextFault> {
+    let [mean, deviation] = read_pair(value, "normal takes two finite numbers, [mean, standard deviation]")?;
+    if deviation <= 0.0 {
+        return Err((value.span(), format!("the standard deviation of normal must be above 0, found {deviation}")));
+    }
+    let within = table.get("within").map(|ends| read_rising(ends, "within")).transpose()?;
+    let within = within.unwrap_or([mean - 6.0 * deviation, mean + 6.0 * deviation]);
+    let share = normal_share((within[1] - mean) / deviation) - normal_share((within[0] - mean) / deviation);
+    if share < LEAST_SHARE {
+        let message =
+            format!("normal has a share of {share:.1e} within {} to {}: nothing can be drawn", within[0], within[1]);
+        return Err((value.span(), message));
+    }
+    Ok(Distribution::Normal { mean, deviation, within })
+}
+
+/// Reads a choice among values, and its weights.
+fn read_choice(table: &DeTable, value: &Spanned<DeValue>) -> Result<Distribution, TextFault> {
+    let Some(values) = value.get_ref().as_array().filter(|values| !values.is_empty()) else {
+        return Err((value.span(), "choice takes an array of values that is not empty".to_owned()));
+    };
+    let values = values.iter().map(constant).collect::<Result<Vec<_>, _>>()?;
+    let Some(stated) = table.get("weights") else {
+        let shares = vec![1.0; values.len()];
+        return Ok(Distribution::Choice(values, shares));
+    };
+    let weights: Option<Vec<f64>> =
+        stated.get_ref().as_array().and_then(|all| all.iter().map(|item| number(item.get_ref())).collect());
+    let fits = |weights: &Vec<f64>| {
+        let each = weights.iter().all(|weight| weight.is_finite() && *weight >= 0.0);
+        weights.len() == values.len() && each && weights.iter().sum::<f64>() > 0.0
+    };
+    let message = format!("weights takes {} numbers of 0 or more, not all 0", values.len());
+    let weights = weights.filter(fits).ok_or_else(|| (stated.span(), message))?;
+    Ok(Distribution::Choice(values, weights))
 }
 
 #[cfg(test)]

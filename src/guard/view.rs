@@ -103,13 +103,8 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], effort: CheckEffo
         }
         let tried = place.is_multiple_of(chosen.len().div_ceil(effort.inside).max(1));
         if tried && low.cmple(DVec3::ZERO).all() && high.cmpge(DVec3::ZERO).all() {
-            let share =
-                |shape: &PartShape| filled(prepared, shape, &moved(shape).inverse().transform_point3(DVec3::ZERO));
-            let shares: Vec<f64> = shapes.iter().map(share).collect();
-            let body = shapes.iter().zip(&shares).find(|(_, share)| share.abs() > INSIDE);
-            if body.is_some() || shares.iter().sum::<f64>().abs() > INSIDE {
-                around.push((time, body.map(|(shape, _)| shape.part)));
-            }
+            let placed = |shape: &PartShape| moved(shape).inverse().transform_point3(DVec3::ZERO);
+            around.extend(part_around(prepared, shapes, &placed).map(|part| (time, part)));
         }
         if first.is_none() {
             first = Some((time, in_pixels(&look, &boxes), (0.5 * (low + high)).length()));
@@ -119,45 +114,63 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], effort: CheckEffo
     let (looked_at, out_of_view) = (chosen.len(), hidden.len());
     let sight = Sight { images, looked_at, out_of_view, first_s, first_px, first_distance_m };
     let mut findings = Vec::new();
-    if let Some((time, angle, distance)) = hidden.first() {
-        let how_many =
-            if looked_at == 1 { "in the image".to_owned() } else { format!("in {out_of_view} of {looked_at} images") };
-        let message = format!(
-            "the craft is not in view {how_many}, first at {time} s: its middle is {angle:.0} deg off the camera's axis, \
-             {} m away",
-            short(*distance)
-        );
-        let moves = camera.motion != Motion::Still;
-        let key = if moves { "camera.path" } else { "camera" };
-        let remedy = if moves {
-            "check the quaternions of the path (scalar first, camera axes +X right, +Y down, +Z forward), camera.mount, and camera.frame"
-        } else {
-            "check camera.position, camera.look_at or camera.quaternion, and camera.frame"
-        };
-        findings.push(Finding { check: "view", about: key.to_owned(), message, remedy: remedy.to_owned() });
-    }
-    if let Some((time, part)) = around.first() {
-        let what = part.map_or("the craft".to_owned(), |part| format!("the part '{}'", prepared.parts[part as usize]));
-        findings.push(Finding {
-            check: "inside",
-            about: "camera.position".to_owned(),
-            message: format!("the camera is inside {what} at {time} s"),
-            remedy: "move the camera away; if the place is right, the model may be in mm instead of m".to_owned(),
-        });
-    }
-    if let Some([width, height]) = first_px.filter(|[width, height]| width.max(*height) < POINT && hidden.is_empty()) {
-        findings.push(Finding {
-            check: "size",
-            about: "camera".to_owned(),
-            message: format!(
-                "the craft is {} x {} pixels, so it may fall between the centres of pixels",
-                short(width),
-                short(height)
-            ),
-            remedy: "state camera.samples = 16, or a narrower field of view".to_owned(),
-        });
-    }
+    findings.extend(hidden.first().map(|image| find_hidden(prepared, *image, [out_of_view, looked_at])));
+    findings.extend(around.first().map(|(time, part)| find_inside(prepared, *time, *part)));
+    findings.extend(first_px.filter(|_| hidden.is_empty()).and_then(find_small));
     (Some(sight), findings)
+}
+
+/// The part that the camera is inside of, or no part where only all parts together surround it. `None` if it is outside.
+fn part_around(prepared: &Prepared, shapes: &[PartShape], placed: &dyn Fn(&PartShape) -> DVec3) -> Option<Option<u32>> {
+    let shares: Vec<f64> = shapes.iter().map(|shape| filled(prepared, shape, &placed(shape))).collect();
+    let body = shapes.iter().zip(&shares).find(|(_, share)| share.abs() > INSIDE);
+    let is_inside = body.is_some() || shares.iter().sum::<f64>().abs() > INSIDE;
+    is_inside.then(|| body.map(|(shape, _)| shape.part))
+}
+
+fn find_hidden(
+    prepared: &Prepared,
+    (time, angle, distance): (f64, f64, f64),
+    [out_of_view, looked_at]: [usize; 2],
+) -> Finding {
+    let how_many =
+        if looked_at == 1 { "in the image".to_owned() } else { format!("in {out_of_view} of {looked_at} images") };
+    let message = format!(
+        "the craft is not in view {how_many}, first at {time} s: its middle is {angle:.0} deg off the camera's axis, \
+         {} m away",
+        short(distance)
+    );
+    let moves = prepared.scene.camera.as_ref().is_some_and(|camera| camera.motion != Motion::Still);
+    let key = if moves { "camera.path" } else { "camera" };
+    let remedy = if moves {
+        "check the quaternions of the path (scalar first, camera axes +X right, +Y down, +Z forward), camera.mount, and camera.frame"
+    } else {
+        "check camera.position, camera.look_at or camera.quaternion, and camera.frame"
+    };
+    Finding { check: "view", about: key.to_owned(), message, remedy: remedy.to_owned() }
+}
+
+fn find_inside(prepared: &Prepared, time: f64, part: Option<u32>) -> Finding {
+    let what = part.map_or("the craft".to_owned(), |part| format!("the part '{}'", prepared.parts[part as usize]));
+    Finding {
+        check: "inside",
+        about: "camera.position".to_owned(),
+        message: format!("the camera is inside {what} at {time} s"),
+        remedy: "move the camera away; if the place is right, the model may be in mm instead of m".to_owned(),
+    }
+}
+
+fn find_small([width, height]: [f64; 2]) -> Option<Finding> {
+    (width.max(height) < POINT).then(|| Finding {
+        check: "size",
+        about: "camera".to_owned(),
+        message: format!(
+            "the craft is {} x {} pixels, so it may fall between the centres of pixels",
+            short(width),
+            short(height)
+        ),
+        remedy: "state camera.samples = 16, or a narrower field of view".to_owned(),
+    })
 }
 
 /// At most `most` numbers below `count`, with the first and the last.

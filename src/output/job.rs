@@ -11,9 +11,10 @@ use super::frame_maker::FrameMaker;
 use super::frame_writer::{WriterWork, write_frames};
 use super::image_index::{IMAGES, write_index};
 use super::job_state::{EarlierResults, Keeper};
+use super::job_terms::RunContext;
 use super::recorder::StepRecorder;
-use super::report::write_plots;
-use super::run_pictures::{CONTACT_SHEET, draw_pictures, frame_stem};
+use super::report::{FrameEntry, PlotEntry, ReportPicture, write_plots};
+use super::run_pictures::{CONTACT_SHEET, WrittenFrame, draw_pictures, frame_stem};
 use super::state_file;
 use super::tables::{JOINTS, SERIES, Tables};
 use super::video::{self, APNG, MP4};
@@ -21,6 +22,7 @@ use crate::saved::{Saved, SavedError};
 use crate::simulation::check::Check;
 use crate::simulation::energy::Account;
 use crate::simulation::engine::Engine;
+use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::state::{MOST_TIMES, periodic as periodic_of, restore};
 use crate::simulation::thermal_state::begin_from;
@@ -72,137 +74,173 @@ pub(crate) fn run_into(
     stop: &AtomicBool,
     progress: &(dyn Fn(Done) + Sync),
 ) -> Result<RunOutcome, JobError> {
-    let began = Instant::now();
     let trace = engine.trace();
+    let run = RunContext { prepared, folder, job, trace: &trace, stop, progress, began: Instant::now() };
     let mut check = job.check.filter(|_| Check::is_possible(prepared)).map(|sample| Check::new(prepared, sample));
-    let earlier = job.earlier.filter(|saved| saved.has("loop.next"));
-    let lost = |error: SavedError| JobError::Engine(error.into());
     engine.keep_few_times(MOST_TIMES);
-    let (first, periodic, mut tables, done) = match earlier {
-        Some(saved) => {
-            let of_loop = saved.part("loop");
-            let lengths = saved.array("tables").map_err(lost)?;
-            let first = restore(&of_loop, engine, check.as_mut())?;
-            (
-                first,
-                periodic_of(&of_loop).map_err(lost)?,
-                Tables::again(prepared, folder, lengths)?,
-                EarlierResults::of(saved).map_err(lost)?,
-            )
-        }
-        None if job.begin.is_some() => {
-            let took = job.begin.map(|state| begin_from(state, engine, check.as_mut())).transpose()?;
-            check = check.filter(|_| took == Some(true));
-            (0, None, Tables::begin(prepared, folder)?, EarlierResults::default())
-        }
-        None => {
-            let in_warm_up = job.earlier.filter(|saved| saved.has("warm_up.next"));
-            let mut done = EarlierResults::default();
-            match in_warm_up {
-                Some(saved) => done.seconds = saved.array("seconds").map_err(lost)?,
-                None => state_file::write(&folder.state(), job.identity)?,
-            }
-            let warms_up = trace.span(Track::Host, "settle and warm up");
-            let of_warm_up = in_warm_up.map(|saved| saved.part("warm_up"));
-            let mut keeper = Keeper {
-                job,
-                folder,
-                state: Saved::default(),
-                saved: (0, Instant::now()),
-                began,
-                before: done.seconds,
-            };
-            let mut told = || progress(Done::WarmUp);
-            let check = check.as_mut();
-            let periodic = start_from(prepared, engine, check, of_warm_up.as_ref(), stop, &mut told, &mut keeper)?;
-            drop(warms_up);
-            engine.keep_few_times(MOST_TIMES);
-            (0, periodic, Tables::begin(prepared, folder)?, done)
-        }
-    };
-    (0..first).for_each(|_| progress(Done::Step));
-    let mut open = || match earlier {
+    let mut start = begin(run, engine, &mut check)?;
+    (0..start.first).for_each(|_| progress(Done::Step));
+    let mut open = || match earlier_loop(job) {
         Some(saved) => Account::again(prepared, engine, &saved.part("energy")),
         None => Account::open(prepared, engine),
     };
     let mut account = prepared.scene.energy_balance.then(&mut open).transpose()?;
 
-    let maker = prepared.scene.camera.as_ref().map(|camera| FrameMaker::new(prepared, camera, &engine.device_name()));
-    let stepping_began = Instant::now();
-    let written = Mutex::new(done.frames);
-    let (complete, wrote, (steps, between, state)) = std::thread::scope(|scope| {
-        // A thread writes files while the next steps are computed.
-        let (frames, waiting) = sync_channel::<WriterWork>(WAITING_FRAMES);
-        let (files, written) = (trace.clone(), &written);
-        let scene = &prepared.scene;
-        let writer = scope.spawn(move || write_frames(scene, folder, &files, waiting, written));
-        let mut recorder = StepRecorder {
-            prepared,
-            job,
-            folder,
-            trace: &trace,
-            maker: maker.as_ref(),
-            tables: &mut tables,
-            account: account.as_mut(),
-            steps: first,
-            frames,
-            written,
-            periodic,
-            between: done.between,
-            state: None,
-            // A warm-up that was stopped has saved its own state.
-            saves: earlier.is_some() || !stop.load(Ordering::Relaxed),
-            saved: Instant::now(),
-            began,
-            stepping_began,
-            before: done.seconds,
-            progress,
-        };
-        if first == 0 && recorder.saves {
-            recorder.save(0, engine, check.as_mut())?;
-        }
-        let complete = run_from(prepared, engine, check.as_mut(), first, stop, &mut recorder);
-        let left = (recorder.steps, recorder.between.error, recorder.state.take());
-        drop(recorder);
-        let wrote = writer.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        Ok::<_, JobError>((complete, wrote, left))
-    })?;
-    wrote?;
-    let complete = complete?;
-    let end = f64::from(steps) * prepared.scene.time.step;
+    let seconds = start.done.seconds;
+    let written = Mutex::new(std::mem::take(&mut start.done.frames));
+    let stepped = step_and_write(run, engine, check.as_mut(), &mut start, account.as_mut(), &written)?;
+    let end = f64::from(stepped.steps) * prepared.scene.time.step;
     let energy = account.map(|account| account.close(prepared, engine, end)).transpose()?;
     let written = written.into_inner().unwrap_or_else(PoisonError::into_inner);
-    let stepping_s = done.seconds[1] + stepping_began.elapsed().as_secs_f64();
+    let stepping_s = seconds[1] + stepped.seconds;
 
     let draws = trace.span(Track::Host, "pictures and plots");
-    let eclipses = Eclipses::of(prepared);
-    let (frames, pictures) = draw_pictures(&prepared.scene, &eclipses, folder, &written, &|| progress(Done::Picture))?;
-    if let Some(camera) = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw.is_between_steps()) {
-        write_index(folder, &prepared.scene.time, camera, &written)?;
-    }
-    if prepared.scene.images.video.is_some() {
-        let displays: Vec<String> =
-            written.iter().map(|frame| format!("frames/{}_display.png", frame_stem(frame.step, frame.image))).collect();
-        video::write(folder, &prepared.scene.images, &displays)?;
-    }
-    let plots = tables.plots(&eclipses)?;
-    write_plots(folder, &plots)?;
+    let (frames, pictures, plots) = draw_files(run, &mut start.tables, &written)?;
     drop(draws);
-    let accuracy = check.map(|check| check.accuracy(prepared));
-    let network_costs = engine.network_costs().to_vec();
-    let wall_before_s = done.seconds[0];
     Ok(RunOutcome {
-        complete,
+        complete: stepped.complete,
         frames,
         pictures,
         plots,
-        accuracy,
+        accuracy: check.map(|check| check.accuracy(prepared)),
         energy,
-        between,
-        state,
-        periodic,
-        network_costs,
+        between: stepped.between,
+        state: stepped.state,
+        periodic: start.periodic,
+        network_costs: engine.network_costs().to_vec(),
         stepping_s,
-        wall_before_s,
+        wall_before_s: seconds[0],
     })
+}
+
+/// Where the steps of a run begin.
+struct Start<'a> {
+    first: u32,
+    periodic: Option<Periodic>,
+    tables: Tables<'a>,
+    done: EarlierResults,
+}
+
+/// The state of an earlier part of the run, where that part was past the warm-up.
+fn earlier_loop<'a>(job: &Job<'a>) -> Option<&'a Saved> {
+    job.earlier.filter(|saved| saved.has("loop.next"))
+}
+
+fn lose(error: SavedError) -> JobError {
+    JobError::Engine(error.into())
+}
+
+/// Restores the earlier part of the run, or begins from a thermal state, or warms up.
+fn begin<'a>(run: RunContext<'a>, engine: &mut dyn Engine, check: &mut Option<Check>) -> Result<Start<'a>, JobError> {
+    let RunContext { prepared, folder, job, .. } = run;
+    if let Some(saved) = earlier_loop(job) {
+        let of_loop = saved.part("loop");
+        let lengths = saved.array("tables").map_err(lose)?;
+        return Ok(Start {
+            first: restore(&of_loop, engine, check.as_mut())?,
+            periodic: periodic_of(&of_loop).map_err(lose)?,
+            tables: Tables::again(prepared, folder, lengths)?,
+            done: EarlierResults::of(saved).map_err(lose)?,
+        });
+    }
+    if let Some(state) = job.begin {
+        let took = begin_from(state, engine, check.as_mut())?;
+        *check = check.take().filter(|_| took);
+        let tables = Tables::begin(prepared, folder)?;
+        return Ok(Start { first: 0, periodic: None, tables, done: EarlierResults::default() });
+    }
+    let in_warm_up = job.earlier.filter(|saved| saved.has("warm_up.next"));
+    let mut done = EarlierResults::default();
+    match in_warm_up {
+        Some(saved) => done.seconds = saved.array("seconds").map_err(lose)?,
+        None => state_file::write(&folder.state(), job.identity)?,
+    }
+    let warms_up = run.trace.span(Track::Host, "settle and warm up");
+    let of_warm_up = in_warm_up.map(|saved| saved.part("warm_up"));
+    let mut keeper = Keeper { run, state: Saved::default(), saved: (0, Instant::now()), before: done.seconds };
+    let mut told = || (run.progress)(Done::WarmUp);
+    let check = check.as_mut();
+    let periodic = start_from(prepared, engine, check, of_warm_up.as_ref(), run.stop, &mut told, &mut keeper)?;
+    drop(warms_up);
+    engine.keep_few_times(MOST_TIMES);
+    Ok(Start { first: 0, periodic, tables: Tables::begin(prepared, folder)?, done })
+}
+
+/// The results of the steps.
+struct Stepped {
+    complete: bool,
+    steps: u32,
+    /// Wall time [s].
+    seconds: f64,
+    between: Option<f64>,
+    state: Option<Saved>,
+}
+
+/// Makes the steps, while a thread writes the files of earlier steps.
+fn step_and_write(
+    run: RunContext<'_>,
+    engine: &mut dyn Engine,
+    mut check: Option<&mut Check>,
+    start: &mut Start<'_>,
+    account: Option<&mut Account>,
+    written: &Mutex<Vec<WrittenFrame>>,
+) -> Result<Stepped, JobError> {
+    let RunContext { prepared, folder, stop, .. } = run;
+    let first = start.first;
+    let maker = prepared.scene.camera.as_ref().map(|camera| FrameMaker::new(prepared, camera, &engine.device_name()));
+    let stepping_began = Instant::now();
+    std::thread::scope(|scope| {
+        let (frames, waiting) = sync_channel::<WriterWork>(WAITING_FRAMES);
+        let (files, scene) = (run.trace.clone(), &prepared.scene);
+        let writer = scope.spawn(move || write_frames(scene, folder, &files, waiting, written));
+        let mut recorder = StepRecorder {
+            run,
+            maker: maker.as_ref(),
+            tables: &mut start.tables,
+            account,
+            steps: first,
+            frames,
+            written,
+            periodic: start.periodic,
+            between: std::mem::take(&mut start.done.between),
+            state: None,
+            // A warm-up that was stopped has saved its own state.
+            saves: earlier_loop(run.job).is_some() || !stop.load(Ordering::Relaxed),
+            saved: Instant::now(),
+            stepping_began,
+            before: start.done.seconds,
+        };
+        if first == 0 && recorder.saves {
+            recorder.save(0, engine, check.as_deref_mut())?;
+        }
+        let complete = run_from(prepared, engine, check, first, stop, &mut recorder);
+        let (steps, between, state) = (recorder.steps, recorder.between.error, recorder.state.take());
+        drop(recorder);
+        writer.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+        let seconds = stepping_began.elapsed().as_secs_f64();
+        Ok(Stepped { complete: complete?, steps, seconds, between, state })
+    })
+}
+
+/// Draws the pictures, the index of images, the videos and the plots.
+fn draw_files(
+    run: RunContext<'_>,
+    tables: &mut Tables<'_>,
+    written: &[WrittenFrame],
+) -> Result<(Vec<FrameEntry>, Vec<ReportPicture>, Vec<PlotEntry>), JobError> {
+    let RunContext { prepared, folder, progress, .. } = run;
+    let scene = &prepared.scene;
+    let eclipses = Eclipses::of(prepared);
+    let (frames, pictures) = draw_pictures(scene, &eclipses, folder, written, &|| progress(Done::Picture))?;
+    if let Some(camera) = scene.camera.as_ref().filter(|_| scene.time.draw.is_between_steps()) {
+        write_index(folder, &scene.time, camera, written)?;
+    }
+    if scene.images.video.is_some() {
+        let displays: Vec<String> =
+            written.iter().map(|frame| format!("frames/{}_display.png", frame_stem(frame.step, frame.image))).collect();
+        video::write(folder, &scene.images, &displays)?;
+    }
+    let plots = tables.plots(&eclipses)?;
+    write_plots(folder, &plots)?;
+    Ok((frames, pictures, plots))
 }

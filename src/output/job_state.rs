@@ -3,8 +3,7 @@
 use std::time::Instant;
 
 use super::between::Between;
-use super::folder::Folder;
-use super::job_terms::{Job, JobError, SaveEvery};
+use super::job_terms::{JobError, RunContext, SaveEvery};
 use super::run_pictures::{WrittenFrame, frame_file};
 use super::state_file;
 use crate::saved::{Saved, SavedError};
@@ -70,13 +69,11 @@ pub(crate) fn frames_of(saved: &Saved) -> Result<Vec<String>, SavedError> {
 
 /// Saves the state of the warm-up.
 pub(super) struct Keeper<'a> {
-    pub(crate) job: &'a Job<'a>,
-    pub(crate) folder: &'a Folder,
+    pub(crate) run: RunContext<'a>,
     /// The state that was taken last.
     pub(crate) state: Saved,
     /// Steps before the last state that was saved, and when it was saved.
     pub(crate) saved: (u32, Instant),
-    pub(crate) began: Instant,
     pub(crate) before: [f64; 2],
 }
 
@@ -95,19 +92,19 @@ impl Keep<JobError> for Keeper<'_> {
 
     fn wants(&self, done: u32) -> bool {
         let (steps, time) = self.saved;
-        match self.job.save_every {
+        match self.run.job.save_every {
             SaveEvery::Time(every) => !every.is_zero() && time.elapsed() >= every,
             SaveEvery::Steps(every) => done - steps >= every,
         }
     }
 
     fn save(&mut self) -> Result<(), JobError> {
-        let mut saved = self.job.identity.clone();
+        let mut saved = self.run.job.identity.clone();
         let [done] = self.state.array("next").map_err(EngineError::from)?;
         saved.put_all("warm_up", self.state.clone());
         let [wall, stepping] = self.before;
-        saved.put("seconds", &[wall + self.began.elapsed().as_secs_f64(), stepping]);
-        state_file::write(&self.folder.state(), &saved)?;
+        saved.put("seconds", &[wall + self.run.began.elapsed().as_secs_f64(), stepping]);
+        state_file::write(&self.run.folder.state(), &saved)?;
         self.saved = (done, Instant::now());
         Ok(())
     }

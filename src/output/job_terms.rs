@@ -1,8 +1,10 @@
 //! The request for a run into a folder, its outcome, and its errors.
 
-use std::time::Duration;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
 
 use super::OutputError;
+use super::folder::Folder;
 use super::report::{FrameEntry, PlotEntry, ReportPicture};
 use crate::saved::Saved;
 use crate::simulation::check::Accuracy;
@@ -10,6 +12,8 @@ use crate::simulation::energy::EnergyBalance;
 use crate::simulation::engine::EngineError;
 use crate::simulation::network::StepCost;
 use crate::simulation::periodic::Periodic;
+use crate::simulation::prepare::Prepared;
+use crate::trace::Trace;
 
 /// An error that ends a run early.
 #[derive(Debug, thiserror::Error)]
@@ -79,6 +83,18 @@ pub(crate) struct Job<'a> {
     pub(crate) begin: Option<&'a Saved>,
     /// The step after which the thermal state is taken.
     pub(crate) take_after: Option<u32>,
+}
+
+/// The scene, the folder and the caller of a run.
+#[derive(Clone, Copy)]
+pub(super) struct RunContext<'a> {
+    pub(crate) prepared: &'a Prepared,
+    pub(crate) folder: &'a Folder,
+    pub(crate) job: &'a Job<'a>,
+    pub(crate) trace: &'a Trace,
+    pub(crate) stop: &'a AtomicBool,
+    pub(crate) progress: &'a (dyn Fn(Done) + Sync),
+    pub(crate) began: Instant,
 }
 
 /// How often the state of a run is saved. In any case, the state is saved after the warm-up, after the last step and when the run is stopped.

@@ -7,11 +7,10 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::between::Between;
-use super::folder::Folder;
 use super::frame_maker::FrameMaker;
 use super::frame_writer::{WriterWork, lock};
 use super::job_state::put_frames;
-use super::job_terms::{Done, Job, JobError, SaveEvery};
+use super::job_terms::{Done, JobError, RunContext, SaveEvery};
 use super::run_pictures::WrittenFrame;
 use super::state_file;
 use super::tables::Tables;
@@ -25,14 +24,11 @@ use crate::simulation::prepare::Prepared;
 use crate::simulation::state::{capture, put_periodic};
 use crate::simulation::thermal_state::take;
 use crate::simulation::{Consumer, StepResult};
-use crate::trace::{Trace, Track};
+use crate::trace::Track;
 
 /// Takes the results of the steps to the files, and saves the state.
 pub(super) struct StepRecorder<'a, 'b> {
-    pub(crate) prepared: &'a Prepared,
-    pub(crate) job: &'a Job<'a>,
-    pub(crate) folder: &'a Folder,
-    pub(crate) trace: &'a Trace,
+    pub(crate) run: RunContext<'a>,
     pub(crate) maker: Option<&'a FrameMaker<'a>>,
     pub(crate) tables: &'a mut Tables<'b>,
     pub(crate) account: Option<&'a mut Account>,
@@ -45,23 +41,21 @@ pub(super) struct StepRecorder<'a, 'b> {
     pub(crate) state: Option<Saved>,
     pub(crate) saves: bool,
     pub(crate) saved: Instant,
-    pub(crate) began: Instant,
     pub(crate) stepping_began: Instant,
     pub(crate) before: [f64; 2],
-    pub(crate) progress: &'a (dyn Fn(Done) + Sync),
 }
 
 impl Consumer<JobError> for StepRecorder<'_, '_> {
     fn take(&mut self, mut result: StepResult) -> Result<(), JobError> {
-        let _consumes = self.trace.span(Track::Host, "series and frame");
+        let _consumes = self.run.trace.span(Track::Host, "series and frame");
         if let Some(temperatures) = result.delivered.temperatures.take() {
-            check_finite(self.prepared, result.step, &temperatures)?;
-            self.tables.add(self.prepared, result.time, &temperatures)?;
+            check_finite(self.run.prepared, result.step, &temperatures)?;
+            self.tables.add(self.run.prepared, result.time, &temperatures)?;
             if let Some(account) = &mut self.account {
                 account.take(&temperatures, result.delivered.absorbed.as_deref());
             }
-            if self.prepared.scene.time.draw.is_between_steps() {
-                self.between.take(self.prepared, result.step, temperatures);
+            if self.run.prepared.scene.time.draw.is_between_steps() {
+                self.between.take(self.run.prepared, result.step, temperatures);
             }
         }
         self.steps = result.step;
@@ -72,16 +66,16 @@ impl Consumer<JobError> for StepRecorder<'_, '_> {
             self.frames.send(WriterWork::Frame(Box::new((frame, header, readings)))).map_err(|_| JobError::Writer)?;
         }
         if is_step {
-            (self.progress)(Done::Step);
+            (self.run.progress)(Done::Step);
         }
         Ok(())
     }
 
     fn wants_state(&self, next: u32) -> bool {
-        if self.job.take_after.is_some_and(|step| step + 1 == next) {
+        if self.run.job.take_after.is_some_and(|step| step + 1 == next) {
             return true;
         }
-        match self.job.save_every {
+        match self.run.job.save_every {
             SaveEvery::Time(time) => !time.is_zero() && self.saved.elapsed() >= time,
             SaveEvery::Steps(steps) => next.is_multiple_of(steps.max(1)),
         }
@@ -91,15 +85,15 @@ impl Consumer<JobError> for StepRecorder<'_, '_> {
         if !self.saves {
             return Ok(());
         }
-        let _saves = self.trace.span(Track::Host, "save the state");
+        let _saves = self.run.trace.span(Track::Host, "save the state");
         let mut check = check;
-        if let Some(step) = self.job.take_after.filter(|step| step + 1 == next) {
-            let time = f64::from(step) * self.prepared.scene.time.step;
-            self.state = Some(take(self.prepared, engine, check.as_deref_mut(), time)?);
+        if let Some(step) = self.run.job.take_after.filter(|step| step + 1 == next) {
+            let time = f64::from(step) * self.run.prepared.scene.time.step;
+            self.state = Some(take(self.run.prepared, engine, check.as_deref_mut(), time)?);
         }
         let mut of_loop = capture(next, engine, check)?;
         put_periodic(&mut of_loop, self.periodic);
-        let mut saved = self.job.identity.clone();
+        let mut saved = self.run.job.identity.clone();
         saved.put_all("loop", of_loop);
         if let Some(account) = &self.account {
             saved.put_all("energy", account.save());
@@ -112,9 +106,9 @@ impl Consumer<JobError> for StepRecorder<'_, '_> {
         put_frames(&mut saved, &lock(self.written));
         self.between.save(&mut saved);
         let [wall, stepping] = self.before;
-        let wall = wall + self.began.elapsed().as_secs_f64();
+        let wall = wall + self.run.began.elapsed().as_secs_f64();
         saved.put("seconds", &[wall, stepping + self.stepping_began.elapsed().as_secs_f64()]);
-        state_file::write(&self.folder.state(), &saved)?;
+        state_file::write(&self.run.folder.state(), &saved)?;
         self.saved = Instant::now();
         Ok(())
     }

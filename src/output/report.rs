@@ -197,7 +197,6 @@ pub(crate) mod tests {
 
     /// A report with a value in every field.
     pub(crate) fn full() -> Report {
-        let strings = |list: &[&str]| list.iter().map(|&text| text.to_owned()).collect::<Vec<_>>();
         let file = |kind: &str, path: &str| InputFile {
             kind: kind.into(),
             path: path.into(),
@@ -224,35 +223,8 @@ pub(crate) mod tests {
                 image_ms: Some(12.5),
                 wall_s: 41.3,
             },
-            accuracy: Some(Accuracy {
-                nodes: 2048,
-                of_nodes: 499_213,
-                steps: 360,
-                max_k: 1.13e-3,
-                rms_k: 4.2e-5,
-                worst_node: "node 48213, part Array_3, material solar_cell".into(),
-                worst_step: 212,
-                worst_time_s: 3286.0,
-                step_length: Some(StepLengthError {
-                    nodes: 1830,
-                    max_k: 0.9,
-                    rms_k: 0.02,
-                    worst_node: "node 48213, part Array_3, material solar_cell".into(),
-                    worst_time_s: 3286.0,
-                }),
-                notes: strings(&["12 nodes below 3 K in grazing sun are compared in absorbed flux: 2e-6 relative"]),
-            }),
-            energy: Some(EnergyBalance {
-                all: PartEnergy {
-                    part: "all".into(),
-                    absorbed_j: 2.1e9,
-                    emitted_j: 2.0e9,
-                    stored_j: 1e8,
-                    ..PartEnergy::default()
-                },
-                parts: vec![PartEnergy { part: "Array_3".into(), absorbed_j: 1.2e7, ..PartEnergy::default() }],
-                closure: Some(3.1e-5),
-            }),
+            accuracy: Some(full_accuracy()),
+            energy: Some(full_energy()),
             model: ModelSize {
                 nodes: 499_213,
                 triangles: 831_204,
@@ -267,24 +239,7 @@ pub(crate) mod tests {
                 .iter()
                 .filter_map(|(name, ms)| PassTime::from_samples(name, &[ms * 0.95, *ms, ms * 1.2]))
                 .collect(),
-            settings: vec![
-                SettingGroup {
-                    title: "Orbit".into(),
-                    entries: pairs(&[("altitude", "408 km"), ("period", "5580 s"), ("beta", "30°")]),
-                },
-                SettingGroup {
-                    title: "Environment".into(),
-                    entries: pairs(&[("solar constant", "1361 W/m²"), ("albedo", "0.3")]),
-                },
-                SettingGroup {
-                    title: "Material solar_cell".into(),
-                    entries: pairs(&[
-                        ("absorptivity", "0.88"),
-                        ("emissivity", "0.80"),
-                        ("source", "Fortescue 11.3, GaAs cell"),
-                    ]),
-                },
-            ],
+            settings: full_settings(),
             assumptions: strings(&["Planet radius is 6371 km (Earth), since the scene gives none."]),
             warnings: strings(&[
                 "Altitude 408 km means a period of 5554 s, but the scene says 5580 s; both are used as given.",
@@ -311,6 +266,66 @@ pub(crate) mod tests {
             files: vec![FileEntry { path: "series.csv".into(), what: "temperatures over time".into() }],
             interrupted: false,
         }
+    }
+
+    fn strings(list: &[&str]) -> Vec<String> {
+        list.iter().map(|&text| text.to_owned()).collect()
+    }
+
+    fn full_accuracy() -> Accuracy {
+        Accuracy {
+            nodes: 2048,
+            of_nodes: 499_213,
+            steps: 360,
+            max_k: 1.13e-3,
+            rms_k: 4.2e-5,
+            worst_node: "node 48213, part Array_3, material solar_cell".into(),
+            worst_step: 212,
+            worst_time_s: 3286.0,
+            step_length: Some(StepLengthError {
+                nodes: 1830,
+                max_k: 0.9,
+                rms_k: 0.02,
+                worst_node: "node 48213, part Array_3, material solar_cell".into(),
+                worst_time_s: 3286.0,
+            }),
+            notes: strings(&["12 nodes below 3 K in grazing sun are compared in absorbed flux: 2e-6 relative"]),
+        }
+    }
+
+    fn full_energy() -> EnergyBalance {
+        EnergyBalance {
+            all: PartEnergy {
+                part: "all".into(),
+                absorbed_j: 2.1e9,
+                emitted_j: 2.0e9,
+                stored_j: 1e8,
+                ..PartEnergy::default()
+            },
+            parts: vec![PartEnergy { part: "Array_3".into(), absorbed_j: 1.2e7, ..PartEnergy::default() }],
+            closure: Some(3.1e-5),
+        }
+    }
+
+    fn full_settings() -> Vec<SettingGroup> {
+        vec![
+            SettingGroup {
+                title: "Orbit".into(),
+                entries: pairs(&[("altitude", "408 km"), ("period", "5580 s"), ("beta", "30°")]),
+            },
+            SettingGroup {
+                title: "Environment".into(),
+                entries: pairs(&[("solar constant", "1361 W/m²"), ("albedo", "0.3")]),
+            },
+            SettingGroup {
+                title: "Material solar_cell".into(),
+                entries: pairs(&[
+                    ("absorptivity", "0.88"),
+                    ("emissivity", "0.80"),
+                    ("source", "Fortescue 11.3, GaAs cell"),
+                ]),
+            },
+        ]
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Figures 2, 3 and 4 as plots and tables: one face or all faces through the orbit.
 
 use super::cube::{FACES, FaceOrbit, SIDE, STEPS, ZENITH};
-use super::orbits::{Orbits, Solved};
+use super::orbits::{Orbits, SolvedCube};
 use crate::output::OutputError;
 use crate::output::panels::Panels;
 use crate::output::plot::{Mark, Plot, PlotLine, Shade};
@@ -40,7 +40,7 @@ pub(crate) struct Figure {
 
 /// Figures 2, 3 and 4.
 pub(crate) fn figures(orbits: &Orbits, device: &str) -> Result<[Figure; 3], OutputError> {
-    let zenith = |solved: &Solved| named(&format!("{} W/m2", solved.case.solar_constant), solved, ZENITH);
+    let zenith = |solved: &SolvedCube| named(&format!("{} W/m2", solved.case.solar_constant), solved, ZENITH);
     let two = [&orbits.aluminium, &orbits.conducting, &orbits.mli, &orbits.conducting_mli];
     let figure_2 = two.iter().zip(1..).map(|(pair, number)| {
         let not_drawn = if number == 4 { "not in the paper; " } else { "" };
@@ -58,7 +58,7 @@ pub(crate) fn figures(orbits: &Orbits, device: &str) -> Result<[Figure; 3], Outp
         lines: (0..FACES.len()).map(|face| named(FACES[face], solved, face)).collect(),
         shadow: solved.shadow,
     });
-    let side = |solved: &Solved| {
+    let side = |solved: &SolvedCube| {
         let without = if orbits.without_albedo.contains(solved) { " without albedo" } else { "" };
         named(&format!("{}{without}", altitude(solved)), solved, SIDE)
     };
@@ -142,11 +142,11 @@ impl Axes {
     }
 }
 
-fn altitude(solved: &Solved) -> String {
+fn altitude(solved: &SolvedCube) -> String {
     format!("{} km", solved.case.altitude / 1e3)
 }
 
-fn named(name: &str, solved: &Solved, face: usize) -> (String, Vec<f64>) {
+fn named(name: &str, solved: &SolvedCube, face: usize) -> (String, Vec<f64>) {
     (name.to_owned(), series(&solved.orbit, face))
 }
 
@@ -156,7 +156,7 @@ fn series(orbit: &FaceOrbit, face: usize) -> Vec<f64> {
 }
 
 /// Temperature range of the zenith face [K], because figures have different axes.
-fn swing(solved: &Solved) -> String {
+fn swing(solved: &SolvedCube) -> String {
     let series = series(&solved.orbit, ZENITH);
     let least = series.iter().copied().fold(f64::INFINITY, f64::min);
     let greatest = series.iter().copied().fold(f64::NEG_INFINITY, f64::max);

@@ -10,7 +10,7 @@ pub(crate) const CASES: u64 = 14;
 
 /// A cube and its periodic state.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Solved {
+pub(crate) struct SolvedCube {
     /// The cube and its orbit.
     pub(crate) case: Cube,
     /// Temperatures of its faces [K].
@@ -23,19 +23,19 @@ pub(crate) struct Solved {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Orbits {
     /// Aluminium, radiating only, Sun only, by solar constant.
-    pub(crate) aluminium: [Solved; 2],
+    pub(crate) aluminium: [SolvedCube; 2],
     /// Aluminium, conducting, Sun only, by solar constant.
-    pub(crate) conducting: [Solved; 2],
+    pub(crate) conducting: [SolvedCube; 2],
     /// Aluminium, conducting, Sun with planet shadow, by altitude.
-    pub(crate) shadowed: [Solved; 2],
+    pub(crate) shadowed: [SolvedCube; 2],
     /// MLI, radiating only, Sun only, by solar constant.
-    pub(crate) mli: [Solved; 2],
+    pub(crate) mli: [SolvedCube; 2],
     /// MLI, conducting, Sun only, by solar constant.
-    pub(crate) conducting_mli: [Solved; 2],
+    pub(crate) conducting_mli: [SolvedCube; 2],
     /// MLI, radiating only, all loads, by altitude.
-    pub(crate) all_loads: [Solved; 2],
+    pub(crate) all_loads: [SolvedCube; 2],
     /// MLI, radiating only, all loads but albedo, by altitude.
-    pub(crate) without_albedo: [Solved; 2],
+    pub(crate) without_albedo: [SolvedCube; 2],
 }
 
 impl Orbits {
@@ -57,7 +57,7 @@ impl Orbits {
             let mut solve = |(solar_constant, altitude)| {
                 let case = Cube { panel, conducting, loads, solar_constant, altitude };
                 let orbit = settle(&case, &case.problem()?)?;
-                Ok::<_, E>(Solved { case, orbit, shadow: case.shadow()? })
+                Ok::<_, E>(SolvedCube { case, orbit, shadow: case.shadow()? })
             };
             Ok::<_, E>([solve(places[0])?, solve(places[1])?])
         };

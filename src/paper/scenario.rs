@@ -5,7 +5,7 @@
 
 use super::checks::{PaperCheck, Tolerance};
 use super::cube::{ALTITUDES, Extremes, FACES, PERIOD, PLANET_RADIUS, SIDE, SPACE, ZENITH, mean};
-use super::orbits::{Orbits, Solved};
+use super::orbits::{Orbits, SolvedCube};
 use crate::environment::orbit::kepler_period;
 
 /// The rows of docs/numerics.md 2.
@@ -115,12 +115,12 @@ impl CheckRows {
     }
 }
 
-fn altitude(solved: &Solved) -> String {
+fn altitude(solved: &SolvedCube) -> String {
     format!("{} km", solved.case.altitude / 1e3)
 }
 
 /// Description of a line in figure 2.
-fn figure_2(solved: &Solved) -> String {
+fn figure_2(solved: &SolvedCube) -> String {
     let shadow = match solved.shadow {
         Some(_) => format!("planet shadow at {}", altitude(solved)),
         None => "no planet shadow".to_owned(),

@@ -105,34 +105,35 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
             return Err(section.clash(key, &["mode"], format!("belongs to mode = '{other}', and mode is '{name}'")));
         }
     }
-    if mode == JointMode::Animation {
-        let name = section.required("animation", section.name("animation")?, "the name of the glTF animation")?;
-        let repeats = section.boolean("repeat")?.unwrap_or_else(|| {
-            assumptions.push(format!(
-                "After its end the animation '{name}' holds its last pose, before time 0 its first \
-                 (joint.repeat is absent)."
-            ));
-            false
-        });
-        let motion = JointMotion::Animation { name: name.to_owned(), repeats };
-        return Ok(JointRule { line: section.line(), nodes, motion });
-    }
+    let motion = match mode {
+        JointMode::Animation => read_animation(section, assumptions)?,
+        _ => read_guided(section, &title, mode, files, assumptions)?,
+    };
+    Ok(JointRule { line: section.line(), nodes, motion })
+}
 
-    let kind = section
-        .choice("kind", &[("rotation", JointKind::Rotation), ("translation", JointKind::Translation)])?
-        .unwrap_or(JointKind::Rotation);
-    let (foreign, needs): (&[&str], _) =
-        if kind == JointKind::Rotation { (&SLIDING, "translation") } else { (&TURNING, "rotation") };
-    if let Some(key) = foreign.iter().find(|key| section.has(key)) {
-        return Err(section.clash(key, &["kind"], format!("belongs to kind = '{needs}'")));
-    }
-    if kind == JointKind::Translation && mode == JointMode::Sun {
-        return Err(section.clash(
-            "mode",
-            &["kind"],
-            "a joint that slides cannot face the Sun: kind must be 'rotation'",
+/// Reads the motion of a joint that plays an animation of the model.
+fn read_animation(section: &Section, assumptions: &mut Vec<String>) -> Result<JointMotion, SceneError> {
+    let name = section.required("animation", section.name("animation")?, "the name of the glTF animation")?;
+    let repeats = section.boolean("repeat")?.unwrap_or_else(|| {
+        assumptions.push(format!(
+            "After its end the animation '{name}' holds its last pose, before time 0 its first \
+             (joint.repeat is absent)."
         ));
-    }
+        false
+    });
+    Ok(JointMotion::Animation { name: name.to_owned(), repeats })
+}
+
+/// Reads a joint that turns or slides.
+fn read_guided(
+    section: &Section,
+    title: &str,
+    mode: JointMode,
+    files: &mut Vec<PathBuf>,
+    assumptions: &mut Vec<String>,
+) -> Result<JointMotion, SceneError> {
+    let kind = read_kind(section, mode)?;
     let words = Words::of(kind);
     let along = section.required("axis", axis(section, "axis")?, "the axis in the node's own frame")?;
     let origin = match point(section, "origin")? {
@@ -152,6 +153,44 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
     if rate.is_some() {
         assumptions.push(format!("The joint '{title}' starts where it is asked to be, and follows at its rate."));
     }
+    let drive = read_drive(section, mode, (along, limits), &words, files)?;
+    Ok(JointMotion::Guided(Guided {
+        kind,
+        axis: along,
+        origin,
+        drive,
+        limits: limits.map(|limits| limits.map(|limit| limit * words.factor)),
+        rate: rate.map(|rate| rate * words.factor),
+    }))
+}
+
+fn read_kind(section: &Section, mode: JointMode) -> Result<JointKind, SceneError> {
+    let kind = section
+        .choice("kind", &[("rotation", JointKind::Rotation), ("translation", JointKind::Translation)])?
+        .unwrap_or(JointKind::Rotation);
+    let (foreign, needs): (&[&str], _) =
+        if kind == JointKind::Rotation { (&SLIDING, "translation") } else { (&TURNING, "rotation") };
+    if let Some(key) = foreign.iter().find(|key| section.has(key)) {
+        return Err(section.clash(key, &["kind"], format!("belongs to kind = '{needs}'")));
+    }
+    if kind == JointKind::Translation && mode == JointMode::Sun {
+        return Err(section.clash(
+            "mode",
+            &["kind"],
+            "a joint that slides cannot face the Sun: kind must be 'rotation'",
+        ));
+    }
+    Ok(kind)
+}
+
+/// Reads the drive of a joint with an axis and with limits in the units of the scene.
+fn read_drive(
+    section: &Section,
+    mode: JointMode,
+    (axis_of_joint, limits): (DVec3, Option<[f64; 2]>),
+    words: &Words,
+    files: &mut Vec<PathBuf>,
+) -> Result<Drive, SceneError> {
     let within = |position: f64, key: &str| match limits {
         Some([low, high]) if !(low..=high).contains(&position) => {
             let message = format!("{position} {} is beyond {}, {low} to {high}", words.unit, words.limits);
@@ -159,21 +198,21 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
         }
         _ => Ok(position * words.factor),
     };
-    let drive = match mode {
+    Ok(match mode {
         JointMode::Fixed => {
             let stated = section.number(words.position, Quantity::any(words.unit))?;
             let position = section.required(words.position, stated, "where the joint stands")?;
             Drive::Fixed(within(position, words.position)?)
         }
         JointMode::Schedule => {
-            let (times, positions) = schedule(section, &words, files)?;
+            let (times, positions) = schedule(section, words, files)?;
             let positions = positions.into_iter().map(|position| within(position, "schedule"));
             Drive::Schedule { times, positions: positions.collect::<Result<_, _>>()? }
         }
         JointMode::Sun | JointMode::Animation => {
             let stated = axis(section, "sun_axis")?;
             let facing = section.required("sun_axis", stated, "what is to face the Sun, in the node's own frame")?;
-            if parallel(facing, along) {
+            if parallel(facing, axis_of_joint) {
                 return Err(section.clash(
                     "sun_axis",
                     &["axis"],
@@ -183,16 +222,7 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
             let offset = section.number("offset_deg", Quantity::within(-360.0, 360.0, "deg"))?.unwrap_or(0.0);
             Drive::Sun { facing, offset: offset.to_radians() }
         }
-    };
-    let motion = JointMotion::Guided(Guided {
-        kind,
-        axis: along,
-        origin,
-        drive,
-        limits: limits.map(|limits| limits.map(|limit| limit * words.factor)),
-        rate: rate.map(|rate| rate * words.factor),
-    });
-    Ok(JointRule { line: section.line(), nodes, motion })
+    })
 }
 
 /// Times [s] and positions of a schedule, in the units of the scene.

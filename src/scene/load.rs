@@ -10,9 +10,11 @@ use super::file::{SourceFile, read_text};
 use super::quantity::Quantity;
 use super::section::Section;
 use super::{
-    Camera, Draw, Initial, Preset, Reflections, Scene, SkyScene, camera, combinations, density, exchange, joint, keys,
-    material, mesh_network, output, preset, radiance, sensor, shadows, temperatures, view, work,
+    Camera, Draw, Initial, MaterialRules, Preset, Reflections, Scene, ShadowSettings, SkyScene, Surrounded, Time,
+    camera, combinations, density, exchange, joint, keys, material, mesh_network, output, preset, radiance, sensor,
+    shadows, temperatures, view, work,
 };
+use crate::environment::Environment;
 use crate::environment::trajectory::Trajectory;
 use crate::files::Reach;
 use crate::thermal::planck::Band;
@@ -65,30 +67,13 @@ impl Scene {
         let sky = SkyScene::read(&root, path, &mut files, &mut assumptions)?;
         let mut sky_files = files[2..].to_vec();
         let time = sky.time.clone();
-        let shadows = shadows::read(root.table("shadows", keys::SHADOWS)?.as_ref(), &mut assumptions)?;
-        if let (Some(_), Some(section), None) =
-            (&shadows, root.table("shadows", keys::SHADOWS)?, sky.environment.solar_constant)
-        {
-            return Err(section.clash(
-                "method",
-                &["environment.solar_constant"],
-                "[shadows] needs environment.solar_constant, which is missing",
-            ));
-        }
+        let shadows = read_shadows(&root, &sky.environment, &mut assumptions)?;
         let section = root.table("exchange", keys::EXCHANGE)?;
         let exchange = exchange::read(section.as_ref(), shadows.is_some(), &mut assumptions)?;
         let joints = joint::read(&root.tables("joint", keys::JOINT)?, &mut files, &mut assumptions)?;
         let section = root.table("temperatures", keys::TEMPERATURES)?;
         let temperatures = temperatures::read(section.as_ref(), &mut files)?;
-        let materials = material::read(
-            root.table("materials", keys::MATERIALS)?.as_ref(),
-            &root.tables("material", keys::MATERIAL)?,
-            (path, reach, faults),
-            time.step,
-            root.has("temperatures"),
-            &mut files,
-            &mut assumptions,
-        )?;
+        let materials = read_materials(&root, (path, reach, faults), time.step, &mut files, &mut assumptions)?;
         let preset = root.table("camera", keys::CAMERA)?.as_ref().map(preset::read).transpose()?.flatten();
         let section = root.table("radiance", keys::RADIANCE)?;
         let output = root.table("output", keys::OUTPUT)?;
@@ -102,11 +87,7 @@ impl Scene {
         let camera = optional_camera(&root, &time.draw, preset, &around, &mut files, &mut assumptions)?;
         sky_files.extend_from_slice(&files[before..]);
         if let Some(camera) = &camera {
-            let covered = camera.check_times(work::image_times(&time));
-            if let Some(section) = root.table("camera", keys::CAMERA)? {
-                section.blame("path", &["line_time", "time.*", "orbit.*"], covered)?;
-            }
-            combinations::check_camera(&surrounded, camera, section.as_ref(), output.as_ref())?;
+            check_camera(&root, camera, &time, &surrounded, [section.as_ref(), output.as_ref()])?;
         }
         let sensor = optional_sensor(&root, camera.as_ref(), preset, band, &mut files, &mut assumptions)?;
         if let (Some(preset), Some(_)) = (preset, &camera) {
@@ -243,6 +224,58 @@ pub(crate) fn scene_hash(contents: &[&[u8]]) -> String {
 /// SHA-256 of a file (hexadecimal).
 pub(crate) fn file_hash(content: &[u8]) -> String {
     Sha256::digest(content).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Reads `[shadows]`, which need a Sun.
+fn read_shadows(
+    root: &Section,
+    environment: &Environment,
+    assumptions: &mut Vec<String>,
+) -> Result<Option<ShadowSettings>, SceneError> {
+    let shadows = shadows::read(root.table("shadows", keys::SHADOWS)?.as_ref(), assumptions)?;
+    if let (Some(_), Some(section), None) =
+        (&shadows, root.table("shadows", keys::SHADOWS)?, environment.solar_constant)
+    {
+        return Err(section.clash(
+            "method",
+            &["environment.solar_constant"],
+            "[shadows] needs environment.solar_constant, which is missing",
+        ));
+    }
+    Ok(shadows)
+}
+
+fn read_materials(
+    root: &Section,
+    origin: (&Path, &Reach, &Faults),
+    step: f64,
+    files: &mut Vec<PathBuf>,
+    assumptions: &mut Vec<String>,
+) -> Result<MaterialRules, SceneError> {
+    material::read(
+        root.table("materials", keys::MATERIALS)?.as_ref(),
+        &root.tables("material", keys::MATERIAL)?,
+        origin,
+        step,
+        root.has("temperatures"),
+        files,
+        assumptions,
+    )
+}
+
+/// Checks a camera against the times of the images, `[radiance]` and `[output]`.
+fn check_camera(
+    root: &Section,
+    camera: &Camera,
+    time: &Time,
+    surrounded: &Surrounded,
+    [radiance, output]: [Option<&Section>; 2],
+) -> Result<(), SceneError> {
+    let covered = camera.check_times(work::image_times(time));
+    if let Some(section) = root.table("camera", keys::CAMERA)? {
+        section.blame("path", &["line_time", "time.*", "orbit.*"], covered)?;
+    }
+    combinations::check_camera(surrounded, camera, radiance, output)
 }
 
 #[cfg(test)]

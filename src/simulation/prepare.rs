@@ -23,7 +23,7 @@ use crate::gpu::shapes;
 use crate::model::nodes::{GROUP, Nodes, PADDING, RangeResponse};
 use crate::model::{MergeSummary, Model};
 use crate::scene::work::too_late;
-use crate::scene::{Background, Reflections, Scene, ShadowSettings as Settings};
+use crate::scene::{Background, Reflections, Scene, ShadowSettings};
 use crate::thermal::material::{Material, Response};
 
 /// A joint's run of triangles begins at a multiple of this number, so that its indices can be bound separately.
@@ -227,7 +227,7 @@ impl Prepared {
             (run.joint, around)
         });
         let bounds = bounds.collect();
-        let Settings { resolution, redraw_angle: angle, .. } = settings;
+        let ShadowSettings { resolution, redraw_angle: angle, .. } = settings;
         Some(Redraw { bounds, resolution, angle, found_for: None })
     }
 

@@ -1,7 +1,7 @@
 //! Surface material as numbers: optics, bulk properties, and thermal response.
 
 use super::emissivity::BandEmissivity;
-pub use super::function::Function;
+pub(crate) use super::function::Function;
 
 /// Solar absorptivity and infrared emissivity of one face of a sheet or body, both in [0, 1].
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,15 +7,15 @@ use std::sync::LazyLock;
 
 use isotherm::internals;
 use isotherm::internals::{
-    ABSENT, Bench, CaseSummary, Fixed, Folder, FrameError, Integrated, Integrator, IntegratorEffort as Effort,
-    IntegratorRun as Run, Measured, NetworkCase, OWN, PAGE, RECORD, ReferenceStepper, Scheme, Size, Truth,
+    ABSENT, Bench, CaseSummary, DeviceMeasurements, Fixed, Folder, FrameError, Integrated, Integrator,
+    IntegratorEffort, IntegratorRun, NetworkCase, OWN, PAGE, RECORD, ReferenceStepper, Scheme, Size, Truth,
     measure_integrator as measure,
 };
 
 use super::device::context;
 use super::program::{end, isotherm, refusal, run};
 
-const EFFORT: Effort = Effort { runs: 1, enough: 0.0, most: 600.0 };
+const EFFORT: IntegratorEffort = IntegratorEffort { runs: 1, enough: 0.0, most: 600.0 };
 /// Sub-steps a frame of the references: 0.26 s.
 const FINE: u32 = 64;
 
@@ -30,7 +30,7 @@ static CASES: LazyLock<Vec<(NetworkCase, Truth)>> = LazyLock::new(|| {
     cases.into_iter().map(solved).collect()
 });
 
-fn in_f64(case: &NetworkCase, truth: &Truth, scheme: Scheme) -> Run {
+fn in_f64(case: &NetworkCase, truth: &Truth, scheme: Scheme) -> IntegratorRun {
     let mut stepper = ReferenceStepper::new(case.network.clone(), &[]);
     measure(&mut stepper, case, &truth.rows, scheme, EFFORT)
 }
@@ -119,19 +119,19 @@ fn a_wrong_network_is_seen_in_the_errors() {
 #[ignore = "long: tools/test --all"]
 fn a_run_that_takes_too_long_tells_how_far_it_came() {
     let (case, truth) = &CASES[1];
-    let effort = Effort { runs: 1, enough: 0.0, most: 0.0 };
+    let effort = IntegratorEffort { runs: 1, enough: 0.0, most: 0.0 };
     let mut stepper = ReferenceStepper::new(case.network.clone(), &[]);
     let run = measure(&mut stepper, case, &truth.rows, Scheme::Fixed(Fixed::Rkl2, 1), effort);
     assert_eq!(run.work.map(|work| work.frames), Some(1));
 }
 
-fn bench_of(runs: Vec<Run>, solved: &(NetworkCase, Truth)) -> Bench {
-    let measured = Measured {
+fn bench_of(runs: Vec<IntegratorRun>, solved: &(NetworkCase, Truth)) -> Bench {
+    let measured = DeviceMeasurements {
         name: "a <device>".to_owned(),
         load_average: [Some([1.0, 2.0, 3.0]), None],
         stolen: Some(0.125),
         integrators: vec![Integrated { case: solved.0.key.to_owned(), runs }],
-        ..Measured::default()
+        ..DeviceMeasurements::default()
     };
     Bench {
         version: "0".to_owned(),
@@ -149,7 +149,11 @@ fn bench_of(runs: Vec<Run>, solved: &(NetworkCase, Truth)) -> Bench {
 #[test]
 fn the_page_names_every_scheme_and_what_is_absent() {
     let solved = &CASES[1];
-    let failed = Run { scheme: "a scheme".to_owned(), failed: Some("no <reason>".to_owned()), ..Run::default() };
+    let failed = IntegratorRun {
+        scheme: "a scheme".to_owned(),
+        failed: Some("no <reason>".to_owned()),
+        ..IntegratorRun::default()
+    };
     let run = in_f64(&solved.0, &solved.1, Scheme::Fixed(Fixed::Rkl2, 1));
     let bench = bench_of(vec![run, failed], solved);
     let folder = tempfile::tempdir().expect("a folder");

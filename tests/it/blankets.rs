@@ -4,8 +4,8 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 use isotherm::internals::{
-    DepthMap, DeviceData, Occluders, PADDING, Prepared, Reach, Renderer, Scene, ShadowMethod as Method, ShadowSettings,
-    Sides, StepLoad, SunView,
+    DepthMap, DeviceData, Occluders, PADDING, Prepared, Reach, Renderer, Scene, ShadowMethod, ShadowSettings, Sides,
+    StepLoad, SunProjection,
 };
 use serde_json::json;
 
@@ -83,7 +83,7 @@ const MOST_CHANGE: f64 = 0.01;
 const MOST_APART: f64 = 0.01;
 
 /// Largest change of the mean share between neighbouring angles, and largest difference to rays inside the border. `lift` is that of a node off its surface.
-fn sweep(prepared: &Prepared, mut lift: impl FnMut(&SunView) -> f64) -> [f64; 2] {
+fn sweep(prepared: &Prepared, mut lift: impl FnMut(&SunProjection) -> f64) -> [f64; 2] {
     let nodes = nodes_of(prepared);
     let all: Vec<&Node> = nodes.iter().collect();
     let inner: Vec<&Node> = nodes.iter().filter(|node| node.inner).collect();
@@ -93,7 +93,7 @@ fn sweep(prepared: &Prepared, mut lift: impl FnMut(&SunView) -> f64) -> [f64; 2]
     for tenth in -880..=880 {
         let sun = direction(0.1 * f64::from(tenth));
         let view = prepared.redraw().and_then(|mut redraw| redraw.view(&load(sun))).expect("the Sun shines");
-        let map = DepthMap::traced(SunView { lift: lift(&view), ..view }, &rays);
+        let map = DepthMap::traced(SunProjection { lift: lift(&view), ..view }, &rays);
         let seen = |node: &Node| map.solar_visibility(node.place, node.normal);
         let now = mean(&all, sun, seen);
         change = last.map_or(0.0, |last: f64| (now - last).abs()).max(change);
@@ -148,7 +148,7 @@ fn a_blanket_on_the_device_neither_lights_nor_shades_itself() {
 }
 
 /// The ISS of `models/iss.toml` at a coarse density. `None` with a printed line where its model is missing.
-fn iss(method: Method) -> Option<Prepared> {
+fn iss(method: ShadowMethod) -> Option<Prepared> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/iss.toml");
     let mut scene = Scene::load_within(&path, Reach::Anywhere).expect("a scene");
     if !scene.model_path.is_file() {
@@ -198,7 +198,7 @@ const MOST_OF_PART: f64 = 0.11;
 #[test]
 #[ignore = "long: tools/test --all"]
 fn no_part_of_the_iss_jumps_over_an_orbit() {
-    let (Some(by_depth), Some(by_rays)) = (iss(Method::Depth), iss(Method::Exact)) else { return };
+    let (Some(by_depth), Some(by_rays)) = (iss(ShadowMethod::Depth), iss(ShadowMethod::Exact)) else { return };
     let context = context();
     let mut devices = [&by_depth, &by_rays].map(|prepared| {
         let data = DeviceData::new(prepared);

@@ -1,7 +1,7 @@
 //! `isotherm check`, and the same warnings at the start of a run: each wrong scene is warned of, and a right one is not.
 
 use glam::Vec3;
-use isotherm::internals::{CheckEffort as Effort, Finding, Prepared, check};
+use isotherm::internals::{CheckEffort, Finding, Prepared, check};
 use serde_json::json;
 
 use super::craft::{Folder, SCENE, glb, scene_with};
@@ -13,7 +13,7 @@ use super::program::{self, refusal, run, stderr, succeed};
 fn found(changes: &[(&str, &str)], change: impl FnOnce(&mut Prepared)) -> Vec<Finding> {
     let mut prepared = Folder::new(&scene_with(changes)).prepared();
     change(&mut prepared);
-    check(&prepared, Effort::WHOLE).findings
+    check(&prepared, CheckEffort::WHOLE).findings
 }
 
 /// The only finding.
@@ -88,7 +88,7 @@ fn a_path_that_looks_away_part_of_the_time_is_told_with_the_time() {
     )]));
     // At first it looks along +Z from below, at the end along -Z.
     folder.write("path.csv", "time,x,y,z,qw,qx,qy,qz\n0,0,0,-20,1,0,0,0\n300,0,0,-20,1,0,0,0\n720,0,0,-20,0,1,0,0\n");
-    let findings = check(&folder.prepared(), Effort::WHOLE).findings;
+    let findings = check(&folder.prepared(), CheckEffort::WHOLE).findings;
     let [away] = findings.as_slice() else { panic!("{findings:?}") };
     assert!(away.about == "camera.path" && away.message.contains("in 2 of 4 images, first at 480 s"), "{away:?}");
 }

@@ -15,9 +15,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use isotherm::Target;
-use isotherm::internals::{
-    Begin, DatasetError, DatasetMade as Made, DatasetOrder as Order, Reach, SceneText, Shard, Spec, make,
-};
+use isotherm::internals::{Begin, DatasetError, DatasetOrder, DatasetSummary, Reach, SceneText, Shard, Spec, make};
 
 use super::craft;
 
@@ -60,11 +58,11 @@ impl Workshop {
     }
 
     /// Makes a shard with the reference.
-    fn make(&self, folder: &str, shard: (u64, u64), begin: Begin) -> Result<Made, DatasetError> {
+    fn make(&self, folder: &str, shard: (u64, u64), begin: Begin) -> Result<DatasetSummary, DatasetError> {
         let (spec, scenes) = self.load()?;
         let root = self.path(folder);
         let (index, of) = shard;
-        let order = Order {
+        let order = DatasetOrder {
             spec: &spec,
             scenes: &scenes,
             target: &Target::Reference,
@@ -77,7 +75,7 @@ impl Workshop {
     }
 
     /// Makes the whole data set with the reference.
-    fn whole(&self, folder: &str) -> Made {
+    fn whole(&self, folder: &str) -> DatasetSummary {
         let made = self.make(folder, (0, 1), Begin::Fresh).expect("a data set");
         assert!(made.complete);
         made

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use isotherm::internals::{
-    Bulk, Context, Curve, Domain, GROUP, GpuError, Material, NODES_PER_WORKGROUP, Optics, PlanetLoad, Profile,
-    ReferenceNode, Renderer, Request, Response, ResponseFunction as Function, Retarget, SceneData, Shapes, Sides,
-    StepKind, StepLoad, StepRange, SunSample, ThermalVariant, Transition, device_material, emissivity_sum,
+    Bulk, Context, Curve, Domain, Function, GROUP, GpuError, Material, NODES_PER_WORKGROUP, Optics, PlanetLoad,
+    Profile, ReferenceNode, Renderer, Request, Response, Retarget, SceneData, Shapes, Sides, StepKind, StepLoad,
+    StepRange, SunSample, ThermalVariant, Transition, device_material, emissivity_sum,
 };
 
 use crate::random::Random;

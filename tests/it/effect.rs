@@ -59,7 +59,8 @@ fn the_shader_of_the_patch_compiles_and_names_known_buffers() {
     let text = fs::read_to_string(patched().path().join("glsl/lamp.comp")).expect("a shader");
     let options = naga::front::glsl::Options::from(naga::ShaderStage::Compute);
     let module = naga::front::glsl::Frontend::default().parse(&options, &text).expect("GLSL that naga reads");
-    let known: BTreeSet<String> = internals::all().map(|resource| format!("{}Block", resource.name)).collect();
+    let known: BTreeSet<String> =
+        internals::all_resources().map(|resource| format!("{}Block", resource.name)).collect();
     for (_, variable) in module.global_variables.iter().filter(|(_, variable)| variable.binding.is_some()) {
         let block = module.types[variable.ty].name.clone().unwrap_or_default();
         assert!(known.contains(&block), "no buffer has the name of {block}");

@@ -1,6 +1,6 @@
 //! Many steps in one dispatch give the same result as single steps, through an eclipse and with shadows.
 
-use isotherm::internals::{DeviceEngine, Engine, EngineOrder as Order, FUSED_STEPS, Prepared, Step};
+use isotherm::internals::{DeviceEngine, Engine, EngineOrder as Order, EngineStep, FUSED_STEPS, Prepared};
 
 use super::craft::{Folder, scene_with};
 use super::device::{assert_silent, context};
@@ -32,8 +32,11 @@ fn state(prepared: &Prepared, at_once: usize, change: f64) -> (Vec<f32>, DeviceE
     let mut loads: Vec<_> = starts.iter().map(|start| prepared.loads.step_load(*start, start + step)).collect();
     assert!(loads.iter().any(|load| load.sun.is_empty()) && loads.iter().any(|load| load.albedo.is_some()));
     loads[STEPS as usize - 3].sun.iter_mut().for_each(|sample| sample.flux *= change);
-    let steps: Vec<Step<'_>> =
-        starts.iter().zip(&loads).map(|(start, load)| Step { load, steps: 1.0, start: *start, length: step }).collect();
+    let steps: Vec<EngineStep<'_>> = starts
+        .iter()
+        .zip(&loads)
+        .map(|(start, load)| EngineStep { load, steps: 1.0, start: *start, length: step })
+        .collect();
     for some in steps.chunks(at_once) {
         if at_once == 1 {
             engine.submit(Some(some[0]), Order::default()).expect("submitted");

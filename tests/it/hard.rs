@@ -4,13 +4,13 @@
 use std::sync::LazyLock;
 
 use isotherm::internals;
-use isotherm::internals::{HardCase, HardRow, Scale, Target};
+use isotherm::internals::{CaseScale, HardCase, HardRow, Target};
 
 use super::device::context;
 
 static CASES: LazyLock<(Vec<HardCase>, Vec<f64>)> = LazyLock::new(|| {
     let cases = internals::all_hard_cases();
-    let without = internals::without(&cases, Scale::Small);
+    let without = internals::without(&cases, CaseScale::Small);
     (cases, without)
 });
 
@@ -19,7 +19,7 @@ const MISSES: [&str; 0] = [];
 
 fn check(target: &Target) {
     let (cases, without) = &*CASES;
-    let rows = internals::measure_hard_case(target, cases, without, Scale::Small, &|_| {});
+    let rows = internals::measure_hard_case(target, cases, without, CaseScale::Small, &|_| {});
     for row in &rows {
         let (found, limit) = (row.error.map(|error| row.in_unit(error)), row.in_unit(row.limit));
         println!("{}: {found:?}, limit {limit}, without {} ({:.1} s)", row.name, row.in_unit(row.without), row.wall_s);

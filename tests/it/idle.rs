@@ -1,6 +1,6 @@
 //! A step with an unchanged load only evaluates transitions, and gives the same result.
 
-use isotherm::internals::{DeviceEngine, Engine, EngineOrder as Order, Prepared, ReferenceEngine, Step};
+use isotherm::internals::{DeviceEngine, Engine, EngineOrder as Order, EngineStep, Prepared, ReferenceEngine};
 
 use super::craft::{Folder, scene_with};
 use super::device::{Worst, assert_silent, context};
@@ -39,7 +39,7 @@ fn a_step_under_the_same_load_costs_its_transitions_only() {
             load.sun.iter_mut().for_each(|sample| sample.flux *= 0.5);
         }
         let [found, expected] = [&mut engine as &mut dyn Engine, &mut reference].map(|one| {
-            let advance = Step { load: &load, steps: 1.0, start, length: step };
+            let advance = EngineStep { load: &load, steps: 1.0, start, length: step };
             one.submit(Some(advance), Order { temperatures: true, ..Order::default() }).expect("submitted");
             one.deliver().expect("delivered").temperatures.expect("temperatures")
         });

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec2, DVec3};
 use isotherm::internals::{
-    Craft, LabelledImage, LabelsMade as Made, Place, Solids, Split, Visibility, chosen, craft, fixed, labelled, made,
+    Craft, ImageIdentity, ImageLabels, LabelledImage, Solids, Split, Visibility, chosen, craft, fixed, labelled, made,
     orbit, seen,
 };
 use isotherm::{CameraFrame, Pose, Simulation, Target};
@@ -25,7 +25,7 @@ fn image(simulation: &mut Simulation, from: DVec3, at: DVec3, number: u32) -> La
     let camera = simulation.camera().expect("a camera").clone();
     let pose = Pose::look_at(CameraFrame::Body, from, at, DVec3::NEG_Z).expect("a pose");
     let image = simulation.image(&camera, &pose).expect("an image");
-    let place = Place {
+    let place = ImageIdentity {
         sample: u64::from(number),
         orbit: 1,
         number,
@@ -50,7 +50,7 @@ fn views() -> impl Iterator<Item = DVec3> {
     })
 }
 
-fn text<'a>(made: &'a Made, ending: &str) -> &'a str {
+fn text<'a>(made: &'a ImageLabels, ending: &str) -> &'a str {
     let label = made.labels.iter().find(|label| label.ending == Some(ending)).expect("a label");
     std::str::from_utf8(&label.bytes).expect("text")
 }
@@ -257,7 +257,7 @@ fn an_orbit_has_its_lists_and_a_data_set_its_models() {
     let solids = Solids::new(&craft);
     let images: Vec<LabelledImage> =
         views().enumerate().map(|(number, from)| image(&mut simulation, from, DVec3::ZERO, number as u32)).collect();
-    let labels: Vec<Made> = images.iter().map(|image| made(&craft, &solids, image).expect("labels")).collect();
+    let labels: Vec<ImageLabels> = images.iter().map(|image| made(&craft, &solids, image).expect("labels")).collect();
     let lines: Vec<_> = labels.iter().map(|made| made.lines.clone()).collect();
     let files = orbit(Split::Test, 1, &lines);
     let names: Vec<&str> = files.iter().map(|(path, _)| path.as_str()).collect();
@@ -269,7 +269,7 @@ fn an_orbit_has_its_lists_and_a_data_set_its_models() {
     // What an image has in the lists is what it has in the tar, and lines survive a file.
     assert_eq!(json(text(&labels[2], "gt.json")), json(std::str::from_utf8(&files[1].1).expect("text"))["2"]);
     let kept = serde_json::to_string(&lines[2]).expect("it can be kept");
-    assert_eq!(serde_json::from_str::<isotherm::internals::Lines>(&kept).expect("it can be read"), lines[2]);
+    assert_eq!(serde_json::from_str::<isotherm::internals::ImageLines>(&kept).expect("it can be read"), lines[2]);
     // The same image has the same bytes.
     assert_eq!(made(&craft, &solids, &images[2]).expect("labels"), labels[2]);
 

@@ -4,8 +4,8 @@ use glam::{DAffine3, DMat4, DVec3};
 use isotherm::internals;
 use isotherm::internals::{
     Camera, Delivered, DeviceEngine, Distortion, Engine, EngineOrder as Order, FrameMaker, Lens, Pixels, Prepared,
-    ReferenceEngine, Response, Rolling, Rows, Sides, StepResult, band_radiance_exact, moments, pose_at, raster_view,
-    read_exr, sampling, start, write_exr,
+    ReferenceEngine, Response, Rolling, RowMoments, Sides, StepResult, band_radiance_exact, moments, pose_at,
+    raster_view, read_exr, sampling, start, write_exr,
 };
 
 use super::craft::{Folder, never, scene_with};
@@ -295,7 +295,7 @@ fn drawn(prepared: &Prepared, engine: &mut dyn Engine) -> Pixels {
     start(prepared, engine, None, &never(), &mut || ()).expect("a start");
     let joints = prepared.loads.joints_at(0.0).1;
     let moments = moments(prepared, 0.0, None);
-    let rows = moments.as_ref().map(|moments| Rows(moments));
+    let rows = moments.as_ref().map(|moments| RowMoments(moments));
     let order = Order { pose: pose_at(prepared, 0.0), joints: &joints, rows, ..Order::default() };
     engine.submit(None, order).expect("a drawing");
     engine.deliver().expect("an image").pixels.expect("an image")

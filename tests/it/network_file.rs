@@ -1,8 +1,8 @@
 //! The network of a scene as a network file: solved by itself it has the temperatures of the scene.
 
 use isotherm::internals::{
-    Engine, EngineError, Integrator, NetworkFile, NetworkSettings as Settings, Prepared, ReferenceEngine,
-    ReferenceStepper, integrate, network_file, run, start,
+    Engine, EngineError, IntegrationSettings, Integrator, NetworkFile, Prepared, ReferenceEngine, ReferenceStepper,
+    integrate, network_file, run, start,
 };
 
 use super::craft::{Folder, never, scene_with};
@@ -28,7 +28,7 @@ fn of_the_file(prepared: &Prepared, change: impl Fn(&mut NetworkFile)) -> Vec<f6
         NetworkFile::parse(&file.text(&[], &[]), std::path::Path::new("network.toml")).expect("a network file");
     change(&mut file);
     let mut stepper = ReferenceStepper::new(file.network.clone(), &file.schedule.sensors());
-    let settings = Settings::of(Integrator::Accurate);
+    let settings = IntegrationSettings::of(Integrator::Accurate);
     let series = integrate(&mut stepper, &file.network, &file.schedule, &settings, |_| true).expect("a solution");
     series.rows.last().expect("rows").clone()
 }

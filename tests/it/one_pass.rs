@@ -1,8 +1,9 @@
 //! A scene's network in one pass a step: barriers, bindings, device against twin, and the integrator's choice.
 
 use isotherm::internals::{
-    Check, Curve, DeviceEngine, Engine, EngineError, EngineOrder as Order, Frame, OnePassKind, OnePassShape,
-    PlanConstants, Prepared, ReferenceEngine, SECTIONS, Step, StepKind, StepRange, ThermalVariant, Wanted, run, start,
+    Check, Curve, DeviceEngine, Engine, EngineError, EngineOrder as Order, EngineStep, Frame, OnePassKind,
+    OnePassShape, PlanConstants, Prepared, ReferenceEngine, SECTIONS, StepKind, StepRange, ThermalVariant, Wanted, run,
+    start,
 };
 
 use super::craft::{Folder, never, scene_with};
@@ -234,7 +235,7 @@ fn a_saved_state_goes_on_bit_for_bit() {
         for number in steps {
             let (from, to) = (60.0 * f64::from(number), 60.0 * f64::from(number + 1));
             let load = prepared.loads.step_load(from, to);
-            let step = Step { load: &load, steps: 1.0, start: from, length: 60.0 };
+            let step = EngineStep { load: &load, steps: 1.0, start: from, length: 60.0 };
             engine.submit(Some(step), Order::default()).expect("a step");
             engine.deliver().expect("a step");
         }
@@ -391,7 +392,7 @@ fn sub_steps_take_over_where_the_estimate_stays_above_the_tolerance() {
             let [from, to] = [number, number + 1].map(|step| 20.0 * f64::from(step));
             let load = prepared.loads.step_load(from, to);
             engine
-                .submit(Some(Step { load: &load, steps: 1.0, start: from, length: 20.0 }), Order::default())
+                .submit(Some(EngineStep { load: &load, steps: 1.0, start: from, length: 20.0 }), Order::default())
                 .expect("a step");
             engine.deliver().expect("a step");
         }

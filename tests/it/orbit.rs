@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 use isotherm::internals::{
-    Attitude, CircularOrbit, Environment, IncidentFunction, Material, Optics, Reference, ReferenceNode, Response,
-    ResponseFunction::Linear, ResponseFunction::Quadratic, Retarget, STEFAN_BOLTZMANN, Sides, StepLoad, StepLoads,
-    TransitionState, commanded_temperature, incident, temperature, transition_step,
+    Attitude, CircularOrbit, Environment, Function::Linear, Function::Quadratic, IncidentFunction, Material, Optics,
+    Reference, ReferenceNode, Response, Retarget, STEFAN_BOLTZMANN, Sides, StepLoad, StepLoads, TransitionState,
+    commanded_temperature, incident, temperature, transition_step,
 };
 
 use super::device::{ALL, LooseNodes, Worst, assert_silent, context, material, transition};

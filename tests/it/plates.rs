@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use isotherm::internals::{
-    Below, Check, Context, DeviceEngine, Engine, EngineError, EngineOrder as Order, Material, Optics, Radiative,
-    Reference, ReferenceEngine, Request, Response, STEFAN_BOLTZMANN, Sides, Step, StepLoad, incident, run, start,
+    Below, Check, Context, DeviceEngine, Engine, EngineError, EngineOrder as Order, EngineStep, Material, Optics,
+    Radiative, Reference, ReferenceEngine, Request, Response, STEFAN_BOLTZMANN, Sides, StepLoad, incident, run, start,
 };
 
 use super::craft::{Folder, never, scene_with};
@@ -221,7 +221,7 @@ fn a_craft_of_plates_runs_from_its_periodic_state() {
             let from = f64::from(step) * 60.0 - period;
             let to = (from + 60.0).min(0.0);
             let load = prepared.loads.step_load(from, to);
-            let step = Step { load: &load, steps: (to - from) / 60.0, start: from, length: to - from };
+            let step = EngineStep { load: &load, steps: (to - from) / 60.0, start: from, length: to - from };
             engine.submit(Some(step), Order::default()).expect("the reference steps");
             engine.deliver().expect("the reference answers");
         }

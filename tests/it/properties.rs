@@ -2,8 +2,8 @@
 
 use isotherm::internals;
 use isotherm::internals::{
-    DeviceData, DeviceEngine, Engine, EngineError, EngineOrder as Order, GROUP, PADDING, Prepared, ReferenceNode,
-    STEFAN_BOLTZMANN, Step, absorbed_flux, commanded_temperature, emissivity_sum, incident, run, start,
+    DeviceData, DeviceEngine, Engine, EngineError, EngineOrder as Order, EngineStep, GROUP, PADDING, Prepared,
+    ReferenceNode, STEFAN_BOLTZMANN, absorbed_flux, commanded_temperature, emissivity_sum, incident, run, start,
 };
 
 use super::craft::{AREA, Folder, glb_of_box, never, scene_with};
@@ -69,7 +69,7 @@ fn at_time_0_every_node_is_settled_at_the_balance_of_the_first_load() {
     let mut state = || {
         engine
             .submit(
-                Some(Step { load: &first, steps: 1.0, start: 0.0, length: 1.0 }),
+                Some(EngineStep { load: &first, steps: 1.0, start: 0.0, length: 1.0 }),
                 Order { temperatures: true, ..Order::default() },
             )
             .expect("a step");
@@ -189,7 +189,7 @@ fn areas_and_switches() {
     for (change, resource, word) in [
         (("solar_constant = 1361\nalbedo = 0.3\n", ""), &internals::ALBEDO_VALUES, "sun"),
         (("albedo = 0.3\n", ""), &internals::ALBEDO_VALUES, "albedo"),
-        (("planet_ir = 237\n", ""), &internals::STEP, "planet_ir"),
+        (("planet_ir = 237\n", ""), &internals::STEP_RESOURCE, "planet_ir"),
     ] {
         let other = blind(&[change]);
         for (prepared, there) in [(&prepared, true), (&other, false)] {
@@ -198,7 +198,7 @@ fn areas_and_switches() {
             let named = data.ranges.iter().all(|range| range.variant.shader().words.contains(&word));
             assert_eq!(named, there, "{word}");
             let buffer = data.plan().iter().any(|planned| planned.resource == resource);
-            assert_eq!(buffer, there || resource == &internals::STEP, "{resource:?}");
+            assert_eq!(buffer, there || resource == &internals::STEP_RESOURCE, "{resource:?}");
             assert!(!data.plan().iter().any(|planned| planned.resource.role.is_image()), "nothing is drawn");
         }
     }

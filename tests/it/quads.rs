@@ -5,8 +5,8 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use isotherm::internals::{
     Band, Camera, CameraFrame, Context, Curve, Lens, Material, Motion, NODES_PER_WORKGROUP, Pixel, Pixels,
-    RadianceTable, RasterSurface as Surface, Renderer, Request, SceneData, Shapes, StepKind, StepRange, ThermalVariant,
-    View, band_radiance, band_table, device_material, device_view, raster_view, rasterise, sampling, source_view,
+    RadianceTable, RasterSurface, Renderer, Request, SceneData, Shapes, StepKind, StepRange, ThermalVariant, View,
+    band_radiance, band_table, device_material, device_view, raster_view, rasterise, sampling, source_view,
 };
 
 /// Quads with temperatures at their corners. Each is a group of four nodes.
@@ -91,7 +91,7 @@ impl Quads {
             let device = device_material(material, &Shapes::default());
             [device.emissivity, device.back_emissivity].map(f64::from)
         };
-        let surface = Surface {
+        let surface = RasterSurface {
             around: None,
             positions: &positions,
             triangles: &self.triangles,

@@ -150,9 +150,9 @@ fn a_block_has_the_name_of_its_buffer() {
             }
         }
     }
-    let names: BTreeSet<&str> = internals::all().map(|resource| resource.name).collect();
-    assert_eq!(names.len(), internals::all().count(), "each name stands for one resource");
+    let names: BTreeSet<&str> = internals::all_resources().map(|resource| resource.name).collect();
+    assert_eq!(names.len(), internals::all_resources().count(), "each name stands for one resource");
     let shaded =
         |role| !matches!(role, Role::Readback | Role::Staging | Role::Copied | Role::Indices) && !Role::is_image(role);
-    assert_eq!(bound, internals::all().filter(|resource| shaded(resource.role)).collect());
+    assert_eq!(bound, internals::all_resources().filter(|resource| shaded(resource.role)).collect());
 }

@@ -6,8 +6,8 @@ use approx::assert_relative_eq;
 use glam::{DMat4, DQuat, DVec3};
 use isotherm::internals::{
     Attitude, Background, CameraFrame, Distortion, Draw, Edges, GainControl, Halo, ImageFile, ImageFiles, Initial,
-    Lens, Mapping, Netd, Orbit, PRESETS, Part, Pattern, Reflections, Scene, SceneError, SensorOptics as Optics,
-    ShadowMethod as Method, Spread, Surrounded, Video, Vignetting,
+    Lens, Mapping, Netd, Orbit, PRESETS, Part, Pattern, Reflections, Scene, SceneError, SensorOptics, ShadowMethod,
+    Spread, Surrounded, Video, Vignetting,
 };
 
 mod materials;
@@ -93,7 +93,7 @@ fn every_value_of_a_full_scene_arrives() {
     assert_eq!((scene.probes[0].part.as_deref(), scene.probes[1].part.as_deref()), (Some("wing"), None));
     assert_eq!((scene.colour_range, scene.energy_balance), (Some([150.0, 350.0]), false));
     let shadows = scene.shadows.expect("the scene has shadows");
-    assert_eq!((shadows.method, shadows.resolution), (Method::Depth, 1024));
+    assert_eq!((shadows.method, shadows.resolution), (ShadowMethod::Depth, 1024));
     assert_relative_eq!(shadows.redraw_angle, 0.5f64.to_radians(), epsilon = 1e-15);
     let exchange = scene.exchange.expect("the scene has exchange");
     assert_eq!((exchange.rays, exchange.patch_edge, exchange.bounces), (512, Some(1.5), Some(3)));
@@ -117,7 +117,7 @@ fn every_value_of_a_full_scene_arrives() {
     assert!(worst < 1e-9, "{worst}");
     assert_eq!(sensor.halo, Some(Halo { share: 0.05, radius: 40.0 }));
     assert_eq!(sensor.vignetting, Some(Vignetting::Cos4));
-    assert_eq!(sensor.optics, Optics { transmission: 0.9, lens: Some(290.0), housing: Some(300.0) });
+    assert_eq!(sensor.optics, SensorOptics { transmission: 0.9, lens: Some(290.0), housing: Some(300.0) });
     let netd = Netd { kelvin: 0.05, temperature: 303.0, stated_f_number: 1.0, f_number: 1.4 };
     assert_eq!(sensor.noise, Some(netd));
     let pattern = Pattern { offset: 0.1, gain: 0.005, drift: 0.0001, interval: Some(120.0), shutter: 295.0 };

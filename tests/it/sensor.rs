@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 use isotherm::internals::{
-    Camera, Constants, Context, Curve, DeviceEngine, Distance, Distortion, Engine, EngineOrder as Order, Frame, Halo,
-    Netd, Pattern, Prepared, RadianceTable, Recipe, ReferenceEngine, Sampled, Sensing, Sensor, SensorOptics as Optics,
+    Camera, Context, Curve, DeviceEngine, Distance, Distortion, Engine, EngineOrder as Order, Frame, Halo, Netd,
+    Pattern, Prepared, RadianceTable, Recipe, ReferenceEngine, Sampled, Sensing, Sensor, SensorConstants, SensorOptics,
     Spread, StepKind, StepRange, ThermalVariant, TriangleRun, Vignetting, Wanted, band_radiance, compose, pose_at,
     radiance_slope,
 };
@@ -34,7 +34,7 @@ fn whole(pixels: usize) -> Sensor {
         spread: Some(Spread::airy(0.9, 1.0)),
         halo: Some(Halo { share: 0.1, radius: 9.0 }),
         vignetting: Some(Vignetting::Map((0..pixels).map(|i| 1.0 - 0.4 * (i % 97) as f64 / 97.0).collect())),
-        optics: Optics { transmission: 0.8, lens: Some(290.0), housing: Some(300.0) },
+        optics: SensorOptics { transmission: 0.8, lens: Some(290.0), housing: Some(300.0) },
         time_constant: Some(30.0),
         noise: netd(0.1),
         pattern: pattern(),
@@ -157,7 +157,7 @@ fn noise_has_the_stated_netd_and_follows_from_the_time_alone() {
     assert_eq!(read(&prepared, &mut again, 3.0), images[3]);
     assert_ne!(images[3], images[4]);
     let table = RadianceTable::new(prepared.scene.band);
-    let constants = Constants::new(&sensor, &table);
+    let constants = SensorConstants::new(&sensor, &table);
     let lit: Vec<usize> = (0..PIXELS).filter(|pixel| images[0][*pixel][0] > 2000).collect();
     let variance = |pixel: &usize| {
         let values: Vec<f64> = images.iter().map(|image| f64::from(image[*pixel][0])).collect();

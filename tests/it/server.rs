@@ -13,16 +13,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use isotherm::Target;
-use isotherm::internals::{Kind, Log, Patience, Picture, Scenes, Server, Talk, bind, serve};
+use isotherm::internals::{Log, Patience, PictureKind, PictureStyle, Scenes, Server, Talk, bind, serve};
 
 /// A server with one scene of the name `craft`, or with none.
-fn server(scene: Option<&Path>, target: Target, kind: Kind) -> Server {
+fn server(scene: Option<&Path>, target: Target, kind: PictureKind) -> Server {
     let mut scenes = Scenes::default();
     if let Some(path) = scene {
         scenes.load(Some("craft"), path).expect("a scene");
     }
     let patience = Patience { idle: Duration::from_secs(60), message: Duration::from_millis(500) };
-    let picture = Picture { kind, range: None };
+    let picture = PictureStyle { kind, range: None };
     Server { target, scenes, picture, time: 0.0, patience, log: Log::open(None).expect("no log") }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use isotherm::internals::{
-    Context, DeviceData, PADDING, Prepared, Renderer, Request, ShadowMethod as Method, Shadows, StepLoad,
+    Context, DeviceData, PADDING, Prepared, Renderer, Request, ShadowCasters, ShadowMethod, StepLoad,
 };
 use serde_json::json;
 
@@ -37,7 +37,7 @@ fn on_device(context: &Arc<Context>, prepared: &Prepared, sun: DVec3) -> Vec<f64
 /// The same in f64.
 fn in_f64(prepared: &Prepared, sun: DVec3) -> Vec<f64> {
     let slots = 0..prepared.nodes.vertex_of_node.len();
-    let mut shadows: Shadows = prepared.shadows(slots).expect("shadows are on");
+    let mut shadows: ShadowCasters = prepared.shadows(slots).expect("shadows are on");
     shadows.visibility(&load(sun)).expect("the first time")
 }
 
@@ -92,7 +92,7 @@ fn the_fast_way_is_near_the_exact_one() {
     let (wrong, mean) = apart(&slots, &on_device(&context, &fast, sun()), &on_device(&context, &exact, sun()));
     println!("{} lit nodes, {wrong:.4} apart, mean {mean:.1e}", slots.len());
     assert!(wrong < 0.03 && mean < 0.01, "{wrong} apart, mean {mean}");
-    assert_eq!(fast.scene.shadows.map(|settings| settings.method), Some(Method::Depth));
+    assert_eq!(fast.scene.shadows.map(|settings| settings.method), Some(ShadowMethod::Depth));
 }
 
 #[test]

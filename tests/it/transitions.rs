@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use isotherm::internals::{
-    Context, Frame, Request, Response, ResponseFunction as Function, ResponseFunction::Linear,
-    ResponseFunction::Quadratic, Retarget, Sides, StepKind, StepRange, ThermalVariant, Wanted, respond_f64,
+    Context, Frame, Function, Function::Linear, Function::Quadratic, Request, Response, Retarget, Sides, StepKind,
+    StepRange, ThermalVariant, Wanted, respond_f64,
 };
 
 use super::device::{LooseNodes, Present, Worst, assert_silent, context, dark, material, temperatures, transition};

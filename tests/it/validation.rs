@@ -4,9 +4,8 @@ use std::sync::{Arc, LazyLock};
 
 use glam::DVec3;
 use isotherm::internals::{
-    AlbedoField, Barrier, Context, Curve, Entry, Frame, Optics, PlanetLoad, Renderer, Request,
-    ResponseFunction as Function, Retarget, Sides, StepKind, StepLoad, StepRange, ThermalVariant, Wanted, Work,
-    device_view,
+    AlbedoField, Barrier, Context, Curve, Entry, Frame, Function, Optics, PlanetLoad, Renderer, Request, Retarget,
+    Sides, StepKind, StepLoad, StepRange, ThermalVariant, Wanted, Work, device_view,
 };
 
 use super::device::{assert_silent, dark, material, planet, sunlight, transition, validated_context};

@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use glam::DVec3;
-use isotherm::internals::{Apparent, Scene, Session, ViewError};
+use isotherm::internals::{Apparent, Scene, ViewError, ViewSession};
 use isotherm::{CameraFrame, Image, Pose, Simulation, Target};
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket};
@@ -38,7 +38,7 @@ impl Server {
         let mut simulation = Simulation::from_scene(scene.clone(), target).expect("a simulation");
         simulation.begin().expect("it begins");
         let camera = simulation.camera().expect("a camera").clone();
-        let session = Session { scene, target: target.clone(), simulation, camera, has_camera: true };
+        let session = ViewSession { scene, target: target.clone(), simulation, camera, has_camera: true };
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a free port");
         let address = listener.local_addr().expect("an address");
         let stop = Arc::new(AtomicBool::new(false));

@@ -7,8 +7,8 @@ use std::time::Instant;
 
 use isotherm::internals;
 use isotherm::internals::{
-    Context, Density, DeviceData, DeviceEngine, Edges, Engine, EngineOrder as Order, Prepared, Scene, Step, StepCost,
-    camera_from_body, device_bytes,
+    Context, Density, DeviceData, DeviceEngine, Edges, Engine, EngineOrder as Order, EngineStep, Prepared, Scene,
+    StepCost, camera_from_body, device_bytes,
 };
 
 use super::AnyError;
@@ -61,7 +61,7 @@ pub fn measure_one(context: &Arc<Context>, mut scene: Scene, edge: f64) -> Resul
         let load = prepared.loads.step_load(from, to);
         let pose = camera.as_ref().filter(|_| number == 2);
         let pose = pose.map(|camera| camera_from_body(camera, &prepared.loads.sky_model().sky(to)));
-        let advance = Step { load: &load, steps: 1.0, start: from, length: step };
+        let advance = EngineStep { load: &load, steps: 1.0, start: from, length: step };
         let joints = prepared.loads.joints_at(to).1;
         engine.submit(Some(advance), Order { pose, joints: &joints, temperatures: true, ..Order::default() })?;
         engine.deliver()?;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use isotherm::internals::{
-    Context, DeviceEngine, Engine, EngineOrder as Order, ExchangeSettings as Settings, Prepared, Samples, Scene, Step,
+    Context, DeviceEngine, Engine, EngineOrder as Order, EngineStep, ExchangeSettings, Prepared, Samples, Scene,
 };
 
 use super::AnyError;
@@ -22,9 +22,9 @@ pub fn measure(
     rounds: u32,
 ) -> Result<(), AnyError> {
     let settings = scene.exchange.unwrap_or_default();
-    let settings = Settings { patch_edge: patch_edge.or(settings.patch_edge), ..settings };
+    let settings = ExchangeSettings { patch_edge: patch_edge.or(settings.patch_edge), ..settings };
     let with = |exchange| Prepared::from_scene(Scene { exchange, ..scene.clone() }, &mut |_| {});
-    let mut runs = [with(Some(settings))?, with(None)?, with(Some(Settings { hold: 0.0, ..settings }))?];
+    let mut runs = [with(Some(settings))?, with(None)?, with(Some(ExchangeSettings { hold: 0.0, ..settings }))?];
     // The last run finds everything in every step.
     runs[2].exchange.iter_mut().for_each(|craft| Arc::make_mut(craft).light_angle = 0.0);
     let mut engines = Vec::new();
@@ -44,7 +44,7 @@ pub fn measure(
             let mut found = Vec::new();
             for (engine, prepared) in engines.iter_mut().zip(&runs) {
                 let load = prepared.loads.step_load(start, start + length);
-                engine.submit(Some(Step { load: &load, steps: 1.0, start, length }), Order::default())?;
+                engine.submit(Some(EngineStep { load: &load, steps: 1.0, start, length }), Order::default())?;
                 engine.deliver()?;
                 found.push(engine.network_temperatures()?.unwrap_or_default());
             }

@@ -19,9 +19,9 @@ use std::time::Instant;
 use clap::Parser;
 use isotherm::internals;
 use isotherm::internals::{
-    Context, Curve, DeviceData, DeviceEngine, Domain, Engine, EngineOrder as Order, Function, PassTime, Prepared,
-    Profile, Reach, Response, Retarget, Sample, Scene, Shapes, Step, StepKind, StepLoad, ThermalVariant, Transition,
-    camera_from_body,
+    Context, Curve, DeviceData, DeviceEngine, Domain, Engine, EngineOrder as Order, EngineStep, Function, PassTime,
+    Prepared, Profile, Reach, Response, Retarget, Scene, Shapes, StepKind, StepLoad, TemperatureSample, ThermalVariant,
+    Transition, camera_from_body,
 };
 
 use isotherm_tools::exit_code;
@@ -265,9 +265,12 @@ const ROUNDS: usize = 3;
 /// One function of every kind.
 fn measured_functions() -> Result<Vec<Function>, AnyError> {
     let points = [(0.0, 300.0), (1.0, 280.0), (2.0, 261.0), (4.0, 235.0), (7.0, 211.0), (9.0, 203.0), (12.0, 200.0)];
-    let samples: Vec<_> = points.iter().map(|&(time, temperature)| Sample { time, temperature }).collect();
+    let samples: Vec<_> = points.iter().map(|&(time, temperature)| TemperatureSample { time, temperature }).collect();
     let long: Vec<_> = (0..=100)
-        .map(|i| Sample { time: f64::from(i), temperature: 300.0 - 100.0 * (1.0 - (-0.03 * f64::from(i)).exp()) })
+        .map(|i| TemperatureSample {
+            time: f64::from(i),
+            temperature: 300.0 - 100.0 * (1.0 - (-0.03 * f64::from(i)).exp()),
+        })
         .collect();
     Ok(vec![
         Function::expression("s*(2.0-s)")?,
@@ -299,7 +302,7 @@ fn unused_function(context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError
         for number in 0..60 {
             let start = f64::from(number) * step;
             let load = prepared.loads.step_load(start, start + step);
-            engine.submit(Some(Step { load: &load, steps: 1.0, start, length: step }), Order::default())?;
+            engine.submit(Some(EngineStep { load: &load, steps: 1.0, start, length: step }), Order::default())?;
             engine.deliver()?;
         }
         let times = engine.pass_times().ok_or("no pass times")?;
@@ -388,7 +391,7 @@ fn measure_steps(steps: u32, context: &Arc<Context>, scene: Scene, edge: f64) ->
         let pose = camera_from_body(&camera, &prepared.loads.sky_model().sky(to));
         let joints = prepared.loads.joints_at(to).1;
         let order = Order { pose: Some(pose), joints: &joints, temperatures: true, ..Order::default() };
-        engine.submit(Some(Step { load: &load, steps: 1.0, start: from, length: step }), order)?;
+        engine.submit(Some(EngineStep { load: &load, steps: 1.0, start: from, length: step }), order)?;
         engine.deliver()?;
         if number >= 3 {
             whole.push(began.elapsed().as_secs_f64() * 1e3);

@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use isotherm::internals::{
-    Context, Density, DeviceData, DeviceEngine, Domain, Edges, Engine, EngineOrder as Order, Function, Integrator,
-    Material, Prepared, Profile, Response, Retarget, Scene, Step, Transition,
+    Context, Density, DeviceData, DeviceEngine, Domain, Edges, Engine, EngineOrder as Order, EngineStep, Function,
+    Integrator, Material, Prepared, Profile, Response, Retarget, Scene, Transition,
 };
 
 use super::AnyError;
@@ -113,7 +113,7 @@ fn row(context: &Arc<Context>, scene: &Scene, edge: f64, steps: u32, tolerance: 
         let mut found = Vec::new();
         for (engine, prepared) in engines.iter_mut().zip([&one_pass, &accurate, &transition]) {
             let load = prepared.loads.step_load(from, to);
-            engine.submit(Some(Step { load: &load, steps: 1.0, start: from, length: step }), Order::default())?;
+            engine.submit(Some(EngineStep { load: &load, steps: 1.0, start: from, length: step }), Order::default())?;
             engine.deliver()?;
             found.push(engine.network_temperatures()?.unwrap_or_default());
         }
@@ -194,7 +194,7 @@ fn by_the_clock(context: &Arc<Context>, scene: &Scene, steps: u32) -> Result<[f6
         for (engine, prepared, walls) in &mut runs {
             let load = prepared.loads.step_load(from, to);
             let began = Instant::now();
-            engine.submit(Some(Step { load: &load, steps: 1.0, start: from, length: step }), Order::default())?;
+            engine.submit(Some(EngineStep { load: &load, steps: 1.0, start: from, length: step }), Order::default())?;
             engine.deliver()?;
             walls.push(began.elapsed().as_secs_f64() * 1e3);
         }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use isotherm::internals::{
-    Context, DeviceEngine, Engine, EngineOrder as Order, Prepared, Scene, Sensor, SensorOptics as Optics, pose_at,
+    Context, DeviceEngine, Engine, EngineOrder as Order, Prepared, Scene, Sensor, SensorOptics, pose_at,
 };
 
 use super::AnyError;
@@ -19,7 +19,7 @@ pub fn measure(context: &Arc<Context>, scene: Scene) -> Result<(), AnyError> {
     let mut prepared = Prepared::from_scene(scene, &mut |_| {})?;
     let whole = prepared.scene.sensor.clone().ok_or("the scene has no [sensor]")?;
     let camera = prepared.scene.require_camera()?.clone();
-    let optics = Optics { transmission: 1.0, lens: None, housing: None };
+    let optics = SensorOptics { transmission: 1.0, lens: None, housing: None };
     let plain = Sensor {
         spread: None,
         halo: None,

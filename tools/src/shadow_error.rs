@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use isotherm::internals::{
-    Context, DeviceData, PADDING, Prepared, Renderer, Request, Scene, ShadowMethod as Method, ShadowSettings,
-    WRONG_SHARE, facing, wrong_shadows,
+    Context, DeviceData, PADDING, Prepared, Renderer, Request, Scene, ShadowMethod, ShadowSettings, WRONG_SHARE,
+    facing, wrong_shadows,
 };
 
 use super::AnyError;
@@ -41,10 +41,12 @@ pub fn measure(context: &Arc<Context>, scene: &Scene, edges: &[f64], resolutions
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
     for edge in edges {
-        let exact = found(context, scene, *edge, Some(ShadowSettings { method: Method::Exact, ..Default::default() }))?;
+        let exact =
+            found(context, scene, *edge, Some(ShadowSettings { method: ShadowMethod::Exact, ..Default::default() }))?;
         let without = apart(&found(context, scene, *edge, None)?, &exact);
         for resolution in resolutions {
-            let settings = ShadowSettings { method: Method::Depth, resolution: *resolution, ..Default::default() };
+            let settings =
+                ShadowSettings { method: ShadowMethod::Depth, resolution: *resolution, ..Default::default() };
             let fast = found(context, scene, *edge, Some(settings))?;
             let wrong = wrong_shadows(&fast.seen, &exact.seen, &fast.areas).ok_or("no place is in sunlight")?;
             let [rms, most] = apart(&fast, &exact);

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use isotherm::internals::{
-    Context, DeviceEngine, Engine, EngineOrder as Order, Prepared, Reach, Scene, Step, camera_from_body,
+    Context, DeviceEngine, Engine, EngineOrder as Order, EngineStep, Prepared, Reach, Scene, camera_from_body,
 };
 
 use super::AnyError;
@@ -34,7 +34,7 @@ pub fn measure(scene: &Path, device: Option<&str>, before: Option<&Path>, rounds
         engine.settle(&load, 0.0)?;
         let pose = Some(camera_from_body(&camera, &prepared.loads.sky_model().sky(step)));
         let order = Order { pose, joints: &prepared.loads.joints_at(step).1, temperatures: true, ..Order::default() };
-        engine.submit(Some(Step { load: &load, steps: 1.0, start: 0.0, length: step }), order)?;
+        engine.submit(Some(EngineStep { load: &load, steps: 1.0, start: 0.0, length: step }), order)?;
         engine.deliver()?;
         parts[3].1.push(passed());
         for shader in &shaders {

@@ -150,8 +150,22 @@ fn commanded(case: HardCase, nodes: fn(CaseScale) -> Vec<Commanded>, without: fn
 }
 
 pub(crate) fn cases() -> Vec<HardCase> {
-    let case = |name: &str, what: &str, limit| HardCase::new(name, what, "K", limit);
-    let of_reference = |name, what, limit| HardCase { expects_reference: true, ..case(name, what, limit) };
+    let mut cases = range_cases();
+    cases.extend(retarget_cases());
+    cases
+}
+
+fn case(name: &str, description: &str, limit: (f64, &'static str)) -> HardCase {
+    HardCase::new(name, description, "K", limit)
+}
+
+/// A case that is compared with the f64 reference.
+fn reference_case(name: &str, description: &str, limit: (f64, &'static str)) -> HardCase {
+    HardCase { expects_reference: true, ..case(name, description, limit) }
+}
+
+/// Cases of wide and narrow ranges and of extreme t_max.
+fn range_cases() -> Vec<HardCase> {
     vec![
         commanded(
             case(
@@ -164,55 +178,59 @@ pub(crate) fn cases() -> Vec<HardCase> {
             |node| node.without(Omission::Clamp),
         ),
         commanded(
-            case(
-                "2.7 to 5 K and back",
-                "turned back half-way, then all the way; closed form",
-                VALUES,
-            )
-            .remedy("a change of direction is a fresh transition from the present temperature", "the phase is kept"),
+            case("2.7 to 5 K and back", "turned back half-way, then all the way; closed form", VALUES).remedy(
+                "a change of direction is a fresh transition from the present temperature",
+                "the phase is kept",
+            ),
             |_| narrow(),
             |node| node.without(Omission::FreshStart),
         ),
         commanded(
-            case(
-                "t_max 0",
-                "another target every step, 2.7 to 1000 K: the temperature is the target",
-                VALUES,
-            )
-            .remedy("no time is left where t_max is 0, and nothing is divided by it", "elapsed / t_max is not a number"),
+            case("t_max 0", "another target every step, 2.7 to 1000 K: the temperature is the target", VALUES).remedy(
+                "no time is left where t_max is 0, and nothing is divided by it",
+                "elapsed / t_max is not a number",
+            ),
             |_| every_step(0.0),
             |node| node.without(Omission::Immediate),
         ),
         commanded(
-            case(
-                "t_max 1",
-                "another target every step, 2.7 to 1000 K: the temperature is the target",
-                VALUES,
-            )
-            .remedy("time advances before the temperature is read", "read before time advances: the node freezes"),
+            case("t_max 1", "another target every step, 2.7 to 1000 K: the temperature is the target", VALUES)
+                .remedy("time advances before the temperature is read", "read before time advances: the node freezes"),
             |_| every_step(1.0),
             |node| node.without(Omission::AdvanceFirst),
         ),
         commanded(
-            of_reference(
+            reference_case(
                 "t_max 60,000, targets over 2 K",
                 "quadratic, target a sine of one orbit at 10 Hz; the f64 reference",
                 LONG[0],
             )
-            .remedy("the span is stored, and the clock counts powers of two of a step", "f32 with old, target and elapsed"),
+            .remedy(
+                "the span is stored, and the clock counts powers of two of a step",
+                "f32 with old, target and elapsed",
+            ),
             |scale| vec![swinging(60_000.0, 1.0, scale.of(ORBIT / 2, ORBIT, ORBIT))],
             Commanded::in_plain_f32,
         ),
         commanded(
-            of_reference(
+            reference_case(
                 "t_max 60,000, targets over 200 K",
                 "quadratic, target a sine of one orbit at 10 Hz; the f64 reference",
                 LONG[1],
             )
-            .remedy("the span is stored, and the clock counts powers of two of a step", "f32 with old, target and elapsed"),
+            .remedy(
+                "the span is stored, and the clock counts powers of two of a step",
+                "f32 with old, target and elapsed",
+            ),
             |scale| vec![swinging(60_000.0, 100.0, scale.of(ORBIT / 2, ORBIT, ORBIT))],
             Commanded::in_plain_f32,
         ),
+    ]
+}
+
+/// Cases of jittering targets, of retargets, and of a whole day.
+fn retarget_cases() -> Vec<HardCase> {
+    vec![
         commanded(
             case(
                 "targets that jitter by one ulp",
@@ -234,7 +252,7 @@ pub(crate) fn cases() -> Vec<HardCase> {
             |node| node.without(Omission::FreshStart),
         ),
         commanded(
-            of_reference(
+            reference_case(
                 "retarget on the last step of a linear ramp",
                 "0.3 K a step in 361 steps, which ends at full rate on whole steps; the f64 reference",
                 SHORT,
@@ -244,7 +262,7 @@ pub(crate) fn cases() -> Vec<HardCase> {
             Commanded::in_plain_f32,
         ),
         commanded(
-            of_reference(
+            reference_case(
                 "a day of a short transition at 10 Hz",
                 "864,000 steps (60,170 in --quick) of t_max 361, target a sine of +-100 K an orbit; the f64 reference",
                 SHORT,
@@ -254,7 +272,7 @@ pub(crate) fn cases() -> Vec<HardCase> {
             |node| node.without(Omission::Merge),
         ),
         commanded(
-            of_reference(
+            reference_case(
                 "a day of a long transition at 10 Hz",
                 "864,000 steps (60,170 in --quick) of t_max 60,000, target a sine of +-100 K an orbit; the f64 reference",
                 LONG[1],

@@ -97,70 +97,12 @@ pub(super) fn read(
     options: &Options,
     assumptions: &mut Vec<String>,
 ) -> Result<Arc<Trajectory>, SceneError> {
-    let mut sets = sets(path, text)?;
-    if let Some(wanted) = &options.object {
-        sets.retain(|set| {
-            let columns = |range: std::ops::Range<usize>| set.first.get(range).unwrap_or_default();
-            matches(wanted, &[&set.name, columns(2..7), columns(9..17)])
-        });
-    }
-    let set = match &sets[..] {
-        [set] => set,
-        [] => {
-            let wanted = options.object.clone().unwrap_or_default();
-            return Err(FileLine { path, line: 1 }.error("TLE", format!("no object is called '{wanted}'")));
-        }
-        [_, second, ..] => {
-            let message = format!(
-                "holds {} element sets: state the name, catalogue number or international designator of one as orbit.object (one set of it)",
-                sets.len()
-            );
-            return Err(FileLine { path, line: second.line }.error("TLE", message));
-        }
-    };
+    let set = choose_set(path, text, options)?;
     let at = FileLine { path, line: set.line };
     let wrong = |message: String| at.error("TLE", message);
-    // The crate subtracts '0' from the last column without a look at it.
-    let unchecked = |line: &&str| line.as_bytes().get(CHECKSUM).is_some_and(|byte| !byte.is_ascii_digit());
-    if let Some(line) = [set.first, set.second].into_iter().find(unchecked) {
-        return Err(wrong(format!("the checksum of '{line}' in column {} is no digit", CHECKSUM + 1)));
-    }
-    // The crate cuts the lines at fixed bytes.
-    if let Some(line) = [set.first, set.second].into_iter().find(|line| !line.is_ascii()) {
-        return Err(wrong(format!("'{line}' has letters that element sets do not have")));
-    }
-    let elements = sgp4::Elements::from_tle(Some(set.name.clone()), set.first.as_bytes(), set.second.as_bytes())
-        .map_err(|error| wrong(error.to_string()))?;
-    check_elements(&elements).map_err(&wrong)?;
-    // Element sets use the constants of WGS 72 (Vallado et al. 2006, AIAA 2006-6753).
-    let degrees = f64::to_radians;
-    let constants = sgp4::Orbit::from_kozai_elements(
-        &sgp4::WGS72,
-        degrees(elements.inclination),
-        degrees(elements.right_ascension),
-        elements.eccentricity,
-        degrees(elements.argument_of_perigee),
-        degrees(elements.mean_anomaly),
-        elements.mean_motion * (std::f64::consts::PI / 720.0),
-    )
-    .map_err(|error| error.to_string())
-    .and_then(|orbit| {
-        sgp4::Constants::new(sgp4::WGS72, sgp4::iau_epoch_to_sidereal_time, elements.epoch(), elements.drag_term, orbit)
-            .map_err(|error| error.to_string())
-    })
-    .map_err(wrong)?;
-    let date = elements.datetime;
-    let epoch = Epoch::maybe_from_gregorian(
-        date.year(),
-        date.month() as u8,
-        date.day() as u8,
-        date.hour() as u8,
-        date.minute() as u8,
-        date.second() as u8,
-        date.nanosecond(),
-        TimeScale::UTC,
-    )
-    .map_err(|error| wrong(error.to_string()))?;
+    let elements = read_elements(&set).map_err(&wrong)?;
+    let constants = propagator(&elements).map_err(&wrong)?;
+    let epoch = epoch_of(&elements).map_err(&wrong)?;
     let start = options.start.unwrap_or_else(|| {
         assumptions.push(format!("Time 0 is the epoch of the elements, {} (time.start is absent).", utc(epoch)));
         epoch
@@ -175,4 +117,80 @@ pub(super) fn read(
     let description = format!("SGP4 of {} (epoch {}), {file_name}", set.name, utc(epoch));
     let source = TrajectorySource::Elements { constants: Box::new(constants), epoch: -age };
     Trajectory::new(description, start, source).map(Arc::new).map_err(|error| wrong(error.to_string()))
+}
+
+/// The only element set of a file, or the only set of the object that the scene names.
+fn choose_set<'a>(path: &Path, text: &'a str, options: &Options) -> Result<Set<'a>, SceneError> {
+    let mut sets = sets(path, text)?;
+    if let Some(wanted) = &options.object {
+        sets.retain(|set| {
+            let columns = |range: std::ops::Range<usize>| set.first.get(range).unwrap_or_default();
+            matches(wanted, &[&set.name, columns(2..7), columns(9..17)])
+        });
+    }
+    match &sets[..] {
+        [_] => Ok(sets.remove(0)),
+        [] => {
+            let wanted = options.object.clone().unwrap_or_default();
+            Err(FileLine { path, line: 1 }.error("TLE", format!("no object is called '{wanted}'")))
+        }
+        [_, second, ..] => {
+            let message = format!(
+                "holds {} element sets: state the name, catalogue number or international designator of one as orbit.object (one set of it)",
+                sets.len()
+            );
+            Err(FileLine { path, line: second.line }.error("TLE", message))
+        }
+    }
+}
+
+/// Reads the lines of an element set.
+fn read_elements(set: &Set) -> Result<sgp4::Elements, String> {
+    // The crate subtracts '0' from the last column without a look at it.
+    let unchecked = |line: &&str| line.as_bytes().get(CHECKSUM).is_some_and(|byte| !byte.is_ascii_digit());
+    if let Some(line) = [set.first, set.second].into_iter().find(unchecked) {
+        return Err(format!("the checksum of '{line}' in column {} is no digit", CHECKSUM + 1));
+    }
+    // The crate cuts the lines at fixed bytes.
+    if let Some(line) = [set.first, set.second].into_iter().find(|line| !line.is_ascii()) {
+        return Err(format!("'{line}' has letters that element sets do not have"));
+    }
+    let elements = sgp4::Elements::from_tle(Some(set.name.clone()), set.first.as_bytes(), set.second.as_bytes())
+        .map_err(|error| error.to_string())?;
+    check_elements(&elements)?;
+    Ok(elements)
+}
+
+/// SGP4 of an element set. Element sets use the constants of WGS 72 (Vallado et al. 2006, AIAA 2006-6753).
+fn propagator(elements: &sgp4::Elements) -> Result<sgp4::Constants, String> {
+    let degrees = f64::to_radians;
+    sgp4::Orbit::from_kozai_elements(
+        &sgp4::WGS72,
+        degrees(elements.inclination),
+        degrees(elements.right_ascension),
+        elements.eccentricity,
+        degrees(elements.argument_of_perigee),
+        degrees(elements.mean_anomaly),
+        elements.mean_motion * (std::f64::consts::PI / 720.0),
+    )
+    .map_err(|error| error.to_string())
+    .and_then(|orbit| {
+        sgp4::Constants::new(sgp4::WGS72, sgp4::iau_epoch_to_sidereal_time, elements.epoch(), elements.drag_term, orbit)
+            .map_err(|error| error.to_string())
+    })
+}
+
+fn epoch_of(elements: &sgp4::Elements) -> Result<Epoch, String> {
+    let date = elements.datetime;
+    Epoch::maybe_from_gregorian(
+        date.year(),
+        date.month() as u8,
+        date.day() as u8,
+        date.hour() as u8,
+        date.minute() as u8,
+        date.second() as u8,
+        date.nanosecond(),
+        TimeScale::UTC,
+    )
+    .map_err(|error| error.to_string())
 }

@@ -6,7 +6,8 @@ use glam::DVec3;
 
 use super::NetworkFile;
 use crate::scene::tmd::{Conductors, Tmd, TmdNode};
-use crate::thermal::network::NodeKind;
+use crate::thermal::network::schedule::HeatTable;
+use crate::thermal::network::{Network, NodeKind};
 
 /// Number of the node of space, as ESATAN's users write it.
 const SPACE: i64 = 99_999;
@@ -40,29 +41,7 @@ pub fn tmd(file: &NetworkFile, description: &str, solved: Option<TmdSolution>) -
     let network = &file.network;
     let heat = file.schedule.heat_of_nodes(network.len());
     let mut notes = Vec::new();
-    let asked = &file.schedule.times;
-    let mut times = match solved {
-        Some(solved) => solved.times.to_vec(),
-        None if asked.is_empty() => vec![0.0],
-        None => asked.clone(),
-    };
-    let (own, first) = (times.len(), times[0]);
-    for table in heat.iter().flatten() {
-        for time in table.times.iter().copied().filter(|time| *time > first) {
-            if table.before(time) != table.after(time).0 {
-                times.push(time.next_down());
-            }
-            times.push(time);
-        }
-    }
-    times.sort_unstable_by(f64::total_cmp);
-    times.dedup();
-    if times.len() > own {
-        notes.push(format!(
-            "{} times are added where the heat bends or jumps; a jump takes place within the last digit of its time.",
-            times.len() - own
-        ));
-    }
+    let times = list_times(file, solved, &heat, &mut notes);
     if solved.is_none() {
         notes.push("All temperatures are those of the start: --series FILE.csv gives those of a solution.".to_owned());
     }
@@ -99,22 +78,12 @@ pub fn tmd(file: &NetworkFile, description: &str, solved: Option<TmdSolution>) -
         linear.nodes.push(conductor.nodes);
         linear.values.push(conductor.conductance);
     }
-    let mut radiative = Conductors::default();
-    for conductor in &network.radiative {
-        radiative.nodes.push(conductor.nodes);
-        radiative.values.push(conductor.exchange_area);
-    }
-    let space = nodes.len() as u32;
-    let open = |at: &usize| network.emissive_areas[*at] > 0.0 && network.kinds[*at] != NodeKind::Boundary;
-    for at in (0..network.len()).filter(open) {
-        radiative.nodes.push([at as u32, space]);
-        radiative.values.push(network.emissive_areas[at]);
-    }
+    let radiative = list_radiative(network, nodes.len() as u32);
     if radiative.values.len() > network.radiative.len() {
         let number = if numbers.contains(&SPACE) { numbers.iter().max().map_or(1, |most| most + 1) } else { SPACE };
-        let mut own = node(number, "SPACE", 'B');
-        own.temperatures = everywhen(network.space_temperature);
-        nodes.push(own);
+        let mut space = node(number, "SPACE", 'B');
+        space.temperatures = everywhen(network.space_temperature);
+        nodes.push(space);
         notes.push(format!("Space is boundary node {number}, and each emissive_area a GR to it."));
     }
     if numbers.iter().zip(&file.labels).any(|(number, label)| number.to_string() != *label) {
@@ -127,6 +96,54 @@ pub fn tmd(file: &NetworkFile, description: &str, solved: Option<TmdSolution>) -
         ));
     }
     (Tmd { description: description.to_owned(), times, nodes, linear, radiative, notes: Vec::new() }, notes)
+}
+
+/// Times of the solution, or of the network's schedule, and of every bend and jump of the heat.
+fn list_times(
+    file: &NetworkFile,
+    solved: Option<TmdSolution>,
+    heat: &[Option<HeatTable>],
+    notes: &mut Vec<String>,
+) -> Vec<f64> {
+    let asked = &file.schedule.times;
+    let mut times = match solved {
+        Some(solved) => solved.times.to_vec(),
+        None if asked.is_empty() => vec![0.0],
+        None => asked.clone(),
+    };
+    let (count, first) = (times.len(), times[0]);
+    for table in heat.iter().flatten() {
+        for time in table.times.iter().copied().filter(|time| *time > first) {
+            if table.before(time) != table.after(time).0 {
+                times.push(time.next_down());
+            }
+            times.push(time);
+        }
+    }
+    times.sort_unstable_by(f64::total_cmp);
+    times.dedup();
+    if times.len() > count {
+        notes.push(format!(
+            "{} times are added where the heat bends or jumps; a jump takes place within the last digit of its time.",
+            times.len() - count
+        ));
+    }
+    times
+}
+
+/// The radiative conductors, with a conductor to the node `space` for every area that emits there.
+fn list_radiative(network: &Network, space: u32) -> Conductors {
+    let mut radiative = Conductors::default();
+    for conductor in &network.radiative {
+        radiative.nodes.push(conductor.nodes);
+        radiative.values.push(conductor.exchange_area);
+    }
+    let open = |at: &usize| network.emissive_areas[*at] > 0.0 && network.kinds[*at] != NodeKind::Boundary;
+    for at in (0..network.len()).filter(open) {
+        radiative.nodes.push([at as u32, space]);
+        radiative.values.push(network.emissive_areas[at]);
+    }
+    radiative
 }
 
 /// A number for each label: its own where it is one, otherwise the next that is free.

@@ -64,6 +64,40 @@ impl Numbers {
     }
 }
 
+/// The attributes of all nodes at all times, with the columns of the attributes that are read.
+struct NodeTable<'a> {
+    times: &'a [f64],
+    count: usize,
+    attributes: usize,
+    real: Numbers,
+    temperature: usize,
+    capacitance: usize,
+    loads: [Option<usize>; 5],
+    places: [Option<usize>; 3],
+    text_attributes: usize,
+    label: Option<usize>,
+    kind: usize,
+    text_object: String,
+    texts: Vec<String>,
+}
+
+impl NodeTable<'_> {
+    fn text(&self, time: usize, node: usize, column: usize) -> &String {
+        &self.texts[(time * self.count + node) * self.text_attributes + column]
+    }
+
+    /// Values of an attribute of a node at all times.
+    fn values(&self, node: usize, column: usize) -> Vec<f64> {
+        let value = |time: usize| self.real.values[(time * self.count + node) * self.attributes + column];
+        (0..self.times.len()).map(value).collect()
+    }
+
+    /// Whether the type of a node changes over time.
+    fn changes_type(&self, node: usize) -> bool {
+        (1..self.times.len()).any(|time| self.text(time, node, self.kind) != self.text(0, node, self.kind))
+    }
+}
+
 impl TmdFile<'_> {
     fn wrong(&self, object: &str, message: impl Into<String>) -> TmdError {
         TmdError::Value { path: self.path.to_path_buf(), object: object.to_owned(), message: message.into() }
@@ -203,6 +237,30 @@ impl TmdFile<'_> {
         if columns == 0 {
             return Err(self.wrong(&listed.object, "has no column"));
         }
+        let table = self.node_table(times, count, notes)?;
+        let names = self.node_names(&listed);
+        let mut nodes = Vec::with_capacity(count);
+        for (node, name) in names.into_iter().enumerate() {
+            nodes.push(self.node(&table, node, (listed.values[node * columns] as i64, name), zero)?);
+        }
+        let changed = (0..count).filter(|node| table.changes_type(*node)).count();
+        if changed > 0 {
+            notes.push(format!("{changed} nodes change their type over time: that of the first time is taken."));
+        }
+        let mut known = std::collections::HashSet::new();
+        match nodes.iter().find(|node| !known.insert(&*node.name)) {
+            Some(twice) => Err(self.wrong(&listed.object, format!("two nodes have the number {}", twice.name))),
+            None => Ok(nodes),
+        }
+    }
+
+    /// Reads the attributes of all nodes. A load without an attribute is noted.
+    fn node_table<'t>(
+        &self,
+        times: &'t [f64],
+        count: usize,
+        notes: &mut Vec<String>,
+    ) -> Result<NodeTable<'t>, TmdError> {
         let real = self.numbers(&format!("{SET}/{GROUP}/thermalNodesRealData"), 3)?;
         let names = self.strings(&format!("{SET}/thermalNodesRealAttributes"))?;
         let wanted = [times.len(), count, names.len()];
@@ -215,7 +273,7 @@ impl TmdFile<'_> {
             );
             return Err(self.wrong(&real.object, message));
         }
-        let column = |name: &str| names.iter().position(|own| own.eq_ignore_ascii_case(name));
+        let column = |name: &str| names.iter().position(|known| known.eq_ignore_ascii_case(name));
         let needed =
             |name: &str| column(name).ok_or_else(|| self.wrong(&real.object, format!("has no attribute {name}")));
         let [temperature, capacitance] = [needed("Temperature")?, needed("Capacitance")?];
@@ -228,78 +286,95 @@ impl TmdFile<'_> {
         let places = ["X_Coordinate", "Y_Coordinate", "Z_Coordinate"].map(column);
         let object = format!("{SET}/{GROUP}/thermalNodesStringData");
         let texts = self.strings(&object)?;
-        let of_text = self.strings(&format!("{SET}/thermalNodesStringAttributes"))?;
-        if texts.len() != times.len() * count * of_text.len() {
+        let text_names = self.strings(&format!("{SET}/thermalNodesStringAttributes"))?;
+        if texts.len() != times.len() * count * text_names.len() {
             return Err(
                 self.wrong(&object, format!("has {} texts for {} times and {count} nodes", texts.len(), times.len()))
             );
         }
-        let text_column = |name: &str| of_text.iter().position(|own| own.eq_ignore_ascii_case(name));
-        let kind_column = text_column("Type").ok_or_else(|| self.wrong(&object, "has no attribute Type"))?;
-        let text = |time: usize, node: usize, column: usize| &texts[(time * count + node) * of_text.len() + column];
+        let text_column = |name: &str| text_names.iter().position(|known| known.eq_ignore_ascii_case(name));
+        let kind = text_column("Type").ok_or_else(|| self.wrong(&object, "has no attribute Type"))?;
+        Ok(NodeTable {
+            times,
+            count,
+            attributes: names.len(),
+            real,
+            temperature,
+            capacitance,
+            loads,
+            places,
+            text_attributes: text_names.len(),
+            label: text_column("Label"),
+            kind,
+            text_object: object,
+            texts,
+        })
+    }
+
+    /// Names of the nodes: their numbers, after the name or number of their model where there are several models.
+    fn node_names(&self, listed: &Numbers) -> Vec<String> {
+        let (count, columns) = (listed.rows(), listed.shape[1]);
         let models = self.models();
-        let of_model = |node: usize| if columns > 1 { listed.values[node * columns + 1] as i64 } else { 1 };
-        let several = (1..count).any(|node| of_model(node) != of_model(0));
-        let mut changed = 0;
-        let mut nodes = Vec::with_capacity(count);
-        for node in 0..count {
+        let model_of = |node: usize| if columns > 1 { listed.values[node * columns + 1] as i64 } else { 1 };
+        let several = (1..count).any(|node| model_of(node) != model_of(0));
+        let name = |node: usize| {
             let number = listed.values[node * columns] as i64;
-            let model = of_model(node);
+            let model = model_of(node);
             let known =
                 usize::try_from(model - 1).ok().and_then(|place| models.get(place)).filter(|name| !name.is_empty());
-            let name = match (several, known) {
+            match (several, known) {
                 (false, _) => number.to_string(),
                 (true, Some(known)) => format!("{known}:{number}"),
                 (true, None) => format!("{model}:{number}"),
-            };
-            let over = |column: usize, what: &str| {
-                let value = |time: usize| real.values[(time * count + node) * names.len() + column];
-                let values: Vec<f64> = (0..times.len()).map(value).collect();
-                match values.iter().position(|value| !value.is_finite()) {
-                    None => Ok(values),
-                    Some(at) => {
-                        let message =
-                            format!("{what} of node {name} at {} s is {}, not a number", times[at], values[at]);
-                        Err(self.wrong(&real.object, message))
-                    }
+            }
+        };
+        (0..count).map(name).collect()
+    }
+
+    fn node(
+        &self,
+        table: &NodeTable,
+        node: usize,
+        (number, name): (i64, String),
+        zero: f64,
+    ) -> Result<TmdNode, TmdError> {
+        let times = table.times;
+        let over = |column: usize, quantity: &str| {
+            let values = table.values(node, column);
+            match values.iter().position(|value| !value.is_finite()) {
+                None => Ok(values),
+                Some(at) => {
+                    let message =
+                        format!("{quantity} of node {name} at {} s is {}, not a number", times[at], values[at]);
+                    Err(self.wrong(&table.real.object, message))
                 }
-            };
-            let kind = text(0, node, kind_column).chars().next().unwrap_or(' ').to_ascii_uppercase();
-            if !"DABX".contains(kind) {
-                let message = format!("node {name} is of type '{kind}'; isotherm knows D, A, B and X");
-                return Err(self.wrong(&object, message));
             }
-            changed +=
-                usize::from((1..times.len()).any(|time| text(time, node, kind_column) != text(0, node, kind_column)));
-            let place = |column: Option<usize>| {
-                column.map_or(Ok(0.0), |column| over(column, "the place").map(|values| values[0]))
-            };
-            let load =
-                |which: usize| loads[which].map_or(Ok(vec![0.0; times.len()]), |column| over(column, LOADS[which]));
-            let mut temperatures = over(temperature, "the temperature")?;
-            temperatures.iter_mut().for_each(|value| *value += zero);
-            if let Some(below) = temperatures.iter().find(|value| **value < 0.0 && kind != 'X') {
-                return Err(self.wrong(&real.object, format!("node {name} is at {below} K, below 0 K")));
-            }
-            nodes.push(TmdNode {
-                number,
-                label: text_column("Label").map(|column| text(0, node, column).clone()).unwrap_or_default(),
-                kind,
-                position: DVec3::new(place(places[0])?, place(places[1])?, place(places[2])?),
-                temperatures,
-                capacitances: over(capacitance, "the capacitance")?,
-                loads: [load(0)?, load(1)?, load(2)?, load(3)?, load(4)?],
-                name,
-            });
+        };
+        let kind = table.text(0, node, table.kind).chars().next().unwrap_or(' ').to_ascii_uppercase();
+        if !"DABX".contains(kind) {
+            let message = format!("node {name} is of type '{kind}'; isotherm knows D, A, B and X");
+            return Err(self.wrong(&table.text_object, message));
         }
-        if changed > 0 {
-            notes.push(format!("{changed} nodes change their type over time: that of the first time is taken."));
+        let place =
+            |column: Option<usize>| column.map_or(Ok(0.0), |column| over(column, "the place").map(|values| values[0]));
+        let load =
+            |which: usize| table.loads[which].map_or(Ok(vec![0.0; times.len()]), |column| over(column, LOADS[which]));
+        let mut temperatures = over(table.temperature, "the temperature")?;
+        temperatures.iter_mut().for_each(|value| *value += zero);
+        if let Some(below) = temperatures.iter().find(|value| **value < 0.0 && kind != 'X') {
+            return Err(self.wrong(&table.real.object, format!("node {name} is at {below} K, below 0 K")));
         }
-        let mut known = std::collections::HashSet::new();
-        match nodes.iter().find(|node| !known.insert(&*node.name)) {
-            Some(twice) => Err(self.wrong(&listed.object, format!("two nodes have the number {}", twice.name))),
-            None => Ok(nodes),
-        }
+        let [x, y, z] = table.places;
+        Ok(TmdNode {
+            number,
+            label: table.label.map(|column| table.text(0, node, column).clone()).unwrap_or_default(),
+            kind,
+            position: DVec3::new(place(x)?, place(y)?, place(z)?),
+            temperatures,
+            capacitances: over(table.capacitance, "the capacitance")?,
+            loads: [load(0)?, load(1)?, load(2)?, load(3)?, load(4)?],
+            name,
+        })
     }
 
     fn conductors(

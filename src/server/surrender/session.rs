@@ -167,6 +167,14 @@ impl SurrenderSession<'_> {
                 let object = given.text("object_name")?;
                 one("exists", Value::Bool(self.stage.position(object).is_some()))
             }
+            _ => self.call_scene(name, given),
+        }
+    }
+
+    /// A call that changes the scene, draws it, or asks about the server.
+    fn call_scene(&mut self, name: &str, given: &CallArguments) -> Answer {
+        let text = |key: &'static str, text: String| Ok(vec![(key, Value::Text(text))]);
+        match name {
             "createMesh" => self.create_mesh(given.text("object_name")?, given.text("model_name")?),
             "createBody" => {
                 let object = given.text("body_name")?;

@@ -6,7 +6,7 @@
 use prost::Message;
 
 #[derive(Clone, PartialEq, Message)]
-pub(crate) struct Time {
+pub(crate) struct MessageTime {
     /// Number of the simulation's step, from 1.
     #[prost(int64, tag = "1")]
     pub(crate) frame: i64,
@@ -74,7 +74,7 @@ pub(crate) struct Spacecraft {
 }
 
 #[derive(Clone, PartialEq, Message)]
-pub(crate) struct Camera {
+pub(crate) struct MessageCamera {
     /// Number by which an image is asked for.
     #[prost(int64, tag = "1")]
     pub(crate) id: i64,
@@ -130,13 +130,13 @@ pub(crate) struct LiveSettings {
 #[derive(Clone, PartialEq, Message)]
 pub(crate) struct VizMessage {
     #[prost(message, optional, tag = "1")]
-    pub(crate) time: Option<Time>,
+    pub(crate) time: Option<MessageTime>,
     #[prost(message, repeated, tag = "2")]
     pub(crate) bodies: Vec<Body>,
     #[prost(message, repeated, tag = "3")]
     pub(crate) spacecraft: Vec<Spacecraft>,
     #[prost(message, repeated, tag = "4")]
-    pub(crate) cameras: Vec<Camera>,
+    pub(crate) cameras: Vec<MessageCamera>,
     /// Settings, not in every message.
     #[prost(message, optional, tag = "7")]
     pub(crate) settings: Option<Settings>,

@@ -9,7 +9,7 @@ use hifitime::{Epoch, Unit};
 use prost::Message;
 
 use super::frames::{Mounted, camera_from_body, view};
-use super::messages::{Camera, Spacecraft, VizMessage, vector};
+use super::messages::{MessageCamera, Spacecraft, VizMessage, vector};
 use super::world::{SunFrom, date, heavens, place, state};
 use super::zmtp::{ZmtpRequest, answer, greet, receive};
 use crate::scene::Scene;
@@ -298,7 +298,7 @@ fn image_number(name: &[u8]) -> Option<i64> {
 }
 
 /// The far plane of a camera [m].
-fn far(camera: &Camera) -> Result<f64, Refusal> {
+fn far(camera: &MessageCamera) -> Result<f64, Refusal> {
     match camera.depth_planes[..] {
         [] => Ok(FAR),
         [_, far] if far.is_finite() && far > 0.0 => Ok(far),
@@ -306,7 +306,7 @@ fn far(camera: &Camera) -> Result<f64, Refusal> {
     }
 }
 
-fn mounted(camera: &Camera) -> Result<Mounted, Refusal> {
+fn mounted(camera: &MessageCamera) -> Result<Mounted, Refusal> {
     let side = |value: i64| u32::try_from(value).ok().filter(|side| *side > 0);
     let size = match camera.resolution[..] {
         [width, height] => side(width).zip(side(height)),

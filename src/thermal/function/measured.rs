@@ -69,19 +69,10 @@ impl MeasuredFunction {
         if samples.len() < 2 {
             return Err(table_error("a table needs at least two rows"));
         }
-        for (index, sample) in samples.iter().enumerate() {
-            if !(sample.time.is_finite() && sample.temperature.is_finite()) {
-                return Err(row_error(index, "time and temperature must be finite".to_owned()));
-            }
-            if sample.time.abs() > LARGEST_TIME || sample.temperature.abs() > LARGEST_TEMPERATURE {
-                let message = format!(
-                    "a time is from -{LARGEST_TIME:e} to {LARGEST_TIME:e}, a temperature from -{LARGEST_TEMPERATURE:e} to \
-                     {LARGEST_TEMPERATURE:e} K, found {:e} and {:e} K",
-                    sample.time, sample.temperature
-                );
-                return Err(row_error(index, message));
-            }
-        }
+        samples
+            .iter()
+            .enumerate()
+            .try_for_each(|(index, sample)| check_range(sample).map_err(|message| row_error(index, message)))?;
         let way = target.unwrap_or(last.temperature) - first.temperature;
         if way == 0.0 || !way.is_finite() {
             return Err(table_error("the first and the last temperature are equal: nothing moves"));
@@ -91,24 +82,7 @@ impl MeasuredFunction {
             return Err(table_error(&message));
         }
         for (index, pair) in samples.windows(2).enumerate() {
-            let [before, after] = [pair[0], pair[1]];
-            if after.time == before.time {
-                let message = format!("time {} stands twice: times must rise", after.time);
-                return Err(row_error(index + 1, message));
-            }
-            if after.time < before.time {
-                let message = format!("time {} comes after {}: times must rise", after.time, before.time);
-                return Err(row_error(index + 1, message));
-            }
-            if (after.temperature - before.temperature) * way < 0.0 {
-                let towards = if way > 0.0 { "rises" } else { "falls" };
-                let message = format!(
-                    "{} K at time {} comes after {} K, but the table {towards} from {} K: it must not turn back \
-                     (smooth the noise away)",
-                    after.temperature, after.time, before.temperature, first.temperature
-                );
-                return Err(row_error(index + 1, message));
-            }
+            check_order(pair, way, first.temperature).map_err(|message| row_error(index + 1, message))?;
         }
         let done = |sample: &TemperatureSample| (sample.temperature - first.temperature) / way;
         if done(last) > 1.0 {
@@ -213,4 +187,43 @@ fn read_samples(text: &str, path: &Path) -> Result<(Vec<TemperatureSample>, Vec<
         rows.push(row);
     }
     Ok((samples, rows))
+}
+
+/// Refuses a sample that is not finite or too large.
+fn check_range(sample: &TemperatureSample) -> Result<(), String> {
+    if !(sample.time.is_finite() && sample.temperature.is_finite()) {
+        return Err("time and temperature must be finite".to_owned());
+    }
+    if sample.time.abs() > LARGEST_TIME || sample.temperature.abs() > LARGEST_TEMPERATURE {
+        let message = format!(
+            "a time is from -{LARGEST_TIME:e} to {LARGEST_TIME:e}, a temperature from -{LARGEST_TEMPERATURE:e} to \
+             {LARGEST_TEMPERATURE:e} K, found {:e} and {:e} K",
+            sample.time, sample.temperature
+        );
+        return Err(message);
+    }
+    Ok(())
+}
+
+/// Refuses two neighbours whose times do not rise, or whose temperatures turn back on the way from `first` [K].
+fn check_order(pair: &[TemperatureSample], way: f64, first: f64) -> Result<(), String> {
+    let [before, after] = [pair[0], pair[1]];
+    if after.time == before.time {
+        let message = format!("time {} stands twice: times must rise", after.time);
+        return Err(message);
+    }
+    if after.time < before.time {
+        let message = format!("time {} comes after {}: times must rise", after.time, before.time);
+        return Err(message);
+    }
+    if (after.temperature - before.temperature) * way < 0.0 {
+        let towards = if way > 0.0 { "rises" } else { "falls" };
+        let message = format!(
+            "{} K at time {} comes after {} K, but the table {towards} from {} K: it must not turn back \
+             (smooth the noise away)",
+            after.temperature, after.time, before.temperature, first
+        );
+        return Err(message);
+    }
+    Ok(())
 }

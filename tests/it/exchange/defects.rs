@@ -1,7 +1,7 @@
 //! What is wrong with a surface is counted, and patches inside others are told.
 
 use glam::DVec3;
-use isotherm::internals::{Defects, Exchange, ExchangeSettings as Settings, Patches, Scenery, StepLoad, buried};
+use isotherm::internals::{Defects, Exchange, ExchangeSettings, Patches, Scenery, StepLoad, buried};
 
 use super::shapes::{Shapes, grey};
 use super::view_factors::exchange;
@@ -82,7 +82,7 @@ fn faces_inside_another_part_share_no_patch_with_faces_in_the_open() {
     {
         shapes.part([32, 4], grey(0.5, 0.8), |u, v| [corner + u * x + v * up, normal]);
     }
-    let settings = Settings {
+    let settings = ExchangeSettings {
         rays: 256,
         patch_edge: Some(5.0),
         bounces: None,
@@ -114,7 +114,7 @@ fn a_face_inside_another_part_takes_no_sunlight() {
     shapes.part([32, 4], grey(0.5, 0.8), |u, v| [DVec3::new(1.0, 0.75, 1.25) + u * x + v * y, DVec3::Z]);
     let patches = |buried: &[[bool; 2]]| {
         let patches = Patches::new(&shapes.surface, &shapes.materials, 5.0, buried);
-        let settings = Settings { patch_edge: Some(5.0), ..Settings::default() };
+        let settings = ExchangeSettings { patch_edge: Some(5.0), ..ExchangeSettings::default() };
         Exchange::cast(&shapes.surface, &patches, &Scenery::new(&shapes.surface, &[]), &settings)
     };
     let found = patches(&buried(&shapes.surface, &shapes.materials));

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use isotherm::internals;
 use isotherm::internals::{
-    Context, Curve, DeviceData, DeviceEngine, Engine, EngineError, EngineOrder as Order, Exchange, ExchangeTables,
-    Frame, PADDING, Prepared, ReferenceEngine, STEFAN_BOLTZMANN, Scenery, Step, StepKind, StepRange, ThermalVariant,
-    Wanted, cast_rays as cast, run,
+    Context, Curve, DeviceData, DeviceEngine, Engine, EngineError, EngineOrder as Order, EngineStep, Exchange,
+    ExchangeTables, Frame, PADDING, Prepared, ReferenceEngine, STEFAN_BOLTZMANN, Scenery, StepKind, StepRange,
+    ThermalVariant, Wanted, cast_rays as cast, run,
 };
 use serde_json::json;
 
@@ -151,7 +151,7 @@ fn balances(prepared: &Prepared) {
         };
         let visible = |engine: &mut DeviceEngine| engine.renderer.visibility().expect("shadows");
         let load = prepared.loads.step_load(start, start + length);
-        engine.submit(Some(Step { load: &load, steps: 1.0, start, length }), Order::default()).expect("a step");
+        engine.submit(Some(EngineStep { load: &load, steps: 1.0, start, length }), Order::default()).expect("a step");
         engine.deliver().expect("a step");
         let lit = visible(&mut engine);
         // The device finds light anew in every step of an angle of 0.

@@ -1,7 +1,7 @@
 //! A plate that turns: rows of an older pose against rows of fresh rays.
 
 use glam::{DAffine3, DVec3};
-use isotherm::internals::{Exchange, ExchangeSettings as Settings, Patches, Scenery};
+use isotherm::internals::{Exchange, ExchangeSettings, Patches, Scenery};
 
 use super::shapes::{Shapes, grey};
 
@@ -19,7 +19,7 @@ fn hinge() -> Shapes {
 }
 
 fn at(shapes: &Shapes, turned_deg: f64) -> Exchange {
-    let settings = Settings {
+    let settings = ExchangeSettings {
         rays: RAYS,
         patch_edge: Some(5.0),
         bounces: None,

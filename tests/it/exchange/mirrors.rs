@@ -2,8 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use isotherm::internals::{
-    Exchange, ExchangeSettings as Settings, Gloss, Light, Material, Mirrored, Mirrors, Patches, Scenery, StepLoad,
-    reflection,
+    CraftLight, Exchange, ExchangeSettings, Gloss, Material, Mirrored, Mirrors, Patches, Scenery, StepLoad, reflection,
 };
 
 use super::shapes::{Shapes, grey};
@@ -20,11 +19,16 @@ fn mirror(specular: f64, roughness: f64) -> Material {
 struct Found {
     exchange: Exchange,
     mirrored: Mirrored,
-    light: Light,
+    light: CraftLight,
 }
 
 fn find(shapes: &Shapes, patch_edge: f64, load: &StepLoad) -> Found {
-    let settings = Settings { rays: 64, patch_edge: Some(patch_edge), specular_sunlight: true, ..Settings::default() };
+    let settings = ExchangeSettings {
+        rays: 64,
+        patch_edge: Some(patch_edge),
+        specular_sunlight: true,
+        ..ExchangeSettings::default()
+    };
     let patches = Patches::new(&shapes.surface, &shapes.materials, patch_edge, &[]);
     let scenery = Scenery::new(&shapes.surface, &load.joints);
     let exchange = Exchange::cast(&shapes.surface, &patches, &scenery, &settings);

@@ -3,12 +3,12 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use isotherm::internals::{Bulk, Material, Optics, PatchSurface as Surface, Response, Sides};
+use isotherm::internals::{Bulk, Material, Optics, PatchSurface, Response, Sides};
 
 /// A surface that grows part by part.
 #[derive(Default)]
 pub struct Shapes {
-    pub surface: Surface,
+    pub surface: PatchSurface,
     pub materials: Vec<Material>,
 }
 

@@ -1,7 +1,7 @@
 //! Exchange in f64 against closed forms: isothermal boxes, two plates, sunlight in a box, and the planet behind a plate.
 
 use glam::DVec3;
-use isotherm::internals::{Exchange, PlanetLoad, PlanetView, STEFAN_BOLTZMANN, StepLoad};
+use isotherm::internals::{Exchange, PlanetFromPatch, PlanetLoad, STEFAN_BOLTZMANN, StepLoad};
 
 use super::shapes::{Shapes, grey};
 use super::view_factors::exchange;
@@ -191,7 +191,7 @@ fn a_plate_hides_the_planet_behind_it() {
     );
     assert!((seen.planet_ir - exact[0]).abs() < 0.01 && (seen.albedo - exact[1]).abs() < 0.01, "{seen:?} {exact:?}");
     assert!(exact[0] < 0.9, "the large plate hides much");
-    let open = PlanetView::new(&planet, &load, 0).seen(&exchange.sky[..1]);
+    let open = PlanetFromPatch::new(&planet, &load, 0).seen(&exchange.sky[..1]);
     assert!((open.planet_ir - exact[0]).abs() > 0.01, "one ray is not enough");
 }
 

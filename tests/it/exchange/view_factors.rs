@@ -5,14 +5,14 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use isotherm::internals::{Exchange, ExchangeSettings as Settings, Patches, Scenery, To, ViewFactor, view_factors};
+use isotherm::internals::{Exchange, ExchangeSettings, Patches, Scenery, To, ViewFactor, view_factors};
 
 use super::shapes::{Shapes, grey};
 use crate::device::dark;
 
 /// The exchange of shapes in patches of a size.
 pub fn exchange(shapes: &Shapes, patch_edge: f64, rays: u32) -> Exchange {
-    let settings = Settings {
+    let settings = ExchangeSettings {
         rays,
         patch_edge: Some(patch_edge),
         bounces: None,

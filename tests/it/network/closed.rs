@@ -1,9 +1,8 @@
 //! Networks with a closed-form solution, and invariants of every solution.
 
 use isotherm::internals::{
-    ControlError, HeatTable, Integrator, LinearConductor, Network, NetworkSettings as Settings, NodeKind,
-    RadiativeConductor, ReferenceStepper, Schedule, Series, SteadyError, StepMethod as Method, Thermostat, integrate,
-    steady,
+    ControlError, HeatTable, IntegrationSettings, Integrator, LinearConductor, Network, NodeKind, RadiativeConductor,
+    ReferenceStepper, Schedule, Series, SteadyError, StepMethod, Thermostat, integrate, steady,
 };
 
 use super::random::{Random, case};
@@ -26,7 +25,7 @@ fn join(network: &mut Network, a: u32, b: u32, conductance: f64) {
 
 fn run(network: &Network, schedule: &Schedule, integrator: Integrator) -> Result<Series, ControlError> {
     let mut stepper = ReferenceStepper::new(network.clone(), &schedule.sensors());
-    integrate(&mut stepper, network, schedule, &Settings::of(integrator), |_| true)
+    integrate(&mut stepper, network, schedule, &IntegrationSettings::of(integrator), |_| true)
 }
 
 /// T(t) of a node that only radiates, to space at 0 K: (T0^-3 + 3 eps A sigma t / C)^(-1/3).
@@ -166,7 +165,7 @@ fn integrators_have_their_orders() {
     network.radiative.push(RadiativeConductor { nodes: [hot, chain[2]], exchange_area: 0.2 });
     let (power, slope) = (vec![10.0, 0.0, 20.0, 0.0, 5.0], vec![0.5, 0.1, -0.1, 0.3, -0.2]);
     let end = 40.0;
-    let answer = |method: Method, count: u32| {
+    let answer = |method: StepMethod, count: u32| {
         let mut stepper = ReferenceStepper::new(network.clone(), &[]);
         stepper.set_heat(&power, &slope);
         assert!(stepper.balance(0.0));
@@ -174,16 +173,16 @@ fn integrators_have_their_orders() {
         stepper.keep();
         (stepper.temperatures(), attempt.error)
     };
-    let (exact, _) = answer(Method::TrBdf2, 20_000);
+    let (exact, _) = answer(StepMethod::TrBdf2, 20_000);
     let error = |method, count| {
         let (found, estimate) = answer(method, count);
         (exact.iter().zip(&found).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max), estimate)
     };
     for (method, order) in [
-        (Method::Euler, 1.0),
-        (Method::Rkl2 { stages: 3 }, 2.0),
-        (Method::Rkl2 { stages: 7 }, 2.0),
-        (Method::TrBdf2, 2.0),
+        (StepMethod::Euler, 1.0),
+        (StepMethod::Rkl2 { stages: 3 }, 2.0),
+        (StepMethod::Rkl2 { stages: 7 }, 2.0),
+        (StepMethod::TrBdf2, 2.0),
     ] {
         let (coarse, estimate) = error(method, 40);
         let (fine, finer) = error(method, 80);

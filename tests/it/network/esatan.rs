@@ -1,7 +1,7 @@
 //! The five-node network of the shared data: a transient and its steady state.
 
 use isotherm::internals::{
-    HeatTable, Integrator, LinearConductor, Network, NetworkSettings as Settings, NodeKind, RadiativeConductor,
+    HeatTable, IntegrationSettings, Integrator, LinearConductor, Network, NodeKind, RadiativeConductor,
     ReferenceStepper, Schedule, integrate, steady,
 };
 use serde_json::Value;
@@ -49,7 +49,8 @@ fn the_five_node_network_is_met() {
     };
     for integrator in [Integrator::Default, Integrator::Accurate] {
         let mut stepper = ReferenceStepper::new(network.clone(), &[]);
-        let series = integrate(&mut stepper, &network, &schedule, &Settings::of(integrator), |_| true).unwrap();
+        let series =
+            integrate(&mut stepper, &network, &schedule, &IntegrationSettings::of(integrator), |_| true).unwrap();
         let rows = data["T_K"].as_array().expect("rows");
         let error = series.rows.iter().zip(rows).map(|(row, expected)| worst(row, expected)).fold(0.0, f64::max);
         println!("five nodes, {integrator}: {:.3} mK", 1e3 * error);

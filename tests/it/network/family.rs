@@ -1,6 +1,6 @@
 //! Random networks: every integrator against the exact solution.
 
-use isotherm::internals::{Integrator, NetworkSettings as Settings, ReferenceStepper, Series, integrate};
+use isotherm::internals::{IntegrationSettings, Integrator, ReferenceStepper, Series, integrate};
 
 use super::exact::{Solution, solve};
 use super::random::{Case, case};
@@ -10,7 +10,7 @@ const SLOWEST: f64 = 1e-7;
 
 fn run(case: &Case, integrator: Integrator) -> Series {
     let mut stepper = ReferenceStepper::new(case.network.clone(), &case.schedule.sensors());
-    integrate(&mut stepper, &case.network, &case.schedule, &Settings::of(integrator), |_| true)
+    integrate(&mut stepper, &case.network, &case.schedule, &IntegrationSettings::of(integrator), |_| true)
         .unwrap_or_else(|error| panic!("{}: {error:?}", case.name))
 }
 

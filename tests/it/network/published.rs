@@ -1,7 +1,7 @@
 //! Published solutions: NAFEMS T2 and T3, and the five-node network of the shared data.
 
 use isotherm::internals::{
-    HeatTable, Integrator, LinearConductor, Network, NetworkSettings as Settings, NodeKind, ReferenceStepper, Schedule,
+    HeatTable, IntegrationSettings, Integrator, LinearConductor, Network, NodeKind, ReferenceStepper, Schedule,
     integrate, steady,
 };
 
@@ -47,7 +47,8 @@ fn nafems_t3() {
     let schedule = Schedule { heat, times: vec![32.0], ..Schedule::default() };
     for integrator in [Integrator::Default, Integrator::Accurate] {
         let mut stepper = ReferenceStepper::new(network.clone(), &[]);
-        let series = integrate(&mut stepper, &network, &schedule, &Settings::of(integrator), |_| true).unwrap();
+        let series =
+            integrate(&mut stepper, &network, &schedule, &IntegrationSettings::of(integrator), |_| true).unwrap();
         let celsius = series.rows[0][CELLS * 8 / 10] - ZERO;
         println!("T3, {integrator}: {celsius:.4} C");
         assert!((celsius / 36.60 - 1.0).abs() < 1e-3, "{integrator}: {celsius}");

@@ -6,8 +6,8 @@ use glam::DVec3;
 use hdf5_writer::{AttributeBuilder, Hdf5Builder, WriteOptions};
 use isotherm::internals;
 use isotherm::internals::{
-    Conductors, ImportedTmd, Integrator, Network, NetworkFile, NetworkSettings as Settings, NodeKind, ReferenceStepper,
-    Solved, Tmd, TmdError, TmdNode, integrate, tmd,
+    Conductors, ImportedTmd, IntegrationSettings, Integrator, Network, NetworkFile, NodeKind, ReferenceStepper, Tmd,
+    TmdError, TmdNode, TmdSolution, integrate, tmd,
 };
 
 use super::command::FILE;
@@ -20,7 +20,7 @@ pub const LIMIT: f64 = 20e-3;
 /// Temperatures of all nodes at the times of the file, as its default integrator finds them [K].
 pub fn solved(file: &NetworkFile) -> Vec<Vec<f64>> {
     let mut stepper = ReferenceStepper::new(file.network.clone(), &file.schedule.sensors());
-    let settings = Settings::of(Integrator::Default);
+    let settings = IntegrationSettings::of(Integrator::Default);
     integrate(&mut stepper, &file.network, &file.schedule, &settings, |_| true).expect("a solution").rows
 }
 
@@ -194,7 +194,7 @@ fn same(a: &Network, b: &Network) -> bool {
 fn a_network_there_and_back_is_the_same() {
     let (file, _) = imported(&small());
     let rows = solved(&file);
-    let (there, notes) = tmd(&file, "again", Some(Solved { times: &file.schedule.times, rows: &rows }));
+    let (there, notes) = tmd(&file, "again", Some(TmdSolution { times: &file.schedule.times, rows: &rows }));
     assert!(notes.is_empty(), "{notes:?}");
     let read = Tmd::parse(there.bytes().expect("a file"), Path::new("again.TMD")).expect("a TMD");
     assert!(off(&file, &rows, &read, 0) < 1e-12);

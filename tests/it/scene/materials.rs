@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use isotherm::internals::{
-    BandEmissivity, ByAngle, ByWavelength, Domain, Gloss, MaterialRule, Model, ModelMaterial, Optics, Profile,
-    Response, ResponseFunction as Function, Retarget, SceneError, Sides, Transition,
+    BandEmissivity, ByAngle, ByWavelength, Domain, Function, Gloss, MaterialRule, Model, ModelMaterial, Optics,
+    Profile, Response, Retarget, SceneError, Sides, Transition,
 };
 use serde_json::json;
 

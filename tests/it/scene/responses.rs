@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use isotherm::internals::{
-    Domain, Function, Model, ModelMaterial, Profile, Response, Retarget, Sample, Scene, Transition,
+    Domain, Function, Model, ModelMaterial, Profile, Response, Retarget, Scene, TemperatureSample, Transition,
 };
 use serde_json::{Value, json};
 
@@ -14,7 +14,7 @@ const CSV: &str = "time,temperature\n0,300\n1,280\n3,250\n9,240\n";
 /// The values of a function in TOML and in JSON, and the function.
 fn functions() -> Vec<(&'static str, Value, Function)> {
     let samples = [(0.0, 300.0), (1.0, 280.0), (3.0, 250.0), (9.0, 240.0)];
-    let samples = samples.map(|(time, temperature)| Sample { time, temperature });
+    let samples = samples.map(|(time, temperature)| TemperatureSample { time, temperature });
     vec![
         ("function = 'linear'", json!({ "function": "linear" }), Function::Linear),
         ("function = 'quadratic'", json!({ "function": "quadratic" }), Function::Quadratic),

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use glam::{DMat3, DQuat, DVec3};
 use isotherm::Target;
 use isotherm::internals;
-use isotherm::internals::{Hash, Kind, Talk, Value, write_value as write};
+use isotherm::internals::{Hash, PictureKind, Talk, Value, write_value as write};
 
 use super::protobuf::{Camera, Fields, body, craft, message};
 use super::zmtp::{Requester, opening, request};
@@ -150,7 +150,7 @@ type Messages = (Vec<Vec<u8>>, Option<Vec<u8>>);
 /// The server under a flood, and whether it then serves as before.
 fn endures(talk: Talk, scene: Option<&Folder>, (good, first): &Messages, count: u32, is_alive: fn(SocketAddr)) {
     let scene = scene.map(|folder| folder.path("scene.toml"));
-    let served = server(scene.as_deref(), Target::Reference, Kind::Apparent);
+    let served = server(scene.as_deref(), Target::Reference, PictureKind::Apparent);
     serving(&served, talk, |address| {
         flood(address, good, first.as_deref(), count);
         is_alive(address);
@@ -246,7 +246,7 @@ fn surrender_endures_a_flood() {
 /// One client's malformed bytes leave the session of another as it is.
 #[test]
 fn sessions_are_apart() {
-    let served = server(None, Target::Reference, Kind::Apparent);
+    let served = server(None, Target::Reference, PictureKind::Apparent);
     serving(&served, internals::talk_vizard, |address| {
         let mut client = Requester::open(address).expect("a connection");
         for bytes in [

@@ -5,7 +5,7 @@ use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
 use isotherm::internals;
-use isotherm::internals::{Hash, Kind, Value, write_value as write};
+use isotherm::internals::{Hash, PictureKind, Value, write_value as write};
 use isotherm::{CameraFrame, Pose, Simulation, Target};
 
 use super::{server, serving};
@@ -116,7 +116,7 @@ fn rows<const N: usize>(answer: &Hash, key: &str) -> Vec<[u8; N]> {
 fn pixels_are_those_of_the_library() {
     let folder = Folder::new(SCENE);
     let target = Target::Device(context());
-    let served = server(Some(&folder.path("scene.toml")), target.clone(), Kind::Apparent);
+    let served = server(Some(&folder.path("scene.toml")), target.clone(), PictureKind::Apparent);
     let mut own = Simulation::load(&folder.path("scene.toml"), &target).expect("a scene");
     serving(&served, internals::talk_surrender, |address| {
         let mut client = Client::open(address);

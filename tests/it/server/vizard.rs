@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use isotherm::internals;
-use isotherm::internals::{Kind, read_png};
+use isotherm::internals::{PictureKind, read_png};
 use isotherm::{CameraFrame, Image, Pose, Simulation, Target};
 
 use super::protobuf::{Camera, Fields, body, craft, message};
@@ -125,7 +125,7 @@ fn update(client: &mut Requester, message: &Fields) {
 fn images_of_a_run_are_those_in_process() {
     let folder = Folder::new(&scene());
     let target = Target::Device(context());
-    let served = server(Some(&folder.path("scene.toml")), target.clone(), Kind::Surface16);
+    let served = server(Some(&folder.path("scene.toml")), target.clone(), PictureKind::Surface16);
     serving(&served, internals::talk_vizard, |address| {
         // Two runs, one after the other, on one connection; the second far from the origin.
         let mut client = Requester::open(address).expect("a connection");
@@ -184,7 +184,7 @@ fn depths(png: &[u8], far: f64) -> Vec<f64> {
 fn what_a_server_does_not_know_has_no_image() {
     let folder = Folder::new(&scene());
     let target = Target::Reference;
-    let served = server(Some(&folder.path("scene.toml")), target.clone(), Kind::Apparent);
+    let served = server(Some(&folder.path("scene.toml")), target.clone(), PictureKind::Apparent);
     let run = Run::new(&folder, &target, DVec3::ZERO);
     serving(&served, internals::talk_vizard, |address| {
         let mut client = Requester::open(address).expect("a connection");

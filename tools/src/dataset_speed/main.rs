@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use gpu::Gpu;
-use isotherm::internals::{Axis, Line, Mark, Plot};
+use isotherm::internals::{Axis, Mark, Plot, PlotLine};
 use isotherm_tools::{exit_code, section};
 use shards::{Measured, measure};
 
@@ -62,7 +62,7 @@ fn work(arguments: &Arguments) -> Result<(), String> {
         }
         if let Some(alone) = alone {
             calculated.push(arguments.gpu.row(&program, &alone)?);
-            series.push(Line { name: alone.name.clone(), points, mark: Mark::Joined, ..Line::default() });
+            series.push(PlotLine { name: alone.name.clone(), points, mark: Mark::Joined, ..PlotLine::default() });
         }
     }
     if let Some(path) = &arguments.plot {
@@ -88,7 +88,7 @@ fn work(arguments: &Arguments) -> Result<(), String> {
     section::tell("dataset_speed", &text, arguments.page.as_deref())
 }
 
-fn draw(path: &Path, series: Vec<Line>) -> Result<(), String> {
+fn draw(path: &Path, series: Vec<PlotLine>) -> Result<(), String> {
     let plot = Plot {
         title: "Images of data sets".to_owned(),
         subtitle: "shards at once on one machine, with all labels and the tar".to_owned(),

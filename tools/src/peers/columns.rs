@@ -10,7 +10,7 @@ use std::path::Path;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use isotherm::internals::{LinearConductor, Network, NodeKind, ReferenceStepper, StepMethod as Method};
+use isotherm::internals::{LinearConductor, Network, NodeKind, ReferenceStepper, StepMethod};
 
 use super::AnyError;
 use super::clock::Clock;
@@ -77,7 +77,7 @@ impl Case {
 /// Runs one rotation for the temperatures, then `runs` rotations for the time. `stages` 1 means Euler.
 pub fn measure(case: &Path, output: &Path, stages: u32, sub_steps: u32) -> Result<Value, AnyError> {
     let case: Case = serde_json::from_str(&std::fs::read_to_string(case)?)?;
-    let method = if stages == 1 { Method::Euler } else { Method::Rkl2 { stages } };
+    let method = if stages == 1 { StepMethod::Euler } else { StepMethod::Rkl2 { stages } };
     let network = case.network();
     let mut stepper = ReferenceStepper::new(network.clone(), &[]);
     let heat: Vec<Vec<f64>> = (0..case.frames).map(|frame| case.heat(frame)).collect();
@@ -113,7 +113,7 @@ pub fn measure(case: &Path, output: &Path, stages: u32, sub_steps: u32) -> Resul
 
 fn frame(
     stepper: &mut ReferenceStepper,
-    method: Method,
+    method: StepMethod,
     heat: &[f64],
     slope: &[f64],
     step: f64,

@@ -10,7 +10,7 @@ use std::process::{Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use isotherm::internals::{Axis, Line, Plot};
+use isotherm::internals::{Axis, Plot, PlotLine};
 use isotherm_tools::{exit_code, section};
 
 const SCENE: &str = include_str!("soak.toml");
@@ -136,7 +136,7 @@ fn draw(path: &Path, samples: &[[f64; 2]], arguments: &Arguments) -> Result<(), 
         subtitle: format!("resident memory of `isotherm run` on {}, at most {most:.0} MiB", arguments.device),
         x: Axis::linear("steps [thousands]"),
         y: Axis { range: Some([0.0, 1.05 * most]), ..Axis::linear("memory [MiB]") },
-        series: vec![Line { name: "memory".to_owned(), points, ..Line::default() }],
+        series: vec![PlotLine { name: "memory".to_owned(), points, ..PlotLine::default() }],
         ..Plot::default()
     };
     let svg = plot.svg().map_err(|error| error.to_string())?;

@@ -87,7 +87,13 @@ pub struct OnePassTables {
 
 impl OnePassTables {
     /// The tables of a plan.
-    pub fn new(plan: &Arc<OnePassPlan>, step: f64, drawn: Drawn<'_>, heaters: Vec<OnePassHeater>, tolerance: f64) -> Self {
+    pub fn new(
+        plan: &Arc<OnePassPlan>,
+        step: f64,
+        drawn: Drawn<'_>,
+        heaters: Vec<OnePassHeater>,
+        tolerance: f64,
+    ) -> Self {
         let count = plan.network().len();
         let mut sources = vec![Vec::new(); count];
         for (slot, (node, area)) in drawn.nodes.iter().zip(drawn.areas).enumerate() {
@@ -340,7 +346,12 @@ impl OnePassTables {
 }
 
 /// Groups of drawn nodes whose nodes are theirs alone and have no conductors: the nodes, and the number of the group. These nodes are no longer `free`.
-fn alone(plan: &OnePassPlan, drawn: Drawn<'_>, sources: &[Vec<(u32, f32)>], free: &mut [bool]) -> Vec<([u32; GROUP], u32)> {
+fn alone(
+    plan: &OnePassPlan,
+    drawn: Drawn<'_>,
+    sources: &[Vec<(u32, f32)>],
+    free: &mut [bool],
+) -> Vec<([u32; GROUP], u32)> {
     let mut groups = Vec::new();
     for (number, group) in drawn.nodes.chunks(GROUP).enumerate() {
         let is_alone = |node: &u32| match sources.get(*node as usize) {

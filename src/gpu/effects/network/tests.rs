@@ -16,7 +16,7 @@ fn each_drawn_node_is_written_by_one_node() {
         linear: (0..count as u32 - 1).map(link).collect(),
         ..Network::default()
     };
-    let plan = Plan::new(&network, 1.0, &vec![400.0; count]).expect("a network for one pass");
+    let plan = OnePassPlan::new(&network, 1.0, &vec![400.0; count]).expect("a network for one pass");
     // Nodes of a group with one, three, no and two drawn nodes. The others are padding.
     let nodes = [NONE, 0, 1, 1, 3, 1, 3, NONE, 4, 5, 6, 7, 8, 8, NONE, NONE];
     let areas = nodes.map(|node| if node == NONE { 0.0 } else { 0.25 });

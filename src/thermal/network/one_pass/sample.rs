@@ -8,7 +8,7 @@ const EARLY: u32 = 4;
 
 /// Part of a step in the estimate of the error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
-pub enum EstimatePart {
+pub(crate) enum EstimatePart {
     /// None.
     #[default]
     None,
