@@ -180,7 +180,7 @@ pub(crate) enum Due {
 /// When the exchange between patches is computed anew. Infrared: after some steps. Light of Sun and planet: after the planet, the Sun or a joint has
 /// turned far enough against the craft, or sunlight has changed.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Renewal {
+pub(crate) struct Renewal {
     /// Turn after which light is computed anew [rad].
     pub(crate) angle: f64,
     /// Steps after which infrared is computed anew.

@@ -36,18 +36,18 @@ pub(super) struct Bindings {
 
 impl Bindings {
     /// An empty collection for lists with `joints` joints and `slots` frames in flight.
-    pub fn new(context: &Arc<Context>, joints: u32, slots: usize) -> Self {
+    pub(crate) fn new(context: &Arc<Context>, joints: u32, slots: usize) -> Self {
         let (context, pools) = (Arc::clone(context), Vec::new());
         Self { context, programs: BTreeMap::new(), pools, joints, slots }
     }
 
     /// An empty collection for lists with one joint and one slot.
-    pub fn plain(context: &Arc<Context>) -> Self {
+    pub(crate) fn plain(context: &Arc<Context>) -> Self {
         Self::new(context, 1, 1)
     }
 
     /// Makes the pipelines and descriptor sets that the passes need and that do not exist yet.
-    pub fn add<'p>(
+    pub(crate) fn add<'p>(
         &mut self,
         resources: &Resources,
         passes: impl IntoIterator<Item = &'p Pass>,
@@ -140,7 +140,7 @@ impl Bindings {
     }
 
     /// Pipeline and descriptor set of a pass. A draw has one set for each `joint`. A copy or fill has none.
-    pub fn of(&self, pass: &Pass, joint: u32, slot: usize) -> Option<(&Pipeline, vk::DescriptorSet)> {
+    pub(crate) fn of(&self, pass: &Pass, joint: u32, slot: usize) -> Option<(&Pipeline, vk::DescriptorSet)> {
         let program = self.programs.get(&program_of(pass))?;
         let mut reach = pass.reach.clone();
         if matches!(pass.work, Work::Draw(_)) {
@@ -150,7 +150,7 @@ impl Bindings {
     }
 
     /// Pipeline of what stands behind a draw. It uses the descriptor sets of the draw.
-    pub fn behind(&self, pass: &Pass) -> Option<&Pipeline> {
+    pub(crate) fn behind(&self, pass: &Pass) -> Option<&Pipeline> {
         self.programs.get(&program_of(pass))?.behind.as_ref()
     }
 }

@@ -9,9 +9,9 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 #[error("{name}: {message}")]
 pub struct CompileError {
     /// Entry point and words (see `Shader`).
-    pub name: String,
+    pub(crate) name: String,
     /// Message of naga. Its line numbers count the text after includes are expanded.
-    pub message: String,
+    pub(crate) message: String,
 }
 
 /// Compiles the text of an entry point `main` with the given preprocessor names and their values defined. The extension

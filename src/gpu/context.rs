@@ -21,26 +21,26 @@ pub struct DeviceInfo {
     /// Name from the driver.
     pub name: String,
     /// `discrete`, `integrated`, `virtual`, `cpu` or `other`.
-    pub kind: &'static str,
+    pub(crate) kind: &'static str,
     /// Driver and its version.
     pub driver: String,
     /// Highest Vulkan version that the device supports.
-    pub api_version: String,
+    pub(crate) api_version: String,
     /// Largest storage buffer binding [bytes].
     pub max_storage_buffer_range: u64,
     /// Most workgroups of one dispatch in x.
-    pub max_workgroups: u32,
+    pub(crate) max_workgroups: u32,
     /// Largest width or height of a framebuffer [px].
-    pub max_framebuffer_side: u32,
+    pub(crate) max_framebuffer_side: u32,
     /// Size of the largest device-local heap [bytes].
-    pub memory: u64,
+    pub(crate) memory: u64,
     /// Numbers of samples of a texel that images of floats and depths may have, as a sum of powers of two. 1 if
     /// the device cannot shade every sample.
     pub sample_counts: u32,
     /// Bits of sub-pixel precision of the rasteriser.
     pub sub_pixel_bits: u32,
     /// Length of a timestamp unit [ns]; 0 if the queue has no timestamps.
-    pub timestamp_period: f32,
+    pub(crate) timestamp_period: f32,
     /// Features that isotherm needs and the device does not have.
     pub lacks: Vec<String>,
 }
@@ -148,7 +148,7 @@ impl Context {
     /// Memory that this process may still allocate [bytes]. It is the free budget of the largest device-local heap
     /// (VK_EXT_memory_budget), or the size of that heap without the extension. On a CPU device, the free memory of the
     /// host limits it.
-    pub fn free_memory(&self) -> u64 {
+    pub(crate) fn free_memory(&self) -> u64 {
         let instance = &self.instance;
         // SAFETY: the physical device belongs to the instance.
         let extensions = unsafe { instance.enumerate_device_extension_properties(self.physical) }.unwrap_or_default();

@@ -22,12 +22,12 @@ use crate::exchange::patches::{NONE, PatchSurface, Patches};
 const AT_ONCE: u32 = 1 << 20;
 
 /// Whether the device can walk the tree of a scenery. lavapipe ends the loops of an invocation after 65,535 turns.
-pub fn can_walk(scenery: &Scenery) -> bool {
+pub(crate) fn can_walk(scenery: &Scenery) -> bool {
     scenery.occluders.tree.nodes.len() <= LARGEST_TREE
 }
 
 /// Casts rays of the patches of a craft in one pose.
-pub struct Caster {
+pub(crate) struct Caster {
     once: Once,
     resources: Resources,
     bindings: Bindings,
@@ -41,7 +41,7 @@ impl Caster {
     ///
     /// # Errors
     /// Buffers beyond the device, or a call that fails.
-    pub fn new(
+    pub(crate) fn new(
         context: &Arc<Context>,
         surface: &PatchSurface,
         patches: &Patches,
@@ -64,7 +64,7 @@ impl Caster {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn ends(&mut self, of: Range<u32>) -> Result<Vec<u32>, GpuError> {
+    pub(crate) fn ends(&mut self, of: Range<u32>) -> Result<Vec<u32>, GpuError> {
         let [count, rays, boxes, together] = self.sizes;
         let (start, last) = (self.start, of.end.min(count));
         let mut ends = Vec::with_capacity(of.len() * rays as usize);

@@ -48,15 +48,15 @@ pub struct Recipe {
 #[derive(Debug, Clone)]
 pub struct NetworkSteps {
     /// Sizes of the network.
-    pub shape: OnePassShape,
+    pub(crate) shape: OnePassShape,
     /// Number of steps.
-    pub count: u32,
+    pub(crate) count: u32,
     /// Number of steps of this length before them.
-    pub age: u32,
+    pub(crate) age: u32,
     /// Whether the state is in the odd buffer.
-    pub odd: bool,
+    pub(crate) odd: bool,
     /// Numbers of its plan.
-    pub constants: PlanConstants,
+    pub(crate) constants: PlanConstants,
 }
 
 /// The passes and barriers of a frame.

@@ -9,16 +9,20 @@ mod shadow;
 mod shared;
 mod step;
 
-pub use exchange::{ExchangePass, ExchangePatch};
-pub use image::{Band, Distant, DrawCommand, PlanetView, Reflector, Sampling, Shutter, Surroundings, Tracing, View};
-pub use network::{HeaterStep, NetworkStage, NetworkStep};
-pub use sensor::Sensor;
-pub use shadow::{ShadowBox, ShadowTriangle, SunRay, SunView, rows, shadow_tree};
-pub use shared::Structure;
-pub use step::{FUSED_STEPS, HeatPass, Material, Step, Steps};
+pub use exchange::ExchangePass;
+pub(crate) use exchange::ExchangePatch;
+pub use image::View;
+pub(crate) use image::{Band, Distant, DrawCommand, PlanetView, Reflector, Sampling, Shutter, Surroundings, Tracing};
+pub(crate) use network::{HeaterStep, NetworkStage, NetworkStep};
+pub(crate) use sensor::Sensor;
+pub(crate) use shadow::{ShadowBox, ShadowTriangle, SunRay, SunView, rows, shadow_tree};
+pub(crate) use shared::Structure;
+pub use step::FUSED_STEPS;
+pub use step::Material;
+pub(crate) use step::{HeatPass, Step, Steps};
 
 /// Distance between the joint slices of a uniform buffer [bytes]. Every device accepts it as an offset alignment.
-pub const SLICE: usize = 256;
+pub(crate) const SLICE: usize = 256;
 
 /// Every shared structure.
 pub fn structures() -> Vec<Structure> {

@@ -18,7 +18,7 @@ const WARM_UP: usize = 3;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Samples {
     /// Time by device timestamps [ms], empty on a queue without timestamps.
-    pub device_ms: Vec<f64>,
+    pub(crate) device_ms: Vec<f64>,
     /// Time on the host from recording to completion [ms].
     pub wall_ms: Vec<f64>,
 }
@@ -57,7 +57,7 @@ pub fn copies(context: &Arc<Context>, bytes: u64, samples: usize) -> Result<Samp
 }
 
 /// Measures `dispatches` empty dispatches of one workgroup, with a barrier between each two.
-pub fn empty_dispatches(context: &Arc<Context>, dispatches: u32, samples: usize) -> Result<Samples, GpuError> {
+pub(crate) fn empty_dispatches(context: &Arc<Context>, dispatches: u32, samples: usize) -> Result<Samples, GpuError> {
     let mut resources = Resources::new(context);
     resources.make_of(&UNTOUCHED, 1)?;
     let list = lists::dispatched(dispatches);

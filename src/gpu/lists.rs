@@ -14,46 +14,47 @@ use super::resource::Role::{Copied, FromHost, Readback, Staging, ToHost};
 use super::shaders::Shader;
 
 /// Corners, joint and side of every patch whose rays are cast.
-pub static RAY_PATCHES: Resource = Resource::given("RayPatches", 16, FromHost);
+pub(crate) static RAY_PATCHES: Resource = Resource::given("RayPatches", 16, FromHost);
 /// Corners of the patches, and shares of their rays.
-pub static RAY_CORNERS: Resource = Resource::given("RayCorners", 8, FromHost);
+pub(crate) static RAY_CORNERS: Resource = Resource::given("RayCorners", 8, FromHost);
 /// Triangles in the file's pose.
-pub static RAY_TRIANGLES: Resource = Resource::given("RayTriangles", size_of::<layout::ShadowTriangle>(), FromHost);
+pub(crate) static RAY_TRIANGLES: Resource =
+    Resource::given("RayTriangles", size_of::<layout::ShadowTriangle>(), FromHost);
 /// Poses of the body and of the joints.
-pub static RAY_POSES: Resource = Resource::given("RayPoses", 48, FromHost);
+pub(crate) static RAY_POSES: Resource = Resource::given("RayPoses", 48, FromHost);
 /// Boxes of the tree for these rays.
-pub static RAY_BOXES: Resource = Resource::given("RayBoxes", size_of::<layout::ShadowBox>(), FromHost);
+pub(crate) static RAY_BOXES: Resource = Resource::given("RayBoxes", size_of::<layout::ShadowBox>(), FromHost);
 /// Triangles of the tree for these rays.
-pub static RAY_PLACED: Resource = Resource::given("RayPlaced", size_of::<layout::ShadowTriangle>(), FromHost);
+pub(crate) static RAY_PLACED: Resource = Resource::given("RayPlaced", size_of::<layout::ShadowTriangle>(), FromHost);
 /// Patches at the corners of these triangles.
-pub static RAY_LEAVES: Resource = Resource::given("RayLeaves", 32, FromHost);
+pub(crate) static RAY_LEAVES: Resource = Resource::given("RayLeaves", 32, FromHost);
 /// Patches where these rays end.
-pub static RAY_ENDS: Resource = Resource::given("RayEnds", 4, ToHost);
+pub(crate) static RAY_ENDS: Resource = Resource::given("RayEnds", 4, ToHost);
 /// Size of a response dispatch.
-pub static RESPONSE_STEPS: Resource = Resource::given("ResponseSteps", size_of::<layout::Steps>(), FromHost);
+pub(crate) static RESPONSE_STEPS: Resource = Resource::given("ResponseSteps", size_of::<layout::Steps>(), FromHost);
 /// Targets at the steps of a response [K].
-pub static RESPONSE_TARGETS: Resource = Resource::given("ResponseTargets", 4, FromHost);
+pub(crate) static RESPONSE_TARGETS: Resource = Resource::given("ResponseTargets", 4, FromHost);
 /// Temperatures at the steps of a response [K].
-pub static RESPONSE_TEMPERATURES: Resource = Resource::given("ResponseTemperatures", 4, ToHost);
+pub(crate) static RESPONSE_TEMPERATURES: Resource = Resource::given("ResponseTemperatures", 4, ToHost);
 /// Temperatures or radiances to convert.
-pub static RADIATION_INPUT: Resource = Resource::given("RadiationInput", 4, FromHost);
+pub(crate) static RADIATION_INPUT: Resource = Resource::given("RadiationInput", 4, FromHost);
 /// Converted radiances or temperatures.
-pub static RADIATION_OUTPUT: Resource = Resource::given("RadiationOutput", 4, ToHost);
+pub(crate) static RADIATION_OUTPUT: Resource = Resource::given("RadiationOutput", 4, ToHost);
 /// Inverse temperatures over a table of radiances [1/K].
-pub static INVERSE_TEMPERATURES: Resource = Resource::given("InverseTemperatures", 4, FromHost);
+pub(crate) static INVERSE_TEMPERATURES: Resource = Resource::given("InverseTemperatures", 4, FromHost);
 /// Source of a measured copy.
-pub static COPIED_FROM: Resource = Resource::given("CopiedFrom", 1, Copied);
+pub(crate) static COPIED_FROM: Resource = Resource::given("CopiedFrom", 1, Copied);
 /// Destination of a measured copy.
-pub static COPIED_TO: Resource = Resource::given("CopiedTo", 1, Copied);
+pub(crate) static COPIED_TO: Resource = Resource::given("CopiedTo", 1, Copied);
 /// Nominal output of empty dispatches.
-pub static UNTOUCHED: Resource = Resource::given("Untouched", 16, Copied);
+pub(crate) static UNTOUCHED: Resource = Resource::given("Untouched", 16, Copied);
 /// Staging buffer of uploads.
-pub static STAGED: Resource = Resource::given("Staged", 1, Staging);
+pub(crate) static STAGED: Resource = Resource::given("Staged", 1, Staging);
 /// Staging buffer of downloads.
-pub static FETCHED: Resource = Resource::given("Fetched", 1, Readback);
+pub(crate) static FETCHED: Resource = Resource::given("Fetched", 1, Readback);
 
 /// Buffers of commands outside scenes.
-pub const RESOURCES: &[&Resource] = &[
+pub(crate) const RESOURCES: &[&Resource] = &[
     &RAY_PATCHES,
     &RAY_CORNERS,
     &RAY_TRIANGLES,

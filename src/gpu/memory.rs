@@ -11,17 +11,17 @@ use super::context::Context;
 use super::error::{During as _, GpuError};
 
 /// A buffer with its memory.
-pub struct Buffer {
+pub(crate) struct Buffer {
     context: Arc<Context>,
     allocation: Option<Allocation>,
     pub(super) raw: vk::Buffer,
     /// Size in bytes.
-    pub bytes: u64,
+    pub(crate) bytes: u64,
 }
 
 impl Buffer {
     /// Creates a buffer of at least 16 bytes, so that an empty table still binds.
-    pub fn new(
+    pub(crate) fn new(
         context: &Arc<Context>,
         name: &str,
         bytes: u64,
@@ -48,14 +48,14 @@ impl Buffer {
     ///
     /// # Panics
     /// The buffer is not host-visible, or is shorter than the values. This is a bug.
-    pub fn write<T: Pod>(&mut self, values: &[T]) {
+    pub(crate) fn write<T: Pod>(&mut self, values: &[T]) {
         let bytes = bytemuck::cast_slice(values);
         let mapped = self.allocation.as_mut().and_then(Allocation::mapped_slice_mut).expect("a host-visible buffer");
         mapped[..bytes.len()].copy_from_slice(bytes);
     }
 
     /// Reads the first `count` values of a host-visible buffer. It panics under the conditions of `write`.
-    pub fn read<T: Pod>(&self, count: usize) -> &[T] {
+    pub(crate) fn read<T: Pod>(&self, count: usize) -> &[T] {
         let mapped = self.allocation.as_ref().and_then(Allocation::mapped_slice).expect("a host-visible buffer");
         bytemuck::cast_slice(&mapped[..count * size_of::<T>()])
     }
@@ -70,20 +70,20 @@ impl Drop for Buffer {
 }
 
 /// A two-dimensional render target with its view and memory.
-pub struct Image {
+pub(crate) struct Image {
     context: Arc<Context>,
     allocation: Option<Allocation>,
     pub(super) raw: vk::Image,
     pub(super) view: vk::ImageView,
     /// Texel format.
-    pub format: vk::Format,
+    pub(crate) format: vk::Format,
     /// Width and height in texels.
-    pub size: [u32; 2],
+    pub(crate) size: [u32; 2],
 }
 
 impl Image {
     /// Creates an image in device memory with `each` samples of a texel.
-    pub fn new(
+    pub(crate) fn new(
         context: &Arc<Context>,
         name: &str,
         [width, height]: [u32; 2],

@@ -2,39 +2,37 @@
 //!
 //! [`context`] opens a device. [`renderer`] holds a scene on it. [`frame`] puts the passes of its [`effects`] in order.
 
-#![allow(unreachable_pub)]
-
-pub mod accesses;
+pub(crate) mod accesses;
 mod bindings;
-pub mod blackbody;
-pub mod compile;
-pub mod context;
+pub(crate) mod blackbody;
+pub(crate) mod compile;
+pub(crate) mod context;
 mod drivers;
-pub mod effects;
-pub mod error;
-pub mod exchange_rays;
-pub mod frame;
+pub(crate) mod effects;
+pub(crate) mod error;
+pub(crate) mod exchange_rays;
+pub(crate) mod frame;
 mod host_heap;
-pub mod layout;
-pub mod limits;
-pub mod lists;
-pub mod memory;
+pub(crate) mod layout;
+pub(crate) mod limits;
+pub(crate) mod lists;
+pub(crate) mod memory;
 mod once;
-pub mod pass;
-pub mod pipeline;
-pub mod plan;
+pub(crate) mod pass;
+pub(crate) mod pipeline;
+pub(crate) mod plan;
 mod record;
-pub mod reflect;
-pub mod renderer;
-pub mod request;
-pub mod resource;
-pub mod response;
-pub mod samples;
-pub mod scene_data;
-pub mod scene_frames;
-pub mod shaders;
-pub mod shapes;
+pub(crate) mod reflect;
+pub(crate) mod renderer;
+pub(crate) mod request;
+pub(crate) mod resource;
+pub(crate) mod response;
+pub(crate) mod samples;
+pub(crate) mod scene_data;
+pub(crate) mod scene_frames;
+pub(crate) mod shaders;
+pub(crate) mod shapes;
 mod store;
-pub mod timing;
+pub(crate) mod timing;
 mod transfer;
 mod validation;

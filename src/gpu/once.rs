@@ -13,7 +13,7 @@ use super::store::Resources;
 use super::timing::Timing;
 
 /// A command buffer for submissions that the host waits for.
-pub struct Once {
+pub(crate) struct Once {
     context: Arc<Context>,
     pool: vk::CommandPool,
     commands: vk::CommandBuffer,
@@ -25,7 +25,7 @@ pub struct Once {
 
 impl Once {
     /// Makes the command buffer and its fence.
-    pub fn new(context: &Arc<Context>) -> Result<Self, GpuError> {
+    pub(crate) fn new(context: &Arc<Context>) -> Result<Self, GpuError> {
         let mut once = Self {
             context: Arc::clone(context),
             pool: vk::CommandPool::null(),
@@ -73,7 +73,7 @@ impl Once {
     }
 
     /// Device time of all runs so far [ms]; `None` without timestamps.
-    pub fn device_ms(&self) -> Option<f64> {
+    pub(crate) fn device_ms(&self) -> Option<f64> {
         self.device_ms
     }
 }

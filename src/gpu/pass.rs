@@ -68,34 +68,34 @@ pub struct Access {
 
 /// Which parts of which buffers a pass touches, where its shaders do not tell.
 #[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Reach {
+pub(crate) struct Reach {
     /// Joint whose slices it touches; 0 is the body.
-    pub joint: u32,
+    pub(crate) joint: u32,
     /// Ranges of the buffers with so many elements.
-    pub ranges: Vec<(Per, (u32, u32))>,
+    pub(crate) ranges: Vec<(Per, (u32, u32))>,
     /// Buffers in the place of the ones that blocks name.
-    pub instead: Vec<(&'static str, &'static Resource)>,
+    pub(crate) instead: Vec<(&'static str, &'static Resource)>,
     /// A buffer that a measured dispatch counts as writing.
-    pub nominal: Option<&'static Resource>,
+    pub(crate) nominal: Option<&'static Resource>,
 }
 
 /// A draw of triangles into images.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Drawing {
     /// Vertex shader and, if there are colours, fragment shader.
-    pub shaders: Vec<Shader>,
+    pub(crate) shaders: Vec<Shader>,
     /// The same of what is drawn where no triangle is, with the same bindings. Empty for nothing.
-    pub behind: Vec<Shader>,
+    pub(crate) behind: Vec<Shader>,
     /// Images, each cleared to 0, and the image that gets the mean over its samples.
-    pub colours: Vec<(&'static Resource, Option<&'static Resource>)>,
+    pub(crate) colours: Vec<(&'static Resource, Option<&'static Resource>)>,
     /// Depth buffer.
-    pub depth: &'static Resource,
+    pub(crate) depth: &'static Resource,
     /// Samples of a texel.
-    pub samples: u32,
+    pub(crate) samples: u32,
     /// Indices of the triangles.
-    pub indices: &'static Resource,
+    pub(crate) indices: &'static Resource,
     /// Draw commands, with reversed depth. Without them all triangles are drawn, the nearest with the smallest depth.
-    pub commands: Option<&'static Resource>,
+    pub(crate) commands: Option<&'static Resource>,
 }
 
 /// Work of a pass.
@@ -131,7 +131,7 @@ pub struct Pass {
     /// Work.
     pub work: Work,
     /// Parts of the buffers.
-    pub reach: Reach,
+    pub(crate) reach: Reach,
 }
 
 impl Pass {
@@ -272,7 +272,7 @@ impl Frame {
     }
 
     /// Resources that the host may read after the list.
-    pub fn left_to_host(&self) -> impl Iterator<Item = &'static Resource> {
+    pub(crate) fn left_to_host(&self) -> impl Iterator<Item = &'static Resource> {
         let barriers = self.entries.iter().flat_map(|entry| match entry {
             Entry::Barriers(barriers) => barriers.as_slice(),
             Entry::Pass(_) => &[],

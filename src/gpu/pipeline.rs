@@ -11,7 +11,7 @@ use super::resource::Role;
 use super::shaders::{Shader, module};
 
 /// A pipeline with its layout and the layout of its descriptor set.
-pub struct Pipeline {
+pub(crate) struct Pipeline {
     context: Arc<Context>,
     pub(super) raw: vk::Pipeline,
     pub(super) layout: vk::PipelineLayout,
@@ -20,19 +20,19 @@ pub struct Pipeline {
 }
 
 /// Format of the radiance image.
-pub const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+pub(crate) const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 /// Format of the image with part and material of each pixel.
-pub const IDENTITY_FORMAT: vk::Format = vk::Format::R32G32_UINT;
+pub(crate) const IDENTITY_FORMAT: vk::Format = vk::Format::R32G32_UINT;
 /// Format of the image with mean radiance and coverage.
-pub const MEAN_FORMAT: vk::Format = vk::Format::R32G32_SFLOAT;
+pub(crate) const MEAN_FORMAT: vk::Format = vk::Format::R32G32_SFLOAT;
 /// Format of the image with normal times depth and face of each texel.
-pub const SURFACE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+pub(crate) const SURFACE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 /// Format of the depth buffer.
-pub const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
+pub(crate) const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
 
 impl Pipeline {
     /// Makes a compute pipeline from number and type of its bindings and the size of its push constants [bytes].
-    pub fn compute(
+    pub(crate) fn compute(
         context: &Arc<Context>,
         shader: &Shader,
         bindings: &[(u32, vk::DescriptorType)],
@@ -52,7 +52,7 @@ impl Pipeline {
 
     /// Makes the pipeline of a draw: vertices read from storage buffers, no face culling. Depth is reversed where there are
     /// colours.
-    pub fn draw(
+    pub(crate) fn draw(
         context: &Arc<Context>,
         name: &str,
         drawing: &Drawing,
@@ -63,7 +63,7 @@ impl Pipeline {
     }
 
     /// Makes the pipeline of what is drawn where nothing is: its depth is the depth of the cleared image.
-    pub fn behind(
+    pub(crate) fn behind(
         context: &Arc<Context>,
         drawing: &Drawing,
         shaders: &[Shader],

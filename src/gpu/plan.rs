@@ -55,7 +55,7 @@ pub fn device_bytes(plan: &[Planned]) -> u64 {
 ///
 /// # Errors
 /// The plan needs more memory than the device has, or the image is larger than the device can draw.
-pub fn check_plan(context: &Context, plan: &[Planned], image: Option<[u32; 2]>) -> Result<(), GpuError> {
+pub(crate) fn check_plan(context: &Context, plan: &[Planned], image: Option<[u32; 2]>) -> Result<(), GpuError> {
     let info = &context.info;
     let needed = plan.iter().map(|planned| planned.bytes).sum::<u64>();
     let available = context.free_memory();
@@ -74,7 +74,7 @@ pub fn check_plan(context: &Context, plan: &[Planned], image: Option<[u32; 2]>) 
 
 impl Resources {
     /// Makes and fills all resources of a scene.
-    pub fn of_scene(context: &Arc<Context>, once: &mut Once, data: &SceneData<'_>) -> Result<Self, GpuError> {
+    pub(crate) fn of_scene(context: &Arc<Context>, once: &mut Once, data: &SceneData<'_>) -> Result<Self, GpuError> {
         let plan = data.plan();
         check_plan(context, &plan, data.drawn())?;
         let mut resources = Self::new(context);

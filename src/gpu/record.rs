@@ -31,7 +31,7 @@ pub(super) struct Recorder<'a> {
 
 impl<'a> Recorder<'a> {
     /// A recorder for lists that do not draw.
-    pub fn new(
+    pub(crate) fn new(
         context: &'a Context,
         commands: vk::CommandBuffer,
         resources: &'a Resources,
@@ -42,12 +42,12 @@ impl<'a> Recorder<'a> {
     }
 
     /// Prepares the recorder for lists of a slot that draw.
-    pub fn drawing(self, slot: usize, triangles: &'a [TriangleRun], occluders: &'a [TriangleRun]) -> Self {
+    pub(crate) fn drawing(self, slot: usize, triangles: &'a [TriangleRun], occluders: &'a [TriangleRun]) -> Self {
         Self { slot, triangles, occluders, ..self }
     }
 
     /// Records a list. With `timing`, each pass gets a debug label, and passes between barriers a time.
-    pub fn record(&mut self, list: &Frame, mut timing: Option<&mut Timing>) {
+    pub(crate) fn record(&mut self, list: &Frame, mut timing: Option<&mut Timing>) {
         for entry in &list.entries {
             match entry {
                 Entry::Barriers(barriers) => {

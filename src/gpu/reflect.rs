@@ -8,7 +8,7 @@ pub struct BlockUse {
     /// Binding in the descriptor set.
     pub binding: u32,
     /// Name of its GLSL block, without the suffix `Block`.
-    pub block: String,
+    pub(crate) block: String,
     /// Whether the shader reads it.
     pub reads: bool,
     /// Whether the shader writes it.
@@ -17,16 +17,16 @@ pub struct BlockUse {
 
 /// Opcodes of the SPIR-V specification, section 3.52.
 mod op {
-    pub const NAME: u32 = 5;
-    pub const TYPE_STRUCT: u32 = 30;
-    pub const TYPE_POINTER: u32 = 32;
-    pub const FUNCTION_CALL: u32 = 57;
-    pub const VARIABLE: u32 = 59;
-    pub const LOAD: u32 = 61;
-    pub const STORE: u32 = 62;
-    pub const ACCESS_CHAIN: u32 = 65;
-    pub const IN_BOUNDS_ACCESS_CHAIN: u32 = 66;
-    pub const DECORATE: u32 = 71;
+    pub(crate) const NAME: u32 = 5;
+    pub(crate) const TYPE_STRUCT: u32 = 30;
+    pub(crate) const TYPE_POINTER: u32 = 32;
+    pub(crate) const FUNCTION_CALL: u32 = 57;
+    pub(crate) const VARIABLE: u32 = 59;
+    pub(crate) const LOAD: u32 = 61;
+    pub(crate) const STORE: u32 = 62;
+    pub(crate) const ACCESS_CHAIN: u32 = 65;
+    pub(crate) const IN_BOUNDS_ACCESS_CHAIN: u32 = 66;
+    pub(crate) const DECORATE: u32 = 71;
 }
 /// The decoration of a binding.
 const BINDING: u32 = 33;
@@ -34,7 +34,7 @@ const BINDING: u32 = 33;
 const HEADER: usize = 5;
 
 /// The buffers that a module with one entry point uses, by binding. naga writes no function that the entry point does not call.
-pub fn block_uses(words: &[u32]) -> Vec<BlockUse> {
+pub(crate) fn block_uses(words: &[u32]) -> Vec<BlockUse> {
     let mut names: BTreeMap<u32, String> = BTreeMap::new();
     let mut members: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     let mut pointees = BTreeMap::new();

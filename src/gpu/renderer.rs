@@ -27,7 +27,9 @@ use super::error::GpuError;
 use super::frame::{Frame, Recipe, compose};
 use super::layout;
 use super::once::Once;
-pub use super::request::{Collected, Heating, Request, Submitted, Traced};
+pub use super::request::Collected;
+pub use super::request::Request;
+pub(crate) use super::request::{Heating, Submitted, Traced};
 use super::resource::SLOTS;
 use super::scene_data::SceneData;
 use super::scene_frames::SceneFrames;
@@ -126,7 +128,7 @@ impl Renderer {
     }
 
     /// Keeps the temperatures before a step that the host takes for its network. Collect the frames in flight before.
-    pub fn keep_temperatures(&mut self) -> Result<(), GpuError> {
+    pub(crate) fn keep_temperatures(&mut self) -> Result<(), GpuError> {
         let submitted = self.send(&Frame::keep(), Request::default())?;
         self.collect(submitted).map(|_| ())
     }
@@ -134,7 +136,7 @@ impl Renderer {
     /// Flux absorbed by the nodes of thermal networks [W/m2], and temperature of all other nodes [K], one value for
     /// each node. It overwrites the networks' temperatures, so call `set_temperatures` afterwards. Collect the frames
     /// in flight before. A load that lasts some steps exchanges radiation between surfaces, and the start of a run does not.
-    pub fn absorbed(&mut self, load: &StepLoad, steps: Option<f64>) -> Result<Vec<f32>, GpuError> {
+    pub(crate) fn absorbed(&mut self, load: &StepLoad, steps: Option<f64>) -> Result<Vec<f32>, GpuError> {
         let lit = self.renew_light(load)?;
         let frame = compose(&self.scene.flux(load, steps, lit));
         let submitted = self.send(&frame, Request::step(load, 1.0))?;
@@ -142,13 +144,13 @@ impl Renderer {
     }
 
     /// Replaces the temperatures of all nodes [K], one for each node. The state of transitions stays.
-    pub fn set_temperatures(&mut self, temperatures: &[f32]) -> Result<(), GpuError> {
+    pub(crate) fn set_temperatures(&mut self, temperatures: &[f32]) -> Result<(), GpuError> {
         self.wait()?;
         self.resources.upload(&mut self.once, &TEMPERATURE, temperatures)
     }
 
     /// Takes another sensor for the images from here on. Returns whether it needs no other resources; otherwise nothing changes.
-    pub fn take_sensor(&mut self, tables: SensorTables) -> Result<bool, GpuError> {
+    pub(crate) fn take_sensor(&mut self, tables: SensorTables) -> Result<bool, GpuError> {
         let Some(sensor) = self.scene.sensor.as_mut().filter(|sensor| sensor.takes(&tables)) else {
             return Ok(false);
         };
@@ -161,7 +163,7 @@ impl Renderer {
     }
 
     /// Allocated memory that grows with the number of nodes [bytes], without buffers that only the host reads.
-    pub fn device_bytes(&self) -> u64 {
+    pub(crate) fn device_bytes(&self) -> u64 {
         self.resources.bytes(super::resource::Resource::grows_with_nodes)
     }
 
@@ -207,7 +209,7 @@ impl Renderer {
     }
 
     /// Waits for all frames in flight.
-    pub fn wait(&mut self) -> Result<(), GpuError> {
+    pub(crate) fn wait(&mut self) -> Result<(), GpuError> {
         self.slots.wait()?;
         // The frame of the next slot is the older one.
         let older = self.slots.free()?;
@@ -221,7 +223,7 @@ impl Renderer {
     }
 
     /// Starts to keep the measured times of each frame.
-    pub fn keep_frames(&mut self) {
+    pub(crate) fn keep_frames(&mut self) {
         self.slots.frames.get_or_insert_default();
     }
 
@@ -231,7 +233,7 @@ impl Renderer {
     }
 
     /// Takes the times that were kept since the last call.
-    pub fn take_frames(&mut self) -> Vec<DeviceFrame> {
+    pub(crate) fn take_frames(&mut self) -> Vec<DeviceFrame> {
         self.slots.frames.as_mut().map(std::mem::take).unwrap_or_default()
     }
 }

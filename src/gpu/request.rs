@@ -8,22 +8,22 @@ use crate::environment::StepLoad;
 #[derive(Debug, Clone, Copy)]
 pub struct Heating<'a> {
     /// Start of the step [s].
-    pub start: f64,
+    pub(crate) start: f64,
     /// Mean power of each heater while it is on [W].
-    pub powers: &'a [f64],
+    pub(crate) powers: &'a [f64],
 }
 
 /// The tree for reflections of the craft, and the rays of an image.
 #[derive(Clone, Copy)]
 pub struct Traced<'a> {
     /// Rays, without the sizes of the image.
-    pub settings: layout::Tracing,
+    pub(crate) settings: layout::Tracing,
     /// Boxes of the tree.
-    pub boxes: &'a [layout::ShadowBox],
+    pub(crate) boxes: &'a [layout::ShadowBox],
     /// Its triangles, always in the same order.
-    pub triangles: &'a [layout::ShadowTriangle],
+    pub(crate) triangles: &'a [layout::ShadowTriangle],
     /// A number that changes with the tree.
-    pub version: u64,
+    pub(crate) version: u64,
 }
 
 /// Work and outputs of a frame.
@@ -84,11 +84,11 @@ pub struct Collected<'a> {
     /// Part and material index of every pixel, each plus 1; 0 for the background.
     pub identity: Option<&'a [[u32; 2]]>,
     /// Digital number and count of temperature of every pixel.
-    pub readings: Option<Vec<[u16; 2]>>,
+    pub(crate) readings: Option<Vec<[u16; 2]>>,
     /// Temperature of every node [K].
     pub temperatures: Option<&'a [f32]>,
     /// Heat that every run of nodes absorbs in the step [W].
-    pub absorbed: Option<&'a [f32]>,
+    pub(crate) absorbed: Option<&'a [f32]>,
 }
 
 /// A submitted frame, to be passed to `collect`.

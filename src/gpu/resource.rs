@@ -12,7 +12,7 @@ use super::scene_data::SceneData;
 
 /// What the number of elements follows. A pass over a range binds that range of each buffer that follows the same thing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Per {
+pub(crate) enum Per {
     /// The scene, or what the code gives at creation.
     Scene,
     /// Nodes, mostly in groups of four.
@@ -66,7 +66,7 @@ impl Role {
     }
 
     /// Memory of a buffer. Images are in device memory.
-    pub fn location(self) -> MemoryLocation {
+    pub(crate) fn location(self) -> MemoryLocation {
         match self {
             Self::Uniform | Self::FromHost | Self::Staging => MemoryLocation::CpuToGpu,
             Self::ToHost | Self::Readback => MemoryLocation::GpuToCpu,
@@ -75,7 +75,7 @@ impl Role {
     }
 
     /// Usage flags of a buffer, empty for an image.
-    pub fn usage(self) -> U {
+    pub(crate) fn usage(self) -> U {
         match self {
             Self::Uniform => U::UNIFORM_BUFFER,
             Self::FromHost | Self::Storage | Self::ToHost => U::STORAGE_BUFFER | U::TRANSFER_DST | U::TRANSFER_SRC,
@@ -90,14 +90,14 @@ impl Role {
     }
 
     /// Descriptor type.
-    pub fn descriptor(self) -> vk::DescriptorType {
+    pub(crate) fn descriptor(self) -> vk::DescriptorType {
         if self == Self::Uniform { vk::DescriptorType::UNIFORM_BUFFER } else { vk::DescriptorType::STORAGE_BUFFER }
     }
 }
 
 /// When every pass binds only a part of a buffer. The buffer may then be longer than the largest binding of the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Pieces {
+pub(crate) enum Pieces {
     /// Never, because some pass binds it whole.
     Never,
     /// In scenes without an image, because drawing reads the whole buffer.
@@ -116,23 +116,23 @@ pub struct Resource {
     /// Name. A shader names a buffer by a block with this name and the suffix `Block`.
     pub name: &'static str,
     /// Size of an element [bytes]. Ranges of nodes, triangles and draws count elements.
-    pub element: usize,
+    pub(crate) element: usize,
     /// Number of elements in a scene; 0 if the scene does not need it.
-    pub count: Count,
+    pub(crate) count: Count,
     /// What this number follows.
-    pub per: Per,
+    pub(crate) per: Per,
     /// Use.
     pub role: Role,
     /// Whether each frame in flight has its own copy. A fence then orders the accesses of the host.
     pub per_slot: bool,
     /// Whether every joint has its own slice, with vectors in the joint's frame.
-    pub per_joint: bool,
+    pub(crate) per_joint: bool,
     /// When passes bind only parts.
-    pub pieces: Pieces,
+    pub(crate) pieces: Pieces,
     /// Width and height of an image.
-    pub size: fn(&SceneData<'_>) -> [u32; 2],
+    pub(crate) size: fn(&SceneData<'_>) -> [u32; 2],
     /// Contents at the start.
-    pub contents: Option<for<'a> fn(&'a SceneData<'_>) -> Cow<'a, [u8]>>,
+    pub(crate) contents: Option<for<'a> fn(&'a SceneData<'_>) -> Cow<'a, [u8]>>,
 }
 
 impl Resource {
@@ -196,12 +196,12 @@ impl Resource {
     }
 
     /// Whether its size follows the size of an image.
-    pub fn grows_with_images(&self) -> bool {
+    pub(crate) fn grows_with_images(&self) -> bool {
         matches!(self.per, Per::Pixel | Per::Texel | Per::Sample)
     }
 
     /// Number of copies of the buffer.
-    pub fn copies(&self) -> usize {
+    pub(crate) fn copies(&self) -> usize {
         if self.per_slot { SLOTS } else { 1 }
     }
 }
@@ -248,4 +248,4 @@ pub(crate) const GROUP: usize = 16;
 pub(crate) const PAIRS: usize = 32;
 
 /// Frames in flight. The device works on one while the host reads the other.
-pub const SLOTS: usize = 2;
+pub(crate) const SLOTS: usize = 2;

@@ -15,18 +15,18 @@ pub struct Samples<T> {
 
 impl<T: Copy> Samples<T> {
     /// No samples yet, and at most so many at any time.
-    pub fn at_most(most: usize) -> Self {
+    pub(crate) fn at_most(most: usize) -> Self {
         Self { kept: Vec::new(), most: most.max(2), every: 1, offered: 0, count: 0 }
     }
 
     /// Samples that were kept before, of `count` in all. [`Samples::every`] tells how often they were taken.
-    pub fn again(kept: Vec<T>, most: usize, every: u64, count: u64) -> Self {
+    pub(crate) fn again(kept: Vec<T>, most: usize, every: u64, count: u64) -> Self {
         let offered = kept.len() as u64 * every.max(1);
         Self { kept, most: most.max(2), every: every.max(1), offered, count }
     }
 
     /// Changes the bound.
-    pub fn bound(&mut self, most: usize) {
+    pub(crate) fn bound(&mut self, most: usize) {
         self.most = most.max(2);
         while self.kept.len() > self.most {
             self.thin();
@@ -34,7 +34,7 @@ impl<T: Copy> Samples<T> {
     }
 
     /// Adds a sample.
-    pub fn push(&mut self, sample: T) {
+    pub(crate) fn push(&mut self, sample: T) {
         if self.offered.is_multiple_of(self.every) {
             if self.kept.len() >= self.most {
                 self.thin();
@@ -48,7 +48,7 @@ impl<T: Copy> Samples<T> {
     }
 
     /// Counts something that was not measured.
-    pub fn skip(&mut self) {
+    pub(crate) fn skip(&mut self) {
         self.count += 1;
     }
 
@@ -67,7 +67,7 @@ impl<T: Copy> Samples<T> {
     }
 
     /// One of so many samples is kept.
-    pub fn every(&self) -> u64 {
+    pub(crate) fn every(&self) -> u64 {
         self.every
     }
 }

@@ -96,64 +96,64 @@ impl<'a> SceneData<'a> {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Shown<'a> {
     /// Shader variant.
-    pub variant: RadianceVariant,
+    pub(crate) variant: RadianceVariant,
     /// Front and back of each material, if they reflect.
-    pub reflectors: &'a [layout::Reflector],
+    pub(crate) reflectors: &'a [layout::Reflector],
     /// Number of values of all lobes. The values belong to the planet's distance and come with the requests.
-    pub lobe_values: usize,
+    pub(crate) lobe_values: usize,
     /// Emissivities of the faces over angle and temperature, if they have any.
-    pub emissivities: &'a [f32],
+    pub(crate) emissivities: &'a [f32],
     /// Radiances of a planet that is not uniform, over that of its mean temperature.
-    pub planet_map: &'a [f32],
+    pub(crate) planet_map: &'a [f32],
     /// Nodes of the corners of the triangles in the tree for reflections of the craft, and their material. The tree follows the
     /// joints and comes with the requests.
-    pub traced: &'a [[u32; 4]],
+    pub(crate) traced: &'a [[u32; 4]],
     /// Boxes of this tree.
-    pub traced_boxes: usize,
+    pub(crate) traced_boxes: usize,
     /// Normals of all nodes, if the image has normals of its own.
-    pub crinkled: &'a [Vec3],
+    pub(crate) crinkled: &'a [Vec3],
     /// Number of its means over the direction of a surface, which come with the requests.
-    pub planet_means: usize,
+    pub(crate) planet_means: usize,
 }
 
 /// Patches that radiate to each other.
 #[derive(Clone)]
 pub struct ExchangeData<'a> {
     /// Their tables.
-    pub tables: &'a ExchangeTables,
+    pub(crate) tables: &'a ExchangeTables,
     /// When what they exchange is found anew.
-    pub renewal: Renewal,
+    pub(crate) renewal: Renewal,
     /// The patches that mirror sunlight.
-    pub mirrors: Option<&'a Arc<Mirrors>>,
+    pub(crate) mirrors: Option<&'a Arc<Mirrors>>,
 }
 
 /// Triangles of each joint.
 #[derive(Clone)]
 pub struct JointData<'a> {
     /// Number of joints, counting the body.
-    pub count: u32,
+    pub(crate) count: u32,
     /// Runs of triangles. Each begins at a multiple of 64.
-    pub triangles: &'a [TriangleRun],
+    pub(crate) triangles: &'a [TriangleRun],
     /// Runs of the triangles that cast shadows.
-    pub occluders: &'a [TriangleRun],
+    pub(crate) occluders: &'a [TriangleRun],
     /// Shadow casters in the pose of the model file, for shadow rays only.
-    pub casters: Option<Jointed>,
+    pub(crate) casters: Option<Jointed>,
 }
 
 /// Shadow casters, and when to update the shadows.
 #[derive(Clone)]
 pub struct ShadowData<'a> {
     /// Node indices of the triangles that cast shadows.
-    pub occluders: &'a [[u32; 3]],
+    pub(crate) occluders: &'a [[u32; 3]],
     /// View from the Sun, and when to update it.
-    pub redraw: Redraw,
+    pub(crate) redraw: Redraw,
     /// Tree of the triangles, for shadow rays only.
-    pub tree: Option<&'a Occluders>,
+    pub(crate) tree: Option<&'a Occluders>,
 }
 
 impl SceneData<'_> {
     /// Whether one dispatch may take many steps. This needs transitions that depend on nothing but the load.
-    pub fn fuses(&self) -> bool {
+    pub(crate) fn fuses(&self) -> bool {
         let kinds = || self.ranges.iter().map(|range| range.variant.kind);
         self.joints.is_none()
             && self.exchange.is_none()
@@ -162,13 +162,13 @@ impl SceneData<'_> {
     }
 
     /// Triangles of the body and of each joint.
-    pub fn runs(&self) -> Vec<TriangleRun> {
+    pub(crate) fn runs(&self) -> Vec<TriangleRun> {
         let whole = TriangleRun { joint: 0, triangles: (0, self.triangles.len() as u32) };
         self.joints.as_ref().map_or_else(|| vec![whole], |joints| joints.triangles.to_vec())
     }
 
     /// Number of joints, counting the body.
-    pub fn joint_count(&self) -> u32 {
+    pub(crate) fn joint_count(&self) -> u32 {
         self.joints.as_ref().map_or(1, |joints| joints.count)
     }
 
@@ -214,22 +214,22 @@ impl SceneData<'_> {
     }
 
     /// What the passes of the image depend on, if it is not simply drawn.
-    pub fn sampled(&self) -> Option<Sampled> {
+    pub(crate) fn sampled(&self) -> Option<Sampled> {
         Some(self.sampling.as_ref()?.passes(self.image?))
     }
 
     /// Width and height of the largest image that is drawn [px].
-    pub fn drawn(&self) -> Option<[u32; 2]> {
+    pub(crate) fn drawn(&self) -> Option<[u32; 2]> {
         self.sampling.as_ref().map(Sampling::largest).or(self.image)
     }
 
     /// Width and height of the image with one sample of a texel [texels].
-    pub fn drawn_singly(&self) -> Option<[u32; 2]> {
+    pub(crate) fn drawn_singly(&self) -> Option<[u32; 2]> {
         self.sampling.as_ref().map(|sampling| sampling.drawn).or(self.image)
     }
 
     /// Texels of the largest image that is drawn, if surfaces reflect the craft itself, or 0.
-    pub fn texels(&self) -> usize {
+    pub(crate) fn texels(&self) -> usize {
         self.drawn().filter(|_| self.shown.variant.traced).map_or(0, area)
     }
 }

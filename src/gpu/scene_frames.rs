@@ -25,7 +25,7 @@ use crate::environment::StepLoad;
 const LIGHTS: [(bool, bool); 3] = [(true, true), (true, false), (false, false)];
 
 /// State of the effects of a scene from frame to frame.
-pub struct SceneFrames {
+pub(crate) struct SceneFrames {
     pub(crate) ranges: Vec<StepRange>,
     /// Whether images are drawn.
     draws: bool,
@@ -59,7 +59,7 @@ pub struct SceneFrames {
 
 impl SceneFrames {
     /// The state before the first step.
-    pub fn new(data: &SceneData<'_>) -> Self {
+    pub(crate) fn new(data: &SceneData<'_>) -> Self {
         let triangles = data.runs();
         Self {
             ranges: data.ranges.clone(),
@@ -89,7 +89,7 @@ impl SceneFrames {
 
     /// What the frame of a request does. `views` get the motion that culling tolerates, and `lit` tells that the share of
     /// sunlight is found anew.
-    pub fn recipe(&mut self, request: &Request<'_>, views: &mut [View], lit: bool) -> Recipe {
+    pub(crate) fn recipe(&mut self, request: &Request<'_>, views: &mut [View], lit: bool) -> Recipe {
         let mut recipe = Recipe { keeps: request.keep, ..self.image(request, views) };
         let Some((load, steps)) = request.step else { return recipe };
         let (network, others): (Vec<StepRange>, Vec<StepRange>) =
@@ -193,7 +193,7 @@ impl SceneFrames {
     }
 
     /// What the first step of a run does, with all light that the scene has and with an image where images are drawn.
-    pub fn whole(&mut self) -> Recipe {
+    pub(crate) fn whole(&mut self) -> Recipe {
         let network = self.network.as_mut().map(|one| {
             one.prepare(1.0);
             one.steps()

@@ -73,7 +73,7 @@ impl Shader {
     }
 
     /// An entry point with the words whose flag is set.
-    pub fn with(entry: &'static str, words: &[(bool, &'static str)]) -> Self {
+    pub(crate) fn with(entry: &'static str, words: &[(bool, &'static str)]) -> Self {
         Self::new(entry, words.iter().filter_map(|(is, word)| is.then_some(*word)).collect())
     }
 
@@ -110,7 +110,7 @@ impl Shader {
 /// A compiled shader.
 pub struct CompiledShader {
     /// SPIR-V.
-    pub words: Vec<u32>,
+    pub(crate) words: Vec<u32>,
     /// The buffers that it uses.
     pub uses: Vec<BlockUse>,
 }

@@ -42,7 +42,7 @@ impl Shapes {
     }
 
     /// Index of a function's first piece, 0 without pieces.
-    pub fn place(&self, function: &Function) -> f32 {
+    pub(crate) fn place(&self, function: &Function) -> f32 {
         self.places.iter().find(|(known, _)| known == function).map_or(0.0, |(_, place)| *place)
     }
 }

@@ -15,22 +15,22 @@ use super::resource::{Resource, Role};
 /// A part of a buffer, or a whole buffer.
 #[derive(Clone)]
 pub(super) struct Region {
-    pub buffer: Arc<Buffer>,
-    pub offset: u64,
-    pub bytes: u64,
+    pub(crate) buffer: Arc<Buffer>,
+    pub(crate) offset: u64,
+    pub(crate) bytes: u64,
     /// Whether another owner shares the buffer.
-    pub lodged: bool,
+    pub(crate) lodged: bool,
 }
 
 impl Region {
     /// A part of a buffer that has another owner.
-    pub fn lodged(buffer: &Arc<Buffer>, offset: u64, bytes: u64) -> Self {
+    pub(crate) fn lodged(buffer: &Arc<Buffer>, offset: u64, bytes: u64) -> Self {
         Self { buffer: Arc::clone(buffer), offset, bytes, lodged: true }
     }
 }
 
 /// Buffers and images of a scene, of a network or of a small command, with one copy or one for each slot.
-pub struct Resources {
+pub(crate) struct Resources {
     pub(super) context: Arc<Context>,
     buffers: BTreeMap<(&'static Resource, usize), Region>,
     images: BTreeMap<&'static Resource, Image>,

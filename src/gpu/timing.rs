@@ -14,7 +14,7 @@ use super::samples::Samples;
 ///
 /// Passes between two barriers may run at the same time, so they share a time. A timestamp waits for everything before it. On lavapipe that costs about
 /// 0.1 ms: one for each pass made steps of the station half as long again.
-pub struct Timing {
+pub(crate) struct Timing {
     context: Arc<Context>,
     pool: Option<vk::QueryPool>,
     capacity: u32,
@@ -28,21 +28,21 @@ pub struct Timing {
 
 /// Measured times of a frame.
 #[derive(Debug, Clone, PartialEq)]
-pub struct DeviceFrame {
+pub(crate) struct DeviceFrame {
     /// Host time of the submission.
-    pub submitted: Instant,
+    pub(crate) submitted: Instant,
     /// Host time at which the host saw the fence.
-    pub done: Instant,
+    pub(crate) done: Instant,
     /// Name, start and duration of each group of passes [ns of the device clock].
-    pub passes: Vec<(String, f64, f64)>,
+    pub(crate) passes: Vec<(String, f64, f64)>,
 }
 
 /// Durations of every group of passes in a run [ms], by name, in order of time.
-pub type PassTimes = BTreeMap<String, Samples<f64>>;
+pub(crate) type PassTimes = BTreeMap<String, Samples<f64>>;
 
 impl Timing {
     /// Makes queries for up to `passes` passes.
-    pub fn new(context: &Arc<Context>, passes: usize) -> Result<Self, GpuError> {
+    pub(crate) fn new(context: &Arc<Context>, passes: usize) -> Result<Self, GpuError> {
         let capacity = u32::try_from(passes + 1).unwrap_or(u32::MAX).max(2);
         let pool = if context.info.timestamp_period > 0.0 {
             let create = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(capacity);

@@ -9,11 +9,11 @@ use super::error::{During as _, GpuError};
 
 /// Warnings and errors in order.
 #[derive(Default)]
-pub struct Messages(Mutex<Vec<String>>);
+pub(crate) struct Messages(Mutex<Vec<String>>);
 
 impl Messages {
     /// A copy of all messages.
-    pub fn all(&self) -> Vec<String> {
+    pub(crate) fn all(&self) -> Vec<String> {
         self.0.lock().map(|messages| messages.clone()).unwrap_or_default()
     }
 }

@@ -160,8 +160,14 @@ impl Nodes {
         self.vertex_of_node.iter().copied().enumerate().filter(|(_, vertex)| *vertex != PADDING)
     }
 
+    /// Orders the vertices of a model without joints. `node_areas` [m2] has one entry for each vertex.
+    #[cfg(test)]
+    pub(crate) fn new(model: &Model, node_areas: &[f64], materials: &[Material]) -> Self {
+        Self::with_joints(model, node_areas, materials, &vec![0; model.parts.len()])
+    }
+
     /// Orders the vertices of a model with joints. `part_joint` is the joint of each part; 0 is the body.
-    pub(crate) fn with_joints(model: &Model, node_areas: &[f64], materials: &[Material], part_joint: &[u32]) -> Self {
+    pub fn with_joints(model: &Model, node_areas: &[f64], materials: &[Material], part_joint: &[u32]) -> Self {
         let order = sorted_vertices(model, materials, part_joint);
         let mut nodes = Self {
             count: order.len(),

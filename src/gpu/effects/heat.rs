@@ -1,6 +1,6 @@
 //! Heat that the parts of a scene absorb, summed on the device over runs of nodes.
 
-pub mod tables;
+pub(crate) mod tables;
 
 use self::tables::HeatOf;
 use super::thermal::{TARGET, TEMPERATURE};
@@ -13,11 +13,11 @@ use crate::gpu::shaders::Shader;
 use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
 /// Groups and emission of every run of nodes whose absorbed heat is summed.
-pub static HEAT_RUNS: Resource =
+pub(crate) static HEAT_RUNS: Resource =
     Resource::new("HeatRuns", 16, Storage, Per::Scene, |data| data.heat.map_or(0, |heat| heat.runs.len()))
         .filled(|data| data.heat.map_or_else(Default::default, |heat| made(&heat.words())));
 /// Area over which every node absorbs [m2].
-pub static HEAT_AREAS: Resource =
+pub(crate) static HEAT_AREAS: Resource =
     Resource::new("HeatAreas", GROUP, Storage, Per::Node, |data| only(data.heat.is_some(), data.groups())).filled(
         |data| {
             let areas = |areas: &[f64]| areas.iter().map(|area| *area as f32).collect::<Vec<f32>>();
@@ -25,15 +25,15 @@ pub static HEAT_AREAS: Resource =
         },
     );
 /// Heat that every run absorbs in a step [W].
-pub static ABSORBED_HEAT: Resource =
+pub(crate) static ABSORBED_HEAT: Resource =
     Resource::new("AbsorbedHeat", 4, ToHost, Per::Scene, |data| data.heat.map_or(0, |heat| heat.runs.len()))
         .each_slot();
 
 /// Buffers of the absorbed heat.
-pub const RESOURCES: &[&Resource] = &[&HEAT_RUNS, &HEAT_AREAS, &ABSORBED_HEAT];
+pub(crate) const RESOURCES: &[&Resource] = &[&HEAT_RUNS, &HEAT_AREAS, &ABSORBED_HEAT];
 
 /// Places where heat is found, each with its first run and the one after the last.
-pub type HeatSections = Vec<(HeatOf, (u32, u32))>;
+pub(crate) type HeatSections = Vec<(HeatOf, (u32, u32))>;
 
 /// Sums the absorbed heat of sections. It follows the thermal step, and precedes the step of a network. `space` is the
 /// fourth power of the radiative temperature of space [K4].

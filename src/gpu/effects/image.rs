@@ -1,14 +1,14 @@
 //! An image: culling of its triangles, the draw of their radiance with the sky behind them, and what is computed from it.
 
-pub mod culling;
-pub mod resources;
-pub mod runs;
-pub mod sampling;
-pub mod variant;
+pub(crate) mod culling;
+pub(crate) mod resources;
+pub(crate) mod runs;
+pub(crate) mod sampling;
+pub(crate) mod variant;
 
 use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
-pub use self::resources::RESOURCES;
+pub(crate) use self::resources::RESOURCES;
 use self::resources::{
     CRINKLED_X, CRINKLED_Y, CRINKLED_Z, DEPTH_IMAGE, DRAWN_IDENTITY, DRAWN_RADIANCE, DRAWS, IDENTITY_IMAGE,
     IDENTITY_READBACK, IMAGE_IDENTITY, IMAGE_RADIANCE, MEAN, MEAN_DEPTH_IMAGE, MEAN_IMAGE, MULTI_IMAGE, RADIANCE_IMAGE,
@@ -30,13 +30,13 @@ use crate::gpu::shaders::Shader;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ImageRecipe {
     /// How the image is made. `None` if it is simply drawn.
-    pub sampled: Option<Sampled>,
+    pub(crate) sampled: Option<Sampled>,
     /// What its pixels show.
-    pub shows: RadianceVariant,
+    pub(crate) shows: RadianceVariant,
     /// Texels whose reflections of the craft itself are traced, where `shows` has them.
-    pub texels: u32,
+    pub(crate) texels: u32,
     /// Triangles to cull before. Empty if the view of the craft has not changed since the last image.
-    pub culled: Vec<TriangleRun>,
+    pub(crate) culled: Vec<TriangleRun>,
 }
 
 impl ImageRecipe {

@@ -1,6 +1,6 @@
 //! Sunlight on the craft: the share of the Sun that every node sees past other parts, by a shadow map or by rays.
 
-pub mod state;
+pub(crate) mod state;
 
 use glam::DAffine3;
 
@@ -20,7 +20,7 @@ use crate::gpu::scene_data::{SceneData, ShadowData, only};
 use crate::gpu::shaders::Shader;
 
 /// Transform of the shadow map, written by the host.
-pub static SUN_VIEW: Resource =
+pub(crate) static SUN_VIEW: Resource =
     Resource::uniform::<layout::SunView>("SunView", |data| only(by_map(data).is_some(), 1)).each_joint();
 /// Node indices of the triangles that cast shadows.
 pub static OCCLUDERS: Resource = Resource::new("Occluders", CORNERS, Indices, Per::Scene, |data| {
@@ -28,11 +28,11 @@ pub static OCCLUDERS: Resource = Resource::new("Occluders", CORNERS, Indices, Pe
 })
 .filled(|data| lent(by_map(data).map_or(&[], |shadows| shadows.occluders)));
 /// Shadow map.
-pub static SUN_DEPTH_IMAGE: Resource = Resource::image("SunDepthImage", 4, Depth, Per::Scene, sun_texels, |data| {
+pub(crate) static SUN_DEPTH_IMAGE: Resource = Resource::image("SunDepthImage", 4, Depth, Per::Scene, sun_texels, |data| {
     [by_map(data).map_or(0, |shadows| shadows.redraw.resolution); 2]
 });
 /// Copy of the shadow map that shaders read.
-pub static SUN_DEPTH: Resource = Resource::new("SunDepth", 4, Storage, Per::Scene, sun_texels);
+pub(crate) static SUN_DEPTH: Resource = Resource::new("SunDepth", 4, Storage, Per::Scene, sun_texels);
 /// Boxes of the tree for shadow rays. A tree that is rebuilt for moved parts has as many.
 pub static SHADOW_TREE: Resource =
     Resource::new("ShadowTree", size_of::<layout::ShadowBox>(), Storage, Per::Scene, |data| {
@@ -51,7 +51,7 @@ pub static VISIBILITY: Resource =
         .in_pieces(Always);
 
 /// Buffers and images of shadows.
-pub const RESOURCES: &[&Resource] =
+pub(crate) const RESOURCES: &[&Resource] =
     &[&SUN_VIEW, &OCCLUDERS, &SUN_DEPTH_IMAGE, &SUN_DEPTH, &SHADOW_TREE, &SHADOW_TRIANGLES, &VISIBILITY];
 
 /// The tree for shadow rays, where shadows use rays.

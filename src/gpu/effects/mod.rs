@@ -4,7 +4,7 @@ use super::resource::Resource;
 
 macro_rules! effects {
     ($($effect:ident)*) => {
-        $(pub mod $effect;)*
+        $(pub(crate) mod $effect;)*
 
         /// The buffers and images of each effect.
         const TABLES: &[&[&Resource]] = &[$($effect::RESOURCES),*];

@@ -1,9 +1,9 @@
 //! A thermal network that the frames step in one pass. `glsl/one_pass.comp` takes the step, and stages conduct inside large blocks.
 
 pub(crate) mod heaters;
-pub mod sections;
+pub(crate) mod sections;
 pub(crate) mod state;
-pub mod tables;
+pub(crate) mod tables;
 
 use self::heaters::LOGGED;
 use self::sections::{OnePassKind, OnePassShape, Section, section};
@@ -27,64 +27,64 @@ macro_rules! buffer {
 }
 
 /// 1 / C and emission of the nodes.
-pub static NODES: Resource =
+pub(crate) static NODES: Resource =
     buffer!("OnePassNodes", PAIRS, Storage, Node, |one| one.shape.groups() as usize, |one| lent(&one.nodes));
 /// Range of links and of sources of every group.
-pub static ROWS: Resource =
+pub(crate) static ROWS: Resource =
     buffer!("OnePassRows", 16, Storage, Node, |one| one.shape.groups() as usize, |one| lent(&one.rows));
 /// Neighbours by weak conductors, and these conductors.
-pub static LINKS: Resource = buffer!("OnePassLinks", 16, Storage, Node, |one| one.links.len(), |one| lent(&one.links));
+pub(crate) static LINKS: Resource = buffer!("OnePassLinks", 16, Storage, Node, |one| one.links.len(), |one| lent(&one.links));
 /// Drawn nodes that heat every group, and the areas.
-pub static SOURCES: Resource =
+pub(crate) static SOURCES: Resource =
     buffer!("OnePassSources", 16, Storage, Node, |one| one.sources.len(), |one| lent(&one.sources));
 /// Range of groups, first weight and factors of every group in blocks. In large blocks, range of the links inside.
-pub static UNITS: Resource =
+pub(crate) static UNITS: Resource =
     buffer!("OnePassUnits", PAIRS, Storage, Node, |one| one.shape.in_blocks() as usize, |one| lent(&one.units));
 /// Weights of the conduction inside blocks.
 pub static WEIGHTS: Resource =
     buffer!("OnePassWeights", 16, Storage, Node, |one| one.weight_count(), |one| made(&one.weights(&one.plan)));
 /// Mean temperatures of every other step [K].
-pub static MEAN_EVEN: Resource = buffer!("OnePassMeanEven", GROUP, Storage, Node, |one| one.shape.groups() as usize);
+pub(crate) static MEAN_EVEN: Resource = buffer!("OnePassMeanEven", GROUP, Storage, Node, |one| one.shape.groups() as usize);
 /// Mean temperatures of the steps between those of `MEAN_EVEN`.
-pub static MEAN_ODD: Resource = buffer!("OnePassMeanOdd", GROUP, Storage, Node, |one| one.shape.groups() as usize);
+pub(crate) static MEAN_ODD: Resource = buffer!("OnePassMeanOdd", GROUP, Storage, Node, |one| one.shape.groups() as usize);
 /// Bases and rests of the temperatures [K].
-pub static STATES: Resource = buffer!("OnePassStates", PAIRS, Storage, Node, |one| one.shape.groups() as usize);
+pub(crate) static STATES: Resource = buffer!("OnePassStates", PAIRS, Storage, Node, |one| one.shape.groups() as usize);
 /// What the nodes of blocks receive in a step, and their temperatures at its start [K].
-pub static DRIVES: Resource = buffer!("OnePassDrives", PAIRS, Storage, Node, |one| one.shape.in_blocks() as usize);
+pub(crate) static DRIVES: Resource = buffer!("OnePassDrives", PAIRS, Storage, Node, |one| one.shape.in_blocks() as usize);
 /// Change by conduction inside blocks in the last step [K].
-pub static COUPLINGS: Resource =
+pub(crate) static COUPLINGS: Resource =
     buffer!("OnePassCouplings", GROUP, Storage, Node, |one| one.shape.in_blocks() as usize);
 /// Every other vector of the stages of large blocks: changes and errors [K].
-pub static VECTOR_EVEN: Resource =
+pub(crate) static VECTOR_EVEN: Resource =
     buffer!("OnePassVectorEven", PAIRS, Storage, Node, |one| one.shape.in_large() as usize);
 /// The vectors between those of `VECTOR_EVEN`.
-pub static VECTOR_ODD: Resource =
+pub(crate) static VECTOR_ODD: Resource =
     buffer!("OnePassVectorOdd", PAIRS, Storage, Node, |one| one.shape.in_large() as usize);
 /// Sums of these vectors by their parts [K].
-pub static SUMS: Resource = buffer!("OnePassSums", PAIRS, Storage, Node, |one| one.shape.in_large() as usize);
+pub(crate) static SUMS: Resource = buffer!("OnePassSums", PAIRS, Storage, Node, |one| one.shape.in_large() as usize);
 /// What the estimate of the error keeps: four numbers of every node.
-pub static MEMORY: Resource = buffer!("OnePassMemory", 4 * GROUP, Storage, Node, |one| one.shape.estimated() as usize);
+pub(crate) static MEMORY: Resource = buffer!("OnePassMemory", 4 * GROUP, Storage, Node, |one| one.shape.estimated() as usize);
 /// Error of the nodes of blocks before it spreads, and the error since the last estimate [K].
-pub static ERRORS: Resource = buffer!("OnePassErrors", PAIRS, Storage, Node, |one| one.shape.in_blocks() as usize);
+pub(crate) static ERRORS: Resource = buffer!("OnePassErrors", PAIRS, Storage, Node, |one| one.shape.in_blocks() as usize);
 /// Sum of the squares of the estimated errors of every group [K2], the largest [K], and its place. Estimates are added to it.
-pub static TOLD: Resource =
+pub(crate) static TOLD: Resource =
     buffer!("OnePassTold", GROUP, Storage, Node, |one| one.shape.estimated() as usize, |one| made(&vec![
         [0.0f32; 4];
         one.shape.estimated()
             as usize
     ]));
 /// Sensor, place, thresholds and gain of every heater.
-pub static HEATERS: Resource =
+pub(crate) static HEATERS: Resource =
     buffer!("OnePassHeaters", PAIRS, Storage, Scene, |one| one.heaters.len(), |one| made(&one.heater_words(&one.plan)));
 /// Power of every heater while it is on [W], written by the host.
-pub static POWERS: Resource = buffer!("OnePassPowers", 4, FromHost, Scene, |one| one.heaters.len()).each_slot();
+pub(crate) static POWERS: Resource = buffer!("OnePassPowers", 4, FromHost, Scene, |one| one.heaters.len()).each_slot();
 /// State of the thermostat of every heater.
-pub static SWITCHES: Resource = buffer!("OnePassSwitches", 16, Storage, Scene, |one| one.heaters.len());
+pub(crate) static SWITCHES: Resource = buffer!("OnePassSwitches", 16, Storage, Scene, |one| one.heaters.len());
 /// Switches of every heater in a frame.
-pub static LOG: Resource = buffer!("OnePassLog", 4 * LOGGED, ToHost, Scene, |one| one.heaters.len()).each_slot();
+pub(crate) static LOG: Resource = buffer!("OnePassLog", 4 * LOGGED, ToHost, Scene, |one| one.heaters.len()).each_slot();
 
 /// Buffers of a network in one pass.
-pub const RESOURCES: &[&Resource] = &[
+pub(crate) const RESOURCES: &[&Resource] = &[
     &NODES,
     &ROWS,
     &LINKS,
@@ -394,7 +394,7 @@ fn shader(of: Section, sample: EstimatePart, trial: bool, shown: bool) -> Shader
 
 impl PlanConstants {
     /// The numbers of a plan whose large blocks have so many groups.
-    pub fn new(plan: &OnePassPlan, in_large: u32) -> Self {
+    pub(crate) fn new(plan: &OnePassPlan, in_large: u32) -> Self {
         let step = plan.step();
         let stage = |SeriesStage { rate, here, older, part }: SeriesStage| NetworkStage {
             end: in_large,

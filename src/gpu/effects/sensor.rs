@@ -1,7 +1,7 @@
 //! The sensor of an image: point spread, halo, lag, noise and digital numbers.
 
 pub(crate) mod state;
-pub mod tables;
+pub(crate) mod tables;
 
 use self::tables::{SensorTables, SensorVariant, Vignette};
 use crate::gpu::layout;
@@ -25,44 +25,44 @@ macro_rules! buffer {
 }
 
 /// `Sensor`, written by the host.
-pub static SETTINGS: Resource = buffer!("Sensor", size_of::<layout::Sensor>(), Uniform, |_| 1).each_slot();
+pub(crate) static SETTINGS: Resource = buffer!("Sensor", size_of::<layout::Sensor>(), Uniform, |_| 1).each_slot();
 /// Weights of the point spread and of the halo.
-pub static KERNEL: Resource =
+pub(crate) static KERNEL: Resource =
     buffer!("SensorKernel", 16, Uniform, |one| if one.kernel.is_empty() { 0 } else { Spread::ROOM }, |one| lent(
         &one.kernel
     ));
 /// Copy of the image's radiance that the sensor reads.
-pub static SEEN: Resource =
+pub(crate) static SEEN: Resource =
     buffer!("SensorSeen", 16, Storage, |one| { one.settings.width as usize * one.settings.height as usize });
 /// Radiance of four pixels after the point spread along rows, for each term.
-pub static ROWS: Resource = buffer!("SensorRows", 16, Storage, |one| one.groups() * one.settings.terms as usize);
+pub(crate) static ROWS: Resource = buffer!("SensorRows", 16, Storage, |one| one.groups() * one.settings.terms as usize);
 /// Mean radiance of each cell of the halo's grid.
-pub static CELLS: Resource = buffer!("SensorCells", 4, Storage, SensorTables::cells);
+pub(crate) static CELLS: Resource = buffer!("SensorCells", 4, Storage, SensorTables::cells);
 /// The halo at each cell.
-pub static HALO: Resource = buffer!("SensorHalo", 4, Storage, SensorTables::cells);
+pub(crate) static HALO: Resource = buffer!("SensorHalo", 4, Storage, SensorTables::cells);
 /// Share of the light that arrives at four pixels.
-pub static VIGNETTING: Resource =
+pub(crate) static VIGNETTING: Resource =
     buffer!("SensorVignetting", 16, Storage, |one| one.vignetting.len() / tables::GROUP, |one| lent(&one.vignetting));
 /// Signal of the bolometer at the last image.
-pub static BOLOMETER: Resource =
+pub(crate) static BOLOMETER: Resource =
     buffer!("SensorBolometer", 16, Storage, |one| if one.variant.lag { one.groups() } else { 0 }, |one| made(
         &vec![[0.0f32; 4]; if one.variant.lag { one.groups() } else { 0 }]
     ));
 /// Inverse temperatures over a table of radiances, for the radiometric output [1/K].
-pub static GUESSES: Resource = buffer!("SensorGuesses", 4, Storage, |one| one.guesses.len(), |one| lent(&one.guesses));
+pub(crate) static GUESSES: Resource = buffer!("SensorGuesses", 4, Storage, |one| one.guesses.len(), |one| lent(&one.guesses));
 /// Digital number of each pixel, and its count of temperature in the upper half word.
-pub static READING: Resource = buffer!("SensorReading", 16, Storage, SensorTables::groups);
+pub(crate) static READING: Resource = buffer!("SensorReading", 16, Storage, SensorTables::groups);
 /// Host copy of `READING`.
-pub static READBACK: Resource = buffer!("SensorReadback", 16, Readback, SensorTables::groups).each_slot();
+pub(crate) static READBACK: Resource = buffer!("SensorReadback", 16, Readback, SensorTables::groups).each_slot();
 
 /// Buffers of the sensor.
-pub const RESOURCES: &[&Resource] =
+pub(crate) const RESOURCES: &[&Resource] =
     &[&SETTINGS, &KERNEL, &SEEN, &ROWS, &CELLS, &HALO, &VIGNETTING, &BOLOMETER, &GUESSES, &READING, &READBACK];
 
 /// Name of the copy of an image for the sensor.
-pub const COPIED_FOR_SENSOR: &str = "read radiance for the sensor";
+pub(crate) const COPIED_FOR_SENSOR: &str = "read radiance for the sensor";
 /// Name of the copy of what the sensor reads to the host.
-pub const READ: &str = "read sensor";
+pub(crate) const READ: &str = "read sensor";
 /// Groups of a workgroup.
 const WORKGROUP: usize = 64;
 
@@ -84,7 +84,7 @@ pub struct Sensing {
 
 impl Sensing {
     /// The passes of a sensor.
-    pub fn of(tables: &SensorTables) -> Self {
+    pub(crate) fn of(tables: &SensorTables) -> Self {
         Self { variant: tables.variant, groups: tables.groups(), cells: tables.cells() }
     }
 }
@@ -125,7 +125,7 @@ pub(crate) fn passes(frame: &mut Frame, Sensing { variant, groups, cells }: Sens
 
 impl SensorVariant {
     /// Its shader, such as `sensor_pixel.spread.noise`.
-    pub fn shader(&self) -> Shader {
+    pub(crate) fn shader(&self) -> Shader {
         let words = [
             (self.spread, "spread"),
             (self.halo, "halo"),

@@ -32,7 +32,7 @@ pub static SURFACE_IMAGE: Resource =
 pub static SURFACE: Resource = Resource::new("Surface", 16, Storage, Per::Pixel, SURFACE_TEXELS);
 
 /// Buffers and images of these reflections.
-pub const RESOURCES: &[&Resource] =
+pub(crate) const RESOURCES: &[&Resource] =
     &[&TRACING, &TRACE_BOXES, &TRACE_TRIANGLES, &TRACE_CORNERS, &SURFACE_IMAGE, &SURFACE];
 
 const SURFACE_TEXELS: fn(&SceneData<'_>) -> usize = |data| data.texels();

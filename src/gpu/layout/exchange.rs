@@ -4,39 +4,39 @@ use super::shared::shared;
 
 shared! {
     /// A patch of a surface that radiates to others.
-    pub struct ExchangePatch {
+    pub(crate) struct ExchangePatch {
         /// Unit normal away from the face, in the frame of its joint.
-        pub normal: [f32; 3],
+        pub(crate) normal: [f32; 3],
         /// Emissivity.
-        pub emissivity: f32,
+        pub(crate) emissivity: f32,
         /// Absorptivity of sunlight.
-        pub absorptivity: f32,
+        pub(crate) absorptivity: f32,
         /// 1 over the area [1/m2].
-        pub per_area: f32,
+        pub(crate) per_area: f32,
         /// First of its nodes.
-        pub first_node: u32,
+        pub(crate) first_node: u32,
         /// The node after the last.
-        pub end_node: u32,
+        pub(crate) end_node: u32,
         /// First four entries of its row of infrared.
-        pub first_entry: u32,
+        pub(crate) first_entry: u32,
         /// The four after the last.
-        pub end_entry: u32,
+        pub(crate) end_entry: u32,
         /// First four entries of its row of sunlight.
-        pub first_reflected: u32,
+        pub(crate) first_reflected: u32,
         /// The four after the last.
-        pub end_reflected: u32,
+        pub(crate) end_reflected: u32,
         /// Exchange area of infrared with itself [m2].
-        pub itself: f32,
+        pub(crate) itself: f32,
         /// The same of sunlight [m2].
-        pub itself_reflected: f32,
+        pub(crate) itself_reflected: f32,
         /// Joint; 0 is the body.
-        pub joint: u32,
+        pub(crate) joint: u32,
         /// Share of reflected sunlight that leaves in the mirror direction, where patches mirror sunlight.
-        pub specular: f32,
+        pub(crate) specular: f32,
         /// Share of the patch outside other parts, which sunlight can reach.
-        pub exposed: f32,
+        pub(crate) exposed: f32,
         /// Rounds the size up to that of vectors.
-        pub unused: [f32; 3],
+        pub(crate) unused: [f32; 3],
     }
 
     /// Push constants of a pass over patches.

@@ -13,179 +13,179 @@ shared! {
         /// Third row.
         pub camera_from_body_z: [f32; 4],
         /// Camera to clip coordinates: clip.x = scale.x * x + offset.x * z, and the same for y (OpenCV axes).
-        pub clip_scale: [f32; 2],
+        pub(crate) clip_scale: [f32; 2],
         /// Factors of z in these equations.
-        pub clip_offset: [f32; 2],
+        pub(crate) clip_offset: [f32; 2],
         /// Width and height [px].
-        pub size: [f32; 2],
+        pub(crate) size: [f32; 2],
         /// Distance of the near plane [m]. Depth is reversed, with the far plane at infinity.
-        pub near: f32,
+        pub(crate) near: f32,
         /// Image motion that culling tolerates [px].
-        pub margin: f32,
+        pub(crate) margin: f32,
     }
 
     /// Camera of an image with a rolling shutter, beside the `View` of its first row.
     pub struct Shutter {
         /// First row of camera_from_body at the time of the middle row of the image.
-        pub middle_x: [f32; 4],
+        pub(crate) middle_x: [f32; 4],
         /// Second row of it.
-        pub middle_y: [f32; 4],
+        pub(crate) middle_y: [f32; 4],
         /// Third row of it.
-        pub middle_z: [f32; 4],
+        pub(crate) middle_z: [f32; 4],
         /// First row of camera_from_body at the time of the last row of the image.
-        pub last_x: [f32; 4],
+        pub(crate) last_x: [f32; 4],
         /// Second row of it.
-        pub last_y: [f32; 4],
+        pub(crate) last_y: [f32; 4],
         /// Third row of it.
-        pub last_z: [f32; 4],
+        pub(crate) last_z: [f32; 4],
         /// Smallest x and y, and largest x and y, of the rays whose row is computed.
-        pub field: [f32; 4],
+        pub(crate) field: [f32; 4],
         /// Distortion: k1, k2, p1, p2; of a fisheye k1 to k4.
-        pub first_numbers: [f32; 4],
+        pub(crate) first_numbers: [f32; 4],
         /// Distortion: k3, k4, k5, k6.
-        pub second_numbers: [f32; 4],
+        pub(crate) second_numbers: [f32; 4],
         /// Distortion: s1, s2, s3, s4.
-        pub third_numbers: [f32; 4],
+        pub(crate) third_numbers: [f32; 4],
         /// Share of the image for a unit of the distorted y.
-        pub row_scale: f32,
+        pub(crate) row_scale: f32,
         /// Share of the image above the centre of its first row where y is 0.
-        pub row_offset: f32,
+        pub(crate) row_offset: f32,
         /// Padding to the alignment of GLSL.
-        pub unused: [f32; 2],
+        pub(crate) unused: [f32; 2],
     }
 
     /// Sizes of an image that is made from a finer one.
-    pub struct Sampling {
+    pub(crate) struct Sampling {
         /// Width of the image [px].
-        pub width: u32,
+        pub(crate) width: u32,
         /// Height of the image [px].
-        pub height: u32,
+        pub(crate) height: u32,
         /// Width of the source [texels].
-        pub source_width: u32,
+        pub(crate) source_width: u32,
         /// Height of the source [texels].
-        pub source_height: u32,
+        pub(crate) source_height: u32,
         /// Lookups along the width of a pixel.
-        pub columns: u32,
+        pub(crate) columns: u32,
         /// Lookups along the height of a pixel.
-        pub rows: u32,
+        pub(crate) rows: u32,
     }
 
     /// A crop around a craft that is far away.
     pub struct Distant {
         /// Upper left corner of the crop in the image [px].
-        pub corner: [f32; 2],
+        pub(crate) corner: [f32; 2],
         /// Focal lengths of the image [px].
-        pub focal: [f32; 2],
+        pub(crate) focal: [f32; 2],
         /// Principal point of the image [px].
-        pub centre: [f32; 2],
+        pub(crate) centre: [f32; 2],
         /// Texels along the side of a pixel.
-        pub scale: f32,
+        pub(crate) scale: f32,
         /// Places in a pixel along each axis at which the sky is seen.
-        pub lookups: f32,
+        pub(crate) lookups: f32,
         /// Width of the image [px]. The crop is drawn into an image of this width.
-        pub width: u32,
+        pub(crate) width: u32,
         /// Height of the image [px].
-        pub height: u32,
+        pub(crate) height: u32,
         /// Width of the crop [texels].
-        pub across: u32,
+        pub(crate) across: u32,
         /// Height of the crop [texels].
-        pub down: u32,
+        pub(crate) down: u32,
     }
 
     /// What surrounds the craft, in the axes of the camera.
     pub struct Surroundings {
         /// Unit vector to the planet's centre; w: sine of the planet's angular radius.
-        pub nadir: [f32; 4],
+        pub(crate) nadir: [f32; 4],
         /// Unit vector to the Sun's centre; w: sine of the Sun's angular radius.
-        pub sun: [f32; 4],
+        pub(crate) sun: [f32; 4],
         /// Cosine of the planet's angular radius.
-        pub planet_cosine: f32,
+        pub(crate) planet_cosine: f32,
         /// Cosine of the Sun's angular radius.
-        pub sun_cosine: f32,
+        pub(crate) sun_cosine: f32,
         /// Radiance of the planet [W m-2 sr-1].
-        pub planet_radiance: f32,
+        pub(crate) planet_radiance: f32,
         /// Radiance of deep space [W m-2 sr-1].
-        pub space_radiance: f32,
+        pub(crate) space_radiance: f32,
         /// Radiance of the Sun's disc [W m-2 sr-1].
-        pub sun_radiance: f32,
+        pub(crate) sun_radiance: f32,
         /// Irradiance across the Sun's rays in the band [W/m2].
-        pub sun_irradiance: f32,
+        pub(crate) sun_irradiance: f32,
         /// Padding to the alignment of GLSL.
-        pub unused: [f32; 2],
+        pub(crate) unused: [f32; 2],
     }
 
     /// How a face of a material emits and reflects in the band.
-    pub struct Reflector {
+    pub(crate) struct Reflector {
         /// Emissivity.
-        pub emissivity: f32,
+        pub(crate) emissivity: f32,
         /// Share of the reflected light that leaves about the mirror direction.
-        pub specular: f32,
+        pub(crate) specular: f32,
         /// Roughness of the mirror; 0 for a smooth one.
-        pub roughness: f32,
+        pub(crate) roughness: f32,
         /// Index of the first number of its lobe.
-        pub lobe: f32,
+        pub(crate) lobe: f32,
         /// Index of the first number of its emissivities over angle and temperature.
-        pub table: f32,
+        pub(crate) table: f32,
         /// Their factor at the temperature of the planet.
-        pub of_planet: f32,
+        pub(crate) of_planet: f32,
         /// Their factor at the temperature of deep space.
-        pub of_space: f32,
+        pub(crate) of_space: f32,
         /// Their factor at the temperature of the Sun.
-        pub of_sun: f32,
+        pub(crate) of_sun: f32,
     }
 
     /// Rays of an image against the craft's own triangles.
-    pub struct Tracing {
+    pub(crate) struct Tracing {
         /// Number of boxes in the tree.
-        pub boxes: u32,
+        pub(crate) boxes: u32,
         /// Word of the time, so that each image has rays of its own.
-        pub word: u32,
+        pub(crate) word: u32,
         /// Distance between a ray's start and its surface [m].
-        pub start: f32,
+        pub(crate) start: f32,
         /// Width of the image [texels].
-        pub width: u32,
+        pub(crate) width: u32,
         /// Number of its texels.
-        pub texels: u32,
+        pub(crate) texels: u32,
         /// Width of the image of surfaces [texels].
-        pub surface_width: u32,
+        pub(crate) surface_width: u32,
     }
 
     /// Axes of the map of a planet that is not uniform.
     pub struct PlanetView {
         /// +X of the map in the axes of the camera; w: columns of the map.
-        pub x: [f32; 4],
+        pub(crate) x: [f32; 4],
         /// +Y of the map; w: rows of the map.
-        pub y: [f32; 4],
+        pub(crate) y: [f32; 4],
         /// +Z of the map; w: 0.
-        pub z: [f32; 4],
+        pub(crate) z: [f32; 4],
     }
 
     /// An indexed indirect draw command (VkDrawIndexedIndirectCommand).
-    pub struct DrawCommand {
+    pub(crate) struct DrawCommand {
         /// Three for each triangle.
-        pub index_count: u32,
+        pub(crate) index_count: u32,
         /// Always 1.
-        pub instance_count: u32,
+        pub(crate) instance_count: u32,
         /// First index in the buffer of all triangles.
-        pub first_index: u32,
+        pub(crate) first_index: u32,
         /// Always 0.
-        pub vertex_offset: i32,
+        pub(crate) vertex_offset: i32,
         /// Always 0.
-        pub first_instance: u32,
+        pub(crate) first_instance: u32,
     }
 
     /// Head of the band table.
-    pub struct Band {
+    pub(crate) struct Band {
         /// c2 divided by the longest wavelength, rounded to f32 [K].
-        pub edge_high: f32,
+        pub(crate) edge_high: f32,
         /// Remainder of that rounding [K].
-        pub edge_low: f32,
+        pub(crate) edge_low: f32,
     }
 }
 
 impl Surroundings {
     /// Rounds surroundings to f32.
-    pub fn new(around: &crate::thermal::surroundings::Surroundings) -> Self {
+    pub(crate) fn new(around: &crate::thermal::surroundings::Surroundings) -> Self {
         let with = |v: glam::DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
         Self {
             nadir: with(around.nadir, around.planet.sin),
@@ -203,7 +203,7 @@ impl Surroundings {
 
 impl PlanetView {
     /// Rounds the rotation from camera axes into those of a map to f32. `size` are the map's columns and rows.
-    pub fn new(map_from_camera: &glam::DMat3, [columns, rows]: [usize; 2]) -> Self {
+    pub(crate) fn new(map_from_camera: &glam::DMat3, [columns, rows]: [usize; 2]) -> Self {
         let row = |axis: usize, size: usize| {
             let row = map_from_camera.row(axis);
             [row.x as f32, row.y as f32, row.z as f32, size as f32]

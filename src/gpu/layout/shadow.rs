@@ -5,59 +5,59 @@ use crate::environment::shadow::Occluders;
 
 shared! {
     /// Orthographic view of the craft from the Sun.
-    pub struct SunView {
+    pub(crate) struct SunView {
         /// Row of the transform from a point to its column in the shadow map [texels].
-        pub texel_from_body_x: [f32; 4],
+        pub(crate) texel_from_body_x: [f32; 4],
         /// Row of the transform from a point to its row in the shadow map [texels].
-        pub texel_from_body_y: [f32; 4],
+        pub(crate) texel_from_body_y: [f32; 4],
         /// Row of the transform from a point to its depth, 0 to 1.
-        pub texel_from_body_z: [f32; 4],
+        pub(crate) texel_from_body_z: [f32; 4],
         /// Unit vector to the Sun, body frame; w: offset of a node from its surface [m].
-        pub sun: [f32; 4],
+        pub(crate) sun: [f32; 4],
         /// Unit vector along texel rows; w: side of a texel in units of depth.
-        pub right: [f32; 4],
+        pub(crate) right: [f32; 4],
         /// Unit vector along texel columns; w: texels along a side of the map.
-        pub down: [f32; 4],
+        pub(crate) down: [f32; 4],
     }
 
     /// A node of the bounding box tree for shadow rays.
-    pub struct ShadowBox {
+    pub(crate) struct ShadowBox {
         /// Lower corner [m].
-        pub low: [f32; 3],
+        pub(crate) low: [f32; 3],
         /// Index of the next box if the ray misses this one.
-        pub skip: u32,
+        pub(crate) skip: u32,
         /// Upper corner [m].
-        pub high: [f32; 3],
+        pub(crate) high: [f32; 3],
         /// First triangle times 8 plus the number of triangles. The number is 0 for an inner box.
-        pub triangles: u32,
+        pub(crate) triangles: u32,
     }
 
     /// A triangle that casts a shadow.
-    pub struct ShadowTriangle {
+    pub(crate) struct ShadowTriangle {
         /// A corner [m].
-        pub corner: [f32; 4],
+        pub(crate) corner: [f32; 4],
         /// Edge from that corner to the second one [m].
-        pub first: [f32; 4],
+        pub(crate) first: [f32; 4],
         /// Edge from that corner to the third one [m].
-        pub second: [f32; 4],
+        pub(crate) second: [f32; 4],
     }
 
     /// Push constants of one shadow ray dispatch, for one point of the Sun's disc.
     pub struct SunRay {
         /// Unit vector to the Sun's centre; w: offset of the ray's start from its surface [m].
-        pub sun: [f32; 4],
+        pub(crate) sun: [f32; 4],
         /// Unit vector to the point; w: share of the disc that the point stands for.
-        pub direction: [f32; 4],
+        pub(crate) direction: [f32; 4],
         /// Number of boxes in the tree.
-        pub boxes: u32,
+        pub(crate) boxes: u32,
         /// Padding to the alignment of GLSL.
-        pub unused: [u32; 3],
+        pub(crate) unused: [u32; 3],
     }
 }
 
 impl SunView {
     /// Rounds a view to f32.
-    pub fn new(view: &crate::environment::shadow::SunProjection) -> Self {
+    pub(crate) fn new(view: &crate::environment::shadow::SunProjection) -> Self {
         let with = |v: glam::DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
         let [x, y, z] = view.rows().map(|row| row.map(|value| value as f32));
         Self {
@@ -72,7 +72,7 @@ impl SunView {
 }
 
 /// Rows of a rigid motion, rounded to f32. Shadow rays get those of body_from_joint after `SunRay`.
-pub fn rows(motion: &glam::DAffine3) -> [[f32; 4]; 3] {
+pub(crate) fn rows(motion: &glam::DAffine3) -> [[f32; 4]; 3] {
     [0, 1, 2].map(|i| {
         let rotation = motion.matrix3.row(i);
         [rotation.x as f32, rotation.y as f32, rotation.z as f32, motion.translation[i] as f32]
@@ -80,7 +80,7 @@ pub fn rows(motion: &glam::DAffine3) -> [[f32; 4]; 3] {
 }
 
 /// Boxes and triangles of the tree, rounded to f32. Boxes grow by the rounding error.
-pub fn shadow_tree(occluders: &Occluders) -> (Vec<ShadowBox>, Vec<ShadowTriangle>) {
+pub(crate) fn shadow_tree(occluders: &Occluders) -> (Vec<ShadowBox>, Vec<ShadowTriangle>) {
     let low = |value: f64| (value as f32).next_down();
     let high = |value: f64| (value as f32).next_up();
     let boxes = occluders.tree.nodes.iter().map(|node| ShadowBox {

@@ -12,15 +12,15 @@ pub struct Member {
 }
 
 /// Name, size [bytes] and members of a structure. Members named `unused` are padding and are left out.
-pub type Structure = (&'static str, usize, Vec<Member>);
+pub(crate) type Structure = (&'static str, usize, Vec<Member>);
 
 macro_rules! shared {
-    ($($(#[$doc:meta])* pub struct $name:ident { $($(#[$field_doc:meta])* pub $field:ident: $kind:ty,)* })*) => {
+    ($($(#[$doc:meta])* $vis:vis struct $name:ident { $($(#[$field_doc:meta])* $field_vis:vis $field:ident: $kind:ty,)* })*) => {
         $(
             $(#[$doc])*
             #[repr(C)]
             #[derive(Debug, Clone, Copy, PartialEq, Default, bytemuck::Pod, bytemuck::Zeroable)]
-            pub struct $name { $($(#[$field_doc])* pub $field: $kind,)* }
+            $vis struct $name { $($(#[$field_doc])* $field_vis $field: $kind,)* }
         )*
 
         /// The structures of this file.

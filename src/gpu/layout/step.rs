@@ -44,51 +44,51 @@ shared! {
     }
 
     /// Load of one step, common to all nodes.
-    pub struct Step {
+    pub(crate) struct Step {
         /// Unit vector to the planet's centre, body frame; w: sine of the planet's angular radius.
-        pub nadir: [f32; 4],
+        pub(crate) nadir: [f32; 4],
         /// Unit vector perpendicular to nadir, on the Sun's side; w: cosine of the planet's angular radius.
-        pub sunward: [f32; 4],
+        pub(crate) sunward: [f32; 4],
         /// Cross product nadir x sunward; w: 0.
-        pub across: [f32; 4],
+        pub(crate) across: [f32; 4],
         /// Infrared exitance of the planet [W/m2].
-        pub planet_ir: f32,
+        pub(crate) planet_ir: f32,
         /// Planet albedo times solar constant [W/m2].
-        pub albedo_flux: f32,
+        pub(crate) albedo_flux: f32,
         /// Fourth power of the radiative temperature of space [K4].
-        pub background_temperature_4: f32,
+        pub(crate) background_temperature_4: f32,
         /// Length [steps].
-        pub length: f32,
+        pub(crate) length: f32,
         /// Intervals of the albedo table along each axis.
-        pub albedo_resolution: f32,
+        pub(crate) albedo_resolution: f32,
         /// Number of steps of a fused dispatch, set in the first of them.
-        pub count: f32,
+        pub(crate) count: f32,
         /// Sine of the zenith angle of the Sun below the craft.
-        pub sun_sine: f32,
+        pub(crate) sun_sine: f32,
         /// Its cosine.
-        pub sun_cosine: f32,
+        pub(crate) sun_cosine: f32,
     }
 
     /// Size of a response dispatch.
-    pub struct Steps {
+    pub(crate) struct Steps {
         /// Number of steps.
-        pub count: u32,
+        pub(crate) count: u32,
         /// Groups of four nodes of one step.
-        pub groups: u32,
+        pub(crate) groups: u32,
     }
 
     /// Push constants of a dispatch that sums absorbed heat.
-    pub struct HeatPass {
+    pub(crate) struct HeatPass {
         /// First run of nodes.
-        pub first: u32,
+        pub(crate) first: u32,
         /// Fourth power of the radiative temperature of space [K4].
-        pub background_temperature_4: f32,
+        pub(crate) background_temperature_4: f32,
     }
 }
 
 impl Material {
     /// Sets the response functions and durations.
-    pub fn set_transition(&mut self, transition: &Transition, shapes: &Shapes) {
+    pub(crate) fn set_transition(&mut self, transition: &Transition, shapes: &Shapes) {
         let function = |profile: &Profile| match profile.function.power().filter(|_| transition.is_power()) {
             Some(power) => power as f32,
             None => shapes.place(&profile.function),
@@ -99,7 +99,7 @@ impl Material {
     }
 
     /// Sets the values of a plate whose faces have this sum of emissivities.
-    pub fn set_plate(&mut self, plate: &Radiative, emissivity: f64) {
+    pub(crate) fn set_plate(&mut self, plate: &Radiative, emissivity: f64) {
         let own = STEFAN_BOLTZMANN * emissivity;
         self.share = plate.share() as f32;
         self.emission = (own + plate.exchange()) as f32;

@@ -12,7 +12,7 @@ impl Renderer {
     ///
     /// # Errors
     /// More entries than the room that was taken at the start, or a call that fails.
-    pub fn set_exchange(&mut self, tables: &ExchangeTables) -> Result<(), GpuError> {
+    pub(crate) fn set_exchange(&mut self, tables: &ExchangeTables) -> Result<(), GpuError> {
         self.wait()?;
         let Some(own) = &mut self.scene.exchange else { return Ok(()) };
         if tables.entries.len() > own.room {
@@ -44,7 +44,7 @@ impl Renderer {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn seen(&mut self) -> Result<Vec<[f32; 2]>, GpuError> {
+    pub(crate) fn seen(&mut self) -> Result<Vec<[f32; 2]>, GpuError> {
         self.wait()?;
         let Some(places) = self.scene.exchange.as_ref().map(Exchanging::places) else { return Ok(Vec::new()) };
         self.resources.download(&mut self.once, &SEEN, places)

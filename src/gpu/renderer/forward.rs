@@ -28,7 +28,7 @@ impl Renderer {
     }
 
     /// Number of steps in fused dispatches so far.
-    pub fn fused_steps(&self) -> u64 {
+    pub(crate) fn fused_steps(&self) -> u64 {
         self.fused_steps
     }
 

@@ -64,12 +64,12 @@ impl Renderer {
     }
 
     /// How often the step of the network is halved. `None` where the frames do not step it.
-    pub fn halving(&self) -> Option<Halving> {
+    pub(crate) fn halving(&self) -> Option<Halving> {
         self.scene.network.as_ref().map(|network| network.halving)
     }
 
     /// Leaves the network to the host from now on. No frame is in flight.
-    pub fn end_network(&mut self) {
+    pub(crate) fn end_network(&mut self) {
         self.scene.network = None;
     }
 
@@ -97,7 +97,7 @@ impl Renderer {
     }
 
     /// The switches of thermostats since the last call, in frames that are collected.
-    pub fn take_switches(&mut self) -> Vec<Switch> {
+    pub(crate) fn take_switches(&mut self) -> Vec<Switch> {
         self.scene.network.as_mut().map(|network| std::mem::take(&mut network.switches)).unwrap_or_default()
     }
 
@@ -105,7 +105,7 @@ impl Renderer {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn network_temperatures(&mut self) -> Result<Option<Vec<f64>>, GpuError> {
+    pub(crate) fn network_temperatures(&mut self) -> Result<Option<Vec<f64>>, GpuError> {
         self.wait()?;
         let Some(network) = &self.scene.network else { return Ok(None) };
         let groups = network.tables.shape.groups() as usize;
@@ -121,7 +121,7 @@ impl Renderer {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn set_network(&mut self, temperatures: &[f64], on: &[bool]) -> Result<(), GpuError> {
+    pub(crate) fn set_network(&mut self, temperatures: &[f64], on: &[bool]) -> Result<(), GpuError> {
         self.wait()?;
         let Some(network) = &mut self.scene.network else { return Ok(()) };
         (network.odd, network.age, network.on) = (false, 0, on.to_vec());

@@ -160,7 +160,7 @@ impl Renderer {
     }
 
     /// Bounds the measured times that are kept of each pass, and times only some of the frames, because timestamps lengthen a step.
-    pub fn keep_few_times(&mut self, most: usize) {
+    pub(crate) fn keep_few_times(&mut self, most: usize) {
         self.slots.time_few = true;
         self.slots.most_times = most;
         self.slots.times.values_mut().for_each(|times| times.bound(most));

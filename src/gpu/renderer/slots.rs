@@ -38,22 +38,22 @@ pub(super) struct Slots {
     /// Number of the next slot.
     next: usize,
     /// Device time of every pass so far [ms], by name.
-    pub times: PassTimes,
+    pub(crate) times: PassTimes,
     /// Most samples of a pass that are kept.
-    pub most_times: usize,
+    pub(crate) most_times: usize,
     /// Whether only some frames are timed: the first [`FIRST_TIMED`], then one in [`TIMED`].
-    pub time_few: bool,
+    pub(crate) time_few: bool,
     /// Frames so far.
     count: u64,
     /// Measured times of the frames since the last take, if they are kept.
-    pub frames: Option<Vec<DeviceFrame>>,
+    pub(crate) frames: Option<Vec<DeviceFrame>>,
     /// Names of the passes of the frames since the last take, if they are kept.
-    pub names: Option<Vec<Vec<String>>>,
+    pub(crate) names: Option<Vec<Vec<String>>>,
 }
 
 impl Slots {
     /// Slots for lists of up to `passes` passes.
-    pub fn new(context: &Arc<Context>, passes: usize) -> Result<Self, GpuError> {
+    pub(crate) fn new(context: &Arc<Context>, passes: usize) -> Result<Self, GpuError> {
         let (pool, commands) = command_buffers(context, SLOTS as u32)?;
         let (context, times) = (Arc::clone(context), PassTimes::new());
         let mut slots = Self {
@@ -80,13 +80,13 @@ impl Slots {
     }
 
     /// Waits for the next slot, so that the host may write its buffers. Returns its number.
-    pub fn free(&mut self) -> Result<usize, GpuError> {
+    pub(crate) fn free(&mut self) -> Result<usize, GpuError> {
         self.finish(self.next)?;
         Ok(self.next)
     }
 
     /// Records and submits a list in the next slot.
-    pub fn submit<'a>(
+    pub(crate) fn submit<'a>(
         &mut self,
         list: &Frame,
         recorder: impl FnOnce(vk::CommandBuffer) -> Recorder<'a>,
@@ -119,12 +119,12 @@ impl Slots {
     }
 
     /// Whether the last list of a slot left a resource to the host.
-    pub fn left(&self, number: usize, resource: &'static Resource) -> bool {
+    pub(crate) fn left(&self, number: usize, resource: &'static Resource) -> bool {
         self.slots[number].left.contains(&resource)
     }
 
     /// Waits for the frame of a slot.
-    pub fn finish(&mut self, number: usize) -> Result<(), GpuError> {
+    pub(crate) fn finish(&mut self, number: usize) -> Result<(), GpuError> {
         let slot = &mut self.slots[number];
         if slot.pending {
             // SAFETY: the fence was submitted with the slot's frame.
@@ -149,7 +149,7 @@ impl Slots {
     }
 
     /// Waits for all frames in flight.
-    pub fn wait(&mut self) -> Result<(), GpuError> {
+    pub(crate) fn wait(&mut self) -> Result<(), GpuError> {
         (0..SLOTS).try_for_each(|number| self.finish(number))
     }
 }

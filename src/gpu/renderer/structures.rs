@@ -9,7 +9,7 @@ impl Renderer {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn structures(&mut self) -> Result<Vec<f32>, GpuError> {
+    pub(crate) fn structures(&mut self) -> Result<Vec<f32>, GpuError> {
         self.wait()?;
         self.resources.download(&mut self.once, &TARGET, self.nodes)
     }
@@ -18,7 +18,7 @@ impl Renderer {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn set_structures(&mut self, nodes: &[usize], temperatures: &[f64]) -> Result<(), GpuError> {
+    pub(crate) fn set_structures(&mut self, nodes: &[usize], temperatures: &[f64]) -> Result<(), GpuError> {
         let mut values = self.structures()?;
         let mut words: Vec<i32> = self.resources.download(&mut self.once, &ELAPSED, self.nodes)?;
         for (node, temperature) in nodes.iter().zip(temperatures) {

@@ -46,7 +46,7 @@ use crate::thermal::local_step as local;
 
 /// A heater of a network in one pass.
 #[derive(Debug, Clone, PartialEq)]
-pub struct OnePassHeater {
+pub(crate) struct OnePassHeater {
     /// Heated nodes with their shares of its power.
     pub(crate) shares: Vec<(u32, f64)>,
     /// Without a thermostat the heater is always on.

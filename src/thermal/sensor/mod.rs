@@ -102,7 +102,7 @@ pub struct Pattern {
 
 /// Values that change from image to image.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Exposure {
+pub(crate) struct Exposure {
     /// Time in microseconds, the counter of the temporal noise.
     pub(crate) counter: u64,
     /// Share of the last state that is left.

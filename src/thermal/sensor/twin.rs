@@ -13,7 +13,7 @@ const GROUP: usize = 4;
 
 /// Pixels of the camera and its lines of sight.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SensorView {
+pub(crate) struct SensorView {
     /// Width and height [px].
     pub(crate) size: [usize; 2],
     /// Focal lengths [px].

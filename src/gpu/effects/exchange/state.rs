@@ -16,22 +16,22 @@ pub(crate) struct Exchanging {
     bundles: u32,
     joints: usize,
     /// Patch at each place of the device.
-    pub order: Vec<u32>,
-    pub room: usize,
-    pub renewal: Renewal,
+    pub(crate) order: Vec<u32>,
+    pub(crate) room: usize,
+    pub(crate) renewal: Renewal,
     /// Whether all must be found anew, whatever the angle and the time.
-    pub fresh: bool,
+    pub(crate) fresh: bool,
     /// Rows of the poses that the next frame needs.
-    pub poses: Vec<[[f32; 4]; 3]>,
+    pub(crate) poses: Vec<[[f32; 4]; 3]>,
     /// The patches that mirror sunlight.
     mirrors: Option<Arc<Mirrors>>,
     /// Rows of mirrored sunlight that the next frame needs.
-    pub mirrored: Vec<[u32; 2]>,
+    pub(crate) mirrored: Vec<[u32; 2]>,
 }
 
 impl Exchanging {
     /// The state before the first step.
-    pub fn new(data: &ExchangeData) -> Self {
+    pub(crate) fn new(data: &ExchangeData) -> Self {
         let ExchangeData { tables, renewal, mirrors } = data;
         Self {
             bundles: tables.bundles,
@@ -47,7 +47,7 @@ impl Exchanging {
     }
 
     /// What the passes find under a load that lasts `steps`. `None` where what was found before holds.
-    pub fn due(&mut self, light: ThermalVariant, load: &StepLoad, steps: f64) -> Option<Exchanged> {
+    pub(crate) fn due(&mut self, light: ThermalVariant, load: &StepLoad, steps: f64) -> Option<Exchanged> {
         let due = self.renewal.due(load, steps, std::mem::take(&mut self.fresh));
         if due == Due::Nothing {
             return None;
@@ -62,18 +62,18 @@ impl Exchanging {
     }
 
     /// What the passes find under a light, `anew` or where the light of Sun and planet holds.
-    pub fn exchanged(&self, light: ThermalVariant, anew: bool) -> Exchanged {
+    pub(crate) fn exchanged(&self, light: ThermalVariant, anew: bool) -> Exchanged {
         let patches = self.order.len() as u32;
         Exchanged { patches, bundles: self.bundles, light, anew, mirrors: self.mirrors.is_some() }
     }
 
     /// Number of patches, and one for faces without any.
-    pub fn places(&self) -> usize {
+    pub(crate) fn places(&self) -> usize {
         self.order.len() + 1
     }
 
     /// The state that a run needs to go on.
-    pub fn save(&self) -> Saved {
+    pub(crate) fn save(&self) -> Saved {
         self.renewal.save()
     }
 }

@@ -12,29 +12,29 @@ use crate::model::nodes::GROUP;
 #[derive(Debug, Clone, Default)]
 pub struct ExchangeTables {
     /// Patches of the fronts of four nodes, then of their backs.
-    pub nodes: Vec<[u32; 8]>,
+    pub(crate) nodes: Vec<[u32; 8]>,
     /// The patches.
-    pub patches: Vec<ExchangePatch>,
+    pub(crate) patches: Vec<ExchangePatch>,
     /// Nodes of the patches, and the bits of their shares.
-    pub members: Vec<[u32; 2]>,
+    pub(crate) members: Vec<[u32; 2]>,
     /// Four entries of a row: the upper half of an exchange area [m2] as f32, and below it a patch. First all rows of infrared, then those of sunlight.
-    pub entries: Vec<[u32; 4]>,
+    pub(crate) entries: Vec<[u32; 4]>,
     /// Bundles of rays that keep the sky, in fours for each patch.
-    pub sky: Vec<[u32; 4]>,
+    pub(crate) sky: Vec<[u32; 4]>,
     /// Bundles of each patch among them.
-    pub bundles: u32,
+    pub(crate) bundles: u32,
     /// Patch at each place of the device. The longest rows come first, so that neighbouring invocations have as much to do.
-    pub order: Vec<u32>,
+    pub(crate) order: Vec<u32>,
     /// Joints, the body too.
-    pub joints: usize,
+    pub(crate) joints: usize,
     /// Share of space in the view of each patch.
-    pub open: Vec<f32>,
+    pub(crate) open: Vec<f32>,
     /// Share of all light that meets inner faces, and number and area [m2] of the patches inside other parts.
-    pub inside: (f64, (usize, f64)),
+    pub(crate) inside: (f64, (usize, f64)),
     /// Share of the rays of each patch that met an inner face.
-    pub inner: Vec<f32>,
+    pub(crate) inner: Vec<f32>,
     /// Room for entries, of which a craft with joints may need more later.
-    pub room: usize,
+    pub(crate) room: usize,
 }
 
 impl ExchangeTables {

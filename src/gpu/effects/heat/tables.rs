@@ -12,33 +12,33 @@ pub enum HeatOf {
 }
 
 /// Most groups of four nodes in a run, so that the sum of a run is exact to 1e-6 in f32.
-pub const RUN_GROUPS: u32 = 1024;
+pub(crate) const RUN_GROUPS: u32 = 1024;
 
 /// Consecutive groups of nodes with one material and part.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HeatRun {
+pub(crate) struct HeatRun {
     /// First group of four nodes, and the one after the last.
-    pub groups: (u32, u32),
+    pub(crate) groups: (u32, u32),
     /// Where its absorbed heat is found.
-    pub of: HeatOf,
+    pub(crate) of: HeatOf,
     /// Stefan-Boltzmann constant times emissivity, summed over the faces [W m-2 K-4].
-    pub emission: f64,
+    pub(crate) emission: f64,
     /// Its part.
-    pub part: u32,
+    pub(crate) part: u32,
 }
 
 /// The runs of all nodes, and the areas of the nodes.
 #[derive(Debug, Clone, Default)]
 pub struct HeatTables {
     /// Runs in the order of their groups. Runs with the same [`HeatOf`] follow each other.
-    pub runs: Vec<HeatRun>,
+    pub(crate) runs: Vec<HeatRun>,
     /// Area over which each node absorbs and emits [m2]. 0 for padding.
-    pub areas: Vec<f64>,
+    pub(crate) areas: Vec<f64>,
 }
 
 impl HeatTables {
     /// First run and the one after the last for each place where heat is found.
-    pub fn sections(&self) -> Vec<(HeatOf, (u32, u32))> {
+    pub(crate) fn sections(&self) -> Vec<(HeatOf, (u32, u32))> {
         let mut sections: Vec<(HeatOf, (u32, u32))> = Vec::new();
         for (number, run) in (0..).zip(&self.runs) {
             match sections.last_mut() {

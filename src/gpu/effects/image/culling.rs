@@ -35,7 +35,7 @@ struct Run {
 
 impl Culling {
     /// Makes the state of runs that were never culled. `positions` are those of the nodes [m].
-    pub fn new(runs: &[TriangleRun], triangles: &[[u32; 3]], positions: &[Vec3]) -> Self {
+    pub(crate) fn new(runs: &[TriangleRun], triangles: &[[u32; 3]], positions: &[Vec3]) -> Self {
         let run = |of: &TriangleRun| {
             let nodes = triangles[of.triangles.0 as usize..of.triangles.1 as usize].as_flattened().iter();
             let around = |[low, high]: [Vec3; 2], node: &u32| {
@@ -49,7 +49,7 @@ impl Culling {
     }
 
     /// The runs to cull before an image from `views`, one for each joint. It sets the tolerated motion in their views.
-    pub fn due(&mut self, views: &mut [View]) -> Vec<TriangleRun> {
+    pub(crate) fn due(&mut self, views: &mut [View]) -> Vec<TriangleRun> {
         let mut due = Vec::new();
         for run in &mut self.runs {
             let Some(view) = views.get_mut(run.of.joint as usize) else { continue };
@@ -69,7 +69,7 @@ impl Culling {
     }
 
     /// The views of the last culling and of the last image of each run, each after a view whose margin tells whether there is one.
-    pub fn save(&self) -> Vec<View> {
+    pub(crate) fn save(&self) -> Vec<View> {
         let told = |view: &Option<View>| {
             let known = View { margin: f32::from(u8::from(view.is_some())), ..View::default() };
             [known, view.unwrap_or_default()]
@@ -78,7 +78,7 @@ impl Culling {
     }
 
     /// Takes what `save` gave.
-    pub fn restore(&mut self, saved: &[View]) {
+    pub(crate) fn restore(&mut self, saved: &[View]) {
         for (run, views) in self.runs.iter_mut().zip(saved.chunks_exact(4)) {
             let view = |at: usize| (views[at].margin > 0.0).then_some(views[at + 1]);
             (run.culled, run.last) = (view(0), view(2));
@@ -86,7 +86,7 @@ impl Culling {
     }
 
     /// The views of the last cullings, one for each of the joints, and their runs. `None` where nothing was culled.
-    pub fn last_culled(&self, joints: u32) -> Option<(Vec<View>, Vec<TriangleRun>)> {
+    pub(crate) fn last_culled(&self, joints: u32) -> Option<(Vec<View>, Vec<TriangleRun>)> {
         let culled: Vec<(View, TriangleRun)> = self.runs.iter().filter_map(|run| Some((run.culled?, run.of))).collect();
         let mut views = vec![culled.first()?.0; joints as usize];
         for (view, run) in &culled {
@@ -96,7 +96,7 @@ impl Culling {
     }
 
     /// Forgets the last culling of all runs.
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.runs.iter_mut().for_each(|run| run.culled = None);
     }
 }

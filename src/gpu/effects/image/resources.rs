@@ -10,7 +10,7 @@ use crate::gpu::resource::{GROUP, Per, Resource, lent, made};
 use crate::gpu::scene_data::{SceneData, area, only};
 
 /// `View`, written by the host.
-pub static VIEW: Resource = Resource::uniform::<layout::View>("View", |_| 1).each_joint();
+pub(crate) static VIEW: Resource = Resource::uniform::<layout::View>("View", |_| 1).each_joint();
 /// `Surroundings` of the image, written by the host.
 pub static SURROUNDINGS: Resource = Resource::uniform::<layout::Surroundings>("Surroundings", |data| {
     only(data.draws() && data.shown.variant.sees_surroundings(), 1)
@@ -44,22 +44,22 @@ pub static GROUP_PART: Resource =
         .in_pieces(WithoutImage)
         .filled(|data| lent(data.group_part));
 /// x of the normals of crinkled foil that is drawn.
-pub static CRINKLED_X: Resource =
+pub(crate) static CRINKLED_X: Resource =
     Resource::new("CrinkledX", GROUP, Storage, Per::Node, crinkled_groups).filled(|data| axis(data.shown.crinkled, 0));
 /// y of these normals.
-pub static CRINKLED_Y: Resource =
+pub(crate) static CRINKLED_Y: Resource =
     Resource::new("CrinkledY", GROUP, Storage, Per::Node, crinkled_groups).filled(|data| axis(data.shown.crinkled, 1));
 /// z of these normals.
-pub static CRINKLED_Z: Resource =
+pub(crate) static CRINKLED_Z: Resource =
     Resource::new("CrinkledZ", GROUP, Storage, Per::Node, crinkled_groups).filled(|data| axis(data.shown.crinkled, 2));
 /// x of the positions [m].
 pub static POSITION_X: Resource =
     Resource::new("PositionX", GROUP, Storage, Per::Node, placed_groups).filled(|data| axis(data.positions, 0));
 /// y of the positions [m].
-pub static POSITION_Y: Resource =
+pub(crate) static POSITION_Y: Resource =
     Resource::new("PositionY", GROUP, Storage, Per::Node, placed_groups).filled(|data| axis(data.positions, 1));
 /// z of the positions [m].
-pub static POSITION_Z: Resource =
+pub(crate) static POSITION_Z: Resource =
     Resource::new("PositionZ", GROUP, Storage, Per::Node, placed_groups).filled(|data| axis(data.positions, 2));
 /// Node indices of the triangles.
 pub static TRIANGLES: Resource =
@@ -82,15 +82,15 @@ pub static DRAWS: Resource = Resource::new("Draws", size_of::<layout::DrawComman
 pub static BAND_TABLE: Resource = Resource::new("BandTable", 4, Storage, Per::Scene, |data| data.band_table.len())
     .filled(|data| lent(data.band_table));
 /// Radiance, temperature and depth of every pixel.
-pub static RADIANCE_IMAGE: Resource =
+pub(crate) static RADIANCE_IMAGE: Resource =
     Resource::image("RadianceImage", 16, Colour(RADIANCE_FORMAT), Per::Pixel, drawn_texels, drawn_singly);
 /// Part and material index of every pixel.
-pub static IDENTITY_IMAGE: Resource =
+pub(crate) static IDENTITY_IMAGE: Resource =
     Resource::image("IdentityImage", 8, Colour(IDENTITY_FORMAT), Per::Pixel, drawn_texels, drawn_singly);
 /// Depth buffer.
-pub static DEPTH_IMAGE: Resource = Resource::image("DepthImage", 4, Depth, Per::Pixel, drawn_texels, drawn_singly);
+pub(crate) static DEPTH_IMAGE: Resource = Resource::image("DepthImage", 4, Depth, Per::Pixel, drawn_texels, drawn_singly);
 /// `Shutter`, written by the host.
-pub static SHUTTER: Resource = Resource::uniform::<layout::Shutter>("Shutter", |data| {
+pub(crate) static SHUTTER: Resource = Resource::uniform::<layout::Shutter>("Shutter", |data| {
     data.of_sampling(|sampling| usize::from(sampling.shutter.is_some()))
 })
 .each_joint();
@@ -98,25 +98,25 @@ pub static SHUTTER: Resource = Resource::uniform::<layout::Shutter>("Shutter", |
 pub static DISTANT: Resource =
     Resource::uniform::<layout::Distant>("Distant", |data| data.of_sampling(|sampling| usize::from(sampling.distant)));
 /// Sizes of an image that is computed from drawn ones.
-pub static SAMPLING: Resource =
+pub(crate) static SAMPLING: Resource =
     Resource::new("Sampling", size_of::<layout::Sampling>(), Uniform, Per::Scene, |data| data.of_computed(|_| 1))
         .filled(|data| match (&data.sampling, data.image) {
             (Some(sampling), Some(image)) => made(&[sampling.sizes(image)]),
             _ => Default::default(),
         });
 /// Copy of `RADIANCE_IMAGE` that shaders read, and to which reflections of the craft are added.
-pub static DRAWN_RADIANCE: Resource = Resource::new("DrawnRadiance", 16, Storage, Per::Texel, |data| {
+pub(crate) static DRAWN_RADIANCE: Resource = Resource::new("DrawnRadiance", 16, Storage, Per::Texel, |data| {
     let traced = only(data.shown.variant.traced, drawn_texels(data));
     data.of_computed(|sampling| area(sampling.drawn)).max(traced)
 });
 /// Copy of `IDENTITY_IMAGE` that shaders read.
-pub static DRAWN_IDENTITY: Resource =
+pub(crate) static DRAWN_IDENTITY: Resource =
     Resource::new("DrawnIdentity", 8, Storage, Per::Pixel, |data| data.of_computed(|sampling| area(sampling.drawn)));
 /// Mean radiance and coverage of every texel over its samples.
-pub static MEAN_IMAGE: Resource =
+pub(crate) static MEAN_IMAGE: Resource =
     Resource::image("MeanImage", 8, Colour(MEAN_FORMAT), Per::Pixel, mean_texels, drawn_largest);
 /// `MEAN_IMAGE` before the mean over the samples of a texel.
-pub static MULTI_IMAGE: Resource = Resource::image(
+pub(crate) static MULTI_IMAGE: Resource = Resource::image(
     "MultiImage",
     8,
     Colour(MEAN_FORMAT),
@@ -125,7 +125,7 @@ pub static MULTI_IMAGE: Resource = Resource::image(
     drawn_largest,
 );
 /// Depth buffer of `MEAN_IMAGE` or `MULTI_IMAGE`.
-pub static MEAN_DEPTH_IMAGE: Resource = Resource::image(
+pub(crate) static MEAN_DEPTH_IMAGE: Resource = Resource::image(
     "MeanDepthImage",
     4,
     Depth,
@@ -134,23 +134,23 @@ pub static MEAN_DEPTH_IMAGE: Resource = Resource::image(
     drawn_largest,
 );
 /// Copy of `MEAN_IMAGE` that shaders read, and to which reflections of the craft are added.
-pub static MEAN: Resource = Resource::new("Mean", 8, Storage, Per::Texel, mean_texels);
+pub(crate) static MEAN: Resource = Resource::new("Mean", 8, Storage, Per::Texel, mean_texels);
 /// Places of the pixels' corners in the finer image of a distorting lens.
-pub static LENS_MAP: Resource =
+pub(crate) static LENS_MAP: Resource =
     Resource::new("LensMap", 8, Storage, Per::Pixel, |data| data.of_sampling(|sampling| sampling.map.len()))
         .filled(|data| data.sampling.as_ref().map_or_else(Default::default, |sampling| lent(&sampling.map)));
 /// Radiance, temperature, depth and coverage of every pixel of an image that is computed from drawn ones.
 pub static IMAGE_RADIANCE: Resource = Resource::new("ImageRadiance", 16, Storage, Per::Pixel, computed_pixels);
 /// Part and material of every pixel of such an image.
-pub static IMAGE_IDENTITY: Resource = Resource::new("ImageIdentity", 8, Storage, Per::Pixel, computed_pixels);
+pub(crate) static IMAGE_IDENTITY: Resource = Resource::new("ImageIdentity", 8, Storage, Per::Pixel, computed_pixels);
 /// Host copy of the radiance of every pixel.
-pub static RADIANCE_READBACK: Resource =
+pub(crate) static RADIANCE_READBACK: Resource =
     Resource::new("RadianceReadback", 16, Readback, Per::Pixel, pixels).each_slot();
 /// Host copy of part and material of every pixel.
-pub static IDENTITY_READBACK: Resource = Resource::new("IdentityReadback", 8, Readback, Per::Pixel, pixels).each_slot();
+pub(crate) static IDENTITY_READBACK: Resource = Resource::new("IdentityReadback", 8, Readback, Per::Pixel, pixels).each_slot();
 
 /// Buffers and images of an image.
-pub const RESOURCES: &[&Resource] = &[
+pub(crate) const RESOURCES: &[&Resource] = &[
     &VIEW,
     &SURROUNDINGS,
     &REFLECTORS,

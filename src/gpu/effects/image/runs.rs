@@ -3,7 +3,7 @@
 use crate::gpu::layout::DrawCommand;
 
 /// Size of the three indices of a triangle [bytes].
-pub const CORNERS: usize = 12;
+pub(crate) const CORNERS: usize = 12;
 
 /// A run of triangles whose nodes belong to one joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,7 +15,7 @@ pub struct TriangleRun {
 }
 
 /// Triangles of one draw, which one workgroup of `cull.comp` culls.
-pub const TRIANGLES_A_DRAW: u32 = 2048;
+pub(crate) const TRIANGLES_A_DRAW: u32 = 2048;
 
 /// Draw commands that are bound together. Their 1280 bytes are a multiple of every device's offset alignment.
 const DRAWS_BOUND: u32 = 64;
@@ -25,14 +25,14 @@ const CULLED_AT_ONCE: u32 = 32 * DRAWS_BOUND * TRIANGLES_A_DRAW;
 
 impl TriangleRun {
     /// First draw of the run and the one after the last. Each joint has one run, so two runs never share a draw.
-    pub fn draws(self) -> (u32, u32) {
+    pub(crate) fn draws(self) -> (u32, u32) {
         let (first, end) = self.triangles;
         let before = DRAWS_BOUND * (first / (DRAWS_BOUND * TRIANGLES_A_DRAW) + self.joint);
         (before, before + (end - first).div_ceil(TRIANGLES_A_DRAW))
     }
 
     /// Splits the run into runs of one culling dispatch and one draw call each.
-    pub fn pieces(self) -> impl Iterator<Item = Self> {
+    pub(crate) fn pieces(self) -> impl Iterator<Item = Self> {
         let (first, end) = self.triangles;
         let piece = move |at: u32| (at, end.min(at.saturating_add(CULLED_AT_ONCE)));
         (first..end).step_by(CULLED_AT_ONCE as usize).map(move |at| Self { triangles: piece(at), ..self })

@@ -6,11 +6,11 @@ use crate::gpu::layout;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sampling {
     /// Width and height of the image that is drawn with one sample of a pixel [texels]: the image itself, or a finer one with a distorting lens.
-    pub drawn: [u32; 2],
+    pub(crate) drawn: [u32; 2],
     /// Focal lengths in it [texels].
-    pub focal: [f64; 2],
+    pub(crate) focal: [f64; 2],
     /// Principal point in it [texels].
-    pub centre: [f64; 2],
+    pub(crate) centre: [f64; 2],
     /// Places of the pixels' corners in it [texels], row after row. Empty without distortion.
     pub map: Vec<[f32; 2]>,
     /// How the mean over several samples is made. `None` with one sample of a pixel.
@@ -18,7 +18,7 @@ pub struct Sampling {
     /// The rolling shutter, with its rows but without poses. `None` if all rows see one pose.
     pub shutter: Option<(RowOf, layout::Shutter)>,
     /// Whether the craft may be so far away that its image is made from a crop.
-    pub distant: bool,
+    pub(crate) distant: bool,
 }
 
 /// The image from which the mean over the samples of a pixel is made.
@@ -27,7 +27,7 @@ pub struct Mean {
     /// Its width and height [texels].
     pub size: [u32; 2],
     /// Lookups along the width and height of a pixel.
-    pub lookups: [u32; 2],
+    pub(crate) lookups: [u32; 2],
     /// Samples of a texel (MSAA), which the device averages.
     pub each: u32,
 }
@@ -45,7 +45,7 @@ pub enum RowOf {
 
 impl RowOf {
     /// Words of the shaders with a rolling shutter.
-    pub fn words(self) -> Vec<&'static str> {
+    pub(crate) fn words(self) -> Vec<&'static str> {
         match self {
             Self::Pinhole => vec!["rolling"],
             Self::Brown => vec!["rolling", "brown"],
@@ -83,28 +83,28 @@ pub enum Distance {
 
 impl Sampled {
     /// Whether the image is computed from drawn ones.
-    pub fn is_resampled(&self) -> bool {
+    pub(crate) fn is_resampled(&self) -> bool {
         self.lens || self.mean.is_some() || self.distance != Distance::Near
     }
 }
 
 impl Sampled {
     /// The same for an image that is made from a crop.
-    pub fn far(self) -> Self {
+    pub(crate) fn far(self) -> Self {
         Self { mean: None, distance: Distance::Far, ..self }
     }
 }
 
 impl Sampling {
     /// What its passes depend on.
-    pub fn passes(&self, [_, rows]: [u32; 2]) -> Sampled {
+    pub(crate) fn passes(&self, [_, rows]: [u32; 2]) -> Sampled {
         let shutter = self.shutter.map(|(row_of, _)| row_of);
         let distance = if self.distant { Distance::MayBeFar } else { Distance::Near };
         Sampled { lens: !self.map.is_empty(), mean: self.mean.map(|mean| mean.each), shutter, rows, distance }
     }
 
     /// Width and height of the largest image that is drawn [texels].
-    pub fn largest(&self) -> [u32; 2] {
+    pub(crate) fn largest(&self) -> [u32; 2] {
         self.mean.map_or(self.drawn, |mean| mean.size)
     }
 

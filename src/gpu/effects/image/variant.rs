@@ -41,12 +41,12 @@ impl RadianceVariant {
     };
 
     /// Whether a pixel of a surface needs its normal.
-    pub fn needs_normals(&self) -> bool {
+    pub(crate) fn needs_normals(&self) -> bool {
         self.reflections || self.tables
     }
 
     /// Whether a pixel needs the surroundings of the craft.
-    pub fn sees_surroundings(&self) -> bool {
+    pub(crate) fn sees_surroundings(&self) -> bool {
         self.reflections || self.background
     }
 }

@@ -12,11 +12,11 @@ use crate::gpu::scene_data::SceneData;
 /// Shadow casters and the Sun of the last update; empty if the craft does not shadow itself.
 pub(crate) struct Shadows {
     /// When to update.
-    pub redraw: Option<Redraw>,
+    pub(crate) redraw: Option<Redraw>,
     /// Triangles of the shadow map.
-    pub occluders: Vec<TriangleRun>,
+    pub(crate) occluders: Vec<TriangleRun>,
     /// Transforms of the next frame's shadow map, one for each joint.
-    pub views: Vec<layout::SunView>,
+    pub(crate) views: Vec<layout::SunView>,
     /// Number of boxes in the tree, and offset of a ray's start [m]; for shadow rays only.
     tree: Option<(u32, f64)>,
     /// Shadow casters of a craft with moving parts, for shadow rays only.
@@ -29,7 +29,7 @@ pub(crate) struct Shadows {
 
 impl Shadows {
     /// Shadows of a scene.
-    pub fn new(data: &SceneData<'_>) -> Self {
+    pub(crate) fn new(data: &SceneData<'_>) -> Self {
         let shadows = data.shadows.as_ref();
         let count = shadows.map_or(0, |shadows| shadows.occluders.len() as u32);
         let whole = || vec![TriangleRun { joint: 0, triangles: (0, count) }];
@@ -46,12 +46,12 @@ impl Shadows {
     }
 
     /// Whether the craft shadows itself.
-    pub fn are_cast(&self) -> bool {
+    pub(crate) fn are_cast(&self) -> bool {
         self.redraw.is_some()
     }
 
     /// Whether the shadows of the first load are also those of another load.
-    pub fn hold(&self, first: &StepLoad) -> impl Fn(&StepLoad) -> bool {
+    pub(crate) fn hold(&self, first: &StepLoad) -> impl Fn(&StepLoad) -> bool {
         let mut redraw = self.redraw.clone();
         if let Some(redraw) = &mut redraw {
             redraw.view(first);
@@ -60,7 +60,7 @@ impl Shadows {
     }
 
     /// How shadows are found, with the Sun of the last update.
-    pub fn casting(&self) -> Casting {
+    pub(crate) fn casting(&self) -> Casting {
         match self.tree {
             Some(_) => Casting::Rays { rays: self.rays.clone(), poses: self.poses.clone() },
             None => Casting::Map,
@@ -68,12 +68,12 @@ impl Shadows {
     }
 
     /// View of the Sun, if the load needs an update.
-    pub fn due(&mut self, load: &StepLoad) -> Option<SunProjection> {
+    pub(crate) fn due(&mut self, load: &StepLoad) -> Option<SunProjection> {
         self.redraw.as_mut()?.view(load)
     }
 
     /// New tree for shadow rays, if parts have moved.
-    pub fn moved_tree(&mut self, load: &StepLoad) -> Option<Occluders> {
+    pub(crate) fn moved_tree(&mut self, load: &StepLoad) -> Option<Occluders> {
         self.tree?;
         let casters = self.casters.as_ref().filter(|_| self.poses != load.joints)?;
         let tree = casters.occluders(&load.joints);
@@ -83,7 +83,7 @@ impl Shadows {
     }
 
     /// Sets the Sun of the next update.
-    pub fn turn(&mut self, view: &SunProjection, load: &StepLoad) {
+    pub(crate) fn turn(&mut self, view: &SunProjection, load: &StepLoad) {
         let Some((boxes, start)) = self.tree else {
             let pose = |joint: u32| load.joints.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
             self.views = (0..self.joints).map(|joint| layout::SunView::new(&view.in_joint(&pose(joint)))).collect();

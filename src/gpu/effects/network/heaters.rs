@@ -4,12 +4,12 @@ use crate::thermal::network::control::Switch;
 use crate::thermal::network::one_pass::{OnePassHeater, OnePassPlan};
 
 /// Words of the log of a heater: its switches in a frame, and the times of the first ones.
-pub const LOGGED: usize = 16;
+pub(crate) const LOGGED: usize = 16;
 /// Sensor of a heater without a thermostat.
 const NO_SENSOR: u32 = u32::MAX;
 
 /// Two words of each heater for a plan. `slot` gives the place of a node, and `first` is the place of the first heater's power.
-pub fn words(heaters: &[OnePassHeater], plan: &OnePassPlan, slot: impl Fn(u32) -> u32, first: u32) -> Vec<[u32; 4]> {
+pub(crate) fn words(heaters: &[OnePassHeater], plan: &OnePassPlan, slot: impl Fn(u32) -> u32, first: u32) -> Vec<[u32; 4]> {
     let words = |(number, heater): (usize, &OnePassHeater)| {
         let place = first + number as u32;
         let Some(one) = &heater.thermostat else { return [[NO_SENSOR, place, 0, 0], [0; 4]] };
@@ -21,7 +21,7 @@ pub fn words(heaters: &[OnePassHeater], plan: &OnePassPlan, slot: impl Fn(u32) -
 }
 
 /// State of each heater before the first step, as the device keeps it: four numbers each. `on` is that of the thermostats.
-pub fn states(heaters: &[OnePassHeater], on: &[bool]) -> Vec<[f32; 4]> {
+pub(crate) fn states(heaters: &[OnePassHeater], on: &[bool]) -> Vec<[f32; 4]> {
     let mut on = on.iter();
     let of = |heater: &OnePassHeater| match &heater.thermostat {
         Some(one) => *on.next().unwrap_or(&one.initially_on),
@@ -32,7 +32,7 @@ pub fn states(heaters: &[OnePassHeater], on: &[bool]) -> Vec<[f32; 4]> {
 
 /// The switches in the log of a frame from `start` [s] of `length` [s]. `on` are the states of the thermostats before it. Switches whose times did not fit
 /// into the log have the time of the end.
-pub fn switches(heaters: &[OnePassHeater], log: &[u32], on: &[bool], start: f64, length: f64) -> Vec<Switch> {
+pub(crate) fn switches(heaters: &[OnePassHeater], log: &[u32], on: &[bool], start: f64, length: f64) -> Vec<Switch> {
     let logs = log.chunks(LOGGED).zip(heaters).filter(|(_, heater)| heater.thermostat.is_some());
     let mut switches = Vec::new();
     for (thermostat, ((log, _), mut on)) in logs.zip(on.iter().copied()).enumerate() {

@@ -30,11 +30,11 @@ pub struct Section {
     /// Work on its nodes.
     pub kind: OnePassKind,
     /// Whether they radiate to other nodes.
-    pub radiative: bool,
+    pub(crate) radiative: bool,
     /// Whether a Runge-Kutta step is too coarse for one of them.
-    pub fast: bool,
+    pub(crate) fast: bool,
     /// Whether they are in large blocks.
-    pub large: bool,
+    pub(crate) large: bool,
 }
 
 pub(super) const fn section(kind: OnePassKind, radiative: bool, fast: bool) -> Section {
@@ -72,22 +72,22 @@ const ESTIMATED: usize = 12;
 
 impl OnePassShape {
     /// Groups in large blocks.
-    pub fn in_large(&self) -> u32 {
+    pub(crate) fn in_large(&self) -> u32 {
         self.ends[LARGE - 1]
     }
 
     /// Groups in blocks.
-    pub fn in_blocks(&self) -> u32 {
+    pub(crate) fn in_blocks(&self) -> u32 {
         self.ends[BLOCKS - 1]
     }
 
     /// All groups.
-    pub fn groups(&self) -> u32 {
+    pub(crate) fn groups(&self) -> u32 {
         self.ends[SECTIONS.len() - 1]
     }
 
     /// Groups whose error is estimated.
-    pub fn estimated(&self) -> u32 {
+    pub(crate) fn estimated(&self) -> u32 {
         self.ends[ESTIMATED - 1]
     }
 

@@ -15,33 +15,33 @@ pub(crate) const STEPS_AT_MOST: u32 = 6 << HALVINGS_AT_MOST;
 
 /// State of a network between frames.
 pub(crate) struct OnePass {
-    pub tables: OnePassTables,
-    pub plans: Plans,
+    pub(crate) tables: OnePassTables,
+    pub(crate) plans: Plans,
     /// The plan whose weights are on the device.
-    pub plan: Arc<OnePassPlan>,
+    pub(crate) plan: Arc<OnePassPlan>,
     /// Numbers of this plan for the device.
-    pub constants: PlanConstants,
+    pub(crate) constants: PlanConstants,
     /// Whether the mean temperatures are in the odd buffer.
-    pub odd: bool,
+    pub(crate) odd: bool,
     /// Number of steps of the present length so far.
-    pub age: u32,
+    pub(crate) age: u32,
     /// Number of steps of the next frame.
-    pub count: u32,
-    pub halving: Halving,
+    pub(crate) count: u32,
+    pub(crate) halving: Halving,
     /// The estimate of the error before what the device keeps.
-    pub told: Told,
+    pub(crate) told: Told,
     /// Estimates since the device keeps them.
-    pub told_steps: u64,
+    pub(crate) told_steps: u64,
     /// Whether the heater of each thermostat is on, as far as the logs were read.
-    pub on: Vec<bool>,
+    pub(crate) on: Vec<bool>,
     /// Start and length [s] of the frame of each slot whose log is to be read.
-    pub unread: [Option<[f64; 2]>; SLOTS],
+    pub(crate) unread: [Option<[f64; 2]>; SLOTS],
     /// Switches that were read.
-    pub switches: Vec<Switch>,
+    pub(crate) switches: Vec<Switch>,
 }
 
 impl OnePass {
-    pub fn new(tables: &OnePassTables) -> Self {
+    pub(crate) fn new(tables: &OnePassTables) -> Self {
         let plan = Arc::clone(&tables.plan);
         let on = tables.heaters.iter().filter_map(|heater| heater.thermostat.as_ref()).map(|one| one.initially_on);
         Self {
@@ -62,7 +62,7 @@ impl OnePass {
     }
 
     /// Every list of a step, so that pipelines exist before a run.
-    pub fn frames(&self) -> Vec<Frame> {
+    pub(crate) fn frames(&self) -> Vec<Frame> {
         // Vectors of both parities.
         let mut constants = self.constants.clone();
         constants.stages.resize(3, Default::default());
@@ -73,7 +73,7 @@ impl OnePass {
     }
 
     /// Buffers with the state between two steps: name, and count of numbers.
-    pub fn state(&self) -> [(&'static Resource, &'static str, usize); 7] {
+    pub(crate) fn state(&self) -> [(&'static Resource, &'static str, usize); 7] {
         let nodes = GROUP * self.tables.shape.groups() as usize;
         let estimated = GROUP * self.tables.shape.estimated() as usize;
         let in_blocks = GROUP * self.tables.shape.in_blocks() as usize;
@@ -89,7 +89,7 @@ impl OnePass {
     }
 
     /// The estimate of the error in what the device keeps.
-    pub fn told(&self, kept: &[[f32; 4]]) -> Told {
+    pub(crate) fn told(&self, kept: &[[f32; 4]]) -> Told {
         let tables = &self.tables;
         let mut told = Told { count: self.told_steps * tables.slot_of_node.len() as u64, ..Told::default() };
         let mut largest = None;
@@ -104,13 +104,13 @@ impl OnePass {
     }
 
     /// Takes a plan of another length of step.
-    pub fn take(&mut self, plan: Arc<OnePassPlan>) {
+    pub(crate) fn take(&mut self, plan: Arc<OnePassPlan>) {
         self.constants = PlanConstants::new(&plan, self.tables.shape.in_large());
         (self.plan, self.age) = (plan, 0);
     }
 
     /// Prepares the steps of a frame of `steps` steps of the scene. Returns whether the device needs the weights of another plan.
-    pub fn prepare(&mut self, steps: f64) -> bool {
+    pub(crate) fn prepare(&mut self, steps: f64) -> bool {
         let (plan, count) = self.plans.over(steps * self.tables.step, self.halving.parts());
         self.count = count;
         let changed = !Arc::ptr_eq(&plan, &self.plan);
@@ -121,7 +121,7 @@ impl OnePass {
     }
 
     /// Moves the state past steps of the present length.
-    pub fn pass(&mut self, count: u32) {
+    pub(crate) fn pass(&mut self, count: u32) {
         self.told_steps += estimates(self.age, count);
         self.odd = self.tables.shape.odd_after(count, self.age, self.odd);
         self.age = self.age.saturating_add(count);

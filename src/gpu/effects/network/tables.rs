@@ -27,11 +27,11 @@ const COLUMNS: usize = 8;
 
 /// Where drawn nodes heat a network: the network's node of each drawn node, or `NO_NODE`, and the area [m2].
 #[derive(Debug, Clone, Copy)]
-pub struct Drawn<'a> {
+pub(crate) struct Drawn<'a> {
     /// Node of the network.
-    pub nodes: &'a [u32],
+    pub(crate) nodes: &'a [u32],
     /// Area over which its flux heats the node [m2].
-    pub areas: &'a [f64],
+    pub(crate) areas: &'a [f64],
 }
 
 /// Places of a group.
@@ -55,13 +55,13 @@ struct Unit {
 #[derive(Debug, Clone)]
 pub struct OnePassTables {
     /// The plan of the scene's step.
-    pub plan: Arc<OnePassPlan>,
+    pub(crate) plan: Arc<OnePassPlan>,
     /// Length of a step of the scene [s].
-    pub step: f64,
+    pub(crate) step: f64,
     /// What the frame lists depend on.
-    pub shape: OnePassShape,
+    pub(crate) shape: OnePassShape,
     /// Place of each node.
-    pub slot_of_node: Vec<u32>,
+    pub(crate) slot_of_node: Vec<u32>,
     /// 1 / C and emission of each group.
     pub(super) nodes: Vec<[f32; 4]>,
     /// Range of the links and of the sources of each group.
@@ -78,7 +78,7 @@ pub struct OnePassTables {
     bands: Vec<Vec<[usize; 2]>>,
     weights: usize,
     /// Estimated error above which the step is halved [K].
-    pub tolerance: f64,
+    pub(crate) tolerance: f64,
     /// Heaters.
     pub(crate) heaters: Vec<OnePassHeater>,
     /// Place of the first heater's power among the temperatures of drawn nodes.
@@ -87,7 +87,7 @@ pub struct OnePassTables {
 
 impl OnePassTables {
     /// The tables of a plan.
-    pub fn new(
+    pub(crate) fn new(
         plan: &Arc<OnePassPlan>,
         step: f64,
         drawn: Drawn<'_>,

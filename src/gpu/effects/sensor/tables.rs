@@ -10,7 +10,7 @@ use crate::thermal::sensor::twin::SensorView;
 use crate::thermal::sensor::{Exposure, Sensor, Vignetting};
 
 /// Pixels of a group.
-pub const GROUP: usize = 4;
+pub(crate) const GROUP: usize = 4;
 
 /// Where the share of light of each pixel comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -48,22 +48,22 @@ pub struct SensorVariant {
 #[derive(Debug, Clone)]
 pub struct SensorTables {
     /// The sensor, for the exposures.
-    pub sensor: Sensor,
+    pub(crate) sensor: Sensor,
     /// Its numbers, without those of an exposure.
-    pub settings: layout::Sensor,
+    pub(crate) settings: layout::Sensor,
     /// Weights of point spread and halo.
-    pub kernel: Vec<[f32; 4]>,
+    pub(crate) kernel: Vec<[f32; 4]>,
     /// Share of the light that arrives at each pixel, rows rounded up to whole groups. Empty without a map.
-    pub vignetting: Vec<f32>,
+    pub(crate) vignetting: Vec<f32>,
     /// First guesses of inverse temperatures. Empty without a radiometric output.
-    pub guesses: Vec<f32>,
+    pub(crate) guesses: Vec<f32>,
     /// Its effects.
-    pub variant: SensorVariant,
+    pub(crate) variant: SensorVariant,
 }
 
 impl SensorTables {
     /// Rounds a sensor to f32.
-    pub fn new(sensor: &Sensor, table: &RadianceTable, view: &SensorView) -> Self {
+    pub(crate) fn new(sensor: &Sensor, table: &RadianceTable, view: &SensorView) -> Self {
         let constants = SensorConstants::new(sensor, table);
         let [width, height] = view.size;
         let groups = width.div_ceil(GROUP);
@@ -130,7 +130,7 @@ impl SensorTables {
     }
 
     /// Whether another sensor differs only in its settings and in the weights of its kernel.
-    pub fn is_alike(&self, other: &Self) -> bool {
+    pub(crate) fn is_alike(&self, other: &Self) -> bool {
         let sizes = |one: &Self| {
             let layout::Sensor { width, height, terms, cells_across, cells_down, .. } = one.settings;
             (one.kernel.is_empty(), width, height, terms, cells_across, cells_down)
@@ -152,7 +152,7 @@ impl SensorTables {
     }
 
     /// The numbers of an exposure.
-    pub fn at(&self, exposure: &Exposure) -> layout::Sensor {
+    pub(crate) fn at(&self, exposure: &Exposure) -> layout::Sensor {
         layout::Sensor {
             time_low: exposure.counter as u32,
             time_high: (exposure.counter >> 32) as u32,

@@ -18,7 +18,7 @@ pub(crate) struct DeviceLoad {
 
 impl DeviceLoad {
     /// The load for the body and its joints.
-    pub fn new(load: &StepLoad, joints: u32) -> Self {
+    pub(crate) fn new(load: &StepLoad, joints: u32) -> Self {
         let frames: Vec<DMat3> = (0..joints).map(|joint| load.joint_from_body(joint)).collect();
         let samples = |frame: &DMat3| {
             // Unused samples have no flux.
@@ -37,7 +37,7 @@ impl DeviceLoad {
     }
 
     /// Writes the load for a step whose length is in steps of the scene.
-    pub fn write(&self, resources: &mut Resources, slot: usize, step: f64) -> Result<(), GpuError> {
+    pub(crate) fn write(&self, resources: &mut Resources, slot: usize, step: f64) -> Result<(), GpuError> {
         let with_step = |one: &layout::Step| layout::Step { length: step as f32, ..*one };
         resources.write_slices(&STEP, slot, &self.steps.iter().map(with_step).collect::<Vec<_>>())?;
         resources.write_slices(&SUN_SAMPLES, slot, &self.samples)?;
@@ -45,7 +45,7 @@ impl DeviceLoad {
     }
 
     /// Writes the loads of a fused dispatch, each with its length in steps. Only a craft without joints uses this.
-    pub fn write_fused(loads: &[(Self, f64)], resources: &mut Resources, slot: usize) -> Result<(), GpuError> {
+    pub(crate) fn write_fused(loads: &[(Self, f64)], resources: &mut Resources, slot: usize) -> Result<(), GpuError> {
         let count = loads.len() as f32;
         let steps = loads.iter().map(|(load, step)| layout::Step { length: *step as f32, count, ..load.steps[0] });
         resources.write(&FUSED_LOADS, slot, &steps.collect::<Vec<_>>())?;

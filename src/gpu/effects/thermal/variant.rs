@@ -75,12 +75,12 @@ impl StepKind {
     }
 
     /// Whether that state has three numbers, not only the rest of the temperature.
-    pub fn has_full_state(self) -> bool {
+    pub(crate) fn has_full_state(self) -> bool {
         self.has_state() && !matches!(self, Self::Radiative { over: false, .. })
     }
 
     /// Whether the nodes follow a transition.
-    pub fn is_transition(self) -> bool {
+    pub(crate) fn is_transition(self) -> bool {
         matches!(self, Self::Merge | Self::Restart | Self::Advance)
     }
 
@@ -111,7 +111,7 @@ impl Curve {
 
 impl ThermalVariant {
     /// The smallest variant for a step: without Sun in umbra, without albedo over the night side.
-    pub fn for_step(self, has_sun: bool, has_albedo: bool) -> Self {
+    pub(crate) fn for_step(self, has_sun: bool, has_albedo: bool) -> Self {
         let albedo = self.albedo && has_albedo;
         let sun = self.sun && (has_sun || albedo);
         Self { sun, albedo, shadow: self.shadow && has_sun, ..self }
@@ -125,7 +125,7 @@ impl ThermalVariant {
     }
 
     /// The variant for a step whose load has not changed. A plate needs its load in every step.
-    pub fn idle(&self) -> Self {
+    pub(crate) fn idle(&self) -> Self {
         if self.kind.is_transition() && !self.exchange { Self::bare(StepKind::Advance, self.curve) } else { *self }
     }
 
@@ -145,7 +145,7 @@ impl ThermalVariant {
     }
 
     /// The variant that settles the same nodes at the start of a run.
-    pub fn settling(&self) -> Self {
+    pub(crate) fn settling(&self) -> Self {
         Self { kind: StepKind::Instant, curve: Curve::Power, exchange: false, fused: false, ..*self }
     }
 }
