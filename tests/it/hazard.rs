@@ -3,13 +3,15 @@
 //! The rules are in the Vulkan specification, chapter "Synchronization and Cache Control". A read or write after a
 //! write needs a memory dependency. A write after a read needs an execution dependency.
 
-use std::collections::BTreeMap;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt;
+use std::rc::Rc;
 
 use ash::vk::{AccessFlags2, ImageLayout, PipelineStageFlags2};
 
 use isotherm::gpu::frame::Frame;
-use isotherm::gpu::pass::{Access, Barrier, Entry, Scope, is_write, writes};
+use isotherm::gpu::pass::{Access, Barrier, Entry, Pass, Scope, Work, is_write, writes};
 use isotherm::gpu::resource::Resource;
 use isotherm::gpu::resource::Role;
 
@@ -57,6 +59,29 @@ struct Past {
     available: bool,
 }
 
+thread_local! {
+    /// Accesses of the passes so far, by the names of the passes.
+    static KNOWN: RefCell<HashMap<String, Vec<(Pass, Rc<Vec<Access>>)>>> = RefCell::default();
+}
+
+/// Accesses of a pass, found once for all passes with the same shaders and buffers.
+fn accesses(pass: &Pass) -> Rc<Vec<Access>> {
+    let alike = |known: &Pass| match (&known.work, &pass.work) {
+        (Work::Dispatch { shader: a, .. }, Work::Dispatch { shader: b, .. }) => a == b,
+        (a, b) => a == b,
+    };
+    KNOWN.with_borrow_mut(|known| {
+        if let Some(passes) = known.get(&pass.name)
+            && let Some((_, accesses)) = passes.iter().find(|(one, _)| one.reach == pass.reach && alike(one))
+        {
+            return Rc::clone(accesses);
+        }
+        let accesses = Rc::new(pass.accesses().expect("shaders that compile"));
+        known.entry(pass.name.clone()).or_default().push((pass.clone(), Rc::clone(&accesses)));
+        accesses
+    })
+}
+
 /// All hazards within and between frames that follow each other on one queue. Resources with one copy per slot
 /// alternate between two slots, and a fence orders the reuse of a slot.
 pub fn hazards<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Hazard> {
@@ -73,8 +98,8 @@ pub fn hazards<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Hazard> {
                     }
                 }
                 Entry::Pass(pass) => {
-                    let accesses = pass.accesses().expect("shaders that compile");
-                    for access in &accesses {
+                    let accesses = accesses(pass);
+                    for access in accesses.iter() {
                         if access.resource.role.is_image() && layouts.get(&access.resource) != Some(&access.layout) {
                             found.push(Hazard {
                                 kind: HazardKind::Layout,
@@ -94,7 +119,7 @@ pub fn hazards<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Hazard> {
                             }
                         }
                     }
-                    for access in &accesses {
+                    for access in accesses.iter() {
                         past.entry(key(access.resource)).or_default().push(Past {
                             pass: pass.name.clone(),
                             access: *access,
@@ -211,7 +236,7 @@ pub fn unread_by_host<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<&'
     for entry in frames.into_iter().flat_map(|frame| &frame.entries) {
         match entry {
             Entry::Pass(pass) => {
-                let accesses = pass.accesses().expect("shaders that compile");
+                let accesses = accesses(pass);
                 let written = accesses.iter().filter(|access| is_write(access.scope.access));
                 let of_host = |resource: &&'static Resource| matches!(resource.role, Role::Readback | Role::ToHost);
                 waiting.extend(written.map(|access| access.resource).filter(of_host));
@@ -261,7 +286,7 @@ pub fn derive<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Frame> {
         let mut left: BTreeMap<&'static Resource, Scope> = BTreeMap::new();
         for pass in frame.passes() {
             let mut by_resource: BTreeMap<&'static Resource, Vec<Access>> = BTreeMap::new();
-            for access in pass.accesses().expect("shaders that compile") {
+            for access in accesses(pass).iter().copied() {
                 by_resource.entry(access.resource).or_default().push(access);
             }
             let mut barriers = Vec::new();
