@@ -27,7 +27,7 @@ use super::error::GpuError;
 use super::frame::{Frame, Recipe, compose};
 use super::layout;
 use super::once::Once;
-pub use super::request::{Collected, Heating, Request, Submitted, Traced};
+pub use super::request::{Collected, Heating, Request, Submitted, TracedTree};
 use super::resource::SLOTS;
 use super::scene_data::SceneData;
 use super::scene_frames::SceneFrames;

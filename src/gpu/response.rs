@@ -21,7 +21,7 @@ const STEPS: usize = 128;
 
 /// A node at rest, and its targets.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Run {
+pub struct ResponseRun {
     /// Temperature at step 0 [K].
     pub initial: f32,
     /// Target of each step, from step 1 [K].
@@ -29,7 +29,11 @@ pub struct Run {
 }
 
 /// Temperatures of every run [K] at the steps from 1, as many as the run has targets.
-pub fn respond(context: &Arc<Context>, transition: &Transition, runs: &[Run]) -> Result<Vec<Vec<f32>>, GpuError> {
+pub fn respond(
+    context: &Arc<Context>,
+    transition: &Transition,
+    runs: &[ResponseRun],
+) -> Result<Vec<Vec<f32>>, GpuError> {
     let steps = runs.iter().map(|run| run.targets.len()).max().unwrap_or(0);
     let nodes = runs.len().next_multiple_of(NODES);
     let mut device = Device::new(context, transition, runs, nodes)?;
@@ -62,7 +66,12 @@ struct Device {
 }
 
 impl Device {
-    fn new(context: &Arc<Context>, transition: &Transition, runs: &[Run], nodes: usize) -> Result<Self, GpuError> {
+    fn new(
+        context: &Arc<Context>,
+        transition: &Transition,
+        runs: &[ResponseRun],
+        nodes: usize,
+    ) -> Result<Self, GpuError> {
         let shapes = Shapes::one(transition);
         let (kind, curve) = curve(transition);
         let mut material: layout::Material = bytemuck::Zeroable::zeroed();

@@ -21,7 +21,7 @@ pub use run::{NetworkRun, StepCost};
 
 use std::sync::Arc;
 
-use crate::gpu::effects::network::tables::{Drawn, OnePassTables};
+use crate::gpu::effects::network::tables::{DrawnNodes, OnePassTables};
 use crate::model::nodes::{GROUP, Nodes};
 use crate::thermal::network::control::Settings;
 use crate::thermal::network::one_pass::{Conduction, Heater, Plan, Unfit};
@@ -172,7 +172,7 @@ impl SceneNetwork {
 
     /// The tables with which a device steps the network in one pass.
     pub(super) fn tables(&self) -> Option<OnePassTables> {
-        let drawn = Drawn { nodes: &self.node_of_slot, areas: &self.load_areas };
+        let drawn = DrawnNodes { nodes: &self.node_of_slot, areas: &self.load_areas };
         self.plan().map(|plan| OnePassTables::new(plan, self.step, drawn, self.heaters(), self.settings.tolerance))
     }
 

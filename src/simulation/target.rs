@@ -8,7 +8,7 @@ use super::prepare::Prepared;
 use super::reference_engine::ReferenceEngine;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
-use crate::gpu::response::{Run, respond};
+use crate::gpu::response::{ResponseRun, respond};
 use crate::scene::Camera;
 use crate::thermal::material::Transition;
 use crate::thermal::transition::{TransitionState, transition_step};
@@ -66,7 +66,8 @@ impl Target {
     /// An error of the device.
     pub fn respond(&self, transition: &Transition, initial: f64, targets: &[f64]) -> Result<Vec<f64>, GpuError> {
         let Self::Device(context) = self else { return Ok(respond_f64(transition, initial, targets)) };
-        let run = Run { initial: initial as f32, targets: targets.iter().map(|target| *target as f32).collect() };
+        let run =
+            ResponseRun { initial: initial as f32, targets: targets.iter().map(|target| *target as f32).collect() };
         Ok(respond(context, transition, &[run])?.into_iter().flatten().map(f64::from).collect())
     }
 }

@@ -65,7 +65,7 @@ impl TracedCraft {
     }
 
     /// What the device needs for an image at a time [s].
-    pub fn told(&self, time: f64) -> renderer::Traced<'_> {
+    pub fn told(&self, time: f64) -> renderer::TracedTree<'_> {
         let settings = layout::Tracing {
             boxes: self.boxes.len() as u32,
             word: word(time),
@@ -74,7 +74,7 @@ impl TracedCraft {
             texels: 0,
             surface_width: 0,
         };
-        renderer::Traced { settings, boxes: &self.boxes, triangles: &self.triangles, version: self.version }
+        renderer::TracedTree { settings, boxes: &self.boxes, triangles: &self.triangles, version: self.version }
     }
 
     /// What the rasteriser needs for it.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::random::Random;
 use isotherm::gpu::context::Context;
-use isotherm::gpu::response::{Run, respond};
+use isotherm::gpu::response::{ResponseRun, respond};
 use isotherm::thermal::function::{Function, Sample};
 use isotherm::thermal::material::{Domain, Profile, Retarget, Transition};
 use isotherm::thermal::transition::{TransitionState, transition_step};
@@ -14,7 +14,7 @@ fn device() -> Arc<Context> {
 }
 
 /// The f64 answer to what the device was given.
-fn reference(transition: &Transition, run: &Run) -> Vec<f64> {
+fn reference(transition: &Transition, run: &ResponseRun) -> Vec<f64> {
     let mut state = TransitionState::settled(f64::from(run.initial), transition);
     run.targets
         .iter()
@@ -79,13 +79,13 @@ fn shaped() -> Vec<Function> {
 }
 
 /// Targets of typical kinds within a span [K], for a number of steps.
-fn runs(steps: usize, low: f64, high: f64, each: u64, random: &mut Random) -> Vec<(&'static str, Run)> {
+fn runs(steps: usize, low: f64, high: f64, each: u64, random: &mut Random) -> Vec<(&'static str, ResponseRun)> {
     let span = high - low;
     let mut all = Vec::new();
     for number in 0..each {
         let mut add = |kind: &'static str, initial: f64, target: &mut dyn FnMut(usize) -> f64| {
             let targets = (1..=steps).map(|step| target(step) as f32).collect();
-            all.push((kind, Run { initial: initial as f32, targets }));
+            all.push((kind, ResponseRun { initial: initial as f32, targets }));
         };
         let (from, to) = (random.between(low, high), random.between(low, high));
         add("step", from, &mut |_| to);
@@ -126,8 +126,12 @@ fn transition(function: &Function, t_max_steps: f64, retarget: Retarget, domain:
 }
 
 /// Largest error [K] for each kind of target.
-fn errors(context: &Arc<Context>, transition: &Transition, runs: &[(&'static str, Run)]) -> Vec<(&'static str, f64)> {
-    let only: Vec<Run> = runs.iter().map(|(_, run)| run.clone()).collect();
+fn errors(
+    context: &Arc<Context>,
+    transition: &Transition,
+    runs: &[(&'static str, ResponseRun)],
+) -> Vec<(&'static str, f64)> {
+    let only: Vec<ResponseRun> = runs.iter().map(|(_, run)| run.clone()).collect();
     let found = respond(context, transition, &only).expect("the device responds");
     let mut worst: Vec<(&'static str, f64)> = Vec::new();
     for ((kind, run), found) in runs.iter().zip(found) {
@@ -174,7 +178,7 @@ fn check_kinds(
                 heating: Profile { t_max_steps: 1.01 * t_max, ..transition.heating.clone() },
                 ..transition.clone()
             };
-            let only: Vec<Run> = runs.iter().map(|(_, run)| run.clone()).collect();
+            let only: Vec<ResponseRun> = runs.iter().map(|(_, run)| run.clone()).collect();
             let found = respond(&context, &slower, &only).expect("the device responds");
             let exact = reference(&transition, &only[0]);
             moved = exact.iter().zip(&found[0]).map(|(a, b)| (a - f64::from(*b)).abs()).fold(moved, f64::max);
@@ -223,14 +227,14 @@ fn powers_follow_their_twin() {
 }
 
 /// Targets that are held for 1 to 12 steps, so that most moves reverse a transition under way.
-fn reversals(steps: usize, [low, high]: [f64; 2], random: &mut Random) -> Run {
+fn reversals(steps: usize, [low, high]: [f64; 2], random: &mut Random) -> ResponseRun {
     let mut targets = Vec::new();
     while targets.len() < steps {
         let held = random.between(1.0, 13.0) as usize;
         targets.extend(vec![random.between(low, high) as f32; held]);
     }
     targets.truncate(steps);
-    Run { initial: random.between(low, high) as f32, targets }
+    ResponseRun { initial: random.between(low, high) as f32, targets }
 }
 
 /// A branch with a t_max of 0 follows its target at once. Under `restart` the device once kept the closed gap of such a branch: up to 822 K too much.
@@ -248,9 +252,9 @@ fn a_branch_that_is_immediate_follows_its_twin() {
     let mut over = Vec::new();
     for (functions, domain, range, limit) in cases {
         let mut random = Random(3);
-        let runs: Vec<Run> = (0..8).map(|_| reversals(240, range, &mut random)).collect();
+        let runs: Vec<ResponseRun> = (0..8).map(|_| reversals(240, range, &mut random)).collect();
         let apart = |kind: &Transition, found: &[Vec<f32>]| {
-            let one = |(run, found): (&Run, &Vec<f32>)| {
+            let one = |(run, found): (&ResponseRun, &Vec<f32>)| {
                 let exact = reference(kind, run);
                 exact.iter().zip(found).map(|(a, b)| (a - f64::from(*b)).abs()).fold(0.0, f64::max)
             };
@@ -300,7 +304,7 @@ fn a_linear_ramp_from_rest_is_over_on_its_whole_step() {
     for (t_max, slope, initial) in [(10.0, 0.25, 100.0), (50.0, 1.0, 2.7), (100.0, -0.125, 400.0), (361.0, 0.3, 20.5)] {
         let transition = transition(&Function::Linear, t_max, Retarget::Merge, Domain::Temperature);
         let targets = (1..=(5.0 * t_max) as usize).map(|step| (initial + slope * step as f64) as f32).collect();
-        let run = Run { initial: initial as f32, targets };
+        let run = ResponseRun { initial: initial as f32, targets };
         let found = respond(&context, &transition, std::slice::from_ref(&run)).expect("the device responds").remove(0);
         let exact = reference(&transition, &run);
         let error = exact.iter().zip(&found).map(|(a, b)| (a - f64::from(*b)).abs()).fold(0.0, f64::max);

@@ -11,8 +11,8 @@ use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 pub use self::resources::RESOURCES;
 use self::resources::{
     CRINKLED_X, CRINKLED_Y, CRINKLED_Z, DEPTH_IMAGE, DRAWN_IDENTITY, DRAWN_RADIANCE, DRAWS, IDENTITY_IMAGE,
-    IDENTITY_READBACK, IMAGE_IDENTITY, IMAGE_RADIANCE, MEAN, MEAN_DEPTH_IMAGE, MEAN_IMAGE, MULTI_IMAGE,
-    RADIANCE_IMAGE, RADIANCE_READBACK, VISIBLE_TRIANGLES,
+    IDENTITY_READBACK, IMAGE_IDENTITY, IMAGE_RADIANCE, MEAN, MEAN_DEPTH_IMAGE, MEAN_IMAGE, MULTI_IMAGE, RADIANCE_IMAGE,
+    RADIANCE_READBACK, VISIBLE_TRIANGLES,
 };
 use self::runs::{TRIANGLES_A_DRAW, TriangleRun};
 use self::sampling::{Distance, RowOf, Sampled};
@@ -174,10 +174,8 @@ pub(crate) fn compute(frame: &mut Frame, image: &ImageRecipe, traced: impl FnOnc
         let words = [(sampled.lens, "lens"), (sampled.mean.is_some(), "several")];
         Pass::dispatch("resample", Shader::with("resample.comp", &words), sampled.rows)
     });
-    frame.wait([
-        barrier(&IMAGE_RADIANCE, COMPUTE_WRITE, COPY_READ),
-        barrier(&IMAGE_IDENTITY, COMPUTE_WRITE, COPY_READ),
-    ]);
+    frame
+        .wait([barrier(&IMAGE_RADIANCE, COMPUTE_WRITE, COPY_READ), barrier(&IMAGE_IDENTITY, COMPUTE_WRITE, COPY_READ)]);
 }
 
 /// Copies the image to the host.

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use super::Exchanged;
 use crate::environment::StepLoad;
 use crate::exchange::mirrors::{Mirrored, Mirrors};
 use crate::exchange::sky::{Due, Renewal};
-use super::Exchanged;
 use crate::gpu::effects::thermal::variant::ThermalVariant;
 use crate::gpu::layout;
 use crate::gpu::scene_data::ExchangeData;

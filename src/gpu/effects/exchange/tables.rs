@@ -1,12 +1,12 @@
 //! Tables of radiation between surfaces in the layout of the device.
 
-use crate::gpu::layout::ExchangePatch;
-use crate::model::nodes::GROUP;
 use crate::exchange::patches::NONE;
 use crate::exchange::reflected::Areas;
 use crate::exchange::sparse::Sparse;
 use crate::exchange::step::Exchange;
 use crate::exchange::words::pieces;
+use crate::gpu::layout::ExchangePatch;
+use crate::model::nodes::GROUP;
 
 /// Tables of a craft. A patch more than it has stands for faces without a patch, which see nothing of the craft.
 #[derive(Debug, Clone, Default)]

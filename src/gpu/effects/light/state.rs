@@ -2,8 +2,8 @@
 
 use glam::DAffine3;
 
-use crate::environment::StepLoad;
 use super::Casting;
+use crate::environment::StepLoad;
 use crate::environment::shadow::{Jointed, Occluders, Redraw, SUN_RAYS, SunView, disc_directions};
 use crate::gpu::effects::image::runs::TriangleRun;
 use crate::gpu::layout;

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::tables::OnePassTables;
 use super::{COUPLINGS, MEAN_EVEN, MEAN_ODD, MEMORY, PlanConstants, STATES, SWITCHES, TOLD};
-use crate::model::nodes::GROUP;
 use crate::gpu::pass::Frame;
 use crate::gpu::resource::{Resource, SLOTS};
+use crate::model::nodes::GROUP;
 use crate::thermal::network::control::Switch;
 use crate::thermal::network::one_pass::{HALVINGS_AT_MOST, Halving, Plan, Plans, Told, estimates};
 

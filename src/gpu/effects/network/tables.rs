@@ -27,7 +27,7 @@ const COLUMNS: usize = 8;
 
 /// Where drawn nodes heat a network: the network's node of each drawn node, or `NO_NODE`, and the area [m2].
 #[derive(Debug, Clone, Copy)]
-pub struct Drawn<'a> {
+pub struct DrawnNodes<'a> {
     /// Node of the network.
     pub nodes: &'a [u32],
     /// Area over which its flux heats the node [m2].
@@ -87,7 +87,7 @@ pub struct OnePassTables {
 
 impl OnePassTables {
     /// The tables of a plan.
-    pub fn new(plan: &Arc<Plan>, step: f64, drawn: Drawn<'_>, heaters: Vec<Heater>, tolerance: f64) -> Self {
+    pub fn new(plan: &Arc<Plan>, step: f64, drawn: DrawnNodes<'_>, heaters: Vec<Heater>, tolerance: f64) -> Self {
         let count = plan.network().len();
         let mut sources = vec![Vec::new(); count];
         for (slot, (node, area)) in drawn.nodes.iter().zip(drawn.areas).enumerate() {
@@ -340,7 +340,12 @@ impl OnePassTables {
 }
 
 /// Groups of drawn nodes whose nodes are theirs alone and have no conductors: the nodes, and the number of the group. These nodes are no longer `free`.
-fn alone(plan: &Plan, drawn: Drawn<'_>, sources: &[Vec<(u32, f32)>], free: &mut [bool]) -> Vec<([u32; GROUP], u32)> {
+fn alone(
+    plan: &Plan,
+    drawn: DrawnNodes<'_>,
+    sources: &[Vec<(u32, f32)>],
+    free: &mut [bool],
+) -> Vec<([u32; GROUP], u32)> {
     let mut groups = Vec::new();
     for (number, group) in drawn.nodes.chunks(GROUP).enumerate() {
         let is_alone = |node: &u32| match sources.get(*node as usize) {

@@ -2,13 +2,11 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{
-    ALBEDO_VALUES, FUSED_ALBEDO_VALUES, FUSED_LOADS, FUSED_SUN_SAMPLES, STEP, SUN_SAMPLES,
-};
+use super::{ALBEDO_VALUES, FUSED_ALBEDO_VALUES, FUSED_LOADS, FUSED_SUN_SAMPLES, STEP, SUN_SAMPLES};
+use crate::environment::{MAX_SUN_SAMPLES, StepLoad, albedo};
 use crate::gpu::error::GpuError;
 use crate::gpu::layout;
 use crate::gpu::store::Resources;
-use crate::environment::{MAX_SUN_SAMPLES, StepLoad, albedo};
 
 /// Load of a step without its length.
 #[derive(Debug, Clone, PartialEq)]
