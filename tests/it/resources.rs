@@ -19,7 +19,7 @@ use isotherm::gpu::resource::Role;
 use isotherm::gpu::shaders::{Shader, module};
 
 use crate::hazards::{absorbed_heat, castings};
-use crate::one_pass::lists_of_all_shapes;
+use crate::one_pass::runs_of_all_shapes;
 use crate::shaders::{CURVES, reflect, thermal_variants};
 
 /// The passes of radiation between surfaces.
@@ -108,7 +108,7 @@ pub fn all_lists() -> Vec<Frame> {
     all.push(lists::rays(&ExchangePass { end: 9, rays: 64, ..ExchangePass::default() }));
     all.extend([lists::upload(&thermal::TEMPERATURE), lists::download(&thermal::TEMPERATURE)]);
     all.extend([lists::filled(), lists::copied(), lists::dispatched(2)]);
-    all.extend(lists_of_all_shapes());
+    all.extend(runs_of_all_shapes().concat());
     all
 }
 
