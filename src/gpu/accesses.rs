@@ -9,8 +9,8 @@ use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 use super::compile::CompileError;
 use super::effects;
 use super::pass::{
-    Access, CLEAR_WRITE, COLOUR, COMPUTE_WRITE, COPY_READ, COPY_WRITE, DEPTH, Entry, Frame, Pass, Reach, Scope, Work,
-    is_write, scope,
+    Access, CLEAR_WRITE, COLOUR, COMPUTE_WRITE, COPY_READ, COPY_WRITE, DEPTH, Frame, FrameEntry, Pass, PassWork, Reach,
+    Scope, is_write, scope,
 };
 use super::resource::{Resource, Role};
 use super::shaders::{Shader, module};
@@ -64,12 +64,12 @@ impl Pass {
     /// A shader that does not compile, or a block that has no buffer.
     pub fn accesses(&self) -> Result<Vec<Access>, CompileError> {
         Ok(match &self.work {
-            Work::Dispatch { shader, .. } => {
+            PassWork::Dispatch { shader, .. } => {
                 let mut accesses = self.reach.of_shader(shader)?;
                 accesses.extend(self.reach.nominal.map(|resource| whole(resource, COMPUTE_WRITE)));
                 accesses
             }
-            Work::Draw(drawing) => {
+            PassWork::Draw(drawing) => {
                 let indices = scope(S::INDEX_INPUT, A::INDEX_READ);
                 let commands = scope(S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ);
                 let mut accesses = vec![whole(drawing.indices, indices)];
@@ -86,12 +86,12 @@ impl Pass {
                 accesses.push(drawn(drawing.depth, DEPTH));
                 accesses
             }
-            Work::Copy { from, to } => {
+            PassWork::Copy { from, to } => {
                 let layout =
                     if from.role.is_image() { ImageLayout::TRANSFER_SRC_OPTIMAL } else { ImageLayout::UNDEFINED };
                 vec![Access { layout, ..whole(from, COPY_READ) }, whole(to, COPY_WRITE)]
             }
-            Work::Fill(resource, _) => vec![whole(resource, CLEAR_WRITE)],
+            PassWork::Fill(resource, _) => vec![whole(resource, CLEAR_WRITE)],
         })
     }
 }
@@ -100,7 +100,7 @@ impl fmt::Display for Frame {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         for entry in &self.entries {
             match entry {
-                Entry::Pass(pass) => {
+                FrameEntry::Pass(pass) => {
                     let accesses = pass.accesses().map_err(|_| fmt::Error)?;
                     let touched = |write: bool| {
                         let touched = accesses.iter().filter(|access| is_write(access.scope.access) == write);
@@ -111,7 +111,7 @@ impl fmt::Display for Frame {
                     writeln!(out, "    reads  {}", touched(false))?;
                     writeln!(out, "    writes {}", touched(true))?;
                 }
-                Entry::Barriers(barriers) => {
+                FrameEntry::Barriers(barriers) => {
                     for barrier in barriers {
                         let (before, after) = (barrier.before.stage, barrier.after.stage);
                         writeln!(out, "  barrier {:?}: {before:?} -> {after:?}", barrier.resource)?;

@@ -1,5 +1,6 @@
 //! Pipelines and descriptor sets of the passes in a frame list.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -8,26 +9,24 @@ use ash::vk;
 use super::context::Context;
 use super::error::{During as _, GpuError};
 use super::layout::SLICE;
-use super::pass::{Access, Pass, Reach, Work};
+use super::pass::{Access, Pass, PassWork, Reach};
 use super::pipeline::Pipeline;
 use super::shaders::Shader;
 use super::store::Resources;
 
-/// What selects a descriptor set of a pipeline: the parts of buffers, with the joint of a draw, and the slot.
-type SetKey = (Reach, usize);
-
 /// Pipelines of the passes with the same shaders, and their descriptor sets.
-struct Program {
+struct ShaderProgram {
     pipeline: Pipeline,
     /// Draws what stands behind, with the same descriptor sets.
     behind: Option<Pipeline>,
-    sets: BTreeMap<SetKey, vk::DescriptorSet>,
+    /// A set for each slot, by the parts of buffers. A draw has one for each joint.
+    sets: BTreeMap<Reach, Vec<vk::DescriptorSet>>,
 }
 
 /// Pipelines and descriptor sets, made from the accesses of the passes.
 pub(super) struct Bindings {
     context: Arc<Context>,
-    programs: BTreeMap<Vec<Shader>, Program>,
+    programs: BTreeMap<Vec<Shader>, ShaderProgram>,
     pools: Vec<vk::DescriptorPool>,
     /// Number of joints, counting the body.
     joints: u32,
@@ -54,14 +53,11 @@ impl Bindings {
     ) -> Result<(), GpuError> {
         let mut wanted: BTreeMap<(Vec<Shader>, Reach), &Pass> = BTreeMap::new();
         for pass in passes {
-            let shaders = program_of(pass);
-            if shaders.is_empty() {
-                continue;
-            }
-            let program = self.programs.get(&shaders);
-            for reach in self.reaches(pass) {
-                if !program.is_some_and(|program| program.sets.contains_key(&(reach.clone(), 0))) {
-                    wanted.insert((shaders.clone(), reach), pass);
+            let program = self.program(pass);
+            let joints = if matches!(pass.work, PassWork::Draw(_)) { 0..self.joints } else { 0..1 };
+            for reach in joints.map(|joint| reach_of(pass, joint)) {
+                if !program.is_some_and(|program| program.sets.contains_key(&*reach)) && !pass.shaders().is_empty() {
+                    wanted.insert((program_of(pass).into_owned(), reach.into_owned()), pass);
                 }
             }
         }
@@ -81,10 +77,11 @@ impl Bindings {
         self.pools.push(pool);
         for (((shaders, reach), pass), (accesses, types)) in wanted.into_iter().zip(accesses.iter().zip(&types)) {
             if !self.programs.contains_key(&shaders) {
-                let Some(program) = Program::new(&self.context, pass, types)? else { continue };
+                let Some(program) = ShaderProgram::new(&self.context, pass, types)? else { continue };
                 self.programs.insert(shaders.clone(), program);
             }
-            let joint = matches!(pass.work, Work::Draw(_)).then_some(reach.joint);
+            let joint = matches!(pass.work, PassWork::Draw(_)).then_some(reach.joint);
+            let mut sets = Vec::new();
             for slot in 0..self.slots {
                 let layouts = [self.programs[&shaders].pipeline.set_layout];
                 let allocate = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layouts);
@@ -94,18 +91,16 @@ impl Bindings {
                 for access in accesses {
                     self.point(resources, set, access, slot, joint);
                 }
-                self.programs.get_mut(&shaders).map(|program| program.sets.insert((reach.clone(), slot), set));
+                sets.push(set);
             }
+            self.programs.get_mut(&shaders).map(|program| program.sets.insert(reach, sets));
         }
         Ok(())
     }
 
-    /// The parts of buffers for which a pass needs a descriptor set. A draw has one for each joint.
-    fn reaches(&self, pass: &Pass) -> Vec<Reach> {
-        match pass.work {
-            Work::Draw(_) => (0..self.joints).map(|joint| Reach { joint, ..pass.reach.clone() }).collect(),
-            _ => vec![pass.reach.clone()],
-        }
+    /// Pipelines and descriptor sets of a pass.
+    fn program(&self, pass: &Pass) -> Option<&ShaderProgram> {
+        self.programs.get(&*program_of(pass))
     }
 
     /// Points a binding to a buffer. An access that is limited to a range gets only that range, so two ranges of one
@@ -141,17 +136,13 @@ impl Bindings {
 
     /// Pipeline and descriptor set of a pass. A draw has one set for each `joint`. A copy or fill has none.
     pub(crate) fn of(&self, pass: &Pass, joint: u32, slot: usize) -> Option<(&Pipeline, vk::DescriptorSet)> {
-        let program = self.programs.get(&program_of(pass))?;
-        let mut reach = pass.reach.clone();
-        if matches!(pass.work, Work::Draw(_)) {
-            reach.joint = joint;
-        }
-        Some((&program.pipeline, program.sets[&(reach, slot)]))
+        let program = self.program(pass)?;
+        Some((&program.pipeline, program.sets[&*reach_of(pass, joint)][slot]))
     }
 
     /// Pipeline of what stands behind a draw. It uses the descriptor sets of the draw.
     pub(crate) fn behind(&self, pass: &Pass) -> Option<&Pipeline> {
-        self.programs.get(&program_of(pass))?.behind.as_ref()
+        self.program(pass)?.behind.as_ref()
     }
 }
 
@@ -165,8 +156,20 @@ impl Drop for Bindings {
 }
 
 /// The shaders that select the pipelines of a pass. None for a copy or fill.
-fn program_of(pass: &Pass) -> Vec<Shader> {
-    pass.shaders().into_iter().cloned().collect()
+fn program_of(pass: &Pass) -> Cow<'_, [Shader]> {
+    match &pass.work {
+        PassWork::Dispatch { shader, .. } => Cow::Borrowed(std::slice::from_ref(shader)),
+        PassWork::Draw(drawing) => Cow::Owned([drawing.shaders.as_slice(), &drawing.behind].concat()),
+        PassWork::Copy { .. } | PassWork::Fill(..) => Cow::Borrowed(&[]),
+    }
+}
+
+/// The parts of buffers that a pass touches for a joint.
+fn reach_of(pass: &Pass, joint: u32) -> Cow<'_, Reach> {
+    match pass.work {
+        PassWork::Draw(_) => Cow::Owned(Reach { joint, ..pass.reach.clone() }),
+        _ => Cow::Borrowed(&pass.reach),
+    }
 }
 
 /// Number and type of each binding of a pass, in order of number.
@@ -178,19 +181,19 @@ fn binding_types(accesses: &[Access]) -> Vec<(u32, vk::DescriptorType)> {
     types
 }
 
-impl Program {
+impl ShaderProgram {
     /// Makes the pipelines of a pass. A copy or fill has none.
     fn new(context: &Arc<Context>, pass: &Pass, types: &[(u32, vk::DescriptorType)]) -> Result<Option<Self>, GpuError> {
         let (pipeline, behind) = match &pass.work {
-            Work::Draw(drawing) => {
+            PassWork::Draw(drawing) => {
                 let behind = |shaders: &Vec<Shader>| Pipeline::behind(context, drawing, shaders, types);
                 let behind = Some(&drawing.behind).filter(|shaders| !shaders.is_empty()).map(behind);
                 (Pipeline::draw(context, &pass.name, drawing, types)?, behind.transpose()?)
             }
-            Work::Dispatch { shader, constants, .. } => {
+            PassWork::Dispatch { shader, constants, .. } => {
                 (Pipeline::compute(context, shader, types, constants.len() as u32)?, None)
             }
-            Work::Copy { .. } | Work::Fill(..) => return Ok(None),
+            PassWork::Copy { .. } | PassWork::Fill(..) => return Ok(None),
         };
         Ok(Some(Self { pipeline, behind, sets: BTreeMap::new() }))
     }

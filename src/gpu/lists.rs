@@ -9,72 +9,50 @@ use super::layout;
 use super::pass::{
     Barrier, COMPUTE, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Frame, HOST_READ, Pass, Scope, barrier, scope, to_host,
 };
-use super::resource::Resource;
 use super::resource::Role::{Copied, FromHost, Readback, Staging, ToHost};
+use super::resource::{Resource, resources};
 use super::shaders::Shader;
 
-/// Corners, joint and side of every patch whose rays are cast.
-pub(crate) static RAY_PATCHES: Resource = Resource::given("RayPatches", 16, FromHost);
-/// Corners of the patches, and shares of their rays.
-pub(crate) static RAY_CORNERS: Resource = Resource::given("RayCorners", 8, FromHost);
-/// Triangles in the file's pose.
-pub(crate) static RAY_TRIANGLES: Resource =
-    Resource::given("RayTriangles", size_of::<layout::ShadowTriangle>(), FromHost);
-/// Poses of the body and of the joints.
-pub(crate) static RAY_POSES: Resource = Resource::given("RayPoses", 48, FromHost);
-/// Boxes of the tree for these rays.
-pub(crate) static RAY_BOXES: Resource = Resource::given("RayBoxes", size_of::<layout::ShadowBox>(), FromHost);
-/// Triangles of the tree for these rays.
-pub(crate) static RAY_PLACED: Resource = Resource::given("RayPlaced", size_of::<layout::ShadowTriangle>(), FromHost);
-/// Patches at the corners of these triangles.
-pub(crate) static RAY_LEAVES: Resource = Resource::given("RayLeaves", 32, FromHost);
-/// Patches where these rays end.
-pub(crate) static RAY_ENDS: Resource = Resource::given("RayEnds", 4, ToHost);
-/// Size of a response dispatch.
-pub(crate) static RESPONSE_STEPS: Resource = Resource::given("ResponseSteps", size_of::<layout::Steps>(), FromHost);
-/// Targets at the steps of a response [K].
-pub(crate) static RESPONSE_TARGETS: Resource = Resource::given("ResponseTargets", 4, FromHost);
-/// Temperatures at the steps of a response [K].
-pub(crate) static RESPONSE_TEMPERATURES: Resource = Resource::given("ResponseTemperatures", 4, ToHost);
-/// Temperatures or radiances to convert.
-pub(crate) static RADIATION_INPUT: Resource = Resource::given("RadiationInput", 4, FromHost);
-/// Converted radiances or temperatures.
-pub(crate) static RADIATION_OUTPUT: Resource = Resource::given("RadiationOutput", 4, ToHost);
-/// Inverse temperatures over a table of radiances [1/K].
-pub(crate) static INVERSE_TEMPERATURES: Resource = Resource::given("InverseTemperatures", 4, FromHost);
-/// Source of a measured copy.
-pub(crate) static COPIED_FROM: Resource = Resource::given("CopiedFrom", 1, Copied);
-/// Destination of a measured copy.
-pub(crate) static COPIED_TO: Resource = Resource::given("CopiedTo", 1, Copied);
-/// Nominal output of empty dispatches.
-pub(crate) static UNTOUCHED: Resource = Resource::given("Untouched", 16, Copied);
-/// Staging buffer of uploads.
-pub(crate) static STAGED: Resource = Resource::given("Staged", 1, Staging);
-/// Staging buffer of downloads.
-pub(crate) static FETCHED: Resource = Resource::given("Fetched", 1, Readback);
-
-/// Buffers of commands outside scenes.
-pub(crate) const RESOURCES: &[&Resource] = &[
-    &RAY_PATCHES,
-    &RAY_CORNERS,
-    &RAY_TRIANGLES,
-    &RAY_POSES,
-    &RAY_BOXES,
-    &RAY_PLACED,
-    &RAY_LEAVES,
-    &RAY_ENDS,
-    &RESPONSE_STEPS,
-    &RESPONSE_TARGETS,
-    &RESPONSE_TEMPERATURES,
-    &RADIATION_INPUT,
-    &RADIATION_OUTPUT,
-    &INVERSE_TEMPERATURES,
-    &COPIED_FROM,
-    &COPIED_TO,
-    &UNTOUCHED,
-    &STAGED,
-    &FETCHED,
-];
+resources! {
+    /// Corners, joint and side of every patch whose rays are cast.
+    RAY_PATCHES = Resource::given("RayPatches", 16, FromHost);
+    /// Corners of the patches, and shares of their rays.
+    RAY_CORNERS = Resource::given("RayCorners", 8, FromHost);
+    /// Triangles in the file's pose.
+    RAY_TRIANGLES = Resource::given("RayTriangles", size_of::<layout::ShadowTriangle>(), FromHost);
+    /// Poses of the body and of the joints.
+    RAY_POSES = Resource::given("RayPoses", 48, FromHost);
+    /// Boxes of the tree for these rays.
+    RAY_BOXES = Resource::given("RayBoxes", size_of::<layout::ShadowBox>(), FromHost);
+    /// Triangles of the tree for these rays.
+    RAY_PLACED = Resource::given("RayPlaced", size_of::<layout::ShadowTriangle>(), FromHost);
+    /// Patches at the corners of these triangles.
+    RAY_LEAVES = Resource::given("RayLeaves", 32, FromHost);
+    /// Patches where these rays end.
+    RAY_ENDS = Resource::given("RayEnds", 4, ToHost);
+    /// Size of a response dispatch.
+    RESPONSE_STEPS = Resource::given("ResponseSteps", size_of::<layout::Steps>(), FromHost);
+    /// Targets at the steps of a response [K].
+    RESPONSE_TARGETS = Resource::given("ResponseTargets", 4, FromHost);
+    /// Temperatures at the steps of a response [K].
+    RESPONSE_TEMPERATURES = Resource::given("ResponseTemperatures", 4, ToHost);
+    /// Temperatures or radiances to convert.
+    RADIATION_INPUT = Resource::given("RadiationInput", 4, FromHost);
+    /// Converted radiances or temperatures.
+    RADIATION_OUTPUT = Resource::given("RadiationOutput", 4, ToHost);
+    /// Inverse temperatures over a table of radiances [1/K].
+    INVERSE_TEMPERATURES = Resource::given("InverseTemperatures", 4, FromHost);
+    /// Source of a measured copy.
+    COPIED_FROM = Resource::given("CopiedFrom", 1, Copied);
+    /// Destination of a measured copy.
+    COPIED_TO = Resource::given("CopiedTo", 1, Copied);
+    /// Nominal output of empty dispatches.
+    UNTOUCHED = Resource::given("Untouched", 16, Copied);
+    /// Staging buffer of uploads.
+    STAGED = Resource::given("Staged", 1, Staging);
+    /// Staging buffer of downloads.
+    FETCHED = Resource::given("Fetched", 1, Readback);
+}
 
 /// All later accesses.
 const LATER: Scope = scope(S::ALL_COMMANDS, A::from_raw(A::MEMORY_READ.as_raw() | A::MEMORY_WRITE.as_raw()));

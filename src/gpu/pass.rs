@@ -68,7 +68,7 @@ pub struct Access {
 
 /// Which parts of which buffers a pass touches, where its shaders do not tell.
 #[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Reach {
+pub struct Reach {
     /// Joint whose slices it touches; 0 is the body.
     pub(crate) joint: u32,
     /// Ranges of the buffers with so many elements.
@@ -100,7 +100,7 @@ pub struct Drawing {
 
 /// Work of a pass.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Work {
+pub enum PassWork {
     /// Dispatch.
     Dispatch {
         /// Shader.
@@ -128,32 +128,32 @@ pub enum Work {
 pub struct Pass {
     /// Debug label, and name of its timestamps.
     pub name: String,
-    /// Work.
-    pub work: Work,
+    /// PassWork.
+    pub work: PassWork,
     /// Parts of the buffers.
-    pub(crate) reach: Reach,
+    pub reach: Reach,
 }
 
 impl Pass {
     /// A dispatch. The shader tells which buffers it reads and writes.
     pub(crate) fn dispatch(name: impl Into<String>, shader: Shader, workgroups: u32) -> Self {
-        let work = Work::Dispatch { shader, workgroups, constants: Vec::new() };
+        let work = PassWork::Dispatch { shader, workgroups, constants: Vec::new() };
         Self { name: name.into(), work, reach: Reach::default() }
     }
 
     /// A draw.
     pub(crate) fn draw(name: &str, drawing: Drawing) -> Self {
-        Self { name: name.to_owned(), work: Work::Draw(drawing), reach: Reach::default() }
+        Self { name: name.to_owned(), work: PassWork::Draw(drawing), reach: Reach::default() }
     }
 
     /// A copy of a whole buffer or image.
     pub(crate) fn copy(name: &str, from: &'static Resource, to: &'static Resource) -> Self {
-        Self { name: name.to_owned(), work: Work::Copy { from, to }, reach: Reach::default() }
+        Self { name: name.to_owned(), work: PassWork::Copy { from, to }, reach: Reach::default() }
     }
 
     /// A fill of a buffer with a 32-bit word.
     pub(crate) fn fill(name: &str, resource: &'static Resource, word: u32) -> Self {
-        Self { name: name.to_owned(), work: Work::Fill(resource, word), reach: Reach::default() }
+        Self { name: name.to_owned(), work: PassWork::Fill(resource, word), reach: Reach::default() }
     }
 
     /// Limits it to a range of elements.
@@ -178,7 +178,7 @@ impl Pass {
 
     /// Gives the dispatch its push constants.
     pub(crate) fn told<T: NoUninit>(mut self, structure: &T) -> Self {
-        if let Work::Dispatch { constants, .. } = &mut self.work {
+        if let PassWork::Dispatch { constants, .. } = &mut self.work {
             constants.extend_from_slice(bytemuck::bytes_of(structure));
         }
         self
@@ -187,9 +187,9 @@ impl Pass {
     /// Its shaders: of a dispatch, or of a draw with what is drawn behind.
     pub fn shaders(&self) -> Vec<&Shader> {
         match &self.work {
-            Work::Dispatch { shader, .. } => vec![shader],
-            Work::Draw(drawing) => drawing.shaders.iter().chain(&drawing.behind).collect(),
-            Work::Copy { .. } | Work::Fill(..) => Vec::new(),
+            PassWork::Dispatch { shader, .. } => vec![shader],
+            PassWork::Draw(drawing) => drawing.shaders.iter().chain(&drawing.behind).collect(),
+            PassWork::Copy { .. } | PassWork::Fill(..) => Vec::new(),
         }
     }
 
@@ -214,7 +214,7 @@ pub struct Barrier {
 
 /// An entry of a frame list.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Entry {
+pub enum FrameEntry {
     /// A pass.
     Pass(Pass),
     /// Barriers that are recorded together.
@@ -225,25 +225,25 @@ pub enum Entry {
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Frame {
     /// Passes and barriers in queue order.
-    pub entries: Vec<Entry>,
+    pub entries: Vec<FrameEntry>,
 }
 
 impl Frame {
     /// Appends a pass.
     pub(crate) fn pass(&mut self, pass: Pass) {
-        self.entries.push(Entry::Pass(pass));
+        self.entries.push(FrameEntry::Pass(pass));
     }
 
     /// Appends passes that may run at the same time.
     pub(crate) fn passes_of(&mut self, passes: impl IntoIterator<Item = Pass>) {
-        self.entries.extend(passes.into_iter().map(Entry::Pass));
+        self.entries.extend(passes.into_iter().map(FrameEntry::Pass));
     }
 
     /// Appends barriers that are recorded together.
     pub(crate) fn wait(&mut self, barriers: impl IntoIterator<Item = Barrier>) {
         let barriers: Vec<Barrier> = barriers.into_iter().collect();
         if !barriers.is_empty() {
-            self.entries.push(Entry::Barriers(barriers));
+            self.entries.push(FrameEntry::Barriers(barriers));
         }
     }
 
@@ -256,15 +256,15 @@ impl Frame {
     /// The passes in queue order.
     pub fn passes(&self) -> impl Iterator<Item = &Pass> {
         self.entries.iter().filter_map(|entry| match entry {
-            Entry::Pass(pass) => Some(pass),
-            Entry::Barriers(_) => None,
+            FrameEntry::Pass(pass) => Some(pass),
+            FrameEntry::Barriers(_) => None,
         })
     }
 
     /// Puts a word before the names of its passes, under which their times are kept.
     pub(crate) fn named(mut self, word: &str) -> Self {
         for entry in &mut self.entries {
-            if let Entry::Pass(pass) = entry {
+            if let FrameEntry::Pass(pass) = entry {
                 pass.name = format!("{word} {}", pass.name);
             }
         }
@@ -274,8 +274,8 @@ impl Frame {
     /// Resources that the host may read after the list.
     pub(crate) fn left_to_host(&self) -> impl Iterator<Item = &'static Resource> {
         let barriers = self.entries.iter().flat_map(|entry| match entry {
-            Entry::Barriers(barriers) => barriers.as_slice(),
-            Entry::Pass(_) => &[],
+            FrameEntry::Barriers(barriers) => barriers.as_slice(),
+            FrameEntry::Pass(_) => &[],
         });
         barriers.filter(|barrier| barrier.after.stage.contains(S::HOST)).map(|barrier| barrier.resource)
     }

@@ -7,7 +7,7 @@ use super::context::Context;
 use super::effects::image::runs::TriangleRun;
 use super::layout;
 use super::memory::Image;
-use super::pass::{Barrier, Drawing, Entry, Frame, Pass, Work};
+use super::pass::{Barrier, Drawing, Frame, FrameEntry, Pass, PassWork};
 use super::pipeline::Pipeline;
 use super::resource::{Resource, Role};
 use super::store::Resources;
@@ -50,13 +50,13 @@ impl<'a> Recorder<'a> {
     pub(crate) fn record(&mut self, list: &Frame, mut timing: Option<&mut Timing>) {
         for entry in &list.entries {
             match entry {
-                Entry::Barriers(barriers) => {
+                FrameEntry::Barriers(barriers) => {
                     if let Some(timing) = &mut timing {
                         timing.end_group(self.commands);
                     }
                     self.barriers(barriers);
                 }
-                Entry::Pass(pass) => {
+                FrameEntry::Pass(pass) => {
                     if let Some(timing) = &mut timing {
                         self.context.begin_label(self.commands, &pass.name);
                         timing.begin_pass(self.commands, &pass.name);
@@ -127,7 +127,7 @@ impl<'a> Recorder<'a> {
     fn pass(&mut self, pass: &Pass) {
         let device = &self.context.device;
         match &pass.work {
-            Work::Dispatch { workgroups, constants, .. } => {
+            PassWork::Dispatch { workgroups, constants, .. } => {
                 let Some(pipeline) = self.bind(pass, 0) else { return };
                 // SAFETY: the bound pipeline has these push constants. Its nodes fill whole workgroups, or invocations
                 // beyond the last return at once.
@@ -139,16 +139,16 @@ impl<'a> Recorder<'a> {
                     device.cmd_dispatch(self.commands, *workgroups, 1, 1);
                 }
             }
-            Work::Draw(drawing) => self.draw(pass, drawing),
-            Work::Copy { from, to } if from.role.is_image() => self.copy_image(from, to),
-            Work::Copy { from, to } => {
+            PassWork::Draw(drawing) => self.draw(pass, drawing),
+            PassWork::Copy { from, to } if from.role.is_image() => self.copy_image(from, to),
+            PassWork::Copy { from, to } => {
                 let (from, to) = (self.resources.region(from, self.slot), self.resources.region(to, self.slot));
                 let copy =
                     [vk::BufferCopy { src_offset: from.offset, dst_offset: to.offset, size: from.bytes.min(to.bytes) }];
                 // SAFETY: the copy stays within both buffers.
                 unsafe { device.cmd_copy_buffer(self.commands, from.buffer.raw, to.buffer.raw, &copy) };
             }
-            Work::Fill(resource, word) => {
+            PassWork::Fill(resource, word) => {
                 let region = self.resources.region(resource, self.slot);
                 // SAFETY: the buffer allows transfer writes and is at least as long as the region.
                 unsafe {

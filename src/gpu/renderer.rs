@@ -29,7 +29,7 @@ use super::layout;
 use super::once::Once;
 pub use super::request::Collected;
 pub use super::request::Request;
-pub(crate) use super::request::{Heating, Submitted, Traced};
+pub(crate) use super::request::{Heating, Submitted, TracedTree};
 use super::resource::SLOTS;
 use super::scene_data::SceneData;
 use super::scene_frames::SceneFrames;

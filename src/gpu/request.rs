@@ -15,7 +15,7 @@ pub struct Heating<'a> {
 
 /// The tree for reflections of the craft, and the rays of an image.
 #[derive(Clone, Copy)]
-pub struct Traced<'a> {
+pub struct TracedTree<'a> {
     /// Rays, without the sizes of the image.
     pub(crate) settings: layout::Tracing,
     /// Boxes of the tree.
@@ -26,7 +26,7 @@ pub struct Traced<'a> {
     pub(crate) version: u64,
 }
 
-/// Work and outputs of a frame.
+/// PassWork and outputs of a frame.
 #[derive(Default, Clone, Copy)]
 pub struct Request<'a> {
     /// Load of the nodes, and its duration [steps].
@@ -49,7 +49,7 @@ pub struct Request<'a> {
     /// Axes of the map of a planet that is not uniform, and its means over the direction of a surface.
     pub planet: Option<(layout::PlanetView, &'a [f32])>,
     /// What reflections of the craft need. Without it the image has that of the slot's last one.
-    pub traced: Option<Traced<'a>>,
+    pub traced: Option<TracedTree<'a>>,
     /// How the crop of a craft that is far away is put into the pixels. The views are then those of the crop.
     pub distant: Option<layout::Distant>,
     /// Heaters of a network that the frame steps.

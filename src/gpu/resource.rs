@@ -232,6 +232,19 @@ impl fmt::Debug for Resource {
     }
 }
 
+/// Declares buffers and images, and lists them.
+macro_rules! resources {
+    ($($(#[$doc:meta])* $name:ident = $resource:expr;)*) => {
+        // Tests name some of them.
+        $($(#[$doc])* #[allow(unreachable_pub)] pub static $name: Resource = $resource;)*
+
+        /// The buffers and images of this file, in order.
+        pub(crate) const RESOURCES: &[&Resource] = &[$(&$name),*];
+    };
+}
+
+pub(crate) use resources;
+
 /// The bytes of values that lie in the scene.
 pub(crate) fn lent<T: bytemuck::NoUninit>(values: &[T]) -> Cow<'_, [u8]> {
     Cow::Borrowed(bytemuck::cast_slice(values))

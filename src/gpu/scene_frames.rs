@@ -192,11 +192,12 @@ impl SceneFrames {
         compose(&Recipe { light: self.lighting(lit), ..Recipe::default() }).then(stepped)
     }
 
-    /// What the first step of a run does, with all light that the scene has and with an image where images are drawn.
+    /// What the second step of a run does, with all light that the scene has, with an image where images are drawn, and with its
+    /// triangles culled. The first step also tries the step of a network.
     pub(crate) fn whole(&mut self) -> Recipe {
         let network = self.network.as_mut().map(|one| {
             one.prepare(1.0);
-            one.steps()
+            NetworkSteps { age: one.count, ..one.steps() }
         });
         let recipe = self.lit_by(true, true);
         Recipe { keeps: self.between, network, ..recipe }

@@ -22,7 +22,7 @@ pub use run::StepCost;
 
 use std::sync::Arc;
 
-use crate::gpu::effects::network::tables::{Drawn, OnePassTables};
+use crate::gpu::effects::network::tables::{DrawnNodes, OnePassTables};
 use crate::model::nodes::{GROUP, Nodes};
 use crate::thermal::network::control::IntegrationSettings;
 use crate::thermal::network::one_pass::{Conduction, OnePassHeater, OnePassPlan, Unfit};
@@ -170,7 +170,7 @@ impl SceneNetwork {
 
     /// The tables with which a device steps the network in one pass.
     pub(super) fn tables(&self) -> Option<OnePassTables> {
-        let drawn = Drawn { nodes: &self.node_of_slot, areas: &self.load_areas };
+        let drawn = DrawnNodes { nodes: &self.node_of_slot, areas: &self.load_areas };
         self.plan().map(|plan| OnePassTables::new(plan, self.step, drawn, self.heaters(), self.settings.tolerance))
     }
 

@@ -64,7 +64,7 @@ impl TracedCraft {
     }
 
     /// The values of an image at a time [s], for the device.
-    pub(crate) fn told(&self, time: f64) -> renderer::Traced<'_> {
+    pub(crate) fn told(&self, time: f64) -> renderer::TracedTree<'_> {
         let settings = layout::Tracing {
             boxes: self.boxes.len() as u32,
             word: word(time),
@@ -73,7 +73,7 @@ impl TracedCraft {
             texels: 0,
             surface_width: 0,
         };
-        renderer::Traced { settings, boxes: &self.boxes, triangles: &self.triangles, version: self.version }
+        renderer::TracedTree { settings, boxes: &self.boxes, triangles: &self.triangles, version: self.version }
     }
 
     /// The same for the rasteriser in f64.

@@ -3,12 +3,16 @@
 //! The rules are in the Vulkan specification, chapter "Synchronization and Cache Control". A read or write after a
 //! write needs a memory dependency. A write after a read needs an execution dependency.
 
-use std::collections::BTreeMap;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt;
+use std::rc::Rc;
 
 use ash::vk::{AccessFlags2, ImageLayout, PipelineStageFlags2};
 
-use isotherm::internals::{Access, Barrier, Entry, Frame, Resource, Role, Scope, is_write, writes};
+use isotherm::internals::{
+    Access, Barrier, Frame, FrameEntry, Pass, PassWork, Resource, Role, Scope, is_write, writes,
+};
 
 /// Kind of a missing dependency.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,6 +58,29 @@ struct Past {
     available: bool,
 }
 
+thread_local! {
+    /// Accesses of the passes so far, by the names of the passes.
+    static KNOWN: RefCell<HashMap<String, Vec<(Pass, Rc<Vec<Access>>)>>> = RefCell::default();
+}
+
+/// Accesses of a pass, found once for all passes with the same shaders and buffers.
+fn accesses(pass: &Pass) -> Rc<Vec<Access>> {
+    let alike = |known: &Pass| match (&known.work, &pass.work) {
+        (PassWork::Dispatch { shader: a, .. }, PassWork::Dispatch { shader: b, .. }) => a == b,
+        (a, b) => a == b,
+    };
+    KNOWN.with_borrow_mut(|known| {
+        if let Some(passes) = known.get(&pass.name)
+            && let Some((_, accesses)) = passes.iter().find(|(one, _)| one.reach == pass.reach && alike(one))
+        {
+            return Rc::clone(accesses);
+        }
+        let accesses = Rc::new(pass.accesses().expect("shaders that compile"));
+        known.entry(pass.name.clone()).or_default().push((pass.clone(), Rc::clone(&accesses)));
+        accesses
+    })
+}
+
 /// All hazards within and between frames that follow each other on one queue. Resources with one copy per slot
 /// alternate between two slots, and a fence orders the reuse of a slot.
 pub fn hazards<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Hazard> {
@@ -64,14 +91,14 @@ pub fn hazards<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Hazard> {
         let key = |resource: &'static Resource| (resource, if resource.per_slot { number % 2 } else { 0 });
         for entry in &frame.entries {
             match entry {
-                Entry::Barriers(barriers) => {
+                FrameEntry::Barriers(barriers) => {
                     for barrier in barriers {
                         apply(barrier, past.entry(key(barrier.resource)).or_default(), &mut layouts, &mut found);
                     }
                 }
-                Entry::Pass(pass) => {
-                    let accesses = pass.accesses().expect("shaders that compile");
-                    for access in &accesses {
+                FrameEntry::Pass(pass) => {
+                    let accesses = accesses(pass);
+                    for access in accesses.iter() {
                         if access.resource.role.is_image() && layouts.get(&access.resource) != Some(&access.layout) {
                             found.push(Hazard {
                                 kind: HazardKind::Layout,
@@ -91,7 +118,7 @@ pub fn hazards<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Hazard> {
                             }
                         }
                     }
-                    for access in &accesses {
+                    for access in accesses.iter() {
                         past.entry(key(access.resource)).or_default().push(Past {
                             pass: pass.name.clone(),
                             access: *access,
@@ -207,13 +234,13 @@ pub fn unread_by_host<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<&'
     let mut waiting: Vec<&'static Resource> = Vec::new();
     for entry in frames.into_iter().flat_map(|frame| &frame.entries) {
         match entry {
-            Entry::Pass(pass) => {
-                let accesses = pass.accesses().expect("shaders that compile");
+            FrameEntry::Pass(pass) => {
+                let accesses = accesses(pass);
                 let written = accesses.iter().filter(|access| is_write(access.scope.access));
                 let of_host = |resource: &&'static Resource| matches!(resource.role, Role::Readback | Role::ToHost);
                 waiting.extend(written.map(|access| access.resource).filter(of_host));
             }
-            Entry::Barriers(barriers) => {
+            FrameEntry::Barriers(barriers) => {
                 let shows = |resource: &'static Resource| {
                     let of = barriers.iter().filter(move |barrier| barrier.resource == resource);
                     of.into_iter().any(|barrier| barrier.after.access.contains(AccessFlags2::HOST_READ))
@@ -227,7 +254,7 @@ pub fn unread_by_host<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<&'
 
 /// Number of barriers of a list.
 pub fn barrier_count(frame: &Frame) -> usize {
-    frame.entries.iter().map(|entry| if let Entry::Barriers(barriers) = entry { barriers.len() } else { 0 }).sum()
+    frame.entries.iter().map(|entry| if let FrameEntry::Barriers(barriers) = entry { barriers.len() } else { 0 }).sum()
 }
 
 /// The same list without its n-th barrier: what the hazard check and the validation layer must complain about.
@@ -235,7 +262,7 @@ pub fn without_barrier(frame: &Frame, n: usize) -> Frame {
     let mut left = n;
     let mut frame = frame.clone();
     for entry in &mut frame.entries {
-        if let Entry::Barriers(barriers) = entry {
+        if let FrameEntry::Barriers(barriers) = entry {
             if left < barriers.len() {
                 barriers.remove(left);
                 break;
@@ -258,7 +285,7 @@ pub fn derive<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Frame> {
         let mut left: BTreeMap<&'static Resource, Scope> = BTreeMap::new();
         for pass in frame.passes() {
             let mut by_resource: BTreeMap<&'static Resource, Vec<Access>> = BTreeMap::new();
-            for access in pass.accesses().expect("shaders that compile") {
+            for access in accesses(pass).iter().copied() {
                 by_resource.entry(access.resource).or_default().push(access);
             }
             let mut barriers = Vec::new();
@@ -286,7 +313,7 @@ pub fn derive<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Frame> {
             take(&mut entries, barriers, |barrier| {
                 apply(barrier, past.entry(key(barrier.resource)).or_default(), &mut layouts, &mut Vec::new())
             });
-            entries.push(Entry::Pass(pass.clone()));
+            entries.push(FrameEntry::Pass(pass.clone()));
             for access in by_resource.into_values().flatten() {
                 if is_write(access.scope.access) && matches!(access.resource.role, Role::Readback | Role::ToHost) {
                     let wrote = Scope { access: writes(access.scope.access), ..access.scope };
@@ -314,9 +341,9 @@ pub fn derive<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Frame> {
 }
 
 /// Adds barriers to a list after they had their effect.
-fn take(entries: &mut Vec<Entry>, barriers: Vec<Barrier>, effect: impl FnMut(&Barrier)) {
+fn take(entries: &mut Vec<FrameEntry>, barriers: Vec<Barrier>, effect: impl FnMut(&Barrier)) {
     barriers.iter().for_each(effect);
     if !barriers.is_empty() {
-        entries.push(Entry::Barriers(barriers));
+        entries.push(FrameEntry::Barriers(barriers));
     }
 }

@@ -2,7 +2,7 @@
 
 use isotherm::internals;
 use isotherm::internals::{
-    Casting, Curve, Distance, Entry, Frame, HeatOf, RadianceVariant, Recipe, RowOf, Sampled, StepKind, StepRange,
+    Casting, Curve, Distance, Frame, FrameEntry, HeatOf, RadianceVariant, Recipe, RowOf, Sampled, StepKind, StepRange,
     ThermalVariant, TriangleRun, Wanted, compose,
 };
 
@@ -185,7 +185,7 @@ fn describe(frame: &Frame, n: usize) -> String {
     let all: Vec<String> = frame
         .entries
         .iter()
-        .filter_map(|entry| if let Entry::Barriers(barriers) = entry { Some(barriers) } else { None })
+        .filter_map(|entry| if let FrameEntry::Barriers(barriers) = entry { Some(barriers) } else { None })
         .flatten()
         .map(|barrier| format!("{barrier:?}"))
         .collect();
@@ -269,7 +269,7 @@ fn barriers_that_follow_from_the_accesses_suffice() {
         by_hand += row.iter().skip(2).map(barrier_count).sum::<usize>();
         derived += made.iter().skip(2).map(barrier_count).sum::<usize>();
     };
-    judge(&crate::one_pass::lists_of_all_shapes());
+    crate::one_pass::runs_of_all_shapes().iter().for_each(|run| judge(run));
     for ranges in scenes() {
         let all = frames(&ranges);
         for (number, one) in all.iter().enumerate() {

@@ -68,9 +68,9 @@ fn frames(shape: OnePassShape) -> Vec<Frame> {
     frames
 }
 
-/// Every list of every shape.
-pub fn lists_of_all_shapes() -> Vec<Frame> {
-    shapes().into_iter().flat_map(frames).collect()
+/// The frames of a run of every shape.
+pub fn runs_of_all_shapes() -> Vec<Vec<Frame>> {
+    shapes().into_iter().map(frames).collect()
 }
 
 #[test]

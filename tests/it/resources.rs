@@ -9,7 +9,7 @@ use isotherm::internals::{
 };
 
 use crate::hazards::{absorbed_heat, castings};
-use crate::one_pass::lists_of_all_shapes;
+use crate::one_pass::runs_of_all_shapes;
 use crate::shaders::{CURVES, reflect, thermal_variants};
 
 /// The passes of radiation between surfaces.
@@ -98,7 +98,7 @@ pub fn all_lists() -> Vec<Frame> {
     all.push(internals::rays(&ExchangePass { end: 9, rays: 64, ..ExchangePass::default() }));
     all.extend([internals::upload(&internals::TEMPERATURE), internals::download(&internals::TEMPERATURE)]);
     all.extend([internals::filled(), internals::copied(), internals::dispatched(2)]);
-    all.extend(lists_of_all_shapes());
+    all.extend(runs_of_all_shapes().concat());
     all
 }
 

@@ -4,8 +4,8 @@ use std::sync::{Arc, LazyLock};
 
 use glam::DVec3;
 use isotherm::internals::{
-    AlbedoField, Barrier, Context, Curve, Entry, Frame, Function, Optics, PlanetLoad, Renderer, Request, Retarget,
-    Sides, StepKind, StepLoad, StepRange, ThermalVariant, Wanted, Work, device_view,
+    AlbedoField, Barrier, Context, Curve, Frame, FrameEntry, Function, Optics, PassWork, PlanetLoad, Renderer, Request,
+    Retarget, Sides, StepKind, StepLoad, StepRange, ThermalVariant, Wanted, device_view,
 };
 
 use super::device::{assert_silent, dark, material, planet, sunlight, transition, validated_context};
@@ -100,7 +100,8 @@ fn whole_frames_are_silent() {
 }
 
 fn barriers(frame: &Frame) -> Vec<Barrier> {
-    let of = |entry: &Entry| if let Entry::Barriers(barriers) = entry { barriers.clone() } else { Vec::new() };
+    let of =
+        |entry: &FrameEntry| if let FrameEntry::Barriers(barriers) = entry { barriers.clone() } else { Vec::new() };
     frame.entries.iter().flat_map(of).collect()
 }
 
@@ -185,8 +186,8 @@ fn barriers_of_a_step() {
 fn unread(frame: &Frame) -> Frame {
     let mut entries = frame.entries.clone();
     entries.retain_mut(|entry| match entry {
-        Entry::Pass(pass) => !matches!(pass.work, Work::Copy { to, .. } if to.per_slot),
-        Entry::Barriers(barriers) => {
+        FrameEntry::Pass(pass) => !matches!(pass.work, PassWork::Copy { to, .. } if to.per_slot),
+        FrameEntry::Barriers(barriers) => {
             barriers.retain(|barrier| !barrier.resource.per_slot);
             !barriers.is_empty()
         }

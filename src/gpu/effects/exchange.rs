@@ -9,7 +9,7 @@ use crate::gpu::layout::{self, ExchangePass};
 use crate::gpu::pass::{Barrier, COMPUTE, COMPUTE_READ, COMPUTE_WRITE, Frame, Pass, barrier, scope};
 use crate::gpu::resource::Pieces::Always;
 use crate::gpu::resource::Role::{FromHost, Storage};
-use crate::gpu::resource::{PAIRS, Per, Resource, lent, made};
+use crate::gpu::resource::{PAIRS, Per, Resource, lent, made, resources};
 use crate::gpu::scene_data::{ExchangeData, SceneData};
 use crate::gpu::shaders::Shader;
 use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
@@ -21,54 +21,47 @@ macro_rules! buffer {
     };
 }
 
-/// Patches of the fronts of four nodes, then of their backs.
-pub(crate) static NODES: Resource = Resource::new("ExchangeNodes", PAIRS, Storage, Per::Node, |data| {
-    data.exchange.as_ref().map_or(0, |exchange| exchange.tables.nodes.len())
-})
-.in_pieces(Always)
-.filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.nodes)));
-/// `ExchangePatch` of every patch.
-pub(crate) static PATCHES: Resource = buffer!("ExchangePatches", size_of::<layout::ExchangePatch>(), Storage, places)
-    .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.patches)));
-/// Nodes of the patches, and their shares.
-pub(crate) static MEMBERS: Resource = buffer!("ExchangeMembers", 8, Storage, |exchange| exchange.tables.members.len())
-    .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.members)));
-/// Rows of the exchange areas of infrared and of sunlight in fours.
-pub(crate) static ENTRIES: Resource = buffer!("ExchangeEntries", 16, Storage, |exchange| exchange.tables.room)
-    .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.entries)));
-/// Rows of the poses of the body and of the joints, written by the host.
-pub(crate) static POSES: Resource = buffer!("ExchangePoses", 48, FromHost, |exchange| exchange.tables.joints).each_slot();
-/// Directions of rays, and whether they are open.
-pub(crate) static SKY: Resource = buffer!("ExchangeSky", 16, Storage, |exchange| exchange.tables.sky.len())
-    .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.sky)));
-/// Shares of the planet's infrared and albedo that every patch sees.
-pub(crate) static SEEN: Resource =
-    buffer!("ExchangeSeen", 8, Storage, places).filled(|data| made(&vec![[1.0f32; 2]; places_of(data)]));
-/// Infrared of the planet and sunlight that every patch reflects at first [W/m2].
-pub(crate) static REFLECTED: Resource =
-    buffer!("ExchangeReflected", 8, Storage, places).filled(|data| made(&vec![[0.0f32; 2]; places_of(data)]));
-/// Sunlight from other patches that every patch absorbs [W/m2].
-pub(crate) static SUNLIGHT: Resource =
-    buffer!("ExchangeSunlight", 4, Storage, places).filled(|data| made(&vec![0.0f32; places_of(data)]));
-/// Rows of the shares of mirrored sunlight, written by the host.
-pub(crate) static MIRRORS: Resource = buffer!("ExchangeMirrors", 8, FromHost, |exchange| exchange
-    .mirrors
-    .map_or(0, |mirrors| exchange.tables.patches.len() + mirrors.most_pairs()))
-.each_slot();
-/// Sunlight that every patch mirrors [W/m2].
-pub(crate) static MIRRORED: Resource =
-    buffer!("ExchangeMirrored", 4, Storage, |exchange| exchange.mirrors.map_or(0, |_| places(exchange)));
-/// Infrared that every patch sends at first [W/m2].
-pub(crate) static SENT: Resource = buffer!("ExchangeSent", 4, Storage, places);
-/// Flux from other patches that every patch absorbs [W/m2], and the share of each that sunlight can reach.
-pub(crate) static RECEIVED: Resource =
-    buffer!("ExchangeReceived", 8, Storage, places).filled(|data| made(&vec![[0.0f32, 1.0]; places_of(data)]));
-
-/// Buffers of radiation between surfaces.
-pub(crate) const RESOURCES: &[&Resource] = &[
-    &NODES, &PATCHES, &MEMBERS, &ENTRIES, &POSES, &SKY, &SEEN, &REFLECTED, &SUNLIGHT, &MIRRORS, &MIRRORED, &SENT,
-    &RECEIVED,
-];
+resources! {
+    /// Patches of the fronts of four nodes, then of their backs.
+    NODES = Resource::new("ExchangeNodes", PAIRS, Storage, Per::Node, |data| {
+        data.exchange.as_ref().map_or(0, |exchange| exchange.tables.nodes.len())
+    })
+    .in_pieces(Always)
+    .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.nodes)));
+    /// `ExchangePatch` of every patch.
+    PATCHES = buffer!("ExchangePatches", size_of::<layout::ExchangePatch>(), Storage, places)
+        .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.patches)));
+    /// Nodes of the patches, and their shares.
+    MEMBERS = buffer!("ExchangeMembers", 8, Storage, |exchange| exchange.tables.members.len())
+        .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.members)));
+    /// Rows of the exchange areas of infrared and of sunlight in fours.
+    ENTRIES = buffer!("ExchangeEntries", 16, Storage, |exchange| exchange.tables.room)
+        .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.entries)));
+    /// Rows of the poses of the body and of the joints, written by the host.
+    POSES = buffer!("ExchangePoses", 48, FromHost, |exchange| exchange.tables.joints).each_slot();
+    /// Directions of rays, and whether they are open.
+    SKY = buffer!("ExchangeSky", 16, Storage, |exchange| exchange.tables.sky.len())
+        .filled(|data| data.exchange.as_ref().map_or_else(Default::default, |exchange| lent(&exchange.tables.sky)));
+    /// Shares of the planet's infrared and albedo that every patch sees.
+    SEEN = buffer!("ExchangeSeen", 8, Storage, places).filled(|data| made(&vec![[1.0f32; 2]; places_of(data)]));
+    /// Infrared of the planet and sunlight that every patch reflects at first [W/m2].
+    REFLECTED =
+        buffer!("ExchangeReflected", 8, Storage, places).filled(|data| made(&vec![[0.0f32; 2]; places_of(data)]));
+    /// Sunlight from other patches that every patch absorbs [W/m2].
+    SUNLIGHT = buffer!("ExchangeSunlight", 4, Storage, places).filled(|data| made(&vec![0.0f32; places_of(data)]));
+    /// Rows of the shares of mirrored sunlight, written by the host.
+    MIRRORS = buffer!("ExchangeMirrors", 8, FromHost, |exchange| exchange
+        .mirrors
+        .map_or(0, |mirrors| exchange.tables.patches.len() + mirrors.most_pairs()))
+    .each_slot();
+    /// Sunlight that every patch mirrors [W/m2].
+    MIRRORED = buffer!("ExchangeMirrored", 4, Storage, |exchange| exchange.mirrors.map_or(0, |_| places(exchange)));
+    /// Infrared that every patch sends at first [W/m2].
+    SENT = buffer!("ExchangeSent", 4, Storage, places);
+    /// Flux from other patches that every patch absorbs [W/m2], and the share of each that sunlight can reach.
+    RECEIVED =
+        buffer!("ExchangeReceived", 8, Storage, places).filled(|data| made(&vec![[0.0f32, 1.0]; places_of(data)]));
+}
 
 /// Number of patches, and one for faces without any.
 fn places(exchange: &ExchangeData<'_>) -> usize {

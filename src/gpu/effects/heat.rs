@@ -7,30 +7,27 @@ use super::thermal::{TARGET, TEMPERATURE};
 use crate::gpu::layout::HeatPass;
 use crate::gpu::pass::{COMPUTE_READ, COMPUTE_WRITE, Frame, HOST_READ, Pass, barrier, scope};
 use crate::gpu::resource::Role::{Storage, ToHost};
-use crate::gpu::resource::{GROUP, Per, Resource, made};
+use crate::gpu::resource::{GROUP, Per, Resource, made, resources};
 use crate::gpu::scene_data::only;
 use crate::gpu::shaders::Shader;
 use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
-/// Groups and emission of every run of nodes whose absorbed heat is summed.
-pub(crate) static HEAT_RUNS: Resource =
-    Resource::new("HeatRuns", 16, Storage, Per::Scene, |data| data.heat.map_or(0, |heat| heat.runs.len()))
-        .filled(|data| data.heat.map_or_else(Default::default, |heat| made(&heat.words())));
-/// Area over which every node absorbs [m2].
-pub(crate) static HEAT_AREAS: Resource =
-    Resource::new("HeatAreas", GROUP, Storage, Per::Node, |data| only(data.heat.is_some(), data.groups())).filled(
-        |data| {
+resources! {
+    /// Groups and emission of every run of nodes whose absorbed heat is summed.
+    HEAT_RUNS = Resource::new("HeatRuns", 16, Storage, Per::Scene, |data| data.heat.map_or(0, |heat| heat.runs.len()))
+            .filled(|data| data.heat.map_or_else(Default::default, |heat| made(&heat.words())));
+    /// Area over which every node absorbs [m2].
+    HEAT_AREAS =
+        Resource::new("HeatAreas", GROUP, Storage, Per::Node, |data| only(data.heat.is_some(), data.groups()))
+            .filled(|data| {
             let areas = |areas: &[f64]| areas.iter().map(|area| *area as f32).collect::<Vec<f32>>();
             data.heat.map_or_else(Default::default, |heat| made(&areas(&heat.areas)))
-        },
-    );
-/// Heat that every run absorbs in a step [W].
-pub(crate) static ABSORBED_HEAT: Resource =
-    Resource::new("AbsorbedHeat", 4, ToHost, Per::Scene, |data| data.heat.map_or(0, |heat| heat.runs.len()))
-        .each_slot();
-
-/// Buffers of the absorbed heat.
-pub(crate) const RESOURCES: &[&Resource] = &[&HEAT_RUNS, &HEAT_AREAS, &ABSORBED_HEAT];
+        });
+    /// Heat that every run absorbs in a step [W].
+    ABSORBED_HEAT =
+        Resource::new("AbsorbedHeat", 4, ToHost, Per::Scene, |data| data.heat.map_or(0, |heat| heat.runs.len()))
+            .each_slot();
+}
 
 /// Places where heat is found, each with its first run and the one after the last.
 pub(crate) type HeatSections = Vec<(HeatOf, (u32, u32))>;

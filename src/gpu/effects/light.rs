@@ -15,44 +15,40 @@ use crate::gpu::pass::{
 };
 use crate::gpu::resource::Pieces::Always;
 use crate::gpu::resource::Role::{Depth, Indices, Storage};
-use crate::gpu::resource::{GROUP, Per, Resource, lent, made};
+use crate::gpu::resource::{GROUP, Per, Resource, lent, made, resources};
 use crate::gpu::scene_data::{SceneData, ShadowData, only};
 use crate::gpu::shaders::Shader;
 
-/// Transform of the shadow map, written by the host.
-pub(crate) static SUN_VIEW: Resource =
-    Resource::uniform::<layout::SunView>("SunView", |data| only(by_map(data).is_some(), 1)).each_joint();
-/// Node indices of the triangles that cast shadows.
-pub static OCCLUDERS: Resource = Resource::new("Occluders", CORNERS, Indices, Per::Scene, |data| {
-    by_map(data).map_or(0, |shadows| shadows.occluders.len())
-})
-.filled(|data| lent(by_map(data).map_or(&[], |shadows| shadows.occluders)));
-/// Shadow map.
-pub(crate) static SUN_DEPTH_IMAGE: Resource = Resource::image("SunDepthImage", 4, Depth, Per::Scene, sun_texels, |data| {
-    [by_map(data).map_or(0, |shadows| shadows.redraw.resolution); 2]
-});
-/// Copy of the shadow map that shaders read.
-pub(crate) static SUN_DEPTH: Resource = Resource::new("SunDepth", 4, Storage, Per::Scene, sun_texels);
-/// Boxes of the tree for shadow rays. A tree that is rebuilt for moved parts has as many.
-pub static SHADOW_TREE: Resource =
-    Resource::new("ShadowTree", size_of::<layout::ShadowBox>(), Storage, Per::Scene, |data| {
-        tree(data).map_or(0, |tree| tree.tree.nodes.len())
+resources! {
+    /// Transform of the shadow map, written by the host.
+    SUN_VIEW = Resource::uniform::<layout::SunView>("SunView", |data| only(by_map(data).is_some(), 1)).each_joint();
+    /// Node indices of the triangles that cast shadows.
+    OCCLUDERS = Resource::new("Occluders", CORNERS, Indices, Per::Scene, |data| {
+        by_map(data).map_or(0, |shadows| shadows.occluders.len())
     })
-    .filled(|data| made(&tree(data).map(|tree| layout::shadow_tree(tree).0).unwrap_or_default()));
-/// Triangles of the tree for shadow rays.
-pub static SHADOW_TRIANGLES: Resource =
-    Resource::new("ShadowTriangles", size_of::<layout::ShadowTriangle>(), Storage, Per::Scene, |data| {
-        tree(data).map_or(0, |tree| tree.triangles.len())
-    })
-    .filled(|data| made(&tree(data).map(|tree| layout::shadow_tree(tree).1).unwrap_or_default()));
-/// Share of the Sun that every node sees.
-pub static VISIBILITY: Resource =
-    Resource::new("Visibility", GROUP, Storage, Per::Node, |data| only(data.shadows.is_some(), data.groups()))
-        .in_pieces(Always);
-
-/// Buffers and images of shadows.
-pub(crate) const RESOURCES: &[&Resource] =
-    &[&SUN_VIEW, &OCCLUDERS, &SUN_DEPTH_IMAGE, &SUN_DEPTH, &SHADOW_TREE, &SHADOW_TRIANGLES, &VISIBILITY];
+    .filled(|data| lent(by_map(data).map_or(&[], |shadows| shadows.occluders)));
+    /// Shadow map.
+    SUN_DEPTH_IMAGE = Resource::image("SunDepthImage", 4, Depth, Per::Scene, sun_texels, |data| {
+        [by_map(data).map_or(0, |shadows| shadows.redraw.resolution); 2]
+    });
+    /// Copy of the shadow map that shaders read.
+    SUN_DEPTH = Resource::new("SunDepth", 4, Storage, Per::Scene, sun_texels);
+    /// Boxes of the tree for shadow rays. A tree that is rebuilt for moved parts has as many.
+    SHADOW_TREE = Resource::new("ShadowTree", size_of::<layout::ShadowBox>(), Storage, Per::Scene, |data| {
+            tree(data).map_or(0, |tree| tree.tree.nodes.len())
+        })
+        .filled(|data| made(&tree(data).map(|tree| layout::shadow_tree(tree).0).unwrap_or_default()));
+    /// Triangles of the tree for shadow rays.
+    SHADOW_TRIANGLES =
+        Resource::new("ShadowTriangles", size_of::<layout::ShadowTriangle>(), Storage, Per::Scene, |data| {
+            tree(data).map_or(0, |tree| tree.triangles.len())
+        })
+        .filled(|data| made(&tree(data).map(|tree| layout::shadow_tree(tree).1).unwrap_or_default()));
+    /// Share of the Sun that every node sees.
+    VISIBILITY =
+        Resource::new("Visibility", GROUP, Storage, Per::Node, |data| only(data.shadows.is_some(), data.groups()))
+            .in_pieces(Always);
+}
 
 /// The tree for shadow rays, where shadows use rays.
 fn tree<'a>(data: &'a SceneData<'_>) -> Option<&'a crate::environment::shadow::Occluders> {

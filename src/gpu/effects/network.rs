@@ -11,9 +11,9 @@ use super::thermal::TEMPERATURE;
 use crate::gpu::layout::{HeaterStep, NetworkStage, NetworkStep};
 use crate::gpu::pass::{COMPUTE, COMPUTE_WRITE, Frame, HOST_READ, Pass, barrier};
 use crate::gpu::resource::Role::{FromHost, Storage, ToHost};
-use crate::gpu::resource::{GROUP, PAIRS, Per, Resource, lent, made};
+use crate::gpu::resource::{GROUP, PAIRS, Per, Resource, lent, made, resources};
 use crate::gpu::shaders::Shader;
-use crate::thermal::network::one_pass::{OnePassPlan, EstimatePart, SeriesStage, since};
+use crate::thermal::network::one_pass::{EstimatePart, OnePassPlan, SeriesStage, since};
 
 /// A buffer of a network, with its number of elements and perhaps its contents.
 macro_rules! buffer {
@@ -26,87 +26,55 @@ macro_rules! buffer {
     };
 }
 
-/// 1 / C and emission of the nodes.
-pub(crate) static NODES: Resource =
-    buffer!("OnePassNodes", PAIRS, Storage, Node, |one| one.shape.groups() as usize, |one| lent(&one.nodes));
-/// Range of links and of sources of every group.
-pub(crate) static ROWS: Resource =
-    buffer!("OnePassRows", 16, Storage, Node, |one| one.shape.groups() as usize, |one| lent(&one.rows));
-/// Neighbours by weak conductors, and these conductors.
-pub(crate) static LINKS: Resource = buffer!("OnePassLinks", 16, Storage, Node, |one| one.links.len(), |one| lent(&one.links));
-/// Drawn nodes that heat every group, and the areas.
-pub(crate) static SOURCES: Resource =
-    buffer!("OnePassSources", 16, Storage, Node, |one| one.sources.len(), |one| lent(&one.sources));
-/// Range of groups, first weight and factors of every group in blocks. In large blocks, range of the links inside.
-pub(crate) static UNITS: Resource =
-    buffer!("OnePassUnits", PAIRS, Storage, Node, |one| one.shape.in_blocks() as usize, |one| lent(&one.units));
-/// Weights of the conduction inside blocks.
-pub static WEIGHTS: Resource =
-    buffer!("OnePassWeights", 16, Storage, Node, |one| one.weight_count(), |one| made(&one.weights(&one.plan)));
-/// Mean temperatures of every other step [K].
-pub(crate) static MEAN_EVEN: Resource = buffer!("OnePassMeanEven", GROUP, Storage, Node, |one| one.shape.groups() as usize);
-/// Mean temperatures of the steps between those of `MEAN_EVEN`.
-pub(crate) static MEAN_ODD: Resource = buffer!("OnePassMeanOdd", GROUP, Storage, Node, |one| one.shape.groups() as usize);
-/// Bases and rests of the temperatures [K].
-pub(crate) static STATES: Resource = buffer!("OnePassStates", PAIRS, Storage, Node, |one| one.shape.groups() as usize);
-/// What the nodes of blocks receive in a step, and their temperatures at its start [K].
-pub(crate) static DRIVES: Resource = buffer!("OnePassDrives", PAIRS, Storage, Node, |one| one.shape.in_blocks() as usize);
-/// Change by conduction inside blocks in the last step [K].
-pub(crate) static COUPLINGS: Resource =
-    buffer!("OnePassCouplings", GROUP, Storage, Node, |one| one.shape.in_blocks() as usize);
-/// Every other vector of the stages of large blocks: changes and errors [K].
-pub(crate) static VECTOR_EVEN: Resource =
-    buffer!("OnePassVectorEven", PAIRS, Storage, Node, |one| one.shape.in_large() as usize);
-/// The vectors between those of `VECTOR_EVEN`.
-pub(crate) static VECTOR_ODD: Resource =
-    buffer!("OnePassVectorOdd", PAIRS, Storage, Node, |one| one.shape.in_large() as usize);
-/// Sums of these vectors by their parts [K].
-pub(crate) static SUMS: Resource = buffer!("OnePassSums", PAIRS, Storage, Node, |one| one.shape.in_large() as usize);
-/// What the estimate of the error keeps: four numbers of every node.
-pub(crate) static MEMORY: Resource = buffer!("OnePassMemory", 4 * GROUP, Storage, Node, |one| one.shape.estimated() as usize);
-/// Error of the nodes of blocks before it spreads, and the error since the last estimate [K].
-pub(crate) static ERRORS: Resource = buffer!("OnePassErrors", PAIRS, Storage, Node, |one| one.shape.in_blocks() as usize);
-/// Sum of the squares of the estimated errors of every group [K2], the largest [K], and its place. Estimates are added to it.
-pub(crate) static TOLD: Resource =
-    buffer!("OnePassTold", GROUP, Storage, Node, |one| one.shape.estimated() as usize, |one| made(&vec![
-        [0.0f32; 4];
-        one.shape.estimated()
-            as usize
-    ]));
-/// Sensor, place, thresholds and gain of every heater.
-pub(crate) static HEATERS: Resource =
-    buffer!("OnePassHeaters", PAIRS, Storage, Scene, |one| one.heaters.len(), |one| made(&one.heater_words(&one.plan)));
-/// Power of every heater while it is on [W], written by the host.
-pub(crate) static POWERS: Resource = buffer!("OnePassPowers", 4, FromHost, Scene, |one| one.heaters.len()).each_slot();
-/// State of the thermostat of every heater.
-pub(crate) static SWITCHES: Resource = buffer!("OnePassSwitches", 16, Storage, Scene, |one| one.heaters.len());
-/// Switches of every heater in a frame.
-pub(crate) static LOG: Resource = buffer!("OnePassLog", 4 * LOGGED, ToHost, Scene, |one| one.heaters.len()).each_slot();
-
-/// Buffers of a network in one pass.
-pub(crate) const RESOURCES: &[&Resource] = &[
-    &NODES,
-    &ROWS,
-    &LINKS,
-    &SOURCES,
-    &UNITS,
-    &WEIGHTS,
-    &MEAN_EVEN,
-    &MEAN_ODD,
-    &STATES,
-    &DRIVES,
-    &COUPLINGS,
-    &VECTOR_EVEN,
-    &VECTOR_ODD,
-    &SUMS,
-    &MEMORY,
-    &ERRORS,
-    &TOLD,
-    &HEATERS,
-    &POWERS,
-    &SWITCHES,
-    &LOG,
-];
+resources! {
+    /// 1 / C and emission of the nodes.
+    NODES = buffer!("OnePassNodes", PAIRS, Storage, Node, |one| one.shape.groups() as usize, |one| lent(&one.nodes));
+    /// Range of links and of sources of every group.
+    ROWS = buffer!("OnePassRows", 16, Storage, Node, |one| one.shape.groups() as usize, |one| lent(&one.rows));
+    /// Neighbours by weak conductors, and these conductors.
+    LINKS = buffer!("OnePassLinks", 16, Storage, Node, |one| one.links.len(), |one| lent(&one.links));
+    /// Drawn nodes that heat every group, and the areas.
+    SOURCES = buffer!("OnePassSources", 16, Storage, Node, |one| one.sources.len(), |one| lent(&one.sources));
+    /// Range of groups, first weight and factors of every group in blocks. In large blocks, range of the links inside.
+    UNITS = buffer!("OnePassUnits", PAIRS, Storage, Node, |one| one.shape.in_blocks() as usize, |one| lent(&one.units));
+    /// Weights of the conduction inside blocks.
+    WEIGHTS =
+        buffer!("OnePassWeights", 16, Storage, Node, |one| one.weight_count(), |one| made(&one.weights(&one.plan)));
+    /// Mean temperatures of every other step [K].
+    MEAN_EVEN = buffer!("OnePassMeanEven", GROUP, Storage, Node, |one| one.shape.groups() as usize);
+    /// Mean temperatures of the steps between those of `MEAN_EVEN`.
+    MEAN_ODD = buffer!("OnePassMeanOdd", GROUP, Storage, Node, |one| one.shape.groups() as usize);
+    /// Bases and rests of the temperatures [K].
+    STATES = buffer!("OnePassStates", PAIRS, Storage, Node, |one| one.shape.groups() as usize);
+    /// What the nodes of blocks receive in a step, and their temperatures at its start [K].
+    DRIVES = buffer!("OnePassDrives", PAIRS, Storage, Node, |one| one.shape.in_blocks() as usize);
+    /// Change by conduction inside blocks in the last step [K].
+    COUPLINGS = buffer!("OnePassCouplings", GROUP, Storage, Node, |one| one.shape.in_blocks() as usize);
+    /// Every other vector of the stages of large blocks: changes and errors [K].
+    VECTOR_EVEN = buffer!("OnePassVectorEven", PAIRS, Storage, Node, |one| one.shape.in_large() as usize);
+    /// The vectors between those of `VECTOR_EVEN`.
+    VECTOR_ODD = buffer!("OnePassVectorOdd", PAIRS, Storage, Node, |one| one.shape.in_large() as usize);
+    /// Sums of these vectors by their parts [K].
+    SUMS = buffer!("OnePassSums", PAIRS, Storage, Node, |one| one.shape.in_large() as usize);
+    /// What the estimate of the error keeps: four numbers of every node.
+    MEMORY = buffer!("OnePassMemory", 4 * GROUP, Storage, Node, |one| one.shape.estimated() as usize);
+    /// Error of the nodes of blocks before it spreads, and the error since the last estimate [K].
+    ERRORS = buffer!("OnePassErrors", PAIRS, Storage, Node, |one| one.shape.in_blocks() as usize);
+    /// Sum of the squares of the estimated errors of every group [K2], the largest [K], and its place. Estimates are added to it.
+    TOLD =
+        buffer!("OnePassTold", GROUP, Storage, Node,
+        |one| one.shape.estimated() as usize, |one| made(&vec![[0.0f32; 4]; one.shape.estimated() as usize]));
+    /// Sensor, place, thresholds and gain of every heater.
+    HEATERS =
+        buffer!("OnePassHeaters", PAIRS, Storage, Scene,
+        |one| one.heaters.len(), |one| made(&one.heater_words(&one.plan)));
+    /// Power of every heater while it is on [W], written by the host.
+    POWERS = buffer!("OnePassPowers", 4, FromHost, Scene, |one| one.heaters.len()).each_slot();
+    /// State of the thermostat of every heater.
+    SWITCHES = buffer!("OnePassSwitches", 16, Storage, Scene, |one| one.heaters.len());
+    /// Switches of every heater in a frame.
+    LOG = buffer!("OnePassLog", 4 * LOGGED, ToHost, Scene, |one| one.heaters.len()).each_slot();
+}
 
 /// Numbers of a plan that its passes tell the device.
 #[derive(Debug, Clone, Default)]
@@ -124,9 +92,9 @@ pub struct PlanConstants {
 /// Invocations of a workgroup.
 const WORKGROUP: u32 = 64;
 
-/// Place of a step among those of a frame.
+/// OnePassPlace of a step among those of a frame.
 #[derive(Clone, Copy)]
-struct Place<'a> {
+struct OnePassPlace<'a> {
     /// Its number. A trial has that of the step that it is for.
     number: u32,
     /// Its part in the estimate of the error.
@@ -175,7 +143,7 @@ impl OnePassShape {
             let own = number.saturating_sub(u32::from(tried));
             let age = age.saturating_add(own);
             self.step(
-                Place {
+                OnePassPlace {
                     number: own,
                     sample: if trial { EstimatePart::None } else { EstimatePart::of(age) },
                     since: since(age),
@@ -202,16 +170,17 @@ impl OnePassShape {
 
     /// The phases of a step with their barriers. The heaters come first, because nodes take their power. Nodes without capacity come before others, which take
     /// their temperatures. Then come all other nodes, and at last the conduction inside blocks, which needs what their nodes received.
-    fn step(&self, place: Place<'_>, frame: &mut Frame) {
+    fn step(&self, place: OnePassPlace<'_>, frame: &mut Frame) {
         use OnePassKind as K;
-        let Place { sample, first, tried, trial, shown, odd, .. } = place;
+        let OnePassPlace { sample, first, tried, trial, shown, odd, .. } = place;
         let (this, next) = (means(odd), means(!odd));
         let has = |kinds: &[K]| self.sections().any(|(section, _)| kinds.contains(&section.kind));
         let (heats, balances, in_blocks) = (self.heaters > 0, has(&[K::Balance]), has(&[K::Drive]));
         // Nodes that gather from others, and nodes that finish their step, before the conduction or without one.
         let (gathers, finishes) = (has(&[K::Drive, K::Advance]), has(&[K::Advance, K::Alone]));
         let (others, leads) = (gathers || finishes, finishes && !in_blocks);
-        let (estimates, samples) = (sample == EstimatePart::Estimate, sample != EstimatePart::None && self.estimated() > 0);
+        let (estimates, samples) =
+            (sample == EstimatePart::Estimate, sample != EstimatePart::None && self.estimated() > 0);
 
         // What earlier steps left, and the loads of this frame. A trial only reads the states.
         wait(
@@ -307,7 +276,7 @@ impl OnePassShape {
     }
 
     /// The stages of the conduction inside large blocks. Each reads the vectors of the one before.
-    fn stages(&self, place: Place<'_>, frame: &mut Frame) {
+    fn stages(&self, place: OnePassPlace<'_>, frame: &mut Frame) {
         let estimates = place.sample == EstimatePart::Estimate;
         for number in 0..place.told.stages.len() as u32 {
             let begins = number == 0;
@@ -325,7 +294,7 @@ impl OnePassShape {
         }
     }
 
-    fn stage(&self, number: u32, Place { told, sample, .. }: Place<'_>) -> Pass {
+    fn stage(&self, number: u32, OnePassPlace { told, sample, .. }: OnePassPlace<'_>) -> Pass {
         let words = [(number == 0, "begin"), (sample == EstimatePart::Estimate, "estimate")];
         let shader = Shader::with("one_pass_stage.comp", &words);
         let pass = Pass::dispatch(shader.name(), shader, self.in_large().div_ceil(WORKGROUP));
@@ -335,7 +304,7 @@ impl OnePassShape {
     }
 
     /// The power of the heaters in a step.
-    fn heat(&self, Place { number, first, trial, odd, told, .. }: Place<'_>) -> Pass {
+    fn heat(&self, OnePassPlace { number, first, trial, odd, told, .. }: OnePassPlace<'_>) -> Pass {
         let constants = HeaterStep {
             heaters: self.heaters,
             first: u32::from(first),
@@ -349,8 +318,8 @@ impl OnePassShape {
     }
 
     /// A pass over a range of groups.
-    fn pass(&self, of: Section, place: Place<'_>, (first, end): (u32, u32)) -> Pass {
-        let Place { since, odd, told, .. } = place;
+    fn pass(&self, of: Section, place: OnePassPlace<'_>, (first, end): (u32, u32)) -> Pass {
+        let OnePassPlace { since, odd, told, .. } = place;
         let shader = shader(of, place.sample, place.trial, place.shown);
         let constants = NetworkStep {
             first,

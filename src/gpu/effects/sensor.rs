@@ -9,7 +9,7 @@ use crate::gpu::pass::{
     COMPUTE, COMPUTE_READ, COMPUTE_WRITE, COMPUTED, COPIED, COPY_READ, COPY_WRITE, Frame, Pass, barrier, to_host,
 };
 use crate::gpu::resource::Role::{Readback, Storage, Uniform};
-use crate::gpu::resource::{Per, Resource, lent, made};
+use crate::gpu::resource::{Per, Resource, lent, made, resources};
 use crate::gpu::scene_data::SceneData;
 use crate::gpu::shaders::Shader;
 use crate::thermal::sensor::spread::Spread;
@@ -24,40 +24,40 @@ macro_rules! buffer {
     };
 }
 
-/// `Sensor`, written by the host.
-pub(crate) static SETTINGS: Resource = buffer!("Sensor", size_of::<layout::Sensor>(), Uniform, |_| 1).each_slot();
-/// Weights of the point spread and of the halo.
-pub(crate) static KERNEL: Resource =
-    buffer!("SensorKernel", 16, Uniform, |one| if one.kernel.is_empty() { 0 } else { Spread::ROOM }, |one| lent(
-        &one.kernel
-    ));
-/// Copy of the image's radiance that the sensor reads.
-pub(crate) static SEEN: Resource =
-    buffer!("SensorSeen", 16, Storage, |one| { one.settings.width as usize * one.settings.height as usize });
-/// Radiance of four pixels after the point spread along rows, for each term.
-pub(crate) static ROWS: Resource = buffer!("SensorRows", 16, Storage, |one| one.groups() * one.settings.terms as usize);
-/// Mean radiance of each cell of the halo's grid.
-pub(crate) static CELLS: Resource = buffer!("SensorCells", 4, Storage, SensorTables::cells);
-/// The halo at each cell.
-pub(crate) static HALO: Resource = buffer!("SensorHalo", 4, Storage, SensorTables::cells);
-/// Share of the light that arrives at four pixels.
-pub(crate) static VIGNETTING: Resource =
-    buffer!("SensorVignetting", 16, Storage, |one| one.vignetting.len() / tables::GROUP, |one| lent(&one.vignetting));
-/// Signal of the bolometer at the last image.
-pub(crate) static BOLOMETER: Resource =
-    buffer!("SensorBolometer", 16, Storage, |one| if one.variant.lag { one.groups() } else { 0 }, |one| made(
-        &vec![[0.0f32; 4]; if one.variant.lag { one.groups() } else { 0 }]
-    ));
-/// Inverse temperatures over a table of radiances, for the radiometric output [1/K].
-pub(crate) static GUESSES: Resource = buffer!("SensorGuesses", 4, Storage, |one| one.guesses.len(), |one| lent(&one.guesses));
-/// Digital number of each pixel, and its count of temperature in the upper half word.
-pub(crate) static READING: Resource = buffer!("SensorReading", 16, Storage, SensorTables::groups);
-/// Host copy of `READING`.
-pub(crate) static READBACK: Resource = buffer!("SensorReadback", 16, Readback, SensorTables::groups).each_slot();
-
-/// Buffers of the sensor.
-pub(crate) const RESOURCES: &[&Resource] =
-    &[&SETTINGS, &KERNEL, &SEEN, &ROWS, &CELLS, &HALO, &VIGNETTING, &BOLOMETER, &GUESSES, &READING, &READBACK];
+resources! {
+    /// `Sensor`, written by the host.
+    SETTINGS = buffer!("Sensor", size_of::<layout::Sensor>(), Uniform, |_| 1).each_slot();
+    /// Weights of the point spread and of the halo.
+    KERNEL =
+        buffer!("SensorKernel", 16, Uniform, |one| if one.kernel.is_empty() { 0 } else { Spread::ROOM }, |one| lent(
+            &one.kernel
+        ));
+    /// Copy of the image's radiance that the sensor reads.
+    SEEN = buffer!("SensorSeen", 16, Storage, |one| {
+        one.settings.width as usize * one.settings.height as usize
+    });
+    /// Radiance of four pixels after the point spread along rows, for each term.
+    ROWS = buffer!("SensorRows", 16, Storage, |one| one.groups() * one.settings.terms as usize);
+    /// Mean radiance of each cell of the halo's grid.
+    CELLS = buffer!("SensorCells", 4, Storage, SensorTables::cells);
+    /// The halo at each cell.
+    HALO = buffer!("SensorHalo", 4, Storage, SensorTables::cells);
+    /// Share of the light that arrives at four pixels.
+    VIGNETTING =
+        buffer!("SensorVignetting", 16, Storage,
+        |one| one.vignetting.len() / tables::GROUP, |one| lent(&one.vignetting));
+    /// Signal of the bolometer at the last image.
+    BOLOMETER =
+        buffer!("SensorBolometer", 16, Storage, |one| if one.variant.lag { one.groups() } else { 0 }, |one| made(
+            &vec![[0.0f32; 4]; if one.variant.lag { one.groups() } else { 0 }]
+        ));
+    /// Inverse temperatures over a table of radiances, for the radiometric output [1/K].
+    GUESSES = buffer!("SensorGuesses", 4, Storage, |one| one.guesses.len(), |one| lent(&one.guesses));
+    /// Digital number of each pixel, and its count of temperature in the upper half word.
+    READING = buffer!("SensorReading", 16, Storage, SensorTables::groups);
+    /// Host copy of `READING`.
+    READBACK = buffer!("SensorReadback", 16, Readback, SensorTables::groups).each_slot();
+}
 
 /// Name of the copy of an image for the sensor.
 pub(crate) const COPIED_FOR_SENSOR: &str = "read radiance for the sensor";

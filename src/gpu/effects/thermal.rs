@@ -15,7 +15,7 @@ use crate::gpu::pass::{
 };
 use crate::gpu::resource::Pieces::{Always, WithoutImage, WithoutNormals};
 use crate::gpu::resource::Role::{FromHost, Readback, Storage};
-use crate::gpu::resource::{GROUP, Per, Resource, lent, made};
+use crate::gpu::resource::{GROUP, Per, Resource, lent, made, resources};
 use crate::gpu::scene_data::{SceneData, only};
 use crate::gpu::shaders::Shader;
 use crate::model::nodes::RANGE_GROUPS;
@@ -23,91 +23,67 @@ use crate::model::nodes::RANGE_GROUPS;
 /// Size of the Sun samples of a step [bytes].
 const SAMPLES: usize = 16 * MAX_SUN_SAMPLES;
 
-/// `Step`, written by the host.
-pub static STEP: Resource = Resource::uniform::<layout::Step>("Step", |_| 1).each_joint();
-/// Sun samples of the step, written by the host.
-pub(crate) static SUN_SAMPLES: Resource = Resource::uniform::<[u8; SAMPLES]>("SunSamples", |_| 1).each_joint();
-/// Albedo table over the directions of a normal, written by the host.
-pub static ALBEDO_VALUES: Resource =
-    Resource::new("AlbedoValues", 4, FromHost, Per::Scene, |data| data.albedo_values()).each_slot();
-/// `Step`s of a fused dispatch, written by the host.
-pub(crate) static FUSED_LOADS: Resource = Resource::uniform::<layout::Step>("FusedSteps", fused_steps);
-/// Sun samples of a fused dispatch, written by the host.
-pub(crate) static FUSED_SUN_SAMPLES: Resource = Resource::uniform::<[u8; SAMPLES]>("FusedSunSamples", fused_steps);
-/// Albedo tables of a fused dispatch, written by the host.
-pub(crate) static FUSED_ALBEDO_VALUES: Resource =
-    Resource::new("FusedAlbedoValues", 4, FromHost, Per::Scene, |data| fused_steps(data) * data.albedo_values())
-        .each_slot();
-/// `Material` of every material.
-pub static MATERIALS: Resource =
-    Resource::new("Materials", size_of::<layout::Material>(), Storage, Per::Scene, |data| data.materials.len())
-        .filled(|data| lent(data.materials));
-/// Straight pieces of the shaped response functions.
-pub(crate) static SHAPES: Resource = Resource::new("Shapes", 8, Storage, Per::Scene, |data| data.shapes.values.len())
-    .filled(|data| lent(&data.shapes.values));
-/// Material index of every group.
-pub static GROUP_MATERIAL: Resource = Resource::new("GroupMaterial", 4, Storage, Per::Node, |data| data.groups())
-    .in_pieces(WithoutImage)
-    .filled(|data| lent(data.group_material));
-/// x of the normals.
-pub static NORMAL_X: Resource = Resource::new("NormalX", GROUP, Storage, Per::Node, loaded_groups)
-    .in_pieces(WithoutNormals)
-    .filled(|data| axis(data.normals, 0));
-/// y of the normals.
-pub(crate) static NORMAL_Y: Resource = Resource::new("NormalY", GROUP, Storage, Per::Node, loaded_groups)
-    .in_pieces(WithoutNormals)
-    .filled(|data| axis(data.normals, 1));
-/// z of the normals.
-pub(crate) static NORMAL_Z: Resource = Resource::new("NormalZ", GROUP, Storage, Per::Node, loaded_groups)
-    .in_pieces(WithoutNormals)
-    .filled(|data| axis(data.normals, 2));
-/// Target temperature of every node [K]. Under a plate it is the temperature of the structure.
-pub static TARGET: Resource = Resource::new("Target", GROUP, Storage, Per::Node, full_state_groups).in_pieces(Always);
-/// Target minus old temperature of every node [K]. Along a shaped function it is target minus present temperature. Of a
-/// plate it is what f32 does not hold of its temperature.
-pub(crate) static SPAN: Resource = Resource::new("Span", GROUP, Storage, Per::Node, |data| {
-    only(data.any_range(|variant| variant.kind.has_state()), data.groups())
-})
-.in_pieces(Always);
-/// Time since the transition of every node began [steps]. Under a plate it is the rest and the trend of the structure.
-pub(crate) static ELAPSED: Resource = Resource::new("Elapsed", GROUP, Storage, Per::Node, full_state_groups).in_pieces(Always);
-/// Temperature of every node [K], then the power of every heater of a network in one pass [W].
-pub static TEMPERATURE: Resource = Resource::new("Temperature", GROUP, Storage, Per::Node, |data| {
-    data.groups() + data.network.map_or(0, |network| network.heaters.len().div_ceil(crate::model::nodes::GROUP))
-})
-.in_pieces(WithoutImage);
-/// Temperature of every node before the last step [K], where images lie between steps.
-pub(crate) static EARLIER_TEMPERATURE: Resource =
-    Resource::new("EarlierTemperature", GROUP, Storage, Per::Node, between_groups);
-/// Temperature of every node at the time of an image between steps [K].
-pub(crate) static BETWEEN_TEMPERATURE: Resource =
-    Resource::new("BetweenTemperature", GROUP, Storage, Per::Node, between_groups);
-/// Host copy of `Temperature`.
-pub(crate) static TEMPERATURE_READBACK: Resource =
-    Resource::new("TemperatureReadback", GROUP, Readback, Per::Node, |data| data.groups()).each_slot();
-
-/// Buffers of the thermal step.
-pub(crate) const RESOURCES: &[&Resource] = &[
-    &STEP,
-    &SUN_SAMPLES,
-    &ALBEDO_VALUES,
-    &FUSED_LOADS,
-    &FUSED_SUN_SAMPLES,
-    &FUSED_ALBEDO_VALUES,
-    &MATERIALS,
-    &SHAPES,
-    &GROUP_MATERIAL,
-    &NORMAL_X,
-    &NORMAL_Y,
-    &NORMAL_Z,
-    &TARGET,
-    &SPAN,
-    &ELAPSED,
-    &TEMPERATURE,
-    &EARLIER_TEMPERATURE,
-    &BETWEEN_TEMPERATURE,
-    &TEMPERATURE_READBACK,
-];
+resources! {
+    /// `Step`, written by the host.
+    STEP = Resource::uniform::<layout::Step>("Step", |_| 1).each_joint();
+    /// Sun samples of the step, written by the host.
+    SUN_SAMPLES = Resource::uniform::<[u8; SAMPLES]>("SunSamples", |_| 1).each_joint();
+    /// Albedo table over the directions of a normal, written by the host.
+    ALBEDO_VALUES = Resource::new("AlbedoValues", 4, FromHost, Per::Scene, |data| data.albedo_values()).each_slot();
+    /// `Step`s of a fused dispatch, written by the host.
+    FUSED_LOADS = Resource::uniform::<layout::Step>("FusedSteps", fused_steps);
+    /// Sun samples of a fused dispatch, written by the host.
+    FUSED_SUN_SAMPLES = Resource::uniform::<[u8; SAMPLES]>("FusedSunSamples", fused_steps);
+    /// Albedo tables of a fused dispatch, written by the host.
+    FUSED_ALBEDO_VALUES =
+        Resource::new("FusedAlbedoValues", 4, FromHost, Per::Scene, |data| fused_steps(data) * data.albedo_values())
+            .each_slot();
+    /// `Material` of every material.
+    MATERIALS =
+        Resource::new("Materials", size_of::<layout::Material>(), Storage, Per::Scene, |data| data.materials.len())
+            .filled(|data| lent(data.materials));
+    /// Straight pieces of the shaped response functions.
+    SHAPES = Resource::new("Shapes", 8, Storage, Per::Scene, |data| data.shapes.values.len())
+        .filled(|data| lent(&data.shapes.values));
+    /// Material index of every group.
+    GROUP_MATERIAL = Resource::new("GroupMaterial", 4, Storage, Per::Node, |data| data.groups())
+        .in_pieces(WithoutImage)
+        .filled(|data| lent(data.group_material));
+    /// x of the normals.
+    NORMAL_X = Resource::new("NormalX", GROUP, Storage, Per::Node, loaded_groups)
+        .in_pieces(WithoutNormals)
+        .filled(|data| axis(data.normals, 0));
+    /// y of the normals.
+    NORMAL_Y = Resource::new("NormalY", GROUP, Storage, Per::Node, loaded_groups)
+        .in_pieces(WithoutNormals)
+        .filled(|data| axis(data.normals, 1));
+    /// z of the normals.
+    NORMAL_Z = Resource::new("NormalZ", GROUP, Storage, Per::Node, loaded_groups)
+        .in_pieces(WithoutNormals)
+        .filled(|data| axis(data.normals, 2));
+    /// Target temperature of every node [K]. Under a plate it is the temperature of the structure.
+    TARGET = Resource::new("Target", GROUP, Storage, Per::Node, full_state_groups).in_pieces(Always);
+    /// Target minus old temperature of every node [K]. Along a shaped function it is target minus present temperature. Of a
+    /// plate it is what f32 does not hold of its temperature.
+    SPAN = Resource::new("Span", GROUP, Storage, Per::Node, |data| {
+        only(data.any_range(|variant| variant.kind.has_state()), data.groups())
+    })
+    .in_pieces(Always);
+    /// Time since the transition of every node began [steps]. Under a plate it is the rest and the trend of the structure.
+    ELAPSED = Resource::new("Elapsed", GROUP, Storage, Per::Node, full_state_groups).in_pieces(Always);
+    /// Temperature of every node [K], then the power of every heater of a network in one pass [W].
+    TEMPERATURE = Resource::new("Temperature", GROUP, Storage, Per::Node, |data| {
+        data.groups() + data.network.map_or(0, |network| network.heaters.len().div_ceil(crate::model::nodes::GROUP))
+    })
+    .in_pieces(WithoutImage);
+    /// Temperature of every node before the last step [K], where images lie between steps.
+    EARLIER_TEMPERATURE = Resource::new("EarlierTemperature", GROUP, Storage, Per::Node, between_groups);
+    /// Temperature of every node at the time of an image between steps [K].
+    BETWEEN_TEMPERATURE = Resource::new("BetweenTemperature", GROUP, Storage, Per::Node, between_groups);
+    /// Host copy of `Temperature`.
+    TEMPERATURE_READBACK =
+        Resource::new("TemperatureReadback", GROUP, Readback, Per::Node, |data| data.groups()).each_slot();
+}
 
 fn fused_steps(data: &SceneData<'_>) -> usize {
     only(data.fuses(), FUSED_STEPS)

@@ -6,34 +6,32 @@ use crate::gpu::layout;
 use crate::gpu::pass::{Frame, Pass};
 use crate::gpu::pipeline::SURFACE_FORMAT;
 use crate::gpu::resource::Role::{Colour, FromHost, Storage};
-use crate::gpu::resource::{Per, Resource, lent};
+use crate::gpu::resource::{Per, Resource, lent, resources};
 use crate::gpu::scene_data::{SceneData, only};
 use crate::gpu::shaders::Shader;
 
-/// `Tracing` of the image, written by the host.
-pub static TRACING: Resource =
-    Resource::uniform::<layout::Tracing>("Tracing", |data| only(data.draws() && data.shown.variant.traced, 1));
-/// Boxes of the tree for reflections of the craft, written by the host where parts have moved.
-pub static TRACE_BOXES: Resource =
-    Resource::new("TraceBoxes", size_of::<layout::ShadowBox>(), FromHost, Per::Node, |data| {
-        data.if_drawn(data.shown.traced_boxes)
-    })
-    .each_slot();
-/// Triangles of this tree, written by the host where parts have moved.
-pub static TRACE_TRIANGLES: Resource =
-    Resource::new("TraceTriangles", size_of::<layout::ShadowTriangle>(), FromHost, Per::Node, triangles).each_slot();
-/// Nodes of the corners of these triangles, and their material.
-pub static TRACE_CORNERS: Resource =
-    Resource::new("TraceCorners", 16, Storage, Per::Node, triangles).filled(|data| lent(data.shown.traced));
-/// Normal times depth and face of every texel, if surfaces reflect the craft itself.
-pub static SURFACE_IMAGE: Resource =
-    Resource::image("SurfaceImage", 16, Colour(SURFACE_FORMAT), Per::Pixel, SURFACE_TEXELS, drawn_largest);
-/// Copy of `SURFACE_IMAGE` that shaders read.
-pub static SURFACE: Resource = Resource::new("Surface", 16, Storage, Per::Pixel, SURFACE_TEXELS);
-
-/// Buffers and images of these reflections.
-pub(crate) const RESOURCES: &[&Resource] =
-    &[&TRACING, &TRACE_BOXES, &TRACE_TRIANGLES, &TRACE_CORNERS, &SURFACE_IMAGE, &SURFACE];
+resources! {
+    /// `Tracing` of the image, written by the host.
+    TRACING =
+        Resource::uniform::<layout::Tracing>("Tracing", |data| only(data.draws() && data.shown.variant.traced, 1));
+    /// Boxes of the tree for reflections of the craft, written by the host where parts have moved.
+    TRACE_BOXES = Resource::new("TraceBoxes", size_of::<layout::ShadowBox>(), FromHost, Per::Node, |data| {
+            data.if_drawn(data.shown.traced_boxes)
+        })
+        .each_slot();
+    /// Triangles of this tree, written by the host where parts have moved.
+    TRACE_TRIANGLES =
+        Resource::new("TraceTriangles", size_of::<layout::ShadowTriangle>(), FromHost, Per::Node, triangles)
+            .each_slot();
+    /// Nodes of the corners of these triangles, and their material.
+    TRACE_CORNERS =
+        Resource::new("TraceCorners", 16, Storage, Per::Node, triangles).filled(|data| lent(data.shown.traced));
+    /// Normal times depth and face of every texel, if surfaces reflect the craft itself.
+    SURFACE_IMAGE =
+        Resource::image("SurfaceImage", 16, Colour(SURFACE_FORMAT), Per::Pixel, SURFACE_TEXELS, drawn_largest);
+    /// Copy of `SURFACE_IMAGE` that shaders read.
+    SURFACE = Resource::new("Surface", 16, Storage, Per::Pixel, SURFACE_TEXELS);
+}
 
 const SURFACE_TEXELS: fn(&SceneData<'_>) -> usize = |data| data.texels();
 

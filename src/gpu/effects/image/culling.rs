@@ -20,10 +20,10 @@ const ROUNDING: f64 = 1e-3;
 
 /// Runs of triangles, each with the view of its last culling.
 pub(crate) struct Culling {
-    runs: Vec<Run>,
+    runs: Vec<CulledRun>,
 }
 
-struct Run {
+struct CulledRun {
     of: TriangleRun,
     /// Lower and upper corner of the nodes in the frame of their joint [m].
     bounds: [Vec3; 2],
@@ -43,7 +43,7 @@ impl Culling {
                 [low.min(at), high.max(at)]
             };
             let bounds = nodes.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], around);
-            Run { of: *of, bounds, culled: None, last: None }
+            CulledRun { of: *of, bounds, culled: None, last: None }
         };
         Self { runs: runs.iter().map(run).collect() }
     }

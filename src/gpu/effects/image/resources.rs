@@ -6,188 +6,147 @@ use crate::gpu::layout;
 use crate::gpu::pipeline::{IDENTITY_FORMAT, MEAN_FORMAT, RADIANCE_FORMAT};
 use crate::gpu::resource::Pieces::{Always, WithoutImage};
 use crate::gpu::resource::Role::{Colour, Commands, Depth, FromHost, Readback, Storage, Uniform, WrittenIndices};
-use crate::gpu::resource::{GROUP, Per, Resource, lent, made};
+use crate::gpu::resource::{GROUP, Per, Resource, lent, made, resources};
 use crate::gpu::scene_data::{SceneData, area, only};
 
-/// `View`, written by the host.
-pub(crate) static VIEW: Resource = Resource::uniform::<layout::View>("View", |_| 1).each_joint();
-/// `Surroundings` of the image, written by the host.
-pub static SURROUNDINGS: Resource = Resource::uniform::<layout::Surroundings>("Surroundings", |data| {
-    only(data.draws() && data.shown.variant.sees_surroundings(), 1)
-});
-/// `Reflector` of both faces of every material.
-pub static REFLECTORS: Resource =
-    Resource::new("Reflectors", size_of::<layout::Reflector>(), Storage, Per::Scene, |data| {
-        data.if_drawn(data.shown.reflectors.len())
+resources! {
+    /// `View`, written by the host.
+    VIEW = Resource::uniform::<layout::View>("View", |_| 1).each_joint();
+    /// `Surroundings` of the image, written by the host.
+    SURROUNDINGS = Resource::uniform::<layout::Surroundings>("Surroundings", |data| {
+        only(data.draws() && data.shown.variant.sees_surroundings(), 1)
+    });
+    /// `Reflector` of both faces of every material.
+    REFLECTORS = Resource::new("Reflectors", size_of::<layout::Reflector>(), Storage, Per::Scene, |data| {
+            data.if_drawn(data.shown.reflectors.len())
+        })
+        .filled(|data| lent(data.shown.reflectors));
+    /// Lobes of rough mirrors before the planet, written by the host.
+    LOBES = Resource::new("Lobes", 4, FromHost, Per::Scene, |data| data.if_drawn(data.shown.lobe_values)).each_slot();
+    /// Emissivities of the faces over angle and temperature.
+    EMISSIVITIES =
+        Resource::new("Emissivities", 4, Storage, Per::Scene, |data| data.if_drawn(data.shown.emissivities.len()))
+            .filled(|data| lent(data.shown.emissivities));
+    /// `PlanetView` of the image, written by the host.
+    PLANET_VIEW =
+        Resource::uniform::<layout::PlanetView>("PlanetView", |data| only(data.draws() && data.shown.variant.map, 1));
+    /// Radiances of a planet that is not uniform, over the radiance of its mean temperature.
+    PLANET_MAP = Resource::new("PlanetMap", 4, Storage, Per::Scene, |data| data.if_drawn(data.shown.planet_map.len()))
+            .filled(|data| lent(data.shown.planet_map));
+    /// Its means over the direction of a surface, written by the host.
+    PLANET_MEANS =
+        Resource::new("PlanetMeans", 4, FromHost, Per::Scene, |data| data.if_drawn(data.shown.planet_means))
+            .each_slot();
+    /// Part index of every group.
+    GROUP_PART = Resource::new("GroupPart", 4, Storage, Per::Node, |data| data.if_drawn(data.groups()))
+            .in_pieces(WithoutImage)
+            .filled(|data| lent(data.group_part));
+    /// x of the normals of crinkled foil that is drawn.
+    CRINKLED_X =
+        Resource::new("CrinkledX", GROUP, Storage, Per::Node, crinkled_groups)
+            .filled(|data| axis(data.shown.crinkled, 0));
+    /// y of these normals.
+    CRINKLED_Y =
+        Resource::new("CrinkledY", GROUP, Storage, Per::Node, crinkled_groups)
+            .filled(|data| axis(data.shown.crinkled, 1));
+    /// z of these normals.
+    CRINKLED_Z =
+        Resource::new("CrinkledZ", GROUP, Storage, Per::Node, crinkled_groups)
+            .filled(|data| axis(data.shown.crinkled, 2));
+    /// x of the positions [m].
+    POSITION_X =
+        Resource::new("PositionX", GROUP, Storage, Per::Node, placed_groups).filled(|data| axis(data.positions, 0));
+    /// y of the positions [m].
+    POSITION_Y =
+        Resource::new("PositionY", GROUP, Storage, Per::Node, placed_groups).filled(|data| axis(data.positions, 1));
+    /// z of the positions [m].
+    POSITION_Z =
+        Resource::new("PositionZ", GROUP, Storage, Per::Node, placed_groups).filled(|data| axis(data.positions, 2));
+    /// Node indices of the triangles.
+    TRIANGLES = Resource::new("Triangles", CORNERS, Storage, Per::Triangle, |data| data.if_drawn(data.triangles.len()))
+            .in_pieces(Always)
+            .filled(|data| lent(data.triangles.as_flattened()));
+    /// Triangles that culling kept, at the front of the triangles of each draw.
+    VISIBLE_TRIANGLES = Resource::new("VisibleTriangles", CORNERS, WrittenIndices, Per::Triangle, |data| {
+            data.if_drawn(data.triangles.len())
+        })
+        .in_pieces(Always);
+    /// One `DrawCommand` for each run of `VISIBLE_TRIANGLES`.
+    DRAWS = Resource::new("Draws", size_of::<layout::DrawCommand>(), Commands, Per::Draw, |data| {
+        data.if_drawn(data.runs().iter().map(|run| run.draws().1 as usize).max().unwrap_or(0))
     })
-    .filled(|data| lent(data.shown.reflectors));
-/// Lobes of rough mirrors before the planet, written by the host.
-pub static LOBES: Resource =
-    Resource::new("Lobes", 4, FromHost, Per::Scene, |data| data.if_drawn(data.shown.lobe_values)).each_slot();
-/// Emissivities of the faces over angle and temperature.
-pub static EMISSIVITIES: Resource =
-    Resource::new("Emissivities", 4, Storage, Per::Scene, |data| data.if_drawn(data.shown.emissivities.len()))
-        .filled(|data| lent(data.shown.emissivities));
-/// `PlanetView` of the image, written by the host.
-pub static PLANET_VIEW: Resource =
-    Resource::uniform::<layout::PlanetView>("PlanetView", |data| only(data.draws() && data.shown.variant.map, 1));
-/// Radiances of a planet that is not uniform, over the radiance of its mean temperature.
-pub static PLANET_MAP: Resource =
-    Resource::new("PlanetMap", 4, Storage, Per::Scene, |data| data.if_drawn(data.shown.planet_map.len()))
-        .filled(|data| lent(data.shown.planet_map));
-/// Its means over the direction of a surface, written by the host.
-pub static PLANET_MEANS: Resource =
-    Resource::new("PlanetMeans", 4, FromHost, Per::Scene, |data| data.if_drawn(data.shown.planet_means)).each_slot();
-/// Part index of every group.
-pub static GROUP_PART: Resource =
-    Resource::new("GroupPart", 4, Storage, Per::Node, |data| data.if_drawn(data.groups()))
-        .in_pieces(WithoutImage)
-        .filled(|data| lent(data.group_part));
-/// x of the normals of crinkled foil that is drawn.
-pub(crate) static CRINKLED_X: Resource =
-    Resource::new("CrinkledX", GROUP, Storage, Per::Node, crinkled_groups).filled(|data| axis(data.shown.crinkled, 0));
-/// y of these normals.
-pub(crate) static CRINKLED_Y: Resource =
-    Resource::new("CrinkledY", GROUP, Storage, Per::Node, crinkled_groups).filled(|data| axis(data.shown.crinkled, 1));
-/// z of these normals.
-pub(crate) static CRINKLED_Z: Resource =
-    Resource::new("CrinkledZ", GROUP, Storage, Per::Node, crinkled_groups).filled(|data| axis(data.shown.crinkled, 2));
-/// x of the positions [m].
-pub static POSITION_X: Resource =
-    Resource::new("PositionX", GROUP, Storage, Per::Node, placed_groups).filled(|data| axis(data.positions, 0));
-/// y of the positions [m].
-pub(crate) static POSITION_Y: Resource =
-    Resource::new("PositionY", GROUP, Storage, Per::Node, placed_groups).filled(|data| axis(data.positions, 1));
-/// z of the positions [m].
-pub(crate) static POSITION_Z: Resource =
-    Resource::new("PositionZ", GROUP, Storage, Per::Node, placed_groups).filled(|data| axis(data.positions, 2));
-/// Node indices of the triangles.
-pub static TRIANGLES: Resource =
-    Resource::new("Triangles", CORNERS, Storage, Per::Triangle, |data| data.if_drawn(data.triangles.len()))
-        .in_pieces(Always)
-        .filled(|data| lent(data.triangles.as_flattened()));
-/// Triangles that culling kept, at the front of the triangles of each draw.
-pub static VISIBLE_TRIANGLES: Resource =
-    Resource::new("VisibleTriangles", CORNERS, WrittenIndices, Per::Triangle, |data| {
-        data.if_drawn(data.triangles.len())
+    .in_pieces(Always)
+    .filled(|data| made(&super::runs::whole_draws(&data.runs())));
+    /// Table of the band's radiance.
+    BAND_TABLE = Resource::new("BandTable", 4, Storage, Per::Scene, |data| data.band_table.len())
+        .filled(|data| lent(data.band_table));
+    /// Radiance, temperature and depth of every pixel.
+    RADIANCE_IMAGE =
+        Resource::image("RadianceImage", 16, Colour(RADIANCE_FORMAT), Per::Pixel, drawn_texels, drawn_singly);
+    /// Part and material index of every pixel.
+    IDENTITY_IMAGE =
+        Resource::image("IdentityImage", 8, Colour(IDENTITY_FORMAT), Per::Pixel, drawn_texels, drawn_singly);
+    /// Depth buffer.
+    DEPTH_IMAGE = Resource::image("DepthImage", 4, Depth, Per::Pixel, drawn_texels, drawn_singly);
+    /// `Shutter`, written by the host.
+    SHUTTER = Resource::uniform::<layout::Shutter>("Shutter", |data| {
+        data.of_sampling(|sampling| usize::from(sampling.shutter.is_some()))
     })
-    .in_pieces(Always);
-/// One `DrawCommand` for each run of `VISIBLE_TRIANGLES`.
-pub static DRAWS: Resource = Resource::new("Draws", size_of::<layout::DrawCommand>(), Commands, Per::Draw, |data| {
-    data.if_drawn(data.runs().iter().map(|run| run.draws().1 as usize).max().unwrap_or(0))
-})
-.in_pieces(Always)
-.filled(|data| made(&super::runs::whole_draws(&data.runs())));
-/// Table of the band's radiance.
-pub static BAND_TABLE: Resource = Resource::new("BandTable", 4, Storage, Per::Scene, |data| data.band_table.len())
-    .filled(|data| lent(data.band_table));
-/// Radiance, temperature and depth of every pixel.
-pub(crate) static RADIANCE_IMAGE: Resource =
-    Resource::image("RadianceImage", 16, Colour(RADIANCE_FORMAT), Per::Pixel, drawn_texels, drawn_singly);
-/// Part and material index of every pixel.
-pub(crate) static IDENTITY_IMAGE: Resource =
-    Resource::image("IdentityImage", 8, Colour(IDENTITY_FORMAT), Per::Pixel, drawn_texels, drawn_singly);
-/// Depth buffer.
-pub(crate) static DEPTH_IMAGE: Resource = Resource::image("DepthImage", 4, Depth, Per::Pixel, drawn_texels, drawn_singly);
-/// `Shutter`, written by the host.
-pub(crate) static SHUTTER: Resource = Resource::uniform::<layout::Shutter>("Shutter", |data| {
-    data.of_sampling(|sampling| usize::from(sampling.shutter.is_some()))
-})
-.each_joint();
-/// `Distant`, written by the host.
-pub static DISTANT: Resource =
-    Resource::uniform::<layout::Distant>("Distant", |data| data.of_sampling(|sampling| usize::from(sampling.distant)));
-/// Sizes of an image that is computed from drawn ones.
-pub(crate) static SAMPLING: Resource =
-    Resource::new("Sampling", size_of::<layout::Sampling>(), Uniform, Per::Scene, |data| data.of_computed(|_| 1))
-        .filled(|data| match (&data.sampling, data.image) {
-            (Some(sampling), Some(image)) => made(&[sampling.sizes(image)]),
-            _ => Default::default(),
-        });
-/// Copy of `RADIANCE_IMAGE` that shaders read, and to which reflections of the craft are added.
-pub(crate) static DRAWN_RADIANCE: Resource = Resource::new("DrawnRadiance", 16, Storage, Per::Texel, |data| {
-    let traced = only(data.shown.variant.traced, drawn_texels(data));
-    data.of_computed(|sampling| area(sampling.drawn)).max(traced)
-});
-/// Copy of `IDENTITY_IMAGE` that shaders read.
-pub(crate) static DRAWN_IDENTITY: Resource =
-    Resource::new("DrawnIdentity", 8, Storage, Per::Pixel, |data| data.of_computed(|sampling| area(sampling.drawn)));
-/// Mean radiance and coverage of every texel over its samples.
-pub(crate) static MEAN_IMAGE: Resource =
-    Resource::image("MeanImage", 8, Colour(MEAN_FORMAT), Per::Pixel, mean_texels, drawn_largest);
-/// `MEAN_IMAGE` before the mean over the samples of a texel.
-pub(crate) static MULTI_IMAGE: Resource = Resource::image(
-    "MultiImage",
-    8,
-    Colour(MEAN_FORMAT),
-    Per::Sample,
-    |data| data.of_mean(|mean| only(mean.each > 1, area(mean.size) * mean.each as usize)),
-    drawn_largest,
-);
-/// Depth buffer of `MEAN_IMAGE` or `MULTI_IMAGE`.
-pub(crate) static MEAN_DEPTH_IMAGE: Resource = Resource::image(
-    "MeanDepthImage",
-    4,
-    Depth,
-    Per::Sample,
-    |data| data.of_mean(|mean| area(mean.size) * mean.each as usize),
-    drawn_largest,
-);
-/// Copy of `MEAN_IMAGE` that shaders read, and to which reflections of the craft are added.
-pub(crate) static MEAN: Resource = Resource::new("Mean", 8, Storage, Per::Texel, mean_texels);
-/// Places of the pixels' corners in the finer image of a distorting lens.
-pub(crate) static LENS_MAP: Resource =
-    Resource::new("LensMap", 8, Storage, Per::Pixel, |data| data.of_sampling(|sampling| sampling.map.len()))
-        .filled(|data| data.sampling.as_ref().map_or_else(Default::default, |sampling| lent(&sampling.map)));
-/// Radiance, temperature, depth and coverage of every pixel of an image that is computed from drawn ones.
-pub static IMAGE_RADIANCE: Resource = Resource::new("ImageRadiance", 16, Storage, Per::Pixel, computed_pixels);
-/// Part and material of every pixel of such an image.
-pub(crate) static IMAGE_IDENTITY: Resource = Resource::new("ImageIdentity", 8, Storage, Per::Pixel, computed_pixels);
-/// Host copy of the radiance of every pixel.
-pub(crate) static RADIANCE_READBACK: Resource =
-    Resource::new("RadianceReadback", 16, Readback, Per::Pixel, pixels).each_slot();
-/// Host copy of part and material of every pixel.
-pub(crate) static IDENTITY_READBACK: Resource = Resource::new("IdentityReadback", 8, Readback, Per::Pixel, pixels).each_slot();
-
-/// Buffers and images of an image.
-pub(crate) const RESOURCES: &[&Resource] = &[
-    &VIEW,
-    &SURROUNDINGS,
-    &REFLECTORS,
-    &LOBES,
-    &EMISSIVITIES,
-    &PLANET_VIEW,
-    &PLANET_MAP,
-    &PLANET_MEANS,
-    &GROUP_PART,
-    &CRINKLED_X,
-    &CRINKLED_Y,
-    &CRINKLED_Z,
-    &POSITION_X,
-    &POSITION_Y,
-    &POSITION_Z,
-    &TRIANGLES,
-    &VISIBLE_TRIANGLES,
-    &DRAWS,
-    &BAND_TABLE,
-    &RADIANCE_IMAGE,
-    &IDENTITY_IMAGE,
-    &DEPTH_IMAGE,
-    &SHUTTER,
-    &DISTANT,
-    &SAMPLING,
-    &DRAWN_RADIANCE,
-    &DRAWN_IDENTITY,
-    &MEAN_IMAGE,
-    &MULTI_IMAGE,
-    &MEAN_DEPTH_IMAGE,
-    &MEAN,
-    &LENS_MAP,
-    &IMAGE_RADIANCE,
-    &IMAGE_IDENTITY,
-    &RADIANCE_READBACK,
-    &IDENTITY_READBACK,
-];
+    .each_joint();
+    /// `Distant`, written by the host.
+    DISTANT = Resource::uniform::<layout::Distant>("Distant", |data| {
+        data.of_sampling(|sampling| usize::from(sampling.distant))
+    });
+    /// Sizes of an image that is computed from drawn ones.
+    SAMPLING =
+        Resource::new("Sampling", size_of::<layout::Sampling>(), Uniform, Per::Scene, |data| data.of_computed(|_| 1))
+            .filled(|data| match (&data.sampling, data.image) {
+                (Some(sampling), Some(image)) => made(&[sampling.sizes(image)]),
+                _ => Default::default(),
+            });
+    /// Copy of `RADIANCE_IMAGE` that shaders read, and to which reflections of the craft are added.
+    DRAWN_RADIANCE = Resource::new("DrawnRadiance", 16, Storage, Per::Texel, |data| {
+        let traced = only(data.shown.variant.traced, drawn_texels(data));
+        data.of_computed(|sampling| area(sampling.drawn)).max(traced)
+    });
+    /// Copy of `IDENTITY_IMAGE` that shaders read.
+    DRAWN_IDENTITY = Resource::new("DrawnIdentity", 8, Storage, Per::Pixel, |data| {
+        data.of_computed(|sampling| area(sampling.drawn))
+    });
+    /// Mean radiance and coverage of every texel over its samples.
+    MEAN_IMAGE = Resource::image("MeanImage", 8, Colour(MEAN_FORMAT), Per::Pixel, mean_texels, drawn_largest);
+    /// `MEAN_IMAGE` before the mean over the samples of a texel.
+    MULTI_IMAGE = Resource::image(
+        "MultiImage",
+        8,
+        Colour(MEAN_FORMAT),
+        Per::Sample,
+        |data| data.of_mean(|mean| only(mean.each > 1, area(mean.size) * mean.each as usize)),
+        drawn_largest,
+    );
+    /// Depth buffer of `MEAN_IMAGE` or `MULTI_IMAGE`.
+    MEAN_DEPTH_IMAGE = Resource::image(
+        "MeanDepthImage",
+        4,
+        Depth,
+        Per::Sample,
+        |data| data.of_mean(|mean| area(mean.size) * mean.each as usize),
+        drawn_largest,
+    );
+    /// Copy of `MEAN_IMAGE` that shaders read, and to which reflections of the craft are added.
+    MEAN = Resource::new("Mean", 8, Storage, Per::Texel, mean_texels);
+    /// Places of the pixels' corners in the finer image of a distorting lens.
+    LENS_MAP = Resource::new("LensMap", 8, Storage, Per::Pixel, |data| data.of_sampling(|sampling| sampling.map.len()))
+            .filled(|data| data.sampling.as_ref().map_or_else(Default::default, |sampling| lent(&sampling.map)));
+    /// Radiance, temperature, depth and coverage of every pixel of an image that is computed from drawn ones.
+    IMAGE_RADIANCE = Resource::new("ImageRadiance", 16, Storage, Per::Pixel, computed_pixels);
+    /// Part and material of every pixel of such an image.
+    IMAGE_IDENTITY = Resource::new("ImageIdentity", 8, Storage, Per::Pixel, computed_pixels);
+    /// Host copy of the radiance of every pixel.
+    RADIANCE_READBACK = Resource::new("RadianceReadback", 16, Readback, Per::Pixel, pixels).each_slot();
+    /// Host copy of part and material of every pixel.
+    IDENTITY_READBACK = Resource::new("IdentityReadback", 8, Readback, Per::Pixel, pixels).each_slot();
+}
 
 fn crinkled_groups(data: &SceneData<'_>) -> usize {
     data.if_drawn(data.shown.crinkled.len() / crate::model::nodes::GROUP)

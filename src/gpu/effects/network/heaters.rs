@@ -9,7 +9,12 @@ pub(crate) const LOGGED: usize = 16;
 const NO_SENSOR: u32 = u32::MAX;
 
 /// Two words of each heater for a plan. `slot` gives the place of a node, and `first` is the place of the first heater's power.
-pub(crate) fn words(heaters: &[OnePassHeater], plan: &OnePassPlan, slot: impl Fn(u32) -> u32, first: u32) -> Vec<[u32; 4]> {
+pub(crate) fn words(
+    heaters: &[OnePassHeater],
+    plan: &OnePassPlan,
+    slot: impl Fn(u32) -> u32,
+    first: u32,
+) -> Vec<[u32; 4]> {
     let words = |(number, heater): (usize, &OnePassHeater)| {
         let place = first + number as u32;
         let Some(one) = &heater.thermostat else { return [[NO_SENSOR, place, 0, 0], [0; 4]] };

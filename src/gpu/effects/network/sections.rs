@@ -27,7 +27,7 @@ pub struct OnePassShape {
 /// A run of groups whose nodes are treated alike.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Section {
-    /// Work on its nodes.
+    /// PassWork on its nodes.
     pub kind: OnePassKind,
     /// Whether they radiate to other nodes.
     pub(crate) radiative: bool,

@@ -12,7 +12,7 @@ use super::heaters;
 use super::sections::{OnePassKind, OnePassShape, SECTIONS, Section};
 use crate::model::nodes::GROUP;
 use crate::thermal::STEFAN_BOLTZMANN;
-use crate::thermal::network::one_pass::{Conduction, OnePassHeater, Large, ExchangeLink, OnePassPlan};
+use crate::thermal::network::one_pass::{Conduction, ExchangeLink, Large, OnePassHeater, OnePassPlan};
 
 /// A place without a node.
 const NONE: u32 = u32::MAX;
@@ -27,7 +27,7 @@ const COLUMNS: usize = 8;
 
 /// Where drawn nodes heat a network: the network's node of each drawn node, or `NO_NODE`, and the area [m2].
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Drawn<'a> {
+pub(crate) struct DrawnNodes<'a> {
     /// Node of the network.
     pub(crate) nodes: &'a [u32],
     /// Area over which its flux heats the node [m2].
@@ -90,7 +90,7 @@ impl OnePassTables {
     pub(crate) fn new(
         plan: &Arc<OnePassPlan>,
         step: f64,
-        drawn: Drawn<'_>,
+        drawn: DrawnNodes<'_>,
         heaters: Vec<OnePassHeater>,
         tolerance: f64,
     ) -> Self {
@@ -348,7 +348,7 @@ impl OnePassTables {
 /// Groups of drawn nodes whose nodes are theirs alone and have no conductors: the nodes, and the number of the group. These nodes are no longer `free`.
 fn alone(
     plan: &OnePassPlan,
-    drawn: Drawn<'_>,
+    drawn: DrawnNodes<'_>,
     sources: &[Vec<(u32, f32)>],
     free: &mut [bool],
 ) -> Vec<([u32; GROUP], u32)> {

@@ -20,7 +20,7 @@ fn each_drawn_node_is_written_by_one_node() {
     // Nodes of a group with one, three, no and two drawn nodes. The others are padding.
     let nodes = [NONE, 0, 1, 1, 3, 1, 3, NONE, 4, 5, 6, 7, 8, 8, NONE, NONE];
     let areas = nodes.map(|node| if node == NONE { 0.0 } else { 0.25 });
-    let tables = OnePassTables::new(&plan, 1.0, Drawn { nodes: &nodes, areas: &areas }, Vec::new(), 0.01);
+    let tables = OnePassTables::new(&plan, 1.0, DrawnNodes { nodes: &nodes, areas: &areas }, Vec::new(), 0.01);
     let mut written: Vec<(u32, f32)> = Vec::new();
     for row in &tables.rows {
         for pair in tables.sources[row[2] as usize..row[3] as usize].chunks(2) {
