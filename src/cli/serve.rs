@@ -129,7 +129,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let target = arguments.device.open()?;
     let log = Log::open(arguments.log.as_deref())?;
-    let picture = Picture { kind: arguments.picture.into(), range: arguments.range };
+    let picture = Picture { kind: arguments.picture, range: arguments.range };
     let stop = stop_flag();
     say!("device: {}; scenes: {}", target.name(), scenes.known());
     if !address.ip().is_loopback() {

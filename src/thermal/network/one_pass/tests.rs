@@ -62,8 +62,7 @@ fn accurate(network: &Network, time: f64, step: f64) -> Vec<f64> {
         ended.expect("no failure");
         first = series.first_step.unwrap_or(series.step);
     }
-    let temperatures = stepper.temperatures();
-    temperatures
+    stepper.temperatures()
 }
 
 fn one_pass(network: &Network, time: f64, step: f64) -> OnePass {
