@@ -8,7 +8,7 @@ use crate::thermal::network::control::Integrator;
 /// A method with fixed sub-steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fixed {
-    /// Forward Euler with a carried residual.
+    /// Forward Euler.
     Euler,
     /// RKL2 with the number of stages that its sub-step needs.
     Rkl2,
