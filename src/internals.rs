@@ -159,7 +159,7 @@ pub use crate::thermal::incident::{IncidentFunction, incident};
 pub use crate::thermal::material::{
     Below, Bulk, Domain, Gloss, Material, Optics, Profile, Radiative, Response, Retarget, Sides, Transition,
 };
-pub use crate::thermal::network::control::{ControlError, FLOOR, IntegrationSettings, Integrator, Series, integrate};
+pub use crate::thermal::network::control::{ControlError, IntegrationSettings, Integrator, Series, integrate};
 pub use crate::thermal::network::reference::ReferenceStepper;
 pub use crate::thermal::network::rkl2::{stable_product, stages_for};
 pub use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};

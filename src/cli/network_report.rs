@@ -33,7 +33,7 @@ pub(super) fn print_series(series: &Series, file: &NetworkFile, settings: &Integ
         let Some(used) = used else { continue };
         let MethodUse { sub_steps, time, range: [least, most], stages: [few, many] } = used;
         let (name, reason) = match place {
-            0 => ("Euler with residual".to_owned(), "the sub-step is stable and its error small enough"),
+            0 => ("Euler".to_owned(), "the sub-step is stable and its error small enough"),
             1 => {
                 let stages = if few == many { few.to_string() } else { format!("{few} to {many}") };
                 (format!("RKL2 with {stages} stages"), "stages follow sub-step x stiffness")

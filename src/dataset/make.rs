@@ -35,6 +35,7 @@ pub struct Shard {
 }
 
 impl Shard {
+    /// The orbits of the shard.
     pub(crate) fn orbits(self, spec: &Spec) -> impl Iterator<Item = u64> + use<> {
         (self.index..spec.orbits()).step_by(self.of as usize)
     }

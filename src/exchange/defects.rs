@@ -7,6 +7,7 @@ use glam::{DVec3, Vec3};
 
 use super::patches::PatchSurface;
 use crate::thermal::material::{Material, Sides};
+use crate::thermal::network::connection::root;
 
 /// Counts of the defects. None of them is mended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -112,13 +113,6 @@ fn inward(
     let mut at = vec![DVec3::ZERO; count];
     welded.iter().zip(&surface.positions).for_each(|(place, position)| at[*place as usize] = *position);
     let mut parent: Vec<u32> = (0..count as u32).collect();
-    fn root(parent: &mut [u32], mut node: u32) -> u32 {
-        while parent[node as usize] != node {
-            parent[node as usize] = parent[parent[node as usize] as usize];
-            node = parent[node as usize];
-        }
-        node
-    }
     for ([a, b, c], _) in triangles.iter().filter(|(_, single)| *single) {
         for other in [b, c] {
             let (one, other) = (root(&mut parent, *a), root(&mut parent, *other));

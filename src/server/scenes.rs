@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use super::error::ServerError;
 use crate::scene::Scene;
 use crate::simulation::prepare::Prepared;
-use crate::simulation::prepare_error::PrepareError;
 
 struct Named {
     names: Vec<String>,
@@ -24,7 +23,7 @@ impl Scenes {
     ///
     /// # Errors
     /// A scene that can not run, or a name that another scene has.
-    pub(crate) fn add(&mut self, name: Option<&str>, path: &Path, scene: Scene) -> Result<(), ServerError> {
+    pub fn add(&mut self, name: Option<&str>, path: &Path, scene: Scene) -> Result<(), ServerError> {
         let mut names = match name {
             Some(name) => vec![name.to_owned()],
             None => {
@@ -42,14 +41,6 @@ impl Scenes {
         Prepared::from_scene(scene.clone(), &mut |_| ())?;
         self.all.push(Named { names, path: path.to_path_buf(), scene });
         Ok(())
-    }
-
-    /// Reads a scene and adds it.
-    ///
-    /// # Errors
-    /// As for [`Scenes::add`].
-    pub fn load(&mut self, name: Option<&str>, path: &Path) -> Result<(), ServerError> {
-        self.add(name, path, Scene::load(path).map_err(PrepareError::from)?)
     }
 
     fn named(&self, name: &str) -> Option<&Named> {

@@ -181,8 +181,7 @@ impl ExchangeTwin {
         self.found.found()
     }
 
-    /// Infrared that every patch absorbs from the others in a load that lasts `steps` [W/m2]. `temperature` [K] and `visibility`, the share of the
-    /// Sun, are functions of the node.
+    /// What every patch absorbs from the others in a load that lasts `steps` [W/m2]. Temperatures [K] and shares of the Sun are those of the nodes.
     pub(crate) fn absorbed(
         &mut self,
         load: &StepLoad,

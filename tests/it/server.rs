@@ -13,13 +13,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use isotherm::Target;
-use isotherm::internals::{Log, Patience, PictureKind, PictureStyle, Scenes, Server, Talk, bind, serve};
+use isotherm::internals::{Log, Patience, PictureKind, PictureStyle, Scene, Scenes, Server, Talk, bind, serve};
 
 /// A server with one scene of the name `craft`, or with none.
 fn server(scene: Option<&Path>, target: Target, kind: PictureKind) -> Server {
     let mut scenes = Scenes::default();
     if let Some(path) = scene {
-        scenes.load(Some("craft"), path).expect("a scene");
+        let scene = Scene::load(path).expect("a scene");
+        scenes.add(Some("craft"), path, scene).expect("a scene that can run");
     }
     let patience = Patience { idle: Duration::from_secs(60), message: Duration::from_millis(500) };
     let picture = PictureStyle { kind, range: None };

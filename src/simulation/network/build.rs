@@ -8,7 +8,7 @@ use crate::model::nodes::{Nodes, PADDING};
 use crate::scene::{ContactRule, Scene};
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::material::{Material, Response};
-use crate::thermal::network::control::{FLOOR, IntegrationSettings, ONE_PASS_TOLERANCE};
+use crate::thermal::network::control::{IntegrationSettings, ONE_PASS_TOLERANCE};
 use crate::thermal::network::one_pass::OnePassPlan;
 use crate::thermal::network::schedule::Thermostat;
 use crate::thermal::shell::{Contact, NO_NODE, Selection, Shell, ShellMaterial, ShellSurface};
@@ -143,8 +143,7 @@ impl SceneNetwork {
             .takes_one_pass()
             .then(|| OnePassPlan::fitting(&shell.network, scene.time.step, &hottest_of_node));
         let usual = if matches!(one_pass, Some(Ok(_))) { ONE_PASS_TOLERANCE } else { integrator.tolerance() };
-        let settings =
-            IntegrationSettings { integrator, tolerance: scene.network.tolerance.unwrap_or(usual), floor: FLOOR };
+        let settings = IntegrationSettings { integrator, tolerance: scene.network.tolerance.unwrap_or(usual) };
         let (step, horizon) = (scene.time.step, scene.orbit.period());
         Ok(Self { shell, settings, node_of_slot, load_areas, heated, one_pass, step, horizon })
     }

@@ -27,7 +27,7 @@ impl NetworkRun {
             return lines;
         }
         let mut lines = vec![("integrated".to_owned(), "f64 on the processor".to_owned())];
-        for (name, used) in ["Euler with residual", "RKL2", "TR-BDF2"].iter().zip(&self.uses) {
+        for (name, used) in ["Euler", "RKL2", "TR-BDF2"].iter().zip(&self.uses) {
             if let Some(used) = used {
                 let [short, long] = used.range;
                 let [fewest, most] = used.stages;

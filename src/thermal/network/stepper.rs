@@ -5,7 +5,7 @@ use std::fmt;
 /// Method of a sub-step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StepMethod {
-    /// Forward Euler with a carried residual: one stage, order 1.
+    /// Forward Euler: one stage, order 1.
     Euler,
     /// Runge-Kutta-Legendre of order 2 in delta form (Meyer, Balsara & Aslam, J. Comput. Phys. 257, 2014), with an odd number of stages of at least 3.
     Rkl2 {
@@ -19,7 +19,7 @@ pub enum StepMethod {
 impl fmt::Display for StepMethod {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Euler => write!(out, "Euler with residual"),
+            Self::Euler => write!(out, "Euler"),
             Self::Rkl2 { stages } => write!(out, "RKL2 with {stages} stages"),
             Self::TrBdf2 => write!(out, "TR-BDF2"),
         }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use isotherm::internals::{FLOOR, IntegrationSettings, Integrator, NetworkFile, ReferenceStepper, integrate};
+use isotherm::internals::{IntegrationSettings, Integrator, NetworkFile, ReferenceStepper, integrate};
 
 use super::AnyError;
 use super::clock::Clock;
@@ -13,7 +13,7 @@ use super::clock::Clock;
 pub fn measure(file: &Path, output: &Path, tolerance: f64, runs: usize) -> Result<Value, AnyError> {
     let file = NetworkFile::load(file)?;
     let mut stepper = ReferenceStepper::new(file.network.clone(), &file.schedule.sensors());
-    let settings = IntegrationSettings { integrator: Integrator::Default, tolerance, floor: FLOOR };
+    let settings = IntegrationSettings { integrator: Integrator::Default, tolerance };
     let mut clocks = Vec::new();
     let (mut rows, mut counts) = (Vec::new(), None);
     for run in 0..=runs {

@@ -7,10 +7,11 @@ use crate::thermal::material::{Domain, Profile};
 
 /// Steps for every kind of function, over both rules and both domains.
 const STEPS: usize = 100_000;
+/// Steps of one walk.
 const WALK: usize = 500;
 
 /// A step of a transition: state, target [K] and time in, state and temperature [K] out.
-type StepFunction = fn(TransitionState, f64, f64, &Transition) -> (TransitionState, f64);
+type Step = fn(TransitionState, f64, f64, &Transition) -> (TransitionState, f64);
 
 /// Takes random steps with a function until one is wrong. In half of the walks the other branch has another function.
 fn walk(
@@ -18,7 +19,7 @@ fn walk(
     all: &[Function],
     (retarget, domain): (Retarget, Domain),
     random: &mut Random,
-    step: StepFunction,
+    step: Step,
 ) -> Result<(), String> {
     let other = if random.unit() < 0.5 { function.clone() } else { random.one_of(all) };
     let mut profiles = [function.clone(), other].map(|function| Profile { function, t_max_steps: random.t_max() });
@@ -70,7 +71,7 @@ fn a_hundred_thousand_steps_of_every_function_lead_to_the_command_and_not_past_i
 /// The walks detect a rule that starts too far away after a change, and a reading that overshoots by 1e-9 K.
 #[test]
 fn walks_fail_with_wrong_rules() {
-    let too_far: StepFunction = |state, commanded, steps_dt, transition| {
+    let too_far: Step = |state, commanded, steps_dt, transition| {
         let mut next = retarget(state, transition.domain.of(commanded), transition);
         if next.target != state.target {
             next.span *= 1.5;
@@ -78,7 +79,7 @@ fn walks_fail_with_wrong_rules() {
         let next = advance(next, steps_dt, transition);
         (next, temperature(next, transition))
     };
-    let past_the_command: StepFunction = |state, commanded, steps_dt, transition| {
+    let past_the_command: Step = |state, commanded, steps_dt, transition| {
         let (state, t) = transition_step(state, commanded, steps_dt, transition);
         (state, t + 1e-9 * state.span.signum())
     };

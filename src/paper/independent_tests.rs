@@ -7,6 +7,7 @@ use crate::environment::sky::SkyError;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::{Network, NodeKind};
 
+/// Solves all cubes.
 pub(crate) fn orbits() -> Orbits {
     Orbits::compute(|_: &Cube, problem: &CubeProblem| Ok::<_, SkyError>(settle(problem))).unwrap()
 }
