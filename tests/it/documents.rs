@@ -135,8 +135,6 @@ fn every_benchmark_has_a_command() {
             "exchange-cost",
             "build",
             "integrators",
-            "small-networks",
-            "stages",
             "one-pass",
             "one-pass-large",
             "one-pass-fine",
