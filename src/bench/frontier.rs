@@ -6,10 +6,9 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::clock::{Deadline, OUT_OF_TIME};
-use super::models::{Basis, Failed, Ran, run};
-use crate::compare::responses;
+use super::models::{Basis, Moves, Ran, run};
 use crate::gpu::context::Context;
-use crate::simulation::prepare::Prepared;
+use crate::scene::Scene;
 use crate::thermal::material::Domain;
 use crate::thermal::network::control::Integrator;
 
@@ -22,7 +21,8 @@ pub struct FrontierRow {
     pub shadows: bool,
     /// Whether its surfaces exchange radiation.
     pub exchange: bool,
-    /// Median device time of the thermal, shadow and network passes of a step [ms].
+    /// Median device time of the thermal, shadow and network passes of a step [ms]. The wall time where the processor
+    /// steps a network.
     pub step_ms: Option<f64>,
     /// Root mean square difference from the accurate network with all light, over area and steps [K].
     pub rms_k: Option<f64>,
@@ -44,75 +44,30 @@ impl FrontierRow {
     }
 }
 
-/// What moves the temperatures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Way {
-    Accurate,
-    Default,
-    Radiative,
-    Fitted,
-    FourthPower,
-    Temperature,
-    Instant,
+const ACCURATE: Moves = Moves::Network(Some(Integrator::Accurate));
+
+/// The responses. The reference comes first.
+const RESPONSES: [(&str, Moves); 7] = [
+    ("network, accurate", ACCURATE),
+    ("network, default", Moves::Network(Some(Integrator::Default))),
+    ("radiative", Moves::Radiative),
+    ("transition, fitted", Moves::Transition(None, None)),
+    ("transition in T4", Moves::Transition(None, Some(Domain::FourthPower))),
+    ("transition in T", Moves::Transition(None, Some(Domain::Temperature))),
+    ("instant", Moves::Instant),
+];
+
+/// The light between parts of a response, the most first: with shadows, and with radiation between surfaces.
+fn lights(moves: Moves, exchange: bool) -> impl Iterator<Item = [bool; 2]> {
+    let is_network = matches!(moves, Moves::Network(_));
+    let all = [[true, true], [true, false], [false, false]];
+    all.into_iter().filter(move |[_, exchanges]| !exchanges || (exchange && is_network))
 }
 
-impl Way {
-    /// The reference comes first.
-    const ALL: [Self; 7] = [
-        Self::Accurate,
-        Self::Default,
-        Self::Radiative,
-        Self::Fitted,
-        Self::FourthPower,
-        Self::Temperature,
-        Self::Instant,
-    ];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Accurate => "network, accurate",
-            Self::Default => "network, default",
-            Self::Radiative => "radiative",
-            Self::Fitted => "transition, fitted",
-            Self::FourthPower => "transition in T4",
-            Self::Temperature => "transition in T",
-            Self::Instant => "instant",
-        }
-    }
-
-    /// What it has of light between parts, the most first: with shadows, and with radiation between surfaces.
-    fn lights(self, exchange: bool) -> impl Iterator<Item = [bool; 2]> {
-        let is_network = matches!(self, Self::Accurate | Self::Default);
-        let all = [[true, true], [true, false], [false, false]];
-        all.into_iter().filter(move |[_, exchanges]| !exchanges || (exchange && is_network))
-    }
-
-    fn prepared(self, basis: &Basis, [shadows, exchange]: [bool; 2]) -> Result<Prepared, Failed> {
-        let Basis { scene, of, .. } = basis;
-        let mut scene = scene.clone();
-        if !shadows {
-            scene.shadows = None;
-        }
-        scene.exchange = basis.stated.filter(|_| exchange);
-        let in_domain = |domain: Domain| {
-            let mut of = of.to_vec();
-            of.iter_mut().filter_map(|one| one.transition.as_mut()).for_each(|one| one.domain = domain);
-            of
-        };
-        let quiet = &mut |_| ();
-        Ok(match self {
-            Self::Instant => responses::instant(&scene, quiet)?,
-            Self::Temperature => responses::transition(&scene, &in_domain(Domain::Temperature), quiet)?,
-            Self::FourthPower => responses::transition(&scene, &in_domain(Domain::FourthPower), quiet)?,
-            Self::Fitted => responses::transition(&scene, of, quiet)?,
-            Self::Radiative => responses::radiative(&scene, quiet)?,
-            Self::Default | Self::Accurate => {
-                let integrator = if self == Self::Accurate { Integrator::Accurate } else { Integrator::Default };
-                (scene.network.integrator, scene.network.tolerance) = (integrator, None);
-                responses::network(&scene, quiet)?
-            }
-        })
-    }
+/// The scene of `basis` with this light between parts.
+fn lit(basis: &Basis, [shadows, exchange]: [bool; 2]) -> Scene {
+    let shadows = basis.scene.shadows.filter(|_| shadows);
+    Scene { shadows, exchange: basis.stated.filter(|_| exchange), ..basis.scene.clone() }
 }
 
 /// Runs every response through the orbit of `basis`. Without the accurate network there are times only.
@@ -125,12 +80,12 @@ pub fn measure(
 ) -> Vec<FrontierRow> {
     let mut truth: Option<Ran> = None;
     let mut rows = Vec::new();
-    for way in Way::ALL {
-        for light @ [shadows, exchange] in way.lights(basis.stated.is_some()) {
-            let row = FrontierRow { response: way.name().to_owned(), shadows, exchange, ..FrontierRow::default() };
+    for (name, moves) in RESPONSES {
+        for light @ [shadows, exchange] in lights(moves, basis.stated.is_some()) {
+            let row = FrontierRow { response: name.to_owned(), shadows, exchange, ..FrontierRow::default() };
             let left_out = if deadline.is_past() {
                 Some(OUT_OF_TIME)
-            } else if quick && matches!(way, Way::Accurate | Way::Default) {
+            } else if quick && matches!(moves, Moves::Network(_)) {
                 Some("left out by --quick")
             } else {
                 None
@@ -139,11 +94,11 @@ pub fn measure(
                 rows.push(FrontierRow { failed: Some(reason.to_owned()), ..row });
                 continue;
             }
-            says(&format!("frontier: {}, {}", way.name(), row.light()));
-            let ran = way.prepared(basis, light).and_then(|prepared| Ok(run(context, &prepared)?));
+            says(&format!("frontier: {name}, {}", row.light()));
+            let ran = moves.prepared(lit(basis, light), &basis.of).and_then(|prepared| Ok(run(context, &prepared)?));
             match ran {
                 Err(error) => rows.push(FrontierRow { failed: Some(error.to_string()), ..row }),
-                Ok(ran) if way == Way::Accurate && truth.is_none() => {
+                Ok(ran) if moves == ACCURATE && truth.is_none() => {
                     rows.push(FrontierRow { step_ms: ran.step_ms, rms_k: Some(0.0), max_k: Some(0.0), ..row });
                     truth = Some(ran);
                 }

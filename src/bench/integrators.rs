@@ -8,7 +8,7 @@ use super::cases::NetworkCase;
 use super::schemes::{Fixed, Scheme};
 use crate::output::statistics::Spread;
 use crate::simulation::network::unfinished;
-use crate::thermal::network::control::{FLOOR, Leg, Settings, integrate_leg};
+use crate::thermal::network::control::{Leg, Settings, integrate_leg};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::rkl2::stages_for;
 use crate::thermal::network::schedule::{HeatTable, Schedule};
@@ -109,14 +109,13 @@ pub fn in_frames(
                 fixed(stepper, case, method, count, number)?;
             }
             Scheme::Controlled(integrator, tolerance) => {
-                let settings = Settings { integrator, tolerance, floor: FLOOR };
+                let settings = Settings { integrator, tolerance };
                 let heat = (0..).zip(heat).map(|(node, heat)| (node, HeatTable::constant(*heat))).collect();
                 let schedule = Schedule { heat, times: vec![case.frame], ..Schedule::default() };
                 let horizon = case.frame * case.frames.len() as f64;
                 let leg = Leg { horizon, step, tight_switches: false };
-                let ended = integrate_leg(stepper, &case.network, &schedule, &settings, leg, |_| true);
-                let failed = |error| Ended::Failed(format!("frame {number}: {}", unfinished(&error)));
-                let series = ended.map_err(failed)?;
+                let (series, ended) = integrate_leg(stepper, &case.network, &schedule, &settings, leg, |_| true);
+                ended.map_err(|error| Ended::Failed(format!("frame {number}: {}", unfinished(&error))))?;
                 step = series.step;
             }
         }

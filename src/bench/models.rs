@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::clock::{Deadline, OUT_OF_TIME};
 use super::frames::resize;
 use crate::compare::responses::{self, OfMaterial};
+use crate::compare::walk;
 use crate::environment::StepLoad;
 use crate::environment::shadow::Method;
 use crate::exchange::step::Settings;
@@ -18,11 +19,11 @@ use crate::model::nodes::GROUP;
 use crate::output::statistics::Spread;
 use crate::scene::{Scene, ShadowSettings};
 use crate::simulation::device_engine::DeviceEngine;
-use crate::simulation::engine::{Engine, EngineError, Order, Step};
+use crate::simulation::engine::{Engine, EngineError};
 use crate::simulation::prepare::Prepared;
-use crate::simulation::surroundings::surroundings_at;
-use crate::simulation::{pose_at, start};
+use crate::simulation::start;
 use crate::thermal::material::{Domain, Retarget, Sides};
+use crate::thermal::network::control::Integrator;
 
 /// Steps of an orbit. Longer steps would represent planet loads badly.
 const STEPS: u32 = 60;
@@ -59,7 +60,8 @@ pub struct Models {
 pub struct ChoiceRow {
     /// The choice, or its change against the base.
     pub choice: String,
-    /// Median device time of the thermal, shadow and network passes of a step [ms].
+    /// Median device time of the thermal, shadow and network passes of a step [ms]. The wall time where the processor
+    /// steps a network.
     pub step_ms: Option<f64>,
     /// Differences from the base.
     pub from_base: Option<Moved>,
@@ -97,96 +99,79 @@ pub struct Moved {
 /// An error of a choice.
 pub(super) type Failed = Box<dyn std::error::Error>;
 
-/// A choice.
+/// What moves the temperatures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Choice {
-    Base,
-    Restart,
-    FourthPower,
+pub(super) enum Moves {
     Instant,
-    Network,
-    WithoutAlbedo,
-    WithoutInfrared,
-    WithoutEclipse,
-    WithoutShadows,
-    ExactShadows,
-    Exchange,
-    NetworkWithExchange,
+    /// The fitted transitions, with another retarget rule and domain where one is given.
+    Transition(Option<Retarget>, Option<Domain>),
+    Radiative,
+    /// With another integrator at its own tolerance where one is given.
+    Network(Option<Integrator>),
 }
 
-impl Choice {
-    const ALL: [Self; 12] = [
-        Self::Base,
-        Self::WithoutShadows,
-        Self::ExactShadows,
-        Self::Restart,
-        Self::FourthPower,
-        Self::Instant,
-        Self::Network,
-        Self::WithoutAlbedo,
-        Self::WithoutInfrared,
-        Self::WithoutEclipse,
-        Self::Exchange,
-        Self::NetworkWithExchange,
-    ];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Base => "transition in T, merge, all loads, shadows by depth",
-            Self::Restart => "retarget = restart",
-            Self::FourthPower => "domain = T4",
-            Self::Instant => "response = instant",
-            Self::Network => "response = network",
-            Self::WithoutAlbedo => "without albedo",
-            Self::WithoutInfrared => "without the planet's infrared",
-            Self::WithoutEclipse => "without eclipse",
-            Self::WithoutShadows => "without shadows",
-            Self::ExactShadows => "shadows by rays",
-            Self::Exchange => "with radiation between surfaces",
-            Self::NetworkWithExchange => "response = network, with radiation between surfaces",
-        }
-    }
-
-    fn scene(self, base: &Scene, exchange: Settings) -> Scene {
-        let mut scene = base.clone();
-        if !matches!(self, Self::Network | Self::NetworkWithExchange) {
-            scene.time.warm_up_orbits = scene.time.warm_up_orbits.min(MOST_ORBITS);
-        }
-        match self {
-            Self::WithoutAlbedo => scene.environment.albedo = None,
-            Self::WithoutInfrared => scene.environment.planet_ir = None,
-            Self::WithoutEclipse => scene.environment.eclipse = false,
-            Self::WithoutShadows => scene.shadows = None,
-            Self::Exchange | Self::NetworkWithExchange => scene.exchange = Some(exchange),
-            Self::ExactShadows => {
-                scene.shadows = scene.shadows.map(|shadows| ShadowSettings { method: Method::Exact, ..shadows });
-            }
-            _ => {}
-        }
-        scene
-    }
-
-    /// The transitions with another retarget rule or another domain. A fit may be in either domain, and the base is in T.
-    fn transitions(self, of: &[OfMaterial]) -> Vec<OfMaterial> {
-        let mut of = of.to_vec();
-        for transition in of.iter_mut().filter_map(|one| one.transition.as_mut()) {
-            transition.domain = if self == Self::FourthPower { Domain::FourthPower } else { Domain::Temperature };
-            if self == Self::Restart {
-                transition.retarget = Retarget::Restart;
-            }
-        }
-        of
-    }
-
-    fn prepared(self, basis: &Basis) -> Result<Prepared, Failed> {
-        let Basis { scene, of, exchange, .. } = basis;
-        let scene = self.scene(scene, *exchange);
+impl Moves {
+    /// A scene with these responses. `of` has the fitted transition of each material.
+    pub(super) fn prepared(self, mut scene: Scene, of: &[OfMaterial]) -> Result<Prepared, Failed> {
+        let quiet = &mut |_| ();
         Ok(match self {
-            Self::Instant => responses::instant(&scene, &mut |_| ())?,
-            Self::Network | Self::NetworkWithExchange => responses::network(&scene, &mut |_| ())?,
-            _ => responses::transition(&scene, &self.transitions(of), &mut |_| ())?,
+            Self::Instant => responses::instant(&scene, quiet)?,
+            Self::Transition(retarget, domain) => {
+                let mut of = of.to_vec();
+                for transition in of.iter_mut().filter_map(|one| one.transition.as_mut()) {
+                    transition.domain = domain.unwrap_or(transition.domain);
+                    transition.retarget = retarget.unwrap_or(transition.retarget);
+                }
+                responses::transition(&scene, &of, quiet)?
+            }
+            Self::Radiative => responses::radiative(&scene, quiet)?,
+            Self::Network(integrator) => {
+                if let Some(integrator) = integrator {
+                    (scene.network.integrator, scene.network.tolerance) = (integrator, None);
+                }
+                responses::network(&scene, quiet)?
+            }
         })
     }
+}
+
+/// A change of the scene. `Settings` are those of radiation between surfaces.
+type Change = fn(&mut Scene, Settings);
+
+/// A fit may be in either domain, and the base is in T.
+const BASE: Moves = Moves::Transition(None, Some(Domain::Temperature));
+const NETWORK: Moves = Moves::Network(None);
+const UNCHANGED: Change = |_, _| ();
+const EXCHANGE: Change = |scene, exchange| scene.exchange = Some(exchange);
+/// Name of the choice from whose shadows those of the base differ.
+const BY_RAYS: &str = "shadows by rays";
+
+/// The choices. The base comes first.
+const CHOICES: [(&str, Moves, Change); 12] = [
+    ("transition in T, merge, all loads, shadows by depth", BASE, UNCHANGED),
+    ("without shadows", BASE, |scene, _| scene.shadows = None),
+    (BY_RAYS, BASE, |scene, _| {
+        scene.shadows = scene.shadows.map(|shadows| ShadowSettings { method: Method::Exact, ..shadows });
+    }),
+    ("retarget = restart", Moves::Transition(Some(Retarget::Restart), Some(Domain::Temperature)), UNCHANGED),
+    ("domain = T4", Moves::Transition(None, Some(Domain::FourthPower)), UNCHANGED),
+    ("response = instant", Moves::Instant, UNCHANGED),
+    ("response = network", NETWORK, UNCHANGED),
+    ("without albedo", BASE, |scene, _| scene.environment.albedo = None),
+    ("without the planet's infrared", BASE, |scene, _| scene.environment.planet_ir = None),
+    ("without eclipse", BASE, |scene, _| scene.environment.eclipse = false),
+    ("with radiation between surfaces", BASE, EXCHANGE),
+    ("response = network, with radiation between surfaces", NETWORK, EXCHANGE),
+];
+
+/// The base scene for a choice.
+fn changed(base: &Scene, moves: Moves, change: Change, exchange: Settings) -> Scene {
+    let mut scene = base.clone();
+    if moves != NETWORK {
+        scene.time.warm_up_orbits = scene.time.warm_up_orbits.min(MOST_ORBITS);
+    }
+    change(&mut scene, exchange);
+    scene
 }
 
 /// The results of a run.
@@ -197,7 +182,7 @@ pub(super) struct Ran {
     images: Vec<Vec<f32>>,
     /// Visible share of the Sun of each vertex at every step, if shadows are on. `None` if the vertex faces away.
     visibility: Vec<Vec<Option<f32>>>,
-    /// Median device time of a step [ms], including the network.
+    /// Median time of a step [ms], including the network.
     pub(super) step_ms: Option<f64>,
 }
 
@@ -231,54 +216,53 @@ impl Basis {
         let areas: Vec<f64> =
             network.nodes.node_of_vertex.iter().map(|node| network.nodes.areas[*node as usize]).collect();
         let exchange = stated.unwrap_or_default();
-        let instant = run(context, &responses::instant(&Choice::Instant.scene(&base, exchange), &mut |_| ())?)?;
-        let of = responses::transitions(&network, &swings(&network, &instant))?;
+        let instant = changed(&base, Moves::Instant, UNCHANGED, exchange);
+        let instant = run(context, &Moves::Instant.prepared(instant, &[])?)?;
+        let material = |node: &u32| network.nodes.group_material[*node as usize / GROUP];
+        let range = |vertex: usize| {
+            let own = instant.temperatures.iter().map(|row| row[vertex]);
+            own.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], t| [low.min(t), high.max(t)])
+        };
+        let vertices = network.nodes.node_of_vertex.iter().zip(&areas).enumerate();
+        let vertices = vertices.map(|(vertex, (node, area))| (material(node), *area, range(vertex)));
+        let of = responses::transitions(&network, &walk::swings(network.materials.len(), vertices))?;
         Ok(Self { scene: base, of, areas, nodes: network.nodes.count, exchange, stated })
     }
 }
 
 /// Measures all choices of a scene. `quick` leaves the network out. If a choice fails, its row states the reason.
 pub fn measure(context: &Arc<Context>, basis: &Basis, quick: bool, deadline: Deadline, says: &dyn Fn(&str)) -> Models {
-    let Basis { scene: base, areas, nodes, .. } = basis;
-    let mut base_run = None;
-    let mut network_run = None;
+    let Basis { scene: base, of, areas, nodes, exchange, .. } = basis;
     let mut rows: Vec<(ChoiceRow, Option<Ran>)> = Vec::new();
-    for choice in Choice::ALL {
-        let row = ChoiceRow { choice: choice.name().to_owned(), ..ChoiceRow::default() };
-        if quick && matches!(choice, Choice::Network | Choice::NetworkWithExchange) {
+    for (name, moves, change) in CHOICES {
+        let row = ChoiceRow { choice: name.to_owned(), ..ChoiceRow::default() };
+        if quick && moves == NETWORK {
             rows.push((ChoiceRow { failed: Some("left out by --quick".to_owned()), ..row }, None));
             continue;
         }
-        if choice != Choice::Base && deadline.is_past() {
+        if !rows.is_empty() && deadline.is_past() {
             rows.push((ChoiceRow { failed: Some(OUT_OF_TIME.to_owned()), ..row }, None));
             continue;
         }
-        says(&format!("model choices: {}", choice.name()));
-        let ran = choice.prepared(basis).and_then(|prepared| Ok(run(context, &prepared)?));
+        says(&format!("model choices: {name}"));
+        let scene = changed(base, moves, change, *exchange);
+        let ran = moves.prepared(scene, of).and_then(|prepared| Ok(run(context, &prepared)?));
         match ran {
             Err(error) => rows.push((ChoiceRow { failed: Some(error.to_string()), ..row }, None)),
-            Ok(ran) => {
-                match choice {
-                    Choice::Base => base_run = Some(rows.len()),
-                    Choice::Network => network_run = Some(rows.len()),
-                    _ => {}
-                }
-                rows.push((ChoiceRow { step_ms: ran.step_ms, ..row }, Some(ran)));
-            }
+            Ok(ran) => rows.push((ChoiceRow { step_ms: ran.step_ms, ..row }, Some(ran))),
         }
     }
-    let moved = |ran: &Ran, from: Option<usize>, own: usize| -> Option<Moved> {
-        let from = from.filter(|from| *from != own)?;
-        rows[from].1.as_ref().map(|from| ran.moved(from, areas))
+    let network = CHOICES.iter().position(|(_, moves, _)| *moves == NETWORK).unwrap_or(0);
+    let moved = |ran: &Ran, from: usize, own: usize| -> Option<Moved> {
+        rows[from].1.as_ref().filter(|_| from != own).map(|from| ran.moved(from, areas))
     };
     let choices = rows.iter().enumerate().map(|(own, (row, ran))| match ran {
         None => row.clone(),
         Some(ran) => ChoiceRow {
-            from_base: moved(ran, base_run, own),
-            from_network: moved(ran, network_run, own),
-            wrong_shadows: base_run
-                .and_then(|base| rows[base].1.as_ref())
-                .filter(|_| row.choice == Choice::ExactShadows.name())
+            from_base: moved(ran, 0, own),
+            from_network: moved(ran, network, own),
+            wrong_shadows: (rows[0].1.as_ref())
+                .filter(|_| row.choice == BY_RAYS)
                 .and_then(|base| wrong_shadows(&base.visibility, &ran.visibility, areas)),
             ..row.clone()
         },
@@ -316,26 +300,23 @@ pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, En
     start(prepared, &mut engine, None, &AtomicBool::new(false), &mut || ())?;
     let mut before = device_ms(&engine);
     let mut step_ms = Vec::new();
-    let step = prepared.scene.time.step;
+    let length = prepared.scene.time.step;
     let mut ran = Ran { temperatures: vec![], images: vec![], visibility: vec![], step_ms: None };
     for number in 1..=prepared.scene.time.steps {
-        let (from, to) = (f64::from(number - 1) * step, f64::from(number) * step);
-        let load = prepared.loads.step_load(from, to);
-        let drawn = camera.is_some() && number % DRAW_EVERY == 0;
-        let joints = prepared.loads.joints_at(to).1;
-        let pose = if drawn { pose_at(prepared, to) } else { None };
-        let surroundings = pose.and_then(|pose| surroundings_at(prepared, to, &pose));
-        let order = Order { pose, joints: &joints, temperatures: true, surroundings, ..Order::default() };
-        engine.submit(Some(Step { load: &load, steps: 1.0, start: from, length: step }), order)?;
-        let delivered = engine.deliver()?;
+        let to = f64::from(number) * length;
+        walk::advance(prepared, &mut engine, number)?;
         let after = device_ms(&engine);
-        step_ms.extend(after.zip(before).map(|(after, before)| after - before));
+        let device = after.zip(before).map(|(after, before)| after - before);
+        // The cost of a network that the processor steps includes the passes of the device.
+        step_ms.extend(engine.network_costs().last().map(|cost| cost.wall_ms).or(device));
         before = after;
-        let device = delivered.temperatures.unwrap_or_default();
-        ran.temperatures.push(prepared.nodes.node_of_vertex.iter().map(|node| device[*node as usize]).collect());
-        ran.images.extend(
-            delivered.pixels.map(|pixels| pixels.radiance_temperature_depth.iter().map(|pixel| pixel[0]).collect()),
-        );
+        ran.temperatures.push(walk::of_vertices(prepared, &walk::temperatures(&mut engine)?));
+        if camera.is_some() && number % DRAW_EVERY == 0 {
+            let pixels = walk::draw(prepared, &mut engine, to)?.1;
+            let radiance = pixels.map(|one| one.radiance_temperature_depth.iter().map(|pixel| pixel[0]).collect());
+            ran.images.extend(radiance);
+        }
+        let load = prepared.loads.step_load(to - length, to);
         if prepared.scene.shadows.is_some() && !load.sun.is_empty() {
             let seen = engine.renderer.visibility()?;
             let facing = facing(prepared, &load);
@@ -356,23 +337,6 @@ fn device_ms(engine: &dyn Engine) -> Option<f64> {
     };
     let passes = passes.iter().filter(|(name, _)| of_step(name));
     Some(passes.map(|(_, samples)| samples.iter().sum::<f64>()).sum())
-}
-
-/// Mean coldest and mean hottest balance temperature of each material's nodes [K], weighted by area.
-fn swings(prepared: &Prepared, instant: &Ran) -> Vec<[f64; 2]> {
-    let nodes = &prepared.nodes;
-    let mut sums = vec![[0.0f64; 3]; prepared.materials.len()];
-    for (vertex, node) in nodes.node_of_vertex.iter().enumerate() {
-        let own = instant.temperatures.iter().map(|row| row[vertex]);
-        let [low, high] = own.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], t| [low.min(t), high.max(t)]);
-        let area = nodes.areas[*node as usize];
-        let [whole, cold, hot] = &mut sums[nodes.group_material[*node as usize / GROUP] as usize];
-        *whole += area;
-        *cold += area * f64::from(low);
-        *hot += area * f64::from(high);
-    }
-    let mean = |[whole, cold, hot]: [f64; 3]| if whole > 0.0 { [cold / whole, hot / whole] } else { [250.0, 300.0] };
-    sums.into_iter().map(mean).collect()
 }
 
 impl Ran {

@@ -27,9 +27,9 @@ pub enum Scheme {
 
 /// Methods of docs/numerics.md 3 that isotherm lacks, and the reason.
 pub const ABSENT: [(&str, &str); 3] = [
-    ("per-node exponential", "not on the device: wrong by tens of kelvin wherever nodes conduct (docs/numerics.md 3)"),
-    ("backward Euler + Jacobi", "not on the device: unconverged Jacobi is wrong by 5 to 50 K (docs/numerics.md 3)"),
-    ("DuFort-Frankel", "not on the device: Euler, or RKL2, is the cheap integrator"),
+    ("per-node exponential", "left out: wrong by tens of kelvin wherever nodes conduct (docs/numerics.md 3)"),
+    ("backward Euler + Jacobi", "left out: unconverged Jacobi is wrong by 5 to 50 K (docs/numerics.md 3)"),
+    ("DuFort-Frankel", "left out: Euler, or RKL2, is the cheap integrator"),
 ];
 
 /// Most passes a frame for forward Euler.

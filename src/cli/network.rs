@@ -18,7 +18,7 @@ use crate::simulation::forecast::bytes;
 use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::target::Target;
 use crate::thermal::network::control::{
-    ControlError, FLOOR, Integrator, MOST_SUB_STEPS, Series, Settings, integrate_and_keep,
+    ControlError, Integrator, Leg, MOST_SUB_STEPS, Series, Settings, integrate_leg,
 };
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::steady::steady;
@@ -137,7 +137,7 @@ fn solve_with(
         return write_rows(output, &file.labels, &[0.0], &[found.temperatures]);
     }
     let tolerance = arguments.tolerance.unwrap_or(arguments.integrator.tolerance());
-    let settings = Settings { integrator: arguments.integrator, tolerance, floor: FLOOR };
+    let settings = Settings { integrator: arguments.integrator, tolerance };
     say!("{}", forecast(file));
     let stop = stop_flag();
     let bar = spinner("time [s]");
@@ -145,7 +145,8 @@ fn solve_with(
         bar.set_position(now as u64);
         !stop.load(std::sync::atomic::Ordering::Relaxed)
     };
-    let (series, ended) = integrate_and_keep(stepper, &file.network, &file.schedule, &settings, watch);
+    let (series, ended) =
+        integrate_leg(stepper, &file.network, &file.schedule, &settings, Leg::whole(&file.schedule), watch);
     bar.finish_and_clear();
     match ended {
         Ok(()) => print_series(&series, file, &settings),

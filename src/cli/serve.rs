@@ -41,7 +41,7 @@ pub struct Arguments {
     allow_remote: bool,
     /// What a picture of `vizard` shows
     #[arg(long, value_enum, default_value = "apparent", value_name = "NAME")]
-    picture: PictureName,
+    picture: Kind,
     /// Temperatures of black and white of `--picture apparent` [K] [default: output.colour_range of the scene, or 150,400]
     #[arg(long, value_name = "LOW,HIGH", value_parser = parse_range)]
     range: Option<[f64; 2]>,
@@ -82,30 +82,6 @@ impl Protocol {
     }
 }
 
-/// Names of the kinds of pictures.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum PictureName {
-    /// Brightness temperature in 8 bits over --range
-    Apparent,
-    /// Brightness temperature in 16 bits, 10 mK a count
-    Apparent16,
-    /// Surface temperature in 16 bits, 10 mK a count
-    Surface16,
-    /// Digital numbers of the scene's [sensor]
-    Sensor,
-}
-
-impl From<PictureName> for Kind {
-    fn from(name: PictureName) -> Self {
-        match name {
-            PictureName::Apparent => Self::Apparent,
-            PictureName::Apparent16 => Self::Apparent16,
-            PictureName::Surface16 => Self::Surface16,
-            PictureName::Sensor => Self::Sensor,
-        }
-    }
-}
-
 fn parse_range(text: &str) -> Result<[f64; 2], String> {
     let numbers =
         text.split_once(',').and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));
@@ -138,14 +114,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     for argument in &arguments.scenes {
         let (name, path) = named(argument);
         let scene = arguments.reach.scene(path)?;
-        if arguments.picture == PictureName::Sensor && scene.sensor.is_none() {
+        if arguments.picture == Kind::Sensor && scene.sensor.is_none() {
             return Err(ServerError::NoSensor(path.to_path_buf()).into());
         }
         for assumption in &scene.assumptions {
             say!("assumed: {}: {assumption}", path.display());
         }
         let no_range = arguments.range.is_none() && scene.colour_range.is_none();
-        if arguments.protocol == Protocol::Vizard && arguments.picture == PictureName::Apparent && no_range {
+        if arguments.protocol == Protocol::Vizard && arguments.picture == Kind::Apparent && no_range {
             let [low, high] = DEFAULT_RANGE;
             say!("assumed: {}: black is {low} K and white is {high} K (--range is absent)", path.display());
         }
@@ -153,7 +129,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let target = arguments.device.open()?;
     let log = Log::open(arguments.log.as_deref())?;
-    let picture = Picture { kind: arguments.picture.into(), range: arguments.range };
+    let picture = Picture { kind: arguments.picture, range: arguments.range };
     let stop = stop_flag();
     say!("device: {}; scenes: {}", target.name(), scenes.known());
     if !address.ip().is_loopback() {

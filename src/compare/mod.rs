@@ -1,6 +1,6 @@
 //! Compares one scene under three responses: instant, transition and network.
 //!
-//! `responses` sets the response of each material in each run. `runs` does the runs. `differences` compares them
+//! `responses` sets the response of each material in each run. `runs` does the runs, step by step as `walk` says. `differences` compares them
 //! with the network. `page` and `files` write the results.
 
 pub(crate) mod differences;
@@ -9,6 +9,7 @@ pub(crate) mod page;
 pub(crate) mod record;
 pub(crate) mod responses;
 pub(crate) mod runs;
+pub(crate) mod walk;
 
 use std::path::PathBuf;
 

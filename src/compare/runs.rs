@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::differences::{Differences, Vertices};
 use super::record::Record;
 use super::responses::{self, OfMaterial};
-use super::{CompareError, INSTANT, NETWORK, RESPONSES, TRANSITION};
+use super::{CompareError, INSTANT, NETWORK, RESPONSES, TRANSITION, walk};
 use crate::model::nodes::GROUP;
 use crate::output::clock::Seconds;
 use crate::output::job::check_finite;
@@ -18,12 +18,11 @@ use crate::output::statistics::Spread;
 use crate::output::tables::NodeGroups;
 use crate::output::views::Views;
 use crate::scene::{Draw, Scene};
-use crate::simulation::engine::{Engine, EngineError, Order, Rows, Step};
+use crate::simulation::engine::{Engine, EngineError};
 use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
-use crate::simulation::surroundings::surroundings_at;
 use crate::simulation::target::Target;
-use crate::simulation::{is_drawn, moments, pose_at, start};
+use crate::simulation::{is_drawn, start};
 
 /// Most steps that are shown as pictures.
 pub const MOST_VIEWS: usize = 6;
@@ -149,7 +148,9 @@ pub fn all(
     let setting = Setting { target, stop, progress, vertices: &vertices, shown: &shown };
     let network = setting.run(NETWORK, prepared_network, &mut Held::Recorded(&mut record))?;
     let instant = setting.run(INSTANT, responses::instant(scene, &mut |_| ())?, &mut Held::Against(&mut record))?;
-    let swings = swings(&instant, &vertices);
+    let of_vertices = vertices.materials.iter().zip(&vertices.areas).zip(&instant.range);
+    let of_vertices = of_vertices.map(|((material, area), range)| (*material, *area, *range));
+    let swings = walk::swings(instant.prepared.materials.len(), of_vertices);
     let materials = responses::transitions(&network.prepared, &swings)?;
     let prepared = responses::transition(scene, &materials, &mut |_| ())?;
     let transition = setting.run(TRANSITION, prepared, &mut Held::Against(&mut record))?;
@@ -168,20 +169,6 @@ fn vertices(prepared: &Prepared) -> Vertices {
         materials: of(&nodes.group_material),
         positions: nodes.node_of_vertex.iter().map(|node| nodes.positions[*node as usize].to_array()).collect(),
     }
-}
-
-/// Mean coldest and mean hottest temperature of each material's nodes [K], weighted by area.
-fn swings(ran: &Ran, vertices: &Vertices) -> Vec<[f64; 2]> {
-    let mut sums = vec![[0.0f64; 3]; ran.prepared.materials.len()];
-    for ((material, area), range) in vertices.materials.iter().zip(&vertices.areas).zip(&ran.range) {
-        let [whole, cold, hot] = &mut sums[*material as usize];
-        *whole += area;
-        *cold += area * f64::from(range[0]);
-        *hot += area * f64::from(range[1]);
-    }
-    // A material without nodes has no temperatures. Its transition has no effect.
-    let mean = |[whole, cold, hot]: [f64; 3]| if whole > 0.0 { [cold / whole, hot / whole] } else { [250.0, 300.0] };
-    sums.into_iter().map(mean).collect()
 }
 
 fn views(ran: &mut [Ran], shown: &[u32]) -> Vec<Views> {
@@ -267,32 +254,21 @@ impl Setting<'_> {
             }
             let now = f64::from(step) * time.step;
             if step > 0 {
-                let load = prepared.loads.step_load(now - time.step, now);
-                let advance = Step { load: &load, steps: 1.0, start: now - time.step, length: time.step };
-                step_ms
-                    .push(timed(|| engine.submit(Some(advance), Order::default()).and_then(|()| engine.deliver()))?.0);
+                step_ms.push(walk::advance(&prepared, &mut *engine, step)?);
             }
-            engine.submit(None, Order { temperatures: true, ..Order::default() })?;
-            let device = engine.deliver()?.temperatures.unwrap_or_default();
+            let device = walk::temperatures(&mut *engine)?;
             check_finite(&prepared, step, &device)?;
             series.push(groups.row(now, &device, &prepared.probes)?)?;
-            let of_vertex: Vec<f32> =
-                prepared.nodes.node_of_vertex.par_iter().map(|node| device[*node as usize]).collect();
+            let of_vertex = walk::of_vertices(&prepared, &device);
             range.par_iter_mut().zip(&of_vertex).for_each(|(range, t)| *range = [range[0].min(*t), range[1].max(*t)]);
             match held {
                 Held::Recorded(record) => record.push(&of_vertex)?,
                 Held::Against(record) => differences.add(self.vertices, step, now, &of_vertex, &record.row(step)?),
             }
             if self.shown.binary_search(&step).is_ok() {
-                let joints = prepared.loads.joints_at(now).1;
-                let pose = pose_at(&prepared, now);
-                let moments = moments(&prepared, now, None);
-                let rows = moments.as_ref().map(|moments| Rows(moments));
-                let surroundings = pose.and_then(|pose| surroundings_at(&prepared, now, &pose));
-                let order = Order { pose, joints: &joints, rows, surroundings, ..Order::default() };
-                let (ms, delivered) = timed(|| engine.submit(None, order).and_then(|()| engine.deliver()))?;
+                let (ms, pixels) = walk::draw(&prepared, &mut *engine, now)?;
                 image_ms.push(ms);
-                if let Some(pixels) = delivered.pixels {
+                if let Some(pixels) = pixels {
                     let temperatures = pixels.radiance_temperature_depth.iter().map(|pixel| pixel[1]).collect();
                     images.push((temperatures, pixels.identity.iter().map(|pixel| pixel[0]).collect()));
                 }
@@ -312,13 +288,6 @@ impl Setting<'_> {
         let network = engine.network_description();
         Ok(Ran { series, cost, periodic, network, differences, range, images, prepared })
     }
-}
-
-/// The result of a call, and its duration [ms].
-fn timed<T, E>(call: impl FnOnce() -> Result<T, E>) -> Result<(f64, T), E> {
-    let began = Instant::now();
-    let left = call()?;
-    Ok((began.elapsed().as_secs_f64() * 1e3, left))
 }
 
 /// Number of thermal passes so far, and device time of the thermal and network passes [ms].

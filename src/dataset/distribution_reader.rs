@@ -6,8 +6,9 @@ use toml::de::{DeTable, DeValue};
 use toml::{Spanned, Value};
 
 use super::distribution::{Drawn, NAMES, normal_share};
-use super::toml_value::{number, shown};
+use super::toml_value::shown;
 use crate::scene::keys::suggestion;
+use crate::scene::section::as_number as number;
 
 /// Least probability of `within`, below which a normal distribution is refused.
 const LEAST_SHARE: f64 = 1e-6;

@@ -35,9 +35,6 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// All orbits.
-    pub const WHOLE: Self = Self { index: 0, of: 1 };
-
     /// The orbits of the shard.
     pub fn orbits(self, spec: &Spec) -> impl Iterator<Item = u64> + use<> {
         (self.index..spec.orbits()).step_by(self.of as usize)

@@ -101,11 +101,6 @@ impl<'a> OrbitRun<'a> {
         &self.values.drawn
     }
 
-    /// The simulation.
-    pub fn simulation(&self) -> &Simulation {
-        &self.simulation
-    }
-
     /// Times of the images [s], each with its number in the data set and its rejected attempts, in the order of time.
     ///
     /// # Errors

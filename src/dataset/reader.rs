@@ -7,9 +7,10 @@ use toml::de::{DeTable, DeValue};
 
 use super::distribution::Drawn;
 use super::distribution_reader::read;
-use super::toml_value::{number, shown};
+use super::toml_value::shown;
 use crate::scene::SceneError;
 use crate::scene::keys::{suggestion, unknown_key};
+use crate::scene::section::as_number as number;
 use crate::text::{plain, plain_lines};
 
 /// Path and text of a SPEC file.

@@ -144,18 +144,6 @@ impl Store {
         self.write_to(&self.root.join(name), bytes)
     }
 
-    /// Writes a file of the whole set as [`Store::write`] does, from what `content` writes.
-    ///
-    /// # Errors
-    /// Those of `content`, or as for [`Store::write`].
-    pub fn write_with(
-        &self,
-        name: &str,
-        content: impl FnOnce(&mut dyn Write) -> Result<(), DatasetError>,
-    ) -> Result<(), DatasetError> {
-        self.write_path(&self.root.join(name), content)
-    }
-
     fn write_to(&self, path: &Path, bytes: &[u8]) -> Result<(), DatasetError> {
         let failed = |error| OutputError::write(path, error);
         self.write_path(path, |writer| Ok(writer.write_all(bytes).map_err(failed)?))

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use serde_json::{Map, Value as Json, json};
+use serde_json::{Value as Json, json};
 
 use super::error::DatasetError;
 use super::index;
@@ -121,13 +121,4 @@ fn lines_of<'a>(spec: &'a Spec, root: &'a Path, split: Split, key: &'static str)
         });
         each.collect::<Vec<_>>()
     })
-}
-
-/// The rows of an orbit.
-pub fn rows_of(orbit: &Json) -> Vec<&Map<String, Json>> {
-    orbit
-        .get("images")
-        .and_then(Json::as_array)
-        .map(|rows| rows.iter().filter_map(Json::as_object).collect())
-        .unwrap_or_default()
 }

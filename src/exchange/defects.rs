@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 
 use super::patches::Surface;
 use crate::thermal::material::{Material, Sides};
+use crate::thermal::network::connection::root;
 
 /// Counts of what is wrong. None of it is mended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -111,13 +112,6 @@ fn inward(
     let mut at = vec![DVec3::ZERO; count];
     welded.iter().zip(&surface.positions).for_each(|(place, position)| at[*place as usize] = *position);
     let mut parent: Vec<u32> = (0..count as u32).collect();
-    fn root(parent: &mut [u32], mut node: u32) -> u32 {
-        while parent[node as usize] != node {
-            parent[node as usize] = parent[parent[node as usize] as usize];
-            node = parent[node as usize];
-        }
-        node
-    }
     for ([a, b, c], _) in triangles.iter().filter(|(_, single)| *single) {
         for other in [b, c] {
             let (one, other) = (root(&mut parent, *a), root(&mut parent, *other));

@@ -9,7 +9,7 @@ pub(crate) mod checks;
 pub mod cube;
 pub(crate) mod files;
 #[cfg(test)]
-mod independent;
+mod independent_tests;
 pub(crate) mod orbit_figures;
 pub(crate) mod orbits;
 pub(crate) mod page;

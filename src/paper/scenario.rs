@@ -131,7 +131,7 @@ fn figure_2(solved: &Solved) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::paper::independent;
+    use crate::paper::independent_tests;
 
     fn find<'a>(checks: &'a [Check], words: &[&str]) -> &'a Check {
         let mut found = checks.iter().filter(|check| words.iter().all(|word| check.statement.contains(word)));
@@ -143,7 +143,7 @@ mod tests {
     /// docs/numerics.md 2: the column "computed", and whether the paper's number is reproduced.
     #[test]
     fn the_rows_are_those_of_numerics_2() {
-        let checks = checks(&independent::orbits());
+        let checks = checks(&independent_tests::orbits());
         let al = "Al, radiating, zenith";
         let conducting = "Al, radiating and conducting, zenith";
         let [dim, bright, bare] = ["1361 W", "1367 W", "no planet shadow"];

@@ -42,7 +42,7 @@ pub mod preset;
 mod profile;
 mod quantity;
 mod radiance;
-mod section;
+pub(crate) mod section;
 mod sensor;
 mod sensor_tables;
 mod shadows;

@@ -395,7 +395,8 @@ impl<'a> Section<'a> {
     }
 }
 
-fn as_number(value: &DeValue) -> Option<f64> {
+/// A number that may be written as an integer.
+pub(crate) fn as_number(value: &DeValue) -> Option<f64> {
     match value {
         DeValue::Float(float) => float.as_str().parse().ok(),
         DeValue::Integer(integer) => {

@@ -56,11 +56,6 @@ impl Craft {
         &mut self.simulation
     }
 
-    /// The last state that arrived.
-    pub fn state(&self) -> Option<&State> {
-        self.last.as_ref()
-    }
-
     /// Moves the craft to a state, and steps its temperatures to the last end of a step before it. The first state begins the simulation.
     ///
     /// # Errors

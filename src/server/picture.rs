@@ -15,16 +15,16 @@ pub const KELVIN_PER_COUNT: f64 = 0.01;
 /// Range of a picture of 8 bits where nobody states one [K].
 pub const DEFAULT_RANGE: [f64; 2] = [150.0, 400.0];
 
-/// A kind of picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// A kind of picture. Colder is black, hotter is white. More than 8 bits of a sensor stand at the upper end of 16.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Kind {
-    /// Brightness temperature in 8 bits over a range. Colder is black, hotter is white.
+    /// Brightness temperature in 8 bits over --range
     Apparent,
-    /// Brightness temperature in 16 bits at 10 mK.
+    /// Brightness temperature in 16 bits, 10 mK a count
     Apparent16,
-    /// Surface temperature in 16 bits at 10 mK.
+    /// Surface temperature in 16 bits, 10 mK a count
     Surface16,
-    /// Digital numbers of the scene's sensor: 8 bits as they are, more bits at the upper end of 16.
+    /// Digital numbers of the scene's [sensor]
     Sensor,
 }
 

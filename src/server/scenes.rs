@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use super::error::ServerError;
 use crate::scene::Scene;
 use crate::simulation::prepare::Prepared;
-use crate::simulation::prepare_error::PrepareError;
 
 /// A scene that clients may name.
 struct Named {
@@ -45,14 +44,6 @@ impl Scenes {
         Ok(())
     }
 
-    /// Reads a scene and adds it.
-    ///
-    /// # Errors
-    /// As for [`Scenes::add`].
-    pub fn load(&mut self, name: Option<&str>, path: &Path) -> Result<(), ServerError> {
-        self.add(name, path, Scene::load(path).map_err(PrepareError::from)?)
-    }
-
     fn named(&self, name: &str) -> Option<&Named> {
         self.all.iter().find(|scene| scene.names.iter().any(|known| known == name))
     }
@@ -60,11 +51,6 @@ impl Scenes {
     /// The scene of a name.
     pub fn get(&self, name: &str) -> Option<&Scene> {
         self.named(name).map(|named| &named.scene)
-    }
-
-    /// All scenes.
-    pub fn iter(&self) -> impl Iterator<Item = &Scene> {
-        self.all.iter().map(|named| &named.scene)
     }
 
     /// The shortest name of each scene, for messages.

@@ -182,11 +182,6 @@ impl ExchangeTwin {
         self.found.found()
     }
 
-    /// The light of Sun and planet that holds.
-    pub fn light(&self) -> &Light {
-        &self.light
-    }
-
     /// What every patch absorbs from the others in a load that lasts `steps` [W/m2]. Temperatures [K] and shares of the Sun are those of the nodes.
     pub fn absorbed(
         &mut self,

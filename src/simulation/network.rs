@@ -23,6 +23,7 @@ use std::sync::Arc;
 
 use crate::gpu::effects::network::tables::{DrawnNodes, OnePassTables};
 use crate::model::nodes::{GROUP, Nodes};
+use crate::thermal::network::connection::root;
 use crate::thermal::network::control::Settings;
 use crate::thermal::network::one_pass::{Conduction, Heater, Plan, Unfit};
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
@@ -122,20 +123,14 @@ impl SceneNetwork {
 
     /// For each of `count` parts, the lowest of the parts that conductors join to it.
     pub(super) fn bodies(&self, part_of_node: &[u32], count: usize) -> Vec<usize> {
-        fn lowest(bodies: &[usize], mut part: usize) -> usize {
-            while bodies[part] != part {
-                part = bodies[part];
-            }
-            part
-        }
-        let mut bodies: Vec<usize> = (0..count).collect();
+        let mut bodies: Vec<u32> = (0..count as u32).collect();
         let network = self.network();
         let linear = network.linear.iter().map(|conductor| conductor.nodes);
         for nodes in linear.chain(network.radiative.iter().map(|conductor| conductor.nodes)) {
-            let [a, b] = nodes.map(|node| lowest(&bodies, part_of_node[node as usize] as usize));
-            bodies[a.max(b)] = a.min(b);
+            let [a, b] = nodes.map(|node| root(&mut bodies, part_of_node[node as usize]));
+            bodies[a.max(b) as usize] = a.min(b);
         }
-        (0..count).map(|part| lowest(&bodies, part)).collect()
+        (0..count as u32).map(|part| root(&mut bodies, part) as usize).collect()
     }
 
     /// Nodes that a heater heats, with their shares.

@@ -3,7 +3,7 @@
 //! C dT/dt = Q + sum GL (Tj - Ti) + sum GR sigma (Tj^4 - Ti^4) - eA sigma (T^4 - T_space^4), docs/numerics.md 3. Diffusive nodes store heat. Arithmetic
 //! nodes (C = 0) balance at every moment. Boundary nodes keep their temperature.
 
-mod connection;
+pub(crate) mod connection;
 pub mod control;
 mod newton;
 pub mod one_pass;

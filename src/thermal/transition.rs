@@ -16,7 +16,7 @@ use crate::thermal::material::{Domain, Profile, Retarget, Transition};
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
-mod walks;
+mod walks_tests;
 
 /// Distance [K] from the stored target beyond which the rule `restart` counts a target as moved. The device takes this value too.
 ///

@@ -13,6 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use isotherm::Target;
+use isotherm::scene::Scene;
 use isotherm::server::connection::Patience;
 use isotherm::server::listen::{Server, Talk, bind, serve};
 use isotherm::server::log::Log;
@@ -23,7 +24,8 @@ use isotherm::server::scenes::Scenes;
 fn server(scene: Option<&Path>, target: Target, kind: Kind) -> Server {
     let mut scenes = Scenes::default();
     if let Some(path) = scene {
-        scenes.load(Some("craft"), path).expect("a scene");
+        let scene = Scene::load(path).expect("a scene");
+        scenes.add(Some("craft"), path, scene).expect("a scene that can run");
     }
     let patience = Patience { idle: Duration::from_secs(60), message: Duration::from_millis(500) };
     let picture = Picture { kind, range: None };

@@ -8,7 +8,7 @@ use crate::model::nodes::{Nodes, PADDING};
 use crate::scene::{ContactRule, Scene};
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::material::{Material, Response};
-use crate::thermal::network::control::{FLOOR, ONE_PASS_TOLERANCE, Settings};
+use crate::thermal::network::control::{ONE_PASS_TOLERANCE, Settings};
 use crate::thermal::network::one_pass::Plan;
 use crate::thermal::network::schedule::Thermostat;
 use crate::thermal::shell::{Contact, NO_NODE, Selection, Shell, ShellMaterial, Surface};
@@ -142,7 +142,7 @@ impl SceneNetwork {
         let one_pass =
             integrator.takes_one_pass().then(|| Plan::fitting(&shell.network, scene.time.step, &hottest_of_node));
         let usual = if matches!(one_pass, Some(Ok(_))) { ONE_PASS_TOLERANCE } else { integrator.tolerance() };
-        let settings = Settings { integrator, tolerance: scene.network.tolerance.unwrap_or(usual), floor: FLOOR };
+        let settings = Settings { integrator, tolerance: scene.network.tolerance.unwrap_or(usual) };
         let (step, horizon) = (scene.time.step, scene.orbit.period());
         Ok(Self { shell, settings, node_of_slot, load_areas, heated, one_pass, step, horizon })
     }

@@ -184,14 +184,15 @@ impl NetworkRun {
         }
         let schedule = self.scene.schedule(heat, &self.on, start, length);
         let leg = Leg { horizon: self.scene.horizon.max(length), step: self.step, tight_switches: false };
-        let series = integrate_leg(&mut self.worker, self.scene.network(), &schedule, &self.settings, leg, |_| true)
-            .map_err(|error| match error {
-                ControlError::Chatter { time, thermostat, switches, within } => {
-                    let why = schedule.thermostats[thermostat].chatter(switches, within);
-                    failure(start + time, &format!("the {} {why}", self.scene.thermostat_name(thermostat)))
-                }
-                other => failure(start, &unfinished(&other)),
-            })?;
+        let network = self.scene.network();
+        let (series, ended) = integrate_leg(&mut self.worker, network, &schedule, &self.settings, leg, |_| true);
+        ended.map_err(|error| match error {
+            ControlError::Chatter { time, thermostat, switches, within } => {
+                let why = schedule.thermostats[thermostat].chatter(switches, within);
+                failure(start + time, &format!("the {} {why}", self.scene.thermostat_name(thermostat)))
+            }
+            other => failure(start, &unfinished(&other)),
+        })?;
         self.step = series.first_step.unwrap_or(series.step);
         self.on = series.on;
         self.rejected += series.rejected;

@@ -37,8 +37,8 @@ impl Network {
     }
 }
 
-/// The node that represents the set of a node.
-fn root(parent: &mut [u32], mut node: u32) -> u32 {
+/// The node that represents the set of a node. Each node of `parent` names another of its set, the last one itself.
+pub(crate) fn root(parent: &mut [u32], mut node: u32) -> u32 {
     while parent[node as usize] != node {
         parent[node as usize] = parent[parent[node as usize] as usize];
         node = parent[node as usize];

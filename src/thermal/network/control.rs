@@ -12,7 +12,7 @@ mod rejected;
 mod switching;
 mod terms;
 
-pub use terms::{ControlError, FLOOR, Integrator, Leg, ONE_PASS_TOLERANCE, Series, Settings, Switch, Use};
+pub use terms::{ControlError, Integrator, Leg, ONE_PASS_TOLERANCE, Series, Settings, Switch, Use};
 
 /// Greatest number of RKL2 stages before TR-BDF2 is cheaper, and the number below which RKL2 is used again.
 const MOST_STAGES: [u32; 2] = [41, 25];
@@ -44,6 +44,9 @@ const OPEN_SHARE: f64 = 1e-3;
 /// sub-steps must resolve.
 pub const STIFFEST: f64 = 1e15;
 
+/// Least estimate of an error that is not rounding [K]: ten times the residual of Newton's method.
+const FLOOR: f64 = 1e-9;
+
 /// Most sub-steps of a stepper, over all its integrations: hours of the smallest network.
 pub const MOST_SUB_STEPS: u64 = 10_000_000_000;
 
@@ -59,40 +62,12 @@ pub fn integrate(
     settings: &Settings,
     watch: impl FnMut(f64) -> bool,
 ) -> Result<Series, ControlError> {
-    let (series, ended) = integrate_and_keep(stepper, network, schedule, settings, watch);
+    let (series, ended) = integrate_leg(stepper, network, schedule, settings, Leg::whole(schedule), watch);
     ended.map(|()| series)
 }
 
-/// [`integrate`] that also returns what was computed before an error: the rows and switches until then.
-pub fn integrate_and_keep(
-    stepper: &mut ReferenceStepper,
-    network: &Network,
-    schedule: &Schedule,
-    settings: &Settings,
-    watch: impl FnMut(f64) -> bool,
-) -> (Series, Result<(), ControlError>) {
-    let horizon = schedule.times.last().copied().unwrap_or(1.0);
-    let whole = Leg { horizon, step: f64::INFINITY, tight_switches: true };
-    leg_and_keep(stepper, network, schedule, settings, whole, watch)
-}
-
-/// [`integrate`] for one of many consecutive legs.
-///
-/// # Errors
-/// See [`ControlError`].
+/// [`integrate`] for one leg. With an error it also returns what was computed before: the rows and switches until then.
 pub fn integrate_leg(
-    stepper: &mut ReferenceStepper,
-    network: &Network,
-    schedule: &Schedule,
-    settings: &Settings,
-    leg: Leg,
-    watch: impl FnMut(f64) -> bool,
-) -> Result<Series, ControlError> {
-    let (series, ended) = leg_and_keep(stepper, network, schedule, settings, leg, watch);
-    ended.map(|()| series)
-}
-
-fn leg_and_keep(
     stepper: &mut ReferenceStepper,
     network: &Network,
     schedule: &Schedule,
@@ -112,7 +87,7 @@ fn leg_and_keep(
         network,
         schedule,
         integrator: settings.integrator,
-        limit: (settings.tolerance * share).max(settings.floor),
+        limit: (settings.tolerance * share).max(FLOOR),
         euler_rate: EULER_SHARE * settings.tolerance / duration,
         watch,
         heat: Default::default(),
@@ -414,7 +389,8 @@ mod tests {
         let ended = |left: u64| {
             let mut stepper = ReferenceStepper::new(network.clone(), &[]);
             stepper.set_counts(WorkCounts { sub_steps: MOST_SUB_STEPS - left, ..WorkCounts::default() });
-            integrate_and_keep(&mut stepper, &network, &schedule, &Settings::of(Integrator::Default), |_| true)
+            let (settings, leg) = (Settings::of(Integrator::Default), Leg::whole(&schedule));
+            integrate_leg(&mut stepper, &network, &schedule, &settings, leg, |_| true)
         };
         let (series, end) = ended(200);
         assert!(matches!(end, Err(ControlError::TooLong { .. })), "{end:?}");

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use isotherm::scene::network::NetworkFile;
-use isotherm::thermal::network::control::{FLOOR, Integrator, Settings, integrate};
+use isotherm::thermal::network::control::{Integrator, Settings, integrate};
 use isotherm::thermal::network::reference::ReferenceStepper;
 
 use super::AnyError;
@@ -15,7 +15,7 @@ use super::clock::Clock;
 pub fn measure(file: &Path, output: &Path, tolerance: f64, runs: usize) -> Result<Value, AnyError> {
     let file = NetworkFile::load(file)?;
     let mut stepper = ReferenceStepper::new(file.network.clone(), &file.schedule.sensors());
-    let settings = Settings { integrator: Integrator::Default, tolerance, floor: FLOOR };
+    let settings = Settings { integrator: Integrator::Default, tolerance };
     let mut clocks = Vec::new();
     let (mut rows, mut counts) = (Vec::new(), None);
     for run in 0..=runs {

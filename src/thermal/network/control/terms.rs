@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::thermal::network::schedule::Schedule;
 use crate::thermal::network::stepper::WorkCounts;
 
 /// Choice of methods and of the default tolerance.
@@ -45,17 +46,12 @@ pub struct Settings {
     pub integrator: Integrator,
     /// Tolerance: the error to which sub-steps may add up [K].
     pub tolerance: f64,
-    /// Estimates below this are rounding [K]. No sub-step must err by less.
-    pub floor: f64,
 }
 
-/// The floor in f64 [K]: ten times the residual of Newton's method.
-pub const FLOOR: f64 = 1e-9;
-
 impl Settings {
-    /// Settings with the default tolerance of an integrator, in f64.
+    /// Settings with the default tolerance of an integrator.
     pub fn of(integrator: Integrator) -> Self {
-        Self { integrator, tolerance: integrator.tolerance(), floor: FLOOR }
+        Self { integrator, tolerance: integrator.tolerance() }
     }
 }
 
@@ -115,6 +111,14 @@ pub struct Leg {
     pub step: f64,
     /// Whether thermostats shorten the sub-steps, so that switching times hold over a long run.
     pub tight_switches: bool,
+}
+
+impl Leg {
+    /// The only leg of a schedule.
+    pub fn whole(schedule: &Schedule) -> Self {
+        let horizon = schedule.times.last().copied().unwrap_or(1.0);
+        Self { horizon, step: f64::INFINITY, tight_switches: true }
+    }
 }
 
 /// An error of an integration.

@@ -58,11 +58,11 @@ fn accurate(network: &Network, time: f64, step: f64) -> Vec<f64> {
         let schedule =
             Schedule { constant: heat(network, from, from + step), times: vec![step], ..Schedule::default() };
         let leg = Leg { horizon: time, step: first, tight_switches: false };
-        let series = integrate_leg(&mut stepper, network, &schedule, &settings, leg, |_| true).expect("no failure");
+        let (series, ended) = integrate_leg(&mut stepper, network, &schedule, &settings, leg, |_| true);
+        ended.expect("no failure");
         first = series.first_step.unwrap_or(series.step);
     }
-    let temperatures = stepper.temperatures();
-    temperatures
+    stepper.temperatures()
 }
 
 fn one_pass(network: &Network, time: f64, step: f64) -> OnePass {
@@ -377,7 +377,8 @@ fn accurately_switched(network: &Network, heater: &Heater, time: f64, step: f64)
             ..Schedule::default()
         };
         let leg = Leg { horizon: time, step: first, tight_switches: true };
-        let series = integrate_leg(&mut stepper, network, &schedule, &settings, leg, |_| true).expect("no failure");
+        let (series, ended) = integrate_leg(&mut stepper, network, &schedule, &settings, leg, |_| true);
+        ended.expect("no failure");
         switches.extend(series.switches.iter().map(|switch| (from + switch.time, switch.on)));
         (first, on) = (series.first_step.unwrap_or(series.step), series.on[0]);
     }
