@@ -7,7 +7,7 @@ use isotherm::gpu::context::Context;
 use isotherm::gpu::effects::image;
 use isotherm::gpu::frame::{Frame, Wanted};
 use isotherm::gpu::layout::View;
-use isotherm::gpu::pass::{FrameEntry, PassWork};
+use isotherm::gpu::pass::{ListEntry, PassWork};
 use isotherm::gpu::renderer::{Collected, Renderer, Request};
 use isotherm::gpu::scene_data::SceneData;
 use isotherm::scene::{Camera, Scene};
@@ -104,11 +104,11 @@ fn culling_changes_no_pixel() {
         let mut frame = culled(triangles);
         for entry in &mut frame.entries {
             match entry {
-                FrameEntry::Pass(pass) if pass.entry() == Some("cull.comp") => {
+                ListEntry::Pass(pass) if pass.entry() == Some("cull.comp") => {
                     pass.work =
                         PassWork::Copy { from: &image::resources::TRIANGLES, to: &image::resources::VISIBLE_TRIANGLES };
                 }
-                FrameEntry::Barriers(barriers) => {
+                ListEntry::Barriers(barriers) => {
                     for barrier in barriers.iter_mut().filter(|b| b.resource == &image::resources::VISIBLE_TRIANGLES) {
                         barrier.before.stage = ash::vk::PipelineStageFlags2::ALL_COMMANDS;
                         barrier.before.access = ash::vk::AccessFlags2::MEMORY_WRITE;
@@ -116,7 +116,7 @@ fn culling_changes_no_pixel() {
                         barrier.after.access = ash::vk::AccessFlags2::MEMORY_READ | ash::vk::AccessFlags2::MEMORY_WRITE;
                     }
                 }
-                FrameEntry::Pass(_) => {}
+                ListEntry::Pass(_) => {}
             }
         }
         frame

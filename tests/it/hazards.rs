@@ -10,7 +10,7 @@ use isotherm::gpu::effects::thermal::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::gpu::effects::{image, light, thermal};
 use isotherm::gpu::frame::{Frame, Recipe, Wanted, compose};
 use isotherm::gpu::lists;
-use isotherm::gpu::pass::FrameEntry;
+use isotherm::gpu::pass::ListEntry;
 
 use super::hazard::{HazardKind, barrier_count, derive, hazards, unread_by_host, without_barrier};
 
@@ -191,7 +191,7 @@ fn describe(frame: &Frame, n: usize) -> String {
     let all: Vec<String> = frame
         .entries
         .iter()
-        .filter_map(|entry| if let FrameEntry::Barriers(barriers) = entry { Some(barriers) } else { None })
+        .filter_map(|entry| if let ListEntry::Barriers(barriers) = entry { Some(barriers) } else { None })
         .flatten()
         .map(|barrier| format!("{barrier:?}"))
         .collect();

@@ -9,7 +9,7 @@ use isotherm::gpu::context::Context;
 use isotherm::gpu::effects::thermal::variant::StepRange;
 use isotherm::gpu::effects::thermal::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::gpu::frame::{Frame, Wanted};
-use isotherm::gpu::pass::{Barrier, FrameEntry, PassWork};
+use isotherm::gpu::pass::{Barrier, ListEntry, PassWork};
 use isotherm::gpu::renderer::{Renderer, Request};
 use isotherm::simulation::viewpoint::device_view;
 use isotherm::thermal::material::{Function, Optics, Retarget, Sides};
@@ -106,8 +106,7 @@ fn whole_frames_are_silent() {
 }
 
 fn barriers(frame: &Frame) -> Vec<Barrier> {
-    let of =
-        |entry: &FrameEntry| if let FrameEntry::Barriers(barriers) = entry { barriers.clone() } else { Vec::new() };
+    let of = |entry: &ListEntry| if let ListEntry::Barriers(barriers) = entry { barriers.clone() } else { Vec::new() };
     frame.entries.iter().flat_map(of).collect()
 }
 
@@ -192,8 +191,8 @@ fn barriers_of_a_step() {
 fn unread(frame: &Frame) -> Frame {
     let mut entries = frame.entries.clone();
     entries.retain_mut(|entry| match entry {
-        FrameEntry::Pass(pass) => !matches!(pass.work, PassWork::Copy { to, .. } if to.per_slot),
-        FrameEntry::Barriers(barriers) => {
+        ListEntry::Pass(pass) => !matches!(pass.work, PassWork::Copy { to, .. } if to.per_slot),
+        ListEntry::Barriers(barriers) => {
             barriers.retain(|barrier| !barrier.resource.per_slot);
             !barriers.is_empty()
         }

@@ -25,7 +25,7 @@ shared! {
         pub cells_across: u32,
         /// Rows of cells.
         pub cells_down: u32,
-        /// Reach of the halo [cells].
+        /// PassReach of the halo [cells].
         pub reach: u32,
         /// Seed of the noise.
         pub seed: u32,
