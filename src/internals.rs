@@ -74,7 +74,7 @@ pub use crate::gpu::limits::copies;
 pub use crate::gpu::lists::{
     brightnesses, copied, dispatched, download, filled, radiances, rays, respond as respond_list, upload,
 };
-pub use crate::gpu::pass::{Access, Barrier, FrameEntry, Pass, PassWork, Scope, is_write, writes};
+pub use crate::gpu::pass::{Access, Barrier, ListEntry, Pass, PassWork, Scope, is_write, writes};
 pub use crate::gpu::plan::{Planned, device_bytes};
 pub use crate::gpu::renderer::{Collected, Renderer, Request};
 pub use crate::gpu::resource::{Resource, Role};

@@ -12,7 +12,7 @@ use super::reach::ReachArguments;
 use crate::gpu::context;
 use crate::gpu::effects::exchange::tables::ExchangeTables;
 use crate::gpu::frame::{Frame, compose};
-use crate::gpu::pass::FrameEntry;
+use crate::gpu::pass::ListEntry;
 use crate::gpu::plan::{Planned, device_bytes};
 use crate::gpu::scene_frames::SceneFrames;
 use crate::model::Model;
@@ -212,8 +212,8 @@ impl SceneFacts<'_> {
             .entries
             .iter()
             .map(|entry| match entry {
-                FrameEntry::Pass(pass) => json!({ "pass": pass.name }),
-                FrameEntry::Barriers(barriers) => json!({ "barriers": barriers.iter().map(|barrier| json!({
+                ListEntry::Pass(pass) => json!({ "pass": pass.name }),
+                ListEntry::Barriers(barriers) => json!({ "barriers": barriers.iter().map(|barrier| json!({
                     "resource": format!("{:?}", barrier.resource),
                     "before": format!("{:?}", barrier.before.stage),
                     "after": format!("{:?}", barrier.after.stage),

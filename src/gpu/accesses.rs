@@ -9,8 +9,8 @@ use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 use super::compile::CompileError;
 use super::effects;
 use super::pass::{
-    Access, CLEAR_WRITE, COLOUR, COMPUTE_WRITE, COPY_READ, COPY_WRITE, DEPTH, Frame, FrameEntry, Pass, PassWork, Reach,
-    Scope, is_write, scope,
+    Access, CLEAR_WRITE, COLOUR, COMPUTE_WRITE, COPY_READ, COPY_WRITE, DEPTH, Frame, ListEntry, Pass, PassReach,
+    PassWork, Scope, is_write, scope,
 };
 use super::resource::{Resource, Role};
 use super::shaders::{Shader, module};
@@ -24,7 +24,7 @@ fn whole(resource: &'static Resource, scope: Scope) -> Access {
     Access { resource, scope, range: None, slice: 0, binding: None, layout: ImageLayout::UNDEFINED }
 }
 
-impl Reach {
+impl PassReach {
     /// The buffer that a block stands for.
     fn buffer(&self, block: &str) -> Option<&'static Resource> {
         let instead = self.instead.iter().find(|(name, _)| *name == block);
@@ -100,7 +100,7 @@ impl fmt::Display for Frame {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         for entry in &self.entries {
             match entry {
-                FrameEntry::Pass(pass) => {
+                ListEntry::Pass(pass) => {
                     let accesses = pass.accesses().map_err(|_| fmt::Error)?;
                     let touched = |write: bool| {
                         let touched = accesses.iter().filter(|access| is_write(access.scope.access) == write);
@@ -111,7 +111,7 @@ impl fmt::Display for Frame {
                     writeln!(out, "    reads  {}", touched(false))?;
                     writeln!(out, "    writes {}", touched(true))?;
                 }
-                FrameEntry::Barriers(barriers) => {
+                ListEntry::Barriers(barriers) => {
                     for barrier in barriers {
                         let (before, after) = (barrier.before.stage, barrier.after.stage);
                         writeln!(out, "  barrier {:?}: {before:?} -> {after:?}", barrier.resource)?;

@@ -9,7 +9,7 @@ use ash::vk;
 use super::context::Context;
 use super::error::{During as _, GpuError};
 use super::layout::SLICE;
-use super::pass::{Access, Pass, PassWork, Reach};
+use super::pass::{Access, Pass, PassReach, PassWork};
 use super::pipeline::Pipeline;
 use super::shaders::Shader;
 use super::store::Resources;
@@ -20,7 +20,7 @@ struct ShaderProgram {
     /// Draws what stands behind, with the same descriptor sets.
     behind: Option<Pipeline>,
     /// A set for each slot, by the parts of buffers. A draw has one for each joint.
-    sets: BTreeMap<Reach, Vec<vk::DescriptorSet>>,
+    sets: BTreeMap<PassReach, Vec<vk::DescriptorSet>>,
 }
 
 /// Pipelines and descriptor sets, made from the accesses of the passes.
@@ -51,7 +51,7 @@ impl Bindings {
         resources: &Resources,
         passes: impl IntoIterator<Item = &'p Pass>,
     ) -> Result<(), GpuError> {
-        let mut wanted: BTreeMap<(Vec<Shader>, Reach), &Pass> = BTreeMap::new();
+        let mut wanted: BTreeMap<(Vec<Shader>, PassReach), &Pass> = BTreeMap::new();
         for pass in passes {
             let program = self.program(pass);
             let joints = if matches!(pass.work, PassWork::Draw(_)) { 0..self.joints } else { 0..1 };
@@ -165,9 +165,9 @@ fn program_of(pass: &Pass) -> Cow<'_, [Shader]> {
 }
 
 /// The parts of buffers that a pass touches for a joint.
-fn reach_of(pass: &Pass, joint: u32) -> Cow<'_, Reach> {
+fn reach_of(pass: &Pass, joint: u32) -> Cow<'_, PassReach> {
     match pass.work {
-        PassWork::Draw(_) => Cow::Owned(Reach { joint, ..pass.reach.clone() }),
+        PassWork::Draw(_) => Cow::Owned(PassReach { joint, ..pass.reach.clone() }),
         _ => Cow::Borrowed(&pass.reach),
     }
 }

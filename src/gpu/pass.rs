@@ -68,7 +68,7 @@ pub struct Access {
 
 /// Which parts of which buffers a pass touches, where its shaders do not tell.
 #[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Reach {
+pub struct PassReach {
     /// Joint whose slices it touches; 0 is the body.
     pub(crate) joint: u32,
     /// Ranges of the buffers with so many elements.
@@ -131,29 +131,29 @@ pub struct Pass {
     /// PassWork.
     pub work: PassWork,
     /// Parts of the buffers.
-    pub reach: Reach,
+    pub reach: PassReach,
 }
 
 impl Pass {
     /// A dispatch. The shader tells which buffers it reads and writes.
     pub(crate) fn dispatch(name: impl Into<String>, shader: Shader, workgroups: u32) -> Self {
         let work = PassWork::Dispatch { shader, workgroups, constants: Vec::new() };
-        Self { name: name.into(), work, reach: Reach::default() }
+        Self { name: name.into(), work, reach: PassReach::default() }
     }
 
     /// A draw.
     pub(crate) fn draw(name: &str, drawing: Drawing) -> Self {
-        Self { name: name.to_owned(), work: PassWork::Draw(drawing), reach: Reach::default() }
+        Self { name: name.to_owned(), work: PassWork::Draw(drawing), reach: PassReach::default() }
     }
 
     /// A copy of a whole buffer or image.
     pub(crate) fn copy(name: &str, from: &'static Resource, to: &'static Resource) -> Self {
-        Self { name: name.to_owned(), work: PassWork::Copy { from, to }, reach: Reach::default() }
+        Self { name: name.to_owned(), work: PassWork::Copy { from, to }, reach: PassReach::default() }
     }
 
     /// A fill of a buffer with a 32-bit word.
     pub(crate) fn fill(name: &str, resource: &'static Resource, word: u32) -> Self {
-        Self { name: name.to_owned(), work: PassWork::Fill(resource, word), reach: Reach::default() }
+        Self { name: name.to_owned(), work: PassWork::Fill(resource, word), reach: PassReach::default() }
     }
 
     /// Limits it to a range of elements.
@@ -214,7 +214,7 @@ pub struct Barrier {
 
 /// An entry of a frame list.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum FrameEntry {
+pub enum ListEntry {
     /// A pass.
     Pass(Pass),
     /// Barriers that are recorded together.
@@ -225,25 +225,25 @@ pub enum FrameEntry {
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Frame {
     /// Passes and barriers in queue order.
-    pub entries: Vec<FrameEntry>,
+    pub entries: Vec<ListEntry>,
 }
 
 impl Frame {
     /// Appends a pass.
     pub(crate) fn pass(&mut self, pass: Pass) {
-        self.entries.push(FrameEntry::Pass(pass));
+        self.entries.push(ListEntry::Pass(pass));
     }
 
     /// Appends passes that may run at the same time.
     pub(crate) fn passes_of(&mut self, passes: impl IntoIterator<Item = Pass>) {
-        self.entries.extend(passes.into_iter().map(FrameEntry::Pass));
+        self.entries.extend(passes.into_iter().map(ListEntry::Pass));
     }
 
     /// Appends barriers that are recorded together.
     pub(crate) fn wait(&mut self, barriers: impl IntoIterator<Item = Barrier>) {
         let barriers: Vec<Barrier> = barriers.into_iter().collect();
         if !barriers.is_empty() {
-            self.entries.push(FrameEntry::Barriers(barriers));
+            self.entries.push(ListEntry::Barriers(barriers));
         }
     }
 
@@ -256,15 +256,15 @@ impl Frame {
     /// The passes in queue order.
     pub fn passes(&self) -> impl Iterator<Item = &Pass> {
         self.entries.iter().filter_map(|entry| match entry {
-            FrameEntry::Pass(pass) => Some(pass),
-            FrameEntry::Barriers(_) => None,
+            ListEntry::Pass(pass) => Some(pass),
+            ListEntry::Barriers(_) => None,
         })
     }
 
     /// Puts a word before the names of its passes, under which their times are kept.
     pub(crate) fn named(mut self, word: &str) -> Self {
         for entry in &mut self.entries {
-            if let FrameEntry::Pass(pass) = entry {
+            if let ListEntry::Pass(pass) = entry {
                 pass.name = format!("{word} {}", pass.name);
             }
         }
@@ -274,8 +274,8 @@ impl Frame {
     /// Resources that the host may read after the list.
     pub(crate) fn left_to_host(&self) -> impl Iterator<Item = &'static Resource> {
         let barriers = self.entries.iter().flat_map(|entry| match entry {
-            FrameEntry::Barriers(barriers) => barriers.as_slice(),
-            FrameEntry::Pass(_) => &[],
+            ListEntry::Barriers(barriers) => barriers.as_slice(),
+            ListEntry::Pass(_) => &[],
         });
         barriers.filter(|barrier| barrier.after.stage.contains(S::HOST)).map(|barrier| barrier.resource)
     }

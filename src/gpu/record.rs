@@ -7,7 +7,7 @@ use super::context::Context;
 use super::effects::image::runs::TriangleRun;
 use super::layout;
 use super::memory::Image;
-use super::pass::{Barrier, Drawing, Frame, FrameEntry, Pass, PassWork};
+use super::pass::{Barrier, Drawing, Frame, ListEntry, Pass, PassWork};
 use super::pipeline::Pipeline;
 use super::resource::{Resource, Role};
 use super::store::Resources;
@@ -50,13 +50,13 @@ impl<'a> Recorder<'a> {
     pub(crate) fn record(&mut self, list: &Frame, mut timing: Option<&mut Timing>) {
         for entry in &list.entries {
             match entry {
-                FrameEntry::Barriers(barriers) => {
+                ListEntry::Barriers(barriers) => {
                     if let Some(timing) = &mut timing {
                         timing.end_group(self.commands);
                     }
                     self.barriers(barriers);
                 }
-                FrameEntry::Pass(pass) => {
+                ListEntry::Pass(pass) => {
                     if let Some(timing) = &mut timing {
                         self.context.begin_label(self.commands, &pass.name);
                         timing.begin_pass(self.commands, &pass.name);

@@ -111,6 +111,9 @@ pub(crate) enum Pieces {
 /// Number of elements in a scene.
 type Count = fn(&SceneData<'_>) -> usize;
 
+/// Contents in a scene at the start.
+type Contents = for<'a> fn(&'a SceneData<'_>) -> Cow<'a, [u8]>;
+
 /// A buffer or image that passes access. Each is a `static` in the file of its effect, and is equal only to itself.
 pub struct Resource {
     /// Name. A shader names a buffer by a block with this name and the suffix `Block`.
@@ -132,7 +135,7 @@ pub struct Resource {
     /// Width and height of an image.
     pub(crate) size: fn(&SceneData<'_>) -> [u32; 2],
     /// Contents at the start.
-    pub(crate) contents: Option<for<'a> fn(&'a SceneData<'_>) -> Cow<'a, [u8]>>,
+    pub(crate) contents: Option<Contents>,
 }
 
 impl Resource {
@@ -185,7 +188,7 @@ impl Resource {
     }
 
     /// With contents from the scene at the start.
-    pub(crate) const fn filled(mut self, contents: for<'a> fn(&'a SceneData<'_>) -> Cow<'a, [u8]>) -> Self {
+    pub(crate) const fn filled(mut self, contents: Contents) -> Self {
         self.contents = Some(contents);
         self
     }

@@ -14,7 +14,6 @@ use super::effects::sensor::tables::SensorTables;
 use super::effects::thermal::variant::{StepKind, StepRange, ThermalVariant};
 use super::layout;
 use super::shapes::Shapes;
-use crate::environment::albedo;
 use crate::environment::shadow::{Jointed, Occluders, Redraw};
 use crate::exchange::mirrors::Mirrors;
 use crate::exchange::sky::Renewal;
@@ -180,11 +179,6 @@ impl SceneData<'_> {
     /// Whether the variant of a range fulfils a condition.
     pub(crate) fn any_range(&self, has: fn(&ThermalVariant) -> bool) -> bool {
         self.ranges.iter().any(|range| has(&range.variant))
-    }
-
-    /// Values of the albedo table, or 0.
-    pub(crate) fn albedo_values(&self) -> usize {
-        only(self.any_range(|variant| variant.albedo), (albedo::RESOLUTION + 1).pow(2))
     }
 
     /// Whether an image is drawn.

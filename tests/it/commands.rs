@@ -63,6 +63,8 @@ fn info_of_a_scene_and_what_is_absent_from_it() {
         "thermal_step.instant.sun.planet_ir.albedo",
         "thermal_step.merge.sun.planet_ir.albedo",
         "thermal_step.merge.sun.planet_ir.albedo.both_sides",
+        "absorbed_heat.comp",
+        "absorbed_heat.target",
         "cull",
         "radiance",
         "read radiance",

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::{DAffine3, DQuat};
 use isotherm::internals;
 use isotherm::internals::{
-    Camera, Collected, Context, DeviceData, Frame, FrameEntry, PassWork, Prepared, Renderer, Request, Scene, SceneData,
+    Camera, Collected, Context, DeviceData, Frame, ListEntry, PassWork, Prepared, Renderer, Request, Scene, SceneData,
     View, Wanted, camera_from_body, device_view,
 };
 
@@ -98,10 +98,10 @@ fn culling_changes_no_pixel() {
         let mut frame = culled(triangles);
         for entry in &mut frame.entries {
             match entry {
-                FrameEntry::Pass(pass) if pass.entry() == Some("cull.comp") => {
+                ListEntry::Pass(pass) if pass.entry() == Some("cull.comp") => {
                     pass.work = PassWork::Copy { from: &internals::TRIANGLES, to: &internals::VISIBLE_TRIANGLES };
                 }
-                FrameEntry::Barriers(barriers) => {
+                ListEntry::Barriers(barriers) => {
                     for barrier in barriers.iter_mut().filter(|b| b.resource == &internals::VISIBLE_TRIANGLES) {
                         barrier.before.stage = ash::vk::PipelineStageFlags2::ALL_COMMANDS;
                         barrier.before.access = ash::vk::AccessFlags2::MEMORY_WRITE;
@@ -109,7 +109,7 @@ fn culling_changes_no_pixel() {
                         barrier.after.access = ash::vk::AccessFlags2::MEMORY_READ | ash::vk::AccessFlags2::MEMORY_WRITE;
                     }
                 }
-                FrameEntry::Pass(_) => {}
+                ListEntry::Pass(_) => {}
             }
         }
         frame

@@ -10,9 +10,7 @@ use std::rc::Rc;
 
 use ash::vk::{AccessFlags2, ImageLayout, PipelineStageFlags2};
 
-use isotherm::internals::{
-    Access, Barrier, Frame, FrameEntry, Pass, PassWork, Resource, Role, Scope, is_write, writes,
-};
+use isotherm::internals::{Access, Barrier, Frame, ListEntry, Pass, PassWork, Resource, Role, Scope, is_write, writes};
 
 /// Kind of a missing dependency.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,12 +89,12 @@ pub fn hazards<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Hazard> {
         let key = |resource: &'static Resource| (resource, if resource.per_slot { number % 2 } else { 0 });
         for entry in &frame.entries {
             match entry {
-                FrameEntry::Barriers(barriers) => {
+                ListEntry::Barriers(barriers) => {
                     for barrier in barriers {
                         apply(barrier, past.entry(key(barrier.resource)).or_default(), &mut layouts, &mut found);
                     }
                 }
-                FrameEntry::Pass(pass) => {
+                ListEntry::Pass(pass) => {
                     let accesses = accesses(pass);
                     for access in accesses.iter() {
                         if access.resource.role.is_image() && layouts.get(&access.resource) != Some(&access.layout) {
@@ -234,13 +232,13 @@ pub fn unread_by_host<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<&'
     let mut waiting: Vec<&'static Resource> = Vec::new();
     for entry in frames.into_iter().flat_map(|frame| &frame.entries) {
         match entry {
-            FrameEntry::Pass(pass) => {
+            ListEntry::Pass(pass) => {
                 let accesses = accesses(pass);
                 let written = accesses.iter().filter(|access| is_write(access.scope.access));
                 let of_host = |resource: &&'static Resource| matches!(resource.role, Role::Readback | Role::ToHost);
                 waiting.extend(written.map(|access| access.resource).filter(of_host));
             }
-            FrameEntry::Barriers(barriers) => {
+            ListEntry::Barriers(barriers) => {
                 let shows = |resource: &'static Resource| {
                     let of = barriers.iter().filter(move |barrier| barrier.resource == resource);
                     of.into_iter().any(|barrier| barrier.after.access.contains(AccessFlags2::HOST_READ))
@@ -254,7 +252,7 @@ pub fn unread_by_host<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<&'
 
 /// Number of barriers of a list.
 pub fn barrier_count(frame: &Frame) -> usize {
-    frame.entries.iter().map(|entry| if let FrameEntry::Barriers(barriers) = entry { barriers.len() } else { 0 }).sum()
+    frame.entries.iter().map(|entry| if let ListEntry::Barriers(barriers) = entry { barriers.len() } else { 0 }).sum()
 }
 
 /// The same list without its n-th barrier: what the hazard check and the validation layer must complain about.
@@ -262,7 +260,7 @@ pub fn without_barrier(frame: &Frame, n: usize) -> Frame {
     let mut left = n;
     let mut frame = frame.clone();
     for entry in &mut frame.entries {
-        if let FrameEntry::Barriers(barriers) = entry {
+        if let ListEntry::Barriers(barriers) = entry {
             if left < barriers.len() {
                 barriers.remove(left);
                 break;
@@ -313,7 +311,7 @@ pub fn derive<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Frame> {
             take(&mut entries, barriers, |barrier| {
                 apply(barrier, past.entry(key(barrier.resource)).or_default(), &mut layouts, &mut Vec::new())
             });
-            entries.push(FrameEntry::Pass(pass.clone()));
+            entries.push(ListEntry::Pass(pass.clone()));
             for access in by_resource.into_values().flatten() {
                 if is_write(access.scope.access) && matches!(access.resource.role, Role::Readback | Role::ToHost) {
                     let wrote = Scope { access: writes(access.scope.access), ..access.scope };
@@ -341,9 +339,9 @@ pub fn derive<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Frame> {
 }
 
 /// Adds barriers to a list after they had their effect.
-fn take(entries: &mut Vec<FrameEntry>, barriers: Vec<Barrier>, effect: impl FnMut(&Barrier)) {
+fn take(entries: &mut Vec<ListEntry>, barriers: Vec<Barrier>, effect: impl FnMut(&Barrier)) {
     barriers.iter().for_each(effect);
     if !barriers.is_empty() {
-        entries.push(FrameEntry::Barriers(barriers));
+        entries.push(ListEntry::Barriers(barriers));
     }
 }

@@ -2,7 +2,7 @@
 
 use isotherm::internals;
 use isotherm::internals::{
-    Casting, Curve, Distance, Frame, FrameEntry, HeatOf, RadianceVariant, Recipe, RowOf, Sampled, StepKind, StepRange,
+    Casting, Curve, Distance, Frame, HeatOf, ListEntry, RadianceVariant, Recipe, RowOf, Sampled, StepKind, StepRange,
     ThermalVariant, TriangleRun, Wanted, compose,
 };
 
@@ -185,7 +185,7 @@ fn describe(frame: &Frame, n: usize) -> String {
     let all: Vec<String> = frame
         .entries
         .iter()
-        .filter_map(|entry| if let FrameEntry::Barriers(barriers) = entry { Some(barriers) } else { None })
+        .filter_map(|entry| if let ListEntry::Barriers(barriers) = entry { Some(barriers) } else { None })
         .flatten()
         .map(|barrier| format!("{barrier:?}"))
         .collect();

@@ -4,7 +4,7 @@ use std::sync::{Arc, LazyLock};
 
 use glam::DVec3;
 use isotherm::internals::{
-    AlbedoField, Barrier, Context, Curve, Frame, FrameEntry, Function, Optics, PassWork, PlanetLoad, Renderer, Request,
+    AlbedoField, Barrier, Context, Curve, Frame, Function, ListEntry, Optics, PassWork, PlanetLoad, Renderer, Request,
     Retarget, Sides, StepKind, StepLoad, StepRange, ThermalVariant, Wanted, device_view,
 };
 
@@ -100,8 +100,7 @@ fn whole_frames_are_silent() {
 }
 
 fn barriers(frame: &Frame) -> Vec<Barrier> {
-    let of =
-        |entry: &FrameEntry| if let FrameEntry::Barriers(barriers) = entry { barriers.clone() } else { Vec::new() };
+    let of = |entry: &ListEntry| if let ListEntry::Barriers(barriers) = entry { barriers.clone() } else { Vec::new() };
     frame.entries.iter().flat_map(of).collect()
 }
 
@@ -186,8 +185,8 @@ fn barriers_of_a_step() {
 fn unread(frame: &Frame) -> Frame {
     let mut entries = frame.entries.clone();
     entries.retain_mut(|entry| match entry {
-        FrameEntry::Pass(pass) => !matches!(pass.work, PassWork::Copy { to, .. } if to.per_slot),
-        FrameEntry::Barriers(barriers) => {
+        ListEntry::Pass(pass) => !matches!(pass.work, PassWork::Copy { to, .. } if to.per_slot),
+        ListEntry::Barriers(barriers) => {
             barriers.retain(|barrier| !barrier.resource.per_slot);
             !barriers.is_empty()
         }

@@ -7,6 +7,7 @@ pub(crate) mod tables;
 
 use self::heaters::LOGGED;
 use self::sections::{OnePassKind, OnePassShape, Section, section};
+use self::tables::OnePassTables;
 use super::thermal::TEMPERATURE;
 use crate::gpu::layout::{HeaterStep, NetworkStage, NetworkStep};
 use crate::gpu::pass::{COMPUTE, COMPUTE_WRITE, Frame, HOST_READ, Pass, barrier};
@@ -39,7 +40,7 @@ resources! {
     UNITS = buffer!("OnePassUnits", PAIRS, Storage, Node, |one| one.shape.in_blocks() as usize, |one| lent(&one.units));
     /// Weights of the conduction inside blocks.
     WEIGHTS =
-        buffer!("OnePassWeights", 16, Storage, Node, |one| one.weight_count(), |one| made(&one.weights(&one.plan)));
+        buffer!("OnePassWeights", 16, Storage, Node, OnePassTables::weight_count, |one| made(&one.weights(&one.plan)));
     /// Mean temperatures of every other step [K].
     MEAN_EVEN = buffer!("OnePassMeanEven", GROUP, Storage, Node, |one| one.shape.groups() as usize);
     /// Mean temperatures of the steps between those of `MEAN_EVEN`.

@@ -7,7 +7,7 @@ pub(crate) mod variant;
 use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use self::variant::{StepKind, StepRange, ThermalVariant};
-use crate::environment::MAX_SUN_SAMPLES;
+use crate::environment::{MAX_SUN_SAMPLES, albedo};
 use crate::gpu::layout::{self, FUSED_STEPS};
 use crate::gpu::pass::{
     CLEAR_WRITE, COMPUTE, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Frame, Pass, Scope, barrier, scope,
@@ -29,14 +29,14 @@ resources! {
     /// Sun samples of the step, written by the host.
     SUN_SAMPLES = Resource::uniform::<[u8; SAMPLES]>("SunSamples", |_| 1).each_joint();
     /// Albedo table over the directions of a normal, written by the host.
-    ALBEDO_VALUES = Resource::new("AlbedoValues", 4, FromHost, Per::Scene, |data| data.albedo_values()).each_slot();
+    ALBEDO_VALUES = Resource::new("AlbedoValues", 4, FromHost, Per::Scene, albedo_values).each_slot();
     /// `Step`s of a fused dispatch, written by the host.
     FUSED_LOADS = Resource::uniform::<layout::Step>("FusedSteps", fused_steps);
     /// Sun samples of a fused dispatch, written by the host.
     FUSED_SUN_SAMPLES = Resource::uniform::<[u8; SAMPLES]>("FusedSunSamples", fused_steps);
     /// Albedo tables of a fused dispatch, written by the host.
     FUSED_ALBEDO_VALUES =
-        Resource::new("FusedAlbedoValues", 4, FromHost, Per::Scene, |data| fused_steps(data) * data.albedo_values())
+        Resource::new("FusedAlbedoValues", 4, FromHost, Per::Scene, |data| fused_steps(data) * albedo_values(data))
             .each_slot();
     /// `Material` of every material.
     MATERIALS =
@@ -46,7 +46,7 @@ resources! {
     SHAPES = Resource::new("Shapes", 8, Storage, Per::Scene, |data| data.shapes.values.len())
         .filled(|data| lent(&data.shapes.values));
     /// Material index of every group.
-    GROUP_MATERIAL = Resource::new("GroupMaterial", 4, Storage, Per::Node, |data| data.groups())
+    GROUP_MATERIAL = Resource::new("GroupMaterial", 4, Storage, Per::Node, groups)
         .in_pieces(WithoutImage)
         .filled(|data| lent(data.group_material));
     /// x of the normals.
@@ -82,7 +82,16 @@ resources! {
     BETWEEN_TEMPERATURE = Resource::new("BetweenTemperature", GROUP, Storage, Per::Node, between_groups);
     /// Host copy of `Temperature`.
     TEMPERATURE_READBACK =
-        Resource::new("TemperatureReadback", GROUP, Readback, Per::Node, |data| data.groups()).each_slot();
+        Resource::new("TemperatureReadback", GROUP, Readback, Per::Node, groups).each_slot();
+}
+
+/// Values of the albedo table.
+fn albedo_values(data: &SceneData<'_>) -> usize {
+    only(data.any_range(|variant| variant.albedo), (albedo::RESOLUTION + 1).pow(2))
+}
+
+fn groups(data: &SceneData<'_>) -> usize {
+    data.groups()
 }
 
 fn fused_steps(data: &SceneData<'_>) -> usize {
