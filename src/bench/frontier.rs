@@ -85,23 +85,23 @@ impl TemperatureModel {
     }
 
     fn prepared(self, basis: &Basis, [shadows, exchange]: [bool; 2]) -> Result<Prepared, Failed> {
-        let Basis { scene, of, .. } = basis;
+        let Basis { scene, fits, .. } = basis;
         let mut scene = scene.clone();
         if !shadows {
             scene.shadows = None;
         }
         scene.exchange = basis.stated.filter(|_| exchange);
         let in_domain = |domain: Domain| {
-            let mut of = of.to_vec();
-            of.iter_mut().filter_map(|one| one.transition.as_mut()).for_each(|one| one.domain = domain);
-            of
+            let mut fits = fits.to_vec();
+            fits.iter_mut().filter_map(|one| one.transition.as_mut()).for_each(|one| one.domain = domain);
+            fits
         };
         let quiet = &mut |_| ();
         Ok(match self {
             Self::Instant => responses::instant(&scene, quiet)?,
             Self::Temperature => responses::transition(&scene, &in_domain(Domain::Temperature), quiet)?,
             Self::FourthPower => responses::transition(&scene, &in_domain(Domain::FourthPower), quiet)?,
-            Self::Fitted => responses::transition(&scene, of, quiet)?,
+            Self::Fitted => responses::transition(&scene, fits, quiet)?,
             Self::Radiative => responses::radiative(&scene, quiet)?,
             Self::Default | Self::Accurate => {
                 let integrator = if self == Self::Accurate { Integrator::Accurate } else { Integrator::Default };

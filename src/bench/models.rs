@@ -161,24 +161,24 @@ impl Choice {
     }
 
     /// The transitions with another retarget rule or another domain. A fit may be in either domain, and the base is in T.
-    fn transitions(self, of: &[OfMaterial]) -> Vec<OfMaterial> {
-        let mut of = of.to_vec();
-        for transition in of.iter_mut().filter_map(|one| one.transition.as_mut()) {
+    fn transitions(self, fits: &[OfMaterial]) -> Vec<OfMaterial> {
+        let mut fits = fits.to_vec();
+        for transition in fits.iter_mut().filter_map(|one| one.transition.as_mut()) {
             transition.domain = if self == Self::FourthPower { Domain::FourthPower } else { Domain::Temperature };
             if self == Self::Restart {
                 transition.retarget = Retarget::Restart;
             }
         }
-        of
+        fits
     }
 
     fn prepared(self, basis: &Basis) -> Result<Prepared, Failed> {
-        let Basis { scene, of, exchange, .. } = basis;
+        let Basis { scene, fits, exchange, .. } = basis;
         let scene = self.scene(scene, *exchange);
         Ok(match self {
             Self::Instant => responses::instant(&scene, &mut |_| ())?,
             Self::Network | Self::NetworkWithExchange => responses::network(&scene, &mut |_| ())?,
-            _ => responses::transition(&scene, &self.transitions(of), &mut |_| ())?,
+            _ => responses::transition(&scene, &self.transitions(fits), &mut |_| ())?,
         })
     }
 }
@@ -198,7 +198,7 @@ pub(super) struct ModelRun {
 pub(crate) struct Basis {
     /// One orbit of the scene in long steps, with shadows.
     pub(super) scene: Scene,
-    pub(super) of: Vec<OfMaterial>,
+    pub(super) fits: Vec<OfMaterial>,
     /// Areas of the vertices [m2].
     pub(super) areas: Vec<f64>,
     nodes: usize,
@@ -223,8 +223,8 @@ impl Basis {
             network.nodes.node_of_vertex.iter().map(|node| network.nodes.areas[*node as usize]).collect();
         let exchange = stated.unwrap_or_default();
         let instant = run(context, &responses::instant(&Choice::Instant.scene(&base, exchange), &mut |_| ())?)?;
-        let of = responses::transitions(&network, &swings(&network, &instant))?;
-        Ok(Self { scene: base, of, areas, nodes: network.nodes.count, exchange, stated })
+        let fits = responses::transitions(&network, &swings(&network, &instant))?;
+        Ok(Self { scene: base, fits, areas, nodes: network.nodes.count, exchange, stated })
     }
 }
 
@@ -264,15 +264,15 @@ pub(crate) fn measure(
             }
         }
     }
-    let moved = |ran: &ModelRun, from: Option<usize>, own: usize| -> Option<Moved> {
-        let from = from.filter(|from| *from != own)?;
+    let moved = |ran: &ModelRun, from: Option<usize>, choice: usize| -> Option<Moved> {
+        let from = from.filter(|from| *from != choice)?;
         rows[from].1.as_ref().map(|from| ran.moved(from, areas))
     };
-    let choices = rows.iter().enumerate().map(|(own, (row, ran))| match ran {
+    let choices = rows.iter().enumerate().map(|(choice, (row, ran))| match ran {
         None => row.clone(),
         Some(ran) => ChoiceRow {
-            from_base: moved(ran, base_run, own),
-            from_network: moved(ran, network_run, own),
+            from_base: moved(ran, base_run, choice),
+            from_network: moved(ran, network_run, choice),
             wrong_shadows: base_run
                 .and_then(|base| rows[base].1.as_ref())
                 .filter(|_| row.choice == Choice::ExactShadows.name())
@@ -334,10 +334,10 @@ pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<ModelRu
             delivered.pixels.map(|pixels| pixels.radiance_temperature_depth.iter().map(|pixel| pixel[0]).collect()),
         );
         if prepared.scene.shadows.is_some() && !load.sun.is_empty() {
-            let seen = engine.renderer.visibility()?;
+            let visibility = engine.renderer.visibility()?;
             let facing = facing(prepared, &load);
             let of_vertex = prepared.nodes.node_of_vertex.iter().map(|node| *node as usize);
-            ran.visibility.push(of_vertex.map(|node| facing[node].then_some(seen[node])).collect());
+            ran.visibility.push(of_vertex.map(|node| facing[node].then_some(visibility[node])).collect());
         }
     }
     // A median, because the first steps also compile pipelines.
@@ -361,8 +361,9 @@ fn swings(prepared: &Prepared, instant: &ModelRun) -> Vec<[f64; 2]> {
     let nodes = &prepared.nodes;
     let mut sums = vec![[0.0f64; 3]; prepared.materials.len()];
     for (vertex, node) in nodes.node_of_vertex.iter().enumerate() {
-        let own = instant.temperatures.iter().map(|row| row[vertex]);
-        let [low, high] = own.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], t| [low.min(t), high.max(t)]);
+        let temperatures = instant.temperatures.iter().map(|row| row[vertex]);
+        let [low, high] =
+            temperatures.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], t| [low.min(t), high.max(t)]);
         let area = nodes.areas[*node as usize];
         let [whole, cold, hot] = &mut sums[nodes.group_material[*node as usize / GROUP] as usize];
         *whole += area;
@@ -376,8 +377,8 @@ fn swings(prepared: &Prepared, instant: &ModelRun) -> Vec<[f64; 2]> {
 impl ModelRun {
     pub(super) fn moved(&self, from: &Self, areas: &[f64]) -> Moved {
         let whole: f64 = areas.iter().sum::<f64>() * self.temperatures.len() as f64;
-        let of_step = |(own, other): (&Vec<f32>, &Vec<f32>)| {
-            let differences = own.iter().zip(other).map(|(a, b)| f64::from(*a) - f64::from(*b));
+        let of_step = |(here, other): (&Vec<f32>, &Vec<f32>)| {
+            let differences = here.iter().zip(other).map(|(a, b)| f64::from(*a) - f64::from(*b));
             let squares: f64 = differences.clone().zip(areas).map(|(d, area)| area * d * d).sum();
             (squares, differences.map(f64::abs).fold(0.0, f64::max))
         };
@@ -410,8 +411,12 @@ pub fn facing(prepared: &Prepared, load: &StepLoad) -> Vec<bool> {
 }
 
 /// The shares of wrong nodes and area among the nodes that face the Sun. A node is wrong above [`WRONG_SHARE`].
-pub fn wrong_shadows(found: &[Vec<Option<f32>>], exact: &[Vec<Option<f32>>], areas: &[f64]) -> Option<WrongShadows> {
-    let pairs = found.iter().zip(exact).flat_map(|(a, b)| a.iter().zip(b).zip(areas));
+pub fn wrong_shadows(
+    visibility: &[Vec<Option<f32>>],
+    exact: &[Vec<Option<f32>>],
+    areas: &[f64],
+) -> Option<WrongShadows> {
+    let pairs = visibility.iter().zip(exact).flat_map(|(a, b)| a.iter().zip(b).zip(areas));
     let (mut lit, mut wrong) = ([0.0; 2], [0.0; 2]);
     for ((a, b), area) in pairs {
         let (Some(a), Some(b)) = (a, b) else { continue };

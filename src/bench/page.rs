@@ -44,8 +44,8 @@ fn headline(bench: &Bench) -> Vec<(String, String, String)> {
         figures.push((holds.to_string(), format!("of {}", holds + misses), what));
     }
     for integrated in &first.integrators {
-        let own = |run: &&IntegratorRun| run.scheme == "default, 5 mK";
-        let Some(run) = integrated.runs.iter().find(own) else { continue };
+        let is_default = |run: &&IntegratorRun| run.scheme == "default, 5 mK";
+        let Some(run) = integrated.runs.iter().find(is_default) else { continue };
         if let (Some(time), Some(error)) = (run.time(), run.error) {
             let (rms, unit) = kelvin(error.rms);
             let what =

@@ -10,7 +10,9 @@ use crate::output::console::{answer, say};
 use crate::output::folder::Folder;
 use crate::output::image_index::IMAGES;
 use crate::output::job::{REPORT_HTML, REPORT_JSON, RunOutcome};
-use crate::output::report::{FileEntry, InputFile, ModelSize, PassTime, Report, ReportDevice, SettingGroup, Speed};
+use crate::output::report::{
+    FileEntry, InputFile, ModelSize, PassTime, Report, ReportDevice, ReportFiles, ReportSource, SettingGroup, Speed,
+};
 use crate::output::settings;
 use crate::output::step_cost::step_cost;
 use crate::output::tables::{JOINTS, SERIES};
@@ -71,10 +73,10 @@ fn network_section(prepared: &Prepared, engine: &mut dyn Engine) -> Option<Setti
 
 fn pass_times(engine: &dyn Engine) -> Vec<PassTime> {
     let times = engine.pass_times().into_iter().flatten();
-    let of = |(name, samples): (&String, &Samples<f64>)| {
+    let time = |(name, samples): (&String, &Samples<f64>)| {
         PassTime::from_samples(name, samples).map(|time| PassTime { count: samples.count(), ..time })
     };
-    times.filter_map(of).collect()
+    times.filter_map(time).collect()
 }
 
 /// The report of a run. The caller adds buffers, speed and command line.
@@ -106,10 +108,13 @@ pub(super) fn report(
         warnings.push(warning);
     }
     Report {
-        title: prepared.scene.name.clone(),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        scene,
-        inputs: inputs.collect(),
+        source: ReportSource {
+            title: prepared.scene.name.clone(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            scene,
+            inputs: inputs.collect(),
+            ..ReportSource::default()
+        },
         device,
         accuracy: outcome.accuracy,
         energy: outcome.energy,
@@ -119,10 +124,7 @@ pub(super) fn report(
         assumptions: prepared.scene.assumptions.clone(),
         warnings,
         switched_off: prepared.switched_off(),
-        frames: outcome.frames,
-        pictures: outcome.pictures,
-        plots: outcome.plots,
-        files,
+        results: ReportFiles { frames: outcome.frames, pictures: outcome.pictures, plots: outcome.plots, files },
         interrupted: !outcome.complete,
         ..Report::default()
     }
@@ -219,8 +221,8 @@ pub(super) fn print_summary(report: &Report, folder: &Folder) {
     if let (Some(step), Some(node)) = (speed.step_ms, speed.ns_per_node_step) {
         answer!("a thermal step takes {step:.2} ms, {node:.2} ns a node");
         match (speed.network_ms, speed.network_wall_ms) {
-            (Some(own), Some(wall)) => answer!(
-                "the passes of the thermal network take {own:.2} ms of it; their wall time is {wall:.2} ms, loads, transfers and \
+            (Some(device_ms), Some(wall)) => answer!(
+                "the passes of the thermal network take {device_ms:.2} ms of it; their wall time is {wall:.2} ms, loads, transfers and \
                  control included"
             ),
             (None, Some(_)) => answer!("that is the wall time of the thermal network, which the processor integrates"),

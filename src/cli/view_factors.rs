@@ -76,7 +76,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         return Err(CliError::Usage(format!("--patch {patch}: the scene has the patches 0 to {}", patches - 1)));
     }
     let paths = [Some(&*arguments.output), gr.as_deref(), sky_path.as_deref(), fish_eye_path.as_deref()];
-    let [factors, areas, sky_picture, seen] = destinations(paths)?;
+    let [factors, areas, sky_picture, picture] = destinations(paths)?;
     let load = sky(&prepared);
     let target = arguments.device.open()?;
     let (exchange, seconds) = found(craft, &load, &target)?;
@@ -95,8 +95,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         To::Planet => "planet".to_owned(),
         To::Space => "space".to_owned(),
     };
-    let rows = view_factors(&exchange, &group, &load).into_iter().map(|found| {
-        [names[found.from].clone(), name(found.to), format!("{:.6}", found.factor), format!("{:.6}", found.error)]
+    let rows = view_factors(&exchange, &group, &load).into_iter().map(|factor| {
+        [names[factor.from].clone(), name(factor.to), format!("{:.6}", factor.factor), format!("{:.6}", factor.error)]
     });
     let header = ["from", "to", "view_factor", "standard_error"].map(str::to_owned);
     factors.unwrap_or(Destination::StandardOutput).write_csv(std::iter::once(header).chain(rows))?;
@@ -108,7 +108,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(picture) = sky_picture {
         picture.write_bytes(&open_sky(craft, &load.joints, &exchange)?)?;
     }
-    if let (Some(picture), Some(patch)) = (seen, arguments.patch) {
+    if let (Some(picture), Some(patch)) = (picture, arguments.patch) {
         picture.write_bytes(&fish_eye(craft, &load.joints, patch)?)?;
     }
     check_validation(&target)

@@ -120,14 +120,14 @@ pub(crate) fn table(
     parts: &[String],
     materials: &[String],
     vertices: &Vertices,
-    found: &[(&str, &Differences)],
+    differences: &[(&str, &Differences)],
     step: f64,
 ) -> Vec<Vec<String>> {
     let head: Vec<String> = COLUMNS.split(',').map(str::to_owned).collect();
     let columns = head.len();
     let mut rows = vec![head];
     for (part, name) in parts.iter().map(String::as_str).chain(["all"]).enumerate() {
-        for (response, differences) in found {
+        for (response, differences) in differences {
             let group = differences.parts.get(part).unwrap_or(&differences.all);
             let kelvin = |value: f64| format!("{value:.6}");
             let mut row = vec![name.to_owned(), (*response).to_owned()];

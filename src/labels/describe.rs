@@ -18,7 +18,7 @@ pub(crate) struct MapSteps {
 }
 
 /// The text of `label/NUMBER.json`. Each key ends with its unit where it has one.
-pub(crate) fn label(craft: &Craft, image: &LabelledImage, seen: &[ImageKeyPoint], steps: MapSteps) -> String {
+pub(crate) fn label(craft: &Craft, image: &LabelledImage, key_points: &[ImageKeyPoint], steps: MapSteps) -> String {
     let turn = image.quaternion();
     let (model, numbers) = image.distortion();
     let pose = |pose: &DAffine3| json!({ "R": rows(pose), "t_m": pose.translation.to_array() });
@@ -29,12 +29,12 @@ pub(crate) fn label(craft: &Craft, image: &LabelledImage, seen: &[ImageKeyPoint]
         let unit = if joint.turns { "rad" } else { "m" };
         json!({ "name": joint.name, "position": joint.position, "unit": unit })
     };
-    let point = |(point, seen): (&super::key_points::KeyPoint, &ImageKeyPoint)| {
+    let point = |(point, in_image): (&super::key_points::KeyPoint, &ImageKeyPoint)| {
         json!({
             "name": point.name,
-            "camera_m": seen.point.to_array(),
-            "pixel": seen.pixel.map(|pixel| pixel.to_array()),
-            "visibility": seen.visibility as u8,
+            "camera_m": in_image.point.to_array(),
+            "pixel": in_image.pixel.map(|pixel| pixel.to_array()),
+            "visibility": in_image.visibility as u8,
         })
     };
     let named = |numbers: &[(String, f64)]| {
@@ -42,14 +42,14 @@ pub(crate) fn label(craft: &Craft, image: &LabelledImage, seen: &[ImageKeyPoint]
     };
     let direction = |vector: DVec3| json!(vector.to_array());
     let label = json!({
-        "sample": image.sample,
-        "orbit": image.orbit,
-        "image": image.number,
-        "split": image.split.name(),
+        "sample": image.identity.sample,
+        "orbit": image.identity.orbit,
+        "image": image.identity.number,
+        "split": image.identity.split.name(),
         "time_s": image.time,
         "width": image.width,
         "height": image.height,
-        "bits": image.bits,
+        "bits": image.identity.bits,
         "camera": {
             "matrix": image.camera_matrix(),
             "distortion": { "model": model, "numbers": numbers },
@@ -58,13 +58,13 @@ pub(crate) fn label(craft: &Craft, image: &LabelledImage, seen: &[ImageKeyPoint]
         "camera_from_body": body,
         "body_from_link": Value::Object(links.collect()),
         "joints": image.joints.iter().map(joint).collect::<Vec<_>>(),
-        "key_points": craft.key_points.iter().zip(seen).map(point).collect::<Vec<_>>(),
+        "key_points": craft.key_points.iter().zip(key_points).map(point).collect::<Vec<_>>(),
         "sun_direction": direction(image.sun),
         "sun_visible": image.lit,
         "planet_direction": direction(image.planet),
         "planet_radius_rad": image.planet_radius,
-        "sensor": named(&image.sensor),
-        "drawn": named(&image.drawn),
+        "sensor": named(&image.identity.sensor),
+        "drawn": named(&image.identity.drawn),
         "depth_step_mm": steps.depth,
         "temperature_step_K": steps.temperature,
     });

@@ -120,7 +120,7 @@ mod tests {
     #[test]
     fn masks_are_run_lengths_down_the_columns() {
         let image = small();
-        let visible: Vec<bool> = image.part.iter().map(|part| *part == 1).collect();
+        let visible: Vec<bool> = image.channels.part.iter().map(|part| *part == 1).collect();
         assert_eq!(masks(&image, [visible.as_slice()]), "{\"0\":{\"counts\":[4,1,2,1,4],\"size\":[3,4]}}\n");
     }
 }

@@ -30,10 +30,10 @@ impl Rolling {
 
     /// A point in camera axes.
     pub fn rolled(&self, position: DVec3) -> DVec3 {
-        let seen = self.poses.map(|pose| pose.transform_point3(position));
+        let positions = self.poses.map(|pose| pose.transform_point3(position));
         let mut share = 0.5;
         for _ in 0..ROW_ITERATIONS {
-            let camera = pose_between(seen, share);
+            let camera = pose_between(positions, share);
             let ray = camera.truncate() / camera.z.max(1e-6);
             let ray = match (&self.field, self.lens.distortion) {
                 (Some(field), Distortion::BrownConrady(_) | Distortion::Fisheye(_)) => ray.clamp(field.low, field.high),
@@ -41,7 +41,7 @@ impl Rolling {
             };
             share = self.share_above(ray).clamp(-1.0, 2.0);
         }
-        pose_between(seen, share)
+        pose_between(positions, share)
     }
 }
 

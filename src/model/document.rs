@@ -354,8 +354,8 @@ fn material((index, value): (usize, &Value)) -> ModelMaterial {
         _ => format!("material_{index}"),
     };
     let extras = value.get("extras").and_then(Value::as_object).into_iter().flatten();
-    let own = extras.filter_map(|(key, value)| Some((key.strip_prefix(EXTRAS_PREFIX)?.to_owned(), value.clone())));
-    ModelMaterial { name, extras: own.collect::<BTreeMap<_, _>>() }
+    let prefixed = extras.filter_map(|(key, value)| Some((key.strip_prefix(EXTRAS_PREFIX)?.to_owned(), value.clone())));
+    ModelMaterial { name, extras: prefixed.collect::<BTreeMap<_, _>>() }
 }
 
 /// The array under `key`, or an empty one if the key is missing.

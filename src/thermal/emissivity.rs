@@ -56,11 +56,11 @@ impl ByAngle {
         let rule = GaussLegendre::new(8);
         let panels = 64;
         let panel = |number: usize| [number, number + 1].map(|end| end as f64 / f64::from(panels));
-        let of = |[start, end]: [f64; 2]| {
+        let share = |[start, end]: [f64; 2]| {
             // cos = x^2 is dense where a surface is seen edge-on, and 2 cos d(cos) = 4 x^3 dx.
             rule.on(start, end).map(|(x, weight)| weight * 4.0 * x.powi(3) * self.at(x * x)).sum::<f64>()
         };
-        (0..panels as usize).map(|number| of(panel(number))).sum()
+        (0..panels as usize).map(|number| share(panel(number))).sum()
     }
 }
 

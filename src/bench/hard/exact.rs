@@ -49,17 +49,17 @@ impl Modes {
 
     /// Temperatures [K] at a time [s].
     pub(crate) fn at(&self, time: f64) -> Vec<f64> {
-        let mut found = vec![0.0; self.roots.len()];
+        let mut sums = vec![0.0; self.roots.len()];
         for (mode, vector) in self.vectors.iter().enumerate() {
             let x = self.rates[mode] * time;
             // (1 - e^-x) / rate. For a mode that does not decay it equals the time.
             let grown = if x.abs() < 1e-9 { time } else { -(-x).exp_m1() / self.rates[mode] };
             let amplitude = self.start[mode] * (-x).exp() + self.forced[mode] * grown;
-            for (found, vector) in found.iter_mut().zip(vector) {
-                *found += amplitude * vector;
+            for (sum, vector) in sums.iter_mut().zip(vector) {
+                *sum += amplitude * vector;
             }
         }
-        found.iter().zip(&self.roots).map(|(found, root)| found / root).collect()
+        sums.iter().zip(&self.roots).map(|(sum, root)| sum / root).collect()
     }
 }
 

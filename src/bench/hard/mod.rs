@@ -54,12 +54,12 @@ pub fn measure(
     let one = |(case, without): (&HardCase, &f64)| {
         says(&case.name);
         let began = Instant::now();
-        let found = match target {
+        let error = match target {
             Target::Reference if case.expects_reference => None,
             _ => Some((case.measure)(target, scale)),
         };
         let mut row = HardRow::of(case, *without);
-        match found {
+        match error {
             None => row.omitted = Some("the f64 reference is what is expected".to_owned()),
             Some(Ok(error)) => {
                 row.error = Some(error);

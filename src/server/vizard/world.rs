@@ -70,7 +70,7 @@ pub(crate) fn heavens(
     planet: Option<&str>,
     now: Option<Epoch>,
 ) -> Result<Heavens, Refusal> {
-    let mut found: Option<(f64, &Body, DVec3)> = None;
+    let mut nearest: Option<(f64, &Body, DVec3)> = None;
     for body in message.bodies.iter().filter(|body| !is_sun(body)) {
         let position = usable("position", &body.name, &body.position)?;
         let size = match planet {
@@ -78,11 +78,11 @@ pub(crate) fn heavens(
             Some(_) => continue,
             None => body.radius.max(1.0) / (craft - position).length().max(1.0),
         };
-        if found.is_none_or(|(largest, ..)| size > largest) {
-            found = Some((size, body, position));
+        if nearest.is_none_or(|(largest, ..)| size > largest) {
+            nearest = Some((size, body, position));
         }
     }
-    let Some((_, planet, position)) = found else {
+    let Some((_, planet, position)) = nearest else {
         return Err(Refusal::because("the messages have no planet: add one to the gravity bodies of the spacecraft"));
     };
     let sun = message.bodies.iter().find(|body| is_sun(body));

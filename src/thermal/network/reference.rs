@@ -78,11 +78,11 @@ impl Stepper for ReferenceStepper {
     fn balance(&mut self, t: f64) -> Result<bool, Infallible> {
         self.kept.rates_known = false;
         let mut temperatures = self.kept.temperatures.clone();
-        let found = self.system.balance(t, &mut temperatures);
-        if found {
+        let is_balanced = self.system.balance(t, &mut temperatures);
+        if is_balanced {
             self.kept.temperatures = temperatures;
         }
-        Ok(found)
+        Ok(is_balanced)
     }
 
     fn attempt(&mut self, method: StepMethod, t: f64, step: f64, count: u32) -> Result<Attempt, Infallible> {
@@ -117,11 +117,11 @@ impl Stepper for ReferenceStepper {
     fn steady(&mut self, t: f64) -> Result<bool, Infallible> {
         self.kept.rates_known = false;
         let mut all = self.system.take_all();
-        let (network, own) = (&self.system.network, &self.system.heat);
-        let balance = |now: &[f64], out: &mut [f64]| heat(network, own, t, now, out);
+        let (network, sources) = (&self.system.network, &self.system.heat);
+        let balance = |now: &[f64], out: &mut [f64]| heat(network, sources, t, now, out);
         let mut temperatures = self.kept.temperatures.clone();
-        let mut found = all.find(network, &mut temperatures, |_| 0.0, balance);
-        if !found {
+        let mut is_balanced = all.find(network, &mut temperatures, |_| 0.0, balance);
+        if !is_balanced {
             // A distant start follows the path of a network with equal capacitances in ever longer implicit steps.
             temperatures.clone_from(&self.kept.temperatures);
             for span in PSEUDO_TIMES {
@@ -136,10 +136,10 @@ impl Stepper for ReferenceStepper {
                     temperatures = before;
                 }
             }
-            found = all.find(network, &mut temperatures, |_| 0.0, balance);
+            is_balanced = all.find(network, &mut temperatures, |_| 0.0, balance);
         }
         self.system.put_all(all);
-        if found && in_range(&temperatures) {
+        if is_balanced && in_range(&temperatures) {
             self.kept.temperatures = temperatures;
             return Ok(true);
         }

@@ -72,10 +72,10 @@ impl Spread {
         };
         let place = |i: usize| side * (i as f64 / parts as f64 - 0.5);
         let weight = |x: f64, y: f64| {
-            let of = |i: usize, j: usize| {
+            let weight = |i: usize, j: usize| {
                 simpson(i) * simpson(j) * airy_intensity((x + place(i)).hypot(y + place(j)) / scale)
             };
-            (0..=parts).flat_map(|i| (0..=parts).map(move |j| of(i, j))).sum::<f64>()
+            (0..=parts).flat_map(|i| (0..=parts).map(move |j| weight(i, j))).sum::<f64>()
         };
         let size = 2 * radius + 1;
         let weights = (0..size * size)

@@ -40,13 +40,13 @@ fn slow_heating(rate: u32) -> HardCase {
     small_steps(&format!("heating too small for f32 at {rate} Hz"), &what).measured(
         move |target, scale| {
             let count = frames(scale);
-            let found = fixed_euler(target, &panels(), &mut std::iter::repeat_n(heat(), count), frame, steps)?;
-            Ok(rows_apart(&found, &expected(count)))
+            let rows = fixed_euler(target, &panels(), &mut std::iter::repeat_n(heat(), count), frame, steps)?;
+            Ok(rows_apart(&rows, &expected(count)))
         },
         move |scale| {
             let count = frames(scale);
-            let found = plain::euler_f32(&panels(), &mut std::iter::repeat_n(heat(), count), frame, steps);
-            rows_apart(&found, &expected(count))
+            let rows = plain::euler_f32(&panels(), &mut std::iter::repeat_n(heat(), count), frame, steps);
+            rows_apart(&rows, &expected(count))
         },
     )
 }
@@ -100,14 +100,14 @@ fn day() -> HardCase {
         |target, scale| {
             let (problem, frames) = (Day::problem()?, Day::frames(scale));
             let heat = &mut Day::heat(&problem, frames);
-            let found = fixed_euler(target, &problem.network, heat, cube::STEP, Day::STEPS)?;
-            Ok(rows_apart(&found, &Day::expected(&problem, frames)))
+            let rows = fixed_euler(target, &problem.network, heat, cube::STEP, Day::STEPS)?;
+            Ok(rows_apart(&rows, &Day::expected(&problem, frames)))
         },
         |scale| {
             let (Ok(problem), frames) = (Day::problem(), Day::frames(scale)) else { return f64::INFINITY };
             let heat = &mut Day::heat(&problem, frames);
-            let found = plain::euler_f32(&problem.network, heat, cube::STEP, Day::STEPS);
-            rows_apart(&found, &Day::expected(&problem, frames))
+            let rows = plain::euler_f32(&problem.network, heat, cube::STEP, Day::STEPS);
+            rows_apart(&rows, &Day::expected(&problem, frames))
         },
     )
 }

@@ -22,7 +22,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         if !error.is_finite() {
             self.check_hottest()?;
         }
-        if self.since + self.step > self.since && self.step > SHORTEST {
+        if self.heat.since + self.step > self.heat.since && self.step > SHORTEST {
             return Ok(());
         }
         if let Some((rate, [a, b], conductance)) = stiffest(self.network).filter(|(rate, ..)| *rate > STIFFEST) {
