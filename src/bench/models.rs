@@ -448,10 +448,10 @@ mod tests {
     #[test]
     fn nodes_off_by_more_than_half_the_sun_are_wrong() {
         let exact = [vec![Some(1.0), Some(0.0), Some(0.4), Some(1.0), None]];
-        let found = [vec![Some(1.0), Some(0.6), Some(0.8), Some(0.0), None]];
+        let computed = [vec![Some(1.0), Some(0.6), Some(0.8), Some(0.0), None]];
         // The second and fourth are wrong, with 1 and 4 of 8 m2. The last faces away.
         let wrong = WrongShadows { nodes: 0.5, area: 0.625 };
-        assert_eq!(wrong_shadows(&found, &exact, &[2.0, 1.0, 1.0, 4.0, 100.0]), Some(wrong));
+        assert_eq!(wrong_shadows(&computed, &exact, &[2.0, 1.0, 1.0, 4.0, 100.0]), Some(wrong));
         assert_eq!(wrong_shadows(&[], &[], &[]), None);
     }
 }

@@ -23,7 +23,7 @@ pub(crate) fn page(bench: &Bench, diagrams: &[PlotEntry]) -> String {
     for diagram in diagrams {
         html.figure(&diagram.svg, &diagram.title, &diagram.file);
     }
-    for table in tables::all(bench) {
+    for table in tables::all_tables(bench) {
         html.element("h2", &table.title);
         let head: Vec<&str> = table.head.iter().map(String::as_str).collect();
         html.table(&head, table.rows);

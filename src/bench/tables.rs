@@ -416,7 +416,7 @@ pub(crate) fn hard(measured: &DeviceMeasurements) -> Option<BenchTable> {
 }
 
 /// All tables of a run, in the order of its devices.
-pub fn all(bench: &Bench) -> Vec<BenchTable> {
+pub fn all_tables(bench: &Bench) -> Vec<BenchTable> {
     let row = |measured: &DeviceMeasurements| {
         let mut tables: Vec<BenchTable> = limits(measured)
             .into_iter()

@@ -142,7 +142,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut engine = chosen.engine(&prepared, camera)?;
     engine.record(trace.clone());
     let start_up_s = began.elapsed().as_secs_f64();
-
     let bars = step_bars(&forecast, prepared.scene.time.steps);
     let job = Job {
         check: sample,
@@ -164,7 +163,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if begin.is_some() && sample.is_some() {
         warn_unchecked(&outcome);
     }
-
     let wall_s = outcome.wall_before_s + began.elapsed().as_secs_f64();
     let speed = speed(&prepared, &*engine, &outcome, wall_s);
     let mut report = Report {

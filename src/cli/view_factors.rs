@@ -9,7 +9,7 @@ use super::prepare::prepare_scene;
 use super::reach::ReachArguments;
 use crate::environment::{PlanetLoad, StepLoad};
 use crate::exchange::between::{To, radiative_areas, view_factors};
-use crate::exchange::cast::{Scenery, cast};
+use crate::exchange::cast::{Scenery, cast_rays};
 use crate::exchange::step::Exchange;
 use crate::gpu::exchange::ExchangeTables;
 use crate::gpu::exchange_rays;
@@ -122,11 +122,11 @@ fn found(craft: &ExchangeCraft, load: &StepLoad, target: &Target) -> Result<(Exc
     let device = target.device().filter(|_| exchange_rays::can_walk(&scenery));
     let ends = match device {
         Some(context) => exchange_rays::cast(context, surface, patches, &scenery, rays)?,
-        None => cast(surface, patches, &scenery, rays, 0..patches.all.len() as u32),
+        None => cast_rays(surface, patches, &scenery, rays, 0..patches.all.len() as u32),
     };
-    let cast = began.elapsed().as_secs_f64();
+    let cast_s = began.elapsed().as_secs_f64();
     let exchange = Exchange::new(surface, patches, &ends, &craft.settings);
-    Ok((exchange, [cast, began.elapsed().as_secs_f64() - cast]))
+    Ok((exchange, [cast_s, began.elapsed().as_secs_f64() - cast_s]))
 }
 
 /// Buffers of the exchange in a run on a device.

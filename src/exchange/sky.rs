@@ -304,8 +304,8 @@ mod tests {
                 planet.seen(&words).planet_ir
             };
             let exact = singly(8192);
-            let found = [singly(256), planet.seen(&bundled(rays(patch, 256))).planet_ir, singly(64)];
-            errors.iter_mut().zip(found).for_each(|(error, found)| *error += (found - exact).powi(2) / 200.0);
+            let computed = [singly(256), planet.seen(&bundled(rays(patch, 256))).planet_ir, singly(64)];
+            errors.iter_mut().zip(computed).for_each(|(error, found)| *error += (found - exact).powi(2) / 200.0);
         }
         let [single, bundles, quarter] = errors.map(f64::sqrt);
         println!(

@@ -158,7 +158,7 @@ impl Exchange {
 
     /// The exchange of a craft in the pose of its scenery, with rays of the processor.
     pub fn cast(surface: &PatchSurface, patches: &Patches, scenery: &Scenery, settings: &ExchangeSettings) -> Self {
-        let ends = super::cast::cast(surface, patches, scenery, settings.rays, 0..patches.all.len() as u32);
+        let ends = super::cast::cast_rays(surface, patches, scenery, settings.rays, 0..patches.all.len() as u32);
         Self::new(surface, patches, &ends, settings)
     }
 

@@ -81,17 +81,17 @@ mod tests {
     fn a_label_has_what_other_formats_lack() {
         let (craft, image) = (small_craft(), small());
         let text = label(&craft, &image, &seen(&craft.key_points, &image), MapSteps { depth: 0.1, temperature: 0.01 });
-        let found: Value = serde_json::from_str(&text).expect("JSON");
-        assert_eq!(found["joints"], json!([{"name": "hinge", "position": 1.0, "unit": "m"}]));
-        assert_eq!(found["sun_direction"], json!([1.0, 0.0, 0.0]));
-        assert_eq!(found["planet_direction"], json!([0.0, -1.0, 0.0]));
-        assert_eq!(found["sensor"], json!({"temperature_K": 293.0}));
-        assert_eq!(found["body_from_link"]["hinge"]["t_m"], json!([0.0, 0.0, 1.0]));
-        assert_eq!(found["temperature_step_K"], 0.01);
-        assert_eq!(found["key_points"][0]["name"], "tip");
-        assert_eq!(found["key_points"][0]["visibility"], 0);
-        assert_eq!(found["camera_from_body"]["t_m"], json!([0.25, 0.0, 2.0]));
-        let keys: Vec<&String> = found.as_object().expect("an object").keys().collect();
+        let computed: Value = serde_json::from_str(&text).expect("JSON");
+        assert_eq!(computed["joints"], json!([{"name": "hinge", "position": 1.0, "unit": "m"}]));
+        assert_eq!(computed["sun_direction"], json!([1.0, 0.0, 0.0]));
+        assert_eq!(computed["planet_direction"], json!([0.0, -1.0, 0.0]));
+        assert_eq!(computed["sensor"], json!({"temperature_K": 293.0}));
+        assert_eq!(computed["body_from_link"]["hinge"]["t_m"], json!([0.0, 0.0, 1.0]));
+        assert_eq!(computed["temperature_step_K"], 0.01);
+        assert_eq!(computed["key_points"][0]["name"], "tip");
+        assert_eq!(computed["key_points"][0]["visibility"], 0);
+        assert_eq!(computed["camera_from_body"]["t_m"], json!([0.25, 0.0, 2.0]));
+        let keys: Vec<&String> = computed.as_object().expect("an object").keys().collect();
         assert!(keys.is_sorted());
     }
 }

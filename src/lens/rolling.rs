@@ -73,7 +73,7 @@ mod tests {
             for number in 0..200 {
                 let part = |factor: f64| 2.0 * (f64::from(number) * factor).fract() - 1.0;
                 let position = DVec3::new(2.5 * part(0.618), 1.8 * part(0.414), part(0.732));
-                let found = rolling.rolled(position);
+                let computed = rolling.rolled(position);
                 // By bisection of the row's time, with the pose of that time itself.
                 let (mut low, mut high) = (-1.0, 2.0);
                 for _ in 0..60 {
@@ -82,9 +82,12 @@ mod tests {
                     if rolling.share_above(camera.truncate() / camera.z) > share { low = share } else { high = share }
                 }
                 let expected = pose(low).transform_point3(position);
-                assert!(found.distance(expected) < 2e-5, "{distortion:?}, {position}: {found} against {expected}");
+                assert!(
+                    computed.distance(expected) < 2e-5,
+                    "{distortion:?}, {position}: {computed} against {expected}"
+                );
                 let global = pose(0.0).transform_point3(position);
-                assert!(found.distance(global) > 1e-4 || low.abs() < 0.01, "the shutter must show");
+                assert!(computed.distance(global) > 1e-4 || low.abs() < 0.01, "the shutter must show");
             }
         }
     }

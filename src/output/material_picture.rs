@@ -119,9 +119,9 @@ mod tests {
         let materials: Vec<LegendEntry> = ["paint", "foil"].map(|name| (name.to_owned(), "1 m2".to_owned())).to_vec();
         let pixels: Vec<[u32; 2]> = (0..320 * 8).map(|pixel| if pixel % 320 < 160 { [1, 1] } else { [2, 2] }).collect();
         let canvas = material_picture(320, &pixels, &materials, "title", "details").unwrap();
-        let found =
+        let computed =
             |colour| (0..canvas.height()).any(|y| (0..canvas.width()).any(|x| canvas.get(x, y) == Some(colour)));
-        assert!(found(colour(0)) && found(colour(1)) && !found(colour(2)));
+        assert!(computed(colour(0)) && computed(colour(1)) && !computed(colour(2)));
         // The legend is right of the image.
         let beside =
             |colour| (0..canvas.height()).any(|y| (340..canvas.width()).any(|x| canvas.get(x, y) == Some(colour)));

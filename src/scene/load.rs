@@ -71,8 +71,7 @@ impl Scene {
         let section = root.table("exchange", keys::EXCHANGE)?;
         let exchange = exchange::read(section.as_ref(), shadows.is_some(), &mut assumptions)?;
         let joints = joint::read(&root.tables("joint", keys::JOINT)?, &mut files, &mut assumptions)?;
-        let section = root.table("temperatures", keys::TEMPERATURES)?;
-        let temperatures = temperatures::read(section.as_ref(), &mut files)?;
+        let temperatures = temperatures::read(root.table("temperatures", keys::TEMPERATURES)?.as_ref(), &mut files)?;
         let materials = read_materials(&root, (path, reach, faults), time.step, &mut files, &mut assumptions)?;
         let preset = root.table("camera", keys::CAMERA)?.as_ref().map(preset::read).transpose()?.flatten();
         let section = root.table("radiance", keys::RADIANCE)?;

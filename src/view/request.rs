@@ -108,8 +108,8 @@ mod tests {
             (r#"{"do":"play","rate":0}"#, "0.1 to 240 steps a second, not 0"),
             (r#"{"do":"look","position":[1,2],"target":[0,0,0],"up":[0,0,1]}"#, "invalid length 2"),
         ] {
-            let found = PageRequest::read(text).unwrap_err();
-            assert!(found.contains(reason), "{text}: {found}");
+            let computed = PageRequest::read(text).unwrap_err();
+            assert!(computed.contains(reason), "{text}: {computed}");
         }
     }
 }

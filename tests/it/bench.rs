@@ -8,8 +8,7 @@ use std::sync::LazyLock;
 use isotherm::internals;
 use isotherm::internals::{
     ABSENT, Bench, CaseSummary, DeviceMeasurements, Fixed, Folder, FrameError, Integrated, Integrator,
-    IntegratorEffort, IntegratorRun, NetworkCase, OWN, PAGE, RECORD, Scheme, Size, Target, Truth,
-    measure_integrator as measure,
+    IntegratorEffort, IntegratorRun, NetworkCase, OWN, PAGE, RECORD, Scheme, Size, Target, Truth, measure_integrator,
 };
 
 use super::device::context;
@@ -32,12 +31,12 @@ static CASES: LazyLock<Vec<(NetworkCase, Truth)>> = LazyLock::new(|| {
 
 fn on_device(case: &NetworkCase, truth: &Truth, scheme: Scheme) -> IntegratorRun {
     let mut stepper = Target::Device(context()).stepper(&case.network, &[]).expect("a network on the device");
-    measure(&mut stepper, case, &truth.rows, scheme, EFFORT)
+    measure_integrator(&mut stepper, case, &truth.rows, scheme, EFFORT)
 }
 
 fn in_f64(case: &NetworkCase, truth: &Truth, scheme: Scheme) -> IntegratorRun {
     let mut stepper = Target::Reference.stepper(&case.network, &[]).expect("a reference");
-    measure(&mut stepper, case, &truth.rows, scheme, EFFORT)
+    measure_integrator(&mut stepper, case, &truth.rows, scheme, EFFORT)
 }
 
 /// The stated largest error [K] of a scheme on a case, if any.
@@ -134,7 +133,7 @@ fn a_run_that_takes_too_long_tells_how_far_it_came() {
     let (case, truth) = &CASES[1];
     let effort = IntegratorEffort { runs: 1, enough: 0.0, most: 0.0 };
     let mut stepper = Target::Reference.stepper(&case.network, &[]).expect("a reference");
-    let run = measure(&mut stepper, case, &truth.rows, Scheme::Fixed(Fixed::Rkl2, 1), effort);
+    let run = measure_integrator(&mut stepper, case, &truth.rows, Scheme::Fixed(Fixed::Rkl2, 1), effort);
     assert_eq!(run.work.map(|work| work.frames), Some(1));
 }
 

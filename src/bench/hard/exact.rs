@@ -145,9 +145,9 @@ mod tests {
         for time in [0.0_f64, 10.0, 500.0] {
             let gap = steady + (100.0 - steady) * (-rate * time).exp();
             let mean = 325.0 + 8.0 / 400.0 * time;
-            let found = modes.at(time);
-            assert!((found[0] - (mean - 0.75 * gap)).abs() < 1e-9, "{time}: {found:?}");
-            assert!((found[1] - (mean + 0.25 * gap)).abs() < 1e-9, "{time}: {found:?}");
+            let computed = modes.at(time);
+            assert!((computed[0] - (mean - 0.75 * gap)).abs() < 1e-9, "{time}: {computed:?}");
+            assert!((computed[1] - (mean + 0.25 * gap)).abs() < 1e-9, "{time}: {computed:?}");
         }
         assert!(Modes::of(&Network { emissive_areas: vec![0.1, 0.0], ..network }, &[0.0; 2]).is_none());
     }

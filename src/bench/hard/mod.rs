@@ -23,7 +23,7 @@ pub use case::HardCase;
 pub use case::HardRow;
 
 /// All cases.
-pub fn all() -> Vec<HardCase> {
+pub fn all_hard_cases() -> Vec<HardCase> {
     let lists = [
         transitions::cases(),
         networks::residual::cases(),
@@ -44,7 +44,7 @@ pub fn without(cases: &[HardCase], scale: CaseScale) -> Vec<f64> {
 }
 
 /// Measures every case on a target. `says` gets each name beforehand.
-pub fn measure(
+pub fn measure_hard_case(
     target: &Target,
     cases: &[HardCase],
     without: &[f64],

@@ -107,7 +107,7 @@ mod tests {
         for (point, expected) in cases {
             let there = to_camera(DVec3::from(point));
             let pixel = [160.0 + seen.focal[0] * there.x / there.z, 128.0 + seen.focal[1] * there.y / there.z, there.z];
-            let error = pixel.iter().zip(expected).map(|(found, expected)| (found - expected).abs());
+            let error = pixel.iter().zip(expected).map(|(computed, expected)| (computed - expected).abs());
             assert!(error.fold(0.0, f64::max) < 2e-6, "{pixel:?}");
         }
         let turned = CraftPlace { inertial_from_body: chaser.inertial_from_body.conjugate(), ..chaser };

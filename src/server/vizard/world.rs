@@ -156,8 +156,8 @@ mod tests {
         let craft = DVec3::new(7e6, 0.0, 0.0);
         let earth = body("earth", [0.0; 3], 6378.1);
         let told = message(vec![earth.clone(), body("sun", [0.0, -1.5e11, 0.0], 7e5)]);
-        let found = heavens(&told, craft, None, now).expect("a sky");
-        assert_eq!((found.sun, found.sun_from), (DVec3::new(0.0, -1.5e11, 0.0), SunFrom::Message));
+        let computed = heavens(&told, craft, None, now).expect("a sky");
+        assert_eq!((computed.sun, computed.sun_from), (DVec3::new(0.0, -1.5e11, 0.0), SunFrom::Message));
         // At the March equinox of 2026 the Sun is near +X.
         let together = message(vec![earth.clone(), body("sun", [0.0; 3], 7e5)]);
         let found = heavens(&together, craft, None, now).expect("a sky");

@@ -136,9 +136,9 @@ mod tests {
     fn roots_are_found() {
         // (x - 0.25)(x - 0.5)(x - 0.75)
         let cubic = [-0.09375, 0.6875, -1.5, 1.0];
-        let found = roots(&cubic);
-        assert_eq!(found.len(), 3);
-        assert!(found.iter().zip([0.25, 0.5, 0.75]).all(|(a, b)| (a - b).abs() < 1e-14), "{found:?}");
+        let computed = roots(&cubic);
+        assert_eq!(computed.len(), 3);
+        assert!(computed.iter().zip([0.25, 0.5, 0.75]).all(|(a, b)| (a - b).abs() < 1e-14), "{computed:?}");
         assert!(roots(&[1.0, 0.0, 1.0]).is_empty());
     }
 
@@ -170,9 +170,9 @@ mod tests {
         assert!(matches!(Polynomial::new(&[0.0, 0.9]), Err(FunctionError::End { s: 1.0, .. })));
         assert!(matches!(Polynomial::new(&[0.0, f64::NAN]), Err(FunctionError::Coefficients)));
         assert!(matches!(Polynomial::new(&[]), Err(FunctionError::Coefficients)));
-        let found = |terms: usize| Polynomial::new(&[vec![0.0; terms - 1], vec![1.0]].concat());
-        assert!(matches!(found(65), Err(FunctionError::TooManyCoefficients { rows: 65, most: 64 })));
-        assert!(!matches!(found(64), Err(FunctionError::TooManyCoefficients { .. })));
+        let computed = |terms: usize| Polynomial::new(&[vec![0.0; terms - 1], vec![1.0]].concat());
+        assert!(matches!(computed(65), Err(FunctionError::TooManyCoefficients { rows: 65, most: 64 })));
+        assert!(!matches!(computed(64), Err(FunctionError::TooManyCoefficients { .. })));
     }
 
     #[test]

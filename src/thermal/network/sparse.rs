@@ -165,8 +165,8 @@ mod tests {
             }
             assert!(matrix.factor());
             matrix.solve(&mut right);
-            for (found, known) in right.iter().zip(known) {
-                assert!((found - known).abs() < 1e-13, "{found} {known}");
+            for (computed, known) in right.iter().zip(known) {
+                assert!((computed - known).abs() < 1e-13, "{computed} {known}");
             }
         }
     }
