@@ -19,6 +19,7 @@ pub(crate) const CRAFT: u32 = 1;
 
 /// The entries of one image.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(expecting = "struct Entry")]
 pub struct CocoEntry {
     pub(crate) image: String,
     /// The annotations of the image, each a JSON object.

@@ -23,6 +23,7 @@ pub struct Label {
 
 /// The lines of an image in the lists of its orbit and of the data set. The lines are text, so whoever makes an orbit can keep them in a file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(expecting = "struct Lines")]
 pub struct ImageLines {
     /// Number of the image in its orbit.
     pub(crate) number: u32,

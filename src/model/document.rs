@@ -44,6 +44,7 @@ const COMPRESSION: &[&str] = &["KHR_draco_mesh_compression", "KHR_meshopt_compre
 
 /// A node. The type of the `gltf` crate has f32 transforms, which would be micrometres off on a station.
 #[derive(Debug, Default, Deserialize)]
+#[serde(expecting = "struct Node")]
 pub(super) struct GltfNode {
     pub(crate) name: Option<String>,
     pub(crate) mesh: Option<usize>,
@@ -80,6 +81,7 @@ impl GltfNode {
 }
 
 #[derive(Debug, Default, Deserialize)]
+#[serde(expecting = "struct Scene")]
 pub(super) struct GltfScene {
     pub name: Option<String>,
     #[serde(default)]

@@ -23,6 +23,7 @@ const DYING: Duration = Duration::from_secs(1);
 const HEAD: &str = "{\"isotherm\":\"manifest\",\"version\":1}\n";
 
 #[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(expecting = "struct Entry")]
 struct JournalLine {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     isotherm: Option<String>,
