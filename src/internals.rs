@@ -1,18 +1,14 @@
 //! Items that the tests, the tools and the Python package of this repository use besides the public face. Any name here may go at any time.
 
-pub use crate::bench::cases::{NetworkCase, Size, all as all_cases};
-pub use crate::bench::files::{OWN, PAGE, RECORD, write as write_bench_files};
-pub use crate::bench::hard::{
-    CaseScale, HardCase, HardRow, all as all_hard_cases, measure as measure_hard_case, without,
-};
-pub use crate::bench::integrators::{
-    FrameError, Integrated, IntegratorEffort, IntegratorRun, measure as measure_integrator,
-};
+pub use crate::bench::cases::{NetworkCase, Size, all_cases};
+pub use crate::bench::files::{OWN, PAGE, RECORD, write_bench_files};
+pub use crate::bench::hard::{CaseScale, HardCase, HardRow, all_hard_cases, measure_hard_case, without};
+pub use crate::bench::integrators::{FrameError, Integrated, IntegratorEffort, IntegratorRun, measure_integrator};
 pub use crate::bench::models::{WRONG_SHARE, facing, wrong_shadows};
 pub use crate::bench::record::{Bench, DeviceMeasurements};
 pub use crate::bench::responses::time_pass;
 pub use crate::bench::schemes::{ABSENT, Fixed, Scheme};
-pub use crate::bench::tables::all as all_tables;
+pub use crate::bench::tables::all_tables;
 pub use crate::bench::truth::{CaseSummary, Truth};
 pub use crate::dataset::error::DatasetError;
 pub use crate::dataset::make::{DatasetOrder, DatasetSummary, Shard, make};
@@ -36,7 +32,7 @@ pub use crate::environment::{
 };
 pub use crate::exchange::between::{To, ViewFactor, view_factors};
 pub use crate::exchange::buried::buried;
-pub use crate::exchange::cast::{Scenery, cast as cast_rays};
+pub use crate::exchange::cast::{Scenery, cast_rays};
 pub use crate::exchange::defects::Defects;
 pub use crate::exchange::mirrors::{Mirrored, Mirrors, reflection};
 pub use crate::exchange::patches::{PatchSurface, Patches};
@@ -87,8 +83,8 @@ pub use crate::guard::check;
 pub use crate::guard::finding::{CheckEffort, Finding};
 pub use crate::host::peak_memory;
 pub use crate::labels::craft::Craft;
-pub use crate::labels::from_scene::{ImageIdentity, craft, labelled};
-pub use crate::labels::image::{LabelledImage, Split};
+pub use crate::labels::from_scene::{craft, labelled};
+pub use crate::labels::image::{ImageIdentity, LabelledImage, Split};
 pub use crate::labels::key_points::{Visibility, chosen, seen};
 pub use crate::labels::made::{ImageLabels, ImageLines, fixed, made, orbit};
 pub use crate::labels::silhouette::Solids;
@@ -129,9 +125,9 @@ pub use crate::server::listen::{Server, Talk, bind, serve};
 pub use crate::server::log::Log;
 pub use crate::server::picture::{PictureKind, PictureStyle};
 pub use crate::server::scenes::Scenes;
-pub use crate::server::surrender::talk as talk_surrender;
-pub use crate::server::surrender::values::{Hash, Value, write as write_value};
-pub use crate::server::vizard::talk as talk_vizard;
+pub use crate::server::surrender::talk_surrender;
+pub use crate::server::surrender::values::{Hash, Value, write_value};
+pub use crate::server::vizard::talk_vizard;
 pub use crate::simulation::check::{Check, StepLengthError};
 pub use crate::simulation::device_data::{DeviceData, device_material};
 pub use crate::simulation::device_engine::DeviceEngine;

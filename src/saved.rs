@@ -40,10 +40,10 @@ impl Saved {
 
     /// The lists whose names begin with a common part, without that part.
     pub(crate) fn part(&self, prefix: &str) -> Saved {
-        let own = |(name, bytes): (&String, &Vec<u8>)| {
+        let inside = |(name, bytes): (&String, &Vec<u8>)| {
             Some((name.strip_prefix(prefix)?.strip_prefix('.')?.to_owned(), bytes.clone()))
         };
-        Saved { lists: self.lists.iter().filter_map(own).collect() }
+        Saved { lists: self.lists.iter().filter_map(inside).collect() }
     }
 
     pub(crate) fn has(&self, name: &str) -> bool {

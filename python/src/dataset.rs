@@ -53,7 +53,7 @@ pub fn make_dataset<'py>(
             scenes: &scenes,
             target: &target,
             root: &output,
-            shard: Shard { index: shard, of: shards },
+            shard: Shard { index: shard, shards },
             begin: Begin::Resume,
             allows_outside: allow_outside,
         };

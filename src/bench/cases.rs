@@ -79,7 +79,7 @@ const CUBE_START: f64 = 257.0;
 const SHEET_START: f64 = 270.0;
 
 /// Builds all four cases.
-pub fn all(size: &Size) -> Result<Vec<NetworkCase>, CaseError> {
+pub fn all_cases(size: &Size) -> Result<Vec<NetworkCase>, CaseError> {
     Ok(vec![cube(size)?, sheet(size, false)?, sheet(size, true)?, blanket(size)?])
 }
 
@@ -265,7 +265,7 @@ mod tests {
 
     #[test]
     fn the_stiffness_is_that_of_the_table() {
-        for case in all(&Size { frames: 0..1, ..Size::whole() }).unwrap() {
+        for case in all_cases(&Size { frames: 0..1, ..Size::whole() }).unwrap() {
             let ratio = case.stiffness() / case.published_stiffness;
             // docs/numerics.md 3 gives two digits. The slivers only approximate it.
             assert!((0.9..1.1).contains(&ratio), "{}: {} of {}", case.key, case.stiffness(), case.published_stiffness);
@@ -274,7 +274,7 @@ mod tests {
 
     #[test]
     fn areas_capacitances_and_heat_are_those_of_the_bodies() {
-        let cases = all(&Size { frames: 0..1, ..Size::whole() }).unwrap();
+        let cases = all_cases(&Size { frames: 0..1, ..Size::whole() }).unwrap();
         let [cube, sheet, slivers, blanket] = &cases[..] else { panic!("four cases") };
         // 20 x 20 cells a face share edges and corners, so there are 6 n^2 + 2 nodes.
         assert_eq!(cube.network.len(), 6 * 400 + 2);

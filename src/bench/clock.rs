@@ -22,9 +22,9 @@ impl Deadline {
     }
 
     /// Time for one of `of` measurements [s], at most `most`.
-    pub(crate) fn share(self, of: usize, most: f64) -> f64 {
+    pub(crate) fn share(self, parts: usize, most: f64) -> f64 {
         let left = |end: Instant| end.saturating_duration_since(Instant::now()).as_secs_f64();
-        self.0.map_or(most, |end| most.min(left(end) / of.max(1) as f64))
+        self.0.map_or(most, |end| most.min(left(end) / parts.max(1) as f64))
     }
 }
 

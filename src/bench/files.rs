@@ -15,7 +15,7 @@ pub const PAGE: &str = "report.html";
 pub const OWN: [&str; 3] = [RECORD, PAGE, "plots/*.svg"];
 
 /// Writes everything.
-pub fn write(folder: &Folder, bench: &Bench) -> Result<(), OutputError> {
+pub fn write_bench_files(folder: &Folder, bench: &Bench) -> Result<(), OutputError> {
     let diagrams = plots::all(bench)?;
     write_plots(folder, &diagrams)?;
     folder.write_json(RECORD, bench)?;

@@ -143,7 +143,7 @@ fn measured(context: &Arc<Context>, scene: &Scene, row: FrameRow, effort: FrameE
     .map_err(|error| error.to_string())?;
     let start_up = began.elapsed().as_secs_f64();
 
-    let mut run = FrameRun { prepared: &prepared, engine: &mut engine, share, next: 0, seen: BTreeMap::new() };
+    let mut run = FrameRun { prepared: &prepared, engine: &mut engine, share, next: 0, samples_taken: BTreeMap::new() };
     let drawn = run.steps(effort.steps, true).map_err(|error| error.to_string())?;
     let undrawn = run.steps(effort.steps, false).map_err(|error| error.to_string())?;
 
@@ -175,7 +175,7 @@ struct FrameRun<'a> {
     /// Number of the next step.
     next: u32,
     /// Number of times of each pass already counted.
-    seen: BTreeMap<String, usize>,
+    samples_taken: BTreeMap<String, usize>,
 }
 
 /// The measured times of steps.
@@ -222,11 +222,11 @@ impl FrameRun<'_> {
     fn new_times(&mut self) -> BTreeMap<String, f64> {
         let mut sums = BTreeMap::new();
         for (name, samples) in self.engine.pass_times().into_iter().flatten() {
-            let seen = self.seen.entry(name.clone()).or_default();
-            if *seen < samples.len() {
+            let taken = self.samples_taken.entry(name.clone()).or_default();
+            if *taken < samples.len() {
                 let pass = name.split('.').next().unwrap_or(name).to_owned();
-                *sums.entry(pass).or_insert(0.0) += samples[*seen..].iter().sum::<f64>();
-                *seen = samples.len();
+                *sums.entry(pass).or_insert(0.0) += samples[*taken..].iter().sum::<f64>();
+                *taken = samples.len();
             }
         }
         sums
@@ -235,9 +235,9 @@ impl FrameRun<'_> {
 
 impl Times {
     fn passes(&self) -> Vec<PassSpread> {
-        let of = |(name, samples): (&String, &Vec<f64>)| {
+        let median = |(name, samples): (&String, &Vec<f64>)| {
             Some(PassSpread { name: name.clone(), ms: Percentiles::of(samples)? })
         };
-        self.passes.iter().filter_map(of).collect()
+        self.passes.iter().filter_map(median).collect()
     }
 }

@@ -92,7 +92,7 @@ pub(crate) fn measure(
                 continue;
             }
             says(&format!("frontier: {name}, {}", row.light()));
-            let ran = moves.prepared(lit(basis, light), &basis.of).and_then(|prepared| Ok(run(context, &prepared)?));
+            let ran = moves.prepared(lit(basis, light), &basis.fits).and_then(|prepared| Ok(run(context, &prepared)?));
             match ran {
                 Err(error) => rows.push(FrontierRow { failed: Some(error.to_string()), ..row }),
                 Ok(ran) if moves == ACCURATE && truth.is_none() => {

@@ -167,7 +167,7 @@ const WARM_UP: usize = 2;
 
 /// Runs a scheme on a case after some unmeasured frames. `truth` has the reference temperatures at the ends of all
 /// frames [K].
-pub fn measure(
+pub fn measure_integrator(
     stepper: &mut ReferenceStepper,
     case: &NetworkCase,
     truth: &[Vec<f64>],

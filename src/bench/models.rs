@@ -107,17 +107,17 @@ pub(super) enum Moves {
 
 impl Moves {
     /// A scene with these responses. `of` has the fitted transition of each material.
-    pub(super) fn prepared(self, mut scene: Scene, of: &[OfMaterial]) -> Result<Prepared, Failed> {
+    pub(super) fn prepared(self, mut scene: Scene, fits: &[OfMaterial]) -> Result<Prepared, Failed> {
         let quiet = &mut |_| ();
         Ok(match self {
             Self::Instant => responses::instant(&scene, quiet)?,
             Self::Transition(retarget, domain) => {
-                let mut of = of.to_vec();
-                for transition in of.iter_mut().filter_map(|one| one.transition.as_mut()) {
+                let mut fits = fits.to_vec();
+                for transition in fits.iter_mut().filter_map(|one| one.transition.as_mut()) {
                     transition.domain = domain.unwrap_or(transition.domain);
                     transition.retarget = retarget.unwrap_or(transition.retarget);
                 }
-                responses::transition(&scene, &of, quiet)?
+                responses::transition(&scene, &fits, quiet)?
             }
             Self::Radiative => responses::radiative(&scene, quiet)?,
             Self::Network(integrator) => {
@@ -184,7 +184,7 @@ pub(super) struct ModelRun {
 pub(crate) struct Basis {
     /// One orbit of the scene in long steps, with shadows.
     pub(super) scene: Scene,
-    pub(super) of: Vec<OfMaterial>,
+    pub(super) fits: Vec<OfMaterial>,
     /// Areas of the vertices [m2].
     pub(super) areas: Vec<f64>,
     nodes: usize,
@@ -217,8 +217,8 @@ impl Basis {
         };
         let vertices = network.nodes.node_of_vertex.iter().zip(&areas).enumerate();
         let vertices = vertices.map(|(vertex, (node, area))| (material(node), *area, range(vertex)));
-        let of = responses::transitions(&network, &walk::swings(network.materials.len(), vertices))?;
-        Ok(Self { scene: base, of, areas, nodes: network.nodes.count, exchange, stated })
+        let fits = responses::transitions(&network, &walk::swings(network.materials.len(), vertices))?;
+        Ok(Self { scene: base, fits, areas, nodes: network.nodes.count, exchange, stated })
     }
 }
 
@@ -230,7 +230,7 @@ pub(crate) fn measure(
     deadline: Deadline,
     says: &dyn Fn(&str),
 ) -> Models {
-    let Basis { scene: base, of, areas, nodes, exchange, .. } = basis;
+    let Basis { scene: base, fits, areas, nodes, exchange, .. } = basis;
     let mut rows: Vec<(ChoiceRow, Option<ModelRun>)> = Vec::new();
     for (name, moves, change) in CHOICES {
         let row = ChoiceRow { choice: name.to_owned(), ..ChoiceRow::default() };
@@ -244,21 +244,21 @@ pub(crate) fn measure(
         }
         says(&format!("model choices: {name}"));
         let scene = changed(base, moves, change, *exchange);
-        let ran = moves.prepared(scene, of).and_then(|prepared| Ok(run(context, &prepared)?));
+        let ran = moves.prepared(scene, fits).and_then(|prepared| Ok(run(context, &prepared)?));
         match ran {
             Err(error) => rows.push((ChoiceRow { failed: Some(error.to_string()), ..row }, None)),
             Ok(ran) => rows.push((ChoiceRow { step_ms: ran.step_ms, ..row }, Some(ran))),
         }
     }
     let network = CHOICES.iter().position(|(_, moves, _)| *moves == NETWORK).unwrap_or(0);
-    let moved = |ran: &ModelRun, from: usize, own: usize| -> Option<Moved> {
-        rows[from].1.as_ref().filter(|_| from != own).map(|from| ran.moved(from, areas))
+    let moved = |ran: &ModelRun, from: usize, choice: usize| -> Option<Moved> {
+        rows[from].1.as_ref().filter(|_| from != choice).map(|from| ran.moved(from, areas))
     };
-    let choices = rows.iter().enumerate().map(|(own, (row, ran))| match ran {
+    let choices = rows.iter().enumerate().map(|(choice, (row, ran))| match ran {
         None => row.clone(),
         Some(ran) => ChoiceRow {
-            from_base: moved(ran, 0, own),
-            from_network: moved(ran, network, own),
+            from_base: moved(ran, 0, choice),
+            from_network: moved(ran, network, choice),
             wrong_shadows: (rows[0].1.as_ref())
                 .filter(|_| row.choice == BY_RAYS)
                 .and_then(|base| wrong_shadows(&base.visibility, &ran.visibility, areas)),
@@ -316,10 +316,10 @@ pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<ModelRu
         }
         let load = prepared.loads.step_load(to - length, to);
         if prepared.scene.shadows.is_some() && !load.sun.is_empty() {
-            let seen = engine.renderer.visibility()?;
+            let visibility = engine.renderer.visibility()?;
             let facing = facing(prepared, &load);
             let of_vertex = prepared.nodes.node_of_vertex.iter().map(|node| *node as usize);
-            ran.visibility.push(of_vertex.map(|node| facing[node].then_some(seen[node])).collect());
+            ran.visibility.push(of_vertex.map(|node| facing[node].then_some(visibility[node])).collect());
         }
     }
     // A median, because the first steps also compile pipelines.
@@ -340,8 +340,8 @@ fn device_ms(engine: &dyn Engine) -> Option<f64> {
 impl ModelRun {
     pub(super) fn moved(&self, from: &Self, areas: &[f64]) -> Moved {
         let whole: f64 = areas.iter().sum::<f64>() * self.temperatures.len() as f64;
-        let of_step = |(own, other): (&Vec<f32>, &Vec<f32>)| {
-            let differences = own.iter().zip(other).map(|(a, b)| f64::from(*a) - f64::from(*b));
+        let of_step = |(here, other): (&Vec<f32>, &Vec<f32>)| {
+            let differences = here.iter().zip(other).map(|(a, b)| f64::from(*a) - f64::from(*b));
             let squares: f64 = differences.clone().zip(areas).map(|(d, area)| area * d * d).sum();
             (squares, differences.map(f64::abs).fold(0.0, f64::max))
         };
@@ -374,8 +374,12 @@ pub fn facing(prepared: &Prepared, load: &StepLoad) -> Vec<bool> {
 }
 
 /// The shares of wrong nodes and area among the nodes that face the Sun. A node is wrong above [`WRONG_SHARE`].
-pub fn wrong_shadows(found: &[Vec<Option<f32>>], exact: &[Vec<Option<f32>>], areas: &[f64]) -> Option<WrongShadows> {
-    let pairs = found.iter().zip(exact).flat_map(|(a, b)| a.iter().zip(b).zip(areas));
+pub fn wrong_shadows(
+    visibility: &[Vec<Option<f32>>],
+    exact: &[Vec<Option<f32>>],
+    areas: &[f64],
+) -> Option<WrongShadows> {
+    let pairs = visibility.iter().zip(exact).flat_map(|(a, b)| a.iter().zip(b).zip(areas));
     let (mut lit, mut wrong) = ([0.0; 2], [0.0; 2]);
     for ((a, b), area) in pairs {
         let (Some(a), Some(b)) = (a, b) else { continue };
@@ -407,10 +411,10 @@ mod tests {
     #[test]
     fn nodes_off_by_more_than_half_the_sun_are_wrong() {
         let exact = [vec![Some(1.0), Some(0.0), Some(0.4), Some(1.0), None]];
-        let found = [vec![Some(1.0), Some(0.6), Some(0.8), Some(0.0), None]];
+        let computed = [vec![Some(1.0), Some(0.6), Some(0.8), Some(0.0), None]];
         // The second and fourth are wrong, with 1 and 4 of 8 m2. The last faces away.
         let wrong = WrongShadows { nodes: 0.5, area: 0.625 };
-        assert_eq!(wrong_shadows(&found, &exact, &[2.0, 1.0, 1.0, 4.0, 100.0]), Some(wrong));
+        assert_eq!(wrong_shadows(&computed, &exact, &[2.0, 1.0, 1.0, 4.0, 100.0]), Some(wrong));
         assert_eq!(wrong_shadows(&[], &[], &[]), None);
     }
 }

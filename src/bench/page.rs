@@ -23,7 +23,7 @@ pub(crate) fn page(bench: &Bench, diagrams: &[PlotEntry]) -> String {
     for diagram in diagrams {
         html.figure(&diagram.svg, &diagram.title, &diagram.file);
     }
-    for table in tables::all(bench) {
+    for table in tables::all_tables(bench) {
         html.element("h2", &table.title);
         let head: Vec<&str> = table.head.iter().map(String::as_str).collect();
         html.table(&head, table.rows);
@@ -44,8 +44,8 @@ fn headline(bench: &Bench) -> Vec<(String, String, String)> {
         figures.push((holds.to_string(), format!("of {}", holds + misses), what));
     }
     for integrated in &first.integrators {
-        let own = |run: &&IntegratorRun| run.scheme == "default, 5 mK";
-        let Some(run) = integrated.runs.iter().find(own) else { continue };
+        let is_default = |run: &&IntegratorRun| run.scheme == "default, 5 mK";
+        let Some(run) = integrated.runs.iter().find(is_default) else { continue };
         if let (Some(time), Some(error)) = (run.wall_ms, run.error) {
             let (rms, unit) = kelvin(error.rms);
             let what =

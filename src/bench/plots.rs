@@ -16,17 +16,17 @@ use crate::output::report::PlotEntry;
 pub(crate) fn all(bench: &Bench) -> Result<Vec<PlotEntry>, OutputError> {
     let mut entries = Vec::new();
     for (number, measured) in (1..).zip(&bench.devices) {
-        let own = [
+        let names = [
             ("responses", "nanoseconds a node and step", responses(&measured.responses)),
             ("frames", "whole steps", frames(&measured.frames)),
             ("models", "choices of a model", measured.models.as_ref().and_then(models)),
             (
                 "frontier",
                 "milliseconds against kelvin",
-                measured.models.as_ref().and_then(|of| frontier(&measured.frontier, of)),
+                measured.models.as_ref().and_then(|models| frontier(&measured.frontier, models)),
             ),
         ];
-        for (name, title, plot) in own {
+        for (name, title, plot) in names {
             let Some(plot) = plot else { continue };
             let plot = Plot { subtitle: format!("{}; {}", measured.name, plot.subtitle), ..plot };
             entries.push(PlotEntry::new(&format!("{name}_{number}"), &format!("{}: {title}", measured.name), &plot)?);
@@ -143,10 +143,10 @@ fn work_precision(integrated: &Integrated, case: &CaseSummary) -> Option<Plot> {
     for line in &mut lines {
         line.points.sort_by(|a, b| a[0].total_cmp(&b[0]));
     }
-    let own = case.reference_error.rms;
+    let reference = case.reference_error.rms;
     let title = format!("Work and precision: {}", case.title);
     let subtitle =
-        format!("{} nodes, in f64 on the processor; the reference itself is off by {own:.0e} K rms", case.nodes);
+        format!("{} nodes, in f64 on the processor; the reference itself is off by {reference:.0e} K rms", case.nodes);
     let x = format!("time of a frame of {:.1} s, median [ms]", case.frame_s);
     let plot = lines_of(title, subtitle, [&x, ""], lines)?;
     Some(Plot { y: Axis::logarithmic("error, rms over nodes and frames [K]"), ..plot })

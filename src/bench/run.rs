@@ -8,7 +8,7 @@ use super::cases::{self, CaseError, NetworkCase};
 use super::clock::{BenchClock, Deadline, OUT_OF_TIME};
 use super::drivers::{self, DriverRow};
 use super::frames::{self, FrameRow};
-use super::integrators::{Integrated, IntegratorEffort, IntegratorRun, measure};
+use super::integrators::{Integrated, IntegratorEffort, IntegratorRun, measure_integrator};
 use super::limits::{self, Limits};
 use super::plan::{BenchPlan, Measurement};
 use super::record::{Bench, DeviceMeasurements, load_average};
@@ -46,14 +46,14 @@ pub(crate) fn run(plan: &BenchPlan, says: &dyn Fn(&str)) -> Result<Bench, BenchE
     let mut truths = Vec::new();
     if wanted(Measurement::Integrators) {
         says("f64 references");
-        let cases = cases::all(&plan.size())?;
+        let cases = cases::all_cases(&plan.size())?;
         let solved = |case: NetworkCase| match Truth::of(&case, plan.reference_sub_steps()) {
             Some(truth) => Ok((case, truth)),
             None => Err(BenchError::Reference(case.key)),
         };
         truths = cases.into_par_iter().map(solved).collect::<Result<Vec<_>, _>>()?;
     }
-    let cases = if wanted(Measurement::Hard) { hard::all() } else { Vec::new() };
+    let cases = if wanted(Measurement::Hard) { hard::all_hard_cases() } else { Vec::new() };
     let without = hard::without(&cases, plan.scale());
     let mut devices = Vec::new();
     for (number, target) in plan.targets.iter().enumerate() {
@@ -63,7 +63,7 @@ pub(crate) fn run(plan: &BenchPlan, says: &dyn Fn(&str)) -> Result<Bench, BenchE
         let truths = if number == 0 { &truths[..] } else { &[] };
         let mut measured = on(plan, target, truths, &deadline, says)?;
         let says = |case: &str| says(&format!("{}: {case}", measured.name));
-        measured.hard = hard::measure(target, &cases, &without, plan.scale(), &says);
+        measured.hard = hard::measure_hard_case(target, &cases, &without, plan.scale(), &says);
         measured.load_average[1] = load_average();
         measured.stolen = ProcessorTime::now().zip(started).and_then(|(now, before)| now.stolen_since(before));
         devices.push(measured);
@@ -190,7 +190,7 @@ impl CaseSetting<'_> {
             let effort = self.plan.effort();
             let effort = IntegratorEffort { most: self.deadline.share(left, effort.most), ..effort };
             let mut stepper = ReferenceStepper::new(self.case.network.clone(), &[]);
-            measure(&mut stepper, self.case, &self.truth.rows, *scheme, effort)
+            measure_integrator(&mut stepper, self.case, &self.truth.rows, *scheme, effort)
         };
         schemes.iter().enumerate().map(one).collect()
     }

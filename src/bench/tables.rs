@@ -181,7 +181,7 @@ pub(crate) fn models(measured: &DeviceMeasurements) -> Option<BenchTable> {
         if let Some(reason) = &row.failed {
             return not_run(cells, reason, 8);
         }
-        cells.extend([number(row.step_ms), number(row.step_ms.zip(base).map(|(own, base)| own / base))]);
+        cells.extend([number(row.step_ms), number(row.step_ms.zip(base).map(|(step, base)| step / base))]);
         cells.extend(kelvins(row.from_base));
         cells.push(row.from_base.map_or(dash(), |moved| {
             format!("{} ({:.1} %)", significant(moved.radiance_rms), 1e2 * moved.radiance_rms / moved.radiance_mean)
@@ -258,8 +258,8 @@ pub(crate) fn drivers(bench: &Bench) -> Option<BenchTable> {
             return not_run(devices, reason, 6);
         }
         let parts = format!("{} of {}", row.other_part, row.pixels);
-        let found = [kelvin_text(row.rms_k), kelvin_text(row.max_k), parts, format!("{:.1e}", row.radiance_relative)];
-        devices.into_iter().chain(found).collect()
+        let cells = [kelvin_text(row.rms_k), kelvin_text(row.max_k), parts, format!("{:.1e}", row.radiance_relative)];
+        devices.into_iter().chain(cells).collect()
     };
     let first = bench.drivers.first()?;
     Some(BenchTable {
@@ -411,8 +411,8 @@ pub(crate) fn hard(measured: &DeviceMeasurements) -> Option<BenchTable> {
 }
 
 /// All tables of a run, in the order of its devices.
-pub fn all(bench: &Bench) -> Vec<BenchTable> {
-    let of = |measured: &DeviceMeasurements| {
+pub fn all_tables(bench: &Bench) -> Vec<BenchTable> {
+    let row = |measured: &DeviceMeasurements| {
         let mut tables: Vec<BenchTable> = limits(measured)
             .into_iter()
             .chain(responses(measured))
@@ -425,7 +425,7 @@ pub fn all(bench: &Bench) -> Vec<BenchTable> {
         tables.extend(hard(measured));
         tables
     };
-    bench.devices.iter().flat_map(of).chain(drivers(bench)).collect()
+    bench.devices.iter().flat_map(row).chain(drivers(bench)).collect()
 }
 
 #[cfg(test)]

@@ -50,7 +50,7 @@ impl CaseSummary {
             stiffness: case.stiffness(),
             published_stiffness: case.published_stiffness,
             reference_sub_steps: truth.sub_steps,
-            reference_error: truth.own,
+            reference_error: truth.error,
         }
     }
 }
@@ -63,7 +63,7 @@ pub struct Truth {
     /// RKL2 sub-steps a frame in f64.
     pub(crate) sub_steps: u32,
     /// Error of the reference itself: a third of the difference from half as many sub-steps, because the method has order 2.
-    pub own: FrameError,
+    pub error: FrameError,
 }
 
 impl Truth {
@@ -82,6 +82,6 @@ impl Truth {
         };
         let [fine, coarse] = [rows(sub_steps)?, rows(sub_steps / 2)?];
         let apart = FrameError::between(&coarse, &fine);
-        Some(Self { rows: fine, sub_steps, own: FrameError { rms: apart.rms / 3.0, max: apart.max / 3.0 } })
+        Some(Self { rows: fine, sub_steps, error: FrameError { rms: apart.rms / 3.0, max: apart.max / 3.0 } })
     }
 }

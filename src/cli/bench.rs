@@ -103,9 +103,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     spinner.finish_and_clear();
     let bench = bench?;
     if let Some(folder) = &folder {
-        files::write(folder, &bench)?;
+        files::write_bench_files(folder, &bench)?;
     }
-    for table in tables::all(&bench) {
+    for table in tables::all_tables(&bench) {
         answer!("{}", table.markdown());
     }
     for (name, stolen) in bench.devices.iter().filter_map(|measured| Some((&measured.name, measured.stolen?))) {

@@ -101,9 +101,9 @@ struct PreviewArguments {
 
 fn parse_shard(text: &str) -> Result<Shard, String> {
     let wrong = || "it takes a number and how many there are, counted from 0, such as 0/3".to_owned();
-    let (index, of) = text.split_once('/').ok_or_else(wrong)?;
-    let (index, of) = (index.parse().map_err(|_| wrong())?, of.parse().map_err(|_| wrong())?);
-    if index < of { Ok(Shard { index, of }) } else { Err(wrong()) }
+    let (index, shards) = text.split_once('/').ok_or_else(wrong)?;
+    let (index, shards) = (index.parse().map_err(|_| wrong())?, shards.parse().map_err(|_| wrong())?);
+    if index < shards { Ok(Shard { index, shards }) } else { Err(wrong()) }
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
@@ -122,7 +122,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         (_, true) => Begin::Force,
         _ => Begin::Fresh,
     };
-    let own: u64 =
+    let samples: u64 =
         arguments.shard.orbits(&spec).map(|orbit| spec.images_of(orbit)).map(|images| images.end - images.start).sum();
     say!("{} images of {} orbits on {}", spec.samples, spec.orbits(), target.name());
     if scenes.has_distortion() {
@@ -138,7 +138,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
             spec.orbits()
         );
     }
-    let bar = progress_bar(own, "images");
+    let bar = progress_bar(samples, "images");
     let order = DatasetOrder {
         spec: &spec,
         scenes: &scenes,
@@ -168,8 +168,8 @@ fn verify(arguments: &VerifyArguments) -> Result<(), CliError> {
         found => found?,
     };
     let stop = stop_flag();
-    let mut found = Verified::default();
-    checksums(root, &mut found)?;
+    let mut verified = Verified::default();
+    checksums(root, &mut verified)?;
     let of_identity = |key: &str| identity.get(key).and_then(serde_json::Value::as_str).unwrap_or_default();
     let path = arguments.spec.clone().unwrap_or_else(|| PathBuf::from(of_identity("spec")));
     if path.as_os_str().is_empty() && arguments.samples > 0 {
@@ -180,7 +180,7 @@ fn verify(arguments: &VerifyArguments) -> Result<(), CliError> {
     }
     // The copy says the same, but the scene lies beside the SPEC itself.
     let copy = copy_of_spec(root)?;
-    labels(root, &copy, &stop, &mut found)?;
+    labels(root, &copy, &stop, &mut verified)?;
     if arguments.samples > 0 {
         let reach = arguments.reach.or(identity.get("allow_outside") == Some(&true.into()));
         let (spec, scenes) = load(&path, reach)?;
@@ -197,24 +197,24 @@ fn verify(arguments: &VerifyArguments) -> Result<(), CliError> {
             _ => arguments.device.open()?,
         };
         let images = picked(&spec, arguments.samples, arguments.draw);
-        again(root, (&spec, &scenes, &target), &images, &stop, &mut found)?;
+        again(root, (&spec, &scenes, &target), &images, &stop, &mut verified)?;
         check_validation(&target)?;
     }
-    for fault in &found.faults {
+    for fault in &verified.faults {
         answer!("{fault}");
     }
-    match found.faults.first() {
+    match verified.faults.first() {
         None => {
             answer!(
                 "{} files, the labels of {} images and {} images that were rendered again are as they were written",
-                found.files,
-                found.images,
-                found.rendered
+                verified.files,
+                verified.images,
+                verified.rendered
             );
             Ok(())
         }
         Some(first) => {
-            let (folder, count) = (root.clone(), found.faults.len());
+            let (folder, count) = (root.clone(), verified.faults.len());
             Err(DatasetError::Damaged { folder, count, first: first.clone() }.into())
         }
     }

@@ -31,9 +31,9 @@ pub(super) fn write(scene: &Path, output: &Path, force: bool, reach: ReachArgume
         )));
     }
     let bar = spinner("finding the heat of the steps");
-    let found = network_file(&prepared, &stop_flag(), &mut || bar.tick());
+    let file = network_file(&prepared, &stop_flag(), &mut || bar.tick());
     bar.finish_and_clear();
-    let Some(file) = found? else { return Ok(()) };
+    let Some(file) = file? else { return Ok(()) };
     let name = scene.file_name().unwrap_or_default().to_string_lossy();
     let head = [
         format!("The thermal network of {name} from time 0, as the f64 reference finds its start."),

@@ -132,9 +132,10 @@ fn solve_with(
 ) -> Result<(), CliError> {
     if arguments.steady {
         let [output, ..] = outputs;
-        let found = steady(stepper, &file.network, &file.schedule).map_err(|error| steady_error(error, file, path))?;
-        print_steady(&found, file, stepper.counts());
-        return write_rows(output, &file.labels, &[0.0], &[found.temperatures]);
+        let steady_state =
+            steady(stepper, &file.network, &file.schedule).map_err(|error| steady_error(error, file, path))?;
+        print_steady(&steady_state, file, stepper.counts());
+        return write_rows(output, &file.labels, &[0.0], &[steady_state.temperatures]);
     }
     let tolerance = arguments.tolerance.unwrap_or(arguments.integrator.tolerance());
     let settings = IntegrationSettings { integrator: arguments.integrator, tolerance };

@@ -84,8 +84,8 @@ pub(super) fn write_tables(
     force: bool,
     inputs: &[PathBuf],
 ) -> Result<(), CliError> {
-    let own: Vec<&str> = tables::NAMES.into_iter().chain([NETWORK]).collect();
-    let folder = Folder::new(root, &own).prepare(force, inputs)?;
+    let names: Vec<&str> = tables::NAMES.into_iter().chain([NETWORK]).collect();
+    let folder = Folder::new(root, &names).prepare(force, inputs)?;
     for (name, rows) in tables::NAMES.iter().zip(file.tables()) {
         folder.write_csv(name, rows)?;
     }

@@ -81,8 +81,8 @@ fn read(path: &Path) -> Result<FitFile, String> {
     let column = |name: &str| headers.iter().position(|header| header.eq_ignore_ascii_case(name));
     let time = column("time").or(column("step"));
     let (Some(time), Some(temperature)) = (time, column("temperature")) else {
-        let found = headers.iter().collect::<Vec<_>>().join(",");
-        return Err(format!("the first line must name the columns time (or step) and temperature; it is '{found}'"));
+        let columns = headers.iter().collect::<Vec<_>>().join(",");
+        return Err(format!("the first line must name the columns time (or step) and temperature; it is '{columns}'"));
     };
     let (mut samples, mut lines) = (Vec::new(), Vec::new());
     for record in reader.records() {
@@ -157,7 +157,7 @@ fn residual(value: f64) -> String {
 /// The fit as lines for a [[material]].
 fn to_paste(fit: &Fit, arguments: &Arguments, in_steps: bool) -> String {
     let response = &fit.response;
-    let own = match &response.function {
+    let parameters = match &response.function {
         Function::Linear | Function::Quadratic => String::new(),
         Function::Shaped(shape) => match &shape.kind {
             FunctionKind::Exponential { rate } | FunctionKind::Logarithmic { rate } => {
@@ -185,7 +185,7 @@ fn to_paste(fit: &Fit, arguments: &Arguments, in_steps: bool) -> String {
         let rename = if in_steps { "; rename its column step to time" } else { "" };
         lines.push_str(&format!("# file: as seen from the scene{rename}\n"));
     }
-    lines.push_str(&format!("{branch} = {{ function = \"{kind}\", {own}{key} = {t_max} }}\n"));
+    lines.push_str(&format!("{branch} = {{ function = \"{kind}\", {parameters}{key} = {t_max} }}\n"));
     if response.domain == Domain::FourthPower {
         lines.push_str("domain = \"T4\"\n");
     }

@@ -54,9 +54,9 @@ impl EarlierRun {
         let directory = PathBuf::from(self.text("directory")?);
         let from_there = directory.join(&saved);
         let is_here = std::env::current_dir().is_ok_and(|here| here == directory);
-        let found = if is_here || !from_there.exists() { saved } else { from_there };
-        let same = |given: &Path| given.canonicalize().ok().zip(found.canonicalize().ok()).is_some_and(|(a, b)| a == b);
-        Ok(given.filter(|given| !same(given)).map_or(found, Path::to_path_buf))
+        let path = if is_here || !from_there.exists() { saved } else { from_there };
+        let same = |given: &Path| given.canonicalize().ok().zip(path.canonicalize().ok()).is_some_and(|(a, b)| a == b);
+        Ok(given.filter(|given| !same(given)).map_or(path, Path::to_path_buf))
     }
 
     pub(crate) fn device(&self) -> Result<String, CliError> {
@@ -70,15 +70,15 @@ impl EarlierRun {
 
     /// Nodes that the reference also steps.
     pub(crate) fn check(&self) -> Result<Option<usize>, CliError> {
-        let found: Result<[u64; 1], _> = self.state.array("run.check");
-        let [nodes] = found.map_err(|error| self.refused(&error.to_string()))?;
+        let saved: Result<[u64; 1], _> = self.state.array("run.check");
+        let [nodes] = saved.map_err(|error| self.refused(&error.to_string()))?;
         Ok(usize::try_from(nodes).ok().filter(|nodes| *nodes > 0))
     }
 
     /// Whether the run was begun with `--allow-outside`.
     pub(crate) fn allows_outside(&self) -> Result<bool, CliError> {
-        let found: Result<[u64; 1], _> = self.state.array("run.allow_outside");
-        Ok(found.map_err(|error| self.refused(&error.to_string()))? == [1])
+        let saved: Result<[u64; 1], _> = self.state.array("run.allow_outside");
+        Ok(saved.map_err(|error| self.refused(&error.to_string()))? == [1])
     }
 
     /// Refuses a run that would go on under another scene, device or check.

@@ -20,7 +20,7 @@ use crate::output::console::{answer, say};
 use crate::output::destination::{Destination, destinations};
 use crate::output::folder::Folder;
 use crate::output::inputs::keep_inputs;
-use crate::output::job::{Done, FILES, Job, REPORT_HTML, REPORT_JSON, SaveEvery, run_into};
+use crate::output::job::{Done, FILES, Job, REPORT_HTML, REPORT_JSON, RunOutcome, SaveEvery, run_into};
 use crate::output::report::{BufferSize, FrameEntry, Report};
 use crate::output::state_file::encode;
 use crate::output::{mcap, report_html, video};
@@ -144,9 +144,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut engine = chosen.engine(&prepared, camera)?;
     engine.record(trace.clone());
     let start_up_s = began.elapsed().as_secs_f64();
-
-    let time = &prepared.scene.time;
-    let bars = step_bars(&forecast, time.steps);
+    let bars = step_bars(&forecast, prepared.scene.time.steps);
     let job = Job {
         check: sample,
         save_every: arguments.save_every,
@@ -164,24 +162,29 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(log) = &log {
         write_log(log, &folder, &outcome.frames, &prepared, &trace)?;
     }
-    if begin.is_some() && sample.is_some() && outcome.accuracy.is_none() {
-        say!(
-            "warning: nothing was compared with the f64 reference: the state was saved without it, or with another --check"
-        );
+    if begin.is_some() && sample.is_some() {
+        warn_unchecked(&outcome);
     }
-
     let wall_s = outcome.wall_before_s + began.elapsed().as_secs_f64();
     let speed = speed(&prepared, &*engine, &outcome, wall_s);
-    let report = Report {
+    let mut report = Report {
         buffers: list_buffers(&plan, &chosen),
         speed,
-        command_line,
         ..report(&prepared, &plan, &chosen, &mut *engine, outcome, start_up_s)
     };
+    report.source.command_line = command_line;
     write_report(&folder, &report, timeline.as_ref(), &trace)?;
     print_summary(&report, &folder);
     check_validation(&chosen)?;
     if report.interrupted { Err(CliError::StoppedRun(root)) } else { Ok(()) }
+}
+
+fn warn_unchecked(outcome: &RunOutcome) {
+    if outcome.accuracy.is_none() {
+        say!(
+            "warning: nothing was compared with the f64 reference: the state was saved without it, or with another --check"
+        );
+    }
 }
 
 fn forecast_run(prepared: &Prepared, has_state: bool, chosen: &Target) -> Forecast {

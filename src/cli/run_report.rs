@@ -10,7 +10,9 @@ use crate::output::console::{answer, say};
 use crate::output::folder::Folder;
 use crate::output::image_index::IMAGES;
 use crate::output::job::{REPORT_HTML, REPORT_JSON, RunOutcome};
-use crate::output::report::{FileEntry, InputFile, ModelSize, PassTime, Report, ReportDevice, SettingGroup, Speed};
+use crate::output::report::{
+    FileEntry, InputFile, ModelSize, PassTime, Report, ReportDevice, ReportFiles, ReportSource, SettingGroup, Speed,
+};
 use crate::output::settings;
 use crate::output::step_cost::step_cost;
 use crate::output::tables::{JOINTS, SERIES};
@@ -69,10 +71,10 @@ fn network_section(prepared: &Prepared, engine: &mut dyn Engine) -> Option<Setti
 
 fn pass_times(engine: &dyn Engine) -> Vec<PassTime> {
     let times = engine.pass_times().into_iter().flatten();
-    let of = |(name, samples): (&String, &Samples<f64>)| {
+    let time = |(name, samples): (&String, &Samples<f64>)| {
         PassTime::from_samples(name, samples).map(|time| PassTime { count: samples.count(), ..time })
     };
-    times.filter_map(of).collect()
+    times.filter_map(time).collect()
 }
 
 /// The report of a run. The caller adds buffers, speed and command line.
@@ -104,10 +106,13 @@ pub(super) fn report(
         warnings.push(warning);
     }
     Report {
-        title: prepared.scene.name.clone(),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        scene,
-        inputs: inputs.collect(),
+        source: ReportSource {
+            title: prepared.scene.name.clone(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            scene,
+            inputs: inputs.collect(),
+            ..ReportSource::default()
+        },
         device,
         accuracy: outcome.accuracy,
         energy: outcome.energy,
@@ -117,10 +122,7 @@ pub(super) fn report(
         assumptions: prepared.scene.assumptions.clone(),
         warnings,
         switched_off: prepared.switched_off(),
-        frames: outcome.frames,
-        pictures: outcome.pictures,
-        plots: outcome.plots,
-        files,
+        results: ReportFiles { frames: outcome.frames, pictures: outcome.pictures, plots: outcome.plots, files },
         interrupted: !outcome.complete,
         ..Report::default()
     }

@@ -76,8 +76,8 @@ impl Protocol {
 
     fn talk(self) -> Talk {
         match self {
-            Self::Vizard => vizard::talk,
-            Self::Surrender => surrender::talk,
+            Self::Vizard => vizard::talk_vizard,
+            Self::Surrender => surrender::talk_surrender,
         }
     }
 }

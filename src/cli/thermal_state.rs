@@ -19,9 +19,9 @@ pub(super) fn read(path: &Path, prepared: &Prepared, chosen: &Target) -> Result<
     let absent = |error: SavedError| refused(format!("is no thermal state of --save-state: {error}"));
     let bytes = files::read(path).map_err(|fault| refused(format!("cannot be read: {fault}")))?;
     let saved = decode(&bytes).map_err(refused)?;
-    let found = differences(&saved, prepared, chosen.device().is_some()).map_err(absent)?;
-    if !found.is_empty() {
-        return Err(refused(format!("is of another craft: {}", found.join("; "))));
+    let changes = differences(&saved, prepared, chosen.device().is_some()).map_err(absent)?;
+    if !changes.is_empty() {
+        return Err(refused(format!("is of another craft: {}", changes.join("; "))));
     }
     let origin = origin(&saved).map_err(absent)?;
     say!(

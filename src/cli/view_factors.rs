@@ -9,7 +9,7 @@ use super::prepare::prepare_scene;
 use super::reach::ReachArguments;
 use crate::environment::{PlanetLoad, StepLoad};
 use crate::exchange::between::{To, radiative_areas, view_factors};
-use crate::exchange::cast::{Scenery, cast};
+use crate::exchange::cast::{Scenery, cast_rays};
 use crate::exchange::step::Exchange;
 use crate::gpu::effects::exchange::RESOURCES;
 use crate::gpu::effects::exchange::tables::ExchangeTables;
@@ -77,7 +77,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         return Err(CliError::Usage(format!("--patch {patch}: the scene has the patches 0 to {}", patches - 1)));
     }
     let paths = [Some(&*arguments.output), gr.as_deref(), sky_path.as_deref(), fish_eye_path.as_deref()];
-    let [factors, areas, sky_picture, seen] = destinations(paths)?;
+    let [factors, areas, sky_picture, picture] = destinations(paths)?;
     let load = sky(&prepared);
     let target = arguments.device.open()?;
     let (exchange, seconds) = found(craft, &load, &target)?;
@@ -96,8 +96,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         To::Planet => "planet".to_owned(),
         To::Space => "space".to_owned(),
     };
-    let rows = view_factors(&exchange, &group, &load).into_iter().map(|found| {
-        [names[found.from].clone(), name(found.to), format!("{:.6}", found.factor), format!("{:.6}", found.error)]
+    let rows = view_factors(&exchange, &group, &load).into_iter().map(|factor| {
+        [names[factor.from].clone(), name(factor.to), format!("{:.6}", factor.factor), format!("{:.6}", factor.error)]
     });
     let header = ["from", "to", "view_factor", "standard_error"].map(str::to_owned);
     factors.unwrap_or(Destination::StandardOutput).write_csv(std::iter::once(header).chain(rows))?;
@@ -109,7 +109,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(picture) = sky_picture {
         picture.write_bytes(&open_sky(craft, &load.joints, &exchange)?)?;
     }
-    if let (Some(picture), Some(patch)) = (seen, arguments.patch) {
+    if let (Some(picture), Some(patch)) = (picture, arguments.patch) {
         picture.write_bytes(&fish_eye(craft, &load.joints, patch)?)?;
     }
     check_validation(&target)
@@ -123,11 +123,11 @@ fn found(craft: &ExchangeCraft, load: &StepLoad, target: &Target) -> Result<(Exc
     let device = target.device().filter(|_| exchange_rays::can_walk(&scenery));
     let ends = match device {
         Some(context) => exchange_rays::cast(context, surface, patches, &scenery, rays)?,
-        None => cast(surface, patches, &scenery, rays, 0..patches.all.len() as u32),
+        None => cast_rays(surface, patches, &scenery, rays, 0..patches.all.len() as u32),
     };
-    let cast = began.elapsed().as_secs_f64();
+    let cast_s = began.elapsed().as_secs_f64();
     let exchange = Exchange::new(surface, patches, &ends, &craft.settings);
-    Ok((exchange, [cast, began.elapsed().as_secs_f64() - cast]))
+    Ok((exchange, [cast_s, began.elapsed().as_secs_f64() - cast_s]))
 }
 
 /// Buffers of the exchange in a run on a device.

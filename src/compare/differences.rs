@@ -120,14 +120,14 @@ pub(crate) fn table(
     parts: &[String],
     materials: &[String],
     vertices: &Vertices,
-    found: &[(&str, &Differences)],
+    differences: &[(&str, &Differences)],
     step: f64,
 ) -> Vec<Vec<String>> {
     let head: Vec<String> = COLUMNS.split(',').map(str::to_owned).collect();
     let columns = head.len();
     let mut rows = vec![head];
     for (part, name) in parts.iter().map(String::as_str).chain(["all"]).enumerate() {
-        for (response, differences) in found {
+        for (response, differences) in differences {
             let group = differences.parts.get(part).unwrap_or(&differences.all);
             let kelvin = |value: f64| format!("{value:.6}");
             let mut row = vec![name.to_owned(), (*response).to_owned()];
@@ -167,20 +167,20 @@ mod tests {
     #[test]
     fn rms_mean_and_largest_are_those_by_hand() {
         let vertices = two_parts();
-        let mut found = Differences::new(&vertices, 3);
-        found.add(&vertices, 0, 0.0, &[300.0; 3], &[300.0; 3]);
-        found.add(&vertices, 1, 10.0, &[302.0, 296.0, 301.0], &[300.0; 3]);
+        let mut computed = Differences::new(&vertices, 3);
+        computed.add(&vertices, 0, 0.0, &[300.0; 3], &[300.0; 3]);
+        computed.add(&vertices, 1, 10.0, &[302.0, 296.0, 301.0], &[300.0; 3]);
         // Over two steps, part 0: (1 x 4 + 3 x 16) / 8 = 6.5; mean (2 - 12) / 8. Part 1: 2 x 1 / 4. All: 54 / 12.
         let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} is not {b}");
-        near(found.parts[0].rms(), 6.5f64.sqrt());
-        near(found.parts[0].mean(), -1.25);
-        near(found.parts[1].rms(), 0.5f64.sqrt());
-        near(found.all.rms(), 4.5f64.sqrt());
+        near(computed.parts[0].rms(), 6.5f64.sqrt());
+        near(computed.parts[0].mean(), -1.25);
+        near(computed.parts[1].rms(), 0.5f64.sqrt());
+        near(computed.all.rms(), 4.5f64.sqrt());
         let worst = Largest { difference: -4.0, temperature: 296.0, network: 300.0, step: 1, vertex: 1 };
-        assert_eq!((found.parts[0].largest(), found.all.largest()), (Some(worst), Some(worst)));
-        assert_eq!((found.parts[2].largest(), found.parts[2].rms()), (None, 0.0));
-        near(found.steps[1].rms, 9.0f64.sqrt());
-        assert_eq!((found.steps[0].max, found.steps[1].max), (0.0, -4.0));
+        assert_eq!((computed.parts[0].largest(), computed.all.largest()), (Some(worst), Some(worst)));
+        assert_eq!((computed.parts[2].largest(), computed.parts[2].rms()), (None, 0.0));
+        near(computed.steps[1].rms, 9.0f64.sqrt());
+        assert_eq!((computed.steps[0].max, computed.steps[1].max), (0.0, -4.0));
         // Equal areas would give another rms, so the weights count.
         let even = Vertices { areas: vec![1.0; 3], ..two_parts() };
         let mut other = Differences::new(&even, 3);

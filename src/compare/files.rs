@@ -40,9 +40,9 @@ pub(crate) fn write(
 ) -> Result<(), OutputError> {
     let network = &runs.ran[NETWORK];
     let scene = &network.prepared.scene;
-    let found = [INSTANT, TRANSITION].map(|run| (RESPONSES[run], &runs.ran[run].differences));
+    let compared = [INSTANT, TRANSITION].map(|run| (RESPONSES[run], &runs.ran[run].differences));
     let materials: Vec<String> = network.prepared.materials.iter().map(|material| material.name.clone()).collect();
-    let rows = table(network.series.parts(), &materials, &runs.vertices, &found, scene.time.step);
+    let rows = table(network.series.parts(), &materials, &runs.vertices, &compared, scene.time.step);
     folder.write_csv(TABLE, rows)?;
     folder.write_csv(OVER_TIME, over_time(runs))?;
     for (name, ran) in RESPONSES.iter().zip(&runs.ran) {

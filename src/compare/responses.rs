@@ -45,12 +45,12 @@ pub(crate) fn instant(scene: &Scene, progress: &mut dyn FnMut(PrepareStage)) -> 
 /// The scene with every material a `transition`. `of` has an entry for each material.
 pub(crate) fn transition(
     scene: &Scene,
-    of: &[OfMaterial],
+    fits: &[OfMaterial],
     progress: &mut dyn FnMut(PrepareStage),
 ) -> Result<Prepared, PrepareError> {
     let change = |materials: &mut [Material]| {
-        for (material, of) in materials.iter_mut().zip(of) {
-            material.response = of.transition.clone().map_or(Response::Instant, Response::Transition);
+        for (material, fit) in materials.iter_mut().zip(fits) {
+            material.response = fit.transition.clone().map_or(Response::Instant, Response::Transition);
         }
     };
     Prepared::with_materials(without_network(scene), change, progress)
@@ -129,7 +129,7 @@ fn without_network(scene: &Scene) -> Scene {
 /// # Errors
 /// No transition fits a material.
 pub(crate) fn transitions(network: &Prepared, swings: &[[f64; 2]]) -> Result<Vec<OfMaterial>, CompareError> {
-    let of = |(material, between): (&Material, &[f64; 2])| {
+    let fit = |(material, between): (&Material, &[f64; 2])| {
         let (transition, origin) = match (&material.response, &material.transition) {
             (Response::Network, Some(stated)) => (Some(stated.clone()), ResponseOrigin::Stated),
             (Response::Network, None) => {
@@ -146,7 +146,7 @@ pub(crate) fn transitions(network: &Prepared, swings: &[[f64; 2]]) -> Result<Vec
         };
         Ok(OfMaterial { name: material.name.clone(), transition, origin })
     };
-    network.materials.iter().zip(swings).map(of).collect()
+    network.materials.iter().zip(swings).map(fit).collect()
 }
 
 /// Most orbits that a fitted transition may take. In orbit the target of a longer one turns back long before it comes near.
@@ -190,16 +190,16 @@ fn plate(material: &Material) -> MaterialPlate {
 }
 
 /// Warnings for the user about a material's fitted transition in a run of `steps` steps of `step` [s], with its warm-up.
-pub(crate) fn fit_warnings(of: &OfMaterial, steps: f64, step: f64) -> Vec<String> {
-    let (ResponseOrigin::Fitted(fitted), Some(transition)) = (&of.origin, &of.transition) else { return Vec::new() };
+pub(crate) fn fit_warnings(fit: &OfMaterial, steps: f64, step: f64) -> Vec<String> {
+    let (ResponseOrigin::Fitted(fitted), Some(transition)) = (&fit.origin, &fit.transition) else { return Vec::new() };
     let mut warnings: Vec<String> =
-        fitted.doubts.iter().map(|doubt| format!("The fit of '{}' is doubtful. {doubt}.", of.name)).collect();
+        fitted.doubts.iter().map(|doubt| format!("The fit of '{}' is doubtful. {doubt}.", fit.name)).collect();
     for (branch, profile) in [("heating", &transition.heating), ("cooling", &transition.cooling)] {
         if profile.t_max_steps > steps {
             warnings.push(format!(
                 "The fitted {branch} of '{}' takes {:.0} s, longer than the run with its warm-up, {:.0} s: it does not reach \
                  its target in the run.",
-                of.name,
+                fit.name,
                 profile.t_max_steps * step,
                 steps * step
             ));
@@ -210,7 +210,7 @@ pub(crate) fn fit_warnings(of: &OfMaterial, steps: f64, step: f64) -> Vec<String
 
 /// A profile in the syntax of a scene file.
 pub(crate) fn profile_text(profile: &Profile, step: f64) -> String {
-    let own = match &profile.function {
+    let parameters = match &profile.function {
         Function::Shaped(shape) => match &shape.kind {
             FunctionKind::Exponential { rate } | FunctionKind::Logarithmic { rate } => {
                 format!("{}, rate {rate:.3}", shape.kind.name())
@@ -220,7 +220,7 @@ pub(crate) fn profile_text(profile: &Profile, step: f64) -> String {
         },
         Function::Linear | Function::Quadratic => profile.function.to_string(),
     };
-    format!("{own}, t_max {:.0} s", profile.t_max_steps * step)
+    format!("{parameters}, t_max {:.0} s", profile.t_max_steps * step)
 }
 
 /// A domain in the syntax of a scene file.
@@ -232,10 +232,10 @@ pub(crate) fn domain_text(domain: Domain) -> &'static str {
 }
 
 /// Notes on the runs, besides the scene's assumptions.
-pub(crate) fn notes(network: &Prepared, of: &[OfMaterial], scene_file: &Path) -> Vec<String> {
+pub(crate) fn notes(network: &Prepared, fits: &[OfMaterial], scene_file: &Path) -> Vec<String> {
     let mut notes = Vec::new();
     let names = |which: &dyn Fn(&OfMaterial) -> bool| {
-        of.iter().filter(|one| which(one)).map(|one| one.name.clone()).collect::<Vec<_>>().join(", ")
+        fits.iter().filter(|one| which(one)).map(|one| one.name.clone()).collect::<Vec<_>>().join(", ")
     };
     let kept = names(&|one| one.origin == ResponseOrigin::Kept);
     if !kept.is_empty() {

@@ -154,11 +154,11 @@ pub(crate) fn all(
 
 fn vertices(prepared: &Prepared) -> Vertices {
     let nodes = &prepared.nodes;
-    let of = |group: &[u32]| nodes.node_of_vertex.iter().map(|node| group[*node as usize / GROUP]).collect();
+    let by_vertex = |group: &[u32]| nodes.node_of_vertex.iter().map(|node| group[*node as usize / GROUP]).collect();
     Vertices {
         areas: nodes.node_of_vertex.iter().map(|node| nodes.areas[*node as usize]).collect(),
-        parts: of(&nodes.group_part),
-        materials: of(&nodes.group_material),
+        parts: by_vertex(&nodes.group_part),
+        materials: by_vertex(&nodes.group_material),
         positions: nodes.node_of_vertex.iter().map(|node| nodes.positions[*node as usize].to_array()).collect(),
     }
 }

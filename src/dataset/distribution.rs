@@ -123,17 +123,17 @@ impl Distribution {
 
     /// Least and greatest number that may be drawn. `None` where it is not a number.
     pub(crate) fn range(&self) -> Option<[f64; 2]> {
-        let of = |value: &Value| match value {
+        let name_value = |value: &Value| match value {
             Value::Float(number) => Some(*number),
             Value::Integer(number) => Some(*number as f64),
             _ => None,
         };
         match self {
-            Self::Constant(value) => of(value).map(|number| [number; 2]),
+            Self::Constant(value) => name_value(value).map(|number| [number; 2]),
             Self::Uniform(range) | Self::LogUniform(range) => Some(*range),
             Self::Normal { within, .. } => Some(*within),
             Self::Choice(values, _) => {
-                let numbers = values.iter().map(of).collect::<Option<Vec<f64>>>()?;
+                let numbers = values.iter().map(name_value).collect::<Option<Vec<f64>>>()?;
                 let ends = |all: [f64; 2], number: &f64| [all[0].min(*number), all[1].max(*number)];
                 Some(numbers.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends))
             }

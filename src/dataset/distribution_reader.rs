@@ -197,9 +197,9 @@ mod tests {
             ("{ choice = [0, 1], weights = [3, 1] }", 0.25, (3.0f64 / 16.0).sqrt()),
         ] {
             let all = draws(text, 4000);
-            let found = all.iter().sum::<f64>() / 4000.0;
-            let spread = (all.iter().map(|value| (value - found).powi(2)).sum::<f64>() / 4000.0).sqrt();
-            assert!((found - mean).abs() < 4.0 * deviation / 4000f64.sqrt(), "{text}: {found}");
+            let computed = all.iter().sum::<f64>() / 4000.0;
+            let spread = (all.iter().map(|value| (value - computed).powi(2)).sum::<f64>() / 4000.0).sqrt();
+            assert!((computed - mean).abs() < 4.0 * deviation / 4000f64.sqrt(), "{text}: {computed}");
             assert!((spread / deviation - 1.0).abs() < 0.06, "{text}: {spread}");
         }
     }

@@ -134,8 +134,8 @@ mod tests {
         assert_eq!(rows_in(file(&bytes)), Ok(2));
         assert!(rows_in(file(&bytes[..bytes.len() - 1])).is_err());
         let reader = SerializedFileReader::new(file(&bytes)).unwrap();
-        let found: Vec<String> = reader.get_row_iter(None).unwrap().map(|row| row.unwrap().to_string()).collect();
-        assert_eq!(found[0], "{sample: 0, x: 1.0, name: \"a\", late: null}");
-        assert_eq!(found[1], "{sample: 1, x: 0.5, name: null, late: 3}");
+        let computed: Vec<String> = reader.get_row_iter(None).unwrap().map(|row| row.unwrap().to_string()).collect();
+        assert_eq!(computed[0], "{sample: 0, x: 1.0, name: \"a\", late: null}");
+        assert_eq!(computed[1], "{sample: 1, x: 0.5, name: null, late: 3}");
     }
 }

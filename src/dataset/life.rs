@@ -72,14 +72,14 @@ impl Life {
         let age = self.age.number("life.age", source);
         let values = self.materials.iter().map(|one| {
             let name = format!("life.{}", one.name);
-            let own = age + one.scatter.as_ref().map_or(0.0, |scatter| scatter.number(&name, source));
+            let age_of_surface = age + one.scatter.as_ref().map_or(0.0, |scatter| scatter.number(&name, source));
             // A scatter leads to no age before the beginning and after the end.
-            let own = own.clamp(0.0, 1.0);
+            let age_of_surface = age_of_surface.clamp(0.0, 1.0);
             let mut table = toml::Table::new();
             table.insert("match".to_owned(), Value::String(one.name.clone()));
             for (key, ends) in OPTICS.iter().zip(one.ends) {
                 if let Some([begin, end]) = ends {
-                    table.insert((*key).to_owned(), Value::Float(begin + own * (end - begin)));
+                    table.insert((*key).to_owned(), Value::Float(begin + age_of_surface * (end - begin)));
                 }
             }
             Value::Table(table)

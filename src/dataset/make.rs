@@ -31,13 +31,13 @@ pub struct Shard {
     /// Number of the shard, from 0.
     pub index: u64,
     /// Number of the shards.
-    pub of: u64,
+    pub shards: u64,
 }
 
 impl Shard {
     /// The orbits of the shard.
     pub(crate) fn orbits(self, spec: &Spec) -> impl Iterator<Item = u64> + use<> {
-        (self.index..spec.orbits()).step_by(self.of as usize)
+        (self.index..spec.orbits()).step_by(self.shards as usize)
     }
 }
 
@@ -209,7 +209,7 @@ fn report(store: &Store, shard: Shard, target: &Target, made: &DatasetSummary) -
         made.rejections.iter().map(|(reason, count)| (reason.words().to_owned(), json!(count))).collect();
     let report = json!({
         "shard": shard.index,
-        "shards": shard.of,
+        "shards": shard.shards,
         "device": target.name(),
         "images": made.images,
         "orbits": made.orbits,
@@ -223,5 +223,5 @@ fn report(store: &Store, shard: Shard, target: &Target, made: &DatasetSummary) -
         "rejected": rejected,
         "complete": made.complete,
     });
-    store.write(&format!("{REPORT}{}-of-{}.json", shard.index, shard.of), format!("{report:#}\n").as_bytes())
+    store.write(&format!("{REPORT}{}-of-{}.json", shard.index, shard.shards), format!("{report:#}\n").as_bytes())
 }

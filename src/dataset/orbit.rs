@@ -14,7 +14,8 @@ use super::split::split_of;
 use super::time_rule::NoTime;
 use super::view_check::{Reason, points, rejected};
 use crate::labels::craft::Craft;
-use crate::labels::from_scene::{ImageIdentity, craft, labelled};
+use crate::labels::from_scene::{craft, labelled};
+use crate::labels::image::ImageIdentity;
 use crate::labels::image::LabelledImage;
 use crate::labels::key_points::{CHOSEN, check_names, chosen, given};
 use crate::labels::symmetry::{self, symmetries};
@@ -61,21 +62,21 @@ impl<'a> OrbitRun<'a> {
         check(spec, &scene)?;
         let simulation = Simulation::from_scene(scene, target)?;
         let mut craft = craft(simulation.prepared());
-        if let Some(name) = &spec.object {
+        if let Some(name) = &spec.labels.object {
             craft.name.clone_from(name);
         }
         let wrong = |message: String| DatasetError::Spec { path: spec.path.clone(), message };
-        craft.key_points = if spec.key_points.is_empty() {
+        craft.key_points = if spec.labels.key_points.is_empty() {
             chosen(&craft, CHOSEN)
         } else {
-            let each = spec.key_points.iter().map(|point| {
+            let each = spec.labels.key_points.iter().map(|point| {
                 given(&craft, &point.name, point.position, point.part.as_deref())
                     .map_err(|error| wrong(error.to_string()))
             });
             each.collect::<Result<Vec<_>, _>>()?
         };
         check_names(&craft.key_points).map_err(|error| wrong(error.to_string()))?;
-        craft.symmetries = symmetries(&craft, &spec.symmetries).map_err(|error| wrong(error.to_string()))?;
+        craft.symmetries = symmetries(&craft, &spec.labels.symmetries).map_err(|error| wrong(error.to_string()))?;
         Ok(Self { spec, scenes, number, values, simulation, craft })
     }
 
@@ -88,7 +89,7 @@ impl<'a> OrbitRun<'a> {
             path: self.spec.path.clone(),
             message: error.to_string(),
         };
-        symmetry::check(&self.craft, &self.spec.symmetries).map_err(wrong)
+        symmetry::check(&self.craft, &self.spec.labels.symmetries).map_err(wrong)
     }
 
     pub(crate) fn number(&self) -> u64 {
@@ -116,7 +117,7 @@ impl<'a> OrbitRun<'a> {
                 reasons: reasons.to_owned(),
             };
             let (time, rejected) =
-                self.spec.time.draw(&self.spec.plan, image, sky, attempts).map_err(|reason| match reason {
+                self.spec.drawn.time.draw(&self.spec.plan, image, sky, attempts).map_err(|reason| match reason {
                     NoTime::NoEclipse => no_sample("the orbit has no eclipse from which [time] counts"),
                     NoTime::NoLight => no_sample("no time after the start has the light that [time] asks for"),
                 })?;
@@ -157,11 +158,11 @@ impl<'a> OrbitRun<'a> {
 
     /// Takes the sensor of an image. Returns the values that were drawn for it, by section.
     fn take_sensor(&mut self, image: u64) -> Result<Json, DatasetError> {
-        let Some(own) = self.scenes.of_image(self.spec, (self.number, &self.values), image)? else {
+        let Some(drawn_sensor) = self.scenes.of_image(self.spec, (self.number, &self.values), image)? else {
             return Ok(Json::Null);
         };
-        self.simulation.set_sensor(own.sensor)?;
-        Ok(own.drawn)
+        self.simulation.set_sensor(drawn_sensor.sensor)?;
+        Ok(drawn_sensor.drawn)
     }
 
     /// Draws poses until one is accepted.
@@ -171,14 +172,14 @@ impl<'a> OrbitRun<'a> {
         let sky = self.simulation.sky();
         let craft = points(self.simulation.prepared(), time);
         let mut reasons = Rejections::new();
-        let found = (0..spec.attempts).find_map(|attempt| {
+        let drawn = (0..spec.attempts).find_map(|attempt| {
             let source = spec.plan.source(RandomStream::Image, image, attempt);
             let rule = CameraRule::choose(&spec.cameras, &source);
             let reason = match rule.draw(&source, &camera, time) {
                 Err(_) => Reason::NoPose,
                 Ok(pose) => {
-                    let seen = camera_from_body(&pose.of(&camera), &sky);
-                    match rejected(&spec.reject, &camera, &seen, &craft, &sky) {
+                    let in_camera = camera_from_body(&pose.of(&camera), &sky);
+                    match rejected(&spec.reject, &camera, &in_camera, &craft, &sky) {
                         Some(reason) => reason,
                         None => match self.simulation.image(&camera, &pose) {
                             Err(error) => return Some(Err(error)),
@@ -199,7 +200,7 @@ impl<'a> OrbitRun<'a> {
         for (reason, count) in &reasons {
             *all.entry(*reason).or_default() += count;
         }
-        match found {
+        match drawn {
             Some(image) => Ok(image?),
             None => {
                 let told: Vec<String> =
@@ -293,15 +294,15 @@ fn sensor_of(scene: &Scene) -> (Vec<(String, f64)>, u32) {
 }
 
 /// The numbers in drawn values, by the path to each. An item of a list is named by its first key among [`NAMES`], otherwise by its index.
-fn numbers(path: &str, value: &Json, found: &mut Vec<(String, f64)>) {
+fn numbers(path: &str, value: &Json, named: &mut Vec<(String, f64)>) {
     let joined = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
     match value {
-        Json::Number(number) => found.extend(number.as_f64().map(|number| (path.to_owned(), number))),
-        Json::Object(values) => values.iter().for_each(|(key, value)| numbers(&joined(key), value, found)),
+        Json::Number(number) => named.extend(number.as_f64().map(|number| (path.to_owned(), number))),
+        Json::Object(values) => values.iter().for_each(|(key, value)| numbers(&joined(key), value, named)),
         Json::Array(items) => {
             for (index, item) in items.iter().enumerate() {
                 let name = NAMES.iter().find_map(|key| item.get(*key)?.as_str());
-                numbers(&joined(name.unwrap_or(&index.to_string())), item, found);
+                numbers(&joined(name.unwrap_or(&index.to_string())), item, named);
             }
         }
         _ => {}

@@ -66,7 +66,7 @@ pub(crate) fn encode_image(
 ) -> Result<Encoded, DatasetError> {
     let (craft, solids, simulation) = run;
     if !spec.images.contains(&ImageKind::Numbers) {
-        labelled.digital_numbers = None;
+        labelled.channels.digital_numbers = None;
     }
     let ImageLabels { mut labels, lines } = made(craft, solids, &labelled)?;
     if spec.images.contains(&ImageKind::Radiance) {
@@ -74,7 +74,7 @@ pub(crate) fn encode_image(
         let step = (image.time / prepared.scene.time.step + 1e-9) as u32;
         let camera = image.camera.clone();
         let maker = FrameMaker::new(prepared, &camera, &simulation.device_name());
-        let (frame, header) = maker.frame_of(image, step, Some(labelled.number))?;
+        let (frame, header) = maker.frame_of(image, step, Some(labelled.identity.number))?;
         let path = Some(file_of(&labelled, ImageKind::Radiance).1);
         labels.push(Label { path, ending: Some(RADIANCE), bytes: encode(&frame, &header)? });
     }
@@ -105,20 +105,20 @@ pub(crate) fn write(
     for (path, bytes) in orbit(split_of(spec, run.number()), run.number() as u32, &lines) {
         folder.write(&path, &bytes)?;
     }
-    let own = orbit_json(run, outcome, rows, lines);
-    folder.write(ORBIT, format!("{own}\n").as_bytes())
+    let summary = orbit_json(run, outcome, rows, lines);
+    folder.write(ORBIT, format!("{summary}\n").as_bytes())
 }
 
 /// The WebDataset of an orbit, from the files of its images and the bytes that they still hold.
 fn tar(folder: &OrbitFolder, writer: &mut dyn Write, images: &[Encoded]) -> io::Result<()> {
     let mut tar = Tar::new(writer);
     for image in images {
-        let of = |label: &Label| match (&label.path, label.ending) {
+        let place = |label: &Label| match (&label.path, label.ending) {
             (_, None) => Ok(None),
             (Some(path), Some(ending)) => folder.read(path).map(|bytes| Some((ending, bytes))),
             (None, Some(ending)) => Ok(Some((ending, label.bytes.clone()))),
         };
-        let files = image.labels.iter().filter_map(|label| of(label).transpose()).collect::<io::Result<Vec<_>>>()?;
+        let files = image.labels.iter().filter_map(|label| place(label).transpose()).collect::<io::Result<Vec<_>>>()?;
         tar.add(&image.key, files.iter().map(|(ending, bytes)| (*ending, bytes.as_slice())))?;
     }
     tar.finish().map(|_| ())

@@ -140,7 +140,9 @@ fn sheet(spec: &Spec, samples: &[(LabelledImage, Vec<Overlay>)]) -> Canvas {
     let angles = samples.iter().map(|(image, _)| phase_angle_deg(image)).collect();
     let temperatures = samples
         .iter()
-        .flat_map(|(image, _)| image.temperature.iter().zip(&image.part).filter(|(_, part)| **part != 0))
+        .flat_map(|(image, _)| {
+            image.channels.temperature.iter().zip(&image.channels.part).filter(|(_, part)| **part != 0)
+        })
         .map(|(kelvin, _)| f64::from(*kelvin))
         .collect();
     let width = pictures.width() / 3;
@@ -157,15 +159,16 @@ fn sheet(spec: &Spec, samples: &[(LabelledImage, Vec<Overlay>)]) -> Canvas {
 
 /// Least and greatest temperature of the craft [K].
 fn range(image: &LabelledImage) -> Option<[f32; 2]> {
-    let seen = image.temperature.iter().zip(&image.part).filter(|(_, part)| **part != 0);
-    seen.map(|(kelvin, _)| [*kelvin; 2]).reduce(|[low, high], [kelvin, _]| [low.min(kelvin), high.max(kelvin)])
+    let shown = image.channels.temperature.iter().zip(&image.channels.part).filter(|(_, part)| **part != 0);
+    shown.map(|(kelvin, _)| [*kelvin; 2]).reduce(|[low, high], [kelvin, _]| [low.min(kelvin), high.max(kelvin)])
 }
 
 fn tile(image: &LabelledImage, overlays: &[Overlay], scale: &ColourScale) -> Tile {
     let colours = image
+        .channels
         .temperature
         .iter()
-        .zip(&image.part)
+        .zip(&image.channels.part)
         .map(|(kelvin, part)| if *part == 0 { crate::output::colour::BACKGROUND } else { scale.colour(*kelvin) });
     let whole = Canvas::from_pixels(image.width, image.height, colours.collect());
     let width = WIDTH.min(image.width).max(1);
@@ -191,8 +194,8 @@ fn tile(image: &LabelledImage, overlays: &[Overlay], scale: &ColourScale) -> Til
     let distance = image.camera_from_body.translation.length();
     let caption = format!(
         "{} {} {distance:.2} m, {:.0} deg{}",
-        image.split.name(),
-        image.sample,
+        image.identity.split.name(),
+        image.identity.sample,
         phase_angle_deg(image),
         if image.lit < 1.0 { ", eclipse" } else { "" }
     );

@@ -158,9 +158,9 @@ mod tests {
     fn a_number_is_the_hash_that_the_text_says() {
         // printf '7/image/3/1/a' | sha256sum
         let expected = 0x85ee_7bc8_4f7e_cc3e;
-        let found = plan(CubeSampling::Random, 9).source(RandomStream::Image, 3, 1).uniform("a");
-        assert_eq!(found, unit(expected));
-        assert_ne!(found, plan(CubeSampling::Random, 9).source(RandomStream::Orbit, 3, 1).uniform("a"));
+        let computed = plan(CubeSampling::Random, 9).source(RandomStream::Image, 3, 1).uniform("a");
+        assert_eq!(computed, unit(expected));
+        assert_ne!(computed, plan(CubeSampling::Random, 9).source(RandomStream::Orbit, 3, 1).uniform("a"));
     }
 
     #[test]

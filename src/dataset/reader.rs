@@ -153,8 +153,8 @@ impl<'a> SpecTable<'a> {
         let Some(word) = self.text(key)? else { return Ok(None) };
         let known = choices.iter().map(|(word, _)| *word);
         let message = || format!("'{word}' is none of its words{}", suggestion(word, known.clone()));
-        let found = choices.iter().find(|(known, _)| *known == word);
-        found.map(|(_, value)| Some(*value)).ok_or_else(|| self.error(key, &message()))
+        let choice = choices.iter().find(|(known, _)| *known == word);
+        choice.map(|(_, value)| Some(*value)).ok_or_else(|| self.error(key, &message()))
     }
 
     pub(crate) fn table(&self, key: &str, known: &[&str]) -> Result<Option<Self>, SceneError> {
@@ -172,8 +172,8 @@ impl<'a> SpecTable<'a> {
             let each = value.as_array()?.iter().map(|item| Some((item.get_ref().as_table()?, item.span().start)));
             each.collect::<Option<Vec<_>>>()
         })?;
-        let of = |(table, start)| Self { file: self.file, name: self.key(key), table, start }.of(known);
-        tables.into_iter().flatten().map(of).collect()
+        let open = |(table, start)| Self { file: self.file, name: self.key(key), table, start }.of(known);
+        tables.into_iter().flatten().map(open).collect()
     }
 
     /// A value that is drawn: a distribution, a constant, or a list or table of them.
@@ -186,11 +186,11 @@ impl<'a> SpecTable<'a> {
     pub(crate) fn all_drawn(&self) -> Result<Vec<(String, Distribution)>, SceneError> {
         let mut keys: Vec<_> = self.table.iter().collect();
         keys.sort_by_key(|(key, _)| key.span().start);
-        let of = |(key, value): (&Spanned<_>, &'a Spanned<DeValue<'a>>)| {
+        let entry = |(key, value): (&Spanned<_>, &'a Spanned<DeValue<'a>>)| {
             let key: &str = AsRef::<str>::as_ref(key.get_ref());
             Ok((key.to_owned(), self.drawn_value(key, value)?))
         };
-        keys.into_iter().map(of).collect()
+        keys.into_iter().map(entry).collect()
     }
 
     /// A table with any keys, because another file defines the keys.
@@ -216,8 +216,10 @@ impl<'a> SpecTable<'a> {
         let Some(drawn) = self.drawn(key)? else { return Ok(None) };
         let Some([low, high]) = drawn.range() else {
             let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
-            let found = self.table.get(key).map(|value| shown(value.get_ref())).unwrap_or_default();
-            return Err(self.error(key, &format!("must be a number or a distribution of numbers{unit}, found {found}")));
+            let stated = self.table.get(key).map(|value| shown(value.get_ref())).unwrap_or_default();
+            return Err(
+                self.error(key, &format!("must be a number or a distribution of numbers{unit}, found {stated}"))
+            );
         };
         if !(range.contains(&low) && range.contains(&high)) {
             let [from, to] = [range.start(), range.end()];

@@ -21,10 +21,10 @@ pub(crate) fn row(image: &LabelledImage, kinds: &[ImageKind]) -> Map<String, Jso
     let mut put = |key: &str, value: Json| {
         row.insert(key.to_owned(), value);
     };
-    put("sample", json!(image.sample));
-    put("split", json!(image.split.name()));
-    put("orbit", json!(image.orbit));
-    put("number", json!(image.number));
+    put("sample", json!(image.identity.sample));
+    put("split", json!(image.identity.split.name()));
+    put("orbit", json!(image.identity.orbit));
+    put("number", json!(image.identity.number));
     for kind in kinds {
         let (name, path) = file_of(image, *kind);
         put(name, json!(path));
@@ -53,13 +53,13 @@ pub(crate) fn row(image: &LabelledImage, kinds: &[ImageKind]) -> Map<String, Jso
     }
     put("width_px", json!(image.width));
     put("height_px", json!(image.height));
-    let seen = CraftPixels::of(image);
-    put("visible_pixels", json!(seen.pixels));
-    for (key, value) in ["box_x_px", "box_y_px", "box_width_px", "box_height_px"].into_iter().zip(seen.bounds()) {
+    let pixels = CraftPixels::of(image);
+    put("visible_pixels", json!(pixels.pixels));
+    for (key, value) in ["box_x_px", "box_y_px", "box_width_px", "box_height_px"].into_iter().zip(pixels.bounds()) {
         put(key, json!(value));
     }
     for (key, value) in
-        ["temperature_least_K", "temperature_mean_K", "temperature_greatest_K"].into_iter().zip(seen.temperatures)
+        ["temperature_least_K", "temperature_mean_K", "temperature_greatest_K"].into_iter().zip(pixels.temperatures)
     {
         put(key, json!(value));
     }
@@ -67,10 +67,10 @@ pub(crate) fn row(image: &LabelledImage, kinds: &[ImageKind]) -> Map<String, Jso
         let unit = if joint.turns { "rad" } else { "m" };
         put(&format!("joint.{}_{unit}", joint.name), json!(joint.position));
     }
-    for (name, value) in &image.sensor {
+    for (name, value) in &image.identity.sensor {
         put(&format!("sensor.{name}"), json!(value));
     }
-    for (name, value) in &image.drawn {
+    for (name, value) in &image.identity.drawn {
         put(&format!("drawn.{name}"), json!(value));
     }
     row
@@ -93,25 +93,25 @@ struct CraftPixels {
 
 impl CraftPixels {
     fn of(image: &LabelledImage) -> Self {
-        let mut seen = Self { pixels: 0, first: [u32::MAX; 2], last: [0; 2], temperatures: [f64::INFINITY, 0.0, 0.0] };
+        let mut craft = Self { pixels: 0, first: [u32::MAX; 2], last: [0; 2], temperatures: [f64::INFINITY, 0.0, 0.0] };
         let mut sum = 0.0;
-        for (at, _) in image.part.iter().enumerate().filter(|(_, part)| **part != 0) {
+        for (at, _) in image.channels.part.iter().enumerate().filter(|(_, part)| **part != 0) {
             let place = [at as u32 % image.width, at as u32 / image.width];
-            let temperature = f64::from(image.temperature[at]);
-            seen.pixels += 1;
+            let temperature = f64::from(image.channels.temperature[at]);
+            craft.pixels += 1;
             sum += temperature;
             for (axis, at) in place.into_iter().enumerate() {
-                seen.first[axis] = seen.first[axis].min(at);
-                seen.last[axis] = seen.last[axis].max(at);
+                craft.first[axis] = craft.first[axis].min(at);
+                craft.last[axis] = craft.last[axis].max(at);
             }
-            seen.temperatures[0] = seen.temperatures[0].min(temperature);
-            seen.temperatures[2] = seen.temperatures[2].max(temperature);
+            craft.temperatures[0] = craft.temperatures[0].min(temperature);
+            craft.temperatures[2] = craft.temperatures[2].max(temperature);
         }
-        if seen.pixels == 0 {
-            return Self { first: [0; 2], temperatures: [0.0; 3], ..seen };
+        if craft.pixels == 0 {
+            return Self { first: [0; 2], temperatures: [0.0; 3], ..craft };
         }
-        seen.temperatures[1] = sum / seen.pixels as f64;
-        seen
+        craft.temperatures[1] = sum / craft.pixels as f64;
+        craft
     }
 
     /// Left, top, width and height. A single pixel has the width 1.

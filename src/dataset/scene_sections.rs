@@ -82,19 +82,19 @@ pub(super) fn refuse_twice(
     has_season: bool,
     life: Option<&Life>,
 ) -> Result<(), SceneError> {
-    let of = |name: &str| each_orbit.iter().find(|(section, _)| section == name).map(|(_, drawn)| drawn);
-    if has_season && of("orbit").is_some_and(|orbit| orbit.keys().any(|key| key == "beta_deg")) {
+    let values = |name: &str| each_orbit.iter().find(|(section, _)| section == name).map(|(_, drawn)| drawn);
+    if has_season && values("orbit").is_some_and(|orbit| orbit.keys().any(|key| key == "beta_deg")) {
         return Err(
             root.error("season", "draws the beta angle, and so does each_orbit.orbit.beta_deg: state one of the two")
         );
     }
-    if let (Some(of_orbit), Some(of_image)) = (of(SENSOR), each_image)
-        && let Some(key) = of_image.keys().find(|key| of_orbit.keys().any(|own| own == *key))
+    if let (Some(of_orbit), Some(of_image)) = (values(SENSOR), each_image)
+        && let Some(key) = of_image.keys().find(|key| of_orbit.keys().any(|other| other == *key))
     {
         let message = format!("draws sensor.{key}, and so does [each_orbit.sensor]: state one of the two");
         return Err(root.error("each_image", &message));
     }
-    let Some(Distribution::List(materials)) = of("material") else { return Ok(()) };
+    let Some(Distribution::List(materials)) = values("material") else { return Ok(()) };
     for material in materials {
         let Distribution::Table(values) = material else { continue };
         let name = values.iter().find(|(key, _)| key == "match").and_then(|(_, name)| name.text());

@@ -89,11 +89,11 @@ impl SceneText {
     /// The first end that is refused.
     pub(crate) fn check_ends(&self, spec: &Spec) -> Result<BTreeSet<PathBuf>, DatasetError> {
         let mut files = BTreeSet::new();
-        let of_orbit = spec.each_orbit.iter().map(|(_, drawn)| drawn);
-        for number in 0..corners(of_orbit.chain(&spec.each_image)) {
+        let of_orbit = spec.drawn.each_orbit.iter().map(|(_, drawn)| drawn);
+        for number in 0..corners(of_orbit.chain(&spec.drawn.each_image)) {
             let (mut table, _) = self.table_of(spec, 0, &|_, drawn| corner(drawn, number))?;
             let wrong = |message: String| DatasetError::Spec { path: spec.path.clone(), message };
-            if let Some(each_image) = &spec.each_image {
+            if let Some(each_image) = &spec.drawn.each_image {
                 merge(&mut table, SENSOR, corner(each_image, number)).map_err(wrong)?;
             }
             let scene =
@@ -114,18 +114,18 @@ impl SceneText {
         let mut table = self.table.clone();
         let mut told = Map::new();
         let wrong = |message: String| DatasetError::Spec { path: spec.path.clone(), message };
-        for (section, drawn) in &spec.each_orbit {
+        for (section, drawn) in &spec.drawn.each_orbit {
             let value = value(section, drawn);
             told.insert(section.clone(), as_json(&value));
             merge(&mut table, section, value).map_err(wrong)?;
         }
-        if let Some(life) = &spec.life {
+        if let Some(life) = &spec.drawn.life {
             let (age, materials) = life.draw(&source);
             let shown: Vec<Json> = materials.iter().map(as_json).collect();
             told.insert("life".to_owned(), json!({"age": age, "material": shown}));
             merge(&mut table, "material", Value::Array(materials)).map_err(wrong)?;
         }
-        if let Some(season) = &spec.season {
+        if let Some(season) = &spec.drawn.season {
             let values = season.draw(&source);
             let find = |key: &str| values.iter().find(|(name, _)| *name == key).map_or(0.0, |(_, value)| *value);
             told.insert(
@@ -142,7 +142,7 @@ impl SceneText {
         }
         // A sensor may be whole only with the values that are drawn for an image. Until the first image, the sensor has the values of the first
         // image.
-        if let Some(each_image) = &spec.each_image {
+        if let Some(each_image) = &spec.drawn.each_image {
             merge(&mut table, SENSOR, of_sensor(spec, each_image, spec.images_of(orbit).start)).map_err(wrong)?;
         }
         if let Some(Value::Table(sensor)) = table.get_mut(SENSOR) {
@@ -166,7 +166,7 @@ impl SceneText {
         (orbit, values): (u64, &OrbitValues),
         image: u64,
     ) -> Result<Option<DrawnSensor>, DatasetError> {
-        let Some(each_image) = &spec.each_image else { return Ok(None) };
+        let Some(each_image) = &spec.drawn.each_image else { return Ok(None) };
         let sensor = of_sensor(spec, each_image, image);
         let drawn = json!({ SENSOR: as_json(&sensor) });
         let mut table = values.table.clone();
@@ -201,8 +201,8 @@ fn of_sensor(spec: &Spec, each_image: &Distribution, image: u64) -> Value {
 
 /// Whether the SPEC itself says which seed the sensor has.
 fn states_seed(spec: &Spec) -> bool {
-    let of_orbit = spec.each_orbit.iter().filter(|(section, _)| section == SENSOR).map(|(_, drawn)| drawn);
-    of_orbit.chain(&spec.each_image).flat_map(Distribution::keys).any(|key| key == "seed")
+    let of_orbit = spec.drawn.each_orbit.iter().filter(|(section, _)| section == SENSOR).map(|(_, drawn)| drawn);
+    of_orbit.chain(&spec.drawn.each_image).flat_map(Distribution::keys).any(|key| key == "seed")
 }
 
 fn set(table: &mut Table, section: &str, key: &str, value: Value) {
@@ -214,10 +214,10 @@ fn set(table: &mut Table, section: &str, key: &str, value: Value) {
 /// Puts the values of a drawn section into the scene, key by key. An item of a list goes to the scene's item of the same name.
 fn merge(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
     match (table.get_mut(key), value) {
-        (Some(Value::Table(own)), Value::Table(drawn)) => {
-            drawn.into_iter().try_for_each(|(key, value)| merge(own, &key, value))
+        (Some(Value::Table(stated)), Value::Table(drawn)) => {
+            drawn.into_iter().try_for_each(|(key, value)| merge(stated, &key, value))
         }
-        (Some(Value::Array(own)), Value::Array(drawn)) if drawn.iter().any(Value::is_table) => {
+        (Some(Value::Array(stated)), Value::Array(drawn)) if drawn.iter().any(Value::is_table) => {
             for item in drawn {
                 let Value::Table(item) = item else { continue };
                 let Some((name, word)) = NAMES.iter().find_map(|name| Some((*name, item.get(*name)?))) else {
@@ -226,12 +226,13 @@ fn merge(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
                         NAMES.join(", ")
                     ));
                 };
-                let mut met = own.iter_mut().filter_map(Value::as_table_mut).filter(|own| own.get(name) == Some(word));
-                let Some(found) = met.next() else {
+                let mut met =
+                    stated.iter_mut().filter_map(Value::as_table_mut).filter(|table| table.get(name) == Some(word));
+                let Some(table) = met.next() else {
                     return Err(format!("the scene has no [[{key}]] with {name} = {word}"));
                 };
                 for (key, value) in item {
-                    merge(found, &key, value)?;
+                    merge(table, &key, value)?;
                 }
             }
             Ok(())

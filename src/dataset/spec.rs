@@ -107,8 +107,16 @@ pub struct Spec {
     pub(crate) webdataset: bool,
     /// Shares of train, val and test.
     pub(crate) split: [f64; 3],
-    /// Name of the craft in the labels. `None` takes the name of the scene.
-    pub(crate) object: Option<String>,
+    pub(crate) labels: LabelRules,
+    pub(crate) drawn: DrawnRules,
+    /// The rules by which the camera is placed. Each image follows one rule.
+    pub(crate) cameras: Vec<CameraRule>,
+    pub(crate) reject: Reject,
+}
+
+/// The values that are drawn for each orbit and for each image.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct DrawnRules {
     /// Values of the scene file that are drawn for each orbit, by section.
     pub(crate) each_orbit: Vec<(String, Distribution)>,
     /// Values of the scene's `[sensor]` that are drawn for each image.
@@ -118,9 +126,13 @@ pub struct Spec {
     /// Age of the surfaces.
     pub(crate) life: Option<Life>,
     pub(crate) time: TimeRule,
-    /// The rules by which the camera is placed. Each image follows one rule.
-    pub(crate) cameras: Vec<CameraRule>,
-    pub(crate) reject: Reject,
+}
+
+/// The facts that labels state of the craft.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct LabelRules {
+    /// Name of the craft in the labels. `None` takes the name of the scene.
+    pub(crate) object: Option<String>,
     pub(crate) key_points: Vec<SpecKeyPoint>,
     /// Symmetries of the craft's geometry.
     pub(crate) symmetries: Vec<Symmetry>,
@@ -185,6 +197,12 @@ impl Spec {
             counts: [samples.div_ceil(poses_per_orbit), samples],
             names: [of_orbit, of_image],
         };
+        let attempts = root.whole("attempts", 1..=1_000_000)?.unwrap_or(100) as u32;
+        let images = images(&root)?;
+        let webdataset = root.boolean("webdataset")?.unwrap_or(true);
+        let split = split(&root)?;
+        let object = root.text("object")?.map(str::to_owned);
+        let reject = reject(&root)?;
         Ok(Self {
             path: path.to_path_buf(),
             text: text.to_owned(),
@@ -192,20 +210,14 @@ impl Spec {
             samples,
             poses_per_orbit,
             plan,
-            attempts: root.whole("attempts", 1..=1_000_000)?.unwrap_or(100) as u32,
-            images: images(&root)?,
-            webdataset: root.boolean("webdataset")?.unwrap_or(true),
-            split: split(&root)?,
-            object: root.text("object")?.map(str::to_owned),
-            each_orbit,
-            each_image,
-            season,
-            life,
-            time,
+            attempts,
+            images,
+            webdataset,
+            split,
+            drawn: DrawnRules { each_orbit, each_image, season, life, time },
             cameras,
-            reject: reject(&root)?,
-            key_points: key_points(&root)?,
-            symmetries: symmetries(&root)?,
+            reject,
+            labels: LabelRules { object, key_points: key_points(&root)?, symmetries: symmetries(&root)? },
         })
     }
 
@@ -225,10 +237,10 @@ fn images(root: &SpecTable) -> Result<Vec<ImageKind>, SceneError> {
     let words = root.texts("images")?;
     let mut images = Vec::new();
     for word in root.required("images", words, "the image files: numbers, radiance or both")? {
-        let found = known.iter().find(|(name, _)| *name == word);
+        let kind = known.iter().find(|(name, _)| *name == word);
         let message =
             || format!("'{word}' is no kind of image{}", suggestion(word, known.iter().map(|(name, _)| *name)));
-        images.push(found.ok_or_else(|| root.error("images", &message()))?.1);
+        images.push(kind.ok_or_else(|| root.error("images", &message()))?.1);
     }
     images.sort_unstable();
     images.dedup();

@@ -58,7 +58,7 @@ impl Store {
         root: &Path,
         identity: &Json,
         begin: Begin,
-        own: &mut dyn Iterator<Item = (Split, u32)>,
+        orbits: &mut dyn Iterator<Item = (Split, u32)>,
     ) -> Result<Self, DatasetError> {
         let home = root.join(HOME);
         if root.exists() && !root.is_dir() {
@@ -85,7 +85,7 @@ impl Store {
             Err(_) => store.write_to(&home.join(IDENTITY), text.as_bytes())?,
         }
         if begin == Begin::Fresh {
-            let count = own.filter(|(split, orbit)| store.has(*split, *orbit)).count();
+            let count = orbits.filter(|(split, orbit)| store.has(*split, *orbit)).count();
             if count > 0 {
                 return Err(DatasetError::Begun { folder: root.to_path_buf(), count });
             }

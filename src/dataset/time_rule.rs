@@ -59,7 +59,7 @@ impl TimeRule {
             ("shadow", LightRule::Shadow),
         ];
         let light = table.choice("light", &words)?.unwrap_or(LightRule::Any);
-        let mut found = None;
+        let mut spans = None;
         for (key, origin, range) in [
             ("orbits", TimeOrigin::Start, 0.0..=1e4),
             ("after_entry", TimeOrigin::Entry, -1e6..=1e6),
@@ -67,11 +67,11 @@ impl TimeRule {
         ] {
             let unit = if origin == TimeOrigin::Start { "orbits" } else { "s" };
             let Some(drawn) = table.drawn_number(key, range, unit)? else { continue };
-            if found.replace((origin, drawn)).is_some() {
+            if spans.replace((origin, drawn)).is_some() {
                 return Err(table.error(key, "is one time too many: state one of orbits, after_entry and after_exit"));
             }
         }
-        let (origin, drawn) = found.unwrap_or((TimeOrigin::Start, all()));
+        let (origin, drawn) = spans.unwrap_or((TimeOrigin::Start, all()));
         Ok(Self { origin, drawn, light })
     }
 

@@ -56,7 +56,7 @@ impl Verified {
 ///
 /// # Errors
 /// The folder holds no whole data set.
-pub fn checksums(root: &Path, found: &mut Verified) -> Result<BTreeSet<String>, DatasetError> {
+pub fn checksums(root: &Path, verified: &mut Verified) -> Result<BTreeSet<String>, DatasetError> {
     let path = root.join(CHECKSUMS);
     let list = fs::read_to_string(&path).map_err(|error| DatasetError::None {
         folder: root.to_path_buf(),
@@ -69,15 +69,15 @@ pub fn checksums(root: &Path, found: &mut Verified) -> Result<BTreeSet<String>, 
         Ok(_) => None,
     };
     let faults: Vec<String> = lines.par_iter().filter_map(check).collect();
-    faults.into_iter().for_each(|fault| found.fault(fault));
-    found.files = lines.len();
+    faults.into_iter().for_each(|fault| verified.fault(fault));
+    verified.files = lines.len();
     let known: BTreeSet<String> = lines.iter().map(|(_, name)| (*name).to_owned()).collect();
     let mut there = Vec::new();
     walk(root, root, &mut there)?;
     for name in there {
         let last = name.rsplit('/').next().unwrap_or_default();
         if !known.contains(&name) && last != CHECKSUMS && !name.starts_with(REPORT) {
-            found.fault(format!("{name} is in no list of checksums"));
+            verified.fault(format!("{name} is in no list of checksums"));
         }
     }
     Ok(known)
@@ -90,13 +90,13 @@ fn sum_of_file(path: &Path) -> std::io::Result<String> {
 }
 
 /// The files below a folder, without isotherm's own records.
-fn walk(root: &Path, folder: &Path, found: &mut Vec<String>) -> Result<(), OutputError> {
+fn walk(root: &Path, folder: &Path, paths: &mut Vec<String>) -> Result<(), OutputError> {
     for path in entries(folder)? {
         let name = path.strip_prefix(root).unwrap_or(&path).to_string_lossy().into_owned();
         if path.is_dir() && !name.starts_with('.') {
-            walk(root, &path, found)?;
+            walk(root, &path, paths)?;
         } else if path.is_file() {
-            found.push(name);
+            paths.push(name);
         }
     }
     Ok(())
@@ -106,17 +106,17 @@ fn walk(root: &Path, folder: &Path, found: &mut Vec<String>) -> Result<(), Outpu
 ///
 /// # Errors
 /// A signal, or a file of an orbit that can not be read.
-pub fn labels(root: &Path, spec: &Spec, stop: &AtomicBool, found: &mut Verified) -> Result<(), DatasetError> {
+pub fn labels(root: &Path, spec: &Spec, stop: &AtomicBool, verified: &mut Verified) -> Result<(), DatasetError> {
     let mut rows = 0;
     for orbit in 0..spec.orbits() {
         if stop.load(Ordering::Relaxed) {
             return Err(DatasetError::StoppedBefore);
         }
         let folder = root.join(places::orbit(split_of(spec, orbit), orbit as u32));
-        let own = read_json(&folder.join(ORBIT))?;
+        let stated = read_json(&folder.join(ORBIT))?;
         let [cameras, poses] =
             [read_json(&folder.join("scene_camera.json"))?, read_json(&folder.join("scene_gt.json"))?];
-        let images: Vec<&Map<String, Json>> = own
+        let images: Vec<&Map<String, Json>> = stated
             .get("images")
             .and_then(Json::as_array)
             .map(|rows| rows.iter().filter_map(Json::as_object).collect())
@@ -130,18 +130,18 @@ pub fn labels(root: &Path, spec: &Spec, stop: &AtomicBool, found: &mut Verified)
                 faults.into_iter().map(move |fault| format!("orbit {orbit}, image {name}: {fault}")).collect::<Vec<_>>()
             })
             .collect();
-        found.images += images.len();
-        faults.into_iter().for_each(|fault| found.fault(fault));
+        verified.images += images.len();
+        faults.into_iter().for_each(|fault| verified.fault(fault));
     }
     if rows as u64 != spec.samples {
-        found.fault(format!("the orbits have {rows} images, and the SPEC asks for {}", spec.samples));
+        verified.fault(format!("the orbits have {rows} images, and the SPEC asks for {}", spec.samples));
     }
     let path = root.join(INDEX);
     let file = fs::File::open(&path).map_err(|error| OutputError::Read(path, error))?;
     match index::rows_in(file) {
         Ok(count) if count == rows => {}
-        Ok(count) => found.fault(format!("{INDEX} has {count} rows for {rows} images")),
-        Err(error) => found.fault(format!("{INDEX} is no Parquet file: {error}")),
+        Ok(count) => verified.fault(format!("{INDEX} has {count} rows for {rows} images")),
+        Err(error) => verified.fault(format!("{INDEX} is no Parquet file: {error}")),
     }
     Ok(())
 }
@@ -183,7 +183,7 @@ fn image_faults(folder: &Path, row: &Map<String, Json>, cameras: &Json, poses: &
     // The pixels of BOP have their centres at +0.5.
     let centred = [0.0, 0.0, OPENCV_PIXEL, 0.0, 0.0, OPENCV_PIXEL, 0.0, 0.0, 0.0];
     let bop = numbers(cameras.get(&key).and_then(|camera| camera.get("cam_K")));
-    let slips = bop.iter().zip(&matrix).zip(centred).map(|((bop, own), less)| (bop + less - own).abs());
+    let slips = bop.iter().zip(&matrix).zip(centred).map(|((bop, ours), less)| (bop + less - ours).abs());
     if bop.len() != centred.len() || slips.fold(0.0, f64::max) > PIXEL_SLACK {
         faults.push("scene_camera.json has another camera matrix".to_owned());
     }
@@ -201,9 +201,9 @@ fn image_faults(folder: &Path, row: &Map<String, Json>, cameras: &Json, poses: &
     };
     match (read("part"), read("depth"), read("temperature")) {
         (Ok(parts), Ok(depths), Ok(temperatures)) => {
-            let seen = parts.iter().filter(|part| **part != 0).count() as u64;
-            if row.get("visible_pixels").and_then(Json::as_u64) != Some(seen) {
-                faults.push(format!("its map of parts shows {seen} pixels, and the index has another number"));
+            let shown = parts.iter().filter(|part| **part != 0).count() as u64;
+            if row.get("visible_pixels").and_then(Json::as_u64) != Some(shown) {
+                faults.push(format!("its map of parts shows {shown} pixels, and the index has another number"));
             }
             let alike =
                 |map: &[u16]| map.len() == parts.len() && map.iter().zip(&parts).all(|(a, b)| (*a == 0) == (*b == 0));
@@ -238,7 +238,7 @@ pub fn again(
     (spec, scenes, target): (&Spec, &SceneText, &Target),
     images: &BTreeMap<u64, BTreeSet<u64>>,
     stop: &AtomicBool,
-    found: &mut Verified,
+    verified: &mut Verified,
 ) -> Result<(), DatasetError> {
     for (orbit, wanted) in images {
         let mut run = OrbitRun::new(spec, scenes, target, *orbit)?;
@@ -251,10 +251,10 @@ pub fn again(
         if outcome.stopped {
             return Err(DatasetError::StoppedBefore);
         }
-        found.rendered += encoded.len();
+        verified.rendered += encoded.len();
         for (path, bytes) in encoded.iter().flat_map(Encoded::files) {
             if fs::read(root.join(path)).ok().as_deref() != Some(bytes) {
-                found.fault(format!("{path} comes out otherwise when it is rendered again"));
+                verified.fault(format!("{path} comes out otherwise when it is rendered again"));
             }
         }
     }

@@ -73,17 +73,17 @@ pub(crate) fn rejected(
         let pixel = (place.z > 0.0).then(|| camera.lens.project(place.truncate() / place.z));
         pixel.is_some_and(|pixel| pixel.cmpge(DVec2::ZERO).all() && pixel.cmplt(size).all())
     };
-    let (mut seen, mut nearest) = (0, f64::INFINITY);
+    let (mut visible, mut nearest) = (0, f64::INFINITY);
     for point in points {
         let place = pose.transform_point3(*point);
         nearest = nearest.min(place.length());
-        seen += usize::from(in_frame(place));
+        visible += usize::from(in_frame(place));
     }
     let turn = pose.matrix3;
     if nearest < reject.clearance {
         return Some(Reason::TooClose);
     }
-    if (seen as f64) < reject.in_view * points.len() as f64 {
+    if (visible as f64) < reject.in_view * points.len() as f64 {
         return Some(Reason::OutOfView);
     }
     if reject.sun && sky.lit_fraction > 0.0 && in_frame(turn * sky.sun_direction) {

@@ -235,10 +235,10 @@ mod tests {
         for altitude in [100.0, 408.0, 772.0, 20_000.0, 35_786.0] {
             let ratio = 1.0 + altitude / RADIUS_KM;
             for (normal, sun_zenith) in cases(24) {
-                let (found, expected) =
+                let (computed, expected) =
                     (albedo_factor(normal, ratio, sun_zenith), by_points(normal, ratio, sun_zenith));
-                let difference = (found - expected).abs();
-                assert!(difference < 1e-4, "{altitude} km, {normal}, {sun_zenith}: {found} against {expected}");
+                let difference = (computed - expected).abs();
+                assert!(difference < 1e-4, "{altitude} km, {normal}, {sun_zenith}: {computed} against {expected}");
             }
         }
         let wrong_side = DVec3::new(-0.8, 0.0, 0.6);
@@ -266,8 +266,8 @@ mod tests {
     /// docs/numerics.md 4: 0.0206 for a nadir plate at 408 km.
     #[test]
     fn the_terminator_value_of_numerics_4() {
-        let found = albedo_factor(DVec3::Z, ISS, FRAC_PI_2);
-        assert!((found - 0.0206).abs() < 5e-5, "{found}");
+        let computed = albedo_factor(DVec3::Z, ISS, FRAC_PI_2);
+        assert!((computed - 0.0206).abs() < 5e-5, "{computed}");
         assert!((albedo_factor(DVec3::Z, ISS, FRAC_PI_2 - 0.005) - 0.0206).abs() > 5e-4);
     }
 

@@ -278,8 +278,8 @@ mod tests {
             DVec3::new(0.6, 0.0, -0.8),
         ];
         for direction in directions {
-            let (found, exact) = (albedo_table_lookup(&table, direction), albedo_factor(direction, ratio, 1.2));
-            assert!((found - exact).abs() < 1e-4, "{direction}: {found} against {exact}");
+            let (computed, exact) = (albedo_table_lookup(&table, direction), albedo_factor(direction, ratio, 1.2));
+            assert!((computed - exact).abs() < 1e-4, "{direction}: {computed} against {exact}");
         }
     }
 

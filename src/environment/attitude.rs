@@ -175,8 +175,8 @@ mod tests {
         Orbit::from(orbit).point(time, 6.371e6).unwrap()
     }
 
-    fn assert_close(found: DVec3, expected: DVec3) {
-        assert!(found.distance(expected) < 1e-12, "{found} is not {expected}");
+    fn assert_close(computed: DVec3, expected: DVec3) {
+        assert!(computed.distance(expected) < 1e-12, "{computed} is not {expected}");
     }
 
     #[test]

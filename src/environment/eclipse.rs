@@ -139,8 +139,8 @@ mod tests {
             let sun = SUN_RADIUS / SUN_DISTANCE;
             for step in -9..=9 {
                 let discs = at(distance, (planet + sun * 0.11 * f64::from(step)).abs());
-                let (found, expected) = (discs.lit_fraction(), counted(&discs));
-                assert!((found - expected).abs() < 1e-4, "{distance} m, step {step}: {found} against {expected}");
+                let (computed, expected) = (discs.lit_fraction(), counted(&discs));
+                assert!((computed - expected).abs() < 1e-4, "{distance} m, step {step}: {computed} against {expected}");
             }
         }
     }
@@ -179,8 +179,8 @@ mod tests {
 
     #[test]
     fn a_sign_change_is_bracketed() {
-        let found = sign_change(|time| (time - 123.456_789) * 3.0, 100.0, 200.0).unwrap();
-        assert!((found - 123.456_789).abs() < CONTACT_TOLERANCE);
+        let computed = sign_change(|time| (time - 123.456_789) * 3.0, 100.0, 200.0).unwrap();
+        assert!((computed - 123.456_789).abs() < CONTACT_TOLERANCE);
         assert_eq!(sign_change(|time| time + 1.0, 0.0, 5.0), None);
         let far = sign_change(|time| 1e12 + 0.3 - time, 1e12, 1e12 + 60.0).unwrap();
         assert!((far - 1e12 - 0.3).abs() < 1e-3);
@@ -228,8 +228,8 @@ mod tests {
                 let discs = Discs::seen_from(craft, sun, radius);
                 if cells[1] == "umbra" { discs.inner_gap() } else { discs.outer_gap() }
             };
-            let found = sign_change(gap, time - 20.0, time + 20.0).unwrap();
-            assert!((found - time).abs() < 0.01, "{line}: {found}");
+            let computed = sign_change(gap, time - 20.0, time + 20.0).unwrap();
+            assert!((computed - time).abs() < 0.01, "{line}: {computed}");
             assert_eq!(gap(time - 1.0) > gap(time + 1.0), cells[2] == "entry", "{line}");
             compared += 1;
         }

@@ -202,8 +202,8 @@ mod tests {
             let turned = TAU * (0.779_057_273_264_0 + 1.002_737_811_911_354_5 * days)
                 + ((1.391_581_7 * centuries + 4_612.156_534) * centuries + 0.014_506) * ARC_SECOND
                 + equation_of_equinoxes(centuries);
-            let found = gcrf_from_true(centuries) * DMat3::from_rotation_z(turned);
-            let worst = (found - rotation).to_cols_array().into_iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+            let computed = gcrf_from_true(centuries) * DMat3::from_rotation_z(turned);
+            let worst = (computed - rotation).to_cols_array().into_iter().fold(0.0_f64, |a, b| a.max(b.abs()));
             assert!(worst < 0.15 * ARC_SECOND, "{day}: {} arc seconds", worst / ARC_SECOND);
             let late = gcrf_from_true(centuries) * DMat3::from_rotation_z(turned + ARC_SECOND);
             assert!((late - rotation).to_cols_array().iter().any(|error| error.abs() > 0.3 * ARC_SECOND));

@@ -99,9 +99,9 @@ impl PosePath {
                 history.position(time).ok_or_else(|| missing("position", ranges(&history.coverage())))
             }
             PathPositions::Chaser { trajectory, craft } => {
-                let state = |of: &Trajectory, what| {
-                    let covered = || ranges(&of.coverage().unwrap_or_default());
-                    of.state(time).map(|state| state.position).ok_or_else(|| missing(what, covered()))
+                let state = |trajectory: &Trajectory, what| {
+                    let covered = || ranges(&trajectory.coverage().unwrap_or_default());
+                    trajectory.state(time).map(|state| state.position).ok_or_else(|| missing(what, covered()))
                 };
                 Ok(state(trajectory, "position")? - state(craft, "position of the craft")?)
             }

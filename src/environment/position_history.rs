@@ -82,9 +82,9 @@ mod tests {
         let times = [0.0, 1.0, 2.5, 3.0, 5.0, 6.0];
         for step in 0..=60 {
             let time = f64::from(step) * 0.1;
-            let found = |of: &PositionHistory| of.position(time).expect("covered");
-            assert!(found(&history(&times, curve)).distance(curve(time)) < 1e-12, "{time}");
-            let off = found(&history(&times, bent)).distance(bent(time));
+            let computed = |of: &PositionHistory| of.position(time).expect("covered");
+            assert!(computed(&history(&times, curve)).distance(curve(time)) < 1e-12, "{time}");
+            let off = computed(&history(&times, bent)).distance(bent(time));
             assert!(off < 0.05, "{time}: {off}");
         }
         let middle = history(&times, bent).position(4.0).expect("covered");

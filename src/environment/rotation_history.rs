@@ -286,8 +286,8 @@ mod tests {
             (RotationInterpolation::Hermite(5), 6.0),
         ] {
             let (coarse, fine) = (worst_error(interpolation, 0.2), worst_error(interpolation, 0.1));
-            let found = (coarse / fine).log2();
-            assert!((found - order).abs() < 0.4, "{interpolation:?}: order {found:.2}, {fine:.1e} rad");
+            let computed = (coarse / fine).log2();
+            assert!((computed - order).abs() < 0.4, "{interpolation:?}: order {computed:.2}, {fine:.1e} rad");
         }
         assert!(worst_error(RotationInterpolation::Hermite(7), 0.2) < 1e-8);
         assert!(worst_error(RotationInterpolation::Arc, 0.2) > 1e-3, "the arc alone must show");

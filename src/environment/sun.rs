@@ -131,10 +131,10 @@ mod tests {
     fn the_sun_of_150_years_agrees_with_the_standards_of_fundamental_astronomy() {
         for (centuries, position) in EXPECTED {
             let expected = DVec3::from_array(*position) * SUN_DISTANCE;
-            let found = sun_position(*centuries);
-            let angle = found.angle_between(expected).to_degrees();
+            let computed = sun_position(*centuries);
+            let angle = computed.angle_between(expected).to_degrees();
             assert!(angle < 0.001, "{centuries}: {angle} deg");
-            assert!((found.length() / expected.length() - 1.0).abs() < 2e-5, "{centuries}");
+            assert!((computed.length() / expected.length() - 1.0).abs() < 2e-5, "{centuries}");
             let an_hour_later = sun_position(centuries + 1.0 / 876_600.0);
             assert!(an_hour_later.angle_between(expected).to_degrees() > 0.02);
         }

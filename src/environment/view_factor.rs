@@ -90,9 +90,9 @@ mod tests {
             let ratio = 1.0 + altitude / 6.371e6;
             for step in 0..=180 {
                 let tilt = PI * f64::from(step) / 180.0;
-                let found = plate_view_factor(tilt.cos(), ApparentRadius::new(ratio));
+                let computed = plate_view_factor(tilt.cos(), ApparentRadius::new(ratio));
                 let expected = by_quadrature(tilt, ratio);
-                assert!((found - expected).abs() < 1e-9, "{altitude} m, {step} deg: {found} against {expected}");
+                assert!((computed - expected).abs() < 1e-9, "{altitude} m, {step} deg: {computed} against {expected}");
             }
         }
         assert!((factor(408e3, 6.371e6, 1.0) - by_quadrature(1.0, 1.1)).abs() > 1e-3);
@@ -150,8 +150,8 @@ mod tests {
             let radius = ApparentRadius::new(1.0 + altitude / 6.371e6);
             for step in 0..=20_000 {
                 let cos_tilt = (f64::from(step) / 10_000.0 - 1.0) as f32;
-                let found = plate_view_factor_f32(cos_tilt, radius.sin as f32, radius.cos as f32);
-                worst = worst.max((f64::from(found) - plate_view_factor(f64::from(cos_tilt), radius)).abs());
+                let computed = plate_view_factor_f32(cos_tilt, radius.sin as f32, radius.cos as f32);
+                worst = worst.max((f64::from(computed) - plate_view_factor(f64::from(cos_tilt), radius)).abs());
             }
         }
         println!("largest f32 error of the view factor: {worst:e}");

@@ -37,9 +37,9 @@ pub fn view_factors(exchange: &Exchange, group: &[usize], load: &StepLoad) -> Ve
     let mut areas = BTreeMap::new();
     // Shared area and its variance.
     let mut sums: BTreeMap<(usize, To), [f64; 2]> = BTreeMap::new();
-    for (patch, own) in exchange.patches.iter().enumerate() {
+    for (patch, properties) in exchange.patches.iter().enumerate() {
         let from = group[patch];
-        *areas.entry(from).or_insert(0.0) += own.area;
+        *areas.entry(from).or_insert(0.0) += properties.area;
         let mut add = |to: To, area: f64, variance: f64| {
             let sum = sums.entry((from, to)).or_default();
             sum[0] += area;
@@ -50,30 +50,31 @@ pub fn view_factors(exchange: &Exchange, group: &[usize], load: &StepLoad) -> Ve
         }
         let mut space = factors.space[patch];
         if let Some(planet) = &load.planet {
-            let normal = load.joint_from_body(own.joint).transpose() * own.normal;
+            let normal = load.joint_from_body(properties.joint).transpose() * properties.normal;
             let open = plate_view_factor(normal.dot(planet.nadir), ApparentRadius::new(planet.distance_ratio));
-            let seen = PlanetFromPatch::new(planet, load, own.joint).seen(exchange.sky_of(patch)).planet_ir;
+            let planet_share =
+                PlanetFromPatch::new(planet, load, properties.joint).seen(exchange.sky_of(patch)).planet_ir;
             // By the noise of the rays the planet may take more than the whole open sky.
-            let area = (own.area * open * seen).min(space);
-            let variance = own.area * own.area * factors.of_share(area / own.area);
+            let area = (properties.area * open * planet_share).min(space);
+            let variance = properties.area * properties.area * factors.of_share(area / properties.area);
             add(To::Planet, area, variance);
             space -= area;
         }
         add(To::Space, space, factors.variance_to_space(patch));
     }
-    let found = sums.into_iter().map(|((from, to), [area, variance])| {
+    let factors_between = sums.into_iter().map(|((from, to), [area, variance])| {
         let whole = areas[&from];
         ViewFactor { from, to, factor: area / whole, error: variance.sqrt() / whole }
     });
-    found.collect()
+    factors_between.collect()
 }
 
 /// Radiative exchange areas [m2] between groups, all reflections of infrared counted: emissivity times area times Gebhart's factor. Each pair stands
 /// once. Areas to space include the planet, because they cover the whole sky.
 pub(crate) fn radiative_areas(exchange: &Exchange, group: &[usize]) -> Vec<(usize, To, f64)> {
     let mut sums: BTreeMap<(usize, To), f64> = BTreeMap::new();
-    for (patch, own) in exchange.patches.iter().enumerate() {
-        let (from, emissivity) = (group[patch], own.optics.emissivity);
+    for (patch, properties) in exchange.patches.iter().enumerate() {
+        let (from, emissivity) = (group[patch], properties.optics.emissivity);
         for (other, area) in exchange.infrared.between.row(patch) {
             let to = group[*other as usize];
             if from < to {

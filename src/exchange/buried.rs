@@ -4,7 +4,7 @@
 
 use rayon::prelude::*;
 
-use super::cast::{INSIDE, Scenery, cast};
+use super::cast::{INSIDE, Scenery, cast_rays};
 use super::patches::{NONE, PatchSurface, Patches};
 use crate::thermal::material::Material;
 
@@ -18,7 +18,7 @@ const ONE_PLACE: f64 = 1e-6;
 pub fn buried(surface: &PatchSurface, materials: &[Material]) -> Vec<[bool; 2]> {
     let faces = Patches::new(surface, materials, ONE_PLACE, &[]);
     let count = faces.all.len() as u32;
-    let ends = cast(surface, &faces, &Scenery::new(surface, &[]), RAYS, 0..count);
+    let ends = cast_rays(surface, &faces, &Scenery::new(surface, &[]), RAYS, 0..count);
     let inside = |ends: &[u32]| 2 * ends.iter().filter(|end| **end == INSIDE).count() > RAYS as usize;
     let of_face: Vec<bool> = ends.par_chunks(RAYS as usize).map(inside).collect();
     let of_node = |faces: &[u32; 2]| faces.map(|face| face != NONE && of_face[face as usize]);

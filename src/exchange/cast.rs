@@ -51,8 +51,8 @@ pub(crate) fn ray_of(surface: &PatchSurface, patches: &Patches, start: f64, patc
 
 /// Where a ray of a patch starts in the file's pose, and the unit normal of its face there.
 pub(crate) fn start_of(surface: &PatchSurface, patches: &Patches, patch: u32, ray: u32) -> Ray {
-    let own = &patches.all[patch as usize];
-    let corners = &patches.corners[own.corners.clone()];
+    let origin = &patches.all[patch as usize];
+    let corners = &patches.corners[origin.corners.clone()];
     let [place, s, ..] = fractions(patch, ray);
     let at = corners.partition_point(|corner| corner.up_to < place).min(corners.len() - 1);
     let before = if at == 0 { 0.0 } else { corners[at - 1].up_to };
@@ -62,7 +62,7 @@ pub(crate) fn start_of(surface: &PatchSurface, patches: &Patches, patch: u32, ra
     let [a, b, c] = surface.triangles[corner / 3].map(|node| surface.positions[node as usize]);
     let [second, third] = point_near_corner([within, s], corner % 3);
     let outward = (b - a).cross(c - a).normalize_or(DVec3::Z);
-    let normal = if own.back { -outward } else { outward };
+    let normal = if origin.back { -outward } else { outward };
     [a + second * (b - a) + third * (c - a), normal]
 }
 
@@ -91,12 +91,12 @@ pub(crate) fn face_of(faces: &[[u32; 2]; 3], hit: &Hit) -> u32 {
 }
 
 /// Where each ray of some patches ends, `rays` for each.
-pub fn cast(
+pub fn cast_rays(
     surface: &PatchSurface,
     patches: &Patches,
     scenery: &Scenery,
     rays: u32,
-    of: std::ops::Range<u32>,
+    range: std::ops::Range<u32>,
 ) -> Vec<u32> {
     let occluders = &scenery.occluders;
     let ends = |patch: u32| {
@@ -106,5 +106,5 @@ pub fn cast(
             end_of(surface, patches, occluders, ray)
         })
     };
-    of.into_par_iter().flat_map(ends).collect()
+    range.into_par_iter().flat_map(ends).collect()
 }

@@ -27,13 +27,13 @@ pub struct Defects {
 impl Defects {
     /// The defects of a surface.
     pub fn of(surface: &PatchSurface, materials: &[Material]) -> Self {
-        let mut found = Self::default();
+        let mut defects = Self::default();
         let welded = welded(surface);
         let mut triangles = Vec::new();
         for (number, corners) in surface.triangles.iter().enumerate() {
             let [a, b, c] = corners.map(|node| welded[node as usize]);
             if a == b || b == c || c == a || surface.area_of(number) == 0.0 {
-                found.without_area += 1;
+                defects.without_area += 1;
                 continue;
             }
             let material = &materials[surface.materials[corners[0] as usize] as usize];
@@ -50,11 +50,11 @@ impl Defects {
                 *edges.entry([from.min(to), from.max(to)]).or_default() += 1;
             }
         }
-        found.coincident = faces.values().map(|count| count - 1).sum();
-        found.open_edges = edges.values().filter(|count| **count == 1).count();
-        found.crowded_edges = edges.values().filter(|count| **count > 2).count();
-        found.inward = inward(surface, &welded, &triangles, &edges);
-        found
+        defects.coincident = faces.values().map(|count| count - 1).sum();
+        defects.open_edges = edges.values().filter(|count| **count == 1).count();
+        defects.crowded_edges = edges.values().filter(|count| **count > 2).count();
+        defects.inward = inward(surface, &welded, &triangles, &edges);
+        defects
     }
 
     /// Messages for the user, one for each kind of defect that occurs.

@@ -43,16 +43,16 @@ pub(crate) fn arriving(factors: &Factors, absorptivities: &[f64], bounces: Optio
 }
 
 fn leaving(absorptivities: &[f64], sent: &[f64], arrives: &[f64]) -> Vec<f64> {
-    let of = |((sent, arrives), taken): ((&f64, &f64), &f64)| sent + (1.0 - taken) * arrives;
-    sent.iter().zip(arrives).zip(absorptivities).map(of).collect()
+    let leave = |((sent, arrives), taken): ((&f64, &f64), &f64)| sent + (1.0 - taken) * arrives;
+    sent.iter().zip(arrives).zip(absorptivities).map(leave).collect()
 }
 
 impl Exchange {
     /// Errors of the flux that patches absorb where they send this infrared [W/m2] under a light.
     pub fn errors(&self, sent: &[f64], light: &CraftLight, bounces: Option<u32>) -> Vec<FluxError> {
         let absorptivities = |infrared: bool| -> Vec<f64> {
-            let of = self.patches.iter().map(|patch| patch.optics);
-            of.map(|optics| if infrared { optics.emissivity } else { optics.absorptivity }).collect()
+            let optics = self.patches.iter().map(|patch| patch.optics);
+            optics.map(|optics| if infrared { optics.emissivity } else { optics.absorptivity }).collect()
         };
         let sunlight: Vec<f64> = light.reflected.iter().map(|both| both[1]).collect();
         let [infrared, sunlight] = [(true, sent), (false, &sunlight[..])].map(|(infrared, sent)| {
@@ -62,7 +62,7 @@ impl Exchange {
             (taken, arrives, leaves)
         });
         let rows = self.absorbed(sent, light);
-        let of = |i: usize| {
+        let error = |i: usize| {
             let taken = infrared.0[i] * infrared.1[i] + sunlight.0[i] * sunlight.1[i];
             let (mut mean, mut square) = (0.0, 0.0);
             for (j, shared) in self.factors.shared.row(i) {
@@ -76,7 +76,7 @@ impl Exchange {
             let variance = (square - mean * mean).max(0.0) / f64::from(self.factors.rays);
             FluxError { noise: variance.sqrt(), left_out: rows[i] - taken - light.mirrored.get(i).unwrap_or(&0.0) }
         };
-        (0..self.patches.len()).into_par_iter().map(of).collect()
+        (0..self.patches.len()).into_par_iter().map(error).collect()
     }
 
     /// Excess of the flux that patches absorb under held light over the flux under light of this very step [W/m2]. `temperature` gives the
@@ -88,22 +88,22 @@ impl Exchange {
         temperature: impl Fn(usize) -> f64 + Sync,
     ) -> Vec<f64> {
         let [before, now] = [held, fresh].map(|light| self.absorbed(&self.sent(load, light, &temperature), light));
-        let of = |(number, patch): (usize, &Patch)| {
+        let excess = |(number, patch): (usize, &Patch)| {
             let normal = load.joint_from_body(patch.joint).transpose() * patch.normal;
             let open = incident(load, normal);
             let direct = |light: &CraftLight| {
-                let PlanetShares { planet_ir, albedo } = light.seen[number];
+                let PlanetShares { planet_ir, albedo } = light.planet_shares[number];
                 patch.optics.emissivity * planet_ir * open.planet_ir + patch.optics.absorptivity * albedo * open.albedo
             };
             before[number] - now[number] + direct(held) - direct(fresh)
         };
-        self.patches.par_iter().enumerate().map(of).collect()
+        self.patches.par_iter().enumerate().map(excess).collect()
     }
 
     /// Change of the temperature of every patch by a flux of 1 W/m2 [K m2/W], where its nodes are in balance. `temperature` gives the temperature
     /// of a node [K].
     pub fn kelvin_per_flux(&self, temperature: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
-        let of = |patch: &Patch| {
+        let kelvin = |patch: &Patch| {
             let nodes = &self.nodes[patch.nodes.clone()];
             let mean: f64 = nodes.iter().map(|(node, share)| share * temperature(*node as usize)).sum();
             let faces = nodes.first().map_or([super::patches::NONE; 2], |(node, _)| self.of_node[*node as usize]);
@@ -111,6 +111,6 @@ impl Exchange {
             let emissivity: f64 = faces.map(|face| face.optics.emissivity).sum();
             1.0 / (4.0 * emissivity * STEFAN_BOLTZMANN * mean.powi(3))
         };
-        self.patches.par_iter().map(of).collect()
+        self.patches.par_iter().map(kelvin).collect()
     }
 }

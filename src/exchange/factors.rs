@@ -65,14 +65,14 @@ impl Factors {
             .collect();
         let inside = counted.iter().map(|row| f64::from(row.2) * share).collect();
         let space: Vec<f64> = counted.iter().zip(&areas).map(|(row, area)| row.1 * area).collect();
-        let found = Sparse::from_rows(counted.into_iter().map(|row| row.0).collect());
-        let mut shared = found.combined(&found.transposed(), |row, column, there, back| {
-            let (own, other) = (areas[row], areas[column as usize]);
-            (there + back) * own * other / (own + other)
+        let cast = Sparse::from_rows(counted.into_iter().map(|row| row.0).collect());
+        let mut shared = cast.combined(&cast.transposed(), |row, column, there, back| {
+            let (here, other) = (areas[row], areas[column as usize]);
+            (there + back) * here * other / (here + other)
         });
         let mut closed = space.clone();
         let unclosed = close(&areas, &mut shared, &mut closed);
-        let correction = Correction { unclosed, ..changes(&areas, [&found, &shared], [&space, &closed]) };
+        let correction = Correction { unclosed, ..changes(&areas, [&cast, &shared], [&space, &closed]) };
         Self { areas, shared, space: closed, rays, correction, inside }
     }
 
@@ -95,10 +95,10 @@ impl Factors {
 
     /// Variance of a shared area [m4] as for independent rays, at least the variance of a single ray.
     pub(crate) fn variance(&self, from: usize, to: u32) -> f64 {
-        let (own, other) = (self.areas[from], self.areas[to as usize]);
+        let (here, other) = (self.areas[from], self.areas[to as usize]);
         let shared = self.shared.at(from, to);
-        let weight = own * other / (own + other);
-        weight * weight * (self.of_share(shared / own) + self.of_share(shared / other))
+        let weight = here * other / (here + other);
+        weight * weight * (self.of_share(shared / here) + self.of_share(shared / other))
     }
 
     /// Variance of the area that a patch shares with space [m4], as for independent rays.
@@ -116,8 +116,8 @@ impl Factors {
 fn close(areas: &[f64], shared: &mut Sparse, space: &mut [f64]) -> f64 {
     let mut factor = vec![1.0; areas.len()];
     let row = |factor: &[f64], shared: &Sparse, space: &[f64], i: usize| {
-        let seen: f64 = shared.row(i).iter().map(|(j, area)| area * factor[*j as usize]).sum();
-        factor[i] * (seen + space[i])
+        let scaled: f64 = shared.row(i).iter().map(|(j, area)| area * factor[*j as usize]).sum();
+        factor[i] * (scaled + space[i])
     };
     for _ in 0..ROUNDS {
         let sums: Vec<f64> = (0..areas.len()).into_par_iter().map(|i| row(&factor, shared, space, i)).collect();
@@ -137,8 +137,8 @@ fn close(areas: &[f64], shared: &mut Sparse, space: &mut [f64]) -> f64 {
         let missing = areas[i] - space[i] - shared.entries[run.clone()].iter().map(|(_, area)| area).sum::<f64>();
         worst = worst.max(missing.abs() / areas[i]);
         // Every row has a diagonal entry where it is not closed to rounding.
-        if let Some((_, own)) = shared.entries[run].iter_mut().find(|(j, _)| *j as usize == i) {
-            *own += missing;
+        if let Some((_, diagonal)) = shared.entries[run].iter_mut().find(|(j, _)| *j as usize == i) {
+            *diagonal += missing;
         } else {
             space[i] += missing;
         }

@@ -132,8 +132,8 @@ impl Patches {
     ) {
         let material = &materials[key.material as usize];
         let area: f64 = nodes.iter().map(|node| surface.areas[*node as usize]).sum();
-        let mean = |of: &dyn Fn(usize) -> DVec3| -> DVec3 {
-            nodes.iter().map(|node| of(*node as usize) * (surface.areas[*node as usize] / area)).sum()
+        let mean = |vector: &dyn Fn(usize) -> DVec3| -> DVec3 {
+            nodes.iter().map(|node| vector(*node as usize) * (surface.areas[*node as usize] / area)).sum()
         };
         let outward = mean(&|node| surface.normals[node]).normalize_or(surface.normals[nodes[0] as usize]);
         let (first_node, first_corner) = (self.nodes.len(), self.corners.len());

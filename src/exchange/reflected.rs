@@ -53,8 +53,8 @@ pub(crate) fn exchange_areas(factors: &Factors, absorptivities: &[f64], bounces:
         )
         .collect();
     let space: Vec<f64> = lost.iter().zip(areas).map(|(share, area)| share * area).collect();
-    let found = Sparse::from_rows(rows);
-    let mean = found.combined(&found.transposed(), |_, _, there, back| 0.5 * (there + back));
+    let between_rows = Sparse::from_rows(rows);
+    let mean = between_rows.combined(&between_rows.transposed(), |_, _, there, back| 0.5 * (there + back));
     let mut between = pruned(&mean, &factors.shared, areas);
     let wanted: Vec<f64> = given.iter().zip(areas).map(|(share, area)| share * area).collect();
     scale(&mut between, &wanted, absorptivities);
@@ -66,9 +66,9 @@ pub(crate) fn exchange_areas(factors: &Factors, absorptivities: &[f64], bounces:
         let taken: f64 = entries.iter().map(|(j, shared)| shared * absorptivities[*j as usize]).sum();
         let missing = area - space[i] - taken;
         if absorptivities[i] > MIRROR
-            && let Some((_, own)) = entries.iter_mut().find(|(j, _)| *j as usize == i)
+            && let Some((_, diagonal)) = entries.iter_mut().find(|(j, _)| *j as usize == i)
         {
-            *own += missing / absorptivities[i];
+            *diagonal += missing / absorptivities[i];
             returned = returned.max(missing.abs() / area);
         }
     }
@@ -77,16 +77,16 @@ pub(crate) fn exchange_areas(factors: &Factors, absorptivities: &[f64], bounces:
 
 /// Shares of the light of each patch that the craft absorbs and that reach space, with at most `bounces` reflections.
 fn shares(factors: &Factors, absorptivities: &[f64], bounces: Option<u32>) -> [Vec<f64>; 2] {
-    let seen = |of: &(dyn Fn(usize) -> f64 + Sync), i: usize| -> f64 {
-        factors.shared.row(i).iter().map(|(j, shared)| shared * of(*j as usize)).sum::<f64>() / factors.areas[i]
+    let mean_over_rays = |value: &(dyn Fn(usize) -> f64 + Sync), i: usize| -> f64 {
+        factors.shared.row(i).iter().map(|(j, shared)| shared * value(*j as usize)).sum::<f64>() / factors.areas[i]
     };
     let patches = 0..factors.areas.len();
-    let at_first = |i: usize| [seen(&|j| absorptivities[j], i), factors.to_space(i)];
+    let at_first = |i: usize| [mean_over_rays(&|j| absorptivities[j], i), factors.to_space(i)];
     let first: Vec<[f64; 2]> = patches.clone().into_par_iter().map(at_first).collect();
     let mut now = first.clone();
     for _ in 0..bounces.unwrap_or(MOST).min(MOST) {
         let later = |i: usize| {
-            let reflected = |kind: usize| seen(&|j| (1.0 - absorptivities[j]) * now[j][kind], i);
+            let reflected = |kind: usize| mean_over_rays(&|j| (1.0 - absorptivities[j]) * now[j][kind], i);
             [first[i][0] + reflected(0), first[i][1] + reflected(1)]
         };
         let next: Vec<[f64; 2]> = patches.clone().into_par_iter().map(later).collect();
@@ -102,8 +102,8 @@ fn shares(factors: &Factors, absorptivities: &[f64], bounces: Option<u32>) -> [V
 /// Scales entries so that each row gives the `wanted` area to the craft [m2].
 fn scale(kept: &mut Sparse, wanted: &[f64], absorptivities: &[f64]) {
     let carried = |rows: &Sparse, factor: &[f64], i: usize| -> f64 {
-        let of = |(j, area): &(u32, f64)| area * factor[*j as usize] * absorptivities[*j as usize];
-        factor[i] * rows.row(i).iter().map(of).sum::<f64>()
+        let term = |(j, area): &(u32, f64)| area * factor[*j as usize] * absorptivities[*j as usize];
+        factor[i] * rows.row(i).iter().map(term).sum::<f64>()
     };
     let mut factor = vec![1.0; wanted.len()];
     for _ in 0..ROUNDS {
@@ -149,9 +149,9 @@ fn pruned(all: &Sparse, shared: &Sparse, areas: &[f64]) -> Sparse {
         })
         .collect();
     let rows = (0..areas.len()).map(|i| {
-        let own = all.row(i).iter().copied();
+        let row = all.row(i).iter().copied();
         let kept = |(j, area): &(u32, f64)| sees(i, *j) || *area >= bounds[i].min(bounds[*j as usize]);
-        let mut row: SparseRow = own.filter(kept).collect();
+        let mut row: SparseRow = row.filter(kept).collect();
         if let Err(place) = row.binary_search_by_key(&(i as u32), |entry| entry.0) {
             row.insert(place, (i as u32, 0.0));
         }

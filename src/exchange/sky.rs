@@ -46,10 +46,10 @@ pub(crate) fn bundled(mut rays: Vec<PatchRay>) -> Vec<u32> {
         rays[first..end].sort_by(|a, b| a.place[1].total_cmp(&b.place[1]));
     }
     let word = |bundle: usize| {
-        let own = &rays[first_ray(bundle)..first_ray(bundle + 1)];
-        let open = own.iter().filter(|ray| ray.open).count() as u32;
-        let direction: DVec3 = own.iter().map(|ray| ray.direction).sum();
-        word_of(direction.normalize_or(own[0].direction), PARTS * open / own.len() as u32)
+        let bundle_rays = &rays[first_ray(bundle)..first_ray(bundle + 1)];
+        let open = bundle_rays.iter().filter(|ray| ray.open).count() as u32;
+        let direction: DVec3 = bundle_rays.iter().map(|ray| ray.direction).sum();
+        word_of(direction.normalize_or(bundle_rays[0].direction), PARTS * open / bundle_rays.len() as u32)
     };
     (0..count).map(word).collect()
 }
@@ -304,8 +304,8 @@ mod tests {
                 planet.seen(&words).planet_ir
             };
             let exact = singly(8192);
-            let found = [singly(256), planet.seen(&bundled(rays(patch, 256))).planet_ir, singly(64)];
-            errors.iter_mut().zip(found).for_each(|(error, found)| *error += (found - exact).powi(2) / 200.0);
+            let computed = [singly(256), planet.seen(&bundled(rays(patch, 256))).planet_ir, singly(64)];
+            errors.iter_mut().zip(computed).for_each(|(error, found)| *error += (found - exact).powi(2) / 200.0);
         }
         let [single, bundles, quarter] = errors.map(f64::sqrt);
         println!(

@@ -54,9 +54,9 @@ impl Sparse {
             while i < a.len() || j < b.len() {
                 let [left, right] = [a.get(i), b.get(j)].map(|entry| entry.map_or(u32::MAX, |entry| entry.0));
                 let column = left.min(right);
-                let take = |own: u32, at: &mut usize, entries: &[(u32, f64)]| {
-                    let value = if own == column { entries[*at].1 } else { 0.0 };
-                    *at += usize::from(own == column);
+                let take = |next: u32, at: &mut usize, entries: &[(u32, f64)]| {
+                    let value = if next == column { entries[*at].1 } else { 0.0 };
+                    *at += usize::from(next == column);
                     value
                 };
                 let (x, y) = (take(left, &mut i, a), take(right, &mut j, b));

@@ -70,7 +70,7 @@ pub(crate) const MOST_PATCHES: usize = 1 << 16;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CraftLight {
     /// Shares of the planet's light that every patch sees.
-    pub seen: Vec<PlanetShares>,
+    pub planet_shares: Vec<PlanetShares>,
     /// Infrared of the planet and sunlight that every patch reflects diffusely at first [W/m2]. Sunlight that others mirror onto the patch is
     /// included.
     pub reflected: Vec<[f64; 2]>,
@@ -82,8 +82,8 @@ pub struct CraftLight {
 
 impl CraftLight {
     pub(crate) fn save_into(&self, saved: &mut Saved) {
-        let seen = self.seen.iter().map(|seen| [seen.planet_ir, seen.albedo]);
-        saved.put("seen", &seen.collect::<Vec<_>>());
+        let shares = self.planet_shares.iter().map(|shares| [shares.planet_ir, shares.albedo]);
+        saved.put("seen", &shares.collect::<Vec<_>>());
         saved.put("reflected", &self.reflected);
         saved.put("sunlight", &self.sunlight);
         saved.put("mirrored", &self.mirrored);
@@ -94,9 +94,9 @@ impl CraftLight {
     /// # Errors
     /// Lists of another kind.
     pub(crate) fn restored(saved: &Saved) -> Result<Self, SavedError> {
-        let seen: Vec<[f64; 2]> = saved.list("seen")?;
+        let shares: Vec<[f64; 2]> = saved.list("seen")?;
         Ok(Self {
-            seen: seen.into_iter().map(|[planet_ir, albedo]| PlanetShares { planet_ir, albedo }).collect(),
+            planet_shares: shares.into_iter().map(|[planet_ir, albedo]| PlanetShares { planet_ir, albedo }).collect(),
             reflected: saved.list("reflected")?,
             sunlight: saved.list("sunlight")?,
             mirrored: saved.list("mirrored")?,
@@ -128,18 +128,19 @@ impl Exchange {
     /// The exchange of patches whose rays end at `ends`, with the directions of the rays in the frame of the patch's joint.
     pub fn new(surface: &PatchSurface, patches: &Patches, ends: &[u32], settings: &ExchangeSettings) -> Self {
         let factors = Factors::new(&patches.all, ends, settings.rays);
-        let of = |absorptivity: fn(&Patch) -> f64| {
+        let areas_for = |absorptivity: fn(&Patch) -> f64| {
             let absorptivities: Vec<f64> = patches.all.iter().map(absorptivity).collect();
             exchange_areas(&factors, &absorptivities, settings.bounces)
         };
-        let (infrared, sunlight) = (of(|patch| patch.optics.emissivity), of(|patch| patch.optics.absorptivity));
+        let (infrared, sunlight) =
+            (areas_for(|patch| patch.optics.emissivity), areas_for(|patch| patch.optics.absorptivity));
         let kept = settings.rays.min(SKY_RAYS);
         let sky = (0..patches.all.len() as u32).into_par_iter().flat_map_iter(|patch| {
-            let own = &ends[patch as usize * settings.rays as usize..];
+            let ends_of_patch = &ends[patch as usize * settings.rays as usize..];
             let ray = |ray| {
                 let [_, direction] = ray_of(surface, patches, 0.0, patch, ray);
                 let [.., s, t] = fractions(patch, ray);
-                PatchRay { place: [s, t], direction, open: own[ray as usize] == SPACE }
+                PatchRay { place: [s, t], direction, open: ends_of_patch[ray as usize] == SPACE }
             };
             bundled((0..kept).map(ray).collect())
         });
@@ -157,7 +158,7 @@ impl Exchange {
 
     /// The exchange of a craft in the pose of its scenery, with rays of the processor.
     pub fn cast(surface: &PatchSurface, patches: &Patches, scenery: &Scenery, settings: &ExchangeSettings) -> Self {
-        let ends = super::cast::cast(surface, patches, scenery, settings.rays, 0..patches.all.len() as u32);
+        let ends = super::cast::cast_rays(surface, patches, scenery, settings.rays, 0..patches.all.len() as u32);
         Self::new(surface, patches, &ends, settings)
     }
 
@@ -177,8 +178,8 @@ impl Exchange {
     /// Shares of the planet's light that every patch sees.
     pub fn seen(&self, load: &StepLoad) -> Vec<PlanetShares> {
         let Some(planet) = &load.planet else { return vec![PlanetShares::ALL; self.patches.len()] };
-        let seen = |(patch, own): (&Patch, &[u32])| PlanetFromPatch::new(planet, load, patch.joint).seen(own);
-        self.patches.par_iter().zip(self.sky.par_chunks(self.bundles.max(1))).map(seen).collect()
+        let share = |(patch, rays): (&Patch, &[u32])| PlanetFromPatch::new(planet, load, patch.joint).seen(rays);
+        self.patches.par_iter().zip(self.sky.par_chunks(self.bundles.max(1))).map(share).collect()
     }
 
     /// The light of Sun and planet. `visibility` is the share of the Sun that a node sees. With `mirrored` the specular share of direct sunlight goes where it says.
@@ -188,8 +189,8 @@ impl Exchange {
         visibility: impl Fn(usize) -> f64 + Sync,
         mirrored: Option<&Mirrored>,
     ) -> CraftLight {
-        let seen = self.seen(load);
-        let of = |(number, (patch, seen)): (usize, (&Patch, &PlanetShares))| {
+        let planet_shares = self.seen(load);
+        let reflect = |(number, (patch, planet)): (usize, (&Patch, &PlanetShares))| {
             let shares = self.nodes[patch.nodes.clone()].iter();
             let lit =
                 self.exposed(number) * shares.map(|(node, share)| share * visibility(*node as usize)).sum::<f64>();
@@ -198,11 +199,11 @@ impl Exchange {
             let optics = patch.optics;
             let smooth = if mirrored.is_some() { patch.gloss.specular } else { 0.0 };
             let direct = (1.0 - optics.absorptivity) * (lit * solar);
-            let diffuse = (1.0 - smooth) * direct + (1.0 - optics.absorptivity) * (seen.albedo * albedo);
-            ([(1.0 - optics.emissivity) * seen.planet_ir * planet_ir, diffuse], smooth * direct)
+            let diffuse = (1.0 - smooth) * direct + (1.0 - optics.absorptivity) * (planet.albedo * albedo);
+            ([(1.0 - optics.emissivity) * planet.planet_ir * planet_ir, diffuse], smooth * direct)
         };
         let (mut reflected, sent): (Vec<[f64; 2]>, Vec<f64>) =
-            self.patches.par_iter().zip(&seen).enumerate().map(of).unzip();
+            self.patches.par_iter().zip(&planet_shares).enumerate().map(reflect).unzip();
         let arrives = |to: usize| {
             let rows = mirrored.map_or(&[][..], |mirrored| mirrored.arrives.row(to));
             rows.iter().map(|(from, share)| share * sent[*from as usize]).sum::<f64>()
@@ -215,19 +216,19 @@ impl Exchange {
         }
         let mut sunlight = self.gathered(&self.sunlight, |from| reflected[from][1], |patch| patch.optics.absorptivity);
         sunlight.iter_mut().zip(&direct).for_each(|(all, direct)| *all += direct);
-        CraftLight { seen, reflected, sunlight, mirrored: direct }
+        CraftLight { planet_shares, reflected, sunlight, mirrored: direct }
     }
 
     /// Infrared that leaves each patch at first [W/m2]: emission above the emission of space, and reflected infrared of the planet. `temperature`
     /// gives the temperature of a node [K].
     pub fn sent(&self, load: &StepLoad, light: &CraftLight, temperature: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
         let space = load.background_temperature.powi(4);
-        let of = |(patch, reflected): (&Patch, &[f64; 2])| {
+        let leaving = |(patch, reflected): (&Patch, &[f64; 2])| {
             let fourth = |(node, share): &(u32, f64)| share * temperature(*node as usize).powi(4);
             let fourth: f64 = self.nodes[patch.nodes.clone()].iter().map(fourth).sum();
             patch.optics.emissivity * STEFAN_BOLTZMANN * (fourth - space) + reflected[0]
         };
-        self.patches.par_iter().zip(&light.reflected).map(of).collect()
+        self.patches.par_iter().zip(&light.reflected).map(leaving).collect()
     }
 
     /// Flux from all patches that each one absorbs [W/m2].
@@ -254,20 +255,24 @@ impl Exchange {
         sent: impl Fn(usize) -> f64 + Sync,
         absorptivity: impl Fn(&Patch) -> f64 + Sync,
     ) -> Vec<f64> {
-        let of = |(number, patch): (usize, &Patch)| {
+        let gathered = |(number, patch): (usize, &Patch)| {
             let arrives: f64 = areas.between.row(number).iter().map(|(from, area)| area * sent(*from as usize)).sum();
             absorptivity(patch) * arrives / patch.area
         };
-        self.patches.par_iter().enumerate().map(of).collect()
+        self.patches.par_iter().enumerate().map(gathered).collect()
     }
 
     /// The light on the two faces of a node, from the flux that every patch absorbs and the sky that it sees.
-    pub(crate) fn of_node(&self, node: usize, absorbed: &[f64], seen: &[PlanetShares]) -> [FaceLoad; 2] {
+    pub(crate) fn of_node(&self, node: usize, absorbed: &[f64], planet_shares: &[PlanetShares]) -> [FaceLoad; 2] {
         self.of_node[node].map(|patch| match patch {
             NONE => FaceLoad::NOTHING,
             patch => {
                 let patch = patch as usize;
-                FaceLoad { absorbed: absorbed[patch], seen: seen[patch], exposed: self.exposed(patch) }
+                FaceLoad {
+                    absorbed: absorbed[patch],
+                    planet_shares: planet_shares[patch],
+                    exposed: self.exposed(patch),
+                }
             }
         })
     }

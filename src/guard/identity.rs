@@ -29,8 +29,8 @@ pub(crate) struct Identity {
 /// Identities in the first image, with its time [s]. `None` where the scene draws none.
 pub(crate) fn of_first_image(prepared: &Prepared) -> Option<(f64, Identity)> {
     let camera = prepared.scene.camera.as_ref()?;
-    let (time, own) = image_time(&prepared.scene.time, 0)?;
-    let pose = pose_of(prepared, time, own)?;
+    let (time, listed) = image_time(&prepared.scene.time, 0)?;
+    let pose = pose_of(prepared, time, listed)?;
     let view = RasterView { samples: 1, ..raster_view(camera, &pose) };
     let shrink = f64::from(view.width.max(view.height).div_ceil(LONGEST));
     let side = |pixels: u32| ((f64::from(pixels) / shrink) as u32).max(1);

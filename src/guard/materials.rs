@@ -125,12 +125,12 @@ impl<'a> Same<'a> {
 /// The values of a key of a material that stores heat, and of the structure below it.
 fn of_layers(
     material: &Material,
-    own: fn(&Material) -> Option<f64>,
+    value: fn(&Material) -> Option<f64>,
     below: fn(&InnerStructure) -> f64,
 ) -> [(&'static str, Option<f64>); 2] {
     let stores = matches!(material.response, Response::Network | Response::Radiative(_));
     let over = material.bulk.over.as_ref().filter(|_| stores);
-    [("", own(material).filter(|_| stores)), ("over.", over.map(below))]
+    [("", value(material).filter(|_| stores)), ("over.", over.map(below))]
 }
 
 pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], facts: &[MaterialFacts]) -> Vec<Finding> {
@@ -139,9 +139,9 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], facts: &[Material
     let mut light = [Same::default(), Same::default()];
     let [mut hot, mut quick] = [Same::default(), Same::default()];
     for (material, fact) in used() {
-        let own =
+        let stated =
             |material: &Material| material.bulk.density.filter(|_| material.bulk.heat_capacity_per_area.is_none());
-        let densities = of_layers(material, own, |over| over.density).map(|(_, density)| density);
+        let densities = of_layers(material, stated, |over| over.density).map(|(_, density)| density);
         let is_light = |density: &f64| *density > 0.0 && *density < LIGHT;
         for (same, density) in light.iter_mut().zip(densities) {
             density.filter(is_light).into_iter().for_each(|density| same.add(&material.name, density));
@@ -160,8 +160,8 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], facts: &[Material
         }
     }
     let unit = "density is in kg/m3: multiply a value in g/cm3 by 1000";
-    let [own, below] = light;
-    findings.extend(own.finding("density", "density = {} kg/m3 is less than that of foam", unit));
+    let [above, below] = light;
+    findings.extend(above.finding("density", "density = {} kg/m3 is less than that of foam", unit));
     findings.extend(below.finding("density", "over.density = {} kg/m3 is less than that of foam", unit));
     findings.extend(hot.finding(
         "balance",

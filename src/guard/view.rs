@@ -85,8 +85,8 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], effort: CheckEffo
     let mut first = None;
     for (place, number) in chosen.iter().enumerate() {
         let stated = effort.at.map(|at| (at, None)).or_else(|| image_time(time, *number));
-        let Some((time, own)) = stated else { continue };
-        let Some(pose) = pose_of(prepared, time, own) else { continue };
+        let Some((time, listed)) = stated else { continue };
+        let Some(pose) = pose_of(prepared, time, listed) else { continue };
         let joints = prepared.loads.joints_at(time).1;
         let look = GuardCamera { pose, ..here };
         let moved =

@@ -52,15 +52,15 @@ pub(crate) fn info_of(image: &LabelledImage, silhouettes: &[Silhouette]) -> Stri
     let nowhere = [-1; 4];
     let info = |silhouette: &Silhouette| {
         let visible = silhouette.visible.iter().filter(|set| **set).count() as u64;
-        let seen = super::mask::bounds(&silhouette.visible, image.width as usize);
-        let valid = silhouette.full.iter().zip(&image.part).filter(|(set, part)| **set && **part != 0).count();
+        let bounds = super::mask::bounds(&silhouette.visible, image.width as usize);
+        let valid = silhouette.full.iter().zip(&image.channels.part).filter(|(set, part)| **set && **part != 0).count();
         json!({
             "px_count_all": silhouette.count,
             "px_count_valid": valid,
             "px_count_visib": visible,
             "visib_fract": visible_share(silhouette),
             "bbox_obj": silhouette.bounds.filter(|_| visible > 0).map_or(nowhere, |bounds| bounds.bop()),
-            "bbox_visib": seen.map_or(nowhere, |bounds| bounds.bop()),
+            "bbox_visib": bounds.map_or(nowhere, |bounds| bounds.bop()),
         })
     };
     line(Value::Array(silhouettes.iter().map(info).collect()))
@@ -74,11 +74,13 @@ fn visible_share(silhouette: &Silhouette) -> f64 {
 /// The lines of an image in `test_targets_bop19.json`: each object of which a tenth is visible.
 pub(crate) fn targets_of(image: &LabelledImage, solids: &Solids, silhouettes: &[Silhouette]) -> Vec<String> {
     let named = solids.objects().iter().zip(silhouettes);
-    let seen = named.filter(|(_, silhouette)| visible_share(silhouette) >= TARGET);
+    let visible = named.filter(|(_, silhouette)| visible_share(silhouette) >= TARGET);
     let target = |(object, _): (&super::craft::BopObject, _)| {
-        line(json!({ "im_id": image.number, "inst_count": 1, "obj_id": object.id, "scene_id": image.orbit }))
+        line(
+            json!({ "im_id": image.identity.number, "inst_count": 1, "obj_id": object.id, "scene_id": image.identity.orbit }),
+        )
     };
-    seen.map(target).collect()
+    visible.map(target).collect()
 }
 
 /// A file of a scene from the entries of its images, each with its number: `scene_camera.json`, `scene_gt.json` or `scene_gt_info.json`.

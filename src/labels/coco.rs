@@ -19,6 +19,7 @@ pub(crate) const CRAFT: u32 = 1;
 
 /// The entries of one image.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(expecting = "struct Entry")]
 pub struct CocoEntry {
     pub(crate) image: String,
     /// The annotations of the image, each a JSON object.
@@ -27,32 +28,33 @@ pub struct CocoEntry {
 
 /// The entries of an image: the craft, and each part that a pixel shows. The number of an annotation follows from the number of the sample, so each
 /// occurs once in a data set.
-pub(crate) fn entry(craft: &Craft, image: &LabelledImage, seen: &[ImageKeyPoint]) -> CocoEntry {
-    let named = json!({ "id": image.sample, "file_name": shown(image), "width": image.width, "height": image.height });
-    let first = image.sample * (craft.parts.len() as u64 + 1) + 1;
+pub(crate) fn entry(craft: &Craft, image: &LabelledImage, key_points: &[ImageKeyPoint]) -> CocoEntry {
+    let named =
+        json!({ "id": image.identity.sample, "file_name": shown(image), "width": image.width, "height": image.height });
+    let first = image.identity.sample * (craft.parts.len() as u64 + 1) + 1;
     let mut annotations = Vec::new();
-    let whole: Vec<bool> = image.part.iter().map(|part| *part != 0).collect();
+    let whole: Vec<bool> = image.channels.part.iter().map(|part| *part != 0).collect();
     if let Some(mut annotation) = annotation(image, &whole, CRAFT, first) {
-        let labelled = seen.iter().filter(|seen| seen.visibility != Visibility::Outside).count();
-        annotation["keypoints"] = seen.iter().flat_map(key_point).collect();
+        let labelled = key_points.iter().filter(|point| point.visibility != Visibility::Outside).count();
+        annotation["keypoints"] = key_points.iter().flat_map(key_point).collect();
         annotation["num_keypoints"] = json!(labelled);
         annotations.push(line(annotation));
     }
-    let mut shown: Vec<u32> = image.part.iter().copied().filter(|part| *part != 0).collect();
+    let mut shown: Vec<u32> = image.channels.part.iter().copied().filter(|part| *part != 0).collect();
     shown.sort_unstable();
     shown.dedup();
     for part in shown {
-        let mask: Vec<bool> = image.part.iter().map(|at| *at == part).collect();
+        let mask: Vec<bool> = image.channels.part.iter().map(|at| *at == part).collect();
         annotations.extend(annotation(image, &mask, part + CRAFT, first + u64::from(part)).map(line));
     }
     CocoEntry { image: line(named), annotations }
 }
 
 /// x, y and visibility, all 0 outside the frame.
-fn key_point(seen: &ImageKeyPoint) -> [Value; 3] {
-    match (seen.pixel, seen.visibility) {
+fn key_point(point: &ImageKeyPoint) -> [Value; 3] {
+    match (point.pixel, point.visibility) {
         (Some(pixel), Visibility::Hidden | Visibility::Visible) => {
-            [json!(pixel.x), json!(pixel.y), json!(seen.visibility as u8)]
+            [json!(pixel.x), json!(pixel.y), json!(point.visibility as u8)]
         }
         _ => [json!(0), json!(0), json!(0)],
     }
@@ -66,7 +68,7 @@ fn annotation(image: &LabelledImage, mask: &[bool], category: u32, id: u64) -> O
         "bbox": bounds.coco(),
         "category_id": category,
         "id": id,
-        "image_id": image.sample,
+        "image_id": image.identity.sample,
         "iscrowd": 0,
         "segmentation": { "counts": compressed(&runs(mask, [width, height])), "size": [height, width] },
     }))
@@ -128,7 +130,7 @@ mod tests {
         ];
         assert_eq!(made.annotations, expected);
         let mut other = small();
-        other.part[5] = 2;
+        other.channels.part[5] = 2;
         assert_ne!(entry(&small_craft(), &other, &[]).annotations[1..], expected[1..]);
     }
 

@@ -18,7 +18,7 @@ pub(crate) struct MapSteps {
 }
 
 /// The text of `label/NUMBER.json`. Each key ends with its unit where it has one.
-pub(crate) fn label(craft: &Craft, image: &LabelledImage, seen: &[ImageKeyPoint], steps: MapSteps) -> String {
+pub(crate) fn label(craft: &Craft, image: &LabelledImage, key_points: &[ImageKeyPoint], steps: MapSteps) -> String {
     let turn = image.quaternion();
     let (model, numbers) = image.distortion();
     let pose = |pose: &DAffine3| json!({ "R": rows(pose), "t_m": pose.translation.to_array() });
@@ -29,12 +29,12 @@ pub(crate) fn label(craft: &Craft, image: &LabelledImage, seen: &[ImageKeyPoint]
         let unit = if joint.turns { "rad" } else { "m" };
         json!({ "name": joint.name, "position": joint.position, "unit": unit })
     };
-    let point = |(point, seen): (&super::key_points::KeyPoint, &ImageKeyPoint)| {
+    let point = |(point, in_image): (&super::key_points::KeyPoint, &ImageKeyPoint)| {
         json!({
             "name": point.name,
-            "camera_m": seen.point.to_array(),
-            "pixel": seen.pixel.map(|pixel| pixel.to_array()),
-            "visibility": seen.visibility as u8,
+            "camera_m": in_image.point.to_array(),
+            "pixel": in_image.pixel.map(|pixel| pixel.to_array()),
+            "visibility": in_image.visibility as u8,
         })
     };
     let named = |numbers: &[(String, f64)]| {
@@ -42,14 +42,14 @@ pub(crate) fn label(craft: &Craft, image: &LabelledImage, seen: &[ImageKeyPoint]
     };
     let direction = |vector: DVec3| json!(vector.to_array());
     let label = json!({
-        "sample": image.sample,
-        "orbit": image.orbit,
-        "image": image.number,
-        "split": image.split.name(),
+        "sample": image.identity.sample,
+        "orbit": image.identity.orbit,
+        "image": image.identity.number,
+        "split": image.identity.split.name(),
         "time_s": image.time,
         "width": image.width,
         "height": image.height,
-        "bits": image.bits,
+        "bits": image.identity.bits,
         "camera": {
             "matrix": image.camera_matrix(),
             "distortion": { "model": model, "numbers": numbers },
@@ -58,13 +58,13 @@ pub(crate) fn label(craft: &Craft, image: &LabelledImage, seen: &[ImageKeyPoint]
         "camera_from_body": body,
         "body_from_link": Value::Object(links.collect()),
         "joints": image.joints.iter().map(joint).collect::<Vec<_>>(),
-        "key_points": craft.key_points.iter().zip(seen).map(point).collect::<Vec<_>>(),
+        "key_points": craft.key_points.iter().zip(key_points).map(point).collect::<Vec<_>>(),
         "sun_direction": direction(image.sun),
         "sun_visible": image.lit,
         "planet_direction": direction(image.planet),
         "planet_radius_rad": image.planet_radius,
-        "sensor": named(&image.sensor),
-        "drawn": named(&image.drawn),
+        "sensor": named(&image.identity.sensor),
+        "drawn": named(&image.identity.drawn),
         "depth_step_mm": steps.depth,
         "temperature_step_K": steps.temperature,
     });
@@ -81,17 +81,17 @@ mod tests {
     fn a_label_has_what_other_formats_lack() {
         let (craft, image) = (small_craft(), small());
         let text = label(&craft, &image, &seen(&craft.key_points, &image), MapSteps { depth: 0.1, temperature: 0.01 });
-        let found: Value = serde_json::from_str(&text).expect("JSON");
-        assert_eq!(found["joints"], json!([{"name": "hinge", "position": 1.0, "unit": "m"}]));
-        assert_eq!(found["sun_direction"], json!([1.0, 0.0, 0.0]));
-        assert_eq!(found["planet_direction"], json!([0.0, -1.0, 0.0]));
-        assert_eq!(found["sensor"], json!({"temperature_K": 293.0}));
-        assert_eq!(found["body_from_link"]["hinge"]["t_m"], json!([0.0, 0.0, 1.0]));
-        assert_eq!(found["temperature_step_K"], 0.01);
-        assert_eq!(found["key_points"][0]["name"], "tip");
-        assert_eq!(found["key_points"][0]["visibility"], 0);
-        assert_eq!(found["camera_from_body"]["t_m"], json!([0.25, 0.0, 2.0]));
-        let keys: Vec<&String> = found.as_object().expect("an object").keys().collect();
+        let computed: Value = serde_json::from_str(&text).expect("JSON");
+        assert_eq!(computed["joints"], json!([{"name": "hinge", "position": 1.0, "unit": "m"}]));
+        assert_eq!(computed["sun_direction"], json!([1.0, 0.0, 0.0]));
+        assert_eq!(computed["planet_direction"], json!([0.0, -1.0, 0.0]));
+        assert_eq!(computed["sensor"], json!({"temperature_K": 293.0}));
+        assert_eq!(computed["body_from_link"]["hinge"]["t_m"], json!([0.0, 0.0, 1.0]));
+        assert_eq!(computed["temperature_step_K"], 0.01);
+        assert_eq!(computed["key_points"][0]["name"], "tip");
+        assert_eq!(computed["key_points"][0]["visibility"], 0);
+        assert_eq!(computed["camera_from_body"]["t_m"], json!([0.25, 0.0, 2.0]));
+        let keys: Vec<&String> = computed.as_object().expect("an object").keys().collect();
         assert!(keys.is_sorted());
     }
 }

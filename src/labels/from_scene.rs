@@ -1,7 +1,7 @@
 //! Makes the craft of a prepared scene, and labelled images of a simulation.
 
 use super::craft::Craft;
-use super::image::{JointPosition, LabelledImage, Split};
+use super::image::{ImageChannels, ImageIdentity, JointPosition, LabelledImage};
 use super::text::unique;
 use crate::model::nodes::{GROUP, PADDING};
 use crate::simulation::image::Image;
@@ -38,27 +38,8 @@ pub fn craft(prepared: &Prepared) -> Craft {
     }
 }
 
-/// The place of an image in its data set, with the values that were drawn for it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ImageIdentity {
-    /// Number of the sample in the data set, from 0.
-    pub sample: u64,
-    /// Number of the orbit.
-    pub orbit: u32,
-    /// Number of the image in its orbit, from 0.
-    pub number: u32,
-    /// Use of the images of the orbit.
-    pub split: Split,
-    /// Bits of the digital numbers: 8, 14 or 16.
-    pub bits: u32,
-    /// State and settings of the sensor by name. Each name ends with its unit.
-    pub sensor: Vec<(String, f64)>,
-    /// Values that were drawn for this sample, by name.
-    pub drawn: Vec<(String, f64)>,
-}
-
 /// The labelled image of a scene's image at its time. `prepared` is the simulation's prepared scene at the moment of the image.
-pub fn labelled(place: ImageIdentity, prepared: &Prepared, image: Image) -> LabelledImage {
+pub fn labelled(identity: ImageIdentity, prepared: &Prepared, image: Image) -> LabelledImage {
     let (positions, mut links) = prepared.loads.joints_at(image.time);
     if links.is_empty() {
         links.push(glam::DAffine3::IDENTITY);
@@ -72,10 +53,7 @@ pub fn labelled(place: ImageIdentity, prepared: &Prepared, image: Image) -> Labe
         turns: joint.turns(),
     };
     LabelledImage {
-        sample: place.sample,
-        orbit: place.orbit,
-        number: place.number,
-        split: place.split,
+        identity,
         width: image.camera.width,
         height: image.camera.height,
         lens: image.camera.lens,
@@ -89,15 +67,14 @@ pub fn labelled(place: ImageIdentity, prepared: &Prepared, image: Image) -> Labe
         lit: sky.lit_fraction,
         planet: turn * sky.nadir_direction,
         planet_radius: (1.0 / sky.distance_ratio).asin(),
-        sensor: place.sensor,
-        drawn: place.drawn,
-        bits: place.bits,
-        digital_numbers: image.digital_numbers,
-        radiance: image.radiance,
-        temperature: image.temperature,
-        depth: image.depth,
-        part: image.part,
-        material: image.material,
-        coverage: image.coverage,
+        channels: ImageChannels {
+            digital_numbers: image.digital_numbers,
+            radiance: image.radiance,
+            temperature: image.temperature,
+            depth: image.depth,
+            part: image.part,
+            material: image.material,
+            coverage: image.coverage,
+        },
     }
 }

@@ -50,18 +50,31 @@ pub(crate) struct JointPosition {
     pub(crate) turns: bool,
 }
 
+/// The place of an image in its data set, with the values that were drawn for it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImageIdentity {
+    /// Number of the sample in the data set, from 0.
+    pub sample: u64,
+    /// Number of the orbit.
+    pub orbit: u32,
+    /// Number of the image in its orbit, from 0.
+    pub number: u32,
+    /// Use of the images of the orbit.
+    pub split: Split,
+    /// Bits of the digital numbers: 8, 14 or 16.
+    pub bits: u32,
+    /// State and settings of the sensor by name. Each name ends with its unit.
+    pub sensor: Vec<(String, f64)>,
+    /// Values that were drawn for this sample, by name.
+    pub drawn: Vec<(String, f64)>,
+}
+
 /// One image of a data set. Rows run from top to bottom, pixels from left to right. Pixels without a surface are 0 in every list of labels.
 ///
 /// Camera axes follow OpenCV: +X right, +Y down, +Z forward. With a rolling shutter the pose is the first row's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LabelledImage {
-    /// Number of the sample in the data set, from 0.
-    pub(crate) sample: u64,
-    /// Number of the orbit, which is the scene of BOP.
-    pub(crate) orbit: u32,
-    /// Number of the image in its orbit, from 0: the image number of BOP.
-    pub(crate) number: u32,
-    pub(crate) split: Split,
+    pub(crate) identity: ImageIdentity,
     /// Width in pixels.
     pub width: u32,
     /// Height in pixels.
@@ -88,12 +101,13 @@ pub struct LabelledImage {
     pub planet: DVec3,
     /// Half the angle under which the planet appears from the craft [rad].
     pub planet_radius: f64,
-    /// State and settings of the sensor by name. Each name ends with its unit.
-    pub(crate) sensor: Vec<(String, f64)>,
-    /// Further values that were drawn for this sample, by name.
-    pub(crate) drawn: Vec<(String, f64)>,
-    /// Bits of the digital numbers: 8, 14 or 16.
-    pub(crate) bits: u32,
+    /// The values of the pixels.
+    pub channels: ImageChannels,
+}
+
+/// The values of the pixels of an image.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImageChannels {
     /// Digital numbers of the sensor. `None` without a sensor.
     pub(crate) digital_numbers: Option<Vec<u16>>,
     /// Radiance in the band [W m-2 sr-1].

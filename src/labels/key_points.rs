@@ -215,12 +215,12 @@ fn around(image: &LabelledImage, pixel: DVec2, reach: i32) -> impl Iterator<Item
 fn is_hidden(image: &LabelledImage, depth: f64, pixel: DVec2) -> bool {
     let finest = image.lens.focal[0].min(image.lens.focal[1]);
     let before = depth - SPACINGS * depth / finest - ROUNDING * depth;
-    around(image, pixel, 1).all(|at| image.part[at] != 0 && f64::from(image.depth[at]) < before)
+    around(image, pixel, 1).all(|at| image.channels.part[at] != 0 && f64::from(image.channels.depth[at]) < before)
 }
 
 /// Whether one of the sixteen pixels around a place shows the craft. A panel that is seen edge-on may have no pixel.
 fn is_shown(image: &LabelledImage, pixel: DVec2) -> bool {
-    around(image, pixel, 2).any(|at| image.part[at] != 0)
+    around(image, pixel, 2).any(|at| image.channels.part[at] != 0)
 }
 
 #[cfg(test)]
@@ -251,20 +251,21 @@ mod tests {
             |image: &LabelledImage, point: &KeyPoint| seen(std::slice::from_ref(point), image)[0].visibility;
         // Only two of the four pixels round (1.5, 1.5) show something.
         assert_eq!(visibility(&image, &pixel(1.5, 1.5)), Visibility::Visible);
-        image.part[9] = 1;
-        image.part[10] = 1;
-        image.depth[9] = 2.0;
-        image.depth[10] = 2.0;
+        image.channels.part[9] = 1;
+        image.channels.part[10] = 1;
+        image.channels.depth[9] = 2.0;
+        image.channels.depth[10] = 2.0;
         assert_eq!(visibility(&image, &pixel(1.5, 1.5)), Visibility::Hidden);
         // Within two spacings of the pixels, which are 0.4 m, it is taken for the surface itself.
         for at in [5, 6, 9, 10] {
-            image.depth[at] = 3.25;
+            image.channels.depth[at] = 3.25;
         }
         assert_eq!(visibility(&image, &pixel(1.5, 1.5)), Visibility::Visible);
         assert_eq!(visibility(&image, &pixel(3.6, 1.0)), Visibility::Outside);
         assert_eq!(visibility(&image, &pixel(3.4, 1.0)), Visibility::Visible);
         // Where no pixel near shows the craft, nothing is seen.
-        let empty = LabelledImage { part: vec![0; 12], ..image.clone() };
+        let mut empty = image.clone();
+        empty.channels.part = vec![0; 12];
         assert_eq!(visibility(&empty, &pixel(3.4, 1.0)), Visibility::Hidden);
         // A link moves its points: 1 m farther away.
         let moved = KeyPoint { link: 1, ..point(0.0, 0.0) };

@@ -23,6 +23,7 @@ pub struct Label {
 
 /// The lines of an image in the lists of its orbit and of the data set. The lines are text, so whoever makes an orbit can keep them in a file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(expecting = "struct Lines")]
 pub struct ImageLines {
     /// Number of the image in its orbit.
     pub(crate) number: u32,
@@ -55,22 +56,22 @@ pub struct ImageLabels {
 /// # Errors
 /// A value that a format can not hold.
 pub fn made(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Result<ImageLabels, OutputError> {
-    let seen = seen(&craft.key_points, image);
+    let key_points = seen(&craft.key_points, image);
     let silhouettes = solids.silhouettes(image);
     let (depth, temperature) = (maps::depth(image)?, maps::temperature(image)?);
     let lines = ImageLines {
-        number: image.number,
+        number: image.identity.number,
         camera: bop::camera_of(image, depth.step),
         poses: bop::poses_of(image, solids),
         info: bop::info_of(image, &silhouettes),
-        targets: match image.split {
+        targets: match image.identity.split {
             Split::Test => bop::targets_of(image, solids, &silhouettes),
             _ => Vec::new(),
         },
         speed: speed::entry(image),
-        coco: coco::entry(craft, image, &seen),
+        coco: coco::entry(craft, image, &key_points),
     };
-    let text = label(craft, image, &seen, MapSteps { depth: depth.step, temperature: temperature.step });
+    let text = label(craft, image, &key_points, MapSteps { depth: depth.step, temperature: temperature.step });
     let both = |what: &str, ending: &'static str, bytes: Vec<u8>| {
         let last = ending.rsplit_once('.').map_or(ending, |(_, last)| last);
         Label { path: Some(places::of_image(image, what, last)), ending: Some(ending), bytes }

@@ -33,11 +33,14 @@ fn map(
 ) -> Result<Map, OutputError> {
     let greatest = values.clone().fold(0.0, f64::max);
     if !greatest.is_finite() {
-        return Err(OutputError::NotFinite { what: format!("sample {}: the {what}", image.sample), value: greatest });
+        return Err(OutputError::NotFinite {
+            what: format!("sample {}: the {what}", image.identity.sample),
+            value: greatest,
+        });
     }
     let step = step_for(greatest, finest);
     let count = |(value, part): (f64, &u32)| if *part == 0 { 0 } else { (value / step).round().max(1.0) as u16 };
-    let counts: Vec<u16> = values.zip(&image.part).map(count).collect();
+    let counts: Vec<u16> = values.zip(&image.channels.part).map(count).collect();
     Ok(Map { png: png_16([image.width, image.height], &counts, &[])?, step })
 }
 
@@ -46,7 +49,7 @@ fn map(
 /// # Errors
 /// A depth that is not finite, or an image that PNG can not hold.
 pub(crate) fn depth(image: &LabelledImage) -> Result<Map, OutputError> {
-    map(image, "depth", image.depth.iter().map(|depth| 1e3 * f64::from(*depth)), DEPTH_STEP)
+    map(image, "depth", image.channels.depth.iter().map(|depth| 1e3 * f64::from(*depth)), DEPTH_STEP)
 }
 
 /// Surface temperatures, with a step in kelvin from [`TEMPERATURE_STEP`] on.
@@ -54,7 +57,7 @@ pub(crate) fn depth(image: &LabelledImage) -> Result<Map, OutputError> {
 /// # Errors
 /// As [`depth`].
 pub(crate) fn temperature(image: &LabelledImage) -> Result<Map, OutputError> {
-    map(image, "temperature", image.temperature.iter().map(|kelvin| f64::from(*kelvin)), TEMPERATURE_STEP)
+    map(image, "temperature", image.channels.temperature.iter().map(|kelvin| f64::from(*kelvin)), TEMPERATURE_STEP)
 }
 
 /// Index of the part + 1.
@@ -67,7 +70,7 @@ pub(crate) fn part(image: &LabelledImage) -> Result<Vec<u8>, OutputError> {
             OutputError::Encode("map of parts".to_owned(), format!("part {part} does not fit into 16 bits"))
         })
     };
-    let parts: Vec<u16> = image.part.iter().map(short).collect::<Result<_, _>>()?;
+    let parts: Vec<u16> = image.channels.part.iter().map(short).collect::<Result<_, _>>()?;
     png_16([image.width, image.height], &parts, &[])
 }
 
@@ -85,13 +88,16 @@ pub(crate) fn mask(image: &LabelledImage, mask: &[bool]) -> Result<Vec<u8>, Outp
 /// # Errors
 /// A digital number that its bits can not hold.
 pub(crate) fn digital_numbers(image: &LabelledImage) -> Result<Option<Vec<u8>>, OutputError> {
-    let Some(numbers) = &image.digital_numbers else { return Ok(None) };
+    let Some(numbers) = &image.channels.digital_numbers else { return Ok(None) };
     let size = [image.width, image.height];
-    if let Some(high) = numbers.iter().find(|number| u32::from(**number) >> image.bits.min(16) != 0) {
-        let reason = format!("digital number {high} of sample {} has more than {} bits", image.sample, image.bits);
+    if let Some(high) = numbers.iter().find(|number| u32::from(**number) >> image.identity.bits.min(16) != 0) {
+        let reason = format!(
+            "digital number {high} of sample {} has more than {} bits",
+            image.identity.sample, image.identity.bits
+        );
         return Err(OutputError::Encode("PNG image".to_owned(), reason));
     }
-    Ok(Some(match image.bits {
+    Ok(Some(match image.identity.bits {
         8 => png_8(size, &numbers.iter().map(|number| *number as u8).collect::<Vec<_>>(), &[])?,
         _ => png_16(size, numbers, &[])?,
     }))
@@ -123,14 +129,14 @@ mod tests {
         assert_eq!(temperature.step, 0.01);
         assert_eq!(numbers(&temperature.png)[..7], [0, 0, 30000, 0, 0, 28000, 28000]);
         assert_eq!(numbers(&part(&image).expect("a map"))[..7], [0, 0, 2, 0, 0, 1, 1]);
-        let seen: Vec<bool> = image.part.iter().map(|part| *part != 0).collect();
+        let seen: Vec<bool> = image.channels.part.iter().map(|part| *part != 0).collect();
         assert_eq!(numbers(&mask(&image, &seen).expect("a mask"))[..7], [0, 0, 255, 0, 0, 255, 255]);
         // A kilometre needs another step, and what is seen is never 0.
-        image.depth[2] = 1000.0;
-        image.depth[5] = 0.001;
+        image.channels.depth[2] = 1000.0;
+        image.channels.depth[5] = 0.001;
         let far = super::depth(&image).expect("a map");
         assert_eq!((far.step, numbers(&far.png)[2], numbers(&far.png)[5]), (20.0, 50000, 1));
-        image.depth[2] = f32::INFINITY;
+        image.channels.depth[2] = f32::INFINITY;
         let error = super::depth(&image).unwrap_err().to_string();
         assert!(error.starts_with("sample 7: the depth is inf"), "{error}");
     }
@@ -140,11 +146,11 @@ mod tests {
         let mut image = small();
         let bytes = digital_numbers(&image).expect("a PNG").expect("a sensor");
         assert_eq!(numbers(&bytes), [5; 12]);
-        image.digital_numbers = Some(vec![256; 12]);
-        image.bits = 8;
+        image.channels.digital_numbers = Some(vec![256; 12]);
+        image.identity.bits = 8;
         let error = digital_numbers(&image).unwrap_err().to_string();
         assert!(error.contains("digital number 256 of sample 7 has more than 8 bits"), "{error}");
-        image.digital_numbers = None;
+        image.channels.digital_numbers = None;
         assert_eq!(digital_numbers(&image).expect("nothing"), None);
     }
 

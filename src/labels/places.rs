@@ -33,17 +33,17 @@ pub(crate) fn orbit(split: Split, orbit: u32) -> String {
 
 /// A file of an image: `gray`, `depth`, `part`, `temperature`, `radiance` or `label`, with its ending.
 pub(crate) fn of_image(image: &LabelledImage, what: &str, ending: &str) -> String {
-    format!("{}/{what}/{:06}.{ending}", orbit(image.split, image.orbit), image.number)
+    format!("{}/{what}/{:06}.{ending}", orbit(image.identity.split, image.identity.orbit), image.identity.number)
 }
 
 /// A mask of an object in an image: `mask` or `mask_visib`. `place` is the place of the object in `scene_gt.json`.
 pub(crate) fn of_mask(image: &LabelledImage, what: &str, place: usize) -> String {
-    format!("{}/{what}/{:06}_{place:06}.png", orbit(image.split, image.orbit), image.number)
+    format!("{}/{what}/{:06}_{place:06}.png", orbit(image.identity.split, image.identity.orbit), image.identity.number)
 }
 
 /// The file that shows an image to a reader of COCO or SPEED+: its digital numbers, or its radiance where the scene has no sensor.
 pub(crate) fn shown(image: &LabelledImage) -> String {
-    match image.digital_numbers {
+    match image.channels.digital_numbers {
         Some(_) => of_image(image, "gray", "png"),
         None => of_image(image, "radiance", "exr"),
     }
@@ -51,5 +51,5 @@ pub(crate) fn shown(image: &LabelledImage) -> String {
 
 /// Key of an image in a WebDataset, as bop_toolkit forms it.
 pub(crate) fn key(image: &LabelledImage) -> String {
-    format!("{:06}_{:06}", image.orbit, image.number)
+    format!("{:06}_{:06}", image.identity.orbit, image.identity.number)
 }

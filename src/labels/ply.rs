@@ -102,8 +102,8 @@ pub(crate) fn models_info(craft: &Craft, solids: &Solids) -> String {
             "min_x": low.x, "min_y": low.y, "min_z": low.z,
             "size_x": size.x, "size_y": size.y, "size_z": size.z,
         });
-        if let Some(own) = craft.symmetries.iter().find(|own| own.link == solid.link) {
-            put_symmetries(&mut info, own);
+        if let Some(symmetry) = craft.symmetries.iter().find(|symmetry| symmetry.link == solid.link) {
+            put_symmetries(&mut info, symmetry);
         }
         (solid.id, line(info))
     }))

@@ -72,7 +72,7 @@ impl Solids {
     fn silhouette(&self, object: usize, image: &LabelledImage) -> Silhouette {
         let width = image.width as usize;
         let is_object = |part: &u32| *part != 0 && self.object_of_part.get(*part as usize - 1) == Some(&object);
-        let visible: Vec<bool> = image.part.iter().map(is_object).collect();
+        let visible: Vec<bool> = image.channels.part.iter().map(is_object).collect();
         if self.objects.len() == 1 && !touches_the_border(&visible, width) {
             let (count, bounds) = (visible.iter().filter(|set| **set).count() as u64, bounds(&visible, width));
             return Silhouette { full: visible.clone(), visible, count, bounds };
@@ -91,12 +91,12 @@ impl Solids {
             full.clone_from(&visible);
         }
         let moved = |[x, y]: [i64; 2]| [x + left, y + top];
-        let found = bounds(&drawn, canvas.size[0].max(1) as usize);
+        let bounds_here = bounds(&drawn, canvas.size[0].max(1) as usize);
         Silhouette {
             full,
             visible,
             count: drawn.iter().filter(|set| **set).count() as u64,
-            bounds: found.map(|found| PixelBounds { first: moved(found.first), last: moved(found.last) }),
+            bounds: bounds_here.map(|bounds| PixelBounds { first: moved(bounds.first), last: moved(bounds.last) }),
         }
     }
 

@@ -100,11 +100,11 @@ impl Symmetry {
     }
 
     fn object_in(&self, objects: &[BopObject]) -> Result<BopObject, SymmetryError> {
-        let found = match &self.object {
+        let object = match &self.object {
             None => objects.first(),
             Some(name) => objects.iter().find(|object| object.name == *name),
         };
-        found.cloned().ok_or_else(|| SymmetryError::Object {
+        object.cloned().ok_or_else(|| SymmetryError::Object {
             object: self.object.clone().unwrap_or_default(),
             known: objects.iter().map(|object| object.name.as_str()).collect::<Vec<_>>().join(", "),
         })
@@ -121,11 +121,13 @@ pub(crate) fn symmetries(craft: &Craft, stated: &[Symmetry]) -> Result<Vec<Symme
     let with_object = with_object.collect::<Result<Vec<_>, SymmetryError>>()?;
     let mut all = Vec::new();
     for object in &objects {
-        let own: Vec<&Symmetry> = with_object.iter().filter(|(of, _)| of == object).map(|(_, one)| *one).collect();
-        if own.is_empty() {
+        let stated_here: Vec<&Symmetry> =
+            with_object.iter().filter(|(symmetric, _)| symmetric == object).map(|(_, one)| *one).collect();
+        if stated_here.is_empty() {
             continue;
         }
-        let mut continuous = own.iter().filter(|one| one.turns == SymmetryTurns::Any).map(|one| [one.axis, one.origin]);
+        let mut continuous =
+            stated_here.iter().filter(|one| one.turns == SymmetryTurns::Any).map(|one| [one.axis, one.origin]);
         let axis = continuous.next();
         if continuous.next().is_some() {
             return Err(SymmetryError::TwoAxes { object: object.name.clone() });
@@ -134,8 +136,8 @@ pub(crate) fn symmetries(craft: &Craft, stated: &[Symmetry]) -> Result<Vec<Symme
             SymmetryTurns::Share(count) => Some(one.turn(1.0 / f64::from(count))),
             SymmetryTurns::Any => None,
         };
-        let turns: Vec<DAffine3> = own.iter().filter_map(share).collect();
-        let size = own.iter().map(|one| one.origin.length()).fold(0.0, f64::max);
+        let turns: Vec<DAffine3> = stated_here.iter().filter_map(share).collect();
+        let size = stated_here.iter().map(|one| one.origin.length()).fold(0.0, f64::max);
         if let Some([axis, origin]) = axis {
             let keeps = |turn: &DAffine3| {
                 let beside = axis.cross(turn.transform_point3(origin) - origin).length();
@@ -189,11 +191,11 @@ pub(crate) fn check(craft: &Craft, stated: &[Symmetry]) -> Result<(), SymmetryEr
         vertices.dedup();
         let place = |vertex: &u32| craft.positions[*vertex as usize];
         let diameter = diameter(&vertices.iter().map(place).collect::<Vec<_>>());
-        let own = |vertex: &u32| craft.link_of_vertex(*vertex) == object.link;
+        let is_of_link = |vertex: &u32| craft.link_of_vertex(*vertex) == object.link;
         let stride = vertices.len().div_ceil(VERTICES).max(1);
         let points: Vec<DVec3> = corners(craft)
             .iter()
-            .filter(|vertex| own(vertex))
+            .filter(|vertex| is_of_link(vertex))
             .chain(vertices.iter().step_by(stride))
             .map(place)
             .collect();

@@ -42,9 +42,9 @@ pub(crate) fn unique(names: &[String]) -> Vec<String> {
     for name in names {
         let free = |candidate: &String| !used.contains(candidate) && (candidate == name || !given.contains(candidate));
         let suffixed = (2..).map(|suffix| format!("{name}#{suffix}"));
-        let found = std::iter::once(name.clone()).chain(suffixed).find(free).unwrap_or_else(|| name.clone());
-        used.insert(found.clone());
-        result.push(found);
+        let free_name = std::iter::once(name.clone()).chain(suffixed).find(free).unwrap_or_else(|| name.clone());
+        used.insert(free_name.clone());
+        result.push(free_name);
     }
     result
 }

@@ -96,7 +96,7 @@ mod tests {
             ("000003_000002", &[("json", b"[]")]),
         ]);
         let mut archive = tar::Archive::new(bytes.as_slice());
-        let mut found = Vec::new();
+        let mut computed = Vec::new();
         for entry in archive.entries().expect("entries") {
             let mut entry = entry.expect("an entry");
             let header = entry.header();
@@ -104,10 +104,10 @@ mod tests {
             let name = entry.path().expect("a name").to_string_lossy().into_owned();
             let mut content = String::new();
             entry.read_to_string(&mut content).expect("its bytes");
-            found.push((name, content));
+            computed.push((name, content));
         }
         let expected = [("000003_000001.gray.png", "png"), ("000003_000001.json", "{}"), ("000003_000002.json", "[]")];
-        assert_eq!(found, expected.map(|(name, content)| (name.to_owned(), content.to_owned())));
+        assert_eq!(computed, expected.map(|(name, content)| (name.to_owned(), content.to_owned())));
         // The order of the endings does not matter, and the bytes do.
         let again = [
             ("000003_000001", &[("gray.png", b"png".as_slice()), ("json", b"{}")][..]),
@@ -120,7 +120,7 @@ mod tests {
     #[test]
     fn masks_are_run_lengths_down_the_columns() {
         let image = small();
-        let visible: Vec<bool> = image.part.iter().map(|part| *part == 1).collect();
+        let visible: Vec<bool> = image.channels.part.iter().map(|part| *part == 1).collect();
         assert_eq!(masks(&image, [visible.as_slice()]), "{\"0\":{\"counts\":[4,1,2,1,4],\"size\":[3,4]}}\n");
     }
 }

@@ -30,10 +30,10 @@ impl Rolling {
 
     /// A point in camera axes.
     pub fn rolled(&self, position: DVec3) -> DVec3 {
-        let seen = self.poses.map(|pose| pose.transform_point3(position));
+        let positions = self.poses.map(|pose| pose.transform_point3(position));
         let mut share = 0.5;
         for _ in 0..ROW_ITERATIONS {
-            let camera = pose_between(seen, share);
+            let camera = pose_between(positions, share);
             let ray = camera.truncate() / camera.z.max(1e-6);
             let ray = match (&self.field, self.lens.distortion) {
                 (Some(field), Distortion::BrownConrady(_) | Distortion::Fisheye(_)) => ray.clamp(field.low, field.high),
@@ -41,7 +41,7 @@ impl Rolling {
             };
             share = self.share_above(ray).clamp(-1.0, 2.0);
         }
-        pose_between(seen, share)
+        pose_between(positions, share)
     }
 }
 
@@ -73,7 +73,7 @@ mod tests {
             for number in 0..200 {
                 let part = |factor: f64| 2.0 * (f64::from(number) * factor).fract() - 1.0;
                 let position = DVec3::new(2.5 * part(0.618), 1.8 * part(0.414), part(0.732));
-                let found = rolling.rolled(position);
+                let computed = rolling.rolled(position);
                 // By bisection of the row's time, with the pose of that time itself.
                 let (mut low, mut high) = (-1.0, 2.0);
                 for _ in 0..60 {
@@ -82,9 +82,12 @@ mod tests {
                     if rolling.share_above(camera.truncate() / camera.z) > share { low = share } else { high = share }
                 }
                 let expected = pose(low).transform_point3(position);
-                assert!(found.distance(expected) < 2e-5, "{distortion:?}, {position}: {found} against {expected}");
+                assert!(
+                    computed.distance(expected) < 2e-5,
+                    "{distortion:?}, {position}: {computed} against {expected}"
+                );
                 let global = pose(0.0).transform_point3(position);
-                assert!(found.distance(global) > 1e-4 || low.abs() < 0.01, "the shutter must show");
+                assert!(computed.distance(global) > 1e-4 || low.abs() < 0.01, "the shutter must show");
             }
         }
     }

@@ -128,8 +128,8 @@ impl<'a> Accessors<'a> {
             return Err(fail(format!("does not exist, the file has {}", self.document.accessors.len())));
         };
         match accessor.type_ {
-            Checked::Valid(found) if found == wanted => {}
-            Checked::Valid(found) => return Err(fail(format!("is of type {found:?} where {wanted:?} is needed"))),
+            Checked::Valid(kind) if kind == wanted => {}
+            Checked::Valid(kind) => return Err(fail(format!("is of type {kind:?} where {wanted:?} is needed"))),
             Checked::Invalid => return Err(fail("has an unknown type".to_owned())),
         }
         match &accessor.component_type {
@@ -263,11 +263,11 @@ impl<'a> Accessors<'a> {
     }
 
     fn bytes(&self, buffer: usize, offset: u64, length: u64) -> Result<&'a [u8], String> {
-        let found = self.buffers.get(buffer);
-        let bytes = found.ok_or_else(|| format!("refers to buffer {buffer}; the file has {}", self.buffers.len()))?;
+        let stored = self.buffers.get(buffer);
+        let bytes = stored.ok_or_else(|| format!("refers to buffer {buffer}; the file has {}", self.buffers.len()))?;
         let range = usize::try_from(offset).ok().zip(usize::try_from(length).ok());
-        let found = range.and_then(|(offset, length)| bytes.get(offset..offset.checked_add(length)?));
-        found.ok_or_else(|| {
+        let slice = range.and_then(|(offset, length)| bytes.get(offset..offset.checked_add(length)?));
+        slice.ok_or_else(|| {
             let has = bytes.len();
             format!("has {length} bytes from byte {offset} on, past the end of buffer {buffer} ({has} bytes)")
         })

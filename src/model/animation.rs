@@ -26,8 +26,8 @@ pub(super) fn read(document: &Document, accessors: &Accessors) -> Vec<Result<Ani
 fn animation(index: usize, name: Option<&str>, value: &Value, accessors: &Accessors) -> Result<Animation, String> {
     let list = |key: &str| value.get(key).and_then(Value::as_array).ok_or_else(|| format!("has no array {key}"));
     let number = |value: &Value, key: &str| {
-        let found = value.get(key).and_then(Value::as_u64).and_then(|number| usize::try_from(number).ok());
-        found.ok_or_else(|| format!("has no index {key} where one is needed"))
+        let index = value.get(key).and_then(Value::as_u64).and_then(|number| usize::try_from(number).ok());
+        index.ok_or_else(|| format!("has no index {key} where one is needed"))
     };
     let samplers = list("samplers")?;
     let mut animation = Animation {

@@ -188,17 +188,17 @@ impl<'a> Collapse<'a> {
     /// Places that share an edge with a place, in ascending order.
     fn neighbours(&self, place: u32) -> Vec<u32> {
         let corners = self.star[place as usize].iter().flat_map(|triangle| self.places_of(*triangle));
-        let mut found: Vec<u32> = corners.filter(|other| *other != place).collect();
-        found.sort_unstable();
-        found.dedup();
-        found
+        let mut neighbours: Vec<u32> = corners.filter(|other| *other != place).collect();
+        neighbours.sort_unstable();
+        neighbours.dedup();
+        neighbours
     }
 
     fn try_edge(&mut self, a: u32, b: u32) {
-        let both = [(a, b), (b, a)].map(|(from, to)| self.allowed(from, to).map(|found| (found, from, to)));
+        let both = [(a, b), (b, a)].map(|(from, to)| self.allowed(from, to).map(|change| (change, from, to)));
         let best = both.into_iter().flatten().min_by(|x, y| x.0.change.total_cmp(&y.0.change));
-        if let Some((found, from, to)) = best {
-            self.apply(from, to, found);
+        if let Some((change, from, to)) = best {
+            self.apply(from, to, change);
             self.wait(to, |_| true);
         }
     }
@@ -325,7 +325,7 @@ impl<'a> Collapse<'a> {
         becomes
     }
 
-    fn apply(&mut self, from: u32, to: u32, found: Move) {
+    fn apply(&mut self, from: u32, to: u32, change: Move) {
         for triangle in std::mem::take(&mut self.star[from as usize]) {
             let places = self.places_of(triangle);
             if places.contains(&to) {
@@ -338,7 +338,7 @@ impl<'a> Collapse<'a> {
             }
             for vertex in &mut self.model.triangles[triangle as usize] {
                 if self.place[*vertex as usize] == from {
-                    match found.becomes.iter().find(|(here, _)| here == vertex) {
+                    match change.becomes.iter().find(|(here, _)| here == vertex) {
                         Some((_, there)) => *vertex = *there,
                         None => self.model.positions[*vertex as usize] = self.at[to as usize],
                     }

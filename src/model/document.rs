@@ -44,6 +44,7 @@ const COMPRESSION: &[&str] = &["KHR_draco_mesh_compression", "KHR_meshopt_compre
 
 /// A node. The type of the `gltf` crate has f32 transforms, which would be micrometres off on a station.
 #[derive(Debug, Default, Deserialize)]
+#[serde(expecting = "struct Node")]
 pub(super) struct GltfNode {
     pub(crate) name: Option<String>,
     pub(crate) mesh: Option<usize>,
@@ -80,6 +81,7 @@ impl GltfNode {
 }
 
 #[derive(Debug, Default, Deserialize)]
+#[serde(expecting = "struct Scene")]
 pub(super) struct GltfScene {
     pub name: Option<String>,
     #[serde(default)]
@@ -354,8 +356,8 @@ fn material((index, value): (usize, &Value)) -> ModelMaterial {
         _ => format!("material_{index}"),
     };
     let extras = value.get("extras").and_then(Value::as_object).into_iter().flatten();
-    let own = extras.filter_map(|(key, value)| Some((key.strip_prefix(EXTRAS_PREFIX)?.to_owned(), value.clone())));
-    ModelMaterial { name, extras: own.collect::<BTreeMap<_, _>>() }
+    let prefixed = extras.filter_map(|(key, value)| Some((key.strip_prefix(EXTRAS_PREFIX)?.to_owned(), value.clone())));
+    ModelMaterial { name, extras: prefixed.collect::<BTreeMap<_, _>>() }
 }
 
 /// The array under `key`, or an empty one if the key is missing.

@@ -126,7 +126,7 @@ fn check_tree(document: &Document) -> Result<(), ModelFault> {
         match listed.get_mut(*root) {
             None => return fail(format!("has root node {root}, the file has {} nodes", nodes.len())),
             Some(true) => return fail(format!("lists node {root} twice")),
-            Some(seen) => *seen = true,
+            Some(visited) => *visited = true,
         }
         if let Some(parent) = parents[*root] {
             return fail(format!("has root node {root}, which is a child of {}", document.node_label(parent)));

@@ -49,11 +49,11 @@ fn copies(
         return Err(fail(format!("has copies (EXT_mesh_gpu_instancing) with {count} and {other} values")));
     }
     for copy in 0..count {
-        let of = |values: &Option<Vec<[f64; 3]>>| values.as_ref().map(|values| values[copy]);
+        let value = |values: &Option<Vec<[f64; 3]>>| values.as_ref().map(|values| values[copy]);
         let rotation = rotations.as_ref().map(|rotations| rotations[copy]);
-        let own = transform(of(&scales), rotation, of(&translations))
+        let copy_transform = transform(value(&scales), rotation, value(&translations))
             .map_err(|problem| fail(format!("copy {copy}: {problem}")))?;
-        let body_from_part: DMat4 = node.body_from_part * own;
+        let body_from_part: DMat4 = node.body_from_part * copy_transform;
         if !body_from_part.is_finite() {
             return Err(fail(format!("copy {copy}: its transform, with those above it, is not finite")));
         }

@@ -113,8 +113,8 @@ fn signed(value: u32) -> u32 {
 }
 
 fn header(reader: &mut StreamReader, wanted: u8) -> Result<(), String> {
-    let found = reader.byte()?;
-    if found == wanted { Ok(()) } else { Err(format!("begins with {found:#04x} instead of {wanted:#04x}")) }
+    let header = reader.byte()?;
+    if header == wanted { Ok(()) } else { Err(format!("begins with {header:#04x} instead of {wanted:#04x}")) }
 }
 
 /// Mode 0. Elements are stored in blocks, byte by byte: the first bytes of all elements of the block, then their second bytes, and so on.

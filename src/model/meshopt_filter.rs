@@ -98,8 +98,8 @@ mod tests {
         assert_eq!(of([1, 1, 3, 0]), signed([73, 73, 73, 0]));
         let wide = |values: [i16; 4]| values.map(i16::to_le_bytes).as_flattened().to_vec();
         // 0.6, 0, -0.8 on the octahedron: (3/7, 0) lies below, folded to (1, 4/7) in the first quadrant: 1023, 585 of 1023.
-        let found = filtered(Filter::Octahedral, wide([1023, 585, 1023, 1]), 8);
-        let x = i16::from_le_bytes([found[0], found[1]]);
+        let computed = filtered(Filter::Octahedral, wide([1023, 585, 1023, 1]), 8);
+        let x = i16::from_le_bytes([computed[0], computed[1]]);
         assert!((f64::from(x) / 32767.0 - 0.6).abs() < 1e-3, "{x}");
     }
 
@@ -107,8 +107,8 @@ mod tests {
     fn quaternions_and_exponents_by_hand() {
         let wide = |values: [i16; 4]| values.map(i16::to_le_bytes).as_flattened().to_vec();
         // 90 deg about z: (0, 0, s, s) with s = 1/sqrt(2). The last is left out: 2047 units of s are z.
-        let found = filtered(Filter::Quaternion, wide([0, 0, 2047, 2044 | 3]), 8);
-        assert_eq!(found, wide([0, 0, 23170, 23170]));
+        let computed = filtered(Filter::Quaternion, wide([0, 0, 2047, 2044 | 3]), 8);
+        assert_eq!(computed, wide([0, 0, 23170, 23170]));
         // The first is left out, and is all.
         assert_eq!(filtered(Filter::Quaternion, wide([0, 0, 0, 2044]), 8), wide([32767, 0, 0, 0]));
         // 5 x 2^-2 and -3 x 2^1.

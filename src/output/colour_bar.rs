@@ -52,9 +52,9 @@ impl Bar<'_> {
             }
         }
         let values = [least, greatest].map(|value| ticks::label(f64::from(value), (upper - lower) / 1e3));
-        let found = format!("from {} to {}", values[0], values[1]);
-        if FontFace::Normal.width(&found) + FontFace::Normal.width(self.label) + 16 < width {
-            canvas.text(&found, x + width, y, FontFace::Normal, Alignment::Right, FAINT_INK);
+        let message = format!("from {} to {}", values[0], values[1]);
+        if FontFace::Normal.width(&message) + FontFace::Normal.width(self.label) + 16 < width {
+            canvas.text(&message, x + width, y, FontFace::Normal, Alignment::Right, FAINT_INK);
         }
     }
 }

@@ -58,8 +58,8 @@ impl Legend {
 
     /// The differences of a response in false colour.
     fn difference(&self, view: &Views, response: usize) -> Canvas {
-        let [own, reference] = [&view.temperatures[response], &view.temperatures[2]];
-        self.colours(view, |pixel| self.difference.colour(own[pixel] - reference[pixel]))
+        let [shown, reference] = [&view.temperatures[response], &view.temperatures[2]];
+        self.colours(view, |pixel| self.difference.colour(shown[pixel] - reference[pixel]))
     }
 
     /// Size of a cell of at most this width [px].

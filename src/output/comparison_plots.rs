@@ -45,10 +45,10 @@ pub(crate) fn temperatures(
     let Some(first) = responses.first() else { return Ok(Vec::new()) };
     let clock = DisplayClock::for_rows(first.series.rows());
     let mut plots = Vec::new();
-    let mut draw = |name: String, title: String, subtitle: &str, of: &dyn Fn(&SeriesRow) -> Option<f64>| {
+    let mut draw = |name: String, title: String, subtitle: &str, value: &dyn Fn(&SeriesRow) -> Option<f64>| {
         let line = |(index, response): (usize, &NamedSeries)| PlotLine {
             name: response.name.to_owned(),
-            points: response.series.rows().iter().filter_map(|row| Some([clock.time(row.time), of(row)?])).collect(),
+            points: response.series.rows().iter().filter_map(|row| Some([clock.time(row.time), value(row)?])).collect(),
             mark: if index + 1 == responses.len() { Mark::Line } else { Mark::Dashed },
             ..PlotLine::default()
         };
@@ -59,13 +59,13 @@ pub(crate) fn temperatures(
     draw("all".to_owned(), "Whole craft".to_owned(), "area-weighted mean", &|row| row.all.map(|s| s.mean))?;
     for &part in parts.iter().take(MOST_PLOTS) {
         let title = format!("Part {}", first.series.parts()[part]);
-        let of = |row: &SeriesRow| row.parts[part].map(|s| s.mean);
-        draw(format!("part_{}", part + 1), title, "area-weighted mean", &of)?;
+        let value = |row: &SeriesRow| row.parts[part].map(|s| s.mean);
+        draw(format!("part_{}", part + 1), title, "area-weighted mean", &value)?;
     }
     for (probe, name) in first.series.probes().iter().enumerate().take(MOST_PLOTS) {
-        let of = |row: &SeriesRow| Some(f64::from(row.probes[probe]));
+        let value = |row: &SeriesRow| Some(f64::from(row.probes[probe]));
         let subtitle = "temperature of the nearest node";
-        draw(format!("probe_{}", probe + 1), format!("Probe {name}"), subtitle, &of)?;
+        draw(format!("probe_{}", probe + 1), format!("Probe {name}"), subtitle, &value)?;
     }
     Ok(plots)
 }

@@ -35,13 +35,13 @@ impl Destination {
         if path == Path::new(STANDARD_OUTPUT) {
             return Ok(Self::StandardOutput);
         }
-        let found = fs::metadata(path);
-        if found.as_ref().map_or(names_a_folder(path), fs::Metadata::is_dir) {
+        let metadata = fs::metadata(path);
+        if metadata.as_ref().map_or(names_a_folder(path), fs::Metadata::is_dir) {
             return Err(OutputError::NotAFile(path.to_path_buf()));
         }
         match follow(path).map_err(|source| OutputError::write(path, source))? {
             LinkEnd::Descriptor(1) => Ok(Self::StandardOutput),
-            LinkEnd::Path(target) if found.map_or(true, |found| found.is_file()) => Ok(Self::File(target)),
+            LinkEnd::Path(target) if metadata.map_or(true, |metadata| metadata.is_file()) => Ok(Self::File(target)),
             _ => Ok(Self::Stream(path.to_path_buf())),
         }
     }
@@ -123,7 +123,7 @@ impl Destination {
 /// # Errors
 /// A path is a folder or cannot be written, or two paths lead to the same place.
 pub(crate) fn destinations<const N: usize>(paths: [Option<&Path>; N]) -> Result<[Option<Destination>; N], OutputError> {
-    let mut found = [const { None }; N];
+    let mut opened = [const { None }; N];
     for (number, path) in paths.iter().enumerate() {
         let Some(path) = path else { continue };
         let destination = Destination::at(path)?;
@@ -132,17 +132,17 @@ pub(crate) fn destinations<const N: usize>(paths: [Option<&Path>; N]) -> Result<
         }
         // A device takes any number of files.
         let once = !matches!(destination, Destination::Stream(_));
-        let same = |earlier: &usize| once && found[*earlier].as_ref() == Some(&destination);
+        let same = |earlier: &usize| once && opened[*earlier].as_ref() == Some(&destination);
         if let Some(earlier) = (0..number).find(same) {
             let earlier = paths[earlier].unwrap_or(path);
             return Err(OutputError::Twice(earlier.to_path_buf(), path.to_path_buf()));
         }
-        found[number] = Some(destination);
+        opened[number] = Some(destination);
     }
-    if found.contains(&Some(Destination::StandardOutput)) {
+    if opened.contains(&Some(Destination::StandardOutput)) {
         console::claim();
     }
-    Ok(found)
+    Ok(opened)
 }
 
 /// Whether further files can stand beside the file at `path`, which must be a regular file for this.

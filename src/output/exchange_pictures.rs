@@ -28,10 +28,10 @@ const WRONG: Rgb = [255, 0, 255];
 /// No PNG can be written.
 pub(crate) fn fish_eye(craft: &ExchangeCraft, poses: &[DAffine3], patch: usize) -> Result<Vec<u8>, OutputError> {
     let scenery = Scenery::new(&craft.surface, poses);
-    let own = &craft.patches.all[patch];
-    let pose = poses.get(own.joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
-    let normal = pose.matrix3 * own.normal;
-    let from = pose.transform_point3(own.centre) + 10.0 * scenery.occluders.start * normal;
+    let shown = &craft.patches.all[patch];
+    let pose = poses.get(shown.joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
+    let normal = pose.matrix3 * shown.normal;
+    let from = pose.transform_point3(shown.centre) + 10.0 * scenery.occluders.start * normal;
     let [right, up] = basis(normal);
     let pixel = |x: f64, y: f64| {
         let angle = x.hypot(y) * FRAC_PI_2;

@@ -91,8 +91,8 @@ pub fn read_exr(path: &Path) -> Result<(Frame, FrameHeader), OutputError> {
     let has = |name: &str| channels.iter().any(|channel| channel.name.as_slice() == name.as_bytes());
     let (has_coverage, has_reflected) = (has("coverage"), has("reflected"));
     let mut take = |name: &str| {
-        let found = channels.iter().position(|channel| channel.name.as_slice() == name.as_bytes());
-        found
+        let place = channels.iter().position(|channel| channel.name.as_slice() == name.as_bytes());
+        place
             .map(|index| channels.swap_remove(index).sample_data)
             .ok_or_else(|| OutputError::exr(path, format!("channel {name} is missing: not a frame of isotherm")))
     };

@@ -23,7 +23,7 @@ const STATE: &str = "state";
 pub struct Folder {
     root: PathBuf,
     /// Every file that the command may write: subfolder (empty for the root) and name pattern.
-    own: Vec<(String, String)>,
+    patterns: Vec<(String, String)>,
     /// Whether the folder did not exist.
     fresh: bool,
     manifest: Option<Manifest>,
@@ -35,12 +35,13 @@ pub struct Folder {
 impl Folder {
     /// Describes a folder without touching it. `own` lists the command's files: `series.csv`, `plots/*.svg`, `frames/step_#.exr`. `*` stands for any
     /// characters, `#` for digits.
-    pub fn new(root: &Path, own: &[impl AsRef<str>]) -> Self {
-        let split =
-            |own: &str| own.rsplit_once('/').map_or((String::new(), own.to_owned()), |(a, b)| (a.into(), b.into()));
+    pub fn new(root: &Path, patterns: &[impl AsRef<str>]) -> Self {
+        let split = |pattern: &str| {
+            pattern.rsplit_once('/').map_or((String::new(), pattern.to_owned()), |(a, b)| (a.into(), b.into()))
+        };
         Self {
             root: root.to_path_buf(),
-            own: own.iter().map(|own| split(own.as_ref())).collect(),
+            patterns: patterns.iter().map(|pattern| split(pattern.as_ref())).collect(),
             fresh: !root.exists(),
             manifest: None,
             earlier: Listing::default(),
@@ -149,13 +150,13 @@ impl Folder {
 
     /// Removes the files of a listing, after a look at all of them.
     fn clear(&self, listing: &Listing) -> Result<(), OutputError> {
-        let found = listing.paths().filter_map(|path| listing.verified(&self.root, path).transpose());
-        let found = found.collect::<Result<Vec<_>, _>>()?;
+        let files = listing.paths().filter_map(|path| listing.verified(&self.root, path).transpose());
+        let files = files.collect::<Result<Vec<_>, _>>()?;
         self.refuse_strangers(listing)?;
-        for path in &found {
+        for path in &files {
             remove(path)?;
         }
-        for folder in found.iter().filter_map(|path| path.parent()).filter(|folder| *folder != self.root) {
+        for folder in files.iter().filter_map(|path| path.parent()).filter(|folder| *folder != self.root) {
             // This fails for a folder with files in it, which then stays.
             let _ = fs::remove_dir(folder);
         }
@@ -174,8 +175,8 @@ impl Folder {
         for (name, folder) in self.names_of_folders().into_iter().map(|name| (name, self.root.join(name))) {
             match fs::symlink_metadata(&folder) {
                 Err(_) => continue,
-                Ok(found) if name.is_empty() || found.is_dir() => {}
-                Ok(found) if found.is_symlink() => return Err(OutputError::Link(folder)),
+                Ok(metadata) if name.is_empty() || metadata.is_dir() => {}
+                Ok(metadata) if metadata.is_symlink() => return Err(OutputError::Link(folder)),
                 Ok(_) => return Err(OutputError::Stranger(folder)),
             }
             for path in self.own_in(name)? {
@@ -193,11 +194,11 @@ impl Folder {
     /// # Errors
     /// [`OutputError::Overwrites`].
     pub(crate) fn keep_inputs(&self, inputs: &[PathBuf]) -> Result<(), OutputError> {
-        let mut own = Vec::new();
+        let mut written = Vec::new();
         for name in self.names_of_folders() {
-            own.extend(self.own_in(name)?.iter().map(|path| real(path)));
+            written.extend(self.own_in(name)?.iter().map(|path| real(path)));
         }
-        match inputs.iter().find(|input| own.contains(&real(input))) {
+        match inputs.iter().find(|input| written.contains(&real(input))) {
             Some(input) => Err(OutputError::Overwrites(input.clone())),
             None => Ok(()),
         }
@@ -308,12 +309,12 @@ impl Folder {
     pub(super) fn place_for(&self, name: &str) -> Result<PathBuf, OutputError> {
         let path = self.file(name);
         if let Some(parent) = path.parent().filter(|parent| *parent != self.root)
-            && fs::symlink_metadata(parent).is_ok_and(|found| found.is_symlink())
+            && fs::symlink_metadata(parent).is_ok_and(|metadata| metadata.is_symlink())
         {
             return Err(OutputError::Link(parent.to_path_buf()));
         }
         match fs::symlink_metadata(&path) {
-            Ok(found) if !self.earlier.has(name) || !found.is_file() => Err(OutputError::Stranger(path)),
+            Ok(metadata) if !self.earlier.has(name) || !metadata.is_file() => Err(OutputError::Stranger(path)),
             _ => Ok(path),
         }
     }
@@ -325,7 +326,7 @@ impl Folder {
 
     fn names_of_folders(&self) -> Vec<&str> {
         let mut names = vec![""];
-        for (folder, _) in &self.own {
+        for (folder, _) in &self.patterns {
             if !names.contains(&folder.as_str()) {
                 names.push(folder);
             }
@@ -343,12 +344,12 @@ impl Folder {
         if !path.is_dir() {
             return Ok(Vec::new());
         }
-        let mut own = entries(&path)?;
-        own.retain(|path| {
-            let mut patterns = self.own.iter().filter(|(name, _)| name == folder);
+        let mut written = entries(&path)?;
+        written.retain(|path| {
+            let mut patterns = self.patterns.iter().filter(|(name, _)| name == folder);
             patterns.any(|(_, pattern)| matches(pattern.as_bytes(), name_of(path).as_bytes()))
         });
-        Ok(own)
+        Ok(written)
     }
 }
 

@@ -110,9 +110,9 @@ impl<'a> FrameMaker<'a> {
         let depth = f64::from(frame.depth[pixel]);
         let nodes = self.prepared.nodes_at(frame.time);
         let distance = |node: &u32| {
-            let seen = pose.transform_point3(nodes.positions[*node as usize].as_dvec3());
-            let there = ray.extend(1.0) * if depth.is_finite() { depth } else { seen.z };
-            seen.distance(there)
+            let in_camera = pose.transform_point3(nodes.positions[*node as usize].as_dvec3());
+            let there = ray.extend(1.0) * if depth.is_finite() { depth } else { in_camera.z };
+            in_camera.distance(there)
         };
         let of_part = nodes.node_of_vertex.iter().filter(|node| nodes.group_part[**node as usize / GROUP] == part);
         let node = of_part.min_by(|a, b| distance(a).total_cmp(&distance(b)));

@@ -37,7 +37,7 @@ impl<'a> Growing<'a> {
     pub(crate) fn begin(folder: &'a Folder, name: &str, head: Vec<String>) -> Result<Self, OutputError> {
         let path = folder.place_for(name)?;
         // The table of an earlier part of the run begins anew.
-        let before = std::fs::metadata(&path).map_or(0, |found| found.len());
+        let before = std::fs::metadata(&path).map_or(0, |metadata| metadata.len());
         let place = folder.manifest().map(|manifest| manifest.note_growing(name, [0, before])).transpose()?;
         let opened = OpenOptions::new().write(true).create(true).truncate(true).open(&path);
         let file = opened.map_err(|source| OutputError::write(&path, source))?;
@@ -55,11 +55,12 @@ impl<'a> Growing<'a> {
         let path = folder.place_for(name)?;
         let failed = |source| OutputError::write(&path, source);
         let mut file = OpenOptions::new().write(true).open(&path).map_err(failed)?;
-        let found = file.metadata().map_err(failed)?;
-        if found.len() < length {
+        let metadata = file.metadata().map_err(failed)?;
+        if metadata.len() < length {
             return Err(OutputError::Changed(path));
         }
-        let place = folder.manifest().map(|manifest| manifest.note_growing(name, [length, found.len()])).transpose()?;
+        let place =
+            folder.manifest().map(|manifest| manifest.note_growing(name, [length, metadata.len()])).transpose()?;
         file.set_len(length).map_err(failed)?;
         file.seek(SeekFrom::End(0)).map_err(failed)?;
         let table = Self::new(folder, name, path, file, place, length);
@@ -95,7 +96,8 @@ impl<'a> Growing<'a> {
         let lines = std::mem::take(&mut self.waiting);
         self.note(self.length + lines.len() as u64)?;
         if let Err(error) = self.file.write_all(&lines) {
-            let arrived = self.file.metadata().map_or(0, |found| found.len().saturating_sub(self.length)) as usize;
+            let arrived =
+                self.file.metadata().map_or(0, |metadata| metadata.len().saturating_sub(self.length)) as usize;
             let whole = lines[..arrived.min(lines.len())].iter().rposition(|byte| *byte == b'\n');
             self.length += whole.map_or(0, |last| last as u64 + 1);
             let _ = self.file.set_len(self.length);
@@ -119,8 +121,8 @@ impl<'a> Growing<'a> {
     /// Tells the manifest the length, and the length to come.
     fn note(&self, to: u64) -> Result<(), OutputError> {
         let (Some(manifest), Some(place)) = (self.folder.manifest(), self.place) else { return Ok(()) };
-        let found = self.file.metadata().map_err(|source| OutputError::write(&self.path, source))?;
-        manifest.note_growth(place, &self.name, [self.length, to], &found)
+        let metadata = self.file.metadata().map_err(|source| OutputError::write(&self.path, source))?;
+        manifest.note_growth(place, &self.name, [self.length, to], &metadata)
     }
 
     /// Opens the table for reading.

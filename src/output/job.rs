@@ -95,7 +95,7 @@ pub(crate) fn run_into(
     let stepping_s = seconds[1] + stepped.seconds;
 
     let draws = trace.span(Track::Host, "pictures and plots");
-    let (frames, pictures, plots) = draw_files(run, &mut start.tables, &written)?;
+    let RunFiles { frames, pictures, plots } = draw_files(run, &mut start.tables, &written)?;
     drop(draws);
     Ok(RunOutcome {
         complete: stepped.complete,
@@ -114,7 +114,7 @@ pub(crate) fn run_into(
 }
 
 /// Where the steps of a run begin.
-struct Start<'a> {
+struct RunStart<'a> {
     first: u32,
     periodic: Option<Periodic>,
     tables: Tables<'a>,
@@ -131,12 +131,16 @@ fn lose(error: SavedError) -> JobError {
 }
 
 /// Restores the earlier part of the run, or begins from a thermal state, or warms up.
-fn begin<'a>(run: RunContext<'a>, engine: &mut dyn Engine, check: &mut Option<Check>) -> Result<Start<'a>, JobError> {
+fn begin<'a>(
+    run: RunContext<'a>,
+    engine: &mut dyn Engine,
+    check: &mut Option<Check>,
+) -> Result<RunStart<'a>, JobError> {
     let RunContext { prepared, folder, job, .. } = run;
     if let Some(saved) = earlier_loop(job) {
         let of_loop = saved.part("loop");
         let lengths = saved.array("tables").map_err(lose)?;
-        return Ok(Start {
+        return Ok(RunStart {
             first: restore(&of_loop, engine, check.as_mut())?,
             periodic: periodic_of(&of_loop).map_err(lose)?,
             tables: Tables::again(prepared, folder, lengths)?,
@@ -147,7 +151,7 @@ fn begin<'a>(run: RunContext<'a>, engine: &mut dyn Engine, check: &mut Option<Ch
         let took = begin_from(state, engine, check.as_mut())?;
         *check = check.take().filter(|_| took);
         let tables = Tables::begin(prepared, folder)?;
-        return Ok(Start { first: 0, periodic: None, tables, done: EarlierResults::default() });
+        return Ok(RunStart { first: 0, periodic: None, tables, done: EarlierResults::default() });
     }
     let in_warm_up = job.earlier.filter(|saved| saved.has("warm_up.next"));
     let mut done = EarlierResults::default();
@@ -163,7 +167,7 @@ fn begin<'a>(run: RunContext<'a>, engine: &mut dyn Engine, check: &mut Option<Ch
     let periodic = start_from(prepared, engine, check, of_warm_up.as_ref(), run.stop, &mut told, &mut keeper)?;
     drop(warms_up);
     engine.keep_few_times(MOST_TIMES);
-    Ok(Start { first: 0, periodic, tables: Tables::begin(prepared, folder)?, done })
+    Ok(RunStart { first: 0, periodic, tables: Tables::begin(prepared, folder)?, done })
 }
 
 /// The results of the steps.
@@ -181,7 +185,7 @@ fn step_and_write(
     run: RunContext<'_>,
     engine: &mut dyn Engine,
     mut check: Option<&mut Check>,
-    start: &mut Start<'_>,
+    start: &mut RunStart<'_>,
     account: Option<&mut Account>,
     written: &Mutex<Vec<WrittenFrame>>,
 ) -> Result<Stepped, JobError> {
@@ -222,12 +226,15 @@ fn step_and_write(
     })
 }
 
+/// The files that are drawn after the last step.
+struct RunFiles {
+    frames: Vec<FrameEntry>,
+    pictures: Vec<ReportPicture>,
+    plots: Vec<PlotEntry>,
+}
+
 /// Draws the pictures, the index of images, the videos and the plots.
-fn draw_files(
-    run: RunContext<'_>,
-    tables: &mut Tables<'_>,
-    written: &[WrittenFrame],
-) -> Result<(Vec<FrameEntry>, Vec<ReportPicture>, Vec<PlotEntry>), JobError> {
+fn draw_files(run: RunContext<'_>, tables: &mut Tables<'_>, written: &[WrittenFrame]) -> Result<RunFiles, JobError> {
     let RunContext { prepared, folder, progress, .. } = run;
     let scene = &prepared.scene;
     let eclipses = Eclipses::of(prepared);
@@ -242,5 +249,5 @@ fn draw_files(
     }
     let plots = tables.plots(&eclipses)?;
     write_plots(folder, &plots)?;
-    Ok((frames, pictures, plots))
+    Ok(RunFiles { frames, pictures, plots })
 }

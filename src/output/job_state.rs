@@ -81,12 +81,12 @@ impl Keep<JobError> for Keeper<'_> {
     fn take(
         &mut self,
         done: u32,
-        own: Saved,
+        warm_up: Saved,
         engine: &mut dyn Engine,
         check: Option<&mut Check>,
     ) -> Result<(), JobError> {
         self.state = capture(done, engine, check)?;
-        self.state.put_all("own", own);
+        self.state.put_all("own", warm_up);
         Ok(())
     }
 

@@ -23,6 +23,7 @@ const DYING: Duration = Duration::from_secs(1);
 const HEAD: &str = "{\"isotherm\":\"manifest\",\"version\":1}\n";
 
 #[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(expecting = "struct Entry")]
 struct JournalLine {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     isotherm: Option<String>,
@@ -52,13 +53,13 @@ enum Known {
 }
 
 impl Known {
-    fn is(&self, found: &Metadata) -> bool {
-        let time = modified_ns(found);
+    fn is(&self, metadata: &Metadata) -> bool {
+        let time = modified_ns(metadata);
         match *self {
-            Self::Whole { bytes, modified_ns } => found.len() == bytes && time == modified_ns,
-            Self::Grows { from, to, modified_ns } if from == to => found.len() == to && time == modified_ns,
+            Self::Whole { bytes, modified_ns } => metadata.len() == bytes && time == modified_ns,
+            Self::Grows { from, to, modified_ns } if from == to => metadata.len() == to && time == modified_ns,
             // The process was killed within a write.
-            Self::Grows { from, to, modified_ns } => (from..=to).contains(&found.len()) && time >= modified_ns,
+            Self::Grows { from, to, modified_ns } => (from..=to).contains(&metadata.len()) && time >= modified_ns,
         }
     }
 }
@@ -92,19 +93,20 @@ impl Listing {
         while let Some(part) = parts.next() {
             let Component::Normal(name) = part else { return Err(OutputError::Manifest(root.into(), path.into())) };
             at.push(name);
-            let found = match fs::symlink_metadata(&at) {
+            let metadata = match fs::symlink_metadata(&at) {
                 Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
                 Err(error) => return Err(OutputError::Read(at, error)),
-                Ok(found) => found,
+                Ok(metadata) => metadata,
             };
-            if found.is_symlink() {
+            if metadata.is_symlink() {
                 return Err(OutputError::Link(at));
             }
             if parts.peek().is_none() {
-                let known = self.files.get(path).into_iter().flatten().any(|known| found.is_file() && known.is(&found));
+                let known =
+                    self.files.get(path).into_iter().flatten().any(|known| metadata.is_file() && known.is(&metadata));
                 return if known { Ok(Some(full)) } else { Err(OutputError::Changed(full)) };
             }
-            if !found.is_dir() {
+            if !metadata.is_dir() {
                 return Err(OutputError::Changed(at));
             }
         }
@@ -113,8 +115,8 @@ impl Listing {
 }
 
 /// Modification time of a file [ns since 1970].
-fn modified_ns(found: &Metadata) -> u128 {
-    let time = found.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+fn modified_ns(metadata: &Metadata) -> u128 {
+    let time = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
     time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos())
 }
 
@@ -146,8 +148,8 @@ impl Manifest {
             match fs::symlink_metadata(part) {
                 Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
                 Err(error) => return Err(OutputError::Read(part.clone(), error)),
-                Ok(found) if found.is_symlink() => return Err(OutputError::Link(part.clone())),
-                Ok(found) if !is_home && !found.is_file() => return Err(OutputError::Changed(part.clone())),
+                Ok(metadata) if metadata.is_symlink() => return Err(OutputError::Link(part.clone())),
+                Ok(metadata) if !is_home && !metadata.is_file() => return Err(OutputError::Changed(part.clone())),
                 Ok(_) => {}
             }
         }
@@ -252,11 +254,11 @@ impl Manifest {
     ///
     /// # Errors
     /// The manifest cannot be written.
-    pub(crate) fn note(&self, path: &str, found: &Metadata) -> Result<(), OutputError> {
+    pub(crate) fn note(&self, path: &str, metadata: &Metadata) -> Result<(), OutputError> {
         let entry = JournalLine {
             file: Some(path.to_owned()),
-            bytes: Some(found.len().to_string()),
-            modified_ns: Some(modified_ns(found).to_string()),
+            bytes: Some(metadata.len().to_string()),
+            modified_ns: Some(modified_ns(metadata).to_string()),
             ..JournalLine::default()
         };
         self.append(&entry).map(|_| ())
@@ -280,9 +282,9 @@ impl Manifest {
         place: LinePlace,
         path: &str,
         [from, to]: [u64; 2],
-        found: &Metadata,
+        metadata: &Metadata,
     ) -> Result<(), OutputError> {
-        let line = line(&growing(path, from, to, modified_ns(found)));
+        let line = line(&growing(path, from, to, modified_ns(metadata)));
         self.with(|journal| {
             journal.file.seek(SeekFrom::Start(place.0))?;
             journal.file.write_all(line.as_bytes())?;

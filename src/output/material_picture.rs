@@ -70,8 +70,8 @@ pub(crate) fn material_picture(
         let [part, material] = at(x, y);
         let Some(material) = material.checked_sub(1) else { return BACKGROUND };
         let border = (x > 0 && at(x - 1, y)[0] != part) || (y > 0 && at(x, y - 1)[0] != part);
-        let own = colour(material as usize);
-        if border { own.map(|value| value / 2) } else { own }
+        let fill = colour(material as usize);
+        if border { fill.map(|value| value / 2) } else { fill }
     });
     let image = Canvas::from_pixels(width, height, coloured.collect());
     let zoom = 320_u32.div_ceil(width.max(1)).max(1);
@@ -89,21 +89,21 @@ pub(crate) fn material_picture(
         FAINT_INK,
     );
     canvas.paste(&image, MARGIN, top, zoom);
-    let mut seen = vec![0usize; materials.len()];
+    let mut counts = vec![0usize; materials.len()];
     for [_, material] in pixels {
-        if let Some(count) = material.checked_sub(1).and_then(|material| seen.get_mut(material as usize)) {
+        if let Some(count) = material.checked_sub(1).and_then(|material| counts.get_mut(material as usize)) {
             *count += 1;
         }
     }
     let left = width * zoom + 2 * MARGIN;
-    for (number, ((name, remark), seen)) in materials.iter().zip(seen).enumerate() {
+    for (number, ((name, remark), count)) in materials.iter().zip(counts).enumerate() {
         let y = top + LINE * number as u32;
         canvas.fill(left, y, SWATCH, SWATCH, FRAME_LINE);
         canvas.fill(left + 1, y + 1, SWATCH - 2, SWATCH - 2, colour(number));
-        let remark = if seen == 0 { format!("{remark}, not seen") } else { remark.clone() };
+        let remark = if count == 0 { format!("{remark}, not seen") } else { remark.clone() };
         let behind = FontFace::Small.width(&remark);
         let room = LEGEND_WIDTH.saturating_sub(SWATCH + 14 + behind);
-        let ink = if seen == 0 { FAINT_INK } else { INK };
+        let ink = if count == 0 { FAINT_INK } else { INK };
         canvas.text(&FontFace::Small.fit(name, room), left + SWATCH + 6, y, FontFace::Small, Alignment::Left, ink);
         canvas.text(&remark, left + LEGEND_WIDTH, y, FontFace::Small, Alignment::Right, FAINT_INK);
     }
@@ -119,9 +119,9 @@ mod tests {
         let materials: Vec<LegendEntry> = ["paint", "foil"].map(|name| (name.to_owned(), "1 m2".to_owned())).to_vec();
         let pixels: Vec<[u32; 2]> = (0..320 * 8).map(|pixel| if pixel % 320 < 160 { [1, 1] } else { [2, 2] }).collect();
         let canvas = material_picture(320, &pixels, &materials, "title", "details").unwrap();
-        let found =
+        let computed =
             |colour| (0..canvas.height()).any(|y| (0..canvas.width()).any(|x| canvas.get(x, y) == Some(colour)));
-        assert!(found(colour(0)) && found(colour(1)) && !found(colour(2)));
+        assert!(computed(colour(0)) && computed(colour(1)) && !computed(colour(2)));
         // The legend is right of the image.
         let beside =
             |colour| (0..canvas.height()).any(|y| (340..canvas.width()).any(|x| canvas.get(x, y) == Some(colour)));

@@ -36,7 +36,7 @@ impl Axis {
     /// The scale for these values. `margin` is the extra share of the span at both ends.
     pub(super) fn scale(&self, values: impl Iterator<Item = f64>, margin: f64) -> AxisScale {
         let given = self.range.filter(|[a, b]| a < b && self.shows(*a) && self.shows(*b));
-        let found = values.filter(|value| self.shows(*value)).fold(None, |range, value| {
+        let range = values.filter(|value| self.shows(*value)).fold(None, |range, value| {
             let [least, greatest] = range.unwrap_or([value, value]);
             Some([f64::min(least, value), f64::max(greatest, value)])
         });
@@ -46,7 +46,7 @@ impl Axis {
             let pad = if b > a { margin * (b - a) } else { half };
             [a - pad, b + pad]
         };
-        let ends = match (given, found) {
+        let ends = match (given, range) {
             (Some(range), _) => range,
             (None, Some(range)) if self.log => widen(range.map(f64::log10)).map(|exponent| 10f64.powf(exponent)),
             (None, Some(range)) => widen(range),

@@ -12,13 +12,8 @@ use crate::simulation::energy::EnergyBalance;
 /// Everything that a run reports. Empty lists and absent options are not shown.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct Report {
-    /// Title: the scene's name.
-    pub(crate) title: String,
-    pub(crate) version: String,
-    pub(crate) command_line: String,
-    pub(crate) scene: InputFile,
-    /// The other input files: model, material tables.
-    pub(crate) inputs: Vec<InputFile>,
+    #[serde(flatten)]
+    pub(crate) source: ReportSource,
     pub(crate) device: ReportDevice,
     pub(crate) speed: Speed,
     /// Error against the f64 reference. `None` if nothing was compared, as in a run of the reference itself.
@@ -35,12 +30,31 @@ pub(crate) struct Report {
     pub(crate) warnings: Vec<String>,
     /// Effects that the scene switches off, which cost nothing.
     pub(crate) switched_off: Vec<String>,
+    #[serde(flatten)]
+    pub(crate) results: ReportFiles,
+    /// Whether the run stopped before its last step.
+    pub(crate) interrupted: bool,
+}
+
+/// The program, the command and the files that a run started from.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub(crate) struct ReportSource {
+    /// Title: the scene's name.
+    pub(crate) title: String,
+    pub(crate) version: String,
+    pub(crate) command_line: String,
+    pub(crate) scene: InputFile,
+    /// The other input files: model, material tables.
+    pub(crate) inputs: Vec<InputFile>,
+}
+
+/// The files that a run wrote.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub(crate) struct ReportFiles {
     pub(crate) frames: Vec<FrameEntry>,
     pub(crate) pictures: Vec<ReportPicture>,
     pub(crate) plots: Vec<PlotEntry>,
     pub(crate) files: Vec<FileEntry>,
-    /// Whether the run stopped before its last step.
-    pub(crate) interrupted: bool,
 }
 
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -204,11 +218,13 @@ pub(crate) mod tests {
         };
         let passes = [("solar_depth", 0.31), ("thermal_step", 1.82), ("radiance", 9.44), ("readback", 0.92)];
         Report {
-            title: "Station, one orbit at beta 30°".into(),
-            version: "0.1.0".into(),
-            command_line: "isotherm run models/station.toml -o out/station".into(),
-            scene: file("scene", "models/station.toml"),
-            inputs: vec![file("model", "models/station.glb"), file("materials", "models/materials.toml")],
+            source: ReportSource {
+                title: "Station, one orbit at beta 30°".into(),
+                version: "0.1.0".into(),
+                command_line: "isotherm run models/station.toml -o out/station".into(),
+                scene: file("scene", "models/station.toml"),
+                inputs: vec![file("model", "models/station.glb"), file("materials", "models/materials.toml")],
+            },
             device: ReportDevice {
                 name: "llvmpipe (LLVM 15.0.6, 256 bits)".into(),
                 driver: "Mesa 22.3.6".into(),
@@ -245,25 +261,27 @@ pub(crate) mod tests {
                 "Altitude 408 km means a period of 5554 s, but the scene says 5580 s; both are used as given.",
             ]),
             switched_off: strings(&["self-shadowing", "joints", "networks", "sensor"]),
-            frames: (0..36u32)
-                .map(|i| FrameEntry {
-                    step: i * 10,
-                    time_s: f64::from(i) * 155.0,
-                    file: format!("frames/step_{:06}.exr", i * 10),
-                    picture: Some(format!("frames/step_{:06}.png", i * 10)),
-                })
-                .collect(),
-            pictures: vec![ReportPicture {
-                title: "The orbit".into(),
-                file: "contact_sheet.png".into(),
-                png: vec![1, 2, 3],
-            }],
-            plots: vec![PlotEntry {
-                title: "Materials".into(),
-                file: "plots/materials.svg".into(),
-                svg: "<svg></svg>".into(),
-            }],
-            files: vec![FileEntry { path: "series.csv".into(), what: "temperatures over time".into() }],
+            results: ReportFiles {
+                frames: (0..36u32)
+                    .map(|i| FrameEntry {
+                        step: i * 10,
+                        time_s: f64::from(i) * 155.0,
+                        file: format!("frames/step_{:06}.exr", i * 10),
+                        picture: Some(format!("frames/step_{:06}.png", i * 10)),
+                    })
+                    .collect(),
+                pictures: vec![ReportPicture {
+                    title: "The orbit".into(),
+                    file: "contact_sheet.png".into(),
+                    png: vec![1, 2, 3],
+                }],
+                plots: vec![PlotEntry {
+                    title: "Materials".into(),
+                    file: "plots/materials.svg".into(),
+                    svg: "<svg></svg>".into(),
+                }],
+                files: vec![FileEntry { path: "series.csv".into(), what: "temperatures over time".into() }],
+            },
             interrupted: false,
         }
     }

@@ -9,19 +9,22 @@ use crate::simulation::energy::{EnergyBalance, PartEnergy};
 const MOST_PARTS: usize = 20;
 
 pub(crate) fn page(report: &Report) -> String {
-    let mut html = Html::page(&format!("{} - isotherm report", report.title));
-    html.element("h1", &report.title);
-    html.element("p", &format!("{}, with isotherm {} on {}", report.scene.path, report.version, report.device.name));
+    let mut html = Html::page(&format!("{} - isotherm report", report.source.title));
+    html.element("h1", &report.source.title);
+    html.element(
+        "p",
+        &format!("{}, with isotherm {} on {}", report.source.scene.path, report.source.version, report.device.name),
+    );
     if report.interrupted {
         html.raw("<p class=\"warning\">This run was stopped before its last step; what is here is complete.</p>\n");
     }
     html.raw("</header>\n<main>\n");
     headline(&mut html, report);
     html.list("Warnings", &report.warnings, "warning");
-    for picture in &report.pictures {
+    for picture in &report.results.pictures {
         html.picture(&picture.png, &picture.title, &picture.file);
     }
-    for plot in &report.plots {
+    for plot in &report.results.plots {
         html.figure(&plot.svg, &plot.title, &plot.file);
     }
     accuracy(&mut html, report.accuracy.as_ref());
@@ -169,23 +172,23 @@ fn settings(html: &mut Html, report: &Report) {
 
 fn files(html: &mut Html, report: &Report) {
     html.element("h2", "Inputs");
-    html.command(&report.command_line);
+    html.command(&report.source.command_line);
     let short = |hash: &str| format!("{}...", hash.chars().take(16).collect::<String>());
     let input = |file: &InputFile| vec![file.kind.clone(), file.path.clone(), short(&file.sha256)];
-    let inputs = std::iter::once(&report.scene).chain(&report.inputs);
+    let inputs = std::iter::once(&report.source.scene).chain(&report.source.inputs);
     html.table(&["input", "file", "SHA-256 (whole in report.json)"], inputs.map(input));
-    if !report.files.is_empty() {
+    if !report.results.files.is_empty() {
         html.element("h2", "Files");
         html.raw("<ul class=\"plain\">\n");
-        for file in &report.files {
+        for file in &report.results.files {
             html.raw(&format!("<li>{}: {}</li>\n", link(&file.path), escape(&file.what)));
         }
         html.raw("</ul>\n");
     }
-    if !report.frames.is_empty() {
-        html.raw(&format!("<details><summary>{} frames</summary>\n<table>\n", report.frames.len()));
+    if !report.results.frames.is_empty() {
+        html.raw(&format!("<details><summary>{} frames</summary>\n<table>\n", report.results.frames.len()));
         html.raw("<tr><th>step</th><th class=\"number\">time [s]</th><th>EXR</th><th>false colour</th></tr>\n");
-        for frame in &report.frames {
+        for frame in &report.results.frames {
             let picture = frame.picture.as_deref().map(link).unwrap_or_default();
             let (step, time) = (frame.step, frame.time_s);
             html.raw(&format!("<tr><td>{step}</td><td class=\"number\">{time}</td>"));
@@ -206,15 +209,15 @@ mod tests {
         const EVIL: &str = "<script>alert('1')</script>\"&\u{1}\u{1b}\u{202e}";
         let evil = || EVIL.to_owned();
         let mut report = full();
-        report.title = evil();
-        report.command_line = evil();
-        report.scene.path = evil();
+        report.source.title = evil();
+        report.source.command_line = evil();
+        report.source.scene.path = evil();
         report.device.name = evil();
         report.warnings = vec![evil()];
         report.settings = vec![SettingGroup { title: evil(), entries: vec![(evil(), evil())] }];
-        report.frames = vec![FrameEntry { file: evil(), picture: Some(evil()), ..FrameEntry::default() }];
-        report.pictures[0].title = evil();
-        report.pictures[0].file = evil();
+        report.results.frames = vec![FrameEntry { file: evil(), picture: Some(evil()), ..FrameEntry::default() }];
+        report.results.pictures[0].title = evil();
+        report.results.pictures[0].file = evil();
         let page = page(&report);
         assert!(!page.contains("<script") && !page.contains(['\u{1}', '\u{1b}', '\u{202e}']));
         let escaped = "&lt;script&gt;alert(&#39;1&#39;)&lt;/script&gt;&quot;&amp;\\u{1}\\u{1b}\\u{202e}";

@@ -97,11 +97,11 @@ impl NodeGroups {
         let nodes = &prepared.nodes;
         let node_of_vertex = nodes.node_of_vertex.clone();
         let areas: Vec<f64> = node_of_vertex.iter().map(|node| nodes.areas[*node as usize]).collect();
-        let of =
+        let angle =
             |groups: &[u32]| node_of_vertex.iter().map(|node| groups[*node as usize / GROUP]).collect::<Vec<u32>>();
         Ok(Self {
-            parts: StatisticsGroups::new(areas.clone(), of(&nodes.group_part), prepared.parts.len())?,
-            materials: StatisticsGroups::new(areas.clone(), of(&nodes.group_material), prepared.materials.len())?,
+            parts: StatisticsGroups::new(areas.clone(), angle(&nodes.group_part), prepared.parts.len())?,
+            materials: StatisticsGroups::new(areas.clone(), angle(&nodes.group_material), prepared.materials.len())?,
             all: StatisticsGroups::all(areas),
             node_of_vertex,
         })

@@ -19,13 +19,13 @@ pub(crate) fn check(images: &ImageFiles) -> Result<(), OutputError> {
     if images.video != Some(Video::Mp4) {
         return Ok(());
     }
-    let found = Command::new("ffmpeg")
+    let probe = Command::new("ffmpeg")
         .arg("-version")
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .status();
-    match found {
+    match probe {
         Ok(status) if status.success() => Ok(()),
         _ => Err(failed("output.video = 'mp4' needs the program ffmpeg, which does not run here; 'apng' needs none")),
     }

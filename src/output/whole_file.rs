@@ -44,11 +44,11 @@ where
 /// Gives a file the permission bits of the one that it replaces, and its owner where the system allows that.
 fn keep_access(replaced: &Path, file: &fs::File) -> io::Result<()> {
     #[cfg(unix)]
-    if let Ok(found) = fs::metadata(replaced) {
+    if let Ok(metadata) = fs::metadata(replaced) {
         use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};
         // Only an administrator may give a file away.
-        let _ = fchown(file, Some(found.uid()), Some(found.gid()));
-        file.set_permissions(fs::Permissions::from_mode(found.permissions().mode() & 0o777))?;
+        let _ = fchown(file, Some(metadata.uid()), Some(metadata.gid()));
+        file.set_permissions(fs::Permissions::from_mode(metadata.permissions().mode() & 0o777))?;
     }
     Ok(())
 }

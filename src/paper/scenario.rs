@@ -134,9 +134,9 @@ mod tests {
     use crate::paper::independent_tests;
 
     fn find<'a>(checks: &'a [PaperCheck], words: &[&str]) -> &'a PaperCheck {
-        let mut found = checks.iter().filter(|check| words.iter().all(|word| check.statement.contains(word)));
-        let check = found.next().unwrap_or_else(|| panic!("no row {words:?}"));
-        assert!(found.next().is_none(), "more than one row {words:?}");
+        let mut computed = checks.iter().filter(|check| words.iter().all(|word| check.statement.contains(word)));
+        let check = computed.next().unwrap_or_else(|| panic!("no row {words:?}"));
+        assert!(computed.next().is_none(), "more than one row {words:?}");
         check
     }
 

@@ -22,8 +22,8 @@ impl SampleLight<'_> {
         let around = self.surface.around.as_ref().filter(|_| ray.is_finite());
         let direction = ray.extend(1.0).normalize();
         if sample.part > 0 {
-            let own = around.zip(shown).and_then(|(around, shown)| around.emissivity(sample, shown, direction));
-            sample.radiance = own.unwrap_or(sample.radiance) * (self.radiance)(sample.temperature);
+            let emissivity = around.zip(shown).and_then(|(around, shown)| around.emissivity(sample, shown, direction));
+            sample.radiance = emissivity.unwrap_or(sample.radiance) * (self.radiance)(sample.temperature);
         }
         let Some(around) = around else { return };
         arrive(sample, around, shown, direction);
@@ -47,7 +47,7 @@ impl SampleLight<'_> {
         let reflector = around.reflector(sample, shown)?;
         let [across, down] = grid(self.view.samples).map(f64::from);
         let texel = [across * place[0], down * place[1]];
-        let seen = TracedSample {
+        let sample = TracedSample {
             reflector,
             normal: shown.normal,
             to_camera: -ray.extend(1.0).normalize(),
@@ -62,7 +62,7 @@ impl SampleLight<'_> {
             temperatures: self.surface.temperatures,
             radiance: self.radiance,
         };
-        Some(traced_radiance(&craft, &self.view.camera_from_body, &seen))
+        Some(traced_radiance(&craft, &self.view.camera_from_body, &sample))
     }
 }
 

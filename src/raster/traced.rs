@@ -94,17 +94,17 @@ pub(crate) fn traced_radiance(craft: &ReflectedCraft, camera_from_body: &DAffine
     let body_from_camera = camera_from_body.inverse();
     let start = body_from_camera.transform_point3(sample.place + occluders.start * (sample.normal + sample.to_camera));
     let mut sum = 0.0;
-    let (mut reflector, mut normal, mut seen) = (sample.reflector, sample.normal, sample.to_camera);
+    let (mut reflector, mut normal, mut to_viewer) = (sample.reflector, sample.normal, sample.to_camera);
     let (mut from, mut weight) = (start, 1.0);
     for reflection in 0..REFLECTIONS {
         let draw = |draw| numbers(sample.pixel, 8 * reflection + draw, traced.word);
-        let (direction, smooth) = reflected_from((reflector, looks), (normal, seen), draw);
+        let (direction, smooth) = reflected_from((reflector, looks), (normal, to_viewer), draw);
         let direction_in_body = body_from_camera.matrix3 * direction;
         let Some(hit) = occluders.first(from, direction_in_body) else { break };
         let [a, b, c, material] = traced.corners[hit.triangle];
         let [a, b, c] = [a, b, c].map(|node| craft.temperatures[node as usize]);
         let temperature = (1.0 - hit.u - hit.v) * a + hit.u * b + hit.v * c;
-        let cosine = normal.dot(seen).max(0.0);
+        let cosine = normal.dot(to_viewer).max(0.0);
         let mut open = dimmed(surroundings, reflector, looks, cosine);
         if !smooth {
             // No ray of a rough surface stands for sunlight, so the Sun counts as space here.
@@ -117,11 +117,11 @@ pub(crate) fn traced_radiance(craft: &ReflectedCraft, camera_from_body: &DAffine
         let met = if hit.outside { outward } else { -outward };
         reflector = &craft.reflectors[material as usize][usize::from(!hit.outside)];
         normal = camera_from_body.matrix3 * met;
-        seen = -direction;
+        to_viewer = -direction;
         let mut light = (craft.radiance)(temperature);
         if reflection + 1 < REFLECTIONS {
-            light = emissivity(reflector, looks, temperature, normal.dot(seen).max(0.0)) * light
-                + reflected_radiance(surroundings, reflector, looks, normal, seen);
+            light = emissivity(reflector, looks, temperature, normal.dot(to_viewer).max(0.0)) * light
+                + reflected_radiance(surroundings, reflector, looks, normal, to_viewer);
         }
         sum += kept * light;
         weight = kept;

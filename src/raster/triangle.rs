@@ -106,18 +106,18 @@ pub(super) fn project(surface: &RasterSurface, view: &RasterView, triangle: [u32
 
 /// Rays that may meet a triangle, from its corners clipped at the near plane.
 fn bounds(near: f64, corners: [DVec3; 3]) -> RayBounds {
-    let mut found = RayBounds::NONE;
+    let mut bounds = RayBounds::NONE;
     for i in 0..3 {
         let (from, to) = (corners[i], corners[(i + 1) % 3]);
         if from.z >= near {
-            found = found.with(from.truncate() / from.z);
+            bounds = bounds.with(from.truncate() / from.z);
         }
         if (from.z >= near) != (to.z >= near) {
             let clipped = from.lerp(to, (near - from.z) / (to.z - from.z));
-            found = found.with(clipped.truncate() / clipped.z);
+            bounds = bounds.with(clipped.truncate() / clipped.z);
         }
     }
     // A little more on each side against rounding. The weights decide which rays meet the triangle.
-    let rounding = 1e-9 * (DVec2::ONE + found.low.abs().max(found.high.abs()));
-    RayBounds { low: found.low - rounding, high: found.high + rounding }
+    let rounding = 1e-9 * (DVec2::ONE + bounds.low.abs().max(bounds.high.abs()));
+    RayBounds { low: bounds.low - rounding, high: bounds.high + rounding }
 }

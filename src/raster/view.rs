@@ -75,7 +75,7 @@ pub(super) fn grid(samples: u32) -> [u32; 2] {
 /// The centres of the texels of a grid in a pixel.
 pub(super) fn centres([across, down]: [u32; 2]) -> Vec<[f64; 2]> {
     let place = |number: u32| [(number % across, across), (number / across, down)];
-    let share = |(at, of): (u32, u32)| (f64::from(at) + 0.5) / f64::from(of);
+    let share = |(at, count): (u32, u32)| (f64::from(at) + 0.5) / f64::from(count);
     (0..across * down).map(|number| place(number).map(share)).collect()
 }
 

@@ -40,9 +40,9 @@ pub(super) fn read(
 ) -> Result<Attitude, SceneError> {
     let mode = section.choice("mode", &MODES.map(|(name, mode, _)| (name, (name, mode))))?;
     let (name, mode) = section.required("mode", mode, "'nadir', 'inertial', 'sun', 'spin' or 'file'")?;
-    let own = MODES.iter().find(|(known, ..)| *known == name).map_or(&[][..], |(.., keys)| *keys);
+    let keys_of_mode = MODES.iter().find(|(known, ..)| *known == name).map_or(&[][..], |(.., keys)| *keys);
     for (other, _, keys) in MODES.iter().filter(|(other, ..)| *other != name) {
-        if let Some(key) = keys.iter().find(|key| section.has(key) && !own.contains(key)) {
+        if let Some(key) = keys.iter().find(|key| section.has(key) && !keys_of_mode.contains(key)) {
             return Err(section.clash(key, &["mode"], format!("belongs to mode = '{other}', and mode is '{name}'")));
         }
     }

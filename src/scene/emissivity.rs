@@ -39,8 +39,8 @@ fn angle_law(section: &impl ValueSource) -> Result<ByAngle, SceneError> {
     match law {
         Law::Fresnel => {
             let number = |key: &str, least: f64, what: &str| {
-                let found = section.number(key, Quantity::within(least, 1e3, ""))?;
-                found.ok_or_else(|| section.error(key, format!("is missing: {what}")))
+                let value = section.number(key, Quantity::within(least, 1e3, ""))?;
+                value.ok_or_else(|| section.error(key, format!("is missing: {what}")))
             };
             Ok(ByAngle::Fresnel {
                 n: number("n", 1e-3, "the refractive index in the band")?,

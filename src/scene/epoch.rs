@@ -15,8 +15,8 @@ const TIME_SYSTEMS: [(&str, TimeScale); 5] = [
 
 /// The time system with this name, or a message that lists the known ones.
 pub(super) fn time_system(name: &str) -> Result<TimeScale, String> {
-    let found = TIME_SYSTEMS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name));
-    found.map(|(_, scale)| *scale).ok_or_else(|| {
+    let system = TIME_SYSTEMS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name));
+    system.map(|(_, scale)| *scale).ok_or_else(|| {
         format!("the time system '{name}' is not one of {}", list(TIME_SYSTEMS.iter().map(|(name, _)| *name)))
     })
 }

@@ -158,7 +158,8 @@ impl Faults {
             let name = if place.section.is_empty() { key.to_owned() } else { format!("{}.{key}", place.section) };
             fault.place.section == name || fault.place.section.starts_with(&format!("{name}."))
         };
-        let own = |fault: &SceneFault, key: &str| (same_section(fault) && fault.place.key == key) || below(fault, key);
+        let concerns =
+            |fault: &SceneFault, key: &str| (same_section(fault) && fault.place.key == key) || below(fault, key);
         let far = |fault: &SceneFault, section: &str, key: &str| {
             let inside = fault.place.section == section && (key == "*" || fault.place.key == key);
             let deeper = fault.place.section.strip_prefix(section).and_then(|rest| rest.strip_prefix('.'));
@@ -167,7 +168,7 @@ impl Faults {
         };
         let hidden = kind == FaultKind::Missing && !place.section.is_empty();
         faults.iter().filter(|fault| counts(fault)).any(|fault| {
-            (own(fault, &place.key) && (fault.place.start != ANYWHERE || kind == FaultKind::Missing))
+            (concerns(fault, &place.key) && (fault.place.start != ANYWHERE || kind == FaultKind::Missing))
                 || (hidden && same_section(fault) && fault.kind == FaultKind::Other)
                 || others.iter().any(|other| match (*other, other.split_once('.')) {
                     (OTHER_FILES, _) => fault.place.path != place.path,
@@ -175,7 +176,7 @@ impl Faults {
                         same_section(fault) || fault.place.section.starts_with(&format!("{}.", place.section))
                     }
                     (_, Some((section, key))) => far(fault, section, key),
-                    (key, None) => own(fault, key),
+                    (key, None) => concerns(fault, key),
                 })
         })
     }

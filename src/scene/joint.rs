@@ -99,9 +99,9 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
     let title = nodes.join("', '");
     let mode = section.choice("mode", &MODES.map(|(name, mode, _)| (name, (name, mode))))?;
     let (name, mode) = section.required("mode", mode, "'fixed', 'sun', 'schedule' or 'animation'")?;
-    let own = MODES.iter().find(|(known, ..)| *known == name).map_or(&[][..], |(.., keys)| *keys);
+    let keys_of_mode = MODES.iter().find(|(known, ..)| *known == name).map_or(&[][..], |(.., keys)| *keys);
     for (other, _, keys) in &MODES {
-        if let Some(key) = keys.iter().find(|key| section.has(key) && !own.contains(key)) {
+        if let Some(key) = keys.iter().find(|key| section.has(key) && !keys_of_mode.contains(key)) {
             return Err(section.clash(key, &["mode"], format!("belongs to mode = '{other}', and mode is '{name}'")));
         }
     }
@@ -234,12 +234,12 @@ fn schedule(section: &Section, words: &Words, files: &mut Vec<PathBuf>) -> Resul
             for key in ["time", "angle_deg", "distance"] {
                 table.exclusive("file", key)?;
             }
-            let found = read_file(&path, words).map_err(|message| match message {
+            let schedule = read_file(&path, words).map_err(|message| match message {
                 Ok(message) => table.error("file", message),
                 Err(error) => table.error("file", error),
             })?;
             files.push(path);
-            found
+            schedule
         }
         None => {
             let other = if words.position == "distance" { "angle_deg" } else { "distance" };

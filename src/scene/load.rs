@@ -71,8 +71,7 @@ impl Scene {
         let section = root.table("exchange", keys::EXCHANGE)?;
         let exchange = exchange::read(section.as_ref(), shadows.is_some(), &mut assumptions)?;
         let joints = joint::read(&root.tables("joint", keys::JOINT)?, &mut files, &mut assumptions)?;
-        let section = root.table("temperatures", keys::TEMPERATURES)?;
-        let temperatures = temperatures::read(section.as_ref(), &mut files)?;
+        let temperatures = temperatures::read(root.table("temperatures", keys::TEMPERATURES)?.as_ref(), &mut files)?;
         let materials = read_materials(&root, (path, reach, faults), time.step, &mut files, &mut assumptions)?;
         let preset = root.table("camera", keys::CAMERA)?.as_ref().map(preset::read).transpose()?.flatten();
         let section = root.table("radiance", keys::RADIANCE)?;
@@ -82,13 +81,10 @@ impl Scene {
             radiance::surrounded(section.as_ref(), &sky.environment, &sky.orbit, (&mut files, &mut assumptions))?;
         surrounded.channels = view::channels(output.as_ref(), surrounded.reflections != Reflections::Off)?;
         let before = files.len();
-        let start = sky.orbit.trajectory().map(Trajectory::start).or(time.start);
-        let around = camera::PathOrbit { orbit: &sky.orbit, planet_radius: sky.environment.planet_radius, start };
-        let camera = optional_camera(&root, &time.draw, preset, &around, &mut files, &mut assumptions)?;
+        let camera = read_camera(&root, &sky, preset, &mut files, &mut assumptions)?;
         sky_files.extend_from_slice(&files[before..]);
-        if let Some(camera) = &camera {
-            check_camera(&root, camera, &time, &surrounded, [section.as_ref(), output.as_ref()])?;
-        }
+        let sections = [section.as_ref(), output.as_ref()];
+        camera.iter().try_for_each(|camera| check_camera(&root, camera, &time, &surrounded, sections))?;
         let sensor = optional_sensor(&root, camera.as_ref(), preset, band, &mut files, &mut assumptions)?;
         if let (Some(preset), Some(_)) = (preset, &camera) {
             assumptions.push(format!("Figures of {} (camera.preset): {}.", preset.name, preset.source));
@@ -207,7 +203,7 @@ fn optional_sensor(
     };
     let pitch = root.table("camera", keys::CAMERA)?.map(|camera| camera.number("pixel_pitch", Quantity::positive("m")));
     let pitch = pitch.transpose()?.flatten().or(preset.and_then(|preset| preset.pitch));
-    sensor::read(&section, &sensor::Of { camera, preset, pitch, band }, files, assumptions).map(Some)
+    sensor::read(&section, &sensor::SensorContext { camera, preset, pitch, band }, files, assumptions).map(Some)
 }
 
 /// SHA-256 (hexadecimal) of the contents of [`Scene::files`], in order. Each content follows its length, so that no
@@ -261,6 +257,19 @@ fn read_materials(
         files,
         assumptions,
     )
+}
+
+/// Reads the camera, whose path may be relative to the orbit.
+fn read_camera(
+    root: &Section,
+    sky: &SkyScene,
+    preset: Option<&'static Preset>,
+    files: &mut Vec<PathBuf>,
+    assumptions: &mut Vec<String>,
+) -> Result<Option<Camera>, SceneError> {
+    let start = sky.orbit.trajectory().map(Trajectory::start).or(sky.time.start);
+    let around = camera::PathOrbit { orbit: &sky.orbit, planet_radius: sky.environment.planet_radius, start };
+    optional_camera(root, &sky.time.draw, preset, &around, files, assumptions)
 }
 
 /// Checks a camera against the times of the images, `[radiance]` and `[output]`.

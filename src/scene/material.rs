@@ -179,19 +179,19 @@ fn settle(
     mut source: String,
     context: &ExtrasContext,
 ) -> Result<SettledMaterial, SceneError> {
-    let own = Values::read(place, context.step)?;
-    let mut values = own.clone();
+    let stated = Values::read(place, context.step)?;
+    let mut values = stated.clone();
     if !entries.is_empty() {
         let (entries, description) =
             context.table.combine(entries).map_err(|message| place.clash("use", &OF_THE_TABLE, message))?;
         values = values.or(&entries);
-        let overrides = own.states_front() || own.states_back() || own.states_bulk();
+        let overrides = stated.states_front() || stated.states_back() || stated.states_bulk();
         source.push_str(if overrides { ", over " } else { "; " });
         source.push_str(&description);
     }
     let located = |Incomplete { key, message }| place.clash(key, &OF_VALUES, message);
     let complete = values.or(&context.common).complete(context.step).map_err(located)?;
-    own.check_back_is_used(&complete).map_err(located)?;
+    stated.check_back_is_used(&complete).map_err(located)?;
     Ok(SettledMaterial { complete, source })
 }
 

@@ -28,7 +28,7 @@ pub struct CameraPath {
 impl CameraPath {
     /// Position [m] and rotation at the first time that has a pose; the frame's origin where none has.
     pub(super) fn first(&self) -> (DVec3, DQuat) {
-        let found = self.poses.start().and_then(|time| self.poses.pose(time).ok());
-        found.unwrap_or((DVec3::ZERO, DQuat::IDENTITY))
+        let pose = self.poses.start().and_then(|time| self.poses.pose(time).ok());
+        pose.unwrap_or((DVec3::ZERO, DQuat::IDENTITY))
     }
 }

@@ -95,18 +95,18 @@ pub(super) fn surrounded(
     let Some(section) = section else { return Ok(Surrounded { planet_temperature: space, ..Surrounded::default() }) };
     let reflections = section.choice("reflections", &REFLECTIONS)?.unwrap_or_default();
     let background = section.choice("background", &BACKGROUNDS)?.unwrap_or_default();
-    let seen = background == Background::Planet || reflections != Reflections::Off;
+    let needs_planet = background == Background::Planet || reflections != Reflections::Off;
     let pattern = planet::read_pattern(section, orbit, files, assumptions)?;
     let stated = section.number("planet_temperature", Quantity::within(0.0, 1e6, "K"))?;
     let stated = stated.or(pattern.as_ref().map(|pattern| pattern.temperatures.mean()));
-    if stated.is_some() && !seen {
+    if stated.is_some() && !needs_planet {
         let keys = ["planet_temperature", "planet_map", "planet_day_night"];
         let key = keys.into_iter().find(|key| section.has(key)).unwrap_or_default();
         let message = "is that of a planet which no pixel shows: state radiance.reflections or radiance.background";
         return Err(section.clash(key, &["reflections", "background"], message));
     }
     let of_exitance = environment.planet_ir.map(|flux| (flux / STEFAN_BOLTZMANN).sqrt().sqrt());
-    if seen && stated.is_none() {
+    if needs_planet && stated.is_none() {
         assumptions.push(match of_exitance {
             Some(temperature) => format!(
                 "The planet has a brightness temperature of {temperature:.2} K, that of environment.planet_ir \

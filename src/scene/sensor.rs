@@ -19,7 +19,7 @@ use crate::thermal::sensor::{MOST_PIXELS, Netd, Pattern, Sensor, SensorOptics, V
 const USUAL: f64 = 300.0;
 
 /// Values of other sections that `[sensor]` needs.
-pub(super) struct Of<'a> {
+pub(super) struct SensorContext<'a> {
     pub(crate) camera: &'a Camera,
     pub(crate) preset: Option<&'static Preset>,
     /// Distance between pixels [m], where it is known.
@@ -45,11 +45,11 @@ const OWNED: [(&str, &str, &str); 5] = [
 
 pub(super) fn read(
     section: &Section,
-    of: &Of,
+    context: &SensorContext,
     files: &mut Vec<PathBuf>,
     assumptions: &mut Vec<String>,
 ) -> Result<Sensor, SceneError> {
-    let camera = of.camera;
+    let camera = context.camera;
     let pixels = u64::from(camera.width).next_multiple_of(4) * u64::from(camera.height);
     if pixels > MOST_PIXELS {
         let message = format!(
@@ -72,10 +72,10 @@ pub(super) fn read(
         0
     });
     let f_number = section.number("f_number", Quantity::within(0.1, 100.0, ""))?;
-    let noise = noise(section, of, f_number, assumptions)?;
+    let noise = noise(section, context, f_number, assumptions)?;
     let range = section
         .numbers::<2>("range", Quantity::within(10.0, 6000.0, "K"))?
-        .or(of.preset.and_then(|preset| preset.range));
+        .or(context.preset.and_then(|preset| preset.range));
     let range = range.ok_or_else(|| {
         let what = "[low, high]: brightness temperatures at digital number 0 and at the largest one [K]";
         section.missing("range", &["camera.preset"], what)
@@ -83,7 +83,7 @@ pub(super) fn read(
     if range[0] >= range[1] {
         return Err(section.error("range", format!("must run from low to high, found {} to {} K", range[0], range[1])));
     }
-    let table = RadianceTable::new(of.band);
+    let table = RadianceTable::new(context.band);
     if band_radiance(&table, range[0]) < f64::from(f32::MIN_POSITIVE) {
         return Err(section.clash(
             "range",
@@ -91,7 +91,7 @@ pub(super) fn read(
             format!("begins at {} K, where the band's radiance is 0 in 32 bits", range[0]),
         ));
     }
-    let bits = match section.whole("bits", 8..=16)?.or(of.preset.and_then(|preset| preset.bits)) {
+    let bits = match section.whole("bits", 8..=16)?.or(context.preset.and_then(|preset| preset.bits)) {
         Some(bits @ (8 | 14 | 16)) => bits,
         Some(bits) => return Err(section.error("bits", format!("must be 8, 14 or 16, found {bits}"))),
         None => {
@@ -101,7 +101,7 @@ pub(super) fn read(
     };
     let time_constant = section
         .number("time_constant", Quantity::non_negative("s"))?
-        .or(of.preset.and_then(|preset| preset.time_constant));
+        .or(context.preset.and_then(|preset| preset.time_constant));
     if time_constant.is_none() {
         assumptions.push("The bolometer has settled in every image (sensor.time_constant is absent).".to_owned());
     }
@@ -118,14 +118,19 @@ pub(super) fn read(
         kelvin_per_count: kelvin_per_count(section)?,
         gain_control: gain_control(section)?,
         vignetting: vignetting(section, camera, files)?,
-        spread: spread(section, of, f_number, files)?,
+        spread: spread(section, context, f_number, files)?,
     })
 }
 
-fn noise(section: &Section, of: &Of, f_number: Option<f64>, assumptions: &mut Vec<String>) -> Result<Netd, SceneError> {
-    let of_preset = of.preset.and_then(|preset| preset.netd);
+fn noise(
+    section: &Section,
+    context: &SensorContext,
+    f_number: Option<f64>,
+    assumptions: &mut Vec<String>,
+) -> Result<Netd, SceneError> {
+    let of_preset = context.preset.and_then(|preset| preset.netd);
     let Some(kelvin) = section.number("netd", Quantity::non_negative("K"))?.or(of_preset) else {
-        let unknown = of.preset.map_or(String::new(), |preset| format!("; that of {} is unknown", preset.name));
+        let unknown = context.preset.map_or(String::new(), |preset| format!("; that of {} is unknown", preset.name));
         let what = format!("the noise-equivalent temperature difference [K], 0 for no noise{unknown}");
         return Err(section.missing("netd", &["camera.preset"], &what));
     };
@@ -136,7 +141,7 @@ fn noise(section: &Section, of: &Of, f_number: Option<f64>, assumptions: &mut Ve
         USUAL
     });
     let stated = section.number("netd_f_number", Quantity::within(0.1, 100.0, ""))?;
-    let stated = stated.or(of.preset.filter(|_| !section.has("netd")).and_then(|preset| preset.netd_f_number));
+    let stated = stated.or(context.preset.filter(|_| !section.has("netd")).and_then(|preset| preset.netd_f_number));
     if stated.is_some() && f_number.is_none() && kelvin > 0.0 {
         assumptions.push("The lens has the f-number of the NETD (sensor.f_number is absent).".to_owned());
     }
@@ -149,7 +154,7 @@ fn noise(section: &Section, of: &Of, f_number: Option<f64>, assumptions: &mut Ve
 
 fn spread(
     section: &Section,
-    of: &Of,
+    context: &SensorContext,
     f_number: Option<f64>,
     files: &mut Vec<PathBuf>,
 ) -> Result<Option<Spread>, SceneError> {
@@ -161,11 +166,11 @@ fn spread(
             None => Ok(None),
         };
     };
-    if fill.is_some() && of.camera.samples > 1 {
+    if fill.is_some() && context.camera.samples > 1 {
         let why = "cannot be combined with camera.samples above 1: the samples already are the mean over the pixel";
         return Err(section.clash("pixel_fill", &["camera.samples"], why));
     }
-    let fill = fill.unwrap_or(if of.camera.samples > 1 { 0.0 } else { 1.0 });
+    let fill = fill.unwrap_or(if context.camera.samples > 1 { 0.0 } else { 1.0 });
     let spread = match kind {
         PointSpread::Gaussian => {
             let most = MOST_RADIUS as f64 / 4.0;
@@ -179,7 +184,7 @@ fn spread(
             let wavelength = section.number("wavelength_um", Quantity::within(1.0, 50.0, "um"))?;
             let wavelength =
                 section.required("wavelength_um", wavelength, "point_spread = 'airy' needs a wavelength [um]")?;
-            let Some(pitch) = of.pitch else {
+            let Some(pitch) = context.pitch else {
                 return Err(section.clash(
                     "point_spread",
                     &["camera.*"],

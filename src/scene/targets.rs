@@ -47,8 +47,8 @@ pub fn parse(text: &str, path: &Path) -> Result<Vec<TargetRow>, TargetsError> {
         csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).flexible(true).from_reader(text.as_bytes());
     let headers = reader.headers().map_err(|error| wrong(error.to_string()))?.clone();
     let column = |name: &str| {
-        let found = headers.iter().position(|header| header.eq_ignore_ascii_case(name));
-        found.ok_or_else(|| wrong(format!("row 1: must name the columns step and target; there is no '{name}'")))
+        let column = headers.iter().position(|header| header.eq_ignore_ascii_case(name));
+        column.ok_or_else(|| wrong(format!("row 1: must name the columns step and target; there is no '{name}'")))
     };
     let (step, target) = (column("step")?, column("target")?);
     let mut rows: Vec<TargetRow> = Vec::new();

@@ -74,8 +74,8 @@ pub(super) fn read(section: Option<&Section>, files: &mut Vec<PathBuf>) -> Resul
     let ending = file.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
     let celsius = section.choice("unit", &[("K", false), ("degC", true)])?;
     let array = section.name("array")?;
-    let only = |key: &str, of: &str| match section.has(key) {
-        true => Err(section.clash(key, &["file"], format!("belongs to {of}, not to .{ending}"))),
+    let only = |key: &str, section_name: &str| match section.has(key) {
+        true => Err(section.clash(key, &["file"], format!("belongs to {section_name}, not to .{ending}"))),
         false => Ok(()),
     };
     if ending != "vtu" && ending != "vtp" {

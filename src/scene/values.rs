@@ -91,7 +91,7 @@ impl PartialOptics {
     }
 
     fn or(self, fallback: &Self) -> Self {
-        let of = &fallback.in_band;
+        let in_band = &fallback.in_band;
         Self {
             absorptivity: self.absorptivity.or(fallback.absorptivity),
             emissivity: self.emissivity.or(fallback.emissivity),
@@ -101,8 +101,8 @@ impl PartialOptics {
             drawn: self.drawn.or(fallback.drawn),
             seed: self.seed.or(fallback.seed),
             in_band: BandEmissivity {
-                by_angle: self.in_band.by_angle.or_else(|| of.by_angle.clone()),
-                by_wavelength: self.in_band.by_wavelength.or_else(|| of.by_wavelength.clone()),
+                by_angle: self.in_band.by_angle.or_else(|| in_band.by_angle.clone()),
+                by_wavelength: self.in_band.by_wavelength.or_else(|| in_band.by_wavelength.clone()),
             },
         }
     }

@@ -34,8 +34,8 @@ pub(super) fn axis(section: &Section, key: &str) -> Result<Option<DVec3>, SceneE
         return direction(section, key);
     }
     let word = section.string(key)?.unwrap_or_default();
-    let found = AXES.iter().find(|(name, _)| *name == word).map(|(_, axis)| *axis);
-    found.map(Some).ok_or_else(|| {
+    let axis = AXES.iter().find(|(name, _)| *name == word).map(|(_, axis)| *axis);
+    axis.map(Some).ok_or_else(|| {
         section.error(key, format!("'{word}' is no axis: write one of +X, -X, +Y, -Y, +Z, -Z, or [x, y, z]"))
     })
 }

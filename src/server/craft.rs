@@ -103,18 +103,18 @@ impl ServedCraft {
         }
         let rotation = DQuat::from_mat3(&view.body_from_camera).normalize();
         let pose = Pose::new(CameraFrame::Body, view.position, rotation).map_err(SimulationError::from)?;
-        let own = self.simulation.camera().ok();
+        let camera = self.simulation.camera().ok();
         let camera = Camera {
             width,
             height,
             lens: Lens::pinhole(view.focal, [0.5 * f64::from(width), 0.5 * f64::from(height)]),
-            samples: own.map_or(1, |camera| camera.samples),
-            line_time: own.map_or(0.0, |camera| camera.line_time),
+            samples: camera.map_or(1, |camera| camera.samples),
+            line_time: camera.map_or(0.0, |camera| camera.line_time),
             motion: Motion::Still,
             frame: CameraFrame::Body,
             position: view.position,
             frame_from_camera: rotation,
-            near: own.map_or(0.1, |camera| camera.near),
+            near: camera.map_or(0.1, |camera| camera.near),
         };
         Ok(self.simulation.image(&camera, &pose)?)
     }

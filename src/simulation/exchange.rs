@@ -191,7 +191,7 @@ impl ExchangeTwin {
     ) -> Vec<f64> {
         let turned = self.turn(&load.joints, load.is_warm_up());
         let Some(exchange) = self.found.found() else { return Vec::new() };
-        let due = self.renewal.due(load, steps, turned || self.light.seen.is_empty());
+        let due = self.renewal.due(load, steps, turned || self.light.planet_shares.is_empty());
         if due == Due::All {
             let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
             self.light = exchange.light(load, visibility, mirrored.as_ref());
@@ -218,7 +218,7 @@ impl ExchangeTwin {
     /// The light on the faces of every node, where patches absorb this infrared [W/m2].
     pub(crate) fn of_nodes(&self, absorbed: &[f64]) -> Vec<[FaceLoad; 2]> {
         let Some(exchange) = self.found.found() else { return Vec::new() };
-        (0..exchange.of_node.len()).map(|node| exchange.of_node(node, absorbed, &self.light.seen)).collect()
+        (0..exchange.of_node.len()).map(|node| exchange.of_node(node, absorbed, &self.light.planet_shares)).collect()
     }
 
     pub(crate) fn save(&self) -> Saved {

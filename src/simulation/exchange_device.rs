@@ -184,7 +184,7 @@ impl CastingWork {
         let of = first..craft.patches_of_share(number).end;
         let ends = match &mut self.caster {
             Some(caster) => caster.ends(of)?,
-            None => crate::exchange::cast::cast(&craft.surface, &craft.patches, &self.scenery, rays, of),
+            None => crate::exchange::cast::cast_rays(&craft.surface, &craft.patches, &self.scenery, rays, of),
         };
         self.ends.extend(ends);
         if number + 1 == craft.shares() {

@@ -59,8 +59,8 @@ mod tests {
     fn the_slopes_have_the_stated_variance_and_follow_the_seed() {
         for stated in [0.001, 0.02, 0.1] {
             for seed in [0, 7] {
-                let found = variance(stated, seed) / stated;
-                assert!((found - 1.0).abs() < 0.03, "{stated}, seed {seed}: {found}");
+                let computed = variance(stated, seed) / stated;
+                assert!((computed - 1.0).abs() < 0.03, "{stated}, seed {seed}: {computed}");
             }
         }
         assert!((variance(0.02, 1) - variance(0.02, 2)).abs() > 1e-6, "another seed is another foil");

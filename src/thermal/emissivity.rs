@@ -56,11 +56,11 @@ impl ByAngle {
         let rule = GaussLegendre::new(8);
         let panels = 64;
         let panel = |number: usize| [number, number + 1].map(|end| end as f64 / f64::from(panels));
-        let of = |[start, end]: [f64; 2]| {
+        let share = |[start, end]: [f64; 2]| {
             // cos = x^2 is dense where a surface is seen edge-on, and 2 cos d(cos) = 4 x^3 dx.
             rule.on(start, end).map(|(x, weight)| weight * 4.0 * x.powi(3) * self.at(x * x)).sum::<f64>()
         };
-        (0..panels as usize).map(|number| of(panel(number))).sum()
+        (0..panels as usize).map(|number| share(panel(number))).sum()
     }
 }
 
@@ -159,8 +159,8 @@ mod tests {
                 + n * n * m * m / p.powi(3) * ((n - 1.0) / (n + 1.0)).ln()
                 - 2.0 * n.powi(3) * (n * n + 2.0 * n - 1.0) / (p * (n.powi(4) - 1.0))
                 + 8.0 * n.powi(4) * (n.powi(4) + 1.0) / (p * (n.powi(4) - 1.0).powi(2)) * n.ln();
-            let found = ByAngle::Fresnel { n, k: 0.0 }.hemispherical();
-            assert!((found - (1.0 - reflectivity)).abs() < 1e-6, "{n}: {found} against {}", 1.0 - reflectivity);
+            let computed = ByAngle::Fresnel { n, k: 0.0 }.hemispherical();
+            assert!((computed - (1.0 - reflectivity)).abs() < 1e-6, "{n}: {computed} against {}", 1.0 - reflectivity);
         }
         let flat = ByAngle::Table(vec![[0.0, 0.7], [1.0, 0.7], [std::f64::consts::FRAC_PI_2, 0.7]]);
         assert!((flat.hemispherical() - 0.7).abs() < 1e-12);
@@ -174,8 +174,8 @@ mod tests {
             ByWavelength { points: vec![[8e-6, 1.0], [11e-6, 1.0], [11.001e-6, 0.0], [14e-6, 0.0]], temperature: None };
         for t in [30.0, 120.0, 300.0, 900.0, 5772.0] {
             let below = band_radiance_exact(Band { upper: 11.0005e-6, ..band }, t) / band_radiance_exact(band, t);
-            let found = step.in_band(band, t);
-            assert!((found - below).abs() < 1e-6 + 1e-4 * below, "{t} K: {found} against {below}");
+            let computed = step.in_band(band, t);
+            assert!((computed - below).abs() < 1e-6 + 1e-4 * below, "{t} K: {computed} against {below}");
             assert!((step.in_band(band, 2.0 * t) - below).abs() > 1e-4 * below);
         }
         let stated = ByWavelength { temperature: Some(300.0), ..step.clone() };

@@ -103,8 +103,8 @@ mod tests {
         let law = BandEmissivity { by_angle: None, by_wavelength: Some(by_wavelength.clone()) };
         let table = EmissivityTable::new(&law, 0.5, BAND);
         for temperature in [40.0, 77.0, 180.0, 255.0, 300.0, 411.0, 900.0, 5772.0] {
-            let (found, exact) = (table.emissivity(temperature, 0.3), by_wavelength.in_band(BAND, temperature));
-            assert!((found - exact).abs() < 2e-4, "{temperature} K: {found} against {exact}");
+            let (computed, exact) = (table.emissivity(temperature, 0.3), by_wavelength.in_band(BAND, temperature));
+            assert!((computed - exact).abs() < 2e-4, "{temperature} K: {computed} against {exact}");
         }
         assert!((by_wavelength.in_band(BAND, 200.0) - by_wavelength.in_band(BAND, 300.0)).abs() > 2e-3);
     }

@@ -138,16 +138,16 @@ mod tests {
 
     #[test]
     fn the_valley_is_followed_to_its_end() {
-        let found = minimise(&valley, &[-1.2, 1.0], &[[-5.0, 5.0]; 2], 100);
-        assert!(found.x.iter().all(|x| (x - 1.0).abs() < 1e-8), "{found:?}");
+        let computed = minimise(&valley, &[-1.2, 1.0], &[[-5.0, 5.0]; 2], 100);
+        assert!(computed.x.iter().all(|x| (x - 1.0).abs() < 1e-8), "{computed:?}");
         let short = minimise(&valley, &[-1.2, 1.0], &[[-5.0, 5.0]; 2], 3);
         assert!(short.sum_of_squares > 1e-3);
     }
 
     #[test]
     fn bounds_hold_and_a_held_variable_does_not_move() {
-        let found = minimise(&valley, &[-1.2, 1.0], &[[-5.0, 0.5], [-5.0, 5.0]], 100);
-        assert!((found.x[0] - 0.5).abs() < 1e-9 && (found.x[1] - 0.25).abs() < 1e-6, "{found:?}");
+        let computed = minimise(&valley, &[-1.2, 1.0], &[[-5.0, 0.5], [-5.0, 5.0]], 100);
+        assert!((computed.x[0] - 0.5).abs() < 1e-9 && (computed.x[1] - 0.25).abs() < 1e-6, "{computed:?}");
         let found = minimise(&valley, &[0.0, 0.3], &[[-5.0, 5.0], [0.3, 0.3]], 100);
         assert_eq!(found.x[1], 0.3);
     }

@@ -139,13 +139,13 @@ pub(crate) fn masking(cosine: f64, roughness: f64) -> f64 {
 fn directions(roughness: f64, view: f64, count: usize) -> Vec<Weighted> {
     let slant = (1.0 - view * view).max(0.0).sqrt();
     let [mirror, up] = [DVec3::new(-slant, 0.0, view), DVec3::new(view, 0.0, slant)];
-    let of = |index: usize| {
+    let value = |index: usize| {
         let place = [(index as f64 + 0.5) / count as f64, radical_inverse(index as u32)];
         let light = facet_reflection(roughness, view, place);
         let weight = if light.z > 0.0 { masking(light.z, roughness) } else { 0.0 };
         ([light.dot(mirror), light.dot(up), light.y], weight)
     };
-    (0..count).map(of).collect()
+    (0..count).map(value).collect()
 }
 
 /// Direction of a visible facet's reflection for two numbers in (0, 1) (Heitz 2018). The third axis is the normal, and the first lies in the plane of

@@ -114,8 +114,8 @@ mod tests {
                 let power = emission * f64::powi(balance, 4);
                 let start = power - emission * f64::powi(temperature, 4);
                 let exact = local_change(temperature, start, emission, 40_000);
-                let found = whole_change(temperature, start, power, emission);
-                assert!((found - exact).abs() < 7e-4, "{slope}, {temperature} to {balance} K: {found} {exact}");
+                let computed = whole_change(temperature, start, power, emission);
+                assert!((computed - exact).abs() < 7e-4, "{slope}, {temperature} to {balance} K: {computed} {exact}");
             }
             if balance < 50.0 {
                 continue;
@@ -165,8 +165,8 @@ mod tests {
                 let emission = slope / (4.0 * f64::max(temperature, balance).powi(3));
                 let start = emission * (balance.powi(4) - f64::powi(temperature, 4));
                 let exact = local_change(temperature, start, emission, 4000);
-                let found = fast_change(temperature, start, emission, 1);
-                assert!((found - exact).abs() < error, "{slope}, {temperature} to {balance} K: {found} {exact}");
+                let computed = fast_change(temperature, start, emission, 1);
+                assert!((computed - exact).abs() < error, "{slope}, {temperature} to {balance} K: {computed} {exact}");
             }
         }
         // Far beyond its time constant a node is in balance, whatever it starts from.

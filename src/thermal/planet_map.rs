@@ -249,8 +249,8 @@ mod tests {
         let map = map(90);
         for row in [0, 7, 89] {
             for column in [0, 3, 179] {
-                let found = map.at(centre_of(column, row, [180, 90]));
-                assert!((found - f64::from(map.cells()[row * 180 + column])).abs() < 1e-6);
+                let computed = map.at(centre_of(column, row, [180, 90]));
+                assert!((computed - f64::from(map.cells()[row * 180 + column])).abs() < 1e-6);
             }
         }
         let beside = [DVec3::new(1e-9, 0.0, 1.0), DVec3::new(-1e-9, 1e-9, 1.0)].map(|pole| map.at(pole));

@@ -81,13 +81,13 @@ pub(crate) fn radiative_step(state: PlateState, load: PlateLoad, steps: f64, pla
     let parts = plate.parts();
     let length = steps / f64::from(parts);
     let (share, exchange) = (length * plate.share(), plate.exchange());
-    let own = STEFAN_BOLTZMANN * load.emissivity;
+    let outward = STEFAN_BOLTZMANN * load.emissivity;
     let fast = plate.is_fast(load.emissivity);
     let mut state = state;
     for _ in 0..parts {
         let held = (state.structure + 0.5 * length * state.trend).powi(4);
-        let into = load.absorbed + own * load.background.powi(4) + exchange * held;
-        let emission = own + exchange;
+        let into = load.absorbed + outward * load.background.powi(4) + exchange * held;
+        let emission = outward + exchange;
         let start = share * (into - emission * state.outside.powi(4));
         let change = if fast {
             whole_change(state.outside, start, share * into, share * emission)

@@ -22,18 +22,18 @@ pub(crate) struct FaceLoad {
     /// Flux from other surfaces that the face absorbs [W/m2].
     pub(crate) absorbed: f64,
     /// Shares of the planet's light that it sees.
-    pub(crate) seen: PlanetShares,
+    pub(crate) planet_shares: PlanetShares,
     /// Share of the face outside other parts, which sunlight can reach.
     pub(crate) exposed: f64,
 }
 
 impl FaceLoad {
     /// A face that sees nothing of the craft.
-    pub(crate) const NOTHING: Self = Self { absorbed: 0.0, seen: PlanetShares::ALL, exposed: 1.0 };
+    pub(crate) const NOTHING: Self = Self { absorbed: 0.0, planet_shares: PlanetShares::ALL, exposed: 1.0 };
 
     /// The part of an incident flux on an open face that the craft lets through.
     pub(crate) fn through(&self, open: Incident) -> Incident {
-        let PlanetShares { planet_ir, albedo } = self.seen;
+        let PlanetShares { planet_ir, albedo } = self.planet_shares;
         Incident {
             solar: self.exposed * open.solar,
             planet_ir: planet_ir * open.planet_ir,

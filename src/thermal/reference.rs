@@ -63,10 +63,10 @@ impl<F: IncidentFlux> Reference<F> {
     }
 
     fn turned(&self, node: usize, load: &StepLoad) -> ReferenceNode {
-        let own = self.nodes[node];
+        let state = self.nodes[node];
         match self.joints.get(node).and_then(|joint| load.joints.get(*joint as usize)) {
-            Some(pose) => ReferenceNode { normal: pose.matrix3 * own.normal, ..own },
-            None => own,
+            Some(pose) => ReferenceNode { normal: pose.matrix3 * state.normal, ..state },
+            None => state,
         }
     }
 

@@ -23,34 +23,34 @@ const NEAR_SHARE: f64 = 0.05;
 ///
 /// # Errors
 /// A size for a scene with a sensor, in words.
-pub(crate) fn camera(own: Option<&Camera>, sensor: bool, size: Option<[u32; 2]>) -> Result<Camera, String> {
-    let Some(own) = own else { return Ok(plain(size.unwrap_or(SIZE))) };
+pub(crate) fn camera(of_scene: Option<&Camera>, sensor: bool, size: Option<[u32; 2]>) -> Result<Camera, String> {
+    let Some(of_scene) = of_scene else { return Ok(plain(size.unwrap_or(SIZE))) };
     if sensor {
         return match size {
             Some(_) => Err("--size can not be combined with [sensor], whose pixels are those of the scene".to_owned()),
-            None => Ok(own.clone()),
+            None => Ok(of_scene.clone()),
         };
     }
-    let present = [own.width, own.height];
-    let pixels = f64::from(own.width) * f64::from(own.height);
+    let present = [of_scene.width, of_scene.height];
+    let pixels = f64::from(of_scene.width) * f64::from(of_scene.height);
     let share = (MOST_PIXELS / pixels).sqrt().min(1.0);
     let smaller = present.map(|side| ((f64::from(side) * share).round() as u32).max(1));
-    Ok(sized(own, size.unwrap_or(smaller)))
+    Ok(sized(of_scene, size.unwrap_or(smaller)))
 }
 
-fn sized(own: &Camera, [width, height]: [u32; 2]) -> Camera {
-    if [width, height] == [own.width, own.height] {
-        return own.clone();
+fn sized(of_scene: &Camera, [width, height]: [u32; 2]) -> Camera {
+    if [width, height] == [of_scene.width, of_scene.height] {
+        return of_scene.clone();
     }
-    let scale = f64::from(height) / f64::from(own.height);
-    let across = f64::from(width) / f64::from(own.width);
+    let scale = f64::from(height) / f64::from(of_scene.height);
+    let across = f64::from(width) / f64::from(of_scene.width);
     let lens = Lens {
-        focal: own.lens.focal.map(|focal| focal * scale),
-        centre: [own.lens.centre[0] * across, own.lens.centre[1] * scale],
-        skew: own.lens.skew * scale,
-        ..own.lens
+        focal: of_scene.lens.focal.map(|focal| focal * scale),
+        centre: [of_scene.lens.centre[0] * across, of_scene.lens.centre[1] * scale],
+        skew: of_scene.lens.skew * scale,
+        ..of_scene.lens
     };
-    Camera { width, height, lens, ..own.clone() }
+    Camera { width, height, lens, ..of_scene.clone() }
 }
 
 fn plain([width, height]: [u32; 2]) -> Camera {

@@ -24,17 +24,10 @@ struct Header<'a> {
     width: u32,
     height: u32,
     planes: &'a [Plane],
-    /// Whether the camera stands where the scene's camera stands.
-    scene_camera: bool,
-    /// Rows of the rotation from body axes to camera axes.
-    camera_from_body: [[f64; 3]; 3],
-    /// The camera in the body frame [m].
-    position: [f64; 3],
-    /// Unit vectors to the Sun and to the planet's centre, body frame.
-    sun: [f64; 3],
-    planet: [f64; 3],
-    /// Share of the Sun's disc that the planet leaves visible.
-    lit: f64,
+    #[serde(flatten)]
+    camera: HeaderCamera,
+    #[serde(flatten)]
+    light: HeaderLight,
     /// Positions of the joints [deg or m].
     joints: Vec<f64>,
     /// Numbers of the probes, and their temperatures [K] where this step is kept.
@@ -42,6 +35,31 @@ struct Header<'a> {
     probe_temperatures: Option<Vec<f32>>,
     /// Median device times [ms].
     passes: &'a [(String, f64)],
+    #[serde(flatten)]
+    times: HostTimes,
+}
+
+#[derive(Debug, Serialize)]
+struct HeaderCamera {
+    /// Whether the camera stands where the scene's camera stands.
+    scene_camera: bool,
+    /// Rows of the rotation from body axes to camera axes.
+    camera_from_body: [[f64; 3]; 3],
+    /// The camera in the body frame [m].
+    position: [f64; 3],
+}
+
+#[derive(Debug, Serialize)]
+struct HeaderLight {
+    /// Unit vectors to the Sun and to the planet's centre, body frame.
+    sun: [f64; 3],
+    planet: [f64; 3],
+    /// Share of the Sun's disc that the planet leaves visible.
+    lit: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct HostTimes {
     /// Host time of the last step, of this image, and of bringing it into this form [ms].
     step_ms: f64,
     image_ms: f64,
@@ -112,19 +130,21 @@ pub(crate) fn draw(
         width: image.camera.width,
         height: image.camera.height,
         planes: &planes.listed,
-        scene_camera: matches!(look, PageCamera::Scene),
-        camera_from_body: [rotation.x_axis, rotation.y_axis, rotation.z_axis].map(|row| row.to_array()),
-        position: image.camera_from_body.inverse().translation.to_array(),
-        sun: sky.sun_direction.to_array(),
-        planet: sky.nadir_direction.to_array(),
-        lit: sky.lit_fraction,
+        camera: HeaderCamera {
+            scene_camera: matches!(look, PageCamera::Scene),
+            camera_from_body: [rotation.x_axis, rotation.y_axis, rotation.z_axis].map(|row| row.to_array()),
+            position: image.camera_from_body.inverse().translation.to_array(),
+        },
+        light: HeaderLight {
+            sun: sky.sun_direction.to_array(),
+            planet: sky.nadir_direction.to_array(),
+            lit: sky.lit_fraction,
+        },
         joints,
         probes,
         probe_temperatures,
         passes: &passes,
-        step_ms,
-        image_ms,
-        pack_ms: began.elapsed().as_secs_f64() * 1e3,
+        times: HostTimes { step_ms, image_ms, pack_ms: began.elapsed().as_secs_f64() * 1e3 },
     };
     let packet = planes.packet(&serde_json::to_string(&header).unwrap_or_default());
     Ok((packet, ShownImage::new(image)))

@@ -72,8 +72,8 @@ impl Player {
         };
         let prepared = player.simulation.prepared();
         let listed = prepared.scene.probes.iter().zip(&prepared.probes);
-        let own: Vec<(String, usize)> = listed.map(|(probe, slot)| (probe.name.clone(), *slot)).collect();
-        for (name, slot) in own {
+        let probes: Vec<(String, usize)> = listed.map(|(probe, slot)| (probe.name.clone(), *slot)).collect();
+        for (name, slot) in probes {
             player.add(slot, Some(name));
         }
         player.keep()?;
@@ -159,12 +159,12 @@ impl Player {
     }
 
     /// Adds a probe at the node nearest to the point at a pixel. Returns whether there is one.
-    pub(crate) fn add_at(&mut self, seen: &ShownImage, x: u32, y: u32) -> bool {
-        let found = self.node_at(&seen.image, x, y);
-        if let Some(slot) = found {
+    pub(crate) fn add_at(&mut self, shown_image: &ShownImage, x: u32, y: u32) -> bool {
+        let node = self.node_at(&shown_image.image, x, y);
+        if let Some(slot) = node {
             self.add(slot, None);
         }
-        found.is_some()
+        node.is_some()
     }
 
     /// Removes a probe. Returns whether there was one.
@@ -201,8 +201,8 @@ impl Player {
         let of_part = nodes.node_of_vertex.iter().map(|slot| *slot as usize);
         let of_part = of_part.filter(|slot| nodes.group_part[slot / GROUP] == part);
         let distance = |slot: usize| {
-            let own = nodes.positions[slot].as_dvec3();
-            let posed = joints.get(nodes.joint(slot) as usize).map_or(own, |pose| pose.transform_point3(own));
+            let position = nodes.positions[slot].as_dvec3();
+            let posed = joints.get(nodes.joint(slot) as usize).map_or(position, |pose| pose.transform_point3(position));
             posed.distance_squared(point)
         };
         of_part.map(|slot| (slot, distance(slot))).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(slot, _)| slot)

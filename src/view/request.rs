@@ -10,7 +10,7 @@ const RATES: std::ops::RangeInclusive<f64> = 0.1..=240.0;
 
 /// The numbers that come with an image, beside surface temperature, part and material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "snake_case", expecting = "enum Quantity")]
 pub(crate) enum PageQuantity {
     /// Surface temperature, which comes with every image.
     Temperature,
@@ -22,7 +22,7 @@ pub(crate) enum PageQuantity {
 
 /// A wish of a page.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields, expecting = "internally tagged enum Request")]
 pub(crate) enum PageRequest {
     /// An image has arrived, so another may follow.
     Shown {},
@@ -108,8 +108,8 @@ mod tests {
             (r#"{"do":"play","rate":0}"#, "0.1 to 240 steps a second, not 0"),
             (r#"{"do":"look","position":[1,2],"target":[0,0,0],"up":[0,0,1]}"#, "invalid length 2"),
         ] {
-            let found = PageRequest::read(text).unwrap_err();
-            assert!(found.contains(reason), "{text}: {found}");
+            let computed = PageRequest::read(text).unwrap_err();
+            assert!(computed.contains(reason), "{text}: {computed}");
         }
     }
 }

@@ -91,7 +91,7 @@ impl ViewSession {
                 stop: Arc::clone(&ended),
                 is_under_way: Arc::default(),
             },
-            own: commands.clone(),
+            sender: commands.clone(),
             stop: Arc::clone(&ended),
         };
         let comparing = Arc::clone(&worker.comparison.is_under_way);

@@ -54,7 +54,7 @@ struct OpenPage {
     credit: u32,
     /// Whether something has changed since its last image.
     dirty: bool,
-    seen: Option<ShownImage>,
+    shown_image: Option<ShownImage>,
 }
 
 pub(crate) struct Worker {
@@ -67,7 +67,7 @@ pub(crate) struct Worker {
     /// For the comparison with f64.
     pub(crate) comparison: Comparison,
     /// The way to the worker itself, for the comparison.
-    pub(crate) own: Sender<WorkerMessage>,
+    pub(crate) sender: Sender<WorkerMessage>,
     /// Ends it.
     pub(crate) stop: Arc<AtomicBool>,
 }
@@ -176,7 +176,7 @@ impl Worker {
                     quantity: PageQuantity::Temperature,
                     credit: UNDER_WAY,
                     dirty: true,
-                    seen: None,
+                    shown_image: None,
                 };
                 page.tell(self.hello.clone());
                 page.tell(self.curves());
@@ -250,8 +250,8 @@ impl Worker {
                 }
             }
             PageRequest::Probe { x, y } => {
-                let found = page.seen.as_ref().is_some_and(|seen| self.player.add_at(seen, x, y));
-                if !found {
+                let is_new = page.shown_image.as_ref().is_some_and(|image| self.player.add_at(image, x, y));
+                if !is_new {
                     return Some(format!("the pixel ({x}, {y}) shows no surface"));
                 }
                 self.tell_curves(pages);
@@ -270,9 +270,9 @@ impl Worker {
     fn draw(&mut self, page: &mut OpenPage, clock: PlaybackClock) -> Result<(), SimulationError> {
         page.dirty = false;
         match draw(&mut self.player, &self.common, &page.look, page.quantity, clock) {
-            Ok((packet, seen)) => {
+            Ok((packet, shown_image)) => {
                 page.credit -= 1;
-                page.seen = Some(seen);
+                page.shown_image = Some(shown_image);
                 // A page that is closed leaves soon.
                 let _ = page.to.try_send(ToPage::Image(packet));
                 Ok(())
@@ -303,11 +303,11 @@ impl Worker {
         if self.comparison.is_under_way.swap(true, Ordering::Relaxed) {
             return Some("the comparison is under way".to_owned());
         }
-        let (comparison, own) = (self.comparison.clone(), self.own.clone());
+        let (comparison, sender) = (self.comparison.clone(), self.sender.clone());
         let work = move || {
             comparison.run(&mut |message| {
                 // Without a worker nobody waits for the result.
-                let _ = own.blocking_send(WorkerMessage::Tell(message));
+                let _ = sender.blocking_send(WorkerMessage::Tell(message));
             });
         };
         let begun = std::thread::Builder::new().name("compare".to_owned()).spawn(work);

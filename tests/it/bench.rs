@@ -9,7 +9,7 @@ use isotherm::internals;
 use isotherm::internals::{
     ABSENT, Bench, CaseSummary, DeviceMeasurements, Fixed, Folder, FrameError, Integrated, Integrator,
     IntegratorEffort, IntegratorRun, NetworkCase, OWN, PAGE, RECORD, ReferenceStepper, Scheme, Size, Truth,
-    measure_integrator as measure,
+    measure_integrator,
 };
 
 use super::device::context;
@@ -32,7 +32,7 @@ static CASES: LazyLock<Vec<(NetworkCase, Truth)>> = LazyLock::new(|| {
 
 fn in_f64(case: &NetworkCase, truth: &Truth, scheme: Scheme) -> IntegratorRun {
     let mut stepper = ReferenceStepper::new(case.network.clone(), &[]);
-    measure(&mut stepper, case, &truth.rows, scheme, EFFORT)
+    measure_integrator(&mut stepper, case, &truth.rows, scheme, EFFORT)
 }
 
 /// The stated largest error [K] of a scheme on a case, if any.
@@ -92,11 +92,11 @@ fn the_work_of_each_scheme_is_what_it_was_and_its_error_below_what_is_stated() {
 #[ignore = "long: tools/test --all"]
 fn the_references_agree_with_another_method_within_their_own_error() {
     for (case, truth) in CASES.iter() {
-        assert!(truth.own.max < 1e-4, "{}: {:?}", case.key, truth.own);
+        assert!(truth.error.max < 1e-4, "{}: {:?}", case.key, truth.error);
         let other = in_f64(case, truth, Scheme::Fixed(Fixed::TrBdf2, FINE)).error.expect("an error");
         // TR-BDF2 also has an error. Twice the sub-steps reduce it by a factor of four.
         let coarser = in_f64(case, truth, Scheme::Fixed(Fixed::TrBdf2, FINE / 2)).error.expect("an error");
-        let own = truth.own.max;
+        let own = truth.error.max;
         println!("{}: reference {own:.2e} K, TR-BDF2 {:.2e} and {:.2e} K", case.key, coarser.max, other.max);
         assert!(other.max < 2e-4 && other.max < 0.5 * coarser.max + 2.0 * own, "{}", case.key);
     }
@@ -121,7 +121,7 @@ fn a_run_that_takes_too_long_tells_how_far_it_came() {
     let (case, truth) = &CASES[1];
     let effort = IntegratorEffort { runs: 1, enough: 0.0, most: 0.0 };
     let mut stepper = ReferenceStepper::new(case.network.clone(), &[]);
-    let run = measure(&mut stepper, case, &truth.rows, Scheme::Fixed(Fixed::Rkl2, 1), effort);
+    let run = measure_integrator(&mut stepper, case, &truth.rows, Scheme::Fixed(Fixed::Rkl2, 1), effort);
     assert_eq!(run.work.map(|work| work.frames), Some(1));
 }
 

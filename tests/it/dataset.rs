@@ -67,7 +67,7 @@ impl Workshop {
             scenes: &scenes,
             target: &Target::Reference,
             root: &root,
-            shard: Shard { index, of },
+            shard: Shard { index, shards: of },
             begin,
             allows_outside: false,
         };

@@ -100,14 +100,14 @@ fn masks_of_coco_are_the_parts_of_the_image() {
                 (decoded(&annotation["segmentation"]), annotation["category_id"].as_u64().expect("a number"));
             assert_eq!(mask.iter().filter(|set| **set).count() as u64, annotation["area"].as_u64().expect("a number"));
             if category == 1 {
-                assert!(mask.iter().zip(&image.part).all(|(set, part)| *set == (*part != 0)), "the craft");
+                assert!(mask.iter().zip(&image.channels.part).all(|(set, part)| *set == (*part != 0)), "the craft");
                 continue;
             }
             for (part, _) in parts.iter_mut().zip(mask).filter(|(_, set)| *set) {
                 assert_eq!(std::mem::replace(part, category as u32 - 1), 0, "two parts in one pixel");
             }
         }
-        assert_eq!(parts, image.part);
+        assert_eq!(parts, image.channels.part);
     }
 }
 
@@ -140,7 +140,7 @@ fn silhouettes_by_pose_are_the_masks_of_the_image() {
                 - silhouette.visible.iter().filter(|set| **set).count();
             any.iter_mut().zip(&silhouette.full).for_each(|(any, full)| *any |= *full);
         }
-        let shown: Vec<bool> = image.part.iter().map(|part| *part != 0).collect();
+        let shown: Vec<bool> = image.channels.part.iter().map(|part| *part != 0).collect();
         assert!(overlap(&any, &shown) > 0.999, "view {number}: {}", overlap(&any, &shown));
         // With the joints as in the file, the silhouettes are others.
         let mut still = image.clone();
@@ -178,7 +178,7 @@ fn a_craft_beyond_the_frame_is_counted_there_too() {
 fn image_turned(image: &mut LabelledImage, by: f64) -> LabelledImage {
     image.lens.centre[0] -= by;
     let (width, by) = (image.width as usize, by as usize);
-    for row in image.part.chunks_mut(width) {
+    for row in image.channels.part.chunks_mut(width) {
         row.rotate_left(by);
         row[width - by..].fill(0);
     }
@@ -201,9 +201,9 @@ fn depth_and_pose_put_each_pixel_on_the_box() {
         let k = image.camera_matrix();
         // Distance of the places of the pixels from the surface of the box, in pixels.
         let worst = |turn: glam::DQuat, shift: f64| {
-            let places = (0..image.pixels()).filter(|at| image.part[*at] != 0).map(|at| {
+            let places = (0..image.pixels()).filter(|at| image.channels.part[*at] != 0).map(|at| {
                 let [x, y] = [at % image.width as usize, at / image.width as usize].map(|at| at as f64 + shift);
-                let depth = f64::from(image.depth[at]);
+                let depth = f64::from(image.channels.depth[at]);
                 let ray = DVec3::new((x - k[2]) / k[0], (y - k[5]) / k[4], 1.0);
                 let place = turn.inverse() * (ray * depth - DVec3::from(origin));
                 (place.abs().max_element() - 1.0).abs() * k[0] / depth
@@ -227,7 +227,7 @@ fn depth_and_pose_put_each_pixel_on_the_box() {
             // Where it appears, a pixel of the craft is near.
             let at = seen.pixel.expect("before the camera");
             if visible {
-                let near = (0..image.pixels()).filter(|at| image.part[*at] != 0).map(|pixel| {
+                let near = (0..image.pixels()).filter(|at| image.channels.part[*at] != 0).map(|pixel| {
                     let centre =
                         DVec2::new((pixel % image.width as usize) as f64, (pixel / image.width as usize) as f64);
                     ((at - centre).abs() - 0.5).max(DVec2::ZERO).length()

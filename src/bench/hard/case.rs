@@ -156,20 +156,20 @@ impl HardRow {
         if self.holds != Some(false) {
             return None;
         }
-        let found = match (&self.failed, self.error) {
+        let result = match (&self.failed, self.error) {
             (Some(reason), _) => reason.clone(),
             (None, error) => self.in_unit(error.unwrap_or(f64::INFINITY)),
         };
-        Some(format!("{}: {found}, limit {}", self.name, self.in_unit(self.limit)))
+        Some(format!("{}: {result}, limit {}", self.name, self.in_unit(self.limit)))
     }
 }
 
 /// Largest difference of two series, infinite if they differ in length or contain NaN.
-pub(crate) fn apart(found: &[f64], expected: &[f64]) -> f64 {
-    if found.len() != expected.len() {
+pub(crate) fn apart(computed: &[f64], expected: &[f64]) -> f64 {
+    if computed.len() != expected.len() {
         return f64::INFINITY;
     }
-    found.iter().zip(expected).fold(0.0, |worst, (a, b)| worst_of(worst, (a - b).abs()))
+    computed.iter().zip(expected).fold(0.0, |worst, (a, b)| worst_of(worst, (a - b).abs()))
 }
 
 /// The larger of two errors, infinite if one is NaN.

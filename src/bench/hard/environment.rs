@@ -125,8 +125,8 @@ impl Plates {
         let mut renderer = Renderer::new(context, &device.data(&Shapes::default(), None)).map_err(failed)?;
         (0..self.steps)
             .map(|step| {
-                let found = renderer.absorbed(&self.load(step), None).map_err(failed)?;
-                Ok(found[..self.normals.len()].iter().map(|flux| f64::from(*flux)).collect())
+                let absorbed = renderer.absorbed(&self.load(step), None).map_err(failed)?;
+                Ok(absorbed[..self.normals.len()].iter().map(|flux| f64::from(*flux)).collect())
             })
             .collect()
     }
@@ -160,12 +160,12 @@ impl Plates {
     }
 
     fn error(&self, target: &Target) -> Result<f64, String> {
-        let found = self.integrate(&self.absorbed(target)?)?;
-        Ok(self.apart(&found))
+        let temperatures = self.integrate(&self.absorbed(target)?)?;
+        Ok(self.apart(&temperatures))
     }
 
-    fn apart(&self, found: &[Vec<f64>]) -> f64 {
-        found.iter().zip(self.truth()).fold(0.0, |worst, (a, b)| worst_of(worst, apart(a, &b)))
+    fn apart(&self, computed: &[Vec<f64>]) -> f64 {
+        computed.iter().zip(self.truth()).fold(0.0, |worst, (a, b)| worst_of(worst, apart(a, &b)))
     }
 
     /// The error with the flux at the middle of each step and a point Sun.
@@ -178,7 +178,7 @@ impl Plates {
         };
         let fluxes: Vec<Vec<f64>> =
             (0..self.steps).map(|step| self.normals.iter().map(|normal| flux(step, normal)).collect()).collect();
-        self.integrate(&fluxes).map_or(f64::INFINITY, |found| self.apart(&found))
+        self.integrate(&fluxes).map_or(f64::INFINITY, |temperatures| self.apart(&temperatures))
     }
 }
 

@@ -49,17 +49,17 @@ impl Modes {
 
     /// Temperatures [K] at a time [s].
     pub(crate) fn at(&self, time: f64) -> Vec<f64> {
-        let mut found = vec![0.0; self.roots.len()];
+        let mut sums = vec![0.0; self.roots.len()];
         for (mode, vector) in self.vectors.iter().enumerate() {
             let x = self.rates[mode] * time;
             // (1 - e^-x) / rate. For a mode that does not decay it equals the time.
             let grown = if x.abs() < 1e-9 { time } else { -(-x).exp_m1() / self.rates[mode] };
             let amplitude = self.start[mode] * (-x).exp() + self.forced[mode] * grown;
-            for (found, vector) in found.iter_mut().zip(vector) {
-                *found += amplitude * vector;
+            for (sum, vector) in sums.iter_mut().zip(vector) {
+                *sum += amplitude * vector;
             }
         }
-        found.iter().zip(&self.roots).map(|(found, root)| found / root).collect()
+        sums.iter().zip(&self.roots).map(|(sum, root)| sum / root).collect()
     }
 }
 
@@ -145,9 +145,9 @@ mod tests {
         for time in [0.0_f64, 10.0, 500.0] {
             let gap = steady + (100.0 - steady) * (-rate * time).exp();
             let mean = 325.0 + 8.0 / 400.0 * time;
-            let found = modes.at(time);
-            assert!((found[0] - (mean - 0.75 * gap)).abs() < 1e-9, "{time}: {found:?}");
-            assert!((found[1] - (mean + 0.25 * gap)).abs() < 1e-9, "{time}: {found:?}");
+            let computed = modes.at(time);
+            assert!((computed[0] - (mean - 0.75 * gap)).abs() < 1e-9, "{time}: {computed:?}");
+            assert!((computed[1] - (mean + 0.25 * gap)).abs() < 1e-9, "{time}: {computed:?}");
         }
         assert!(Modes::of(&Network { emissive_areas: vec![0.1, 0.0], ..network }, &[0.0; 2]).is_none());
     }

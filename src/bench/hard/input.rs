@@ -36,17 +36,17 @@ fn spoiled(text: &str) -> Vec<(String, String)> {
 /// Positions of numbers with a decimal point in a line.
 fn numbers(line: &str) -> Vec<(usize, &str)> {
     let part = |c: char| c.is_ascii_digit() || c == '.' || c == '-';
-    let mut found = Vec::new();
+    let mut files = Vec::new();
     let mut at = 0;
     while let Some(start) = line[at..].find(part).map(|start| at + start) {
         let end = line[start..].find(|c| !part(c)).map_or(line.len(), |end| start + end);
         let word = &line[start..end];
         if word.contains('.') && word.parse::<f64>().is_ok() {
-            found.push((start, word));
+            files.push((start, word));
         }
         at = end;
     }
-    found
+    files
 }
 
 /// The inline-table key at a position in a line.

@@ -23,7 +23,7 @@ pub use case::HardCase;
 pub use case::HardRow;
 
 /// All cases.
-pub fn all() -> Vec<HardCase> {
+pub fn all_hard_cases() -> Vec<HardCase> {
     let lists = [
         transitions::cases(),
         vec![networks::massless::no_capacitance()],
@@ -43,7 +43,7 @@ pub fn without(cases: &[HardCase], scale: CaseScale) -> Vec<f64> {
 }
 
 /// Measures every case on a target. `says` gets each name beforehand.
-pub fn measure(
+pub fn measure_hard_case(
     target: &Target,
     cases: &[HardCase],
     without: &[f64],
@@ -53,12 +53,12 @@ pub fn measure(
     let one = |(case, without): (&HardCase, &f64)| {
         says(&case.name);
         let began = Instant::now();
-        let found = match target {
+        let error = match target {
             Target::Reference if case.expects_reference => None,
             _ => Some((case.measure)(target, scale)),
         };
         let mut row = HardRow::of(case, *without);
-        match found {
+        match error {
             None => row.omitted = Some("the f64 reference is what is expected".to_owned()),
             Some(Ok(error)) => {
                 row.error = Some(error);

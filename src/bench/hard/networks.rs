@@ -35,9 +35,9 @@ impl Built {
 }
 
 /// Largest difference of two lists of rows.
-fn rows_apart(found: &[Vec<f64>], expected: &[Vec<f64>]) -> f64 {
-    if found.len() != expected.len() {
+fn rows_apart(computed: &[Vec<f64>], expected: &[Vec<f64>]) -> f64 {
+    if computed.len() != expected.len() {
         return f64::INFINITY;
     }
-    found.iter().zip(expected).fold(0.0, |worst, (a, b)| worst_of(worst, apart(a, b)))
+    computed.iter().zip(expected).fold(0.0, |worst, (a, b)| worst_of(worst, apart(a, b)))
 }

@@ -120,7 +120,7 @@ pub(crate) fn steps(network: &Network, heat: &[f64], step: f64, count: u32, kind
 /// Forward Euler at its stability limit for a body that only radiates: its temperature [K] at a time [s].
 pub(crate) fn cooling_at_the_bound(capacitance: f64, area: f64, space: f64, from: f64, times: &[f64]) -> Vec<f64> {
     let (mut now, mut t) = (from, 0.0);
-    let mut found = Vec::new();
+    let mut temperatures = Vec::new();
     for time in times {
         while t < *time {
             // dt lambda = 1 with lambda = 2 x 4 e sigma T^3 / C (docs/numerics.md 3).
@@ -129,7 +129,7 @@ pub(crate) fn cooling_at_the_bound(capacitance: f64, area: f64, space: f64, from
             now += step * area * radiated(space, now) / capacitance;
             t += step;
         }
-        found.push(now);
+        temperatures.push(now);
     }
-    found
+    temperatures
 }

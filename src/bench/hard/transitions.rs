@@ -41,8 +41,9 @@ struct Commanded {
 
 impl Commanded {
     fn error(&self, target: &Target) -> Result<f64, String> {
-        let found = target.respond(&along(self.power, self.t_max), f64::from(self.initial), &exact(&self.targets));
-        Ok(apart(&found.map_err(|error| error.to_string())?, &self.expected))
+        let temperatures =
+            target.respond(&along(self.power, self.t_max), f64::from(self.initial), &exact(&self.targets));
+        Ok(apart(&temperatures.map_err(|error| error.to_string())?, &self.expected))
     }
 
     fn without(&self, omitted: Omission) -> f64 {
@@ -93,8 +94,9 @@ fn every_step(t_max: f64) -> Vec<Commanded> {
         })
         .collect();
     let expected: Vec<f64> = targets.iter().map(|target| f64::from(*target)).collect();
-    let of = |power| Commanded { power, t_max, initial: 300.0, targets: targets.clone(), expected: expected.clone() };
-    vec![of(1), of(2)]
+    let commanded_at =
+        |power| Commanded { power, t_max, initial: 300.0, targets: targets.clone(), expected: expected.clone() };
+    vec![commanded_at(1), commanded_at(2)]
 }
 
 /// A target that swings around 280 K once an orbit. The expected result comes from the f64 reference.
@@ -107,13 +109,13 @@ fn swinging(t_max: f64, swing: f64, steps: usize) -> Commanded {
 
 /// From 2.7 K to 267 K. The target alternates between it and the next larger f32.
 fn jitter() -> Vec<Commanded> {
-    let of = |power| {
+    let commanded_at = |power| {
         let targets: Vec<f32> =
             (0..150).map(|step| if step % 2 == 0 { 267.0 } else { f32::from_bits(267f32.to_bits() + 1) }).collect();
         let expected = (1..=150).map(|step| curve(power, 100.0, f64::from(2.7f32), 267.0, f64::from(step))).collect();
         Commanded { power, t_max: 100.0, initial: 2.7, targets, expected }
     };
-    vec![of(1), of(2)]
+    vec![commanded_at(1), commanded_at(2)]
 }
 
 /// From 2.7 K to 267 K in 100 steps, with 268 K on the last step. Computed by hand from docs/numerics.md 1.

@@ -13,7 +13,7 @@ const MOST_MARKS: usize = 2048;
 pub(crate) struct JointTrack {
     start: f64,
     first: Vec<f64>,
-    seen: Mutex<WalkMemory>,
+    memory: Mutex<WalkMemory>,
 }
 
 /// The positions of a walk that are kept.
@@ -42,8 +42,8 @@ impl Clone for JointTrack {
 impl JointTrack {
     /// A walk from a time [s] and the positions at that time.
     pub(crate) fn new(start: f64, first: Vec<f64>) -> Self {
-        let seen = WalkMemory { blocks: Vec::new(), marks: vec![first.clone()], spacing: 1 };
-        Self { start, first, seen: Mutex::new(seen) }
+        let memory = WalkMemory { blocks: Vec::new(), marks: vec![first.clone()], spacing: 1 };
+        Self { start, first, memory: Mutex::new(memory) }
     }
 
     /// Time at which it starts [s].
@@ -53,22 +53,22 @@ impl JointTrack {
 
     /// Positions after `number` steps and after one more. `next` gives the positions after a number of steps from the positions one step before.
     pub(crate) fn pair(&self, number: u64, next: &dyn Fn(u64, &[f64]) -> Vec<f64>) -> [Vec<f64>; 2] {
-        let mut seen = self.seen();
-        let block = seen.block(number / BLOCK, next);
+        let mut memory = self.seen();
+        let block = memory.block(number / BLOCK, next);
         let place = (number % BLOCK) as usize;
         [block[place].clone(), block[place + 1].clone()]
     }
 
     #[cfg(test)]
     pub(crate) fn stored(&self) -> usize {
-        let seen = self.seen();
-        let blocks = seen.blocks.iter().flat_map(|(_, block)| block).map(Vec::len).sum::<usize>();
-        blocks + seen.marks.iter().map(Vec::len).sum::<usize>()
+        let memory = self.seen();
+        let blocks = memory.blocks.iter().flat_map(|(_, block)| block).map(Vec::len).sum::<usize>();
+        blocks + memory.marks.iter().map(Vec::len).sum::<usize>()
     }
 
     /// A thread that ended by a panic leaves nothing half done that matters: blocks and marks are put in whole.
     fn seen(&self) -> MutexGuard<'_, WalkMemory> {
-        self.seen.lock().unwrap_or_else(PoisonError::into_inner)
+        self.memory.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

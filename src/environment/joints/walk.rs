@@ -87,17 +87,18 @@ impl Joints {
         poses.push(DAffine3::IDENTITY);
         for (number, joint) in self.joints.iter().enumerate() {
             let carrier = poses[joint.parent.map_or(0, |parent| parent + 1)];
-            let (at, own) = match &joint.motion {
+            let (at, motion) = match &joint.motion {
                 JointDrive::Guided(guided) => {
-                    let seen = carrier.matrix3.transpose() * sun;
-                    let target = |near| guided.within_limits(guided.drive.target(guided.axis, time, seen), near);
+                    let sun_in_carrier = carrier.matrix3.transpose() * sun;
+                    let target =
+                        |near| guided.within_limits(guided.drive.target(guided.axis, time, sun_in_carrier), near);
                     let at = position(number, &target);
                     (at, guided.motion(at))
                 }
                 JointDrive::Played(played) => (played.position(time), played.motion(time)),
             };
             positions.push(at);
-            poses.push(carrier * own);
+            poses.push(carrier * motion);
         }
         (positions, poses)
     }
@@ -248,7 +249,7 @@ impl Joints {
         }
         let Lead { start, positions, cycle } = lead.as_ref().filter(|lead| lead.start <= time)?;
         let each = self.joints.len();
-        let of = |place: usize| &positions[place * each..(place + 1) * each];
+        let row = |place: usize| &positions[place * each..(place + 1) * each];
         let last = positions.len() / each - 1;
         let mut place = (time - start) / step;
         if place >= last as f64 {
@@ -257,7 +258,7 @@ impl Joints {
             place = place.clamp(0.0, last as f64);
         }
         let before = (place.floor() as usize).min(last - 1);
-        Some(between(of(before), of(before + 1), place - before as f64))
+        Some(between(row(before), row(before + 1), place - before as f64))
     }
 
     /// Positions after another `length` [s].

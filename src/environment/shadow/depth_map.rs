@@ -56,9 +56,9 @@ impl SunProjection {
         let mut least = DVec3::INFINITY;
         let mut most = DVec3::NEG_INFINITY;
         for point in points {
-            let seen = DVec3::new(point.dot(right), point.dot(down), point.dot(away));
-            least = least.min(seen);
-            most = most.max(seen);
+            let in_view = DVec3::new(point.dot(right), point.dot(down), point.dot(away));
+            least = least.min(in_view);
+            most = most.max(in_view);
         }
         let extent = most - least;
         let side = extent.x.max(extent.y).max(f64::MIN_POSITIVE);
@@ -192,9 +192,9 @@ impl<'a> DepthMap<'a> {
         for (i, wy) in (-1..=2).zip(weights(fy)) {
             for (j, wx) in (-1..=2).zip(weights(fx)) {
                 let (column, row) = (first[0] + f64::from(j), first[1] + f64::from(i));
-                let own = at.z + across * (column + 0.5 - at.x) + along * (row + 0.5 - at.y);
+                let depth = at.z + across * (column + 0.5 - at.x) + along * (row + 0.5 - at.y);
                 // Beside the craft the plane of a surface in grazing light passes behind the far end of the map, where nothing is.
-                if self.depth(column, row) >= own.min(1.0) {
+                if self.depth(column, row) >= depth.min(1.0) {
                     lit += wx * wy;
                 }
             }
@@ -210,8 +210,8 @@ impl<'a> DepthMap<'a> {
         match &self.depths {
             Depths::Drawn(depths) => depths[row as usize * self.view.resolution as usize + column as usize],
             Depths::Traced(occluders) => {
-                let found = occluders.nearest(self.view.source(column, row), -self.view.sun);
-                found.map_or(1.0, |distance| distance / self.view.range)
+                let hit = occluders.nearest(self.view.source(column, row), -self.view.sun);
+                hit.map_or(1.0, |distance| distance / self.view.range)
             }
         }
     }

@@ -75,8 +75,8 @@ impl Occluders {
     /// Share of the Sun's disc that a node sees, at a position [m] with a unit normal. Either side of the surface may be lit.
     pub fn solar_visibility(&self, position: DVec3, normal: DVec3, sun: DVec3) -> f64 {
         let from = position + lit_side(normal, sun) * self.start;
-        let seen = disc_directions(sun).into_iter().filter(|direction| !self.is_hidden(from, *direction)).count();
-        seen as f64 / SUN_RAYS as f64
+        let open = disc_directions(sun).into_iter().filter(|direction| !self.is_hidden(from, *direction)).count();
+        open as f64 / SUN_RAYS as f64
     }
 
     /// Whether a triangle lies in a direction from a point [m].
@@ -97,7 +97,7 @@ impl Occluders {
     /// The first triangle in a direction from a point [m]. Of two at the same distance it is the one that the walk meets first.
     pub(crate) fn first(&self, from: DVec3, direction: DVec3) -> Option<Hit> {
         let inverse = direction.recip();
-        let (mut at, mut nearest, mut found) = (0, f64::INFINITY, None);
+        let (mut at, mut nearest, mut hit) = (0, f64::INFINITY, None);
         while let Some(node) = self.tree.nodes.get(at) {
             let (a, b) = ((node.low - from) * inverse, (node.high - from) * inverse);
             let enters = a.min(b).max_element();
@@ -108,15 +108,15 @@ impl Occluders {
             }
             for number in node.first as usize..(node.first + node.count) as usize {
                 let triangle = &self.triangles[number];
-                if let Some((distance, u, v)) = meets(triangle, from, direction).filter(|found| found.0 < nearest) {
+                if let Some((distance, u, v)) = meets(triangle, from, direction).filter(|meeting| meeting.0 < nearest) {
                     nearest = distance;
                     let outside = triangle[1].cross(triangle[2]).dot(direction) < 0.0;
-                    found = Some(Hit { triangle: number, distance, u, v, outside });
+                    hit = Some(Hit { triangle: number, distance, u, v, outside });
                 }
             }
             at += 1;
         }
-        found
+        hit
     }
 
     /// Calls `ends` with the distance of every triangle that a ray meets, until it returns true. Returns whether it did.
@@ -136,7 +136,7 @@ impl Occluders {
             if self.triangles[run]
                 .iter()
                 .filter_map(|triangle| meets(triangle, from, direction))
-                .any(|found| ends(found.0))
+                .any(|meeting| ends(meeting.0))
             {
                 return true;
             }

@@ -120,8 +120,8 @@ impl ShadowCasters {
         let nodes = nodes.par_iter();
         let map = match tree {
             Some(occluders) if self.method == ShadowMethod::Exact => {
-                let seen = |[place, normal]: &[DVec3; 2]| occluders.solar_visibility(*place, *normal, view.sun);
-                return Some(nodes.map(seen).collect());
+                let visibility = |[place, normal]: &[DVec3; 2]| occluders.solar_visibility(*place, *normal, view.sun);
+                return Some(nodes.map(visibility).collect());
             }
             Some(occluders) => DepthMap::traced(view, occluders),
             None if self.casters.joints.is_empty() => {

@@ -166,7 +166,7 @@ fn the_map_lets_light_through_gaps_narrower_than_its_lift_from_everywhere() {
     // An eighth of a texel of a view that is as wide as the diagonal.
     let lift = 0.125 * (100.0 * 2f64.sqrt()) / (2048.0 - 6.0);
     for sun in [DVec3::Z, DVec3::new(0.8, -0.3, 0.5).normalize(), DVec3::new(-0.6, 0.7, 0.2).normalize()] {
-        let found = |gap: f64| {
+        let computed = |gap: f64| {
             let positions: Vec<DVec3> = [plate(0.0, 50.0), plate(gap, 50.0)].concat();
             let triangles = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
             let view = SunProjection::new(sun, bounds(&positions), 2048);
@@ -175,8 +175,8 @@ fn the_map_lets_light_through_gaps_narrower_than_its_lift_from_everywhere() {
             let node = DVec3::new(3.0, 4.0, 0.0);
             (map.solar_visibility(node, DVec3::Z), exact.solar_visibility(node, DVec3::Z, sun))
         };
-        assert_eq!(found(0.9 * lift), (1.0, 0.0), "sun {sun}: a gap of {:.1} mm", 900.0 * lift);
-        assert_eq!(found(1.1 * lift), (0.0, 0.0), "sun {sun}: a gap of {:.1} mm", 1100.0 * lift);
+        assert_eq!(computed(0.9 * lift), (1.0, 0.0), "sun {sun}: a gap of {:.1} mm", 900.0 * lift);
+        assert_eq!(computed(1.1 * lift), (0.0, 0.0), "sun {sun}: a gap of {:.1} mm", 1100.0 * lift);
     }
 }
 

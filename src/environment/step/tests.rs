@@ -58,10 +58,10 @@ fn a_penumbra_anywhere_in_a_tick_is_counted_to_1e_5_of_it() {
             for step in -1..=10 {
                 let start = contact - length * 0.1 * f64::from(step);
                 let expected = fine_mean(loads.sky_model(), start, start + length, None);
-                let found = total(&loads.step_load(start, start + length));
+                let computed = total(&loads.step_load(start, start + length));
                 assert!(
-                    (found - expected).abs() < 1e-5 + 1e-4 * f64::from(u8::from(length > 100.0)),
-                    "{length} s from {start}: {found} against {expected}"
+                    (computed - expected).abs() < 1e-5 + 1e-4 * f64::from(u8::from(length > 100.0)),
+                    "{length} s from {start}: {computed} against {expected}"
                 );
                 let middle = loads.sky_model().lit_fraction(start + 0.5 * length);
                 instant_would_miss = instant_would_miss.max((middle - expected).abs());
@@ -83,9 +83,9 @@ fn every_plate_of_a_turning_craft_gets_its_mean_sun() {
             let lit_all_along = load.sun.first().map_or(DVec3::Z, |sample| sample.direction);
             for normal in [lit_all_along, DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z, DVec3::new(0.6, 0.0, 0.8)] {
                 let expected = SOLAR_CONSTANT * fine_mean(loads.sky_model(), start, start + length, Some(normal));
-                let found = solar_flux(&load, normal);
+                let computed = solar_flux(&load, normal);
                 let tolerance = tolerance + length * 2e-5;
-                assert!((found - expected).abs() < tolerance, "{length} s from {start}: {found}, {expected}");
+                assert!((computed - expected).abs() < tolerance, "{length} s from {start}: {computed}, {expected}");
             }
         }
     }
@@ -115,8 +115,8 @@ fn a_spinning_craft_gets_its_mean_sun_over_many_steps() {
         let loads = loads(&Attitude::Spin { inertial_from_body, axis, rate }, &environment);
         let step = 16.7;
         for normal in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z] {
-            let mean = |found: &dyn Fn(f64) -> f64| {
-                (0..steps).map(|n| found(step * f64::from(n))).sum::<f64>() / f64::from(steps)
+            let mean = |computed: &dyn Fn(f64) -> f64| {
+                (0..steps).map(|n| computed(step * f64::from(n))).sum::<f64>() / f64::from(steps)
             };
             let found = mean(&|start| solar_flux(&loads.step_load(start, start + step), normal));
             let expected =

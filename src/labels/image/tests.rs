@@ -39,10 +39,15 @@ pub(crate) fn small() -> LabelledImage {
     };
     let whole = |values: Vec<f32>| values.iter().map(|value| *value as u32).collect::<Vec<_>>();
     LabelledImage {
-        sample: 7,
-        orbit: 3,
-        number: 2,
-        split: Split::Validation,
+        identity: ImageIdentity {
+            sample: 7,
+            orbit: 3,
+            number: 2,
+            split: Split::Validation,
+            bits: 14,
+            sensor: vec![("temperature_K".to_owned(), 293.0)],
+            drawn: Vec::new(),
+        },
         width: 4,
         height: 3,
         lens: Lens::pinhole([10.0, 20.0], [2.0, 1.5]),
@@ -59,16 +64,15 @@ pub(crate) fn small() -> LabelledImage {
         lit: 1.0,
         planet: DVec3::NEG_Y,
         planet_radius: 1.2,
-        sensor: vec![("temperature_K".to_owned(), 293.0)],
-        drawn: Vec::new(),
-        bits: 14,
-        digital_numbers: Some(vec![5; 12]),
-        radiance: seen(40.0, 50.0),
-        temperature: seen(280.0, 300.004),
-        depth: seen(2.0, 3.0),
-        part: whole(seen(1.0, 2.0)),
-        material: whole(seen(1.0, 1.0)),
-        coverage: Vec::new(),
+        channels: ImageChannels {
+            digital_numbers: Some(vec![5; 12]),
+            radiance: seen(40.0, 50.0),
+            temperature: seen(280.0, 300.004),
+            depth: seen(2.0, 3.0),
+            part: whole(seen(1.0, 2.0)),
+            material: whole(seen(1.0, 1.0)),
+            coverage: Vec::new(),
+        },
     }
 }
 

@@ -102,8 +102,8 @@ fn two_outputs_never_share_a_place() {
     symlink("a", at("b")).unwrap();
     assert!(matches!(destinations([Some(&*at("a")), None, Some(&*at("b"))]), Err(OutputError::Twice(..))));
     let null = Path::new("/dev/null");
-    let found = destinations([Some(null), Some(null), Some(&*at("a")), None]).unwrap();
-    assert_eq!(found[2], Some(Destination::File(at("a"))));
+    let computed = destinations([Some(null), Some(null), Some(&*at("a")), None]).unwrap();
+    assert_eq!(computed[2], Some(Destination::File(at("a"))));
     assert!(!at("a").exists(), "a check makes nothing");
     assert!(destinations([Some(&*at("missing/a"))]).is_err());
 }

@@ -140,8 +140,8 @@ fn a_manifest_that_points_elsewhere_removes_nothing() {
         with_files(&root);
         fs::write(folder.path().join("victim"), b"").unwrap();
         let manifest = root.join(HOME).join("manifest");
-        let found = fs::metadata(folder.path().join("victim")).unwrap();
-        let since = found.modified().unwrap().duration_since(std::time::UNIX_EPOCH).unwrap().as_nanos();
+        let computed = fs::metadata(folder.path().join("victim")).unwrap();
+        let since = computed.modified().unwrap().duration_since(std::time::UNIX_EPOCH).unwrap().as_nanos();
         let line = format!("{{\"file\":\"{path}\",\"bytes\":\"0\",\"modified_ns\":\"{since}\"}}\n");
         let text = fs::read_to_string(&manifest).unwrap() + &line;
         fs::write(&manifest, text).unwrap();

@@ -88,9 +88,9 @@ fn row(at: &FileLine, data: &str, segment: &AttitudeSegment) -> Result<RotationR
     let numbers = numbers.ok_or_else(|| wrong("a rotation is an epoch and numbers; one of them is none".to_owned()))?;
     let columns = segment.kind.columns();
     if numbers.len() != columns.len() {
-        let (count, found) = (columns.len(), numbers.len());
+        let (count, given) = (columns.len(), numbers.len());
         return Err(wrong(format!(
-            "{} has {count} numbers after the epoch ({}), found {found}",
+            "{} has {count} numbers after the epoch ({}), found {given}",
             segment.kind.name,
             columns.join(" ")
         )));

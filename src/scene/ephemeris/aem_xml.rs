@@ -69,18 +69,18 @@ fn row(at: &FileLine, state: Node, segment: &AttitudeSegment) -> Result<Rotation
 /// Angles of version 1, `<rotation1 angle="Z_ANGLE">`, in the order of the turns. If an axis occurs twice, its angles
 /// keep the order of the tags.
 fn by_label(angles: Node, axes: &[usize; 3]) -> Result<[f64; 3], (String, String)> {
-    let mut found: [Option<f64>; 3] = [None; 3];
+    let mut by_place: [Option<f64>; 3] = [None; 3];
     for node in angles.children().filter(Node::is_element) {
         let name = node.tag_name().name().to_owned();
         let label = node.attribute("angle").unwrap_or_default();
         let axis = ["X_ANGLE", "Y_ANGLE", "Z_ANGLE"].iter().position(|known| *known == label);
-        let place = (0..3).find(|place| Some(axes[*place]) == axis && found[*place].is_none());
+        let place = (0..3).find(|place| Some(axes[*place]) == axis && by_place[*place].is_none());
         let Some(place) = place else {
             return Err((name, format!("its angle '{label}' has no place in the sequence of EULER_ROT_SEQ")));
         };
-        found[place] = Some(value(node, "deg").map_err(|message| (name, message))?);
+        by_place[place] = Some(value(node, "deg").map_err(|message| (name, message))?);
     }
-    match found {
+    match by_place {
         [Some(first), Some(second), Some(third)] => Ok([first, second, third]),
         _ => Err(("rotationAngles".to_owned(), "must hold three angles".to_owned())),
     }

@@ -153,9 +153,9 @@ fn from_segments(
         .collect::<Vec<_>>();
     let (count, states) = (parts.len(), parts.iter().map(|part| part.samples.len()).sum::<usize>());
     let (ephemeris, findings) = Ephemeris::new(parts);
-    let found = findings.to_string();
-    if !found.is_empty() {
-        assumptions.push(format!("{name}: {found}."));
+    let remarks = findings.to_string();
+    if !remarks.is_empty() {
+        assumptions.push(format!("{name}: {remarks}."));
     }
     let called = if object.0.is_empty() { String::new() } else { format!(" of {}", object.0) };
     let description = format!("{states} states{called} in {count} segment(s), {name}");

@@ -34,8 +34,8 @@ fn state(at: &FileLine, vector: Node) -> Result<StateLine, SceneError> {
     let child = |name: &'static str| children(vector, name).next();
     let epoch = child("EPOCH").map(text).unwrap_or_default().to_owned();
     let component = |name: &'static str, unit: &str| {
-        let found = child(name).ok_or_else(|| "is missing".to_owned()).and_then(|node| value(node, unit));
-        found.map(|number| number * 1e3).map_err(|message| at.error(&format!("epoch {epoch}: {name}"), message))
+        let number = child(name).ok_or_else(|| "is missing".to_owned()).and_then(|node| value(node, unit));
+        number.map(|number| number * 1e3).map_err(|message| at.error(&format!("epoch {epoch}: {name}"), message))
     };
     Ok(StateLine {
         line: at.line,

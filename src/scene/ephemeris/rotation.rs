@@ -366,9 +366,9 @@ fn velocity_in_b(path: &Path, metadata: &Metadata) -> Result<bool, SceneError> {
         FileLine { path, line: metadata.line }.error("ANGVEL_FRAME", message)
     })?;
     let frames = ["REF_FRAME_A", "REF_FRAME_B"].map(|frame| (frame, metadata.get(frame).map_or("", |(_, name)| name)));
-    let found =
+    let place =
         frames.iter().position(|(frame, name)| stated.eq_ignore_ascii_case(frame) || stated.eq_ignore_ascii_case(name));
-    found.map(|place| place == 1).ok_or_else(|| {
+    place.map(|place| place == 1).ok_or_else(|| {
         let message = format!("'{stated}' is neither of the two frames, {}", list(frames.map(|(_, name)| name)));
         FileLine { path, line }.error(key, message)
     })

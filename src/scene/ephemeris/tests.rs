@@ -162,8 +162,8 @@ fn usable_times_degrees_and_time_systems_are_followed() {
         });
         assert!(error(&trajectory, 0.0) > 1e3 || offset == 0.0, "{system}");
         let [x, y, z, ..] = circle(500.0 - offset);
-        let found = trajectory.state(500.0).unwrap().position;
-        assert!(found.distance(DVec3::new(x, y, z) * 1e3) < 0.1, "{system}");
+        let computed = trajectory.state(500.0).unwrap().position;
+        assert!(computed.distance(DVec3::new(x, y, z) * 1e3) < 0.1, "{system}");
     }
 }
 

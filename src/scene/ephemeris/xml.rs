@@ -41,8 +41,8 @@ fn check_shape(text: &str) -> Result<(), (usize, String)> {
     let bytes = text.as_bytes();
     let mut depth = 0usize;
     let mut at = 0;
-    while let Some(found) = text[at..].find('<') {
-        let tag = at + found;
+    while let Some(offset) = text[at..].find('<') {
+        let tag = at + offset;
         let rest = &text[tag..];
         let skipped = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>"), ("<!", ">")]
             .into_iter()
@@ -88,10 +88,8 @@ pub(super) fn messages<'a, 'i>(
     let root = document.root_element();
     let messages: Vec<Node> = root.descendants().filter(|node| node.tag_name().name() == kind).collect();
     if messages.is_empty() {
-        let found = root.tag_name().name();
-        return Err(
-            FileLine { path, line: 1 }.error(found, format!("holds no <{kind}>: only {what} messages are read"))
-        );
+        let name = root.tag_name().name();
+        return Err(FileLine { path, line: 1 }.error(name, format!("holds no <{kind}>: only {what} messages are read")));
     }
     Ok(messages)
 }

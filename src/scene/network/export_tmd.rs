@@ -24,7 +24,7 @@ pub struct TmdSolution<'a> {
 impl TmdSolution<'_> {
     /// Temperature of a node at a time [K], linear between its times and held beyond them.
     fn at(&self, node: usize, time: f64) -> f64 {
-        let next = self.times.partition_point(|own| *own < time);
+        let next = self.times.partition_point(|known| *known < time);
         match (next.checked_sub(1), self.times.get(next)) {
             (Some(last), Some(to)) => {
                 let (from, before, after) = (self.times[last], self.rows[last][node], self.rows[next][node]);
@@ -148,11 +148,11 @@ fn list_radiative(network: &Network, space: u32) -> Conductors {
 
 /// A number for each label: its own where it is one, otherwise the next that is free.
 fn numbers(labels: &[String]) -> Vec<i64> {
-    let own = |label: &String| {
+    let number = |label: &String| {
         let number: i64 = label.parse().ok()?;
         ((1..=i64::from(i32::MAX)).contains(&number) && number.to_string() == *label).then_some(number)
     };
-    let taken: HashSet<i64> = labels.iter().filter_map(own).collect();
+    let taken: HashSet<i64> = labels.iter().filter_map(number).collect();
     let mut free = (1..).filter(|number| !taken.contains(number));
-    labels.iter().map(|label| own(label).or_else(|| free.next()).unwrap_or_default()).collect()
+    labels.iter().map(|label| number(label).or_else(|| free.next()).unwrap_or_default()).collect()
 }

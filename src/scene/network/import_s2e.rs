@@ -227,8 +227,8 @@ fn loads(folder: &Files, nodes: &[S2eNode]) -> Result<Vec<Load>, String> {
 fn matrix(folder: &Files, file: &str, size: usize) -> Result<Vec<Vec<f64>>, String> {
     let rows = needed(folder, file)?;
     if rows.len() != size + 1 {
-        let found = rows.len().saturating_sub(1);
-        return Err(format!("{}: has {found} rows for {size} nodes", folder.path(file)));
+        let count = rows.len().saturating_sub(1);
+        return Err(format!("{}: has {count} rows for {size} nodes", folder.path(file)));
     }
     let row = |(line, record): &(u64, csv::StringRecord)| {
         (1..=size).map(|column| number(folder, file, *line, record, column)).collect()

@@ -102,16 +102,16 @@ fn joined(
     kind: &str,
     notes: &mut Vec<String>,
 ) -> Vec<([u32; 2], f64)> {
-    let mut found = Vec::with_capacity(conductors.nodes.len());
-    let (mut idle, mut own) = (0, 0);
+    let mut kept = Vec::with_capacity(conductors.nodes.len());
+    let (mut idle, mut loops) = (0, 0);
     for (ends, value) in conductors.nodes.iter().zip(&conductors.values) {
         match ends.map(|end| number[end as usize]) {
-            [Some(a), Some(b)] if a == b => own += 1,
-            [Some(a), Some(b)] => found.push(([a, b], *value)),
+            [Some(a), Some(b)] if a == b => loops += 1,
+            [Some(a), Some(b)] => kept.push(([a, b], *value)),
             _ => idle += 1,
         }
     }
-    for (count, what) in [(idle, "end at an inactive node"), (own, "join a node to itself")] {
+    for (count, what) in [(idle, "end at an inactive node"), (loops, "join a node to itself")] {
         if count > 0 {
             notes.push(format!("{count} {kind} {what} and are left out."));
         }
@@ -124,7 +124,7 @@ fn joined(
             conductors.change
         ));
     }
-    found
+    kept
 }
 
 /// The sum of the loads over time. `None` if there is none at any time.

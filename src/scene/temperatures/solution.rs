@@ -70,7 +70,7 @@ impl Solution {
     pub(crate) fn at(&self, time: f64) -> Vec<f64> {
         let count = self.nodes.len();
         let row = |at: usize| &self.temperatures[at * count..(at + 1) * count];
-        let next = self.times.partition_point(|own| *own < time);
+        let next = self.times.partition_point(|known| *known < time);
         if next == 0 {
             return row(0).to_vec();
         }

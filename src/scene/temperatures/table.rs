@@ -158,8 +158,12 @@ fn long(
     let mut times: Vec<f64> = samples.iter().flatten().map(|(time, _)| *time).collect();
     times.sort_unstable_by(f64::total_cmp);
     times.dedup();
-    let short: Vec<&str> =
-        nodes.iter().zip(&samples).filter(|(_, own)| own.len() < times.len()).map(|(node, _)| &*node.name).collect();
+    let short: Vec<&str> = nodes
+        .iter()
+        .zip(&samples)
+        .filter(|(_, samples_of_node)| samples_of_node.len() < times.len())
+        .map(|(node, _)| &*node.name)
+        .collect();
     let mut notes = Vec::new();
     if !short.is_empty() {
         let listed = short[..short.len().min(NAMED)].join(", ");
@@ -172,13 +176,14 @@ fn long(
             times.len()
         ));
     }
-    let temperatures = times.iter().flat_map(|time| samples.iter().map(|own| between(own, *time))).collect();
+    let temperatures =
+        times.iter().flat_map(|time| samples.iter().map(|samples_of_node| between(samples_of_node, *time))).collect();
     Ok(Solution { nodes, times, temperatures, notes })
 }
 
 /// The value of a line through points at a time, held beyond its ends.
 fn between(points: &[(f64, f64)], time: f64) -> f64 {
-    let next = points.partition_point(|(own, _)| *own < time);
+    let next = points.partition_point(|(known, _)| *known < time);
     match (next.checked_sub(1).map(|last| points[last]), points.get(next)) {
         (Some((from, before)), Some((to, after))) => before + (after - before) * (time - from) / (to - from),
         (Some((_, before)), None) => before,

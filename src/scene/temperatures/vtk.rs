@@ -76,11 +76,11 @@ fn of_piece(
     if points.is_empty() {
         return Ok((Vec::new(), Vec::new()));
     }
-    let of = |section: &str| -> Vec<Node> {
+    let arrays_of = |section: &str| -> Vec<Node> {
         let arrays = child(piece, section).into_iter().flat_map(|section| section.children());
         arrays.filter(|node| node.has_tag_name("DataArray") && components(*node) == 1).collect()
     };
-    let (of_points, of_cells) = (of("PointData"), of("CellData"));
+    let (of_points, of_cells) = (arrays_of("PointData"), arrays_of("CellData"));
     let chosen = |all: &[Node]| -> Option<usize> {
         let named = |node: &Node| {
             let name = node.attribute("Name").unwrap_or("");
@@ -89,13 +89,13 @@ fn of_piece(
         all.iter().position(named)
     };
     let (values, places) = match (chosen(&of_points), chosen(&of_cells)) {
-        (Some(found), other) => {
+        (Some(index), other) => {
             if other.is_some() {
                 notes.push("Points and cells have temperatures: those of the points are taken.".to_owned());
             }
-            (of_points[found], points)
+            (of_points[index], points)
         }
-        (None, Some(found)) => (of_cells[found], centres(piece, arrays, &points)?),
+        (None, Some(index)) => (of_cells[index], centres(piece, arrays, &points)?),
         (None, None) => {
             let names = of_points.iter().chain(&of_cells).map(|node| node.attribute("Name").unwrap_or("(no name)"));
             let names = plain(&names.collect::<Vec<_>>().join(", ")).into_owned();
@@ -132,15 +132,16 @@ fn centres(piece: Node, arrays: &Arrays, points: &[DVec3]) -> Result<Vec<DVec3>,
         let (corners, ends) = (named("connectivity")?, named("offsets")?);
         let mut first = 0;
         for end in ends {
-            let own = corners.get(first..end as usize).filter(|own| !own.is_empty());
-            let own = own.ok_or_else(|| arrays.wrong(cells, format!("cell {} has no points", centres.len() + 1)))?;
+            let points_of_cell = corners.get(first..end as usize).filter(|points_of_cell| !points_of_cell.is_empty());
+            let points_of_cell = points_of_cell
+                .ok_or_else(|| arrays.wrong(cells, format!("cell {} has no points", centres.len() + 1)))?;
             let mut sum = DVec3::ZERO;
-            for corner in own {
+            for corner in points_of_cell {
                 let point = points.get(*corner as usize).filter(|_| *corner >= 0.0);
                 sum +=
                     *point.ok_or_else(|| arrays.wrong(cells, format!("names point {corner} of {}", points.len())))?;
             }
-            centres.push(sum / own.len() as f64);
+            centres.push(sum / points_of_cell.len() as f64);
             first = end as usize;
         }
     }

@@ -199,9 +199,9 @@ impl TmdFile<'_> {
             |group: &Group, object: &str| group.member_names().map_err(|source| hdf5(self.path, object, source));
         let mut notes = Vec::new();
         let root = self.file.root_group().map_err(|source| hdf5(self.path, "/", source))?;
-        for (group, object, own) in [(&root, "/", SET), (set, SET, GROUP)] {
-            for other in names(group, object)?.0.iter().filter(|name| *name != own) {
-                notes.push(format!("The group {} beside {own} is left out.", plain(other)));
+        for (group, object, read_here) in [(&root, "/", SET), (set, SET, GROUP)] {
+            for other in names(group, object)?.0.iter().filter(|name| *name != read_here) {
+                notes.push(format!("The group {} beside {read_here} is left out.", plain(other)));
             }
         }
         for other in names(set, SET)?.1.iter().chain(&names(data, GROUP)?.1) {
@@ -392,7 +392,7 @@ impl TmdFile<'_> {
             let message = format!("has the extents {:?} for {times} times and {count} conductors", data.shape);
             return Err(self.wrong(&data.object, message));
         }
-        let mut found = Conductors::default();
+        let mut conductors = Conductors::default();
         let mut second = 0;
         for conductor in 0..count {
             let end = |column: usize| {
@@ -403,7 +403,7 @@ impl TmdFile<'_> {
                 let message = format!("conductor {} joins node {place} of {nodes}", conductor + 1);
                 Err(self.wrong(&ends.object, message))
             };
-            found.nodes.push([end(0)?, end(1)?]);
+            conductors.nodes.push([end(0)?, end(1)?]);
             let value = |time: usize| data.values[(time * count + conductor) * per];
             let first = value(0);
             let mut change = 0.0_f64;
@@ -415,9 +415,9 @@ impl TmdFile<'_> {
                 }
                 change = change.max((value - first).abs() / first.max(f64::MIN_POSITIVE));
             }
-            found.values.push(first);
-            found.changing += usize::from(change > 0.0);
-            found.change = found.change.max(change);
+            conductors.values.push(first);
+            conductors.changing += usize::from(change > 0.0);
+            conductors.change = conductors.change.max(change);
             second += usize::from(per > 1 && data.values[conductor * per + 1] != 1.0);
         }
         if second > 0 {
@@ -425,6 +425,6 @@ impl TmdFile<'_> {
                 "The second number of {second} {kind}, whose meaning isotherm does not know, is not 1; it is left out."
             ));
         }
-        Ok(found)
+        Ok(conductors)
     }
 }

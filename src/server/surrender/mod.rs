@@ -8,7 +8,7 @@ pub(crate) mod session;
 pub(crate) mod stage;
 pub(crate) mod values;
 
-pub use session::talk;
+pub use session::talk_surrender;
 
 /// The port that scripts connect to by default.
 pub(crate) const PORT: u16 = 5151;

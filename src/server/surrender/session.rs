@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::calls::{FORMAL, WITHOUT_EFFECT};
 use super::stage::SurrenderStage;
-use super::values::{Hash, Value, read, write};
+use super::values::{Hash, Value, read, write_value};
 use crate::server::connection::Connection;
 use crate::server::craft::{ServedCraft, nearest};
 use crate::server::error::{ConnectionEnd, Refusal};
@@ -20,7 +20,7 @@ const MOST_CRAFT: usize = 8;
 const STEP_TO: &str = "isotherm.step_to(";
 
 /// Serves a client up to its end.
-pub fn talk(server: &Server, connection: &mut Connection, client: &str) -> ConnectionEnd {
+pub fn talk_surrender(server: &Server, connection: &mut Connection, client: &str) -> ConnectionEnd {
     let stop = connection.stop();
     let mut session = SurrenderSession {
         server,
@@ -116,7 +116,7 @@ impl SurrenderSession<'_> {
             }
         }
         reply.insert(String::new(), Value::Text(name.clone()));
-        bytes.extend(write(&reply));
+        bytes.extend(write_value(&reply));
         connection.send(&bytes)
     }
 
@@ -281,7 +281,7 @@ fn picture(image: &Image, key: &'static str, data: Vec<u8>) -> Vec<(&'static str
 /// A message that the client prints.
 fn message(text: &str) -> Vec<u8> {
     let text = format!("{text}\n").into_bytes();
-    write(&Hash::from([(String::new(), Value::Text(String::new())), ("data".to_owned(), Value::Bytes(text))]))
+    write_value(&Hash::from([(String::new(), Value::Text(String::new())), ("data".to_owned(), Value::Bytes(text))]))
 }
 
 /// The values of a call for the log.

@@ -138,8 +138,8 @@ impl SurrenderStage {
         };
         let turned = DQuat::from_vec4(unit);
         if name == CAMERA {
-            let own = DMat3::from_quat(turned);
-            self.attitude = if self.looks_forward { own } else { own * forward_from_backward() };
+            let rotation = DMat3::from_quat(turned);
+            self.attitude = if self.looks_forward { rotation } else { rotation * forward_from_backward() };
         } else {
             self.object(name)?.attitude = turned;
         }

@@ -148,7 +148,7 @@ impl ValueReader<'_, '_> {
 }
 
 /// The bytes of a hash.
-pub fn write(hash: &Hash) -> Vec<u8> {
+pub fn write_value(hash: &Hash) -> Vec<u8> {
     let mut bytes = Vec::new();
     put_hash(&mut bytes, hash);
     bytes
@@ -213,7 +213,7 @@ mod tests {
         let call = Hash::from([(String::new(), Value::Text("version".to_owned()))]);
         let measured =
             [&[0, 0, 0, 1, 0xFF, 0xFF, 0xFF, 0xFF, 0, 0, 0, 10, 0, 0, 0, 0, 14][..], b"\0v\0e\0r\0s\0i\0o\0n"].concat();
-        assert_eq!(write(&call), measured);
+        assert_eq!(write_value(&call), measured);
         assert_eq!(measured.len(), 31);
     }
 }

@@ -46,10 +46,10 @@ pub(crate) struct Mounted {
 }
 
 /// The view of another craft from a camera on one craft. Only differences of positions count, in f64.
-pub(crate) fn view(camera: &Mounted, carrier: &CraftPlace, seen: &CraftPlace) -> ProtocolCamera {
+pub(crate) fn view(camera: &Mounted, carrier: &CraftPlace, craft: &CraftPlace) -> ProtocolCamera {
     let focal = 0.5 * f64::from(camera.size[1]) / (0.5 * camera.field_of_view).tan();
-    let seen_from_inertial = seen.inertial_from_body.conjugate();
-    let apart = carrier.position - seen.position + carrier.inertial_from_body * camera.position;
+    let seen_from_inertial = craft.inertial_from_body.conjugate();
+    let apart = carrier.position - craft.position + carrier.inertial_from_body * camera.position;
     let seen_from_carrier = DMat3::from_quat(seen_from_inertial * carrier.inertial_from_body);
     ProtocolCamera {
         size: camera.size,
@@ -107,7 +107,7 @@ mod tests {
         for (point, expected) in cases {
             let there = to_camera(DVec3::from(point));
             let pixel = [160.0 + seen.focal[0] * there.x / there.z, 128.0 + seen.focal[1] * there.y / there.z, there.z];
-            let error = pixel.iter().zip(expected).map(|(found, expected)| (found - expected).abs());
+            let error = pixel.iter().zip(expected).map(|(computed, expected)| (computed - expected).abs());
             assert!(error.fold(0.0, f64::max) < 2e-6, "{pixel:?}");
         }
         let turned = CraftPlace { inertial_from_body: chaser.inertial_from_body.conjugate(), ..chaser };

@@ -150,10 +150,10 @@ pub(crate) struct VizMessage {
 
 /// Three numbers as a vector. `None` unless there are three finite numbers. An absent list is zero, as for all numbers.
 pub(crate) fn vector(list: &[f64]) -> Option<glam::DVec3> {
-    let found = match list {
+    let vector = match list {
         [] => glam::DVec3::ZERO,
         [x, y, z] => glam::DVec3::new(*x, *y, *z),
         _ => return None,
     };
-    found.is_finite().then_some(found)
+    vector.is_finite().then_some(vector)
 }

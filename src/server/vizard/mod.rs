@@ -9,7 +9,7 @@ pub(crate) mod session;
 pub(crate) mod world;
 pub(crate) mod zmtp;
 
-pub use session::talk;
+pub use session::talk_vizard;
 
 /// The port that scripts connect to by default.
 pub(crate) const PORT: u16 = 5556;

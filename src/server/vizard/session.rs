@@ -32,7 +32,7 @@ const FAR: f64 = 100.0;
 const RADIUS_TOLERANCE: f64 = 0.02;
 
 /// Serves a client up to its end.
-pub fn talk(server: &Server, connection: &mut Connection, client: &str) -> ConnectionEnd {
+pub fn talk_vizard(server: &Server, connection: &mut Connection, client: &str) -> ConnectionEnd {
     let mut session = VizardSession { server, client, stop: connection.stop(), run: None, said: BTreeSet::new() };
     match greet(connection).and_then(|()| session.serve(connection)) {
         Ok(never) => match never {},

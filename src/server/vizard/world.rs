@@ -70,7 +70,7 @@ pub(crate) fn heavens(
     planet: Option<&str>,
     now: Option<Epoch>,
 ) -> Result<Heavens, Refusal> {
-    let mut found: Option<(f64, &Body, DVec3)> = None;
+    let mut nearest: Option<(f64, &Body, DVec3)> = None;
     for body in message.bodies.iter().filter(|body| !is_sun(body)) {
         let position = usable("position", &body.name, &body.position)?;
         let size = match planet {
@@ -78,11 +78,11 @@ pub(crate) fn heavens(
             Some(_) => continue,
             None => body.radius.max(1.0) / (craft - position).length().max(1.0),
         };
-        if found.is_none_or(|(largest, ..)| size > largest) {
-            found = Some((size, body, position));
+        if nearest.is_none_or(|(largest, ..)| size > largest) {
+            nearest = Some((size, body, position));
         }
     }
-    let Some((_, planet, position)) = found else {
+    let Some((_, planet, position)) = nearest else {
         return Err(Refusal::because("the messages have no planet: add one to the gravity bodies of the spacecraft"));
     };
     let sun = message.bodies.iter().find(|body| is_sun(body));
@@ -156,8 +156,8 @@ mod tests {
         let craft = DVec3::new(7e6, 0.0, 0.0);
         let earth = body("earth", [0.0; 3], 6378.1);
         let told = message(vec![earth.clone(), body("sun", [0.0, -1.5e11, 0.0], 7e5)]);
-        let found = heavens(&told, craft, None, now).expect("a sky");
-        assert_eq!((found.sun, found.sun_from), (DVec3::new(0.0, -1.5e11, 0.0), SunFrom::Message));
+        let computed = heavens(&told, craft, None, now).expect("a sky");
+        assert_eq!((computed.sun, computed.sun_from), (DVec3::new(0.0, -1.5e11, 0.0), SunFrom::Message));
         // At the March equinox of 2026 the Sun is near +X.
         let together = message(vec![earth.clone(), body("sun", [0.0; 3], 7e5)]);
         let found = heavens(&together, craft, None, now).expect("a sky");

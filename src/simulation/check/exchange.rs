@@ -85,9 +85,9 @@ impl ExchangeCheck {
             exchange.light(load, |node| nodes[node][1], mirrored.as_ref())
         };
         let of_nodes = |absorbed: &[f64], light: &CraftLight| -> Vec<[FaceLoad; 2]> {
-            (0..nodes.len()).map(|node| exchange.of_node(node, absorbed, &light.seen)).collect()
+            (0..nodes.len()).map(|node| exchange.of_node(node, absorbed, &light.planet_shares)).collect()
         };
-        let due = self.renewal.due(load, steps, turned || self.light.seen.is_empty());
+        let due = self.renewal.due(load, steps, turned || self.light.planet_shares.is_empty());
         if due == Due::Nothing {
             return of_nodes(&self.before, &self.light);
         }

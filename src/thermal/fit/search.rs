@@ -100,9 +100,9 @@ impl FitProblem<'_> {
         let mut warm = self.first_guess();
         for ln_t_max in self.search_range() {
             let held = self.bounds(Some(ln_t_max));
-            let found =
+            let minima =
                 [self.first_guess(), warm].map(|start| minimise(&|x| self.residuals(&rows, x), &start, &held, 6));
-            let [a, b] = found;
+            let [a, b] = minima;
             let better = if b.sum_of_squares < a.sum_of_squares { b } else { a };
             warm = better.x.clone();
             starts.push(better);
@@ -156,17 +156,17 @@ impl FitProblem<'_> {
             low < high && (x[i] - bounds[i][side]).abs() <= AT_BOUND * (high - low)
         };
         let has_rate = matches!(self.kind, FitKind::Exponential | FitKind::Logarithmic);
-        let mut found = Vec::new();
+        let mut bounded = Vec::new();
         if at(0, 0) || at(0, 1) {
-            found.push("t_max is");
+            bounded.push("t_max is");
         }
         if at(1, 0) || at(1, 1) && self.target(x) > 0.0 {
-            found.push("the target is");
+            bounded.push("the target is");
         }
         if has_rate && (at(2, 0) || at(2, 1)) {
-            found.push("the rate is");
+            bounded.push("the rate is");
         }
-        found
+        bounded
     }
 
     fn residuals(&self, rows: &[[f64; 2]], x: &[f64]) -> Vec<f64> {

@@ -53,13 +53,13 @@ fn every_function_is_found_in_its_own_data_in_both_domains() {
         for domain in [Domain::Temperature, Domain::FourthPower] {
             for (ends, t_max) in [([180.0, 310.0], 100.0), ([500.0, 2.7], 37.0)] {
                 let data = samples(301, 150.0, |time| response(&shape, domain, ends, time / t_max));
-                let found = best(&data, None);
-                let place = format!("{shape:?} {domain:?} {ends:?}: {found:?}");
-                let Fit { response, .. } = &found;
+                let computed = best(&data, None);
+                let place = format!("{shape:?} {domain:?} {ends:?}: {computed:?}");
+                let Fit { response, .. } = &computed;
                 assert_eq!((response.domain, response.function.kind_name()), (domain, expected.kind_name()), "{place}");
                 assert!((response.t_max / t_max - 1.0).abs() < 1e-4, "{place}");
                 assert!((response.target - ends[1]).abs() < 1e-2, "{place}");
-                assert!(found.rms < 1e-4 && found.max < 1e-3 && !found.ends_after_data, "{place}");
+                assert!(computed.rms < 1e-4 && computed.max < 1e-3 && !computed.ends_after_data, "{place}");
                 let (found, expected) = (numbers(&response.function), numbers(&expected));
                 assert_eq!(found.len(), expected.len());
                 assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3 * b.abs().max(1.0)), "{place}");
@@ -120,10 +120,10 @@ fn a_radiating_plate_is_no_function_but_a_table() {
 fn a_table_that_stops_short_goes_on_to_a_given_target() {
     // Two lines: only a table has this shape.
     let data = samples(81, 80.0, |time| 300.0 - time.min(20.0) * 2.0 - (time - 20.0).max(0.0) * 0.5);
-    let found = best(&data, Some(220.0));
-    assert_eq!(found.response.function.kind_name(), "table");
-    assert!((found.response.t_max - 100.0).abs() < 1e-6 && found.ends_after_data, "{found:?}");
-    assert!((found.response.temperature(90.0) - 225.0).abs() < 1e-6);
+    let computed = best(&data, Some(220.0));
+    assert_eq!(computed.response.function.kind_name(), "table");
+    assert!((computed.response.t_max - 100.0).abs() < 1e-6 && computed.ends_after_data, "{computed:?}");
+    assert!((computed.response.temperature(90.0) - 225.0).abs() < 1e-6);
 }
 
 #[test]

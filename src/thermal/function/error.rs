@@ -24,15 +24,15 @@ pub enum FunctionError {
     #[error("a polynomial needs coefficients c0, c1, ... from -1e12 to 1e12, and one after c0 must differ from 0")]
     Coefficients,
     /// A polynomial of too high a degree.
-    #[error("a polynomial has at most {most} coefficients, found {found}: use a table or an expression instead")]
+    #[error("a polynomial has at most {most} coefficients, found {rows}: use a table or an expression instead")]
     TooManyCoefficients {
         /// Number of coefficients.
-        found: usize,
+        rows: usize,
         /// Greatest number of coefficients.
         most: usize,
     },
     /// A function that does not start at 0 or does not end at 1.
-    #[error("{function}: f({s}) must be {wanted}, found {found}")]
+    #[error("{function}: f({s}) must be {wanted}, found {value}")]
     End {
         /// Kind of the function.
         function: &'static str,
@@ -41,7 +41,7 @@ pub enum FunctionError {
         /// Expected value: 0 or 1.
         wanted: f64,
         /// Given value.
-        found: f64,
+        value: f64,
     },
     /// A function that decreases somewhere.
     #[error(

@@ -79,9 +79,9 @@ impl Expression {
             before = (s, value);
         }
         for (s, wanted) in [(0.0, 0.0), (1.0, 1.0)] {
-            let found = f(s);
-            if (found - wanted).abs() > END_TOLERANCE {
-                return Err(FunctionError::End { function, s, wanted, found });
+            let value = f(s);
+            if (value - wanted).abs() > END_TOLERANCE {
+                return Err(FunctionError::End { function, s, wanted, value });
             }
         }
         Ok(())

@@ -28,7 +28,7 @@ impl Polynomial {
     pub(super) fn new(coefficients: &[f64]) -> Result<Self, FunctionError> {
         let function = "polynomial";
         if coefficients.len() > MAX_COEFFICIENTS {
-            return Err(FunctionError::TooManyCoefficients { found: coefficients.len(), most: MAX_COEFFICIENTS });
+            return Err(FunctionError::TooManyCoefficients { rows: coefficients.len(), most: MAX_COEFFICIENTS });
         }
         if coefficients.iter().any(|c| !(-LARGEST..=LARGEST).contains(c))
             || coefficients.iter().skip(1).all(|c| *c == 0.0)
@@ -36,9 +36,9 @@ impl Polynomial {
             return Err(FunctionError::Coefficients);
         }
         let end: f64 = coefficients.iter().sum();
-        for (s, wanted, found) in [(0.0, 0.0, coefficients[0]), (1.0, 1.0, end)] {
-            if (found - wanted).abs() > END_TOLERANCE {
-                return Err(FunctionError::End { function, s, wanted, found });
+        for (s, wanted, value) in [(0.0, 0.0, coefficients[0]), (1.0, 1.0, end)] {
+            if (value - wanted).abs() > END_TOLERANCE {
+                return Err(FunctionError::End { function, s, wanted, value });
             }
         }
         let mut left: Vec<f64> = about_the_end(coefficients).into_iter().map(|c| -c).collect();
@@ -59,8 +59,8 @@ impl Polynomial {
         }
         for step in 0..=64 {
             let s = f64::from(step) / 64.0;
-            let found = horner(&polynomial.left, 1.0 - s);
-            if (1.0 - found - horner(coefficients, s)).abs() > CANCELLATION + 2.0 * END_TOLERANCE {
+            let value = horner(&polynomial.left, 1.0 - s);
+            if (1.0 - value - horner(coefficients, s)).abs() > CANCELLATION + 2.0 * END_TOLERANCE {
                 return Err(FunctionError::Cancels { s });
             }
         }
@@ -136,9 +136,9 @@ mod tests {
     fn roots_are_found() {
         // (x - 0.25)(x - 0.5)(x - 0.75)
         let cubic = [-0.09375, 0.6875, -1.5, 1.0];
-        let found = roots(&cubic);
-        assert_eq!(found.len(), 3);
-        assert!(found.iter().zip([0.25, 0.5, 0.75]).all(|(a, b)| (a - b).abs() < 1e-14), "{found:?}");
+        let computed = roots(&cubic);
+        assert_eq!(computed.len(), 3);
+        assert!(computed.iter().zip([0.25, 0.5, 0.75]).all(|(a, b)| (a - b).abs() < 1e-14), "{computed:?}");
         assert!(roots(&[1.0, 0.0, 1.0]).is_empty());
     }
 
@@ -170,9 +170,9 @@ mod tests {
         assert!(matches!(Polynomial::new(&[0.0, 0.9]), Err(FunctionError::End { s: 1.0, .. })));
         assert!(matches!(Polynomial::new(&[0.0, f64::NAN]), Err(FunctionError::Coefficients)));
         assert!(matches!(Polynomial::new(&[]), Err(FunctionError::Coefficients)));
-        let found = |terms: usize| Polynomial::new(&[vec![0.0; terms - 1], vec![1.0]].concat());
-        assert!(matches!(found(65), Err(FunctionError::TooManyCoefficients { found: 65, most: 64 })));
-        assert!(!matches!(found(64), Err(FunctionError::TooManyCoefficients { .. })));
+        let computed = |terms: usize| Polynomial::new(&[vec![0.0; terms - 1], vec![1.0]].concat());
+        assert!(matches!(computed(65), Err(FunctionError::TooManyCoefficients { rows: 65, most: 64 })));
+        assert!(!matches!(computed(64), Err(FunctionError::TooManyCoefficients { .. })));
     }
 
     #[test]

@@ -175,17 +175,17 @@ fn a_quick_look_refuses_what_the_pieces_refuse() {
     }
     let (mut refused, mut lazy) = (0, 0);
     for text in &texts {
-        let found = Function::expression(text);
+        let computed = Function::expression(text);
         let Ok(whole) = Expression::new(text) else {
-            assert!(found.is_err());
+            assert!(computed.is_err());
             continue;
         };
         let kind = FunctionKind::Expression(whole);
         let active = 1.0 - idle_share(&kind);
         let eager = FunctionShape { kind, active, pieces: OnceLock::new() };
-        assert_eq!(found.as_ref().err(), eager.check().err().as_ref(), "{text}");
-        refused += u32::from(found.is_err());
-        lazy += u32::from(matches!(found, Ok(Function::Shaped(shape)) if shape.pieces.get().is_none()));
+        assert_eq!(computed.as_ref().err(), eager.check().err().as_ref(), "{text}");
+        refused += u32::from(computed.is_err());
+        lazy += u32::from(matches!(computed, Ok(Function::Shaped(shape)) if shape.pieces.get().is_none()));
     }
     assert!(refused >= 12 && lazy >= 3, "{refused} refused, {lazy} without pieces");
 }

@@ -91,12 +91,8 @@ pub(crate) fn integrate_leg(
         limit: (settings.tolerance * share).max(FLOOR),
         euler_rate: EULER_SHARE * settings.tolerance / duration,
         watch,
-        heat: Default::default(),
-        heat_set: 0.0,
-        since: 0.0,
-        sensed: Vec::new(),
-        paces: vec![Pace::default(); on.len()],
-        on,
+        heat: PresentHeat::default(),
+        thermostats: ThermostatRun { sensed: Vec::new(), paces: vec![Pace::default(); on.len()], on },
         step: leg.step,
         rate: 0.0,
         rate_age: RATE_AGE,
@@ -106,7 +102,7 @@ pub(crate) fn integrate_leg(
     };
     let ended = control.run();
     control.series.counts = control.stepper.counts();
-    control.series.on = control.on;
+    control.series.on = control.thermostats.on;
     control.series.step = control.step;
     (control.series, ended)
 }
@@ -126,17 +122,8 @@ struct Control<'a, W> {
     /// Greatest error of Euler per second [K/s].
     euler_rate: f64,
     watch: W,
-    /// Power [W] and slope [W/s] of every node at the time when the heat was set.
-    heat: [Vec<f64>; 2],
-    /// Time at which the heat was set [s].
-    heat_set: f64,
-    /// Time since then [s]. A separate variable resolves the sub-steps of a fast node late in a long run.
-    since: f64,
-    /// Present values of the sensors.
-    sensed: Vec<f64>,
-    on: Vec<bool>,
-    /// How fast each thermostat switches.
-    paces: Vec<Pace>,
+    heat: PresentHeat,
+    thermostats: ThermostatRun,
     /// Sub-step proposed by the last estimate.
     step: f64,
     /// Bound of the fastest rate, with its safety factor.
@@ -146,6 +133,25 @@ struct Control<'a, W> {
     /// Number of tries for which Euler is not tried.
     euler_pause: u32,
     series: Series,
+}
+
+/// The heat of tables and heaters.
+#[derive(Default)]
+struct PresentHeat {
+    /// Power [W] and slope [W/s] of every node at the time when the heat was set.
+    terms: [Vec<f64>; 2],
+    /// Time at which the heat was set [s].
+    set_at: f64,
+    /// Time since then [s]. A separate variable resolves the sub-steps of a fast node late in a long run.
+    since: f64,
+}
+
+struct ThermostatRun {
+    /// Present values of the sensors.
+    sensed: Vec<f64>,
+    on: Vec<bool>,
+    /// How fast each thermostat switches.
+    paces: Vec<Pace>,
 }
 
 #[derive(Clone, Copy)]
@@ -176,25 +182,25 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
     /// Sets the heat of time 0 and balances the arithmetic nodes with it. The sensors start at these temperatures.
     fn start(&mut self) -> Result<(), ControlError> {
         self.put_heat(0.0)?;
-        self.sensed = self.sense();
+        self.thermostats.sensed = self.sense();
         Ok(())
     }
 
     fn now(&self) -> f64 {
-        self.heat_set + self.since
+        self.heat.set_at + self.heat.since
     }
 
     /// Sets the heat of tables and heaters from `time` on, which is the present time.
     fn put_heat(&mut self, time: f64) -> Result<(), ControlError> {
-        let (power, slope) = self.schedule.heat_after(self.network.len(), time, &self.on);
+        let (power, slope) = self.schedule.heat_after(self.network.len(), time, &self.thermostats.on);
         self.stepper.set_heat(&power, &slope);
-        self.heat_set = time;
-        self.since = 0.0;
+        self.heat.set_at = time;
+        self.heat.since = 0.0;
         self.rate_age = RATE_AGE;
         self.euler_pause = 0;
-        let found = self.stepper.balance(0.0);
-        self.heat = [power, slope];
-        if found {
+        let is_balanced = self.stepper.balance(0.0);
+        self.heat.terms = [power, slope];
+        if is_balanced {
             return self.check_balance();
         }
         let temperatures = self.stepper.temperatures();
@@ -205,7 +211,7 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
 
     /// Fails where an arithmetic node at 0 K loses more heat than it receives.
     fn check_balance(&mut self) -> Result<(), ControlError> {
-        let power = |node: usize| self.heat[0][node] + self.heat[1][node] * self.since;
+        let power = |node: usize| self.heat.terms[0][node] + self.heat.terms[1][node] * self.heat.since;
         if !self.arithmetic().any(|node| power(node) < 0.0) {
             return Ok(());
         }
@@ -227,8 +233,8 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
     fn open_heat(&self, temperatures: &[f64]) -> Vec<f64> {
         let mut heat = vec![0.0; temperatures.len()];
         self.network.exchanged_heat(temperatures, &mut heat);
-        for ((heat, power), slope) in heat.iter_mut().zip(&self.heat[0]).zip(&self.heat[1]) {
-            *heat += power + slope * self.since;
+        for ((heat, power), slope) in heat.iter_mut().zip(&self.heat.terms[0]).zip(&self.heat.terms[1]) {
+            *heat += power + slope * self.heat.since;
         }
         heat
     }
@@ -236,7 +242,7 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
     /// Integrates to `end`, which is not before the present time.
     fn advance(&mut self, end: f64) -> Result<(), ControlError> {
         // A switch sets the heat anew, and the time restarts from there.
-        while self.since < end - self.heat_set {
+        while self.heat.since < end - self.heat.set_at {
             let now = self.now();
             if !(self.watch)(now) {
                 return Err(ControlError::Stopped);
@@ -244,7 +250,7 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
             if self.stepper.counts().sub_steps >= MOST_SUB_STEPS {
                 return Err(ControlError::TooLong { time: now, step: self.step });
             }
-            self.forward(end - self.heat_set)?;
+            self.forward(end - self.heat.set_at)?;
         }
         Ok(())
     }
@@ -261,27 +267,27 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
         }
         self.rate_age += 1;
         if self.step.is_infinite() {
-            self.step = if self.rate > 0.0 { 1.0 / self.rate } else { end - self.since };
+            self.step = if self.rate > 0.0 { 1.0 / self.rate } else { end - self.heat.since };
         }
-        let plan = self.plan(end - self.since);
-        let t = self.since;
+        let plan = self.plan(end - self.heat.since);
+        let t = self.heat.since;
         let attempt = self.stepper.attempt(plan.method, t, plan.step, plan.count);
         if attempt.error.is_nan() || attempt.error > self.allowed(plan) {
             return self.reject(plan, attempt.error);
         }
-        let trace = SensorTrace { start: &self.sensed, rest: &attempt.sensed };
+        let trace = SensorTrace { start: &self.thermostats.sensed, rest: &attempt.sensed };
         let thermostats = &self.schedule.thermostats;
-        let crossing = trace.first_crossing(thermostats, &self.on);
+        let crossing = trace.first_crossing(thermostats, &self.thermostats.on);
         let rows = crossing.unwrap_or(plan.count as usize + 1);
-        if trace.may_hide_crossing(thermostats, &self.on, rows) && plan.step > SWITCH_TIME {
+        if trace.may_hide_crossing(thermostats, &self.thermostats.on, rows) && plan.step > SWITCH_TIME {
             self.step = 0.5 * plan.step;
             self.series.rejected += 1;
             return Ok(());
         }
         match crossing {
             None => {
-                let last = attempt.sensed.len() - self.sensed.len();
-                self.sensed.copy_from_slice(&attempt.sensed[last..]);
+                let last = attempt.sensed.len() - self.thermostats.sensed.len();
+                self.thermostats.sensed.copy_from_slice(&attempt.sensed[last..]);
                 self.keep(plan, end);
                 self.adapt(plan, attempt.error, end);
                 Ok(())
@@ -292,7 +298,7 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
                 if row > 1 {
                     let plan = PlannedTry { count: row as u32 - 1, ..plan };
                     self.stepper.attempt(plan.method, t, plan.step, plan.count);
-                    self.sensed = before;
+                    self.thermostats.sensed = before;
                     self.keep(plan, end);
                 }
                 self.locate(plan, after)
@@ -337,8 +343,8 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
     fn keep(&mut self, plan: PlannedTry, end: f64) {
         self.stepper.keep();
         let span = plan.step * f64::from(plan.count);
-        let then = self.since + span;
-        self.since = if (then - end).abs() <= 1e-9 * span { end } else { then.min(end) };
+        let then = self.heat.since + span;
+        self.heat.since = if (then - end).abs() <= 1e-9 * span { end } else { then.min(end) };
         self.euler_pause = self.euler_pause.saturating_sub(1);
         let (place, stages) = match plan.method {
             StepMethod::Euler => (0, 1),
@@ -360,7 +366,7 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
         }
         let factor = (0.85 * (self.limit / error.max(1e-300)).cbrt()).clamp(0.3, 5.0);
         // A sub-step shortened by a break does not limit the next one.
-        let cut = self.since >= end && plan.step < self.step;
+        let cut = self.heat.since >= end && plan.step < self.step;
         self.step = if cut { self.step.max(plan.step * factor) } else { plan.step * factor };
         self.series.first_step.get_or_insert(self.step);
     }

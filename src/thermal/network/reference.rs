@@ -96,11 +96,11 @@ impl ReferenceStepper {
     pub fn balance(&mut self, t: f64) -> bool {
         self.kept.rates_known = false;
         let mut temperatures = self.kept.temperatures.clone();
-        let found = self.system.balance(t, &mut temperatures);
-        if found {
+        let is_balanced = self.system.balance(t, &mut temperatures);
+        if is_balanced {
             self.kept.temperatures = temperatures;
         }
-        found
+        is_balanced
     }
 
     /// Tries `count` sub-steps of `step` [s] each from the kept state, with its arithmetic nodes balanced. The kept state is at `t` [s] since `set_heat`.
@@ -138,11 +138,11 @@ impl ReferenceStepper {
     pub(crate) fn steady(&mut self, t: f64) -> bool {
         self.kept.rates_known = false;
         let mut all = self.system.take_all();
-        let (network, own) = (&self.system.network, &self.system.heat);
-        let balance = |now: &[f64], out: &mut [f64]| heat(network, own, t, now, out);
+        let (network, sources) = (&self.system.network, &self.system.heat);
+        let balance = |now: &[f64], out: &mut [f64]| heat(network, sources, t, now, out);
         let mut temperatures = self.kept.temperatures.clone();
-        let mut found = all.find(network, &mut temperatures, |_| 0.0, balance);
-        if !found {
+        let mut is_balanced = all.find(network, &mut temperatures, |_| 0.0, balance);
+        if !is_balanced {
             // A distant start follows the path of a network with equal capacitances in ever longer implicit steps.
             temperatures.clone_from(&self.kept.temperatures);
             for span in PSEUDO_TIMES {
@@ -157,10 +157,10 @@ impl ReferenceStepper {
                     temperatures = before;
                 }
             }
-            found = all.find(network, &mut temperatures, |_| 0.0, balance);
+            is_balanced = all.find(network, &mut temperatures, |_| 0.0, balance);
         }
         self.system.put_all(all);
-        if found && in_range(&temperatures) {
+        if is_balanced && in_range(&temperatures) {
             self.kept.temperatures = temperatures;
             return true;
         }

@@ -173,8 +173,8 @@ impl Schedule {
         let (mut power, mut slope) = (self.constant.clone(), vec![0.0; nodes]);
         power.resize(nodes, 0.0);
         for (node, table) in &self.heat {
-            let (own, change) = table.after(t);
-            power[*node as usize] += own;
+            let (added, change) = table.after(t);
+            power[*node as usize] += added;
             slope[*node as usize] += change;
         }
         for (number, thermostat) in self.thermostats.iter().enumerate().filter(|(number, _)| on[*number]) {

@@ -127,11 +127,11 @@ fn eliminate(mut neighbours: Vec<BTreeSet<u32>>) -> (Vec<u32>, Vec<Vec<u32>>) {
     while let Some((_, row)) = queue.pop_first() {
         let met: Vec<u32> = std::mem::take(&mut neighbours[row as usize]).into_iter().collect();
         for a in &met {
-            let own = &mut neighbours[*a as usize];
-            queue.remove(&(own.len(), *a));
-            own.remove(&row);
-            own.extend(met.iter().filter(|b| *b != a));
-            queue.insert((own.len(), *a));
+            let others = &mut neighbours[*a as usize];
+            queue.remove(&(others.len(), *a));
+            others.remove(&row);
+            others.extend(met.iter().filter(|b| *b != a));
+            queue.insert((others.len(), *a));
         }
         order.push(row);
         rows.push(met);
@@ -165,8 +165,8 @@ mod tests {
             }
             assert!(matrix.factor());
             matrix.solve(&mut right);
-            for (found, known) in right.iter().zip(known) {
-                assert!((found - known).abs() < 1e-13, "{found} {known}");
+            for (computed, known) in right.iter().zip(known) {
+                assert!((computed - known).abs() < 1e-13, "{computed} {known}");
             }
         }
     }

@@ -44,13 +44,13 @@ pub fn steady(stepper: &mut ReferenceStepper, network: &Network, schedule: &Sche
     }
     let thermostats = &schedule.thermostats;
     let mut on: Vec<bool> = thermostats.iter().map(|thermostat| thermostat.initially_on).collect();
-    let mut seen = Vec::new();
+    let mut tried = Vec::new();
     loop {
         let (power, slope) = schedule.heat_after(network.len(), 0.0, &on);
         stepper.set_heat(&power, &slope);
-        let found = stepper.steady(0.0);
+        let is_steady = stepper.steady(0.0);
         let temperatures = stepper.temperatures();
-        if !found {
+        if !is_steady {
             let mut heat = vec![0.0; temperatures.len()];
             network.exchanged_heat(&temperatures, &mut heat);
             let open = |node: &usize| (heat[*node] + power[*node]).abs();
@@ -63,10 +63,10 @@ pub fn steady(stepper: &mut ReferenceStepper, network: &Network, schedule: &Sche
         let Some(thermostat) = furthest else {
             return Ok(Steady { temperatures, on });
         };
-        if seen.contains(&on) {
+        if tried.contains(&on) {
             return Err(SteadyError::Cycles { thermostat });
         }
-        seen.push(on.clone());
+        tried.push(on.clone());
         on[thermostat] = !on[thermostat];
     }
 }

@@ -139,8 +139,8 @@ mod tests {
             (true, 291.0, 292.0, false),
             (true, 281.0, 279.0, false),
         ] {
-            let found = !crossed(&heater(), &[on], &[before], &[after]).is_empty();
-            assert_eq!(found, expected, "{on} {before} {after}");
+            let computed = !crossed(&heater(), &[on], &[before], &[after]).is_empty();
+            assert_eq!(computed, expected, "{on} {before} {after}");
         }
         assert_eq!(straight_crossing(&heater(), &[false], &[0], &[281.0], &[277.0]), 0.25);
     }

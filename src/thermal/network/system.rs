@@ -45,23 +45,24 @@ impl System {
         if self.arithmetic.is_empty() {
             return true;
         }
-        let (network, own) = (&self.network, &self.heat);
-        let found = self.arithmetic.find(network, temperatures, |_| 0.0, |now, out| heat(network, own, t, now, out));
+        let (network, sources) = (&self.network, &self.heat);
+        let is_balanced =
+            self.arithmetic.find(network, temperatures, |_| 0.0, |now, out| heat(network, sources, t, now, out));
         self.counts.iterations += std::mem::take(&mut self.arithmetic.iterations);
-        found
+        is_balanced
     }
 
     /// Finds the temperatures at which C (T - T0) = span (W(T) + heat at `t`) for diffusive nodes, with `base` [W] = C T0 / span, and at which arithmetic
     /// nodes balance.
     pub(super) fn implicit(&mut self, t: f64, span: f64, base: &[f64], temperatures: &mut [f64]) -> bool {
         let mut all = self.take_all();
-        let (network, own) = (&self.network, &self.heat);
-        let found = all.find(
+        let (network, sources) = (&self.network, &self.heat);
+        let is_balanced = all.find(
             network,
             temperatures,
             |node| network.capacitances[node] / span,
             |now, out| {
-                heat(network, own, t, now, out);
+                heat(network, sources, t, now, out);
                 for (node, out) in out.iter_mut().enumerate() {
                     if network.kinds[node] == NodeKind::Diffusive {
                         *out += network.capacitances[node] / span * (base[node] - now[node]);
@@ -70,7 +71,7 @@ impl System {
             },
         );
         self.put_all(all);
-        found
+        is_balanced
     }
 
     /// Takes the balances of all nodes but boundaries, and creates them at first use. `put_all` returns them.
@@ -85,9 +86,9 @@ impl System {
     }
 }
 
-pub(super) fn heat(network: &Network, own: &Heat, t: f64, temperatures: &[f64], out: &mut [f64]) {
+pub(super) fn heat(network: &Network, sources: &Heat, t: f64, temperatures: &[f64], out: &mut [f64]) {
     network.exchanged_heat(temperatures, out);
-    for ((out, power), slope) in out.iter_mut().zip(&own.power).zip(&own.slope) {
+    for ((out, power), slope) in out.iter_mut().zip(&sources.power).zip(&sources.slope) {
         *out += power + slope * t;
     }
 }

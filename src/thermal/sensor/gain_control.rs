@@ -54,14 +54,14 @@ impl GainControl {
                 let plateau = ((share * numbers.len() as f64).ceil() as u64).max(1);
                 let sum: u64 = histogram.iter().map(|count| (*count).min(plateau)).sum();
                 let mut below = 0;
-                let of = |count: &u64| {
+                let clipped = |count: &u64| {
                     let present = (*count).min(plateau);
                     // The middle of the number's own step.
                     let level = (2 * below + present) * 255 / (2 * sum.max(1));
                     below += present;
                     level as u8
                 };
-                histogram.iter().map(of).collect()
+                histogram.iter().map(clipped).collect()
             }
         }
     }

@@ -89,10 +89,10 @@ mod tests {
             (0.999_99, 4.264_890_794),
             (0.001, -3.090_232_306),
         ] {
-            let found = normal((p * 4_294_967_296.0) as u32);
+            let computed = normal((p * 4_294_967_296.0) as u32);
             // A word stands for an interval of 2^-23, which is wide in the tail.
             let density = (-0.5f64 * z * z).exp() / 2.506_628;
-            assert!((found - z).abs() < 1e-6 + 1.2e-7 / density, "{p}: {found} instead of {z}");
+            assert!((computed - z).abs() < 1e-6 + 1.2e-7 / density, "{p}: {computed} instead of {z}");
         }
         assert!((normal(u32::MAX) - 5.294).abs() < 0.01 && normal(0) == -normal(u32::MAX));
     }

@@ -72,10 +72,10 @@ impl Spread {
         };
         let place = |i: usize| side * (i as f64 / parts as f64 - 0.5);
         let weight = |x: f64, y: f64| {
-            let of = |i: usize, j: usize| {
+            let weight = |i: usize, j: usize| {
                 simpson(i) * simpson(j) * airy_intensity((x + place(i)).hypot(y + place(j)) / scale)
             };
-            (0..=parts).flat_map(|i| (0..=parts).map(move |j| of(i, j))).sum::<f64>()
+            (0..=parts).flat_map(|i| (0..=parts).map(move |j| weight(i, j))).sum::<f64>()
         };
         let size = 2 * radius + 1;
         let weights = (0..size * size)
@@ -233,8 +233,8 @@ mod tests {
         ] {
             assert!(spread.terms.len() <= terms, "{} terms, radius {}", spread.terms.len(), spread.radius);
             assert!((spread.weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
-            let (found, exact) = (spread.apply(&image, width), direct(&spread, &image, width));
-            let worst = found.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let (computed, exact) = (spread.apply(&image, width), direct(&spread, &image, width));
+            let worst = computed.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assert!(worst < DROPPED * 97.0, "{worst}");
             let broken = Spread {
                 terms: vec![Term {
@@ -264,11 +264,11 @@ mod tests {
         let line: Vec<f64> =
             spread.terms[0].row.iter().map(|w| w * spread.terms[0].column.iter().sum::<f64>()).collect();
         for f in [0.05f64, 0.15, 0.25] {
-            let found: f64 =
+            let computed: f64 =
                 line.iter().zip(-(spread.radius as i32)..).map(|(w, x)| w * (2.0 * pi * f * f64::from(x)).cos()).sum();
             let exact = (-2.0 * (pi * sigma * f).powi(2)).exp() * (pi * f).sin() / (pi * f);
-            assert!((found - exact).abs() < 2e-3, "{f}: {found} and {exact}");
-            assert!((found - exact / ((pi * f).sin() / (pi * f))).abs() > 2e-3, "without the pixel it is another");
+            assert!((computed - exact).abs() < 2e-3, "{f}: {computed} and {exact}");
+            assert!((computed - exact / ((pi * f).sin() / (pi * f))).abs() > 2e-3, "without the pixel it is another");
         }
     }
 }

@@ -58,15 +58,15 @@ impl SensorTwin {
     pub(crate) fn expose(&mut self, radiance: &[f64], time: f64) -> Vec<[u16; 2]> {
         let [width, _] = self.view.size;
         let exposure = self.sensor.exposure(time, self.last);
-        let seen =
+        let image =
             self.sensor.spread.as_ref().map_or_else(|| radiance.to_vec(), |spread| spread.apply(radiance, width));
         let halo = self.sensor.halo.map(|halo| {
             let grid = HaloGrid::new(&halo, self.view.size);
             let cells = grid.halo(&grid.cells(radiance, width));
             (halo.share, grid, cells)
         });
-        let mut readings = Vec::with_capacity(seen.len());
-        for (place, &sharp) in seen.iter().enumerate() {
+        let mut readings = Vec::with_capacity(image.len());
+        for (place, &sharp) in image.iter().enumerate() {
             let (x, y) = (place % width, place / width);
             let light =
                 halo.as_ref().map_or(sharp, |(share, grid, cells)| sharp + share * (grid.halo_at(cells, x, y) - sharp));

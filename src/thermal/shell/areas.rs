@@ -53,8 +53,8 @@ mod tests {
     #[test]
     fn corners_share_a_triangle_by_hand() {
         let [a, b] = [DVec3::ZERO, DVec3::X];
-        let near = |found: [f64; 3], expected: [f64; 3]| {
-            found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-15)
+        let near = |computed: [f64; 3], expected: [f64; 3]| {
+            computed.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-15)
         };
         let third = 0.75_f64.sqrt() / 6.0;
         assert!(near(corner_areas([a, b, DVec3::new(0.5, 0.75_f64.sqrt(), 0.0)]), [third; 3]), "equilateral");

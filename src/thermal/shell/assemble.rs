@@ -244,10 +244,10 @@ fn adopt_bare_places(surface: &ShellSurface, place: &mut [u32], areas: &[f64]) -
         for vertex in triangle.iter().filter(|vertex| bare(place[**vertex as usize])) {
             for other in triangle.iter().filter(|other| !bare(place[**other as usize])) {
                 let [here, there] = [*vertex, *other].map(|vertex| surface.positions[vertex as usize]);
-                let found = (here.distance(there), place[*other as usize]);
+                let candidate = (here.distance(there), place[*other as usize]);
                 let best = &mut nearest[place[*vertex as usize] as usize];
-                if found.0 < best.0 {
-                    *best = found;
+                if candidate.0 < best.0 {
+                    *best = candidate;
                 }
             }
         }
@@ -258,11 +258,11 @@ fn adopt_bare_places(surface: &ShellSurface, place: &mut [u32], areas: &[f64]) -
     }
     for vertex in 0..place.len() {
         if bare(place[vertex]) {
-            let found = nearest[place[vertex] as usize].1;
+            let node = nearest[place[vertex] as usize].1;
             let key = (surface.parts[vertex], surface.materials[vertex]);
-            let found = if found == NO_NODE { of_material.get(&key).copied().unwrap_or(NO_NODE) } else { found };
-            renamed[place[vertex] as usize] = found;
-            place[vertex] = found;
+            let node = if node == NO_NODE { of_material.get(&key).copied().unwrap_or(NO_NODE) } else { node };
+            renamed[place[vertex] as usize] = node;
+            place[vertex] = node;
         }
     }
     renamed

@@ -86,31 +86,31 @@ mod tests {
 
     #[test]
     fn an_equilateral_triangle_by_hand() {
-        let found = weights(&[[0.0, 0.0], [1.0, 0.0], [0.5, 0.75_f64.sqrt()]], &[[0, 1, 2]]);
-        assert_eq!(found.pairs.len(), 3);
+        let computed = weights(&[[0.0, 0.0], [1.0, 0.0], [0.5, 0.75_f64.sqrt()]], &[[0, 1, 2]]);
+        assert_eq!(computed.pairs.len(), 3);
         let half_cotangent = 0.5 / 3.0_f64.sqrt();
-        assert!(found.pairs.iter().all(|(_, weight)| (weight - half_cotangent).abs() < 1e-15));
+        assert!(computed.pairs.iter().all(|(_, weight)| (weight - half_cotangent).abs() < 1e-15));
     }
 
     #[test]
     fn a_square_conducts_along_its_sides() {
-        let found = weights(&[[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]], &[[0, 1, 2], [0, 2, 3]]);
-        assert_eq!(found.pairs.len(), 4, "the diagonal's weight is zero");
-        assert!(found.pairs.iter().all(|(pair, weight)| pair != &[0, 2] && (weight - 0.5).abs() < 1e-15));
-        assert_eq!((found.clamped, found.degenerate), (0, 0));
+        let computed = weights(&[[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]], &[[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(computed.pairs.len(), 4, "the diagonal's weight is zero");
+        assert!(computed.pairs.iter().all(|(pair, weight)| pair != &[0, 2] && (weight - 0.5).abs() < 1e-15));
+        assert_eq!((computed.clamped, computed.degenerate), (0, 0));
     }
 
     #[test]
     fn an_obtuse_border_is_clamped_and_counted() {
-        let found = weights(&[[0.0, 0.0], [1.0, 0.0], [0.5, 0.1]], &[[0, 1, 2]]);
-        assert_eq!((found.clamped, found.pairs.len()), (1, 2));
+        let computed = weights(&[[0.0, 0.0], [1.0, 0.0], [0.5, 0.1]], &[[0, 1, 2]]);
+        assert_eq!((computed.clamped, computed.pairs.len()), (1, 2));
         // Cotangent at the apex between (-0.5, -0.1) and (0.5, -0.1): -0.24 / 0.1.
-        assert!((found.clamped_weight - 1.2).abs() < 1e-12);
+        assert!((computed.clamped_weight - 1.2).abs() < 1e-12);
     }
 
     #[test]
     fn a_triangle_without_area_does_not_conduct() {
-        let found = weights(&[[0.0, 0.0], [1.0, 0.0], [0.5, 0.0]], &[[0, 1, 2]]);
-        assert_eq!((found.degenerate, found.pairs.len()), (1, 0));
+        let computed = weights(&[[0.0, 0.0], [1.0, 0.0], [0.5, 0.0]], &[[0, 1, 2]]);
+        assert_eq!((computed.degenerate, computed.pairs.len()), (1, 0));
     }
 }

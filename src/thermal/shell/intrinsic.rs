@@ -62,11 +62,11 @@ impl Intrinsic {
     pub(super) fn new(triangles: &[[u32; 3]], positions: &[DVec3], node: impl Fn(u32) -> u32 + Sync) -> Self {
         let count = 3 * triangles.len();
         let tail: Vec<u32> = (0..count).into_par_iter().map(|at| node(triangles[at / 3][at % 3])).collect();
-        let of = |at: usize| {
+        let length = |at: usize| {
             let corner = |corner: usize| positions[triangles[at / 3][corner % 3] as usize];
             corner(at % 3).distance(corner(at % 3 + 1))
         };
-        let length = (0..count).into_par_iter().map(of).collect();
+        let length = (0..count).into_par_iter().map(length).collect();
         let mut surface = Self { twin: vec![NO_NODE; tail.len()], tail, length, non_manifold: 0, flips: 0 };
         surface.glue(triangles);
         surface

@@ -29,11 +29,11 @@ fn rate(network: &Network, capacitances: &[f64], [a, b]: [usize; 2], conductance
 
 /// Rate above which pairs are merged [1/s]: `fastest`, or more where the whole network is fast.
 pub(super) fn threshold(network: &Network, fastest: f64) -> f64 {
-    let of = |one: &LinearConductor| {
+    let ends = |one: &LinearConductor| {
         rate(network, &network.capacitances, one.nodes.map(|node| node as usize), one.conductance)
     };
     let mut rates = Vec::with_capacity(network.linear.len());
-    rates.extend(network.linear.iter().filter_map(of));
+    rates.extend(network.linear.iter().filter_map(ends));
     if rates.is_empty() {
         return fastest;
     }
@@ -105,15 +105,15 @@ fn root(parent: &mut [u32], mut node: usize) -> usize {
 /// Renumbers a network. Capacitances and areas of merged nodes add up, and so do parallel conductors.
 pub(super) fn apply(network: &mut Network, merged: &MergedNodes) {
     // A new number never exceeds the old one, so this works in place.
-    let mut seen = 0;
+    let mut known = 0;
     for (old, new) in merged.node.iter().enumerate() {
         let new = *new as usize;
         network.kinds[new] = network.kinds[old];
         network.temperatures[new] = network.temperatures[old];
         let (capacitance, area) = (network.capacitances[old], network.emissive_areas[old]);
-        if new == seen {
+        if new == known {
             (network.capacitances[new], network.emissive_areas[new]) = (capacitance, area);
-            seen += 1;
+            known += 1;
         } else {
             network.capacitances[new] += capacitance;
             network.emissive_areas[new] += area;

@@ -200,8 +200,8 @@ fn a_load_on_one_panel_of_a_fold_warms_both_ends_alike() {
         let mut stepper = ReferenceStepper::new(network, &[]);
         stepper.set_heat(&heat, &vec![0.0; heat.len()]);
         assert!(stepper.steady(0.0));
-        let found = stepper.temperatures();
-        let at = |vertex: usize| found[shell.node_of_vertex[vertex] as usize];
+        let computed = stepper.temperatures();
+        let at = |vertex: usize| computed[shell.node_of_vertex[vertex] as usize];
         let half = positions.len() / 2;
         let mut largest = 0.0_f64;
         for line in 0..=n {

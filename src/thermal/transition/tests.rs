@@ -310,8 +310,8 @@ fn changes_of_the_target_cancel_and_add_up() {
             // A state with almost no way left has no digits left to compare.
             if gap > 1e-6 {
                 for (rule, worst) in [retarget as Rule, keeps_the_phase, keeps_the_rate].iter().zip(&mut worst) {
-                    let found = broken(state, d, &transition, *rule);
-                    *worst = std::array::from_fn(|i| worst[i].max(found[i]));
+                    let computed = broken(state, d, &transition, *rule);
+                    *worst = std::array::from_fn(|i| worst[i].max(computed[i]));
                 }
             }
         }

@@ -88,8 +88,8 @@ fn walks_fail_with_wrong_rules() {
         for function in &all {
             let mut random = Random(2);
             let rules = (Retarget::Merge, Domain::Temperature);
-            let found = (0..40).any(|_| walk(function, &all, rules, &mut random, step).is_err());
-            assert!(found, "{function}: {name}");
+            let has_failed = (0..40).any(|_| walk(function, &all, rules, &mut random, step).is_err());
+            assert!(has_failed, "{function}: {name}");
         }
     }
 }

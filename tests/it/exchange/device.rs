@@ -6,7 +6,7 @@ use isotherm::internals;
 use isotherm::internals::{
     Context, Curve, DeviceData, DeviceEngine, Engine, EngineError, EngineOrder as Order, EngineStep, Exchange,
     ExchangeTables, Frame, PADDING, Prepared, ReferenceEngine, STEFAN_BOLTZMANN, Scenery, StepKind, StepRange,
-    ThermalVariant, Wanted, cast_rays as cast, run,
+    ThermalVariant, Wanted, cast_rays, run,
 };
 use serde_json::json;
 
@@ -48,7 +48,7 @@ fn rays_end_where_those_of_the_twin_do() {
     let scenery = Scenery::new(surface, &[]);
     let count = patches.all.len() as u32;
     let found = internals::cast_on_device(&context, surface, patches, &scenery, rays).expect("the device casts");
-    let twin = cast(surface, patches, &scenery, rays, 0..count);
+    let twin = cast_rays(surface, patches, &scenery, rays, 0..count);
     let wrong = found.iter().zip(&twin).filter(|(a, b)| a != b).count();
     println!("{count} patches: {wrong} of {} rays end elsewhere", twin.len());
     assert!(wrong * 1000 < twin.len(), "{wrong} of {} rays end elsewhere", twin.len());

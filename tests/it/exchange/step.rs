@@ -230,10 +230,10 @@ fn light_that_is_held_errs_by_what_is_told() {
     let load = StepLoad { planet: Some(planet), ..dark(0.0) };
     let fresh = exchange.light(&load, |_| 1.0, None);
     let mut held = fresh.clone();
-    held.seen.iter_mut().for_each(|seen| seen.planet_ir *= 0.5);
+    held.planet_shares.iter_mut().for_each(|seen| seen.planet_ir *= 0.5);
     let told = exchange.held_too_long(&load, [&held, &fresh], |_| 250.0);
     // A plate that faces the planet takes 237 W/m2 over 1.1^2.
-    let exact = -0.5 * 0.9 * 237.0 / 1.21 * fresh.seen[0].planet_ir;
+    let exact = -0.5 * 0.9 * 237.0 / 1.21 * fresh.planet_shares[0].planet_ir;
     assert!((told[0] / exact - 1.0).abs() < 1e-9, "{} against {exact}", told[0]);
 }
 

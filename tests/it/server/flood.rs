@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use glam::{DMat3, DQuat, DVec3};
 use isotherm::Target;
 use isotherm::internals;
-use isotherm::internals::{Hash, PictureKind, Talk, Value, write_value as write};
+use isotherm::internals::{Hash, PictureKind, Talk, Value, write_value};
 
 use super::protobuf::{Camera, Fields, body, craft, message};
 use super::zmtp::{Requester, opening, request};
@@ -78,7 +78,7 @@ fn surrender_messages() -> Vec<Vec<u8>> {
     let call = |name: &str, values: &[(&str, Value)]| {
         let mut call = Hash::from([(String::new(), text(name))]);
         call.extend(values.iter().map(|(key, value)| ((*key).to_owned(), value.clone())));
-        write(&call)
+        write_value(&call)
     };
     let name = || ("object_name", text("target"));
     vec![

@@ -5,7 +5,7 @@ use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
 use isotherm::internals;
-use isotherm::internals::{Hash, PictureKind, Value, write_value as write};
+use isotherm::internals::{Hash, PictureKind, Value, write_value};
 use isotherm::{CameraFrame, Pose, Simulation, Target};
 
 use super::{server, serving};
@@ -27,7 +27,7 @@ impl Client {
         let mut call = Hash::from([(String::new(), Value::Text(name.to_owned()))]);
         call.extend(values.iter().map(|(key, value)| ((*key).to_owned(), value.clone())));
         // In small pieces, as the client does.
-        for piece in write(&call).chunks(7) {
+        for piece in write_value(&call).chunks(7) {
             self.0.write_all(piece).expect("it takes a piece");
         }
     }

@@ -82,8 +82,8 @@ fn redraw(angle: f64) -> Redraw {
 fn error(scale: CaseScale, mut visibility: impl FnMut(&StepLoad) -> Result<Vec<f64>, String>) -> Result<f64, String> {
     let cell = (EDGE / NODES as f64).powi(2);
     shifts(scale).into_iter().try_fold(0.0f64, |worst, shift| {
-        let seen = visibility(&load(shift))?;
-        let shaded: f64 = seen[..NODES * NODES].iter().map(|seen| (1.0 - seen) * cell).sum();
+        let shares = visibility(&load(shift))?;
+        let shaded: f64 = shares[..NODES * NODES].iter().map(|share| (1.0 - share) * cell).sum();
         Ok(worst.max(100.0 * (shaded - area(shift)).abs() / (PI * RADIUS * RADIUS)))
     })
 }
@@ -94,8 +94,8 @@ fn on_reference(method: ShadowMethod, scale: CaseScale, angle: f64) -> Result<f6
     let mut shadows = ShadowCasters::new(nodes, Vec::new(), casters, redraw(angle), method);
     let mut last = Vec::new();
     error(scale, |load| {
-        if let Some(found) = shadows.visibility(load) {
-            last = found;
+        if let Some(visibility) = shadows.visibility(load) {
+            last = visibility;
         }
         Ok(last.clone())
     })

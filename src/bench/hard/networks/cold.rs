@@ -36,15 +36,15 @@ impl Cooling {
         built.node(NodeKind::Diffusive, Self::PLATE.capacitance, Self::PLATE.emissivity, 1000.0);
         let schedule = Schedule { times: Self::times(), ..Schedule::default() };
         let series = integrated(&built.0, &schedule, integrator).map_err(|error| unfinished(&error))?;
-        let found: Vec<f64> = series.rows.iter().map(|row| row[0]).collect();
-        Ok(apart(&found, &Self::expected()))
+        let temperatures: Vec<f64> = series.rows.iter().map(|row| row[0]).collect();
+        Ok(apart(&temperatures, &Self::expected()))
     }
 
     fn at_the_bound() -> f64 {
         let MaterialPlate { capacitance, emissivity } = Self::PLATE;
         let times = Self::times();
-        let found = plain::cooling_at_the_bound(capacitance, emissivity, Self::SPACE, 1000.0, &times);
-        apart(&found, &Self::expected())
+        let temperatures = plain::cooling_at_the_bound(capacitance, emissivity, Self::SPACE, 1000.0, &times);
+        apart(&temperatures, &Self::expected())
     }
 }
 

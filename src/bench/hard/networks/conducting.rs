@@ -39,12 +39,12 @@ impl ConductionProblem {
     fn plain(&self, step: f64, kind: PlainStep) -> f64 {
         let last = self.times.last().copied().unwrap_or(0.0);
         let rows = plain::steps(&self.network, &self.heat, step, (last / step).round() as u32, kind);
-        let seen = self.times.iter().zip(&self.expected).filter_map(|(time, expected)| {
+        let sampled = self.times.iter().zip(&self.expected).filter_map(|(time, expected)| {
             let number = (time / step).round();
             let whole = number >= 1.0 && (number * step - time).abs() < 1e-9 * time;
             whole.then(|| rows.get(number as usize - 1).map(|row| apart(row, expected))).flatten()
         });
-        seen.fold(0.0, worst_of)
+        sampled.fold(0.0, worst_of)
     }
 }
 
@@ -94,8 +94,8 @@ fn capped(problem: &ConductionProblem) -> f64 {
     let capped =
         ConductionProblem { network, heat: problem.heat.clone(), times: problem.times.clone(), expected: vec![] };
     let modes = Modes::of(&capped.network, &capped.heat);
-    let found = modes.map(|modes| capped.times.iter().map(|time| modes.at(*time)).collect::<Vec<_>>());
-    found.map_or(f64::INFINITY, |found| rows_apart(&found, &problem.expected))
+    let rows = modes.map(|modes| capped.times.iter().map(|time| modes.at(*time)).collect::<Vec<_>>());
+    rows.map_or(f64::INFINITY, |rows| rows_apart(&rows, &problem.expected))
 }
 
 /// A heated aluminium sheet, 1 mm thick with cells of 1 cm. Every fifth column is a sliver of 0.1 mm.

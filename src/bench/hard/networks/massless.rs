@@ -52,8 +52,8 @@ impl Foil {
     }
 
     fn error(series: &[Vec<f64>]) -> f64 {
-        let found: Vec<f64> = series.iter().map(|row| row[0]).collect();
-        apart(&found, &Self::times().into_iter().map(Self::balance).collect::<Vec<_>>())
+        let temperatures: Vec<f64> = series.iter().map(|row| row[0]).collect();
+        apart(&temperatures, &Self::times().into_iter().map(Self::balance).collect::<Vec<_>>())
     }
 
     fn schedule() -> Schedule {

@@ -92,10 +92,10 @@ impl Tank {
     }
 
     /// Largest error of switching times [s], infinite if a switch is missing.
-    fn late(found: &[f64]) -> f64 {
+    fn late(temperatures: &[f64]) -> f64 {
         let last = Self::times().last().copied().unwrap_or(0.0);
         let expected: Vec<f64> = Self::switches().into_iter().filter(|time| *time <= last).collect();
-        apart(found, &expected)
+        apart(temperatures, &expected)
     }
 }
 
@@ -142,8 +142,8 @@ pub(crate) fn cases() -> Vec<HardCase> {
         .remedy(crossing, "asked once a frame of 16.7 s")
         .measured(
             |_, _| {
-                let found: Vec<f64> = Tank::run()?.rows.iter().map(|row| row[0]).collect();
-                Ok(apart(&found, &Tank::expected()))
+                let temperatures: Vec<f64> = Tank::run()?.rows.iter().map(|row| row[0]).collect();
+                Ok(apart(&temperatures, &Tank::expected()))
             },
             |_| apart(&Tank::asked_once_a_frame().0, &Tank::expected()),
         ),

@@ -187,9 +187,9 @@ fn derivatives_are_one_however_they_are_stated() {
     };
     for frame in ["EME2000", "SC_BODY_1"] {
         let extra = format!("ANGVEL_FRAME = {frame}\n");
-        let found =
+        let computed =
             of("QUATERNION/ANGVEL", &extra, &|time| [q(time).to_array().to_vec(), velocity(time, frame)].concat());
-        assert!(apart(&found, &reference) < 1e-12, "{frame}: {:e}", apart(&found, &reference));
+        assert!(apart(&computed, &reference) < 1e-12, "{frame}: {:e}", apart(&computed, &reference));
         let extra = format!("EULER_ROT_SEQ = ZYX\n{extra}");
         let found = of("EULER_ANGLE/ANGVEL", &extra, &|time| [degrees(angles(time).0), velocity(time, frame)].concat());
         assert!(apart(&found, &reference) < 1e-12, "{frame}: {:e}", apart(&found, &reference));

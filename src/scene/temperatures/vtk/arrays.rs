@@ -103,8 +103,8 @@ impl<'a> Arrays<'a> {
                 let bytes = bytes.chunks_exact(size_of::<$kind>());
                 bytes
                     .map(|bytes| {
-                        let own = bytes.try_into().unwrap_or_default();
-                        (if big { <$kind>::from_be_bytes(own) } else { <$kind>::from_le_bytes(own) }) as f64
+                        let number = bytes.try_into().unwrap_or_default();
+                        (if big { <$kind>::from_be_bytes(number) } else { <$kind>::from_le_bytes(number) }) as f64
                     })
                     .collect()
             }};

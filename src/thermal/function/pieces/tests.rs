@@ -26,8 +26,8 @@ fn pieces_follow_functions_that_start_and_end_as_powers() {
         let function = Function::expression(text).unwrap_or_else(|error| panic!("{error}"));
         let pieces = function.pieces();
         let idle = 1.0 - function.active();
-        let found = error(&pieces, |r| function.remaining(idle + (1.0 - idle) * r));
-        assert!(found < 5e-7 && pieces.error < 5e-7, "{text}: {found:.1e}, told {:.1e}", pieces.error);
+        let computed = error(&pieces, |r| function.remaining(idle + (1.0 - idle) * r));
+        assert!(computed < 5e-7 && pieces.error < 5e-7, "{text}: {computed:.1e}, told {:.1e}", pieces.error);
         assert!(error(&pieces, |r| function.remaining(0.999 * r)) > 1e-5, "{text}: another function shows");
     }
     for function in [Function::exponential(500.0), Function::logarithmic(1e4), Function::logarithmic(1.75)] {
@@ -44,8 +44,8 @@ fn corners_are_met_wherever_they_are() {
     for place in [0.3, 0.4, 0.123_456, 0.5, 0.777_77, 0.01, 0.99] {
         let text = format!("s < {place} ? {}*s : 1.0 - {}*(1.0-s)", 0.8 / place, 0.2 / (1.0 - place));
         let function = Function::expression(&text).unwrap_or_else(|error| panic!("{error}"));
-        let found = error(&function.pieces(), |r| function.remaining(r));
-        assert!(found < 1e-6, "{text}: {found:.1e}");
+        let computed = error(&function.pieces(), |r| function.remaining(r));
+        assert!(computed < 1e-6, "{text}: {computed:.1e}");
     }
     // One line alone would err by a share of the corner.
     let bent = Function::expression("clamp(100.0*(s-0.3), 0.0, 1.0)").unwrap_or_else(|error| panic!("{error}"));
@@ -63,8 +63,8 @@ fn sharp_functions_have_more_pieces() {
     let function = Function::table(&samples, None).unwrap_or_else(|error| panic!("{error}"));
     let pieces = function.pieces();
     assert!(pieces.cells.len() > 2 * SIDE && pieces.cells.len() <= MOST, "{}", pieces.cells.len());
-    let found = error(&pieces, |r| function.remaining(r));
-    assert!(found < 1.5 * SMALL_ERROR, "{found:.1e}");
+    let computed = error(&pieces, |r| function.remaining(r));
+    assert!(computed < 1.5 * SMALL_ERROR, "{computed:.1e}");
     let plain = Function::Quadratic.pieces();
     assert_eq!(plain.cells.len(), 2 * SIDE, "a smooth function needs no smaller pieces");
 }

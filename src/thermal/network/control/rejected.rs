@@ -17,7 +17,7 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
         }
         let factor = if error.is_finite() { (0.8 * (self.limit / error).cbrt()).clamp(0.05, 0.8) } else { 0.1 };
         self.step = plan.step * factor;
-        if self.since + self.step > self.since && self.step > SHORTEST {
+        if self.heat.since + self.step > self.heat.since && self.step > SHORTEST {
             return Ok(());
         }
         if let Some((rate, [a, b], conductance)) = stiffest(self.network).filter(|(rate, ..)| *rate > STIFFEST) {

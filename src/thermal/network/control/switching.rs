@@ -19,8 +19,8 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
         loop {
             self.put_heat(time)?;
             let after = self.sense();
-            let before = std::mem::replace(&mut self.sensed, after);
-            let at = crossed(&self.schedule.thermostats, &self.on, &before, &self.sensed);
+            let before = std::mem::replace(&mut self.thermostats.sensed, after);
+            let at = crossed(&self.schedule.thermostats, &self.thermostats.on, &before, &self.thermostats.sensed);
             if at.is_empty() {
                 return Ok(());
             }
@@ -31,10 +31,10 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
     fn switch(&mut self, at: &[usize]) -> Result<(), ControlError> {
         let time = self.now();
         for &thermostat in at {
-            self.on[thermostat] = !self.on[thermostat];
-            let switch = Switch { time, thermostat, on: self.on[thermostat] };
+            self.thermostats.on[thermostat] = !self.thermostats.on[thermostat];
+            let switch = Switch { time, thermostat, on: self.thermostats.on[thermostat] };
             self.series.switches.push(switch);
-            if let Some((switches, within)) = self.paces[thermostat].take(time) {
+            if let Some((switches, within)) = self.thermostats.paces[thermostat].take(time) {
                 return Err(ControlError::Chatter { time, thermostat, switches, within });
             }
         }
@@ -44,19 +44,19 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
     /// Finds the first switch in the coming sub-step and takes it. The sensors are at `after` at the end of the sub-step.
     pub(super) fn locate(&mut self, plan: PlannedTry, after: Vec<f64>) -> Result<(), ControlError> {
         let thermostats = &self.schedule.thermostats;
-        let t = self.since;
+        let t = self.heat.since;
         let (mut low, mut high) = (0.0, plan.step);
-        let (mut before, mut after) = (self.sensed.clone(), after);
+        let (mut before, mut after) = (self.thermostats.sensed.clone(), after);
         let mut last_was_high = None;
         let mut tries = 0;
         let mut at_high = false;
         loop {
-            let narrow = high - low <= SWITCH_TIME || high - low <= 1e-13 * (self.since + high);
+            let narrow = high - low <= SWITCH_TIME || high - low <= 1e-13 * (self.heat.since + high);
             if narrow && at_high {
                 break;
             }
-            let at = crossed(thermostats, &self.on, &before, &after);
-            let straight = straight_crossing(thermostats, &self.on, &at, &before, &after);
+            let at = crossed(thermostats, &self.thermostats.on, &before, &after);
+            let straight = straight_crossing(thermostats, &self.thermostats.on, &at, &before, &after);
             let width = high - low;
             // A straight line can leave one end fixed. Every second time on one side the try goes beyond the line, and every fourth time to the middle.
             let nudge = 0.4 * SWITCH_TIME / width;
@@ -70,7 +70,8 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
             let method = self.method_for(plan.method, trial);
             let attempt = self.stepper.attempt(method, t, trial, 1);
             tries += 1;
-            let is_high = !crossed(thermostats, &self.on, &self.sensed, &attempt.sensed).is_empty();
+            let is_high =
+                !crossed(thermostats, &self.thermostats.on, &self.thermostats.sensed, &attempt.sensed).is_empty();
             at_high = is_high || narrow;
             if is_high || narrow {
                 (high, after) = (trial, attempt.sensed);
@@ -79,10 +80,10 @@ impl<W: FnMut(f64) -> bool> Control<'_, W> {
             }
             last_was_high = Some(is_high);
         }
-        let at = crossed(thermostats, &self.on, &self.sensed, &after);
+        let at = crossed(thermostats, &self.thermostats.on, &self.thermostats.sensed, &after);
         let plan = PlannedTry { method: self.method_for(plan.method, high), step: high, count: 1 };
-        self.sensed = after;
-        self.keep(plan, self.since + high);
+        self.thermostats.sensed = after;
+        self.keep(plan, self.heat.since + high);
         self.switch(&at)?;
         self.set_heat(self.now())
     }

@@ -88,7 +88,7 @@ mod tests {
         let size = 60;
         let rates = (1..size as u32).map(|node| ([node - 1, node], 0.7)).collect();
         let kind = BlockKind { shares: vec![1.0; size], rates };
-        let found = Conduction::new(&kind, 1.0);
+        let computed = Conduction::new(&kind, 1.0);
         let mut matrix = vec![0.0; size * size];
         for ([a, b], rate) in &kind.rates {
             let [a, b] = [*a, *b].map(|at| at as usize);
@@ -100,11 +100,11 @@ mod tests {
         for (row, column) in (0..size).flat_map(|row| (0..size).map(move |column| (row, column))) {
             let at = row * size + column;
             let expected = if row == column { [0.0; 2] } else { [whole[0][at], whole[1][at]] };
-            let weights = found.at(row, column);
+            let weights = computed.at(row, column);
             assert!((0..2).all(|k| (weights[k] - expected[k]).abs() <= NOTHING), "{row} {column}");
-            assert_eq!(weights, found.at(column, row), "what leaves a node enters the other");
+            assert_eq!(weights, computed.at(column, row), "what leaves a node enters the other");
         }
-        assert!(found.weights() < size * size / 2, "{} weights", found.weights());
-        assert_eq!(found.columns(0)[0], 1);
+        assert!(computed.weights() < size * size / 2, "{} weights", computed.weights());
+        assert_eq!(computed.columns(0)[0], 1);
     }
 }

@@ -69,13 +69,16 @@ mod tests {
         for rate in [1e-9, 1e-3, 0.4, 7.0, 300.0, 1e6] {
             let [mean, change] = exponentials(&[rate, -rate, -rate, rate], 2);
             let (x, lost) = (2.0 * rate, (-2.0 * rate).exp_m1());
-            for (found, expected) in [
+            for (computed, expected) in [
                 (mean[0], 0.5 * (1.0 - lost / x)),
                 (mean[1], 0.5 * (1.0 + lost / x)),
                 (change[0], 0.5 * lost),
                 (change[1], -0.5 * lost),
             ] {
-                assert!((found - expected).abs() < 2e-13 * expected.abs().max(1e-3), "{rate}: {found} {expected}");
+                assert!(
+                    (computed - expected).abs() < 2e-13 * expected.abs().max(1e-3),
+                    "{rate}: {computed} {expected}"
+                );
             }
         }
     }

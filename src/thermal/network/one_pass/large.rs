@@ -33,14 +33,14 @@ impl Large {
             block.iter().for_each(|node| block_of[*node as usize] = number);
         }
         let is_own = |node: u32| places[node as usize] != NOWHERE;
-        let own = network.linear.iter().zip(inside).filter(|(one, inside)| **inside && is_own(one.nodes[0]));
-        let own: Vec<&LinearConductor> = own.map(|(one, _)| one).collect();
+        let inner = network.linear.iter().zip(inside).filter(|(one, inside)| **inside && is_own(one.nodes[0]));
+        let inner: Vec<&LinearConductor> = inner.map(|(one, _)| one).collect();
         let mut pairs = vec![Vec::new(); large.len()];
-        for conductor in &own {
+        for conductor in &inner {
             let pair = conductor.nodes.map(|node| places[node as usize]);
             pairs[block_of[conductor.nodes[0] as usize]].push(pair);
         }
-        let rows = ExchangeRows::new(network.len(), own.into_iter(), &[]);
+        let rows = ExchangeRows::new(network.len(), inner.into_iter(), &[]);
         let in_order = |(block, pairs): (&Vec<u32>, &Vec<[u32; 2]>)| -> Vec<u32> {
             ordered(block.len(), pairs).into_iter().map(|at| block[at]).collect()
         };
@@ -66,12 +66,12 @@ impl Large {
     /// X of a vector: the heat that each node loses to its neighbours in a step [s], over its capacitance. The values stand in the order of
     /// [`Self::nodes`].
     pub(super) fn rates(&self, network: &Network, step: f64, vector: &[f64]) -> Vec<f64> {
-        let of = |(node, here): (&u32, &f64)| {
+        let rate = |(node, here): (&u32, &f64)| {
             let lost =
                 |link: &ExchangeLink| link.conductance * (here - vector[self.places[link.neighbour as usize] as usize]);
             let lost: f64 = self.links_of(*node as usize).iter().map(lost).sum();
             step / network.capacitances[*node as usize] * lost
         };
-        self.nodes.iter().zip(vector).map(of).collect()
+        self.nodes.iter().zip(vector).map(rate).collect()
     }
 }

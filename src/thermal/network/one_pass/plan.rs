@@ -174,8 +174,8 @@ impl OnePassPlan {
             0.0 => 0.0,
             capacitance => self.step * share / capacitance,
         };
-        let own = shares.iter().filter(|(heated, _)| *heated as usize == node);
-        let own: f64 = own.map(|(_, share)| direct(node, *share)).sum();
+        let heated = shares.iter().filter(|(heated, _)| *heated as usize == node);
+        let heat: f64 = heated.map(|(_, share)| direct(node, *share)).sum();
         if let (Some(large), Some(series)) = (self.large(), &self.series)
             && let Some(place) = large.place(node as u32)
         {
@@ -189,7 +189,7 @@ impl OnePassPlan {
         }
         let place_in = |block: &Block, node: u32| block.nodes.iter().position(|one| *one == node);
         let in_block = self.blocks().iter().find_map(|block| Some((block, place_in(block, node as u32)?)));
-        let Some((block, row)) = in_block else { return own };
+        let Some((block, row)) = in_block else { return heat };
         let conduction = &self.conductions[block.conduction as usize];
         let factor = block.capacitance / self.network().capacitances[node];
         // The change by conduction acts on differences to the node.
@@ -202,7 +202,7 @@ impl OnePassPlan {
             .sum();
         let [first, end] = conduction.columns(row);
         let all: f64 = (first..end).map(|column| conduction.at(row, column)[0]).sum();
-        own + factor * (gained - own * all)
+        heat + factor * (gained - heat * all)
     }
 
     /// Number of weights of all blocks, with copies.
@@ -227,9 +227,10 @@ impl OnePassPlan {
             }
         }
         let (Some(large), Some(series)) = (self.large(), &self.series) else { return };
-        let of = |values: &[f64]| -> Vec<f64> { large.nodes().iter().map(|node| values[*node as usize]).collect() };
+        let of_large =
+            |values: &[f64]| -> Vec<f64> { large.nodes().iter().map(|node| values[*node as usize]).collect() };
         let rates = |vector: &[f64]| large.rates(self.network(), self.step, vector);
-        let (drives, lost) = (of(drives), rates(&of(starts)));
+        let (drives, lost) = (of_large(drives), rates(&of_large(starts)));
         let changes = series.apply(drives.iter().zip(&lost).map(|(drive, lost)| drive - lost).collect(), rates);
         for ((node, change), drive) in large.nodes().iter().zip(changes).zip(drives) {
             out[*node as usize] = change - drive;

@@ -76,8 +76,8 @@ mod tests {
     fn the_mean_share_is_that_of_a_sum() {
         for fading in [0.0, 1e-4, 9.9e-4, 1.1e-3, 0.1, 3.0] {
             let sum: f64 = (0..16).map(|step| (-fading * f64::from(step)).exp()).sum();
-            let found = left_in_the_mean(fading, 16);
-            assert!((found - sum / 16.0).abs() < 1e-4 * found, "{fading}: {found}");
+            let computed = left_in_the_mean(fading, 16);
+            assert!((computed - sum / 16.0).abs() < 1e-4 * computed, "{fading}: {computed}");
         }
     }
 }

@@ -32,8 +32,8 @@ impl OnePassNetwork {
         halving.count = halving.count.min(HALVINGS_AT_MOST);
         let told: [[f64; 2]; 2] = saved.array("told")?;
         let counts: [[u64; 2]; 2] = saved.array("told_counts")?;
-        for (own, ([squares, most], [count, node])) in self.told.iter_mut().zip(told.into_iter().zip(counts)) {
-            *own = Told { squares, count, most, node: node as usize };
+        for (figure, ([squares, most], [count, node])) in self.told.iter_mut().zip(told.into_iter().zip(counts)) {
+            *figure = Told { squares, count, most, node: node as usize };
         }
         let duties: Vec<f64> = saved.list_of("duties", self.states.len())?;
         let on = saved.flags("on")?;

@@ -106,9 +106,9 @@ mod tests {
                 let of = |x: f64| series.apply(vec![1.0], |v| vec![x * v[0]])[0] - mean_exponential(x);
                 (0..=1000).map(|k| of(at(k)).abs()).fold(0.0, f64::max)
             };
-            let found = error(&series);
-            println!("rates up to {fastest}: {} stages, {found:.1e} off", series.stages());
-            assert!(found < 2.0 * LEFT_OUT, "{fastest}: {found}");
+            let computed = error(&series);
+            println!("rates up to {fastest}: {} stages, {computed:.1e} off", series.stages());
+            assert!(computed < 2.0 * LEFT_OUT, "{fastest}: {computed}");
             assert!((series.apply(vec![1.0], |_| vec![0.0])[0] - 1.0).abs() < 1e-12, "heat is conserved");
             if series.stages() > 4 {
                 let mut shorter = series.clone();

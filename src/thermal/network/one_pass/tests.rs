@@ -210,9 +210,9 @@ fn stages_conduct_as_matrices_do() {
     let worst = |factor: f64| {
         let plan = OnePassPlan::new(&chain(factor), step, &vec![HOTTEST; count]).expect("a network for one pass");
         assert_eq!(plan.large().map(|large| large.nodes().len()), Some(count));
-        let mut found = vec![0.0; count];
-        plan.conduct(&drives, &starts, &mut found);
-        (0..count).map(|node| (found[node] - exact(node)).abs()).fold(0.0, f64::max)
+        let mut computed = vec![0.0; count];
+        plan.conduct(&drives, &starts, &mut computed);
+        (0..count).map(|node| (computed[node] - exact(node)).abs()).fold(0.0, f64::max)
     };
     let [found, other] = [1.0, 1.01].map(worst);
     println!("{found:.1e} K off, {other:.1e} K with other conductances");
@@ -286,10 +286,10 @@ fn a_blanket_over_a_structure_is_near_the_accurate_integrator() {
         let error = |emittance: f64| {
             rms(one_pass(&covered(capacitance, emittance, conductance), 3000.0, 15.0).temperatures(), &truth)
         };
-        let (found, other) = (error(emittance), error(1.2 * emittance));
-        println!("{capacitance} J/K: {found:.1e} K rms, {other:.1e} K with another exchange");
-        assert!(found < 1e-2, "{capacitance} J/K: {found} K");
-        assert!(other > 10.0 * found, "{capacitance} J/K: {other} K with another exchange, {found} K");
+        let (computed, other) = (error(emittance), error(1.2 * emittance));
+        println!("{capacitance} J/K: {computed:.1e} K rms, {other:.1e} K with another exchange");
+        assert!(computed < 1e-2, "{capacitance} J/K: {computed} K");
+        assert!(other > 10.0 * computed, "{capacitance} J/K: {other} K with another exchange, {computed} K");
     }
 }
 
@@ -419,13 +419,13 @@ fn thermostats_switch_when_the_accurate_integrator_says() {
             let late = switches.iter().zip(&truth).map(off).sum::<f64>() / truth.len() as f64;
             (switches.len(), late, rms(one_pass.temperatures(), &end))
         };
-        let [(found, late, error), (_, blind, _)] = [false, true].map(run);
+        let [(computed, late, error), (_, blind, _)] = [false, true].map(run);
         println!(
-            "{fast}, {step} s: {found} of {} switches, {late:.2} s off in the mean, {error:.4} K rms at the end; read at the start {blind:.2} s",
+            "{fast}, {step} s: {computed} of {} switches, {late:.2} s off in the mean, {error:.4} K rms at the end; read at the start {blind:.2} s",
             truth.len()
         );
         assert!(truth.len() >= 8, "{} switches", truth.len());
-        assert_eq!(found, truth.len());
+        assert_eq!(computed, truth.len());
         assert!(late < 0.5 * step, "{late} s");
         assert!(blind > 2.0 * late, "{blind} s, and {late} s with the last change");
     }

@@ -40,9 +40,9 @@ pub(super) fn edge_touches(sides: [&ContactSide; 2], distance: f64, met: &HashSe
     }
     let mut all = seams(sides, distance, met);
     // Where a part is on both sides, its edges have been seen.
-    let seen: HashSet<_> = all.iter().map(|seam| (seam.owners, seam.of_lower)).collect();
+    let counted: HashSet<_> = all.iter().map(|seam| (seam.owners, seam.of_lower)).collect();
     let back = seams([sides[1], sides[0]], distance, met);
-    all.extend(back.into_iter().filter(|seam| !seen.contains(&(seam.owners, seam.of_lower))));
+    all.extend(back.into_iter().filter(|seam| !counted.contains(&(seam.owners, seam.of_lower))));
 
     let mut lengths: HashMap<ContactGroups, [f64; 2]> = HashMap::new();
     for seam in &all {
@@ -50,9 +50,9 @@ pub(super) fn edge_touches(sides: [&ContactSide; 2], distance: f64, met: &HashSe
     }
     // A seam in the middle of a face is an edge of one side only. Where both sides have edges, both count half.
     let weight = |seam: &Seam| {
-        let [other, own] = lengths[&seam.owners];
-        let [own, other] = if seam.of_lower { [own, other] } else { [other, own] };
-        if (own - other).abs() <= EQUAL * own.max(other) { 0.5 } else { f64::from(u8::from(own > other)) }
+        let [other, upper] = lengths[&seam.owners];
+        let [here, other] = if seam.of_lower { [upper, other] } else { [other, upper] };
+        if (here - other).abs() <= EQUAL * here.max(other) { 0.5 } else { f64::from(u8::from(here > other)) }
     };
     let touches = all.iter().flat_map(|seam| {
         let (owners, weight) = (seam.owners, weight(seam));
@@ -65,10 +65,10 @@ pub(super) fn edge_touches(sides: [&ContactSide; 2], distance: f64, met: &HashSe
 pub(super) fn point_touches(sides: [&ContactSide; 2], distance: f64) -> Vec<[u32; 2]> {
     let mut pairs = Vec::new();
     for [from, to] in [sides, [sides[1], sides[0]]] {
-        let mut seen = HashSet::new();
+        let mut visited = HashSet::new();
         for (triangle, group) in from.groups.iter().enumerate() {
             for (point, node) in from.corners[triangle].into_iter().zip(from.nodes[triangle]) {
-                if !seen.insert(node) {
+                if !visited.insert(node) {
                     continue;
                 }
                 let near = candidates(to, *group, point, point, distance);
@@ -84,12 +84,12 @@ pub(super) fn point_touches(sides: [&ContactSide; 2], distance: f64) -> Vec<[u32
 
 /// Edges of one side that lie along the other.
 fn seams([from, to]: [&ContactSide; 2], distance: f64, met: &HashSet<ContactGroups>) -> Vec<Seam> {
-    let mut seen = HashSet::new();
+    let mut visited = HashSet::new();
     let mut edges = Vec::new();
     for triangle in 0..from.corners.len() {
         for (first, second) in [(0, 1), (1, 2), (2, 0)] {
             let [a, b] = [from.nodes[triangle][first], from.nodes[triangle][second]];
-            if a != b && seen.insert([a.min(b), a.max(b)]) {
+            if a != b && visited.insert([a.min(b), a.max(b)]) {
                 edges.push((triangle, [first, second]));
             }
         }
@@ -126,8 +126,8 @@ fn seams([from, to]: [&ContactSide; 2], distance: f64, met: &HashSet<ContactGrou
                 let share = |index: usize| {
                     let along = at(index);
                     let (_, other) = nearest(to, &near, points[0].lerp(points[1], along))?;
-                    let own = nodes[usize::from(along > 0.5)];
-                    Some(([own, other], length * thickness / POINTS as f64))
+                    let node = nodes[usize::from(along > 0.5)];
+                    Some(([node, other], length * thickness / POINTS as f64))
                 };
                 let shares = (0..POINTS).filter_map(share).collect();
                 Some(Seam { owners: owners(group, other), of_lower: group < other, length, shares })

@@ -109,20 +109,20 @@ impl Faces<'_> {
     /// The areas of contact of all pairs of triangles.
     pub(super) fn find(&self) -> Found {
         let [first, second] = self.sides;
-        let of_triangle = |mut found: Found, a: usize| {
+        let of_triangle = |mut contacts: Found, a: usize| {
             let [p, q, r] = first.corners[a];
             let [low, high] = [p.min(q).min(r) - self.distance, p.max(q).max(r) + self.distance];
             second.near(low, high, |b| {
                 if self.are_pair(a, b) {
-                    self.touch(a, b, &mut found);
+                    self.touch(a, b, &mut contacts);
                 }
             });
-            found
+            contacts
         };
-        let both = |mut found: Found, more: Found| {
-            found.touches.extend(more.touches);
-            found.met.extend(more.met);
-            found
+        let both = |mut contacts: Found, more: Found| {
+            contacts.touches.extend(more.touches);
+            contacts.met.extend(more.met);
+            contacts
         };
         (0..first.corners.len()).into_par_iter().fold(Found::default, of_triangle).reduce(Found::default, both)
     }
@@ -136,7 +136,7 @@ impl Faces<'_> {
     }
 
     /// Adds the areas of contact of two triangles.
-    fn touch(&self, a: usize, b: usize, found: &mut Found) {
+    fn touch(&self, a: usize, b: usize, contacts: &mut Found) {
         let [first, second] = self.sides;
         let normals = [first.normals[a], second.normals[b]];
         let corners = [first.corners[a], second.corners[b]];
@@ -151,7 +151,7 @@ impl Faces<'_> {
         }
         let owners = owners(first.groups[a], second.groups[b]);
         if common.area() > CLEAR * flat[0].area().min(flat[1].area()) {
-            found.met.insert(owners);
+            contacts.met.insert(owners);
         }
         let same = SAME_GAP * self.distance;
         let is_above = common.corners.iter().all(|corner| apart.at(*corner) >= -same);
@@ -165,7 +165,7 @@ impl Faces<'_> {
         for (half, sign) in halves {
             for open in self.open(&frame, [a, b], [&lower, &upper], half, sign) {
                 self.share(&frame, [a, b], [&lower, &upper], &open, |nodes, area| {
-                    found.touches.push(Touch { nodes, owners, area });
+                    contacts.touches.push(Touch { nodes, owners, area });
                 });
             }
         }
@@ -187,7 +187,7 @@ impl Faces<'_> {
         let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max) + same;
         let mut open = vec![common];
         for side in [0, 1] {
-            let (own, other) = (self.sides[1 - side], self.sides[side]);
+            let (here, other) = (self.sides[1 - side], self.sides[side]);
             let [seen_from, beyond] = [pair[1 - side], pair[side]];
             // Gaps count from the triangle of the other side.
             let base = heights[1 - side];
@@ -195,11 +195,11 @@ impl Faces<'_> {
             let toward = |line: HalfPlane| if sign < 0.0 { line.reversed() } else { line };
             let full = toward(gap(base, heights[side]));
             other.near(low, high, |layer| {
-                if layer == beyond || other.groups[layer] == own.groups[seen_from] {
+                if layer == beyond || other.groups[layer] == here.groups[seen_from] {
                     return;
                 }
                 let normal = other.normals[layer];
-                if normal.dot(own.normals[seen_from]).abs() < STEEPEST || normal.dot(frame.normal).abs() < STEEPEST {
+                if normal.dot(here.normals[seen_from]).abs() < STEEPEST || normal.dot(frame.normal).abs() < STEEPEST {
                     return;
                 }
                 let height = frame.height(other.corners[layer][0], normal);

@@ -60,8 +60,8 @@ impl ContactSide {
         let numbers: Vec<u32> = (0..surface.triangles.len() as u32)
             .filter(|number| belongs(&surface.triangles[*number as usize]))
             .collect();
-        let of = |number: &u32| surface.triangles[*number as usize];
-        let triangles: Vec<[u32; 3]> = numbers.iter().map(of).collect();
+        let triangle = |number: &u32| surface.triangles[*number as usize];
+        let triangles: Vec<[u32; 3]> = numbers.iter().map(triangle).collect();
         let at = |vertex: u32| surface.positions[vertex as usize];
         let corners: Vec<[DVec3; 3]> = triangles.iter().map(|triangle| triangle.map(at)).collect();
         let owner = |triangle: &[u32; 3]| triangle[0] as usize;
@@ -87,7 +87,7 @@ impl ContactSide {
     }
 
     /// Calls a function with the triangles whose boxes touch a box [m].
-    pub(super) fn near(&self, low: DVec3, high: DVec3, mut found: impl FnMut(usize)) {
+    pub(super) fn near(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(usize)) {
         let mut at = 0;
         while let Some(node) = self.tree.nodes.get(at) {
             let touches = node.low.cmple(high).all() && node.high.cmpge(low).all();
@@ -100,7 +100,7 @@ impl ContactSide {
             for triangle in &self.tree.order[leaf] {
                 let [a, b, c] = self.corners[*triangle as usize];
                 if a.min(b).min(c).cmple(high).all() && a.max(b).max(c).cmpge(low).all() {
-                    found(*triangle as usize);
+                    visit(*triangle as usize);
                 }
             }
         }

@@ -101,8 +101,8 @@ fn steady(shell: &Shell, absorbed: impl Fn(usize) -> f64) -> Vec<f64> {
     let mut stepper = ReferenceStepper::new(network, &[]);
     stepper.set_heat(&heat, &nothing);
     assert!(stepper.steady(0.0), "a steady state");
-    let found = stepper.temperatures();
-    shell.node_of_vertex.iter().map(|node| found[*node as usize]).collect()
+    let computed = stepper.temperatures();
+    shell.node_of_vertex.iter().map(|node| computed[*node as usize]).collect()
 }
 
 /// Side of the plates [m].
@@ -133,9 +133,9 @@ fn plates_error(parts: &Parts, change: impl Fn(&mut Shell)) -> f64 {
     let flux = radiated(lower) + radiated(upper);
     let mut shell = parts.touching();
     change(&mut shell);
-    let found = steady(&shell, |vertex| if parts.parts[vertex] == 1 { flux } else { 0.0 });
+    let computed = steady(&shell, |vertex| if parts.parts[vertex] == 1 { flux } else { 0.0 });
     let error = |(found, part): (&f64, &u32)| (found - if *part == 1 { upper } else { lower }).abs();
-    found.iter().zip(&parts.parts).map(error).fold(0.0, f64::max)
+    computed.iter().zip(&parts.parts).map(error).fold(0.0, f64::max)
 }
 
 #[test]
@@ -162,8 +162,8 @@ fn two_plates_have_their_exact_temperatures_at_any_density() {
     assert!(lost > 1.0 && corner > 0.1, "{lost} {corner}");
 }
 
-fn close(found: f64, expected: f64, tolerance: f64) -> bool {
-    (found / expected - 1.0).abs() <= tolerance
+fn close(computed: f64, expected: f64, tolerance: f64) -> bool {
+    (computed / expected - 1.0).abs() <= tolerance
 }
 
 #[test]
@@ -240,10 +240,10 @@ fn corners_converge_where_a_plate_covers_a_part_of_another() {
             |x, y| DVec3::new(0.5 * SIDE * x, 0.5 * SIDE * y, 5e-4),
         );
         let contact = parts.contact([&[0], &[1]], ContactConductance::PerArea(conductance));
-        let found =
+        let computed =
             steady(&parts.shell(&[contact]).unwrap(), |vertex| if parts.parts[vertex] == 1 { 1000.0 } else { 0.0 });
         let first = (lower + 1) * (lower + 1);
-        [found[first], found[found.len() - 1], found[0]]
+        [computed[first], computed[computed.len() - 1], computed[0]]
     };
     let found = [1, 2, 4, 8].map(|cells| corners(cells, 20.0));
     println!("corners: {found:?}");
@@ -346,10 +346,10 @@ fn edges_in_contact_have_their_length_at_any_density() {
         let middle = joint(&|x, y| DVec3::new(0.37, 0.1 + 0.8 * x, y));
         let beside = joint(&|x, y| DVec3::new(1.0 + x - 1e-7, y, 0.0));
         let spaced = joint(&|x, y| DVec3::new(1.0 + x + 5e-4, y, 0.0));
-        for (name, found, length) in
+        for (name, computed, length) in
             [("corner", corner, 1.0), ("middle", middle, 0.8), ("beside", beside, 1.0), ("spaced", spaced, 1.0)]
         {
-            assert!(close(found, length, 1e-6), "{name}, {first} and {second} cells: {found} m, not {length}");
+            assert!(close(computed, length, 1e-6), "{name}, {first} and {second} cells: {computed} m, not {length}");
         }
         // Where an edge leaves the other side it counts until it is 1 mm away.
         let leaving = joint(&|x, y| DVec3::new(1.0 + x + 5e-4, 0.5 + y, 0.0));
