@@ -130,7 +130,7 @@ impl Moves {
     }
 }
 
-/// A change of the scene. `Settings` are those of radiation between surfaces.
+/// A change of the scene. `ExchangeSettings` hold for radiation between surfaces.
 type Change = fn(&mut Scene, ExchangeSettings);
 
 /// A fit may be in either domain, and the base is in T.
@@ -138,7 +138,7 @@ const BASE: Moves = Moves::Transition(None, Some(Domain::Temperature));
 const NETWORK: Moves = Moves::Network(None);
 const UNCHANGED: Change = |_, _| ();
 const EXCHANGE: Change = |scene, exchange| scene.exchange = Some(exchange);
-/// Name of the choice from whose shadows those of the base differ.
+/// Name of the choice whose shadows the base is compared with.
 const BY_RAYS: &str = "shadows by rays";
 
 /// The choices. The base comes first.

@@ -135,9 +135,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let data = device_data.scene_data(&prepared, camera);
     let plan = data.plan();
     say_size(&prepared, &plan, &chosen);
-    if let Target::Device(context) = &chosen {
-        check_plan(context, &plan, data.image)?;
-    }
+    chosen.device().map_or(Ok(()), |context| check_plan(context, &plan, data.image))?;
     let (folder, state) = open_folder(arguments, &prepared, &root, earlier, fresh)?;
     let forecast = forecast_run(&prepared, begin.is_some(), &chosen);
     let stop = stop_flag();

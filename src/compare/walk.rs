@@ -32,7 +32,7 @@ pub(crate) fn temperatures(engine: &mut dyn Engine) -> Result<Vec<f32>, EngineEr
     Ok(engine.deliver()?.temperatures.unwrap_or_default())
 }
 
-/// The values of vertices, from those of nodes in device order.
+/// The values of vertices, from the values of nodes in device order.
 pub(crate) fn of_vertices(prepared: &Prepared, of_nodes: &[f32]) -> Vec<f32> {
     prepared.nodes.node_of_vertex.par_iter().map(|node| of_nodes[*node as usize]).collect()
 }

@@ -238,8 +238,7 @@ impl<'a> Recorder<'a> {
         self.bind(pass, 0);
         self.bound.0 = pipeline.raw;
         let device = &self.context.device;
-        // SAFETY: rendering has begun. The bound set was made for a layout with the same bindings, stages and push
-        // constants as that of this pipeline.
+        // SAFETY: rendering has begun. The bound set was made for a layout with the bindings, stages and push constants of this pipeline.
         unsafe {
             device.cmd_bind_pipeline(self.commands, pipeline.bind_point, pipeline.raw);
             device.cmd_draw(self.commands, 3, 1, 0, 0);

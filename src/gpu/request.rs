@@ -34,7 +34,7 @@ pub struct Request<'a> {
     /// Views of the image, one for the body and one for each joint. The view of a joint is relative to the joint's
     /// frame. Without views, nothing is drawn.
     pub views: &'a [layout::View],
-    /// The rolling shutter for each of the views, which are those of the first row. Empty if all rows see one pose.
+    /// The rolling shutter for each of the views. A view belongs to the first row. Empty if all rows see one pose.
     pub shutters: &'a [layout::Shutter],
     /// Whether the host reads the temperatures of all nodes.
     pub temperatures: bool,
@@ -42,15 +42,15 @@ pub struct Request<'a> {
     pub absorbed: bool,
     /// Time of the image [s], for a sensor. Without it the sensor sees nothing.
     pub time: Option<f64>,
-    /// What surrounds the craft in the image. Without it the image has that of the slot's last one.
+    /// What surrounds the craft in the image. Without a value the image takes the value of the slot's last image.
     pub surroundings: Option<layout::Surroundings>,
     /// Lobes of all rough mirrors before the planet.
     pub lobes: &'a [f32],
     /// Axes of the map of a planet that is not uniform, and its means over the direction of a surface.
     pub planet: Option<(layout::PlanetView, &'a [f32])>,
-    /// What reflections of the craft need. Without it the image has that of the slot's last one.
+    /// What reflections of the craft need. Without a value the image takes the value of the slot's last image.
     pub traced: Option<TracedTree<'a>>,
-    /// How the crop of a craft that is far away is put into the pixels. The views are then those of the crop.
+    /// How the crop of a craft that is far away is put into the pixels. The views then show the crop.
     pub distant: Option<layout::Distant>,
     /// Heaters of a network that the frame steps.
     pub heating: Option<Heating<'a>>,

@@ -102,7 +102,7 @@ pub struct Shown<'a> {
     pub(crate) lobe_values: usize,
     /// Emissivities of the faces over angle and temperature, if they have any.
     pub(crate) emissivities: &'a [f32],
-    /// Radiances of a planet that is not uniform, over that of its mean temperature.
+    /// Radiances of a planet that is not uniform, over the radiance of its mean temperature.
     pub(crate) planet_map: &'a [f32],
     /// Nodes of the corners of the triangles in the tree for reflections of the craft, and their material. The tree follows the
     /// joints and comes with the requests.

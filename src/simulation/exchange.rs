@@ -181,7 +181,7 @@ impl ExchangeTwin {
         self.found.found()
     }
 
-    /// What every patch absorbs from the others in a load that lasts `steps` [W/m2]. Temperatures [K] and shares of the Sun are those of the nodes.
+    /// What every patch absorbs from the others in a load that lasts `steps` [W/m2]. Temperatures [K] and shares of the Sun belong to the nodes.
     pub(crate) fn absorbed(
         &mut self,
         load: &StepLoad,

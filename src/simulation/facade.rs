@@ -50,7 +50,7 @@ pub struct Simulation {
     own: StepLoads,
     /// Whether something outside gives the places.
     placed: bool,
-    /// Whether the state is that of `time`. Before, it is that of no time.
+    /// Whether the state is that of `time`. Before the start, the state belongs to no time.
     begun: bool,
     time: f64,
     periodic: Option<Periodic>,

@@ -25,7 +25,7 @@ const TABLES: &[&[&Resource]] = &[
     lists::RESOURCES,
 ];
 
-/// Every buffer and image: those of scenes, and those of commands outside scenes.
+/// Every buffer and image of scenes and of commands outside scenes.
 pub fn all() -> impl Iterator<Item = &'static Resource> {
     TABLES.iter().flat_map(|table| table.iter().copied())
 }

@@ -43,7 +43,7 @@ resources! {
         buffer!("OnePassWeights", 16, Storage, Node, OnePassTables::weight_count, |one| made(&one.weights(&one.plan)));
     /// Mean temperatures of every other step [K].
     MEAN_EVEN = buffer!("OnePassMeanEven", GROUP, Storage, Node, |one| one.shape.groups() as usize);
-    /// Mean temperatures of the steps between those of `MEAN_EVEN`.
+    /// Mean temperatures of the steps that `MEAN_EVEN` skips.
     MEAN_ODD = buffer!("OnePassMeanOdd", GROUP, Storage, Node, |one| one.shape.groups() as usize);
     /// Bases and rests of the temperatures [K].
     STATES = buffer!("OnePassStates", PAIRS, Storage, Node, |one| one.shape.groups() as usize);
@@ -53,7 +53,7 @@ resources! {
     COUPLINGS = buffer!("OnePassCouplings", GROUP, Storage, Node, |one| one.shape.in_blocks() as usize);
     /// Every other vector of the stages of large blocks: changes and errors [K].
     VECTOR_EVEN = buffer!("OnePassVectorEven", PAIRS, Storage, Node, |one| one.shape.in_large() as usize);
-    /// The vectors between those of `VECTOR_EVEN`.
+    /// The vectors that `VECTOR_EVEN` skips.
     VECTOR_ODD = buffer!("OnePassVectorOdd", PAIRS, Storage, Node, |one| one.shape.in_large() as usize);
     /// Sums of these vectors by their parts [K].
     SUMS = buffer!("OnePassSums", PAIRS, Storage, Node, |one| one.shape.in_large() as usize);
@@ -93,10 +93,10 @@ pub struct PlanConstants {
 /// Invocations of a workgroup.
 const WORKGROUP: u32 = 64;
 
-/// OnePassPlace of a step among those of a frame.
+/// Place of a step in its frame.
 #[derive(Clone, Copy)]
 struct OnePassPlace<'a> {
-    /// Its number. A trial has that of the step that it is for.
+    /// Its number. A trial has the number of the step that it is for.
     number: u32,
     /// Its part in the estimate of the error.
     sample: EstimatePart,
@@ -115,7 +115,7 @@ struct OnePassPlace<'a> {
     told: &'a PlanConstants,
 }
 
-/// Mean temperatures from which a step starts. The step leaves those of the next one in the other buffer.
+/// Mean temperatures from which a step starts. The step leaves the means of the next step in the other buffer.
 fn means(odd: bool) -> &'static Resource {
     if odd { &MEAN_ODD } else { &MEAN_EVEN }
 }
@@ -125,7 +125,7 @@ fn vectors(stage: u32) -> &'static Resource {
     if stage.is_multiple_of(2) { &VECTOR_EVEN } else { &VECTOR_ODD }
 }
 
-/// Barriers between compute passes over those of the buffers for which it is true.
+/// Barriers between compute passes over the buffers for which it is true.
 fn wait(frame: &mut Frame, buffers: &[(&'static Resource, bool)]) {
     let needed = buffers.iter().filter(|(_, is)| *is);
     frame.wait(needed.map(|(resource, _)| barrier(resource, COMPUTE_WRITE, COMPUTE)));

@@ -35,7 +35,7 @@ shared! {
         pub(crate) specular: f32,
         /// Share of the patch outside other parts, which sunlight can reach.
         pub(crate) exposed: f32,
-        /// Rounds the size up to that of vectors.
+        /// Rounds the size up to whole vectors.
         pub(crate) unused: [f32; 3],
     }
 

@@ -202,7 +202,7 @@ impl Surroundings {
 }
 
 impl PlanetView {
-    /// Rounds the rotation from camera axes into those of a map to f32. `size` are the map's columns and rows.
+    /// Rounds the rotation from camera axes into map axes to f32. `size` are the map's columns and rows.
     pub(crate) fn new(map_from_camera: &glam::DMat3, [columns, rows]: [usize; 2]) -> Self {
         let row = |axis: usize, size: usize| {
             let row = map_from_camera.row(axis);

@@ -11,7 +11,7 @@ shared! {
         pub(crate) first: u32,
         /// 1 in a step that is taken to learn its change, so that the last change is not known.
         pub(crate) trial: u32,
-        /// Start since that of the frame [s].
+        /// Start, counted from the start of the frame [s].
         pub(crate) start: f32,
         /// Length [s].
         pub(crate) step: f32,

@@ -71,7 +71,7 @@ impl SunView {
     }
 }
 
-/// Rows of a rigid motion, rounded to f32. Shadow rays get those of body_from_joint after `SunRay`.
+/// Rows of a rigid motion, rounded to f32. Shadow rays get the rows of body_from_joint after `SunRay`.
 pub(crate) fn rows(motion: &glam::DAffine3) -> [[f32; 4]; 3] {
     [0, 1, 2].map(|i| {
         let rotation = motion.matrix3.row(i);

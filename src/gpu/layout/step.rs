@@ -16,7 +16,7 @@ shared! {
         pub absorptivity: f32,
         /// Infrared emissivity of the front.
         pub emissivity: f32,
-        /// Solar absorptivity of the back. It equals that of the front if only the front exchanges heat.
+        /// Solar absorptivity of the back. The value equals the front's if only the front exchanges heat.
         pub back_absorptivity: f32,
         /// Infrared emissivity of the back, or of the front if only the front exchanges heat.
         pub back_emissivity: f32,

@@ -46,7 +46,7 @@ impl Exchanging {
         }
     }
 
-    /// What the passes find under a load that lasts `steps`. `None` where what was found before holds.
+    /// What the passes find under a load that lasts `steps`. `None` where the earlier results still hold.
     pub(crate) fn due(&mut self, light: ThermalVariant, load: &StepLoad, steps: f64) -> Option<Exchanged> {
         let due = self.renewal.due(load, steps, std::mem::take(&mut self.fresh));
         if due == Due::Nothing {

@@ -17,7 +17,7 @@ pub struct ExchangeTables {
     pub(crate) patches: Vec<ExchangePatch>,
     /// Nodes of the patches, and the bits of their shares.
     pub(crate) members: Vec<[u32; 2]>,
-    /// Four entries of a row: the upper half of an exchange area [m2] as f32, and below it a patch. First all rows of infrared, then those of sunlight.
+    /// Four entries of a row: the upper half of an exchange area [m2] as f32, and below it a patch. First all rows of infrared, then all rows of sunlight.
     pub(crate) entries: Vec<[u32; 4]>,
     /// Bundles of rays that keep the sky, in fours for each patch.
     pub(crate) sky: Vec<[u32; 4]>,

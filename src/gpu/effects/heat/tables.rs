@@ -3,7 +3,7 @@
 /// Where the absorbed heat of nodes is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum HeatOf {
-    /// In their temperatures, which are those of balance: an instant response.
+    /// In their temperatures, which balance the load: an instant response.
     Balance,
     /// In their targets: a transition.
     Target,

@@ -34,7 +34,7 @@ struct CulledRun {
 }
 
 impl Culling {
-    /// Makes the state of runs that were never culled. `positions` are those of the nodes [m].
+    /// Makes the state of runs that were never culled. `positions` belong to the nodes [m].
     pub(crate) fn new(runs: &[TriangleRun], triangles: &[[u32; 3]], positions: &[Vec3]) -> Self {
         let run = |of: &TriangleRun| {
             let nodes = triangles[of.triangles.0 as usize..of.triangles.1 as usize].as_flattened().iter();

@@ -26,7 +26,7 @@ pub struct RadianceVariant {
 }
 
 impl RadianceVariant {
-    /// Emission alone, before nothing.
+    /// Emission alone, before a sky of no radiance.
     pub const PLAIN: Self = Self {
         reflections: false,
         rough: false,

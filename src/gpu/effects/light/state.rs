@@ -50,7 +50,7 @@ impl Shadows {
         self.redraw.is_some()
     }
 
-    /// Whether the shadows of the first load are also those of another load.
+    /// Whether the shadows of the first load hold for another load too.
     pub(crate) fn hold(&self, first: &StepLoad) -> impl Fn(&StepLoad) -> bool {
         let mut redraw = self.redraw.clone();
         if let Some(redraw) = &mut redraw {

@@ -25,7 +25,7 @@ pub(crate) fn words(
     heaters.iter().enumerate().flat_map(words).collect()
 }
 
-/// State of each heater before the first step, as the device keeps it: four numbers each. `on` is that of the thermostats.
+/// State of each heater before the first step, as the device keeps it: four numbers each. `on` tells which thermostats are on.
 pub(crate) fn states(heaters: &[OnePassHeater], on: &[bool]) -> Vec<[f32; 4]> {
     let mut on = on.iter();
     let of = |heater: &OnePassHeater| match &heater.thermostat {

@@ -207,7 +207,7 @@ impl OnePassTables {
         self.nodes.push(of_node(&|node| STEFAN_BOLTZMANN * network.emissive_areas[node]));
     }
 
-    /// Takes nodes without conductors that are those of a group of drawn nodes.
+    /// Takes nodes without conductors that form a group of drawn nodes.
     fn take_alone(&mut self, group: &[u32], sources: &[Vec<(u32, f32)>], drawn: u32) {
         self.take_nodes(group);
         let area = |place: usize| if group[place] == NONE { 0.0 } else { sources[group[place] as usize][0].1 };
@@ -414,7 +414,7 @@ fn units(plan: &OnePassPlan, singles: &mut Vec<u32>, is: impl Fn(&u32) -> (bool,
             units.push(Unit { kind: (conduction, some.len() == 2), nodes, radiates, fast, large: false });
         }
     }
-    // Nodes of large blocks find each other by links, so that those of a section may stand together.
+    // Nodes of large blocks find each other by links, so the nodes of a section may stand together.
     for (radiates, fast) in [(false, false), (false, true), (true, false), (true, true)] {
         let own = large_nodes(plan).iter().copied().filter(|node| is(node) == (radiates, fast));
         let mut nodes: Vec<u32> = own.collect();

@@ -49,7 +49,7 @@ pub struct SensorVariant {
 pub struct SensorTables {
     /// The sensor, for the exposures.
     pub(crate) sensor: Sensor,
-    /// Its numbers, without those of an exposure.
+    /// The numbers of the sensor, without an exposure's numbers.
     pub(crate) settings: layout::Sensor,
     /// Weights of point spread and halo.
     pub(crate) kernel: Vec<[f32; 4]>,
