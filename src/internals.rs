@@ -13,7 +13,6 @@ pub use crate::bench::{
     truth::{CaseSummary, Truth},
 };
 pub use crate::dataset::{
-    error::DatasetError,
     make::{DatasetOrder, DatasetSummary, Shard, make},
     orbit::{OrbitRun, Rejections},
     orbit_folder::sum_of,
@@ -26,7 +25,7 @@ pub use crate::dataset::{
     view_check::Reason,
 };
 pub use crate::environment::{
-    Attitude, CircularOrbit, Environment, MAX_SUN_SAMPLES, Orbit, PlanetLoad, Sky, StepLoad, SunSample,
+    Attitude, CircularOrbit, Environment, MAX_SUN_SAMPLES, Orbit, PlanetLoad, StepLoad, SunSample,
     albedo::RESOLUTION,
     albedo_field::AlbedoField,
     load::{albedo_flux, exact_albedo_flux, planet_ir_flux, solar_flux},
@@ -44,7 +43,6 @@ pub use crate::exchange::{
     sky::PlanetFromPatch,
     step::{CraftLight, Exchange, ExchangeSettings},
 };
-pub use crate::files::Reach;
 pub use crate::gpu::{
     blackbody::{band_radiances, band_table, brightness_temperatures},
     context::{Context, devices},
@@ -76,7 +74,6 @@ pub use crate::gpu::{
         },
         traced::{SURFACE, SURFACE_IMAGE, TRACE_BOXES, TRACE_CORNERS, TRACE_TRIANGLES, TRACING},
     },
-    error::GpuError,
     exchange_rays::cast as cast_on_device,
     frame::{Frame, Recipe, Wanted, compose},
     layout::{ExchangePass, FUSED_STEPS, Material as DeviceMaterial, View, structures},
@@ -106,9 +103,9 @@ pub use crate::labels::{
     silhouette::Solids,
     speed::entry,
 };
-pub use crate::lens::{Distortion, Lens, rolling::Rolling};
+pub use crate::lens::rolling::Rolling;
 pub use crate::model::{
-    Model, ModelError, ModelMaterial, Part,
+    Model, ModelMaterial, Part,
     nodes::{GROUP, PADDING},
 };
 pub use crate::output::{
@@ -130,7 +127,7 @@ pub use crate::raster::{Pixel, RasterSurface, rasterise};
 pub use crate::saved::Saved;
 pub use crate::scene::{
     Background, Camera, CameraFrame, Density, Draw, Edges, ImageFile, ImageFiles, Initial, Mapping, MaterialRule,
-    Motion, Reflections, Scene, SceneError, ShadowSettings, SkyScene, Surrounded, Video,
+    Reflections, ShadowSettings, SkyScene, Surrounded, Video,
     network::{
         NetworkFile,
         export_tmd::{TmdSolution, tmd},
@@ -160,7 +157,7 @@ pub use crate::simulation::{
     device_data::{DeviceData, device_material},
     device_engine::DeviceEngine,
     energy::{Account, EnergyBalance},
-    engine::{Delivered, Engine, EngineError, EngineStep, Order as EngineOrder, Pixels, RowMoments},
+    engine::{Delivered, Engine, EngineStep, Order as EngineOrder, Pixels, RowMoments},
     moments,
     network::StepCost,
     network_file::network_file,

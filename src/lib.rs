@@ -48,13 +48,21 @@ mod trace;
 mod view;
 
 pub use cli::main;
+pub use dataset::error::DatasetError;
+pub use environment::Sky;
 pub use environment::placements::PlaceError;
-pub use scene::{Camera, CameraFrame};
+pub use files::Reach;
+pub use gpu::error::GpuError;
+pub use lens::{Distortion, Lens};
+pub use model::ModelError;
+pub use scene::{Camera, CameraFrame, Motion, Scene, SceneError};
+pub use simulation::engine::EngineError;
 pub use simulation::facade::temperatures::PartTemperature;
 pub use simulation::facade::{Placement, Simulation};
 pub use simulation::facade_error::SimulationError;
 pub use simulation::image::Image;
 pub use simulation::pose::{CameraError, Pose};
+pub use simulation::prepare_error::PrepareError;
 pub use simulation::target::Target;
 
 /// Compiles and runs the program in `docs/library.md`.

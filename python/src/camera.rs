@@ -1,9 +1,8 @@
 //! The intrinsics of a camera.
 
 use glam::{DMat3, DQuat, DVec3};
-use isotherm::CameraFrame;
-use isotherm::internals;
-use isotherm::internals::{Distortion, Lens, check_camera};
+use isotherm::internals::check_camera;
+use isotherm::{CameraFrame, Distortion, Lens, internals};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -65,7 +64,7 @@ impl Camera {
             lens: Lens { focal: [fx, fy.unwrap_or(fx)], centre, skew, distortion },
             samples,
             line_time,
-            motion: internals::Motion::Still,
+            motion: isotherm::Motion::Still,
             frame: CameraFrame::Body,
             position: DVec3::ZERO,
             frame_from_camera: DQuat::IDENTITY,

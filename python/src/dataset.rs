@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use isotherm::internals::{Begin, DatasetError, DatasetOrder, DatasetSummary, Reach, SceneText, Shard, Spec, make};
-use isotherm::{SimulationError, Target};
+use isotherm::internals::{Begin, DatasetOrder, DatasetSummary, SceneText, Shard, Spec, make};
+use isotherm::{DatasetError, Reach, SimulationError, Target};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 

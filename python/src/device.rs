@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-use isotherm::internals;
 use isotherm::internals::Context;
-use isotherm::{SimulationError, Target};
+use isotherm::{SimulationError, Target, internals};
 use pyo3::prelude::*;
 
 use crate::error::raised;

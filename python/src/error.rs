@@ -1,7 +1,6 @@
 //! Errors as Python exceptions, with file, line and key.
 
-use isotherm::SimulationError;
-use isotherm::internals::EngineError;
+use isotherm::{EngineError, SimulationError};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 

@@ -1,9 +1,8 @@
 //! An image as numpy arrays.
 
 use glam::DAffine3;
-use isotherm::Image;
-use isotherm::internals;
 use isotherm::internals::{ColourScale, picture};
+use isotherm::{Image, internals};
 use numpy::{Element, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;

@@ -5,9 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
-use isotherm::internals;
-use isotherm::internals::{Reach, decode, encode};
-use isotherm::{CameraFrame, Placement, Pose, SimulationError};
+use isotherm::internals::{decode, encode};
+use isotherm::{CameraFrame, Placement, Pose, Reach, SimulationError};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -149,11 +148,11 @@ impl Simulation {
             let reach = if allow_outside { Reach::Anywhere } else { Reach::of(&scene) };
             let read = match text {
                 Some(text) => {
-                    let mut read = internals::Scene::parse_within(text, &scene, reach)?;
+                    let mut read = isotherm::Scene::parse_within(text, &scene, reach)?;
                     read.files.retain(|file| *file != scene);
                     read
                 }
-                None => internals::Scene::load_within(&scene, reach)?,
+                None => isotherm::Scene::load_within(&scene, reach)?,
             };
             isotherm::Simulation::from_scene(read, &target)
         };

@@ -1,6 +1,5 @@
 //! Sun and planet as the craft sees them.
 
-use isotherm::internals;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
@@ -8,7 +7,7 @@ use crate::numbers::{array, matrix};
 
 /// Sun and planet in the body frame at one time.
 #[pyclass(frozen, module = "isotherm")]
-pub struct Sky(pub internals::Sky);
+pub struct Sky(pub isotherm::Sky);
 
 #[pymethods]
 impl Sky {

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 use isotherm::internals::{
-    DepthMap, DeviceData, Occluders, PADDING, Prepared, Reach, Renderer, Scene, ShadowMethod, ShadowSettings, Sides,
-    StepLoad, SunProjection,
+    DepthMap, DeviceData, Occluders, PADDING, Prepared, Renderer, ShadowMethod, ShadowSettings, Sides, StepLoad,
+    SunProjection,
 };
+use isotherm::{Reach, Scene};
 use serde_json::json;
 
 use super::craft::{Folder, glb, scene_with};

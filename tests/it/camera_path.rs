@@ -4,9 +4,10 @@ use std::f64::consts::TAU;
 
 use glam::{DMat4, DQuat, DVec3};
 use isotherm::internals::{
-    CameraFrame, DeviceEngine, Draw, Engine, EngineError, FrameHeader, Motion, OutputFrame as Frame, Prepared,
-    ReferenceEngine, Scene, StepResult, View, camera_from_body, device_view, read_exr, run, start,
+    CameraFrame, DeviceEngine, Draw, Engine, FrameHeader, OutputFrame as Frame, Prepared, ReferenceEngine, StepResult,
+    View, camera_from_body, device_view, read_exr, run, start,
 };
+use isotherm::{EngineError, Motion, Scene};
 
 use super::craft::{Folder, never, scene_with};
 use super::device::{assert_silent, context};

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use glam::{DAffine3, DQuat};
-use isotherm::internals;
 use isotherm::internals::{
-    Camera, Collected, Context, DeviceData, Frame, ListEntry, PassWork, Prepared, Renderer, Request, Scene, SceneData,
-    View, Wanted, camera_from_body, device_view,
+    Camera, Collected, Context, DeviceData, Frame, ListEntry, PassWork, Prepared, Renderer, Request, SceneData, View,
+    Wanted, camera_from_body, device_view,
 };
+use isotherm::{Scene, internals};
 
 type Pixels = (Vec<[u32; 4]>, Vec<[u32; 2]>);
 

@@ -14,8 +14,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use isotherm::Target;
-use isotherm::internals::{Begin, DatasetError, DatasetOrder, DatasetSummary, Reach, SceneText, Shard, Spec, make};
+use isotherm::internals::{Begin, DatasetOrder, DatasetSummary, SceneText, Shard, Spec, make};
+use isotherm::{DatasetError, Reach, Target};
 
 use super::craft;
 

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
+use isotherm::GpuError;
 use isotherm::internals::{
-    Bulk, Context, Curve, Domain, Function, GROUP, GpuError, Material, NODES_PER_WORKGROUP, Optics, PlanetLoad,
-    Profile, ReferenceNode, Renderer, Request, Response, Retarget, SceneData, Shapes, Sides, StepKind, StepLoad,
-    StepRange, SunSample, ThermalVariant, Transition, device_material, emissivity_sum,
+    Bulk, Context, Curve, Domain, Function, GROUP, Material, NODES_PER_WORKGROUP, Optics, PlanetLoad, Profile,
+    ReferenceNode, Renderer, Request, Response, Retarget, SceneData, Shapes, Sides, StepKind, StepLoad, StepRange,
+    SunSample, ThermalVariant, Transition, device_material, emissivity_sum,
 };
 
 use crate::random::Random;

@@ -1,8 +1,7 @@
 //! The energy balance of a run: what the device sums against the reference, and whether a network closes.
 
-use isotherm::internals::{
-    Account, DeviceEngine, EnergyBalance, Engine, EngineError, Prepared, ReferenceEngine, run, start,
-};
+use isotherm::EngineError;
+use isotherm::internals::{Account, DeviceEngine, EnergyBalance, Engine, Prepared, ReferenceEngine, run, start};
 
 use super::craft::{Folder, never, scene_with};
 use super::device::{assert_silent, context};

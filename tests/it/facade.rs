@@ -29,7 +29,7 @@ fn of_a_run(folder: &Folder, target: &Target) -> Vec<StepResult> {
     let mut results = Vec::new();
     let mut take = |result: StepResult| {
         results.push(result);
-        Ok::<_, isotherm::internals::EngineError>(())
+        Ok::<_, isotherm::EngineError>(())
     };
     run(&prepared, &mut *engine, None, &never(), &mut take).expect("it runs");
     results

@@ -1,7 +1,6 @@
 //! `Simulation::set_sensor`: its images are those of a scene that has had the sensor from the beginning.
 
-use isotherm::internals::Scene;
-use isotherm::{Image, Pose, Simulation, Target};
+use isotherm::{Image, Pose, Scene, Simulation, Target};
 
 use super::craft::{Folder, SCENE};
 use super::device::context;

@@ -1,6 +1,7 @@
 //! `isotherm info` lists exactly the passes that a run records.
 
-use isotherm::internals::{DeviceEngine, EngineError, run, start};
+use isotherm::EngineError;
+use isotherm::internals::{DeviceEngine, run, start};
 
 use super::craft::{Folder, never, scene_with};
 use super::device::context;

@@ -2,7 +2,8 @@
 //! plane.
 
 use glam::{DAffine3, DVec3};
-use isotherm::internals::{Band, Camera, Lens, Material, Optics, Pixels, Response, Sides, band_radiance_exact};
+use isotherm::Lens;
+use isotherm::internals::{Band, Camera, Material, Optics, Pixels, Response, Sides, band_radiance_exact};
 
 use super::device::{Worst, assert_silent, context, corner_grid, material};
 use super::quads::{Quads, camera, looking};

@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use isotherm::internals;
-use isotherm::internals::{Function, Model, NetworkFile, Prepared, Reach, Scene};
+use isotherm::internals::{Function, Model, NetworkFile, Prepared};
+use isotherm::{Reach, Scene, internals};
 use serde_json::{Value, json};
 
 use super::craft::{Folder, SCENE, scene_with};

@@ -3,9 +3,10 @@
 use glam::{DQuat, DVec3};
 
 use isotherm::internals::{
-    Casting, DeviceData, DeviceEngine, Engine, EngineError, Frame, PADDING, Pixels, Prepared, Reach, ReferenceEngine,
-    Renderer, Request, Scene, StepRange, TriangleRun, Wanted, run, start,
+    Casting, DeviceData, DeviceEngine, Engine, Frame, PADDING, Pixels, Prepared, ReferenceEngine, Renderer, Request,
+    StepRange, TriangleRun, Wanted, run, start,
 };
+use isotherm::{EngineError, Reach, Scene};
 use serde_json::json;
 
 use super::craft::{Folder, glb, never, prepared, scene_with};

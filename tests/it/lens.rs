@@ -1,12 +1,12 @@
 //! Images through distorting lenses and with several samples of a pixel: the device against the f64 rasteriser and against closed forms.
 
 use glam::{DAffine3, DMat4, DVec3};
-use isotherm::internals;
 use isotherm::internals::{
-    Camera, Delivered, DeviceEngine, Distortion, Engine, EngineOrder as Order, FrameMaker, Lens, Pixels, Prepared,
-    ReferenceEngine, Response, Rolling, RowMoments, Sides, StepResult, band_radiance_exact, moments, pose_at,
-    raster_view, read_exr, sampling, start, write_exr,
+    Camera, Delivered, DeviceEngine, Engine, EngineOrder as Order, FrameMaker, Pixels, Prepared, ReferenceEngine,
+    Response, Rolling, RowMoments, Sides, StepResult, band_radiance_exact, moments, pose_at, raster_view, read_exr,
+    sampling, start, write_exr,
 };
+use isotherm::{Distortion, Lens, internals};
 
 use super::craft::{Folder, never, scene_with};
 use super::device::{Worst, assert_silent, context, material};

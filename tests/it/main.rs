@@ -20,6 +20,7 @@ mod energy;
 mod exchange;
 mod facade;
 mod facade_sensor;
+mod face;
 mod frame_listed;
 mod functions;
 mod fused;

@@ -1,8 +1,7 @@
 //! Thermal networks of scenes: closed form, device against twin, periodic state, refusals.
 
-use isotherm::internals::{
-    DeviceEngine, Engine, EngineError, PADDING, Prepared, ReferenceEngine, STEFAN_BOLTZMANN, run, start,
-};
+use isotherm::EngineError;
+use isotherm::internals::{DeviceEngine, Engine, PADDING, Prepared, ReferenceEngine, STEFAN_BOLTZMANN, run, start};
 
 use super::craft::{Folder, never, scene_with};
 use super::device::{Worst, assert_silent, context};

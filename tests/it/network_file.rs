@@ -1,8 +1,9 @@
 //! The network of a scene as a network file: solved by itself it has the temperatures of the scene.
 
+use isotherm::EngineError;
 use isotherm::internals::{
-    Engine, EngineError, IntegrationSettings, Integrator, NetworkFile, Prepared, ReferenceEngine, ReferenceStepper,
-    integrate, network_file, run, start,
+    Engine, IntegrationSettings, Integrator, NetworkFile, Prepared, ReferenceEngine, ReferenceStepper, integrate,
+    network_file, run, start,
 };
 
 use super::craft::{Folder, never, scene_with};

@@ -1,9 +1,9 @@
 //! A scene's network in one pass a step: barriers, bindings, device against twin, and the integrator's choice.
 
+use isotherm::EngineError;
 use isotherm::internals::{
-    Check, Curve, DeviceEngine, Engine, EngineError, EngineOrder as Order, EngineStep, Frame, OnePassKind,
-    OnePassShape, PlanConstants, Prepared, ReferenceEngine, SECTIONS, StepKind, StepRange, ThermalVariant, Wanted, run,
-    start,
+    Check, Curve, DeviceEngine, Engine, EngineOrder as Order, EngineStep, Frame, OnePassKind, OnePassShape,
+    PlanConstants, Prepared, ReferenceEngine, SECTIONS, StepKind, StepRange, ThermalVariant, Wanted, run, start,
 };
 
 use super::craft::{Folder, never, scene_with};

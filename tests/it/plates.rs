@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use isotherm::EngineError;
 use isotherm::internals::{
-    Below, Check, Context, DeviceEngine, Engine, EngineError, EngineOrder as Order, EngineStep, Material, Optics,
-    Radiative, Reference, ReferenceEngine, Request, Response, STEFAN_BOLTZMANN, Sides, StepLoad, incident, run, start,
+    Below, Check, Context, DeviceEngine, Engine, EngineOrder as Order, EngineStep, Material, Optics, Radiative,
+    Reference, ReferenceEngine, Request, Response, STEFAN_BOLTZMANN, Sides, StepLoad, incident, run, start,
 };
 
 use super::craft::{Folder, never, scene_with};

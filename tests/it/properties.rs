@@ -1,10 +1,10 @@
 //! Properties of any scene: start, rest without sources, energy, areas, and responses that coincide.
 
-use isotherm::internals;
 use isotherm::internals::{
-    DeviceData, DeviceEngine, Engine, EngineError, EngineOrder as Order, EngineStep, GROUP, PADDING, Prepared,
-    ReferenceNode, STEFAN_BOLTZMANN, absorbed_flux, commanded_temperature, emissivity_sum, incident, run, start,
+    DeviceData, DeviceEngine, Engine, EngineOrder as Order, EngineStep, GROUP, PADDING, Prepared, ReferenceNode,
+    STEFAN_BOLTZMANN, absorbed_flux, commanded_temperature, emissivity_sum, incident, run, start,
 };
+use isotherm::{EngineError, internals};
 
 use super::craft::{AREA, Folder, glb_of_box, never, scene_with};
 use super::device::{Worst, assert_silent, context};

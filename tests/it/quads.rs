@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use isotherm::internals::{
-    Band, Camera, CameraFrame, Context, Curve, Lens, Material, Motion, NODES_PER_WORKGROUP, Pixel, Pixels,
-    RadianceTable, RasterSurface, Renderer, Request, SceneData, Shapes, StepKind, StepRange, ThermalVariant, View,
-    band_radiance, band_table, device_material, device_view, raster_view, rasterise, sampling, source_view,
+    Band, Camera, CameraFrame, Context, Curve, Material, NODES_PER_WORKGROUP, Pixel, Pixels, RadianceTable,
+    RasterSurface, Renderer, Request, SceneData, Shapes, StepKind, StepRange, ThermalVariant, View, band_radiance,
+    band_table, device_material, device_view, raster_view, rasterise, sampling, source_view,
 };
+use isotherm::{Lens, Motion};
 
 /// Quads with temperatures at their corners. Each is a group of four nodes.
 pub struct Quads {

@@ -1,10 +1,10 @@
 //! Reflected surroundings and the sky behind the craft: the device against the f64 rasteriser, and exact answers.
 
-use isotherm::internals;
 use isotherm::internals::{
-    Band, Camera, DeviceData, DeviceEngine, Engine, EngineError, Pixels, Prepared, ReferenceEngine, StepResult,
-    band_radiance_exact, run, start, still,
+    Band, Camera, DeviceData, DeviceEngine, Engine, Pixels, Prepared, ReferenceEngine, StepResult, band_radiance_exact,
+    run, start, still,
 };
+use isotherm::{EngineError, internals};
 
 use super::craft::{Folder, never, scene_with};
 use super::device::{assert_silent, context};

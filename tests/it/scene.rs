@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use approx::assert_relative_eq;
 use glam::{DMat4, DQuat, DVec3};
 use isotherm::internals::{
-    Attitude, Background, CameraFrame, Distortion, Draw, Edges, GainControl, Halo, ImageFile, ImageFiles, Initial,
-    Lens, Mapping, Netd, Orbit, PRESETS, Part, Pattern, Reflections, Scene, SceneError, SensorOptics, ShadowMethod,
-    Spread, Surrounded, Video, Vignetting,
+    Attitude, Background, CameraFrame, Draw, Edges, GainControl, Halo, ImageFile, ImageFiles, Initial, Mapping, Netd,
+    Orbit, PRESETS, Part, Pattern, Reflections, SensorOptics, ShadowMethod, Spread, Surrounded, Video, Vignetting,
 };
+use isotherm::{Distortion, Lens, Scene, SceneError};
 
 mod materials;
 mod refusals;

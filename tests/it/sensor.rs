@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
+use isotherm::Distortion;
 use isotherm::internals::{
-    Camera, Context, Curve, DeviceEngine, Distance, Distortion, Engine, EngineOrder as Order, Frame, Halo, Netd,
-    Pattern, Prepared, RadianceTable, Recipe, ReferenceEngine, Sampled, Sensing, Sensor, SensorConstants, SensorOptics,
-    Spread, StepKind, StepRange, ThermalVariant, TriangleRun, Vignetting, Wanted, band_radiance, compose, pose_at,
-    radiance_slope,
+    Camera, Context, Curve, DeviceEngine, Distance, Engine, EngineOrder as Order, Frame, Halo, Netd, Pattern, Prepared,
+    RadianceTable, Recipe, ReferenceEngine, Sampled, Sensing, Sensor, SensorConstants, SensorOptics, Spread, StepKind,
+    StepRange, ThermalVariant, TriangleRun, Vignetting, Wanted, band_radiance, compose, pose_at, radiance_slope,
 };
 
 use super::craft::{Folder, SCENE};

@@ -12,8 +12,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use isotherm::Target;
-use isotherm::internals::{Log, Patience, PictureKind, PictureStyle, Scene, Scenes, Server, Talk, bind, serve};
+use isotherm::internals::{Log, Patience, PictureKind, PictureStyle, Scenes, Server, Talk, bind, serve};
+use isotherm::{Scene, Target};
 
 /// A server with one scene of the name `craft`, or with none.
 fn server(scene: Option<&Path>, target: Target, kind: PictureKind) -> Server {

@@ -1,6 +1,7 @@
 //! The temperatures that images of a scene show, on a device and on the f64 reference.
 
-use isotherm::internals::{DeviceEngine, Engine, EngineError, Prepared, ReferenceEngine, run, start};
+use isotherm::EngineError;
+use isotherm::internals::{DeviceEngine, Engine, Prepared, ReferenceEngine, run, start};
 
 use super::craft::never;
 use super::device::{assert_silent, context};

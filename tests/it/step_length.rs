@@ -2,7 +2,8 @@
 
 use std::f64::consts::SQRT_2;
 
-use isotherm::internals::{Check, EngineError, Prepared, ReferenceEngine, StepLengthError, run, start};
+use isotherm::EngineError;
+use isotherm::internals::{Check, Prepared, ReferenceEngine, StepLengthError, run, start};
 use serde_json::Value;
 
 use super::craft::{Folder, never, scene_with};

@@ -4,7 +4,8 @@ use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use isotherm::internals::{Boundary, Reach, SkyModel, SkyScene, albedo_flux, planet_ir_flux, solar_flux};
+use isotherm::Reach;
+use isotherm::internals::{Boundary, SkyModel, SkyScene, albedo_flux, planet_ir_flux, solar_flux};
 
 use super::craft::{Folder, SCENE, prepared, scene_with};
 use super::program::{end, isotherm, json, refusal, succeed};

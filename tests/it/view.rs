@@ -9,8 +9,8 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use glam::DVec3;
-use isotherm::internals::{Apparent, Scene, ViewError, ViewSession};
-use isotherm::{CameraFrame, Image, Pose, Simulation, Target};
+use isotherm::internals::{Apparent, ViewError, ViewSession};
+use isotherm::{CameraFrame, Image, Pose, Scene, Simulation, Target};
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket};
 

@@ -5,11 +5,11 @@ use std::process::Command;
 use std::sync::Arc;
 use std::time::Instant;
 
-use isotherm::internals;
 use isotherm::internals::{
-    Context, Density, DeviceData, DeviceEngine, Edges, Engine, EngineOrder as Order, EngineStep, Prepared, Scene,
-    StepCost, camera_from_body, device_bytes,
+    Context, Density, DeviceData, DeviceEngine, Edges, Engine, EngineOrder as Order, EngineStep, Prepared, StepCost,
+    camera_from_body, device_bytes,
 };
+use isotherm::{Scene, internals};
 
 use super::AnyError;
 

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use isotherm::Scene;
 use isotherm::internals::{
-    Context, DeviceEngine, Engine, EngineOrder as Order, EngineStep, ExchangeSettings, Prepared, Samples, Scene,
+    Context, DeviceEngine, Engine, EngineOrder as Order, EngineStep, ExchangeSettings, Prepared, Samples,
 };
 
 use super::AnyError;

@@ -17,12 +17,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Parser;
-use isotherm::internals;
 use isotherm::internals::{
     Context, Curve, DeviceData, DeviceEngine, Domain, Engine, EngineOrder as Order, EngineStep, Function, PassTime,
-    Prepared, Profile, Reach, Response, Retarget, Scene, Shapes, StepKind, StepLoad, TemperatureSample, ThermalVariant,
-    Transition, camera_from_body,
+    Prepared, Profile, Response, Retarget, Shapes, StepKind, StepLoad, TemperatureSample, ThermalVariant, Transition,
+    camera_from_body,
 };
+use isotherm::{Reach, Scene, internals};
 
 use isotherm_tools::exit_code;
 

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use isotherm::Scene;
 use isotherm::internals::{
     Context, Density, DeviceData, DeviceEngine, Domain, Edges, Engine, EngineOrder as Order, EngineStep, Function,
-    Integrator, Material, Prepared, Profile, Response, Retarget, Scene, Transition,
+    Integrator, Material, Prepared, Profile, Response, Retarget, Transition,
 };
 
 use super::AnyError;

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use isotherm::Scene;
 use isotherm::internals::{
-    Context, DeviceEngine, Engine, EngineOrder as Order, Prepared, Scene, Sensor, SensorOptics, pose_at,
+    Context, DeviceEngine, Engine, EngineOrder as Order, Prepared, Sensor, SensorOptics, pose_at,
 };
 
 use super::AnyError;

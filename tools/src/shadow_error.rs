@@ -4,9 +4,10 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use isotherm::Scene;
 use isotherm::internals::{
-    Context, DeviceData, PADDING, Prepared, Renderer, Request, Scene, ShadowMethod, ShadowSettings, WRONG_SHARE,
-    facing, wrong_shadows,
+    Context, DeviceData, PADDING, Prepared, Renderer, Request, ShadowMethod, ShadowSettings, WRONG_SHARE, facing,
+    wrong_shadows,
 };
 
 use super::AnyError;

@@ -6,8 +6,9 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use isotherm::internals::{
-    Context, DeviceEngine, Engine, EngineOrder as Order, EngineStep, Prepared, Reach, Scene, camera_from_body,
+    Context, DeviceEngine, Engine, EngineOrder as Order, EngineStep, Prepared, camera_from_body,
 };
+use isotherm::{Reach, Scene};
 
 use super::AnyError;
 

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use isotherm::Scene;
 use isotherm::internals::{
     Background, ByAngle, Context, DayLaw, DeviceEngine, Engine, EngineOrder as Order, PlanetPattern, Prepared,
-    Reflections, Scene, Surrounded, pose_at, surroundings_at,
+    Reflections, Surrounded, pose_at, surroundings_at,
 };
 
 use super::AnyError;

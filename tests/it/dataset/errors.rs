@@ -1,6 +1,7 @@
 //! Errors of SPEC files and folders, as users see them.
 
-use isotherm::internals::{Begin, DatasetError};
+use isotherm::DatasetError;
+use isotherm::internals::Begin;
 
 use super::super::cases::Case;
 use super::super::program::{end, isotherm, refusal};

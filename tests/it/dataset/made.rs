@@ -2,7 +2,8 @@
 
 use std::fs;
 
-use isotherm::internals::{Begin, DatasetError};
+use isotherm::DatasetError;
+use isotherm::internals::Begin;
 use serde_json::Value;
 
 use super::{Workshop, differing};

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use isotherm::internals;
 use isotherm::internals::{
-    Context, Curve, DeviceData, DeviceEngine, Engine, EngineError, EngineOrder as Order, EngineStep, Exchange,
-    ExchangeTables, Frame, PADDING, Prepared, ReferenceEngine, STEFAN_BOLTZMANN, Scenery, StepKind, StepRange,
-    ThermalVariant, Wanted, cast_rays, run,
+    Context, Curve, DeviceData, DeviceEngine, Engine, EngineOrder as Order, EngineStep, Exchange, ExchangeTables,
+    Frame, PADDING, Prepared, ReferenceEngine, STEFAN_BOLTZMANN, Scenery, StepKind, StepRange, ThermalVariant, Wanted,
+    cast_rays, run,
 };
+use isotherm::{EngineError, internals};
 use serde_json::json;
 
 use crate::craft::{Folder, never, scene_with};

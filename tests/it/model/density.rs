@@ -1,6 +1,7 @@
 //! Parts of different density, and merging of short edges: no crack, borders kept, and correct areas.
 
-use isotherm::internals::{Model, ModelError};
+use isotherm::ModelError;
+use isotherm::internals::Model;
 use serde_json::json;
 
 use super::make::{CUBE_TRIANGLES, Maker, cube_corners};

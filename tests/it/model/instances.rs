@@ -1,7 +1,8 @@
 //! Copies of a mesh by EXT_mesh_gpu_instancing, against a file that has a node for each.
 
 use glam::{DQuat, DVec3};
-use isotherm::internals::{Model, ModelError};
+use isotherm::ModelError;
+use isotherm::internals::Model;
 use serde_json::{Value, json};
 
 use super::make::Maker;

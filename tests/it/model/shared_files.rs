@@ -23,7 +23,7 @@ fn close(value: f64, expected: f64) -> bool {
 }
 
 /// Compares a file with its row of `expected.json`.
-fn agrees(row: &Value, loaded: &Result<Model, isotherm::internals::ModelError>) -> bool {
+fn agrees(row: &Value, loaded: &Result<Model, isotherm::ModelError>) -> bool {
     let model = match (row["load"].as_bool(), loaded) {
         (Some(true), Ok(model)) => model,
         (Some(false), Err(_)) => return true,

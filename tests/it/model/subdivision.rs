@@ -2,7 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use isotherm::internals::{Model, ModelError};
+use isotherm::ModelError;
+use isotherm::internals::Model;
 use serde_json::json;
 
 use super::make::Maker;

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use isotherm::internals;
 use isotherm::internals::{
-    Density, DeviceData, DeviceEngine, Edges, Engine, Integrator, Planned, Prepared, Scene, device_bytes,
+    Density, DeviceData, DeviceEngine, Edges, Engine, Integrator, Planned, Prepared, device_bytes,
 };
+use isotherm::{Scene, internals};
 
 use crate::craft::{Folder, scene_with};
 use crate::device::context;

@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use isotherm::SceneError;
 use isotherm::internals::{
     BandEmissivity, ByAngle, ByWavelength, Domain, Function, Gloss, MaterialRule, Model, ModelMaterial, Optics,
-    Profile, Response, Retarget, SceneError, Sides, Transition,
+    Profile, Response, Retarget, Sides, Transition,
 };
 use serde_json::json;
 

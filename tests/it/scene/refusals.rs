@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use isotherm::internals::Scene;
+use isotherm::Scene;
 
 use super::super::cases::Case;
 use super::{FULL, Folder, SHORT, TABLE};

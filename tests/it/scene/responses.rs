@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
+use isotherm::Scene;
 use isotherm::internals::{
-    Domain, Function, Model, ModelMaterial, Profile, Response, Retarget, Scene, TemperatureSample, Transition,
+    Domain, Function, Model, ModelMaterial, Profile, Response, Retarget, TemperatureSample, Transition,
 };
 use serde_json::{Value, json};
 

@@ -6,9 +6,8 @@ use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
 use glam::{DMat3, DQuat, DVec3};
-use isotherm::Target;
-use isotherm::internals;
 use isotherm::internals::{Hash, PictureKind, Talk, Value, write_value};
+use isotherm::{Target, internals};
 
 use super::protobuf::{Camera, Fields, body, craft, message};
 use super::zmtp::{Requester, opening, request};

@@ -4,9 +4,8 @@ use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
-use isotherm::internals;
 use isotherm::internals::{Hash, PictureKind, Value, write_value};
-use isotherm::{CameraFrame, Pose, Simulation, Target};
+use isotherm::{CameraFrame, Pose, Simulation, Target, internals};
 
 use super::{server, serving};
 use crate::craft::{Folder, SCENE};

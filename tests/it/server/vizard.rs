@@ -1,9 +1,8 @@
 //! Basilisk's protocol: images of a run that is sent step by step are those of the same run in process.
 
 use glam::{DMat3, DQuat, DVec3};
-use isotherm::internals;
 use isotherm::internals::{PictureKind, read_png};
-use isotherm::{CameraFrame, Image, Pose, Simulation, Target};
+use isotherm::{CameraFrame, Image, Pose, Simulation, Target, internals};
 
 use super::protobuf::{Camera, Fields, body, craft, message};
 use super::zmtp::Requester;

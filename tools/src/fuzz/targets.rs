@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use base64::Engine;
-use isotherm::internals;
-use isotherm::internals::{Files, Function, Model, NetworkFile, Reach, Scene, SkyModel, Tmd, convert, tmd};
+use isotherm::internals::{Files, Function, Model, NetworkFile, SkyModel, Tmd, convert, tmd};
+use isotherm::{Reach, Scene, internals};
 
 use crate::folder::Folder;
 

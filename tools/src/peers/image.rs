@@ -9,8 +9,9 @@ use glam::DAffine3;
 use serde_json::{Value, json};
 
 use isotherm::internals::{
-    Camera, Context, DeviceEngine, Engine, EngineOrder as Order, Lens, Optics, Prepared, Reach, Scene, Sides, pose_at,
+    Camera, Context, DeviceEngine, Engine, EngineOrder as Order, Optics, Prepared, Sides, pose_at,
 };
+use isotherm::{Lens, Reach, Scene};
 
 use super::AnyError;
 use super::clock::Clock;
