@@ -54,7 +54,7 @@ pub struct IntegratorRun {
     pub scheme: String,
     /// Method.
     pub family: String,
-    /// SchemeWork of one run. A slow run has fewer frames than the case.
+    /// Work of one run. A slow run has fewer frames than the case.
     pub work: Option<SchemeWork>,
     /// Time of a frame [ms].
     pub wall_ms: Option<Percentiles>,

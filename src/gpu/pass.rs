@@ -128,7 +128,7 @@ pub enum PassWork {
 pub struct Pass {
     /// Debug label, and name of its timestamps.
     pub name: String,
-    /// PassWork.
+    /// Dispatch, draw, copy or fill.
     pub work: PassWork,
     /// Parts of the buffers.
     pub reach: PassReach,

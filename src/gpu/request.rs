@@ -26,7 +26,7 @@ pub struct TracedTree<'a> {
     pub(crate) version: u64,
 }
 
-/// PassWork and outputs of a frame.
+/// Work and outputs of a frame.
 #[derive(Default, Clone, Copy)]
 pub struct Request<'a> {
     /// Load of the nodes, and its duration [steps].

@@ -25,7 +25,7 @@ shared! {
         pub(crate) cells_across: u32,
         /// Rows of cells.
         pub(crate) cells_down: u32,
-        /// PassReach of the halo [cells].
+        /// Reach of the halo [cells].
         pub(crate) reach: u32,
         /// Seed of the noise.
         pub(crate) seed: u32,

@@ -27,7 +27,7 @@ pub struct OnePassShape {
 /// A run of groups whose nodes are treated alike.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Section {
-    /// PassWork on its nodes.
+    /// Work on the nodes of the section.
     pub kind: OnePassKind,
     /// Whether they radiate to other nodes.
     pub(crate) radiative: bool,

@@ -49,7 +49,7 @@ pub struct IntegrationSettings {
 }
 
 impl IntegrationSettings {
-    /// IntegrationSettings with the default tolerance of an integrator.
+    /// Settings with the default tolerance of an integrator.
     pub fn of(integrator: Integrator) -> Self {
         Self { integrator, tolerance: integrator.tolerance() }
     }
