@@ -21,7 +21,6 @@ use crate::output::frame_maker::FrameMaker;
 use crate::output::inputs::keep_inputs;
 use crate::output::pose_images::{FILES, write_pose_images};
 use crate::output::sensor_files::SensorFiles;
-use crate::saved::Saved;
 use crate::scene::work::too_late;
 use crate::scene::{Draw, Motion, Poses, read_poses};
 use crate::simulation;
@@ -33,7 +32,7 @@ use crate::simulation::pose::Pose;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::target::Target;
-use crate::simulation::thermal_state::begin_from;
+use crate::simulation::thermal_state::ThermalState;
 
 /// Render one image after stepping the scene to its time, or one image for each pose of a table.
 #[derive(clap::Args)]
@@ -74,21 +73,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
 
 impl Arguments {
     /// The state of `--from-state`. One that does not fit is refused before anything is written.
-    fn state(&self, prepared: &Prepared, chosen: &Target) -> Result<Option<Saved>, CliError> {
+    fn state(&self, prepared: &Prepared, chosen: &Target) -> Result<Option<ThermalState>, CliError> {
         self.from_state.as_ref().map(|path| thermal_state::read(path, prepared, chosen)).transpose()
     }
 }
 
 /// Brings the engine to time 0: from a state, or by the warm-up.
 fn begin(
-    state: Option<&Saved>,
+    state: Option<&ThermalState>,
     prepared: &Prepared,
     engine: &mut dyn Engine,
     stop: &AtomicBool,
     progress: &mut dyn FnMut(),
 ) -> Result<(), CliError> {
     if let Some(state) = state {
-        begin_from(state, engine, None)?;
+        state.begin(engine, None)?;
         return Ok(());
     }
     let periodic = simulation::start(prepared, engine, None, stop, progress)?;

@@ -21,7 +21,7 @@ impl<'a> FrameMaker<'a> {
     pub fn new(prepared: &'a Prepared, camera: &Camera, device: &str) -> Self {
         let header = FrameHeader {
             scene: prepared.scene.name.clone(),
-            scene_sha256: prepared.hash.clone(),
+            scene_sha256: prepared.hashes.all.clone(),
             device: device.to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             band: prepared.scene.band,

@@ -1,77 +1,91 @@
-//! The part of a saved state that belongs to a run into a folder: its written frames and its times. Saves the state of a warm-up.
+//! The saved state of a run into a folder, and when a warm-up is saved.
 
 use std::time::Instant;
 
 use super::between::Between;
 use super::job_terms::{JobError, RunContext, SaveEvery};
-use super::run_pictures::{WrittenFrame, frame_file};
+use super::run_pictures::WrittenFrame;
 use super::state_file;
-use crate::saved::{Saved, SavedError};
 use crate::simulation::check::Check;
-use crate::simulation::engine::{Engine, EngineError};
+use crate::simulation::energy::EnergySums;
+use crate::simulation::engine::Engine;
 use crate::simulation::keep::Keep;
-use crate::simulation::state::capture;
+use crate::simulation::periodic::{Orbits, Periodic};
+use crate::simulation::state::BetweenSteps;
+use crate::simulation::warm_up::WarmUpState;
+
+/// The saved state of a run into a folder.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+pub(crate) struct RunState {
+    pub(crate) identity: RunIdentity,
+    pub(crate) progress: RunProgress,
+}
+
+/// What a run was begun with. Only a run with the same goes on.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub(crate) struct RunIdentity {
+    pub(crate) device: String,
+    pub(crate) driver: String,
+    /// The scene file, as seen from the directory.
+    pub(crate) scene: String,
+    pub(crate) directory: String,
+    pub(crate) command_line: String,
+    /// Files that the run reads, each with its SHA-256.
+    pub(crate) files: Vec<(String, String)>,
+    /// Whether `--allow-outside` was given.
+    pub(crate) allow_outside: bool,
+    /// Nodes that the f64 reference also steps.
+    pub(crate) check: Option<usize>,
+}
+
+/// How far a run is. Seconds are wall time of the whole run and of its steps [s].
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+pub(crate) enum RunProgress {
+    /// Nothing was computed.
+    Begun,
+    /// In the warm-up.
+    WarmUp(Box<WarmUpState>, [f64; 2]),
+    /// Between two steps.
+    Steps(Box<StepsState>),
+}
+
+/// The saved state of a run between two steps.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+pub(crate) struct StepsState {
+    pub(crate) state: BetweenSteps,
+    pub(crate) periodic: Option<Periodic>,
+    /// Absent where the scene keeps no energy balance.
+    pub(crate) energy: Option<EnergySums>,
+    /// Lengths of the tables [bytes].
+    pub(crate) tables: [u64; 2],
+    pub(crate) done: EarlierResults,
+}
 
 /// The results of an earlier part of a run.
-#[derive(Default)]
-pub(super) struct EarlierResults {
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
+pub(crate) struct EarlierResults {
     pub(crate) frames: Vec<WrittenFrame>,
     /// Wall time of the whole run and of its steps [s].
     pub(crate) seconds: [f64; 2],
     pub(crate) between: Between,
 }
 
-/// Number that stands for no image in a saved list.
-const NO_IMAGE: u32 = u32::MAX;
-
-fn image_of(saved: u32) -> Option<u32> {
-    (saved != NO_IMAGE).then_some(saved)
-}
-
-impl EarlierResults {
-    pub(crate) fn of(saved: &Saved) -> Result<Self, SavedError> {
-        let steps: Vec<u32> = saved.list("frames")?;
-        let ranges: Vec<[f32; 2]> = saved.list_of("frame_ranges", steps.len())?;
-        let images: Vec<u32> = saved.list_of("frame_images", steps.len())?;
-        let apparent: Vec<[f32; 2]> = saved.list_of("frame_apparent", steps.len())?;
-        let known = |range: [f32; 2]| Some(range).filter(|range| !range[0].is_nan());
-        let frame = |number: usize| WrittenFrame {
-            step: steps[number],
-            image: image_of(images[number]),
-            range: known(ranges[number]),
-            apparent: known(apparent[number]),
+impl RunProgress {
+    /// Image files of the frames that were written.
+    pub(crate) fn frames(&self) -> impl Iterator<Item = String> + '_ {
+        let frames = match self {
+            Self::Steps(steps) => steps.done.frames.as_slice(),
+            _ => &[],
         };
-        let frames = (0..steps.len()).map(frame).collect();
-        Ok(Self { frames, seconds: saved.array("seconds")?, between: Between::of(saved)? })
+        frames.iter().map(|frame| frame.file("exr"))
     }
-}
-
-pub(super) fn put_frames(saved: &mut Saved, written: &[WrittenFrame]) {
-    let or_nan = |range: Option<[f32; 2]>| range.unwrap_or([f32::NAN; 2]);
-    saved.put("frames", &written.iter().map(|frame| frame.step).collect::<Vec<_>>());
-    saved.put("frame_images", &written.iter().map(|frame| frame.image.unwrap_or(NO_IMAGE)).collect::<Vec<_>>());
-    saved.put("frame_ranges", &written.iter().map(|frame| or_nan(frame.range)).collect::<Vec<_>>());
-    saved.put("frame_apparent", &written.iter().map(|frame| or_nan(frame.apparent)).collect::<Vec<_>>());
-}
-
-/// Frames that a saved state names.
-///
-/// # Errors
-/// A list is absent.
-pub(crate) fn frames_of(saved: &Saved) -> Result<Vec<String>, SavedError> {
-    if !saved.has("frames") {
-        return Ok(Vec::new());
-    }
-    let steps: Vec<u32> = saved.list("frames")?;
-    let images: Vec<u32> = saved.list_of("frame_images", steps.len())?;
-    Ok(steps.into_iter().zip(images).map(|(step, image)| frame_file(step, image_of(image), "exr")).collect())
 }
 
 /// Saves the state of the warm-up.
 pub(super) struct Keeper<'a> {
     pub(crate) run: RunContext<'a>,
     /// The state that was taken last.
-    pub(crate) state: Saved,
+    pub(crate) state: Option<WarmUpState>,
     /// Steps before the last state that was saved, and when it was saved.
     pub(crate) saved: (u32, Instant),
     pub(crate) before: [f64; 2],
@@ -81,12 +95,11 @@ impl Keep<JobError> for Keeper<'_> {
     fn take(
         &mut self,
         done: u32,
-        warm_up: Saved,
+        orbits: Option<&Orbits>,
         engine: &mut dyn Engine,
         check: Option<&mut Check>,
     ) -> Result<(), JobError> {
-        self.state = capture(done, engine, check)?;
-        self.state.put_all("own", warm_up);
+        self.state = Some(WarmUpState { state: BetweenSteps::capture(done, engine, check)?, orbits: orbits.cloned() });
         Ok(())
     }
 
@@ -99,12 +112,12 @@ impl Keep<JobError> for Keeper<'_> {
     }
 
     fn save(&mut self) -> Result<(), JobError> {
-        let mut saved = self.run.job.identity.clone();
-        let [done] = self.state.array("next").map_err(EngineError::from)?;
-        saved.put_all("warm_up", self.state.clone());
+        let Some(state) = &self.state else { return Ok(()) };
+        let done = state.state.next;
         let [wall, stepping] = self.before;
-        saved.put("seconds", &[wall + self.run.began.elapsed().as_secs_f64(), stepping]);
-        state_file::write(&self.run.folder.state(), &saved)?;
+        let seconds = [wall + self.run.began.elapsed().as_secs_f64(), stepping];
+        let progress = RunProgress::WarmUp(Box::new(state.clone()), seconds);
+        state_file::write(&self.run.folder.state(), &RunState { identity: self.run.job.identity.clone(), progress })?;
         self.saved = (done, Instant::now());
         Ok(())
     }

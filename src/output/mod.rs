@@ -36,7 +36,7 @@ pub(crate) mod html;
 pub(crate) mod image_index;
 pub(crate) mod inputs;
 pub(crate) mod job;
-mod job_state;
+pub(crate) mod job_state;
 mod job_terms;
 pub(crate) mod joints;
 pub(crate) mod manifest;

@@ -14,20 +14,40 @@ use frames::{Flying, Fourth, Frames};
 use super::device_data::{DeviceData, sensor_tables};
 use super::engine::{Delivered, Engine, EngineError, EngineStep, Order};
 use super::exchange_device::DeviceExchange;
+use super::exchange_poses::PosedState;
 use super::given::GivenTemperatures;
-use super::network::NetworkRun;
+use super::network::{NetworkRun, NetworkRunState};
 use super::prepare::Prepared;
+use super::state::EngineState;
 use super::surroundings::Finishes;
 use crate::environment::StepLoad;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::layout;
 use crate::gpu::plan::check_plan;
-use crate::gpu::renderer::{Heating, Renderer, Request};
+use crate::gpu::renderer::{Heating, Renderer, RendererState, Request};
 use crate::gpu::timing::PassTimes;
-use crate::saved::Saved;
 use crate::scene::Camera;
+use crate::thermal::misfit::{Misfit, part};
 use crate::trace::{Trace, Track};
+
+/// The saved state of a scene on a device.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+pub struct DeviceEngineState {
+    steps: u64,
+    pub(crate) scene: RendererState,
+    exchange: Option<PosedState>,
+    network: Option<NetworkRunState>,
+}
+
+impl DeviceEngineState {
+    /// Forgets what belongs to one run only.
+    pub(crate) fn forget_run(&mut self) {
+        self.steps = 0;
+        self.scene.forget_run();
+        self.network.iter_mut().for_each(NetworkRunState::forget_run);
+    }
+}
 
 /// A scene on a device. Results are delivered in the order of the steps.
 pub struct DeviceEngine {
@@ -244,34 +264,32 @@ impl Engine for DeviceEngine {
         }
     }
 
-    fn save(&mut self) -> Result<Saved, EngineError> {
-        let mut saved = Saved::default();
-        saved.put("steps", &[self.steps]);
-        saved.put_all("scene", self.renderer.save()?);
-        if let Some(exchange) = &self.exchange {
-            saved.put_all("exchange_rays", exchange.save());
-        }
+    fn save(&mut self) -> Result<EngineState, EngineError> {
+        let scene = self.renderer.save()?;
         self.take_switches()?;
-        if let Some(network) = &mut self.network {
-            saved.put_all("network", network.save());
-        }
-        Ok(saved)
+        Ok(EngineState::Device(Box::new(DeviceEngineState {
+            steps: self.steps,
+            scene,
+            exchange: self.exchange.as_ref().map(DeviceExchange::save),
+            network: self.network.as_ref().map(NetworkRun::save),
+        })))
     }
 
-    fn restore(&mut self, saved: &Saved, most_times: usize) -> Result<(), EngineError> {
+    fn restore(&mut self, saved: &EngineState, most_times: usize) -> Result<(), EngineError> {
+        let EngineState::Device(saved) = saved else { return Err(Misfit::Absent("a device".to_owned()).into()) };
         if let Some(network) = &mut self.network {
-            network.restore(&saved.part("network"), most_times)?;
+            network.restore(part("a network", &saved.network)?, most_times)?;
             if !network.is_in_frames() {
                 self.renderer.end_network();
             }
         }
         if let Some(exchange) = &mut self.exchange
-            && let Some(tables) = exchange.restore::<EngineError>(&saved.part("exchange_rays"))?
+            && let Some(tables) = exchange.restore(part("radiation between surfaces", &saved.exchange)?)?
         {
             self.renderer.set_exchange(tables)?;
         }
-        self.renderer.restore(&saved.part("scene"))?;
-        [self.steps] = saved.array("steps")?;
+        self.renderer.restore(&saved.scene)?;
+        self.steps = saved.steps;
         Ok(())
     }
 

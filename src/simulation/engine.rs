@@ -5,9 +5,9 @@ use glam::DAffine3;
 pub use super::engine_error::EngineError;
 use super::network::{NetworkRun, StepCost};
 use super::prepare::Prepared;
+use super::state::EngineState;
 use crate::environment::StepLoad;
 use crate::gpu::timing::PassTimes;
-use crate::saved::Saved;
 use crate::scene::Camera;
 use crate::thermal::surroundings::Surroundings;
 use crate::trace::Trace;
@@ -206,13 +206,13 @@ pub trait Engine: Send {
     ///
     /// # Errors
     /// A call that fails.
-    fn save(&mut self) -> Result<Saved, EngineError>;
+    fn save(&mut self) -> Result<EngineState, EngineError>;
 
     /// Takes what `save` gave. Call `keep_few_times` before with the same number.
     ///
     /// # Errors
     /// A state of another scene or engine, or a call that fails.
-    fn restore(&mut self, saved: &Saved, most_times: usize) -> Result<(), EngineError>;
+    fn restore(&mut self, saved: &EngineState, most_times: usize) -> Result<(), EngineError>;
 
     /// Sets whether the steps of the network may err by ten times its tolerance.
     fn set_coarse(&mut self, coarse: bool) {

@@ -4,15 +4,13 @@
 //! (`thermal::network::periodic::SlowModes`). Anderson's method (J. ACM 12, 1965) then extrapolates: it combines the last orbits so that their changes
 //! cancel best. The structures below plates are moved one by one (`structures`). Orbits have coarse steps until one meets the tolerance or the change no longer falls. Then they have the steps of the run.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
-use super::check::Check;
 use super::engine::{Engine, EngineError, Order};
 use super::forward::{Passing, forward};
-use super::keep::Keep;
 use super::prepare::Prepared;
 use super::structures::Structures;
-use crate::saved::{Saved, SavedError};
+use super::warm_up::WarmUp;
 use crate::thermal::network::periodic::{Coupling, SlowModes};
 use crate::thermal::network::radiative_slope;
 
@@ -28,7 +26,7 @@ const STALLED: f64 = 0.5;
 const MOST_SOLVED: usize = 200_000;
 
 /// Result of a periodic warm-up.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Periodic {
     /// Number of orbits.
     pub orbits: u32,
@@ -67,9 +65,9 @@ impl Periodic {
     }
 }
 
-/// How far a periodic warm-up is, between two orbits.
-#[derive(Debug)]
-pub(super) struct WarmUpState {
+/// The orbits of a periodic warm-up so far. A saved state keeps them.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+pub(crate) struct Orbits {
     done: Periodic,
     history: History,
     structures: Structures,
@@ -78,130 +76,166 @@ pub(super) struct WarmUpState {
     last: f64,
 }
 
-impl WarmUpState {
+impl Orbits {
     fn new(tolerance: f64, coarse: bool) -> Self {
         let done = Periodic { orbits: 0, coarse: 0, change: f64::INFINITY, tolerance };
         Self { done, history: History::default(), structures: Structures::default(), coarse, last: f64::INFINITY }
     }
+}
 
-    /// Restores the state of `save`.
-    ///
-    /// # Errors
-    /// A list that is absent or of another length.
-    pub(crate) fn of(saved: &Saved) -> Result<Self, SavedError> {
-        let [orbits, coarse, known] = saved.array::<u32, 3>("orbits")?;
-        let [change, tolerance, last] = saved.array("changes")?;
-        let lists =
-            |name: &str| (0..known).map(|number| saved.list(&format!("{name}.{number}"))).collect::<Result<_, _>>();
-        let history = History { ends: lists("end")?, changes: lists("change")? };
-        let done = Periodic { orbits, coarse, change, tolerance };
-        let structures = Structures::of(saved)?;
-        Ok(Self { done, history, structures, coarse: saved.flags("coarse")?.first() == Some(&true), last })
+/// Temperatures between two orbits [K].
+struct OrbitEnd {
+    network: Option<Vec<f64>>,
+    structures: Vec<f64>,
+    drawn: Vec<f32>,
+}
+
+impl OrbitEnd {
+    fn new(engine: &mut dyn Engine) -> Result<Self, EngineError> {
+        let (network, structures) = (engine.network_temperatures()?, engine.structures()?);
+        engine.submit(None, Order { temperatures: true, ..Order::default() })?;
+        Ok(Self { network, structures, drawn: engine.deliver()?.temperatures.unwrap_or_default() })
     }
 
-    fn save(&self) -> Saved {
-        let mut saved = Saved::default();
-        saved.put("orbits", &[self.done.orbits, self.done.coarse, self.history.ends.len() as u32]);
-        saved.put("changes", &[self.done.change, self.done.tolerance, self.last]);
-        saved.put_flags("coarse", &[self.coarse]);
-        self.structures.save(&mut saved);
-        for (number, (end, change)) in self.history.ends.iter().zip(&self.history.changes).enumerate() {
-            saved.put(format!("end.{number}"), end);
-            saved.put(format!("change.{number}"), change);
-        }
-        saved
+    /// Largest change of a node since an orbit ago [K]. The drawn temperatures of a network that was moved change only at the next step, so its own
+    /// temperatures are compared.
+    fn change(&self, before: &Self, prepared: &Prepared) -> f64 {
+        let drawn = |slot: &usize| prepared.network.as_ref().is_none_or(|network| !network.has(*slot));
+        let others = prepared.nodes.real().map(|(slot, _)| slot).filter(drawn);
+        let others = others.map(|slot| f64::from((before.drawn[slot] - self.drawn[slot]).abs()));
+        let network = before.network.iter().flatten().zip(self.network.iter().flatten());
+        let exact = network.chain(before.structures.iter().zip(&self.structures));
+        others.chain(exact.map(|(from, to)| (from - to).abs())).fold(0.0, f64::max)
     }
 }
 
-/// Steps orbits that end at time 0, until the largest change over an orbit is at most `tolerance` [K] or the scene's warm-up orbits are used up. The
-/// warm-up goes on from `earlier`, where there is one. `keep` takes the state between two orbits.
-#[expect(clippy::too_many_arguments, reason = "the state of a run is in as many places")]
-pub(super) fn warm_up<E: From<EngineError>>(
-    prepared: &Prepared,
-    engine: &mut dyn Engine,
-    mut check: Option<&mut Check>,
-    tolerance: f64,
-    earlier: Option<WarmUpState>,
-    stop: &AtomicBool,
-    progress: &mut dyn FnMut(),
-    keep: &mut dyn Keep<E>,
-) -> Result<Option<Periodic>, E> {
-    let most = prepared.scene.time.warm_up_orbits.ceil() as u32;
-    let each = (prepared.scene.orbit.period() / prepared.scene.time.warm_up_step).ceil() as u32;
-    let network = prepared.network.as_ref().map(|scene| scene.network());
-    let mut slow = network
-        .filter(|network| network.len() <= MOST_SOLVED)
-        .map(|network| SlowModes::new(network, prepared.scene.orbit.period()));
-    let WarmUpState { mut done, mut history, mut structures, mut coarse, mut last } =
-        earlier.unwrap_or_else(|| WarmUpState::new(tolerance, network.is_some()));
-    (0..done.orbits).for_each(|_| progress());
-    while done.orbits < most && !done.is_met() {
-        let steps = done.orbits.saturating_mul(each);
-        let way = WarmUpState { done, history, structures, coarse, last };
-        keep.take(steps, way.save(), engine, check.as_deref_mut())?;
-        WarmUpState { history, structures, .. } = way;
-        let stopped = stop.load(Ordering::Relaxed);
-        if stopped || keep.wants(steps) {
-            keep.save()?;
-        }
-        if stopped {
-            return Ok(None);
-        }
-        // Two fine orbits are needed, so that the change over the second can be measured.
-        coarse &= done.orbits + 2 < most;
-        engine.set_coarse(coarse);
-        let (from, below_from) = (engine.network_temperatures()?, engine.structures()?);
-        let before = all(engine)?;
-        let mean = orbit(prepared, engine, check.as_deref_mut(), coarse, stop)?;
-        if stop.load(Ordering::Relaxed) {
-            // The orbit may not be whole, so the run goes on from its start.
-            keep.save()?;
-            engine.set_coarse(false);
-            return Ok(None);
-        }
-        let (to, after) = (engine.network_temperatures()?, all(engine)?);
-        done.orbits += 1;
-        done.coarse += u32::from(coarse);
-        // The drawn temperatures of a network that was moved change only at the next step, so its own temperatures are compared.
-        let drawn = |slot: &usize| prepared.network.as_ref().is_none_or(|network| !network.has(*slot));
-        let others = prepared.nodes.real().map(|(slot, _)| slot).filter(drawn);
-        let others = others.map(|slot| f64::from((before[slot] - after[slot]).abs()));
-        let own = from.iter().flatten().zip(to.iter().flatten()).map(|(from, to)| (from - to).abs());
-        let below_to = engine.structures()?;
-        let below = below_from.iter().zip(&below_to).map(|(from, to)| (from - to).abs());
-        done.change = others.chain(own).chain(below).fold(0.0, f64::max);
-        if !done.is_met() && done.orbits < most {
-            move_structures(
-                &mut structures,
-                [below_from.as_slice(), below_to.as_slice()],
-                engine,
-                check.as_deref_mut(),
-            )?;
-        }
-        if let (Some(from), Some(to)) = (from, to)
-            && !done.is_met()
-            && done.orbits < most
-        {
-            let sent = |change: &[f64]| sent(prepared, engine, &mean, change);
-            let coupling: Option<Coupling<'_>> = prepared.exchange.is_some().then_some(&sent);
-            let ahead = slow.as_mut().and_then(|slow| slow.ahead(&from, &to, &mean, coupling));
-            let ahead = ahead.unwrap_or_else(|| to.clone());
-            let guess = history.extrapolate(&from, &ahead).unwrap_or(ahead);
-            engine.set_network_temperatures(&guess)?;
-            if let Some(check) = check.as_deref_mut() {
-                let moved: Vec<f64> = guess.iter().zip(&to).map(|(guess, to)| guess - to).collect();
-                check.move_network(&moved);
+impl<E: From<EngineError>> WarmUp<'_, E> {
+    /// Steps orbits that end at time 0, until the largest change over an orbit is at most `tolerance` [K] or the scene's warm-up orbits are used up. The
+    /// warm-up goes on from `earlier`, where there is one. Its state is kept between two orbits.
+    pub(super) fn pass_orbits(&mut self, tolerance: f64, earlier: Option<&Orbits>) -> Result<Option<Periodic>, E> {
+        let (time, period) = (&self.prepared.scene.time, self.prepared.scene.orbit.period());
+        let most = time.warm_up_orbits.ceil() as u32;
+        let each = (period / time.warm_up_step).ceil() as u32;
+        let network = self.prepared.network.as_ref().map(|scene| scene.network());
+        let solved = network.filter(|network| network.len() <= MOST_SOLVED);
+        let mut slow = solved.map(|network| SlowModes::new(network, period));
+        let mut orbits = earlier.cloned().unwrap_or_else(|| Orbits::new(tolerance, network.is_some()));
+        (0..orbits.done.orbits).for_each(|_| (self.progress)());
+        while orbits.done.orbits < most && !orbits.done.is_met() {
+            let steps = orbits.done.orbits.saturating_mul(each);
+            self.keep.take(steps, Some(&orbits), self.engine, self.check.as_deref_mut())?;
+            let stopped = self.stop.load(Ordering::Relaxed);
+            if stopped || self.keep.wants(steps) {
+                self.keep.save()?;
             }
+            if stopped {
+                return Ok(None);
+            }
+            // Two fine orbits are needed, so that the change over the second can be measured.
+            orbits.coarse &= orbits.done.orbits + 2 < most;
+            self.engine.set_coarse(orbits.coarse);
+            let before = OrbitEnd::new(self.engine)?;
+            let mean = self.orbit(orbits.coarse)?;
+            if self.stop.load(Ordering::Relaxed) {
+                // The orbit may not be whole, so the run goes on from its start.
+                self.keep.save()?;
+                self.engine.set_coarse(false);
+                return Ok(None);
+            }
+            let after = OrbitEnd::new(self.engine)?;
+            orbits.done.orbits += 1;
+            orbits.done.coarse += u32::from(orbits.coarse);
+            orbits.done.change = after.change(&before, self.prepared);
+            if !orbits.done.is_met() && orbits.done.orbits < most {
+                self.move_structures(&mut orbits.structures, &before, &after)?;
+                self.move_network(&mut orbits.history, slow.as_mut(), [&before, &after], &mean)?;
+            }
+            let change = orbits.done.change;
+            if orbits.coarse && (change <= tolerance || change > STALLED * orbits.last) {
+                // A fine orbit maps start to end temperatures in another way than a coarse orbit, so the history begins anew.
+                (orbits.coarse, orbits.history, orbits.structures) = Default::default();
+            }
+            orbits.last = change;
+            (self.progress)();
         }
-        if coarse && (done.change <= tolerance || done.change > STALLED * last) {
-            // A fine orbit maps start to end temperatures in another way than a coarse orbit, so the history begins anew.
-            (coarse, history, structures) = (false, History::default(), Structures::default());
-        }
-        last = done.change;
-        progress();
+        self.engine.set_coarse(false);
+        Ok(Some(orbits.done))
     }
-    engine.set_coarse(false);
-    Ok(Some(done))
+
+    /// Moves a network towards its periodic state, after an orbit with these mean temperatures [K].
+    fn move_network(
+        &mut self,
+        history: &mut History,
+        slow: Option<&mut SlowModes>,
+        [before, after]: [&OrbitEnd; 2],
+        mean: &[f64],
+    ) -> Result<(), EngineError> {
+        let (Some(from), Some(to)) = (&before.network, &after.network) else { return Ok(()) };
+        let sent = |change: &[f64]| sent(self.prepared, self.engine, mean, change);
+        let coupling: Option<Coupling<'_>> = self.prepared.exchange.is_some().then_some(&sent);
+        let ahead = slow.and_then(|slow| slow.ahead(from, to, mean, coupling));
+        let ahead = ahead.unwrap_or_else(|| to.clone());
+        let guess = history.extrapolate(from, &ahead).unwrap_or(ahead);
+        self.engine.set_network_temperatures(&guess)?;
+        if let Some(check) = self.check.as_deref_mut() {
+            let moved: Vec<f64> = guess.iter().zip(to).map(|(guess, to)| guess - to).collect();
+            check.move_network(&moved);
+        }
+        Ok(())
+    }
+
+    /// Moves the structures below plates towards their periodic state, after an orbit.
+    fn move_structures(
+        &mut self,
+        structures: &mut Structures,
+        before: &OrbitEnd,
+        after: &OrbitEnd,
+    ) -> Result<(), EngineError> {
+        let to = &after.structures;
+        let ahead = structures.ahead(&before.structures, to).filter(|ahead| !ahead.is_empty());
+        let Some(ahead) = ahead else { return Ok(()) };
+        self.engine.set_structures(&ahead)?;
+        if let Some(check) = self.check.as_deref_mut() {
+            let moved: Vec<f64> = ahead.iter().zip(to).map(|(ahead, to)| ahead - to).collect();
+            check.move_structures(&moved);
+        }
+        Ok(())
+    }
+
+    /// Steps one period up to time 0, in coarse steps until near its end. The last step is shorter where the period is not a whole number of steps. Returns the
+    /// mean temperatures of the network's nodes [K].
+    fn orbit(&mut self, coarse: bool) -> Result<Vec<f64>, EngineError> {
+        let (step, period) = (self.prepared.scene.time.warm_up_step, self.prepared.scene.orbit.period());
+        let unit = self.prepared.scene.time.step;
+        let mut last = self.engine.network_temperatures()?.unwrap_or_default();
+        let mut mean = vec![0.0; last.len()];
+        // The steps are counted from the start of the orbit, so that every orbit has the same steps.
+        let (mut done, whole) = (0.0, period / step);
+        let passing = std::iter::from_fn(|| {
+            let ahead: f64 = if coarse && whole - done >= LAST_STEPS + COARSE_STEPS { COARSE_STEPS } else { 1.0 };
+            let start = done * step - period;
+            let length = (ahead * step).min(-start);
+            let goes_on = done < whole - 1e-9;
+            done += ahead;
+            goes_on.then_some(Passing { start, end: start + length, steps: length / unit })
+        });
+        if last.is_empty() {
+            forward(self.prepared, self.engine, self.check.as_deref_mut(), passing, self.stop, &mut || ())?;
+            return Ok(mean);
+        }
+        for one in passing {
+            let length = one.end - one.start;
+            if !forward(self.prepared, self.engine, self.check.as_deref_mut(), [one], self.stop, &mut || ())? {
+                break;
+            }
+            let next = self.engine.network_temperatures()?.unwrap_or_default();
+            for ((mean, last), next) in mean.iter_mut().zip(&last).zip(&next) {
+                *mean += 0.5 * length / period * (last + next);
+            }
+            last = next;
+        }
+        Ok(mean)
+    }
 }
 
 /// Heat that nodes of a network receive from each other [W] where their temperatures [K] change by `change`.
@@ -215,70 +249,8 @@ fn sent(prepared: &Prepared, engine: &dyn Engine, temperatures: &[f64], change: 
     network.heat(|slot| received.get(slot).copied().unwrap_or_default())
 }
 
-/// Moves the structures below plates towards their periodic state, after an orbit between two temperatures of each [K].
-fn move_structures(
-    structures: &mut Structures,
-    [from, to]: [&[f64]; 2],
-    engine: &mut dyn Engine,
-    check: Option<&mut Check>,
-) -> Result<(), EngineError> {
-    let Some(ahead) = structures.ahead(from, to).filter(|ahead| !ahead.is_empty()) else { return Ok(()) };
-    engine.set_structures(&ahead)?;
-    if let Some(check) = check {
-        let moved: Vec<f64> = ahead.iter().zip(to).map(|(ahead, to)| ahead - to).collect();
-        check.move_structures(&moved);
-    }
-    Ok(())
-}
-
-fn all(engine: &mut dyn Engine) -> Result<Vec<f32>, EngineError> {
-    engine.submit(None, Order { temperatures: true, ..Order::default() })?;
-    Ok(engine.deliver()?.temperatures.unwrap_or_default())
-}
-
-/// Steps one period up to time 0, in coarse steps until near its end. The last step is shorter where the period is not a whole number of steps. Returns the
-/// mean temperatures of the network's nodes [K].
-fn orbit(
-    prepared: &Prepared,
-    engine: &mut dyn Engine,
-    mut check: Option<&mut Check>,
-    coarse: bool,
-    stop: &AtomicBool,
-) -> Result<Vec<f64>, EngineError> {
-    let (step, period) = (prepared.scene.time.warm_up_step, prepared.scene.orbit.period());
-    let unit = prepared.scene.time.step;
-    let mut last = engine.network_temperatures()?.unwrap_or_default();
-    let mut mean = vec![0.0; last.len()];
-    // The steps are counted from the start of the orbit, so that every orbit has the same steps.
-    let (mut done, whole) = (0.0, period / step);
-    let passing = std::iter::from_fn(|| {
-        let ahead: f64 = if coarse && whole - done >= LAST_STEPS + COARSE_STEPS { COARSE_STEPS } else { 1.0 };
-        let start = done * step - period;
-        let length = (ahead * step).min(-start);
-        let goes_on = done < whole - 1e-9;
-        done += ahead;
-        goes_on.then_some(Passing { start, end: start + length, steps: length / unit })
-    });
-    if last.is_empty() {
-        forward(prepared, engine, check, passing, stop, &mut || ())?;
-        return Ok(mean);
-    }
-    for one in passing {
-        let length = one.end - one.start;
-        if !forward(prepared, engine, check.as_deref_mut(), [one], stop, &mut || ())? {
-            break;
-        }
-        let next = engine.network_temperatures()?.unwrap_or_default();
-        for ((mean, last), next) in mean.iter_mut().zip(&last).zip(&next) {
-            *mean += 0.5 * length / period * (last + next);
-        }
-        last = next;
-    }
-    Ok(mean)
-}
-
 /// The last orbits: the temperatures at the end of each, and their changes.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
 struct History {
     ends: Vec<Vec<f64>>,
     changes: Vec<Vec<f64>>,

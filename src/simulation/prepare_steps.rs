@@ -1,6 +1,5 @@
 //! The steps of preparing a scene, in the order in which `Prepared::with_materials` takes them.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -8,6 +7,7 @@ use glam::DVec3;
 
 use super::density;
 use super::network::{self, SceneNetwork};
+use super::prepare::SceneHashes;
 use super::prepare_error::{PrepareError, PrepareStage};
 use crate::environment::joints::Joint;
 use crate::environment::orbit::period_disagreement;
@@ -44,11 +44,14 @@ const MOST_NUMBERS: f64 = 1e11;
 const WALKS_A_STEP: f64 = 4.0;
 
 /// SHA-256 of all files together, and of each.
-pub(super) fn hashes(files: &[PathBuf]) -> Result<(String, BTreeMap<PathBuf, String>), PrepareError> {
+pub(super) fn hashes(files: &[PathBuf]) -> Result<SceneHashes, PrepareError> {
     let read = |path: &PathBuf| files::read(path).map_err(|source| PrepareError::Read { path: path.clone(), source });
     let contents = files.iter().map(read).collect::<Result<Vec<_>, _>>()?;
-    let of_all = scene_hash(&contents.iter().map(Vec::as_slice).collect::<Vec<_>>());
-    Ok((of_all, files.iter().cloned().zip(contents.iter().map(|content| file_hash(content))).collect()))
+    let all = scene_hash(&contents.iter().map(Vec::as_slice).collect::<Vec<_>>());
+    Ok(SceneHashes {
+        all,
+        files: files.iter().cloned().zip(contents.iter().map(|content| file_hash(content))).collect(),
+    })
 }
 
 /// Warns of patterns that match no part or material, and of features of the model that are ignored.

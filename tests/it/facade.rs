@@ -136,7 +136,7 @@ fn a_restored_state_goes_on_as_before() {
         one.step_to(420.0).expect("it steps");
         let late = own_image(&mut one);
         assert!(matches!(one.step_to(60.0), Err(SimulationError::Time { .. })));
-        let saved = decode(&encode(&saved)).expect("the bytes of a state");
+        let saved = decode(&encode(&saved).expect("bytes")).expect("the bytes of a state");
         one.restore(&saved).expect("its own state");
         assert_eq!(one.time(), 150.0);
         assert!(own_image(&mut one) != late);

@@ -5,11 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The rooms of `src`. Each uses only rooms before it.
-const ORDER: [&str; 24] = [
+const ORDER: [&str; 23] = [
     "text",
     "host",
     "files",
-    "saved",
     "environment",
     "thermal",
     "exchange",

@@ -7,7 +7,7 @@ use crate::simulation::facade_error::SimulationError;
 use crate::simulation::image::Image;
 use crate::simulation::pose::{CameraError, Pose, check_camera, draws_alike};
 use crate::simulation::surroundings::surroundings_at;
-use crate::simulation::thermal_state::take;
+use crate::simulation::thermal_state::ThermalState;
 use crate::simulation::{moments, pose_at};
 
 impl Simulation {
@@ -73,9 +73,9 @@ impl Simulation {
             self.drawn = Some(camera);
             return Ok(());
         }
-        let state = take(&self.prepared, &mut *self.engine, None, self.time)?;
+        let state = ThermalState::take(&self.prepared, &mut *self.engine, None, self.time)?;
         let before = self.prepared.scene.camera.replace(camera.clone());
-        match self.engine_with(state, Some(&camera)) {
+        match self.engine_with(&state, Some(&camera)) {
             Ok(engine) => {
                 self.engine = engine;
                 self.drawn = Some(camera);
