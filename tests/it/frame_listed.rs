@@ -61,9 +61,9 @@ fn info_lists_the_passes_that_a_run_records() {
         let step = frames.iter().rev().find(|frame| has(frame, "read radiance") && has(frame, "thermal_step"));
         let recorded: Vec<&str> = step.expect("a step with an image").iter().map(String::as_str).collect();
         let drawn: Vec<&str> = image.iter().map(String::as_str).collect();
-        let count = |passes: &[&str]| passes.iter().copied().filter(|pass| is_culled(&pass)).count();
+        let count = |passes: &[&str]| passes.iter().copied().filter(|pass| is_culled(pass)).count();
         let others =
-            |passes: &[&str]| passes.iter().copied().filter(|pass| !is_culled(&pass)).collect::<Vec<_>>().join("\n");
+            |passes: &[&str]| passes.iter().copied().filter(|pass| !is_culled(pass)).collect::<Vec<_>>().join("\n");
         assert_eq!(count(&drawn), count(&listed), "{name}");
         assert_eq!(others(&recorded), others(&listed), "{name}");
         // Later frames have the same work, or less.

@@ -56,9 +56,12 @@ struct Past {
     available: bool,
 }
 
+/// Passes with their accesses.
+type KnownAccesses = Vec<(Pass, Rc<Vec<Access>>)>;
+
 thread_local! {
     /// Accesses of the passes so far, by the names of the passes.
-    static KNOWN: RefCell<HashMap<String, Vec<(Pass, Rc<Vec<Access>>)>>> = RefCell::default();
+    static KNOWN: RefCell<HashMap<String, KnownAccesses>> = RefCell::default();
 }
 
 /// Accesses of a pass, found once for all passes with the same shaders and buffers.
@@ -243,7 +246,7 @@ pub fn unread_by_host<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<&'
                     let of = barriers.iter().filter(move |barrier| barrier.resource == resource);
                     of.into_iter().any(|barrier| barrier.after.access.contains(AccessFlags2::HOST_READ))
                 };
-                waiting.retain(|resource| !shows(*resource));
+                waiting.retain(|resource| !shows(resource));
             }
         }
     }
@@ -309,7 +312,7 @@ pub fn derive<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Frame> {
                 }
             }
             take(&mut entries, barriers, |barrier| {
-                apply(barrier, past.entry(key(barrier.resource)).or_default(), &mut layouts, &mut Vec::new())
+                apply(barrier, past.entry(key(barrier.resource)).or_default(), &mut layouts, &mut Vec::new());
             });
             entries.push(ListEntry::Pass(pass.clone()));
             for access in by_resource.into_values().flatten() {
@@ -331,7 +334,7 @@ pub fn derive<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Frame> {
         let to_host =
             left.into_iter().map(|(resource, before)| Barrier { resource, before, after: host, layouts: None });
         take(&mut entries, to_host.collect(), |barrier| {
-            apply(barrier, past.entry(key(barrier.resource)).or_default(), &mut layouts, &mut Vec::new())
+            apply(barrier, past.entry(key(barrier.resource)).or_default(), &mut layouts, &mut Vec::new());
         });
         derived.push(Frame { entries });
     }
