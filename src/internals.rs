@@ -97,7 +97,7 @@ pub use crate::output::apparent::Apparent;
 pub use crate::output::colour::ColourScale;
 pub use crate::output::exr::{read_exr, write_exr};
 pub use crate::output::folder::Folder;
-pub use crate::output::frame::{Frame as OutputFrame, FrameHeader};
+pub use crate::output::frame::FrameHeader;
 pub use crate::output::frame_maker::FrameMaker;
 pub use crate::output::gray::read_png;
 pub use crate::output::picture::picture;
@@ -131,9 +131,7 @@ pub use crate::simulation::check::{Check, StepLengthError};
 pub use crate::simulation::device_data::{DeviceData, device_material};
 pub use crate::simulation::device_engine::DeviceEngine;
 pub use crate::simulation::energy::{Account, EnergyBalance};
-pub use crate::simulation::engine::{
-    Delivered, Engine, EngineError, EngineStep, Order as EngineOrder, Pixels, RowMoments,
-};
+pub use crate::simulation::engine::{Delivered, Engine, EngineError, EngineStep, Order as EngineOrder, RowMoments};
 pub use crate::simulation::network::StepCost;
 pub use crate::simulation::network_file::network_file;
 pub use crate::simulation::pose::check_camera;

@@ -13,6 +13,7 @@ mod emissivity;
 pub(crate) mod energy;
 pub(crate) mod engine;
 mod engine_error;
+pub(crate) mod engine_state;
 pub(crate) mod exchange;
 mod exchange_device;
 mod exchange_poses;
@@ -26,6 +27,7 @@ pub(crate) mod joints;
 pub(crate) mod keep;
 pub(crate) mod network;
 pub(crate) mod network_file;
+pub(crate) mod orbits;
 pub(crate) mod periodic;
 pub(crate) mod pose;
 pub(crate) mod prepare;
@@ -164,6 +166,7 @@ pub(crate) fn run_from<E: From<EngineError>>(
             temperatures: true,
             absorbed: true,
             time: now,
+            number: None,
             surroundings,
         };
         engine.submit(advance, order)?;
@@ -215,7 +218,16 @@ fn submit_image(
     let moments = moments(prepared, time, Some(number));
     let rows = moments.as_ref().map(|moments| RowMoments(moments));
     let surroundings = pose.and_then(|pose| surroundings_at(prepared, time, &pose));
-    let order = Order { pose, joints: &joints, rows, between: Some(share), surroundings, time, ..Order::default() };
+    let order = Order {
+        pose,
+        joints: &joints,
+        rows,
+        between: Some(share),
+        surroundings,
+        time,
+        number: Some(number),
+        ..Order::default()
+    };
     engine.submit(None, order)?;
     Ok(Waiting { step, image: Some(number), time, pose, reference: None })
 }

@@ -186,22 +186,18 @@ fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
     if !there {
         return Err(CliError::StoppedBefore);
     }
-    let mut image = simulation.image(&camera, &Pose::OfCamera)?;
-    let readings = image.digital_numbers.take().map(|numbers| {
-        let counts = image.counts.take().unwrap_or_else(|| vec![0; numbers.len()]);
-        numbers.into_iter().zip(counts).map(<[u16; 2]>::from).collect::<Vec<_>>()
-    });
+    let image = simulation.image(&camera, &Pose::OfCamera)?;
     let prepared = simulation.prepared();
     let step = (time / prepared.scene.time.step + 1e-9) as u32;
-    let maker = FrameMaker::new(prepared, &camera, &simulation.device_name());
-    let (frame, header) = maker.frame_of(image, step, None)?;
-    output.write_bytes(&encode(&frame, &header)?)?;
-    if let Some((files, readings)) = SensorFiles::new(&prepared.scene).zip(readings) {
+    let maker = FrameMaker::new(prepared, &simulation.device_name());
+    let header = maker.header(&image, step, None)?;
+    output.write_bytes(&encode(&image, &header)?)?;
+    if let Some(files) = SensorFiles::new(&prepared.scene) {
         if output == Destination::StandardOutput {
             say!("the sensor's files are left out, because the image goes to standard output");
         } else {
             let stem = arguments.output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            for (ending, bytes) in files.of(&stem, &frame, &readings)? {
+            for (ending, bytes) in files.of(&stem, &image, step)? {
                 let path = arguments.output.with_file_name(format!("{stem}{ending}"));
                 keep_inputs(&path, &prepared.scene.files)?;
                 for destination in destinations([Some(&*path)])?.into_iter().flatten() {

@@ -7,7 +7,7 @@ use super::reach::ReachArguments;
 use crate::output::OutputError;
 use crate::output::folder::Folder;
 use crate::output::job::FILES;
-use crate::output::job_state::{RunIdentity, RunState};
+use crate::output::run_state::{RunIdentity, RunState};
 use crate::output::state_file;
 use crate::scene::file_hash;
 use crate::simulation::prepare::Prepared;

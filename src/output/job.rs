@@ -10,18 +10,19 @@ use super::folder::Folder;
 use super::frame_maker::FrameMaker;
 use super::frame_writer::{WriterWork, write_frames};
 use super::image_index::{IMAGES, write_index};
-use super::job_state::{EarlierResults, Keeper, RunProgress, RunState, StepsState};
 use super::job_terms::RunContext;
+use super::keeper::Keeper;
 use super::recorder::StepRecorder;
 use super::report::{FrameEntry, PlotEntry, ReportPicture, write_plots};
 use super::run_pictures::{CONTACT_SHEET, WrittenFrame, draw_pictures, frame_stem};
+use super::run_state::{EarlierResults, RunProgress, RunState, StepsState};
 use super::state_file;
 use super::tables::{JOINTS, SERIES, Tables};
 use super::video::{self, APNG, MP4};
 use crate::simulation::check::Check;
 use crate::simulation::energy::Account;
 use crate::simulation::engine::{Engine, EngineError};
-use crate::simulation::periodic::Periodic;
+use crate::simulation::orbits::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::state::MOST_TIMES;
 use crate::simulation::thermal_state::ThermalState;
@@ -198,7 +199,7 @@ fn step_and_write(
 ) -> Result<Stepped, JobError> {
     let RunContext { prepared, folder, stop, .. } = run;
     let first = start.first;
-    let maker = prepared.scene.camera.as_ref().map(|camera| FrameMaker::new(prepared, camera, &engine.device_name()));
+    let maker = prepared.scene.camera.as_ref().map(|_| FrameMaker::new(prepared, &engine.device_name()));
     let stepping_began = Instant::now();
     std::thread::scope(|scope| {
         let (frames, waiting) = sync_channel::<WriterWork>(WAITING_FRAMES);

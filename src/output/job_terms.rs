@@ -5,13 +5,13 @@ use std::time::{Duration, Instant};
 
 use super::OutputError;
 use super::folder::Folder;
-use super::job_state::{RunIdentity, RunProgress};
 use super::report::{FrameEntry, PlotEntry, ReportPicture};
+use super::run_state::{RunIdentity, RunProgress};
 use crate::simulation::check::Accuracy;
 use crate::simulation::energy::EnergyBalance;
 use crate::simulation::engine::EngineError;
 use crate::simulation::network::StepCost;
-use crate::simulation::periodic::Periodic;
+use crate::simulation::orbits::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::thermal_state::ThermalState;
 use crate::trace::Trace;

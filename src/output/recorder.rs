@@ -9,16 +9,16 @@ use rayon::prelude::*;
 use super::between::Between;
 use super::frame_maker::FrameMaker;
 use super::frame_writer::{WriterWork, lock};
-use super::job_state::{EarlierResults, RunProgress, RunState, StepsState};
 use super::job_terms::{Done, JobError, RunContext, SaveEvery};
 use super::run_pictures::WrittenFrame;
+use super::run_state::{EarlierResults, RunProgress, RunState, StepsState};
 use super::state_file;
 use super::tables::Tables;
 use crate::model::nodes::GROUP;
 use crate::simulation::check::Check;
 use crate::simulation::energy::Account;
 use crate::simulation::engine::Engine;
-use crate::simulation::periodic::Periodic;
+use crate::simulation::orbits::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::state::BetweenSteps;
 use crate::simulation::thermal_state::ThermalState;
@@ -59,10 +59,9 @@ impl Consumer<JobError> for StepRecorder<'_, '_> {
         }
         self.steps = result.step;
         let is_step = result.image.is_none();
-        let readings = result.delivered.pixels.as_mut().and_then(|pixels| pixels.readings.take());
         let frame = self.maker.map(|maker| maker.frame(result)).transpose()?.flatten();
-        if let Some((frame, header)) = frame {
-            self.frames.send(WriterWork::Frame(Box::new((frame, header, readings)))).map_err(|_| JobError::Writer)?;
+        if let Some(frame) = frame {
+            self.frames.send(WriterWork::Frame(Box::new(frame))).map_err(|_| JobError::Writer)?;
         }
         if is_step {
             (self.run.progress)(Done::Step);

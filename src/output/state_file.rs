@@ -17,7 +17,6 @@ use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
 use super::OutputError;
-use super::job_state::RunState;
 use super::temporary::Unfinished;
 use crate::simulation::thermal_state::ThermalState;
 
@@ -31,10 +30,6 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 pub trait SavedState: Serialize + DeserializeOwned {
     /// Its kind, in words.
     const KIND: &str;
-}
-
-impl SavedState for RunState {
-    const KIND: &str = "state of a run into a folder";
 }
 
 impl SavedState for ThermalState {

@@ -13,41 +13,22 @@ use frames::{Flying, Fourth, Frames};
 
 use super::device_data::{DeviceData, sensor_tables};
 use super::engine::{Delivered, Engine, EngineError, EngineStep, Order};
+use super::engine_state::{DeviceEngineState, EngineState};
 use super::exchange_device::DeviceExchange;
-use super::exchange_poses::PosedState;
 use super::given::GivenTemperatures;
-use super::network::{NetworkRun, NetworkRunState};
+use super::network::NetworkRun;
 use super::prepare::Prepared;
-use super::state::EngineState;
 use super::surroundings::Finishes;
 use crate::environment::StepLoad;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::layout;
 use crate::gpu::plan::check_plan;
-use crate::gpu::renderer::{Heating, Renderer, RendererState, Request};
+use crate::gpu::renderer::{Heating, Renderer, Request};
 use crate::gpu::timing::PassTimes;
 use crate::scene::Camera;
 use crate::thermal::misfit::{Misfit, part};
 use crate::trace::{Trace, Track};
-
-/// The saved state of a scene on a device.
-#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
-pub struct DeviceEngineState {
-    steps: u64,
-    pub(crate) scene: RendererState,
-    exchange: Option<PosedState>,
-    network: Option<NetworkRunState>,
-}
-
-impl DeviceEngineState {
-    /// Forgets what belongs to one run only.
-    pub(crate) fn forget_run(&mut self) {
-        self.steps = 0;
-        self.scene.forget_run();
-        self.network.iter_mut().for_each(NetworkRunState::forget_run);
-    }
-}
 
 /// A scene on a device. Results are delivered in the order of the steps.
 pub struct DeviceEngine {
@@ -182,6 +163,7 @@ impl Engine for DeviceEngine {
         }
         let camera = self.camera.as_ref();
         let (views, distant) = camera.map(|camera| camera.drawn(&order)).unwrap_or_default();
+        let image = camera.and_then(|camera| camera.image(&order));
         let shutters = camera.map(|camera| camera.shutters(&order)).unwrap_or_default();
         if let Some(around) = &order.surroundings {
             self.finishes.look_at(around);
@@ -209,7 +191,7 @@ impl Engine for DeviceEngine {
             between: order.between.map(|share| share as f32),
             list: None,
         })?;
-        self.frames.push(Flying { submitted, heat });
+        self.frames.push(Flying { submitted, image, heat });
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 
 use super::check::Check;
 use super::engine::Engine;
-use super::periodic::Orbits;
+use super::orbits::Orbits;
 
 pub(crate) trait Keep<E> {
     /// Takes the state between two steps. `done` is the number of steps before it, `orbits` what a periodic warm-up goes on from.

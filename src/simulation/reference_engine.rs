@@ -10,21 +10,21 @@ use glam::DAffine3;
 use self::drawing::Drawing;
 use super::energy::{absorbed_heat, heat_tables};
 use super::engine::{Delivered, Engine, EngineError, EngineStep, Order};
-use super::exchange::{ExchangeTwin, ExchangeTwinState};
+use super::engine_state::{EngineState, ReferenceEngineState};
+use super::exchange::ExchangeTwin;
 use super::given::GivenTemperatures;
-use super::network::{NetworkRun, NetworkRunState};
+use super::network::NetworkRun;
 use super::prepare::Prepared;
-use super::state::EngineState;
 use crate::environment::StepLoad;
-use crate::environment::shadow::{LightAndPoses, ShadowCasters};
+use crate::environment::shadow::ShadowCasters;
 use crate::gpu::effects::heat::tables::HeatTables;
 use crate::model::nodes::PADDING;
 use crate::scene::Camera;
 use crate::thermal::between::between;
 use crate::thermal::incident::{IncidentFunction, incident};
 use crate::thermal::misfit::{Misfit, part};
-use crate::thermal::reference::{Reference, ReferenceState};
-use crate::thermal::sensor::twin::{SensorState, SensorTwin};
+use crate::thermal::reference::Reference;
+use crate::thermal::sensor::twin::SensorTwin;
 use crate::trace::{Trace, Track};
 
 /// The f64 reference of all nodes, and its rasteriser.
@@ -44,25 +44,6 @@ pub struct ReferenceEngine {
     drawing: Drawing,
     delivered: VecDeque<Delivered>,
     trace: Trace,
-}
-
-/// The saved state of the reference.
-#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
-pub struct ReferenceEngineState {
-    steps: u64,
-    nodes: ReferenceState,
-    shadows: Option<LightAndPoses>,
-    exchange: Option<ExchangeTwinState>,
-    network: Option<NetworkRunState>,
-    pub(crate) sensor: Option<SensorState<f64>>,
-}
-
-impl ReferenceEngineState {
-    /// Forgets what belongs to one run only.
-    pub(crate) fn forget_run(&mut self) {
-        self.steps = 0;
-        self.network.iter_mut().for_each(NetworkRunState::forget_run);
-    }
 }
 
 impl ReferenceEngine {
@@ -245,9 +226,9 @@ impl Engine for ReferenceEngine {
             let pairs = self.earlier.iter().zip(temperatures);
             temperatures = pairs.map(|(earlier, later)| between(*earlier, later, share)).collect();
         }
-        let pixels = self.drawing.image(&order, &temperatures);
+        let image = self.drawing.image(&order, &temperatures);
         let temperatures = order.temperatures.then(|| temperatures.iter().map(|t| *t as f32).collect());
-        self.delivered.push_back(Delivered { pixels, temperatures, absorbed });
+        self.delivered.push_back(Delivered { image, temperatures, absorbed });
         Ok(())
     }
 

@@ -6,7 +6,7 @@ use super::check::Check;
 use super::engine::{Engine, EngineError};
 use super::forward::{Passing, forward};
 use super::keep::{Keep, KeepNothing};
-use super::periodic::{Orbits, Periodic};
+use super::orbits::{Orbits, Periodic};
 use super::prepare::Prepared;
 use super::state::BetweenSteps;
 use crate::gpu::layout::FUSED_STEPS;

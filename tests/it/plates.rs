@@ -202,7 +202,7 @@ fn a_craft_of_plates_runs_from_its_periodic_state() {
     assert_eq!(below.len(), prepared.structures().len());
     let mut drawn = 0;
     run::<EngineError>(&prepared, &mut engine, Some(&mut check), &never(), &mut |result| {
-        drawn += usize::from(result.delivered.pixels.is_some());
+        drawn += usize::from(result.delivered.image.is_some());
         Ok(())
     })
     .expect("the run");

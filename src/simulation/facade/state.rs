@@ -3,8 +3,9 @@
 use super::Simulation;
 use crate::scene::Camera;
 use crate::simulation::engine::{Engine, EngineError};
+use crate::simulation::engine_state::EngineState;
 use crate::simulation::facade_error::SimulationError;
-use crate::simulation::state::{EngineState, MOST_TIMES};
+use crate::simulation::state::MOST_TIMES;
 use crate::simulation::thermal_state::ThermalState;
 
 impl Simulation {

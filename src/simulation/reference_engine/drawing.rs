@@ -11,7 +11,8 @@ use crate::raster::{self, RasterSurface, SurfaceSurroundings, rasterise};
 use crate::scene::Camera;
 use crate::simulation::device_data::is_own;
 use crate::simulation::distant::DistantParts;
-use crate::simulation::engine::{InstantPoses, Order, Pixels, RowMoments};
+use crate::simulation::engine::{InstantPoses, Order, RowMoments};
+use crate::simulation::image::Image;
 use crate::simulation::pose::draws_alike;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::surroundings::Finishes;
@@ -80,7 +81,7 @@ impl Drawing {
     }
 
     /// The image that an order asks for, of nodes at temperatures [K]. `None` without a pose or a camera.
-    pub(super) fn image(&mut self, order: &Order<'_>, temperatures: &[f64]) -> Option<Pixels> {
+    pub(super) fn image(&mut self, order: &Order<'_>, temperatures: &[f64]) -> Option<Image> {
         if let Some(around) = &order.surroundings {
             self.finishes.look_at(around);
         }
@@ -93,23 +94,25 @@ impl Drawing {
             None => self.draw_from(camera, pose, order, temperatures),
             Some(rows) => self.draw_rows(camera, rows, order, temperatures),
         };
-        let value = |pixel: &raster::Pixel| match pixel.part {
-            0 => [pixel.radiance as f32, 0.0, 0.0],
-            _ => [pixel.radiance as f32, pixel.temperature as f32, pixel.depth as f32],
+        let of_surface = |value: fn(&raster::Pixel) -> f64| {
+            drawn.iter().map(|pixel| if pixel.part == 0 { 0.0 } else { value(pixel) as f32 }).collect()
         };
-        let coverage = |pixel: &raster::Pixel| pixel.coverage as f32;
-        let is_apart = self.finishes.is_apart();
+        let (has_coverage, is_apart) = (camera.samples > 1, self.finishes.is_apart());
         let readings = self.sensor.as_mut().map(|sensor| {
             let radiance: Vec<f64> = drawn.iter().map(|pixel| pixel.radiance).collect();
             sensor.expose(&radiance, order.time)
         });
-        Some(Pixels {
-            readings,
-            radiance_temperature_depth: drawn.iter().map(value).collect(),
-            identity: drawn.iter().map(|pixel| [pixel.part, pixel.material]).collect(),
-            coverage: drawn.iter().filter(|_| camera.samples > 1).map(coverage).collect(),
+        let image = Image {
+            radiance: drawn.iter().map(|pixel| pixel.radiance as f32).collect(),
+            temperature: of_surface(|pixel| pixel.temperature),
+            depth: of_surface(|pixel| pixel.depth),
+            part: drawn.iter().map(|pixel| pixel.part).collect(),
+            material: drawn.iter().map(|pixel| pixel.material).collect(),
+            coverage: drawn.iter().filter(|_| has_coverage).map(|pixel| pixel.coverage as f32).collect(),
             reflected: drawn.iter().filter(|_| is_apart).map(|pixel| pixel.reflected as f32).collect(),
-        })
+            ..order.image_of(camera)?
+        };
+        Some(image.with_readings(readings.as_deref()))
     }
 
     /// Draws from one pose. A craft that is far away is drawn larger and gathered into the pixels.

@@ -1,16 +1,10 @@
-//! The saved state of a run into a folder, and when a warm-up is saved.
-
-use std::time::Instant;
+//! The saved state of a run into a folder.
 
 use super::between::Between;
-use super::job_terms::{JobError, RunContext, SaveEvery};
 use super::run_pictures::WrittenFrame;
-use super::state_file;
-use crate::simulation::check::Check;
+use super::state_file::SavedState;
 use crate::simulation::energy::EnergySums;
-use crate::simulation::engine::Engine;
-use crate::simulation::keep::Keep;
-use crate::simulation::periodic::{Orbits, Periodic};
+use crate::simulation::orbits::Periodic;
 use crate::simulation::state::BetweenSteps;
 use crate::simulation::warm_up::WarmUpState;
 
@@ -19,6 +13,10 @@ use crate::simulation::warm_up::WarmUpState;
 pub(crate) struct RunState {
     pub(crate) identity: RunIdentity,
     pub(crate) progress: RunProgress,
+}
+
+impl SavedState for RunState {
+    const KIND: &str = "state of a run into a folder";
 }
 
 /// What a run was begun with. Only a run with the same goes on.
@@ -78,47 +76,5 @@ impl RunProgress {
             _ => &[],
         };
         frames.iter().map(|frame| frame.file("exr"))
-    }
-}
-
-/// Saves the state of the warm-up.
-pub(super) struct Keeper<'a> {
-    pub(crate) run: RunContext<'a>,
-    /// The state that was taken last.
-    pub(crate) state: Option<WarmUpState>,
-    /// Steps before the last state that was saved, and when it was saved.
-    pub(crate) saved: (u32, Instant),
-    pub(crate) before: [f64; 2],
-}
-
-impl Keep<JobError> for Keeper<'_> {
-    fn take(
-        &mut self,
-        done: u32,
-        orbits: Option<&Orbits>,
-        engine: &mut dyn Engine,
-        check: Option<&mut Check>,
-    ) -> Result<(), JobError> {
-        self.state = Some(WarmUpState { state: BetweenSteps::capture(done, engine, check)?, orbits: orbits.cloned() });
-        Ok(())
-    }
-
-    fn wants(&self, done: u32) -> bool {
-        let (steps, time) = self.saved;
-        match self.run.job.save_every {
-            SaveEvery::Time(every) => !every.is_zero() && time.elapsed() >= every,
-            SaveEvery::Steps(every) => done - steps >= every,
-        }
-    }
-
-    fn save(&mut self) -> Result<(), JobError> {
-        let Some(state) = &self.state else { return Ok(()) };
-        let done = state.state.next;
-        let [wall, stepping] = self.before;
-        let seconds = [wall + self.run.began.elapsed().as_secs_f64(), stepping];
-        let progress = RunProgress::WarmUp(Box::new(state.clone()), seconds);
-        state_file::write(&self.run.folder.state(), &RunState { identity: self.run.job.identity.clone(), progress })?;
-        self.saved = (done, Instant::now());
-        Ok(())
     }
 }
