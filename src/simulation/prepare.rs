@@ -1,7 +1,6 @@
 //! Prepares a scene for a run: model, materials, nodes in device order, loads.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -13,7 +12,7 @@ use super::joints;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, PrepareStage};
 use super::prepare_names;
-use super::prepare_steps::{self as steps, Dense};
+use super::prepare_steps::{self as steps, Dense, SceneHashes};
 use crate::environment::shadow::{Jointed, Occluders, Redraw, ShadowCasters};
 use crate::environment::step::StepLoads;
 use crate::gpu::effects::image::runs::TriangleRun;
@@ -40,22 +39,6 @@ const MAX_GROUPS: usize = 65_535 * 64;
 /// Remark for readers of a transition's temperatures (docs/numerics.md 1).
 const PROFILES: &str = "A transition is a profile in temperature, not physics: in orbit even the best t_max leaves a \
                         radiating node 10 to 37 K rms from its energy balance.";
-
-/// SHA-256 of the files of a scene (hexadecimal).
-#[derive(Debug, Clone)]
-pub struct SceneHashes {
-    /// Of all files together.
-    pub all: String,
-    /// Of each file.
-    pub files: BTreeMap<PathBuf, String>,
-}
-
-impl SceneHashes {
-    /// Hash of a file. Empty where the scene does not have the file.
-    pub(crate) fn of_file(&self, path: &Path) -> String {
-        self.files.get(path).cloned().unwrap_or_default()
-    }
-}
 
 /// The triangles of a scene that cast shadows: the triangles of its model before it is split. Empty without shadows.
 pub struct SceneOccluders {

@@ -1,13 +1,13 @@
 //! The steps of preparing a scene, in the order in which `Prepared::with_materials` takes them.
 
-use std::path::PathBuf;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec3;
 
 use super::density;
 use super::network::{self, SceneNetwork};
-use super::prepare::SceneHashes;
 use super::prepare_error::{PrepareError, PrepareStage};
 use crate::environment::joints::Joint;
 use crate::environment::orbit::period_disagreement;
@@ -42,6 +42,22 @@ const MOST_NUMBERS: f64 = 1e11;
 
 /// Steps of the walk of joints with a rate in one step of the scene.
 const WALKS_A_STEP: f64 = 4.0;
+
+/// SHA-256 of the files of a scene (hexadecimal).
+#[derive(Debug, Clone)]
+pub struct SceneHashes {
+    /// Of all files together.
+    pub all: String,
+    /// Of each file.
+    pub files: BTreeMap<PathBuf, String>,
+}
+
+impl SceneHashes {
+    /// Hash of a file. Empty where the scene does not have the file.
+    pub(crate) fn of_file(&self, path: &Path) -> String {
+        self.files.get(path).cloned().unwrap_or_default()
+    }
+}
 
 /// SHA-256 of all files together, and of each.
 pub(super) fn hashes(files: &[PathBuf]) -> Result<SceneHashes, PrepareError> {
