@@ -81,7 +81,7 @@ pub use crate::gpu::{
     lists::{brightnesses, copied, dispatched, download, filled, radiances, rays, respond as respond_list, upload},
     pass::{Access, Barrier, ListEntry, Pass, PassWork, Scope, is_write, writes},
     plan::{Planned, device_bytes},
-    renderer::{Collected, Renderer, Request},
+    renderer::{Collected, Renderer, RendererState, Request},
     resource::{Resource, Role},
     response::{ResponseRun, respond as respond_on_device},
     samples::Samples,
@@ -113,18 +113,17 @@ pub use crate::output::{
     colour::ColourScale,
     exr::{read_exr, write_exr},
     folder::Folder,
-    frame::{Frame as OutputFrame, FrameHeader},
+    frame::FrameHeader,
     frame_maker::FrameMaker,
     gray::read_png,
     picture::picture,
     plot::{Mark, Plot, PlotLine},
     plot_axis::Axis,
     report::PassTime,
-    state_file::{decode, encode},
+    state_file::{SavedState, StateFault, decode, encode},
 };
 pub use crate::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS, STEP, STEPS};
 pub use crate::raster::{Pixel, RasterSurface, rasterise};
-pub use crate::saved::Saved;
 pub use crate::scene::{
     Background, Camera, CameraFrame, Density, Draw, Edges, ImageFile, ImageFiles, Initial, Mapping, MaterialRule,
     Reflections, ShadowSettings, SkyScene, Surrounded, Video,
@@ -157,7 +156,7 @@ pub use crate::simulation::{
     device_data::{DeviceData, device_material},
     device_engine::DeviceEngine,
     energy::{Account, EnergyBalance},
-    engine::{Delivered, Engine, EngineStep, Order as EngineOrder, Pixels, RowMoments},
+    engine::{Delivered, Engine, EngineStep, Order as EngineOrder, RowMoments},
     moments,
     network::StepCost,
     network_file::network_file,
@@ -169,7 +168,8 @@ pub use crate::simulation::{
     sampling::sampling,
     start, still,
     surroundings::surroundings_at,
-    target::{Target, respond_f64},
+    target::respond_f64,
+    thermal_state::ThermalState,
     viewpoint::{camera_from_body, device_view, raster_view, source_view},
 };
 pub use crate::text::is_hidden;

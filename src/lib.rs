@@ -16,8 +16,7 @@
 //! - `view`: the page of `isotherm view`
 //!
 //! `server` serves images to simulators in other programs. `compare` runs one scene under three responses. `paper` makes the figures of Vural et al. 2023. `bench` measures speed and error. `trace`
-//! records what host and device did. `text` makes names safe to show. `lens` tells which ray a pixel sees. `saved` holds what
-//! a run needs to go on later.
+//! records what host and device did. `text` makes names safe to show. `lens` tells which ray a pixel sees.
 
 #![deny(unreachable_pub)]
 
@@ -38,7 +37,6 @@ mod model;
 mod output;
 mod paper;
 mod raster;
-mod saved;
 mod scene;
 mod server;
 mod simulation;

@@ -1,4 +1,4 @@
-//! The loop of a run: settle, warm up, then step, draw and collect.
+//! The loop of a run after its warm-up: step, draw and collect.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,6 +13,7 @@ mod emissivity;
 pub(crate) mod energy;
 pub(crate) mod engine;
 mod engine_error;
+pub(crate) mod engine_state;
 pub(crate) mod exchange;
 mod exchange_device;
 mod exchange_poses;
@@ -26,6 +27,7 @@ pub(crate) mod joints;
 pub(crate) mod keep;
 pub(crate) mod network;
 pub(crate) mod network_file;
+pub(crate) mod orbits;
 pub(crate) mod periodic;
 pub(crate) mod pose;
 pub(crate) mod prepare;
@@ -41,20 +43,17 @@ pub(crate) mod target;
 pub(crate) mod thermal_state;
 pub(crate) mod traced;
 pub(crate) mod viewpoint;
+pub(crate) mod warm_up;
 
-use crate::gpu::layout::FUSED_STEPS;
-use crate::saved::{Saved, SavedError};
-use crate::scene::{Draw, Initial};
+use crate::scene::Draw;
 use crate::trace::Track;
 use check::Check;
 use engine::{Delivered, Engine, EngineError, EngineStep, InstantPoses, Order, RowMoments};
 use forward::{Passing, forward};
-use keep::{Keep, KeepNothing};
-use periodic::Periodic;
 use prepare::Prepared;
-use state::restore;
 use surroundings::surroundings_at;
 use viewpoint::camera_from_body;
+pub use warm_up::start;
 
 /// The results of a step.
 pub struct StepResult {
@@ -70,130 +69,7 @@ pub struct StepResult {
     pub delivered: Delivered,
 }
 
-/// Steps of a warm-up after which its state may be saved: a multiple of the steps of a dispatch, or fewer with a network, whose steps take longer.
-const WARM_UP_STEPS: [u32; 2] = [4 * FUSED_STEPS as u32, 4];
-
-/// Brings the engine, and the check where there is one, to the state at time 0. Returns the result of a periodic warm-up.
-///
-/// # Errors
-/// A call that fails.
-pub fn start(
-    prepared: &Prepared,
-    engine: &mut dyn Engine,
-    check: Option<&mut Check>,
-    stop: &AtomicBool,
-    progress: &mut dyn FnMut(),
-) -> Result<Option<Periodic>, EngineError> {
-    start_from(prepared, engine, check, None, stop, progress, &mut KeepNothing)
-}
-
-/// Like [`start`], from a state that `keep` took in an earlier part of the run. `keep` takes states on the way, the last one where `stop` ends the
-/// warm-up.
-///
-/// # Errors
-/// A call that fails, or the error of `keep`.
-pub(crate) fn start_from<E: From<EngineError>>(
-    prepared: &Prepared,
-    engine: &mut dyn Engine,
-    mut check: Option<&mut Check>,
-    earlier: Option<&Saved>,
-    stop: &AtomicBool,
-    progress: &mut dyn FnMut(),
-    keep: &mut dyn Keep<E>,
-) -> Result<Option<Periodic>, E> {
-    let first = match earlier {
-        Some(saved) => restore(saved, engine, check.as_deref_mut())?,
-        None => {
-            settle(prepared, engine, check.as_deref_mut())?;
-            0
-        }
-    };
-    let went = match prepared.scene.time.periodic {
-        Some(tolerance) => {
-            let lost = |error: SavedError| E::from(error.into());
-            let own = earlier.map(|saved| periodic::WarmUpState::of(&saved.part("own"))).transpose().map_err(lost)?;
-            periodic::warm_up(prepared, engine, check.as_deref_mut(), tolerance, own, stop, progress, keep)?
-        }
-        None => {
-            (0..first).for_each(|_| progress());
-            warm_up(prepared, engine, check.as_deref_mut(), first, stop, progress, keep)?;
-            None
-        }
-    };
-    if let Some(check) = check {
-        if let Some(temperatures) = engine.network_temperatures()?
-            && let Some(network) = engine.network()
-        {
-            check.start_network(&temperatures, network.on());
-        }
-        check.begin_halves();
-    }
-    Ok(went)
-}
-
-/// Time at which a step of the warm-up begins [s].
-fn warm_up_time(prepared: &Prepared, number: u32) -> f64 {
-    prepared.scene.time.warm_up_step * (f64::from(number) - f64::from(prepared.warm_up_steps()))
-}
-
-/// Brings every node to the scene's initial state.
-fn settle(prepared: &Prepared, engine: &mut dyn Engine, check: Option<&mut Check>) -> Result<(), EngineError> {
-    match prepared.scene.initial {
-        Initial::Balance => {
-            let [from, to] = [0, 1].map(|number| warm_up_time(prepared, number));
-            let load = prepared.loads.step_load(from, to);
-            engine.settle(&load, from)?;
-            if let Some(check) = check {
-                check.settle(&load, from);
-            }
-        }
-        Initial::Temperature(temperature) => {
-            engine.settle_at(temperature, prepared.nodes.vertex_of_node.len())?;
-            if let Some(check) = check {
-                check.settle_at(temperature);
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Steps a warm-up of a fixed number of steps, from `first` on.
-fn warm_up<E: From<EngineError>>(
-    prepared: &Prepared,
-    engine: &mut dyn Engine,
-    mut check: Option<&mut Check>,
-    first: u32,
-    stop: &AtomicBool,
-    progress: &mut dyn FnMut(),
-    keep: &mut dyn Keep<E>,
-) -> Result<(), E> {
-    let steps = prepared.warm_up_steps();
-    let at_once = WARM_UP_STEPS[usize::from(prepared.network.is_some())];
-    let time = |number| warm_up_time(prepared, number);
-    let length = prepared.scene.time.warm_up_step / prepared.scene.time.step;
-    let mut done = first;
-    while done < steps {
-        let end = done.saturating_add(at_once).min(steps);
-        let passing = (done..end).map(|number| Passing { start: time(number), end: time(number + 1), steps: length });
-        let mut count = 0;
-        let mut told = || {
-            count += 1;
-            progress();
-        };
-        let went = forward(prepared, engine, check.as_deref_mut(), passing, stop, &mut told)?;
-        done += count;
-        if !went || (done < steps && keep.wants(done)) {
-            engine.wait()?;
-            keep.take(done, Saved::default(), engine, check.as_deref_mut())?;
-            keep.save()?;
-        }
-        if !went {
-            return Ok(());
-        }
-    }
-    Ok(())
-}
-
+/// What takes the results of a run.
 pub(crate) trait Consumer<E> {
     /// Takes the results of a step, in order.
     ///
@@ -290,6 +166,7 @@ pub(crate) fn run_from<E: From<EngineError>>(
             temperatures: true,
             absorbed: true,
             time: now,
+            number: None,
             surroundings,
         };
         engine.submit(advance, order)?;
@@ -341,7 +218,16 @@ fn submit_image(
     let moments = moments(prepared, time, Some(number));
     let rows = moments.as_ref().map(|moments| RowMoments(moments));
     let surroundings = pose.and_then(|pose| surroundings_at(prepared, time, &pose));
-    let order = Order { pose, joints: &joints, rows, between: Some(share), surroundings, time, ..Order::default() };
+    let order = Order {
+        pose,
+        joints: &joints,
+        rows,
+        between: Some(share),
+        surroundings,
+        time,
+        number: Some(number),
+        ..Order::default()
+    };
     engine.submit(None, order)?;
     Ok(Waiting { step, image: Some(number), time, pose, reference: None })
 }

@@ -1,8 +1,8 @@
 //! An image as numpy arrays.
 
 use glam::DAffine3;
+use isotherm::Image;
 use isotherm::internals::{ColourScale, picture};
-use isotherm::{Image, internals};
 use numpy::{Element, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
@@ -92,19 +92,19 @@ impl Frame {
     fn _repr_png_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let values = |array: &Py<PyArray2<f32>>| array.bind(py).to_owned_array().into_iter().collect::<Vec<f32>>();
         let labels = |array: &Py<PyArray2<u32>>| array.bind(py).to_owned_array().into_iter().collect::<Vec<u32>>();
-        let frame = internals::OutputFrame {
-            width: self.camera.0.width,
-            height: self.camera.0.height,
-            step: 0,
-            image: None,
+        let frame = Image {
             time: self.time,
+            camera: self.camera.0.clone(),
+            camera_from_body: self.camera_from_body,
             radiance: values(&self.radiance),
             temperature: values(&self.temperature),
             depth: values(&self.depth),
             part: labels(&self.part),
             material: labels(&self.material),
             coverage: Vec::new(),
-            reflected: None,
+            reflected: Vec::new(),
+            digital_numbers: None,
+            counts: None,
         };
         let scale = ColourScale::covering(frame.range());
         let details = format!("t = {:.3} s, surface temperature", self.time);

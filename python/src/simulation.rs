@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
-use isotherm::internals::{decode, encode};
+use isotherm::internals::{ThermalState, decode, encode};
 use isotherm::{CameraFrame, Placement, Pose, Reach, SimulationError};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
@@ -325,14 +325,16 @@ impl Simulation {
     /// The thermal state with the present time, as the bytes of a file of ``--save-state``.
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         self.begin(py)?;
-        let bytes = self.with(py, |simulation| simulation.save().map(|saved| encode(&saved)))?;
+        let state = self.with(py, isotherm::Simulation::save)?;
+        let bytes = encode(&state).map_err(|error| refused(py, error.to_string()))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
     /// Goes back to a state of ``save`` and to its time, or with ``time`` [s] to another one. Places and joints that were set are forgotten.
     #[pyo3(signature = (state, *, time=None))]
     fn restore(&self, py: Python<'_>, state: &[u8], time: Option<f64>) -> PyResult<()> {
-        let saved = decode(state).map_err(|reason| refused(py, format!("the state {reason}")))?;
+        let saved: ThermalState =
+            decode(state).map_err(|fault| refused(py, format!("the state {fault}{}", fault.advice())))?;
         self.with(py, |simulation| match time {
             Some(time) => simulation.restore_at(&saved, time),
             None => simulation.restore(&saved),

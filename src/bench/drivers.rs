@@ -8,7 +8,8 @@ use super::frames::{IMAGE, resize};
 use crate::gpu::context::Context;
 use crate::scene::Scene;
 use crate::simulation::device_engine::DeviceEngine;
-use crate::simulation::engine::{Engine, EngineStep, Order, Pixels};
+use crate::simulation::engine::{Engine, EngineStep, Order};
+use crate::simulation::image::Image;
 use crate::simulation::pose_at;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::surroundings::surroundings_at;
@@ -42,7 +43,7 @@ pub struct DriverRow {
 struct DriverResults {
     device: String,
     temperatures: Vec<f32>,
-    pixels: Pixels,
+    image: Option<Image>,
 }
 
 /// Compares every device with the first. A row states the reason if a comparison failed.
@@ -92,20 +93,22 @@ fn run(context: &Arc<Context>, scene: &Scene) -> Result<DriverResults, Box<dyn s
     Ok(DriverResults {
         device: context.info.name.clone(),
         temperatures: delivered.temperatures.unwrap_or_default(),
-        pixels: delivered.pixels.unwrap_or_default(),
+        image: delivered.image,
     })
 }
 
 fn compared(first: &DriverResults, other: &DriverResults, scene: &str) -> DriverRow {
     let kelvins = || first.temperatures.iter().zip(&other.temperatures).map(|(a, b)| f64::from((a - b).abs()));
     let squares: f64 = kelvins().map(|kelvin| kelvin * kelvin).sum();
-    let pixels = || first.pixels.identity.iter().zip(&other.pixels.identity);
-    let drawn = pixels().filter(|(a, b)| a[0] > 0 || b[0] > 0).count();
-    let other_part = pixels().filter(|(a, b)| a != b).count();
-    let radiances = first.pixels.radiance_temperature_depth.iter().zip(&other.pixels.radiance_temperature_depth);
-    let same_part = radiances.zip(pixels()).filter(|(_, (a, b))| a == b && a[0] > 0);
+    let images = first.image.as_ref().zip(other.image.as_ref());
+    let pixels = || images.into_iter().flat_map(|(a, b)| (0..a.part.len()).map(move |pixel| (pixel, a, b)));
+    let drawn = pixels().filter(|(pixel, a, b)| a.part[*pixel] > 0 || b.part[*pixel] > 0).count();
+    let differs = |(pixel, a, b): &(usize, &Image, &Image)| a.labels(*pixel) != b.labels(*pixel);
+    let other_part = pixels().filter(differs).count();
+    let same_part = pixels().filter(|one| !differs(one) && one.1.part[one.0] > 0);
+    let radiances = same_part.map(|(pixel, a, b)| (a.radiance[pixel], b.radiance[pixel]));
     // A visible surface has a positive radiance, unless it is too small for f32.
-    let relative = same_part.map(|((a, b), _)| f64::from((a[0] - b[0]).abs() / a[0].max(f32::MIN_POSITIVE)));
+    let relative = radiances.map(|(a, b)| f64::from((a - b).abs() / a.max(f32::MIN_POSITIVE)));
     DriverRow {
         devices: [first.device.clone(), other.device.clone()],
         scene: scene.to_owned(),
@@ -122,19 +125,19 @@ fn compared(first: &DriverResults, other: &DriverResults, scene: &str) -> Driver
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::output::frame::tests::sphere;
 
     #[test]
     fn what_differs_between_devices_is_counted() {
         let left = |temperature, radiance, part| DriverResults {
             device: String::new(),
             temperatures: vec![300.0, temperature],
-            pixels: Pixels {
-                readings: None,
-                reflected: Vec::new(),
-                radiance_temperature_depth: vec![[radiance, 300.0, 1.0], [5.0, 300.0, 1.0], [0.0; 3]],
-                identity: vec![[1, 1], [part, 1], [0, 0]],
-                coverage: Vec::new(),
-            },
+            image: Some(Image {
+                radiance: vec![radiance, 5.0, 0.0],
+                part: vec![1, part, 0],
+                material: vec![1, 1, 0],
+                ..sphere(3, 1, 0)
+            }),
         };
         let row = compared(&left(300.0, 10.0, 2), &left(303.0, 11.0, 3), "scene");
         assert_eq!((row.pixels, row.other_part, row.max_k), (2, 1, 3.0));

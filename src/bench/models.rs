@@ -310,9 +310,7 @@ pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<ModelRu
         before = after;
         ran.temperatures.push(walk::of_vertices(prepared, &walk::temperatures(&mut engine)?));
         if camera.is_some() && number % DRAW_EVERY == 0 {
-            let pixels = walk::draw(prepared, &mut engine, to)?.1;
-            let radiance = pixels.map(|one| one.radiance_temperature_depth.iter().map(|pixel| pixel[0]).collect());
-            ran.images.extend(radiance);
+            ran.images.extend(walk::draw(prepared, &mut engine, to)?.1.map(|image| image.radiance));
         }
         let load = prepared.loads.step_load(to - length, to);
         if prepared.scene.shadows.is_some() && !load.sun.is_empty() {

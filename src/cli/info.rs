@@ -171,7 +171,7 @@ impl SceneFacts<'_> {
             self.prepared.scene.name,
             self.prepared.nodes.count,
             self.prepared.triangle_count(),
-            self.prepared.area
+            self.prepared.model.area
         );
         for (kind, nodes) in self.prepared.nodes.by_kind() {
             text.push_str(&format!("  {:<40} {nodes:>10}\n", kind.to_string()));
@@ -224,13 +224,13 @@ impl SceneFacts<'_> {
             "scene": self.prepared.scene.name,
             "nodes": self.prepared.nodes.count,
             "triangles": self.prepared.triangle_count(),
-            "area_m2": self.prepared.area,
+            "area_m2": self.prepared.model.area,
             "nodes_by_response": self.prepared.nodes.by_kind().iter()
                 .map(|(kind, nodes)| json!({ "response": kind.to_string(), "nodes": nodes })).collect::<Vec<_>>(),
             "joints": self.joints,
             "bytes": self.bytes,
             "bytes_a_node": self.bytes_per_node,
-            "merged": self.prepared.merged,
+            "merged": self.prepared.model.merged,
             "buffers": self.plan.iter().map(|planned| json!({
                 "name": format!("{:?}", planned.resource), "bytes": planned.bytes })).collect::<Vec<_>>(),
             "frame": steps,

@@ -174,7 +174,7 @@ fn figure_7(chosen: &Target, prepared: &Prepared, time: f64) -> Result<Option<(V
     bar.finish_and_clear();
     let Some(result) = still.filter(|_| !stop.load(Ordering::Relaxed)) else { return Ok(None) };
     let Some(pose) = result.pose else { return Ok(None) };
-    let maker = FrameMaker::new(prepared, camera, &engine.device_name());
+    let maker = FrameMaker::new(prepared, &engine.device_name());
     let Some((frame, _)) = maker.frame(result)? else { return Ok(None) };
 
     let sky = prepared.loads.sky_model().sky(time);

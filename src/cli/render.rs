@@ -21,7 +21,6 @@ use crate::output::frame_maker::FrameMaker;
 use crate::output::inputs::keep_inputs;
 use crate::output::pose_images::{FILES, write_pose_images};
 use crate::output::sensor_files::SensorFiles;
-use crate::saved::Saved;
 use crate::scene::work::too_late;
 use crate::scene::{Draw, Motion, Poses, read_poses};
 use crate::simulation;
@@ -33,7 +32,7 @@ use crate::simulation::pose::Pose;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::target::Target;
-use crate::simulation::thermal_state::begin_from;
+use crate::simulation::thermal_state::ThermalState;
 
 /// Render one image after stepping the scene to its time, or one image for each pose of a table.
 #[derive(clap::Args)]
@@ -74,21 +73,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
 
 impl Arguments {
     /// The state of `--from-state`. One that does not fit is refused before anything is written.
-    fn state(&self, prepared: &Prepared, chosen: &Target) -> Result<Option<Saved>, CliError> {
+    fn state(&self, prepared: &Prepared, chosen: &Target) -> Result<Option<ThermalState>, CliError> {
         self.from_state.as_ref().map(|path| thermal_state::read(path, prepared, chosen)).transpose()
     }
 }
 
 /// Brings the engine to time 0: from a state, or by the warm-up.
 fn begin(
-    state: Option<&Saved>,
+    state: Option<&ThermalState>,
     prepared: &Prepared,
     engine: &mut dyn Engine,
     stop: &AtomicBool,
     progress: &mut dyn FnMut(),
 ) -> Result<(), CliError> {
     if let Some(state) = state {
-        begin_from(state, engine, None)?;
+        state.begin(engine, None)?;
         return Ok(());
     }
     let periodic = simulation::start(prepared, engine, None, stop, progress)?;
@@ -187,22 +186,18 @@ fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
     if !there {
         return Err(CliError::StoppedBefore);
     }
-    let mut image = simulation.image(&camera, &Pose::OfCamera)?;
-    let readings = image.digital_numbers.take().map(|numbers| {
-        let counts = image.counts.take().unwrap_or_else(|| vec![0; numbers.len()]);
-        numbers.into_iter().zip(counts).map(<[u16; 2]>::from).collect::<Vec<_>>()
-    });
+    let image = simulation.image(&camera, &Pose::OfCamera)?;
     let prepared = simulation.prepared();
     let step = (time / prepared.scene.time.step + 1e-9) as u32;
-    let maker = FrameMaker::new(prepared, &camera, &simulation.device_name());
-    let (frame, header) = maker.frame_of(image, step, None)?;
-    output.write_bytes(&encode(&frame, &header)?)?;
-    if let Some((files, readings)) = SensorFiles::new(&prepared.scene).zip(readings) {
+    let maker = FrameMaker::new(prepared, &simulation.device_name());
+    let header = maker.header(&image, step, None)?;
+    output.write_bytes(&encode(&image, &header)?)?;
+    if let Some(files) = SensorFiles::new(&prepared.scene) {
         if output == Destination::StandardOutput {
             say!("the sensor's files are left out, because the image goes to standard output");
         } else {
             let stem = arguments.output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            for (ending, bytes) in files.of(&stem, &frame, &readings)? {
+            for (ending, bytes) in files.of(&stem, &image, step)? {
                 let path = arguments.output.with_file_name(format!("{stem}{ending}"));
                 keep_inputs(&path, &prepared.scene.files)?;
                 for destination in destinations([Some(&*path)])?.into_iter().flatten() {

@@ -6,9 +6,9 @@ use super::error::CliError;
 use super::reach::ReachArguments;
 use crate::output::OutputError;
 use crate::output::folder::Folder;
-use crate::output::job::{FILES, frames_of};
+use crate::output::job::FILES;
+use crate::output::run_state::{RunIdentity, RunState};
 use crate::output::state_file;
-use crate::saved::{Saved, SavedError};
 use crate::scene::file_hash;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
@@ -16,7 +16,7 @@ use crate::simulation::target::Target;
 /// A run that is to go on: its folder, which is locked, and its state.
 pub(super) struct EarlierRun {
     pub(crate) folder: Folder,
-    pub(crate) state: Saved,
+    pub(crate) state: RunState,
 }
 
 impl EarlierRun {
@@ -26,15 +26,12 @@ impl EarlierRun {
         if folder.is_finished() {
             return Ok(None);
         }
-        let state = state_file::read(&folder.state())?;
+        let state: RunState = state_file::read(&folder.state())?;
         let earlier = Self { folder, state };
-        let now = env!("CARGO_PKG_VERSION");
-        let version = earlier.text("version")?;
-        if version != now {
-            return Err(earlier.refused(&format!("is of version {version}, and this is version {now}")));
-        }
-        let frames = frames_of(&earlier.state).map_err(|error| earlier.refused(&error.to_string()))?;
-        match frames.iter().map(|frame| earlier.folder.file(frame)).find(|path| !path.exists()) {
+        let mut frames = earlier.state.progress.frames().map(|frame| earlier.folder.file(&frame));
+        let gone = frames.find(|path| !path.exists());
+        drop(frames);
+        match gone {
             Some(path) => Err(earlier.refused(&format!("names {}, which is gone", path.display()))),
             None => Ok(Some(earlier)),
         }
@@ -44,64 +41,45 @@ impl EarlierRun {
         OutputError::State(self.folder.state(), reason.to_owned()).into()
     }
 
-    fn text(&self, name: &str) -> Result<String, CliError> {
-        self.state.text(&format!("run.{name}")).map_err(|error: SavedError| self.refused(&error.to_string()))
+    /// What the run was begun with.
+    pub(crate) fn identity(&self) -> &RunIdentity {
+        &self.state.identity
     }
 
     /// The scene file, from where the run was begun or from here. A given path of the same file is the same.
-    pub(crate) fn scene(&self, given: Option<&Path>) -> Result<PathBuf, CliError> {
-        let saved = PathBuf::from(self.text("scene")?);
-        let directory = PathBuf::from(self.text("directory")?);
+    pub(crate) fn scene(&self, given: Option<&Path>) -> PathBuf {
+        let saved = PathBuf::from(&self.identity().scene);
+        let directory = PathBuf::from(&self.identity().directory);
         let from_there = directory.join(&saved);
         let is_here = std::env::current_dir().is_ok_and(|here| here == directory);
         let path = if is_here || !from_there.exists() { saved } else { from_there };
         let same = |given: &Path| given.canonicalize().ok().zip(path.canonicalize().ok()).is_some_and(|(a, b)| a == b);
-        Ok(given.filter(|given| !same(given)).map_or(path, Path::to_path_buf))
+        given.filter(|given| !same(given)).map_or(path, Path::to_path_buf)
     }
 
-    pub(crate) fn device(&self) -> Result<String, CliError> {
-        let name = self.text("device")?;
-        Ok(if name == Target::Reference.name() { "cpu".to_owned() } else { name })
-    }
-
-    pub(crate) fn command_line(&self) -> Result<String, CliError> {
-        self.text("command_line")
-    }
-
-    /// Nodes that the reference also steps.
-    pub(crate) fn check(&self) -> Result<Option<usize>, CliError> {
-        let saved: Result<[u64; 1], _> = self.state.array("run.check");
-        let [nodes] = saved.map_err(|error| self.refused(&error.to_string()))?;
-        Ok(usize::try_from(nodes).ok().filter(|nodes| *nodes > 0))
-    }
-
-    /// Whether the run was begun with `--allow-outside`.
-    pub(crate) fn allows_outside(&self) -> Result<bool, CliError> {
-        let saved: Result<[u64; 1], _> = self.state.array("run.allow_outside");
-        Ok(saved.map_err(|error| self.refused(&error.to_string()))? == [1])
+    /// The device for `--device`.
+    pub(crate) fn device(&self) -> String {
+        let name = &self.identity().device;
+        if *name == Target::Reference.name() { "cpu".to_owned() } else { name.clone() }
     }
 
     /// Refuses a run that would go on under another scene, device or check.
-    pub(crate) fn compare(&self, now: &Saved) -> Result<(), CliError> {
+    pub(crate) fn compare(&self, now: &RunIdentity) -> Result<(), CliError> {
+        let then = self.identity();
         let mut differences = Vec::new();
-        for (name, what) in [("device", "device"), ("driver", "driver")] {
-            let (then, now) = (self.text(name)?, now.text(&format!("run.{name}")).unwrap_or_default());
+        for (what, then, now) in [("device", &then.device, &now.device), ("driver", &then.driver, &now.driver)] {
             if then != now {
                 differences.push(format!("the {what} was {then} and is {now}"));
             }
         }
-        let files = |text: String| -> Vec<(String, String)> {
-            text.lines().filter_map(|line| line.split_once(' ')).map(|(a, b)| (b.to_owned(), a.to_owned())).collect()
-        };
-        let (then, is) = (files(self.text("files")?), files(now.text("run.files").unwrap_or_default()));
-        for (number, (path, sum)) in then.iter().enumerate() {
-            match is.get(number) {
+        for (number, (path, sum)) in then.files.iter().enumerate() {
+            match now.files.get(number) {
                 Some((_, now)) if now == sum => {}
                 Some(_) => differences.push(format!("{path} has changed")),
                 None => differences.push(format!("{path} is not used any more")),
             }
         }
-        differences.extend(is.iter().skip(then.len()).map(|(path, _)| format!("{path} was not used")));
+        differences.extend(now.files.iter().skip(then.files.len()).map(|(path, _)| format!("{path} was not used")));
         if differences.is_empty() {
             return Ok(());
         }
@@ -126,31 +104,20 @@ pub(super) fn identity(
     chosen: &Target,
     check: Option<usize>,
     command_line: &str,
-) -> Saved {
-    let mut saved = Saved::default();
-    let driver = chosen.device().map_or(String::new(), |context| context.info.driver.clone());
-    let directory = std::env::current_dir().unwrap_or_default();
-    let known = prepared.scene.files.iter().map(|path| {
-        let sum = prepared.file_hashes.get(path).cloned().unwrap_or_default();
-        format!("{sum} {}", path.display())
-    });
+) -> RunIdentity {
+    let known = prepared.scene.files.iter().map(|path| (path.display().to_string(), prepared.hashes.of_file(path)));
     let buffers = buffers_of(&prepared.scene.model_path).into_iter().map(|path| {
         let bytes = std::fs::read(&path).unwrap_or_default();
-        format!("{} {}", file_hash(&bytes), path.display())
+        (path.display().to_string(), file_hash(&bytes))
     });
-    let files = known.chain(buffers);
-    for (name, text) in [
-        ("version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("device", chosen.name()),
-        ("driver", driver),
-        ("scene", scene.display().to_string()),
-        ("directory", directory.display().to_string()),
-        ("command_line", command_line.to_owned()),
-        ("files", files.collect::<Vec<_>>().join("\n")),
-    ] {
-        saved.put_text(format!("run.{name}"), &text);
+    RunIdentity {
+        device: chosen.name(),
+        driver: chosen.device().map_or(String::new(), |context| context.info.driver.clone()),
+        scene: scene.display().to_string(),
+        directory: std::env::current_dir().unwrap_or_default().display().to_string(),
+        command_line: command_line.to_owned(),
+        files: known.chain(buffers).collect(),
+        allow_outside: reach.allows_outside(),
+        check,
     }
-    saved.put("run.allow_outside", &[u64::from(reach.allows_outside())]);
-    saved.put("run.check", &[check.unwrap_or(0) as u64]);
-    saved
 }

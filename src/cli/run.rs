@@ -22,9 +22,9 @@ use crate::output::folder::Folder;
 use crate::output::inputs::keep_inputs;
 use crate::output::job::{Done, FILES, Job, REPORT_HTML, REPORT_JSON, RunOutcome, SaveEvery, run_into};
 use crate::output::report::{BufferSize, FrameEntry, Report};
+use crate::output::run_state::RunProgress;
 use crate::output::state_file::encode;
 use crate::output::{mcap, report_html, video};
-use crate::saved::Saved;
 use crate::scene::Draw;
 use crate::simulation::check::SAMPLE;
 use crate::simulation::device_data::DeviceData;
@@ -110,7 +110,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let earlier = earlier.flatten();
     let (scene, root) = scene_and_folder(arguments, earlier.as_ref())?;
     let reach = match &earlier {
-        Some(earlier) => arguments.reach.or(earlier.allows_outside()?),
+        Some(earlier) => arguments.reach.or(earlier.identity().allow_outside),
         None => arguments.reach,
     };
     let prepared = load_scene(&scene, reach, &trace)?;
@@ -121,9 +121,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     video::check(&prepared.scene.images)?;
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
     let chosen = choose_device(arguments, earlier.as_ref())?;
-    let sample = choose_sample(arguments, earlier.as_ref(), &prepared, &chosen)?;
+    let sample = choose_sample(arguments, earlier.as_ref(), &prepared, &chosen);
     let command_line = match &earlier {
-        Some(earlier) => earlier.command_line()?,
+        Some(earlier) => earlier.identity().command_line.clone(),
         None => command_line(),
     };
     let identity = identity(&prepared, &scene, reach, &chosen, sample, &command_line);
@@ -155,7 +155,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     bars.iter().for_each(ProgressBar::finish_and_clear);
     let outcome = outcome?;
     if let (Some(destination), Some(state)) = (&of_state, &outcome.state) {
-        destination.write_bytes(&encode(state))?;
+        destination.write_bytes(&encode(state)?)?;
     }
     if let Some(log) = &log {
         write_log(log, &folder, &outcome.frames, &prepared, &trace)?;
@@ -225,7 +225,7 @@ fn write_report(
 /// The scene's file and the output folder.
 fn scene_and_folder(arguments: &Arguments, earlier: Option<&EarlierRun>) -> Result<(PathBuf, PathBuf), CliError> {
     match (earlier, &arguments.scene, &arguments.output) {
-        (Some(earlier), given, _) => Ok((earlier.scene(given.as_deref())?, earlier.folder.root().to_path_buf())),
+        (Some(earlier), given, _) => Ok((earlier.scene(given.as_deref()), earlier.folder.root().to_path_buf())),
         (None, Some(scene), Some(output)) => Ok((scene.clone(), output.clone())),
         _ => Err(CliError::Usage("name a scene, and a folder with -o".to_owned())),
     }
@@ -256,7 +256,7 @@ fn keep_scene_files(arguments: &Arguments, prepared: &Prepared, fresh: Option<&F
 /// Opens the device that is named, or the device of the earlier run.
 fn choose_device(arguments: &Arguments, earlier: Option<&EarlierRun>) -> Result<Target, CliError> {
     let device = match (&arguments.device.device, earlier) {
-        (None, Some(earlier)) => DeviceArguments { device: Some(earlier.device()?) },
+        (None, Some(earlier)) => DeviceArguments { device: Some(earlier.device()) },
         (given, _) => DeviceArguments { device: given.clone() },
     };
     Ok(device.open()?)
@@ -268,16 +268,16 @@ fn choose_sample(
     earlier: Option<&EarlierRun>,
     prepared: &Prepared,
     chosen: &Target,
-) -> Result<Option<usize>, CliError> {
+) -> Option<usize> {
     let with_check = matches!(chosen, Target::Device(_));
     if arguments.check.is_some() && !with_check {
         say!("nothing to check: this run is the f64 reference itself");
     }
     match earlier {
-        Some(earlier) => Ok(earlier.check()?),
+        Some(earlier) => earlier.identity().check,
         // The reference would read the same file.
-        None => Ok((with_check && prepared.given.is_none())
-            .then(|| arguments.check.flatten().map_or(SAMPLE, |nodes| nodes as usize))),
+        None => (with_check && prepared.given.is_none())
+            .then(|| arguments.check.flatten().map_or(SAMPLE, |nodes| nodes as usize)),
     }
 }
 
@@ -288,11 +288,11 @@ fn open_folder(
     root: &Path,
     earlier: Option<EarlierRun>,
     fresh: Option<Folder>,
-) -> Result<(Folder, Option<Saved>), CliError> {
+) -> Result<(Folder, Option<RunProgress>), CliError> {
     match (earlier, fresh) {
         (Some(earlier), _) => {
             earlier.folder.make_folders()?;
-            Ok((earlier.folder, Some(earlier.state)))
+            Ok((earlier.folder, Some(earlier.state.progress)))
         }
         (None, folder) => {
             let folder = folder.unwrap_or_else(|| Folder::new(root, &FILES));

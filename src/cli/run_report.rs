@@ -166,11 +166,11 @@ fn list_inputs(prepared: &Prepared) -> Vec<InputFile> {
     let input = |(number, path): (usize, &PathBuf)| InputFile {
         kind: kind(number, path).to_owned(),
         path: path.display().to_string(),
-        sha256: prepared.file_hashes.get(path).cloned().unwrap_or_default(),
+        sha256: prepared.hashes.of_file(path),
     };
     let mut inputs: Vec<_> = prepared.scene.files.iter().enumerate().map(input).collect();
     if let Some(scene) = inputs.first_mut() {
-        scene.sha256 = prepared.hash.clone();
+        scene.sha256 = prepared.hashes.all.clone();
     }
     inputs
 }
@@ -183,7 +183,7 @@ fn measure_model(prepared: &Prepared) -> ModelSize {
     ModelSize {
         nodes: prepared.nodes.count as u64,
         triangles: prepared.triangle_count() as u64,
-        area_m2: prepared.area,
+        area_m2: prepared.model.area,
         nodes_by_response,
     }
 }

@@ -81,9 +81,7 @@ impl ComparePage {
         html.element("h2", "Inputs");
         html.command(&self.command_line);
         let rows =
-            prepared.scene.files.iter().map(|path| {
-                vec![path.display().to_string(), prepared.file_hashes.get(path).cloned().unwrap_or_default()]
-            });
+            prepared.scene.files.iter().map(|path| vec![path.display().to_string(), prepared.hashes.of_file(path)]);
         html.table(&["file", "SHA-256"], rows);
         html.element("p", &format!("{} s in all, pictures included", significant(self.wall_s)));
     }

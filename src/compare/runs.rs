@@ -19,7 +19,7 @@ use crate::output::tables::NodeGroups;
 use crate::output::views::Views;
 use crate::scene::{Draw, Scene};
 use crate::simulation::engine::{Engine, EngineError};
-use crate::simulation::periodic::Periodic;
+use crate::simulation::orbits::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
 use crate::simulation::{is_drawn, start};
@@ -258,12 +258,9 @@ impl RunSetting<'_> {
                 Held::Against(record) => differences.add(self.vertices, step, now, &of_vertex, &record.row(step)?),
             }
             if self.shown.binary_search(&step).is_ok() {
-                let (ms, pixels) = walk::draw(&prepared, &mut *engine, now)?;
+                let (ms, image) = walk::draw(&prepared, &mut *engine, now)?;
                 image_ms.push(ms);
-                if let Some(pixels) = pixels {
-                    let temperatures = pixels.radiance_temperature_depth.iter().map(|pixel| pixel[1]).collect();
-                    images.push((temperatures, pixels.identity.iter().map(|pixel| pixel[0]).collect()));
-                }
+                images.extend(image.map(|image| (image.temperature, image.part)));
             }
             (self.progress)(Progress::Stepped);
         }

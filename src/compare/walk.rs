@@ -4,7 +4,8 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use crate::simulation::engine::{Engine, EngineError, EngineStep, Order, Pixels, RowMoments};
+use crate::simulation::engine::{Engine, EngineError, EngineStep, Order, RowMoments};
+use crate::simulation::image::Image;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::surroundings::surroundings_at;
 use crate::simulation::{moments, pose_at};
@@ -45,7 +46,7 @@ pub(crate) fn draw(
     prepared: &Prepared,
     engine: &mut dyn Engine,
     time: f64,
-) -> Result<(f64, Option<Pixels>), EngineError> {
+) -> Result<(f64, Option<Image>), EngineError> {
     let joints = prepared.loads.joints_at(time).1;
     let pose = pose_at(prepared, time);
     let moments = moments(prepared, time, None);
@@ -53,7 +54,7 @@ pub(crate) fn draw(
     let surroundings = pose.and_then(|pose| surroundings_at(prepared, time, &pose));
     let began = Instant::now();
     engine.submit(None, Order { pose, joints: &joints, rows, surroundings, ..Order::default() })?;
-    let pixels = engine.deliver()?.pixels;
+    let pixels = engine.deliver()?.image;
     Ok((began.elapsed().as_secs_f64() * 1e3, pixels))
 }
 

@@ -20,7 +20,6 @@ use crate::labels::image::LabelledImage;
 use crate::labels::key_points::{CHOSEN, check_names, chosen, given};
 use crate::labels::symmetry::{self, symmetries};
 use crate::scene::Scene;
-use crate::simulation::engine::Pixels;
 use crate::simulation::facade::Simulation;
 use crate::simulation::image::Image;
 use crate::simulation::target::Target;
@@ -221,7 +220,7 @@ impl<'a> OrbitRun<'a> {
     /// The scene has no camera.
     pub(crate) fn blank(&self) -> Result<LabelledImage, DatasetError> {
         let camera = self.simulation.camera()?.clone();
-        let image = Image::new(camera, glam::DAffine3::IDENTITY, 0.0, Pixels::default());
+        let image = Image::blank(camera, glam::DAffine3::IDENTITY, 0.0);
         let first = self.spec.images_of(self.number).start;
         Ok(labelled(self.place(first, &Json::Null), self.simulation.prepared(), image))
     }

@@ -72,11 +72,10 @@ pub(crate) fn encode_image(
     if spec.images.contains(&ImageKind::Radiance) {
         let prepared = simulation.prepared();
         let step = (image.time / prepared.scene.time.step + 1e-9) as u32;
-        let camera = image.camera.clone();
-        let maker = FrameMaker::new(prepared, &camera, &simulation.device_name());
-        let (frame, header) = maker.frame_of(image, step, Some(labelled.identity.number))?;
+        let maker = FrameMaker::new(prepared, &simulation.device_name());
+        let header = maker.header(&image, step, Some(labelled.identity.number))?;
         let path = Some(file_of(&labelled, ImageKind::Radiance).1);
-        labels.push(Label { path, ending: Some(RADIANCE), bytes: encode(&frame, &header)? });
+        labels.push(Label { path, ending: Some(RADIANCE), bytes: encode(&image, &header)? });
     }
     Ok(Encoded { key: places::key(&labelled), labels, lines, row: row(&labelled, &spec.images) })
 }

@@ -19,7 +19,7 @@ pub use depth_map::DepthMap;
 pub use depth_map::SunProjection;
 pub use rays::Occluders;
 pub(crate) use rays::{Hit, SUN_RAYS, disc_directions};
-pub(crate) use redraw::Redraw;
+pub(crate) use redraw::{LightAndPoses, Redraw};
 pub(crate) use shadows::Jointed;
 pub use shadows::ShadowCasters;
 pub use shadows::ShadowMethod;

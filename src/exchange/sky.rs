@@ -8,7 +8,6 @@ use glam::{DAffine3, DVec3};
 
 use super::turn::turned;
 use crate::environment::{PlanetLoad, StepLoad};
-use crate::saved::{Saved, SavedError};
 use crate::thermal::received::PlanetShares;
 
 const BUNDLE: usize = 4;
@@ -127,7 +126,7 @@ impl PlanetFromPatch {
 }
 
 /// The conditions on which the light of Sun and planet on a craft depends.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct FoundFor {
     /// Directions to the planet, to the Sun as the planet sees it, and to the Sun as the craft sees it, body frame. Zero without.
     pub(crate) directions: [DVec3; 3],
@@ -185,6 +184,13 @@ pub(crate) struct Renewal {
     pub(crate) angle: f64,
     /// Steps after which infrared is computed anew.
     pub(crate) every: f64,
+    /// The last computation. A saved state keeps it.
+    pub(crate) last: LastFound,
+}
+
+/// The last computation of light and infrared.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+pub(crate) struct LastFound {
     /// Conditions for which light was last computed.
     found_for: Option<FoundFor>,
     /// Steps since light and since infrared were found.
@@ -199,52 +205,23 @@ impl Renewal {
     /// The part that must be computed anew for a load that lasts `steps`. The part counts as done then. `fresh` asks for all.
     pub(crate) fn due(&mut self, load: &StepLoad, steps: f64, fresh: bool) -> Due {
         let now = FoundFor::new(load);
-        let turn = self.found_for.as_ref().map_or(f64::INFINITY, |last| last.turn(&now));
-        let infrared = self.since[1] >= self.every - STILL;
+        let turn = self.last.found_for.as_ref().map_or(f64::INFINITY, |last| last.turn(&now));
+        let infrared = self.last.since[1] >= self.every - STILL;
         // The turn where infrared is found the next time: light is found with it, not some steps later.
-        let ahead = if infrared { (self.every - 1.0).max(0.0) / self.since[0].max(1.0) } else { 0.0 };
+        let ahead = if infrared { (self.every - 1.0).max(0.0) / self.last.since[0].max(1.0) } else { 0.0 };
         // Rounding must not count where the angle is 0.
         let due = if fresh || turn * (1.0 + ahead) > self.angle.max(STILL) {
-            self.found_for = Some(now);
-            self.since = [0.0; 2];
+            self.last.found_for = Some(now);
+            self.last.since = [0.0; 2];
             Due::All
         } else if infrared {
-            self.since[1] = 0.0;
+            self.last.since[1] = 0.0;
             Due::Infrared
         } else {
             Due::Nothing
         };
-        self.since = self.since.map(|since| since + steps);
+        self.last.since = self.last.since.map(|since| since + steps);
         due
-    }
-
-    pub(crate) fn save(&self) -> Saved {
-        let mut saved = Saved::default();
-        saved.put("since", &self.since);
-        if let Some(FoundFor { directions, fluxes, poses, start }) = &self.found_for {
-            saved.put("directions", &directions.map(|direction| direction.to_array()));
-            saved.put("fluxes", fluxes);
-            saved.put("start", &[*start]);
-            saved.put("poses", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
-        }
-        saved
-    }
-
-    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
-        self.found_for = None;
-        self.since = saved.array("since")?;
-        if saved.has("directions") {
-            let directions: [[f64; 3]; 3] = saved.array("directions")?;
-            let poses: Vec<[f64; 12]> = saved.list("poses")?;
-            let [start] = saved.array("start")?;
-            self.found_for = Some(FoundFor {
-                directions: directions.map(DVec3::from_array),
-                fluxes: saved.array("fluxes")?,
-                poses: poses.iter().map(DAffine3::from_cols_array).collect(),
-                start,
-            });
-        }
-        Ok(())
     }
 }
 
@@ -345,7 +322,7 @@ mod tests {
         // A saved state goes on alike.
         let (mut first, mut again) = (Renewal::new(0.5, 3.0), Renewal::new(0.5, 3.0));
         found(&mut first, 0..2);
-        again.restore(&first.save()).expect("a saved state");
+        again.last = first.last.clone();
         assert_eq!(found(&mut again, 2..7), [Nothing, Infrared, Nothing, Nothing, Infrared]);
         assert_eq!(again.due(&load(7), 1.0, true), All);
     }

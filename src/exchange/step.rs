@@ -19,10 +19,10 @@ use super::patches::{NONE, Patch, PatchSurface, Patches};
 use super::reflected::{Areas, exchange_areas};
 use super::sky::{PatchRay, PlanetFromPatch, bundled, bundles_of};
 use crate::environment::StepLoad;
-use crate::saved::{Saved, SavedError};
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::balance::Incident;
 use crate::thermal::incident::incident;
+use crate::thermal::misfit::{Misfit, check_length};
 use crate::thermal::received::{FaceLoad, PlanetShares};
 
 /// Time for which infrared is held where a scene states none [s].
@@ -67,7 +67,7 @@ pub(crate) const PATCHES: f64 = 250.0;
 pub(crate) const MOST_PATCHES: usize = 1 << 16;
 
 /// The light of Sun and planet on a craft, held while they hardly turn against it.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct CraftLight {
     /// Shares of the planet's light that every patch sees.
     pub planet_shares: Vec<PlanetShares>,
@@ -81,26 +81,17 @@ pub struct CraftLight {
 }
 
 impl CraftLight {
-    pub(crate) fn save_into(&self, saved: &mut Saved) {
-        let shares = self.planet_shares.iter().map(|shares| [shares.planet_ir, shares.albedo]);
-        saved.put("seen", &shares.collect::<Vec<_>>());
-        saved.put("reflected", &self.reflected);
-        saved.put("sunlight", &self.sunlight);
-        saved.put("mirrored", &self.mirrored);
-    }
-
-    /// The light that `save_into` added.
+    /// Refuses light of a saved state that is not of so many patches. Light that was not found yet fits all.
     ///
     /// # Errors
-    /// Lists of another kind.
-    pub(crate) fn restored(saved: &Saved) -> Result<Self, SavedError> {
-        let shares: Vec<[f64; 2]> = saved.list("seen")?;
-        Ok(Self {
-            planet_shares: shares.into_iter().map(|[planet_ir, albedo]| PlanetShares { planet_ir, albedo }).collect(),
-            reflected: saved.list("reflected")?,
-            sunlight: saved.list("sunlight")?,
-            mirrored: saved.list("mirrored")?,
-        })
+    /// Another number of patches.
+    pub(crate) fn check_patches(&self, patches: usize) -> Result<(), Misfit> {
+        if *self == Self::default() {
+            return Ok(());
+        }
+        check_length("the planet's light on patches", &self.planet_shares, patches)?;
+        check_length("reflected light of patches", &self.reflected, patches)?;
+        check_length("sunlight on patches", &self.sunlight, patches)
     }
 }
 

@@ -2,14 +2,14 @@
 
 use ash::vk;
 
-use crate::saved::SavedError;
+use crate::thermal::misfit::Misfit;
 
 /// A failure of Vulkan or of the device.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
     /// A saved state of another scene or device.
     #[error("the saved state does not fit: {0}")]
-    Saved(#[from] SavedError),
+    Saved(#[from] Misfit),
     /// The Vulkan loader (libvulkan) is not installed, or can not be opened.
     #[error(
         "no Vulkan loader can be opened ({0}); install one with `apt-get install libvulkan1 mesa-vulkan-drivers` (`LD_DEBUG=libs \

@@ -12,6 +12,7 @@ use std::sync::Arc;
 
 use slots::Slots;
 
+pub use self::saved::RendererState;
 use super::bindings::Bindings;
 use super::context::Context;
 use super::effects::heat::ABSORBED_HEAT;

@@ -3,7 +3,7 @@
 use std::ops::Deref;
 
 /// Samples in order of time. Beyond a bound every second one is dropped, and later ones are taken half as often.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Samples<T> {
     kept: Vec<T>,
     most: usize,
@@ -17,12 +17,6 @@ impl<T: Copy> Samples<T> {
     /// No samples yet, and at most so many at any time.
     pub(crate) fn at_most(most: usize) -> Self {
         Self { kept: Vec::new(), most: most.max(2), every: 1, offered: 0, count: 0 }
-    }
-
-    /// Samples that were kept before, of `count` in all. [`Samples::every`] tells how often they were taken.
-    pub(crate) fn again(kept: Vec<T>, most: usize, every: u64, count: u64) -> Self {
-        let offered = kept.len() as u64 * every.max(1);
-        Self { kept, most: most.max(2), every: every.max(1), offered, count }
     }
 
     /// Changes the bound.
@@ -58,17 +52,12 @@ impl<T: Copy> Samples<T> {
             number += 1;
             number % 2 == 1
         });
-        self.every *= 2;
+        self.every = self.every.saturating_mul(2);
     }
 
     /// Number of samples so far, with those that were dropped or skipped.
     pub fn count(&self) -> u64 {
         self.count
-    }
-
-    /// One of so many samples is kept.
-    pub(crate) fn every(&self) -> u64 {
-        self.every
     }
 }
 
@@ -97,7 +86,7 @@ mod tests {
         samples.skip();
         assert_eq!(samples.count(), 100_001);
         assert!((50..=100).contains(&samples.len()), "{}", samples.len());
-        let every = samples.every() as u32;
+        let every = samples.every as u32;
         assert!(samples.windows(2).all(|pair| pair[1] - pair[0] == every) && samples[0] == 0);
         let mut all = Samples::default();
         (0..1000u32).for_each(|value| all.push(value));

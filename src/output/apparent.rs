@@ -1,6 +1,6 @@
 //! Brightness temperature: the temperature at which a blackbody has the radiance of a pixel.
 
-use super::frame::Frame;
+use crate::simulation::image::Image;
 use crate::thermal::brightness::{BrightnessTable, brightness_temperature};
 use crate::thermal::planck::Band;
 use crate::thermal::radiance::RadianceTable;
@@ -25,14 +25,14 @@ impl Apparent {
     }
 
     /// The frame with brightness temperatures in place of the surfaces' temperatures. A pixel without radiance counts as background.
-    pub(crate) fn frame(&self, frame: &Frame) -> Frame {
+    pub(crate) fn frame(&self, frame: &Image) -> Image {
         let temperature: Vec<f32> = frame.radiance.iter().map(|radiance| self.temperature(*radiance)).collect();
         let part = temperature.iter().map(|temperature| u32::from(*temperature > 0.0)).collect();
-        Frame { temperature, part, ..frame.clone() }
+        Image { temperature, part, ..frame.clone() }
     }
 
     /// Smallest and largest brightness temperature of a frame [K].
-    pub(crate) fn range(&self, frame: &Frame) -> Option<[f32; 2]> {
+    pub(crate) fn range(&self, frame: &Image) -> Option<[f32; 2]> {
         let sent = frame.radiance.iter().copied().filter(|radiance| *radiance > f32::MIN_POSITIVE);
         let ends = sent.map(|radiance| [radiance, radiance]).reduce(super::ticks::union)?;
         Some(ends.map(|radiance| self.temperature(radiance)))

@@ -1,8 +1,8 @@
 //! False colour: maps values to colours that a reader can map back.
 
 use super::canvas::{Canvas, Rgb};
-use super::frame::Frame;
 use super::ticks::{round_range, union};
+use crate::simulation::image::Image;
 
 /// Colour of pixels without a surface: a bluish grey outside the colour map.
 pub(crate) const BACKGROUND: Rgb = [58, 64, 72];
@@ -44,17 +44,17 @@ impl ColourScale {
     }
 
     /// Whether the frame has values below the lower end, and above the upper end.
-    pub(crate) fn exceeded_by(&self, frame: &Frame) -> [bool; 2] {
+    pub(crate) fn exceeded_by(&self, frame: &Image) -> [bool; 2] {
         frame.range().map_or([false; 2], |[least, greatest]| {
             // The ends are f64 and the values f32. A value equal to an end must not exceed it.
             [least < self.lower as f32, greatest > self.upper as f32]
         })
     }
 
-    pub(crate) fn image(&self, frame: &Frame) -> Canvas {
+    pub(crate) fn image(&self, frame: &Image) -> Canvas {
         let values = frame.temperature.iter().zip(&frame.part);
         let colours = values.map(|(&value, &part)| if part == 0 { BACKGROUND } else { self.colour(value) });
-        Canvas::from_pixels(frame.width, frame.height, colours.collect())
+        Canvas::from_pixels(frame.camera.width, frame.camera.height, colours.collect())
     }
 }
 
@@ -120,7 +120,7 @@ mod tests {
     #[test]
     fn one_scale_holds_all_frames_of_a_run() {
         let frames = [sphere(32, 32, 0), sphere(32, 32, 60)];
-        let scale = ColourScale::covering(frames.iter().filter_map(Frame::range));
+        let scale = ColourScale::covering(frames.iter().filter_map(Image::range));
         assert!(frames.iter().all(|frame| scale.exceeded_by(frame) == [false, false]));
         let mut empty = sphere(8, 8, 0);
         empty.part.fill(0);

@@ -12,20 +12,21 @@ use std::io::Cursor;
 use std::path::Path;
 
 use ::exr::prelude::{
-    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
-    ReadChannels, ReadLayers, SmallVec, WritableImage,
+    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image as ExrImage, Layer, LayerAttributes,
+    LineOrder, ReadChannels, ReadLayers, SmallVec, WritableImage,
 };
 
 use super::OutputError;
 use super::exr_header::{Attributes, header_attributes, text};
-use super::frame::{Frame, FrameHeader};
+use super::frame::{FrameHeader, check_finite, check_size};
 use super::whole_file::write_atomic;
+use crate::simulation::image::Image;
 
 /// Writes a frame to `path`. The file appears whole or not at all.
 ///
 /// # Errors
 /// A channel does not fill the image, or the file cannot be written.
-pub fn write_exr(path: &Path, frame: &Frame, header: &FrameHeader) -> Result<(), OutputError> {
+pub fn write_exr(path: &Path, frame: &Image, header: &FrameHeader) -> Result<(), OutputError> {
     let bytes = encode(frame, header).map_err(|error| match error {
         OutputError::Encode(_, reason) => OutputError::exr(path, reason),
         other => other,
@@ -33,9 +34,9 @@ pub fn write_exr(path: &Path, frame: &Frame, header: &FrameHeader) -> Result<(),
     write_atomic(path, |writer| writer.write_all(&bytes).map_err(|source| OutputError::write(path, source)))
 }
 
-pub(crate) fn encode(frame: &Frame, header: &FrameHeader) -> Result<Vec<u8>, OutputError> {
-    frame.check()?;
-    frame.check_finite()?;
+pub(crate) fn encode(frame: &Image, header: &FrameHeader) -> Result<Vec<u8>, OutputError> {
+    check_size(frame)?;
+    check_finite(frame, header.step, |pixel| format!("part number {}", frame.part[pixel]))?;
     let mut channels = SmallVec::from_vec(vec![
         AnyChannel::new("L", FlatSamples::F32(frame.radiance.clone())),
         AnyChannel::new("T", FlatSamples::F32(frame.temperature.clone())),
@@ -46,7 +47,8 @@ pub(crate) fn encode(frame: &Frame, header: &FrameHeader) -> Result<Vec<u8>, Out
     if !frame.coverage.is_empty() {
         channels.push(AnyChannel::new("coverage", FlatSamples::F32(frame.coverage.clone())));
     }
-    if let Some(reflected) = &frame.reflected {
+    let reflected = &frame.reflected;
+    if !reflected.is_empty() {
         let of_surface = |(all, reflected): (&f32, &f32)| all - reflected;
         let emitted = frame.radiance.iter().zip(reflected).zip(&frame.part);
         let emitted = emitted.map(|(pair, part)| if *part == 0 { 0.0 } else { of_surface(pair) }).collect();
@@ -60,8 +62,8 @@ pub(crate) fn encode(frame: &Frame, header: &FrameHeader) -> Result<Vec<u8>, Out
     // Every reader supports ZIP. Increasing block order makes the bytes independent of threads.
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
-    let size = (frame.width as usize, frame.height as usize);
-    let image = Image::from_layer(Layer::new(size, attributes, encoding, AnyChannels::sort(channels)));
+    let size = (frame.camera.width as usize, frame.camera.height as usize);
+    let image = ExrImage::from_layer(Layer::new(size, attributes, encoding, AnyChannels::sort(channels)));
 
     let mut bytes = Vec::new();
     let failed = |reason: String| OutputError::Encode("EXR image".into(), reason);
@@ -74,7 +76,7 @@ pub(crate) fn encode(frame: &Frame, header: &FrameHeader) -> Result<Vec<u8>, Out
 ///
 /// # Errors
 /// The file is missing or no EXR file, or lacks one of isotherm's channels or attributes.
-pub fn read_exr(path: &Path) -> Result<(Frame, FrameHeader), OutputError> {
+pub fn read_exr(path: &Path) -> Result<(Image, FrameHeader), OutputError> {
     let bytes = std::fs::read(path).map_err(|source| OutputError::Read(path.to_path_buf(), source))?;
     let image = ::exr::prelude::read()
         .no_deep_data()
@@ -102,18 +104,15 @@ pub fn read_exr(path: &Path) -> Result<(Frame, FrameHeader), OutputError> {
     };
     let (radiance, temperature, depth) = (float("L")?, float("T")?, float("Z")?);
     let coverage = if has_coverage { float("coverage")? } else { Vec::new() };
-    let reflected = if has_reflected { Some(float("reflected")?) } else { None };
+    let reflected = if has_reflected { float("reflected")? } else { Vec::new() };
     let mut label = |name: &str| match take(name)? {
         FlatSamples::U32(values) => Ok(values),
         _ => Err(OutputError::exr(path, format!("channel {name} is not 32-bit uint"))),
     };
     let (part, material) = (label("part")?, label("material")?);
-    let step = attributes.integer("isotherm_step")?;
-    let time = attributes.doubles::<1>("isotherm_time_s")?[0];
-    let image = attributes.optional_integer("isotherm_image")?;
-    let frame =
-        Frame { width, height, step, image, time, radiance, temperature, depth, part, material, coverage, reflected };
-    Ok((frame, attributes.header(width, height)?))
+    let blank = attributes.image(width, height)?;
+    let frame = Image { radiance, temperature, depth, part, material, coverage, reflected, ..blank };
+    Ok((frame, attributes.header()?))
 }
 
 /// Sorts the header's attributes by name. The exr crate writes them in the random order of a hash map. Their total size
@@ -146,7 +145,7 @@ mod tests {
     fn a_frame_and_its_header_come_back_bit_for_bit() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
-        let (mut frame, header) = (sphere(65, 37, 7), header(65, 37));
+        let (mut frame, header) = (sphere(65, 37, 7), header());
         frame.temperature[3] = f32::MAX;
         frame.radiance[4] = 1e-42;
         frame.part[5] = u32::MAX;
@@ -164,14 +163,14 @@ mod tests {
         for value in [f32::NAN, f32::INFINITY] {
             let mut frame = sphere(4, 4, 0);
             frame.temperature[6] = value;
-            let error = encode(&frame, &header(4, 4)).unwrap_err().to_string();
+            let error = encode(&frame, &header()).unwrap_err().to_string();
             assert!(error.contains("temperature in pixel (2, 1)"), "{error}");
         }
     }
 
     #[test]
     fn the_same_frame_gives_the_same_bytes() {
-        let (frame, header) = (sphere(200, 150, 7), header(200, 150));
+        let (frame, header) = (sphere(200, 150, 7), header());
         let first = encode(&frame, &header).unwrap();
         for _ in 0..5 {
             assert!(encode(&frame, &header).unwrap() == first);
@@ -183,7 +182,7 @@ mod tests {
 
     #[test]
     fn header_attributes_are_sorted_so_that_their_order_is_no_accident() {
-        let bytes = encode(&sphere(4, 4, 0), &header(4, 4)).unwrap();
+        let bytes = encode(&sphere(4, 4, 0), &header()).unwrap();
         let position = |name: &str| bytes.windows(name.len()).position(|window| window == name.as_bytes()).unwrap();
         let names = ["channels\0", "emissiveUnits\0", "isotherm_background\0", "isotherm_time_s\0", "lineOrder\0"];
         assert!(names.windows(2).all(|pair| position(pair[0]) < position(pair[1])));
@@ -193,7 +192,7 @@ mod tests {
     fn many_long_names_are_kept() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
-        let mut header = header(4, 4);
+        let mut header = header();
         header.parts = (0..3000).map(|i| format!("{i} {}", "part of a part ".repeat(1 + i % 90))).collect();
         header.materials = vec![];
         write_exr(&path, &sphere(4, 4, 0), &header).unwrap();
@@ -204,7 +203,7 @@ mod tests {
     fn what_is_no_frame_is_refused_with_its_name() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
-        let mut bytes = encode(&sphere(16, 16, 0), &header(16, 16)).unwrap();
+        let mut bytes = encode(&sphere(16, 16, 0), &header()).unwrap();
         let cases: [(&str, Vec<u8>); 3] =
             [("empty", vec![]), ("text", b"not an image".to_vec()), ("truncated", bytes[..bytes.len() / 2].to_vec())];
         for (case, content) in cases {
@@ -227,7 +226,7 @@ mod tests {
         let path = folder.path().join("a.exr");
         let mut frame = sphere(4, 4, 0);
         frame.part.pop();
-        assert!(write_exr(&path, &frame, &header(4, 4)).is_err());
+        assert!(write_exr(&path, &frame, &header()).is_err());
         assert!(!path.exists());
     }
 }

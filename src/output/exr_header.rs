@@ -4,12 +4,13 @@ use std::path::Path;
 
 use ::exr::meta::attribute::Text;
 use ::exr::prelude::{AttributeValue, LayerAttributes};
-use glam::{DMat4, DQuat, DVec3};
+use glam::{DAffine3, DMat4, DQuat, DVec3};
 
 use super::OutputError;
-use super::frame::{Frame, FrameHeader};
+use super::frame::FrameHeader;
 use crate::lens::{Distortion, Lens};
 use crate::scene::{Camera, CameraFrame, Motion};
+use crate::simulation::image::Image;
 use crate::thermal::planck::Band;
 
 const RADIANCE_UNIT: &str = "W.m^-2.sr^-1";
@@ -22,19 +23,19 @@ const BROWN_CONRADY: &str = "brown_conrady";
 const FISHEYE: &str = "fisheye";
 
 /// The attributes in a readable order. The file has them sorted by name.
-pub(super) fn header_attributes(frame: &Frame, header: &FrameHeader) -> Vec<(String, AttributeValue)> {
+pub(super) fn header_attributes(frame: &Image, header: &FrameHeader) -> Vec<(String, AttributeValue)> {
     let background = if frame.coverage.is_empty() {
         "part = 0; there T, Z and material are 0 too, and L is 0 or that of the sky"
     } else {
         "part = 0; there T, Z and material are 0 too, and L is 0 or that of the sky where coverage is 0"
     };
-    let image = frame.image.map(|image| ("isotherm_image", AttributeValue::I32(image.cast_signed())));
+    let image = header.image.map(|image| ("isotherm_image", AttributeValue::I32(image.cast_signed())));
     let mut all = vec![
         ("isotherm_version", string(&header.version)),
         ("isotherm_device", string(&header.device)),
         ("isotherm_scene", string(&header.scene)),
         ("isotherm_scene_sha256", string(&header.scene_sha256)),
-        ("isotherm_step", AttributeValue::I32(frame.step.cast_signed())),
+        ("isotherm_step", AttributeValue::I32(header.step.cast_signed())),
         ("isotherm_time_s", AttributeValue::F64(frame.time)),
         ("isotherm_band_um", doubles("v2d", &[micrometres(header.band.lower), micrometres(header.band.upper)])),
         ("emissiveUnits", string(RADIANCE_UNIT)),
@@ -52,7 +53,7 @@ pub(super) fn header_attributes(frame: &Frame, header: &FrameHeader) -> Vec<(Str
         let units = "share of the pixel's samples that show a surface; L is the mean of all samples; T, Z, part and material are those of the pixel's centre";
         all.push(("isotherm_units_coverage", string(units)));
     }
-    all.extend(camera_attributes(header));
+    all.extend(camera_attributes(frame, header));
     let mut all: Vec<_> = all.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
     for (number, (_, pose)) in header.joints.iter().enumerate() {
         all.push((joint_attribute(number), matrix(pose)));
@@ -66,8 +67,8 @@ fn joint_attribute(number: usize) -> String {
 }
 
 /// Lens and poses.
-fn camera_attributes(header: &FrameHeader) -> Vec<(&'static str, AttributeValue)> {
-    let camera = &header.camera;
+fn camera_attributes(image: &Image, header: &FrameHeader) -> Vec<(&'static str, AttributeValue)> {
+    let camera = &image.camera;
     let pose = camera.frame_from_camera;
     let frame_name = match camera.frame {
         CameraFrame::Body => "body",
@@ -98,7 +99,7 @@ fn camera_attributes(header: &FrameHeader) -> Vec<(&'static str, AttributeValue)
         ("isotherm_camera_position_m", doubles("v3d", &camera.position.to_array())),
         // OpenEXR has no type for four doubles, so this is text. The scalar comes first.
         ("isotherm_frame_from_camera_wxyz", string(&format!("{} {} {} {}", pose.w, pose.x, pose.y, pose.z))),
-        ("isotherm_camera_from_body", matrix(&header.camera_from_body)),
+        ("isotherm_camera_from_body", matrix(&DMat4::from(image.camera_from_body))),
     ];
     for (name, pose) in [
         (FROM_ORBIT, &header.camera_from_orbit),
@@ -232,8 +233,8 @@ impl Attributes<'_> {
         }
     }
 
-    pub(crate) fn header(&self, width: u32, height: u32) -> Result<FrameHeader, OutputError> {
-        let [lower, upper] = self.doubles("isotherm_band_um")?.map(|micrometres: f64| micrometres / 1e6);
+    /// The image without pixels: its time and its camera.
+    pub(crate) fn image(&self, width: u32, height: u32) -> Result<Image, OutputError> {
         let quaternion = "isotherm_frame_from_camera_wxyz";
         let numbers: Result<Vec<f64>, _> = self.string(quaternion)?.split(' ').map(str::parse).collect();
         let frame_from_camera = match numbers.as_deref() {
@@ -246,39 +247,46 @@ impl Attributes<'_> {
             "inertial" => CameraFrame::Inertial,
             _ => return Err(self.wrong("isotherm_camera_frame")),
         };
-        let joints = if self.has("isotherm_joints") { self.texts("isotherm_joints")? } else { Vec::new() };
-        let pose = |(number, name)| Ok((name, self.matrix(&joint_attribute(number))?));
-        let joints = joints.into_iter().enumerate().map(pose).collect::<Result<_, OutputError>>()?;
         // Files of earlier versions have a pinhole and one pose.
-        let pose = |name: &str| self.has(name).then(|| self.matrix(name)).transpose();
         let or = |name: &str, absent: f64| {
             if self.has(name) { Ok(self.doubles::<1>(name)?[0]) } else { Ok::<_, OutputError>(absent) }
         };
         let samples = "isotherm_camera_samples";
+        let camera = Camera {
+            width,
+            height,
+            lens: Lens {
+                focal: self.doubles("isotherm_camera_focal_px")?,
+                centre: self.doubles("isotherm_camera_centre_px")?,
+                skew: or("isotherm_camera_skew_px", 0.0)?,
+                distortion: self.distortion()?,
+            },
+            samples: if self.has(samples) { self.integer(samples)? } else { 1 },
+            line_time: or("isotherm_camera_line_time_s", 0.0)?,
+            motion: Motion::Still,
+            frame,
+            position: DVec3::from_array(self.doubles("isotherm_camera_position_m")?),
+            frame_from_camera,
+            near: self.doubles::<1>("isotherm_camera_near_m")?[0],
+        };
+        let pose = DAffine3::from_mat4(self.matrix("isotherm_camera_from_body")?);
+        Ok(Image::blank(camera, pose, self.doubles::<1>("isotherm_time_s")?[0]))
+    }
+
+    pub(crate) fn header(&self) -> Result<FrameHeader, OutputError> {
+        let [lower, upper] = self.doubles("isotherm_band_um")?.map(|micrometres: f64| micrometres / 1e6);
+        let joints = if self.has("isotherm_joints") { self.texts("isotherm_joints")? } else { Vec::new() };
+        let pose = |(number, name)| Ok((name, self.matrix(&joint_attribute(number))?));
+        let joints = joints.into_iter().enumerate().map(pose).collect::<Result<_, OutputError>>()?;
+        let pose = |name: &str| self.has(name).then(|| self.matrix(name)).transpose();
         Ok(FrameHeader {
             scene: self.string("isotherm_scene")?,
             scene_sha256: self.string("isotherm_scene_sha256")?,
             device: self.string("isotherm_device")?,
             version: self.string("isotherm_version")?,
             band: Band { lower, upper },
-            camera: Camera {
-                width,
-                height,
-                lens: Lens {
-                    focal: self.doubles("isotherm_camera_focal_px")?,
-                    centre: self.doubles("isotherm_camera_centre_px")?,
-                    skew: or("isotherm_camera_skew_px", 0.0)?,
-                    distortion: self.distortion()?,
-                },
-                samples: if self.has(samples) { self.integer(samples)? } else { 1 },
-                line_time: or("isotherm_camera_line_time_s", 0.0)?,
-                motion: Motion::Still,
-                frame,
-                position: DVec3::from_array(self.doubles("isotherm_camera_position_m")?),
-                frame_from_camera,
-                near: self.doubles::<1>("isotherm_camera_near_m")?[0],
-            },
-            camera_from_body: self.matrix("isotherm_camera_from_body")?,
+            step: self.integer("isotherm_step")?,
+            image: self.optional_integer("isotherm_image")?,
             camera_from_orbit: pose(FROM_ORBIT)?,
             camera_from_inertial: pose(FROM_INERTIAL)?,
             last_row_from_body: pose(LAST_ROW)?,

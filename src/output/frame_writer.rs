@@ -7,18 +7,16 @@ use super::OutputError;
 use super::apparent::Apparent;
 use super::exr::encode;
 use super::folder::Folder;
-use super::frame::{Frame, FrameHeader};
+use super::frame::FrameHeader;
 use super::run_pictures::{WrittenFrame, frame_file, frame_stem};
 use super::sensor_files::SensorFiles;
 use crate::scene::{ImageFile, Scene};
+use crate::simulation::image::Image;
 use crate::trace::{Trace, Track};
-
-/// Digital number and count of temperature of each pixel.
-type Readings = Vec<[u16; 2]>;
 
 /// Work for the thread that writes files.
 pub(super) enum WriterWork {
-    Frame(Box<(Frame, FrameHeader, Option<Readings>)>),
+    Frame(Box<(Image, FrameHeader)>),
     /// Tell when all frames before are written.
     Tell(SyncSender<()>),
 }
@@ -37,7 +35,7 @@ pub(super) fn write_frames(
     let of_sensor = SensorFiles::new(scene);
     let apparent = scene.images.files.contains(&ImageFile::ApparentPng).then(|| Apparent::new(scene.band));
     for work in waiting {
-        let (frame, header, readings) = match work {
+        let (image, header) = match work {
             WriterWork::Frame(frame) => *frame,
             WriterWork::Tell(done) => {
                 // Nobody listens where the run has failed.
@@ -46,14 +44,29 @@ pub(super) fn write_frames(
             }
         };
         let _writes = trace.span(Track::Writer, "write EXR");
-        folder.write_bytes(&frame_file(frame.step, frame.image, "exr"), &encode(&frame, &header)?)?;
-        if let Some((of_sensor, readings)) = of_sensor.as_ref().zip(readings) {
-            of_sensor.write(folder, &frame_stem(frame.step, frame.image), &frame, &readings)?;
-        }
-        let apparent = apparent.as_ref().and_then(|apparent| apparent.range(&frame));
-        lock(written).push(WrittenFrame { step: frame.step, image: frame.image, range: frame.range(), apparent });
+        let mut frame = write_frame(folder, of_sensor.as_ref(), &image, &header)?;
+        frame.apparent = apparent.as_ref().and_then(|apparent| apparent.range(&image));
+        lock(written).push(frame);
     }
     Ok(())
+}
+
+/// Writes the files of an image.
+///
+/// # Errors
+/// A file that can not be written.
+pub(super) fn write_frame(
+    folder: &Folder,
+    of_sensor: Option<&SensorFiles<'_>>,
+    image: &Image,
+    header: &FrameHeader,
+) -> Result<WrittenFrame, OutputError> {
+    let FrameHeader { step, image: number, .. } = *header;
+    folder.write_bytes(&frame_file(step, number, "exr"), &encode(image, header)?)?;
+    if let Some(of_sensor) = of_sensor {
+        of_sensor.write(folder, &frame_stem(step, number), image, step)?;
+    }
+    Ok(WrittenFrame { step, image: number, range: image.range(), apparent: None })
 }
 
 /// The frames written so far.

@@ -10,26 +10,27 @@ use super::folder::Folder;
 use super::frame_maker::FrameMaker;
 use super::frame_writer::{WriterWork, write_frames};
 use super::image_index::{IMAGES, write_index};
-use super::job_state::{EarlierResults, Keeper};
 use super::job_terms::RunContext;
+use super::keeper::Keeper;
 use super::recorder::StepRecorder;
 use super::report::{FrameEntry, PlotEntry, ReportPicture, write_plots};
 use super::run_pictures::{CONTACT_SHEET, WrittenFrame, draw_pictures, frame_stem};
+use super::run_state::{EarlierResults, RunProgress, RunState, StepsState};
 use super::state_file;
 use super::tables::{JOINTS, SERIES, Tables};
 use super::video::{self, APNG, MP4};
-use crate::saved::{Saved, SavedError};
 use crate::simulation::check::Check;
 use crate::simulation::energy::Account;
-use crate::simulation::engine::Engine;
-use crate::simulation::periodic::Periodic;
+use crate::simulation::engine::{Engine, EngineError};
+use crate::simulation::orbits::Periodic;
 use crate::simulation::prepare::Prepared;
-use crate::simulation::state::{MOST_TIMES, periodic as periodic_of, restore};
-use crate::simulation::thermal_state::begin_from;
-use crate::simulation::{Consumer, run_from, start_from};
+use crate::simulation::state::MOST_TIMES;
+use crate::simulation::thermal_state::ThermalState;
+use crate::simulation::warm_up::WarmUp;
+use crate::simulation::{Consumer, run_from};
+use crate::thermal::misfit::part;
 use crate::trace::Track;
 
-pub(crate) use super::job_state::frames_of;
 pub(crate) use super::job_terms::{Done, Job, JobError, RunOutcome, SaveEvery};
 pub(crate) use super::recorder::check_finite;
 
@@ -81,7 +82,10 @@ pub(crate) fn run_into(
     let mut start = begin(run, engine, &mut check)?;
     (0..start.first).for_each(|_| progress(Done::Step));
     let mut open = || match earlier_loop(job) {
-        Some(saved) => Account::again(prepared, engine, &saved.part("energy")),
+        Some(saved) => {
+            let sums = part("the energy balance", &saved.energy).map_err(EngineError::from)?;
+            Account::again(prepared, engine, sums)
+        }
         None => Account::open(prepared, engine),
     };
     let mut account = prepared.scene.energy_balance.then(&mut open).transpose()?;
@@ -122,12 +126,11 @@ struct RunStart<'a> {
 }
 
 /// The state of an earlier part of the run, where that part was past the warm-up.
-fn earlier_loop<'a>(job: &Job<'a>) -> Option<&'a Saved> {
-    job.earlier.filter(|saved| saved.has("loop.next"))
-}
-
-fn lose(error: SavedError) -> JobError {
-    JobError::Engine(error.into())
+fn earlier_loop<'a>(job: &Job<'a>) -> Option<&'a StepsState> {
+    match job.earlier {
+        Some(RunProgress::Steps(saved)) => Some(saved),
+        _ => None,
+    }
 }
 
 /// Restores the earlier part of the run, or begins from a thermal state, or warms up.
@@ -138,33 +141,38 @@ fn begin<'a>(
 ) -> Result<RunStart<'a>, JobError> {
     let RunContext { prepared, folder, job, .. } = run;
     if let Some(saved) = earlier_loop(job) {
-        let of_loop = saved.part("loop");
-        let lengths = saved.array("tables").map_err(lose)?;
+        saved.state.restore(engine, check.as_mut())?;
         return Ok(RunStart {
-            first: restore(&of_loop, engine, check.as_mut())?,
-            periodic: periodic_of(&of_loop).map_err(lose)?,
-            tables: Tables::again(prepared, folder, lengths)?,
-            done: EarlierResults::of(saved).map_err(lose)?,
+            first: saved.state.next,
+            periodic: saved.periodic,
+            tables: Tables::again(prepared, folder, saved.tables)?,
+            done: saved.done.clone(),
         });
     }
     if let Some(state) = job.begin {
-        let took = begin_from(state, engine, check.as_mut())?;
+        let took = state.begin(engine, check.as_mut())?;
         *check = check.take().filter(|_| took);
         let tables = Tables::begin(prepared, folder)?;
         return Ok(RunStart { first: 0, periodic: None, tables, done: EarlierResults::default() });
     }
-    let in_warm_up = job.earlier.filter(|saved| saved.has("warm_up.next"));
     let mut done = EarlierResults::default();
-    match in_warm_up {
-        Some(saved) => done.seconds = saved.array("seconds").map_err(lose)?,
-        None => state_file::write(&folder.state(), job.identity)?,
-    }
+    let saved = match job.earlier {
+        Some(RunProgress::WarmUp(saved, seconds)) => {
+            done.seconds = *seconds;
+            Some(&**saved)
+        }
+        _ => {
+            let state = RunState { identity: job.identity.clone(), progress: RunProgress::Begun };
+            state_file::write(&folder.state(), &state)?;
+            None
+        }
+    };
     let warms_up = run.trace.span(Track::Host, "settle and warm up");
-    let of_warm_up = in_warm_up.map(|saved| saved.part("warm_up"));
-    let mut keeper = Keeper { run, state: Saved::default(), saved: (0, Instant::now()), before: done.seconds };
+    let mut keep = Keeper { run, state: None, saved: (0, Instant::now()), before: done.seconds };
     let mut told = || (run.progress)(Done::WarmUp);
     let check = check.as_mut();
-    let periodic = start_from(prepared, engine, check, of_warm_up.as_ref(), run.stop, &mut told, &mut keeper)?;
+    let mut warm_up = WarmUp { prepared, engine, check, stop: run.stop, progress: &mut told, keep: &mut keep };
+    let periodic = warm_up.run(saved)?;
     drop(warms_up);
     engine.keep_few_times(MOST_TIMES);
     Ok(RunStart { first: 0, periodic, tables: Tables::begin(prepared, folder)?, done })
@@ -177,7 +185,7 @@ struct Stepped {
     /// Wall time [s].
     seconds: f64,
     between: Option<f64>,
-    state: Option<Saved>,
+    state: Option<ThermalState>,
 }
 
 /// Makes the steps, while a thread writes the files of earlier steps.
@@ -191,7 +199,7 @@ fn step_and_write(
 ) -> Result<Stepped, JobError> {
     let RunContext { prepared, folder, stop, .. } = run;
     let first = start.first;
-    let maker = prepared.scene.camera.as_ref().map(|camera| FrameMaker::new(prepared, camera, &engine.device_name()));
+    let maker = prepared.scene.camera.as_ref().map(|_| FrameMaker::new(prepared, &engine.device_name()));
     let stepping_began = Instant::now();
     std::thread::scope(|scope| {
         let (frames, waiting) = sync_channel::<WriterWork>(WAITING_FRAMES);

@@ -6,13 +6,14 @@ use std::time::{Duration, Instant};
 use super::OutputError;
 use super::folder::Folder;
 use super::report::{FrameEntry, PlotEntry, ReportPicture};
-use crate::saved::Saved;
+use super::run_state::{RunIdentity, RunProgress};
 use crate::simulation::check::Accuracy;
 use crate::simulation::energy::EnergyBalance;
 use crate::simulation::engine::EngineError;
 use crate::simulation::network::StepCost;
-use crate::simulation::periodic::Periodic;
+use crate::simulation::orbits::Periodic;
 use crate::simulation::prepare::Prepared;
+use crate::simulation::thermal_state::ThermalState;
 use crate::trace::Trace;
 
 /// An error that ends a run early.
@@ -60,7 +61,7 @@ pub(crate) struct RunOutcome {
     /// Estimated error of the temperatures between steps [K], where images lie there.
     pub(crate) between: Option<f64>,
     /// The thermal state that was asked for, where its step was reached.
-    pub(crate) state: Option<Saved>,
+    pub(crate) state: Option<ThermalState>,
     pub(crate) periodic: Option<Periodic>,
     /// Cost of the network in every step after the warm-up.
     pub(crate) network_costs: Vec<StepCost>,
@@ -75,12 +76,12 @@ pub(crate) struct Job<'a> {
     /// Number of nodes that the f64 reference also steps.
     pub(crate) check: Option<usize>,
     pub(crate) save_every: SaveEvery,
-    /// The lists of a saved state that name scene, files and options of the run, for the command that resumes it.
-    pub(crate) identity: &'a Saved,
-    /// The state of an earlier part of the run.
-    pub(crate) earlier: Option<&'a Saved>,
+    /// Scene, files and options of the run, for the command that resumes it.
+    pub(crate) identity: &'a RunIdentity,
+    /// How far an earlier part of the run went.
+    pub(crate) earlier: Option<&'a RunProgress>,
     /// The thermal state at time 0, instead of a warm-up.
-    pub(crate) begin: Option<&'a Saved>,
+    pub(crate) begin: Option<&'a ThermalState>,
     /// The step after which the thermal state is taken.
     pub(crate) take_after: Option<u32>,
 }

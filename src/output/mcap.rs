@@ -17,12 +17,13 @@ use super::OutputError;
 use super::cdr::Cdr;
 use super::exr::read_exr;
 use super::folder::Folder;
-use super::frame::{Frame, FrameHeader};
+use super::frame::FrameHeader;
 use super::report::FrameEntry;
 use super::ros_schemas::{CAMERA_INFO, IMAGE, TF_MESSAGE};
 use crate::environment::utc::utc_days;
 use crate::lens::Distortion;
 use crate::scene::Camera;
+use crate::simulation::image::Image;
 
 /// Kelvin of a count of the images of temperature.
 pub(crate) const KELVIN_PER_COUNT: f64 = 0.01;
@@ -84,20 +85,25 @@ pub(crate) fn write(
 }
 
 /// The messages of a frame, in the order of the topics.
-fn messages(frame: &Frame, header: &FrameHeader, stamp: (i32, u32)) -> [Vec<u8>; TOPICS.len()] {
+fn messages(frame: &Image, header: &FrameHeader, stamp: (i32, u32)) -> [Vec<u8>; TOPICS.len()] {
     let count = |kelvin: &f32| ((f64::from(*kelvin) / KELVIN_PER_COUNT).round() as u16).to_le_bytes();
     let counts: Vec<u8> = frame.temperature.iter().flat_map(count).collect();
     let radiance: Vec<u8> = frame.radiance.iter().flat_map(|radiance| radiance.to_le_bytes()).collect();
     let image = |encoding: &str, bytes: u32, data: &[u8]| {
         let mut cdr = Cdr::with_header(stamp, CAMERA);
-        cdr.u32(frame.height).u32(frame.width).text(encoding).u8(0).u32(frame.width * bytes).bytes(data);
+        cdr.u32(frame.camera.height)
+            .u32(frame.camera.width)
+            .text(encoding)
+            .u8(0)
+            .u32(frame.camera.width * bytes)
+            .bytes(data);
         cdr.finish()
     };
     [
         image("mono16", 2, &counts),
         image("32FC1", 4, &radiance),
-        camera_info(&header.camera, [frame.width, frame.height], stamp),
-        transforms(header, stamp),
+        camera_info(&frame.camera, [frame.camera.width, frame.camera.height], stamp),
+        transforms(frame, header, stamp),
     ]
 }
 
@@ -128,8 +134,8 @@ fn camera_info(camera: &Camera, [width, height]: [u32; 2], stamp: (i32, u32)) ->
 }
 
 /// Poses of camera and inertial axes in the body frame.
-fn transforms(header: &FrameHeader, stamp: (i32, u32)) -> Vec<u8> {
-    let body_from_camera = header.camera_from_body.inverse();
+fn transforms(image: &Image, header: &FrameHeader, stamp: (i32, u32)) -> Vec<u8> {
+    let body_from_camera = DMat4::from(image.camera_from_body).inverse();
     let mut poses = vec![(CAMERA, body_from_camera)];
     poses.extend(header.camera_from_inertial.map(|camera| (INERTIAL, body_from_camera * camera)));
     let mut cdr = Cdr::new();
@@ -164,7 +170,7 @@ mod tests {
 
     #[test]
     fn messages_have_the_lengths_of_their_fields() {
-        let (frame, header) = (sphere(8, 6, 1), header(8, 6));
+        let (frame, header) = (sphere(8, 6, 1), header());
         let [temperature, radiance, info, tf] = messages(&frame, &header, (1, 2));
         assert_eq!(temperature[..4], [0, 1, 0, 0], "little-endian CDR");
         assert_eq!(temperature[temperature.len() - 96 - 4..][..4], 96u32.to_le_bytes());

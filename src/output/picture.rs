@@ -5,8 +5,9 @@ use embedded_graphics::text::Alignment;
 
 use super::canvas::{Canvas, FAINT_INK, FRAME_LINE, FontFace, INK, PAPER};
 use super::colour::ColourScale;
-use super::frame::Frame;
+use super::frame::check_size;
 use super::ticks::{self, union};
+use crate::simulation::image::Image;
 
 /// Space around the picture [px].
 const MARGIN: u32 = 12;
@@ -23,10 +24,10 @@ const LEAST_WIDTH: u32 = 320;
 ///
 /// `title` is the first line (the scene), `details` the second (step, time, band). Characters beyond Latin-1 appear as
 /// `?`. Long lines are cut with `...`. Images narrower than 320 pixels are magnified by a whole number.
-pub fn picture(frame: &Frame, scale: &ColourScale, title: &str, details: &str) -> Result<Canvas, OutputError> {
-    frame.check()?;
-    let zoom = LEAST_WIDTH.div_ceil(frame.width).max(1);
-    let (width, height) = (frame.width * zoom, frame.height * zoom);
+pub fn picture(frame: &Image, scale: &ColourScale, title: &str, details: &str) -> Result<Canvas, OutputError> {
+    check_size(frame)?;
+    let zoom = LEAST_WIDTH.div_ceil(frame.camera.width).max(1);
+    let (width, height) = (frame.camera.width * zoom, frame.camera.height * zoom);
     let mut canvas = Canvas::new(width + SCALE_WIDTH + 2 * MARGIN, height.max(140) + TITLE_HEIGHT + 2 * MARGIN, PAPER);
     let top = MARGIN + TITLE_HEIGHT;
     draw_title(&mut canvas, title, details);
@@ -42,16 +43,16 @@ pub fn picture(frame: &Frame, scale: &ColourScale, title: &str, details: &str) -
 /// colour scale.
 pub(crate) fn beside(
     left: (&Canvas, &str),
-    right: (&Frame, &str),
+    right: (&Image, &str),
     scale: &ColourScale,
     title: &str,
     details: &str,
 ) -> Result<Canvas, OutputError> {
     let (frame, caption) = right;
-    frame.check()?;
+    check_size(frame)?;
     let image = scale.image(frame);
-    let height = left.0.height().max(frame.height).max(140);
-    let width = left.0.width() + MARGIN + frame.width;
+    let height = left.0.height().max(frame.camera.height).max(140);
+    let width = left.0.width() + MARGIN + frame.camera.width;
     let top = MARGIN + TITLE_HEIGHT + FontFace::Normal.height() + 4;
     let mut canvas = Canvas::new(width + SCALE_WIDTH + 2 * MARGIN, top + height + MARGIN, PAPER);
     draw_title(&mut canvas, title, details);
@@ -78,11 +79,12 @@ pub(crate) struct Tile {
 
 impl Tile {
     /// A small copy of a frame: at most `width` pixels wide.
-    pub(crate) fn new(frame: &Frame, scale: &ColourScale, caption: &str, width: u32) -> Result<Self, OutputError> {
-        frame.check()?;
+    pub(crate) fn new(frame: &Image, scale: &ColourScale, caption: &str, width: u32) -> Result<Self, OutputError> {
+        check_size(frame)?;
         let image = scale.image(frame);
-        let width = width.clamp(1, frame.width);
-        let height = (f64::from(frame.height) * f64::from(width) / f64::from(frame.width)).round().max(1.0) as u32;
+        let width = width.clamp(1, frame.camera.width);
+        let height =
+            (f64::from(frame.camera.height) * f64::from(width) / f64::from(frame.camera.width)).round().max(1.0) as u32;
         Ok(Self {
             caption: caption.to_owned(),
             image: image.resized(width, height),

@@ -2,12 +2,11 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::exr::encode;
 use super::folder::Folder;
 use super::frame_maker::FrameMaker;
+use super::frame_writer::write_frame;
 use super::image_index::{IMAGES, write_index};
 use super::job_terms::JobError;
-use super::run_pictures::{WrittenFrame, frame_file, frame_stem};
 use super::sensor_files::SensorFiles;
 use crate::simulation::engine::Engine;
 use crate::simulation::prepare::Prepared;
@@ -28,17 +27,12 @@ pub(crate) fn write_pose_images(
     drawn: &mut dyn FnMut(),
 ) -> Result<bool, JobError> {
     let Some(camera) = &prepared.scene.camera else { return Ok(true) };
-    let maker = FrameMaker::new(prepared, camera, &engine.device_name());
+    let maker = FrameMaker::new(prepared, &engine.device_name());
     let mut written = Vec::new();
     let of_sensor = SensorFiles::new(&prepared.scene);
-    let mut take = |mut result: StepResult| {
-        let readings = result.delivered.pixels.as_mut().and_then(|pixels| pixels.readings.take());
-        if let Some((frame, header)) = maker.frame(result)? {
-            folder.write_bytes(&frame_file(frame.step, frame.image, "exr"), &encode(&frame, &header)?)?;
-            if let Some((of_sensor, readings)) = of_sensor.as_ref().zip(readings) {
-                of_sensor.write(folder, &frame_stem(frame.step, frame.image), &frame, &readings)?;
-            }
-            written.push(WrittenFrame { step: frame.step, image: frame.image, range: frame.range(), apparent: None });
+    let mut take = |result: StepResult| {
+        if let Some((image, header)) = maker.frame(result)? {
+            written.push(write_frame(folder, of_sensor.as_ref(), &image, &header)?);
             drawn();
         }
         Ok::<_, JobError>(())

@@ -9,20 +9,19 @@ use rayon::prelude::*;
 use super::between::Between;
 use super::frame_maker::FrameMaker;
 use super::frame_writer::{WriterWork, lock};
-use super::job_state::put_frames;
 use super::job_terms::{Done, JobError, RunContext, SaveEvery};
 use super::run_pictures::WrittenFrame;
+use super::run_state::{EarlierResults, RunProgress, RunState, StepsState};
 use super::state_file;
 use super::tables::Tables;
 use crate::model::nodes::GROUP;
-use crate::saved::Saved;
 use crate::simulation::check::Check;
 use crate::simulation::energy::Account;
 use crate::simulation::engine::Engine;
-use crate::simulation::periodic::Periodic;
+use crate::simulation::orbits::Periodic;
 use crate::simulation::prepare::Prepared;
-use crate::simulation::state::{capture, put_periodic};
-use crate::simulation::thermal_state::take;
+use crate::simulation::state::BetweenSteps;
+use crate::simulation::thermal_state::ThermalState;
 use crate::simulation::{Consumer, StepResult};
 use crate::trace::Track;
 
@@ -38,7 +37,7 @@ pub(super) struct StepRecorder<'a, 'b> {
     pub(crate) written: &'a Mutex<Vec<WrittenFrame>>,
     pub(crate) periodic: Option<Periodic>,
     pub(crate) between: Between,
-    pub(crate) state: Option<Saved>,
+    pub(crate) state: Option<ThermalState>,
     pub(crate) saves: bool,
     pub(crate) saved: Instant,
     pub(crate) stepping_began: Instant,
@@ -60,10 +59,9 @@ impl Consumer<JobError> for StepRecorder<'_, '_> {
         }
         self.steps = result.step;
         let is_step = result.image.is_none();
-        let readings = result.delivered.pixels.as_mut().and_then(|pixels| pixels.readings.take());
         let frame = self.maker.map(|maker| maker.frame(result)).transpose()?.flatten();
-        if let Some((frame, header)) = frame {
-            self.frames.send(WriterWork::Frame(Box::new((frame, header, readings)))).map_err(|_| JobError::Writer)?;
+        if let Some(frame) = frame {
+            self.frames.send(WriterWork::Frame(Box::new(frame))).map_err(|_| JobError::Writer)?;
         }
         if is_step {
             (self.run.progress)(Done::Step);
@@ -89,26 +87,29 @@ impl Consumer<JobError> for StepRecorder<'_, '_> {
         let mut check = check;
         if let Some(step) = self.run.job.take_after.filter(|step| step + 1 == next) {
             let time = f64::from(step) * self.run.prepared.scene.time.step;
-            self.state = Some(take(self.run.prepared, engine, check.as_deref_mut(), time)?);
+            self.state = Some(ThermalState::take(self.run.prepared, engine, check.as_deref_mut(), time)?);
         }
-        let mut of_loop = capture(next, engine, check)?;
-        put_periodic(&mut of_loop, self.periodic);
-        let mut saved = self.run.job.identity.clone();
-        saved.put_all("loop", of_loop);
-        if let Some(account) = &self.account {
-            saved.put_all("energy", account.save());
-        }
-        saved.put("tables", &self.tables.sync()?);
+        let state = BetweenSteps::capture(next, engine, check)?;
+        let tables = self.tables.sync()?;
         // The state names the frames before it, so they are written first.
         let (tell, told) = sync_channel(1);
         self.frames.send(WriterWork::Tell(tell)).map_err(|_| JobError::Writer)?;
         told.recv().map_err(|_| JobError::Writer)?;
-        put_frames(&mut saved, &lock(self.written));
-        self.between.save(&mut saved);
         let [wall, stepping] = self.before;
         let wall = wall + self.run.began.elapsed().as_secs_f64();
-        saved.put("seconds", &[wall, stepping + self.stepping_began.elapsed().as_secs_f64()]);
-        state_file::write(&self.run.folder.state(), &saved)?;
+        let steps = StepsState {
+            state,
+            periodic: self.periodic,
+            energy: self.account.as_ref().map(|account| account.sums.clone()),
+            tables,
+            done: EarlierResults {
+                frames: lock(self.written).clone(),
+                seconds: [wall, stepping + self.stepping_began.elapsed().as_secs_f64()],
+                between: self.between.clone(),
+            },
+        };
+        let progress = RunProgress::Steps(Box::new(steps));
+        state_file::write(&self.run.folder.state(), &RunState { identity: self.run.job.identity.clone(), progress })?;
         self.saved = Instant::now();
         Ok(())
     }

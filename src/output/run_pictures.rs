@@ -19,7 +19,10 @@ const MOST_TILES: usize = 12;
 /// Width of a picture on the contact sheet [px].
 const TILE_WIDTH: u32 = 320;
 
-pub(super) struct WrittenFrame {
+/// A frame in the output folder.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+pub(crate) struct WrittenFrame {
+    /// Its step.
     pub(crate) step: u32,
     /// Number of the image, where images have times of their own.
     pub(crate) image: Option<u32>,

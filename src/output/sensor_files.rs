@@ -1,14 +1,16 @@
 //! The files of a sensor: digital numbers and temperatures as PNG, TIFF and FITS, the display, and a JSON with all that a reader needs.
 
+use std::borrow::Cow;
+
 use serde_json::{Value as Json, json};
 
 use super::OutputError;
 use super::fits::{Value, fits_16};
 use super::folder::Folder;
-use super::frame::Frame;
 use super::gray::{png_8, png_16};
 use super::tiff::tiff_16;
 use crate::scene::{Camera, ImageFile, Scene};
+use crate::simulation::image::Image;
 use crate::thermal::radiance::RadianceTable;
 use crate::thermal::sensor::noise::{NoiseStream, random_words};
 use crate::thermal::sensor::reading::SensorConstants;
@@ -47,15 +49,11 @@ impl<'a> SensorFiles<'a> {
     ///
     /// # Errors
     /// An image that can not be encoded.
-    pub(crate) fn of(
-        &self,
-        stem: &str,
-        frame: &Frame,
-        readings: &[[u16; 2]],
-    ) -> Result<Vec<(String, Vec<u8>)>, OutputError> {
-        let size = [frame.width, frame.height];
-        let numbers: Vec<u16> = readings.iter().map(|reading| reading[0]).collect();
-        let counts: Vec<u16> = readings.iter().map(|reading| reading[1]).collect();
+    pub(crate) fn of(&self, stem: &str, image: &Image, step: u32) -> Result<Vec<(String, Vec<u8>)>, OutputError> {
+        let size = image.size();
+        let Some(numbers) = &image.digital_numbers else { return Ok(Vec::new()) };
+        let no_counts = || vec![0; numbers.len()];
+        let counts = image.counts.as_ref().map_or_else(|| Cow::Owned(no_counts()), Cow::Borrowed);
         let most = self.constants.most as u16;
         let of_numbers = self.scale_of_numbers();
         let of_counts =
@@ -68,19 +66,19 @@ impl<'a> SensorFiles<'a> {
                     let bytes: Vec<u8> = numbers.iter().map(|number| *number as u8).collect();
                     png_8(size, &bytes, &text(&of_numbers))?
                 }
-                ImageFile::NumbersPng => png_16(size, &numbers, &text(&of_numbers))?,
-                ImageFile::NumbersTiff => tiff_16(size, &numbers, &of_numbers.to_string()),
-                ImageFile::NumbersFits => self.fits(frame, &numbers),
+                ImageFile::NumbersPng => png_16(size, numbers, &text(&of_numbers))?,
+                ImageFile::NumbersTiff => tiff_16(size, numbers, &of_numbers.to_string()),
+                ImageFile::NumbersFits => self.fits(image, step, numbers),
                 ImageFile::KelvinPng => png_16(size, &counts, &text(&of_counts))?,
                 ImageFile::KelvinTiff => tiff_16(size, &counts, &of_counts.to_string()),
-                ImageFile::DisplayPng => png_8(size, &self.sensor.gain_control.display(&numbers, most), &[])?,
+                ImageFile::DisplayPng => png_8(size, &self.sensor.gain_control.display(numbers, most), &[])?,
                 // This picture is drawn with the others, on one scale for the whole run.
                 ImageFile::ApparentPng => continue,
             };
             files.push((format!("_{}", file.ending()), bytes));
         }
         let names: Vec<String> = files.iter().map(|(ending, _)| format!("{stem}{ending}")).collect();
-        let json = format!("{:#}\n", self.description(frame, &names));
+        let json = format!("{:#}\n", self.description(image, step, &names));
         files.push((".json".to_owned(), json.into_bytes()));
         Ok(files)
     }
@@ -89,14 +87,8 @@ impl<'a> SensorFiles<'a> {
     ///
     /// # Errors
     /// An image that can not be encoded, or a full disk.
-    pub(super) fn write(
-        &self,
-        folder: &Folder,
-        stem: &str,
-        frame: &Frame,
-        readings: &[[u16; 2]],
-    ) -> Result<(), OutputError> {
-        for (ending, bytes) in self.of(stem, frame, readings)? {
+    pub(super) fn write(&self, folder: &Folder, stem: &str, image: &Image, step: u32) -> Result<(), OutputError> {
+        for (ending, bytes) in self.of(stem, image, step)? {
             folder.write_bytes(&format!("frames/{stem}{ending}"), &bytes)?;
         }
         Ok(())
@@ -112,7 +104,7 @@ impl<'a> SensorFiles<'a> {
         })
     }
 
-    fn fits(&self, frame: &Frame, numbers: &[u16]) -> Vec<u8> {
+    fn fits(&self, image: &Image, step: u32, numbers: &[u16]) -> Vec<u8> {
         let constants = &self.constants;
         let cards = [
             ("BUNIT", Value::Text("adu".to_owned()), "digital numbers"),
@@ -122,16 +114,16 @@ impl<'a> SensorFiles<'a> {
             ("LENS", Value::Real(constants.emitted), "signal of the lens [W m-2 sr-1]"),
             ("BANDLOW", Value::Real(self.scene.band.micrometres()[0]), "shortest wavelength [um]"),
             ("BANDHIGH", Value::Real(self.scene.band.micrometres()[1]), "longest wavelength [um]"),
-            ("STEP", Value::Integer(frame.step.into()), "step of the scene"),
-            ("TIME", Value::Real(frame.time), "time of the scene [s]"),
+            ("STEP", Value::Integer(step.into()), "step of the scene"),
+            ("TIME", Value::Real(image.time), "time of the scene [s]"),
             ("OBJECT", Value::Text(self.scene.name.clone()), "scene"),
             ("ORIGIN", Value::Text(format!("isotherm {}", env!("CARGO_PKG_VERSION"))), ""),
         ];
-        fits_16([frame.width, frame.height], numbers, &cards)
+        fits_16(image.size(), numbers, &cards)
     }
 
     /// All that a reader needs.
-    fn description(&self, frame: &Frame, files: &[String]) -> Json {
+    fn description(&self, image: &Image, step: u32, files: &[String]) -> Json {
         let (sensor, constants, camera) = (self.sensor, &self.constants, self.camera);
         let side = |radius: usize| 2 * radius + 1;
         json!({
@@ -139,9 +131,9 @@ impl<'a> SensorFiles<'a> {
             "version": 1,
             "scene": self.scene.name,
             "camera": self.scene.preset.map(|preset| json!({"name": preset.name, "source": preset.source})),
-            "step": frame.step,
-            "time_s": frame.time,
-            "size_px": [frame.width, frame.height],
+            "step": step,
+            "time_s": image.time,
+            "size_px": image.size(),
             "files": files,
             "band_um": self.scene.band.micrometres(),
             "seed": sensor.seed,
@@ -166,7 +158,7 @@ impl<'a> SensorFiles<'a> {
                 None => Json::Null,
                 Some(Vignetting::Cos4) => json!({"cos4": {"focal_px": camera.lens.focal, "centre_px": camera.lens.centre,
                     "share": "1 / (1 + ((x + 0.5 - cx) / fx)^2 + ((y + 0.5 - cy) / fy)^2)^2"}}),
-                Some(Vignetting::Map(map)) => json!({"map": map.chunks(frame.width as usize).collect::<Vec<_>>()}),
+                Some(Vignetting::Map(map)) => json!({"map": map.chunks(image.camera.width as usize).collect::<Vec<_>>()}),
             },
             "kelvin": sensor.kelvin_per_count.map(|kelvin| json!({"temperature_K": "scale x value", "scale": kelvin, "offset": 0.0})),
             "noise": sensor.noise.map(|netd| json!({
@@ -186,7 +178,7 @@ impl<'a> SensorFiles<'a> {
                 "drift_signal_per_s": constants.drift,
                 "shutter_interval_s": pattern.interval,
                 "shutter_temperature_K": pattern.shutter,
-                "since_shutter_s": sensor.exposure(frame.time, None).age,
+                "since_shutter_s": sensor.exposure(image.time, None).age,
             })),
             "bad_pixels": {"share": sensor.bad_pixels, "zero_px": self.bad[0], "most_px": self.bad[1]},
             "time_constant_s": sensor.time_constant,

@@ -1,9 +1,9 @@
 //! The file of a saved state.
 //!
-//! The line `isotherm state` begins the file, then come the version of the format (u32), the number 0x01020304 (u32) and the number of lists (u64).
-//! Each list has the length of its name (u64), its name, its number of bytes (u64) and its bytes. The SHA-256 of all this ends the file. Numbers are
-//! in the byte order of the machine. The number 0x01020304 shows the byte order. `simulation/state.rs` describes the lists of a simulation,
-//! `job_state.rs` and `cli/resume.rs` add the lists of a run.
+//! The file begins with the line `isotherm state` and the version of the format (u32, little endian). Then come the version of isotherm, the kind of the state and
+//! the state itself in the format of postcard, which keeps the bits of every float. The SHA-256 of all this ends the file.
+//!
+//! A list takes memory as its values are read, so a damaged file can not ask for more than it holds.
 //!
 //! A state is written beside the old one, brought to the disk and renamed. So a kill, a full disk or a loss of power leaves the old or the new state
 //! whole. An earlier state is not kept: a damaged file means a damaged disk, where nothing else in the folder can be trusted either.
@@ -12,80 +12,130 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::Path;
 
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
 use super::OutputError;
 use super::temporary::Unfinished;
-use crate::saved::Saved;
+use crate::simulation::thermal_state::ThermalState;
 
 const MAGIC: &[u8] = b"isotherm state\n";
-const VERSION: u32 = 1;
-const ORDER: u32 = 0x0102_0304;
+const FORMAT: u32 = 2;
 const SUM_BYTES: usize = 32;
+/// Version of isotherm. Any other may keep other numbers.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// The bytes of a state.
-pub fn encode(saved: &Saved) -> Vec<u8> {
-    let mut bytes = MAGIC.to_vec();
-    bytes.extend(VERSION.to_ne_bytes());
-    bytes.extend(ORDER.to_ne_bytes());
-    bytes.extend((saved.lists().count() as u64).to_ne_bytes());
-    for (name, list) in saved.lists() {
-        for part in [name.as_bytes(), list] {
-            bytes.extend((part.len() as u64).to_ne_bytes());
-            bytes.extend_from_slice(part);
+/// A state that has a file.
+pub trait SavedState: Serialize + DeserializeOwned {
+    /// Its kind, in words.
+    const KIND: &str;
+}
+
+impl SavedState for ThermalState {
+    const KIND: &str = "thermal state of --save-state";
+}
+
+/// Why bytes can not be read as a state.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum StateFault {
+    /// They do not begin like a state.
+    #[error("is no saved state")]
+    NoState,
+    /// They end too early.
+    #[error("is truncated")]
+    Truncated,
+    /// They have another format.
+    #[error("was written by an earlier version of isotherm")]
+    Earlier,
+    /// They were written by another version.
+    #[error("was written by version {0} of isotherm, and this is version {own}", own = VERSION)]
+    Version(String),
+    /// They are of a later format.
+    #[error("has format {0}, and this program reads format {own}", own = FORMAT)]
+    Later(u32),
+    /// Their checksum is another.
+    #[error("is damaged or truncated: its checksum does not fit")]
+    Sum,
+    /// Their checksum fits, but they are no state.
+    #[error("is damaged: {0}")]
+    Content(#[from] postcard::Error),
+    /// They are a state of another kind.
+    #[error("is no {0}")]
+    Kind(&'static str),
+}
+
+impl StateFault {
+    /// What to do about a state that a run saved for others. It follows the fault.
+    pub fn advice(&self) -> &'static str {
+        match self {
+            Self::Earlier | Self::Version(_) | Self::Later(_) => "; start the run anew that saves it",
+            _ => "",
         }
     }
+}
+
+/// The bytes of a state.
+///
+/// # Errors
+/// A state that postcard does not take.
+pub fn encode<T: SavedState>(state: &T) -> Result<Vec<u8>, OutputError> {
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(FORMAT.to_le_bytes());
+    let mut bytes = postcard::to_extend(&(VERSION, T::KIND, state), bytes)
+        .map_err(|error| OutputError::Encode("state".to_owned(), error.to_string()))?;
     let sum = Sha256::digest(&bytes);
     bytes.extend_from_slice(&sum);
-    bytes
+    Ok(bytes)
+}
+
+/// Number of bytes of a state.
+pub(crate) fn size<T: SavedState>(state: &T) -> usize {
+    postcard::experimental::serialized_size(state).unwrap_or(usize::MAX)
 }
 
 /// The state in these bytes.
 ///
 /// # Errors
-/// The bytes are no state, of another version, truncated or damaged.
-pub fn decode(bytes: &[u8]) -> Result<Saved, String> {
-    let rest = bytes.strip_prefix(MAGIC).ok_or("is no saved state")?;
-    let word = |at: usize| rest.get(at..at + 4).and_then(|word| word.try_into().ok()).map(u32::from_ne_bytes);
-    let (version, order) = word(0).zip(word(4)).ok_or("is truncated")?;
-    if order != ORDER {
-        return Err("is of a machine with another byte order".to_owned());
+/// The bytes are no such state, of another version, truncated or damaged.
+pub fn decode<T: SavedState>(bytes: &[u8]) -> Result<T, StateFault> {
+    let rest = bytes.strip_prefix(MAGIC).ok_or(StateFault::NoState)?;
+    let (format, _) = rest.split_first_chunk().ok_or(StateFault::Truncated)?;
+    match u32::from_le_bytes(*format) {
+        FORMAT => {}
+        later if later > FORMAT => return Err(StateFault::Later(later)),
+        _ => return Err(StateFault::Earlier),
     }
-    if version != VERSION {
-        return Err(format!("has format {version}, and this program reads format {VERSION}"));
-    }
-    let (content, sum) = bytes.split_at_checked(bytes.len().saturating_sub(SUM_BYTES)).ok_or("is truncated")?;
+    let (content, sum) = bytes.split_at_checked(bytes.len().saturating_sub(SUM_BYTES)).ok_or(StateFault::Truncated)?;
     if Sha256::digest(content).as_slice() != sum {
-        return Err("is damaged or truncated: its checksum does not fit".to_owned());
+        return Err(StateFault::Sum);
     }
-    let mut at = MAGIC.len() + 8;
-    let mut take = |count: usize| {
-        let piece = at.checked_add(count).and_then(|end| content.get(at..end)).ok_or("is truncated")?;
-        at += count;
-        Ok::<&[u8], String>(piece)
-    };
-    let length = |bytes: &[u8]| bytes.try_into().map(u64::from_ne_bytes).unwrap_or(u64::MAX);
-    let mut saved = Saved::default();
-    for _ in 0..length(take(8)?) {
-        let name = length(take(8)?);
-        let name = String::from_utf8(take(name as usize)?.to_vec()).map_err(|_| "has a name that is no text")?;
-        let list = length(take(8)?);
-        saved.put(name, take(list as usize)?);
+    let content = content.get(MAGIC.len() + 4..).ok_or(StateFault::Truncated)?;
+    let ((version, kind), content) = postcard::take_from_bytes::<(String, String)>(content)?;
+    if version != VERSION {
+        return Err(StateFault::Version(version));
     }
-    Ok(saved)
+    if kind != T::KIND {
+        return Err(StateFault::Kind(T::KIND));
+    }
+    match postcard::take_from_bytes(content)? {
+        (state, []) => Ok(state),
+        _ => Err(StateFault::Content(postcard::Error::DeserializeBadEncoding)),
+    }
 }
 
 /// Writes a state in place of an earlier one.
 ///
 /// # Errors
 /// The disk is full, or the folder cannot be written.
-pub(crate) fn write(path: &Path, saved: &Saved) -> Result<(), OutputError> {
+pub(crate) fn write<T: SavedState>(path: &Path, state: &T) -> Result<(), OutputError> {
+    let bytes = encode(state)?;
     let failed = |source| OutputError::write(path, source);
     let part = path.with_file_name("part-state");
     let _unfinished = Unfinished::new(&part);
     let written = (|| {
         let mut file = File::create(&part)?;
-        file.write_all(&encode(saved))?;
+        file.write_all(&bytes)?;
         file.sync_all()?;
         fs::rename(&part, path)?;
         match path.parent() {
@@ -104,7 +154,7 @@ pub(crate) fn write(path: &Path, saved: &Saved) -> Result<(), OutputError> {
 ///
 /// # Errors
 /// There is none, or it is no whole state of this format.
-pub(crate) fn read(path: &Path) -> Result<Saved, OutputError> {
+pub(crate) fn read<T: SavedState>(path: &Path) -> Result<T, OutputError> {
     let refused = |reason: String| OutputError::State(path.to_path_buf(), reason);
     let bytes = match fs::read(path) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
@@ -112,43 +162,111 @@ pub(crate) fn read(path: &Path) -> Result<Saved, OutputError> {
         }
         read => read.map_err(|source| OutputError::Read(path.to_path_buf(), source))?,
     };
-    decode(&bytes).map_err(refused)
+    decode(&bytes).map_err(|fault| refused(fault.to_string()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn saved() -> Saved {
-        let mut saved = Saved::default();
-        saved.put("a.numbers", &[1.5f64, -2.0]);
-        saved.put_text("name", "station");
-        saved.put::<u8>("empty", &[]);
-        saved
+    /// Numbers of all kinds that states have.
+    #[derive(Debug, Serialize, serde::Deserialize)]
+    struct Numbers {
+        doubles: [f64; 5],
+        floats: Vec<f32>,
+        flags: Vec<bool>,
+        name: Option<String>,
+    }
+
+    impl SavedState for Numbers {
+        const KIND: &str = "list of numbers";
+    }
+
+    fn numbers() -> Numbers {
+        let odd = f32::from_bits(0x7fa0_1234);
+        Numbers {
+            doubles: [0.1, -0.0, f64::from_bits(0x7ff4_0000_0000_0001), f64::INFINITY, 5e-324],
+            floats: vec![odd, -0.0, 1e-45],
+            flags: vec![true, false],
+            name: Some("δ".to_owned()),
+        }
+    }
+
+    fn assert_same(found: &Numbers) {
+        let expected = numbers();
+        assert_eq!(found.doubles.map(f64::to_bits), expected.doubles.map(f64::to_bits));
+        let bits = |numbers: &Numbers| numbers.floats.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(found), bits(&expected));
+        assert_eq!((&found.flags, &found.name), (&expected.flags, &expected.name));
     }
 
     #[test]
-    fn a_state_comes_back() {
+    fn a_state_comes_back_bit_for_bit() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("state");
-        write(&path, &Saved::default()).unwrap();
-        write(&path, &saved()).unwrap();
-        assert_eq!(read(&path).unwrap(), saved());
+        write(&path, &Numbers { flags: Vec::new(), ..numbers() }).unwrap();
+        write(&path, &numbers()).unwrap();
+        assert_same(&read(&path).unwrap());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 
     #[test]
     fn every_changed_byte_and_every_cut_is_refused() {
-        let bytes = encode(&saved());
+        let bytes = encode(&numbers()).unwrap();
         for at in 0..bytes.len() {
             let mut changed = bytes.clone();
             changed[at] ^= 0x40;
-            assert!(decode(&changed).is_err(), "byte {at}");
-            assert!(decode(&bytes[..at]).is_err(), "cut at {at}");
+            assert!(decode::<Numbers>(&changed).is_err(), "byte {at}");
+            assert!(decode::<Numbers>(&bytes[..at]).is_err(), "cut at {at}");
         }
-        assert!(decode(&[bytes.as_slice(), b"x"].concat()).is_err());
+        assert!(decode::<Numbers>(&[bytes.as_slice(), b"x"].concat()).is_err());
         let folder = tempfile::tempdir().unwrap();
-        let error = read(&folder.path().join("state")).unwrap_err().to_string();
+        let error = read::<Numbers>(&folder.path().join("state")).unwrap_err().to_string();
         assert!(error.contains("is not there") && error.contains("--force"), "{error}");
+    }
+
+    /// Bytes of a state with a checksum that fits.
+    fn summed(mut bytes: Vec<u8>) -> Vec<u8> {
+        let sum = Sha256::digest(&bytes);
+        bytes.extend_from_slice(&sum);
+        bytes
+    }
+
+    #[test]
+    fn states_of_other_versions_and_kinds_are_refused_in_words() {
+        let with = |format: u32, content: &[u8]| summed([MAGIC, &format.to_le_bytes(), content].concat());
+        let content = |version: &str, kind: &str| postcard::to_stdvec(&(version, kind, numbers())).unwrap();
+        for (bytes, expected) in [
+            (with(1, &[4, 3, 2, 1]), "was written by an earlier version of isotherm"),
+            (with(3, &[]), "has format 3, and this program reads format 2"),
+            (
+                with(2, &content("0.0.7", Numbers::KIND)),
+                "was written by version 0.0.7 of isotherm, and this is version",
+            ),
+            (with(2, &content(VERSION, "list of words")), "is no list of numbers"),
+        ] {
+            let error = decode::<Numbers>(&bytes).unwrap_err().to_string();
+            assert!(error.contains(expected), "{error}");
+        }
+    }
+
+    /// With a checksum that fits, content of any kind is an error or a state, and takes no more memory than the file has bytes.
+    #[test]
+    fn content_that_lies_is_no_panic() {
+        let whole = encode(&numbers()).unwrap();
+        let whole = &whole[..whole.len() - SUM_BYTES];
+        for at in MAGIC.len()..whole.len() {
+            for value in [0x00, 0x01, 0x7f, 0x80, 0xff] {
+                let mut changed = whole.to_vec();
+                changed[at] = value;
+                let _ = decode::<Numbers>(&summed(changed));
+            }
+            assert!(decode::<Numbers>(&summed(whole[..at].to_vec())).is_err());
+        }
+        // A list of 2^63 values.
+        let head = postcard::to_stdvec(&(VERSION, Numbers::KIND, [0.0f64; 5])).unwrap();
+        let many = [&[0xff; 8][..], &[0x7f]].concat();
+        let lying = [MAGIC, &FORMAT.to_le_bytes(), &head, &many].concat();
+        assert!(matches!(decode::<Numbers>(&summed(lying)), Err(StateFault::Content(_))));
     }
 }

@@ -5,6 +5,7 @@
 //!
 //! The sample also takes every step of the run in two halves, which gives the error of the step length.
 
+mod differences;
 mod exchange;
 mod halves;
 mod network;
@@ -13,18 +14,19 @@ pub use self::halves::StepLengthError;
 
 use glam::DAffine3;
 
-use self::exchange::ExchangeCheck;
-use self::halves::Halves;
-use self::network::{NetworkCheck, joints};
+use self::differences::Differences;
+use self::exchange::{ExchangeCheck, ExchangeCheckState};
+use self::halves::{Halves, HalvesState};
+use self::network::{NetworkCheck, NetworkCheckState, joints};
 use super::engine::EngineError;
 use super::prepare::Prepared;
 use crate::environment::StepLoad;
-use crate::environment::shadow::ShadowCasters;
+use crate::environment::shadow::{LightAndPoses, ShadowCasters};
 use crate::model::nodes::GROUP;
-use crate::saved::Saved;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::incident::{IncidentFunction, incident};
-use crate::thermal::reference::Reference;
+use crate::thermal::misfit::part;
+use crate::thermal::reference::{Reference, ReferenceState};
 
 /// Nodes in the sample where the user gives no number.
 pub(crate) const SAMPLE: usize = 256;
@@ -107,13 +109,39 @@ pub struct Check {
     /// Nodes of a network that is too large for the reference.
     left_out: bool,
     notes: Vec<String>,
-    compared: u64,
-    sum_of_squares: f64,
-    largest: f64,
-    worst: (usize, u32, f64),
+    tally: Tally,
+}
+
+/// Differences of a run so far.
+#[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
+struct Tally {
+    differences: Differences,
+    /// Comparisons of cold nodes, and the largest difference of their fluxes [W/m2].
     cold: u64,
     largest_cold_flux: f64,
+    /// Steps that were compared.
     steps: u64,
+}
+
+/// The saved state of a check.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+pub(crate) struct CheckState {
+    nodes: ReferenceState,
+    shadows: Option<LightAndPoses>,
+    network: Option<NetworkCheckState>,
+    exchange: Option<ExchangeCheckState>,
+    halves: HalvesState,
+    notes: Vec<String>,
+    tally: Tally,
+}
+
+impl CheckState {
+    /// Forgets what belongs to one run only: differences, and the costs of steps.
+    pub(crate) fn forget_run(&mut self) {
+        self.tally = Tally::default();
+        self.halves.forget_run();
+        self.network.iter_mut().for_each(|network| network.run.forget_run());
+    }
 }
 
 impl Check {
@@ -160,13 +188,7 @@ impl Check {
             network,
             left_out,
             notes: Vec::new(),
-            compared: 0,
-            sum_of_squares: 0.0,
-            largest: 0.0,
-            worst: (0, 0, 0.0),
-            cold: 0,
-            largest_cold_flux: 0.0,
-            steps: 0,
+            tally: Tally::default(),
         }
     }
 
@@ -280,23 +302,16 @@ impl Check {
 
     /// Compares delivered temperatures with the temperatures of the reference at that step.
     pub(crate) fn compare(&mut self, step: u32, time: f64, reference: &[f64], device: &[f32]) {
-        self.steps += 1;
+        self.tally.steps += 1;
         for (slot, expected) in self.slots.iter().zip(reference) {
             let found = f64::from(device[*slot]);
             if *expected < COLD {
-                self.cold += 1;
+                self.tally.cold += 1;
                 let flux = STEFAN_BOLTZMANN * (found.powi(4) - expected.powi(4));
-                self.largest_cold_flux = self.largest_cold_flux.max(flux.abs());
+                self.tally.largest_cold_flux = self.tally.largest_cold_flux.max(flux.abs());
                 continue;
             }
-            let difference = (found - expected).abs();
-            self.compared += 1;
-            self.sum_of_squares += difference * difference;
-            // A NaN must count as the largest difference.
-            if difference > self.largest || difference.is_nan() {
-                self.largest = difference;
-                self.worst = (*slot, step, time);
-            }
+            self.tally.differences.add((found - expected).abs(), (*slot, step, time));
         }
     }
 
@@ -304,54 +319,43 @@ impl Check {
     ///
     /// # Errors
     /// A call that fails.
-    pub(crate) fn save(&mut self) -> Result<Saved, EngineError> {
-        let mut saved = Saved::default();
-        saved.put_all("nodes", self.reference.save());
-        if let Some(shadows) = &self.shadows {
-            saved.put_all("shadows", shadows.save());
-        }
-        if let Some(network) = &mut self.network {
-            saved.put_all("network", network.save()?);
-        }
-        if let Some(exchange) = &self.exchange {
-            saved.put_all("exchange", exchange.save());
-        }
-        saved.put_all("halves", self.halves.save()?);
-        saved.put_text("notes", &self.notes.join("\n"));
-        saved.put("sums", &[self.sum_of_squares, self.largest, self.worst.2, self.largest_cold_flux]);
-        let (slot, step, _) = self.worst;
-        saved.put("counts", &[self.compared, self.cold, self.steps, slot as u64, u64::from(step)]);
-        Ok(saved)
+    pub(crate) fn save(&mut self) -> Result<CheckState, EngineError> {
+        Ok(CheckState {
+            nodes: self.reference.save(),
+            shadows: self.shadows.as_ref().and_then(|shadows| shadows.redraw.found_for.clone()),
+            network: self.network.as_mut().map(NetworkCheck::save).transpose()?,
+            exchange: self.exchange.as_ref().map(ExchangeCheck::save),
+            halves: self.halves.save()?,
+            notes: self.notes.clone(),
+            tally: self.tally,
+        })
     }
 
-    /// Restores the state of `save`.
+    /// Restores a saved state.
     ///
     /// # Errors
     /// A state of another scene or sample.
-    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), EngineError> {
-        self.reference.restore(&saved.part("nodes"))?;
+    pub(crate) fn restore(&mut self, saved: &CheckState) -> Result<(), EngineError> {
+        self.reference.restore(&saved.nodes)?;
         if let Some(shadows) = &mut self.shadows {
-            shadows.restore(&saved.part("shadows"))?;
+            shadows.redraw.found_for.clone_from(&saved.shadows);
         }
         if let Some(network) = &mut self.network {
-            network.restore(&saved.part("network"))?;
+            network.restore(part("the network beside the run", &saved.network)?)?;
         }
         if let Some(exchange) = &mut self.exchange {
-            exchange.restore(&saved.part("exchange"))?;
+            exchange.restore(part("radiation between surfaces beside the run", &saved.exchange)?)?;
         }
-        self.halves.restore(&saved.part("halves"))?;
-        self.notes = saved.text("notes")?.lines().map(str::to_owned).collect();
-        let [sum_of_squares, largest, worst_time, largest_cold_flux] = saved.array("sums")?;
-        let [compared, cold, steps, slot, step] = saved.array::<u64, 5>("counts")?;
-        (self.sum_of_squares, self.largest, self.largest_cold_flux) = (sum_of_squares, largest, largest_cold_flux);
-        self.worst = (slot as usize, step as u32, worst_time);
-        (self.compared, self.cold, self.steps) = (compared, cold, steps);
+        self.halves.restore(&saved.halves)?;
+        self.notes.clone_from(&saved.notes);
+        self.tally = saved.tally;
         Ok(())
     }
 
     /// The result.
     pub fn accuracy(&self, prepared: &Prepared) -> Accuracy {
-        let (slot, step, time) = self.worst;
+        let Tally { differences, cold, largest_cold_flux, steps } = self.tally;
+        let (slot, step, time) = differences.worst;
         let nodes = &prepared.nodes;
         let named = |slot: usize| {
             let group = slot / GROUP;
@@ -380,19 +384,18 @@ impl Check {
         }
         notes.extend(self.exchange.as_ref().and_then(ExchangeCheck::remark));
         notes.extend(self.halves.remark());
-        if self.cold > 0 {
+        if cold > 0 {
             notes.push(format!(
-                "{} comparisons of nodes below {COLD} K, where the balance is ill-conditioned, were made in radiated \
-                 flux (sigma T^4): largest difference {:.1e} W/m2",
-                self.cold, self.largest_cold_flux
+                "{cold} comparisons of nodes below {COLD} K, where the balance is ill-conditioned, were made in radiated \
+                 flux (sigma T^4): largest difference {largest_cold_flux:.1e} W/m2"
             ));
         }
         Accuracy {
             nodes: self.slots.len() as u64,
             of_nodes: nodes.count as u64,
-            steps: self.steps,
-            max_k: self.largest,
-            rms_k: (self.sum_of_squares / self.compared.max(1) as f64).sqrt(),
+            steps,
+            max_k: differences.largest,
+            rms_k: differences.rms(),
             worst_node: named(slot),
             worst_step: u64::from(step),
             worst_time_s: time,

@@ -13,6 +13,7 @@ use frames::{Flying, Fourth, Frames};
 
 use super::device_data::{DeviceData, sensor_tables};
 use super::engine::{Delivered, Engine, EngineError, EngineStep, Order};
+use super::engine_state::{DeviceEngineState, EngineState};
 use super::exchange_device::DeviceExchange;
 use super::given::GivenTemperatures;
 use super::network::NetworkRun;
@@ -25,8 +26,8 @@ use crate::gpu::layout;
 use crate::gpu::plan::check_plan;
 use crate::gpu::renderer::{Heating, Renderer, Request};
 use crate::gpu::timing::PassTimes;
-use crate::saved::Saved;
 use crate::scene::Camera;
+use crate::thermal::misfit::{Misfit, part};
 use crate::trace::{Trace, Track};
 
 /// A scene on a device. Results are delivered in the order of the steps.
@@ -162,6 +163,7 @@ impl Engine for DeviceEngine {
         }
         let camera = self.camera.as_ref();
         let (views, distant) = camera.map(|camera| camera.drawn(&order)).unwrap_or_default();
+        let image = camera.and_then(|camera| camera.image(&order));
         let shutters = camera.map(|camera| camera.shutters(&order)).unwrap_or_default();
         if let Some(around) = &order.surroundings {
             self.finishes.look_at(around);
@@ -189,7 +191,7 @@ impl Engine for DeviceEngine {
             between: order.between.map(|share| share as f32),
             list: None,
         })?;
-        self.frames.push(Flying { submitted, heat });
+        self.frames.push(Flying { submitted, image, heat });
         Ok(())
     }
 
@@ -244,34 +246,32 @@ impl Engine for DeviceEngine {
         }
     }
 
-    fn save(&mut self) -> Result<Saved, EngineError> {
-        let mut saved = Saved::default();
-        saved.put("steps", &[self.steps]);
-        saved.put_all("scene", self.renderer.save()?);
-        if let Some(exchange) = &self.exchange {
-            saved.put_all("exchange_rays", exchange.save());
-        }
+    fn save(&mut self) -> Result<EngineState, EngineError> {
+        let scene = self.renderer.save()?;
         self.take_switches()?;
-        if let Some(network) = &mut self.network {
-            saved.put_all("network", network.save());
-        }
-        Ok(saved)
+        Ok(EngineState::Device(Box::new(DeviceEngineState {
+            steps: self.steps,
+            scene,
+            exchange: self.exchange.as_ref().map(DeviceExchange::save),
+            network: self.network.as_ref().map(NetworkRun::save),
+        })))
     }
 
-    fn restore(&mut self, saved: &Saved, most_times: usize) -> Result<(), EngineError> {
+    fn restore(&mut self, saved: &EngineState, most_times: usize) -> Result<(), EngineError> {
+        let EngineState::Device(saved) = saved else { return Err(Misfit::Absent("a device".to_owned()).into()) };
         if let Some(network) = &mut self.network {
-            network.restore(&saved.part("network"), most_times)?;
+            network.restore(part("a network", &saved.network)?, most_times)?;
             if !network.is_in_frames() {
                 self.renderer.end_network();
             }
         }
         if let Some(exchange) = &mut self.exchange
-            && let Some(tables) = exchange.restore::<EngineError>(&saved.part("exchange_rays"))?
+            && let Some(tables) = exchange.restore(part("radiation between surfaces", &saved.exchange)?)?
         {
             self.renderer.set_exchange(tables)?;
         }
-        self.renderer.restore(&saved.part("scene"))?;
-        [self.steps] = saved.array("steps")?;
+        self.renderer.restore(&saved.scene)?;
+        self.steps = saved.steps;
         Ok(())
     }
 

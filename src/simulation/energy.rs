@@ -4,16 +4,16 @@
 //! step is the integral of a parabola through its values at the last three steps, so the balance also shows an error of the step length. Heat from space counts as emission below zero.
 
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::engine::{Engine, EngineError};
 use super::prepare::Prepared;
 use crate::gpu::effects::heat::tables::{HeatOf, HeatRun, HeatTables, RUN_GROUPS};
 use crate::model::nodes::GROUP;
-use crate::saved::{Saved, SavedError};
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::balance::emissivity_sum;
 use crate::thermal::material::Response;
+use crate::thermal::misfit::check_length;
 
 /// Heat of a part over the run [J].
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -98,6 +98,12 @@ pub struct Account {
     step: f64,
     /// Fourth power of the temperature of space [K4].
     space: f64,
+    pub(crate) sums: EnergySums,
+}
+
+/// The sums of an account. A saved state keeps them.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct EnergySums {
     /// Absorbed and emitted heat of each run [J].
     absorbed: Vec<f64>,
     emitted: Vec<f64>,
@@ -126,10 +132,19 @@ impl Account {
     ///
     /// # Errors
     /// A call that fails, or sums of another scene.
-    pub(crate) fn again(prepared: &Prepared, engine: &mut dyn Engine, saved: &Saved) -> Result<Self, EngineError> {
-        let mut account = Self::of(prepared, engine)?;
-        account.restore(saved)?;
-        Ok(account)
+    pub(crate) fn again(prepared: &Prepared, engine: &mut dyn Engine, sums: &EnergySums) -> Result<Self, EngineError> {
+        let account = Self::of(prepared, engine)?;
+        let fresh = &account.sums;
+        for (own, list) in [
+            (&fresh.absorbed, &sums.absorbed),
+            (&fresh.emitted, &sums.emitted),
+            (&fresh.last, &sums.last),
+            (&fresh.before, &sums.before),
+            (&fresh.start, &sums.start),
+        ] {
+            check_length("sums of energy", list, own.len())?;
+        }
+        Ok(Self { sums: sums.clone(), ..account })
     }
 
     fn of(prepared: &Prepared, engine: &mut dyn Engine) -> Result<Self, EngineError> {
@@ -138,12 +153,14 @@ impl Account {
         Ok(Self {
             step: prepared.scene.time.step,
             space: prepared.scene.environment.background_temperature.unwrap_or(0.0).powi(4),
-            absorbed: nothing.clone(),
-            emitted: nothing.clone(),
-            last: nothing.clone(),
-            before: nothing,
-            steps: 0,
-            start: engine.network_temperatures()?.unwrap_or_default(),
+            sums: EnergySums {
+                absorbed: nothing.clone(),
+                emitted: nothing.clone(),
+                last: nothing.clone(),
+                before: nothing,
+                steps: 0,
+                start: engine.network_temperatures()?.unwrap_or_default(),
+            },
             tables,
         })
     }
@@ -158,19 +175,19 @@ impl Account {
         let now: Vec<f64> = tables.runs.par_iter().map(of).collect();
         if let Some(absorbed) = absorbed {
             for (number, run) in tables.runs.iter().enumerate() {
-                let [now, last, before] = [now[number], self.last[number], self.before[number]];
-                let emitted = match (run.of, self.steps) {
+                let [now, last, before] = [now[number], self.sums.last[number], self.sums.before[number]];
+                let emitted = match (run.of, self.sums.steps) {
                     (HeatOf::Balance, _) => now,
                     (_, 0) => 0.5 * (now + last),
                     // Adams-Moulton: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, III.1.
                     _ => (5.0 * now + 8.0 * last - before) / 12.0,
                 };
-                self.absorbed[number] += self.step * absorbed[number];
-                self.emitted[number] += self.step * emitted;
+                self.sums.absorbed[number] += self.step * absorbed[number];
+                self.sums.emitted[number] += self.step * emitted;
             }
-            self.steps += 1;
+            self.sums.steps += 1;
         }
-        self.before = std::mem::replace(&mut self.last, now);
+        self.sums.before = std::mem::replace(&mut self.sums.last, now);
     }
 
     /// The balance at a time [s].
@@ -180,7 +197,8 @@ impl Account {
     pub fn close(&self, prepared: &Prepared, engine: &mut dyn Engine, time: f64) -> Result<EnergyBalance, EngineError> {
         let name = |part: &String| PartEnergy { part: part.clone(), ..PartEnergy::default() };
         let mut parts: Vec<PartEnergy> = prepared.parts.iter().map(name).collect();
-        for (run, (absorbed, emitted)) in self.tables.runs.iter().zip(self.absorbed.iter().zip(&self.emitted)) {
+        for (run, (absorbed, emitted)) in self.tables.runs.iter().zip(self.sums.absorbed.iter().zip(&self.sums.emitted))
+        {
             let part = &mut parts[run.part as usize];
             part.absorbed_j += absorbed;
             part.emitted_j += emitted;
@@ -194,7 +212,7 @@ impl Account {
             let given = engine.network().map(|network| network.given(time)).unwrap_or_default();
             let part_of_node = network.parts(&prepared.nodes);
             for (node, part) in part_of_node.iter().enumerate() {
-                let change = end.get(node).zip(self.start.get(node)).map_or(0.0, |(end, start)| end - start);
+                let change = end.get(node).zip(self.sums.start.get(node)).map_or(0.0, |(end, start)| end - start);
                 parts[*part as usize].stored_j += network.network().capacitances[node] * change;
             }
             for (number, joules) in given.iter().enumerate() {
@@ -214,33 +232,6 @@ impl Account {
             all.unstored_j += part.unstored_j;
         }
         Ok(EnergyBalance { all, parts, closure })
-    }
-
-    /// The sums, for a run that goes on later.
-    pub(crate) fn save(&self) -> Saved {
-        let mut saved = Saved::default();
-        for (name, values) in [
-            ("absorbed", &self.absorbed),
-            ("emitted", &self.emitted),
-            ("last", &self.last),
-            ("before", &self.before),
-            ("start", &self.start),
-        ] {
-            saved.put(name, values);
-        }
-        saved.put("steps", &[self.steps]);
-        saved
-    }
-
-    fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
-        let runs = self.tables.runs.len();
-        self.absorbed = saved.list_of("absorbed", runs)?;
-        self.emitted = saved.list_of("emitted", runs)?;
-        self.last = saved.list_of("last", runs)?;
-        self.before = saved.list_of("before", runs)?;
-        [self.steps] = saved.array("steps")?;
-        self.start = saved.list_of("start", self.start.len())?;
-        Ok(())
     }
 }
 

@@ -3,11 +3,12 @@
 use glam::DAffine3;
 
 pub use super::engine_error::EngineError;
+use super::engine_state::EngineState;
+use super::image::Image;
 use super::network::{NetworkRun, StepCost};
 use super::prepare::Prepared;
 use crate::environment::StepLoad;
 use crate::gpu::timing::PassTimes;
-use crate::saved::Saved;
 use crate::scene::Camera;
 use crate::thermal::surroundings::Surroundings;
 use crate::trace::Trace;
@@ -61,32 +62,27 @@ pub struct Order<'a> {
     pub temperatures: bool,
     /// Whether the absorbed heat is needed.
     pub absorbed: bool,
-    /// Time of the image [s], for the sensor.
+    /// Time of the image [s].
     pub time: f64,
+    /// Number of an image at its own time.
+    pub number: Option<u32>,
     /// What surrounds the craft in the image, in the axes of the camera. `None` where no pixel shows it.
     pub surroundings: Option<Surroundings>,
 }
 
-/// Pixels of an image, row after row from the top.
-#[derive(Debug, Clone, Default)]
-pub struct Pixels {
-    /// Radiance [W m-2 sr-1], temperature [K] and depth [m]. 0 where no surface is, except for the radiance of a sky.
-    pub radiance_temperature_depth: Vec<[f32; 3]>,
-    /// Part and material, each plus 1. 0 where no surface is.
-    pub identity: Vec<[u32; 2]>,
-    /// Share of the samples of a pixel that show a surface. Empty with one sample of a pixel.
-    pub coverage: Vec<f32>,
-    /// Digital number of the sensor, and count of its radiometric output. `None` without a sensor.
-    pub readings: Option<Vec<[u16; 2]>>,
-    /// The part of the radiance that is reflected [W m-2 sr-1]. Empty where the scene does not ask for it.
-    pub reflected: Vec<f32>,
+impl Order<'_> {
+    /// The image of a camera that the order asks for, still without pixels. `None` without a pose.
+    pub(crate) fn image_of(&self, camera: &Camera) -> Option<Image> {
+        let camera = camera.at(self.time, self.number).unwrap_or_else(|_| camera.clone());
+        Some(Image::blank(camera, self.pose?, self.time))
+    }
 }
 
 /// The results of a step.
 #[derive(Debug, Clone, Default)]
 pub struct Delivered {
     /// The image, where one was asked for.
-    pub pixels: Option<Pixels>,
+    pub image: Option<Image>,
     /// Temperatures of all nodes in device order, padding included [K].
     pub temperatures: Option<Vec<f32>>,
     /// Heat that each run of nodes absorbed in the step [W] (see `energy::heat_tables`), where it was asked for.
@@ -206,13 +202,13 @@ pub trait Engine: Send {
     ///
     /// # Errors
     /// A call that fails.
-    fn save(&mut self) -> Result<Saved, EngineError>;
+    fn save(&mut self) -> Result<EngineState, EngineError>;
 
     /// Takes what `save` gave. Call `keep_few_times` before with the same number.
     ///
     /// # Errors
     /// A state of another scene or engine, or a call that fails.
-    fn restore(&mut self, saved: &Saved, most_times: usize) -> Result<(), EngineError>;
+    fn restore(&mut self, saved: &EngineState, most_times: usize) -> Result<(), EngineError>;
 
     /// Sets whether the steps of the network may err by ten times its tolerance.
     fn set_coarse(&mut self, coarse: bool) {

@@ -1,7 +1,7 @@
 //! Errors of an engine during a run.
 
 use crate::gpu::error::GpuError;
-use crate::saved::SavedError;
+use crate::thermal::misfit::Misfit;
 
 /// An error of an engine during a run.
 #[derive(Debug, thiserror::Error)]
@@ -11,7 +11,7 @@ pub enum EngineError {
     Gpu(#[from] GpuError),
     /// A saved state of another scene.
     #[error("the saved state does not fit: {0}")]
-    Saved(#[from] SavedError),
+    Saved(#[from] Misfit),
     /// A thermal network could not be integrated.
     #[error("the thermal network at {time} s: {reason}")]
     Network {

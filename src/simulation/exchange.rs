@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
-use super::exchange_poses::{Posed, Task};
+use super::exchange_poses::{Posed, PosedState, Task};
 use super::network::SceneNetwork;
 use crate::environment::StepLoad;
 use crate::exchange::buried::buried;
@@ -13,11 +13,11 @@ use crate::exchange::cast::Scenery;
 use crate::exchange::defects::Defects;
 use crate::exchange::mirrors::Mirrors;
 use crate::exchange::patches::{PatchSurface, Patches};
-use crate::exchange::sky::{Due, Renewal};
+use crate::exchange::sky::{Due, LastFound, Renewal};
 use crate::exchange::step::{CraftLight, Exchange, ExchangeSettings, MOST_PATCHES, PATCHES};
 use crate::model::nodes::{GROUP, Nodes, PADDING};
-use crate::saved::{Saved, SavedError};
 use crate::thermal::material::Material;
+use crate::thermal::misfit::{Misfit, check_length};
 use crate::thermal::received::FaceLoad;
 
 /// Most rays of a scene. Their ends take 1 GiB.
@@ -221,25 +221,40 @@ impl ExchangeTwin {
         (0..exchange.of_node.len()).map(|node| exchange.of_node(node, absorbed, &self.light.planet_shares)).collect()
     }
 
-    pub(crate) fn save(&self) -> Saved {
-        let mut saved = self.renewal.save();
-        saved.put_all("rays", self.found.save());
-        self.light.save_into(&mut saved);
-        saved.put("absorbed", &self.absorbed);
-        saved
+    pub(crate) fn save(&self) -> ExchangeTwinState {
+        ExchangeTwinState {
+            found: self.found.save(),
+            last: self.renewal.last.clone(),
+            light: self.light.clone(),
+            absorbed: self.absorbed.clone(),
+        }
     }
 
-    /// Restores the state of `save`.
+    /// Restores a saved state.
     ///
     /// # Errors
-    /// Lists of another kind.
-    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
-        self.renewal.restore(saved)?;
-        self.found.restore(&saved.part("rays"), |poses| Ok::<_, SavedError>(self.craft.cast(poses)))?;
-        self.light = CraftLight::restored(saved)?;
-        self.absorbed = saved.list("absorbed")?;
+    /// A state of other patches.
+    pub(crate) fn restore(&mut self, saved: &ExchangeTwinState) -> Result<(), Misfit> {
+        let patches = self.craft.patches.all.len();
+        saved.light.check_patches(patches)?;
+        if !saved.absorbed.is_empty() {
+            check_length("light that patches absorb", &saved.absorbed, patches)?;
+        }
+        let Ok(_) = self.found.restore(&saved.found, |poses| Ok::<_, Infallible>(self.craft.cast(poses)));
+        self.renewal.last.clone_from(&saved.last);
+        self.light.clone_from(&saved.light);
+        self.absorbed.clone_from(&saved.absorbed);
         Ok(())
     }
+}
+
+/// The saved state of an exchange.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+pub(crate) struct ExchangeTwinState {
+    found: PosedState,
+    last: LastFound,
+    light: CraftLight,
+    absorbed: Vec<f64>,
 }
 
 /// Light that meets inner faces, in words: its share, and the number and area [m2] of patches inside other parts.

@@ -6,14 +6,13 @@ use std::thread::JoinHandle;
 use glam::DAffine3;
 
 use super::exchange::{ExchangeCraft, inside};
-use super::exchange_poses::{Posed, Task};
+use super::exchange_poses::{Posed, PosedState, Task};
 use crate::exchange::cast::Scenery;
 use crate::exchange::step::Exchange;
 use crate::gpu::context::Context;
 use crate::gpu::effects::exchange::tables::ExchangeTables;
 use crate::gpu::error::GpuError;
 use crate::gpu::exchange_rays::{self, Caster};
-use crate::saved::{Saved, SavedError};
 
 /// Share of the rays of a patch beyond which a joint has moved it into another part.
 const COVERED: f32 = 0.1;
@@ -150,21 +149,18 @@ impl DeviceExchange {
     }
 
     /// The poses, without their tables.
-    pub(crate) fn save(&self) -> Saved {
+    pub(crate) fn save(&self) -> PosedState {
         self.posed.save()
     }
 
-    /// Restores the poses of `save`. Returns the tables that held then.
+    /// Restores a saved state. Returns the tables that held then.
     ///
     /// # Errors
-    /// Lists of another kind, or an error of `turn`.
-    pub(crate) fn restore<E: From<SavedError> + From<GpuError>>(
-        &mut self,
-        saved: &Saved,
-    ) -> Result<Option<&ExchangeTables>, E> {
+    /// As for `turn`.
+    pub(crate) fn restore(&mut self, saved: &PosedState) -> Result<Option<&ExchangeTables>, GpuError> {
         self.work = None;
         let (craft, context) = (&self.craft, &self.context);
-        self.posed.restore(saved, |poses| Ok(cast(context, craft, poses)?))
+        self.posed.restore(saved, |poses| cast(context, craft, poses))
     }
 }
 

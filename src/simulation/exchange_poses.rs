@@ -3,7 +3,6 @@
 use glam::DAffine3;
 
 use crate::exchange::turn::turned;
-use crate::saved::{Saved, SavedError};
 
 /// A turn below this is rounding [rad].
 const STILL: f64 = 1e-9;
@@ -19,6 +18,15 @@ pub(super) enum Task<'a> {
     Share(&'a [DAffine3], u32),
     /// The result of all shares.
     Take(&'a [DAffine3]),
+}
+
+/// The saved poses, without what was found for them.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+pub(crate) struct PosedState {
+    known: Vec<Vec<DAffine3>>,
+    now: usize,
+    pending: Option<(Vec<DAffine3>, u32)>,
+    stalest: f64,
 }
 
 /// Findings for poses of the joints. One holds for all poses within an angle of its own.
@@ -116,43 +124,27 @@ impl<T> Posed<T> {
     }
 
     /// The poses, without their findings.
-    pub(crate) fn save(&self) -> Saved {
-        let mut saved = Saved::default();
-        saved.put("count", &[self.known.len() as u64, self.now as u64]);
-        saved.put("stalest", &[self.stalest]);
-        if let Some((poses, age)) = &self.pending {
-            saved.put("pending", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
-            saved.put("age", &[u64::from(*age)]);
+    pub(crate) fn save(&self) -> PosedState {
+        PosedState {
+            known: self.known.iter().map(|(poses, _)| poses.clone()).collect(),
+            now: self.now,
+            pending: self.pending.clone(),
+            stalest: self.stalest,
         }
-        for (number, (poses, _)) in self.known.iter().enumerate() {
-            saved.put(format!("pose.{number}"), &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
-        }
-        saved
     }
 
-    /// Restores the poses of `save`, and makes the finding that held then.
+    /// Restores a saved state, and makes the finding that held then.
     ///
     /// # Errors
-    /// Lists of another kind, or an error of `find`.
-    pub(crate) fn restore<E: From<SavedError>>(
+    /// The errors of `find`.
+    pub(crate) fn restore<E>(
         &mut self,
-        saved: &Saved,
+        saved: &PosedState,
         find: impl FnOnce(&[DAffine3]) -> Result<T, E>,
     ) -> Result<Option<&T>, E> {
-        let [count, now] = saved.array::<u64, 2>("count")?;
-        self.known.clear();
-        for number in 0..count.min(MOST as u64) {
-            let poses: Vec<[f64; 12]> = saved.list(&format!("pose.{number}"))?;
-            self.known.push((poses.iter().map(DAffine3::from_cols_array).collect(), None));
-        }
-        self.now = now as usize;
-        [self.stalest] = saved.array("stalest")?;
-        self.pending = None;
-        if saved.has("pending") {
-            let poses: Vec<[f64; 12]> = saved.list("pending")?;
-            let [age] = saved.array::<u64, 1>("age")?;
-            self.pending = Some((poses.iter().map(DAffine3::from_cols_array).collect(), age as u32));
-        }
+        self.known = saved.known.iter().take(MOST).map(|poses| (poses.clone(), None)).collect();
+        (self.now, self.stalest) = (saved.now, saved.stalest);
+        self.pending.clone_from(&saved.pending);
         match self.known.get_mut(self.now) {
             Some((poses, found)) => Ok(Some(found.insert(find(poses)?))),
             None => Ok(None),
@@ -184,7 +176,7 @@ mod tests {
         assert_eq!(anew, [Some(1), None, Some(2), None, Some(1), Some(2), Some(3)]);
         let saved = posed.save();
         let mut again = Posed::new(0.1, 1);
-        let restored = again.restore(&saved, |poses| Ok::<_, SavedError>(poses[1].matrix3.x_axis.y));
+        let restored = again.restore(&saved, |poses| Ok::<_, Infallible>(poses[1].matrix3.x_axis.y));
         assert!(restored.expect("a saved state").is_some_and(|sine| (sine - 0.4f64.sin()).abs() < 1e-12));
         assert!(turned(&[], &[DAffine3::IDENTITY]).is_infinite());
     }
@@ -202,7 +194,7 @@ mod tests {
             found(&mut posed, &mut count, angle);
         }
         let mut again = Posed::new(0.1, 2);
-        again.restore(&posed.save(), |_| Ok::<_, SavedError>(1)).expect("a saved state");
+        again.restore(&posed.save(), |_| Ok::<_, Infallible>(1)).expect("a saved state");
         let anew = [0.1, 0.12].map(|angle| found(&mut again, &mut count, angle));
         assert_eq!(anew, [None, Some(2)]);
     }

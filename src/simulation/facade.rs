@@ -16,7 +16,7 @@ pub use place::Placement;
 use super::engine::Engine;
 use super::facade_error::SimulationError;
 use super::forward::{Passing, forward};
-use super::periodic::Periodic;
+use super::orbits::Periodic;
 use super::pose::CameraError;
 use super::prepare::Prepared;
 use super::prepare_error::PrepareError;

@@ -9,8 +9,8 @@ use crate::environment::joints::JointError;
 use crate::environment::placements::PlaceError;
 use crate::environment::sky::SkyError;
 use crate::gpu::error::GpuError;
-use crate::saved::SavedError;
 use crate::scene::SceneError;
+use crate::thermal::misfit::Misfit;
 
 /// Why a simulation does not do what it is asked.
 #[derive(Debug, thiserror::Error)]
@@ -47,9 +47,9 @@ pub enum SimulationError {
     /// The saved state belongs to another craft.
     #[error("the saved state is of another craft: {0}")]
     State(String),
-    /// The lists are no saved state of a simulation.
+    /// The saved state does not fit a simulation.
     #[error("this is no saved state of a simulation: {0}")]
-    NoState(SavedError),
+    NoState(Misfit),
     /// A number of an image is not finite.
     #[error("at {time} s the {what} of pixel ({x}, {y}) is not finite")]
     NotFinite {

@@ -2,7 +2,6 @@
 
 use glam::DAffine3;
 
-use super::engine::Pixels;
 use crate::scene::Camera;
 
 /// What a camera sees at one moment. Rows run from top to bottom, pixels from left to right. A pixel without a surface is 0 in every list but the
@@ -36,25 +35,44 @@ pub struct Image {
 }
 
 impl Image {
-    /// The image of a camera at a time [s] from its pixels.
-    pub fn new(camera: Camera, camera_from_body: DAffine3, time: f64, pixels: Pixels) -> Self {
-        let channel = |i: usize| pixels.radiance_temperature_depth.iter().map(|pixel| pixel[i]).collect();
-        let label = |i: usize| pixels.identity.iter().map(|pixel| pixel[i]).collect();
-        let reading = |i: usize| pixels.readings.as_ref().map(|all| all.iter().map(|pixel| pixel[i]).collect());
+    /// An image without pixels.
+    pub(crate) fn blank(camera: Camera, camera_from_body: DAffine3, time: f64) -> Self {
         Self {
             time,
             camera,
             camera_from_body,
-            radiance: channel(0),
-            temperature: channel(1),
-            depth: channel(2),
-            part: label(0),
-            material: label(1),
-            digital_numbers: reading(0),
-            counts: reading(1),
-            coverage: pixels.coverage,
-            reflected: pixels.reflected,
+            radiance: Vec::new(),
+            temperature: Vec::new(),
+            depth: Vec::new(),
+            part: Vec::new(),
+            material: Vec::new(),
+            coverage: Vec::new(),
+            reflected: Vec::new(),
+            digital_numbers: None,
+            counts: None,
         }
+    }
+
+    /// Takes what the sensor reads: digital number and count of each pixel.
+    pub(crate) fn with_readings(self, readings: Option<&[[u16; 2]]>) -> Self {
+        let reading = |i: usize| readings.map(|all| all.iter().map(|pixel| pixel[i]).collect());
+        Self { digital_numbers: reading(0), counts: reading(1), ..self }
+    }
+
+    /// Radiance, temperature and depth of a pixel.
+    pub fn values(&self, pixel: usize) -> [f32; 3] {
+        [self.radiance[pixel], self.temperature[pixel], self.depth[pixel]]
+    }
+
+    /// Part and material of a pixel, each plus 1.
+    pub fn labels(&self, pixel: usize) -> [u32; 2] {
+        [self.part[pixel], self.material[pixel]]
+    }
+
+    /// Smallest and largest finite temperature of a surface [K]. `None` without surfaces.
+    pub fn range(&self) -> Option<[f32; 2]> {
+        let shown = self.temperature.iter().zip(&self.part).filter(|(value, part)| **part != 0 && value.is_finite());
+        shown.map(|(&value, _)| [value, value]).reduce(|[low, high], [least, most]| [low.min(least), high.max(most)])
     }
 
     /// Width and height in pixels.
@@ -62,16 +80,12 @@ impl Image {
         [self.camera.width, self.camera.height]
     }
 
-    /// The first pixel of a surface whose radiance, temperature or depth is not finite, and which of them it is.
-    pub(crate) fn not_finite(&self) -> Option<(&'static str, usize)> {
-        not_finite(&self.radiance, &self.temperature, &self.depth).map(|(what, pixel, _)| (what, pixel))
+    /// The first number that is not finite: radiance, temperature or depth, its pixel, and itself.
+    pub(crate) fn not_finite(&self) -> Option<(&'static str, usize, f32)> {
+        let lists = [("radiance", &self.radiance), ("temperature", &self.temperature), ("depth", &self.depth)];
+        lists.into_iter().find_map(|(name, values)| {
+            let (pixel, value) = values.iter().enumerate().find(|(_, value)| !value.is_finite())?;
+            Some((name, pixel, *value))
+        })
     }
-}
-
-/// The first number of an image that is not finite: its name, its pixel, and itself.
-pub(crate) fn not_finite(radiance: &[f32], temperature: &[f32], depth: &[f32]) -> Option<(&'static str, usize, f32)> {
-    [("radiance", radiance), ("temperature", temperature), ("depth", depth)].into_iter().find_map(|(name, values)| {
-        let (pixel, value) = values.iter().enumerate().find(|(_, value)| !value.is_finite())?;
-        Some((name, pixel, *value))
-    })
 }

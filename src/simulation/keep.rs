@@ -2,14 +2,20 @@
 
 use super::check::Check;
 use super::engine::Engine;
-use crate::saved::Saved;
+use super::orbits::Orbits;
 
 pub(crate) trait Keep<E> {
-    /// Takes the state between two steps. `own` is the state of the warm-up itself, `done` the number of steps before it.
+    /// Takes the state between two steps. `done` is the number of steps before it, `orbits` what a periodic warm-up goes on from.
     ///
     /// # Errors
     /// A call that fails.
-    fn take(&mut self, done: u32, own: Saved, engine: &mut dyn Engine, check: Option<&mut Check>) -> Result<(), E>;
+    fn take(
+        &mut self,
+        done: u32,
+        orbits: Option<&Orbits>,
+        engine: &mut dyn Engine,
+        check: Option<&mut Check>,
+    ) -> Result<(), E>;
 
     /// Whether a state is to be saved after so many steps.
     fn wants(&self, done: u32) -> bool;
@@ -24,7 +30,7 @@ pub(crate) trait Keep<E> {
 pub(crate) struct KeepNothing;
 
 impl<E> Keep<E> for KeepNothing {
-    fn take(&mut self, _: u32, _: Saved, _: &mut dyn Engine, _: Option<&mut Check>) -> Result<(), E> {
+    fn take(&mut self, _: u32, _: Option<&Orbits>, _: &mut dyn Engine, _: Option<&mut Check>) -> Result<(), E> {
         Ok(())
     }
 

@@ -19,6 +19,7 @@ pub(crate) use description::{BEYOND, ESTIMATED};
 pub(crate) use failure::unfinished;
 pub(crate) use run::NetworkRun;
 pub use run::StepCost;
+pub(crate) use saved::NetworkRunState;
 
 use std::sync::Arc;
 

@@ -1,7 +1,6 @@
 //! Prepares a scene for a run: model, materials, nodes in device order, loads.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -13,7 +12,7 @@ use super::joints;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, PrepareStage};
 use super::prepare_names;
-use super::prepare_steps::{self as steps, Dense};
+use super::prepare_steps::{self as steps, Dense, SceneHashes};
 use crate::environment::shadow::{Jointed, Occluders, Redraw, ShadowCasters};
 use crate::environment::step::StepLoads;
 use crate::gpu::effects::image::runs::TriangleRun;
@@ -41,14 +40,30 @@ const MAX_GROUPS: usize = 65_535 * 64;
 const PROFILES: &str = "A transition is a profile in temperature, not physics: in orbit even the best t_max leaves a \
                         radiating node 10 to 37 K rms from its energy balance.";
 
+/// The triangles of a scene that cast shadows: the triangles of its model before it is split. Empty without shadows.
+pub struct SceneOccluders {
+    /// Node indices.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// The run of each joint.
+    pub(crate) runs: Vec<TriangleRun>,
+    /// Their tree, where shadows are found by rays.
+    pub tree: Option<Occluders>,
+}
+
+/// What is told of a model.
+pub struct ModelSummary {
+    /// Area [m2].
+    pub area: f64,
+    /// Result of merging short edges, where the scene asks for it.
+    pub(crate) merged: Option<MergeSummary>,
+}
+
 /// A scene ready to run.
 pub struct Prepared {
     /// The scene file.
     pub scene: Scene,
-    /// SHA-256 of all files of the scene.
-    pub hash: String,
-    /// SHA-256 of each file.
-    pub file_hashes: BTreeMap<PathBuf, String>,
+    /// Hashes of its files.
+    pub hashes: SceneHashes,
     /// Names of the parts.
     pub parts: Vec<String>,
     /// Materials in the order of the model.
@@ -59,15 +74,10 @@ pub struct Prepared {
     pub triangles: Vec<[u32; 3]>,
     /// The runs of `triangles`. Triangles without area stand between them.
     pub triangle_runs: Vec<TriangleRun>,
-    /// The tree of these triangles, where shadows are found by rays.
-    pub shadow_tree: Option<Occluders>,
-    /// Node indices of the triangles that cast shadows, taken from the model before it is split. Empty without shadows.
-    pub(crate) occluders: Vec<[u32; 3]>,
-    pub(crate) occluder_runs: Vec<TriangleRun>,
-    /// Result of merging short edges, where the scene asks for it.
-    pub(crate) merged: Option<MergeSummary>,
-    /// Area of the model [m2].
-    pub area: f64,
+    /// The triangles that cast shadows.
+    pub occluders: SceneOccluders,
+    /// Area of the model, and the result of merging its edges.
+    pub model: ModelSummary,
     /// Loads of any step: Sun, planet and albedo.
     pub loads: StepLoads,
     pub(crate) probes: Vec<usize>,
@@ -117,7 +127,7 @@ impl Prepared {
         steps::check_functions(&scene, &materials)?;
         let looks = emissivity::check(&scene, &materials)?;
         steps::set_hottest(&scene, &mut materials)?;
-        let (hash, file_hashes) = steps::hashes(&scene.files)?;
+        let hashes = steps::hashes(&scene.files)?;
         let mut warnings = steps::model_warnings(&scene, &mut model);
         let Dense { mut model, merged, occluders } = steps::at_density(&mut scene, model, &materials, progress)?;
         warnings.extend(looks);
@@ -140,8 +150,9 @@ impl Prepared {
         let areas = model.node_areas();
         let nodes = Nodes::with_joints(&model, &areas, &materials, &part_joint);
         let (triangles, triangle_runs) = steps::by_joint(std::mem::take(&mut model.triangles), &nodes, RUN);
-        let (occluders, occluder_runs) = steps::by_joint(occluders, &nodes, 1);
-        let shadow_tree = steps::shadow_tree(&scene, &nodes, &occluders)?;
+        let (occluders, runs) = steps::by_joint(occluders, &nodes, 1);
+        let tree = steps::shadow_tree(&scene, &nodes, &occluders)?;
+        let occluders = SceneOccluders { triangles: occluders, runs, tree };
         steps::check_traced(&scene, &triangles)?;
 
         progress(PrepareStage::Loads);
@@ -162,17 +173,13 @@ impl Prepared {
             exchange: exchange.map(Arc::new),
             network,
             given,
-            hash,
-            file_hashes,
+            hashes,
             parts,
             materials,
             triangles,
             triangle_runs,
             occluders,
-            occluder_runs,
-            shadow_tree,
-            merged,
-            area: areas.iter().sum(),
+            model: ModelSummary { area: areas.iter().sum(), merged },
             loads,
             probes,
             warnings,
@@ -217,9 +224,9 @@ impl Prepared {
     /// When shadows are found anew, and from which view. `None` where the craft does not shadow itself.
     pub fn redraw(&self) -> Option<Redraw> {
         let settings = self.scene.shadows?;
-        let bounds = self.occluder_runs.iter().map(|run| {
+        let bounds = self.occluders.runs.iter().map(|run| {
             let (first, end) = run.triangles;
-            let nodes = self.occluders[first as usize..end as usize].as_flattened().iter();
+            let nodes = self.occluders.triangles[first as usize..end as usize].as_flattened().iter();
             let corners = nodes.map(|node| self.nodes.positions[*node as usize].as_dvec3());
             let around = corners.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], corner| {
                 [low.min(corner), high.max(corner)]
@@ -268,7 +275,7 @@ impl Prepared {
     pub fn casters(&self) -> Jointed {
         let joints = if self.joints() > 1 { self.joints_of(0..self.nodes.positions.len()) } else { Vec::new() };
         let positions = self.nodes.positions.iter().map(|position| position.as_dvec3()).collect();
-        Jointed { positions, triangles: self.occluders.clone(), joints }
+        Jointed { positions, triangles: self.occluders.triangles.clone(), joints }
     }
 
     /// Number of joints, including the body.

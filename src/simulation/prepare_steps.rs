@@ -1,7 +1,7 @@
 //! The steps of preparing a scene, in the order in which `Prepared::with_materials` takes them.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -43,12 +43,31 @@ const MOST_NUMBERS: f64 = 1e11;
 /// Steps of the walk of joints with a rate in one step of the scene.
 const WALKS_A_STEP: f64 = 4.0;
 
+/// SHA-256 of the files of a scene (hexadecimal).
+#[derive(Debug, Clone)]
+pub struct SceneHashes {
+    /// Of all files together.
+    pub all: String,
+    /// Of each file.
+    pub files: BTreeMap<PathBuf, String>,
+}
+
+impl SceneHashes {
+    /// Hash of a file. Empty where the scene does not have the file.
+    pub(crate) fn of_file(&self, path: &Path) -> String {
+        self.files.get(path).cloned().unwrap_or_default()
+    }
+}
+
 /// SHA-256 of all files together, and of each.
-pub(super) fn hashes(files: &[PathBuf]) -> Result<(String, BTreeMap<PathBuf, String>), PrepareError> {
+pub(super) fn hashes(files: &[PathBuf]) -> Result<SceneHashes, PrepareError> {
     let read = |path: &PathBuf| files::read(path).map_err(|source| PrepareError::Read { path: path.clone(), source });
     let contents = files.iter().map(read).collect::<Result<Vec<_>, _>>()?;
-    let of_all = scene_hash(&contents.iter().map(Vec::as_slice).collect::<Vec<_>>());
-    Ok((of_all, files.iter().cloned().zip(contents.iter().map(|content| file_hash(content))).collect()))
+    let all = scene_hash(&contents.iter().map(Vec::as_slice).collect::<Vec<_>>());
+    Ok(SceneHashes {
+        all,
+        files: files.iter().cloned().zip(contents.iter().map(|content| file_hash(content))).collect(),
+    })
 }
 
 /// Warns of patterns that match no part or material, and of features of the model that are ignored.

@@ -1,36 +1,30 @@
 //! The f64 reference as an engine: the twins of the device functions, and a rasteriser in f64.
 
-use std::borrow::Cow;
+mod drawing;
+
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
 
-use super::device_data::is_own;
-use super::distant::DistantParts;
+use self::drawing::Drawing;
 use super::energy::{absorbed_heat, heat_tables};
-use super::engine::{Delivered, Engine, EngineError, EngineStep, InstantPoses, Order, Pixels, RowMoments};
+use super::engine::{Delivered, Engine, EngineError, EngineStep, Order};
+use super::engine_state::{EngineState, ReferenceEngineState};
 use super::exchange::ExchangeTwin;
 use super::given::GivenTemperatures;
 use super::network::NetworkRun;
-use super::pose::draws_alike;
 use super::prepare::Prepared;
-use super::surroundings::Finishes;
-use super::viewpoint::{raster_view, sensor_view};
 use crate::environment::StepLoad;
-use crate::environment::shadow::{Jointed, ShadowCasters};
+use crate::environment::shadow::ShadowCasters;
 use crate::gpu::effects::heat::tables::HeatTables;
-use crate::model::nodes::{GROUP, PADDING};
-use crate::raster::distant::gather;
-use crate::raster::{self, RasterSurface, SurfaceSurroundings, rasterise};
-use crate::saved::Saved;
+use crate::model::nodes::PADDING;
 use crate::scene::Camera;
 use crate::thermal::between::between;
 use crate::thermal::incident::{IncidentFunction, incident};
-use crate::thermal::radiance::{RadianceTable, band_radiance};
+use crate::thermal::misfit::{Misfit, part};
 use crate::thermal::reference::Reference;
 use crate::thermal::sensor::twin::SensorTwin;
-use crate::thermal::surroundings::Surroundings;
 use crate::trace::{Trace, Track};
 
 /// The f64 reference of all nodes, and its rasteriser.
@@ -42,24 +36,12 @@ pub struct ReferenceEngine {
     slots: usize,
     /// Temperatures before the last step, where images lie between steps [K].
     earlier: Vec<f64>,
-    /// The surface that is drawn, in the file's pose.
-    surface: Jointed,
-    /// Normals of the surface, in the file's pose. Empty where no pixel needs them.
-    normals: Vec<DVec3>,
-    finishes: Finishes,
-    /// The boxes of a craft that may be far away.
-    distance: Option<DistantParts>,
-    parts: Vec<u32>,
-    materials: Vec<u32>,
-    emissivities: Vec<[f64; 2]>,
     network: Option<NetworkRun>,
     /// Temperatures of a file.
     given: Option<Arc<GivenTemperatures>>,
     heat: HeatTables,
     steps: u64,
-    camera: Option<Camera>,
-    table: RadianceTable,
-    sensor: Option<SensorTwin>,
+    drawing: Drawing,
     delivered: VecDeque<Delivered>,
     trace: Trace,
 }
@@ -68,58 +50,28 @@ impl ReferenceEngine {
     /// The scene on the reference. Images are drawn where `camera` is given.
     pub fn new(prepared: &Prepared, camera: Option<&Camera>) -> Self {
         let nodes = &prepared.nodes;
-        let node_of_slot: Vec<u32> = (0..nodes.vertex_of_node.len() as u32)
-            .filter(|slot| nodes.vertex_of_node[*slot as usize] != PADDING)
-            .collect();
-        let of_group = |group: &[u32]| (0..nodes.vertex_of_node.len()).map(|slot| group[slot / GROUP]).collect();
-        let moves = prepared.joints() > 1;
-        let own_joints = |slots: &[u32]| {
-            if moves { prepared.joints_of(slots.iter().map(|slot| *slot as usize)) } else { Vec::new() }
-        };
-        let joints = own_joints(&node_of_slot);
-        let position_joints = own_joints(&(0..nodes.vertex_of_node.len() as u32).collect::<Vec<_>>());
-        let reference_nodes = node_of_slot.iter().map(|slot| nodes.reference_node(*slot as usize)).collect();
-        let finishes = Finishes::new(prepared);
-        let has_normals = !finishes.reflectors.is_empty();
-        let shown = if finishes.crinkled.is_empty() { &nodes.normals } else { &finishes.crinkled };
-        let normals = shown.iter().filter(|_| has_normals).map(|normal| normal.as_dvec3()).collect();
+        let slots = nodes.vertex_of_node.len();
+        let node_of_slot: Vec<u32> =
+            (0..slots as u32).filter(|slot| nodes.vertex_of_node[*slot as usize] != PADDING).collect();
+        let drawn = || node_of_slot.iter().map(|slot| *slot as usize);
+        let joints = if prepared.joints() > 1 { prepared.joints_of(drawn()) } else { Vec::new() };
+        let reference_nodes = drawn().map(|slot| nodes.reference_node(slot)).collect();
         Self {
-            normals,
-            finishes,
-            distance: camera.and_then(|camera| DistantParts::new(prepared, camera)),
             reference: Reference::new(reference_nodes, prepared.materials.clone(), incident as IncidentFunction)
                 .with_joints(joints),
-            shadows: prepared.shadows(node_of_slot.iter().map(|slot| *slot as usize)),
+            shadows: prepared.shadows(drawn()),
             exchange: prepared
                 .exchange
                 .as_ref()
                 .map(|craft| ExchangeTwin::new(craft, &prepared.loads.joints_at(0.0).1)),
-            slots: nodes.vertex_of_node.len(),
+            slots,
             earlier: Vec::new(),
             node_of_slot,
-            surface: Jointed {
-                positions: nodes.positions.iter().map(|position| position.as_dvec3()).collect(),
-                triangles: prepared.triangles.clone(),
-                joints: position_joints,
-            },
-            parts: of_group(&nodes.group_part),
-            materials: of_group(&nodes.group_material),
-            emissivities: prepared
-                .materials
-                .iter()
-                .map(|material| [material.front.emissivity, material.back().emissivity])
-                .collect(),
             network: prepared.network.as_ref().map(NetworkRun::reference),
             given: prepared.given.clone(),
             heat: heat_tables(prepared),
             steps: 0,
-            camera: camera.cloned(),
-            sensor: prepared.scene.sensor.as_ref().zip(camera).filter(|_| is_own(prepared, camera)).map(
-                |(sensor, camera)| {
-                    SensorTwin::new(sensor, &RadianceTable::new(prepared.scene.band), sensor_view(camera))
-                },
-            ),
-            table: RadianceTable::new(prepared.scene.band),
+            drawing: Drawing::new(prepared, camera),
             delivered: VecDeque::new(),
             trace: Trace::default(),
         }
@@ -168,53 +120,6 @@ impl ReferenceEngine {
         temperatures
     }
 
-    /// Normals of the surface as the joints turn it.
-    fn turned(&self, joints: &[DAffine3]) -> Cow<'_, [DVec3]> {
-        if self.surface.joints.is_empty() {
-            return Cow::Borrowed(&self.normals);
-        }
-        let turn = |(normal, joint): (&DVec3, &u32)| joints[*joint as usize].matrix3 * *normal;
-        Cow::Owned(self.normals.iter().zip(&self.surface.joints).map(turn).collect())
-    }
-
-    /// Draws the surface as the joints place it, in the surroundings that were looked at last.
-    fn draw(
-        &self,
-        temperatures: &[f64],
-        joints: &[DAffine3],
-        view: &raster::RasterView,
-        (surroundings, time): (Option<&Surroundings>, f64),
-    ) -> Vec<raster::Pixel> {
-        let placed;
-        let positions = if self.surface.joints.is_empty() {
-            &self.surface.positions
-        } else {
-            placed = self.surface.placed(joints);
-            &placed
-        };
-        let normals = self.turned(joints);
-        let seen = surroundings.is_some() || !self.finishes.reflectors.is_empty();
-        let around = seen.then(|| SurfaceSurroundings {
-            surroundings,
-            background: self.finishes.has_background(),
-            normals: &normals,
-            reflects: self.finishes.reflects(),
-            reflectors: &self.finishes.reflectors,
-            looks: self.finishes.looks(),
-            traced: self.finishes.traced.as_ref().map(|traced| traced.seen(time)),
-        });
-        let surface = RasterSurface {
-            around,
-            positions,
-            triangles: &self.surface.triangles,
-            temperatures,
-            vertex_part: &self.parts,
-            vertex_material: &self.materials,
-            emissivities: &self.emissivities,
-        };
-        rasterise(&surface, view, |t| band_radiance(&self.table, t))
-    }
-
     /// Takes the temperatures of a file at a time [s].
     fn take_given(&mut self, time: f64) {
         let Some(given) = &self.given else { return };
@@ -222,29 +127,6 @@ impl ReferenceEngine {
         for (node, slot) in self.node_of_slot.iter().enumerate() {
             self.reference.set_temperature(node, temperatures[*slot as usize]);
         }
-    }
-
-    /// Draws what stands behind the surface.
-    fn draw_sky(&self, view: &raster::RasterView, surroundings: Option<&Surroundings>) -> Vec<raster::Pixel> {
-        let around = surroundings.map(|surroundings| SurfaceSurroundings {
-            surroundings: Some(surroundings),
-            background: self.finishes.has_background(),
-            normals: &[],
-            reflects: false,
-            reflectors: &[],
-            looks: self.finishes.looks(),
-            traced: None,
-        });
-        let nothing = RasterSurface {
-            around,
-            positions: &[],
-            triangles: &[],
-            temperatures: &[],
-            vertex_part: &[],
-            vertex_material: &[],
-            emissivities: &[],
-        };
-        rasterise(&nothing, view, |_| 0.0)
     }
 
     fn take_network(&mut self) {
@@ -257,6 +139,31 @@ impl ReferenceEngine {
                 self.reference.set_temperature(node, of_slot[*slot as usize]);
             }
         }
+    }
+
+    /// Advances by a step. Returns the heat that each run of nodes absorbed [W], where it was asked for.
+    fn advance(&mut self, step: &EngineStep<'_>, absorbed: bool) -> Result<Option<Vec<f64>>, EngineError> {
+        self.steps += 1;
+        self.reference.find_shadows(&mut self.shadows, step.load);
+        self.exchange(step.load, step.steps);
+        self.reference.step(step.load, step.steps);
+        let absorbed = absorbed.then(|| {
+            let flux = self.flux(step.load);
+            absorbed_heat(&self.heat, |slot| flux[slot])
+        });
+        if let Some(network) = &mut self.network {
+            network.step_begins();
+        }
+        let heat = self.heat(step.load);
+        if let Some(network) = &mut self.network {
+            network.step(heat, step.start, step.length)?;
+        }
+        self.take_network();
+        self.take_given(step.start + step.length);
+        if let Some(network) = &mut self.network {
+            network.step_ends();
+        }
+        Ok(absorbed)
     }
 }
 
@@ -296,112 +203,32 @@ impl Engine for ReferenceEngine {
     }
 
     fn take_camera(&mut self, camera: &Camera) -> bool {
-        let fits = self.camera.as_ref().is_some_and(|own| draws_alike(own, camera, self.sensor.is_none()));
-        if fits {
-            self.camera = Some(camera.clone());
-        }
-        fits
+        self.drawing.take_camera(camera)
     }
 
     fn take_sensor(&mut self, prepared: &Prepared) -> Result<bool, EngineError> {
-        let Some((own, sensor)) = self.sensor.as_mut().zip(prepared.scene.sensor.as_ref()) else { return Ok(false) };
-        own.take(sensor);
-        Ok(true)
+        let sensors = self.drawing.sensor.as_mut().zip(prepared.scene.sensor.as_ref());
+        Ok(sensors.map(|(own, sensor)| own.take(sensor)).is_some())
     }
 
     fn submit(&mut self, step: Option<EngineStep<'_>>, order: Order<'_>) -> Result<(), EngineError> {
         let trace = self.trace.clone();
         let _computes = trace.span(Track::Host, "f64 reference");
-        let mut absorbed = None;
         if order.keep {
             self.earlier = self.temperatures();
         }
-        if let Some(step) = step {
-            self.steps += 1;
-            self.reference.find_shadows(&mut self.shadows, step.load);
-            self.exchange(step.load, step.steps);
-            self.reference.step(step.load, step.steps);
-            if order.absorbed {
-                let flux = self.flux(step.load);
-                absorbed = Some(absorbed_heat(&self.heat, |slot| flux[slot]));
-            }
-            if let Some(network) = &mut self.network {
-                network.step_begins();
-            }
-            let heat = self.heat(step.load);
-            if let Some(network) = &mut self.network {
-                network.step(heat, step.start, step.length)?;
-            }
-            self.take_network();
-            self.take_given(step.start + step.length);
-            if let Some(network) = &mut self.network {
-                network.step_ends();
-            }
-        }
+        let absorbed = match &step {
+            Some(step) => self.advance(step, order.absorbed)?,
+            None => None,
+        };
         let mut temperatures = self.temperatures();
         if let Some(share) = order.between {
             let pairs = self.earlier.iter().zip(temperatures);
             temperatures = pairs.map(|(earlier, later)| between(*earlier, later, share)).collect();
         }
-        if let Some(around) = &order.surroundings {
-            self.finishes.look_at(around);
-        }
-        if let Some(traced) = self.finishes.traced.as_mut().filter(|_| order.pose.is_some()) {
-            traced.follow(order.joints);
-        }
-        let apart = self.finishes.is_apart();
-        let mut pixels = order.pose.as_ref().zip(self.camera.as_ref()).map(|(pose, camera)| {
-            let surroundings = order.surroundings.as_ref();
-            let draw = |joints: &[DAffine3], view: &raster::RasterView| {
-                self.draw(&temperatures, joints, view, (surroundings, order.time))
-            };
-            let drawn = match order.rows {
-                None => {
-                    let view = raster_view(camera, pose);
-                    let crop = self.distance.as_ref().and_then(|distance| distance.crop(camera, pose, order.joints));
-                    match crop {
-                        None => draw(order.joints, &view),
-                        Some(crop) => {
-                            let texels = draw(order.joints, &crop.view(&view));
-                            let mut image = self.draw_sky(&view, surroundings);
-                            gather(&mut image, view.width as usize, &crop, &texels);
-                            image
-                        }
-                    }
-                }
-                Some(RowMoments(moment)) => {
-                    let row = |row: u32| {
-                        let InstantPoses { pose, joints } = moment(f64::from(row));
-                        let mut view = raster_view(camera, &pose);
-                        view.lens.centre[1] -= f64::from(row);
-                        draw(&joints, &raster::RasterView { height: 1, ..view })
-                    };
-                    (0..camera.height).flat_map(row).collect()
-                }
-            };
-            let value = |pixel: &raster::Pixel| match pixel.part {
-                0 => [pixel.radiance as f32, 0.0, 0.0],
-                _ => [pixel.radiance as f32, pixel.temperature as f32, pixel.depth as f32],
-            };
-            let radiance: Vec<f64> = drawn.iter().map(|pixel| pixel.radiance).collect();
-            let pixels = Pixels {
-                readings: None,
-                radiance_temperature_depth: drawn.iter().map(value).collect(),
-                identity: drawn.iter().map(|pixel| [pixel.part, pixel.material]).collect(),
-                coverage: match camera.samples {
-                    1 => Vec::new(),
-                    _ => drawn.iter().map(|pixel| pixel.coverage as f32).collect(),
-                },
-                reflected: drawn.iter().filter(|_| apart).map(|pixel| pixel.reflected as f32).collect(),
-            };
-            (pixels, radiance)
-        });
-        if let (Some((pixels, radiance)), Some(sensor)) = (&mut pixels, &mut self.sensor) {
-            pixels.readings = Some(sensor.expose(radiance, order.time));
-        }
-        let pixels = pixels.map(|(pixels, _)| pixels);
+        let image = self.drawing.image(&order, &temperatures);
         let temperatures = order.temperatures.then(|| temperatures.iter().map(|t| *t as f32).collect());
-        self.delivered.push_back(Delivered { pixels, temperatures, absorbed });
+        self.delivered.push_back(Delivered { image, temperatures, absorbed });
         Ok(())
     }
 
@@ -413,40 +240,35 @@ impl Engine for ReferenceEngine {
         self.steps
     }
 
-    fn save(&mut self) -> Result<Saved, EngineError> {
-        let mut saved = Saved::default();
-        saved.put("steps", &[self.steps]);
-        saved.put_all("nodes", self.reference.save());
-        if let Some(shadows) = &self.shadows {
-            saved.put_all("shadows", shadows.save());
-        }
-        if let Some(exchange) = &self.exchange {
-            saved.put_all("exchange", exchange.save());
-        }
-        if let Some(network) = &mut self.network {
-            saved.put_all("network", network.save());
-        }
-        if let Some(sensor) = &self.sensor {
-            saved.put_all("sensor", sensor.save());
-        }
-        Ok(saved)
+    fn save(&mut self) -> Result<EngineState, EngineError> {
+        Ok(EngineState::Reference(Box::new(ReferenceEngineState {
+            steps: self.steps,
+            nodes: self.reference.save(),
+            shadows: self.shadows.as_ref().and_then(|shadows| shadows.redraw.found_for.clone()),
+            exchange: self.exchange.as_ref().map(ExchangeTwin::save),
+            network: self.network.as_ref().map(NetworkRun::save),
+            sensor: self.drawing.sensor.as_ref().map(SensorTwin::save),
+        })))
     }
 
-    fn restore(&mut self, saved: &Saved, most_times: usize) -> Result<(), EngineError> {
-        self.reference.restore(&saved.part("nodes"))?;
+    fn restore(&mut self, saved: &EngineState, most_times: usize) -> Result<(), EngineError> {
+        let EngineState::Reference(saved) = saved else {
+            return Err(Misfit::Absent("the f64 reference".to_owned()).into());
+        };
+        self.reference.restore(&saved.nodes)?;
         if let Some(shadows) = &mut self.shadows {
-            shadows.restore(&saved.part("shadows"))?;
+            shadows.redraw.found_for.clone_from(&saved.shadows);
         }
         if let Some(exchange) = &mut self.exchange {
-            exchange.restore(&saved.part("exchange"))?;
+            exchange.restore(part("radiation between surfaces", &saved.exchange)?)?;
         }
         if let Some(network) = &mut self.network {
-            network.restore(&saved.part("network"), most_times)?;
+            network.restore(part("a network", &saved.network)?, most_times)?;
         }
-        if let Some(sensor) = &mut self.sensor {
-            sensor.restore(&saved.part("sensor"))?;
+        if let Some(sensor) = &mut self.drawing.sensor {
+            sensor.restore(part("a sensor", &saved.sensor)?)?;
         }
-        [self.steps] = saved.array("steps")?;
+        self.steps = saved.steps;
         Ok(())
     }
 

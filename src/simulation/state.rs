@@ -1,68 +1,42 @@
 //! The state of a run between two steps: taken from the engine and the check, and given back to them, bit for bit.
 //!
-//! The lists and their names:
-//!
-//! | list | what |
-//! |---|---|
-//! | `next` | number of the next step (u32) |
-//! | `engine.*` | nodes, shadows, network and counts of the engine: `DeviceEngine::save`, `ReferenceEngine::save` |
-//! | `check.*` | the reference of the sample and the differences so far: `Check::save`; absent without a check |
-//! | `own.*` | in a periodic warm-up: orbits and changes so far, from which it is extrapolated; absent otherwise |
-//! | `periodic` | orbits, coarse orbits, change [K] and tolerance [K] of a periodic warm-up (f64); absent without one |
-//!
-//! Joints, loads and poses follow from the time, so they are computed anew.
+//! Each room declares what it keeps as a struct with serde, and a check of what comes back. Joints, loads and poses follow from the time, so they are
+//! computed anew.
 
-use super::check::Check;
+use super::check::{Check, CheckState};
 use super::engine::{Engine, EngineError};
-use super::periodic::Periodic;
-use crate::saved::{Saved, SavedError};
+use super::engine_state::EngineState;
+use crate::thermal::misfit::part;
 
 /// Most measured times of each kind that a run keeps.
 pub(crate) const MOST_TIMES: usize = 4096;
 
-/// The state before a step.
-///
-/// # Errors
-/// A call that fails.
-pub(crate) fn capture(next: u32, engine: &mut dyn Engine, check: Option<&mut Check>) -> Result<Saved, EngineError> {
-    let mut saved = Saved::default();
-    saved.put("next", &[next]);
-    saved.put_all("engine", engine.save()?);
-    if let Some(check) = check {
-        saved.put_all("check", check.save()?);
-    }
-    Ok(saved)
+/// The saved state of engine and check before a step.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+pub(crate) struct BetweenSteps {
+    /// Number of the step.
+    pub(crate) next: u32,
+    pub(crate) engine: EngineState,
+    /// Absent without a check.
+    pub(crate) check: Option<CheckState>,
 }
 
-/// Gives the state back. Returns the number of the next step.
-///
-/// # Errors
-/// A state of another scene, engine or check, or a call that fails.
-pub(crate) fn restore(saved: &Saved, engine: &mut dyn Engine, check: Option<&mut Check>) -> Result<u32, EngineError> {
-    engine.keep_few_times(MOST_TIMES);
-    engine.restore(&saved.part("engine"), MOST_TIMES)?;
-    if let Some(check) = check {
-        check.restore(&saved.part("check"))?;
+impl BetweenSteps {
+    /// The state before a step.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub(crate) fn capture(next: u32, engine: &mut dyn Engine, check: Option<&mut Check>) -> Result<Self, EngineError> {
+        Ok(Self { next, engine: engine.save()?, check: check.map(Check::save).transpose()? })
     }
-    let [next] = saved.array("next")?;
-    Ok(next)
-}
 
-/// Puts the result of a periodic warm-up.
-pub(crate) fn put_periodic(saved: &mut Saved, periodic: Option<Periodic>) {
-    if let Some(Periodic { orbits, coarse, change, tolerance }) = periodic {
-        saved.put("periodic", &[f64::from(orbits), f64::from(coarse), change, tolerance]);
+    /// Gives the state back.
+    ///
+    /// # Errors
+    /// A state of another scene, engine or check, or a call that fails.
+    pub(crate) fn restore(&self, engine: &mut dyn Engine, check: Option<&mut Check>) -> Result<(), EngineError> {
+        engine.keep_few_times(MOST_TIMES);
+        engine.restore(&self.engine, MOST_TIMES)?;
+        check.map_or(Ok(()), |check| check.restore(part("the f64 reference beside the run", &self.check)?))
     }
-}
-
-/// The result of a periodic warm-up.
-///
-/// # Errors
-/// A list of another length.
-pub(crate) fn periodic(saved: &Saved) -> Result<Option<Periodic>, SavedError> {
-    if !saved.has("periodic") {
-        return Ok(None);
-    }
-    let [orbits, coarse, change, tolerance] = saved.array("periodic")?;
-    Ok(Some(Periodic { orbits: orbits as u32, coarse: coarse as u32, change, tolerance }))
 }

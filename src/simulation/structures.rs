@@ -1,12 +1,10 @@
 //! Structures below plates in a periodic warm-up. Each is moved to where the secant of its last two orbits finds its periodic state.
 
-use crate::saved::{Saved, SavedError};
-
 /// Largest share of its distance that a structure may keep over an orbit, beyond which the secant is not used.
 const STUCK: f64 = 0.9999;
 
 /// The last orbit of every structure: its temperatures at the start and at the end [K].
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct Structures {
     last: Option<[Vec<f64>; 2]>,
 }
@@ -24,24 +22,6 @@ impl Structures {
         };
         Some(from.iter().zip(to).zip(starts).zip(ends).map(own).collect())
     }
-
-    pub(crate) fn save(&self, saved: &mut Saved) {
-        if let Some([starts, ends]) = &self.last {
-            saved.put("structures.starts", starts);
-            saved.put("structures.ends", ends);
-        }
-    }
-
-    /// Restores the state of `save`.
-    ///
-    /// # Errors
-    /// A list that is absent.
-    pub(crate) fn of(saved: &Saved) -> Result<Self, SavedError> {
-        if !saved.has("structures.starts") {
-            return Ok(Self::default());
-        }
-        Ok(Self { last: Some([saved.list("structures.starts")?, saved.list("structures.ends")?]) })
-    }
 }
 
 #[cfg(test)]
@@ -57,9 +37,6 @@ mod tests {
         let first = orbit(&start);
         assert_eq!(structures.ahead(&start, &first), None);
         let second = orbit(&first);
-        let mut saved = Saved::default();
-        structures.save(&mut saved);
-        assert_eq!(Structures::of(&saved).unwrap(), structures);
         let found = structures.ahead(&first, &second).unwrap();
         for (found, exact) in found.iter().zip([280.0, 200.0, 270.0]) {
             assert!((found - exact).abs() < 1e-9, "{found} for {exact}");

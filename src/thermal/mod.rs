@@ -15,6 +15,7 @@ pub(crate) mod least_squares;
 pub(crate) mod lobe;
 pub(crate) mod local_step;
 pub(crate) mod material;
+pub(crate) mod misfit;
 pub(crate) mod network;
 pub(crate) mod planck;
 pub(crate) mod planet_map;

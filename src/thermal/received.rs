@@ -4,7 +4,7 @@
 use crate::thermal::balance::Incident;
 
 /// Shares of the planet's light that a face sees.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PlanetShares {
     /// Share of the planet's infrared.
     pub planet_ir: f64,

@@ -5,9 +5,9 @@ use rayon::prelude::*;
 
 use crate::environment::StepLoad;
 use crate::environment::shadow::ShadowCasters;
-use crate::saved::{Saved, SavedError};
 use crate::thermal::balance::{Incident, absorbed_flux, balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response};
+use crate::thermal::misfit::{Misfit, check_length};
 use crate::thermal::radiative::{PlateLoad, PlateState, radiative_step};
 use crate::thermal::received::FaceLoad;
 use crate::thermal::transition::{TransitionState, transition_step};
@@ -31,6 +31,14 @@ pub struct ReferenceNode {
     pub normal: DVec3,
     /// Index into the materials.
     pub material: u32,
+}
+
+/// The saved state of the nodes.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub(crate) struct ReferenceState {
+    states: Vec<TransitionState>,
+    temperatures: Vec<f64>,
+    visibility: Vec<f64>,
 }
 
 /// State and temperature of the nodes. Nodes are independent, so the result does not depend on the number of threads.
@@ -182,21 +190,22 @@ impl<F: IncidentFlux> Reference<F> {
         self.states[node].target = temperature;
     }
 
-    pub(crate) fn save(&self) -> Saved {
-        let mut saved = Saved::default();
-        let states: Vec<[f64; 3]> = self.states.iter().map(|one| [one.target, one.span, one.elapsed]).collect();
-        saved.put("states", &states);
-        saved.put("temperatures", &self.temperatures);
-        saved.put("visibility", &self.visibility);
-        saved
+    pub(crate) fn save(&self) -> ReferenceState {
+        let Self { states, temperatures, visibility, .. } = self;
+        ReferenceState { states: states.clone(), temperatures: temperatures.clone(), visibility: visibility.clone() }
     }
 
-    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
-        let states: Vec<[f64; 3]> = saved.list_of("states", self.nodes.len())?;
-        self.states =
-            states.into_iter().map(|[target, span, elapsed]| TransitionState { target, span, elapsed }).collect();
-        self.temperatures = saved.list_of("temperatures", self.nodes.len())?;
-        self.visibility = saved.list_of("visibility", self.nodes.len())?;
+    /// Takes a saved state.
+    ///
+    /// # Errors
+    /// Another number of nodes.
+    pub(crate) fn restore(&mut self, saved: &ReferenceState) -> Result<(), Misfit> {
+        check_length("states of nodes", &saved.states, self.nodes.len())?;
+        check_length("temperatures of nodes", &saved.temperatures, self.nodes.len())?;
+        check_length("visibility of nodes", &saved.visibility, self.nodes.len())?;
+        self.states.clone_from(&saved.states);
+        self.temperatures.clone_from(&saved.temperatures);
+        self.visibility.clone_from(&saved.visibility);
         Ok(())
     }
 

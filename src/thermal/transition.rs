@@ -27,7 +27,7 @@ mod walks_tests;
 pub(crate) const MOVED: f64 = 7e-4;
 
 /// State of a node between steps, in units of the transition's domain: K, or (100 K)^4.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TransitionState {
     /// Last target.
     pub target: f64,

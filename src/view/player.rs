@@ -6,10 +6,11 @@ use glam::{DVec2, DVec3};
 
 use super::kept::Kept;
 use crate::model::nodes::GROUP;
-use crate::saved::Saved;
+use crate::output::state_file::size;
 use crate::simulation::facade::Simulation;
 use crate::simulation::facade_error::SimulationError;
 use crate::simulation::image::Image;
+use crate::simulation::thermal_state::ThermalState;
 
 /// Memory for states to which time can go back, and for temperatures of which curves are drawn [bytes].
 const MEMORY: usize = 256 << 20;
@@ -46,7 +47,7 @@ impl ShownImage {
 pub(crate) struct Player {
     simulation: Simulation,
     step: u32,
-    states: Kept<Saved>,
+    states: Kept<ThermalState>,
     temperatures: Kept<Vec<f32>>,
     probes: Vec<PlottedNode>,
     next_probe: u64,
@@ -135,7 +136,7 @@ impl Player {
         }
         if self.states.wants(self.step) {
             let saved = self.simulation.save()?;
-            let bytes = saved.lists().map(|(name, bytes)| name.len() + bytes.len()).sum();
+            let bytes = size(&saved);
             self.states.keep(self.step, saved, bytes);
         }
         Ok(())

@@ -2,12 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use glam::{DMat4, DQuat, DVec3};
+use glam::{DQuat, DVec3};
 use isotherm::internals::{
-    CameraFrame, DeviceEngine, Draw, Engine, FrameHeader, OutputFrame as Frame, Prepared, ReferenceEngine, StepResult,
-    View, camera_from_body, device_view, read_exr, run, start,
+    CameraFrame, DeviceEngine, Draw, Engine, FrameHeader, Prepared, ReferenceEngine, StepResult, View,
+    camera_from_body, device_view, read_exr, run, start,
 };
-use isotherm::{EngineError, Motion, Scene};
+use isotherm::{EngineError, Image, Motion, Scene};
 
 use super::craft::{Folder, never, scene_with};
 use super::device::{assert_silent, context};
@@ -41,9 +41,9 @@ fn images(prepared: &Prepared, engine: &mut dyn Engine) -> Vec<(f64, Vec<f32>, V
     start(prepared, engine, None, &never(), &mut || ()).expect("a warm-up");
     let mut found = Vec::new();
     let mut take = |result: StepResult| {
-        if let Some(pixels) = result.delivered.pixels {
-            let temperatures = pixels.radiance_temperature_depth.iter().map(|pixel| pixel[1]).collect();
-            found.push((result.time, temperatures, pixels.identity.iter().map(|pixel| pixel[0]).collect()));
+        if let Some(pixels) = result.delivered.image {
+            let temperatures = pixels.temperature.clone();
+            found.push((result.time, temperatures, pixels.part.clone()));
         }
         Ok::<_, EngineError>(())
     };
@@ -409,7 +409,7 @@ fn a_warm_up_has_its_own_step() {
     assert!(most > 1e-3 && most < 12.0, "{most} K");
 }
 
-fn frame(folder: &Folder, name: &str) -> (Frame, FrameHeader) {
+fn frame(folder: &Folder, name: &str) -> (Image, FrameHeader) {
     read_exr(&folder.path(name)).expect("a frame")
 }
 
@@ -422,13 +422,13 @@ fn a_run_along_a_path_names_its_images_and_their_poses() {
     assert_eq!(ran.code, 0, "{}", ran.err);
     assert!(ran.out.contains("temperatures between steps are off by up to"), "{}", ran.out);
     let (image, header) = frame(&folder, "out/frames/image_000005.exr");
-    assert_eq!((image.time, image.image, image.step), (100.0, Some(5), 2));
+    assert_eq!((image.time, header.image, header.step), (100.0, Some(5), 2));
     let prepared = folder.prepared();
     let there = prepared.scene.camera.as_ref().expect("a camera").at(100.0, None).expect("covered");
-    assert_eq!(header.camera.position, there.position);
-    assert_eq!(header.camera.motion, Motion::Still);
+    assert_eq!(image.camera.position, there.position);
+    assert_eq!(image.camera.motion, Motion::Still);
     let pose = camera_from_body(&there, &prepared.loads.sky_model().sky(100.0));
-    assert!(header.camera_from_body.abs_diff_eq(DMat4::from(pose), 1e-12));
+    assert!(image.camera_from_body.abs_diff_eq(pose, 1e-12));
     let angle = TAU / 4.0 * 100.0 / 720.0;
     assert!((there.position - DVec3::new(12.0 * angle.cos(), 12.0 * angle.sin(), -3.0)).length() < 2e-3);
     let index = std::fs::read_to_string(folder.path("out/images.csv")).expect("the index");
@@ -444,8 +444,10 @@ fn a_run_along_a_path_names_its_images_and_their_poses() {
     for number in 0..7 {
         let name = format!("frames/image_{number:06}.exr");
         let [(one, head), (two, other)] = ["out", "again"].map(|root| frame(&folder, &format!("{root}/{name}")));
+        assert!(one.camera_from_body.abs_diff_eq(two.camera_from_body, 1e-9));
+        let one = Image { camera: two.camera.clone(), camera_from_body: two.camera_from_body, ..one };
         assert_eq!(one, two);
-        assert!(head.camera_from_body.abs_diff_eq(other.camera_from_body, 1e-9));
+        assert_eq!((head.step, head.image), (other.step, other.image));
     }
     let (one, two) =
         (frame(&folder, "out/frames/image_000001.exr").0, frame(&folder, "again/frames/image_000002.exr").0);

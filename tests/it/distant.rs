@@ -1,7 +1,7 @@
 //! A craft that spans few pixels keeps its radiant intensity.
 
-use isotherm::internals;
-use isotherm::internals::{DeviceData, Pixels};
+use isotherm::internals::DeviceData;
+use isotherm::{Image, internals};
 
 use super::craft::{Folder, scene_with};
 use super::reflections::{apart, by_reference, on_device, shining};
@@ -30,14 +30,14 @@ fn changed(changes: &[(&'static str, String)], make: impl Fn(&[(&str, &str)]) ->
 }
 
 /// Radiance times solid angle over the image, in units of a pixel on the axis.
-fn intensity(pixels: &Pixels, [width, height]: [f64; 2], focal: f64) -> f64 {
-    let of_pixel = |(index, pixel): (usize, &[f32; 3])| {
+fn intensity(pixels: &Image, [width, height]: [f64; 2], focal: f64) -> f64 {
+    let of_pixel = |(index, radiance): (usize, &f32)| {
         let (x, y) = (index as f64 % width, (index as f64 / width).floor());
         let off = ((x + 0.5 - 0.5 * width).powi(2) + (y + 0.5 - 0.5 * height).powi(2)) / (focal * focal);
         // The solid angle of a pixel falls with the third power of the cosine.
-        f64::from(pixel[0]) * (1.0 + off).powf(-1.5)
+        f64::from(*radiance) * (1.0 + off).powf(-1.5)
     };
-    pixels.radiance_temperature_depth.iter().enumerate().map(of_pixel).sum()
+    pixels.radiance.iter().enumerate().map(of_pixel).sum()
 }
 
 /// The same from the same place through a lens so long that the craft spans hundreds of pixels.
@@ -48,7 +48,7 @@ fn exact(pixels: f64) -> f64 {
     changes.push(("fov_deg = 45", format!("focal_px = {focal}\nsamples = 4")));
     changes.push(("width = 96\nheight = 72", "width = 600\nheight = 600".to_owned()));
     let found = by_reference(&Folder::new(&changed(&changes, scene_with)).prepared());
-    assert!(found.identity.iter().filter(|label| label[0] > 0).count() > 10_000, "the craft fills the image");
+    assert!(found.part.iter().filter(|part| **part > 0).count() > 10_000, "the craft fills the image");
     intensity(&found, [width, height], focal) * (FOCAL / focal).powi(2)
 }
 
@@ -75,7 +75,7 @@ fn a_distant_craft_keeps_its_radiant_intensity() {
                     off[0], off[1]
                 );
                 assert!(off.iter().all(|off| off.abs() < 0.01), "{pixels} px, {samples} samples: {off:?}");
-                let shown = found[0].identity.iter().filter(|label| label[0] > 0).count();
+                let shown = found[0].part.iter().filter(|part| **part > 0).count();
                 assert!((1..=40).contains(&shown), "{shown} pixels show it");
                 if samples > 1 {
                     let covered: f32 = found[0].coverage.iter().sum();
@@ -103,7 +103,7 @@ fn a_distant_craft_is_seen_before_the_planet_as_by_the_reference() {
         assert!(sky < 0.005 && surface <= 0.07, "{pixels} px: {sky} and {surface}");
         let ([sky, _], _) = apart(&found, &wrong, 2e-3);
         assert!(sky > 0.05, "a warmer planet must show");
-        let reflected = |pixels: &Pixels| pixels.reflected.iter().map(|value| f64::from(*value)).sum::<f64>();
+        let reflected = |pixels: &Image| pixels.reflected.iter().map(|value| f64::from(*value)).sum::<f64>();
         assert!((reflected(&found) / reflected(&expected) - 1.0).abs() < 0.005 && reflected(&found) > 0.0);
     }
 }

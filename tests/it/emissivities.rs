@@ -1,7 +1,7 @@
 //! Emissivity by angle and wavelength, and planets that are not uniform: the device against f64, and exact answers.
 
-use isotherm::internals;
-use isotherm::internals::{Band, DeviceData, Pixels, Prepared, band_radiance_exact, fresnel_reflectivity};
+use isotherm::internals::{Band, DeviceData, Prepared, band_radiance_exact, fresnel_reflectivity};
+use isotherm::{Image, internals};
 
 use super::craft::{Folder, scene_with};
 use super::reflections::{apart, by_reference, isothermal, on_device, shining};
@@ -31,7 +31,7 @@ fn only_emitting(law: &str) -> String {
     scene_with(&[("emissivity = 0.83", &format!("emissivity = 0.83\n{law}"))])
 }
 
-fn check(name: &str, found: &Pixels, expected: &Pixels, wrong: &Pixels, tolerance: f64) {
+fn check(name: &str, found: &Image, expected: &Image, wrong: &Image, tolerance: f64) {
     let ([sky, surface], worst) = apart(found, expected, tolerance);
     println!("{name}: {sky:.4} of the sky, {surface:.4} of the surfaces, else {worst:.1e}");
     assert!(sky < 0.005 && surface < 0.01, "{name}: {sky} of the sky and {surface} of the surfaces differ");
@@ -69,8 +69,8 @@ fn a_face_emits_as_its_law_says() {
         let expected = (1.0 - fresnel_reflectivity(1.5, 0.1, cosine)) * band_radiance_exact(band, 300.0);
         for found in [on_device(&prepared), by_reference(&prepared)] {
             let centre = 36 * 96 + 48;
-            let radiance = f64::from(found.radiance_temperature_depth[centre][0]);
-            assert_eq!(found.identity[centre][1], 1, "the skin at {angle} deg");
+            let radiance = f64::from(found.radiance[centre]);
+            assert_eq!(found.material[centre], 1, "the skin at {angle} deg");
             assert!((radiance / expected - 1.0).abs() < 2e-4, "{angle} deg: {radiance} against {expected}");
             assert!((radiance / (0.83 * band_radiance_exact(band, 300.0)) - 1.0).abs() > 0.02, "not the thermal one");
         }
@@ -85,7 +85,7 @@ fn laws_and_maps_look_black_in_an_isothermal_cavity() {
         let folder = Folder::new(&scene.replace("planet_temperature = 287", planet));
         write_map(&folder, |_, _| 107);
         let found = on_device(&folder.prepared());
-        let radiances = found.radiance_temperature_depth.iter().map(|pixel| f64::from(pixel[0]));
+        let radiances = found.radiance.iter().map(|radiance| f64::from(*radiance));
         radiances.map(|radiance| (radiance / black - 1.0).abs()).fold(0.0, f64::max)
     };
     for planet in [
@@ -163,11 +163,12 @@ fn the_device_sees_a_planet_with_a_map_as_the_reference() {
 fn a_map_shows_behind_the_craft_and_not_through_it() {
     let uniform = by_reference(&under("planet_temperature = 250", &[]));
     let mapped = on_device(&under(&map("scale = 0.6, offset = 200"), &[]));
-    let of = |pixels: &Pixels, seen: bool| -> Vec<f64> {
-        let shown = pixels.radiance_temperature_depth.iter().zip(&pixels.identity);
-        shown.filter(|(_, label)| (label[0] == 0) == seen).map(|(pixel, _)| f64::from(pixel[0])).collect()
+    let of = |pixels: &Image, seen: bool| -> Vec<f64> {
+        let shown = pixels.radiance.iter().zip(&pixels.part);
+        shown.filter(|(_, part)| (**part == 0) == seen).map(|(radiance, _)| f64::from(*radiance)).collect()
     };
-    assert_eq!(mapped.identity, on_device(&under("planet_temperature = 250", &[])).identity);
+    let plain = on_device(&under("planet_temperature = 250", &[]));
+    assert_eq!((&mapped.part, &mapped.material), (&plain.part, &plain.material));
     let spread = |radiances: &[f64]| {
         let lit = radiances.iter().copied().filter(|radiance| *radiance > 1.0);
         lit.clone().fold(0.0, f64::max) - lit.fold(f64::INFINITY, f64::min)
@@ -221,15 +222,14 @@ fn drawn_slopes_are_those_of_the_seed() {
     check("drawn slopes", &image, &by_reference(&found), &by_reference(&other), 1e-3);
     // As much light as where the waves are averaged.
     let averaged = on_device(&scene("", ""));
-    let mean = |pixels: &Pixels| {
-        let skin = pixels.identity.iter().zip(&pixels.reflected).filter(|(label, _)| label[1] == 1);
+    let mean = |pixels: &Image| {
+        let skin = pixels.material.iter().zip(&pixels.reflected).filter(|(material, _)| **material == 1);
         let values: Vec<f64> = skin.map(|(_, reflected)| f64::from(*reflected)).collect();
         values.iter().sum::<f64>() / values.len() as f64
     };
     println!("reflected: drawn {:.3}, averaged {:.3}", mean(&image), mean(&averaged));
     assert!((mean(&image) / mean(&averaged) - 1.0).abs() < 0.05);
-    let temperatures =
-        |pixels: &Pixels| pixels.radiance_temperature_depth.iter().map(|pixel| pixel[1]).collect::<Vec<_>>();
+    let temperatures = |pixels: &Image| pixels.temperature.clone();
     assert_eq!(temperatures(&image), temperatures(&averaged));
 }
 

@@ -47,12 +47,12 @@ fn the_table_of_a_function_belongs_to_the_scenes_files_and_its_hash() {
     let table = folder.write("heating.csv", "time,temperature\n0,200\n1,260\n3,300\n");
     let first = folder.prepared();
     assert_eq!(first.scene.files, [folder.path("scene.toml"), folder.path("made.glb"), table.clone()]);
-    assert_eq!(first.file_hashes.len(), 3);
+    assert_eq!(first.hashes.files.len(), 3);
     folder.write("heating.csv", "time,temperature\n0,200\n1,261\n3,300\n");
     let second = folder.prepared();
-    assert_ne!(first.hash, second.hash);
-    assert_ne!(first.file_hashes[&table], second.file_hashes[&table]);
-    assert_eq!(first.file_hashes[&folder.path("made.glb")], second.file_hashes[&folder.path("made.glb")]);
+    assert_ne!(first.hashes.all, second.hashes.all);
+    assert_ne!(first.hashes.files[&table], second.hashes.files[&table]);
+    assert_eq!(first.hashes.files[&folder.path("made.glb")], second.hashes.files[&folder.path("made.glb")]);
 
     // Extras name a table next to the model, which is read too.
     let rule = SCENE.split("[[material]]").find(|rule| rule.contains("\"mast\"")).expect("a rule");
@@ -69,5 +69,5 @@ fn the_table_of_a_function_belongs_to_the_scenes_files_and_its_hash() {
     let first = folder.prepared();
     assert_eq!(first.scene.files[2..], [table], "named once");
     folder.write("mast.csv", "time,temperature\n0,200\n1,262\n3,300\n");
-    assert_ne!(first.hash, folder.prepared().hash);
+    assert_ne!(first.hashes.all, folder.prepared().hashes.all);
 }

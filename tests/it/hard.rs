@@ -3,8 +3,8 @@
 
 use std::sync::LazyLock;
 
-use isotherm::internals;
-use isotherm::internals::{CaseScale, HardCase, HardRow, Target};
+use isotherm::internals::{CaseScale, HardCase, HardRow};
+use isotherm::{Target, internals};
 
 use super::device::context;
 

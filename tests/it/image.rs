@@ -2,8 +2,8 @@
 //! plane.
 
 use glam::{DAffine3, DVec3};
-use isotherm::Lens;
-use isotherm::internals::{Band, Camera, Material, Optics, Pixels, Response, Sides, band_radiance_exact};
+use isotherm::internals::{Band, Camera, Material, Optics, Response, Sides, band_radiance_exact};
+use isotherm::{Image, Lens};
 
 use super::device::{Worst, assert_silent, context, corner_grid, material};
 use super::quads::{Quads, camera, looking};
@@ -51,20 +51,21 @@ fn meet(camera: &Camera, pose: &DAffine3, index: usize) -> (DVec3, f64) {
 }
 
 /// Visits every pixel well inside the plate, with its position and depth.
-fn each_pixel(camera: &Camera, pose: &DAffine3, image: &Pixels, mut visit: impl FnMut(usize, DVec3, f64)) {
+fn each_pixel(camera: &Camera, pose: &DAffine3, image: &Image, mut visit: impl FnMut(usize, DVec3, f64)) {
     let mut seen = 0;
-    for (index, [part, material]) in image.identity.iter().enumerate() {
+    for index in 0..image.part.len() {
+        let labels = image.labels(index);
         let (point, depth) = meet(camera, pose, index);
         // A pixel at the edge may be on either side.
         let margin = 2.0 * depth / camera.lens.focal[0] / (pose.matrix3.row(2).z.abs().max(0.05));
         let inside = 10.0 - point.x.abs().max(point.y.abs());
         if depth > camera.near * 1.01 && inside > margin {
-            assert_eq!([*part, *material], [7, 2], "pixel {index} shows part and material, each plus 1");
+            assert_eq!(labels, [7, 2], "pixel {index} shows part and material, each plus 1");
             visit(index, point, depth);
             seen += 1;
         } else if depth < 0.0 || inside < -margin {
-            assert_eq!(image.radiance_temperature_depth[index], [0.0; 3], "pixel {index} shows nothing");
-            assert_eq!([*part, *material], [0, 0]);
+            assert_eq!(image.values(index), [0.0; 3], "pixel {index} shows nothing");
+            assert_eq!(labels, [0, 0]);
         }
     }
     assert!(seen > 500, "{seen} pixels");
@@ -84,7 +85,7 @@ fn radiance_of_a_plate_at_one_temperature() {
             for (number, pose) in poses().into_iter().enumerate() {
                 let image = plate.draw(&context, &small_camera(), &pose);
                 each_pixel(&small_camera(), &pose, &image, |index, _, _| {
-                    let [radiance, found, _] = image.radiance_temperature_depth[index].map(f64::from);
+                    let [radiance, found, _] = image.values(index).map(f64::from);
                     let temperature = f64::from(temperature);
                     let name = || format!("pixel {index} of pose {number}, {temperature} K");
                     shown.see(found / temperature, 1.0, name);
@@ -115,7 +116,7 @@ fn temperature_and_depth_of_a_plate_with_a_gradient() {
     for (number, pose) in poses().into_iter().enumerate() {
         let image = plate.draw(&context, &small_camera(), &pose);
         each_pixel(&small_camera(), &pose, &image, |index, point, exact_depth| {
-            let [shown_radiance, shown, shown_depth] = image.radiance_temperature_depth[index].map(f64::from);
+            let [shown_radiance, shown, shown_depth] = image.values(index).map(f64::from);
             let name = || format!("pixel {index} of pose {number}, {point} m");
             // A device rounds vertices to a grid of 1/256 of a pixel or wider. The temperature may shift by as much.
             let pixel = corner_grid(&context) * exact_depth / 70.0 / pose.matrix3.row(2).z.abs();
@@ -147,13 +148,13 @@ fn a_hot_place_appears_where_opencv_has_it() {
         quads.add(Quads::square(DVec3::Z * 11.0, DVec3::Y, DVec3::X, 30.0), 0, 0, |_| 200.0);
         quads.add(Quads::square(place, DVec3::Y, DVec3::X, 0.5), 1, 0, |_| 400.0);
         let image = quads.draw(&context, &camera, &pose);
-        let hot: Vec<usize> = (0..image.identity.len()).filter(|index| image.identity[*index][0] == 2).collect();
+        let hot: Vec<usize> = (0..image.part.len()).filter(|index| image.part[*index] == 2).collect();
         let mean =
             |of: fn(usize) -> usize| hot.iter().map(|index| of(*index) as f64 + 0.5).sum::<f64>() / hot.len() as f64;
         // u = centre + focal x / z, as OpenCV projects.
         let centre = (mean(|index| index % 80), mean(|index| index / 80));
         assert!((centre.0 - f64::from(column)).abs() < 0.6 && (centre.1 - f64::from(row)).abs() < 0.6, "{centre:?}");
-        assert!(hot.iter().all(|index| image.radiance_temperature_depth[*index][1] == 400.0));
+        assert!(hot.iter().all(|index| image.temperature[*index] == 400.0));
         assert!(hot.len() > 20 && hot.len() < 60, "{} pixels", hot.len());
     }
 }
@@ -169,7 +170,7 @@ fn each_face_has_its_emissivity() {
         quads.add(Quads::square(DVec3::ZERO, DVec3::Y, DVec3::X, 10.0), 0, material, |_| 300.0);
         for (z, emissivity) in [(-8.0, front), (8.0, back)] {
             let image = quads.draw(&context, &camera, &pose(z));
-            let centre = f64::from(image.radiance_temperature_depth[15 * 40 + 20][0]);
+            let centre = f64::from(image.radiance[15 * 40 + 20]);
             assert!((centre / (emissivity * blackbody) - 1.0).abs() < 2e-5, "from {z} m: {centre}");
         }
     }
@@ -184,7 +185,7 @@ fn the_near_plane_cuts_and_nothing_behind_is_drawn() {
     quads.add(Quads::square(DVec3::Z * 5.0, DVec3::Y, DVec3::X, 20.0), 1, 0, |_| 250.0);
     let centre = |camera: &Camera, pose: &DAffine3| {
         let image = quads.draw(&context, camera, pose);
-        (image.identity[15 * 40 + 20][0], image.radiance_temperature_depth[15 * 40 + 20][2])
+        (image.part[15 * 40 + 20], image.depth[15 * 40 + 20])
     };
     let ahead = DAffine3::IDENTITY;
     assert_eq!(centre(&near(0.1), &ahead).0, 1, "the nearer square hides the farther");

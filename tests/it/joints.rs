@@ -1,12 +1,11 @@
 //! Joints: a rotated joint equals a rotated model, device against twin, moving shadows, and refusals.
 
 use glam::{DQuat, DVec3};
-
 use isotherm::internals::{
-    Casting, DeviceData, DeviceEngine, Engine, Frame, PADDING, Pixels, Prepared, ReferenceEngine, Renderer, Request,
-    StepRange, TriangleRun, Wanted, run, start,
+    Casting, DeviceData, DeviceEngine, Engine, Frame, PADDING, Prepared, ReferenceEngine, Renderer, Request, StepRange,
+    TriangleRun, Wanted, run, start,
 };
-use isotherm::{EngineError, Reach, Scene};
+use isotherm::{EngineError, Image, Reach, Scene};
 use serde_json::json;
 
 use super::craft::{Folder, glb, never, prepared, scene_with};
@@ -57,20 +56,20 @@ fn node_of<'a>(maker: &'a mut Maker, name: &str) -> &'a mut serde_json::Value {
 }
 
 /// Temperatures [K] at every step in vertex order, and the images.
-fn history(prepared: &Prepared, engine: &mut dyn Engine) -> (Vec<f64>, Vec<Pixels>) {
+fn history(prepared: &Prepared, engine: &mut dyn Engine) -> (Vec<f64>, Vec<Image>) {
     start(prepared, engine, None, &never(), &mut || ()).expect("the engine starts");
     let (mut temperatures, mut images) = (Vec::new(), Vec::new());
     run::<EngineError>(prepared, engine, None, &never(), &mut |result| {
         let all = result.delivered.temperatures.expect("a run reads temperatures");
         temperatures.extend(prepared.nodes.node_of_vertex.iter().map(|node| f64::from(all[*node as usize])));
-        images.extend(result.delivered.pixels);
+        images.extend(result.delivered.image);
         Ok(())
     })
     .expect("the engine runs");
     (temperatures, images)
 }
 
-fn on_device(prepared: &Prepared) -> (Vec<f64>, Vec<Pixels>) {
+fn on_device(prepared: &Prepared) -> (Vec<f64>, Vec<Image>) {
     let context = context();
     let camera = prepared.scene.camera.clone();
     let found = history(prepared, &mut DeviceEngine::new(&context, prepared, camera.as_ref()).expect("a small scene"));
@@ -78,7 +77,7 @@ fn on_device(prepared: &Prepared) -> (Vec<f64>, Vec<Pixels>) {
     found
 }
 
-fn in_f64(prepared: &Prepared) -> (Vec<f64>, Vec<Pixels>) {
+fn in_f64(prepared: &Prepared) -> (Vec<f64>, Vec<Image>) {
     let camera = prepared.scene.camera.clone();
     history(prepared, &mut ReferenceEngine::new(prepared, camera.as_ref()))
 }
@@ -88,12 +87,14 @@ fn worst(a: &[f64], b: &[f64]) -> Worst {
 }
 
 /// Pixels with different parts, or with temperatures more than `apart` [K] apart.
-fn pixels_apart(a: &[Pixels], b: &[Pixels], apart: f32) -> usize {
+fn pixels_apart(a: &[Image], b: &[Image], apart: f32) -> usize {
     assert!(!a.is_empty() && a.len() == b.len());
-    let of_image = |(a, b): (&Pixels, &Pixels)| {
-        let temperatures = a.radiance_temperature_depth.iter().zip(&b.radiance_temperature_depth);
-        let all = temperatures.zip(a.identity.iter().zip(&b.identity));
-        all.filter(|((a, b), (i, j))| i != j || (a[1] - b[1]).abs() > apart).count()
+    let of_image = |(a, b): (&Image, &Image)| {
+        let differs = |pixel: &usize| {
+            let temperatures = a.temperature[*pixel] - b.temperature[*pixel];
+            a.labels(*pixel) != b.labels(*pixel) || temperatures.abs() > apart
+        };
+        (0..a.part.len()).filter(differs).count()
     };
     a.iter().zip(b).map(of_image).sum()
 }

@@ -111,7 +111,7 @@ fn masks_of_coco_are_the_parts_of_the_image() {
     }
 }
 
-/// Pixels in both masks over pixels in any.
+/// Image in both masks over pixels in any.
 fn overlap(a: &[bool], b: &[bool]) -> f64 {
     let pairs = || a.iter().zip(b);
     let any = pairs().filter(|(a, b)| **a || **b).count();

@@ -2,11 +2,11 @@
 
 use glam::{DAffine3, DMat4, DVec3};
 use isotherm::internals::{
-    Camera, Delivered, DeviceEngine, Engine, EngineOrder as Order, FrameMaker, Pixels, Prepared, ReferenceEngine,
-    Response, Rolling, RowMoments, Sides, StepResult, band_radiance_exact, moments, pose_at, raster_view, read_exr,
-    sampling, start, write_exr,
+    Camera, Delivered, DeviceEngine, Engine, EngineOrder as Order, FrameMaker, Prepared, ReferenceEngine, Response,
+    Rolling, RowMoments, Sides, StepResult, band_radiance_exact, moments, pose_at, raster_view, read_exr, sampling,
+    start, write_exr,
 };
-use isotherm::{Distortion, Lens, internals};
+use isotherm::{Distortion, Image, Lens, internals};
 
 use super::craft::{Folder, never, scene_with};
 use super::device::{Worst, assert_silent, context, material};
@@ -68,12 +68,12 @@ fn an_image_through_a_lens_is_that_of_the_reference() {
         let [mut temperature, mut radiance, mut depth, mut changed] = [(); 4].map(|()| Worst::none());
         let (mut seen, mut elsewhere) = (0, 0);
         for (pixel, exact) in exact.iter().enumerate() {
-            elsewhere += usize::from(image.identity[pixel][0] != exact.part);
+            elsewhere += usize::from(image.part[pixel] != exact.part);
             if exact.part == 0 || !is_inside(&parts, 160, pixel) {
                 continue;
             }
             seen += 1;
-            assert_eq!(image.identity[pixel], [exact.part, exact.material], "{name}: pixel {pixel}");
+            assert_eq!(image.labels(pixel), [exact.part, exact.material], "{name}: pixel {pixel}");
             // A lookup is off by at most a quarter of a pixel along each axis, and by the bend of the map within a pixel. At the rim of the image a pixel is
             // as wide as the rays of its corners differ.
             let corner = |x: f64, y: f64| {
@@ -84,7 +84,7 @@ fn an_image_through_a_lens_is_that_of_the_reference() {
             let off = 0.27 * exact.depth * wide.max_element();
             // The plates are tilted by a tenth.
             let gradient = if exact.part == 1 { 0.7 } else { 10.5 };
-            let [l, t, z] = image.radiance_temperature_depth[pixel].map(f64::from);
+            let [l, t, z] = image.values(pixel).map(f64::from);
             let at = || format!("{name}: pixel {pixel}");
             temperature.see((t - exact.temperature) / (gradient * off), 0.0, at);
             changed.see((t - other[pixel].temperature) / (gradient * off), 0.0, at);
@@ -125,13 +125,11 @@ fn the_mean_of_four_samples_is_that_of_the_reference() {
     let one = Camera { samples: 1, ..camera };
     let (single, centres) = (room.rasterised(&one, &pose), room.draw(&context, &one, &pose));
     // Everything but the radiance is that of the image with one sample, bit for bit.
-    assert_eq!(image.identity, centres.identity);
-    let without =
-        |image: &Pixels| image.radiance_temperature_depth.iter().map(|[_, t, z]| [*t, *z]).collect::<Vec<_>>();
-    assert_eq!(without(&image), without(&centres));
+    assert_eq!((&image.part, &image.material), (&centres.part, &centres.material));
+    assert_eq!((&image.temperature, &image.depth), (&centres.temperature, &centres.depth));
     let [mut apart, mut mixed, mut sums, mut worst] = [0, 0, 0, 0].map(f64::from);
     for (pixel, (exact, single)) in exact.iter().zip(&single).enumerate() {
-        let l = f64::from(image.radiance_temperature_depth[pixel][0]);
+        let l = f64::from(image.radiance[pixel]);
         sums += l - exact.radiance;
         let error = (l / exact.radiance - 1.0).abs();
         apart += f64::from(u8::from(error > 0.02));
@@ -163,7 +161,7 @@ fn no_temperature_lies_outside_that_of_its_triangle() {
         let camera = Camera { samples, ..camera(80, 64, 100.0) };
         let image = quads.draw(&context, &camera, &DAffine3::IDENTITY);
         let mut seen = 0;
-        for (pixel, [radiance, temperature, _]) in image.radiance_temperature_depth.iter().enumerate() {
+        for (pixel, (radiance, temperature)) in image.radiance.iter().zip(&image.temperature).enumerate() {
             let coverage = image.coverage[pixel];
             assert!((0.0..=1.0).contains(&coverage));
             assert_eq!(coverage == 0.0, *radiance == 0.0, "pixel {pixel}");
@@ -173,7 +171,7 @@ fn no_temperature_lies_outside_that_of_its_triangle() {
                 let [least, most] = [300.0, 400.0].map(|t| band_radiance_exact(quads.band, t));
                 assert!(own > least * 0.999 && own < most * 1.001, "{samples} samples, pixel {pixel}: {own}");
             }
-            if image.identity[pixel][0] > 0 {
+            if image.part[pixel] > 0 {
                 assert!((299.99..400.01).contains(temperature), "{samples} samples, pixel {pixel}: {temperature} K");
             }
         }
@@ -208,9 +206,9 @@ fn plates_smaller_than_a_pixel_give_their_radiance() {
         for image in [
             quads
                 .draw(&context, &camera, &DAffine3::IDENTITY)
-                .radiance_temperature_depth
+                .radiance
                 .iter()
-                .map(|p| f64::from(p[0]))
+                .map(|radiance| f64::from(*radiance))
                 .collect::<Vec<_>>(),
             quads.rasterised(&camera, &DAffine3::IDENTITY).iter().map(|pixel| pixel.radiance).collect(),
         ] {
@@ -254,11 +252,11 @@ fn a_mesh_finer_than_the_pixels_has_the_radiance_of_the_plate() {
     for (samples, limit) in [(1, 7e-3), (4, 5e-3), (16, 2.5e-3)] {
         let camera = Camera { samples, ..camera(64, 64, 100.0) };
         let image = fine.draw(&context, &camera, &DAffine3::IDENTITY);
-        let sum: f64 = image.radiance_temperature_depth.iter().map(|pixel| f64::from(pixel[0])).sum();
+        let sum: f64 = image.radiance.iter().map(|radiance| f64::from(*radiance)).sum();
         println!("{samples} samples: {:.2e} of the plate's radiance", sum / exact - 1.0);
         assert!((sum / exact - 1.0).abs() < limit, "{samples} samples: {sum} of {exact}");
         // Inside the plate no sample is missed between the triangles.
-        let [radiance, temperature, _] = image.radiance_temperature_depth[32 * 64 + 32].map(f64::from);
+        let [radiance, temperature, _] = image.values(32 * 64 + 32).map(f64::from);
         assert!((radiance * 900.0 / exact - 1.0).abs() < 2e-5 && (temperature - 300.0).abs() < 1e-3);
         assert_eq!(image.coverage[32 * 64 + 32], 1.0);
     }
@@ -285,20 +283,20 @@ fn a_scene_with_a_calibrated_camera_is_drawn_alike_on_device_and_reference() {
     }
     assert!(partly > 100, "{partly} pixels are covered in part");
     assert!(apart / (partly as f64) < 0.1, "coverage differs by {} in the mean", apart / partly as f64);
-    let sum = |image: &Pixels| image.radiance_temperature_depth.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>();
+    let sum = |image: &Image| image.radiance.iter().map(|radiance| f64::from(*radiance)).sum::<f64>();
     assert!((sum(&device) / sum(&exact) - 1.0).abs() < 2e-3, "{} and {}", sum(&device), sum(&exact));
     assert_silent(&context);
 }
 
 /// The image at time 0 of a scene.
-fn drawn(prepared: &Prepared, engine: &mut dyn Engine) -> Pixels {
+fn drawn(prepared: &Prepared, engine: &mut dyn Engine) -> Image {
     start(prepared, engine, None, &never(), &mut || ()).expect("a start");
     let joints = prepared.loads.joints_at(0.0).1;
     let moments = moments(prepared, 0.0, None);
     let rows = moments.as_ref().map(|moments| RowMoments(moments));
     let order = Order { pose: pose_at(prepared, 0.0), joints: &joints, rows, ..Order::default() };
     engine.submit(None, order).expect("a drawing");
-    engine.deliver().expect("an image").pixels.expect("an image")
+    engine.deliver().expect("an image").image.expect("an image")
 }
 
 /// The image of vertices that stand where the twin of the vertex shader puts them, in f64. `slower` divides the time of a row.
@@ -350,16 +348,17 @@ fn each_row_of_a_rolling_shutter_sees_the_pose_of_its_time() {
             drawn(&rolling, &mut DeviceEngine::new(&context, &rolling, camera.as_ref()).expect("a small scene"));
         let exact = drawn(&rolling, &mut ReferenceEngine::new(&rolling, camera.as_ref()));
         let global = drawn(&still, &mut ReferenceEngine::new(&still, still.scene.camera.as_ref()));
-        let apart = |a: &Pixels, b: &Pixels| a.identity.iter().zip(&b.identity).filter(|(a, b)| a != b).count();
-        let seen = exact.identity.iter().filter(|pixel| pixel[0] > 0).count();
+        let apart =
+            |a: &Image, b: &Image| (0..a.part.len()).filter(|pixel| a.labels(*pixel) != b.labels(*pixel)).count();
+        let seen = exact.part.iter().filter(|part| **part > 0).count();
         let (off, moved) = (apart(&found, &exact), apart(&global, &exact));
         if lens.is_empty() {
             // The same vertices in f64: depths to rounding, and edges that rasterisers round.
             let differ = |twin: &[internals::Pixel]| {
-                let pairs = found.radiance_temperature_depth.iter().zip(&found.identity).zip(twin);
-                let apart = |((pixel, label), twin): &((&[f32; 3], &[u32; 2]), &internals::Pixel)| {
-                    let depth = (f64::from(pixel[2]) / twin.depth - 1.0).abs();
-                    label[0] != twin.part || (twin.part > 0 && depth > 1e-5)
+                let pairs = found.depth.iter().zip(&found.part).zip(twin);
+                let apart = |((depth, part), twin): &((&f32, &u32), &internals::Pixel)| {
+                    let depth = (f64::from(**depth) / twin.depth - 1.0).abs();
+                    **part != twin.part || (twin.part > 0 && depth > 1e-5)
                 };
                 pairs.filter(apart).count()
             };
@@ -388,8 +387,8 @@ fn a_rolling_shutter_takes_several_samples() {
         drawn(&prepared, &mut DeviceEngine::new(&context, &prepared, camera.as_ref()).expect("a small scene"))
     };
     let (one, four, sixteen) = (of(1), of(4), of(16));
-    assert_eq!(one.identity, four.identity);
-    let sum = |pixels: &Pixels| pixels.radiance_temperature_depth.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>();
+    assert_eq!((&one.part, &one.material), (&four.part, &four.material));
+    let sum = |pixels: &Image| pixels.radiance.iter().map(|radiance| f64::from(*radiance)).sum::<f64>();
     let share = sum(&four) / sum(&sixteen);
     assert!((share - 1.0).abs() < 0.01, "the mean of 4 samples has {share} of the light of 16");
     assert!(four.coverage.iter().any(|share| *share > 0.0 && *share < 1.0), "edges cover a part of a pixel");
@@ -406,28 +405,29 @@ fn a_header_states_the_pose_in_all_frames_and_the_joints() {
         let folder = Folder::new(&scene);
         let prepared = folder.prepared();
         let camera = prepared.scene.camera.as_ref().expect("a camera");
-        let pixels = Some(drawn(&prepared, &mut ReferenceEngine::new(&prepared, Some(camera))));
-        let delivered = Delivered { pixels, ..Delivered::default() };
+        let image = Some(drawn(&prepared, &mut ReferenceEngine::new(&prepared, Some(camera))));
+        let delivered = Delivered { image, ..Delivered::default() };
         let result = StepResult { step: 0, image: None, time: 0.0, pose: pose_at(&prepared, 0.0), delivered };
-        let maker = FrameMaker::new(&prepared, camera, "a device");
+        let maker = FrameMaker::new(&prepared, "a device");
         let (image, header) = maker.frame(result).expect("a frame").expect("an image");
         let path = folder.path("image.exr");
         write_exr(&path, &image, &header).expect("a file");
-        let (_, header) = read_exr(&path).expect("the file");
+        let (image, header) = read_exr(&path).expect("the file");
+        let from_body = glam::DMat4::from(image.camera_from_body);
         let (from_orbit, from_inertial) =
             header.camera_from_orbit.zip(header.camera_from_inertial).expect("both poses");
         let own = match frame {
-            "body" => header.camera_from_body,
+            "body" => from_body,
             "orbit" => from_orbit,
             _ => from_inertial,
         };
         let stated = DMat4::from_rotation_translation(camera.frame_from_camera, camera.position);
         assert!((own * stated).abs_diff_eq(DMat4::IDENTITY, 1e-9), "{frame}: {own}");
         // The axes of the orbit frame in the craft: X along the velocity and Z to nadir, as the attitude has them.
-        let body_from_orbit = header.camera_from_body.inverse() * from_orbit;
+        let body_from_orbit = from_body.inverse() * from_orbit;
         assert!(body_from_orbit.abs_diff_eq(DMat4::IDENTITY, 1e-9), "{frame}: {body_from_orbit}");
         // The phase is 80 deg from noon, so +Z of the inertial frame is the orbit normal, which is -Y of the orbit frame.
-        let body_from_inertial = header.camera_from_body.inverse() * from_inertial;
+        let body_from_inertial = from_body.inverse() * from_inertial;
         let normal = body_from_inertial.transform_vector3(DVec3::Z);
         assert!((normal - DVec3::NEG_Y).length() < 1e-9, "{frame}: {normal}");
         let up =

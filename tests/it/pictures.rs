@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use isotherm::Image;
 use isotherm::internals::{
-    DeviceEngine, Engine, FrameMaker, Pixels, Prepared, ReferenceEngine, StepResult, read_exr, start, still, write_exr,
+    DeviceEngine, Engine, FrameMaker, Prepared, ReferenceEngine, StepResult, read_exr, start, still, write_exr,
 };
 
 use super::craft::{Folder, SCENE, never, prepared};
@@ -18,38 +19,38 @@ fn picture(prepared: &Prepared, engine: &mut dyn Engine, time: f64) -> StepResul
 
 /// The difference of two pictures of one scene.
 struct Apart {
-    /// Pixels with different parts or materials.
+    /// Image with different parts or materials.
     labels: usize,
     /// Those whose neighbours are all equal: they are not at an edge, except of something thinner than a pixel.
     inside: usize,
-    /// Pixels with another face of the same label, more than a kelvin apart.
+    /// Image with another face of the same label, more than a kelvin apart.
     faces: usize,
-    /// Pixels with a surface.
+    /// Image with a surface.
     shown: usize,
     radiance: Worst,
     temperature: Worst,
     depth: Worst,
 }
 
-fn compare(found: &Pixels, expected: &Pixels, width: usize) -> Apart {
+fn compare(found: &Image, expected: &Image, width: usize) -> Apart {
     let none = Worst::none;
     let mut apart =
         Apart { labels: 0, inside: 0, faces: 0, shown: 0, radiance: none(), temperature: none(), depth: none() };
-    let label = |index: usize| expected.identity.get(index);
-    for index in 0..expected.identity.len() {
-        apart.shown += usize::from(expected.identity[index][0] > 0);
-        if found.identity[index] != expected.identity[index] {
+    let label = |index: usize| (index < expected.part.len()).then(|| expected.labels(index));
+    for index in 0..expected.part.len() {
+        apart.shown += usize::from(expected.part[index] > 0);
+        if found.labels(index) != expected.labels(index) {
             apart.labels += 1;
             let beside = [index.wrapping_sub(1), index + 1, index.wrapping_sub(width), index + width];
             apart.inside += usize::from(beside.iter().all(|beside| label(*beside) == label(index)));
             continue;
         }
-        if expected.identity[index][0] == 0 {
-            assert_eq!(found.radiance_temperature_depth[index], [0.0; 3], "pixel {index} shows nothing");
+        if expected.part[index] == 0 {
+            assert_eq!(found.values(index), [0.0; 3], "pixel {index} shows nothing");
             continue;
         }
-        let name = || format!("pixel ({}, {}), labels {:?}", index % width, index / width, expected.identity[index]);
-        let values = |pixels: &Pixels| pixels.radiance_temperature_depth[index].map(f64::from);
+        let name = || format!("pixel ({}, {}), labels {:?}", index % width, index / width, expected.labels(index));
+        let values = |pixels: &Image| pixels.values(index).map(f64::from);
         let ([radiance, temperature, depth], expected) = (values(found), values(expected));
         if (temperature - expected[1]).abs() > 1.0 {
             apart.faces += 1;
@@ -88,7 +89,7 @@ fn check_against_rasteriser(prepared: &Prepared, what: &str, tolerance: f64) {
     let mut device = DeviceEngine::new(&context, prepared, Some(camera)).expect("a small scene");
     let mut reference = ReferenceEngine::new(prepared, Some(camera));
     let [found, expected] = [&mut device as &mut dyn Engine, &mut reference]
-        .map(|engine| picture(prepared, engine, time).delivered.pixels.expect("a picture"));
+        .map(|engine| picture(prepared, engine, time).delivered.image.expect("a picture"));
     let apart = compare(&found, &expected, camera.width as usize);
     assert!(apart.shown > 1000, "{} pixels show something", apart.shown);
     let grid = corner_grid(&context);
@@ -98,7 +99,7 @@ fn check_against_rasteriser(prepared: &Prepared, what: &str, tolerance: f64) {
     // A kelvin is 1.7 % of the radiance at 300 K, and 5 % at 180 K.
     apart.radiance.within(2e-5 + 0.05 * tolerance, "relative", &format!("{what}, radiance"));
     apart.depth.within(slant(grid), "relative", &format!("{what}, depth"));
-    let other = picture(prepared, &mut device, time + 10.0).delivered.pixels.expect("a picture");
+    let other = picture(prepared, &mut device, time + 10.0).delivered.image.expect("a picture");
     let wrong = compare(&other, &expected, camera.width as usize);
     assert!(wrong.temperature.difference > 5.0 * tolerance, "ten seconds later must show: {:?}", wrong.temperature);
     assert_silent(&context);
@@ -140,28 +141,20 @@ fn the_golden_picture() {
     let camera = prepared.scene.camera.clone().expect("a camera");
     let mut engine = DeviceEngine::new(&context, &prepared, Some(&camera)).expect("a small scene");
     let result = picture(&prepared, &mut engine, 240.0);
-    let found = result.delivered.pixels.clone().expect("a picture");
+    let found = result.delivered.image.clone().expect("a picture");
     if std::env::var_os("ISOTHERM_KEEP_PICTURES").is_some_and(|value| value == "1") {
-        let maker = FrameMaker::new(&prepared, &camera, &engine.device_name());
+        let maker = FrameMaker::new(&prepared, &engine.device_name());
         let (frame, header) = maker.frame(result).expect("finite").expect("a picture");
         write_exr(&golden(), &frame, &header).expect("tests/golden can be written");
     }
-    let (frame, header) = read_exr(&golden()).expect("the golden picture");
-    assert_eq!((header.camera, header.parts.len(), frame.time), (camera.clone(), 4, 240.0));
-    let channels = frame.radiance.iter().zip(&frame.temperature).zip(&frame.depth);
-    let kept = Pixels {
-        readings: None,
-        reflected: Vec::new(),
-        radiance_temperature_depth: channels.map(|((l, t), z)| [*l, *t, *z]).collect(),
-        identity: frame.part.iter().zip(&frame.material).map(|(part, material)| [*part, *material]).collect(),
-        coverage: Vec::new(),
-    };
+    let (kept, header) = read_exr(&golden()).expect("the golden picture");
+    assert_eq!((&kept.camera, header.parts.len(), kept.time), (&camera, 4, 240.0));
     let apart = compare(&found, &kept, camera.width as usize);
     let grid = corner_grid(&context);
     check_labels(&apart, grid, "golden picture");
     apart.radiance.within(1e-4 * grid, "relative", "radiance against the golden picture");
     apart.depth.within(slant(grid), "relative", "depth against the golden picture");
-    let later = picture(&prepared, &mut engine, 242.0).delivered.pixels.expect("a picture");
+    let later = picture(&prepared, &mut engine, 242.0).delivered.image.expect("a picture");
     let wrong = compare(&later, &kept, camera.width as usize);
     assert!(wrong.radiance.difference > 1e-4 * grid, "two seconds later must show: {:?}", wrong.radiance);
 }
@@ -173,11 +166,11 @@ fn a_pixel_that_is_not_finite_names_its_node() {
     let camera = prepared.scene.camera.clone().expect("a camera");
     let mut engine = ReferenceEngine::new(&prepared, Some(&camera));
     let mut result = picture(&prepared, &mut engine, 240.0);
-    let pixels = result.delivered.pixels.as_mut().expect("a picture");
-    let pixel = (0..pixels.identity.len()).find(|pixel| pixels.identity[*pixel][0] != 0).expect("a surface");
-    pixels.radiance_temperature_depth[pixel][0] = f32::NAN;
-    let part = prepared.parts[pixels.identity[pixel][0] as usize - 1].clone();
-    let maker = FrameMaker::new(&prepared, &camera, "cpu");
+    let pixels = result.delivered.image.as_mut().expect("a picture");
+    let pixel = (0..pixels.part.len()).find(|pixel| pixels.part[*pixel] != 0).expect("a surface");
+    pixels.radiance[pixel] = f32::NAN;
+    let part = prepared.parts[pixels.part[pixel] as usize - 1].clone();
+    let maker = FrameMaker::new(&prepared, "cpu");
     let error = maker.frame(result).expect_err("a NaN").to_string();
     let (x, y) = (pixel % camera.width as usize, pixel / camera.width as usize);
     let said = format!("the radiance in pixel ({x}, {y}) of part {part}, node ");

@@ -6,7 +6,8 @@ use glam::DVec3;
 use isotherm::EngineError;
 use isotherm::internals::{
     Below, Check, Context, DeviceEngine, Engine, EngineOrder as Order, EngineStep, Material, Optics, Radiative,
-    Reference, ReferenceEngine, Request, Response, STEFAN_BOLTZMANN, Sides, StepLoad, incident, run, start,
+    Reference, ReferenceEngine, RendererState, Request, Response, STEFAN_BOLTZMANN, Sides, StepLoad, incident, run,
+    start,
 };
 
 use super::craft::{Folder, never, scene_with};
@@ -153,7 +154,7 @@ fn slow_heating_does_not_stand_still() {
         (0..steps).for_each(|_| reference.step(&load, 1.0));
         // The structure shows in what the outside would be in balance with; the saved state has it.
         let saved = renderer.save().expect("the device saves");
-        let structures: Vec<f32> = saved.list_of("target", nodes.len()).expect("the temperatures of the structures");
+        let structures = saved.buffer("Target").expect("the temperatures of the structures");
         let of_nodes: Vec<f64> = nodes.places().map(|place| f64::from(structures[place])).collect();
         let own: Vec<Option<f64>> = reference.structures().collect();
         let found = temperatures(&nodes, &mut renderer);
@@ -202,7 +203,7 @@ fn a_craft_of_plates_runs_from_its_periodic_state() {
     assert_eq!(below.len(), prepared.structures().len());
     let mut drawn = 0;
     run::<EngineError>(&prepared, &mut engine, Some(&mut check), &never(), &mut |result| {
-        drawn += usize::from(result.delivered.pixels.is_some());
+        drawn += usize::from(result.delivered.image.is_some());
         Ok(())
     })
     .expect("the run");
@@ -258,10 +259,12 @@ fn plates_go_on_from_a_saved_state() {
         step(&mut other, number);
     }
     assert_eq!(temperatures(&nodes, &mut one), temperatures(&nodes, &mut other));
-    let lists = ["target", "span", "elapsed"];
+    let buffers = ["Target", "Span", "Elapsed"];
     let [one, other] = [one, other].map(|mut one| one.save().expect("a state"));
-    for list in lists {
-        let bits = |saved: &isotherm::internals::Saved| -> Vec<u32> { saved.list(list).expect("a list") };
-        assert_eq!(bits(&one), bits(&other), "{list}");
+    for buffer in buffers {
+        let bits = |saved: &RendererState| -> Vec<u32> {
+            saved.buffer(buffer).expect("a buffer").iter().map(|value| value.to_bits()).collect()
+        };
+        assert_eq!(bits(&one), bits(&other), "{buffer:?}");
     }
 }

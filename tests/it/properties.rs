@@ -137,7 +137,7 @@ fn an_instant_body_in_sunlight_emits_what_it_absorbs() {
     ]));
     glb_of_box().save(folder.0.path());
     let prepared = folder.prepared();
-    assert!((prepared.area - 24.0).abs() < 1e-9);
+    assert!((prepared.model.area - 24.0).abs() < 1e-9);
     let found = on_device(&prepared);
     for (step, temperatures) in found.iter().enumerate().skip(1) {
         let time = 60.0 * step as f64;
@@ -181,7 +181,7 @@ fn a_transition_that_takes_no_time_is_instant() {
 #[test]
 fn areas_and_switches() {
     let prepared = blind(&[]);
-    assert!((prepared.area / AREA - 1.0).abs() < 1e-7, "{}", prepared.area);
+    assert!((prepared.model.area / AREA - 1.0).abs() < 1e-7, "{}", prepared.model.area);
     let shares: f64 = prepared.nodes.areas.iter().sum();
     assert!((shares / AREA - 1.0).abs() < 1e-7, "{shares}");
     assert_eq!(prepared.nodes.vertex_of_node.len() % GROUP, 0);

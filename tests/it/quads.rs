@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use isotherm::internals::{
-    Band, Camera, CameraFrame, Context, Curve, Material, NODES_PER_WORKGROUP, Pixel, Pixels, RadianceTable,
-    RasterSurface, Renderer, Request, SceneData, Shapes, StepKind, StepRange, ThermalVariant, View, band_radiance,
-    band_table, device_material, device_view, raster_view, rasterise, sampling, source_view,
+    Band, Camera, CameraFrame, Context, Curve, Material, NODES_PER_WORKGROUP, Pixel, RadianceTable, RasterSurface,
+    Renderer, Request, SceneData, Shapes, StepKind, StepRange, ThermalVariant, View, band_radiance, band_table,
+    device_material, device_view, raster_view, rasterise, sampling, source_view,
 };
-use isotherm::{Lens, Motion};
+use isotherm::{Image, Lens, Motion};
 
 /// Quads with temperatures at their corners. Each is a group of four nodes.
 pub struct Quads {
@@ -106,19 +106,28 @@ impl Quads {
     }
 
     /// The image that the device draws.
-    pub fn draw(&self, context: &Arc<Context>, camera: &Camera, pose: &DAffine3) -> Pixels {
+    pub fn draw(&self, context: &Arc<Context>, camera: &Camera, pose: &DAffine3) -> Image {
         let mut renderer = self.renderer(context, camera);
         let submitted = renderer
             .submit(Request { views: &[seen(context, camera, pose)], ..Request::default() })
             .expect("the device draws");
         let collected = renderer.collect(submitted).expect("the device answers");
         let radiance = collected.radiance.expect("an image was asked for");
-        Pixels {
-            readings: None,
-            radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
-            identity: collected.identity.expect("an image was asked for").to_vec(),
-            coverage: radiance.iter().map(|[.., coverage]| *coverage).collect(),
+        let labels = collected.identity.expect("an image was asked for");
+        let channel = |channel: usize| radiance.iter().map(|pixel| pixel[channel]).collect();
+        Image {
+            time: 0.0,
+            camera: camera.clone(),
+            camera_from_body: *pose,
+            radiance: channel(0),
+            temperature: channel(1),
+            depth: channel(2),
+            part: labels.iter().map(|label| label[0]).collect(),
+            material: labels.iter().map(|label| label[1]).collect(),
+            coverage: channel(3),
             reflected: Vec::new(),
+            digital_numbers: None,
+            counts: None,
         }
     }
 }

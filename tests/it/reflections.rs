@@ -1,10 +1,10 @@
 //! Reflected surroundings and the sky behind the craft: the device against the f64 rasteriser, and exact answers.
 
 use isotherm::internals::{
-    Band, Camera, DeviceData, DeviceEngine, Engine, Pixels, Prepared, ReferenceEngine, StepResult, band_radiance_exact,
-    run, start, still,
+    Band, Camera, DeviceData, DeviceEngine, Engine, Prepared, ReferenceEngine, StepResult, band_radiance_exact, run,
+    start, still,
 };
-use isotherm::{EngineError, internals};
+use isotherm::{EngineError, Image, internals};
 
 use super::craft::{Folder, never, scene_with};
 use super::device::{assert_silent, context};
@@ -22,17 +22,17 @@ pub fn shining(changes: &[(&str, &str)]) -> String {
     scene_with(&all)
 }
 
-fn pixels(prepared: &Prepared, engine: &mut dyn Engine) -> Pixels {
+fn pixels(prepared: &Prepared, engine: &mut dyn Engine) -> Image {
     start(prepared, engine, None, &never(), &mut || ()).expect("the engine starts");
     let drawn = still(prepared, engine, 0.0, &never(), &mut || ()).expect("the engine draws");
-    drawn.expect("nobody stopped it").delivered.pixels.expect("a picture")
+    drawn.expect("nobody stopped it").delivered.image.expect("a picture")
 }
 
 fn camera(prepared: &Prepared) -> &Camera {
     prepared.scene.camera.as_ref().expect("a camera")
 }
 
-pub fn on_device(prepared: &Prepared) -> Pixels {
+pub fn on_device(prepared: &Prepared) -> Image {
     let context = context();
     let mut engine = DeviceEngine::new(&context, prepared, Some(camera(prepared))).expect("a small scene");
     let found = pixels(prepared, &mut engine);
@@ -41,20 +41,21 @@ pub fn on_device(prepared: &Prepared) -> Pixels {
     found
 }
 
-pub fn by_reference(prepared: &Prepared) -> Pixels {
+pub fn by_reference(prepared: &Prepared) -> Image {
     pixels(prepared, &mut ReferenceEngine::new(prepared, Some(camera(prepared))))
 }
 
 /// Shares of the pixels that differ by more than a tolerance, of the sky and of surfaces with the same labels; and the
 /// largest difference of the others, relative to the radiance.
-pub fn apart(found: &Pixels, expected: &Pixels, tolerance: f64) -> ([f64; 2], f64) {
+pub fn apart(found: &Image, expected: &Image, tolerance: f64) -> ([f64; 2], f64) {
     let (mut count, mut far, mut worst) = ([0.0_f64; 2], [0.0_f64; 2], 0.0_f64);
-    for (index, label) in expected.identity.iter().enumerate() {
-        if found.identity[index] != *label {
+    for index in 0..expected.part.len() {
+        let label = expected.labels(index);
+        if found.labels(index) != label {
             continue;
         }
         let kind = usize::from(label[0] > 0);
-        let [found, expected] = [found, expected].map(|pixels| f64::from(pixels.radiance_temperature_depth[index][0]));
+        let [found, expected] = [found, expected].map(|pixels| f64::from(pixels.radiance[index]));
         let difference = (found - expected).abs() / expected.max(1e-3);
         count[kind] += 1.0;
         if difference > tolerance {
@@ -84,8 +85,8 @@ fn the_device_reflects_as_the_reference() {
         println!("{name}: {sky:.4} of the sky, {surface:.4} of the surfaces, else {worst:.1e}");
         assert!(sky < 0.005 && surface < 0.01, "{name}: {sky} of the sky and {surface} of the surfaces differ");
         for (index, reflected) in found.reflected.iter().enumerate() {
-            let all = found.radiance_temperature_depth[index][0];
-            assert!(found.identity[index][0] == 0 || (0.0..=all).contains(reflected), "{name}, pixel {index}");
+            let all = found.radiance[index];
+            assert!(found.part[index] == 0 || (0.0..=all).contains(reflected), "{name}, pixel {index}");
         }
         let warmer = [("background = \"planet\"", "background = \"planet\"\nplanet_temperature = 257")];
         let wrong = by_reference(&Folder::new(&shining(&[changes, &warmer].concat())).prepared());
@@ -96,7 +97,7 @@ fn the_device_reflects_as_the_reference() {
 }
 
 /// The differences of two images where they have the same labels, as shares of the pixels of sky and surfaces.
-fn check(name: &str, found: &Pixels, expected: &Pixels, wrong: &Pixels, tolerance: f64, [most_sky, most]: [f64; 2]) {
+fn check(name: &str, found: &Image, expected: &Image, wrong: &Image, tolerance: f64, [most_sky, most]: [f64; 2]) {
     let ([sky, surface], worst) = apart(found, expected, tolerance);
     println!("{name}: {sky:.4} of the sky, {surface:.4} of the surfaces, else {worst:.1e}");
     assert!(sky <= most_sky && surface <= most, "{name}: {sky} of the sky and {surface} of the surfaces differ");
@@ -129,14 +130,14 @@ fn reflections_and_the_sky_have_lenses_and_several_samples() {
         check(name, &found, &expected, &wrong, tolerance, most);
         assert_eq!((found.reflected.is_empty(), expected.reflected.is_empty()), (!channels, !channels));
         for (pixel, coverage) in found.coverage.iter().enumerate().filter(|(_, coverage)| **coverage == 0.0) {
-            let [radiance, ..] = found.radiance_temperature_depth[pixel];
-            assert!(radiance >= 0.0 && found.identity[pixel] == [0, 0], "{name}: {radiance}, {coverage}");
+            let [radiance, ..] = found.values(pixel);
+            assert!(radiance >= 0.0 && found.labels(pixel) == [0, 0], "{name}: {radiance}, {coverage}");
         }
     }
 }
 
 /// The images of a run, by the device or in f64.
-pub fn images_of(prepared: &Prepared, device: bool) -> Vec<Pixels> {
+pub fn images_of(prepared: &Prepared, device: bool) -> Vec<Image> {
     let context = context();
     let mut engine: Box<dyn Engine> = if device {
         Box::new(DeviceEngine::new(&context, prepared, prepared.scene.camera.as_ref()).expect("a small scene"))
@@ -146,7 +147,7 @@ pub fn images_of(prepared: &Prepared, device: bool) -> Vec<Pixels> {
     start(prepared, engine.as_mut(), None, &never(), &mut || ()).expect("a start");
     let mut found = Vec::new();
     let mut take = |result: StepResult| {
-        found.extend(result.delivered.pixels);
+        found.extend(result.delivered.image);
         Ok::<_, EngineError>(())
     };
     assert!(run(prepared, engine.as_mut(), None, &never(), &mut take).expect("a run"));
@@ -196,7 +197,7 @@ fn everything_looks_black_in_an_isothermal_cavity() {
     let black = band_radiance_exact(Band { lower: 8e-6, upper: 14e-6 }, 287.0);
     let worst = |scene: &str| {
         let found = on_device(&Folder::new(scene).prepared());
-        let radiances = found.radiance_temperature_depth.iter().map(|pixel| f64::from(pixel[0]));
+        let radiances = found.radiance.iter().map(|radiance| f64::from(*radiance));
         radiances.map(|radiance| (radiance / black - 1.0).abs()).fold(0.0, f64::max)
     };
     let found = worst(&isothermal("287", "287"));
@@ -218,8 +219,8 @@ fn foil_before_the_earth() {
     let prepared = Folder::new(&scene).prepared();
     for found in [on_device(&prepared), by_reference(&prepared)] {
         let centre = 36 * 96 + 48;
-        assert_eq!(found.identity[centre], [1, 1]);
-        let (all, reflected) = (found.radiance_temperature_depth[centre][0], found.reflected[centre]);
+        assert_eq!(found.labels(centre), [1, 1]);
+        let (all, reflected) = (found.radiance[centre], found.reflected[centre]);
         println!("emitted {:.3}, reflected {reflected:.3} W/m2/sr", all - reflected);
         assert!((all - reflected - 3.5).abs() < 0.05 && (reflected - 24.3).abs() < 0.05);
         let of = |temperature| band_radiance_exact(prepared.scene.band, temperature) as f32;
@@ -247,9 +248,9 @@ fn the_limb_is_within_a_tenth_of_a_pixel() {
         };
         let prepared = Folder::new(&scene(altitude)).prepared();
         let (found, expected) = (on_device(&prepared), by_reference(&prepared));
-        let share = |pixels: &Pixels| {
-            let bright = pixels.radiance_temperature_depth.iter().filter(|pixel| pixel[0] > 1.0).count();
-            bright as f64 / pixels.identity.len() as f64
+        let share = |pixels: &Image| {
+            let bright = pixels.radiance.iter().filter(|radiance| **radiance > 1.0).count();
+            bright as f64 / pixels.part.len() as f64
         };
         assert!((0.05..0.95).contains(&share(&expected)), "{altitude}: the limb is in the image: {}", share(&expected));
         let ([sky, _], _) = apart(&found, &expected, 1e-4);

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use isotherm::internals::{OutputFrame as Frame, read_exr};
+use isotherm::Image;
+use isotherm::internals::read_exr;
 use serde_json::Value;
 
 use super::craft::{Folder, SCENE, scene_with};
@@ -126,20 +127,20 @@ fn a_frame_tells_what_it_is() {
         assert!(found, "{attribute:?}");
     }
     let (frame, header) = read_exr(&folder.path("image.exr")).expect("a frame");
-    assert_eq!((frame.width, frame.height, frame.time), (96, 72, 240.0));
+    assert_eq!((frame.camera.width, frame.camera.height, frame.time), (96, 72, 240.0));
     assert_eq!((header.band.lower, header.band.upper), (8e-6, 14e-6));
     assert_eq!(header.parts, ["body", "wing_port", "wing_starboard", "mast"]);
     assert_eq!(header.materials, ["skin", "cells", "mast"]);
     assert_eq!(header.version, env!("CARGO_PKG_VERSION"));
     assert_eq!(header.scene_sha256.len(), 64);
     // 45 deg across 96 pixels.
-    assert!((header.camera.lens.focal[0] - 48.0 / 22.5_f64.to_radians().tan()).abs() < 1e-9);
+    assert!((frame.camera.lens.focal[0] - 48.0 / 22.5_f64.to_radians().tan()).abs() < 1e-9);
     // The pose maps the target of the camera to its axis.
-    let ahead = header.camera_from_body.transform_point3(glam::DVec3::ZERO);
+    let ahead = frame.camera_from_body.transform_point3(glam::DVec3::ZERO);
     assert!(ahead.truncate().length() < 1e-9 && (ahead.z - (6.5_f64 * 6.5 + 25.0 + 7.5 * 7.5).sqrt()).abs() < 1e-9);
 }
 
-fn frame(path: &Path) -> Frame {
+fn frame(path: &Path) -> Image {
     read_exr(path).expect("a frame").0
 }
 

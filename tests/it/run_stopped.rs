@@ -121,7 +121,12 @@ fn a_signal_leaves_what_was_computed_and_the_run_goes_on_from_there() {
     folder.write("scene.toml", &scene);
     std::fs::write(&state, &whole[..whole.len() - 100]).expect("a shorter state");
     refused(resume(&[]), "damaged or truncated");
+    let earlier = [&b"isotherm state\n"[..], &1u32.to_ne_bytes(), &0x0102_0304u32.to_ne_bytes(), &[0; 40]].concat();
+    std::fs::write(&state, earlier).expect("a state of an earlier version");
+    refused(resume(&[]), "was written by an earlier version of isotherm; begin anew with --force");
     std::fs::write(&state, &whole).expect("the state again");
+    let from = ["run", "scene.toml", "-o", "new", "--from-state", "out/.isotherm/state"];
+    refused(end(isotherm(folder.0.path(), &from)), "is no thermal state of --save-state");
     let contents = left["series.csv"].clone();
     std::fs::write(&series, b"mine").expect("another series");
     refused(resume(&[]), "series.csv is not as isotherm left it");

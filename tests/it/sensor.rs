@@ -74,7 +74,9 @@ fn read(prepared: &Prepared, engine: &mut dyn Engine, time: f64) -> Vec<[u16; 2]
 fn read_from(pose: Option<DAffine3>, engine: &mut dyn Engine, time: f64) -> Vec<[u16; 2]> {
     let order = Order { pose, time, ..Order::default() };
     engine.submit(None, order).expect("an image is submitted");
-    engine.deliver().expect("the device answers").pixels.expect("an image").readings.expect("a sensor")
+    let image = engine.deliver().expect("the device answers").image.expect("an image");
+    let (numbers, counts) = image.digital_numbers.zip(image.counts).expect("a sensor");
+    numbers.into_iter().zip(counts).map(<[u16; 2]>::from).collect()
 }
 
 /// Share of pixels that differ, and the largest difference.

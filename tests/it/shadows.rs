@@ -185,7 +185,7 @@ const OPEN: [f32; 2] = [10.38, 10.15];
 fn rays_walk_the_largest_tree_to_its_end() {
     let context = context();
     let prepared = under_a_stack(129_900).prepared();
-    assert!(prepared.shadow_tree.as_ref().is_some_and(|tree| tree.tree.nodes.len() > 64_900));
+    assert!(prepared.occluders.tree.as_ref().is_some_and(|tree| tree.tree.nodes.len() > 64_900));
     let [covered, open] = [COVERED, OPEN].map(|[x, y]| {
         let corner = DVec3::new(f64::from(x), f64::from(y), 4.0);
         let near = |slot: &usize| prepared.nodes.positions[*slot].as_dvec3().distance(corner) < 1e-3;

@@ -24,11 +24,9 @@ pub fn images(prepared: &Prepared) -> [Vec<Shown>; 2] {
         let mut images = Vec::new();
         start(prepared, &mut *engine, None, &never(), &mut || ()).expect("it starts");
         run::<EngineError>(prepared, &mut *engine, None, &never(), &mut |result| {
-            let Some(pixels) = result.delivered.pixels else { return Ok(()) };
-            let all = pixels.radiance_temperature_depth.iter().zip(&pixels.identity);
-            let surface = |(pixel, label): (&[f32; 3], &[u32; 2])| {
-                Some(((label[0] as usize).checked_sub(1)?, f64::from(pixel[1])))
-            };
+            let Some(image) = result.delivered.image else { return Ok(()) };
+            let all = image.temperature.iter().zip(&image.part);
+            let surface = |(kelvin, part): (&f32, &u32)| Some(((*part as usize).checked_sub(1)?, f64::from(*kelvin)));
             images.push(Shown { time: result.time, pixels: all.filter_map(surface).collect() });
             Ok(())
         })

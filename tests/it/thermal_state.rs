@@ -143,6 +143,11 @@ fn a_state_that_does_not_fit_is_refused_with_what_differs() {
         std::fs::write(folder.path(name), bytes).expect("a file");
         assert!(refused(SCENE, name, &[]).contains(expected), "{name}");
     }
+    let earlier = [&b"isotherm state\n"[..], &1u32.to_ne_bytes(), &0x0102_0304u32.to_ne_bytes(), &[0; 40]].concat();
+    std::fs::write(folder.path("earlier.state"), earlier).expect("a file");
+    let message = refused(SCENE, "earlier.state", &[]);
+    let expected = "earlier.state was written by an earlier version of isotherm; start the run anew that saves it";
+    assert!(message.contains(expected), "{message}");
     assert!(refused(SCENE, "absent.state", &[]).contains("absent.state cannot be read"));
     let wrong_time = ["run", "scene.toml", "-o", "none", "--save-state", "x.state", "--save-state-at", "61"];
     let (_, message) = refusal(&end(isotherm(folder.0.path(), &wrong_time)));

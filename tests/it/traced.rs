@@ -1,7 +1,7 @@
 //! Reflections of the craft itself: the device against f64 and exact answers.
 
-use isotherm::internals;
-use isotherm::internals::{DeviceData, Pixels, Prepared, band_radiance_exact};
+use isotherm::internals::{DeviceData, Prepared, band_radiance_exact};
+use isotherm::{Image, internals};
 use serde_json::json;
 
 use super::craft::{Folder, glb_of_box, scene_with};
@@ -89,16 +89,16 @@ fn cavity(changes: &[(&str, &str)]) -> Prepared {
 }
 
 /// Radiance of the pixels over that of a blackbody at 287 K: the largest difference from 1, and the mean.
-fn over_black(pixels: &Pixels, prepared: &Prepared) -> (f64, f64) {
+fn over_black(pixels: &Image, prepared: &Prepared) -> (f64, f64) {
     let black = band_radiance_exact(prepared.scene.band, 287.0);
-    let shares = pixels.radiance_temperature_depth.iter().map(|pixel| f64::from(pixel[0]) / black);
-    assert!(pixels.identity.iter().all(|label| label[0] > 0), "the box is closed");
+    let shares = pixels.radiance.iter().map(|radiance| f64::from(*radiance) / black);
+    assert!(pixels.part.iter().all(|part| *part > 0), "the box is closed");
     let (mut worst, mut sum) = (0.0_f64, 0.0);
     for share in shares {
         worst = worst.max((share - 1.0).abs());
         sum += share;
     }
-    (worst, sum / pixels.identity.len() as f64)
+    (worst, sum / pixels.part.len() as f64)
 }
 
 #[test]
@@ -167,7 +167,7 @@ fn a_distant_craft_reflects_itself_too() {
     let far = ("position = [6.5, 5, -7.5]", "position = [65, 50, -75]");
     let prepared = Folder::new(&traced(&[far])).prepared();
     let (found, expected) = (on_device(&prepared), by_reference(&prepared));
-    let shown = found.identity.iter().filter(|label| label[0] > 0).count();
+    let shown = found.part.iter().filter(|part| **part > 0).count();
     let ([sky, surface], worst) = apart(&found, &expected, 2e-3);
     println!("{shown} pixels: {sky:.4} of the sky, {surface:.4} of the surfaces, else {worst:.1e}");
     assert!((10..200).contains(&shown) && sky < 0.005 && surface <= 0.07, "{sky} and {surface} of {shown}");
@@ -248,10 +248,10 @@ fn a_diffuse_floor_shows_the_view_factor_of_a_warm_wall() {
         let (x, y) = (1.0 + scale * (column as f64 + 0.5 - 192.0), scale * (row as f64 + 0.5 - 144.0));
         half_factor(x, 1.0 - y) + half_factor(x, 1.0 + y)
     };
-    let shares = |prepared: &Prepared, found: &Pixels, emissivity: f64| {
+    let shares = |prepared: &Prepared, found: &Image, emissivity: f64| {
         let black = band_radiance_exact(prepared.scene.band, 330.0);
-        let share = |pixel: &[f32; 3]| (f64::from(pixel[0]) / black - emissivity) / (1.0 - emissivity);
-        found.radiance_temperature_depth.iter().map(share).collect::<Vec<_>>()
+        let share = |radiance: &f32| (f64::from(*radiance) / black - emissivity) / (1.0 - emissivity);
+        found.radiance.iter().map(share).collect::<Vec<_>>()
     };
     let prepared = of_plates(&folder, "2.7", &ABOVE, [("floor", 0.2, 0.0), ("wall", 1.0, 0.0)]);
     for found in [on_device(&prepared), by_reference(&prepared)] {
@@ -287,13 +287,13 @@ fn a_mirror_shows_the_warm_wall_beside_it() {
         let prepared = of_plates(&folder, "255", &view, [("floor", emissivity, 1.0), ("wall", 1.0, 0.0)]);
         let exact = band_radiance_exact(prepared.scene.band, 330.0);
         for found in [on_device(&prepared), by_reference(&prepared)] {
-            let shown = f64::from(found.radiance_temperature_depth[centre][0]);
+            let shown = f64::from(found.radiance[centre]);
             println!("emissivity {emissivity}: {shown:.5} against {exact:.5} W/m2/sr");
             assert!((shown / exact - 1.0).abs() < 3e-6, "{shown} against {exact}");
         }
         let mut open = prepared;
         open.scene.surrounded.reflections = isotherm::internals::Reflections::Environment;
-        let shown = f64::from(on_device(&open).radiance_temperature_depth[centre][0]);
+        let shown = f64::from(on_device(&open).radiance[centre]);
         assert!((shown / exact - 1.0).abs() > 0.01, "without the wall it is darker: {shown}");
     }
 }
@@ -311,11 +311,11 @@ fn a_corner_of_mirrors_shows_the_planet_behind_the_camera() {
     let exact = 0.1 * of(330.0) + 0.9 * (0.5 * of(330.0) + 0.5 * of(255.0));
     let centre = 36 * 96 + 48;
     for found in [on_device(&prepared), by_reference(&prepared)] {
-        let shown = f64::from(found.radiance_temperature_depth[centre][0]);
+        let shown = f64::from(found.radiance[centre]);
         println!("{shown:.5} against {exact:.5} W/m2/sr");
         assert!((shown / exact - 1.0).abs() < 2e-6, "{shown} against {exact}");
     }
-    let warmer = on_device(&shown(0.1, 0.502)).radiance_temperature_depth[centre][0];
+    let warmer = on_device(&shown(0.1, 0.502)).radiance[centre];
     assert!((f64::from(warmer) / exact - 1.0).abs() > 5e-4, "another emissivity of the wall must show: {warmer}");
 }
 

@@ -71,8 +71,8 @@ pub fn measure(context: &Arc<Context>, scene: Scene) -> Result<(), AnyError> {
                 let pose = pose_at(&prepared, 0.0);
                 let surroundings = pose.and_then(|pose| surroundings_at(&prepared, 0.0, &pose));
                 engine.submit(None, Order { pose, joints: &joints, surroundings, ..Order::default() })?;
-                let pixels = engine.deliver()?.pixels.unwrap_or_default();
-                shown = pixels.identity.iter().filter(|label| label[0] > 0).count();
+                let image = engine.deliver()?.image;
+                shown = image.iter().flat_map(|image| &image.part).filter(|part| **part > 0).count();
             }
         }
     }

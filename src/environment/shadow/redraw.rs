@@ -4,11 +4,13 @@ use glam::{DAffine3, DQuat, DVec3};
 
 use super::depth_map::{SunProjection, corners_of};
 use crate::environment::StepLoad;
-use crate::saved::{Saved, SavedError};
 
 /// A turn below this is rounding [rad]. With an angle of 0, shadows are computed anew at every greater turn. This turn is four millionths of a texel
 /// on a map of 4096 texels.
 const STILL: f64 = 1e-9;
+
+/// Direction of the Sun (body frame), and poses of the joints.
+pub(crate) type LightAndPoses = (DVec3, Vec<DAffine3>);
 
 /// The boxes that cast shadows, the resolution of the view, and the state for which shadows were last found.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,7 +21,7 @@ pub struct Redraw {
     /// Turn of the Sun or of a joint against the craft after which shadows are computed anew [rad].
     pub(crate) angle: f64,
     /// Direction of the Sun (body frame) and poses of the joints for which shadows were last found.
-    pub(crate) found_for: Option<(DVec3, Vec<DAffine3>)>,
+    pub(crate) found_for: Option<LightAndPoses>,
 }
 
 impl Redraw {
@@ -45,28 +47,7 @@ impl Redraw {
         })
     }
 
-    /// The light and the poses for which shadows were last found.
-    pub(crate) fn save(&self) -> Saved {
-        let mut saved = Saved::default();
-        if let Some((sun, poses)) = &self.found_for {
-            saved.put("sun", &sun.to_array());
-            saved.put("poses", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
-        }
-        saved
-    }
-
-    /// The light and the poses that `save` put into the lists.
-    ///
-    /// # Errors
-    /// Lists of another kind.
-    pub(crate) fn found_for(saved: &Saved) -> Result<Option<(DVec3, Vec<DAffine3>)>, SavedError> {
-        if !saved.has("sun") {
-            return Ok(None);
-        }
-        let poses: Vec<[f64; 12]> = saved.list("poses")?;
-        Ok(Some((DVec3::from_array(saved.array("sun")?), poses.iter().map(DAffine3::from_cols_array).collect())))
-    }
-
+    /// Corners of the boxes as placed by the joints.
     fn corners<'a>(&'a self, poses: &'a [DAffine3]) -> impl Iterator<Item = DVec3> + 'a {
         self.bounds.iter().flat_map(|(joint, bounds)| {
             let pose = poses.get(*joint as usize).copied().unwrap_or(DAffine3::IDENTITY);

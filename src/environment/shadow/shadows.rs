@@ -5,7 +5,6 @@ use rayon::prelude::*;
 
 use super::{DepthMap, Occluders, Redraw};
 use crate::environment::StepLoad;
-use crate::saved::{Saved, SavedError};
 
 /// Method that finds the visibility of the Sun.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,7 +57,8 @@ pub struct ShadowCasters {
     casters: Jointed,
     /// The tree, for rays and for few nodes, where nothing moves.
     tree: Option<Occluders>,
-    redraw: Redraw,
+    /// For which light and poses shadows were found last. A saved state keeps them.
+    pub(crate) redraw: Redraw,
 }
 
 /// Greatest number of nodes that are traced instead of drawing a map. Each reads 16 texels.
@@ -79,16 +79,6 @@ impl ShadowCasters {
             shadows.tree = Some(shadows.casters.occluders(&[]));
         }
         shadows
-    }
-
-    /// The state from which a run goes on later, without the visibility.
-    pub(crate) fn save(&self) -> Saved {
-        self.redraw.save()
-    }
-
-    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
-        self.redraw.found_for = Redraw::found_for(saved)?;
-        Ok(())
     }
 
     fn needs_tree(&self) -> bool {

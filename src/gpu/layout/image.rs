@@ -5,6 +5,7 @@ use crate::thermal::surroundings::sun_irradiance;
 
 shared! {
     /// Camera of an image.
+    #[derive(serde::Serialize, serde::Deserialize)]
     pub struct View {
         /// First row of camera_from_body: rotation and translation [m].
         pub camera_from_body_x: [f32; 4],

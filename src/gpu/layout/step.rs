@@ -44,6 +44,7 @@ shared! {
     }
 
     /// Load of one step, common to all nodes.
+    #[derive(serde::Serialize, serde::Deserialize)]
     pub(crate) struct Step {
         /// Unit vector to the planet's centre, body frame; w: sine of the planet's angular radius.
         pub(crate) nadir: [f32; 4],

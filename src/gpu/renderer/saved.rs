@@ -1,153 +1,178 @@
 //! The state of a scene on the device that a run needs to go on later, bit for bit.
 
 use super::Renderer;
-use crate::environment::shadow::Redraw;
+use crate::environment::shadow::LightAndPoses;
+use crate::exchange::sky::LastFound;
+use crate::gpu::effects::exchange::{RECEIVED, REFLECTED, SEEN, SUNLIGHT};
 use crate::gpu::effects::light::VISIBILITY;
+use crate::gpu::effects::network::state::OnePass;
 use crate::gpu::effects::sensor::BOLOMETER;
 use crate::gpu::effects::thermal::load::DeviceLoad;
 use crate::gpu::effects::thermal::{ELAPSED, SPAN, TARGET, TEMPERATURE};
 use crate::gpu::error::GpuError;
 use crate::gpu::frame::compose;
-use crate::gpu::layout;
+use crate::gpu::layout::View;
 use crate::gpu::request::Request;
 use crate::gpu::resource::Resource;
-use crate::gpu::samples::Samples;
 use crate::gpu::timing::PassTimes;
-use crate::saved::{Saved, SavedError};
-use crate::thermal::network::one_pass::{HALVINGS_AT_MOST, Halving, Told};
+use crate::thermal::misfit::{Misfit, check_length, part};
+use crate::thermal::network::one_pass::{Halving, Told};
+use crate::thermal::sensor::twin::SensorState;
 
 /// Buffers with the state of the nodes, one value for each node.
-static NODE_STATE: [(&Resource, &str); 5] = [
-    (&TEMPERATURE, "temperature"),
-    (&TARGET, "target"),
-    (&SPAN, "span"),
-    (&ELAPSED, "elapsed"),
-    (&VISIBILITY, "visibility"),
-];
+static NODE_STATE: [&Resource; 5] = [&TEMPERATURE, &TARGET, &SPAN, &ELAPSED, &VISIBILITY];
+
+/// The saved state of a scene on the device.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+pub struct RendererState {
+    /// Buffers by the names of their resources.
+    buffers: Vec<(String, Vec<f32>)>,
+    network: Option<OnePassProgress>,
+    sensor: Option<SensorState<f32>>,
+    commanded: Option<DeviceLoad>,
+    shadows: Option<LightAndPoses>,
+    exchange: Option<LastFound>,
+    culled: Vec<[Option<View>; 2]>,
+    fused_steps: u64,
+    times: PassTimes,
+}
+
+/// The saved state of a network in one pass, apart from its buffers.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+struct OnePassProgress {
+    odd: bool,
+    age: u32,
+    halving: Halving,
+    told: Told,
+    told_steps: u64,
+    on: Vec<bool>,
+    /// Length of the last step [s].
+    step: f64,
+}
+
+impl RendererState {
+    /// A buffer of the state, by the name of its resource.
+    pub fn buffer(&self, name: &str) -> Option<&[f32]> {
+        self.buffers.iter().find(|(known, _)| known == name).map(|(_, values)| values.as_slice())
+    }
+
+    /// The state of the sensor.
+    pub(crate) fn sensor_mut(&mut self) -> &mut Option<SensorState<f32>> {
+        &mut self.sensor
+    }
+
+    /// Forgets what belongs to one run only: measured times, counts of work, and triangles culled for its camera.
+    pub(crate) fn forget_run(&mut self) {
+        self.culled.clear();
+        self.fused_steps = 0;
+        self.times.clear();
+    }
+}
 
 impl Renderer {
     /// The state between two steps. No frame is in flight afterwards.
     ///
     /// # Errors
     /// A call that fails.
-    pub fn save(&mut self) -> Result<Saved, GpuError> {
+    pub fn save(&mut self) -> Result<RendererState, GpuError> {
         self.wait()?;
-        let mut saved = Saved::default();
-        for (resource, name) in NODE_STATE {
-            if self.resources.get(resource).is_some() {
-                let values: Vec<f32> = self.resources.download(&mut self.once, resource, self.nodes)?;
-                saved.put(name, &values);
-            }
+        let mut buffers = Vec::new();
+        for (resource, count) in self.state_buffers() {
+            buffers.push((resource.name.to_owned(), self.resources.download(&mut self.once, resource, count)?));
         }
-        if let Some(network) = &self.scene.network {
-            for (resource, name, count) in network.state() {
-                if self.resources.get(resource).is_some() {
-                    let values: Vec<f32> = self.resources.download(&mut self.once, resource, count)?;
-                    saved.put(name, &values);
-                }
-            }
-            saved.put_flags("one_pass.flags", &[network.odd]);
-            let Halving { count, since, exceeded, most, .. } = network.halving;
-            saved.put("one_pass.counts", &[network.age, count, since, exceeded, most]);
-            let Told { squares, count, most, node } = network.told;
-            saved.put("one_pass.told_before", &[squares, most]);
-            saved.put("one_pass.told_counts", &[count, node as u64, network.told_steps]);
-            saved.put_flags("one_pass.on", &network.on);
-            saved.put("one_pass.step", &[network.plan.step()]);
-        }
-        if let Some(sensor) = &self.scene.sensor {
-            if self.resources.get(&BOLOMETER).is_some() {
+        let sensor = match &self.scene.sensor {
+            Some(sensor) => {
                 let count = sensor.padded_pixels();
-                saved.put("sensor.bolometer", &self.resources.download::<f32>(&mut self.once, &BOLOMETER, count)?);
+                let bolometer = self.resources.get(&BOLOMETER).is_some();
+                let mut signal = || self.resources.download(&mut self.once, &BOLOMETER, count);
+                Some(SensorState { signal: if bolometer { signal()? } else { Vec::new() }, last: sensor.last })
             }
-            saved.put("sensor.last", &[sensor.last.unwrap_or(f64::NAN)]);
-        }
-        if let Some(load) = &self.scene.commanded {
-            saved.put_all("commanded", load.save());
-        }
-        if let Some(redraw) = &self.scene.light.redraw {
-            saved.put_all("shadows", redraw.save());
-        }
-        if let Some(exchange) = &self.scene.exchange {
-            saved.put_all("exchange", exchange.save());
-            saved.put("exchange.seen", &self.seen()?);
-            let (reflected, sunlight) = self.exchanged_light()?;
-            let received = self.received_at_places()?;
-            saved.put("exchange.reflected", &reflected);
-            saved.put("exchange.sunlight", &sunlight);
-            saved.put("exchange.received", &received);
-        }
-        saved.put("culled", &self.scene.culling.save());
-        saved.put("fused_steps", &[self.fused_steps]);
-        saved.put("pass_names", self.pass_times().keys().cloned().collect::<Vec<_>>().join("\n").as_bytes());
-        for (number, times) in self.pass_times().values().enumerate() {
-            saved.put(format!("pass.{number}"), times);
-            saved.put(format!("pass_counts.{number}"), &[times.count(), times.every()]);
-        }
-        Ok(saved)
+            None => None,
+        };
+        Ok(RendererState {
+            buffers,
+            network: self.scene.network.as_ref().map(|network| OnePassProgress {
+                odd: network.odd,
+                age: network.age,
+                halving: network.halving,
+                told: network.told,
+                told_steps: network.told_steps,
+                on: network.on.clone(),
+                step: network.plan.step(),
+            }),
+            sensor,
+            commanded: self.scene.commanded.clone(),
+            shadows: self.scene.light.redraw.as_ref().and_then(|redraw| redraw.found_for.clone()),
+            exchange: self.scene.exchange.as_ref().map(|exchange| exchange.renewal.last.clone()),
+            culled: self.scene.culling.save(),
+            fused_steps: self.fused_steps,
+            times: self.pass_times().clone(),
+        })
     }
 
     /// Takes a saved state.
     ///
     /// # Errors
     /// A state of another scene, or a call that fails.
-    pub fn restore(&mut self, saved: &Saved) -> Result<(), GpuError> {
+    pub fn restore(&mut self, saved: &RendererState) -> Result<(), GpuError> {
         self.wait()?;
-        let mut lists = Vec::new();
-        for (resource, name) in NODE_STATE {
-            if self.resources.get(resource).is_some() {
-                lists.push((resource, saved.list_of::<f32>(name, self.nodes)?));
-            }
+        for (resource, count) in self.state_buffers() {
+            let values = saved.buffer(resource.name).ok_or_else(|| Misfit::Absent(resource.name.to_owned()))?;
+            check_length(resource.name, values, count)?;
+            self.resources.upload(&mut self.once, resource, values)?;
         }
         if let Some(network) = &mut self.scene.network {
-            for (resource, name, count) in network.state() {
-                if self.resources.get(resource).is_some() {
-                    lists.push((resource, saved.list_of::<f32>(name, count)?));
-                }
-            }
-            let [step] = saved.array("one_pass.step")?;
-            let plan = network.plans.over(step, 1).0;
+            let saved = part("a network in one pass", &saved.network)?;
+            check_length("thermostats", &saved.on, network.on.len())?;
+            let plan = network.plans.over(saved.step, 1).0;
             network.take(plan);
-            network.on = saved.flags("one_pass.on")?;
-            let flags = saved.flags("one_pass.flags")?;
-            network.odd = flags.first() == Some(&true);
-            let halving = &mut network.halving;
-            [network.age, halving.count, halving.since, halving.exceeded, halving.most] =
-                saved.array("one_pass.counts")?;
-            halving.count = halving.count.min(HALVINGS_AT_MOST);
-            let [squares, most] = saved.array("one_pass.told_before")?;
-            let [count, node, steps] = saved.array::<u64, 3>("one_pass.told_counts")?;
-            network.told = Told { squares, count, most, node: node as usize };
-            network.told_steps = steps;
+            network.on.clone_from(&saved.on);
+            (network.odd, network.age) = (saved.odd, saved.age);
+            network.halving = network.halving.with_decisions_of(saved.halving);
+            (network.told, network.told_steps) = (saved.told, saved.told_steps);
         }
         self.upload_plan()?;
-        self.restore_exchange(&saved.part("exchange"))?;
-        if let Some(sensor) = &mut self.scene.sensor {
-            if self.resources.get(&BOLOMETER).is_some() {
-                lists.push((&BOLOMETER, saved.list_of::<f32>("sensor.bolometer", sensor.padded_pixels())?));
-            }
-            let [last] = saved.array::<f64, 1>("sensor.last")?;
-            sensor.last = Some(last).filter(|last| !last.is_nan());
+        if let Some(exchange) = &mut self.scene.exchange {
+            exchange.renewal.last = part("radiation between surfaces", &saved.exchange)?.clone();
+            exchange.fresh = false;
         }
-        for (resource, values) in lists {
-            self.resources.upload(&mut self.once, resource, &values)?;
+        if let Some(sensor) = &mut self.scene.sensor {
+            let saved = part("a sensor", &saved.sensor)?;
+            sensor.last = saved.last;
+            if self.resources.get(&BOLOMETER).is_some() {
+                check_length("signals of the sensor", &saved.signal, sensor.padded_pixels())?;
+                self.resources.upload(&mut self.once, &BOLOMETER, &saved.signal)?;
+            }
         }
         self.resources.free_staging();
-        self.restore_host(saved)?;
+        self.scene.commanded.clone_from(&saved.commanded);
+        if let Some(redraw) = &mut self.scene.light.redraw {
+            redraw.found_for.clone_from(&saved.shadows);
+        }
+        self.scene.culling.restore(&saved.culled);
+        self.fused_steps = saved.fused_steps;
         self.cull_again()?;
-        self.slots.times = times_of(saved, self.slots.most_times)?;
+        let most = self.slots.most_times;
+        self.slots.times.clone_from(&saved.times);
+        self.slots.times.values_mut().for_each(|times| times.bound(most));
         Ok(())
     }
 
-    fn restore_host(&mut self, saved: &Saved) -> Result<(), SavedError> {
-        let commanded = saved.part("commanded");
-        self.scene.commanded = if saved.has("commanded.steps") { Some(DeviceLoad::restore(&commanded)?) } else { None };
-        if let Some(redraw) = &mut self.scene.light.redraw {
-            *redraw = Redraw { found_for: Redraw::found_for(&saved.part("shadows"))?, ..redraw.clone() };
+    /// Buffers with the state between two steps, and their counts of numbers.
+    fn state_buffers(&self) -> Vec<(&'static Resource, usize)> {
+        let mut buffers: Vec<_> = NODE_STATE.map(|resource| (resource, self.nodes)).into();
+        buffers.extend(self.scene.network.iter().flat_map(OnePass::state));
+        if let Some(exchange) = &self.scene.exchange {
+            let places = exchange.places();
+            buffers.extend([
+                (&SEEN, 2 * places),
+                (&REFLECTED, 2 * places),
+                (&SUNLIGHT, places),
+                (&RECEIVED, 2 * places),
+            ]);
         }
-        self.scene.culling.restore(&saved.list("culled")?);
-        [self.fused_steps] = saved.array("fused_steps")?;
-        Ok(())
+        buffers.retain(|(resource, _)| self.resources.get(resource).is_some());
+        buffers
     }
 
     /// Culls the triangles anew from the views of the last culling, whose result lies on the device only. The image of this frame is not used,
@@ -164,35 +189,5 @@ impl Renderer {
         self.slots.time_few = true;
         self.slots.most_times = most;
         self.slots.times.values_mut().for_each(|times| times.bound(most));
-    }
-}
-
-fn times_of(saved: &Saved, most: usize) -> Result<PassTimes, SavedError> {
-    let names = saved.text("pass_names")?;
-    let one = |(number, name): (usize, &str)| {
-        let [count, every] = saved.array(&format!("pass_counts.{number}"))?;
-        let times = Samples::again(saved.list(&format!("pass.{number}"))?, most, every, count);
-        Ok((name.to_owned(), times))
-    };
-    names.lines().enumerate().map(one).collect()
-}
-
-impl DeviceLoad {
-    fn save(&self) -> Saved {
-        let mut saved = Saved::default();
-        saved.put("steps", &self.steps);
-        saved.put("samples", &self.samples);
-        if let Some(albedo) = &self.albedo {
-            saved.put("albedo", albedo);
-        }
-        saved
-    }
-
-    fn restore(saved: &Saved) -> Result<Self, SavedError> {
-        Ok(Self {
-            steps: saved.list::<layout::Step>("steps")?,
-            samples: saved.list("samples")?,
-            albedo: if saved.has("albedo") { Some(saved.list("albedo")?) } else { None },
-        })
     }
 }

@@ -2,25 +2,20 @@
 
 use super::*;
 use crate::lens::{Distortion, Lens};
-use crate::scene::{CameraFrame, Motion};
-use glam::{DQuat, DVec3};
+use crate::scene::{Camera, CameraFrame, Motion};
+use glam::{DAffine3, DQuat, DVec3};
 
 /// A lit sphere. Temperature falls with the cosine from 350 K to 180 K on the night side.
-pub(crate) fn sphere(width: u32, height: u32, step: u32) -> Frame {
+pub(crate) fn sphere(width: u32, height: u32, step: u32) -> Image {
     let pixels = (width * height) as usize;
-    let mut frame = Frame {
-        width,
-        height,
-        step,
-        image: None,
-        time: f64::from(step) * 15.5,
+    let pose = DAffine3::from_rotation_translation(rotation(), DVec3::new(0.5, -0.25, 100.0));
+    let mut frame = Image {
         radiance: vec![0.0; pixels],
         temperature: vec![0.0; pixels],
         depth: vec![0.0; pixels],
         part: vec![0; pixels],
         material: vec![0; pixels],
-        coverage: Vec::new(),
-        reflected: None,
+        ..Image::blank(camera(width, height), pose, f64::from(step) * 15.5)
     };
     let phase = step as f32 * 0.02 + 0.5;
     let radius = 0.42 * height as f32;
@@ -42,46 +37,54 @@ pub(crate) fn sphere(width: u32, height: u32, step: u32) -> Frame {
     frame
 }
 
+fn rotation() -> DQuat {
+    DQuat::from_xyzw(0.1, -0.7, 0.3, 0.64).normalize()
+}
+
+fn camera(width: u32, height: u32) -> Camera {
+    Camera {
+        width,
+        height,
+        lens: Lens {
+            focal: [1_234.567_89, 1230.1],
+            centre: [f64::from(width) / 2.0, f64::from(height) / 2.0 + 0.25],
+            skew: 0.1,
+            distortion: Distortion::BrownConrady([
+                -0.3,
+                0.1,
+                1e-3,
+                -2e-4,
+                1.0 / 3.0,
+                0.0,
+                0.5,
+                0.0,
+                0.0,
+                0.0,
+                7e-5,
+                0.0,
+            ]),
+        },
+        samples: 4,
+        line_time: 3e-5,
+        motion: Motion::Still,
+        frame: CameraFrame::Orbit,
+        position: DVec3::new(-100.0, 1e-3, 1.0 / 3.0),
+        frame_from_camera: rotation(),
+        near: 0.1,
+    }
+}
+
 /// A header without repeated values.
-pub(crate) fn header(width: u32, height: u32) -> FrameHeader {
-    let rotation = DQuat::from_xyzw(0.1, -0.7, 0.3, 0.64).normalize();
+pub(crate) fn header() -> FrameHeader {
+    let rotation = rotation();
     FrameHeader {
         scene: "Station, beta 30°".into(),
         scene_sha256: "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08".into(),
         device: "llvmpipe (LLVM 15.0.6, 256 bits)".into(),
         version: "0.1.0".into(),
         band: Band { lower: 8e-6, upper: 14e-6 },
-        camera: Camera {
-            width,
-            height,
-            lens: Lens {
-                focal: [1_234.567_89, 1230.1],
-                centre: [f64::from(width) / 2.0, f64::from(height) / 2.0 + 0.25],
-                skew: 0.1,
-                distortion: Distortion::BrownConrady([
-                    -0.3,
-                    0.1,
-                    1e-3,
-                    -2e-4,
-                    1.0 / 3.0,
-                    0.0,
-                    0.5,
-                    0.0,
-                    0.0,
-                    0.0,
-                    7e-5,
-                    0.0,
-                ]),
-            },
-            samples: 4,
-            line_time: 3e-5,
-            motion: Motion::Still,
-            frame: CameraFrame::Orbit,
-            position: DVec3::new(-100.0, 1e-3, 1.0 / 3.0),
-            frame_from_camera: rotation,
-            near: 0.1,
-        },
-        camera_from_body: DMat4::from_rotation_translation(rotation, DVec3::new(0.5, -0.25, 100.0)),
+        step: 7,
+        image: Some(3),
         camera_from_orbit: Some(DMat4::from_rotation_translation(rotation, DVec3::new(1.5, -0.25, 100.0))),
         camera_from_inertial: Some(DMat4::from_rotation_translation(rotation, DVec3::new(2.5, -0.25, 100.0))),
         last_row_from_body: Some(DMat4::from_rotation_x(0.3)),
@@ -109,7 +112,7 @@ fn the_range_leaves_out_background_and_what_is_not_finite() {
 #[test]
 fn a_channel_that_does_not_fill_the_image_is_named() {
     let mut frame = sphere(4, 3, 0);
-    assert!(frame.check().is_ok());
+    assert!(check_size(&frame).is_ok());
     frame.depth.pop();
-    assert_eq!(frame.check().unwrap_err().to_string(), "frame 4x3: channel Z has 11 values");
+    assert_eq!(check_size(&frame).unwrap_err().to_string(), "frame 4x3: channel Z has 11 values");
 }

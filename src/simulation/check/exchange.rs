@@ -6,10 +6,10 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use crate::environment::StepLoad;
-use crate::exchange::sky::{Due, Renewal};
+use crate::exchange::sky::{Due, LastFound, Renewal};
 use crate::exchange::step::{CraftLight, Exchange};
-use crate::saved::{Saved, SavedError};
 use crate::simulation::exchange::ExchangeCraft;
+use crate::thermal::misfit::{Misfit, check_length};
 use crate::thermal::received::FaceLoad;
 
 /// Findings of infrared between two estimates of noise and of the bounces that are left out.
@@ -27,6 +27,12 @@ pub(super) struct ExchangeCheck {
     /// Poses of the joints for which rays were cast, each with its exchange. The last pair holds.
     found: Vec<(Vec<DAffine3>, Exchange)>,
     renewal: Renewal,
+    progress: ExchangeProgress,
+}
+
+/// What steps change of an exchange beside the run.
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
+struct ExchangeProgress {
     light: CraftLight,
     /// Infrared that patches absorb since it was found last [W/m2].
     before: Vec<f64>,
@@ -36,8 +42,17 @@ pub(super) struct ExchangeCheck {
     errors: [ErrorSpread; 4],
 }
 
+/// The saved state of an exchange beside the run.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+pub(super) struct ExchangeCheckState {
+    last: LastFound,
+    /// Poses for which the rays that hold were cast.
+    poses: Vec<DAffine3>,
+    progress: ExchangeProgress,
+}
+
 /// Errors over patches and steps [K].
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 struct ErrorSpread {
     squares: f64,
     weight: f64,
@@ -62,10 +77,7 @@ impl ExchangeCheck {
             found: vec![(poses.to_vec(), craft.cast(poses))],
             renewal: craft.renewal(),
             craft: Arc::clone(craft),
-            light: CraftLight::default(),
-            before: Vec::new(),
-            steps: 0,
-            errors: Default::default(),
+            progress: ExchangeProgress::default(),
         }
     }
 
@@ -87,22 +99,22 @@ impl ExchangeCheck {
         let of_nodes = |absorbed: &[f64], light: &CraftLight| -> Vec<[FaceLoad; 2]> {
             (0..nodes.len()).map(|node| exchange.of_node(node, absorbed, &light.planet_shares)).collect()
         };
-        let due = self.renewal.due(load, steps, turned || self.light.planet_shares.is_empty());
+        let due = self.renewal.due(load, steps, turned || self.progress.light.planet_shares.is_empty());
         if due == Due::Nothing {
-            return of_nodes(&self.before, &self.light);
+            return of_nodes(&self.progress.before, &self.progress.light);
         }
         let mut held = None;
         if due == Due::All {
-            self.light = find();
-        } else if self.steps.is_multiple_of(EVERY) {
-            held = Some(exchange.held_too_long(load, [&self.light, &find()], |node| nodes[node][0]));
+            self.progress.light = find();
+        } else if self.progress.steps.is_multiple_of(EVERY) {
+            held = Some(exchange.held_too_long(load, [&self.progress.light, &find()], |node| nodes[node][0]));
         }
-        let sent = exchange.sent(load, &self.light, |node| nodes[node][0]);
-        let absorbed = exchange.absorbed(&sent, &self.light);
-        let received = of_nodes(&absorbed, &self.light);
+        let sent = exchange.sent(load, &self.progress.light, |node| nodes[node][0]);
+        let absorbed = exchange.absorbed(&sent, &self.progress.light);
+        let received = of_nodes(&absorbed, &self.progress.light);
         self.estimate(&sent, &absorbed, nodes, (turned, held));
-        self.before = absorbed;
-        self.steps += 1;
+        self.progress.before = absorbed;
+        self.progress.steps += 1;
         received
     }
 
@@ -134,25 +146,26 @@ impl ExchangeCheck {
         let patches = || exchange.patches.iter().zip(kelvin.iter().zip(&warm)).enumerate();
         let warm_ones = || patches().filter(|(_, (_, (kelvin, warm)))| kelvin < warm);
         // Where rays were cast anew the rows changed, not the time.
-        if !turned && self.before.len() == absorbed.len() {
+        if !turned && self.progress.before.len() == absorbed.len() {
             for (number, (patch, (kelvin, _))) in warm_ones() {
-                self.errors[2].add(0.5 * kelvin * (absorbed[number] - self.before[number]), patch.area);
+                self.progress.errors[2]
+                    .add(0.5 * kelvin * (absorbed[number] - self.progress.before[number]), patch.area);
             }
         }
-        if self.steps.is_multiple_of(EVERY) {
-            let errors = exchange.errors(sent, &self.light, self.craft.settings.bounces);
+        if self.progress.steps.is_multiple_of(EVERY) {
+            let errors = exchange.errors(sent, &self.progress.light, self.craft.settings.bounces);
             for (number, (patch, (kelvin, _))) in warm_ones() {
-                self.errors[0].add(kelvin * errors[number].noise, patch.area);
-                self.errors[1].add(kelvin * errors[number].left_out, patch.area);
+                self.progress.errors[0].add(kelvin * errors[number].noise, patch.area);
+                self.progress.errors[1].add(kelvin * errors[number].left_out, patch.area);
                 // Light that was found for this very step has no such error.
-                self.errors[3].add(kelvin * held.as_ref().map_or(0.0, |held| held[number]), patch.area);
+                self.progress.errors[3].add(kelvin * held.as_ref().map_or(0.0, |held| held[number]), patch.area);
             }
         }
     }
 
     /// The errors in words.
     pub(crate) fn remark(&self) -> Option<String> {
-        let [noise, left_out, late, held] = &self.errors;
+        let [noise, left_out, late, held] = &self.progress.errors;
         (noise.weight > 0.0).then(|| {
             let late = if late.weight > 0.0 { late.told() } else { "unknown yet".to_owned() };
             format!(
@@ -167,31 +180,27 @@ impl ExchangeCheck {
         })
     }
 
-    pub(crate) fn save(&self) -> Saved {
-        let mut saved = self.renewal.save();
-        let poses = self.found.last().map(|(poses, _)| &poses[..]).unwrap_or_default();
-        saved.put("rays", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
-        self.light.save_into(&mut saved);
-        saved.put("before", &self.before);
-        saved.put("steps", &[self.steps]);
-        saved.put("errors", &self.errors.map(|spread| [spread.squares, spread.weight, spread.most]));
-        saved
+    pub(crate) fn save(&self) -> ExchangeCheckState {
+        ExchangeCheckState {
+            last: self.renewal.last.clone(),
+            poses: self.found.last().map(|(poses, _)| poses.clone()).unwrap_or_default(),
+            progress: self.progress.clone(),
+        }
     }
 
-    /// Restores the state of `save`.
+    /// Restores a saved state.
     ///
     /// # Errors
-    /// Lists of another kind.
-    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
-        self.renewal.restore(saved)?;
-        let poses: Vec<[f64; 12]> = saved.list("rays")?;
-        let poses: Vec<DAffine3> = poses.iter().map(DAffine3::from_cols_array).collect();
-        self.turn(&poses);
-        self.light = CraftLight::restored(saved)?;
-        self.before = saved.list("before")?;
-        [self.steps] = saved.array("steps")?;
-        let errors: [[f64; 3]; 4] = saved.array("errors")?;
-        self.errors = errors.map(|[squares, weight, most]| ErrorSpread { squares, weight, most });
+    /// A state of other patches.
+    pub(crate) fn restore(&mut self, saved: &ExchangeCheckState) -> Result<(), Misfit> {
+        let patches = self.craft.patches.all.len();
+        saved.progress.light.check_patches(patches)?;
+        if !saved.progress.before.is_empty() {
+            check_length("light that patches absorb", &saved.progress.before, patches)?;
+        }
+        self.renewal.last.clone_from(&saved.last);
+        self.turn(&saved.poses);
+        self.progress.clone_from(&saved.progress);
         Ok(())
     }
 }

@@ -2,14 +2,15 @@
 //!
 //! Both runs begin in the same state at time 0 and are in f64. Both see the shadows of whole steps, which follow the Sun by an angle of their own.
 
-use super::network::NetworkCheck;
+use super::differences::Differences;
+use super::network::{NetworkCheck, NetworkCheckState};
 use crate::environment::step::StepLoads;
-use crate::saved::Saved;
 use crate::simulation::engine::EngineError;
 use crate::simulation::prepare::Prepared;
 use crate::thermal::incident::IncidentFunction;
 use crate::thermal::material::{Material, Response};
-use crate::thermal::reference::Reference;
+use crate::thermal::misfit::part;
+use crate::thermal::reference::{Reference, ReferenceState};
 
 /// Most drawn nodes of a network that is stepped in halves. In f64 two halves take twice as long as a whole step.
 const LARGEST_NETWORK: usize = 5_000;
@@ -46,10 +47,24 @@ pub(super) struct Halves {
     /// Drawn nodes of a network that is too large.
     too_large: Option<usize>,
     begun: bool,
-    compared: u64,
-    sum_of_squares: f64,
-    largest: f64,
-    worst: (usize, f64),
+    errors: Differences,
+}
+
+/// The saved state of a sample at half the step.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+pub(super) struct HalvesState {
+    nodes: ReferenceState,
+    network: Option<NetworkCheckState>,
+    begun: bool,
+    errors: Differences,
+}
+
+impl HalvesState {
+    /// Forgets the errors and the costs of the steps.
+    pub(crate) fn forget_run(&mut self) {
+        self.errors = Differences::default();
+        self.network.iter_mut().for_each(|network| network.run.forget_run());
+    }
 }
 
 impl Halves {
@@ -84,10 +99,7 @@ impl Halves {
             network,
             too_large,
             begun: false,
-            compared: 0,
-            sum_of_squares: 0.0,
-            largest: 0.0,
-            worst: (0, 0.0),
+            errors: Differences::default(),
         }
     }
 
@@ -136,24 +148,18 @@ impl Halves {
         let nodes = self.stores.iter().zip(whole.iter().zip(self.reference.temperatures()));
         for (slot, (whole, own)) in nodes.filter_map(|(slot, both)| Some((slot.as_ref()?, both))) {
             let error = ERROR_OF_DIFFERENCE * (whole - known(slot).unwrap_or(*own)).abs();
-            self.compared += 1;
-            self.sum_of_squares += error * error;
-            // A NaN must count as the largest error.
-            if error > self.largest || error.is_nan() {
-                self.largest = error;
-                self.worst = (*slot, time);
-            }
+            self.errors.add(error, (*slot, 0, time));
         }
     }
 
     /// The error so far. `named` names a device node.
     pub(crate) fn error(&self, named: impl Fn(usize) -> String) -> Option<StepLengthError> {
-        (self.compared > 0).then(|| StepLengthError {
+        (self.errors.count > 0).then(|| StepLengthError {
             nodes: self.stores.iter().flatten().count() as u64,
-            max_k: self.largest,
-            rms_k: (self.sum_of_squares / self.compared as f64).sqrt(),
-            worst_node: named(self.worst.0),
-            worst_time_s: self.worst.1,
+            max_k: self.errors.largest,
+            rms_k: self.errors.rms(),
+            worst_node: named(self.errors.worst.0),
+            worst_time_s: self.errors.worst.2,
         })
     }
 
@@ -171,36 +177,29 @@ impl Halves {
         }
     }
 
-    /// The state and the differences so far.
+    /// The state and the errors so far.
     ///
     /// # Errors
     /// A call that fails.
-    pub(crate) fn save(&mut self) -> Result<Saved, EngineError> {
-        let mut saved = Saved::default();
-        saved.put_all("nodes", self.reference.save());
-        if let Some(network) = &mut self.network {
-            saved.put_all("network", network.save()?);
-        }
-        saved.put_flags("begun", &[self.begun]);
-        saved.put("sums", &[self.sum_of_squares, self.largest, self.worst.1]);
-        saved.put("counts", &[self.compared, self.worst.0 as u64]);
-        Ok(saved)
+    pub(crate) fn save(&mut self) -> Result<HalvesState, EngineError> {
+        Ok(HalvesState {
+            nodes: self.reference.save(),
+            network: self.network.as_mut().map(NetworkCheck::save).transpose()?,
+            begun: self.begun,
+            errors: self.errors,
+        })
     }
 
-    /// Restores the state of `save`.
+    /// Restores a saved state.
     ///
     /// # Errors
     /// A state of another scene or sample.
-    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), EngineError> {
-        self.reference.restore(&saved.part("nodes"))?;
+    pub(crate) fn restore(&mut self, saved: &HalvesState) -> Result<(), EngineError> {
+        self.reference.restore(&saved.nodes)?;
         if let Some(network) = &mut self.network {
-            network.restore(&saved.part("network"))?;
+            network.restore(part("a network at half the step", &saved.network)?)?;
         }
-        self.begun = saved.flags("begun")?.first() == Some(&true);
-        let [sum_of_squares, largest, time] = saved.array("sums")?;
-        let [compared, slot] = saved.array::<u64, 2>("counts")?;
-        (self.sum_of_squares, self.largest, self.compared) = (sum_of_squares, largest, compared);
-        self.worst = (slot as usize, time);
+        (self.begun, self.errors) = (saved.begun, saved.errors);
         Ok(())
     }
 }

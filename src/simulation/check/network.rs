@@ -1,16 +1,15 @@
 //! The whole network of a scene in f64, beside the run.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use crate::environment::StepLoad;
-use crate::environment::shadow::ShadowCasters;
-use crate::saved::Saved;
+use crate::environment::shadow::{LightAndPoses, ShadowCasters};
 use crate::simulation::engine::EngineError;
-use crate::simulation::network::{NetworkRun, SceneNetwork};
+use crate::simulation::network::{NetworkRun, NetworkRunState, SceneNetwork};
 use crate::simulation::prepare::Prepared;
 use crate::thermal::incident::{IncidentFunction, incident};
-use crate::thermal::reference::Reference;
+use crate::thermal::reference::{Reference, ReferenceState};
 
 /// The network in f64, with the loads of all its nodes.
 pub(super) struct NetworkCheck {
@@ -23,6 +22,17 @@ pub(super) struct NetworkCheck {
     /// Whether it waits for the state of the device at time 0.
     pub(crate) waits: bool,
     pub(crate) failed: Option<String>,
+}
+
+/// The saved state of a network in f64.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+pub(super) struct NetworkCheckState {
+    pub(super) run: NetworkRunState,
+    loads: ReferenceState,
+    shadows: Option<LightAndPoses>,
+    temperatures: BTreeMap<usize, f64>,
+    waits: bool,
+    failed: Option<String>,
 }
 
 impl NetworkCheck {
@@ -59,39 +69,30 @@ impl NetworkCheck {
     ///
     /// # Errors
     /// A call that fails.
-    pub(crate) fn save(&mut self) -> Result<Saved, EngineError> {
-        let mut saved = Saved::default();
-        saved.put_all("run", self.run.save());
-        saved.put_all("loads", self.loads.save());
-        if let Some(shadows) = &self.shadows {
-            saved.put_all("shadows", shadows.save());
-        }
-        let mut known: Vec<(u64, f64)> = self.temperatures.iter().map(|(slot, t)| (*slot as u64, *t)).collect();
-        known.sort_unstable_by_key(|(slot, _)| *slot);
-        saved.put("slots", &known.iter().map(|(slot, _)| *slot).collect::<Vec<_>>());
-        saved.put("temperatures", &known.iter().map(|(_, temperature)| *temperature).collect::<Vec<_>>());
-        saved.put_flags("waits", &[self.waits]);
-        if let Some(reason) = &self.failed {
-            saved.put_text("failed", reason);
-        }
-        Ok(saved)
+    pub(crate) fn save(&mut self) -> Result<NetworkCheckState, EngineError> {
+        Ok(NetworkCheckState {
+            run: self.run.save(),
+            loads: self.loads.save(),
+            shadows: self.shadows.as_ref().and_then(|shadows| shadows.redraw.found_for.clone()),
+            temperatures: self.temperatures.iter().map(|(slot, kelvin)| (*slot, *kelvin)).collect(),
+            waits: self.waits,
+            failed: self.failed.clone(),
+        })
     }
 
-    /// Restores the state of `save`.
+    /// Restores a saved state.
     ///
     /// # Errors
     /// A state of another scene.
-    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), EngineError> {
-        self.run.restore(&saved.part("run"), usize::MAX)?;
-        self.loads.restore(&saved.part("loads"))?;
+    pub(crate) fn restore(&mut self, saved: &NetworkCheckState) -> Result<(), EngineError> {
+        self.run.restore(&saved.run, usize::MAX)?;
+        self.loads.restore(&saved.loads)?;
         if let Some(shadows) = &mut self.shadows {
-            shadows.restore(&saved.part("shadows"))?;
+            shadows.redraw.found_for.clone_from(&saved.shadows);
         }
-        let slots: Vec<u64> = saved.list("slots")?;
-        let temperatures: Vec<f64> = saved.list_of("temperatures", slots.len())?;
-        self.temperatures = slots.into_iter().map(|slot| slot as usize).zip(temperatures).collect();
-        self.waits = saved.flags("waits")?.first() == Some(&true);
-        self.failed = if saved.has("failed") { Some(saved.text("failed")?) } else { None };
+        self.temperatures = saved.temperatures.iter().map(|(slot, kelvin)| (*slot, *kelvin)).collect();
+        self.waits = saved.waits;
+        self.failed.clone_from(&saved.failed);
         Ok(())
     }
 

@@ -7,6 +7,7 @@ use crate::gpu::layout;
 use crate::scene::Camera;
 use crate::simulation::distant::{DistantParts, told};
 use crate::simulation::engine::{InstantPoses, Order, RowMoments};
+use crate::simulation::image::Image;
 use crate::simulation::pose::draws_alike;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::viewpoint::{device_view, rolling, source_view};
@@ -38,6 +39,11 @@ impl DeviceCamera {
             self.camera = camera.clone();
         }
         fits
+    }
+
+    /// The image that an order asks for, without pixels.
+    pub(crate) fn image(&self, order: &Order<'_>) -> Option<Image> {
+        order.image_of(&self.camera)
     }
 
     /// Whether a pixel has several samples.

@@ -5,7 +5,8 @@ use std::collections::VecDeque;
 use crate::gpu::effects::heat::tables::{HeatOf, HeatTables};
 use crate::gpu::error::GpuError;
 use crate::gpu::renderer::{Renderer, Submitted};
-use crate::simulation::engine::{Delivered, Pixels};
+use crate::simulation::engine::Delivered;
+use crate::simulation::image::Image;
 
 /// What the fourth value of a pixel is, after radiance, temperature and depth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,6 +22,8 @@ pub(super) enum Fourth {
 /// A frame under way.
 pub(super) struct Flying {
     pub(crate) submitted: Submitted,
+    /// The image that was asked for, without pixels.
+    pub(crate) image: Option<Image>,
     /// Heat that each run of network nodes absorbs in the step [W], where the host steps the network.
     pub(crate) heat: Option<Vec<f64>>,
 }
@@ -79,18 +82,22 @@ impl Frames {
                 absorbed[number] = of_network[number];
             }
         }
-        let pixels = collected.radiance.zip(collected.identity).map(|(radiance, identity)| {
-            let [coverage, reflected] = [Fourth::Coverage, Fourth::Reflected].map(|wanted| {
-                if wanted == fourth { radiance.iter().map(|[.., value]| *value).collect() } else { Vec::new() }
-            });
-            Pixels {
-                radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
-                identity: identity.to_vec(),
-                coverage,
-                reflected,
-                readings: collected.readings,
-            }
+        let pixels = collected.radiance.zip(collected.identity);
+        let image = flying.image.zip(pixels).map(|(image, (values, labels))| {
+            let channel = |i: usize| values.iter().map(|value| value[i]).collect();
+            let fourth_of = |wanted: Fourth| if wanted == fourth { channel(3) } else { Vec::new() };
+            let image = Image {
+                radiance: channel(0),
+                temperature: channel(1),
+                depth: channel(2),
+                part: labels.iter().map(|label| label[0]).collect(),
+                material: labels.iter().map(|label| label[1]).collect(),
+                coverage: fourth_of(Fourth::Coverage),
+                reflected: fourth_of(Fourth::Reflected),
+                ..image
+            };
+            image.with_readings(collected.readings.as_deref())
         });
-        Ok(Delivered { pixels, temperatures: collected.temperatures.map(<[f32]>::to_vec), absorbed })
+        Ok(Delivered { image, temperatures: collected.temperatures.map(<[f32]>::to_vec), absorbed })
     }
 }

@@ -7,7 +7,7 @@ use crate::simulation::facade_error::SimulationError;
 use crate::simulation::image::Image;
 use crate::simulation::pose::{CameraError, Pose, check_camera, draws_alike};
 use crate::simulation::surroundings::surroundings_at;
-use crate::simulation::thermal_state::take;
+use crate::simulation::thermal_state::ThermalState;
 use crate::simulation::{moments, pose_at};
 
 impl Simulation {
@@ -23,25 +23,24 @@ impl Simulation {
         self.take_camera(camera)?;
         let time = self.time;
         let prepared = &self.prepared;
-        let camera = prepared.scene.camera.as_ref().and_then(|camera| camera.at(time, None).ok());
-        let (Some(camera), Some(pose)) = (camera, pose_at(prepared, time)) else {
-            return Err(CameraError::Pose("its path has no pose at this time").into());
-        };
+        let absent = || SimulationError::from(CameraError::Pose("its path has no pose at this time"));
+        let pose = pose_at(prepared, time).ok_or_else(absent)?;
         let joints = prepared.loads.joints_at(time).1;
         let moments = moments(prepared, time, None);
         let rows = moments.as_ref().map(|moments| RowMoments(moments));
         let surroundings = surroundings_at(prepared, time, &pose);
         let order = Order { pose: Some(pose), joints: &joints, rows, surroundings, time, ..Order::default() };
         self.engine.submit(None, order)?;
-        let pixels = self.engine.deliver()?.pixels.unwrap_or_default();
-        let width = camera.width as usize;
-        let mut image = Image::new(camera, pose, time, pixels);
+        let mut image = self.engine.deliver()?.image.ok_or_else(absent)?;
+        let width = image.camera.width as usize;
         if prepared.scene.sensor.as_ref().is_none_or(|sensor| sensor.kelvin_per_count.is_none()) {
             image.counts = None;
         }
         match image.not_finite() {
             None => Ok(image),
-            Some((what, pixel)) => Err(SimulationError::NotFinite { time, what, x: pixel % width, y: pixel / width }),
+            Some((what, pixel, _)) => {
+                Err(SimulationError::NotFinite { time, what, x: pixel % width, y: pixel / width })
+            }
         }
     }
 
@@ -73,9 +72,9 @@ impl Simulation {
             self.drawn = Some(camera);
             return Ok(());
         }
-        let state = take(&self.prepared, &mut *self.engine, None, self.time)?;
+        let state = ThermalState::take(&self.prepared, &mut *self.engine, None, self.time)?;
         let before = self.prepared.scene.camera.replace(camera.clone());
-        match self.engine_with(state, Some(&camera)) {
+        match self.engine_with(&state, Some(&camera)) {
             Ok(engine) => {
                 self.engine = engine;
                 self.drawn = Some(camera);

@@ -3,7 +3,7 @@
 use super::super::engine::Engine;
 use super::super::facade_error::SimulationError;
 use super::super::pose::CameraError;
-use super::super::thermal_state::take;
+use super::super::thermal_state::ThermalState;
 use super::Simulation;
 use crate::thermal::sensor::Sensor;
 
@@ -40,7 +40,7 @@ impl Simulation {
         if self.engine.take_sensor(&self.prepared)? {
             return Ok(None);
         }
-        let state = take(&self.prepared, &mut *self.engine, None, self.time)?;
-        self.engine_with(state, self.drawn.as_ref()).map(Some)
+        let state = ThermalState::take(&self.prepared, &mut *self.engine, None, self.time)?;
+        self.engine_with(&state, self.drawn.as_ref()).map(Some)
     }
 }

@@ -2,8 +2,6 @@
 
 use super::NetworkRun;
 use super::left::OnePassExit;
-use crate::saved::Saved;
-use crate::simulation::engine_error::EngineError;
 use crate::thermal::network::control::Integrator;
 use crate::thermal::network::one_pass::{Estimate, Halving};
 
@@ -23,22 +21,7 @@ impl NetworkRun {
         self.set_temperatures(temperatures);
     }
 
-    fn leave(&mut self, left: OnePassExit) {
-        (self.one_pass, self.in_frames, self.left) = (None, false, Some(left));
-    }
-
-    pub(super) fn save_left(&self, saved: &mut Saved) {
-        if let Some(OnePassExit { time, estimate: Estimate { rms, most, node } }) = self.left {
-            saved.put("left", &[time, rms, most, node as f64]);
-        }
-    }
-
-    pub(super) fn restore_left(&mut self, saved: &Saved) -> Result<(), EngineError> {
-        if !saved.has("left") {
-            return Ok(());
-        }
-        let [time, rms, most, node] = saved.array("left")?;
-        self.leave(OnePassExit { time, estimate: Estimate { rms, most, node: node as usize } });
-        Ok(())
+    pub(super) fn leave(&mut self, left: OnePassExit) {
+        (self.one_pass, self.in_frames, self.course.left) = (None, false, Some(left));
     }
 }

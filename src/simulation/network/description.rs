@@ -27,7 +27,7 @@ impl NetworkRun {
             return lines;
         }
         let mut lines = vec![("integrated".to_owned(), "f64 on the processor".to_owned())];
-        for (name, used) in ["Euler", "RKL2", "TR-BDF2"].iter().zip(&self.uses) {
+        for (name, used) in ["Euler", "RKL2", "TR-BDF2"].iter().zip(&self.course.uses) {
             if let Some(used) = used {
                 let [short, long] = used.range;
                 let [fewest, most] = used.stages;
@@ -38,7 +38,7 @@ impl NetworkRun {
             }
         }
         let counts = self.worker.counts();
-        lines.push(("sub-steps taken back".to_owned(), self.rejected.to_string()));
+        lines.push(("sub-steps taken back".to_owned(), self.course.rejected.to_string()));
         lines.push(("stages".to_owned(), counts.stages.to_string()));
         lines.extend(self.left_lines());
         lines.extend(self.switches_line());
@@ -46,12 +46,14 @@ impl NetworkRun {
     }
 
     fn switches_line(&self) -> Option<(String, String)> {
-        (!self.on.is_empty()).then(|| ("switches of thermostats".to_owned(), self.switches.to_string()))
+        (!self.course.on.is_empty()).then(|| ("switches of thermostats".to_owned(), self.course.switches.to_string()))
     }
 
     /// Where the network left the one pass, in words.
     fn left_lines(&self) -> Vec<(String, String)> {
-        let Some(OnePassExit { time, estimate: Estimate { rms, most, node } }) = self.left else { return Vec::new() };
+        let Some(OnePassExit { time, estimate: Estimate { rms, most, node } }) = self.course.left else {
+            return Vec::new();
+        };
         let entry = |name: &str, value: String| (name.to_owned(), value);
         vec![
             entry(ESTIMATED, format!("{rms:.1e} K rms, at most {most:.1e} K at node {node}, until {time:.1} s")),

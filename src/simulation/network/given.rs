@@ -1,10 +1,9 @@
 //! The heat that the heaters of a scene's network have given.
 
-use crate::saved::{Saved, SavedError};
 use crate::thermal::network::schedule::HeatTable;
 
 /// Heat that each heater has given [J], and since when it is on [s]. NaN where it is off.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct HeaterHeat {
     joules: Vec<f64>,
     since: Vec<f64>,
@@ -33,24 +32,6 @@ impl HeaterHeat {
         };
         let on = if time > since { (time - since) * power.mean(since, time) } else { 0.0 };
         joules + on
-    }
-
-    /// The heat so far.
-    pub(crate) fn save(&self) -> Saved {
-        let mut saved = Saved::default();
-        saved.put("joules", &self.joules);
-        saved.put("since", &self.since);
-        saved
-    }
-
-    /// Restores the state of `save`.
-    ///
-    /// # Errors
-    /// Another number of heaters.
-    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
-        self.joules = saved.list("joules")?;
-        self.since = saved.list_of("since", self.joules.len())?;
-        Ok(())
     }
 }
 

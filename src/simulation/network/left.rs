@@ -3,7 +3,7 @@
 use crate::thermal::network::one_pass::Estimate;
 
 /// Where a network left the one pass.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct OnePassExit {
     /// Scene time [s].
     pub(crate) time: f64,

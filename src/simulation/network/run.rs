@@ -15,7 +15,7 @@ use crate::thermal::network::one_pass::{Estimate, Halving, OnePassNetwork, SWITC
 use crate::thermal::network::reference::ReferenceStepper;
 
 /// Cost of a step of a network, including the transfers of loads and temperatures.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct StepCost {
     /// Wall-clock time [ms].
     pub wall_ms: f64,
@@ -28,27 +28,35 @@ const COARSE: f64 = 10.0;
 /// Tolerance of the reference as a share of the scene's tolerance.
 const TIGHT: f64 = 0.1;
 
-/// The state of a scene's network during a run.
-pub struct NetworkRun {
-    pub(super) scene: Arc<SceneNetwork>,
-    pub(super) worker: ReferenceStepper,
-    pub(super) settings: IntegrationSettings,
+/// What the steps of a network change, apart from its temperatures. A saved state keeps this.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+pub(crate) struct NetworkCourse {
+    /// States of the thermostats.
     pub(super) on: Vec<bool>,
+    /// Length of the next sub-step [s].
     pub(super) step: f64,
     pub(super) uses: [Option<MethodUse>; 3],
     pub(super) rejected: u64,
     pub(super) switches: u64,
     pub(super) given: HeaterHeat,
+    /// Where the network left the one pass.
+    pub(super) left: Option<OnePassExit>,
+    pub(super) costs: Samples<StepCost>,
+}
+
+/// The state of a scene's network during a run.
+pub struct NetworkRun {
+    pub(super) scene: Arc<SceneNetwork>,
+    pub(super) worker: ReferenceStepper,
+    pub(super) settings: IntegrationSettings,
+    pub(super) course: NetworkCourse,
     located: VecDeque<Switch>,
     /// The estimated error of the steps in the frames of a device, and how often they are halved.
     pub(super) told: Option<(Estimate, Halving)>,
     /// The network in one pass in f64, where the processor steps it so.
     pub(super) one_pass: Option<OnePassNetwork>,
-    /// Where the network left the one pass.
-    pub(super) left: Option<OnePassExit>,
     /// Whether the frames of a device step the network.
     pub(super) in_frames: bool,
-    pub(super) costs: Samples<StepCost>,
     /// Start of the step under way.
     began: Instant,
 }
@@ -74,21 +82,23 @@ impl NetworkRun {
 
     fn new(scene: &Arc<SceneNetwork>) -> Self {
         Self {
-            on: scene.thermostats().iter().map(|thermostat| thermostat.initially_on).collect(),
+            course: NetworkCourse {
+                on: scene.thermostats().iter().map(|thermostat| thermostat.initially_on).collect(),
+                step: f64::INFINITY,
+                uses: [None; 3],
+                rejected: 0,
+                switches: 0,
+                given: HeaterHeat::default(),
+                left: None,
+                costs: Samples::default(),
+            },
             settings: scene.settings,
             scene: Arc::clone(scene),
             worker: ReferenceStepper::new(scene.network().clone(), &scene.sensors()),
-            step: f64::INFINITY,
-            uses: [None; 3],
-            rejected: 0,
-            switches: 0,
-            given: HeaterHeat::default(),
             located: VecDeque::new(),
             told: None,
             one_pass: None,
-            left: None,
             in_frames: false,
-            costs: Samples::default(),
             began: Instant::now(),
         }
     }
@@ -105,36 +115,36 @@ impl NetworkRun {
 
     /// Ends a step. See `step_begins`.
     pub(crate) fn step_ends(&mut self) {
-        self.costs.push(StepCost { wall_ms: self.began.elapsed().as_secs_f64() * 1e3 });
+        self.course.costs.push(StepCost { wall_ms: self.began.elapsed().as_secs_f64() * 1e3 });
     }
 
     /// Begins to count the heat of the heaters at time 0.
     pub(crate) fn count_heat(&mut self) {
-        self.given = HeaterHeat::at(0.0, &self.scene.heaters_on(&self.on));
+        self.course.given = HeaterHeat::at(0.0, &self.scene.heaters_on(&self.course.on));
     }
 
     /// Heat that every heater has given from time 0 until a time [J].
     pub(crate) fn given(&self, time: f64) -> Vec<f64> {
         (0..self.scene.heated.len())
-            .map(|heater| self.given.until(heater, &self.scene.heated[heater].power, time))
+            .map(|heater| self.course.given.until(heater, &self.scene.heated[heater].power, time))
             .collect()
     }
 
     /// Counts the heat of a heater at its switch.
     fn count_switch(&mut self, switch: &Switch) {
         if let Some(heater) = self.scene.heater_of(switch.thermostat) {
-            self.given.switch(heater, &self.scene.heated[heater].power, switch.time, switch.on);
+            self.course.given.switch(heater, &self.scene.heated[heater].power, switch.time, switch.on);
         }
     }
 
     /// Cost of every step so far.
     pub fn costs(&self) -> &[StepCost] {
-        &self.costs
+        &self.course.costs
     }
 
     /// Forgets the costs of the steps so far, and bounds how many are kept.
     pub(crate) fn keep_few_costs(&mut self, most: usize) {
-        self.costs = Samples::at_most(most);
+        self.course.costs = Samples::at_most(most);
     }
 
     /// Sets whether steps may err by ten times the tolerance.
@@ -143,12 +153,12 @@ impl NetworkRun {
     }
 
     pub(crate) fn on(&self) -> &[bool] {
-        &self.on
+        &self.course.on
     }
 
     /// Starts from temperatures [K] and states of the thermostats.
     pub(crate) fn start_from(&mut self, temperatures: &[f64], on: &[bool]) {
-        self.on = on.to_vec();
+        self.course.on = on.to_vec();
         self.set_temperatures(temperatures);
     }
 
@@ -169,7 +179,7 @@ impl NetworkRun {
     pub(crate) fn step(&mut self, heat: Vec<f64>, start: f64, length: f64) -> Result<(), EngineError> {
         if let Some(one_pass) = &mut self.one_pass {
             let switches = one_pass.advance(&heat, &self.scene.heater_powers(start, length), start, length);
-            self.on = one_pass.on();
+            self.course.on = one_pass.on();
             self.take_switches(&switches)?;
             let Some(one_pass) = &self.one_pass else { return Ok(()) };
             if let Some(node) = one_pass.temperatures().iter().position(|temperature| !temperature.is_finite()) {
@@ -181,8 +191,8 @@ impl NetworkRun {
             }
             return Ok(());
         }
-        let schedule = self.scene.schedule(heat, &self.on, start, length);
-        let leg = Leg { horizon: self.scene.horizon.max(length), step: self.step, tight_switches: false };
+        let schedule = self.scene.schedule(heat, &self.course.on, start, length);
+        let leg = Leg { horizon: self.scene.horizon.max(length), step: self.course.step, tight_switches: false };
         let network = self.scene.network();
         let (series, ended) = integrate_leg(&mut self.worker, network, &schedule, &self.settings, leg, |_| true);
         ended.map_err(|error| match error {
@@ -192,14 +202,14 @@ impl NetworkRun {
             }
             other => failure(start, &unfinished(&other)),
         })?;
-        self.step = series.first_step.unwrap_or(series.step);
-        self.on = series.on;
-        self.rejected += series.rejected;
-        self.switches += series.switches.len() as u64;
+        self.course.step = series.first_step.unwrap_or(series.step);
+        self.course.on = series.on;
+        self.course.rejected += series.rejected;
+        self.course.switches += series.switches.len() as u64;
         for switch in &series.switches {
             self.count_switch(&Switch { time: start + switch.time, ..*switch });
         }
-        for (sum, new) in self.uses.iter_mut().zip(series.uses) {
+        for (sum, new) in self.course.uses.iter_mut().zip(series.uses) {
             *sum = match (*sum, new) {
                 (Some(a), Some(b)) => Some(MethodUse {
                     sub_steps: a.sub_steps + b.sub_steps,
@@ -218,9 +228,9 @@ impl NetworkRun {
     /// # Errors
     /// A thermostat whose band can not hold.
     pub(crate) fn take_switches(&mut self, switches: &[Switch]) -> Result<(), EngineError> {
-        self.switches += switches.len() as u64;
+        self.course.switches += switches.len() as u64;
         for switch in switches {
-            self.on[switch.thermostat] = switch.on;
+            self.course.on[switch.thermostat] = switch.on;
             self.count_switch(switch);
             if self.located.len() == LOCATED_AT_MOST {
                 self.located.pop_front();
@@ -255,10 +265,10 @@ impl NetworkRun {
 
     /// Replaces the temperatures of the nodes [K].
     pub(crate) fn set_temperatures(&mut self, temperatures: &[f64]) {
-        self.step = f64::INFINITY;
+        self.course.step = f64::INFINITY;
         if let Some(one_pass) = &mut self.one_pass {
             one_pass.set_temperatures(temperatures);
-            one_pass.set_on(&self.on);
+            one_pass.set_on(&self.course.on);
         }
         self.worker.set_temperatures(temperatures);
     }

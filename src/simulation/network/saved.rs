@@ -1,61 +1,57 @@
 //! Saves a scene's network between two steps, and goes on from there.
 
-use super::{NetworkRun, StepCost};
+use super::NetworkRun;
+use super::run::NetworkCourse;
 use crate::gpu::samples::Samples;
-use crate::saved::Saved;
-use crate::simulation::engine_error::EngineError;
-use crate::thermal::network::control::MethodUse;
+use crate::thermal::misfit::{Misfit, check_length, part};
+use crate::thermal::network::one_pass::{OnePassNetwork, OnePassState};
+use crate::thermal::network::stepper::WorkCounts;
+
+/// The saved state of a network.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+pub(crate) struct NetworkRunState {
+    /// Temperatures of the nodes [K].
+    temperatures: Vec<f64>,
+    counts: WorkCounts,
+    one_pass: Option<OnePassState>,
+    course: NetworkCourse,
+}
+
+impl NetworkRunState {
+    /// Forgets the costs of the steps.
+    pub(crate) fn forget_run(&mut self) {
+        self.course.costs = Samples::default();
+    }
+}
 
 impl NetworkRun {
     /// The state between two steps.
-    pub(crate) fn save(&self) -> Saved {
-        let mut saved = Saved::default();
-        saved.put_all("worker", self.worker.save());
-        if let Some(one_pass) = &self.one_pass {
-            saved.put_all("one_pass", one_pass.save());
+    pub(crate) fn save(&self) -> NetworkRunState {
+        NetworkRunState {
+            temperatures: self.worker.temperatures(),
+            counts: self.worker.counts(),
+            one_pass: self.one_pass.as_ref().map(OnePassNetwork::save),
+            course: self.course.clone(),
         }
-        self.save_left(&mut saved);
-        saved.put("step", &[self.step]);
-        saved.put_flags("on", &self.on);
-        for (number, used) in self.uses.iter().enumerate() {
-            if let Some(MethodUse { sub_steps, time, range, stages }) = used {
-                saved.put(format!("use.{number}"), &[*sub_steps, u64::from(stages[0]), u64::from(stages[1])]);
-                saved.put(format!("use_times.{number}"), &[*time, range[0], range[1]]);
-            }
-        }
-        saved.put_all("given", self.given.save());
-        saved.put("counts", &[self.rejected, self.switches]);
-        saved.put("costs", &self.costs.iter().map(|cost| cost.wall_ms).collect::<Vec<_>>());
-        saved.put("cost_counts", &[self.costs.count(), self.costs.every()]);
-        saved
     }
 
-    /// Restores the state of `save`.
+    /// Restores a saved state.
     ///
     /// # Errors
     /// A state of another network.
-    pub(crate) fn restore(&mut self, saved: &Saved, most_costs: usize) -> Result<(), EngineError> {
-        self.restore_left(saved)?;
-        self.worker.restore(&saved.part("worker"))?;
+    pub(crate) fn restore(&mut self, saved: &NetworkRunState, most_costs: usize) -> Result<(), Misfit> {
+        check_length("thermostats", &saved.course.on, self.course.on.len())?;
+        if let Some(left) = saved.course.left {
+            self.leave(left);
+        }
+        check_length("a network's nodes", &saved.temperatures, self.scene.network().len())?;
+        self.worker.set_temperatures(&saved.temperatures);
+        self.worker.set_counts(saved.counts);
         if let Some(one_pass) = &mut self.one_pass {
-            one_pass.restore(&saved.part("one_pass"))?;
+            one_pass.restore(part("a network in one pass", &saved.one_pass)?)?;
         }
-        [self.step] = saved.array("step")?;
-        self.on = saved.flags("on")?;
-        for (number, used) in self.uses.iter_mut().enumerate() {
-            *used = None;
-            if saved.has(&format!("use.{number}")) {
-                let [sub_steps, fewest, most] = saved.array::<u64, 3>(&format!("use.{number}"))?;
-                let [time, short, long] = saved.array(&format!("use_times.{number}"))?;
-                *used = Some(MethodUse { sub_steps, time, range: [short, long], stages: [fewest as u32, most as u32] });
-            }
-        }
-        self.given.restore(&saved.part("given"))?;
-        [self.rejected, self.switches] = saved.array("counts")?;
-        let costs: Vec<f64> = saved.list("costs")?;
-        let cost = |wall_ms| StepCost { wall_ms };
-        let [count, every] = saved.array("cost_counts")?;
-        self.costs = Samples::again(costs.into_iter().map(cost).collect(), most_costs, every, count);
+        self.course.clone_from(&saved.course);
+        self.course.costs.bound(most_costs);
         Ok(())
     }
 }

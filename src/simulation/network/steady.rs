@@ -19,10 +19,10 @@ impl NetworkRun {
         let emitted: f64 = network.emissive_areas.iter().sum();
         let common = guess((&heat.iter().sum::<f64>(), &emitted)).clamp(3.0, 2000.0);
         self.settle_at(common);
-        let schedule = self.scene.schedule(heat, &self.on, time, 0.0);
+        let schedule = self.scene.schedule(heat, &self.course.on, time, 0.0);
         let balanced = steady(&mut self.worker, self.scene.network(), &schedule);
         let balanced = balanced.map_err(|error| failure(time, &unsteady(&error)))?;
-        self.on = balanced.on;
+        self.course.on = balanced.on;
         self.set_temperatures(&balanced.temperatures);
         Ok(())
     }

@@ -31,6 +31,7 @@ pub(crate) use large::Large;
 pub(crate) use plan::{OnePassPlan, Plans};
 pub(crate) use rows::ExchangeLink;
 pub(crate) use sample::{EstimatePart, estimates, since};
+pub(crate) use saved::OnePassState;
 pub(crate) use series::SeriesStage;
 pub(crate) use switching::SWITCHES_AT_MOST;
 pub(crate) use told::{Estimate, Told};

@@ -4,7 +4,6 @@ use super::newton::Newton;
 use super::stepper::{Attempt, StepMethod, WorkCounts};
 use super::system::{Heat, System, SystemState, heat, in_range};
 use super::{Network, NodeKind, rkl2, tr_bdf2};
-use crate::saved::{Saved, SavedError};
 
 /// Pseudo-times [s] of implicit steps towards a steady state, where Newton's method does not converge at once.
 const PSEUDO_TIMES: [f64; 12] = [1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e8, 1e12];
@@ -33,26 +32,6 @@ impl ReferenceStepper {
     /// Takes up work counts of an earlier part of the run.
     pub(crate) fn set_counts(&mut self, counts: WorkCounts) {
         self.system.counts = counts;
-    }
-
-    /// The state that a run needs to go on later, bit for bit.
-    pub(crate) fn save(&self) -> Saved {
-        let WorkCounts { stages, sub_steps, iterations } = self.counts();
-        let mut saved = Saved::default();
-        saved.put("temperatures", &self.kept.temperatures);
-        saved.put("counts", &[stages, sub_steps, iterations]);
-        saved
-    }
-
-    /// Takes the result of `save`.
-    ///
-    /// # Errors
-    /// A state of another network.
-    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
-        self.set_temperatures(&saved.list_of("temperatures", self.kept.temperatures.len())?);
-        let [stages, sub_steps, iterations] = saved.array("counts")?;
-        self.set_counts(WorkCounts { stages, sub_steps, iterations });
-        Ok(())
     }
 
     /// Takes one sub-step from `tried`. Returns the estimate of its error [K], infinite where it fails.

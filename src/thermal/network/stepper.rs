@@ -37,7 +37,7 @@ pub struct Attempt {
 }
 
 /// Counts of work.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub struct WorkCounts {
     /// Stages. Each evaluates all exchanges.
     pub stages: u64,

@@ -4,8 +4,8 @@ use super::halo::HaloGrid;
 use super::noise::{NoiseStream, normal, random_words};
 use super::reading::{SensorConstants, count};
 use super::{Sensor, Vignetting};
-use crate::saved::{Saved, SavedError};
 use crate::thermal::brightness::BrightnessTable;
+use crate::thermal::misfit::{Misfit, check_length};
 use crate::thermal::radiance::RadianceTable;
 
 /// Pixels of one random hash.
@@ -22,16 +22,23 @@ pub(crate) struct SensorView {
     pub(crate) centre: [f64; 2],
 }
 
+/// What a sensor keeps from one image to the next.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub(crate) struct SensorState<T> {
+    /// Signal of the bolometer in each pixel. Empty on a device without a bolometer.
+    pub(crate) signal: Vec<T>,
+    /// Time of the last image [s].
+    pub(crate) last: Option<f64>,
+}
+
+/// A sensor with its state.
 pub(crate) struct SensorTwin {
     sensor: Sensor,
     view: SensorView,
     constants: SensorConstants,
     table: RadianceTable,
     guesses: Option<BrightnessTable>,
-    /// Signal of the bolometer at the last image.
-    state: Vec<f64>,
-    /// Time of the last image [s].
-    last: Option<f64>,
+    state: SensorState<f64>,
 }
 
 impl SensorTwin {
@@ -43,21 +50,19 @@ impl SensorTwin {
             table: table.clone(),
             sensor: sensor.clone(),
             view,
-            state: vec![0.0; view.size[0] * view.size[1]],
-            last: None,
+            state: SensorState { signal: vec![0.0; view.size[0] * view.size[1]], last: None },
         }
     }
 
     /// Takes another sensor for the same pixels. The bolometer keeps its state.
     pub(crate) fn take(&mut self, sensor: &Sensor) {
-        let (state, last) = (std::mem::take(&mut self.state), self.last);
-        *self = Self { state, last, ..Self::new(sensor, &self.table, self.view) };
+        *self = Self { state: self.state.clone(), ..Self::new(sensor, &self.table, self.view) };
     }
 
     /// Digital number and count of each pixel for the radiance of an image [W m-2 sr-1] at a time [s].
     pub(crate) fn expose(&mut self, radiance: &[f64], time: f64) -> Vec<[u16; 2]> {
         let [width, _] = self.view.size;
-        let exposure = self.sensor.exposure(time, self.last);
+        let exposure = self.sensor.exposure(time, self.state.last);
         let image =
             self.sensor.spread.as_ref().map_or_else(|| radiance.to_vec(), |spread| spread.apply(radiance, width));
         let halo = self.sensor.halo.map(|halo| {
@@ -72,8 +77,8 @@ impl SensorTwin {
                 halo.as_ref().map_or(sharp, |(share, grid, cells)| sharp + share * (grid.halo_at(cells, x, y) - sharp));
             let vignette = self.vignette(x, y);
             let signal = self.constants.signal(light, vignette);
-            let lagged = signal + (self.state[place] - signal) * exposure.decay;
-            self.state[place] = lagged;
+            let lagged = signal + (self.state.signal[place] - signal) * exposure.decay;
+            self.state.signal[place] = lagged;
             let group = (y * width.div_ceil(GROUP) + x / GROUP) as u32;
             let word =
                 |counter: u64, stream: NoiseStream| random_words(self.sensor.seed, counter, stream, group)[x % GROUP];
@@ -100,7 +105,7 @@ impl SensorTwin {
             });
             readings.push([number as u16, count as u16]);
         }
-        self.last = Some(time);
+        self.state.last = Some(time);
         readings
     }
 
@@ -113,17 +118,13 @@ impl SensorTwin {
         }
     }
 
-    pub(crate) fn save(&self) -> Saved {
-        let mut saved = Saved::default();
-        saved.put("state", &self.state);
-        saved.put("last", &[self.last.unwrap_or(f64::NAN)]);
-        saved
+    pub(crate) fn save(&self) -> SensorState<f64> {
+        self.state.clone()
     }
 
-    pub(crate) fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
-        self.state = saved.list_of("state", self.state.len())?;
-        let [last] = saved.array::<f64, 1>("last")?;
-        self.last = Some(last).filter(|last| !last.is_nan());
+    pub(crate) fn restore(&mut self, saved: &SensorState<f64>) -> Result<(), Misfit> {
+        check_length("signals of the sensor", &saved.signal, self.state.signal.len())?;
+        self.state.clone_from(saved);
         Ok(())
     }
 }

@@ -100,7 +100,7 @@ fn kelvin(png: &[u8]) -> Vec<f32> {
     bytes.as_chunks::<2>().0.iter().map(|pair| f32::from(u16::from_be_bytes(*pair)) * 0.01).collect()
 }
 
-/// Pixels where one picture has a surface and the other has none, and the largest difference of temperatures where both have one [K].
+/// Image where one picture has a surface and the other has none, and the largest difference of temperatures where both have one [K].
 fn differences(found: &[f32], expected: &Image) -> (usize, f32) {
     let (mut edges, mut worst) = (0, 0.0f32);
     for (pixel, found) in found.iter().enumerate() {

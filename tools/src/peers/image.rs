@@ -87,18 +87,18 @@ fn timed(
         let before = device_ms(engine);
         let clock = Clock::start();
         engine.submit(None, Order { pose: Some(pose), ..Order::default() })?;
-        last = engine.deliver()?.pixels;
+        last = engine.deliver()?.image;
         let time = clock.stop();
         if number < frames {
             clocks.push(time);
             device.push(device_ms(engine) - before);
         }
     }
-    let pixels = last.ok_or("no image came")?;
+    let image = last.ok_or("no image came")?;
     let each: BTreeMap<&str, f64> =
         pass_ms(engine).into_iter().map(|(name, all)| (name, all / (frames + WARM_UP) as f64)).collect();
     let passes = json!(each);
-    let radiance: Vec<f32> = pixels.radiance_temperature_depth.iter().map(|pixel| pixel[0]).collect();
+    let radiance = image.radiance;
     let file = format!("radiance_{scale}.f32");
     write(&output.join(&file), &radiance)?;
     Ok(json!({

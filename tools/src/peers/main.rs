@@ -11,7 +11,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use isotherm::internals::{Context, Target};
+use isotherm::Target;
+use isotherm::internals::Context;
 use serde_json::{Value, json};
 
 type AnyError = Box<dyn std::error::Error>;

@@ -9,7 +9,6 @@ use crate::exchange::sky::{Due, Renewal};
 use crate::gpu::effects::thermal::variant::ThermalVariant;
 use crate::gpu::layout;
 use crate::gpu::scene_data::ExchangeData;
-use crate::saved::Saved;
 
 /// What a renderer keeps of the tables.
 pub(crate) struct Exchanging {
@@ -70,11 +69,6 @@ impl Exchanging {
     /// Number of patches, and one for faces without any.
     pub(crate) fn places(&self) -> usize {
         self.order.len() + 1
-    }
-
-    /// The state that a run needs to go on.
-    pub(crate) fn save(&self) -> Saved {
-        self.renewal.save()
     }
 }
 

@@ -68,21 +68,14 @@ impl Culling {
         due
     }
 
-    /// The views of the last culling and of the last image of each run, each after a view whose margin tells whether there is one.
-    pub(crate) fn save(&self) -> Vec<View> {
-        let told = |view: &Option<View>| {
-            let known = View { margin: f32::from(u8::from(view.is_some())), ..View::default() };
-            [known, view.unwrap_or_default()]
-        };
-        self.runs.iter().flat_map(|run| told(&run.culled).into_iter().chain(told(&run.last))).collect()
+    /// The views of the last culling and of the last image of each run.
+    pub(crate) fn save(&self) -> Vec<[Option<View>; 2]> {
+        self.runs.iter().map(|run| [run.culled, run.last]).collect()
     }
 
     /// Takes what `save` gave.
-    pub(crate) fn restore(&mut self, saved: &[View]) {
-        for (run, views) in self.runs.iter_mut().zip(saved.chunks_exact(4)) {
-            let view = |at: usize| (views[at].margin > 0.0).then_some(views[at + 1]);
-            (run.culled, run.last) = (view(0), view(2));
-        }
+    pub(crate) fn restore(&mut self, saved: &[[Option<View>; 2]]) {
+        self.runs.iter_mut().zip(saved).for_each(|(run, views)| [run.culled, run.last] = *views);
     }
 
     /// The views of the last cullings, one for each of the joints, and their runs. `None` where nothing was culled.

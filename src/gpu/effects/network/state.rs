@@ -72,19 +72,19 @@ impl OnePass {
         of(STEPS_AT_MOST, 0).into_iter().chain(single).collect()
     }
 
-    /// Buffers with the state between two steps: name, and count of numbers.
-    pub(crate) fn state(&self) -> [(&'static Resource, &'static str, usize); 7] {
+    /// Buffers with the state between two steps, and their counts of numbers.
+    pub(crate) fn state(&self) -> [(&'static Resource, usize); 7] {
         let nodes = GROUP * self.tables.shape.groups() as usize;
         let estimated = GROUP * self.tables.shape.estimated() as usize;
         let in_blocks = GROUP * self.tables.shape.in_blocks() as usize;
         [
-            (&MEAN_EVEN, "one_pass.mean_even", nodes),
-            (&MEAN_ODD, "one_pass.mean_odd", nodes),
-            (&STATES, "one_pass.states", 2 * nodes),
-            (&COUPLINGS, "one_pass.couplings", in_blocks),
-            (&MEMORY, "one_pass.memory", 4 * estimated),
-            (&TOLD, "one_pass.told", estimated),
-            (&SWITCHES, "one_pass.switches", 4 * self.tables.heaters.len()),
+            (&MEAN_EVEN, nodes),
+            (&MEAN_ODD, nodes),
+            (&STATES, 2 * nodes),
+            (&COUPLINGS, in_blocks),
+            (&MEMORY, 4 * estimated),
+            (&TOLD, estimated),
+            (&SWITCHES, 4 * self.tables.heaters.len()),
         ]
     }
 

@@ -9,7 +9,7 @@ use crate::gpu::layout;
 use crate::gpu::store::Resources;
 
 /// Load of a step without its length.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct DeviceLoad {
     pub(crate) steps: Vec<layout::Step>,
     pub(crate) samples: Vec<[[f32; 4]; MAX_SUN_SAMPLES]>,

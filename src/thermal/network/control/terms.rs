@@ -67,7 +67,7 @@ pub struct Switch {
 }
 
 /// Use of a method: time and sub-steps.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct MethodUse {
     /// Number of kept sub-steps.
     pub(crate) sub_steps: u64,

@@ -13,7 +13,7 @@ const RELAXED: f64 = 1.0 / 16.0;
 const NODE_BOUND: (f64, f64) = (1.0, 10.0);
 
 /// Halvings of the step, and when to decide on them again.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Halving {
     /// Largest root mean square error that is accepted [K].
     pub(crate) tolerance: f64,
@@ -32,6 +32,11 @@ pub struct Halving {
 impl Halving {
     pub(crate) fn new(tolerance: f64, least: u32) -> Self {
         Self { tolerance, least, count: 0, since: CHECKED - FIRST, exceeded: 0, most: 0 }
+    }
+
+    /// The decisions of a saved state under the bounds of this one.
+    pub(crate) fn with_decisions_of(self, saved: Self) -> Self {
+        Self { tolerance: self.tolerance, least: self.least, count: saved.count.min(HALVINGS_AT_MOST), ..saved }
     }
 
     /// Steps in the longest step that the network fits.

@@ -8,7 +8,7 @@ use crate::thermal::network::schedule::Thermostat;
 /// Switches in a step beyond which a thermostat chatters.
 pub(crate) const SWITCHES_AT_MOST: u32 = 1000;
 
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct ThermostatState {
     pub(crate) on: bool,
     /// Whether the sensor has been on the near side of the threshold since the last switch. Only then can it cross the threshold.

@@ -1,6 +1,6 @@
 //! Estimated errors of the one pass, added up over steps.
 
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Told {
     /// Sum of their squares [K2].
     pub(crate) squares: f64,
@@ -28,7 +28,7 @@ impl Told {
 }
 
 /// The estimated error of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Estimate {
     /// Root mean square over all nodes and steps [K].
     pub rms: f64,

@@ -1,0 +1,226 @@
+//! Images of the f64 reference: a rasteriser in f64, and the sensor's twin.
+
+use std::borrow::Cow;
+
+use glam::{DAffine3, DVec3};
+
+use crate::environment::shadow::Jointed;
+use crate::model::nodes::GROUP;
+use crate::raster::distant::gather;
+use crate::raster::{self, RasterSurface, SurfaceSurroundings, rasterise};
+use crate::scene::Camera;
+use crate::simulation::device_data::is_own;
+use crate::simulation::distant::DistantParts;
+use crate::simulation::engine::{InstantPoses, Order, RowMoments};
+use crate::simulation::image::Image;
+use crate::simulation::pose::draws_alike;
+use crate::simulation::prepare::Prepared;
+use crate::simulation::surroundings::Finishes;
+use crate::simulation::viewpoint::{raster_view, sensor_view};
+use crate::thermal::radiance::{RadianceTable, band_radiance};
+use crate::thermal::sensor::twin::SensorTwin;
+use crate::thermal::surroundings::Surroundings;
+
+/// The surface of a scene, and the camera that sees it.
+pub(super) struct Drawing {
+    /// The surface that is drawn, in the file's pose.
+    surface: Jointed,
+    /// Normals of the surface, in the file's pose. Empty where no pixel needs them.
+    normals: Vec<DVec3>,
+    finishes: Finishes,
+    /// The boxes of a craft that may be far away.
+    distance: Option<DistantParts>,
+    parts: Vec<u32>,
+    materials: Vec<u32>,
+    emissivities: Vec<[f64; 2]>,
+    camera: Option<Camera>,
+    table: RadianceTable,
+    pub(super) sensor: Option<SensorTwin>,
+}
+
+impl Drawing {
+    /// The surface of a scene. Images are drawn where `camera` is given.
+    pub(super) fn new(prepared: &Prepared, camera: Option<&Camera>) -> Self {
+        let nodes = &prepared.nodes;
+        let slots = 0..nodes.vertex_of_node.len();
+        let of_group = |group: &[u32]| slots.clone().map(|slot| group[slot / GROUP]).collect();
+        let finishes = Finishes::new(prepared);
+        let has_normals = !finishes.reflectors.is_empty();
+        let shown = if finishes.crinkled.is_empty() { &nodes.normals } else { &finishes.crinkled };
+        let table = RadianceTable::new(prepared.scene.band);
+        let sensed = prepared.scene.sensor.as_ref().zip(camera).filter(|_| is_own(prepared, camera));
+        Self {
+            surface: Jointed {
+                positions: nodes.positions.iter().map(|position| position.as_dvec3()).collect(),
+                triangles: prepared.triangles.clone(),
+                joints: if prepared.joints() > 1 { prepared.joints_of(slots.clone()) } else { Vec::new() },
+            },
+            normals: shown.iter().filter(|_| has_normals).map(|normal| normal.as_dvec3()).collect(),
+            finishes,
+            distance: camera.and_then(|camera| DistantParts::new(prepared, camera)),
+            parts: of_group(&nodes.group_part),
+            materials: of_group(&nodes.group_material),
+            emissivities: prepared
+                .materials
+                .iter()
+                .map(|material| [material.front.emissivity, material.back().emissivity])
+                .collect(),
+            camera: camera.cloned(),
+            sensor: sensed.map(|(sensor, camera)| SensorTwin::new(sensor, &table, sensor_view(camera))),
+            table,
+        }
+    }
+
+    /// Takes another camera whose images need no other resources. Returns whether it is one.
+    pub(super) fn take_camera(&mut self, camera: &Camera) -> bool {
+        let fits = self.camera.as_ref().is_some_and(|own| draws_alike(own, camera, self.sensor.is_none()));
+        if fits {
+            self.camera = Some(camera.clone());
+        }
+        fits
+    }
+
+    /// The image that an order asks for, of nodes at temperatures [K]. `None` without a pose or a camera.
+    pub(super) fn image(&mut self, order: &Order<'_>, temperatures: &[f64]) -> Option<Image> {
+        if let Some(around) = &order.surroundings {
+            self.finishes.look_at(around);
+        }
+        let pose = order.pose.as_ref()?;
+        if let Some(traced) = &mut self.finishes.traced {
+            traced.follow(order.joints);
+        }
+        let camera = self.camera.as_ref()?;
+        let drawn = match order.rows {
+            None => self.draw_from(camera, pose, order, temperatures),
+            Some(rows) => self.draw_rows(camera, rows, order, temperatures),
+        };
+        let of_surface = |value: fn(&raster::Pixel) -> f64| {
+            drawn.iter().map(|pixel| if pixel.part == 0 { 0.0 } else { value(pixel) as f32 }).collect()
+        };
+        let (has_coverage, is_apart) = (camera.samples > 1, self.finishes.is_apart());
+        let readings = self.sensor.as_mut().map(|sensor| {
+            let radiance: Vec<f64> = drawn.iter().map(|pixel| pixel.radiance).collect();
+            sensor.expose(&radiance, order.time)
+        });
+        let image = Image {
+            radiance: drawn.iter().map(|pixel| pixel.radiance as f32).collect(),
+            temperature: of_surface(|pixel| pixel.temperature),
+            depth: of_surface(|pixel| pixel.depth),
+            part: drawn.iter().map(|pixel| pixel.part).collect(),
+            material: drawn.iter().map(|pixel| pixel.material).collect(),
+            coverage: drawn.iter().filter(|_| has_coverage).map(|pixel| pixel.coverage as f32).collect(),
+            reflected: drawn.iter().filter(|_| is_apart).map(|pixel| pixel.reflected as f32).collect(),
+            ..order.image_of(camera)?
+        };
+        Some(image.with_readings(readings.as_deref()))
+    }
+
+    /// Draws from one pose. A craft that is far away is drawn larger and gathered into the pixels.
+    fn draw_from(
+        &self,
+        camera: &Camera,
+        pose: &DAffine3,
+        order: &Order<'_>,
+        temperatures: &[f64],
+    ) -> Vec<raster::Pixel> {
+        let view = raster_view(camera, pose);
+        let around = (order.surroundings.as_ref(), order.time);
+        match self.distance.as_ref().and_then(|distance| distance.crop(camera, pose, order.joints)) {
+            None => self.draw(temperatures, order.joints, &view, around),
+            Some(crop) => {
+                let texels = self.draw(temperatures, order.joints, &crop.view(&view), around);
+                let mut image = self.draw_sky(&view, order.surroundings.as_ref());
+                gather(&mut image, view.width as usize, &crop, &texels);
+                image
+            }
+        }
+    }
+
+    /// Draws each row from its own pose.
+    fn draw_rows(
+        &self,
+        camera: &Camera,
+        RowMoments(moment): RowMoments<'_>,
+        order: &Order<'_>,
+        temperatures: &[f64],
+    ) -> Vec<raster::Pixel> {
+        let around = (order.surroundings.as_ref(), order.time);
+        let row = |row: u32| {
+            let InstantPoses { pose, joints } = moment(f64::from(row));
+            let mut view = raster_view(camera, &pose);
+            view.lens.centre[1] -= f64::from(row);
+            self.draw(temperatures, &joints, &raster::RasterView { height: 1, ..view }, around)
+        };
+        (0..camera.height).flat_map(row).collect()
+    }
+
+    /// Normals of the surface as the joints turn it.
+    fn turned(&self, joints: &[DAffine3]) -> Cow<'_, [DVec3]> {
+        if self.surface.joints.is_empty() {
+            return Cow::Borrowed(&self.normals);
+        }
+        let turn = |(normal, joint): (&DVec3, &u32)| joints[*joint as usize].matrix3 * *normal;
+        Cow::Owned(self.normals.iter().zip(&self.surface.joints).map(turn).collect())
+    }
+
+    /// Draws the surface as the joints place it, in the surroundings that were looked at last.
+    fn draw(
+        &self,
+        temperatures: &[f64],
+        joints: &[DAffine3],
+        view: &raster::RasterView,
+        (surroundings, time): (Option<&Surroundings>, f64),
+    ) -> Vec<raster::Pixel> {
+        let placed;
+        let positions = if self.surface.joints.is_empty() {
+            &self.surface.positions
+        } else {
+            placed = self.surface.placed(joints);
+            &placed
+        };
+        let normals = self.turned(joints);
+        let seen = surroundings.is_some() || !self.finishes.reflectors.is_empty();
+        let around = seen.then(|| SurfaceSurroundings {
+            surroundings,
+            background: self.finishes.has_background(),
+            normals: &normals,
+            reflects: self.finishes.reflects(),
+            reflectors: &self.finishes.reflectors,
+            looks: self.finishes.looks(),
+            traced: self.finishes.traced.as_ref().map(|traced| traced.seen(time)),
+        });
+        let surface = RasterSurface {
+            around,
+            positions,
+            triangles: &self.surface.triangles,
+            temperatures,
+            vertex_part: &self.parts,
+            vertex_material: &self.materials,
+            emissivities: &self.emissivities,
+        };
+        rasterise(&surface, view, |t| band_radiance(&self.table, t))
+    }
+
+    /// Draws what stands behind the surface.
+    fn draw_sky(&self, view: &raster::RasterView, surroundings: Option<&Surroundings>) -> Vec<raster::Pixel> {
+        let around = surroundings.map(|surroundings| SurfaceSurroundings {
+            surroundings: Some(surroundings),
+            background: self.finishes.has_background(),
+            normals: &[],
+            reflects: false,
+            reflectors: &[],
+            looks: self.finishes.looks(),
+            traced: None,
+        });
+        let nothing = RasterSurface {
+            around,
+            positions: &[],
+            triangles: &[],
+            temperatures: &[],
+            vertex_part: &[],
+            vertex_material: &[],
+            emissivities: &[],
+        };
+        rasterise(&nothing, view, |_| 0.0)
+    }
+}
