@@ -154,7 +154,7 @@ fn describe_device(chosen: &Target, outcome: &RunOutcome, start_up_s: f64) -> Re
     device
 }
 
-/// The input files, of which the first is the scene.
+/// The input files. The first is the scene.
 fn list_inputs(prepared: &Prepared) -> Vec<InputFile> {
     let kind = |number: usize, path: &Path| match number {
         0 => "scene",

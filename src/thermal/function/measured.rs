@@ -205,7 +205,7 @@ fn check_range(sample: &TemperatureSample) -> Result<(), String> {
     Ok(())
 }
 
-/// Refuses two neighbours whose times do not rise, or whose temperatures turn back on the way from `first` [K].
+/// Refuses neighbours with times that do not rise, or with temperatures that turn back from `first` [K].
 fn check_order(pair: &[TemperatureSample], way: f64, first: f64) -> Result<(), String> {
     let [before, after] = [pair[0], pair[1]];
     if after.time == before.time {
