@@ -10,9 +10,16 @@ use crate::simulation::warm_up::WarmUpState;
 
 /// The saved state of a run into a folder.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
-pub(crate) struct RunState {
+pub struct RunState {
     pub(crate) identity: RunIdentity,
     pub(crate) progress: RunProgress,
+}
+
+impl RunState {
+    /// Whether the run was saved in its warm-up.
+    pub fn is_in_warm_up(&self) -> bool {
+        matches!(self.progress, RunProgress::WarmUp(..))
+    }
 }
 
 impl SavedState for RunState {

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
+use isotherm::internals::{RunState, decode};
 use serde_json::Value;
 
 use super::craft::write_model;
@@ -154,10 +155,9 @@ impl Trial {
         let manifest = fs::read_to_string(torn.join(".isotherm/manifest")).unwrap_or_default();
         let finished = manifest.contains("\"finished\":true");
         if finished || torn.join(".isotherm/state").exists() {
-            // The state names its lists in plain text.
-            let state = fs::read(torn.join(".isotherm/state")).unwrap_or_default();
-            let of_warm_up = b"warm_up.next";
-            met.in_warm_up += u32::from(state.windows(of_warm_up.len()).any(|bytes| bytes == of_warm_up));
+            let bytes = fs::read(torn.join(".isotherm/state")).unwrap_or_default();
+            let in_warm_up = decode::<RunState>(&bytes).is_ok_and(|state| state.is_in_warm_up());
+            met.in_warm_up += u32::from(in_warm_up);
             return self.start(&["run", "--resume", "torn", "--save-every", "40steps"]);
         }
         met.before_a_state += u32::from(torn.exists());
