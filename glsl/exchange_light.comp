@@ -1,6 +1,6 @@
 #version 450
 // Infrared of the planet and sunlight that patches reflect at first. One patch an invocation. Twin: `Exchange::light` of src/exchange/step.rs.
-// Variants: SUN: sunlight. ALBEDO: of the planet too. PLANET_IR: infrared of the planet. SHADOW: nodes see a share of the Sun.
+// Variants: SUN: sunlight. ALBEDO: of the planet too. PLANET_IR: infrared of the planet. LIT: nodes have lit area vectors. BY_RAYS: from rays.
 // MIRRORS: patches mirror a share of the Sun's light.
 
 #include "types.glsl"
@@ -22,10 +22,13 @@ layout(set = 0, binding = 1) uniform SunSamplesBlock { vec4 sun_samples[8]; };
 layout(set = 0, binding = 2) readonly buffer AlbedoValuesBlock { float albedo_values[]; };
 #endif
 layout(set = 0, binding = 3) readonly buffer ExchangePatchesBlock { ExchangePatch patches[]; };
-#ifdef SHADOW
+#ifdef LIT
 // Nodes of the patches, each with the bits of its share of the patch.
 layout(set = 0, binding = 4) readonly buffer ExchangeMembersBlock { uvec2 members[]; };
-layout(set = 0, binding = 5) readonly buffer VisibilityBlock { float visibility[]; };
+layout(set = 0, binding = 5) readonly buffer LitXBlock { float lit_x[]; };
+layout(set = 0, binding = 10) readonly buffer LitYBlock { float lit_y[]; };
+layout(set = 0, binding = 11) readonly buffer LitZBlock { float lit_z[]; };
+layout(set = 0, binding = 12) readonly buffer LitFrontBlock { float lit_front[]; };
 #endif
 #ifdef PLANET_IR
 #define SEEN
@@ -48,7 +51,7 @@ float sun_sample_flux(vec4 sample_, vec3 normal) {
     return sample_.w * max(0.0, dot(sample_.xyz, normal));
 }
 
-// Incident sunlight without shadows [W/m2].
+// Sunlight on a normal or on a lit area vector [W/m2].
 float solar_flux(vec3 normal) {
     return sun_sample_flux(sun_samples[0], normal) + sun_sample_flux(sun_samples[1], normal)
         + sun_sample_flux(sun_samples[2], normal) + sun_sample_flux(sun_samples[3], normal)
@@ -74,6 +77,11 @@ float albedo_flux(vec3 normal) {
 }
 #endif
 
+// A vector of a joint's frame in the body frame. `pose` is the first row of the joint.
+vec3 turned(uint pose, vec3 vector) {
+    return vec3(dot(poses[pose].xyz, vector), dot(poses[pose + 1u].xyz, vector), dot(poses[pose + 2u].xyz, vector));
+}
+
 void main() {
     uint own = pass.first + gl_GlobalInvocationID.x;
     if (own >= pass.end) {
@@ -81,9 +89,7 @@ void main() {
     }
     ExchangePatch here = patches[own];
     uint pose = 3u * here.joint;
-    vec3 normal = vec3(
-        dot(poses[pose].xyz, here.normal), dot(poses[pose + 1u].xyz, here.normal), dot(poses[pose + 2u].xyz, here.normal)
-    );
+    vec3 normal = turned(pose, here.normal);
 #ifdef SEEN
     vec2 comes = seen[own];
 #endif
@@ -94,16 +100,20 @@ void main() {
     infrared = (1.0 - here.emissivity) * comes.x * open.x;
 #endif
 #ifdef SUN
-#ifdef SHADOW
-    float lit = 0.0;
+#ifdef LIT
+    vec3 lit = vec3(0.0);
     for (uint k = here.first_node; k < here.end_node; k++) {
         uvec2 member = members[k];
-        lit += uintBitsToFloat(member.y) * visibility[member.x];
+        float front = lit_front[member.x];
+        float on_face = here.back == 1u ? 1.0 - front : front;
+        lit += uintBitsToFloat(member.y) * on_face * vec3(lit_x[member.x], lit_y[member.x], lit_z[member.x]);
     }
-    sunlight += here.exposed * lit * solar_flux(normal);
+    sunlight += solar_flux(turned(pose, lit));
+#else
+    sunlight += solar_flux(normal);
 #endif
-#ifndef SHADOW
-    sunlight += here.exposed * solar_flux(normal);
+#ifndef BY_RAYS
+    sunlight *= here.exposed;
 #endif
 #endif
 #ifdef MIRRORS

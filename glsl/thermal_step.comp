@@ -62,10 +62,20 @@ layout(set = 0, binding = 5) readonly buffer NormalXBlock { vec4 normal_x[]; };
 layout(set = 0, binding = 6) readonly buffer NormalYBlock { vec4 normal_y[]; };
 layout(set = 0, binding = 7) readonly buffer NormalZBlock { vec4 normal_z[]; };
 #endif
-#ifdef SHADOW
-layout(set = 0, binding = 13) readonly buffer VisibilityBlock { vec4 visibility[]; };
+#ifdef LIT
+// Lit area vectors of the nodes, and the share of the light on their fronts.
+layout(set = 0, binding = 13) readonly buffer LitXBlock { vec4 lit_x[]; };
+layout(set = 0, binding = 17) readonly buffer LitYBlock { vec4 lit_y[]; };
+layout(set = 0, binding = 18) readonly buffer LitZBlock { vec4 lit_z[]; };
+#ifdef BOTH_SIDES
+layout(set = 0, binding = 19) readonly buffer LitFrontBlock { vec4 lit_front[]; };
+#endif
 #endif
 #ifdef EXCHANGE
+#ifndef BY_RAYS
+// Rays tell what lies inside other parts. Without them its share gets no sunlight.
+#define EXPOSED
+#endif
 // Patches of the fronts of the nodes of a group, then of their backs.
 layout(set = 0, binding = 14) readonly buffer ExchangeNodesBlock { uvec4 exchange_nodes[]; };
 // Flux from other surfaces that every patch absorbs [W/m2], and the share of the patch that sunlight can reach.
@@ -107,7 +117,7 @@ vec4 sun_sample_flux(uint i, vec4 nx, vec4 ny, vec4 nz) {
     return s.w * max(vec4(0.0), nx * s.x + ny * s.y + nz * s.z);
 }
 
-// Incident sunlight, mean over the step [W/m2]. Unused samples have no flux. The loop is unrolled: on lavapipe a loop
+// Sunlight on a normal or on a lit area vector, mean over the step [W/m2]. Unused samples have no flux. The loop is unrolled: on lavapipe a loop
 // costs 2.7 ns a node, but an unrolled sample 0.1 ns, because a uniform at a constant index is read once for all
 // invocations.
 vec4 solar_flux(uint number, vec4 nx, vec4 ny, vec4 nz) {
@@ -158,8 +168,8 @@ vec4 exposed_share(uvec4 at) {
 #endif
 
 #ifdef LOADED
-// Flux absorbed by one face from Sun and planet [W/m2]. `seen` is the share of the Sun that it sees, and `patches` are those of the nodes.
-vec4 absorbed_flux(uint number, float absorptivity, float emissivity, vec4 nx, vec4 ny, vec4 nz, vec4 seen, uvec4 patches) {
+// Flux absorbed by one face from Sun and planet [W/m2]. `sunlight` falls on the face [W/m2], and `patches` are those of the nodes.
+vec4 absorbed_by_face(uint number, float absorptivity, float emissivity, vec4 nx, vec4 ny, vec4 nz, vec4 sunlight, uvec4 patches) {
     vec4 absorbed = vec4(0.0);
 #ifdef HIDDEN
     vec2 first = exchange_seen[patches.x];
@@ -168,11 +178,7 @@ vec4 absorbed_flux(uint number, float absorptivity, float emissivity, vec4 nx, v
     vec2 fourth = exchange_seen[patches.w];
 #endif
 #ifdef SUN
-    vec4 sunlight = solar_flux(number, nx, ny, nz);
-#ifdef SHADOW
-    sunlight *= seen;
-#endif
-#ifdef EXCHANGE
+#ifdef EXPOSED
     sunlight *= exposed_share(patches);
 #endif
     absorbed += absorptivity * sunlight;
@@ -201,13 +207,32 @@ vec4 absorbed_flux(uint number, float absorptivity, float emissivity, vec4 nx, v
 #endif
 
 // Balance temperature of a step [K]. FLUX: absorbed flux [W/m2].
-vec4 commanded_by(uint number, Material material, vec4 nx, vec4 ny, vec4 nz, vec4 seen, uvec4 fronts, uvec4 backs) {
+vec4 commanded_by(uint number, Material material, uint group, uvec4 fronts, uvec4 backs) {
     vec4 absorbed = vec4(0.0);
     float emissivity = material.emissivity;
 #ifdef LOADED
-    absorbed = absorbed_flux(number, material.absorptivity, material.emissivity, nx, ny, nz, seen, fronts);
+    vec4 nx = normal_x[group];
+    vec4 ny = normal_y[group];
+    vec4 nz = normal_z[group];
+    vec4 on_front = vec4(0.0);
+    vec4 on_back = vec4(0.0);
+#ifdef LIT
+    on_front = solar_flux(number, lit_x[group], lit_y[group], lit_z[group]);
 #ifdef BOTH_SIDES
-    absorbed += absorbed_flux(number, material.back_absorptivity, material.back_emissivity, -nx, -ny, -nz, seen, backs);
+    on_back = (1.0 - lit_front[group]) * on_front;
+    on_front *= lit_front[group];
+#endif
+#else
+#ifdef SUN
+    on_front = solar_flux(number, nx, ny, nz);
+#ifdef BOTH_SIDES
+    on_back = solar_flux(number, -nx, -ny, -nz);
+#endif
+#endif
+#endif
+    absorbed = absorbed_by_face(number, material.absorptivity, material.emissivity, nx, ny, nz, on_front, fronts);
+#ifdef BOTH_SIDES
+    absorbed += absorbed_by_face(number, material.back_absorptivity, material.back_emissivity, -nx, -ny, -nz, on_back, backs);
     emissivity += material.back_emissivity;
 #endif
 #endif
@@ -241,23 +266,11 @@ void main() {
     uint group = gl_GlobalInvocationID.x;
     Material material = materials[group_material[group]];
 
-    vec4 nx = vec4(0.0);
-    vec4 ny = vec4(0.0);
-    vec4 nz = vec4(0.0);
-    vec4 seen = vec4(1.0);
     uvec4 fronts = uvec4(0u);
     uvec4 backs = uvec4(0u);
 #ifdef EXCHANGE
     fronts = exchange_nodes[2u * group];
     backs = exchange_nodes[2u * group + 1u];
-#endif
-#ifdef LOADED
-    nx = normal_x[group];
-    ny = normal_y[group];
-    nz = normal_z[group];
-#ifdef SHADOW
-    seen = visibility[group];
-#endif
 #endif
 
 #ifdef TRANSITION
@@ -275,7 +288,7 @@ void main() {
     {
 #endif
 #ifdef COMMAND
-        vec4 commanded = commanded_by(number, material, nx, ny, nz, seen, fronts, backs);
+        vec4 commanded = commanded_by(number, material, group, fronts, backs);
 #else
         vec4 commanded = own_target;
 #endif
@@ -329,7 +342,7 @@ void main() {
     const uint number = 0u;
     {
 #endif
-        vec4 into = commanded_by(number, material, nx, ny, nz, seen, fronts, backs)
+        vec4 into = commanded_by(number, material, group, fronts, backs)
             + vec4(material.own_emission * steps[number].background_temperature_4);
         float length = steps[number].length;
 #ifdef OVER
@@ -362,6 +375,6 @@ void main() {
     temperature[group] = outside.value;
 #endif
 #ifdef FOLLOWS
-    temperature[group] = commanded_by(0u, material, nx, ny, nz, seen, fronts, backs);
+    temperature[group] = commanded_by(0u, material, group, fronts, backs);
 #endif
 }

@@ -123,15 +123,6 @@ struct DrawCommand {
     uint first_instance;
 };
 
-struct SunView {
-    vec4 texel_from_body_x;
-    vec4 texel_from_body_y;
-    vec4 texel_from_body_z;
-    vec4 sun;
-    vec4 right;
-    vec4 down;
-};
-
 struct ShadowBox {
     vec3 low;
     uint skip;
@@ -143,12 +134,6 @@ struct ShadowTriangle {
     vec4 corner;
     vec4 first;
     vec4 second;
-};
-
-struct SunRay {
-    vec4 sun;
-    vec4 direction;
-    uint boxes;
 };
 
 struct Band {
@@ -172,6 +157,7 @@ struct ExchangePatch {
     uint joint;
     float specular;
     float exposed;
+    uint back;
 };
 
 struct ExchangePass {

@@ -5,7 +5,6 @@ pub use crate::bench::{
     files::{OWN, PAGE, RECORD, write_bench_files},
     hard::{CaseScale, HardCase, HardRow, all_hard_cases, measure_hard_case, without},
     integrators::{FrameError, Integrated, IntegratorEffort, IntegratorRun, measure_integrator},
-    models::{WRONG_SHARE, facing, wrong_shadows},
     record::{Bench, DeviceMeasurements},
     responses::time_pass,
     schemes::{ABSENT, Fixed, Scheme},
@@ -29,7 +28,7 @@ pub use crate::environment::{
     albedo::RESOLUTION,
     albedo_field::AlbedoField,
     load::{albedo_flux, exact_albedo_flux, planet_ir_flux, solar_flux},
-    shadow::{DepthMap, Occluders, ShadowCasters, ShadowMethod, SunProjection},
+    shadow::{Lit, LitArea, LitAreas, Occluders},
     sky::{Boundary, SkyModel},
     step::StepLoads,
 };
@@ -59,7 +58,7 @@ pub use crate::gpu::{
             sampling::{Distance, RowOf, Sampled},
             variant::RadianceVariant,
         },
-        light::{Casting, OCCLUDERS, SHADOW_TREE, SHADOW_TRIANGLES, VISIBILITY},
+        light::LIT_X,
         network::{
             PlanConstants, WEIGHTS,
             sections::{OnePassKind, OnePassShape, SECTIONS},
@@ -70,7 +69,7 @@ pub use crate::gpu::{
         },
         thermal::{
             ALBEDO_VALUES, GROUP_MATERIAL, MATERIALS, NORMAL_X, STEP as STEP_RESOURCE, TARGET, TEMPERATURE,
-            variant::{Curve, StepKind, StepRange, ThermalVariant},
+            variant::{Curve, LightBy, StepKind, StepRange, ThermalVariant},
         },
         traced::{SURFACE, SURFACE_IMAGE, TRACE_BOXES, TRACE_CORNERS, TRACE_TRIANGLES, TRACING},
     },
@@ -120,6 +119,7 @@ pub use crate::output::{
     plot::{Mark, Plot, PlotLine},
     plot_axis::Axis,
     report::PassTime,
+    run_state::RunState,
     state_file::{SavedState, StateFault, decode, encode},
 };
 pub use crate::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS, STEP, STEPS};

@@ -25,6 +25,7 @@ pub(crate) mod given;
 pub(crate) mod image;
 pub(crate) mod joints;
 pub(crate) mod keep;
+mod light;
 pub(crate) mod network;
 pub(crate) mod network_file;
 pub(crate) mod orbits;

@@ -6,10 +6,9 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::environment::shadow::ShadowMethod;
 use crate::gpu::context::Context;
 use crate::output::statistics::Percentiles;
-use crate::scene::{Camera, Scene, ShadowSettings};
+use crate::scene::{Camera, Scene};
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::device_engine::DeviceEngine;
 use crate::simulation::engine::{Engine, EngineError, EngineStep, Order};
@@ -105,8 +104,7 @@ fn changed(scene: &Scene, row: &FrameRow) -> Scene {
     // The tables of the sensor have the size of the scene's own image.
     scene.sensor = None;
     scene.density.model.max = Some(row.longest_edge_m);
-    scene.shadows =
-        row.shadows.then(|| ShadowSettings { method: ShadowMethod::Depth, ..scene.shadows.unwrap_or_default() });
+    scene.shadows = row.shadows.then(|| scene.shadows.unwrap_or_default());
     if let Some(camera) = &mut scene.camera {
         resize(camera, IMAGE);
     }

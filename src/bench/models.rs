@@ -3,7 +3,6 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -11,18 +10,16 @@ use super::clock::{Deadline, OUT_OF_TIME};
 use super::frames::resize;
 use crate::compare::responses::{self, OfMaterial};
 use crate::compare::walk;
-use crate::environment::StepLoad;
-use crate::environment::shadow::ShadowMethod;
 use crate::exchange::step::ExchangeSettings;
 use crate::gpu::context::Context;
 use crate::model::nodes::GROUP;
 use crate::output::statistics::Percentiles;
-use crate::scene::{Scene, ShadowSettings};
+use crate::scene::Scene;
 use crate::simulation::device_engine::DeviceEngine;
 use crate::simulation::engine::{Engine, EngineError};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::start;
-use crate::thermal::material::{Domain, Retarget, Sides};
+use crate::thermal::material::{Domain, Retarget};
 use crate::thermal::network::control::Integrator;
 
 /// Steps of an orbit. Longer steps would represent planet loads badly.
@@ -35,11 +32,6 @@ pub(crate) const MOST_ORBITS: f64 = 3.0;
 pub(crate) const DRAW_EVERY: u32 = 6;
 /// Size of the images [px].
 const IMAGE: [u32; 2] = [320, 256];
-/// Error of the visible share of the Sun above which a node counts as wrong.
-pub const WRONG_SHARE: f32 = 0.5;
-/// Cosine of incidence below which a node counts as unlit.
-const LEAST_COSINE: f64 = 0.01;
-
 /// The model choices of one scene.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Models {
@@ -57,25 +49,13 @@ pub struct Models {
 pub(crate) struct ChoiceRow {
     /// The choice, or its change against the base.
     pub(crate) choice: String,
-    /// Median device time of the thermal, shadow and network passes of a step [ms]. The wall time where the processor
+    /// Median device time of the thermal and network passes of a step [ms]. The wall time where the processor
     /// steps a network.
     pub(crate) step_ms: Option<f64>,
     pub(crate) from_base: Option<Moved>,
     pub(crate) from_network: Option<Moved>,
-    /// Errors of the base's shadows. Only the choice of shadows by rays has them.
-    pub(crate) wrong_shadows: Option<WrongShadows>,
     /// The reason if there are no numbers.
     pub(crate) failed: Option<String>,
-}
-
-/// Share of wrong nodes among those that face the Sun. A node is wrong if its visible share of the Sun is off by more
-/// than [`WRONG_SHARE`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct WrongShadows {
-    /// Share of the nodes.
-    pub nodes: f64,
-    /// Share of their area.
-    pub area: f64,
 }
 
 /// The differences between two runs.
@@ -138,16 +118,10 @@ const BASE: Moves = Moves::Transition(None, Some(Domain::Temperature));
 const NETWORK: Moves = Moves::Network(None);
 const UNCHANGED: Change = |_, _| ();
 const EXCHANGE: Change = |scene, exchange| scene.exchange = Some(exchange);
-/// Name of the choice whose shadows the base is compared with.
-const BY_RAYS: &str = "shadows by rays";
-
 /// The choices. The base comes first.
-const CHOICES: [(&str, Moves, Change); 12] = [
-    ("transition in T, merge, all loads, shadows by depth", BASE, UNCHANGED),
+const CHOICES: [(&str, Moves, Change); 11] = [
+    ("transition in T, merge, all loads, shadows", BASE, UNCHANGED),
     ("without shadows", BASE, |scene, _| scene.shadows = None),
-    (BY_RAYS, BASE, |scene, _| {
-        scene.shadows = scene.shadows.map(|shadows| ShadowSettings { method: ShadowMethod::Exact, ..shadows });
-    }),
     ("retarget = restart", Moves::Transition(Some(Retarget::Restart), Some(Domain::Temperature)), UNCHANGED),
     ("domain = T4", Moves::Transition(None, Some(Domain::FourthPower)), UNCHANGED),
     ("response = instant", Moves::Instant, UNCHANGED),
@@ -174,8 +148,6 @@ pub(super) struct ModelRun {
     temperatures: Vec<Vec<f32>>,
     /// Radiance of the drawn steps [W m-2 sr-1].
     images: Vec<Vec<f32>>,
-    /// Visible share of the Sun of each vertex at every step, if shadows are on. `None` if the vertex faces away.
-    visibility: Vec<Vec<Option<f32>>>,
     /// Median time of a step [ms], including the network.
     pub(super) step_ms: Option<f64>,
 }
@@ -259,9 +231,6 @@ pub(crate) fn measure(
         Some(ran) => ChoiceRow {
             from_base: moved(ran, 0, choice),
             from_network: moved(ran, network, choice),
-            wrong_shadows: (rows[0].1.as_ref())
-                .filter(|_| row.choice == BY_RAYS)
-                .and_then(|base| wrong_shadows(&base.visibility, &ran.visibility, areas)),
             ..row.clone()
         },
     });
@@ -285,7 +254,7 @@ fn one_orbit(scene: &Scene, quick: bool) -> Scene {
     if base.time.periodic.is_none() {
         base.time.warm_up_orbits = if quick { 0.25 } else { 1.0 };
     }
-    base.shadows = Some(ShadowSettings { method: ShadowMethod::Depth, ..scene.shadows.unwrap_or_default() });
+    base.shadows = Some(scene.shadows.unwrap_or_default());
     if let Some(camera) = &mut base.camera {
         resize(camera, IMAGE);
     }
@@ -299,7 +268,7 @@ pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<ModelRu
     let mut before = device_ms(&engine);
     let mut step_ms = Vec::new();
     let length = prepared.scene.time.step;
-    let mut ran = ModelRun { temperatures: vec![], images: vec![], visibility: vec![], step_ms: None };
+    let mut ran = ModelRun { temperatures: vec![], images: vec![], step_ms: None };
     for number in 1..=prepared.scene.time.steps {
         let to = f64::from(number) * length;
         walk::advance(prepared, &mut engine, number)?;
@@ -312,24 +281,17 @@ pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<ModelRu
         if camera.is_some() && number % DRAW_EVERY == 0 {
             ran.images.extend(walk::draw(prepared, &mut engine, to)?.1.map(|image| image.radiance));
         }
-        let load = prepared.loads.step_load(to - length, to);
-        if prepared.scene.shadows.is_some() && !load.sun.is_empty() {
-            let visibility = engine.renderer.visibility()?;
-            let facing = facing(prepared, &load);
-            let of_vertex = prepared.nodes.node_of_vertex.iter().map(|node| *node as usize);
-            ran.visibility.push(of_vertex.map(|node| facing[node].then_some(visibility[node])).collect());
-        }
     }
     // A median, because the first steps also compile pipelines.
     ran.step_ms = Percentiles::of(&step_ms).map(|spread| spread.median);
     Ok(ran)
 }
 
-/// Device time of all thermal, shadow and network passes so far [ms].
+/// Device time of all thermal and network passes so far [ms].
 fn device_ms(engine: &dyn Engine) -> Option<f64> {
     let passes = engine.pass_times()?;
     let of_step = |name: &str| {
-        ["thermal_step", "exchange_", "one_pass", "solar_", "read solar_"].iter().any(|start| name.starts_with(start))
+        ["thermal_step", "exchange_", "one_pass"].iter().any(|start| name.starts_with(start))
     };
     let passes = passes.iter().filter(|(name, _)| of_step(name));
     Some(passes.map(|(_, samples)| samples.iter().sum::<f64>()).sum())
@@ -358,45 +320,13 @@ impl ModelRun {
     }
 }
 
-/// Whether each node in device order faces the Sun, regardless of shadows.
-pub fn facing(prepared: &Prepared, load: &StepLoad) -> Vec<bool> {
-    let nodes = &prepared.nodes;
-    let sun = load.sun.iter().map(|sample| sample.direction * sample.flux).sum::<DVec3>().normalize_or_zero();
-    let faces = |(slot, normal): (usize, &Vec3)| {
-        let pose = load.joints.get(nodes.joint(slot) as usize).map_or(DMat3::IDENTITY, |pose| pose.matrix3);
-        let cosine = (pose * normal.as_dvec3()).dot(sun);
-        let material = &prepared.materials[nodes.group_material[slot / GROUP] as usize];
-        if matches!(material.sides, Sides::Outside) { cosine > LEAST_COSINE } else { cosine.abs() > LEAST_COSINE }
-    };
-    nodes.normals.iter().enumerate().map(faces).collect()
-}
-
-/// The shares of wrong nodes and area among the nodes that face the Sun. A node is wrong above [`WRONG_SHARE`].
-pub fn wrong_shadows(
-    visibility: &[Vec<Option<f32>>],
-    exact: &[Vec<Option<f32>>],
-    areas: &[f64],
-) -> Option<WrongShadows> {
-    let pairs = visibility.iter().zip(exact).flat_map(|(a, b)| a.iter().zip(b).zip(areas));
-    let (mut lit, mut wrong) = ([0.0; 2], [0.0; 2]);
-    for ((a, b), area) in pairs {
-        let (Some(a), Some(b)) = (a, b) else { continue };
-        let counts = [1.0, *area];
-        lit.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
-        if (a - b).abs() > WRONG_SHARE {
-            wrong.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
-        }
-    }
-    (lit[0] > 0.0).then(|| WrongShadows { nodes: wrong[0] / lit[0], area: wrong[1] / lit[1] })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn ran(temperature: f32, radiance: f32) -> ModelRun {
         let images = vec![vec![radiance, 0.0]];
-        ModelRun { temperatures: vec![vec![temperature, 300.0]; 2], images, visibility: vec![], step_ms: None }
+        ModelRun { temperatures: vec![vec![temperature, 300.0]; 2], images, step_ms: None }
     }
 
     #[test]
@@ -404,15 +334,5 @@ mod tests {
         let moved = ran(304.0, 12.0).moved(&ran(300.0, 10.0), &[1.0, 3.0]);
         // A quarter of the area differs by 4 K.
         assert_eq!(moved, Moved { rms_k: 2.0, max_k: 4.0, radiance_rms: 2.0, radiance_mean: 10.0 });
-    }
-
-    #[test]
-    fn nodes_off_by_more_than_half_the_sun_are_wrong() {
-        let exact = [vec![Some(1.0), Some(0.0), Some(0.4), Some(1.0), None]];
-        let computed = [vec![Some(1.0), Some(0.6), Some(0.8), Some(0.0), None]];
-        // The second and fourth are wrong, with 1 and 4 of 8 m2. The last faces away.
-        let wrong = WrongShadows { nodes: 0.5, area: 0.625 };
-        assert_eq!(wrong_shadows(&computed, &exact, &[2.0, 1.0, 1.0, 4.0, 100.0]), Some(wrong));
-        assert_eq!(wrong_shadows(&[], &[], &[]), None);
     }
 }

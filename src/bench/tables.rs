@@ -5,7 +5,7 @@ use super::frames::{FrameRow, IMAGE};
 use super::frontier::FrontierRow;
 use super::hard::HardRow;
 use super::integrators::{Integrated, IntegratorRun};
-use super::models::{ChoiceRow, DRAW_EVERY, MOST_ORBITS, Moved, WRONG_SHARE};
+use super::models::{ChoiceRow, DRAW_EVERY, MOST_ORBITS, Moved};
 use super::record::{Bench, DeviceMeasurements};
 use super::responses::ResponseRow;
 use super::schemes::ABSENT;
@@ -189,7 +189,7 @@ pub(crate) fn models(measured: &DeviceMeasurements) -> Option<BenchTable> {
         cells.extend(kelvins(row.from_network));
         cells
     };
-    let mut notes = vec![format!(
+    let notes = vec![format!(
         "Scene '{}', {} nodes, {} steps of {} s. The first row is the base; every other row changes one thing. Differences of \
          temperatures are weighted with area, over all steps; those of radiance are over the craft's pixels in an image every \
          {DRAW_EVERY} steps, with their share of its mean. The other responses approximate the network. The network starts from its \
@@ -200,14 +200,6 @@ pub(crate) fn models(measured: &DeviceMeasurements) -> Option<BenchTable> {
         models.steps,
         significant(models.step_s)
     )];
-    if let Some(wrong) = models.choices.iter().find_map(|row| row.wrong_shadows) {
-        notes.push(format!(
-            "Shadows by depth against rays: {:.2} % of the nodes that face the Sun, {:.2} % of their area, see a share of the Sun that \
-             is wrong by more than {WRONG_SHARE}.",
-            1e2 * wrong.nodes,
-            1e2 * wrong.area
-        ));
-    }
     Some(BenchTable {
         title: format!("Model choices on {}: what each costs and changes", measured.name),
         head: heads(&[
@@ -280,10 +272,7 @@ pub(crate) fn drivers(bench: &Bench) -> Option<BenchTable> {
 }
 
 /// The passes of a frame in order.
-const PASSES: [&str; 8] = [
-    "solar_depth",
-    "read solar_depth",
-    "solar_visibility",
+const PASSES: [&str; 5] = [
     "thermal_step",
     "cull",
     "radiance",

@@ -69,7 +69,7 @@ pub(crate) fn start_of(surface: &PatchSurface, patches: &Patches, patch: u32, ra
 /// Where a ray ends: a patch, [`SPACE`] or [`INSIDE`].
 pub(crate) fn end_of(surface: &PatchSurface, patches: &Patches, occluders: &Occluders, [from, direction]: Ray) -> u32 {
     let Some(hit) = occluders.first(from, direction) else { return SPACE };
-    let triangle = surface.triangles[occluders.tree.order[hit.triangle] as usize];
+    let triangle = surface.triangles[hit.triangle];
     match face_of(&triangle.map(|node| patches.of_node[node as usize]), &hit) {
         NONE => INSIDE,
         patch => patch,

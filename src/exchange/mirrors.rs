@@ -54,7 +54,7 @@ struct Start {
 struct JointTree {
     joint: u32,
     occluders: Occluders,
-    /// Patches of the front and the back of each corner, in the order of the tree.
+    /// Patches of the front and the back of each corner of the triangles.
     faces: Vec<[[u32; 2]; 3]>,
 }
 
@@ -128,8 +128,7 @@ impl JointTree {
             return None;
         }
         let occluders = Occluders::new(&surface.positions, &triangles);
-        let faces = occluders.tree.order.iter();
-        let faces = faces.map(|number| triangles[*number as usize].map(|node| patches.of_node[node as usize]));
+        let faces = triangles.iter().map(|triangle| triangle.map(|node| patches.of_node[node as usize]));
         Some(Self { joint, faces: faces.collect(), occluders })
     }
 }

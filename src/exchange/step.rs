@@ -19,6 +19,8 @@ use super::patches::{NONE, Patch, PatchSurface, Patches};
 use super::reflected::{Areas, exchange_areas};
 use super::sky::{PatchRay, PlanetFromPatch, bundled, bundles_of};
 use crate::environment::StepLoad;
+use crate::environment::load::solar_flux;
+use crate::environment::shadow::{Lit, LitArea};
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::balance::Incident;
 use crate::thermal::incident::incident;
@@ -173,23 +175,32 @@ impl Exchange {
         self.patches.par_iter().zip(self.sky.par_chunks(self.bundles.max(1))).map(share).collect()
     }
 
-    /// The light of Sun and planet. `visibility` is the share of the Sun that a node sees. With `mirrored` the specular share of direct sunlight goes where it says.
+    /// The light of Sun and planet. `lit` has the lit area of each node. With `mirrored` the specular share of direct sunlight goes where it says.
     pub fn light(
         &self,
         load: &StepLoad,
-        visibility: impl Fn(usize) -> f64 + Sync,
+        lit: &Lit,
         mirrored: Option<&Mirrored>,
     ) -> CraftLight {
         let planet_shares = self.seen(load);
         let reflect = |(number, (patch, planet)): (usize, (&Patch, &PlanetShares))| {
-            let shares = self.nodes[patch.nodes.clone()].iter();
-            let lit =
-                self.exposed(number) * shares.map(|(node, share)| share * visibility(*node as usize)).sum::<f64>();
-            let normal: DVec3 = load.joint_from_body(patch.joint).transpose() * patch.normal;
-            let Incident { solar, albedo, planet_ir } = incident(load, normal);
+            let body_from_joint = load.joint_from_body(patch.joint).transpose();
+            let Incident { solar, albedo, planet_ir } = incident(load, body_from_joint * patch.normal);
+            let on_face = |(node, share): &(u32, f64)| {
+                let LitArea { vector, front } = lit.areas[*node as usize];
+                share * if patch.back { 1.0 - front } else { front } * vector
+            };
+            let solar = match lit.areas.is_empty() {
+                true => solar,
+                false => {
+                    let vector: DVec3 = self.nodes[patch.nodes.clone()].iter().map(on_face).sum();
+                    solar_flux(load, body_from_joint * vector)
+                }
+            };
+            let solar = if lit.by_rays { solar } else { self.exposed(number) * solar };
             let optics = patch.optics;
             let smooth = if mirrored.is_some() { patch.gloss.specular } else { 0.0 };
-            let direct = (1.0 - optics.absorptivity) * (lit * solar);
+            let direct = (1.0 - optics.absorptivity) * solar;
             let diffuse = (1.0 - smooth) * direct + (1.0 - optics.absorptivity) * (planet.albedo * albedo);
             ([(1.0 - optics.emissivity) * planet.planet_ir * planet_ir, diffuse], smooth * direct)
         };

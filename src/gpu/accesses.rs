@@ -73,7 +73,7 @@ impl Pass {
                 let indices = scope(S::INDEX_INPUT, A::INDEX_READ);
                 let commands = scope(S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ);
                 let mut accesses = vec![whole(drawing.indices, indices)];
-                accesses.extend(drawing.commands.map(|resource| whole(resource, commands)));
+                accesses.push(whole(drawing.commands, commands));
                 for shader in self.shaders() {
                     accesses.extend(self.reach.of_shader(shader)?);
                 }

@@ -14,7 +14,7 @@ use super::lists::{
 };
 use super::once::Once;
 use super::store::Resources;
-use crate::environment::shadow::LARGEST_TREE;
+use crate::environment::shadow::{LARGEST_TREE, tree_boxes};
 use crate::exchange::cast::{INSIDE, Scenery};
 use crate::exchange::patches::{NONE, PatchSurface, Patches};
 
@@ -23,7 +23,7 @@ const AT_ONCE: u32 = 1 << 20;
 
 /// Whether the device can walk the tree of a scenery. lavapipe ends the loops of an invocation after 65,535 turns.
 pub(crate) fn can_walk(scenery: &Scenery) -> bool {
-    scenery.occluders.tree.nodes.len() <= LARGEST_TREE
+    tree_boxes(scenery.occluders.triangles.len()) <= LARGEST_TREE
 }
 
 /// Casts rays of the patches of a craft in one pose.
@@ -56,7 +56,8 @@ impl Caster {
         let mut bindings = Bindings::plain(context);
         bindings
             .add(&resources, lists::rays(&ExchangePass { end: together, rays, ..ExchangePass::default() }).passes())?;
-        let (boxes, start) = (scenery.occluders.tree.nodes.len() as u32, scenery.occluders.start as f32);
+        let occluders = &scenery.occluders;
+        let (boxes, start) = (tree_boxes(occluders.triangles.len()) as u32, occluders.start as f32);
         Ok(Self { once: Once::new(context)?, resources, bindings, sizes: [count, rays, boxes, together], start })
     }
 
@@ -102,7 +103,8 @@ fn fill(
     patches: &Patches,
     scenery: &Scenery,
 ) -> Result<(), GpuError> {
-    let (boxes, placed) = layout::shadow_tree(&scenery.occluders);
+    let tree = scenery.occluders.tree();
+    let (boxes, placed) = layout::shadow_tree(&tree, &scenery.occluders);
     let of_patch = |patch: &crate::exchange::patches::Patch| {
         [patch.corners.start as u32, patch.corners.end as u32, patch.joint, u32::from(patch.back)]
     };
@@ -128,7 +130,7 @@ fn fill(
     resources.make_with(&RAY_CORNERS, &corners.collect::<Vec<_>>())?;
     resources.make_with(&RAY_TRIANGLES, &surface.triangles.iter().map(triangle).collect::<Vec<_>>())?;
     resources.make_with(&RAY_POSES, &(0..joints).map(pose).collect::<Vec<_>>())?;
-    resources.make_with(&RAY_LEAVES, &scenery.occluders.tree.order.iter().map(leaf).collect::<Vec<_>>())?;
+    resources.make_with(&RAY_LEAVES, &tree.order.iter().map(leaf).collect::<Vec<_>>())?;
     resources.make_with(&RAY_BOXES, &boxes)?;
     resources.make_with(&RAY_PLACED, &placed)
 }

@@ -9,7 +9,6 @@ use super::effects::image::runs::TriangleRun;
 use super::effects::image::sampling::Sampled;
 use super::effects::image::variant::RadianceVariant;
 use super::effects::image::{self, ImageRecipe};
-use super::effects::light::{self, Casting};
 use super::effects::network::PlanConstants;
 use super::effects::network::sections::OnePassShape;
 use super::effects::sensor::{self, Sensing};
@@ -23,8 +22,6 @@ pub use super::pass::Frame;
 pub struct Recipe {
     /// Whether the temperatures before the step are kept, for images between them and those after it.
     pub keeps: bool,
-    /// Ranges whose share of sunlight is found anew, and how. It precedes a step in which the Sun or a joint has moved.
-    pub light: Option<(Vec<StepRange>, Casting)>,
     /// What surfaces send to each other.
     pub exchange: Option<Exchanged>,
     /// Ranges of nodes that take a step.
@@ -64,9 +61,6 @@ pub fn compose(recipe: &Recipe) -> Frame {
     let mut frame = Frame::default();
     if recipe.keeps {
         thermal::keep(&mut frame);
-    }
-    if let Some((ranges, casting)) = &recipe.light {
-        light::passes(&mut frame, ranges, casting);
     }
     if let Some(exchanged) = &recipe.exchange {
         exchange::passes(&mut frame, exchanged);
@@ -151,10 +145,5 @@ impl Frame {
     /// Start of a run: sets every node to the balance temperature of the present load.
     pub fn settle(ranges: &[StepRange]) -> Self {
         thermal::settle(ranges)
-    }
-
-    /// Updates the share of the Sun that each node sees, in the ranges with shadows.
-    pub fn shadows(ranges: &[StepRange], casting: &Casting) -> Self {
-        compose(&Recipe { light: Some((ranges.to_vec(), casting.clone())), ..Recipe::default() })
     }
 }

@@ -15,7 +15,7 @@ pub use image::View;
 pub(crate) use image::{Band, Distant, DrawCommand, PlanetView, Reflector, Sampling, Shutter, Surroundings, Tracing};
 pub(crate) use network::{HeaterStep, NetworkStage, NetworkStep};
 pub(crate) use sensor::Sensor;
-pub(crate) use shadow::{ShadowBox, ShadowTriangle, SunRay, SunView, rows, shadow_tree};
+pub(crate) use shadow::{ShadowBox, ShadowTriangle, rows, shadow_tree};
 pub(crate) use shared::Structure;
 pub use step::FUSED_STEPS;
 pub use step::Material;

@@ -94,8 +94,8 @@ pub struct Drawing {
     pub(crate) samples: u32,
     /// Indices of the triangles.
     pub(crate) indices: &'static Resource,
-    /// Draw commands, with reversed depth. Without them all triangles are drawn, the nearest with the smallest depth.
-    pub(crate) commands: Option<&'static Resource>,
+    /// Draw commands.
+    pub(crate) commands: &'static Resource,
 }
 
 /// Work of a pass.

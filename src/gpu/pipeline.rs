@@ -50,16 +50,14 @@ impl Pipeline {
         Ok(pipeline)
     }
 
-    /// Makes the pipeline of a draw: vertices read from storage buffers, no face culling. Depth is reversed where there are
-    /// colours.
+    /// Makes the pipeline of a draw: vertices read from storage buffers, no face culling. Depth is reversed.
     pub(crate) fn draw(
         context: &Arc<Context>,
         name: &str,
         drawing: &Drawing,
         bindings: &[(u32, vk::DescriptorType)],
     ) -> Result<Self, GpuError> {
-        let nearer = if drawing.colours.is_empty() { vk::CompareOp::LESS } else { vk::CompareOp::GREATER };
-        Self::graphics(context, name, &drawing.shaders, bindings, drawing, nearer)
+        Self::graphics(context, name, &drawing.shaders, bindings, drawing, vk::CompareOp::GREATER)
     }
 
     /// Makes the pipeline of what is drawn where nothing is: its depth is the depth of the cleared image.

@@ -25,8 +25,6 @@ pub(super) struct Recorder<'a> {
     slot: usize,
     /// Triangles of the image.
     triangles: &'a [TriangleRun],
-    /// Triangles of the shadow map.
-    occluders: &'a [TriangleRun],
 }
 
 impl<'a> Recorder<'a> {
@@ -38,12 +36,12 @@ impl<'a> Recorder<'a> {
         bindings: Option<&'a Bindings>,
     ) -> Self {
         let bound = Default::default();
-        Self { context, commands, resources, bindings, bound, slot: 0, triangles: &[], occluders: &[] }
+        Self { context, commands, resources, bindings, bound, slot: 0, triangles: &[] }
     }
 
     /// Prepares the recorder for lists of a slot that draw.
-    pub(crate) fn drawing(self, slot: usize, triangles: &'a [TriangleRun], occluders: &'a [TriangleRun]) -> Self {
-        Self { slot, triangles, occluders, ..self }
+    pub(crate) fn drawing(self, slot: usize, triangles: &'a [TriangleRun]) -> Self {
+        Self { slot, triangles, ..self }
     }
 
     /// Records a list. With `timing`, each pass gets a debug label, and passes between barriers a time.
@@ -193,30 +191,18 @@ impl<'a> Recorder<'a> {
                 None => cleared(image(colour), nothing(colour.role), store),
             })
             .collect();
-        // Reversed depth begins with 0. It is kept where it is all that is drawn.
-        let (far, keep) = if colours.is_empty() { (1.0, store) } else { (0.0, discard) };
+        // Reversed depth begins with 0.
         let depth = image(drawing.depth);
-        let attachment = cleared(depth, depth_of(far), keep);
+        let attachment = cleared(depth, depth_of(0.0), discard);
         let rendering = vk::RenderingInfo::default().color_attachments(&colours).depth_attachment(&attachment);
         self.bind(pass, 0);
         self.begin_drawing(rendering, depth.size, drawing.indices);
-        let runs = if drawing.commands.is_some() { self.triangles } else { self.occluders };
-        for run in runs.iter().copied() {
+        for run in self.triangles.iter().copied() {
             self.bind(pass, run.joint);
-            match drawing.commands {
-                Some(commands) => self.draw_visible(run, commands),
-                None => self.draw_all(run),
-            }
+            self.draw_visible(run, drawing.commands);
         }
         self.draw_behind(pass);
         self.end_drawing();
-    }
-
-    /// Draws all triangles of a run.
-    fn draw_all(&self, TriangleRun { triangles: (first, end), .. }: TriangleRun) {
-        let device = &self.context.device;
-        // SAFETY: rendering has begun, the pipeline is bound, and the index buffer covers all runs.
-        unsafe { device.cmd_draw_indexed(self.commands, 3 * (end - first), 1, 3 * first, 0, 0) };
     }
 
     /// Draws the triangles of a run that culling kept.

@@ -2,6 +2,7 @@
 
 mod exchange;
 mod forward;
+mod light;
 mod network;
 mod saved;
 mod send;
@@ -17,7 +18,6 @@ use super::bindings::Bindings;
 use super::context::Context;
 use super::effects::heat::ABSORBED_HEAT;
 use super::effects::image::resources::{IDENTITY_READBACK, RADIANCE_READBACK};
-use super::effects::light::{SHADOW_TREE, SHADOW_TRIANGLES, VISIBILITY};
 use super::effects::network::state::OnePass;
 use super::effects::sensor;
 use super::effects::sensor::tables::SensorTables;
@@ -25,8 +25,7 @@ use super::effects::thermal::load::DeviceLoad;
 use super::effects::thermal::ranges::ranges_of_load;
 use super::effects::thermal::{ELAPSED, SPAN, TARGET, TEMPERATURE, TEMPERATURE_READBACK};
 use super::error::GpuError;
-use super::frame::{Frame, Recipe, compose};
-use super::layout;
+use super::frame::{Frame, compose};
 use super::once::Once;
 pub use super::request::Collected;
 pub use super::request::Request;
@@ -88,9 +87,8 @@ impl Renderer {
     /// Sets every node to the balance temperature of a load.
     pub fn settle(&mut self, load: &StepLoad) -> Result<(), GpuError> {
         self.scene.exchange.iter_mut().for_each(|own| own.fresh = true);
-        let lit = self.renew_light(load)?;
-        let light = compose(&Recipe { light: self.scene.lighting(lit), ..Recipe::default() });
-        let frame = light.then(Frame::settle(&ranges_of_load(&self.scene.ranges, load)));
+        self.renew_light(load)?;
+        let frame = Frame::settle(&ranges_of_load(&self.scene.ranges, load));
         let submitted = self.send(&frame, Request::step(load, 1.0))?;
         self.scene.commanded = Some(DeviceLoad::new(load, self.scene.joints));
         self.collect(submitted).map(|_| ())
@@ -138,8 +136,8 @@ impl Renderer {
     /// each node. It overwrites the networks' temperatures, so call `set_temperatures` afterwards. Collect the frames
     /// in flight before. A load that lasts some steps exchanges radiation between surfaces, and the start of a run does not.
     pub(crate) fn absorbed(&mut self, load: &StepLoad, steps: Option<f64>) -> Result<Vec<f32>, GpuError> {
-        let lit = self.renew_light(load)?;
-        let frame = compose(&self.scene.flux(load, steps, lit));
+        self.renew_light(load)?;
+        let frame = compose(&self.scene.flux(load, steps));
         let submitted = self.send(&frame, Request::step(load, 1.0))?;
         Ok(self.collect(submitted)?.temperatures.unwrap_or_default().to_vec())
     }
@@ -166,29 +164,6 @@ impl Renderer {
     /// Allocated memory that grows with the number of nodes [bytes], without buffers that only the host reads.
     pub(crate) fn device_bytes(&self) -> u64 {
         self.resources.bytes(super::resource::Resource::grows_with_nodes)
-    }
-
-    /// Turns the Sun of the shadows where a load needs an update. Returns whether it does.
-    fn renew_light(&mut self, load: &StepLoad) -> Result<bool, GpuError> {
-        let Some(view) = self.scene.light.due(load) else { return Ok(false) };
-        if let Some(tree) = self.scene.light.moved_tree(load) {
-            // Frames in flight may still read the old tree.
-            self.slots.wait()?;
-            let (boxes, triangles) = layout::shadow_tree(&tree);
-            self.resources.upload(&mut self.once, &SHADOW_TREE, &boxes)?;
-            self.resources.upload(&mut self.once, &SHADOW_TRIANGLES, &triangles)?;
-        }
-        self.scene.light.turn(&view, load);
-        Ok(true)
-    }
-
-    /// Share of the Sun that each node sees, from the last update. It is empty if the craft does not shadow itself.
-    pub fn visibility(&mut self) -> Result<Vec<f32>, GpuError> {
-        self.wait()?;
-        if !self.scene.light.are_cast() {
-            return Ok(Vec::new());
-        }
-        self.resources.download(&mut self.once, &VISIBILITY, self.nodes)
     }
 
     /// Waits for a frame and returns its outputs. They are valid until its slot is submitted again.

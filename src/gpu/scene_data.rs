@@ -14,7 +14,7 @@ use super::effects::sensor::tables::SensorTables;
 use super::effects::thermal::variant::{StepKind, StepRange, ThermalVariant};
 use super::layout;
 use super::shapes::Shapes;
-use crate::environment::shadow::{Jointed, Occluders, Redraw};
+use crate::environment::shadow::LitAreas;
 use crate::exchange::mirrors::Mirrors;
 use crate::exchange::sky::Renewal;
 use crate::model::nodes::{GROUP, RANGE_GROUPS};
@@ -48,8 +48,8 @@ pub struct SceneData<'a> {
     pub between: bool,
     /// How the image is made; `None` if it is simply drawn.
     pub sampling: Option<Sampling>,
-    /// Shadows; `None` if the craft does not shadow itself.
-    pub shadows: Option<ShadowData<'a>>,
+    /// What finds the lit areas of the nodes; `None` if normals tell the light.
+    pub light: Option<LitAreas>,
     /// Joints; `None` if no part moves.
     pub joints: Option<JointData<'a>>,
     /// Thermal network that the frames step in one pass.
@@ -80,7 +80,7 @@ impl<'a> SceneData<'a> {
             image: None,
             between: false,
             sampling: None,
-            shadows: None,
+            light: None,
             joints: None,
             network: None,
             heat: None,
@@ -133,21 +133,6 @@ pub struct JointData<'a> {
     pub(crate) count: u32,
     /// Runs of triangles. Each begins at a multiple of 64.
     pub(crate) triangles: &'a [TriangleRun],
-    /// Runs of the triangles that cast shadows.
-    pub(crate) occluders: &'a [TriangleRun],
-    /// Shadow casters in the pose of the model file, for shadow rays only.
-    pub(crate) casters: Option<Jointed>,
-}
-
-/// Shadow casters, and when to update the shadows.
-#[derive(Clone)]
-pub struct ShadowData<'a> {
-    /// Node indices of the triangles that cast shadows.
-    pub(crate) occluders: &'a [[u32; 3]],
-    /// View from the Sun, and when to update it.
-    pub(crate) redraw: Redraw,
-    /// Tree of the triangles, for shadow rays only.
-    pub(crate) tree: Option<&'a Occluders>,
 }
 
 impl SceneData<'_> {

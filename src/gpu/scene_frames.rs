@@ -8,8 +8,6 @@ use super::effects::image::culling::Culling;
 use super::effects::image::runs::TriangleRun;
 use super::effects::image::sampling::{Distance, Sampled};
 use super::effects::image::variant::RadianceVariant;
-use super::effects::light::Casting;
-use super::effects::light::state::Shadows;
 use super::effects::network::state::OnePass;
 use super::effects::sensor::state::ImageSensor;
 use super::effects::thermal::load::DeviceLoad;
@@ -20,6 +18,7 @@ use super::layout::View;
 use super::request::Request;
 use super::scene_data::SceneData;
 use crate::environment::StepLoad;
+use crate::environment::shadow::LitAreas;
 
 /// Kinds of light of a step: whether there is sunlight, and whether there is albedo.
 const LIGHTS: [(bool, bool); 3] = [(true, true), (true, false), (false, false)];
@@ -37,7 +36,8 @@ pub(crate) struct SceneFrames {
     between: bool,
     /// Number of joints, counting the body.
     pub(crate) joints: u32,
-    pub(crate) light: Shadows,
+    /// What finds the lit areas of the nodes, if normals do not tell the light.
+    pub(crate) light: Option<LitAreas>,
     /// Radiation between surfaces, if the scene has it.
     pub(crate) exchange: Option<Exchanging>,
     /// Whether what nodes receive in the next step was found already.
@@ -69,7 +69,7 @@ impl SceneFrames {
             triangles,
             between: data.between,
             joints: data.joint_count(),
-            light: Shadows::new(data),
+            light: data.light.clone(),
             exchange: data.exchange.as_ref().map(Exchanging::new),
             exchanged: false,
             network: data.network.map(OnePass::new),
@@ -87,14 +87,13 @@ impl SceneFrames {
         width * height
     }
 
-    /// What the frame of a request does. `views` get the motion that culling tolerates, and `lit` tells that the share of
-    /// sunlight is found anew.
+    /// What the frame of a request does. `views` get the motion that culling tolerates, and `lit` tells that sunlight was found
+    /// anew.
     pub(crate) fn recipe(&mut self, request: &Request<'_>, views: &mut [View], lit: bool) -> Recipe {
         let mut recipe = Recipe { keeps: request.keep, ..self.image(request, views) };
         let Some((load, steps)) = request.step else { return recipe };
         let (network, others): (Vec<StepRange>, Vec<StepRange>) =
             ranges_of_load(&self.ranges, load).into_iter().partition(|range| is_of_network(range.variant.kind));
-        recipe.light = self.lighting(lit);
         if !std::mem::take(&mut self.exchanged) {
             recipe.exchange = self.exchange_due(load, steps);
         }
@@ -103,7 +102,7 @@ impl SceneFrames {
         }
         // If the load is unchanged, a cheaper variant continues the transitions.
         let now = Some(DeviceLoad::new(load, self.joints));
-        let holds = recipe.light.is_none() && self.commanded == now && self.exchange.is_none();
+        let holds = !lit && self.commanded == now && self.exchange.is_none();
         recipe.ranges = if holds { idle(&others) } else { others };
         self.commanded = now;
         // Where the host steps the network, its nodes have temperatures that the host has already written.
@@ -151,12 +150,6 @@ impl SceneFrames {
         }
     }
 
-    /// Ranges whose share of sunlight is found anew, if it is and any have shadows.
-    pub(crate) fn lighting(&self, lit: bool) -> Option<(Vec<StepRange>, Casting)> {
-        let shaded = lit && self.ranges.iter().any(|range| range.variant.shadow);
-        shaded.then(|| (self.ranges.clone(), self.light.casting()))
-    }
-
     /// What surfaces send to each other in a load that lasts `steps`, if it is found anew.
     pub(crate) fn exchange_due(&mut self, load: &StepLoad, steps: f64) -> Option<super::effects::exchange::Exchanged> {
         let light = ranges_of_load(&self.ranges, load).first()?.variant;
@@ -170,10 +163,10 @@ impl SceneFrames {
     }
 
     /// The passes under which temperatures of a thermal network's flux are read, before the host steps the network.
-    pub(crate) fn flux(&mut self, load: &StepLoad, steps: Option<f64>, lit: bool) -> Recipe {
+    pub(crate) fn flux(&mut self, load: &StepLoad, steps: Option<f64>) -> Recipe {
         let mut ranges = ranges_of_load(&self.ranges, load);
         ranges.retain(|range| is_of_network(range.variant.kind));
-        let mut recipe = Recipe { light: self.lighting(lit), temperatures: true, ..Recipe::default() };
+        let mut recipe = Recipe { temperatures: true, ..Recipe::default() };
         if let Some(steps) = steps {
             recipe.exchange = self.exchange_due(load, steps);
             self.exchanged = true;
@@ -185,11 +178,10 @@ impl SceneFrames {
     }
 
     /// Many steps in one dispatch, with the light of the first.
-    pub(crate) fn fused(&self, first: &StepLoad, lit: bool) -> Frame {
+    pub(crate) fn fused(&self, first: &StepLoad) -> Frame {
         let ranges = fused(&ranges_of_load(&self.ranges, first));
         // Timestamps of many steps get another name.
-        let stepped = compose(&Recipe { ranges, ..Recipe::default() }).named("forward");
-        compose(&Recipe { light: self.lighting(lit), ..Recipe::default() }).then(stepped)
+        compose(&Recipe { ranges, ..Recipe::default() }).named("forward")
     }
 
     /// What the second step of a run does, with all light that the scene has, with an image where images are drawn, and with its
@@ -208,7 +200,6 @@ impl SceneFrames {
         let ranges = ranges_of_step(&self.ranges, sun, albedo);
         let light = ranges.first().map(|range| range.variant);
         Recipe {
-            light: self.lighting(true),
             exchange: self.exchange.as_ref().zip(light).map(|(one, light)| one.exchanged(light, true)),
             ranges,
             heat: (self.heat_sections(), 0.0),

@@ -30,8 +30,7 @@ entry_points! {
     "cull.comp" "distant.comp" "empty.comp" "exchange_light.comp" "exchange_mirror.comp" "exchange_rays.comp"
     "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp" "one_pass.comp" "one_pass_heaters.comp"
     "one_pass_stage.comp" "radiance.frag" "radiance.vert" "resample.comp" "response.comp" "sensor_cells.comp"
-    "sensor_halo.comp" "sensor_pixel.comp" "sensor_rows.comp" "solar_depth.vert" "solar_rays.comp"
-    "solar_visibility.comp" "thermal_step.comp" "traced.comp"
+    "sensor_halo.comp" "sensor_pixel.comp" "sensor_rows.comp" "thermal_step.comp" "traced.comp"
 }
 
 /// The other files of `glsl/`, which entry points include.
@@ -40,7 +39,7 @@ const INCLUDED: &[(&str, &str)] = texts![
     "exchange_rays.glsl" "exchange_sky.glsl" "lobe.glsl" "local_step.glsl" "network_types.glsl" "pcg.glsl"
     "planck.glsl" "planet.glsl" "planet_map.glsl" "radiative.glsl" "reflection.glsl" "sensor_noise.glsl"
     "sensor_signal.glsl" "sensor_types.glsl" "shaped_transition.glsl" "shutter.glsl" "sky.glsl"
-    "solar_visibility.glsl" "traced.glsl" "transition.glsl" "types.glsl" "walk.glsl"
+    "traced.glsl" "transition.glsl" "types.glsl" "walk.glsl"
 ];
 
 /// Constants that GLSL shares with its twins in f64: preprocessor name and value. A float's `Debug` text is a GLSL

@@ -59,8 +59,7 @@ pub(crate) fn open_sky(craft: &ExchangeCraft, poses: &[DAffine3], exchange: &Exc
     let towards = DVec3::new(1.0, -1.0, -1.0).normalize();
     let right = DVec3::Z.cross(towards).normalize();
     let up = towards.cross(right);
-    let root = scenery.occluders.tree.nodes.first();
-    let (low, high) = root.map_or((DVec3::ZERO, DVec3::ONE), |root| (root.low, root.high));
+    let [low, high] = scenery.occluders.bounds;
     let (middle, reach) = (0.5 * (low + high), 0.5 * (high - low).length());
     let pixel = |x: f64, y: f64| {
         let from = middle + reach * (x * right + y * up + 2.0 * towards);

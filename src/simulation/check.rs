@@ -21,7 +21,7 @@ use self::network::{NetworkCheck, NetworkCheckState, joints};
 use super::engine::EngineError;
 use super::prepare::Prepared;
 use crate::environment::StepLoad;
-use crate::environment::shadow::{LightAndPoses, ShadowCasters};
+use crate::environment::shadow::{LightAndPoses, LitAreas};
 use crate::model::nodes::GROUP;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::incident::{IncidentFunction, incident};
@@ -96,8 +96,8 @@ pub struct Check {
     /// Nodes of the device.
     nodes: usize,
     reference: Reference<IncidentFunction>,
-    /// The craft's shadow on the sample.
-    shadows: Option<ShadowCasters>,
+    /// The light on the sample.
+    light: Option<LitAreas>,
     /// Place of each node of the sample among the structures below plates. `None` without one.
     structures: Vec<Option<usize>>,
     /// The whole network of the scene in f64. `None` where it is too large.
@@ -127,7 +127,7 @@ struct Tally {
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct CheckState {
     nodes: ReferenceState,
-    shadows: Option<LightAndPoses>,
+    light: Option<LightAndPoses>,
     network: Option<NetworkCheckState>,
     exchange: Option<ExchangeCheckState>,
     halves: HalvesState,
@@ -175,7 +175,7 @@ impl Check {
         let reference = Reference::new(sample, prepared.materials.clone(), incident as IncidentFunction)
             .with_joints(joints(prepared, &slots));
         Self {
-            shadows: prepared.shadows(slots.iter().copied()),
+            light: prepared.lit_areas(slots.iter().copied()),
             halves: Halves::new(prepared, &reference, &slots, network.is_some()),
             nodes: nodes.vertex_of_node.len(),
             structures: slots.iter().map(|slot| structures.binary_search(slot).ok()).collect(),
@@ -194,7 +194,7 @@ impl Check {
 
     /// Settles the sample at a load, at a time [s].
     pub(crate) fn settle(&mut self, load: &StepLoad, time: f64) {
-        self.reference.find_shadows(&mut self.shadows, load);
+        self.reference.find_light(&mut self.light, load);
         self.reference.settle(load);
         if let Some(network) = self.network.as_mut().filter(|network| !network.waits) {
             let heat = network.heat(load);
@@ -218,18 +218,19 @@ impl Check {
         if self.network.as_ref().is_some_and(|network| network.failed.is_some() || network.waits) {
             return;
         }
-        let mut nodes = vec![[0.0; 2]; self.nodes];
-        let own = self.reference.temperatures().iter().zip(self.reference.visibility());
-        for (slot, (temperature, lit)) in self.slots.iter().zip(own) {
-            nodes[*slot] = [*temperature, *lit];
+        let mut temperatures = vec![0.0; self.nodes];
+        for (slot, temperature) in self.slots.iter().zip(self.reference.temperatures()) {
+            temperatures[*slot] = *temperature;
         }
+        let mut lit = self.reference.lit().of_slots(self.slots.iter().copied(), self.nodes);
         if let Some(network) = &mut self.network {
-            network.loads.find_shadows(&mut network.shadows, load);
-            for (slot, lit) in network.slots.iter().zip(network.loads.visibility()) {
-                nodes[*slot] = [network.temperatures.get(slot).copied().unwrap_or(0.0), *lit];
+            network.loads.find_light(&mut network.light, load);
+            for slot in &network.slots {
+                temperatures[*slot] = network.temperatures.get(slot).copied().unwrap_or(0.0);
             }
+            lit.take(network.slots.iter().copied(), network.loads.lit(), self.nodes);
         }
-        let received = exchange.received(load, steps, poses, &nodes);
+        let received = exchange.received(load, steps, poses, &temperatures, &lit);
         self.reference.receive(self.slots.iter().map(|slot| received[*slot]).collect());
         if let Some(network) = &mut self.network {
             network.loads.receive(network.slots.iter().map(|slot| received[*slot]).collect());
@@ -239,7 +240,7 @@ impl Check {
     /// Advances the sample by `steps` steps, from `start` [s] for `length` [s]. Where surfaces radiate to each other the engine tells the poses of the joints for which
     /// its rays were cast.
     pub(crate) fn step(&mut self, load: &StepLoad, steps: f64, start: f64, length: f64, poses: Option<&[DAffine3]>) {
-        self.reference.find_shadows(&mut self.shadows, load);
+        self.reference.find_light(&mut self.light, load);
         self.receive(load, steps, poses);
         self.reference.step(load, steps);
         if let Some(network) = self.network.as_mut().filter(|network| network.failed.is_none() && !network.waits) {
@@ -322,7 +323,7 @@ impl Check {
     pub(crate) fn save(&mut self) -> Result<CheckState, EngineError> {
         Ok(CheckState {
             nodes: self.reference.save(),
-            shadows: self.shadows.as_ref().and_then(|shadows| shadows.redraw.found_for.clone()),
+            light: self.light.as_ref().and_then(|light| light.redraw.found_for.clone()),
             network: self.network.as_mut().map(NetworkCheck::save).transpose()?,
             exchange: self.exchange.as_ref().map(ExchangeCheck::save),
             halves: self.halves.save()?,
@@ -337,8 +338,8 @@ impl Check {
     /// A state of another scene or sample.
     pub(crate) fn restore(&mut self, saved: &CheckState) -> Result<(), EngineError> {
         self.reference.restore(&saved.nodes)?;
-        if let Some(shadows) = &mut self.shadows {
-            shadows.redraw.found_for.clone_from(&saved.shadows);
+        if let Some(light) = &mut self.light {
+            light.redraw.found_for.clone_from(&saved.light);
         }
         if let Some(network) = &mut self.network {
             network.restore(part("the network beside the run", &saved.network)?)?;

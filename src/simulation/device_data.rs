@@ -12,7 +12,7 @@ use crate::gpu::effects::heat::tables::HeatTables;
 use crate::gpu::effects::network::tables::OnePassTables;
 use crate::gpu::effects::sensor::tables::SensorTables;
 use crate::gpu::layout;
-use crate::gpu::scene_data::{ExchangeData, JointData, SceneData, ShadowData};
+use crate::gpu::scene_data::{ExchangeData, JointData, SceneData};
 use crate::gpu::shapes::Shapes;
 use crate::scene::Camera;
 use crate::thermal::balance::emissivity_sum;
@@ -84,16 +84,10 @@ impl DeviceData {
             image: camera.map(|camera| [camera.width, camera.height]),
             between: prepared.scene.time.draw.is_between_steps(),
             sampling: camera.and_then(|camera| sampling(camera, counts, DistantParts::new(prepared, camera).is_some())),
-            shadows: prepared.redraw().map(|redraw| ShadowData {
-                occluders: &prepared.occluders.triangles,
-                redraw,
-                tree: prepared.occluders.tree.as_ref(),
-            }),
+            light: prepared.lit_areas(prepared.nodes.real().map(|(slot, _)| slot)),
             joints: (prepared.joints() > 1).then(|| JointData {
                 count: prepared.joints() as u32,
                 triangles: &prepared.triangle_runs,
-                occluders: &prepared.occluders.runs,
-                casters: prepared.occluders.tree.as_ref().map(|_| prepared.casters()),
             }),
             network: self.network.as_ref(),
             heat: self.heat.as_ref(),

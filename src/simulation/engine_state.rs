@@ -74,7 +74,7 @@ impl DeviceEngineState {
 pub struct ReferenceEngineState {
     pub(crate) steps: u64,
     pub(crate) nodes: ReferenceState,
-    pub(crate) shadows: Option<LightAndPoses>,
+    pub(crate) light: Option<LightAndPoses>,
     pub(crate) exchange: Option<ExchangeTwinState>,
     pub(crate) network: Option<NetworkRunState>,
     pub(crate) sensor: Option<SensorState<f64>>,

@@ -8,6 +8,7 @@ use glam::DAffine3;
 use super::exchange_poses::{Posed, PosedState, Task};
 use super::network::SceneNetwork;
 use crate::environment::StepLoad;
+use crate::environment::shadow::Lit;
 use crate::exchange::buried::buried;
 use crate::exchange::cast::Scenery;
 use crate::exchange::defects::Defects;
@@ -181,20 +182,20 @@ impl ExchangeTwin {
         self.found.found()
     }
 
-    /// What every patch absorbs from the others in a load that lasts `steps` [W/m2]. Temperatures [K] and shares of the Sun belong to the nodes.
+    /// What every patch absorbs from the others in a load that lasts `steps` [W/m2]. `temperature` [K] is a function of the node, and `lit` has the lit area of each.
     pub(crate) fn absorbed(
         &mut self,
         load: &StepLoad,
         steps: f64,
         temperature: impl Fn(usize) -> f64 + Sync,
-        visibility: impl Fn(usize) -> f64 + Sync,
+        lit: &Lit,
     ) -> Vec<f64> {
         let turned = self.turn(&load.joints, load.is_warm_up());
         let Some(exchange) = self.found.found() else { return Vec::new() };
         let due = self.renewal.due(load, steps, turned || self.light.planet_shares.is_empty());
         if due == Due::All {
             let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
-            self.light = exchange.light(load, visibility, mirrored.as_ref());
+            self.light = exchange.light(load, lit, mirrored.as_ref());
         }
         if due > Due::Nothing {
             self.absorbed = exchange.absorbed(&exchange.sent(load, &self.light, temperature), &self.light);
@@ -202,16 +203,15 @@ impl ExchangeTwin {
         self.absorbed.clone()
     }
 
-    /// The light on the faces of every node in a load that lasts `steps`. `temperature` [K] and `visibility`, the share of the Sun, are functions of
-    /// the node.
+    /// The light on the faces of every node in a load that lasts `steps`. `temperature` [K] is a function of the node, and `lit` has the lit area of each.
     pub(crate) fn received(
         &mut self,
         load: &StepLoad,
         steps: f64,
         temperature: impl Fn(usize) -> f64 + Sync,
-        visibility: impl Fn(usize) -> f64 + Sync,
+        lit: &Lit,
     ) -> Vec<[FaceLoad; 2]> {
-        let absorbed = self.absorbed(load, steps, temperature, visibility);
+        let absorbed = self.absorbed(load, steps, temperature, lit);
         self.of_nodes(&absorbed)
     }
 

@@ -3,26 +3,24 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::DVec3;
-
 use super::emissivity;
 use super::exchange::ExchangeCraft;
 use super::given::GivenTemperatures;
 use super::joints;
+use super::light::SceneLight;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, PrepareStage};
 use super::prepare_names;
 use super::prepare_steps::{self as steps, Dense, SceneHashes};
-use crate::environment::shadow::{Jointed, Occluders, Redraw, ShadowCasters};
 use crate::environment::step::StepLoads;
 use crate::gpu::effects::image::runs::TriangleRun;
 use crate::gpu::effects::thermal::variant::StepRange;
-use crate::gpu::effects::thermal::variant::{Curve, StepKind, ThermalVariant};
+use crate::gpu::effects::thermal::variant::{Curve, LightBy, StepKind, ThermalVariant};
 use crate::gpu::shapes;
 use crate::model::nodes::{GROUP, Nodes, PADDING, RangeResponse};
 use crate::model::{MergeSummary, Model};
 use crate::scene::work::too_late;
-use crate::scene::{Background, Reflections, Scene, ShadowSettings};
+use crate::scene::{Background, Reflections, Scene};
 use crate::thermal::material::{Material, Response};
 
 /// A joint's run of triangles begins at a multiple of this number, so that its indices can be bound separately.
@@ -39,16 +37,6 @@ const MAX_GROUPS: usize = 65_535 * 64;
 /// Remark for readers of a transition's temperatures (docs/numerics.md 1).
 const PROFILES: &str = "A transition is a profile in temperature, not physics: in orbit even the best t_max leaves a \
                         radiating node 10 to 37 K rms from its energy balance.";
-
-/// The triangles of a scene that cast shadows: the triangles of its model before it is split. Empty without shadows.
-pub struct SceneOccluders {
-    /// Node indices.
-    pub(crate) triangles: Vec<[u32; 3]>,
-    /// The run of each joint.
-    pub(crate) runs: Vec<TriangleRun>,
-    /// Their tree, where shadows are found by rays.
-    pub tree: Option<Occluders>,
-}
 
 /// What is told of a model.
 pub struct ModelSummary {
@@ -74,8 +62,8 @@ pub struct Prepared {
     pub triangles: Vec<[u32; 3]>,
     /// The runs of `triangles`. Triangles without area stand between them.
     pub triangle_runs: Vec<TriangleRun>,
-    /// The triangles that cast shadows.
-    pub occluders: SceneOccluders,
+    /// The surface that the Sun lights, and how its light is found.
+    pub(crate) light: SceneLight,
     /// Area of the model, and the result of merging its edges.
     pub model: ModelSummary,
     /// Loads of any step: Sun, planet and albedo.
@@ -151,8 +139,7 @@ impl Prepared {
         let nodes = Nodes::with_joints(&model, &areas, &materials, &part_joint);
         let (triangles, triangle_runs) = steps::by_joint(std::mem::take(&mut model.triangles), &nodes, RUN);
         let (occluders, runs) = steps::by_joint(occluders, &nodes, 1);
-        let tree = steps::shadow_tree(&scene, &nodes, &occluders)?;
-        let occluders = SceneOccluders { triangles: occluders, runs, tree };
+        let light = SceneLight::new(&scene, &nodes, &triangles, (&occluders, &runs), &materials);
         steps::check_traced(&scene, &triangles)?;
 
         progress(PrepareStage::Loads);
@@ -178,7 +165,7 @@ impl Prepared {
             materials,
             triangles,
             triangle_runs,
-            occluders,
+            light,
             model: ModelSummary { area: areas.iter().sum(), merged },
             loads,
             probes,
@@ -208,7 +195,7 @@ impl Prepared {
                 sun,
                 planet_ir: environment.planet_ir.is_some_and(|flux| flux > 0.0),
                 albedo: sun && environment.albedo.is_some_and(|albedo| albedo > 0.0),
-                shadow: sun && self.scene.shadows.is_some(),
+                light: if sun { self.light.by } else { LightBy::Normal },
                 exchange: self.exchange.is_some(),
                 fused: false,
             };
@@ -219,33 +206,6 @@ impl Prepared {
             }
         }
         ranges
-    }
-
-    /// When shadows are found anew, and from which view. `None` where the craft does not shadow itself.
-    pub fn redraw(&self) -> Option<Redraw> {
-        let settings = self.scene.shadows?;
-        let bounds = self.occluders.runs.iter().map(|run| {
-            let (first, end) = run.triangles;
-            let nodes = self.occluders.triangles[first as usize..end as usize].as_flattened().iter();
-            let corners = nodes.map(|node| self.nodes.positions[*node as usize].as_dvec3());
-            let around = corners.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], corner| {
-                [low.min(corner), high.max(corner)]
-            });
-            (run.joint, around)
-        });
-        let bounds = bounds.collect();
-        let ShadowSettings { resolution, redraw_angle: angle, .. } = settings;
-        Some(Redraw { bounds, resolution, angle, found_for: None })
-    }
-
-    /// Shadows of the craft on some of its nodes, in f64. `None` where it casts none.
-    pub fn shadows(&self, slots: impl Iterator<Item = usize>) -> Option<ShadowCasters> {
-        let settings = self.scene.shadows?;
-        let node = |slot: usize| [self.nodes.positions[slot].as_dvec3(), self.nodes.normals[slot].as_dvec3()];
-        let slots: Vec<usize> = slots.collect();
-        let joints = if self.joints() > 1 { self.joints_of(slots.iter().copied()) } else { Vec::new() };
-        let nodes = slots.into_iter().map(node).collect();
-        Some(ShadowCasters::new(nodes, joints, self.casters(), self.redraw()?, settings.method))
     }
 
     /// Nodes with a structure below them that is no node of the network.
@@ -269,13 +229,6 @@ impl Prepared {
             }
         }
         nodes
-    }
-
-    /// The triangles that cast shadows, in the file's pose.
-    pub fn casters(&self) -> Jointed {
-        let joints = if self.joints() > 1 { self.joints_of(0..self.nodes.positions.len()) } else { Vec::new() };
-        let positions = self.nodes.positions.iter().map(|position| position.as_dvec3()).collect();
-        Jointed { positions, triangles: self.occluders.triangles.clone(), joints }
     }
 
     /// Number of joints, including the body.

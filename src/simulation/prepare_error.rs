@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::environment::shadow::LARGEST_TREE;
 use crate::environment::sky::SkyError;
 use crate::files::FileFault;
 use crate::model::ModelError;
@@ -109,19 +108,6 @@ pub enum PrepareError {
         /// The scene file.
         path: PathBuf,
         /// Triangles of the model.
-        triangles: usize,
-        /// Boxes of the tree.
-        boxes: usize,
-    },
-    /// More triangles than the tree for rays can hold.
-    #[error(
-        "{path}: shadows.method: {triangles} triangles make a tree of {boxes} boxes; rays take at most {LARGEST_TREE}: \
-         use method = \"depth\""
-    )]
-    TooManyOccluders {
-        /// The scene file.
-        path: PathBuf,
-        /// Triangles of the model before it is split.
         triangles: usize,
         /// Boxes of the tree.
         boxes: usize,
@@ -233,7 +219,6 @@ impl PrepareError {
             Self::Model(_) => (None, None, None),
             Self::Joint { path, line, .. } => (Some(path), Some(*line), Some("joint")),
             Self::LongSeries { path, .. } => (Some(path), None, Some("time.steps")),
-            Self::TooManyOccluders { path, .. } => (Some(path), None, Some("shadows.method")),
             Self::TooManyReflected { path, .. } => (Some(path), None, Some("radiance.reflections")),
             Self::Sky { path, .. }
             | Self::Network { path, .. }

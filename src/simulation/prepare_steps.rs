@@ -4,14 +4,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::DVec3;
-
 use super::density;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, PrepareStage};
 use crate::environment::joints::Joint;
 use crate::environment::orbit::period_disagreement;
-use crate::environment::shadow::{LARGEST_TREE, Occluders, ShadowMethod, tree_boxes};
+use crate::environment::shadow::tree_boxes;
 use crate::environment::sky::SkyError;
 use crate::environment::step::StepLoads;
 use crate::environment::{Attitude, Orbit};
@@ -20,7 +18,7 @@ use crate::gpu::effects::image::runs::TriangleRun;
 use crate::model::nodes::Nodes;
 use crate::model::{MergeSummary, Model, Skipped};
 use crate::raster::traced::LARGEST_REFLECTED;
-use crate::scene::{Camera, Draw, Initial, JointMotion, Reflections, Scene, ShadowSettings, file_hash, scene_hash};
+use crate::scene::{Camera, Draw, Initial, JointMotion, Reflections, Scene, file_hash, scene_hash};
 use crate::thermal::balance::{balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response, Sides};
 use crate::thermal::radiative::PARTS_AT_MOST;
@@ -169,22 +167,6 @@ pub(super) fn by_joint(triangles: Vec<[u32; 3]>, nodes: &Nodes, alignment: usize
         runs.push(TriangleRun { joint: joint as u32, triangles: (first, sorted.len() as u32) });
     }
     (sorted, runs)
-}
-
-/// The tree of the triangles that cast shadows, where rays find them.
-pub(super) fn shadow_tree(
-    scene: &Scene,
-    nodes: &Nodes,
-    occluders: &[[u32; 3]],
-) -> Result<Option<Occluders>, PrepareError> {
-    let Some(ShadowSettings { method: ShadowMethod::Exact, .. }) = scene.shadows else { return Ok(None) };
-    let boxes = tree_boxes(occluders.len());
-    if boxes > LARGEST_TREE {
-        let path = scene.source.clone();
-        return Err(PrepareError::TooManyOccluders { path, triangles: occluders.len(), boxes });
-    }
-    let positions: Vec<DVec3> = nodes.positions.iter().map(|position| position.as_dvec3()).collect();
-    Ok(Some(Occluders::new(&positions, occluders)))
 }
 
 /// Refuses reflections of a craft with more triangles than the tree for their rays can hold.

@@ -16,7 +16,7 @@ use super::given::GivenTemperatures;
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use crate::environment::StepLoad;
-use crate::environment::shadow::ShadowCasters;
+use crate::environment::shadow::LitAreas;
 use crate::gpu::effects::heat::tables::HeatTables;
 use crate::model::nodes::PADDING;
 use crate::scene::Camera;
@@ -30,7 +30,7 @@ use crate::trace::{Trace, Track};
 /// The f64 reference of all nodes, and its rasteriser.
 pub struct ReferenceEngine {
     reference: Reference<IncidentFunction>,
-    shadows: Option<ShadowCasters>,
+    light: Option<LitAreas>,
     exchange: Option<ExchangeTwin>,
     node_of_slot: Vec<u32>,
     slots: usize,
@@ -59,7 +59,7 @@ impl ReferenceEngine {
         Self {
             reference: Reference::new(reference_nodes, prepared.materials.clone(), incident as IncidentFunction)
                 .with_joints(joints),
-            shadows: prepared.shadows(drawn()),
+            light: prepared.lit_areas(drawn()),
             exchange: prepared
                 .exchange
                 .as_ref()
@@ -79,7 +79,7 @@ impl ReferenceEngine {
 
     /// Heat of the network's nodes under a load [W], without that of heaters and of other surfaces. Empty without a network.
     pub(crate) fn network_heat(&mut self, load: &StepLoad) -> Vec<f64> {
-        self.reference.find_shadows(&mut self.shadows, load);
+        self.reference.find_light(&mut self.light, load);
         self.heat(load)
     }
 
@@ -102,12 +102,12 @@ impl ReferenceEngine {
     /// Finds what nodes receive from the craft in a step.
     fn exchange(&mut self, load: &StepLoad, steps: f64) {
         let Some(exchange) = &mut self.exchange else { return };
-        let mut of_slot = vec![[0.0, 0.0]; self.slots];
-        let nodes = self.reference.temperatures().iter().zip(self.reference.visibility());
-        for (slot, (temperature, visibility)) in self.node_of_slot.iter().zip(nodes) {
-            of_slot[*slot as usize] = [*temperature, *visibility];
+        let mut temperatures = vec![0.0; self.slots];
+        for (slot, temperature) in self.node_of_slot.iter().zip(self.reference.temperatures()) {
+            temperatures[*slot as usize] = *temperature;
         }
-        let received = exchange.received(load, steps, |slot| of_slot[slot][0], |slot| of_slot[slot][1]);
+        let lit = self.reference.lit().of_slots(self.node_of_slot.iter().map(|slot| *slot as usize), self.slots);
+        let received = exchange.received(load, steps, |slot| temperatures[slot], &lit);
         self.reference.receive(self.node_of_slot.iter().map(|slot| received[*slot as usize]).collect());
     }
 
@@ -144,7 +144,7 @@ impl ReferenceEngine {
     /// Advances by a step. Returns the heat that each run of nodes absorbed [W], where it was asked for.
     fn advance(&mut self, step: &EngineStep<'_>, absorbed: bool) -> Result<Option<Vec<f64>>, EngineError> {
         self.steps += 1;
-        self.reference.find_shadows(&mut self.shadows, step.load);
+        self.reference.find_light(&mut self.light, step.load);
         self.exchange(step.load, step.steps);
         self.reference.step(step.load, step.steps);
         let absorbed = absorbed.then(|| {
@@ -181,7 +181,7 @@ impl Engine for ReferenceEngine {
     }
 
     fn settle(&mut self, load: &StepLoad, time: f64) -> Result<(), EngineError> {
-        self.reference.find_shadows(&mut self.shadows, load);
+        self.reference.find_light(&mut self.light, load);
         self.reference.receive(Vec::new());
         self.reference.settle(load);
         self.take_given(time);
@@ -244,7 +244,7 @@ impl Engine for ReferenceEngine {
         Ok(EngineState::Reference(Box::new(ReferenceEngineState {
             steps: self.steps,
             nodes: self.reference.save(),
-            shadows: self.shadows.as_ref().and_then(|shadows| shadows.redraw.found_for.clone()),
+            light: self.light.as_ref().and_then(|light| light.redraw.found_for.clone()),
             exchange: self.exchange.as_ref().map(ExchangeTwin::save),
             network: self.network.as_ref().map(NetworkRun::save),
             sensor: self.drawing.sensor.as_ref().map(SensorTwin::save),
@@ -256,8 +256,8 @@ impl Engine for ReferenceEngine {
             return Err(Misfit::Absent("the f64 reference".to_owned()).into());
         };
         self.reference.restore(&saved.nodes)?;
-        if let Some(shadows) = &mut self.shadows {
-            shadows.redraw.found_for.clone_from(&saved.shadows);
+        if let Some(light) = &mut self.light {
+            light.redraw.found_for.clone_from(&saved.light);
         }
         if let Some(exchange) = &mut self.exchange {
             exchange.restore(part("radiation between surfaces", &saved.exchange)?)?;

@@ -204,7 +204,7 @@ impl Finishes {
             lobe_values: self.lobes.roughnesses.len() * LOBE_VALUES,
             emissivities: &self.rounded_tables,
             planet_map: self.planet.as_ref().map_or(&[], |planet| &planet.map.values),
-            traced: self.traced.as_ref().map_or(&[], |traced| &traced.corners),
+            traced: self.traced.as_ref().map_or(&[], |traced| &traced.corners_in_tree),
             traced_boxes: self.traced.as_ref().map_or(0, TracedCraft::boxes),
             crinkled: &self.crinkled,
             planet_means: self.planet.as_ref().map_or(0, MappedPlanet::mean_values),

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3};
 
 use super::prepare::Prepared;
-use crate::environment::shadow::{Jointed, Occluders};
+use crate::environment::shadow::{Jointed, Occluders, Tree};
 use crate::gpu::layout::{self, ShadowBox, ShadowTriangle};
 use crate::gpu::renderer;
 use crate::model::nodes::GROUP;
@@ -13,10 +13,14 @@ use crate::raster::traced;
 pub(crate) struct TracedCraft {
     surface: Jointed,
     occluders: Occluders,
+    /// Their tree on the device.
+    tree: Tree,
     /// Poses of the joints that the tree was made for.
     poses: Vec<DAffine3>,
-    /// Nodes of the corners of each triangle in the order of the tree, and its material.
-    pub(crate) corners: Vec<[u32; 4]>,
+    /// Nodes of the corners of each triangle, and its material.
+    corners: Vec<[u32; 4]>,
+    /// The same in the order of the tree.
+    pub(crate) corners_in_tree: Vec<[u32; 4]>,
     boxes: Vec<ShadowBox>,
     triangles: Vec<ShadowTriangle>,
     version: u64,
@@ -39,13 +43,12 @@ impl TracedCraft {
         let surface = Jointed { positions, triangles: reflected(prepared).collect(), joints };
         let poses = prepared.loads.joints_at(0.0).1;
         let occluders = surface.occluders(&poses);
-        let corners = occluders.tree.order.iter().map(|number| {
-            let [a, b, c] = surface.triangles[*number as usize];
-            [a, b, c, nodes.group_material[a as usize / GROUP]]
-        });
-        let corners = corners.collect();
-        let (boxes, triangles) = layout::shadow_tree(&occluders);
-        Self { surface, occluders, poses, corners, boxes, triangles, version: 0 }
+        let with_material = |[a, b, c]: &[u32; 3]| [*a, *b, *c, nodes.group_material[*a as usize / GROUP]];
+        let corners: Vec<_> = surface.triangles.iter().map(with_material).collect();
+        let tree = occluders.tree();
+        let corners_in_tree = tree.order.iter().map(|number| corners[*number as usize]).collect();
+        let (boxes, triangles) = layout::shadow_tree(&tree, &occluders);
+        Self { surface, occluders, tree, poses, corners, corners_in_tree, boxes, triangles, version: 0 }
     }
 
     pub(crate) fn boxes(&self) -> usize {
@@ -58,8 +61,9 @@ impl TracedCraft {
             return;
         }
         self.poses = joints.to_vec();
-        self.occluders.refit(&self.surface.placed(joints), &self.surface.triangles);
-        (self.boxes, self.triangles) = layout::shadow_tree(&self.occluders);
+        self.occluders = self.surface.occluders(joints);
+        self.tree.refit(&self.occluders.boxes_of_triangles());
+        (self.boxes, self.triangles) = layout::shadow_tree(&self.tree, &self.occluders);
         self.version += 1;
     }
 

@@ -1,10 +1,10 @@
 //! The f64 reference simulator for all nodes or a sample of them, slow and simple.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use crate::environment::StepLoad;
-use crate::environment::shadow::ShadowCasters;
+use crate::environment::shadow::{Lit, LitAreas};
 use crate::thermal::balance::{Incident, absorbed_flux, balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response};
 use crate::thermal::misfit::{Misfit, check_length};
@@ -38,7 +38,7 @@ pub struct ReferenceNode {
 pub(crate) struct ReferenceState {
     states: Vec<TransitionState>,
     temperatures: Vec<f64>,
-    visibility: Vec<f64>,
+    lit: Lit,
 }
 
 /// State and temperature of the nodes. Nodes are independent, so the result does not depend on the number of threads.
@@ -48,8 +48,8 @@ pub struct Reference<F> {
     joints: Vec<u32>,
     materials: Vec<Material>,
     incident: F,
-    /// Share of the Sun that each node sees.
-    visibility: Vec<f64>,
+    /// Lit area of each node.
+    lit: Lit,
     /// Light from the craft on the faces of each node. Empty where surfaces do not see each other.
     received: Vec<[FaceLoad; 2]>,
     states: Vec<TransitionState>,
@@ -61,8 +61,8 @@ impl<F: IncidentFlux> Reference<F> {
     pub fn new(nodes: Vec<ReferenceNode>, materials: Vec<Material>, incident: F) -> Self {
         let states = vec![TransitionState { target: 0.0, span: 0.0, elapsed: 0.0 }; nodes.len()];
         let temperatures = vec![0.0; nodes.len()];
-        let visibility = vec![1.0; nodes.len()];
-        Self { nodes, joints: Vec::new(), materials, incident, visibility, received: Vec::new(), states, temperatures }
+        let (joints, received, lit) = (Vec::new(), Vec::new(), Lit::default());
+        Self { nodes, joints, materials, incident, lit, received, states, temperatures }
     }
 
     /// The nodes with the joint of each (0 is the body). Normals are in the file's pose.
@@ -70,17 +70,21 @@ impl<F: IncidentFlux> Reference<F> {
         Self { joints, ..self }
     }
 
+    fn pose<'a>(&self, node: usize, load: &'a StepLoad) -> Option<&'a DAffine3> {
+        self.joints.get(node).and_then(|joint| load.joints.get(*joint as usize))
+    }
+
     fn turned(&self, node: usize, load: &StepLoad) -> ReferenceNode {
         let state = self.nodes[node];
-        match self.joints.get(node).and_then(|joint| load.joints.get(*joint as usize)) {
+        match self.pose(node, load) {
             Some(pose) => ReferenceNode { normal: pose.matrix3 * state.normal, ..state },
             None => state,
         }
     }
 
-    /// Sets the share of the Sun that each node sees under the craft's own shadow, 1 at the start.
-    pub(crate) fn shade(&mut self, visibility: Vec<f64>) {
-        self.visibility = visibility;
+    /// Sets the lit area of each node. At the start normals tell the light.
+    pub(crate) fn light(&mut self, lit: Lit) {
+        self.lit = lit;
     }
 
     /// Sets the light from the craft on the front and back of each node until the next call.
@@ -93,14 +97,15 @@ impl<F: IncidentFlux> Reference<F> {
         &self.received
     }
 
-    pub(crate) fn visibility(&self) -> &[f64] {
-        &self.visibility
+    pub(crate) fn lit(&self) -> &Lit {
+        &self.lit
     }
 
-    /// Finds the shadows of a load where the last ones no longer hold.
-    pub(crate) fn find_shadows(&mut self, shadows: &mut Option<ShadowCasters>, load: &StepLoad) {
-        if let Some(visibility) = shadows.as_mut().and_then(|shadows| shadows.visibility(load)) {
-            self.shade(visibility);
+    /// Finds the light of a load where the last one no longer holds.
+    pub(crate) fn find_light(&mut self, light: &mut Option<LitAreas>, load: &StepLoad) {
+        let Some(light) = light else { return };
+        if let Some(areas) = light.find(load) {
+            self.light(Lit { areas, by_rays: light.by_rays() });
         }
     }
 
@@ -150,13 +155,18 @@ impl<F: IncidentFlux> Reference<F> {
 
     /// Flux that a node absorbs in a step [W/m2].
     fn absorbed_by(&self, node: usize, material: &Material, load: &StepLoad) -> f64 {
-        let shaded = Shaded { incident: &self.incident, visibility: self.visibility[node] };
         let normal = self.turned(node, load).normal;
-        let Some([front, back]) = self.received.get(node) else {
-            return absorbed_flux(material, shaded.incident(load, normal), || shaded.incident(load, -normal));
+        let [front, back] = self.received.get(node).copied().unwrap_or([FaceLoad::NOTHING; 2]);
+        let lit = self.lit.areas.get(node).map(|lit| lit.flux(load, self.pose(node, load)));
+        let on_face = |normal: DVec3, face: &FaceLoad, lit: Option<f64>| {
+            let by_normal = self.incident.incident(load, normal);
+            let whole = Incident { solar: lit.unwrap_or(by_normal.solar), ..by_normal };
+            let open = face.through(whole);
+            // Rays tell what lies inside other parts.
+            if self.lit.by_rays { Incident { solar: whole.solar, ..open } } else { open }
         };
-        let open = front.through(shaded.incident(load, normal));
-        let from_outside = absorbed_flux(material, open, || back.through(shaded.incident(load, -normal)));
+        let on_front = on_face(normal, &front, lit.map(|lit| lit[0]));
+        let from_outside = absorbed_flux(material, on_front, || on_face(-normal, &back, lit.map(|lit| lit[1])));
         from_outside + front.absorbed + back.absorbed
     }
 
@@ -191,8 +201,8 @@ impl<F: IncidentFlux> Reference<F> {
     }
 
     pub(crate) fn save(&self) -> ReferenceState {
-        let Self { states, temperatures, visibility, .. } = self;
-        ReferenceState { states: states.clone(), temperatures: temperatures.clone(), visibility: visibility.clone() }
+        let Self { states, temperatures, lit, .. } = self;
+        ReferenceState { states: states.clone(), temperatures: temperatures.clone(), lit: lit.clone() }
     }
 
     /// Takes a saved state.
@@ -202,10 +212,12 @@ impl<F: IncidentFlux> Reference<F> {
     pub(crate) fn restore(&mut self, saved: &ReferenceState) -> Result<(), Misfit> {
         check_length("states of nodes", &saved.states, self.nodes.len())?;
         check_length("temperatures of nodes", &saved.temperatures, self.nodes.len())?;
-        check_length("visibility of nodes", &saved.visibility, self.nodes.len())?;
+        if !saved.lit.areas.is_empty() {
+            check_length("lit areas of nodes", &saved.lit.areas, self.nodes.len())?;
+        }
         self.states.clone_from(&saved.states);
         self.temperatures.clone_from(&saved.temperatures);
-        self.visibility.clone_from(&saved.visibility);
+        self.lit.clone_from(&saved.lit);
         Ok(())
     }
 
@@ -227,19 +239,6 @@ impl<F: IncidentFlux> Reference<F> {
             (*state, *temperature) = update(all, node, material, *state);
         });
         (self.states, self.temperatures) = (states, temperatures);
-    }
-}
-
-/// Incident fluxes on a node that sees a share of the Sun.
-struct Shaded<'a, F> {
-    incident: &'a F,
-    visibility: f64,
-}
-
-impl<F: IncidentFlux> IncidentFlux for Shaded<'_, F> {
-    fn incident(&self, load: &StepLoad, normal: DVec3) -> Incident {
-        let whole = self.incident.incident(load, normal);
-        Incident { solar: whole.solar * self.visibility, ..whole }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Measures figures of docs/benchmarks.md: the thermal pass, whole steps, start-up, and shadow
+//! Measures figures of docs/benchmarks.md: the thermal pass, whole steps, start-up, and
 //! errors.
 
 mod build_cost;
@@ -7,7 +7,6 @@ mod clock;
 mod exchange_cost;
 mod one_pass;
 mod sensor_cost;
-mod shadow_error;
 mod start_up;
 mod surroundings_cost;
 
@@ -87,15 +86,6 @@ struct Arguments {
     /// Longest edges of --build [m]; the defaults give 1e5, 1e6 and 1e7 nodes of the station
     #[arg(long, value_delimiter = ',', default_values_t = [1.5, 0.35, 0.09])]
     build_edges: Vec<f64>,
-    /// Measure only shadows by depth against shadows by rays, at --shadow-edges
-    #[arg(long)]
-    shadows: bool,
-    /// Longest edges of --shadows [m]
-    #[arg(long, value_delimiter = ',', default_values_t = [6.0, 2.0, 1.0, 0.5])]
-    shadow_edges: Vec<f64>,
-    /// Texels along each side of the maps of --shadows
-    #[arg(long, value_delimiter = ',', default_values_t = [1024, 2048, 4096])]
-    shadow_maps: Vec<u32>,
     /// Measure only the start of the scene and of the `isotherm` beside this program
     #[arg(long)]
     start_up: bool,
@@ -139,9 +129,6 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
     }
     if arguments.surroundings {
         return surroundings_cost::measure(&context, scene);
-    }
-    if arguments.shadows {
-        return shadow_error::measure(&context, &scene, &arguments.shadow_edges, &arguments.shadow_maps);
     }
     if arguments.exchange {
         let (steps, rounds) = (arguments.exchange_steps, arguments.exchange_rounds);

@@ -121,8 +121,8 @@ impl Plates {
         let mut normals: Vec<Vec3> = self.normals.iter().map(|normal| normal.as_vec3()).collect();
         normals.resize(nodes, Vec3::ZERO);
         // Only the front counts, because the back's absorbed sunlight is not part of the case.
-        let device = Loose { kind: StepKind::Absorb, shadow: false, normals, positions: vec![Vec3::ZERO; nodes] };
-        let mut renderer = Renderer::new(context, &device.data(&Shapes::default(), None)).map_err(failed)?;
+        let device = Loose { kind: StepKind::Absorb, normals, positions: vec![Vec3::ZERO; nodes] };
+        let mut renderer = Renderer::new(context, &device.data(&Shapes::default())).map_err(failed)?;
         (0..self.steps)
             .map(|step| {
                 let absorbed = renderer.absorbed(&self.load(step), None).map_err(failed)?;
@@ -185,7 +185,6 @@ impl Plates {
 /// Nodes of one material without a surface.
 struct Loose {
     kind: StepKind,
-    shadow: bool,
     normals: Vec<Vec3>,
     positions: Vec<Vec3>,
 }
@@ -210,14 +209,9 @@ const MATERIAL: layout::Material = layout::Material {
 static ZEROS: [u32; 8192] = [0; 8192];
 
 impl Loose {
-    fn data<'a>(
-        &'a self,
-        shapes: &'a Shapes,
-        shadows: Option<crate::gpu::scene_data::ShadowData<'a>>,
-    ) -> SceneData<'a> {
+    fn data<'a>(&'a self, shapes: &'a Shapes) -> SceneData<'a> {
         let groups = self.normals.len() / 4;
-        let variant =
-            ThermalVariant { sun: true, shadow: self.shadow, ..ThermalVariant::bare(self.kind, Curve::Power) };
+        let variant = ThermalVariant { sun: true, ..ThermalVariant::bare(self.kind, Curve::Power) };
         SceneData {
             ranges: vec![StepRange { variant, groups: (0, groups as u32), joint: 0 }],
             group_material: &ZEROS[..groups],
@@ -226,7 +220,6 @@ impl Loose {
             positions: &self.positions,
             materials: &[MATERIAL],
             band_table: &[0.0],
-            shadows,
             ..SceneData::empty(shapes)
         }
     }

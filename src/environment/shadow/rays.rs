@@ -1,31 +1,40 @@
-//! Exact shadows: rays from a node to the Sun's disc, against all triangles of the craft.
+//! Rays against the triangles of a craft: whether one is hidden, and where it ends.
+//!
+//! The boxes are those of `obvhs`, an eight-way compressed tree in f32; a triangle is met in f64. One function serves shadows, radiation between surfaces,
+//! mirrors and view factors. The device has a tree of its own (`tree.rs`), which needs no stack.
 
-use std::f64::consts::TAU;
+use std::time::Duration;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
+use obvhs::aabb::Aabb;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::builder::build_cwbvh;
+use obvhs::ray::{Ray, RayHit};
+use obvhs::{BvhBuildParams, Boundable};
 
 use super::tree::Tree;
-use super::{SUN_ANGULAR_RADIUS, lit_side};
 
-/// Points of the Sun's disc, each with one ray.
-pub(crate) const SUN_RAYS: usize = 16;
 /// Distance between a ray's start and its surface, as a share of the size of the craft.
 const START: f64 = 1e-5;
+/// Growth of a triangle's box as a share of its coordinates, several units in the last place of f32. A flat box would lose rays to rounding.
+const GROWTH: f32 = 1e-6;
 
-/// Triangles that may cast shadows, and the tree that finds them.
-#[derive(Debug, Clone, PartialEq)]
+/// Triangles that a ray can meet, and the boxes that find them.
+#[derive(Debug, Clone)]
 pub struct Occluders {
-    /// Corner and edges of each triangle [m], in the order of the tree's leaves.
+    /// Corner and edges of each triangle [m].
     pub(crate) triangles: Vec<[DVec3; 3]>,
-    /// The tree of their boxes.
-    pub tree: Tree,
+    boxes: CwBvh,
+    /// Lower and upper corner of the box around all triangles [m].
+    pub(crate) bounds: [DVec3; 2],
     /// Distance between a ray's start and its surface [m].
     pub(crate) start: f64,
 }
 
+/// Where a ray meets a triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Hit {
-    /// Place of the triangle in [`Occluders::triangles`].
+    /// Number of the triangle.
     pub(crate) triangle: usize,
     /// Distance from the start of the ray [m].
     pub(crate) distance: f64,
@@ -37,113 +46,84 @@ pub(crate) struct Hit {
     pub(crate) outside: bool,
 }
 
-/// Unit vectors to points that share the Sun's disc evenly, on a sunflower spiral (Vogel 1979).
-pub(crate) fn disc_directions(sun: DVec3) -> [DVec3; SUN_RAYS] {
-    let (x, y) = sun.any_orthonormal_pair();
-    let golden = 0.5 * (5f64.sqrt() - 1.0);
-    std::array::from_fn(|i| {
-        let radius = SUN_ANGULAR_RADIUS * ((i as f64 + 0.5) / SUN_RAYS as f64).sqrt();
-        let (sine, cosine) = (TAU * golden * i as f64).sin_cos();
-        (sun + radius * (cosine * x + sine * y)).normalize()
-    })
+/// The box around a triangle, grown against rounding.
+struct Grown(Aabb);
+
+impl Boundable for Grown {
+    fn aabb(&self) -> Aabb {
+        self.0
+    }
 }
 
 impl Occluders {
     /// The occluders of triangles with positions [m].
     pub(crate) fn new(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
-        let tree = Tree::new(positions, triangles);
-        let mut occluders = Self { triangles: Vec::new(), tree, start: 0.0 };
-        occluders.place(positions, triangles);
-        occluders
-    }
-
-    /// Takes new positions [m] of the triangles. The order of the triangles stays.
-    pub(crate) fn refit(&mut self, positions: &[DVec3], triangles: &[[u32; 3]]) {
-        self.tree.refit(positions, triangles);
-        self.place(positions, triangles);
-    }
-
-    fn place(&mut self, positions: &[DVec3], triangles: &[[u32; 3]]) {
-        let edges = |number: &u32| {
-            let [a, b, c] = triangles[*number as usize].map(|corner| positions[corner as usize]);
+        let edges = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|corner| positions[corner as usize]);
             [a, b - a, c - a]
         };
-        self.triangles = self.tree.order.iter().map(edges).collect();
-        self.start = START * self.tree.nodes.first().map_or(0.0, |root| (root.high - root.low).length());
+        let triangles: Vec<[DVec3; 3]> = triangles.iter().map(edges).collect();
+        let boxes: Vec<Grown> = triangles.iter().map(grown).collect();
+        let bounds = triangles.iter().map(around).fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], [l, h]| {
+            [low.min(l), high.max(h)]
+        });
+        let start = if triangles.is_empty() { 0.0 } else { START * (bounds[1] - bounds[0]).length() };
+        let boxes = build_cwbvh(&boxes, BvhBuildParams::medium_build(), &mut Duration::default());
+        Self { triangles, boxes, bounds, start }
     }
 
-    /// Share of the Sun's disc that a node sees, at a position [m] with a unit normal. Either side of the surface may be lit.
-    pub fn solar_visibility(&self, position: DVec3, normal: DVec3, sun: DVec3) -> f64 {
-        let from = position + lit_side(normal, sun) * self.start;
-        let open = disc_directions(sun).into_iter().filter(|direction| !self.is_hidden(from, *direction)).count();
-        open as f64 / SUN_RAYS as f64
+    /// The tree of these triangles for the device.
+    pub(crate) fn tree(&self) -> Tree {
+        Tree::new(self.boxes_of_triangles())
+    }
+
+    /// The box around each triangle: lower and upper corner [m].
+    pub(crate) fn boxes_of_triangles(&self) -> Vec<[DVec3; 2]> {
+        self.triangles.iter().map(around).collect()
     }
 
     /// Whether a triangle lies in a direction from a point [m].
     pub(crate) fn is_hidden(&self, from: DVec3, direction: DVec3) -> bool {
-        self.walk(from, direction, &mut |_| true)
+        !self.boxes.ray_traverse_miss(ray(from, direction), |_, place| {
+            let triangle = self.boxes.primitive_indices[place] as usize;
+            meets(&self.triangles[triangle], from, direction).map_or(f32::INFINITY, |_| 0.0)
+        })
     }
 
-    /// Distance from a point [m] to the first triangle in a direction [m].
-    pub(crate) fn nearest(&self, from: DVec3, direction: DVec3) -> Option<f64> {
-        let mut nearest: Option<f64> = None;
-        self.walk(from, direction, &mut |distance| {
-            nearest = Some(nearest.map_or(distance, |least| least.min(distance)));
-            false
-        });
-        nearest
-    }
-
-    /// The first triangle in a direction from a point [m]. Of two at the same distance it is the one that the walk meets first.
+    /// The first triangle in a direction from a point [m]. Of two at the same distance it is the one with the smaller number.
     pub(crate) fn first(&self, from: DVec3, direction: DVec3) -> Option<Hit> {
-        let inverse = direction.recip();
-        let (mut at, mut nearest, mut hit) = (0, f64::INFINITY, None);
-        while let Some(node) = self.tree.nodes.get(at) {
-            let (a, b) = ((node.low - from) * inverse, (node.high - from) * inverse);
-            let enters = a.min(b).max_element();
-            let leaves = a.max(b).min_element();
-            if leaves < enters || leaves < 0.0 || enters > nearest {
-                at = node.skip as usize;
-                continue;
+        let mut first: Option<Hit> = None;
+        self.boxes.ray_traverse(ray(from, direction), &mut RayHit::none(), |_, place| {
+            let number = self.boxes.primitive_indices[place] as usize;
+            let triangle = &self.triangles[number];
+            let Some((distance, u, v)) = meets(triangle, from, direction) else { return f32::INFINITY };
+            if first.is_some_and(|hit| (hit.distance, hit.triangle) < (distance, number)) {
+                return f32::INFINITY;
             }
-            for number in node.first as usize..(node.first + node.count) as usize {
-                let triangle = &self.triangles[number];
-                if let Some((distance, u, v)) = meets(triangle, from, direction).filter(|meeting| meeting.0 < nearest) {
-                    nearest = distance;
-                    let outside = triangle[1].cross(triangle[2]).dot(direction) < 0.0;
-                    hit = Some(Hit { triangle: number, distance, u, v, outside });
-                }
-            }
-            at += 1;
-        }
-        hit
+            let outside = triangle[1].cross(triangle[2]).dot(direction) < 0.0;
+            first = Some(Hit { triangle: number, distance, u, v, outside });
+            // Triangles at the same distance are met as well.
+            (distance as f32).next_up()
+        });
+        first
     }
+}
 
-    /// Calls `ends` with the distance of every triangle that a ray meets, until it returns true. Returns whether it did.
-    fn walk(&self, from: DVec3, direction: DVec3, ends: &mut dyn FnMut(f64) -> bool) -> bool {
-        let inverse = direction.recip();
-        let mut at = 0;
-        while let Some(node) = self.tree.nodes.get(at) {
-            let (a, b) = ((node.low - from) * inverse, (node.high - from) * inverse);
-            let enters = a.min(b).max_element();
-            let leaves = a.max(b).min_element();
-            // NaN, where a ray runs in a face of the box, counts as a hit.
-            if leaves < enters || leaves < 0.0 {
-                at = node.skip as usize;
-                continue;
-            }
-            let run = node.first as usize..(node.first + node.count) as usize;
-            if self.triangles[run]
-                .iter()
-                .filter_map(|triangle| meets(triangle, from, direction))
-                .any(|meeting| ends(meeting.0))
-            {
-                return true;
-            }
-            at += 1;
-        }
-        false
-    }
+/// Lower and upper corner of the box around a triangle [m].
+fn around([corner, first, second]: &[DVec3; 3]) -> [DVec3; 2] {
+    let (b, c) = (corner + first, corner + second);
+    [corner.min(b).min(c), corner.max(b).max(c)]
+}
+
+/// The box around a triangle, grown against rounding to f32.
+fn grown(triangle: &[DVec3; 3]) -> Grown {
+    let [low, high] = around(triangle).map(|at| at.as_vec3a());
+    let growth = Vec3A::splat(GROWTH * low.abs().max(high.abs()).max_element());
+    Grown(Aabb::new(low - growth, high + growth))
+}
+
+fn ray(from: DVec3, direction: DVec3) -> Ray {
+    Ray::new_inf(from.as_vec3a(), direction.as_vec3a())
 }
 
 /// Distance at which a ray meets a triangle (Moeller and Trumbore 1997), from either side, and the weights of its second and third corner.

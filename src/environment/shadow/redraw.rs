@@ -1,43 +1,40 @@
-//! When shadows are computed anew: after the Sun or a part has moved far enough against the craft.
+//! When light is found anew: after the Sun or a part has moved far enough against the craft.
 
 use glam::{DAffine3, DQuat, DVec3};
 
-use super::depth_map::{SunProjection, corners_of};
 use crate::environment::StepLoad;
 
-/// A turn below this is rounding [rad]. With an angle of 0, shadows are computed anew at every greater turn. This turn is four millionths of a texel
-/// on a map of 4096 texels.
+/// A turn below this is rounding [rad]. With an angle of 0, light is found anew at every greater turn.
 const STILL: f64 = 1e-9;
 
 /// Direction of the Sun (body frame), and poses of the joints.
 pub(crate) type LightAndPoses = (DVec3, Vec<DAffine3>);
 
-/// The boxes that cast shadows, the resolution of the view, and the state for which shadows were last found.
+/// The boxes of the parts, and the state for which light was last found.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Redraw {
+pub(crate) struct Redraw {
     /// Joint, lower corner and upper corner [m] of each box, in the file's pose.
     pub(crate) bounds: Vec<(u32, [DVec3; 2])>,
-    pub(crate) resolution: u32,
-    /// Turn of the Sun or of a joint against the craft after which shadows are computed anew [rad].
+    /// Turn of the Sun or of a joint against the craft after which light is found anew [rad].
     pub(crate) angle: f64,
-    /// Direction of the Sun (body frame) and poses of the joints for which shadows were last found.
+    /// Direction of the Sun (body frame) and poses of the joints for which light was last found.
     pub(crate) found_for: Option<LightAndPoses>,
 }
 
 impl Redraw {
-    /// The Sun's view if shadows must be computed anew for a load. `None` where the last shadows still hold, or where it is dark. A step has one
-    /// direction, the mean of its sunlight. A joint counts as moved when it has turned by more than the angle, or when the middle of its boxes has
-    /// moved by more than the angle times the size of the craft.
-    pub fn view(&mut self, load: &StepLoad) -> Option<SunProjection> {
+    /// Direction of the Sun (unit vector, body frame) if light must be found anew for a load. `None` where the last light still holds, or where it is dark. A
+    /// step has one direction, the mean of its sunlight. A joint counts as moved when it has turned by more than the angle, or when the middle of its boxes
+    /// has moved by more than the angle times the size of the craft.
+    pub(crate) fn due(&mut self, load: &StepLoad) -> Option<DVec3> {
         if self.holds(load) {
             return None;
         }
         let sun = sun_of(load)?;
         self.found_for = Some((sun, load.joints.clone()));
-        Some(SunProjection::around(sun, self.corners(&load.joints), self.resolution, self.size(&[])))
+        Some(sun)
     }
 
-    /// Whether the last shadows still hold for a load.
+    /// Whether the last light still holds for a load.
     pub(crate) fn holds(&self, load: &StepLoad) -> bool {
         let Some(sun) = sun_of(load) else { return true };
         self.found_for.as_ref().is_some_and(|(last, poses)| {
@@ -75,6 +72,14 @@ impl Redraw {
             angle_of(turn) > self.angle.max(STILL) || moved > self.angle.max(STILL) * size
         })
     }
+}
+
+/// Corners of a box.
+fn corners_of([low, high]: [DVec3; 2]) -> impl Iterator<Item = DVec3> {
+    (0..8u32).map(move |corner| {
+        let at = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
+        DVec3::new(at(0), at(1), at(2))
+    })
 }
 
 /// Mean direction of a load's sunlight. `None` where it is dark.

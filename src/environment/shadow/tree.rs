@@ -16,7 +16,7 @@ const EMPTY: [DVec3; 2] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
 
 /// A box and its content. The box's descendants follow it directly. `skip` is the first node after them.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TreeNode {
+pub(crate) struct TreeNode {
     /// Lower corner [m].
     pub(crate) low: DVec3,
     /// Upper corner [m].
@@ -31,9 +31,9 @@ pub struct TreeNode {
 
 /// The nodes in the order of a walk, and the order of the triangles.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Tree {
+pub(crate) struct Tree {
     /// Every node stands before its descendants.
-    pub nodes: Vec<TreeNode>,
+    pub(crate) nodes: Vec<TreeNode>,
     /// Triangle numbers in the order of the leaves.
     pub(crate) order: Vec<u32>,
 }
@@ -50,34 +50,24 @@ struct Builder {
 }
 
 impl Tree {
-    /// The tree of triangles with positions [m].
-    pub(crate) fn new(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
-        let bounds: Vec<[DVec3; 2]> = triangles
-            .iter()
-            .map(|triangle| {
-                let [a, b, c] = triangle.map(|corner| positions[corner as usize]);
-                [a.min(b).min(c), a.max(b).max(c)]
-            })
-            .collect();
+    /// The tree of triangles with boxes around them (lower and upper corner [m]).
+    pub(crate) fn new(bounds: Vec<[DVec3; 2]>) -> Self {
         let centres = bounds.iter().map(|[low, high]| 0.5 * (*low + *high)).collect();
-        let order = (0..triangles.len() as u32).collect();
+        let (count, order) = (bounds.len(), (0..bounds.len() as u32).collect());
         let mut builder = Builder { bounds, centres, tree: Self { nodes: Vec::new(), order } };
-        if !triangles.is_empty() {
-            builder.node(0, triangles.len());
+        if count > 0 {
+            builder.node(0, count);
         }
         builder.tree
     }
-}
 
-impl Tree {
     /// Fits the boxes to triangles that have moved. Their order stays.
-    pub(crate) fn refit(&mut self, positions: &[DVec3], triangles: &[[u32; 3]]) {
+    pub(crate) fn refit(&mut self, bounds: &[[DVec3; 2]]) {
         for place in (0..self.nodes.len()).rev() {
             let TreeNode { first, count, .. } = self.nodes[place];
             let [low, high] = if count > 0 {
                 let run = &self.order[first as usize..(first + count) as usize];
-                let corners = run.iter().flat_map(|number| triangles[*number as usize]);
-                around(corners.map(|corner| [positions[corner as usize]; 2]))
+                around(run.iter().map(|number| bounds[*number as usize]))
             } else {
                 let second = self.nodes[place + 1].skip as usize;
                 around([place + 1, second].map(|child| [self.nodes[child].low, self.nodes[child].high]).into_iter())

@@ -112,11 +112,13 @@ pub(crate) fn passes(frame: &mut Frame, exchanged: &Exchanged) {
     }
     if anew && (light.sun || light.planet_ir) {
         frame.wait([Some(free(&REFLECTED)), mirrors.then(|| free(&MIRRORED))].into_iter().flatten());
+        let [lit, by_rays] = light.light.words();
         let words = [
             (light.sun, "sun"),
             (light.planet_ir, "planet_ir"),
             (light.albedo, "albedo"),
-            (light.sun && light.shadow, "shadow"),
+            lit,
+            by_rays,
             (mirrors, "mirrors"),
         ];
         frame.pass(pass("exchange_light.comp", &words));

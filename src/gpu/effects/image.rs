@@ -209,7 +209,7 @@ fn draw_pass(
         depth,
         samples: mean.unwrap_or(1),
         indices: &VISIBLE_TRIANGLES,
-        commands: Some(&DRAWS),
+        commands: &DRAWS,
     };
     let pass = Pass::draw(name, drawing).instead("Temperature", temperature);
     if !shows.crinkled {

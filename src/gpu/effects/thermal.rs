@@ -221,12 +221,14 @@ fn state_of(ranges: &[StepRange]) -> impl Iterator<Item = &'static Resource> {
 impl ThermalVariant {
     /// Its shader, such as `thermal_step.merge.sun.planet_ir.albedo.both_sides`.
     pub fn shader(&self) -> Shader {
+        let [lit, by_rays] = self.light.words();
         let switches = [
             (self.fused, "fused"),
             (self.sun, "sun"),
             (self.planet_ir, "planet_ir"),
             (self.albedo, "albedo"),
-            (self.shadow, "shadow"),
+            lit,
+            by_rays,
             (self.exchange, "exchange"),
             (self.both_sides, "both_sides"),
         ];

@@ -35,8 +35,10 @@ shared! {
         pub(crate) specular: f32,
         /// Share of the patch outside other parts, which sunlight can reach.
         pub(crate) exposed: f32,
+        /// 1 where the patch is the face against the normals.
+        pub(crate) back: u32,
         /// Rounds the size up to whole vectors.
-        pub(crate) unused: [f32; 3],
+        pub(crate) unused: [f32; 2],
     }
 
     /// Push constants of a pass over patches.

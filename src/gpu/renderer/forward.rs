@@ -9,7 +9,7 @@ use crate::gpu::request::{Request, Submitted};
 
 impl Renderer {
     /// Takes steps without outputs, each with a load and a duration in steps. A dispatch takes up to 32 steps with the
-    /// same kinds of light, and ends before shadows need an update. Nodes of thermal networks do not change.
+    /// same kinds of light, and ends before light is found anew. Nodes of thermal networks do not change.
     ///
     /// # Errors
     /// A call that fails.
@@ -39,18 +39,22 @@ impl Renderer {
         if !self.fuses || self.scene.commanded == Some(DeviceLoad::new(first, self.scene.joints)) {
             return 1;
         }
-        let shadows_hold = self.scene.light.hold(first);
+        let mut redraw = self.scene.light.as_ref().map(|light| light.redraw.clone());
+        if let Some(redraw) = &mut redraw {
+            redraw.due(first);
+        }
+        let light_holds = |load: &StepLoad| redraw.as_ref().is_none_or(|redraw| redraw.holds(load));
         let like_first = |(load, _): &&(&StepLoad, f64)| {
             let alike = load.sun.is_empty() == first.sun.is_empty() && load.albedo.is_some() == first.albedo.is_some();
-            alike && shadows_hold(load)
+            alike && light_holds(load)
         };
         1 + steps[1..].iter().take(FUSED_STEPS - 1).take_while(like_first).count()
     }
 
     fn submit_fused(&mut self, steps: &[(&StepLoad, f64)]) -> Result<Submitted, GpuError> {
         let (first, last) = (steps[0].0, steps[steps.len() - 1]);
-        let lit = self.renew_light(first)?;
-        let frame = self.scene.fused(first, lit);
+        self.renew_light(first)?;
+        let frame = self.scene.fused(first);
         let loads: Vec<(DeviceLoad, f64)> =
             steps.iter().map(|(load, length)| (DeviceLoad::new(load, self.scene.joints), *length)).collect();
         let slot = self.slots.free()?;

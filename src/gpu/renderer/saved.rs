@@ -4,7 +4,7 @@ use super::Renderer;
 use crate::environment::shadow::LightAndPoses;
 use crate::exchange::sky::LastFound;
 use crate::gpu::effects::exchange::{RECEIVED, REFLECTED, SEEN, SUNLIGHT};
-use crate::gpu::effects::light::VISIBILITY;
+use crate::gpu::effects::light::{LIT_FRONT, LIT_X, LIT_Y, LIT_Z};
 use crate::gpu::effects::network::state::OnePass;
 use crate::gpu::effects::sensor::BOLOMETER;
 use crate::gpu::effects::thermal::load::DeviceLoad;
@@ -20,7 +20,8 @@ use crate::thermal::network::one_pass::{Halving, Told};
 use crate::thermal::sensor::twin::SensorState;
 
 /// Buffers with the state of the nodes, one value for each node.
-static NODE_STATE: [&Resource; 5] = [&TEMPERATURE, &TARGET, &SPAN, &ELAPSED, &VISIBILITY];
+static NODE_STATE: [&Resource; 8] =
+    [&TEMPERATURE, &TARGET, &SPAN, &ELAPSED, &LIT_X, &LIT_Y, &LIT_Z, &LIT_FRONT];
 
 /// The saved state of a scene on the device.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
@@ -30,7 +31,7 @@ pub struct RendererState {
     network: Option<OnePassProgress>,
     sensor: Option<SensorState<f32>>,
     commanded: Option<DeviceLoad>,
-    shadows: Option<LightAndPoses>,
+    light: Option<LightAndPoses>,
     exchange: Option<LastFound>,
     culled: Vec<[Option<View>; 2]>,
     fused_steps: u64,
@@ -102,7 +103,7 @@ impl Renderer {
             }),
             sensor,
             commanded: self.scene.commanded.clone(),
-            shadows: self.scene.light.redraw.as_ref().and_then(|redraw| redraw.found_for.clone()),
+            light: self.scene.light.as_ref().and_then(|light| light.redraw.found_for.clone()),
             exchange: self.scene.exchange.as_ref().map(|exchange| exchange.renewal.last.clone()),
             culled: self.scene.culling.save(),
             fused_steps: self.fused_steps,
@@ -146,8 +147,8 @@ impl Renderer {
         }
         self.resources.free_staging();
         self.scene.commanded.clone_from(&saved.commanded);
-        if let Some(redraw) = &mut self.scene.light.redraw {
-            redraw.found_for.clone_from(&saved.shadows);
+        if let Some(light) = &mut self.scene.light {
+            light.redraw.found_for.clone_from(&saved.light);
         }
         self.scene.culling.restore(&saved.culled);
         self.fused_steps = saved.fused_steps;

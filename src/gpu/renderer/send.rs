@@ -3,7 +3,6 @@
 use super::Renderer;
 use crate::gpu::effects::exchange::{MIRRORS, POSES};
 use crate::gpu::effects::image::resources::{DISTANT, LOBES, PLANET_MEANS, PLANET_VIEW, SHUTTER, SURROUNDINGS, VIEW};
-use crate::gpu::effects::light::SUN_VIEW;
 use crate::gpu::effects::sensor::SETTINGS;
 use crate::gpu::effects::thermal::load::DeviceLoad;
 use crate::gpu::effects::traced::{TRACE_BOXES, TRACE_TRIANGLES, TRACING};
@@ -22,7 +21,7 @@ impl Renderer {
         let (context, bindings) = (self.resources.context.as_ref(), Some(&self.bindings));
         let recorder = |commands| {
             let recorder = Recorder::new(context, commands, &self.resources, bindings);
-            recorder.drawing(slot, &self.scene.triangles, &self.scene.light.occluders)
+            recorder.drawing(slot, &self.scene.triangles)
         };
         self.slots.submit(list, recorder).map(Submitted)
     }
@@ -57,7 +56,6 @@ impl Renderer {
             resources.write(&PLANET_VIEW, slot, &[view])?;
             resources.write(&PLANET_MEANS, slot, means)?;
         }
-        resources.write_slices(&SUN_VIEW, slot, &std::mem::take(&mut scene.light.views))?;
         if let Some(exchange) = &mut scene.exchange {
             resources.write(&POSES, slot, &std::mem::take(&mut exchange.poses))?;
             resources.write(&MIRRORS, slot, &std::mem::take(&mut exchange.mirrored))?;

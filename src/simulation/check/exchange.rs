@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use crate::environment::StepLoad;
+use crate::environment::shadow::Lit;
 use crate::exchange::sky::{Due, LastFound, Renewal};
 use crate::exchange::step::{CraftLight, Exchange};
 use crate::simulation::exchange::ExchangeCraft;
@@ -81,23 +82,24 @@ impl ExchangeCheck {
         }
     }
 
-    /// The light on the faces of every node in a step, from rays for the poses that the engine uses. The load lasts `steps`. `nodes` are the
-    /// temperature [K] and the share of the Sun of each.
+    /// The light on the faces of every node in a step, from rays for the poses that the engine uses. The load lasts `steps`. Nodes have temperatures [K] and
+    /// lit areas.
     pub(crate) fn received(
         &mut self,
         load: &StepLoad,
         steps: f64,
         poses: Option<&[DAffine3]>,
-        nodes: &[[f64; 2]],
+        temperatures: &[f64],
+        lit: &Lit,
     ) -> Vec<[FaceLoad; 2]> {
         let turned = poses.is_some_and(|poses| self.turn(poses));
         let Some((_, exchange)) = self.found.last() else { return Vec::new() };
         let find = || {
             let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
-            exchange.light(load, |node| nodes[node][1], mirrored.as_ref())
+            exchange.light(load, lit, mirrored.as_ref())
         };
         let of_nodes = |absorbed: &[f64], light: &CraftLight| -> Vec<[FaceLoad; 2]> {
-            (0..nodes.len()).map(|node| exchange.of_node(node, absorbed, &light.planet_shares)).collect()
+            (0..temperatures.len()).map(|node| exchange.of_node(node, absorbed, &light.planet_shares)).collect()
         };
         let due = self.renewal.due(load, steps, turned || self.progress.light.planet_shares.is_empty());
         if due == Due::Nothing {
@@ -107,12 +109,12 @@ impl ExchangeCheck {
         if due == Due::All {
             self.progress.light = find();
         } else if self.progress.steps.is_multiple_of(EVERY) {
-            held = Some(exchange.held_too_long(load, [&self.progress.light, &find()], |node| nodes[node][0]));
+            held = Some(exchange.held_too_long(load, [&self.progress.light, &find()], |node| temperatures[node]));
         }
-        let sent = exchange.sent(load, &self.progress.light, |node| nodes[node][0]);
+        let sent = exchange.sent(load, &self.progress.light, |node| temperatures[node]);
         let absorbed = exchange.absorbed(&sent, &self.progress.light);
         let received = of_nodes(&absorbed, &self.progress.light);
-        self.estimate(&sent, &absorbed, nodes, (turned, held));
+        self.estimate(&sent, &absorbed, temperatures, (turned, held));
         self.progress.before = absorbed;
         self.progress.steps += 1;
         received
@@ -137,11 +139,11 @@ impl ExchangeCheck {
         &mut self,
         sent: &[f64],
         absorbed: &[f64],
-        nodes: &[[f64; 2]],
+        temperatures: &[f64],
         (turned, held): (bool, Option<Vec<f64>>),
     ) {
         let Some((_, exchange)) = self.found.last() else { return };
-        let kelvin = exchange.kelvin_per_flux(|node| nodes[node][0]);
+        let kelvin = exchange.kelvin_per_flux(|node| temperatures[node]);
         let warm = exchange.kelvin_per_flux(|_| COLD);
         let patches = || exchange.patches.iter().zip(kelvin.iter().zip(&warm)).enumerate();
         let warm_ones = || patches().filter(|(_, (_, (kelvin, warm)))| kelvin < warm);

@@ -1,6 +1,6 @@
 //! The sample of the check in steps of half the length, which gives the error of the step length.
 //!
-//! Both runs begin in the same state at time 0 and are in f64. Both see the shadows of whole steps, which follow the Sun by an angle of their own.
+//! Both runs begin in the same state at time 0 and are in f64. Both have the light of whole steps, which follows the Sun by an angle of their own.
 
 use super::differences::Differences;
 use super::network::{NetworkCheck, NetworkCheckState};
@@ -82,7 +82,7 @@ impl Halves {
         let too_large = Some(drawn.len()).filter(|count| *count > LARGEST_NETWORK);
         let network = scene.filter(|_| too_large.is_none()).map(|scene| NetworkCheck {
             // The shares of the Sun come from the whole steps.
-            shadows: None,
+            light: None,
             ..NetworkCheck::new(prepared, scene, drawn)
         });
         let stores = |(slot, node): (&usize, &crate::thermal::reference::ReferenceNode)| {
@@ -126,10 +126,10 @@ impl Halves {
         steps: f64,
         [start, length]: [f64; 2],
     ) {
-        self.reference.shade(whole.visibility().to_vec());
+        self.reference.light(whole.lit().clone());
         self.reference.receive(whole.received().to_vec());
         if let (Some(own), Some(network)) = (&mut self.network, network) {
-            own.loads.shade(network.visibility().to_vec());
+            own.loads.light(network.lit().clone());
             own.loads.receive(network.received().to_vec());
         }
         let half = 0.5 * length;

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use crate::environment::StepLoad;
-use crate::environment::shadow::{LightAndPoses, ShadowCasters};
+use crate::environment::shadow::{LightAndPoses, LitAreas};
 use crate::simulation::engine::EngineError;
 use crate::simulation::network::{NetworkRun, NetworkRunState, SceneNetwork};
 use crate::simulation::prepare::Prepared;
@@ -15,7 +15,7 @@ use crate::thermal::reference::{Reference, ReferenceState};
 pub(super) struct NetworkCheck {
     pub(crate) run: NetworkRun,
     pub(crate) loads: Reference<IncidentFunction>,
-    pub(crate) shadows: Option<ShadowCasters>,
+    pub(crate) light: Option<LitAreas>,
     pub(crate) slots: Vec<usize>,
     /// Temperatures of the sample's network nodes [K], by slot.
     pub(crate) temperatures: HashMap<usize, f64>,
@@ -29,7 +29,7 @@ pub(super) struct NetworkCheck {
 pub(super) struct NetworkCheckState {
     pub(super) run: NetworkRunState,
     loads: ReferenceState,
-    shadows: Option<LightAndPoses>,
+    light: Option<LightAndPoses>,
     temperatures: BTreeMap<usize, f64>,
     waits: bool,
     failed: Option<String>,
@@ -43,7 +43,7 @@ impl NetworkCheck {
             run: NetworkRun::tight(scene),
             loads: Reference::new(loads, prepared.materials.clone(), incident as IncidentFunction)
                 .with_joints(joints(prepared, &slots)),
-            shadows: prepared.shadows(slots.iter().copied()),
+            light: prepared.lit_areas(slots.iter().copied()),
             slots,
             temperatures: HashMap::new(),
             waits: false,
@@ -53,7 +53,7 @@ impl NetworkCheck {
 
     /// Heat of every network node under a load [W].
     pub(crate) fn heat(&mut self, load: &StepLoad) -> Vec<f64> {
-        self.loads.find_shadows(&mut self.shadows, load);
+        self.loads.find_light(&mut self.light, load);
         let absorbed: HashMap<usize, f64> = self.slots.iter().copied().zip(self.loads.absorbed(load)).collect();
         self.run.scene().heat(|slot| absorbed[&slot])
     }
@@ -73,7 +73,7 @@ impl NetworkCheck {
         Ok(NetworkCheckState {
             run: self.run.save(),
             loads: self.loads.save(),
-            shadows: self.shadows.as_ref().and_then(|shadows| shadows.redraw.found_for.clone()),
+            light: self.light.as_ref().and_then(|light| light.redraw.found_for.clone()),
             temperatures: self.temperatures.iter().map(|(slot, kelvin)| (*slot, *kelvin)).collect(),
             waits: self.waits,
             failed: self.failed.clone(),
@@ -87,8 +87,8 @@ impl NetworkCheck {
     pub(crate) fn restore(&mut self, saved: &NetworkCheckState) -> Result<(), EngineError> {
         self.run.restore(&saved.run, usize::MAX)?;
         self.loads.restore(&saved.loads)?;
-        if let Some(shadows) = &mut self.shadows {
-            shadows.redraw.found_for.clone_from(&saved.shadows);
+        if let Some(light) = &mut self.light {
+            light.redraw.found_for.clone_from(&saved.light);
         }
         self.temperatures = saved.temperatures.iter().map(|(slot, kelvin)| (*slot, *kelvin)).collect();
         self.waits = saved.waits;

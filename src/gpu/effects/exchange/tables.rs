@@ -78,7 +78,8 @@ impl ExchangeTables {
                 joint: patch.joint,
                 specular: patch.gloss.specular as f32,
                 exposed: exchange.exposed(*number as usize) as f32,
-                unused: [0.0; 3],
+                back: u32::from(patch.back),
+                unused: [0.0; 2],
             }
         });
         let patches: Vec<ExchangePatch> = patches.collect();

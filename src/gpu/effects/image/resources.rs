@@ -152,9 +152,9 @@ fn crinkled_groups(data: &SceneData<'_>) -> usize {
     data.if_drawn(data.shown.crinkled.len() / crate::model::nodes::GROUP)
 }
 
-/// Groups, if anything is drawn or casts a shadow.
+/// Groups, if anything is drawn.
 fn placed_groups(data: &SceneData<'_>) -> usize {
-    only(data.draws() || data.shadows.is_some(), data.groups())
+    only(data.draws(), data.groups())
 }
 
 fn pixels(data: &SceneData<'_>) -> usize {

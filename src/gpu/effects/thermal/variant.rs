@@ -34,6 +34,17 @@ pub enum Curve {
     },
 }
 
+/// How nodes know the sunlight on them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum LightBy {
+    /// By their normals. The nodes are flat, and nothing hides the Sun.
+    Normal,
+    /// By lit area vectors. Nothing hides the Sun.
+    Area,
+    /// By lit area vectors, from rays past the craft.
+    Rays,
+}
+
 /// A variant of `thermal_step.comp`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ThermalVariant {
@@ -49,8 +60,8 @@ pub struct ThermalVariant {
     pub planet_ir: bool,
     /// Whether there is reflected sunlight, which needs `sun`.
     pub albedo: bool,
-    /// Whether the craft shadows itself, which needs `sun`.
-    pub shadow: bool,
+    /// How nodes know the sunlight on them.
+    pub light: LightBy,
     /// Whether surfaces radiate to each other.
     pub exchange: bool,
     /// Whether a dispatch takes many steps, each with its own load.
@@ -99,6 +110,13 @@ impl StepKind {
     }
 }
 
+impl LightBy {
+    /// Words of the shaders: whether there are lit area vectors, and whether they come from rays.
+    pub(crate) fn words(self) -> [(bool, &'static str); 2] {
+        [(self != Self::Normal, "lit"), (self == Self::Rays, "by_rays")]
+    }
+}
+
 impl Curve {
     pub(crate) fn words(self) -> &'static [&'static str] {
         match self {
@@ -114,7 +132,7 @@ impl ThermalVariant {
     pub(crate) fn for_step(self, has_sun: bool, has_albedo: bool) -> Self {
         let albedo = self.albedo && has_albedo;
         let sun = self.sun && (has_sun || albedo);
-        Self { sun, albedo, shadow: self.shadow && has_sun, ..self }
+        Self { sun, albedo, light: if has_sun { self.light } else { LightBy::Normal }, ..self }
     }
 
     /// The fused variant. It is `None` without a state, where only the last step counts, and for variants without a
@@ -138,7 +156,7 @@ impl ThermalVariant {
             sun: false,
             planet_ir: false,
             albedo: false,
-            shadow: false,
+            light: LightBy::Normal,
             exchange: false,
             fused: false,
         }

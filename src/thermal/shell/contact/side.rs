@@ -75,7 +75,7 @@ impl ContactSide {
             groups: triangles.iter().map(|one| [surface.parts[owner(one)], surface.materials[owner(one)]]).collect(),
             thickness: triangles.iter().map(thickness).collect(),
             by_number: numbers.iter().enumerate().map(|(index, number)| (*number, index as u32)).collect(),
-            tree: Tree::new(surface.positions, &triangles),
+            tree: Tree::new(corners.iter().map(|[a, b, c]| [a.min(*b).min(*c), a.max(*b).max(*c)]).collect()),
             corners,
             numbers,
         }

@@ -1,0 +1,308 @@
+//! Sunlight on areas: the lit area vector of every node.
+//!
+//! A *corner* is the third of a triangle that belongs to one of its nodes. It has an area A_c and the unit normal n_c of the triangle. A node with corners c and
+//! the area A absorbs the sunlight alpha S max(0, G . s) from the direction s, where
+//!
+//! ```text
+//! G = (1 / A) sum_c A_c v_c n_c    over the corners that face the Sun,
+//! ```
+//!
+//! v_c is the lit share of the corner, and n_c points to the side of the Sun. G is the *lit area vector*. It replaces the node's normal and a visibility at the
+//! vertex. The sum of A G over all nodes is the lit area vector of the craft. Between two findings the cosine still follows the Sun.
+//!
+//! v_c comes from samples inside the corner, never on its border. Each sends one ray to a point of the Sun's disc, so that a penumbra costs no further ray.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
+
+use super::points::{Disc, fractions, point_near_corner, shifts};
+use super::{Occluders, Redraw};
+use crate::environment::StepLoad;
+use crate::environment::load::solar_flux;
+
+/// Cosine of the angle between the normals of a node and of its triangle below which the node is not flat.
+const FLAT: f64 = 1.0 - 1e-7;
+
+/// Sunlit area of a node.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+pub struct LitArea {
+    /// Lit area vector over the node's area, in the frame of its joint.
+    pub vector: DVec3,
+    /// Share of the light that falls on the front. The rest falls on the back.
+    pub front: f64,
+}
+
+impl LitArea {
+    /// Sunlight on the front and on the back [W/m2], averaged over the step, on a node of a joint with this pose.
+    pub(crate) fn flux(&self, load: &StepLoad, pose: Option<&DAffine3>) -> [f64; 2] {
+        let vector = pose.map_or(self.vector, |pose| pose.matrix3 * self.vector);
+        let flux = solar_flux(load, vector);
+        [self.front * flux, (1.0 - self.front) * flux]
+    }
+}
+
+/// Lit areas of nodes.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+pub struct Lit {
+    /// One for each node. Empty where normals tell the light.
+    pub(crate) areas: Vec<LitArea>,
+    /// Whether rays tell that parts of the craft hide the Sun.
+    pub(crate) by_rays: bool,
+}
+
+impl Lit {
+    /// The same for `count` nodes, of which these are known, in their order.
+    pub(crate) fn of_slots(&self, slots: impl Iterator<Item = usize>, count: usize) -> Self {
+        let mut all = Self::default();
+        all.take(slots, self, count);
+        all
+    }
+
+    /// Takes the known areas of some of `count` nodes.
+    pub(crate) fn take(&mut self, slots: impl Iterator<Item = usize>, known: &Self, count: usize) {
+        if known.areas.is_empty() {
+            return;
+        }
+        self.areas.resize(count, LitArea::default());
+        slots.zip(&known.areas).for_each(|(slot, area)| self.areas[slot] = *area);
+        self.by_rays = known.by_rays;
+    }
+}
+
+/// A node that the Sun may light.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LitNode {
+    /// Its number among all nodes.
+    pub(crate) number: u32,
+    /// Unit normal in the frame of its joint.
+    pub(crate) normal: DVec3,
+    /// Whether the side against the normal absorbs light too.
+    pub(crate) both_sides: bool,
+    /// Joint; 0 is the body.
+    pub(crate) joint: u32,
+}
+
+/// The surface of a craft as the Sun lights it, in the file's pose.
+#[derive(Debug, Clone)]
+pub(crate) struct LitSurface {
+    /// Positions of all nodes [m].
+    pub(crate) positions: Vec<DVec3>,
+    /// Nodes of the triangles.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// Triangles that cast shadows, by joint. Empty where the craft casts none on itself.
+    pub(crate) casters: Vec<(u32, Occluders)>,
+    /// Largest distance between two samples [m].
+    pub(crate) spacing: f64,
+}
+
+/// The part of a triangle that belongs to a node.
+struct Corner {
+    /// Unit normal on the side of the node's normal.
+    normal: DVec3,
+    /// Area [m2].
+    area: f64,
+}
+
+impl LitSurface {
+    /// The triangle and the place in it of a corner: number of the triangle times three, plus the place.
+    fn corner(&self, corner: u32, node_normal: DVec3) -> Corner {
+        let [a, b, c] = self.placed(corner);
+        let twice = (b - a).cross(c - a);
+        let length = twice.length();
+        let normal = if length > 0.0 { twice / length } else { DVec3::ZERO };
+        Corner { normal: if normal.dot(node_normal) < 0.0 { -normal } else { normal }, area: length / 6.0 }
+    }
+
+    fn placed(&self, corner: u32) -> [DVec3; 3] {
+        self.triangles[corner as usize / 3].map(|node| self.positions[node as usize])
+    }
+
+    /// Distance between the start of a ray and its surface [m].
+    fn start(&self) -> f64 {
+        self.casters.iter().map(|(_, occluders)| occluders.start).fold(0.0, f64::max)
+    }
+
+    /// Samples of a corner with an area [m2].
+    fn samples(&self, area: f64) -> u32 {
+        if self.casters.is_empty() {
+            return 1;
+        }
+        (area / (self.spacing * self.spacing)).ceil().max(1.0) as u32
+    }
+}
+
+/// Finds the lit areas of a set of nodes.
+#[derive(Debug, Clone)]
+pub struct LitAreas {
+    surface: Arc<LitSurface>,
+    nodes: Vec<LitNode>,
+    /// First corner of each node, and the one after the last.
+    first: Vec<u32>,
+    corners: Vec<u32>,
+    /// For which light and poses they were found last. A saved state keeps them.
+    pub(crate) redraw: Redraw,
+}
+
+impl LitAreas {
+    /// The lit areas of some nodes of a surface.
+    pub(crate) fn new(surface: Arc<LitSurface>, nodes: Vec<LitNode>, redraw: Redraw) -> Self {
+        let mut place = vec![u32::MAX; surface.positions.len()];
+        for (index, node) in nodes.iter().enumerate() {
+            place[node.number as usize] = index as u32;
+        }
+        let owners = || surface.triangles.as_flattened().iter().map(|node| place[*node as usize]).enumerate();
+        let mut first = vec![0u32; nodes.len() + 1];
+        for (_, owner) in owners().filter(|(_, owner)| *owner != u32::MAX) {
+            first[owner as usize + 1] += 1;
+        }
+        for index in 0..nodes.len() {
+            first[index + 1] += first[index];
+        }
+        let mut next = first.clone();
+        let mut corners = vec![0; first[nodes.len()] as usize];
+        for (corner, owner) in owners().filter(|(_, owner)| *owner != u32::MAX) {
+            corners[next[owner as usize] as usize] = corner as u32;
+            next[owner as usize] += 1;
+        }
+        Self { surface, nodes, first, corners, redraw }
+    }
+
+    /// Numbers of the nodes, in their order.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = usize> {
+        self.nodes.iter().map(|node| node.number as usize)
+    }
+
+    /// Whether rays tell that parts of the craft hide the Sun.
+    pub(crate) fn by_rays(&self) -> bool {
+        !self.surface.casters.is_empty()
+    }
+
+    /// Whether the normal of every node is the normal of its triangles, so that light needs no lit areas unless something hides the Sun.
+    pub(crate) fn are_flat(&self) -> bool {
+        let flat = |(index, node): (usize, &LitNode)| {
+            self.corners_of(index).iter().all(|corner| {
+                let corner = self.surface.corner(*corner, node.normal);
+                corner.area == 0.0 || corner.normal.dot(node.normal) > FLAT
+            })
+        };
+        self.nodes.par_iter().enumerate().map(|(index, node)| flat((index, node))).all(|flat| flat)
+    }
+
+    fn corners_of(&self, index: usize) -> &[u32] {
+        &self.corners[self.first[index] as usize..self.first[index + 1] as usize]
+    }
+
+    /// Lit area of each node. `None` where the last result still holds for the load, or where it is dark.
+    pub fn find(&mut self, load: &StepLoad) -> Option<Vec<LitArea>> {
+        let sun = self.redraw.due(load)?;
+        Some(self.under(sun, &load.joints))
+    }
+
+    /// Lit area of each node under a Sun (unit vector, body frame), with joints in these poses.
+    pub fn under(&self, sun: DVec3, poses: &[DAffine3]) -> Vec<LitArea> {
+        let joints = self.nodes.iter().map(|node| node.joint + 1).max().unwrap_or(1);
+        let views: Vec<JointView<'_>> = (0..joints).map(|joint| JointView::new(&self.surface, sun, poses, joint)).collect();
+        let areas = self.nodes.par_iter().enumerate().with_min_len(64);
+        areas.map(|(index, node)| self.lit_area(index, node, &views[node.joint as usize])).collect()
+    }
+
+    fn lit_area(&self, index: usize, node: &LitNode, view: &JointView<'_>) -> LitArea {
+        let (surface, sun) = (&*self.surface, view.disc.centre);
+        let shifts = shifts(node.number);
+        let start = view.start;
+        let (mut vector, mut area, mut on_front, mut all) = (DVec3::ZERO, 0.0, 0.0, 0.0);
+        let mut sample = 0;
+        for &number in self.corners_of(index) {
+            let corner = surface.corner(number, node.normal);
+            let samples = surface.samples(corner.area);
+            let first = sample;
+            sample += samples;
+            area += corner.area;
+            let cosine = corner.normal.dot(sun);
+            if cosine == 0.0 || (cosine < 0.0 && !node.both_sides) || corner.area == 0.0 {
+                continue;
+            }
+            let side = corner.normal * cosine.signum();
+            let lit = if view.casters.is_empty() {
+                samples
+            } else {
+                let [a, b, c] = surface.placed(number);
+                let is_lit = |sample: &u32| {
+                    let [s, t, u, v] = fractions(shifts, *sample);
+                    let [second, third] = point_near_corner([s, t], number as usize % 3);
+                    let from = a + second * (b - a) + third * (c - a) + start * side;
+                    !view.is_hidden(from, view.disc.point([u, v]))
+                };
+                (first..first + samples).filter(is_lit).count() as u32
+            };
+            let lit = corner.area * f64::from(lit) / f64::from(samples);
+            vector += lit * side;
+            all += lit * cosine.abs();
+            on_front += lit * cosine.max(0.0);
+        }
+        if area == 0.0 {
+            // A node without a triangle sees the Sun as its normal does.
+            let front = node.normal.dot(sun) >= 0.0;
+            let lit = front || node.both_sides;
+            let vector = if !lit { DVec3::ZERO } else if front { node.normal } else { -node.normal };
+            return LitArea { vector, front: f64::from(u8::from(front)) };
+        }
+        LitArea { vector: vector / area, front: if all > 0.0 { on_front / all } else { 1.0 } }
+    }
+}
+
+/// The Sun and the shadow casters as the nodes of a joint see them.
+struct JointView<'a> {
+    disc: Disc,
+    start: f64,
+    casters: Vec<Caster<'a>>,
+}
+
+/// Triangles of one joint, seen from another.
+struct Caster<'a> {
+    occluders: &'a Occluders,
+    /// Takes the frame of the nodes into the frame of the triangles. `None` where both are the same.
+    frame: Option<DAffine3>,
+    /// Box around the triangles in the frame of the nodes [m].
+    bounds: [DVec3; 2],
+}
+
+impl<'a> JointView<'a> {
+    fn new(surface: &'a LitSurface, sun: DVec3, poses: &[DAffine3], joint: u32) -> Self {
+        let pose = |joint: u32| poses.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
+        let from_body = pose(joint).inverse();
+        let caster = |(other, occluders): &'a (u32, Occluders)| {
+            let to_nodes = from_body * pose(*other);
+            let frame = (*other != joint).then(|| to_nodes.inverse());
+            let [low, high] = occluders.bounds;
+            let corners = (0..8u32).map(|corner| {
+                let axis = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
+                let at = DVec3::new(axis(0), axis(1), axis(2));
+                if frame.is_some() { to_nodes.transform_point3(at) } else { at }
+            });
+            let bounds = corners.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[l, h], at| [l.min(at), h.max(at)]);
+            Caster { occluders, frame, bounds }
+        };
+        Self {
+            disc: Disc::new((from_body.matrix3 * sun).normalize()),
+            start: surface.start(),
+            casters: surface.casters.iter().map(caster).collect(),
+        }
+    }
+
+    /// Whether a triangle lies in a direction from a point [m], both in the frame of the nodes.
+    fn is_hidden(&self, from: DVec3, direction: DVec3) -> bool {
+        let inverse = direction.recip();
+        self.casters.iter().any(|Caster { occluders, frame, bounds: [low, high] }| {
+            let Some(frame) = frame else { return occluders.is_hidden(from, direction) };
+            let (a, b) = ((*low - from) * inverse, (*high - from) * inverse);
+            let (enters, leaves) = (a.min(b).max_element(), a.max(b).min_element());
+            if leaves < enters || leaves < 0.0 {
+                return false;
+            }
+            occluders.is_hidden(frame.transform_point3(from), frame.matrix3 * direction)
+        })
+    }
+}

@@ -1,0 +1,61 @@
+//! Points on the corners of triangles and on the Sun's disc: the same on every device and in every run.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use super::SUN_ANGULAR_RADIUS;
+
+/// Steps of an additive recurrence in four dimensions (Roberts 2018), 2^32 / g^k for k = 1 to 4, where g^5 = g + 1.
+const STEPS: [u32; 4] = [3_679_390_609, 3_152_041_523, 2_700_274_806, 2_313_257_605];
+
+/// Hash of a word (lowbias32 of Wellons 2018, "Prospecting for Hash Functions").
+fn hash(word: u32) -> u32 {
+    let word = (word ^ (word >> 16)).wrapping_mul(0x7feb_352d);
+    let word = (word ^ (word >> 15)).wrapping_mul(0x846c_a68b);
+    word ^ (word >> 16)
+}
+
+/// Starts of the recurrence of a node, which hashes of its number shift (Cranley and Patterson 1976).
+pub(super) fn shifts(node: u32) -> [u32; 4] {
+    std::array::from_fn(|k| hash(node.wrapping_mul(4).wrapping_add(k as u32)))
+}
+
+/// The four numbers of a sample of a node, each in (0, 1). The upper 24 bits decide, which f32 holds exactly.
+pub(super) fn fractions(shifts: [u32; 4], sample: u32) -> [f64; 4] {
+    std::array::from_fn(|k| {
+        let word = shifts[k].wrapping_add(sample.wrapping_mul(STEPS[k]));
+        (f64::from(word >> 8) + 0.5) / f64::from(1 << 24)
+    })
+}
+
+/// Barycentric weights of the second and third corner of a point that two numbers in (0, 1) spread evenly over the part of a triangle that is nearest to
+/// corner number `corner`, by its weights.
+pub(super) fn point_near_corner([s, t]: [f64; 2], corner: usize) -> [f64; 2] {
+    let root = s.sqrt();
+    let weights = [1.0 - root, root * (1.0 - t), root * t];
+    let most = (0..3).fold(0, |best, k| if weights[k] > weights[best] { k } else { best });
+    let turned = |k: usize| weights[(k + 3 + most - corner) % 3];
+    [turned(1), turned(2)]
+}
+
+/// The Sun's disc: the direction of its centre, and two axes of its radius.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Disc {
+    pub(super) centre: DVec3,
+    across: [DVec3; 2],
+}
+
+impl Disc {
+    /// The disc around a unit vector.
+    pub(super) fn new(centre: DVec3) -> Self {
+        let (x, y) = centre.any_orthonormal_pair();
+        Self { centre, across: [SUN_ANGULAR_RADIUS * x, SUN_ANGULAR_RADIUS * y] }
+    }
+
+    /// Direction of the point for two numbers in (0, 1), which spread evenly over the disc. The length is 1 within 1e-5.
+    pub(super) fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
+        let (sine, cosine) = (TAU * v).sin_cos();
+        self.centre + u.sqrt() * (cosine * self.across[0] + sine * self.across[1])
+    }
+}

@@ -1,0 +1,101 @@
+//! The surface of a scene that the Sun lights, and how its light is found.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::prepare::Prepared;
+use crate::environment::shadow::{LitAreas, LitNode, LitSurface, Occluders, Redraw};
+use crate::gpu::effects::image::runs::TriangleRun;
+use crate::gpu::effects::thermal::variant::LightBy;
+use crate::model::nodes::{GROUP, Nodes};
+use crate::scene::Scene;
+use crate::thermal::material::{Material, Sides};
+
+/// Default distance between two samples of light on a surface, as a share of the diagonal of the craft.
+const SAMPLE_SPACING: f64 = 1.0 / 400.0;
+
+/// The surface that the Sun lights, and how its light is found.
+pub(crate) struct SceneLight {
+    surface: Arc<LitSurface>,
+    pub(super) by: LightBy,
+    redraw: Redraw,
+}
+
+impl SceneLight {
+    /// The light of a scene. `casters` are the triangles of the model before it was split, and the run of each joint; empty without shadows.
+    pub(super) fn new(
+        scene: &Scene,
+        nodes: &Nodes,
+        triangles: &[[u32; 3]],
+        casters: (&[[u32; 3]], &[TriangleRun]),
+        materials: &[Material],
+    ) -> Self {
+        let positions: Vec<DVec3> = nodes.positions.iter().map(|position| position.as_dvec3()).collect();
+        let settings = scene.shadows.unwrap_or_default();
+        let run = |run: &TriangleRun| {
+            let triangles = &casters.0[run.triangles.0 as usize..run.triangles.1 as usize];
+            (run.joint, Occluders::new(&positions, triangles))
+        };
+        let casters: Vec<_> = match scene.shadows {
+            Some(_) => casters.1.iter().map(run).collect(),
+            None => Vec::new(),
+        };
+        let bounds = joint_bounds(nodes);
+        let size = bounds.iter().map(|(_, bounds)| *bounds).reduce(|[low, high], [l, h]| [low.min(l), high.max(h)]);
+        let size = size.map_or(0.0, |[low, high]| low.distance(high));
+        let surface = LitSurface {
+            positions,
+            triangles: triangles.to_vec(),
+            casters,
+            spacing: settings.spacing.unwrap_or(SAMPLE_SPACING * size),
+        };
+        let mut light = Self {
+            surface: Arc::new(surface),
+            by: LightBy::Normal,
+            redraw: Redraw { bounds, angle: settings.redraw_angle, found_for: None },
+        };
+        if scene.environment.solar_constant.is_some_and(|flux| flux > 0.0) {
+            let all = || nodes.real().map(|(slot, _)| lit_node(nodes, materials, slot)).collect();
+            let flat = || LitAreas::new(Arc::clone(&light.surface), all(), light.redraw.clone()).are_flat();
+            light.by = match scene.shadows {
+                Some(_) => LightBy::Rays,
+                None if flat() => LightBy::Normal,
+                None => LightBy::Area,
+            };
+        }
+        light
+    }
+}
+
+fn lit_node(nodes: &Nodes, materials: &[Material], slot: usize) -> LitNode {
+    let material = &materials[nodes.group_material[slot / GROUP] as usize];
+    LitNode {
+        number: slot as u32,
+        normal: nodes.normals[slot].as_dvec3(),
+        both_sides: matches!(material.sides, Sides::Both { .. }),
+        joint: nodes.joint(slot),
+    }
+}
+
+/// Box around the nodes of each joint in the file's pose: lower and upper corner [m].
+fn joint_bounds(nodes: &Nodes) -> Vec<(u32, [DVec3; 2])> {
+    let mut bounds: BTreeMap<u32, [DVec3; 2]> = BTreeMap::new();
+    for (slot, _) in nodes.real() {
+        let at = nodes.positions[slot].as_dvec3();
+        let [low, high] = bounds.entry(nodes.joint(slot)).or_insert([at, at]);
+        (*low, *high) = (low.min(at), high.max(at));
+    }
+    bounds.into_iter().collect()
+}
+
+impl Prepared {
+    /// What finds the lit areas of some nodes. `None` where there is no Sun, or where normals tell the light.
+    pub fn lit_areas(&self, slots: impl Iterator<Item = usize>) -> Option<LitAreas> {
+        (self.light.by != LightBy::Normal).then(|| {
+            let nodes = slots.map(|slot| lit_node(&self.nodes, &self.materials, slot));
+            LitAreas::new(Arc::clone(&self.light.surface), nodes.collect(), self.light.redraw.clone())
+        })
+    }
+}
