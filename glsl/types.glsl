@@ -164,8 +164,6 @@ struct ExchangePass {
     uint first;
     uint end;
     uint rays;
-    uint boxes;
-    float start;
 };
 
 struct HeatPass {

@@ -174,7 +174,7 @@ pub(crate) fn run_from<E: From<EngineError>>(
         let reference = check.as_deref_mut().map(|check| {
             let _checks = trace.span(Track::Host, "f64 reference of the sample");
             if let Some(load) = &load {
-                check.step(load, 1.0, now - time.step, time.step, engine.exchange_poses());
+                check.step(load, 1.0, now - time.step, time.step, engine.exchange_rows().as_ref());
             }
             check.temperatures()
         });

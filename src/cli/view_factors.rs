@@ -13,7 +13,6 @@ use crate::exchange::cast::{Scenery, cast_rays};
 use crate::exchange::step::Exchange;
 use crate::gpu::effects::exchange::RESOURCES;
 use crate::gpu::effects::exchange::tables::ExchangeTables;
-use crate::gpu::exchange_rays;
 use crate::output::console::say;
 use crate::output::destination::{Destination, destinations};
 use crate::output::exchange_pictures::{fish_eye, open_sky};
@@ -21,7 +20,6 @@ use crate::output::inputs::keep_inputs;
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::exchange::{ExchangeCraft, describe};
 use crate::simulation::prepare::Prepared;
-use crate::simulation::target::Target;
 
 /// Write the view factors between the parts of a scene.
 ///
@@ -29,7 +27,7 @@ use crate::simulation::target::Target;
 ///
 /// The file has the columns from, to, view_factor and standard_error. Among `to` stand `space`, and `planet` as it is seen at time 0. The rows of a
 /// part sum to 1. Rays are cast from every patch in the pose of
-/// time 0, on the device where it can.
+/// time 0, by the processor.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  isotherm view-factors models/station.toml -o factors.csv --gr gr.csv")]
 pub(crate) struct Arguments {
@@ -80,13 +78,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let [factors, areas, sky_picture, picture] = destinations(paths)?;
     let load = sky(&prepared);
     let target = arguments.device.open()?;
-    let (exchange, seconds) = found(craft, &load, &target)?;
+    let (exchange, seconds) = found(craft, &load);
     tell(craft, &exchange);
     say!(
-        "time: {:.2} s for {} rays on {}, {:.2} s for view factors and exchange areas",
+        "time: {:.2} s for {} rays, {:.2} s for view factors and exchange areas",
         seconds[0],
         patches * craft.settings.rays as usize,
-        target.name(),
         seconds[1]
     );
     say!("memory of a device in a run: {:.1} MiB", device_bytes(&prepared, &exchange) / 1_048_576.0);
@@ -115,19 +112,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     check_validation(&target)
 }
 
-/// The exchange in the pose of a load, by rays of a device where it can walk their tree. Also the time of the rays and the time of the rest [s].
-fn found(craft: &ExchangeCraft, load: &StepLoad, target: &Target) -> Result<(Exchange, [f64; 2]), CliError> {
+/// The exchange in the pose of a load, the time of the rays and the time of the rest [s].
+fn found(craft: &ExchangeCraft, load: &StepLoad) -> (Exchange, [f64; 2]) {
     let began = Instant::now();
     let (surface, patches, rays) = (&craft.surface, &craft.patches, craft.settings.rays);
     let scenery = Scenery::new(surface, &load.joints);
-    let device = target.device().filter(|_| exchange_rays::can_walk(&scenery));
-    let ends = match device {
-        Some(context) => exchange_rays::cast(context, surface, patches, &scenery, rays)?,
-        None => cast_rays(surface, patches, &scenery, rays, 0..patches.all.len() as u32),
-    };
+    let ends = cast_rays(surface, patches, &scenery, rays, 0..patches.all.len() as u32);
     let cast_s = began.elapsed().as_secs_f64();
     let exchange = Exchange::new(surface, patches, &ends, &craft.settings);
-    Ok((exchange, [cast_s, began.elapsed().as_secs_f64() - cast_s]))
+    (exchange, [cast_s, began.elapsed().as_secs_f64() - cast_s])
 }
 
 /// Buffers of the exchange in a run on a device.

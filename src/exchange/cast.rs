@@ -1,11 +1,11 @@
-//! Casts the rays of every patch and finds where each ends. Twin: `glsl/exchange_rays.comp`.
+//! Casts the rays of every patch and finds where each ends. Every device takes these rays.
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-use super::directions::{cosine_direction, fractions, point_near_corner};
+use super::directions::{cosine_direction, fractions};
 use super::patches::{NONE, PatchSurface, Patches};
-use crate::environment::shadow::{Hit, Occluders};
+use crate::environment::shadow::{Hit, Occluders, point_near_corner};
 
 /// The end of a ray that leaves the craft.
 pub(crate) const SPACE: u32 = u32::MAX;

@@ -17,6 +17,7 @@ pub(crate) mod errors;
 pub(crate) mod factors;
 pub(crate) mod mirrors;
 pub(crate) mod patches;
+pub(crate) mod posed;
 pub(crate) mod reflected;
 pub(crate) mod sky;
 pub(crate) mod sparse;

@@ -58,21 +58,28 @@ pub(crate) fn exchange_areas(factors: &Factors, absorptivities: &[f64], bounces:
     let mut between = pruned(&mean, &factors.shared, areas);
     let wanted: Vec<f64> = given.iter().zip(areas).map(|(share, area)| share * area).collect();
     scale(&mut between, &wanted, absorptivities);
-    round(&mut between, areas, absorptivities);
-    let mut returned = 0.0f64;
-    for (i, area) in areas.iter().enumerate() {
-        let (first, end) = (between.first[i] as usize, between.first[i + 1] as usize);
-        let entries = &mut between.entries[first..end];
-        let taken: f64 = entries.iter().map(|(j, shared)| shared * absorptivities[*j as usize]).sum();
-        let missing = area - space[i] - taken;
-        if absorptivities[i] > MIRROR
-            && let Some((_, diagonal)) = entries.iter_mut().find(|(j, _)| *j as usize == i)
-        {
-            *diagonal += missing / absorptivities[i];
-            returned = returned.max(missing.abs() / area);
+    Areas::closed(between, space, areas, absorptivities)
+}
+
+impl Areas {
+    /// Exchange areas rounded as the device keeps them, each row closed by its diagonal.
+    pub(super) fn closed(mut between: Sparse, space: Vec<f64>, areas: &[f64], absorptivities: &[f64]) -> Self {
+        round(&mut between, areas, absorptivities);
+        let mut returned = 0.0f64;
+        for (i, area) in areas.iter().enumerate() {
+            let (first, end) = (between.first[i] as usize, between.first[i + 1] as usize);
+            let entries = &mut between.entries[first..end];
+            let taken: f64 = entries.iter().map(|(j, shared)| shared * absorptivities[*j as usize]).sum();
+            let missing = area - space[i] - taken;
+            if absorptivities[i] > MIRROR
+                && let Some((_, diagonal)) = entries.iter_mut().find(|(j, _)| *j as usize == i)
+            {
+                *diagonal += missing / absorptivities[i];
+                returned = returned.max(missing.abs() / area);
+            }
         }
+        Self { between, space, returned }
     }
-    Areas { between, space, returned }
 }
 
 /// Shares of the light of each patch that the craft absorbs and that reach space, with at most `bounces` reflections.

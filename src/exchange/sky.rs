@@ -66,6 +66,16 @@ fn word_of(direction: DVec3, open: u32) -> u32 {
     open << (2 * BITS) | steps(x) << BITS | steps(y)
 }
 
+/// Words of the sky between two poses: the same bundles, each with the mean of its open shares to the next twelfth.
+pub(super) fn mean_sky([from, to]: [&[u32]; 2], share: f64) -> Vec<u32> {
+    let parts = |word: u32| f64::from(word >> (2 * BITS));
+    let mean = |(a, b): (&u32, &u32)| {
+        let open = (parts(*a) + share * (parts(*b) - parts(*a))).round() as u32;
+        open << (2 * BITS) | (a & ((1 << (2 * BITS)) - 1))
+    };
+    from.iter().zip(to).map(mean).collect()
+}
+
 fn open_share(word: u32) -> f64 {
     f64::from(word >> (2 * BITS)) / f64::from(PARTS)
 }
@@ -200,6 +210,11 @@ pub(crate) struct LastFound {
 impl Renewal {
     pub(crate) fn new(angle: f64, every: f64) -> Self {
         Self { angle, every, ..Self::default() }
+    }
+
+    /// Lets the infrared count as held for long enough, because its rows have changed.
+    pub(crate) fn new_rows(&mut self) {
+        self.last.since[1] = self.every;
     }
 
     /// The part that must be computed anew for a load that lasts `steps`. The part counts as done then. `fresh` asks for all.

@@ -1,5 +1,7 @@
 //! A sparse square matrix in rows.
 
+use rayon::prelude::*;
+
 /// A row: columns and values.
 pub(crate) type SparseRow = Vec<(u32, f64)>;
 
@@ -47,8 +49,8 @@ impl Sparse {
     }
 
     /// Combines two matrices entry by entry. An entry that one of them lacks is 0 there. Entries of 0 are left out.
-    pub(crate) fn combined(&self, other: &Self, with: impl Fn(usize, u32, f64, f64) -> f64) -> Self {
-        let rows = (0..self.len()).map(|row| {
+    pub(crate) fn combined(&self, other: &Self, with: impl Fn(usize, u32, f64, f64) -> f64 + Sync) -> Self {
+        let rows = (0..self.len()).into_par_iter().map(|row| {
             let (a, b) = (self.row(row), other.row(row));
             let (mut i, mut j, mut merged) = (0, 0, Vec::with_capacity(a.len().max(b.len())));
             while i < a.len() || j < b.len() {

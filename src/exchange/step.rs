@@ -55,7 +55,7 @@ impl Default for ExchangeSettings {
             rays: 256,
             patch_edge: None,
             bounces: None,
-            redraw_angle: 30f64.to_radians(),
+            redraw_angle: 15f64.to_radians(),
             specular_sunlight: false,
             hold: HOLD,
         }
@@ -114,7 +114,7 @@ pub struct Exchange {
     pub sunlight: Areas,
     /// Bundles of rays that keep the sky, the same number for each patch.
     pub sky: Vec<u32>,
-    bundles: usize,
+    pub(super) bundles: usize,
 }
 
 impl Exchange {
@@ -176,12 +176,7 @@ impl Exchange {
     }
 
     /// The light of Sun and planet. `lit` has the lit area of each node. With `mirrored` the specular share of direct sunlight goes where it says.
-    pub fn light(
-        &self,
-        load: &StepLoad,
-        lit: &Lit,
-        mirrored: Option<&Mirrored>,
-    ) -> CraftLight {
+    pub fn light(&self, load: &StepLoad, lit: &Lit, mirrored: Option<&Mirrored>) -> CraftLight {
         let planet_shares = self.seen(load);
         let reflect = |(number, (patch, planet)): (usize, (&Patch, &PlanetShares))| {
             let body_from_joint = load.joint_from_body(patch.joint).transpose();

@@ -14,22 +14,6 @@ use super::resource::{Resource, resources};
 use super::shaders::Shader;
 
 resources! {
-    /// Corners, joint and side of every patch whose rays are cast.
-    RAY_PATCHES = Resource::given("RayPatches", 16, FromHost);
-    /// Corners of the patches, and shares of their rays.
-    RAY_CORNERS = Resource::given("RayCorners", 8, FromHost);
-    /// Triangles in the file's pose.
-    RAY_TRIANGLES = Resource::given("RayTriangles", size_of::<layout::ShadowTriangle>(), FromHost);
-    /// Poses of the body and of the joints.
-    RAY_POSES = Resource::given("RayPoses", 48, FromHost);
-    /// Boxes of the tree for these rays.
-    RAY_BOXES = Resource::given("RayBoxes", size_of::<layout::ShadowBox>(), FromHost);
-    /// Triangles of the tree for these rays.
-    RAY_PLACED = Resource::given("RayPlaced", size_of::<layout::ShadowTriangle>(), FromHost);
-    /// Patches at the corners of these triangles.
-    RAY_LEAVES = Resource::given("RayLeaves", 32, FromHost);
-    /// Patches where these rays end.
-    RAY_ENDS = Resource::given("RayEnds", 4, ToHost);
     /// Size of a response dispatch.
     RESPONSE_STEPS = Resource::given("ResponseSteps", size_of::<layout::Steps>(), FromHost);
     /// Targets at the steps of a response [K].
@@ -110,14 +94,6 @@ pub fn brightnesses(workgroups: u32) -> Frame {
 
 fn converted(pass: Pass) -> Frame {
     list([(pass, vec![barrier(&RADIATION_OUTPUT, COMPUTE_WRITE, HOST_READ)])])
-}
-
-/// Casts the rays of some patches.
-pub fn rays(constants: &layout::ExchangePass) -> Frame {
-    let layout::ExchangePass { first, end, rays, .. } = *constants;
-    let workgroups = ((end - first) * rays).div_ceil(64);
-    let pass = Pass::dispatch("exchange_rays", Shader::plain("exchange_rays.comp"), workgroups).told(constants);
-    list([(pass, vec![barrier(&RAY_ENDS, COMPUTE_WRITE, HOST_READ)])])
 }
 
 /// Fills the source of a measured copy with ones, because some devices copy zeros faster.

@@ -10,7 +10,6 @@ pub(crate) mod context;
 mod drivers;
 pub(crate) mod effects;
 pub(crate) mod error;
-pub(crate) mod exchange_rays;
 pub(crate) mod frame;
 mod host_heap;
 pub(crate) mod layout;

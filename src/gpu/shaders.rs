@@ -27,7 +27,7 @@ macro_rules! texts {
 
 entry_points! {
     "absorbed_heat.comp" "background.frag" "background.vert" "between.comp" "blackbody.comp" "brightness.comp"
-    "cull.comp" "distant.comp" "empty.comp" "exchange_light.comp" "exchange_mirror.comp" "exchange_rays.comp"
+    "cull.comp" "distant.comp" "empty.comp" "exchange_light.comp" "exchange_mirror.comp"
     "exchange_receive.comp" "exchange_send.comp" "exchange_sky.comp" "one_pass.comp" "one_pass_heaters.comp"
     "one_pass_stage.comp" "radiance.frag" "radiance.vert" "resample.comp" "response.comp" "sensor_cells.comp"
     "sensor_halo.comp" "sensor_pixel.comp" "sensor_rows.comp" "thermal_step.comp" "traced.comp"
@@ -36,7 +36,7 @@ entry_points! {
 /// The other files of `glsl/`, which entry points include.
 const INCLUDED: &[(&str, &str)] = texts![
     "albedo.glsl" "balance.glsl" "band_table.glsl" "between.glsl" "brightness.glsl" "cosine.glsl" "emissivity.glsl"
-    "exchange_rays.glsl" "exchange_sky.glsl" "lobe.glsl" "local_step.glsl" "network_types.glsl" "pcg.glsl"
+    "exchange_sky.glsl" "lobe.glsl" "local_step.glsl" "network_types.glsl" "pcg.glsl"
     "planck.glsl" "planet.glsl" "planet_map.glsl" "radiative.glsl" "reflection.glsl" "sensor_noise.glsl"
     "sensor_signal.glsl" "sensor_types.glsl" "shaped_transition.glsl" "shutter.glsl" "sky.glsl"
     "traced.glsl" "transition.glsl" "types.glsl" "walk.glsl"

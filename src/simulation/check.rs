@@ -12,13 +12,12 @@ mod network;
 
 pub use self::halves::StepLengthError;
 
-use glam::DAffine3;
-
 use self::differences::Differences;
 use self::exchange::{ExchangeCheck, ExchangeCheckState};
 use self::halves::{Halves, HalvesState};
 use self::network::{NetworkCheck, NetworkCheckState, joints};
 use super::engine::EngineError;
+use super::exchange_poses::RowsBetween;
 use super::prepare::Prepared;
 use crate::environment::StepLoad;
 use crate::environment::shadow::{LightAndPoses, LitAreas};
@@ -212,8 +211,8 @@ impl Check {
         }
     }
 
-    /// Finds the light that nodes receive from the craft in a step, with rays for the `poses` that the engine uses.
-    fn receive(&mut self, load: &StepLoad, steps: f64, poses: Option<&[DAffine3]>) {
+    /// Finds the light that nodes receive from the craft in a step, with rays for the poses between which the `rows` of the engine lie.
+    fn receive(&mut self, load: &StepLoad, steps: f64, rows: Option<&RowsBetween>) {
         let Some(exchange) = &mut self.exchange else { return };
         if self.network.as_ref().is_some_and(|network| network.failed.is_some() || network.waits) {
             return;
@@ -230,18 +229,18 @@ impl Check {
             }
             lit.take(network.slots.iter().copied(), network.loads.lit(), self.nodes);
         }
-        let received = exchange.received(load, steps, poses, &temperatures, &lit);
+        let received = exchange.received(load, steps, rows, &temperatures, &lit);
         self.reference.receive(self.slots.iter().map(|slot| received[*slot]).collect());
         if let Some(network) = &mut self.network {
             network.loads.receive(network.slots.iter().map(|slot| received[*slot]).collect());
         }
     }
 
-    /// Advances the sample by `steps` steps, from `start` [s] for `length` [s]. Where surfaces radiate to each other the engine tells the poses of the joints for which
-    /// its rays were cast.
-    pub(crate) fn step(&mut self, load: &StepLoad, steps: f64, start: f64, length: f64, poses: Option<&[DAffine3]>) {
+    /// Advances the sample by `steps` steps, from `start` [s] for `length` [s]. Where surfaces radiate to each other the engine tells the poses of the joints between
+    /// which its rows lie.
+    pub(crate) fn step(&mut self, load: &StepLoad, steps: f64, start: f64, length: f64, rows: Option<&RowsBetween>) {
         self.reference.find_light(&mut self.light, load);
-        self.receive(load, steps, poses);
+        self.receive(load, steps, rows);
         self.reference.step(load, steps);
         if let Some(network) = self.network.as_mut().filter(|network| network.failed.is_none() && !network.waits) {
             network.step(load, start, length);

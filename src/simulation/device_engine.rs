@@ -6,8 +6,6 @@ mod host_step;
 
 use std::sync::Arc;
 
-use glam::DAffine3;
-
 use camera::DeviceCamera;
 use frames::{Flying, Fourth, Frames};
 
@@ -15,6 +13,7 @@ use super::device_data::{DeviceData, sensor_tables};
 use super::engine::{Delivered, Engine, EngineError, EngineStep, Order};
 use super::engine_state::{DeviceEngineState, EngineState};
 use super::exchange_device::DeviceExchange;
+use super::exchange_poses::RowsBetween;
 use super::given::GivenTemperatures;
 use super::network::NetworkRun;
 use super::prepare::Prepared;
@@ -58,9 +57,8 @@ impl DeviceEngine {
     /// A scene beyond the device, or a call that fails.
     pub fn new(context: &Arc<Context>, prepared: &Prepared, camera: Option<&Camera>) -> Result<Self, GpuError> {
         let poses = prepared.loads.joints_at(0.0).1;
-        let found = prepared.exchange.as_ref().map(|craft| DeviceExchange::new(context, craft, &poses));
-        let exchange = found.transpose()?;
-        let tables = exchange.as_ref().and_then(|own| own.tables().cloned());
+        let exchange = prepared.exchange.as_ref().map(|craft| DeviceExchange::new(craft, &poses));
+        let tables = exchange.as_ref().map(|own| own.tables().clone());
         let device = DeviceData::new(prepared).with_exchange(tables);
         let data = device.scene_data_with(prepared, camera, context.info.sample_counts);
         let plan = data.plan();
@@ -266,7 +264,7 @@ impl Engine for DeviceEngine {
             }
         }
         if let Some(exchange) = &mut self.exchange
-            && let Some(tables) = exchange.restore(part("radiation between surfaces", &saved.exchange)?)?
+            && let Some(tables) = exchange.restore(part("radiation between surfaces", &saved.exchange)?)
         {
             self.renderer.set_exchange(tables)?;
         }
@@ -304,12 +302,12 @@ impl Engine for DeviceEngine {
         }
     }
 
-    fn exchange_poses(&self) -> Option<&[DAffine3]> {
-        self.exchange.as_ref().and_then(DeviceExchange::poses)
+    fn exchange_rows(&self) -> Option<RowsBetween> {
+        self.exchange.as_ref().and_then(DeviceExchange::rows)
     }
 
     fn exchanged_infrared(&self, black: &[f64]) -> Vec<f64> {
-        let tables = self.exchange.as_ref().and_then(DeviceExchange::tables);
+        let tables = self.exchange.as_ref().map(DeviceExchange::tables);
         tables.map(|tables| tables.exchanged_infrared(black)).unwrap_or_default()
     }
 

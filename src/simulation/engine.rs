@@ -4,6 +4,7 @@ use glam::DAffine3;
 
 pub use super::engine_error::EngineError;
 use super::engine_state::EngineState;
+use super::exchange_poses::RowsBetween;
 use super::image::Image;
 use super::network::{NetworkRun, StepCost};
 use super::prepare::Prepared;
@@ -248,8 +249,8 @@ pub trait Engine: Send {
     /// A call that fails.
     fn set_structures(&mut self, temperatures: &[f64]) -> Result<(), EngineError>;
 
-    /// Poses of the joints for which the rays of patches were cast that the last step used. `None` without radiation between surfaces.
-    fn exchange_poses(&self) -> Option<&[DAffine3]> {
+    /// Poses of the joints between which the rows of patches lie that the last step used. `None` without radiation between surfaces.
+    fn exchange_rows(&self) -> Option<RowsBetween> {
         None
     }
 

@@ -1,11 +1,10 @@
 //! Radiation between the surfaces of a scene: its patches, and their exchange in a step in f64.
 
-use std::convert::Infallible;
 use std::sync::Arc;
 
 use glam::DAffine3;
 
-use super::exchange_poses::{Posed, PosedState, Task};
+use super::exchange_poses::{Finding, Posed, PosedState, RowsBetween};
 use super::network::SceneNetwork;
 use crate::environment::StepLoad;
 use crate::environment::shadow::Lit;
@@ -24,10 +23,8 @@ use crate::thermal::received::FaceLoad;
 /// Most rays of a scene. Their ends take 1 GiB.
 pub(crate) const MOST_RAYS: usize = 1 << 28;
 
-/// Rays of a share of the work for new poses of the joints.
-const RAYS_OF_SHARE: usize = 1 << 18;
 /// Part of the redraw angle after which the light of Sun and planet is found anew.
-const LIGHT: f64 = 1.0 / 3.0;
+const LIGHT: f64 = 2.0 / 3.0;
 
 /// The surface of a scene and its patches. Nodes are in device order.
 #[derive(Debug, Clone)]
@@ -116,21 +113,23 @@ impl ExchangeCraft {
         Renewal::new(self.light_angle, self.every)
     }
 
-    /// Steps over which the work for new poses of the joints is spread.
-    pub(crate) fn shares(&self) -> u32 {
-        (self.patches.all.len() * self.settings.rays as usize).div_ceil(RAYS_OF_SHARE).max(1) as u32
-    }
-
-    /// Patches whose rays are cast in a share of the work.
-    pub(crate) fn patches_of_share(&self, number: u32) -> std::ops::Range<u32> {
-        let (count, shares) = (self.patches.all.len() as u64, u64::from(self.shares()));
-        let [first, end] = [number, number + 1].map(|number| (count * u64::from(number) / shares) as u32);
-        first..end
-    }
-
     /// The exchange between the patches in a pose, found by the processor.
     pub fn cast(&self, poses: &[DAffine3]) -> Exchange {
         Exchange::cast(&self.surface, &self.patches, &Scenery::new(&self.surface, poses), &self.settings)
+    }
+}
+
+impl Finding for Exchange {
+    fn at(&self, other: &Self, share: f64) -> Self {
+        self.at(other, share)
+    }
+
+    fn share_to_hold(&self, other: &Self) -> f64 {
+        self.share_to_hold(other)
+    }
+
+    fn bytes(&self) -> usize {
+        self.bytes()
     }
 }
 
@@ -148,33 +147,26 @@ pub(crate) struct ExchangeTwin {
 impl ExchangeTwin {
     /// An exchange whose rays are cast for poses first.
     pub(crate) fn new(craft: &Arc<ExchangeCraft>, poses: &[DAffine3]) -> Self {
-        let angle = craft.settings.redraw_angle;
         let mut twin = Self {
             craft: Arc::clone(craft),
-            found: Posed::new(angle, craft.shares()),
+            found: Posed::new(craft.settings.redraw_angle),
             renewal: craft.renewal(),
             light: CraftLight::default(),
             absorbed: Vec::new(),
         };
-        twin.turn(poses, true);
+        twin.turn(poses);
         twin
     }
 
-    /// Follows the joints, `at_once` or by shares of the work. Returns whether other rows hold than before.
-    fn turn(&mut self, poses: &[DAffine3], at_once: bool) -> bool {
+    /// Follows the joints. Returns whether other rows hold than before.
+    fn turn(&mut self, poses: &[DAffine3]) -> bool {
         let craft = &self.craft;
-        let Ok(turned) = self.found.turn(poses, at_once, &mut |task| {
-            Ok::<_, Infallible>(match task {
-                Task::Whole(poses) | Task::Take(poses) => Some(craft.cast(poses)),
-                Task::Share(..) => None,
-            })
-        });
-        turned.is_some()
+        self.found.turn(poses, &mut |poses| craft.cast(poses).lean()).is_some()
     }
 
-    /// Poses for which the rays that hold were cast.
-    pub(crate) fn poses(&self) -> Option<&[DAffine3]> {
-        self.found.poses()
+    /// Poses between which the rows that hold lie.
+    pub(crate) fn rows(&self) -> Option<RowsBetween> {
+        self.found.rows()
     }
 
     /// The exchange between the patches in the present pose.
@@ -190,9 +182,11 @@ impl ExchangeTwin {
         temperature: impl Fn(usize) -> f64 + Sync,
         lit: &Lit,
     ) -> Vec<f64> {
-        let turned = self.turn(&load.joints, load.is_warm_up());
+        if self.turn(&load.joints) {
+            self.renewal.new_rows();
+        }
         let Some(exchange) = self.found.found() else { return Vec::new() };
-        let due = self.renewal.due(load, steps, turned || self.light.planet_shares.is_empty());
+        let due = self.renewal.due(load, steps, self.light.planet_shares.is_empty());
         if due == Due::All {
             let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
             self.light = exchange.light(load, lit, mirrored.as_ref());
@@ -240,7 +234,8 @@ impl ExchangeTwin {
         if !saved.absorbed.is_empty() {
             check_length("light that patches absorb", &saved.absorbed, patches)?;
         }
-        let Ok(_) = self.found.restore(&saved.found, |poses| Ok::<_, Infallible>(self.craft.cast(poses)));
+        let craft = &self.craft;
+        self.found.restore(&saved.found, &mut |poses| craft.cast(poses).lean());
         self.renewal.last.clone_from(&saved.last);
         self.light.clone_from(&saved.light);
         self.absorbed.clone_from(&saved.absorbed);

@@ -1,201 +1,338 @@
-//! Findings for poses of the joints, kept for when the poses come back. New poses are worked on a share in each step, so that no step stalls.
+//! Findings for poses of the joints, and the place of the present pose between two of them.
+//!
+//! A pose between two known ones takes a mean of what was found for both, so rows follow a joint to second order in the angle between findings. The next pose
+//! to find for is foreseen from the motion of the last step. Poses that lie on no known way are found for at once. Findings have numbers of their own, which
+//! are never given twice: a place in a list would be another finding after the oldest made room.
+
+use std::sync::Arc;
 
 use glam::DAffine3;
 
-use crate::exchange::turn::turned;
+use crate::exchange::turn::{between, on_the_way, turned};
 
 /// A turn below this is rounding [rad].
 const STILL: f64 = 1e-9;
+/// Distance from a known way, over the angle between findings, within which a pose lies on it.
+const SLACK: f64 = 0.1;
 /// Most poses that are kept. The oldest makes room.
 const MOST: usize = 64;
 
-/// The work that a finder is asked for.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Task<'a> {
-    /// All for these poses, at once.
-    Whole(&'a [DAffine3]),
-    /// A share of the work for these poses, by its number.
-    Share(&'a [DAffine3], u32),
-    /// The result of all shares.
-    Take(&'a [DAffine3]),
+/// The poses between which rows lie, and the share of the second.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+pub struct RowsBetween {
+    /// Poses of the first finding.
+    pub(crate) from: Vec<DAffine3>,
+    /// Poses of the second finding.
+    pub(crate) to: Vec<DAffine3>,
+    /// Share of the second finding.
+    pub(crate) share: f64,
+}
+
+/// The findings in use: their numbers, and the share of the second.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+struct Place {
+    from: u64,
+    to: u64,
+    share: f64,
+}
+
+/// A pose with its finding. After a restart a finding is made anew when it is needed.
+#[derive(Debug, Clone)]
+struct KnownPose<T> {
+    number: u64,
+    poses: Vec<DAffine3>,
+    found: Option<Arc<T>>,
 }
 
 /// The saved poses, without what was found for them.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct PosedState {
-    known: Vec<Vec<DAffine3>>,
-    now: usize,
-    pending: Option<(Vec<DAffine3>, u32)>,
+    known: Vec<(u64, Vec<DAffine3>)>,
+    ways: Vec<[u64; 2]>,
+    place: Option<Place>,
+    last: Vec<DAffine3>,
     stalest: f64,
 }
 
-/// Findings for poses of the joints. One holds for all poses within an angle of its own.
-#[derive(Debug, Clone)]
-pub(super) struct Posed<T> {
-    angle: f64,
-    /// Steps over which the work for new poses is spread. With 1 it is done at once.
-    shares: u32,
-    /// Poses with their findings. After a restart a finding is made anew when it is needed.
-    known: Vec<(Vec<DAffine3>, Option<T>)>,
-    now: usize,
-    /// Poses that are worked on, and for how many steps.
-    pending: Option<(Vec<DAffine3>, u32)>,
-    /// Largest turn of a joint against the poses of the finding in use [rad].
-    pub(crate) stalest: f64,
+/// What was found for poses of the joints.
+pub(super) trait Finding: Sized {
+    /// The finding at a share of the way to another.
+    fn at(&self, other: &Self, share: f64) -> Self;
+    /// The share of the way to another by which a pose may move before the finding between them must be made anew.
+    fn share_to_hold(&self, other: &Self) -> f64;
+    /// Memory that a finding takes [B].
+    fn bytes(&self) -> usize;
 }
 
-impl<T> Posed<T> {
-    /// Nothing is found yet. Findings hold within `angle` [rad]. The work for new poses is spread over `shares` steps, and its result is taken after as many again.
-    pub(crate) fn new(angle: f64, shares: u32) -> Self {
-        Self { angle, shares, known: Vec::new(), now: 0, pending: None, stalest: 0.0 }
+/// Memory for findings [B].
+const MEMORY: usize = 1 << 29;
+
+/// Findings for poses of the joints, and what holds now.
+#[derive(Debug, Clone)]
+pub(super) struct Posed<T> {
+    /// Turn of a joint between two findings [rad].
+    angle: f64,
+    known: Vec<KnownPose<T>>,
+    /// Findings between which joints have moved, by their numbers.
+    ways: Vec<[u64; 2]>,
+    place: Option<Place>,
+    /// Change of the share after which the mean is made anew.
+    hold: f64,
+    now: Option<Arc<T>>,
+    /// Poses of the last call.
+    last: Vec<DAffine3>,
+    /// Largest turn of a joint against the poses for which the rows in use hold [rad].
+    pub(crate) stalest: f64,
+    /// Findings made so far.
+    pub(crate) made: u64,
+}
+
+impl<T: Finding> Posed<T> {
+    /// Nothing is found yet. Findings lie `angle` [rad] apart.
+    pub(crate) fn new(angle: f64) -> Self {
+        Self {
+            angle,
+            known: Vec::new(),
+            ways: Vec::new(),
+            place: None,
+            hold: 0.0,
+            now: None,
+            last: Vec::new(),
+            stalest: 0.0,
+            made: 0,
+        }
     }
 
-    /// Chooses the finding that holds for poses, or makes one by `find`. Returns it where another finding held before. With `at_once` new poses are
-    /// not worked on by shares.
-    ///
-    /// # Errors
-    /// An error of `find`.
-    pub(crate) fn turn<E>(
-        &mut self,
-        poses: &[DAffine3],
-        at_once: bool,
-        find: &mut dyn FnMut(Task<'_>) -> Result<Option<T>, E>,
-    ) -> Result<Option<&T>, E> {
-        let before = self.known.get(self.now).is_some_and(|(_, found)| found.is_some()).then_some(self.now);
-        let spread = self.shares > 1;
-        // Work that takes many steps begins early.
-        let limit = if spread { 0.5 * self.angle } else { self.angle }.max(STILL);
-        let turns = self.known.iter().map(|(own, _)| turned(own, poses)).enumerate();
-        let nearest = turns.min_by(|a, b| a.1.total_cmp(&b.1));
-        let later = spread && !at_once && before.is_some();
-        match nearest {
-            Some((place, turn)) if turn <= limit || later => {
-                self.now = place;
-                if turn > limit && self.pending.is_none() {
-                    self.pending = Some((poses.to_vec(), 0));
-                }
-            }
-            _ => self.push(poses.to_vec(), None),
+    /// Follows the joints to poses. Returns what holds where it changed.
+    pub(crate) fn turn(&mut self, poses: &[DAffine3], find: &mut dyn FnMut(&[DAffine3]) -> T) -> Option<&T> {
+        let before = std::mem::replace(&mut self.last, poses.to_vec());
+        let limit = (SLACK * self.angle).max(STILL);
+        let place = match self.nearest(poses) {
+            Some((place, off)) if off <= limit => place,
+            _ => self.extend(&before, poses),
+        };
+        let same = self.place.is_some_and(|held| (held.from, held.to) == (place.from, place.to));
+        let changed = match &self.place {
+            Some(held) if same && self.now.is_some() => (place.share - held.share).abs() > self.hold,
+            _ => true,
+        };
+        if changed {
+            self.place = Some(place);
+            self.make(place, !same, find);
         }
-        let (own, found) = &mut self.known[self.now];
-        if found.is_none() {
-            *found = find(Task::Whole(own))?;
+        if let Some(rows) = self.rows() {
+            self.stalest = self.stalest.max(turned(&between(&rows.from, &rows.to, rows.share), poses));
         }
-        let mut changed = before != Some(self.now);
-        if let Some((own, age)) = self.pending.take() {
-            if age + 1 < 2 * self.shares {
-                if age < self.shares {
-                    find(Task::Share(&own, age))?;
-                }
-                self.pending = Some((own, age + 1));
-            } else {
-                let found = find(Task::Take(&own))?;
-                let gains = turned(&own, poses) < turned(&self.known[self.now].0, poses);
-                let now = self.now;
-                self.push(own, found);
-                if !gains {
-                    self.now = now.min(self.known.len() - 2);
-                }
-                changed |= gains;
-            }
-        }
-        self.stalest = self.stalest.max(turned(&self.known[self.now].0, poses));
-        Ok(self.known[self.now].1.as_ref().filter(|_| changed))
+        self.now.as_deref().filter(|_| changed)
     }
 
-    /// Adds poses, which hold from now on.
-    fn push(&mut self, poses: Vec<DAffine3>, found: Option<T>) {
-        if self.known.len() >= MOST {
-            // The poses in use may be the oldest.
-            self.known.remove(usize::from(self.now == 0));
+    /// Makes what holds at a place.
+    fn make(&mut self, place: Place, other: bool, find: &mut dyn FnMut(&[DAffine3]) -> T) {
+        let Some(from) = self.finding(place.from, find) else { return };
+        if place.from == place.to {
+            (self.now, self.hold) = (Some(from), STILL);
+            return;
         }
-        self.known.push((poses, found));
-        self.now = self.known.len() - 1;
+        let Some(to) = self.finding(place.to, find) else { return };
+        if other {
+            self.hold = from.share_to_hold(&to);
+        }
+        self.now = Some(Arc::new(from.at(&to, place.share)));
     }
 
-    /// Poses of the finding that holds now.
-    pub(crate) fn poses(&self) -> Option<&[DAffine3]> {
-        self.known.get(self.now).map(|known| &known.0[..])
+    /// What is found for known poses.
+    fn finding(&mut self, number: u64, find: &mut dyn FnMut(&[DAffine3]) -> T) -> Option<Arc<T>> {
+        let known = self.known.iter_mut().find(|known| known.number == number)?;
+        if known.found.is_none() {
+            known.found = Some(Arc::new(find(&known.poses)));
+        }
+        let found = known.found.clone()?;
+        self.make_room(MEMORY / found.bytes().max(1));
+        Some(found)
     }
 
-    /// The finding that holds now.
+    /// Forgets the oldest poses that are not in use, beyond a number.
+    fn make_room(&mut self, most: usize) {
+        let used = |number: u64| self.place.is_some_and(|place| place.from == number || place.to == number);
+        while self.known.len() > most.clamp(4, MOST) {
+            let Some(oldest) = self.known.iter().position(|known| !used(known.number)) else { return };
+            self.known.remove(oldest);
+        }
+        let is_known = |number: &u64| self.known.iter().any(|known| known.number == *number);
+        self.ways.retain(|way| way.iter().all(is_known));
+    }
+
+    fn poses_of(&self, number: u64) -> Option<&[DAffine3]> {
+        self.known.iter().find(|known| known.number == number).map(|known| &known.poses[..])
+    }
+
+    /// The known place next to poses, and the turn by which they miss it [rad].
+    fn nearest(&self, poses: &[DAffine3]) -> Option<(Place, f64)> {
+        let points = self
+            .known
+            .iter()
+            .map(|known| (Place { from: known.number, to: known.number, share: 0.0 }, turned(&known.poses, poses)));
+        let ways = self.ways.iter().filter_map(|[from, to]| {
+            let (share, off) = on_the_way(self.poses_of(*from)?, self.poses_of(*to)?, poses);
+            Some((Place { from: *from, to: *to, share }, off))
+        });
+        // A way comes before its ends, so that a joint that moves stays on it.
+        ways.chain(points.filter(|(_, off)| *off <= STILL)).min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// Adds a way from the last finding, or from these poses, to poses that are foreseen. Where a step turns a joint too far for that, or none, it adds these
+    /// poses alone.
+    fn extend(&mut self, before: &[DAffine3], poses: &[DAffine3]) -> Place {
+        let step = turned(before, poses);
+        if !step.is_finite() || step <= STILL || 2.0 * step > self.angle {
+            let number = self.push(poses.to_vec());
+            return Place { from: number, to: number, share: 0.0 };
+        }
+        let angle = self.angle;
+        let ahead = |from: &[DAffine3]| {
+            let steps = ((angle - turned(from, poses)) / step).max(1.0);
+            between(before, poses, 1.0 + steps)
+        };
+        let last = self.place.and_then(|place| Some((place.to, self.poses_of(place.to)?)));
+        let on = last.and_then(|(number, from)| {
+            let to = ahead(from);
+            let (share, off) = on_the_way(from, &to, poses);
+            (off <= SLACK * self.angle && turned(from, poses) < self.angle).then_some((number, to, share))
+        });
+        let (from, to, share) = match on {
+            Some(on) => on,
+            None => (self.push(poses.to_vec()), ahead(poses), 0.0),
+        };
+        let to = self.push(to);
+        self.ways.push([from, to]);
+        Place { from, to, share }
+    }
+
+    /// Adds poses. Returns their number.
+    fn push(&mut self, poses: Vec<DAffine3>) -> u64 {
+        self.made += 1;
+        self.known.push(KnownPose { number: self.made, poses, found: None });
+        self.made
+    }
+
+    /// The poses between which the rows in use lie.
+    pub(crate) fn rows(&self) -> Option<RowsBetween> {
+        let Place { from, to, share } = self.place?;
+        Some(RowsBetween { from: self.poses_of(from)?.to_vec(), to: self.poses_of(to)?.to_vec(), share })
+    }
+
+    /// What holds now.
     pub(crate) fn found(&self) -> Option<&T> {
-        self.known.get(self.now)?.1.as_ref()
+        self.now.as_deref()
     }
 
     /// The poses, without their findings.
     pub(crate) fn save(&self) -> PosedState {
         PosedState {
-            known: self.known.iter().map(|(poses, _)| poses.clone()).collect(),
-            now: self.now,
-            pending: self.pending.clone(),
+            known: self.known.iter().map(|known| (known.number, known.poses.clone())).collect(),
+            ways: self.ways.clone(),
+            place: self.place,
+            last: self.last.clone(),
             stalest: self.stalest,
         }
     }
 
-    /// Restores a saved state, and makes the finding that held then.
-    ///
-    /// # Errors
-    /// The errors of `find`.
-    pub(crate) fn restore<E>(
-        &mut self,
-        saved: &PosedState,
-        find: impl FnOnce(&[DAffine3]) -> Result<T, E>,
-    ) -> Result<Option<&T>, E> {
-        self.known = saved.known.iter().take(MOST).map(|poses| (poses.clone(), None)).collect();
-        (self.now, self.stalest) = (saved.now, saved.stalest);
-        self.pending.clone_from(&saved.pending);
-        match self.known.get_mut(self.now) {
-            Some((poses, found)) => Ok(Some(found.insert(find(poses)?))),
-            None => Ok(None),
-        }
+    /// Restores a saved state, and makes what held then.
+    pub(crate) fn restore(&mut self, saved: &PosedState, find: &mut dyn FnMut(&[DAffine3]) -> T) -> Option<&T> {
+        let known =
+            |(number, poses): &(u64, Vec<DAffine3>)| KnownPose { number: *number, poses: poses.clone(), found: None };
+        self.known = saved.known.iter().take(MOST).map(known).collect();
+        self.ways.clone_from(&saved.ways);
+        self.last.clone_from(&saved.last);
+        (self.place, self.stalest, self.now) = (saved.place, saved.stalest, None);
+        self.made = saved.known.iter().map(|known| known.0).max().unwrap_or(0);
+        self.make(saved.place?, true, find);
+        self.now.as_deref()
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::convert::Infallible;
-
     use super::*;
 
-    fn found(posed: &mut Posed<u32>, count: &mut u32, angle: f64) -> Option<u32> {
-        let poses = [DAffine3::IDENTITY, DAffine3::from_rotation_z(angle)];
-        let Ok(found) = posed.turn(&poses, false, &mut |task| {
-            Ok::<_, Infallible>((!matches!(task, Task::Share(..))).then(|| {
-                *count += 1;
-                *count
-            }))
-        });
-        found.copied()
-    }
+    /// A finding that knows its angle, and how often others were made before it.
+    #[derive(Debug, Clone, PartialEq)]
+    struct Angle(f64);
 
-    #[test]
-    fn what_was_found_holds_within_its_angle_and_when_the_pose_comes_back() {
-        let (mut posed, mut count) = (Posed::new(0.1, 1), 0);
-        let anew = [0.0, 0.05, 0.2, 0.25, 0.02, 0.21, 0.4].map(|angle| found(&mut posed, &mut count, angle));
-        assert_eq!(anew, [Some(1), None, Some(2), None, Some(1), Some(2), Some(3)]);
-        let saved = posed.save();
-        let mut again = Posed::new(0.1, 1);
-        let restored = again.restore(&saved, |poses| Ok::<_, Infallible>(poses[1].matrix3.x_axis.y));
-        assert!(restored.expect("a saved state").is_some_and(|sine| (sine - 0.4f64.sin()).abs() < 1e-12));
-        assert!(turned(&[], &[DAffine3::IDENTITY]).is_infinite());
-    }
-
-    #[test]
-    fn the_work_for_a_new_pose_is_spread_and_its_result_comes_later() {
-        let (mut posed, mut count) = (Posed::new(0.1, 2), 0);
-        let anew = [0.0, 0.04, 0.06, 0.08, 0.1, 0.12, 0.14].map(|angle| found(&mut posed, &mut count, angle));
-        // Work begins at 0.06, takes two steps, and its result is taken two steps later.
-        assert_eq!(anew, [Some(1), None, None, None, None, Some(2), None]);
-        assert!((posed.stalest - 0.1).abs() < 1e-12, "{}", posed.stalest);
-        // The state in the middle of the work goes on alike.
-        let (mut posed, mut count) = (Posed::new(0.1, 2), 0);
-        for angle in [0.0, 0.06, 0.08] {
-            found(&mut posed, &mut count, angle);
+    impl Finding for Angle {
+        fn at(&self, other: &Self, share: f64) -> Self {
+            Self(self.0 + share * (other.0 - self.0))
         }
-        let mut again = Posed::new(0.1, 2);
-        again.restore(&posed.save(), |_| Ok::<_, Infallible>(1)).expect("a saved state");
-        let anew = [0.1, 0.12].map(|angle| found(&mut again, &mut count, angle));
-        assert_eq!(anew, [None, Some(2)]);
+        fn share_to_hold(&self, _: &Self) -> f64 {
+            0.1
+        }
+        fn bytes(&self) -> usize {
+            1
+        }
+    }
+
+    fn poses(angle: f64) -> [DAffine3; 2] {
+        [DAffine3::IDENTITY, DAffine3::from_rotation_z(angle)]
+    }
+
+    fn angle_of(poses: &[DAffine3]) -> Angle {
+        Angle(poses[1].matrix3.x_axis.y.atan2(poses[1].matrix3.x_axis.x))
+    }
+
+    /// The largest difference between the angle and what holds, as a joint turns in steps; and the number of findings.
+    fn off(posed: &mut Posed<Angle>, steps: impl Iterator<Item = f64>) -> (f64, usize) {
+        let (mut most, mut count) = (0.0f64, 0);
+        for angle in steps {
+            posed.turn(&poses(angle), &mut |poses| {
+                count += 1;
+                angle_of(poses)
+            });
+            let Angle(now) = posed.found().expect("it was found");
+            let apart = angle - now;
+            most = most.max(apart.sin().atan2(apart.cos()).abs());
+        }
+        (most, count)
+    }
+
+    #[test]
+    fn rows_follow_a_joint_however_far_it_turns() {
+        let mut posed = Posed::new(0.1);
+        // Six radians in steps of 0.01, 60 findings and as many again in the next turns: the oldest make room.
+        let (most, count) = off(&mut posed, (0..3000).map(|step| 0.01 * f64::from(step)));
+        println!("{most} after {count} findings");
+        assert!(most < 0.012, "{most}");
+        assert!((250..700).contains(&count), "{count}");
+        assert!((posed.stalest - most).abs() < 1e-9, "{} is told, {most} is true", posed.stalest);
+        // Steps beyond the angle are found for one by one.
+        let mut posed = Posed::new(0.01);
+        let (most, count) = off(&mut posed, (0..200).map(|step| 0.05 * f64::from(step)));
+        assert!(most < 1e-9 && count > 120, "{most}, {count}");
+    }
+
+    #[test]
+    fn poses_that_come_back_need_no_new_findings() {
+        let mut posed = Posed::new(0.2);
+        let there = |step: i32| 0.9 * (0.02 * f64::from(step)).sin();
+        let (most, count) = off(&mut posed, (0..315).map(there));
+        let (again, anew) = off(&mut posed, (0..315).map(there));
+        println!("{most} with {count}, then {again} with {anew}");
+        assert!(count < 40 && anew <= 2 && most < 0.045 && again < 0.045, "{most} {count} {again} {anew}");
+        // A jump to elsewhere is found for at once.
+        assert!(off(&mut posed, std::iter::once(2.5)).0 < 1e-9);
+    }
+
+    #[test]
+    fn a_saved_state_goes_on_alike() {
+        let mut posed = Posed::new(0.1);
+        off(&mut posed, (0..37).map(|step| 0.01 * f64::from(step)));
+        let mut again = Posed::new(0.1);
+        let restored = again.restore(&posed.save(), &mut |poses| angle_of(poses)).cloned();
+        assert_eq!(restored.as_ref(), posed.found());
+        for step in 37..90 {
+            let turn = poses(0.01 * f64::from(step));
+            let [first, second] =
+                [&mut posed, &mut again].map(|posed| posed.turn(&turn, &mut |poses| angle_of(poses)).cloned());
+            assert_eq!(first, second, "step {step}");
+        }
     }
 }

@@ -53,7 +53,7 @@ pub(crate) fn forward(
         engine.forward(&under_load)?;
         for one in under_load {
             if let Some(check) = check.as_deref_mut() {
-                check.step(one.load, one.steps, one.start, one.length, engine.exchange_poses());
+                check.step(one.load, one.steps, one.start, one.length, engine.exchange_rows().as_ref());
             }
             progress();
         }

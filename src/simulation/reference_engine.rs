@@ -5,13 +5,12 @@ mod drawing;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use glam::DAffine3;
-
 use self::drawing::Drawing;
 use super::energy::{absorbed_heat, heat_tables};
 use super::engine::{Delivered, Engine, EngineError, EngineStep, Order};
 use super::engine_state::{EngineState, ReferenceEngineState};
 use super::exchange::ExchangeTwin;
+use super::exchange_poses::RowsBetween;
 use super::given::GivenTemperatures;
 use super::network::NetworkRun;
 use super::prepare::Prepared;
@@ -277,8 +276,8 @@ impl Engine for ReferenceEngine {
         exchange.map(|exchange| exchange.exchanged_infrared(black)).unwrap_or_default()
     }
 
-    fn exchange_poses(&self) -> Option<&[DAffine3]> {
-        self.exchange.as_ref().and_then(ExchangeTwin::poses)
+    fn exchange_rows(&self) -> Option<RowsBetween> {
+        self.exchange.as_ref().and_then(ExchangeTwin::rows)
     }
 
     fn structures(&mut self) -> Result<Vec<f64>, EngineError> {

@@ -95,7 +95,6 @@ pub fn all_lists() -> Vec<Frame> {
     all.push(absorbed_heat(&places.map(|of| (of, (0, 1)))));
     all.extend(of_images);
     all.extend(sensor_variants().into_iter().map(sensed));
-    all.push(internals::rays(&ExchangePass { end: 9, rays: 64, ..ExchangePass::default() }));
     all.extend([internals::upload(&internals::TEMPERATURE), internals::download(&internals::TEMPERATURE)]);
     all.extend([internals::filled(), internals::copied(), internals::dispatched(2)]);
     all.extend(runs_of_all_shapes().concat());

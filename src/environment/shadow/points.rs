@@ -1,4 +1,5 @@
-//! Points on the corners of triangles and on the Sun's disc: the same on every device and in every run.
+//! Points on the corners of triangles and on the Sun's disc, and the low-discrepancy numbers that choose them: the same on every device and in every run.
+//! Rays of light, of patches and of mirrors all take their numbers here.
 
 use std::f64::consts::TAU;
 
@@ -6,7 +7,8 @@ use glam::DVec3;
 
 use super::SUN_ANGULAR_RADIUS;
 
-/// Steps of an additive recurrence in four dimensions (Roberts 2018), 2^32 / g^k for k = 1 to 4, where g^5 = g + 1.
+/// Steps of an additive recurrence in four dimensions (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences"), 2^32 / g^k for k = 1 to 4,
+/// where g^5 = g + 1.
 const STEPS: [u32; 4] = [3_679_390_609, 3_152_041_523, 2_700_274_806, 2_313_257_605];
 
 /// Hash of a word (lowbias32 of Wellons 2018, "Prospecting for Hash Functions").
@@ -21,8 +23,8 @@ pub(super) fn shifts(node: u32) -> [u32; 4] {
     std::array::from_fn(|k| hash(node.wrapping_mul(4).wrapping_add(k as u32)))
 }
 
-/// The four numbers of a sample of a node, each in (0, 1). The upper 24 bits decide, which f32 holds exactly.
-pub(super) fn fractions(shifts: [u32; 4], sample: u32) -> [f64; 4] {
+/// The four numbers of a sample, each in (0, 1), where `shifts` start the recurrence. The upper 24 bits decide, which f32 holds exactly.
+pub(crate) fn fractions(shifts: [u32; 4], sample: u32) -> [f64; 4] {
     std::array::from_fn(|k| {
         let word = shifts[k].wrapping_add(sample.wrapping_mul(STEPS[k]));
         (f64::from(word >> 8) + 0.5) / f64::from(1 << 24)
@@ -31,7 +33,7 @@ pub(super) fn fractions(shifts: [u32; 4], sample: u32) -> [f64; 4] {
 
 /// Barycentric weights of the second and third corner of a point that two numbers in (0, 1) spread evenly over the part of a triangle that is nearest to
 /// corner number `corner`, by its weights.
-pub(super) fn point_near_corner([s, t]: [f64; 2], corner: usize) -> [f64; 2] {
+pub(crate) fn point_near_corner([s, t]: [f64; 2], corner: usize) -> [f64; 2] {
     let root = s.sqrt();
     let weights = [1.0 - root, root * (1.0 - t), root * t];
     let most = (0..3).fold(0, |best, k| if weights[k] > weights[best] { k } else { best });
@@ -57,5 +59,35 @@ impl Disc {
     pub(super) fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
         let (sine, cosine) = (TAU * v).sin_cos();
         self.centre + u.sqrt() * (cosine * self.across[0] + sine * self.across[1])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_steps_are_those_of_the_generalised_golden_ratio() {
+        let g = (0..99).fold(1.2f64, |g, _| (1.0 + g).powf(0.2));
+        for (k, step) in STEPS.iter().enumerate() {
+            let expected = (g.powi(-(k as i32) - 1) * 4_294_967_296.0).round();
+            assert!((f64::from(*step) - expected).abs() <= 1.0, "{k}: {step} against {expected}");
+        }
+    }
+
+    #[test]
+    fn points_lie_nearest_to_their_corner_and_fill_a_third_of_the_triangle() {
+        for corner in 0..3 {
+            let mut sum = [0.0; 3];
+            for ray in 0..3000 {
+                let [s, t, ..] = fractions(shifts(3), ray);
+                let [v, w] = point_near_corner([s, t], corner);
+                let all = [1.0 - v - w, v, w];
+                assert!(all.iter().all(|weight| *weight <= all[corner] + 1e-12 && *weight >= -1e-12));
+                (0..3).for_each(|k| sum[k] += all[k] / 3000.0);
+            }
+            // The centroid of the quadrilateral from the corner over the middles of two edges to the centre.
+            assert!((sum[corner] - 11.0 / 18.0).abs() < 2e-3, "{corner}: {sum:?}");
+        }
     }
 }

@@ -93,7 +93,7 @@ pub struct Exchanged {
 /// The passes before the thermal step.
 pub(crate) fn passes(frame: &mut Frame, exchanged: &Exchanged) {
     let Exchanged { patches, bundles, light, anew, mirrors } = *exchanged;
-    let constants = ExchangePass { first: 0, end: patches, rays: bundles, boxes: 0, start: 0.0 };
+    let constants = ExchangePass { first: 0, end: patches, rays: bundles };
     let pass = |entry: &'static str, words: &[(bool, &'static str)]| {
         let shader = Shader::with(entry, words);
         Pass::dispatch(shader.name(), shader, patches.div_ceil(WORKGROUP)).told(&constants)

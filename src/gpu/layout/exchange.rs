@@ -47,11 +47,7 @@ shared! {
         pub first: u32,
         /// Patch after the last.
         pub end: u32,
-        /// Rays of each patch.
+        /// Bundles of rays of each patch.
         pub rays: u32,
-        /// Number of boxes in the tree, for a pass that casts rays.
-        pub boxes: u32,
-        /// Distance between the start of a ray and its surface [m].
-        pub start: f32,
     }
 }

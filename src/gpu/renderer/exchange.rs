@@ -17,8 +17,7 @@ impl Renderer {
         if tables.entries.len() > own.room {
             return Err(GpuError::ExchangeGrew { entries: 4 * tables.entries.len(), room: 4 * own.room });
         }
-        own.fresh = true;
-        own.order.clone_from(&tables.order);
+        own.renewal.new_rows();
         self.resources.upload(&mut self.once, &NODES, &tables.nodes)?;
         self.resources.upload(&mut self.once, &PATCHES, &tables.patches)?;
         self.resources.upload(&mut self.once, &ENTRIES, &tables.entries)?;

@@ -10,6 +10,7 @@ use crate::environment::shadow::Lit;
 use crate::exchange::sky::{Due, LastFound, Renewal};
 use crate::exchange::step::{CraftLight, Exchange};
 use crate::simulation::exchange::ExchangeCraft;
+use crate::simulation::exchange_poses::RowsBetween;
 use crate::thermal::misfit::{Misfit, check_length};
 use crate::thermal::received::FaceLoad;
 
@@ -25,8 +26,10 @@ const COLD: f64 = 85.0;
 /// The exchange between patches in f64, beside the run.
 pub(super) struct ExchangeCheck {
     craft: Arc<ExchangeCraft>,
-    /// Poses of the joints for which rays were cast, each with its exchange. The last pair holds.
-    found: Vec<(Vec<DAffine3>, Exchange)>,
+    /// Poses of the joints for which rays were cast, each with its exchange. The pair that was used last is the last.
+    found: Vec<(Vec<DAffine3>, Arc<Exchange>)>,
+    /// The poses between which the rows that hold lie, and these rows.
+    now: (RowsBetween, Arc<Exchange>),
     renewal: Renewal,
     progress: ExchangeProgress,
 }
@@ -47,8 +50,8 @@ struct ExchangeProgress {
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct ExchangeCheckState {
     last: LastFound,
-    /// Poses for which the rays that hold were cast.
-    poses: Vec<DAffine3>,
+    /// The poses between which the rows that hold lie.
+    rows: RowsBetween,
     progress: ExchangeProgress,
 }
 
@@ -74,26 +77,32 @@ impl ErrorSpread {
 
 impl ExchangeCheck {
     pub(crate) fn new(craft: &Arc<ExchangeCraft>, poses: &[DAffine3]) -> Self {
+        let first = Arc::new(craft.cast(poses));
+        let rows = RowsBetween { from: poses.to_vec(), to: poses.to_vec(), share: 0.0 };
         Self {
-            found: vec![(poses.to_vec(), craft.cast(poses))],
+            found: vec![(poses.to_vec(), Arc::clone(&first))],
+            now: (rows, first),
             renewal: craft.renewal(),
             craft: Arc::clone(craft),
             progress: ExchangeProgress::default(),
         }
     }
 
-    /// The light on the faces of every node in a step, from rays for the poses that the engine uses. The load lasts `steps`. Nodes have temperatures [K] and
+    /// The light on the faces of every node in a step, from rays for the poses between which the engine's rows lie. The load lasts `steps`. Nodes have temperatures [K] and
     /// lit areas.
     pub(crate) fn received(
         &mut self,
         load: &StepLoad,
         steps: f64,
-        poses: Option<&[DAffine3]>,
+        rows: Option<&RowsBetween>,
         temperatures: &[f64],
         lit: &Lit,
     ) -> Vec<[FaceLoad; 2]> {
-        let turned = poses.is_some_and(|poses| self.turn(poses));
-        let Some((_, exchange)) = self.found.last() else { return Vec::new() };
+        let turned = rows.is_some_and(|rows| self.turn(rows));
+        if turned {
+            self.renewal.new_rows();
+        }
+        let exchange = Arc::clone(&self.now.1);
         let find = || {
             let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
             exchange.light(load, lit, mirrored.as_ref())
@@ -101,7 +110,7 @@ impl ExchangeCheck {
         let of_nodes = |absorbed: &[f64], light: &CraftLight| -> Vec<[FaceLoad; 2]> {
             (0..temperatures.len()).map(|node| exchange.of_node(node, absorbed, &light.planet_shares)).collect()
         };
-        let due = self.renewal.due(load, steps, turned || self.progress.light.planet_shares.is_empty());
+        let due = self.renewal.due(load, steps, self.progress.light.planet_shares.is_empty());
         if due == Due::Nothing {
             return of_nodes(&self.progress.before, &self.progress.light);
         }
@@ -120,19 +129,28 @@ impl ExchangeCheck {
         received
     }
 
-    /// Puts the exchange for poses last. Returns whether another exchange was last before.
-    fn turn(&mut self, poses: &[DAffine3]) -> bool {
-        let Some(place) = self.found.iter().rposition(|(own, _)| own == poses) else {
-            if self.found.len() >= MOST {
-                self.found.remove(0);
-            }
-            self.found.push((poses.to_vec(), self.craft.cast(poses)));
-            return true;
+    /// Makes the rows between poses hold. Returns whether others held before.
+    fn turn(&mut self, rows: &RowsBetween) -> bool {
+        if self.now.0 == *rows {
+            return false;
+        }
+        let from = self.cast(&rows.from);
+        let now = if rows.share == 0.0 { from } else { Arc::new(from.at(&self.cast(&rows.to), rows.share)) };
+        self.now = (rows.clone(), now);
+        true
+    }
+
+    /// The exchange for poses, which it puts last.
+    fn cast(&mut self, poses: &[DAffine3]) -> Arc<Exchange> {
+        let known = match self.found.iter().rposition(|(own, _)| own == poses) {
+            Some(place) => self.found.remove(place),
+            None => (poses.to_vec(), Arc::new(self.craft.cast(poses))),
         };
-        let held = place + 1 == self.found.len();
-        let known = self.found.remove(place);
-        self.found.push(known);
-        !held
+        if self.found.len() >= MOST {
+            self.found.remove(0);
+        }
+        self.found.push(known.clone());
+        known.1
     }
 
     fn estimate(
@@ -142,7 +160,7 @@ impl ExchangeCheck {
         temperatures: &[f64],
         (turned, held): (bool, Option<Vec<f64>>),
     ) {
-        let Some((_, exchange)) = self.found.last() else { return };
+        let exchange = &self.now.1;
         let kelvin = exchange.kelvin_per_flux(|node| temperatures[node]);
         let warm = exchange.kelvin_per_flux(|_| COLD);
         let patches = || exchange.patches.iter().zip(kelvin.iter().zip(&warm)).enumerate();
@@ -185,7 +203,7 @@ impl ExchangeCheck {
     pub(crate) fn save(&self) -> ExchangeCheckState {
         ExchangeCheckState {
             last: self.renewal.last.clone(),
-            poses: self.found.last().map(|(poses, _)| poses.clone()).unwrap_or_default(),
+            rows: self.now.0.clone(),
             progress: self.progress.clone(),
         }
     }
@@ -201,7 +219,7 @@ impl ExchangeCheck {
             check_length("light that patches absorb", &saved.progress.before, patches)?;
         }
         self.renewal.last.clone_from(&saved.last);
-        self.turn(&saved.poses);
+        self.turn(&saved.rows);
         self.progress.clone_from(&saved.progress);
         Ok(())
     }

@@ -68,11 +68,11 @@ impl DeviceEngine {
         Ok(())
     }
 
-    /// Casts the rays of patches anew where a joint has moved.
+    /// Lets the rows of patches follow the joints.
     pub(super) fn follow_joints(&mut self, step: &EngineStep<'_>) -> Result<(), EngineError> {
         let fourth = self.fourth();
         let Some(exchange) = &mut self.exchange else { return Ok(()) };
-        if let Some(tables) = exchange.turn(&step.load.joints, step.load.is_warm_up())? {
+        if let Some(tables) = exchange.turn(&step.load.joints) {
             self.frames.end(&mut self.renderer, fourth)?;
             self.renderer.set_exchange(tables)?;
         }

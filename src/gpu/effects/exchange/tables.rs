@@ -8,6 +8,9 @@ use crate::exchange::words::pieces;
 use crate::gpu::layout::ExchangePatch;
 use crate::model::nodes::GROUP;
 
+/// Room for the entries of a craft with joints, over those of its first pose: rows between two poses have the entries of both.
+const ROOM: usize = 4;
+
 /// Tables of a craft. A patch more than it has stands for faces without a patch, which see nothing of the craft.
 #[derive(Debug, Clone, Default)]
 pub struct ExchangeTables {
@@ -38,11 +41,18 @@ pub struct ExchangeTables {
 }
 
 impl ExchangeTables {
-    /// The tables of an exchange. With `moves` there is room for twice the entries.
+    /// The tables of an exchange. With `moves` there is room for more entries.
     pub fn new(exchange: &Exchange, moves: bool) -> Self {
-        let without = exchange.patches.len() as u32;
-        let mut order: Vec<u32> = (0..without).collect();
+        let mut order: Vec<u32> = (0..exchange.patches.len() as u32).collect();
         order.sort_by_key(|patch| std::cmp::Reverse(exchange.infrared.between.row(*patch as usize).len()));
+        let tables = Self::in_order(exchange, &order);
+        Self { room: if moves { ROOM * tables.entries.len() } else { tables.entries.len() }, ..tables }
+    }
+
+    /// The tables of an exchange with the patches in the order of earlier tables. Results at the places of the device go on to hold.
+    pub(crate) fn in_order(exchange: &Exchange, order: &[u32]) -> Self {
+        let without = exchange.patches.len() as u32;
+        let order = order.to_vec();
         let mut places = vec![0u32; order.len()];
         (0..).zip(&order).for_each(|(place, patch)| places[*patch as usize] = place);
         let patch_of = |patch: u32| if patch == NONE { without } else { places[patch as usize] };
@@ -87,7 +97,7 @@ impl ExchangeTables {
             nodes: nodes.collect(),
             patches,
             members: exchange.nodes.iter().map(|(node, share)| [*node, (*share as f32).to_bits()]).collect(),
-            room: if moves { 2 * entries.len() } else { entries.len() },
+            room: entries.len(),
             entries,
             sky: order.iter().flat_map(|patch| exchange.sky_of(*patch as usize).chunks(4)).map(four).collect(),
             bundles: exchange.bundles() as u32,

@@ -1,0 +1,106 @@
+//! The exchange of a craft between two poses of its joints: a mean of what was found for both.
+//!
+//! View factors and exchange areas change smoothly with the angle of a joint, but where something comes into view. A mean of two findings at an angle d misses
+//! them by d^2 / 8 times their second derivative. A mean of symmetric closed rows is symmetric and closed.
+
+use rayon::prelude::*;
+
+use super::factors::{Correction, Factors};
+use super::reflected::Areas;
+use super::sky::mean_sky;
+use super::sparse::Sparse;
+use super::step::Exchange;
+
+/// Change of what a patch sees of the parts of the craft, over all it sees, after which rows are made anew: of the patch that changes most, and of all, rms over
+/// area. 0.02 of the light of a black body at 300 K changes a thin sheet by 0.8 K.
+const HELD: [f64; 2] = [0.02, 0.01];
+/// Bounds of the share of the way between two findings for which rows are held.
+const SHARES: [f64; 2] = [1.0 / 16.0, 0.5];
+
+impl Exchange {
+    /// The exchange at a share of the way to another pose of the same craft.
+    pub(crate) fn at(&self, other: &Self, share: f64) -> Self {
+        let absorptivities =
+            |of: fn(&super::patches::Patch) -> f64| -> Vec<f64> { self.patches.iter().map(of).collect() };
+        let areas = &self.factors.areas;
+        Self {
+            patches: self.patches.clone(),
+            nodes: self.nodes.clone(),
+            of_node: self.of_node.clone(),
+            factors: self.factors.at(&other.factors, share),
+            infrared: self.infrared.at(&other.infrared, share, areas, &absorptivities(|patch| patch.optics.emissivity)),
+            sunlight: self.sunlight.at(
+                &other.sunlight,
+                share,
+                areas,
+                &absorptivities(|patch| patch.optics.absorptivity),
+            ),
+            sky: mean_sky([&self.sky, &other.sky], share),
+            ..*self
+        }
+    }
+
+    /// Share of the way to another pose for which rows may be held.
+    pub(crate) fn share_to_hold(&self, other: &Self) -> f64 {
+        let parts = self.patches.iter().map(|patch| patch.part as usize + 1).max().unwrap_or(0);
+        let change = |number: usize| {
+            let seen = |exchange: &Self| {
+                let area = exchange.patches[number].area;
+                let mut seen = vec![0.0; parts + 1];
+                for (from, shared) in exchange.infrared.between.row(number) {
+                    let patch = &exchange.patches[*from as usize];
+                    seen[patch.part as usize] += patch.optics.emissivity * shared / area;
+                }
+                seen[parts] = exchange.infrared.space[number] / area;
+                seen
+            };
+            0.5 * seen(self).iter().zip(seen(other)).map(|(a, b)| (a - b).abs()).sum::<f64>()
+        };
+        let changes: Vec<f64> = (0..self.patches.len()).into_par_iter().map(change).collect();
+        let largest = changes.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let areas = &self.factors.areas;
+        let squares: f64 = changes.iter().zip(areas).map(|(change, area)| area * change * change).sum();
+        let rms = (squares / areas.iter().sum::<f64>()).sqrt().max(f64::MIN_POSITIVE);
+        (HELD[0] / largest).min(HELD[1] / rms).clamp(SHARES[0], SHARES[1])
+    }
+
+    /// The same without the view factors between patches, which only estimates of errors need.
+    pub(crate) fn lean(mut self) -> Self {
+        self.factors.shared = Sparse::default();
+        self
+    }
+
+    /// Memory of the rows and of the sky [B].
+    pub(crate) fn bytes(&self) -> usize {
+        let entries = [&self.infrared.between, &self.sunlight.between, &self.factors.shared];
+        entries.iter().map(|rows| 16 * rows.entries.len()).sum::<usize>() + 4 * self.sky.len() + 8 * self.of_node.len()
+    }
+}
+
+impl Factors {
+    fn at(&self, other: &Self, share: f64) -> Self {
+        let mean = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a + share * (b - a)).collect() };
+        let Correction { rms, largest, unclosed } = other.correction;
+        let own = self.correction;
+        Self {
+            areas: self.areas.clone(),
+            shared: self.shared.combined(&other.shared, |_, _, a, b| a + share * (b - a)),
+            space: mean(&self.space, &other.space),
+            inside: mean(&self.inside, &other.inside),
+            correction: Correction {
+                rms: own.rms.max(rms),
+                largest: own.largest.max(largest),
+                unclosed: own.unclosed.max(unclosed),
+            },
+            rays: self.rays,
+        }
+    }
+}
+
+impl Areas {
+    fn at(&self, other: &Self, share: f64, areas: &[f64], absorptivities: &[f64]) -> Self {
+        let between = self.between.combined(&other.between, |_, _, a, b| a + share * (b - a));
+        let space = self.space.iter().zip(&other.space).map(|(a, b)| a + share * (b - a)).collect();
+        Self::closed(between, space, areas, absorptivities)
+    }
+}
