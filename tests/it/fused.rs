@@ -83,7 +83,7 @@ fn many_steps_in_a_dispatch_leave_what_they_leave_one_by_one() {
 #[test]
 #[ignore = "long: tools/test --all"]
 fn shadows_found_anew_end_a_dispatch() {
-    let prepared = prepared("[shadows]\nredraw_angle_deg = 10\nresolution = 256\n");
+    let prepared = prepared("[shadows]\nredraw_angle_deg = 10\n");
     let (one_by_one, _) = state(&prepared, 1, 1.0);
     let (at_once, together) = state(&prepared, STEPS as usize, 1.0);
     assert!(one_by_one == at_once, "to the last bit");

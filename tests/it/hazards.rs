@@ -2,7 +2,7 @@
 
 use isotherm::internals;
 use isotherm::internals::{
-    Casting, Curve, Distance, Frame, HeatOf, ListEntry, RadianceVariant, Recipe, RowOf, Sampled, StepKind, StepRange,
+    Curve, Distance, Frame, HeatOf, LightBy, ListEntry, RadianceVariant, Recipe, RowOf, Sampled, StepKind, StepRange,
     ThermalVariant, TriangleRun, Wanted, compose,
 };
 
@@ -32,21 +32,21 @@ fn scenes() -> Vec<Vec<StepRange>> {
             range(StepKind::Restart, false, (256, 320)),
         ],
         vec![
-            with_shadow(range(StepKind::Merge, false, (0, 64))),
-            with_shadow(range(StepKind::Absorb, true, (64, 128))),
+            lit_by_rays(range(StepKind::Merge, false, (0, 64))),
+            lit_by_rays(range(StepKind::Absorb, true, (64, 128))),
         ],
         vec![range(PLATE, false, (0, 64))],
         vec![range(OVER, true, (0, 64))],
         vec![
             range(StepKind::Merge, false, (0, 64)),
             range(PLATE, true, (64, 128)),
-            with_shadow(range(OVER, false, (128, 192))),
+            lit_by_rays(range(OVER, false, (128, 192))),
         ],
     ]
 }
 
-fn with_shadow(range: StepRange) -> StepRange {
-    StepRange { variant: ThermalVariant { shadow: true, ..range.variant }, ..range }
+fn lit_by_rays(range: StepRange) -> StepRange {
+    StepRange { variant: ThermalVariant { light: LightBy::Rays, ..range.variant }, ..range }
 }
 
 const DRAWN: Wanted =
@@ -98,11 +98,6 @@ fn fused(ranges: &[StepRange]) -> Vec<StepRange> {
     ranges.iter().map(|range| StepRange { variant: variant(range.variant), ..*range }).collect()
 }
 
-/// By a shadow map, and by rays.
-pub fn castings() -> [Casting; 2] {
-    [Casting::Map, Casting::Rays { rays: Vec::new(), poses: Vec::new() }]
-}
-
 /// The passes that sum the absorbed heat of sections.
 pub fn absorbed_heat(sections: &[(HeatOf, (u32, u32))]) -> Frame {
     compose(&Recipe { heat: (sections.to_vec(), 0.0), ..Recipe::default() })
@@ -124,14 +119,6 @@ fn heat(ranges: &[StepRange]) -> Vec<(HeatOf, (u32, u32))> {
 /// Every frame that a run submits: settling, steps, many steps at once, and an image of the current state.
 fn frames(ranges: &[StepRange]) -> Vec<Frame> {
     let mut frames = vec![Frame::settle(ranges), Frame::step(&fused(ranges), Wanted::default())];
-    for method in castings() {
-        let shadows = Frame::shadows(ranges, &method);
-        if shadows.entries.is_empty() {
-            continue;
-        }
-        frames.push(shadows.clone().then(Frame::settle(ranges)));
-        frames.push(shadows.then(Frame::step(ranges, DRAWN)));
-    }
     let summed = absorbed_heat(&heat(ranges));
     frames.push(Frame::step(ranges, Wanted::default()).then(summed.clone()).then(Frame::step(&[], DRAWN)));
     frames.push(summed);
@@ -150,8 +137,7 @@ fn between(ranges: &[StepRange], wanted: Wanted) -> Frame {
 #[test]
 fn any_two_frames_in_a_row_have_all_their_barriers() {
     for ranges in scenes() {
-        // A run begins with the shadows of its first load.
-        let settle = Frame::shadows(&ranges, &Casting::Map).then(Frame::settle(&ranges));
+        let settle = Frame::settle(&ranges);
         for first in frames(&ranges) {
             for second in frames(&ranges) {
                 let found = hazards([&settle, &first, &second]);
@@ -164,8 +150,7 @@ fn any_two_frames_in_a_row_have_all_their_barriers() {
 #[test]
 fn each_barrier_that_is_taken_away_is_missed() {
     for ranges in scenes() {
-        // A run begins with the shadows of its first load.
-        let settle = Frame::shadows(&ranges, &Casting::Map).then(Frame::settle(&ranges));
+        let settle = Frame::settle(&ranges);
         for (number, whole) in frames(&ranges).iter().enumerate() {
             for n in 0..barrier_count(whole) {
                 let broken = without_barrier(whole, n);
@@ -220,33 +205,27 @@ pub fn each_barrier_is_needed(row: &[Frame], first: usize) {
 fn what_is_submitted_once_has_all_its_barriers() {
     let ranges = &scenes()[3];
     let drawn = DRAWN;
-    for method in castings() {
-        let settle = Frame::shadows(ranges, &method).then(Frame::settle(ranges));
-        let (bare, step) = (Frame::step(ranges, Wanted::default()), Frame::step(ranges, drawn));
-        let tree = [&internals::SHADOW_TREE, &internals::SHADOW_TRIANGLES];
-        // A frame's barriers also cover uploads to the state, which settling copies to.
-        let uploaded = [
-            &internals::MATERIALS,
-            &internals::GROUP_MATERIAL,
-            &internals::GROUP_PART,
-            &internals::NORMAL_X,
-            &internals::POSITION_X,
-            &internals::TRIANGLES,
-            &internals::DRAWS,
-            &internals::BAND_TABLE,
-            &internals::TEMPERATURE,
-        ];
-        let of_method = if method != Casting::Map { &tree[..] } else { &[&internals::OCCLUDERS] };
-        for resource in uploaded.into_iter().chain(of_method.iter().copied()) {
-            let row = [internals::upload(resource), settle.clone(), step.clone()];
-            assert_eq!(hazards(&row), []);
-            let broken = [without_barrier(&row[0], 0), settle.clone(), step.clone()];
-            assert!(!hazards(&broken).is_empty(), "{resource:?}");
-        }
-        for resource in [&internals::TEMPERATURE, &internals::VISIBILITY] {
-            each_barrier_is_needed(&[settle.clone(), bare.clone(), internals::download(resource)], 2);
-        }
+    let settle = Frame::settle(ranges);
+    let (bare, step) = (Frame::step(ranges, Wanted::default()), Frame::step(ranges, drawn));
+    // A frame's barriers also cover uploads to the state, which settling copies to.
+    let uploaded = [
+        &internals::MATERIALS,
+        &internals::GROUP_MATERIAL,
+        &internals::GROUP_PART,
+        &internals::LIT_X,
+        &internals::POSITION_X,
+        &internals::TRIANGLES,
+        &internals::DRAWS,
+        &internals::BAND_TABLE,
+        &internals::TEMPERATURE,
+    ];
+    for resource in uploaded {
+        let row = [internals::upload(resource), settle.clone(), step.clone()];
+        assert_eq!(hazards(&row), []);
+        let broken = [without_barrier(&row[0], 0), settle.clone(), step.clone()];
+        assert!(!hazards(&broken).is_empty(), "{resource:?}");
     }
+    each_barrier_is_needed(&[settle, bare, internals::download(&internals::TEMPERATURE)], 2);
     let curve = Curve::Shaped { fourth_power: false };
     let response = internals::respond_list(StepKind::Merge, curve, 4);
     each_barrier_is_needed(&[internals::upload(&internals::TARGET), response.clone(), response.clone(), response], 0);

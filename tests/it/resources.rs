@@ -8,7 +8,7 @@ use isotherm::internals::{
     SensorVariant, Shader, StepKind, StepRange, ThermalVariant, TriangleRun, Vignette, Wanted, compose, module,
 };
 
-use crate::hazards::{absorbed_heat, castings};
+use crate::hazards::absorbed_heat;
 use crate::one_pass::runs_of_all_shapes;
 use crate::shaders::{CURVES, reflect, thermal_variants};
 
@@ -75,10 +75,6 @@ pub fn all_lists() -> Vec<Frame> {
         all.push(Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], drawn));
         if variant.exchange {
             all.extend([false, true].map(|mirrors| exchange(9, variant, true, mirrors)));
-        }
-        if variant.shadow {
-            let range = [StepRange { variant, groups: (0, 64), joint: 0 }];
-            all.extend(castings().map(|casting| Frame::shadows(&range, &casting)));
         }
     }
     let shown = |shows| Frame::step(&[], Wanted { image: true, shows, texels: 9, ..Wanted::default() });

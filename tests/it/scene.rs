@@ -6,7 +6,7 @@ use approx::assert_relative_eq;
 use glam::{DMat4, DQuat, DVec3};
 use isotherm::internals::{
     Attitude, Background, CameraFrame, Draw, Edges, GainControl, Halo, ImageFile, ImageFiles, Initial, Mapping, Netd,
-    Orbit, PRESETS, Part, Pattern, Reflections, SensorOptics, ShadowMethod, Spread, Surrounded, Video, Vignetting,
+    Orbit, PRESETS, Part, Pattern, Reflections, SensorOptics, Spread, Surrounded, Video, Vignetting,
 };
 use isotherm::{Distortion, Lens, Scene, SceneError};
 
@@ -93,7 +93,7 @@ fn every_value_of_a_full_scene_arrives() {
     assert_eq!((scene.probes[0].part.as_deref(), scene.probes[1].part.as_deref()), (Some("wing"), None));
     assert_eq!((scene.colour_range, scene.energy_balance), (Some([150.0, 350.0]), false));
     let shadows = scene.shadows.expect("the scene has shadows");
-    assert_eq!((shadows.method, shadows.resolution), (ShadowMethod::Depth, 1024));
+    assert_eq!(shadows.spacing, Some(0.2));
     assert_relative_eq!(shadows.redraw_angle, 0.5f64.to_radians(), epsilon = 1e-15);
     let exchange = scene.exchange.expect("the scene has exchange");
     assert_eq!((exchange.rays, exchange.patch_edge, exchange.bounces), (512, Some(1.5), Some(3)));

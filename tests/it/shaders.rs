@@ -6,7 +6,7 @@ use std::process::Command;
 
 use isotherm::internals;
 use isotherm::internals::{
-    Curve, Distance, ENTRY_POINTS, Frame, RowOf, Sampled, Shader, StepKind, ThermalVariant, Wanted,
+    Curve, Distance, ENTRY_POINTS, Frame, LightBy, RowOf, Sampled, Shader, StepKind, ThermalVariant, Wanted,
 };
 use naga::front::spv;
 
@@ -35,8 +35,8 @@ pub fn thermal_variants(curve: Curve) -> Vec<ThermalVariant> {
                 (true, true, true),
             ] {
                 let plain = ThermalVariant { both_sides, sun, planet_ir, albedo, ..bare(kind) };
-                let shadowed = sun.then_some(ThermalVariant { shadow: true, ..plain });
-                let unfused = [Some(plain), shadowed].into_iter().flatten();
+                let lit = [LightBy::Area, LightBy::Rays].map(|light| sun.then_some(ThermalVariant { light, ..plain }));
+                let unfused = [Some(plain), lit[0], lit[1]].into_iter().flatten();
                 let exchanging = |variant: ThermalVariant| ThermalVariant { exchange: true, ..variant };
                 all.extend(unfused.flat_map(|one| [Some(one), one.fused(), Some(exchanging(one))]).flatten());
             }

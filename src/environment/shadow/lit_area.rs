@@ -47,9 +47,9 @@ impl LitArea {
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct Lit {
     /// One for each node. Empty where normals tell the light.
-    pub(crate) areas: Vec<LitArea>,
+    pub areas: Vec<LitArea>,
     /// Whether rays tell that parts of the craft hide the Sun.
-    pub(crate) by_rays: bool,
+    pub by_rays: bool,
 }
 
 impl Lit {

@@ -1,7 +1,7 @@
 //! What is wrong with a surface is counted, and patches inside others are told.
 
 use glam::DVec3;
-use isotherm::internals::{Defects, Exchange, ExchangeSettings, Patches, Scenery, StepLoad, buried};
+use isotherm::internals::{Defects, Exchange, ExchangeSettings, Lit, Patches, Scenery, StepLoad, buried};
 
 use super::shapes::{Shapes, grey};
 use super::view_factors::exchange;
@@ -127,7 +127,7 @@ fn a_face_inside_another_part_takes_no_sunlight() {
     let [least, most] = [f64::min, f64::max].map(|of| exposed.iter().copied().reduce(of).expect("two halves"));
     assert!(least < 0.04 && most == 1.0, "{exposed:?}");
     let load = StepLoad { sun: sunlight([(DVec3::Z, 1000.0)]), ..dark(0.0) };
-    let light = found.light(&load, |_| 1.0, None);
+    let light = found.light(&load, &Lit::default(), None);
     for (number, patch) in found.patches.iter().enumerate().filter(|(_, patch)| patch.part >= 6) {
         let reflected = (1.0 - patch.optics.absorptivity) * 1000.0 * found.exposed(number);
         assert!((light.reflected[number][1] - reflected).abs() < 1e-9, "patch {number}");

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use isotherm::internals::{
     Context, Curve, DeviceData, DeviceEngine, Engine, EngineOrder as Order, EngineStep, Exchange, ExchangeTables,
-    Frame, PADDING, Prepared, ReferenceEngine, STEFAN_BOLTZMANN, Scenery, StepKind, StepRange, ThermalVariant, Wanted,
-    cast_rays, run,
+    Frame, Lit, PADDING, Prepared, ReferenceEngine, STEFAN_BOLTZMANN, Scenery, StepKind, StepRange, ThermalVariant,
+    Wanted, cast_rays, run,
 };
 use isotherm::{EngineError, internals};
 use serde_json::json;
@@ -149,14 +149,14 @@ fn balances(prepared: &Prepared) {
             engine.submit(None, Order { temperatures: true, ..Order::default() }).expect("a state");
             engine.deliver().expect("a state").temperatures.expect("temperatures")
         };
-        let visible = |engine: &mut DeviceEngine| engine.renderer.visibility().expect("shadows");
         let load = prepared.loads.step_load(start, start + length);
         engine.submit(Some(EngineStep { load: &load, steps: 1.0, start, length }), Order::default()).expect("a step");
         engine.deliver().expect("a step");
-        let lit = visible(&mut engine);
+        let areas = engine.renderer.lit_areas().expect("shadows");
+        let lit = Lit { areas, by_rays: true };
         // The device finds light anew in every step of an angle of 0.
         let mirrored = craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(&load));
-        let light = exchange.light(&load, |node| f64::from(lit[node]), mirrored.as_ref());
+        let light = exchange.light(&load, &lit, mirrored.as_ref());
         let sent = exchange.sent(&load, &light, |node| f64::from(before[node]));
         let twin = exchange.absorbed(&sent, &light);
         let found = engine.renderer.received().expect("what patches received");

@@ -2,7 +2,8 @@
 
 use glam::{DAffine3, DVec3};
 use isotherm::internals::{
-    CraftLight, Exchange, ExchangeSettings, Gloss, Material, Mirrored, Mirrors, Patches, Scenery, StepLoad, reflection,
+    CraftLight, Exchange, ExchangeSettings, Gloss, Lit, Material, Mirrored, Mirrors, Patches, Scenery, StepLoad,
+    reflection,
 };
 
 use super::shapes::{Shapes, grey};
@@ -34,7 +35,7 @@ fn find(shapes: &Shapes, patch_edge: f64, load: &StepLoad) -> Found {
     let exchange = Exchange::cast(&shapes.surface, &patches, &scenery, &settings);
     let mirrors = Mirrors::new(&shapes.surface, &patches, settings.rays).expect("a patch mirrors");
     let mirrored = mirrors.mirrored(load);
-    let light = exchange.light(load, |_| 1.0, Some(&mirrored));
+    let light = exchange.light(load, &Lit::default(), Some(&mirrored));
     Found { exchange, mirrored, light }
 }
 
@@ -180,7 +181,7 @@ fn the_energy_of_mirrored_sunlight_balances() {
         assert!((arrives + mirrored.lost[from] - 1.0).abs() < 1e-12, "patch {from}");
     }
     // With the whole share of the Sun and no mirror, other patches absorb other light.
-    let diffuse = exchange.light(&load, |_| 1.0, None);
+    let diffuse = exchange.light(&load, &Lit::default(), None);
     assert!(diffuse.mirrored.is_empty());
     let apart = diffuse.sunlight.iter().zip(&light.sunlight).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(apart > 50.0, "a mirror changes what is absorbed: {apart} W/m2");

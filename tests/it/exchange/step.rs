@@ -1,7 +1,7 @@
 //! Exchange in f64 against closed forms: isothermal boxes, two plates, sunlight in a box, and the planet behind a plate.
 
 use glam::DVec3;
-use isotherm::internals::{Exchange, PlanetFromPatch, PlanetLoad, STEFAN_BOLTZMANN, StepLoad};
+use isotherm::internals::{Exchange, Lit, PlanetFromPatch, PlanetLoad, STEFAN_BOLTZMANN, StepLoad};
 
 use super::shapes::{Shapes, grey};
 use super::view_factors::exchange;
@@ -13,7 +13,7 @@ fn net(exchange: &Exchange, load: &StepLoad, temperature: impl Fn(u32) -> f64 + 
         let patch = exchange.of_node[node][0];
         exchange.patches[patch as usize].part
     };
-    let light = exchange.light(load, |_| 1.0, None);
+    let light = exchange.light(load, &Lit::default(), None);
     let sent = exchange.sent(load, &light, |node| temperature(part_of_node(node)));
     let absorbed = exchange.absorbed(&sent, &light);
     let patches = exchange.patches.iter().zip(absorbed);
@@ -69,7 +69,7 @@ fn sheets_without_heat_capacity_do_not_swing_up() {
     shapes.plate(DVec3::ZERO, DVec3::X, DVec3::Y, 6, grey(0.5, 0.9));
     shapes.plate(DVec3::Z * 0.05, DVec3::Y, DVec3::X, 6, grey(0.5, 0.9));
     let exchange = exchange(&shapes, 2.0, 256);
-    let light = exchange.light(&dark(0.0), |_| 1.0, None);
+    let light = exchange.light(&dark(0.0), &Lit::default(), None);
     let mut fourth = [300f64.powi(4), 0.0];
     let mut whole = f64::INFINITY;
     for _ in 0..50 {
@@ -117,7 +117,7 @@ fn sunlight_in_a_box_ends_where_the_series_says() {
     shapes.room(DVec3::ONE, 4, |_| grey(0.5, 0.9));
     let load = StepLoad { sun: sunlight([(DVec3::Z, 1000.0)]), ..dark(0.0) };
     let exchange = exchange(&shapes, 1.5, 4096);
-    let light = exchange.light(&load, |_| 1.0, None);
+    let light = exchange.light(&load, &Lit::default(), None);
     let absorbed = exchange.absorbed(&exchange.sent(&load, &light, |_| 0.0), &light);
     // Only the floor, wall 0, looks at the Sun. It absorbs 500 W and reflects 500 W. With e_k the light that meets the floor, a side wall and the ceiling
     // after k reflections, e_(k+1) = F e_k / 2.
@@ -207,7 +207,7 @@ fn light_that_is_held_errs_by_what_is_told() {
         StepLoad { sun: sunlight([(DVec3::new(0.0, sine, cosine), 1000.0)]), ..dark(0.0) }
     };
     let [before, now] = [40.0, 45.0].map(at);
-    let [held, fresh] = [&before, &now].map(|load| exchange.light(load, |_| 1.0, None));
+    let [held, fresh] = [&before, &now].map(|load| exchange.light(load, &Lit::default(), None));
     let told = exchange.held_too_long(&now, [&held, &fresh], |_| 250.0);
     let wall = exchange.patches.iter().position(|patch| patch.part == 1).expect("the wall");
     let more = fresh.sunlight[wall] * (40f64.to_radians().cos() / 45f64.to_radians().cos() - 1.0);
@@ -228,7 +228,7 @@ fn light_that_is_held_errs_by_what_is_told() {
         sun_zenith: 1.0,
     };
     let load = StepLoad { planet: Some(planet), ..dark(0.0) };
-    let fresh = exchange.light(&load, |_| 1.0, None);
+    let fresh = exchange.light(&load, &Lit::default(), None);
     let mut held = fresh.clone();
     held.planet_shares.iter_mut().for_each(|seen| seen.planet_ir *= 0.5);
     let told = exchange.held_too_long(&load, [&held, &fresh], |_| 250.0);
@@ -244,7 +244,7 @@ fn stated_errors_are_those_that_are_found() {
     shapes.plate(DVec3::ZERO, DVec3::X, DVec3::Y, 12, grey(0.5, 0.9));
     shapes.plate(DVec3::Z * 0.7, DVec3::Y, DVec3::X, 12, grey(0.5, 0.6));
     let hot = |exchange: &Exchange| {
-        let light = exchange.light(&dark(0.0), |_| 1.0, None);
+        let light = exchange.light(&dark(0.0), &Lit::default(), None);
         let temperature = |node: usize| {
             let patch = &exchange.patches[exchange.of_node[node][0] as usize];
             if patch.part == 1 && patch.centre.x < 0.5 { 400.0 } else { 200.0 }
