@@ -34,12 +34,12 @@ pub use crate::environment::{
 };
 pub use crate::exchange::{
     between::{To, ViewFactor, view_factors},
-    buried::buried,
     cast::{Scenery, cast_rays},
     defects::Defects,
     mirrors::{Mirrored, Mirrors, reflection},
     patches::{PatchSurface, Patches},
     sky::PlanetFromPatch,
+    split::NodeViews,
     step::{CraftLight, Exchange, ExchangeSettings},
 };
 pub use crate::gpu::{

@@ -141,11 +141,6 @@ pub struct StepLoad {
 }
 
 impl StepLoad {
-    /// Whether the step belongs to the warm-up, which ends at time 0. Nobody waits for its steps one by one.
-    pub(crate) fn is_warm_up(&self) -> bool {
-        self.start < 0.0
-    }
-
     /// Rotates body vectors into the joint's frame, in which its nodes keep the pose of the file.
     pub(crate) fn joint_from_body(&self, joint: u32) -> DMat3 {
         self.joints.get(joint as usize).map_or(DMat3::IDENTITY, |pose| pose.matrix3.transpose())

@@ -1,12 +1,14 @@
 //! View factors from the ends of rays, made reciprocal and closed.
 //!
 //! The share f_ij of the rays of patch i that end on j estimates its view factor. Both f_ij and f_ji estimate the shared area S_ij = A_i F_ij = A_j F_ji [m2].
-//! Their mean with weights inverse to their variances is (f_ij + f_ji) A_i A_j / (A_i + A_j). Then one factor d_i for each patch closes the rows: S_ij becomes
+//! Their mean with weights inverse to their variances is (f_ij + f_ji) A_i A_j / (A_i + A_j). Each patch then gets the share of each side of the craft that its
+//! own rays tell ([`super::balance_sides`]). Then one factor d_i for each patch closes the rows: S_ij becomes
 //! d_i S_ij d_j and the area A_i F_i,space becomes d_i times itself, so that each row sums to A_i. Rays that end on the inner face of a skin count as
 //! light that comes back to their own patch.
 
 use rayon::prelude::*;
 
+use super::balance_sides::balance_sides;
 use super::cast::{INSIDE, SPACE};
 use super::patches::Patch;
 use super::sparse::{Sparse, SparseRow};
@@ -70,6 +72,7 @@ impl Factors {
             let (here, other) = (areas[row], areas[column as usize]);
             (there + back) * here * other / (here + other)
         });
+        balance_sides(patches, &cast, &mut shared, rays);
         let mut closed = space.clone();
         let unclosed = close(&areas, &mut shared, &mut closed);
         let correction = Correction { unclosed, ..changes(&areas, [&cast, &shared], [&space, &closed]) };

@@ -8,8 +8,8 @@
 //! A patch has a uniform temperature and reflects diffusely, but for direct sunlight that it may mirror once ([`mirrors`]). The room knows triangles
 //! and optical values, but no files and no Vulkan.
 
+pub(crate) mod balance_sides;
 pub(crate) mod between;
-pub(crate) mod buried;
 pub(crate) mod cast;
 pub(crate) mod defects;
 pub(crate) mod directions;
@@ -21,6 +21,8 @@ pub(crate) mod posed;
 pub(crate) mod reflected;
 pub(crate) mod sky;
 pub(crate) mod sparse;
+pub(crate) mod split;
 pub(crate) mod step;
 pub(crate) mod turn;
+pub(crate) mod uncertainty;
 pub(crate) mod words;

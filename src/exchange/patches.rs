@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+use super::split::NodeViews;
 use crate::thermal::material::{Gloss, Material, Optics, Sides};
 
 pub(crate) const NONE: u32 = u32::MAX;
@@ -89,12 +90,18 @@ impl Patches {
     /// Gathers nodes into patches of about `edge` [m]. `buried` says of the front and the back of each node whether they lie inside another part; it is empty where none
     /// does.
     pub fn new(surface: &PatchSurface, materials: &[Material], edge: f64, buried: &[[bool; 2]]) -> Self {
-        let mut corners_of_node: Vec<Vec<u32>> = vec![Vec::new(); surface.positions.len()];
-        for (number, triangle) in surface.triangles.iter().enumerate() {
-            if surface.area_of(number) > 0.0 {
-                (0..3).for_each(|k| corners_of_node[triangle[k] as usize].push((3 * number + k) as u32));
-            }
-        }
+        Self::of(surface, materials, Self::gathered(surface, materials, edge, buried))
+    }
+
+    /// Gathers nodes into patches of at most about `edge` [m], and splits those over which the view of the nodes changes.
+    pub fn resolved(surface: &PatchSurface, materials: &[Material], edge: f64, views: &NodeViews) -> Self {
+        let gathered = Self::gathered(surface, materials, edge, &views.buried());
+        Self::of(surface, materials, views.split(surface, gathered))
+    }
+
+    /// The nodes of each patch of about `edge` [m].
+    fn gathered(surface: &PatchSurface, materials: &[Material], edge: f64, buried: &[[bool; 2]]) -> Vec<Gathered> {
+        let corners_of_node = surface.corners_of_nodes();
         let low = surface
             .triangles
             .iter()
@@ -115,8 +122,14 @@ impl Patches {
                 gathered.entry(key).or_default().push(node as u32);
             }
         }
+        gathered.into_iter().map(|(key, nodes)| Gathered { key, nodes }).collect()
+    }
+
+    /// The patches of gathered nodes.
+    fn of(surface: &PatchSurface, materials: &[Material], gathered: Vec<Gathered>) -> Self {
+        let corners_of_node = surface.corners_of_nodes();
         let mut patches = Self { of_node: vec![[NONE; 2]; surface.positions.len()], ..Self::default() };
-        for (key, nodes) in gathered {
+        for Gathered { key, nodes } in gathered {
             patches.push(&key, &nodes, surface, &corners_of_node, materials);
         }
         patches
@@ -166,6 +179,17 @@ impl Patches {
 }
 
 impl PatchSurface {
+    /// Corners of triangles with an area at each node: number of the triangle times three, plus the corner's number.
+    fn corners_of_nodes(&self) -> Vec<Vec<u32>> {
+        let mut corners: Vec<Vec<u32>> = vec![Vec::new(); self.positions.len()];
+        for (number, triangle) in self.triangles.iter().enumerate() {
+            if self.area_of(number) > 0.0 {
+                (0..3).for_each(|k| corners[triangle[k] as usize].push((3 * number + k) as u32));
+            }
+        }
+        corners
+    }
+
     /// Area of a triangle [m2].
     pub(crate) fn area_of(&self, triangle: usize) -> f64 {
         let [a, b, c] = self.triangles[triangle].map(|node| self.positions[node as usize]);
@@ -173,9 +197,16 @@ impl PatchSurface {
     }
 }
 
+/// The nodes of a patch, and what they share.
+#[derive(Debug, Clone)]
+pub(super) struct Gathered {
+    pub(super) key: Key,
+    pub(super) nodes: Vec<u32>,
+}
+
 /// Properties that all nodes of a patch share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Key {
+pub(super) struct Key {
     joint: u32,
     part: u32,
     material: u32,
@@ -185,8 +216,20 @@ struct Key {
     cell: [i64; 3],
 }
 
+impl Key {
+    /// Whether the patch lies inside another part.
+    pub(super) fn is_buried(&self) -> bool {
+        self.buried
+    }
+
+    /// 0 for a front, 1 for a back.
+    pub(super) fn side(&self) -> usize {
+        usize::from(self.back)
+    }
+}
+
 /// Bin of a unit normal: the face of the cube that it leaves, and the cell of this face.
-fn bin(normal: DVec3) -> [i8; 3] {
+pub(super) fn bin(normal: DVec3) -> [i8; 3] {
     // Rounding must not part nodes whose normals lie between two faces.
     let size = normal.abs() * DVec3::new(1.0, 1.0 - 1e-6, 1.0 - 2e-6);
     let face = if size.x >= size.y.max(size.z) {

@@ -52,7 +52,7 @@ pub struct ExchangeSettings {
 impl Default for ExchangeSettings {
     fn default() -> Self {
         Self {
-            rays: 256,
+            rays: 4096,
             patch_edge: None,
             bounces: None,
             redraw_angle: 15f64.to_radians(),

@@ -8,12 +8,12 @@ use super::exchange_poses::{Finding, Posed, PosedState, RowsBetween};
 use super::network::SceneNetwork;
 use crate::environment::StepLoad;
 use crate::environment::shadow::Lit;
-use crate::exchange::buried::buried;
 use crate::exchange::cast::Scenery;
 use crate::exchange::defects::Defects;
 use crate::exchange::mirrors::Mirrors;
 use crate::exchange::patches::{PatchSurface, Patches};
 use crate::exchange::sky::{Due, LastFound, Renewal};
+use crate::exchange::split::NodeViews;
 use crate::exchange::step::{CraftLight, Exchange, ExchangeSettings, MOST_PATCHES, PATCHES};
 use crate::model::nodes::{GROUP, Nodes, PADDING};
 use crate::thermal::material::Material;
@@ -72,7 +72,7 @@ impl ExchangeCraft {
         };
         let edge = settings.patch_edge.unwrap_or_else(|| (surface.areas.iter().sum::<f64>() / PATCHES).sqrt());
         let settings = ExchangeSettings { patch_edge: Some(edge), ..settings };
-        let patches = Patches::new(&surface, materials, edge, &buried(&surface, materials));
+        let patches = Patches::resolved(&surface, materials, edge, &NodeViews::new(&surface, materials));
         if patches.all.len() > MOST_PATCHES {
             return Err(format!(
                 "{} patches are more than {MOST_PATCHES}: state a larger patch_edge",
@@ -291,3 +291,6 @@ pub(crate) fn describe(craft: &ExchangeCraft, exchange: &Exchange) -> Vec<(Strin
     }
     told
 }
+
+#[cfg(test)]
+mod tests;

@@ -76,7 +76,7 @@ pub(super) struct Posed<T> {
     /// Findings between which joints have moved, by their numbers.
     ways: Vec<[u64; 2]>,
     place: Option<Place>,
-    /// Change of the share after which the mean is made anew.
+    /// Share of the way for which a mean of both ends is held.
     hold: f64,
     now: Option<Arc<T>>,
     /// Poses of the last call.
@@ -111,14 +111,16 @@ impl<T: Finding> Posed<T> {
             Some((place, off)) if off <= limit => place,
             _ => self.extend(&before, poses),
         };
-        let same = self.place.is_some_and(|held| (held.from, held.to) == (place.from, place.to));
+        let moves = turned(&before, poses) > STILL;
         let changed = match &self.place {
-            Some(held) if same && self.now.is_some() => (place.share - held.share).abs() > self.hold,
+            Some(held) if (held.from, held.to) == (place.from, place.to) && self.now.is_some() => {
+                let off = (place.share - held.share).abs();
+                off > if moves { 0.5 * self.hold } else { STILL }
+            }
             _ => true,
         };
         if changed {
-            self.place = Some(place);
-            self.make(place, !same, find);
+            self.enter(place, moves, &before, find);
         }
         if let Some(rows) = self.rows() {
             self.stalest = self.stalest.max(turned(&between(&rows.from, &rows.to, rows.share), poses));
@@ -126,18 +128,21 @@ impl<T: Finding> Posed<T> {
         self.now.as_deref().filter(|_| changed)
     }
 
-    /// Makes what holds at a place.
-    fn make(&mut self, place: Place, other: bool, find: &mut dyn FnMut(&[DAffine3]) -> T) {
-        let Some(from) = self.finding(place.from, find) else { return };
+    /// Makes what holds at a place. For a joint that moves it is the middle of the share for which it will be held.
+    fn enter(&mut self, place: Place, moves: bool, before: &[DAffine3], find: &mut dyn FnMut(&[DAffine3]) -> T) {
+        self.place = Some(place);
+        let [Some(from), Some(to)] = [place.from, place.to].map(|number| self.finding(number, find)) else { return };
         if place.from == place.to {
-            (self.now, self.hold) = (Some(from), STILL);
+            (self.now, self.hold) = (Some(from), 0.0);
             return;
         }
-        let Some(to) = self.finding(place.to, find) else { return };
-        if other {
-            self.hold = from.share_to_hold(&to);
-        }
-        self.now = Some(Arc::new(from.at(&to, place.share)));
+        self.hold = from.share_to_hold(&to);
+        let came_from = self.rows().map_or(0.0, |rows| on_the_way(&rows.from, &rows.to, before).0);
+        let way = if place.share < came_from { -0.5 } else { 0.5 };
+        let lead = if moves { way * self.hold } else { 0.0 };
+        let share = (place.share + lead).clamp(0.0, 1.0);
+        self.place = Some(Place { share, ..place });
+        self.now = Some(Arc::new(from.at(&to, share)));
     }
 
     /// What is found for known poses.
@@ -246,7 +251,7 @@ impl<T: Finding> Posed<T> {
         self.last.clone_from(&saved.last);
         (self.place, self.stalest, self.now) = (saved.place, saved.stalest, None);
         self.made = saved.known.iter().map(|known| known.0).max().unwrap_or(0);
-        self.make(saved.place?, true, find);
+        self.enter(saved.place?, false, &[], find);
         self.now.as_deref()
     }
 }
@@ -255,13 +260,13 @@ impl<T: Finding> Posed<T> {
 mod tests {
     use super::*;
 
-    /// A finding that knows its angle, and how often others were made before it.
+    /// A finding that knows its angle, by cosine and sine.
     #[derive(Debug, Clone, PartialEq)]
-    struct Angle(f64);
+    struct Angle([f64; 2]);
 
     impl Finding for Angle {
         fn at(&self, other: &Self, share: f64) -> Self {
-            Self(self.0 + share * (other.0 - self.0))
+            Self([0, 1].map(|k| self.0[k] + share * (other.0[k] - self.0[k])))
         }
         fn share_to_hold(&self, _: &Self) -> f64 {
             0.1
@@ -276,7 +281,7 @@ mod tests {
     }
 
     fn angle_of(poses: &[DAffine3]) -> Angle {
-        Angle(poses[1].matrix3.x_axis.y.atan2(poses[1].matrix3.x_axis.x))
+        Angle([poses[1].matrix3.x_axis.x, poses[1].matrix3.x_axis.y])
     }
 
     /// The largest difference between the angle and what holds, as a joint turns in steps; and the number of findings.
@@ -287,22 +292,21 @@ mod tests {
                 count += 1;
                 angle_of(poses)
             });
-            let Angle(now) = posed.found().expect("it was found");
-            let apart = angle - now;
-            most = most.max(apart.sin().atan2(apart.cos()).abs());
+            let Angle([x, y]) = posed.found().expect("it was found");
+            most = most.max((y * angle.cos() - x * angle.sin()).atan2(x * angle.cos() + y * angle.sin()).abs());
         }
         (most, count)
     }
 
     #[test]
     fn rows_follow_a_joint_however_far_it_turns() {
-        let mut posed = Posed::new(0.1);
-        // Six radians in steps of 0.01, 60 findings and as many again in the next turns: the oldest make room.
+        let mut posed = Posed::new(0.08);
+        // Almost five turns, each of 79 findings: the oldest make room. By places in a list, rows stood still after 64.
         let (most, count) = off(&mut posed, (0..3000).map(|step| 0.01 * f64::from(step)));
         println!("{most} after {count} findings");
         assert!(most < 0.012, "{most}");
-        assert!((250..700).contains(&count), "{count}");
-        assert!((posed.stalest - most).abs() < 1e-9, "{} is told, {most} is true", posed.stalest);
+        assert!((300..700).contains(&count), "{count}");
+        assert!((posed.stalest - most).abs() < 1e-4, "{} is told, {most} is true", posed.stalest);
         // Steps beyond the angle are found for one by one.
         let mut posed = Posed::new(0.01);
         let (most, count) = off(&mut posed, (0..200).map(|step| 0.05 * f64::from(step)));

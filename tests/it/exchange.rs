@@ -2,6 +2,7 @@
 
 mod defects;
 mod device;
+mod floor;
 mod joints;
 mod mirrors;
 mod shapes;

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use isotherm::internals;
 use isotherm::internals::{
-    Distance, ExchangePass, Exchanged, Frame, HeatOf, RadianceVariant, Recipe, Role, RowOf, Sampled, Sensing,
-    SensorVariant, Shader, StepKind, StepRange, ThermalVariant, TriangleRun, Vignette, Wanted, compose, module,
+    Distance, Exchanged, Frame, HeatOf, RadianceVariant, Recipe, Role, RowOf, Sampled, Sensing, SensorVariant, Shader,
+    StepKind, StepRange, ThermalVariant, TriangleRun, Vignette, Wanted, compose, module,
 };
 
 use crate::hazards::absorbed_heat;

@@ -9,6 +9,7 @@ use crate::environment::StepLoad;
 use crate::environment::shadow::Lit;
 use crate::exchange::sky::{Due, LastFound, Renewal};
 use crate::exchange::step::{CraftLight, Exchange};
+use crate::exchange::uncertainty::{FluxUncertainty, PatchSizes, held_rows};
 use crate::simulation::exchange::ExchangeCraft;
 use crate::simulation::exchange_poses::RowsBetween;
 use crate::thermal::misfit::{Misfit, check_length};
@@ -31,6 +32,7 @@ pub(super) struct ExchangeCheck {
     /// The poses between which the rows that hold lie, and these rows.
     now: (RowsBetween, Arc<Exchange>),
     renewal: Renewal,
+    sizes: PatchSizes,
     progress: ExchangeProgress,
 }
 
@@ -42,8 +44,10 @@ struct ExchangeProgress {
     before: Vec<f64>,
     /// How often infrared was found.
     steps: u64,
-    /// Errors so far: noise, bounces that are left out, late arrival, and light that is held.
-    errors: [ErrorSpread; 4],
+    /// Errors so far: noise, bounces that are left out, late arrival, light that is held, and size of patches.
+    errors: [ErrorSpread; 5],
+    /// What is uncertain of the flux that each patch absorbs [W/m2], as last estimated.
+    uncertain: Vec<FluxUncertainty>,
 }
 
 /// The saved state of an exchange beside the run.
@@ -83,6 +87,7 @@ impl ExchangeCheck {
             found: vec![(poses.to_vec(), Arc::clone(&first))],
             now: (rows, first),
             renewal: craft.renewal(),
+            sizes: PatchSizes::new(&craft.surface, &craft.patches),
             craft: Arc::clone(craft),
             progress: ExchangeProgress::default(),
         }
@@ -121,9 +126,10 @@ impl ExchangeCheck {
             held = Some(exchange.held_too_long(load, [&self.progress.light, &find()], |node| temperatures[node]));
         }
         let sent = exchange.sent(load, &self.progress.light, |node| temperatures[node]);
+        let late = self.progress.steps.is_multiple_of(EVERY).then(|| self.late_rows(&sent)).flatten();
         let absorbed = exchange.absorbed(&sent, &self.progress.light);
         let received = of_nodes(&absorbed, &self.progress.light);
-        self.estimate(&sent, &absorbed, temperatures, (turned, held));
+        self.estimate(&sent, &absorbed, temperatures, (turned, held, late));
         self.progress.before = absorbed;
         self.progress.steps += 1;
         received
@@ -138,6 +144,17 @@ impl ExchangeCheck {
         let now = if rows.share == 0.0 { from } else { Arc::new(from.at(&self.cast(&rows.to), rows.share)) };
         self.now = (rows.clone(), now);
         true
+    }
+
+    /// Uncertainty of what patches absorb [W/m2] by rows that are held while a joint moves. `None` where none moves.
+    fn late_rows(&mut self, sent: &[f64]) -> Option<Vec<f64>> {
+        let rows = self.now.0.clone();
+        if rows.from == rows.to {
+            return None;
+        }
+        let [from, to] = [&rows.from, &rows.to].map(|poses| self.cast(poses));
+        let [first, second] = [&from, &to].map(|exchange| exchange.absorbed(sent, &self.progress.light));
+        Some(held_rows(&first, &second, from.share_to_hold(&to)))
     }
 
     /// The exchange for poses, which it puts last.
@@ -158,7 +175,7 @@ impl ExchangeCheck {
         sent: &[f64],
         absorbed: &[f64],
         temperatures: &[f64],
-        (turned, held): (bool, Option<Vec<f64>>),
+        (turned, held, late): (bool, Option<Vec<f64>>, Option<Vec<f64>>),
     ) {
         let exchange = &self.now.1;
         let kelvin = exchange.kelvin_per_flux(|node| temperatures[node]);
@@ -173,26 +190,34 @@ impl ExchangeCheck {
             }
         }
         if self.progress.steps.is_multiple_of(EVERY) {
-            let errors = exchange.errors(sent, &self.progress.light, self.craft.settings.bounces);
+            let bounces = self.craft.settings.bounces;
+            let errors = exchange.errors(sent, &self.progress.light, bounces);
+            let mut uncertain = exchange.uncertainty(&errors, absorbed, &self.sizes, held.as_deref());
             for (number, (patch, (kelvin, _))) in warm_ones() {
-                self.progress.errors[0].add(kelvin * errors[number].noise, patch.area);
+                self.progress.errors[0].add(kelvin * uncertain[number].rays, patch.area);
+                self.progress.errors[4].add(kelvin * uncertain[number].size, patch.area);
                 self.progress.errors[1].add(kelvin * errors[number].left_out, patch.area);
                 // Light that was found for this very step has no such error.
                 self.progress.errors[3].add(kelvin * held.as_ref().map_or(0.0, |held| held[number]), patch.area);
             }
+            if let Some(late) = late {
+                uncertain.iter_mut().zip(late).for_each(|(flux, late)| flux.held = flux.held.hypot(late));
+            }
+            self.progress.uncertain = uncertain;
         }
     }
 
     /// The errors in words.
     pub(crate) fn remark(&self) -> Option<String> {
-        let [noise, left_out, late, held] = &self.progress.errors;
+        let [noise, left_out, late, held, size] = &self.progress.errors;
         (noise.weight > 0.0).then(|| {
             let late = if late.weight > 0.0 { late.told() } else { "unknown yet".to_owned() };
             format!(
-                "Radiation between surfaces, errors of a patch in balance: noise of {} rays {}; pairs that were left out and rounding {}; light of Sun and planet that is held {}; \
+                "Radiation between surfaces, errors of a patch in balance: noise of {} rays {}; size of patches {}; pairs that were left out and rounding {}; light of Sun and planet that is held {}; \
                  arrival from the temperatures of up to {} s before a step {late}. Patches below {COLD} K are left out.",
                 self.craft.settings.rays,
                 noise.told(),
+                size.told(),
                 left_out.told(),
                 held.told(),
                 self.craft.settings.hold

@@ -1,0 +1,176 @@
+//! Splits patches over which what they see changes, so that a patch resolves what it receives.
+//!
+//! A patch receives one flux. Beside a hot wall this flux falls from node to node, and a patch of several nodes would make steps of it. Rays from every node,
+//! few of them, tell which surfaces it sees: flat sides of parts, and space. A patch is halved where its halves see them differently, by more than the noise
+//! of these rays explains, and so are its halves. The greatest difference comes first, so the number of patches stays bounded. Faces that lie inside other parts
+//! are found by the same rays, and stay whole.
+
+use std::collections::{BTreeMap, BinaryHeap};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::cast::{INSIDE, SPACE, Scenery, cast_rays};
+use super::patches::{Gathered, NONE, PatchSurface, Patches, bin};
+use super::sparse::SparseRow;
+use crate::thermal::material::Material;
+
+/// Rays of all nodes together.
+const RAYS: usize = 1 << 20;
+/// Bounds of the rays of a face of a node.
+const RAYS_OF_FACE: [usize; 2] = [16, 512];
+/// Difference of the shares of the sky of two halves up to which a patch stays whole. 0.006 of the light of a wall at 500 K is 2.5 K where a fifth of it
+/// arrives.
+const DIFFERENCE: f64 = 0.006;
+/// Standard deviation of the mean of evenly spread rays, over that of independent ones.
+const EVEN: f64 = 0.5;
+/// Patches up to which a craft is split.
+const MOST: usize = 3000;
+
+/// Size of patches [m] of which each has the nodes of a single place.
+const ONE_PLACE: f64 = 1e-6;
+
+/// What the faces of nodes see, in the file's pose.
+#[derive(Debug, Clone, Default)]
+pub struct NodeViews {
+    /// Shares of surfaces in the view of the front and the back of each node.
+    seen: Vec<[SparseRow; 2]>,
+    rays: usize,
+}
+
+impl NodeViews {
+    /// Casts rays from all nodes.
+    pub fn new(surface: &PatchSurface, materials: &[Material]) -> Self {
+        let faces = Patches::new(surface, materials, ONE_PLACE, &[]);
+        let count = faces.all.len();
+        let rays = (RAYS / count.max(1)).clamp(RAYS_OF_FACE[0], RAYS_OF_FACE[1]);
+        let mut sides = BTreeMap::new();
+        let side_of: Vec<u32> = (faces.all.iter())
+            .map(|patch| {
+                let next = sides.len() as u32;
+                *sides.entry((patch.joint, patch.part, patch.back, bin(patch.normal))).or_insert(next)
+            })
+            .collect();
+        let ends = cast_rays(surface, &faces, &Scenery::new(surface, &[]), rays as u32, 0..count as u32);
+        let row = |ends: &[u32]| -> SparseRow {
+            let side = |end: &u32| if [SPACE, INSIDE].contains(end) { *end } else { side_of[*end as usize] };
+            let mut sides: Vec<u32> = ends.iter().map(side).collect();
+            sides.sort_unstable();
+            sides.chunk_by(|a, b| a == b).map(|run| (run[0], run.len() as f64 / rays as f64)).collect()
+        };
+        let rows: Vec<SparseRow> = ends.par_chunks(rays).map(row).collect();
+        let of_face = |face: &u32| if *face == NONE { SparseRow::new() } else { rows[*face as usize].clone() };
+        Self { seen: faces.of_node.iter().map(|faces| [of_face(&faces[0]), of_face(&faces[1])]).collect(), rays }
+    }
+
+    /// Whether the front and the back of each node see mostly inner faces.
+    pub fn buried(&self) -> Vec<[bool; 2]> {
+        let inside = |row: &SparseRow| row.iter().any(|(side, share)| *side == INSIDE && *share > 0.5);
+        self.seen.iter().map(|[front, back]| [inside(front), inside(back)]).collect()
+    }
+
+    /// Splits gathered nodes until what they see differs little within each patch, or until there are enough.
+    pub(super) fn split(&self, surface: &PatchSurface, gathered: Vec<Gathered>) -> Vec<Gathered> {
+        let mut all: Vec<Option<Gathered>> = gathered.into_iter().map(Some).collect();
+        let found: Vec<Option<Halves>> = all.par_iter().map(|one| self.halves(surface, one.as_ref()?)).collect();
+        let mut heap: BinaryHeap<Queued> = (found.into_iter().enumerate())
+            .filter_map(|(place, halves)| Some(Queued { place, halves: halves? }))
+            .collect();
+        let mut count = all.len();
+        while count < MOST
+            && let Some(Queued { place, halves }) = heap.pop()
+        {
+            let Some(whole) = all[place].take() else { continue };
+            for nodes in halves.nodes {
+                let half = Gathered { nodes, ..whole };
+                let next = self.halves(surface, &half);
+                heap.extend(next.map(|halves| Queued { place: all.len(), halves }));
+                all.push(Some(half));
+            }
+            count += 1;
+        }
+        let mut split: Vec<Gathered> = all.into_iter().flatten().collect();
+        split.sort_by(|a, b| (&a.key, &a.nodes).cmp(&(&b.key, &b.nodes)));
+        split
+    }
+
+    /// The halves of nodes that differ most in what they see, if by more than they may.
+    fn halves(&self, surface: &PatchSurface, whole: &Gathered) -> Option<Halves> {
+        if whole.nodes.len() < 2 || whole.key.is_buried() {
+            return None;
+        }
+        let places = || whole.nodes.iter().map(|node| surface.positions[*node as usize]);
+        let low = places().fold(DVec3::INFINITY, DVec3::min);
+        let high = places().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let along = |axis: usize| {
+            let middle = 0.5 * (low[axis] + high[axis]);
+            if high[axis] - low[axis] < 1e-3 * (high - low).max_element() {
+                return None;
+            }
+            let (first, second): (Vec<u32>, Vec<u32>) =
+                whole.nodes.iter().partition(|node| surface.positions[**node as usize][axis] < middle);
+            let nodes = [first, second];
+            let [one, other] = [&nodes[0], &nodes[1]].map(|nodes| self.mean(surface, nodes, whole.key.side()));
+            Some(Halves { differ: self.differ(&one, &other), nodes })
+        };
+        let best = (0..3).filter_map(along).max_by(|a, b| a.differ.total_cmp(&b.differ))?;
+        (best.differ > DIFFERENCE).then_some(best)
+    }
+
+    /// What nodes see, mean over their areas, and the number of their rays.
+    fn mean(&self, surface: &PatchSurface, nodes: &[u32], side: usize) -> (BTreeMap<u32, f64>, f64) {
+        let whole: f64 = nodes.iter().map(|node| surface.areas[*node as usize]).sum();
+        let mut sum = BTreeMap::new();
+        for node in nodes {
+            let weight = surface.areas[*node as usize] / whole;
+            for (seen, share) in &self.seen[*node as usize][side] {
+                *sum.entry(*seen).or_insert(0.0) += weight * share;
+            }
+        }
+        (sum, (nodes.len() * self.rays) as f64)
+    }
+
+    /// Half the sum of the differences of two views, beyond their standard deviations.
+    fn differ(&self, one: &(BTreeMap<u32, f64>, f64), other: &(BTreeMap<u32, f64>, f64)) -> f64 {
+        let seen: std::collections::BTreeSet<u32> = one.0.keys().chain(other.0.keys()).copied().collect();
+        let differ = |seen: u32| {
+            let [a, b] = [one, other].map(|view| view.0.get(&seen).copied().unwrap_or(0.0));
+            let mean = 0.5 * (a + b);
+            let noise = EVEN * (mean * (1.0 - mean).max(0.0) * (1.0 / one.1 + 1.0 / other.1)).sqrt();
+            ((a - b).abs() - noise).max(0.0)
+        };
+        0.5 * seen.into_iter().map(differ).sum::<f64>()
+    }
+}
+
+/// A patch in two halves, and how much they differ.
+struct Halves {
+    differ: f64,
+    nodes: [Vec<u32>; 2],
+}
+
+/// A patch that waits to be halved. The greatest difference comes first, of equal ones the first patch.
+struct Queued {
+    place: usize,
+    halves: Halves,
+}
+
+impl Ord for Queued {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.halves.differ.total_cmp(&other.halves.differ).then(other.place.cmp(&self.place))
+    }
+}
+
+impl PartialOrd for Queued {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Queued {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Queued {}

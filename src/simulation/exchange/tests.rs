@@ -1,0 +1,221 @@
+//! A hinge: a thin plate that turns beside a hot one, against the integral of the view factor over the hot plate at every pose.
+
+use std::f64::consts::PI;
+
+use glam::{DAffine3, DVec3};
+
+use super::*;
+use crate::exchange::uncertainty::PatchSizes;
+use crate::thermal::STEFAN_BOLTZMANN;
+use crate::thermal::material::{Bulk, Optics, Response, Sides};
+
+const SIZE: f64 = 2.0;
+const CELLS: usize = 12;
+const HOT: f64 = 400.0;
+/// Heat capacity of the thin plate [J/(m2 K)].
+const CAPACITY: f64 = 500.0;
+const STEP: f64 = 10.0;
+/// Rate of the hinge [rad/s], and the angles between which it opens.
+const RATE: f64 = 0.2 * PI / 180.0;
+const ANGLES: [f64; 2] = [PI / 6.0, 5.0 * PI / 6.0];
+
+fn black() -> Material {
+    Material {
+        name: "black".into(),
+        front: Optics { absorptivity: 1.0, emissivity: 1.0 },
+        sides: Sides::Outside,
+        gloss: Default::default(),
+        in_band: Default::default(),
+        bulk: Bulk::default(),
+        response: Response::Instant,
+        transition: None,
+        source: "test".into(),
+    }
+}
+
+/// Two black plates with a common edge along y, the second one upright. It turns about y.
+fn craft(settings: ExchangeSettings) -> Arc<ExchangeCraft> {
+    let mut surface = PatchSurface::default();
+    for (joint, normal) in [(0u32, DVec3::Z), (1, DVec3::X)] {
+        let first = surface.positions.len() as u32;
+        let along = if joint == 0 { DVec3::X } else { DVec3::Z };
+        for row in 0..=CELLS {
+            for column in 0..=CELLS {
+                let [u, v] = [row, column].map(|at| SIZE * at as f64 / CELLS as f64);
+                surface.positions.push(u * along + v * DVec3::Y);
+                surface.normals.push(normal);
+                surface.areas.push(0.0);
+                surface.parts.push(joint);
+                surface.materials.push(0);
+                surface.joints.push(joint);
+            }
+        }
+        let across = CELLS as u32 + 1;
+        for cell in 0..(CELLS * CELLS) as u32 {
+            let a = first + cell / CELLS as u32 * across + cell % CELLS as u32;
+            for [p, q, r] in [[a, a + across, a + across + 1], [a, a + across + 1, a + 1]] {
+                // x cross y is z, and z cross y is -x.
+                let triangle = if joint == 0 { [p, q, r] } else { [p, r, q] };
+                triangle.iter().for_each(|node| surface.areas[*node as usize] += (SIZE / CELLS as f64).powi(2) / 6.0);
+                surface.triangles.push(triangle);
+            }
+        }
+    }
+    let materials = [black()];
+    let edge = (surface.areas.iter().sum::<f64>() / PATCHES).sqrt();
+    let patches = Patches::resolved(&surface, &materials, edge, &NodeViews::new(&surface, &materials));
+    Arc::new(ExchangeCraft {
+        defects: Defects::of(&surface, &materials),
+        every: settings.hold / STEP,
+        light_angle: LIGHT * settings.redraw_angle,
+        mirrors: None,
+        surface,
+        patches,
+        settings,
+    })
+}
+
+/// View factor from a point of the thin plate, at a distance from the hinge in the middle of its length, to the hot plate, at an angle between the two:
+/// the integral of cos cos / (pi r^2), in strips that are fine beside the point.
+fn view_factor(distance: f64, angle: f64) -> f64 {
+    const STRIPS: usize = 240;
+    let (sine, cosine) = angle.sin_cos();
+    let mut sum = 0.0;
+    for strip in 0..STRIPS {
+        // Cubes bring strips close to the hinge.
+        let [from, to] = [strip, strip + 1].map(|at| SIZE * (at as f64 / STRIPS as f64).powi(3));
+        let x = 0.5 * (from + to);
+        // In the plane across the hinge: along the thin plate, and away from it.
+        let (along, away) = (x * cosine - distance, x * sine);
+        let near = along.hypot(away);
+        // Cosine at the point is away / r, at the strip distance * sine / r. The integral of 1 / r^4 over the strip's length, half on each side.
+        let half = 0.5 * SIZE;
+        let length = half / (near * near * (near * near + half * half)) + (half / near).atan() / near.powi(3);
+        sum += away * distance * sine * length / PI * (to - from);
+    }
+    sum
+}
+
+/// The thin plate's temperature after a step under a flux that is absorbed [W/m2], in many small steps.
+fn stepped(mut temperature: f64, absorbed: f64) -> f64 {
+    for _ in 0..50 {
+        temperature += STEP / 50.0 / CAPACITY * (absorbed - STEFAN_BOLTZMANN * temperature.powi(4));
+    }
+    temperature
+}
+
+/// Differences of the thin plate from the truth along its middle, largest and rms over steps [K], the stated staleness [deg] and how often rays were
+/// cast. With `frozen` the rows keep the pose of the last turn by such an angle [rad].
+fn hinge(settings: ExchangeSettings, frozen: f64) -> ([f64; 2], f64, u64) {
+    let craft = craft(settings);
+    let surface = &craft.surface;
+    let pose = |angle: f64| vec![DAffine3::IDENTITY, DAffine3::from_rotation_y(0.5 * PI - angle)];
+    let middle: Vec<usize> = (0..surface.positions.len())
+        .filter(|node| {
+            let place = surface.positions[*node];
+            surface.joints[*node] == 1 && (place.y - 0.5 * SIZE).abs() < 1e-9 && (0.1..SIZE - 0.1).contains(&place.z)
+        })
+        .collect();
+    let mut twin = ExchangeTwin::new(&craft, &pose(ANGLES[0]));
+    let start = |node: &usize| HOT * view_factor(surface.positions[*node].z, ANGLES[0]).powf(0.25);
+    let mut truth: Vec<f64> = middle.iter().map(start).collect();
+    let mut found = truth.clone();
+    let (mut most, mut squares, mut count, mut held) = (0.0f64, 0.0, 0.0, ANGLES[0]);
+    for step in 0..((ANGLES[1] - ANGLES[0]) / RATE / STEP) as usize {
+        let angle = ANGLES[0] + RATE * STEP * (step as f64 + 0.5);
+        held = if angle - held >= frozen { angle } else { held };
+        let load = StepLoad {
+            start: STEP * step as f64,
+            sun: Vec::new(),
+            planet: None,
+            albedo: None,
+            background_temperature: 0.0,
+            joints: pose(held),
+        };
+        let hot = |node: usize| if surface.joints[node] == 0 { HOT } else { 0.0 };
+        let absorbed = twin.absorbed(&load, 1.0, hot, &Lit::default());
+        for (place, node) in middle.iter().enumerate() {
+            let flux = absorbed[craft.patches.of_node[*node][0] as usize];
+            found[place] = stepped(found[place], flux);
+            let exact = STEFAN_BOLTZMANN * HOT.powi(4) * view_factor(surface.positions[*node].z, angle);
+            truth[place] = stepped(truth[place], exact);
+            most = most.max((found[place] - truth[place]).abs());
+            squares += (found[place] - truth[place]).powi(2);
+            count += 1.0;
+        }
+    }
+    ([most, (squares / count).sqrt()], twin.found.stalest.to_degrees(), twin.found.made)
+}
+
+/// The strip formula against Howell's C-14 for plates of equal size at a right angle, 0.20004, and long plates at an angle, where it is
+/// (1 + (w cos - x) / r) / 2 at a point.
+#[test]
+fn the_integral_of_the_view_factor_is_right() {
+    let points = 200;
+    let near = |at: usize| SIZE * (at as f64 + 0.5) / points as f64;
+    let middle: f64 = (0..points).map(|at| view_factor(near(at), 0.5 * PI)).sum::<f64>() / points as f64;
+    // The middle of the length sees more than the mean of the plate, and less than of an endless one, 1 - sin(45 deg).
+    assert!((0.20..0.2929).contains(&middle), "{middle}");
+    let short = 1e-3;
+    for angle in [0.6f64, 1.5, 2.4] {
+        // Beside the hinge the plate is endless: half of one plus the cosine.
+        let expected = 0.5 * (1.0 + angle.cos());
+        assert!((view_factor(short, angle) - expected).abs() < 2e-3, "{angle}: {}", view_factor(short, angle));
+    }
+}
+
+#[test]
+fn a_thin_plate_on_a_hinge_is_as_warm_as_its_view_says() {
+    let settings = ExchangeSettings::default();
+    let ([most, rms], stale, made) = hinge(settings, 0.0);
+    println!("default: {most:.2} K at most, {rms:.2} K rms, rows miss {stale:.2} deg, {made} poses");
+    assert!(most < 3.0 && stale < 4.0 && made < 25, "{most} K, {stale} deg, {made}");
+    let settings = ExchangeSettings { rays: 1024, ..settings };
+    let fine = ExchangeSettings { redraw_angle: PI / 180.0, ..settings };
+    let ([fine, rms], stale, made) = hinge(fine, 0.0);
+    println!("1 deg: {fine:.2} K at most, {rms:.2} K rms, rows miss {stale:.2} deg, {made} poses");
+    assert!(fine < 2.0 && stale < 1.01, "{fine} K, {stale} deg");
+    // Rows that stay as the joint turns by 30 deg.
+    let ([frozen, rms], ..) = hinge(settings, PI / 6.0);
+    println!("frozen: {frozen:.2} K at most, {rms:.2} K rms");
+    assert!(frozen > 6.0, "{frozen} K");
+}
+
+/// The stated uncertainty of a thin plate's flux, by rays and by the size of patches, against the truth.
+#[test]
+fn the_stated_uncertainty_is_near_the_error() {
+    for (rays, edge) in [(64, 0.2), (1024, 0.2), (4096, 0.7)] {
+        let settings = ExchangeSettings { rays, patch_edge: Some(edge), ..ExchangeSettings::default() };
+        let whole = craft(settings);
+        let patches = Patches::new(&whole.surface, &[black()], edge, &[]);
+        let craft = ExchangeCraft { patches, ..(*whole).clone() };
+        let exchange = craft.cast(&[]);
+        let (patches, surface) = (&exchange.patches, &craft.surface);
+        let sent: Vec<f64> =
+            patches.iter().map(|patch| if patch.joint == 0 { STEFAN_BOLTZMANN * HOT.powi(4) } else { 0.0 }).collect();
+        let light = CraftLight {
+            sunlight: vec![0.0; sent.len()],
+            reflected: vec![[0.0; 2]; sent.len()],
+            ..CraftLight::default()
+        };
+        let absorbed = exchange.absorbed(&sent, &light);
+        let sizes = PatchSizes::new(surface, &craft.patches);
+        let stated = exchange.uncertainty(&exchange.errors(&sent, &light, None), &absorbed, &sizes, None);
+        let (mut truly, mut told, mut count) = (0.0, 0.0, 0.0);
+        for node in 0..surface.positions.len() {
+            let place = surface.positions[node];
+            if surface.joints[node] == 0 || (place.y - 0.5 * SIZE).abs() > 1e-9 || !(0.1..SIZE - 0.1).contains(&place.z)
+            {
+                continue;
+            }
+            let patch = craft.patches.of_node[node][0] as usize;
+            let exact = STEFAN_BOLTZMANN * HOT.powi(4) * view_factor(place.z, 0.5 * PI);
+            truly += (absorbed[patch] - exact).powi(2);
+            told += stated[patch].all().powi(2);
+            count += 1.0;
+        }
+        let [truly, told] = [truly, told].map(|sum: f64| (sum / count).sqrt());
+        println!("{rays} rays, {edge} m: {truly:.1} W/m2 rms off, {told:.1} told");
+        assert!(truly < 2.0 * told && told < 4.0 * truly, "{rays} rays, {edge} m: {truly} off, {told} told");
+    }
+}

@@ -1,0 +1,89 @@
+//! A floor beside a hot wall: temperatures along its middle against the closed form of the view factor.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+use isotherm::internals::{
+    CraftLight, Exchange, ExchangeSettings, NodeViews, Patches, STEFAN_BOLTZMANN, Scenery, StepLoad,
+};
+
+use super::shapes::{Shapes, grey};
+use crate::device::dark;
+
+const WALL: f64 = 500.0;
+const SIZE: f64 = 4.0;
+const HEIGHT: f64 = 2.0;
+const CELLS: usize = 40;
+
+/// View factor from a small face to a rectangle in a plane at right angles, above the face's plane: Howell, A Catalog of Radiation Heat Transfer Configuration
+/// Factors, B-4. The face lies at `distance` from the plane, before a lower corner of the rectangle.
+fn to_corner(width: f64, height: f64, distance: f64) -> f64 {
+    let (x, y) = (height / width, distance / width);
+    let root = x.hypot(y);
+    ((1.0 / y).atan() - y / root * (1.0 / root).atan()) / TAU
+}
+
+/// Temperature of a black floor in balance with the wall, in the middle between the sides [K].
+fn truth(distance: f64) -> f64 {
+    (2.0 * to_corner(0.5 * SIZE, HEIGHT, distance)).powf(0.25) * WALL
+}
+
+/// Differences from the truth along the middle: rms and largest [K]; the largest step from node to node over the truth's there; and the number of patches. Patches
+/// are at most `coarse` times the default, and are split where `split`.
+fn off(coarse: f64, split: bool, settings: &ExchangeSettings) -> ([f64; 3], usize) {
+    let mut shapes = Shapes::default();
+    shapes.plate(DVec3::ZERO, SIZE * DVec3::X, SIZE * DVec3::Y, CELLS, grey(1.0, 1.0));
+    shapes.plate(DVec3::ZERO, SIZE * DVec3::Y, HEIGHT * DVec3::Z, CELLS, grey(1.0, 1.0));
+    let (surface, materials) = (&shapes.surface, &shapes.materials);
+    let edge = coarse * (surface.areas.iter().sum::<f64>() / 250.0).sqrt();
+    let patches = match split {
+        true => Patches::resolved(surface, materials, edge, &NodeViews::new(surface, materials)),
+        false => Patches::new(surface, materials, edge, &[]),
+    };
+    let exchange = Exchange::cast(surface, &patches, &Scenery::new(surface, &[]), settings);
+    let count = exchange.patches.len();
+    let light = CraftLight { reflected: vec![[0.0; 2]; count], sunlight: vec![0.0; count], ..CraftLight::default() };
+    let space = StepLoad { background_temperature: 0.0, ..dark(0.0) };
+    let sent = exchange.sent(&space, &light, |node| if surface.parts[node] == 1 { WALL } else { 0.0 });
+    let absorbed = exchange.absorbed(&sent, &light);
+    let given: f64 = (0..count).map(|patch| exchange.infrared.space[patch] * sent[patch]).sum();
+    let taken: f64 = exchange.patches.iter().zip(&absorbed).map(|(patch, flux)| patch.area * flux).sum();
+    let all: f64 = exchange.patches.iter().zip(&sent).map(|(patch, flux)| patch.area * flux).sum();
+    assert!(((given + taken) / all - 1.0).abs() < 1e-12, "the heat that is sent arrives");
+    let middle = |node: &usize| surface.parts[*node] == 0 && (surface.positions[*node].y - 0.5 * SIZE).abs() < 1e-9;
+    let cell = SIZE / CELLS as f64;
+    let mut rows: Vec<(f64, f64, f64)> = (0..surface.positions.len())
+        .filter(middle)
+        .map(|node| {
+            // The nodes at the ends have half a cell.
+            let x = surface.positions[node].x.clamp(0.25 * cell, SIZE - 0.25 * cell);
+            let flux = absorbed[exchange.of_node[node][0] as usize];
+            (x, (flux / STEFAN_BOLTZMANN).powf(0.25), truth(x))
+        })
+        .collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let rms = (rows.iter().map(|(_, found, truth)| (found - truth).powi(2)).sum::<f64>() / rows.len() as f64).sqrt();
+    let most = rows.iter().map(|(_, found, truth)| (found - truth).abs()).fold(0.0, f64::max);
+    let step = |pair: &[(f64, f64, f64)]| ((pair[1].1 - pair[0].1) - (pair[1].2 - pair[0].2)).abs();
+    ([rms, most, rows.windows(2).map(step).fold(0.0, f64::max)], count)
+}
+
+#[test]
+fn a_floor_beside_a_hot_wall_is_as_warm_as_the_closed_form_says() {
+    assert!((to_corner(1e6, 1e9, 1e-3) - 0.25).abs() < 1e-6 && (truth(1e-9) / WALL - 0.5f64.powf(0.25)).abs() < 1e-6);
+    let settings = ExchangeSettings::default();
+    for coarse in [1.0, 2.0, 4.0] {
+        let ([rms, most, step], count) = off(coarse, true, &settings);
+        println!(
+            "{coarse} times the default, {count} patches: {rms:.2} K rms, {most:.2} K at most, steps {step:.2} K off"
+        );
+        assert!(rms < 1.5 && most < 4.0, "{rms} K rms, {most} K at most");
+    }
+    // Patches that are not split make steps, and few rays make noise.
+    let ([rms, most, _], count) = off(1.4, false, &settings);
+    println!("whole, {count} patches: {rms:.2} K rms, {most:.2} K at most");
+    assert!(rms > 1.5 || most > 4.0, "{rms} K rms, {most} K at most");
+    let ([noisy, ..], _) = off(1.0, true, &ExchangeSettings { rays: 64, ..settings });
+    println!("with 64 rays: {noisy:.2} K rms");
+    assert!(noisy > 2.0, "{noisy}");
+}
