@@ -11,6 +11,7 @@
 //! vertex. The sum of A G over all nodes is the lit area vector of the craft. Between two findings the cosine still follows the Sun.
 //!
 //! v_c comes from samples inside the corner, never on its border. Each sends one ray to a point of the Sun's disc, so that a penumbra costs no further ray.
+//! Where the samples of a node disagree, the node lies on the border of a shadow and gets more of them.
 
 use std::sync::Arc;
 
@@ -25,6 +26,9 @@ use crate::environment::load::solar_flux;
 /// Cosine of the angle between the normals of a node and of its triangle below which the node is not flat.
 const FLAT: f64 = 1.0 - 1e-7;
 
+/// Samples of a node on the border of a shadow. A sample is then less than a kelvin on a surface that radiates at 340 K: T / (4 x 96).
+const BORDER_SAMPLES: u32 = 96;
+
 /// Sunlit area of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct LitArea {
@@ -35,6 +39,17 @@ pub struct LitArea {
 }
 
 impl LitArea {
+    /// The light on a node without a triangle, which sees the Sun as its normal does.
+    fn by_normal(node: &LitNode, sun: DVec3) -> Self {
+        let front = node.normal.dot(sun) >= 0.0;
+        let vector = match (front, node.both_sides) {
+            (true, _) => node.normal,
+            (false, true) => -node.normal,
+            (false, false) => DVec3::ZERO,
+        };
+        Self { vector, front: f64::from(u8::from(front)) }
+    }
+
     /// Sunlight on the front and on the back [W/m2], averaged over the step, on a node of a joint with this pose.
     pub(crate) fn flux(&self, load: &StepLoad, pose: Option<&DAffine3>) -> [f64; 2] {
         let vector = pose.map_or(self.vector, |pose| pose.matrix3 * self.vector);
@@ -136,7 +151,7 @@ impl LitSurface {
 /// Finds the lit areas of a set of nodes.
 #[derive(Debug, Clone)]
 pub struct LitAreas {
-    surface: Arc<LitSurface>,
+    pub(super) surface: Arc<LitSurface>,
     nodes: Vec<LitNode>,
     /// First corner of each node, and the one after the last.
     first: Vec<u32>,
@@ -211,53 +226,82 @@ impl LitAreas {
 
     fn lit_area(&self, index: usize, node: &LitNode, view: &JointView<'_>) -> LitArea {
         let (surface, sun) = (&*self.surface, view.disc.centre);
-        let shifts = shifts(node.number);
-        let start = view.start;
-        let (mut vector, mut area, mut on_front, mut all) = (DVec3::ZERO, 0.0, 0.0, 0.0);
-        let mut sample = 0;
+        let (mut area, mut sample, mut facing) = (0.0, 0, 0.0);
+        let mut corners: Vec<FacingCorner> = Vec::with_capacity(self.corners_of(index).len());
         for &number in self.corners_of(index) {
             let corner = surface.corner(number, node.normal);
-            let samples = surface.samples(corner.area);
-            let first = sample;
-            sample += samples;
             area += corner.area;
             let cosine = corner.normal.dot(sun);
             if cosine == 0.0 || (cosine < 0.0 && !node.both_sides) || corner.area == 0.0 {
                 continue;
             }
-            let side = corner.normal * cosine.signum();
-            let lit = if view.casters.is_empty() {
-                samples
-            } else {
-                let [a, b, c] = surface.placed(number);
-                let is_lit = |sample: &u32| {
-                    let [s, t, u, v] = fractions(shifts, *sample);
-                    let [second, third] = point_near_corner([s, t], number as usize % 3);
-                    let from = a + second * (b - a) + third * (c - a) + start * side;
-                    !view.is_hidden(from, view.disc.point([u, v]))
-                };
-                (first..first + samples).filter(is_lit).count() as u32
-            };
-            let lit = corner.area * f64::from(lit) / f64::from(samples);
-            vector += lit * side;
-            all += lit * cosine.abs();
-            on_front += lit * cosine.max(0.0);
+            facing += corner.area;
+            let samples = surface.samples(corner.area);
+            corners.push(FacingCorner {
+                number,
+                area: corner.area,
+                side: corner.normal * cosine.signum(),
+                cosine,
+                samples,
+                lit: samples,
+            });
         }
         if area == 0.0 {
-            // A node without a triangle sees the Sun as its normal does.
-            let front = node.normal.dot(sun) >= 0.0;
-            let lit = front || node.both_sides;
-            let vector = if !lit {
-                DVec3::ZERO
-            } else if front {
-                node.normal
-            } else {
-                -node.normal
-            };
-            return LitArea { vector, front: f64::from(u8::from(front)) };
+            return LitArea::by_normal(node, sun);
         }
-        LitArea { vector: vector / area, front: if all > 0.0 { on_front / all } else { 1.0 } }
+        if !view.casters.is_empty() {
+            let shifts = shifts(node.number);
+            let mut cast = |corner: &mut FacingCorner, samples: u32| {
+                let first = sample;
+                sample += samples;
+                (first..sample).filter(|sample| self.is_lit(corner, fractions(shifts, *sample), view)).count() as u32
+            };
+            corners.iter_mut().for_each(|corner| corner.lit = cast(corner, corner.samples));
+            let [lit, all] = corners.iter().fold([0, 0], |[lit, all], corner| [lit + corner.lit, all + corner.samples]);
+            if lit > 0 && lit < all && all < BORDER_SAMPLES {
+                for corner in &mut corners {
+                    let more = (f64::from(BORDER_SAMPLES - all) * corner.area / facing).ceil() as u32;
+                    corner.lit += cast(corner, more);
+                    corner.samples += more;
+                }
+            }
+        }
+        sum(&corners, area)
     }
+
+    /// Whether the ray of a sample leaves the craft.
+    fn is_lit(&self, corner: &FacingCorner, [s, t, u, v]: [f64; 4], view: &JointView<'_>) -> bool {
+        let [a, b, c] = self.surface.placed(corner.number);
+        let [second, third] = point_near_corner([s, t], corner.number as usize % 3);
+        let from = a + second * (b - a) + third * (c - a) + view.start * corner.side;
+        !view.is_hidden(from, view.disc.point([u, v]))
+    }
+}
+
+/// A corner that the Sun may light.
+struct FacingCorner {
+    number: u32,
+    /// Area [m2].
+    area: f64,
+    /// Unit normal on the side of the Sun.
+    side: DVec3,
+    /// Cosine between the Sun and the corner's normal, which is on the side of the node's.
+    cosine: f64,
+    samples: u32,
+    /// Samples that see the Sun.
+    lit: u32,
+}
+
+/// The lit area of the corners of a node with an area [m2].
+fn sum(corners: &[FacingCorner], area: f64) -> LitArea {
+    let (mut vector, mut on_front, mut all) = (DVec3::ZERO, 0.0, 0.0);
+    for corner in corners {
+        let lit = corner.area * f64::from(corner.lit) / f64::from(corner.samples);
+        vector += lit * corner.side;
+        all += lit * corner.cosine.abs();
+        on_front += lit * corner.cosine.max(0.0);
+    }
+    LitArea { vector: vector / area, front: if all > 0.0 { on_front / all } else { 1.0 } }
 }
 
 /// The Sun and the shadow casters as the nodes of a joint see them.
