@@ -3,6 +3,7 @@
 //! Rays tell what hides the Sun ([`Occluders`]). The triangles of the model cast the shadows, before they are split for more nodes: the surface is the same,
 //! and the cost of a ray hardly depends on the node density.
 
+mod boxes;
 mod jointed;
 mod lit_area;
 mod points;

@@ -50,6 +50,7 @@ impl SceneLight {
             triangles: triangles.to_vec(),
             casters,
             spacing: settings.spacing.unwrap_or(SAMPLE_SPACING * size),
+            times: 1,
         };
         let mut light = Self {
             surface: Arc::new(surface),

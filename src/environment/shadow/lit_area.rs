@@ -11,6 +11,7 @@
 //! vertex. The sum of A G over all nodes is the lit area vector of the craft. Between two findings the cosine still follows the Sun.
 //!
 //! v_c comes from samples inside the corner, never on its border. Each sends one ray to a point of the Sun's disc, so that a penumbra costs no further ray.
+//! Where the samples of a node disagree, the node lies on the border of a shadow and gets more of them.
 
 use std::sync::Arc;
 
@@ -25,6 +26,11 @@ use crate::environment::load::solar_flux;
 /// Cosine of the angle between the normals of a node and of its triangle below which the node is not flat.
 const FLAT: f64 = 1.0 - 1e-7;
 
+/// Samples of a node, at least.
+const LEAST_SAMPLES: u32 = 4;
+/// Samples of a node on the border of a shadow. A sample is then less than a kelvin on a surface that radiates at 340 K: T / (4 x 96).
+const BORDER_SAMPLES: u32 = 96;
+
 /// Sunlit area of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 pub struct LitArea {
@@ -35,6 +41,17 @@ pub struct LitArea {
 }
 
 impl LitArea {
+    /// The light on a node without a triangle, which sees the Sun as its normal does.
+    fn by_normal(node: &LitNode, sun: DVec3) -> Self {
+        let front = node.normal.dot(sun) >= 0.0;
+        let vector = match (front, node.both_sides) {
+            (true, _) => node.normal,
+            (false, true) => -node.normal,
+            (false, false) => DVec3::ZERO,
+        };
+        Self { vector, front: f64::from(u8::from(front)) }
+    }
+
     /// Sunlight on the front and on the back [W/m2], averaged over the step, on a node of a joint with this pose.
     pub(crate) fn flux(&self, load: &StepLoad, pose: Option<&DAffine3>) -> [f64; 2] {
         let vector = pose.map_or(self.vector, |pose| pose.matrix3 * self.vector);
@@ -95,6 +112,8 @@ pub(crate) struct LitSurface {
     pub(crate) casters: Vec<(u32, Occluders)>,
     /// Largest distance between two samples [m].
     pub(crate) spacing: f64,
+    /// Samples on an area, over the usual number.
+    pub(crate) times: u32,
 }
 
 /// The part of a triangle that belongs to a node.
@@ -124,19 +143,16 @@ impl LitSurface {
         self.casters.iter().map(|(_, occluders)| occluders.start).fold(0.0, f64::max)
     }
 
-    /// Samples of a corner with an area [m2].
+    /// Samples of a node whose corners that face the Sun have an area [m2].
     fn samples(&self, area: f64) -> u32 {
-        if self.casters.is_empty() {
-            return 1;
-        }
-        (area / (self.spacing * self.spacing)).ceil().max(1.0) as u32
+        self.times * ((area / (self.spacing * self.spacing)).ceil() as u32).max(LEAST_SAMPLES)
     }
 }
 
 /// Finds the lit areas of a set of nodes.
 #[derive(Debug, Clone)]
 pub struct LitAreas {
-    surface: Arc<LitSurface>,
+    pub(super) surface: Arc<LitSurface>,
     nodes: Vec<LitNode>,
     /// First corner of each node, and the one after the last.
     first: Vec<u32>,
@@ -167,6 +183,12 @@ impl LitAreas {
             next[owner as usize] += 1;
         }
         Self { surface, nodes, first, corners, redraw }
+    }
+
+    /// The same with `times` as many samples on an area.
+    pub fn with_samples(&self, times: u32) -> Self {
+        let surface = LitSurface { times: times * self.surface.times, ..(*self.surface).clone() };
+        Self { surface: Arc::new(surface), ..self.clone() }
     }
 
     /// Numbers of the nodes, in their order.
@@ -210,54 +232,96 @@ impl LitAreas {
     }
 
     fn lit_area(&self, index: usize, node: &LitNode, view: &JointView<'_>) -> LitArea {
-        let (surface, sun) = (&*self.surface, view.disc.centre);
-        let shifts = shifts(node.number);
-        let start = view.start;
-        let (mut vector, mut area, mut on_front, mut all) = (DVec3::ZERO, 0.0, 0.0, 0.0);
-        let mut sample = 0;
+        let sun = view.disc.centre;
+        let mut area = 0.0;
+        let mut corners: Vec<FacingCorner> = Vec::with_capacity(self.corners_of(index).len());
         for &number in self.corners_of(index) {
-            let corner = surface.corner(number, node.normal);
-            let samples = surface.samples(corner.area);
-            let first = sample;
-            sample += samples;
+            let corner = self.surface.corner(number, node.normal);
             area += corner.area;
             let cosine = corner.normal.dot(sun);
-            if cosine == 0.0 || (cosine < 0.0 && !node.both_sides) || corner.area == 0.0 {
-                continue;
+            if cosine > 0.0 || (cosine < 0.0 && node.both_sides) {
+                let side = corner.normal * cosine.signum();
+                corners.push(FacingCorner { number, area: corner.area, side, cosine, samples: 0, lit: 0 });
             }
-            let side = corner.normal * cosine.signum();
-            let lit = if view.casters.is_empty() {
-                samples
-            } else {
-                let [a, b, c] = surface.placed(number);
-                let is_lit = |sample: &u32| {
-                    let [s, t, u, v] = fractions(shifts, *sample);
-                    let [second, third] = point_near_corner([s, t], number as usize % 3);
-                    let from = a + second * (b - a) + third * (c - a) + start * side;
-                    !view.is_hidden(from, view.disc.point([u, v]))
-                };
-                (first..first + samples).filter(is_lit).count() as u32
-            };
-            let lit = corner.area * f64::from(lit) / f64::from(samples);
-            vector += lit * side;
-            all += lit * cosine.abs();
-            on_front += lit * cosine.max(0.0);
         }
         if area == 0.0 {
-            // A node without a triangle sees the Sun as its normal does.
-            let front = node.normal.dot(sun) >= 0.0;
-            let lit = front || node.both_sides;
-            let vector = if !lit {
-                DVec3::ZERO
-            } else if front {
-                node.normal
-            } else {
-                -node.normal
-            };
-            return LitArea { vector, front: f64::from(u8::from(front)) };
+            return LitArea::by_normal(node, sun);
         }
-        LitArea { vector: vector / area, front: if all > 0.0 { on_front / all } else { 1.0 } }
+        if !view.casters.is_empty() {
+            self.cast(&mut corners, shifts(node.number), view);
+        }
+        sum(&corners, area)
     }
+
+    /// Casts the rays of a node to the Sun: some for all nodes, and more on the border of a shadow.
+    fn cast(&self, corners: &mut [FacingCorner], shifts: [u32; 4], view: &JointView<'_>) {
+        let surface = &*self.surface;
+        let facing: f64 = corners.iter().map(|corner| corner.area).sum();
+        let mut sample = 0;
+        let mut lit_of = |corner: &FacingCorner, samples: u32| {
+            let first = sample;
+            sample += samples;
+            (first..sample).filter(|sample| self.is_lit(corner, fractions(shifts, *sample), view)).count() as u32
+        };
+        let samples = surface.samples(facing);
+        // Corners get samples as their areas say, from a start of the node's own.
+        let start = f64::from(shifts[0]) / 2f64.powi(32);
+        let (mut before, mut up_to) = (0u32, 0.0);
+        for corner in corners.iter_mut() {
+            up_to += corner.area;
+            let end = (f64::from(samples) * (up_to / facing).min(1.0) + start).floor() as u32;
+            corner.samples = end - before;
+            before = end;
+            corner.lit = lit_of(corner, corner.samples);
+        }
+        let lit: u32 = corners.iter().map(|corner| corner.lit).sum();
+        let border = BORDER_SAMPLES * surface.times;
+        if lit == 0 || lit == before || before >= border {
+            return;
+        }
+        for corner in corners {
+            let more = (f64::from(border - before) * corner.area / facing).ceil() as u32;
+            corner.lit += lit_of(corner, more);
+            corner.samples += more;
+        }
+    }
+
+    /// Whether the ray of a sample leaves the craft.
+    fn is_lit(&self, corner: &FacingCorner, [s, t, u, v]: [f64; 4], view: &JointView<'_>) -> bool {
+        let [a, b, c] = self.surface.placed(corner.number);
+        let [second, third] = point_near_corner([s, t], corner.number as usize % 3);
+        let from = a + second * (b - a) + third * (c - a) + view.start * corner.side;
+        !view.is_hidden(from, view.disc.point([u, v]))
+    }
+}
+
+/// A corner that the Sun may light.
+struct FacingCorner {
+    number: u32,
+    /// Area [m2].
+    area: f64,
+    /// Unit normal on the side of the Sun.
+    side: DVec3,
+    /// Cosine between the Sun and the corner's normal, which is on the side of the node's.
+    cosine: f64,
+    samples: u32,
+    /// Samples that see the Sun.
+    lit: u32,
+}
+
+/// The lit area of the corners of a node with an area [m2]. A corner without a sample is lit as the others are.
+fn sum(corners: &[FacingCorner], area: f64) -> LitArea {
+    let [lit, samples] = corners.iter().fold([0, 0], |[lit, all], corner| [lit + corner.lit, all + corner.samples]);
+    let share = |lit: u32, samples: u32| (samples > 0).then(|| f64::from(lit) / f64::from(samples));
+    let whole = share(lit, samples).unwrap_or(1.0);
+    let (mut vector, mut on_front, mut all) = (DVec3::ZERO, 0.0, 0.0);
+    for corner in corners {
+        let lit = corner.area * share(corner.lit, corner.samples).unwrap_or(whole);
+        vector += lit * corner.side;
+        all += lit * corner.cosine.abs();
+        on_front += lit * corner.cosine.max(0.0);
+    }
+    LitArea { vector: vector / area, front: if all > 0.0 { on_front / all } else { 1.0 } }
 }
 
 /// The Sun and the shadow casters as the nodes of a joint see them.

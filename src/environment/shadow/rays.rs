@@ -3,21 +3,21 @@
 //! The boxes are those of `obvhs`, an eight-way compressed tree in f32; a triangle is met in f64. One function serves shadows, radiation between surfaces,
 //! mirrors and view factors. The device has a tree of its own (`tree.rs`), which needs no stack.
 
-use std::time::Duration;
-
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::{Ray, RayHit};
-use obvhs::{Boundable, BvhBuildParams};
 
+use super::boxes::boxes_around;
 use super::tree::Tree;
 
 /// Distance between a ray's start and its surface, as a share of the size of the craft.
 const START: f64 = 1e-5;
 /// Growth of a triangle's box as a share of its coordinates, several units in the last place of f32. A flat box would lose rays to rounding.
 const GROWTH: f32 = 1e-6;
+
+/// Distance by which a walk through the boxes begins before the start of its ray, in lengths of its direction.
+const BEFORE: f64 = 2e-4;
 
 /// Triangles that a ray can meet, and the boxes that find them.
 #[derive(Debug, Clone)]
@@ -46,15 +46,6 @@ pub(crate) struct Hit {
     pub(crate) outside: bool,
 }
 
-/// The box around a triangle, grown against rounding.
-struct Grown(Aabb);
-
-impl Boundable for Grown {
-    fn aabb(&self) -> Aabb {
-        self.0
-    }
-}
-
 impl Occluders {
     /// The occluders of triangles with positions [m].
     pub(crate) fn new(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
@@ -63,14 +54,13 @@ impl Occluders {
             [a, b - a, c - a]
         };
         let triangles: Vec<[DVec3; 3]> = triangles.iter().map(edges).collect();
-        let boxes: Vec<Grown> = triangles.iter().map(grown).collect();
+        let boxes: Vec<Aabb> = triangles.iter().map(grown).collect();
         let bounds = triangles
             .iter()
             .map(around)
             .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], [l, h]| [low.min(l), high.max(h)]);
         let start = if triangles.is_empty() { 0.0 } else { START * (bounds[1] - bounds[0]).length() };
-        let boxes = build_cwbvh(&boxes, BvhBuildParams::medium_build(), &mut Duration::default());
-        Self { triangles, boxes, bounds, start }
+        Self { triangles, boxes: boxes_around(&boxes), bounds, start }
     }
 
     /// The tree of these triangles for the device.
@@ -104,7 +94,7 @@ impl Occluders {
             let outside = triangle[1].cross(triangle[2]).dot(direction) < 0.0;
             first = Some(Hit { triangle: number, distance, u, v, outside });
             // Triangles at the same distance are met as well.
-            (distance as f32).next_up()
+            ((distance + BEFORE) as f32).next_up()
         });
         first
     }
@@ -117,14 +107,15 @@ fn around([corner, first, second]: &[DVec3; 3]) -> [DVec3; 2] {
 }
 
 /// The box around a triangle, grown against rounding to f32.
-fn grown(triangle: &[DVec3; 3]) -> Grown {
+fn grown(triangle: &[DVec3; 3]) -> Aabb {
     let [low, high] = around(triangle).map(|at| at.as_vec3a());
     let growth = Vec3A::splat(GROWTH * low.abs().max(high.abs()).max_element());
-    Grown(Aabb::new(low - growth, high + growth))
+    Aabb::new(low - growth, high + growth)
 }
 
+/// The ray in f32. `obvhs` overlooks all boxes that end within 1e-4 of the start, so the walk begins before it.
 fn ray(from: DVec3, direction: DVec3) -> Ray {
-    Ray::new_inf(from.as_vec3a(), direction.as_vec3a())
+    Ray::new_inf((from - BEFORE * direction).as_vec3a(), direction.as_vec3a())
 }
 
 /// Distance at which a ray meets a triangle (Moeller and Trumbore 1997), from either side, and the weights of its second and third corner.

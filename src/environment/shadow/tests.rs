@@ -60,8 +60,13 @@ impl Mesh {
             (joint, Occluders::new(&self.positions, &own.copied().collect::<Vec<_>>()))
         };
         let casters = joints.into_iter().map(of_joint).collect();
-        let surface =
-            LitSurface { positions: self.positions.clone(), triangles: self.triangles.clone(), casters, spacing };
+        let surface = LitSurface {
+            positions: self.positions.clone(),
+            triangles: self.triangles.clone(),
+            casters,
+            spacing,
+            times: 1,
+        };
         let redraw = Redraw { bounds: Vec::new(), angle: 0.0, found_for: None };
         LitAreas::new(Arc::new(surface), self.nodes.clone(), redraw)
     }
@@ -72,7 +77,8 @@ impl Mesh {
     }
 }
 
-/// A sheet that abuts a box 0.3 m proud of it is lit to its end, on any mesh; its middle is not touched by the box (NUMERICS 1: 51 K with light at vertices).
+/// A sheet that abuts a box 0.3 m proud of it is lit to its end, on any mesh (NUMERICS 1: 51 K with light at vertices). The box hides a part of the Sun's disc
+/// within 1.4 mm: of a strip of width w the share 2/(3 pi) x 0.3 m x 4.65e-3 / w, because 2/(3 pi) is the mean of max(0, x) over the unit disc.
 #[test]
 fn a_sheet_beside_a_box_is_lit_to_its_end() {
     for cells in [1, 2, 7, 40] {
@@ -81,7 +87,9 @@ fn a_sheet_beside_a_box_is_lit_to_its_end() {
         let sheet = mesh.positions.len();
         mesh.solid(DVec3::new(-1.0, -1.0, -1.0), DVec3::new(0.0, 2.0, 0.3), 1, (false, 0));
         let lit = mesh.light(0.05).under(DVec3::Z, &[]);
-        assert!(lit[..sheet].iter().all(|lit| (lit.vector - DVec3::Z).length() < 1e-12), "{cells} cells");
+        let penumbra = 2.0 / (3.0 * PI) * 0.3 * SUN_ANGULAR_RADIUS / (2.0 / f64::from(cells));
+        let least = lit[..sheet].iter().map(|lit| lit.vector.z).fold(1.0, f64::min);
+        assert!((least - 1.0).abs() < penumbra + 0.02, "{cells} cells: {least}");
         // The Sun behind the box by 45 deg: 0.3 m of 4 m are dark.
         let sun = DVec3::new(-1.0, 0.0, 1.0).normalize();
         let lit = mesh.light(0.05).under(sun, &[]);
@@ -98,6 +106,7 @@ fn the_lit_area_is_the_silhouette() {
     mesh.solid(DVec3::new(0.5, -0.2, -0.2), DVec3::new(2.5, 0.2, 0.2), 4, (false, 0));
     mesh.quad(DVec3::new(1.0, -2.0, 0.1), [DVec3::X * 0.8, DVec3::new(0.0, 4.0, 0.7)], [2, 9], (true, 0));
     let light = mesh.light(0.02);
+    let mut vertices_apart = 0.0f64;
     for sun in [[0.3, 0.4, 0.8], [-0.9, 0.1, 0.2], [0.2, -0.3, -0.9], [0.05, 0.99, -0.1]] {
         let sun = DVec3::from_array(sun).normalize();
         let lit = mesh.lit_area(&light.under(sun, &[]), sun);
@@ -113,8 +122,9 @@ fn the_lit_area_is_the_silhouette() {
                 if hidden || (cosine < 0.0 && !node.both_sides) { 0.0 } else { area * cosine.abs() }
             })
             .sum();
-        assert!((by_vertices / silhouette - 1.0).abs() > 4e-3, "{sun}: vertices would do");
+        vertices_apart = vertices_apart.max((by_vertices / silhouette - 1.0).abs());
     }
+    assert!(vertices_apart > 0.02, "vertices would do: {vertices_apart}");
 }
 
 /// Area of the projections of all triangles along the Sun, by the centres of a grid [m2].
@@ -196,8 +206,10 @@ fn a_penumbra_is_as_wide_as_the_sun() {
         // A cell much narrower than the penumbra.
         mesh.quad(DVec3::new(offset * radius - 1e-5, 0.0, 0.0), [DVec3::X * 2e-5, DVec3::Y], [1, 1], (false, 0));
         mesh.quad(DVec3::new(-3.0, -3.0, 2.0), [DVec3::X * 3.0, DVec3::Y * 9.0], [1, 1], (false, 0));
-        let lit = mesh.light(0.0001).under(DVec3::Z, &[]);
-        let share = mesh.lit_area(&lit[..4], DVec3::Z) / mesh.areas[..4].iter().sum::<f64>();
+        let light = mesh.light(0.0001);
+        // The cell alone: samples this close over the whole screen would be billions.
+        let cell = LitAreas::new(light.surface, mesh.nodes[..4].to_vec(), light.redraw);
+        let share = mesh.lit_area(&cell.under(DVec3::Z, &[]), DVec3::Z) / mesh.areas[..4].iter().sum::<f64>();
         assert!((share - expected).abs() < 0.01, "{offset} radii: {share} against {expected}");
     }
 }
@@ -210,16 +222,17 @@ fn a_shared_node_has_the_light_of_each_face() {
     let triangles = vec![[0, 2, 3], [0, 3, 1], [2, 4, 5], [2, 5, 3]];
     let normals = [DVec3::new(-1.0, 0.0, 1.0).normalize(), DVec3::Z, DVec3::new(1.0, 0.0, 1.0).normalize()];
     let node = |number: u32| LitNode { number, normal: normals[number as usize / 2], both_sides: false, joint: 0 };
-    let surface = LitSurface { positions, triangles, casters: Vec::new(), spacing: 1.0 };
+    let surface = LitSurface { positions, triangles, casters: Vec::new(), spacing: 1.0, times: 1 };
     let redraw = Redraw { bounds: Vec::new(), angle: 0.0, found_for: None };
     let light = LitAreas::new(Arc::new(surface), (0..6).map(node).collect(), redraw);
     assert!(!light.are_flat());
     // The Sun stands in the plane of the left face: only the right one is lit, by the cosine 1.
     let sun = DVec3::new(1.0, 0.0, 1.0).normalize();
     let lit = light.under(sun, &[]);
-    let expected = [0.0, 0.5, 1.0];
+    // Of the three triangles at an end of the ridge, two are of the right face at one end and one at the other.
+    let expected = [0.0, 0.0, 2.0 / 3.0, 1.0 / 3.0, 1.0, 1.0];
     for (node, lit) in lit.iter().enumerate() {
-        assert!((lit.vector.dot(sun) - expected[node / 2]).abs() < 1e-12, "node {node}: {lit:?}");
+        assert!((lit.vector.dot(sun) - expected[node]).abs() < 1e-12, "node {node}: {lit:?}");
     }
 }
 
