@@ -19,9 +19,11 @@ use crate::thermal::material::Material;
 const RAYS: usize = 1 << 20;
 /// Bounds of the rays of a face of a node.
 const RAYS_OF_FACE: [usize; 2] = [16, 512];
-/// Difference of the shares of the sky of two halves up to which a patch stays whole. 0.006 of the light of a wall at 500 K is 2.5 K where a fifth of it
-/// arrives.
-const DIFFERENCE: f64 = 0.006;
+/// Difference of what two halves see, over the root of the share that is of the craft, up to which a patch stays whole. On a floor beside a wall at 500 K it is 3 K
+/// at most wherever the floor warms by the wall alone.
+const DIFFERENCE: f64 = 0.004;
+/// Least root of a share of the craft.
+const LEAST_WARMED: f64 = 0.05;
 /// Standard deviation of the mean of evenly spread rays, over that of independent ones.
 const EVEN: f64 = 0.5;
 /// Patches up to which a craft is split.
@@ -130,7 +132,8 @@ impl NodeViews {
         (sum, (nodes.len() * self.rays) as f64)
     }
 
-    /// Half the sum of the differences of two views, beyond their standard deviations.
+    /// Half the sum of the differences of two views, beyond their standard deviations, over the root of what they see of the craft: a cold surface tells small
+    /// differences.
     fn differ(&self, one: &(BTreeMap<u32, f64>, f64), other: &(BTreeMap<u32, f64>, f64)) -> f64 {
         let seen: std::collections::BTreeSet<u32> = one.0.keys().chain(other.0.keys()).copied().collect();
         let differ = |seen: u32| {
@@ -139,7 +142,11 @@ impl NodeViews {
             let noise = EVEN * (mean * (1.0 - mean).max(0.0) * (1.0 / one.1 + 1.0 / other.1)).sqrt();
             ((a - b).abs() - noise).max(0.0)
         };
-        0.5 * seen.into_iter().map(differ).sum::<f64>()
+        let of_craft = |view: &BTreeMap<u32, f64>| {
+            view.iter().filter(|(side, _)| **side != SPACE).map(|(_, share)| share).sum::<f64>()
+        };
+        let warmed = 0.5 * (of_craft(&one.0) + of_craft(&other.0));
+        0.5 * seen.into_iter().map(differ).sum::<f64>() / warmed.sqrt().max(LEAST_WARMED)
     }
 }
 
