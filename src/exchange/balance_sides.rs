@@ -10,9 +10,9 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
+use super::directions::evenness;
 use super::patches::{Patch, bin};
 use super::sparse::Sparse;
-use super::uncertainty::evenness;
 
 /// Rounds of the fitting. What is left is closed with the rows.
 const ROUNDS: usize = 30;
@@ -72,12 +72,12 @@ pub(super) fn balance_sides(patches: &[Patch], cast: &Sparse, shared: &mut Spars
         let next = |i: usize| -> Sided {
             let scaled = shared.row(i).iter().map(|(j, area)| (*j, area * of(&factors[*j as usize], sides[i])));
             let now = summed(scaled, &sides);
-            let renew = |(((side, wanted), (_, now)), (_, factor)): (((&u32, &f64), &(u32, f64)), &(u32, f64))| {
-                let right = if *now > 0.0 { wanted / now } else { *factor };
-                (*side, (factor * right).sqrt().clamp(FACTORS[0], FACTORS[1]))
+            let renew = |place: usize| {
+                let ((side, wanted), now, factor) = (wanted[i][place], now[place].1, factors[i][place].1);
+                let right = if now > 0.0 { wanted / now } else { factor };
+                (side, (factor * right).sqrt().clamp(FACTORS[0], FACTORS[1]))
             };
-            let wanted = wanted[i].iter().map(|(side, wanted)| (side, wanted));
-            wanted.zip(&now).zip(&factors[i]).map(renew).collect()
+            (0..now.len()).map(renew).collect()
         };
         factors = (0..patches.len()).into_par_iter().map(next).collect();
     }

@@ -7,7 +7,6 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::split::NodeViews;
 use crate::thermal::material::{Gloss, Material, Optics, Sides};
 
 pub(crate) const NONE: u32 = u32::MAX;
@@ -93,14 +92,13 @@ impl Patches {
         Self::of(surface, materials, Self::gathered(surface, materials, edge, buried))
     }
 
-    /// Gathers nodes into patches of at most about `edge` [m], and splits those over which the view of the nodes changes.
-    pub fn resolved(surface: &PatchSurface, materials: &[Material], edge: f64, views: &NodeViews) -> Self {
-        let gathered = Self::gathered(surface, materials, edge, &views.buried());
-        Self::of(surface, materials, views.split(surface, gathered))
-    }
-
     /// The nodes of each patch of about `edge` [m].
-    fn gathered(surface: &PatchSurface, materials: &[Material], edge: f64, buried: &[[bool; 2]]) -> Vec<Gathered> {
+    pub(super) fn gathered(
+        surface: &PatchSurface,
+        materials: &[Material],
+        edge: f64,
+        buried: &[[bool; 2]],
+    ) -> Vec<Gathered> {
         let corners_of_node = surface.corners_of_nodes();
         let low = surface
             .triangles
@@ -126,7 +124,7 @@ impl Patches {
     }
 
     /// The patches of gathered nodes.
-    fn of(surface: &PatchSurface, materials: &[Material], gathered: Vec<Gathered>) -> Self {
+    pub(super) fn of(surface: &PatchSurface, materials: &[Material], gathered: Vec<Gathered>) -> Self {
         let corners_of_node = surface.corners_of_nodes();
         let mut patches = Self { of_node: vec![[NONE; 2]; surface.positions.len()], ..Self::default() };
         for Gathered { key, nodes } in gathered {

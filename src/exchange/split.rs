@@ -72,7 +72,7 @@ impl NodeViews {
     }
 
     /// Splits gathered nodes until what they see differs little within each patch, or until there are enough.
-    pub(super) fn split(&self, surface: &PatchSurface, gathered: Vec<Gathered>) -> Vec<Gathered> {
+    fn split(&self, surface: &PatchSurface, gathered: Vec<Gathered>) -> Vec<Gathered> {
         let mut all: Vec<Option<Gathered>> = gathered.into_iter().map(Some).collect();
         let found: Vec<Option<Halves>> = all.par_iter().map(|one| self.halves(surface, one.as_ref()?)).collect();
         let mut heap: BinaryHeap<Queued> = (found.into_iter().enumerate())
@@ -147,6 +147,14 @@ impl NodeViews {
         };
         let warmed = 0.5 * (of_craft(&one.0) + of_craft(&other.0));
         0.5 * seen.into_iter().map(differ).sum::<f64>() / warmed.sqrt().max(LEAST_WARMED)
+    }
+}
+
+impl Patches {
+    /// Gathers nodes into patches of at most about `edge` [m], and splits those over which the view of the nodes changes.
+    pub fn resolved(surface: &PatchSurface, materials: &[Material], edge: f64, views: &NodeViews) -> Self {
+        let gathered = Self::gathered(surface, materials, edge, &views.buried());
+        Self::of(surface, materials, views.split(surface, gathered))
     }
 }
 

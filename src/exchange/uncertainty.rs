@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
+use super::directions::evenness;
 use super::errors::FluxError;
 use super::patches::{PatchSurface, Patches, bin};
 use super::step::Exchange;
@@ -32,12 +33,6 @@ impl FluxUncertainty {
     pub fn all(&self) -> f64 {
         self.rays.hypot(self.size).hypot(self.held)
     }
-}
-
-/// Standard deviation of a mean over evenly spread rays, over that of independent ones. With points of a recurrence in four dimensions the error of a mean
-/// falls about as rays^-0.75 where a single edge divides what rays meet; the factor two is for views of many edges.
-pub(crate) fn evenness(rays: u32) -> f64 {
-    (2.0 * f64::from(rays.max(1)).powf(-0.25)).min(1.0)
 }
 
 /// Uncertainty of the flux by rows that are held for a share of the way between two poses: the flux by the rows of either, absorbed by each patch [W/m2].

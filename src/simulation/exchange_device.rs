@@ -39,7 +39,7 @@ impl DeviceExchange {
     pub(crate) fn new(craft: &Arc<ExchangeCraft>, poses: &[DAffine3]) -> Self {
         let mut posed = Posed::new(craft.settings.redraw_angle);
         let found = posed.turn(poses, &mut |poses| craft.cast(poses).lean());
-        let tables = found.map(|exchange| ExchangeTables::new(exchange, true)).unwrap_or_default();
+        let tables = found.map(|exchange| ExchangeTables::new(exchange, poses.len() > 1)).unwrap_or_default();
         Self {
             craft: Arc::clone(craft),
             posed,

@@ -108,7 +108,7 @@ fn around([corner, first, second]: &[DVec3; 3]) -> [DVec3; 2] {
 
 /// The box around a triangle, grown against rounding to f32.
 fn grown(triangle: &[DVec3; 3]) -> Aabb {
-    let [low, high] = around(triangle).map(|at| at.as_vec3a());
+    let [low, high] = around(triangle).map(DVec3::as_vec3a);
     let growth = Vec3A::splat(GROWTH * low.abs().max(high.abs()).max_element());
     Aabb::new(low - growth, high + growth)
 }

@@ -6,6 +6,9 @@ use crate::environment::shadow::LitArea;
 use crate::gpu::effects::light::{LIT_FRONT, LIT_X, LIT_Y, LIT_Z};
 use crate::gpu::error::GpuError;
 
+/// A number of a lit area.
+type Component = fn(&LitArea) -> f64;
+
 impl Renderer {
     /// Finds the lit areas where a load needs it. Returns whether it did.
     pub(super) fn renew_light(&mut self, load: &StepLoad) -> Result<bool, GpuError> {
@@ -14,7 +17,7 @@ impl Renderer {
         // Frames in flight may still read the light before.
         self.slots.wait()?;
         let mut values = vec![0.0f32; self.nodes];
-        let components: [(_, fn(&LitArea) -> f64); 4] = [
+        let components: [(_, Component); 4] = [
             (&LIT_X, |area| area.vector.x),
             (&LIT_Y, |area| area.vector.y),
             (&LIT_Z, |area| area.vector.z),

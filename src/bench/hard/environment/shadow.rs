@@ -92,7 +92,7 @@ fn shaded(node: usize, lit: &LitArea) -> f64 {
     let is_end = |place: usize| place == 0 || place == NODES - 1;
     let halves = i32::from(is_end(node / NODES)) + i32::from(is_end(node % NODES));
     // Corners of a triangulated grid: opposite corners of the plate have one or two thirds of a quarter.
-    let corner = match (node / NODES == 0, node % NODES == 0) {
+    let corner = match (node < NODES, node.is_multiple_of(NODES)) {
         _ if halves < 2 => 0.5f64.powi(halves),
         (first, second) if first == second => 1.0 / 3.0,
         _ => 1.0 / 6.0,

@@ -46,7 +46,10 @@ impl ExchangeTables {
         let mut order: Vec<u32> = (0..exchange.patches.len() as u32).collect();
         order.sort_by_key(|patch| std::cmp::Reverse(exchange.infrared.between.row(*patch as usize).len()));
         let tables = Self::in_order(exchange, &order);
-        Self { room: if moves { ROOM * tables.entries.len() } else { tables.entries.len() }, ..tables }
+        // No row has more entries than there are patches, in infrared or in sunlight.
+        let most = 2 * order.len() * order.len().div_ceil(4);
+        let room = if moves { (ROOM * tables.entries.len()).min(most) } else { tables.entries.len() };
+        Self { room, ..tables }
     }
 
     /// The tables of an exchange with the patches in the order of earlier tables. Results at the places of the device go on to hold.
