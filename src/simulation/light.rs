@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::prepare::Prepared;
 use crate::environment::shadow::{LitAreas, LitNode, LitSurface, Occluders, Redraw};
 use crate::gpu::effects::image::runs::TriangleRun;
 use crate::gpu::effects::thermal::variant::LightBy;
@@ -49,7 +50,6 @@ impl SceneLight {
             triangles: triangles.to_vec(),
             casters,
             spacing: settings.spacing.unwrap_or(SAMPLE_SPACING * size),
-            times: 1,
         };
         let mut light = Self {
             surface: Arc::new(surface),
@@ -66,19 +66,6 @@ impl SceneLight {
             };
         }
         light
-    }
-
-    /// Finds the lit areas of some nodes. `None` where there is no Sun, or where normals tell the light.
-    pub(super) fn lit_areas(
-        &self,
-        nodes: &Nodes,
-        materials: &[Material],
-        slots: impl Iterator<Item = usize>,
-    ) -> Option<LitAreas> {
-        (self.by != LightBy::Normal).then(|| {
-            let lit = slots.map(|slot| lit_node(nodes, materials, slot)).collect();
-            LitAreas::new(Arc::clone(&self.surface), lit, self.redraw.clone())
-        })
     }
 }
 
@@ -101,4 +88,14 @@ fn joint_bounds(nodes: &Nodes) -> Vec<(u32, [DVec3; 2])> {
         (*low, *high) = (low.min(at), high.max(at));
     }
     bounds.into_iter().collect()
+}
+
+impl Prepared {
+    /// What finds the lit areas of some nodes. `None` where there is no Sun, or where normals tell the light.
+    pub fn lit_areas(&self, slots: impl Iterator<Item = usize>) -> Option<LitAreas> {
+        (self.light.by != LightBy::Normal).then(|| {
+            let nodes = slots.map(|slot| lit_node(&self.nodes, &self.materials, slot));
+            LitAreas::new(Arc::clone(&self.light.surface), nodes.collect(), self.light.redraw.clone())
+        })
+    }
 }

@@ -12,7 +12,6 @@ use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, PrepareStage};
 use super::prepare_names;
 use super::prepare_steps::{self as steps, Dense, SceneHashes};
-use crate::environment::shadow::LitAreas;
 use crate::environment::step::StepLoads;
 use crate::gpu::effects::image::runs::TriangleRun;
 use crate::gpu::effects::thermal::variant::StepRange;
@@ -207,11 +206,6 @@ impl Prepared {
             }
         }
         ranges
-    }
-
-    /// The lit areas of some nodes. `None` where there is no Sun, or where normals tell the light.
-    pub fn lit_areas(&self, slots: impl Iterator<Item = usize>) -> Option<LitAreas> {
-        self.light.lit_areas(&self.nodes, &self.materials, slots)
     }
 
     /// Nodes with a structure below them that is no node of the network.

@@ -129,7 +129,7 @@ fn every_benchmark_has_a_command() {
             "responses",
             "frames",
             "surroundings",
-            "light",
+            "shadows",
             "models",
             "exchange-parts",
             "exchange-cost",

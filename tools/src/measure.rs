@@ -5,7 +5,6 @@ mod build_cost;
 #[path = "peers/clock.rs"]
 mod clock;
 mod exchange_cost;
-mod light_cost;
 mod one_pass;
 mod sensor_cost;
 mod start_up;
@@ -87,12 +86,6 @@ struct Arguments {
     /// Longest edges of --build [m]; the defaults give 1e5, 1e6 and 1e7 nodes of the station
     #[arg(long, value_delimiter = ',', default_values_t = [1.5, 0.35, 0.09])]
     build_edges: Vec<f64>,
-    /// Measure only how long finding sunlight on areas takes, at --light-edges
-    #[arg(long)]
-    light: bool,
-    /// Longest edges of --light [m]
-    #[arg(long, value_delimiter = ',', default_values_t = [4.0, 1.0, 0.5])]
-    light_edges: Vec<f64>,
     /// Measure only the start of the scene and of the `isotherm` beside this program
     #[arg(long)]
     start_up: bool,
@@ -136,9 +129,6 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
     }
     if arguments.surroundings {
         return surroundings_cost::measure(&context, scene);
-    }
-    if arguments.light {
-        return light_cost::measure(&scene, &arguments.light_edges);
     }
     if arguments.exchange {
         let (steps, rounds) = (arguments.exchange_steps, arguments.exchange_rounds);

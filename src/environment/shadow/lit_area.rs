@@ -26,8 +26,6 @@ use crate::environment::load::solar_flux;
 /// Cosine of the angle between the normals of a node and of its triangle below which the node is not flat.
 const FLAT: f64 = 1.0 - 1e-7;
 
-/// Samples of a node, at least.
-const LEAST_SAMPLES: u32 = 4;
 /// Samples of a node on the border of a shadow. A sample is then less than a kelvin on a surface that radiates at 340 K: T / (4 x 96).
 const BORDER_SAMPLES: u32 = 96;
 
@@ -112,8 +110,6 @@ pub(crate) struct LitSurface {
     pub(crate) casters: Vec<(u32, Occluders)>,
     /// Largest distance between two samples [m].
     pub(crate) spacing: f64,
-    /// Samples on an area, over the usual number.
-    pub(crate) times: u32,
 }
 
 /// The part of a triangle that belongs to a node.
@@ -143,9 +139,12 @@ impl LitSurface {
         self.casters.iter().map(|(_, occluders)| occluders.start).fold(0.0, f64::max)
     }
 
-    /// Samples of a node whose corners that face the Sun have an area [m2].
+    /// Samples of a corner with an area [m2].
     fn samples(&self, area: f64) -> u32 {
-        self.times * ((area / (self.spacing * self.spacing)).ceil() as u32).max(LEAST_SAMPLES)
+        if self.casters.is_empty() {
+            return 1;
+        }
+        (area / (self.spacing * self.spacing)).ceil().max(1.0) as u32
     }
 }
 
@@ -183,12 +182,6 @@ impl LitAreas {
             next[owner as usize] += 1;
         }
         Self { surface, nodes, first, corners, redraw }
-    }
-
-    /// The same with `times` as many samples on an area.
-    pub fn with_samples(&self, times: u32) -> Self {
-        let surface = LitSurface { times: times * self.surface.times, ..(*self.surface).clone() };
-        Self { surface: Arc::new(surface), ..self.clone() }
     }
 
     /// Numbers of the nodes, in their order.
@@ -232,58 +225,48 @@ impl LitAreas {
     }
 
     fn lit_area(&self, index: usize, node: &LitNode, view: &JointView<'_>) -> LitArea {
-        let sun = view.disc.centre;
-        let mut area = 0.0;
+        let (surface, sun) = (&*self.surface, view.disc.centre);
+        let (mut area, mut sample, mut facing) = (0.0, 0, 0.0);
         let mut corners: Vec<FacingCorner> = Vec::with_capacity(self.corners_of(index).len());
         for &number in self.corners_of(index) {
-            let corner = self.surface.corner(number, node.normal);
+            let corner = surface.corner(number, node.normal);
             area += corner.area;
             let cosine = corner.normal.dot(sun);
-            if cosine > 0.0 || (cosine < 0.0 && node.both_sides) {
-                let side = corner.normal * cosine.signum();
-                corners.push(FacingCorner { number, area: corner.area, side, cosine, samples: 0, lit: 0 });
+            if cosine == 0.0 || (cosine < 0.0 && !node.both_sides) || corner.area == 0.0 {
+                continue;
             }
+            facing += corner.area;
+            let samples = surface.samples(corner.area);
+            corners.push(FacingCorner {
+                number,
+                area: corner.area,
+                side: corner.normal * cosine.signum(),
+                cosine,
+                samples,
+                lit: samples,
+            });
         }
         if area == 0.0 {
             return LitArea::by_normal(node, sun);
         }
         if !view.casters.is_empty() {
-            self.cast(&mut corners, shifts(node.number), view);
+            let shifts = shifts(node.number);
+            let mut cast = |corner: &mut FacingCorner, samples: u32| {
+                let first = sample;
+                sample += samples;
+                (first..sample).filter(|sample| self.is_lit(corner, fractions(shifts, *sample), view)).count() as u32
+            };
+            corners.iter_mut().for_each(|corner| corner.lit = cast(corner, corner.samples));
+            let [lit, all] = corners.iter().fold([0, 0], |[lit, all], corner| [lit + corner.lit, all + corner.samples]);
+            if lit > 0 && lit < all && all < BORDER_SAMPLES {
+                for corner in &mut corners {
+                    let more = (f64::from(BORDER_SAMPLES - all) * corner.area / facing).ceil() as u32;
+                    corner.lit += cast(corner, more);
+                    corner.samples += more;
+                }
+            }
         }
         sum(&corners, area)
-    }
-
-    /// Casts the rays of a node to the Sun: some for all nodes, and more on the border of a shadow.
-    fn cast(&self, corners: &mut [FacingCorner], shifts: [u32; 4], view: &JointView<'_>) {
-        let surface = &*self.surface;
-        let facing: f64 = corners.iter().map(|corner| corner.area).sum();
-        let mut sample = 0;
-        let mut lit_of = |corner: &FacingCorner, samples: u32| {
-            let first = sample;
-            sample += samples;
-            (first..sample).filter(|sample| self.is_lit(corner, fractions(shifts, *sample), view)).count() as u32
-        };
-        let samples = surface.samples(facing);
-        // Corners get samples as their areas say, from a start of the node's own.
-        let start = f64::from(shifts[0]) / 2f64.powi(32);
-        let (mut before, mut up_to) = (0u32, 0.0);
-        for corner in corners.iter_mut() {
-            up_to += corner.area;
-            let end = (f64::from(samples) * (up_to / facing).min(1.0) + start).floor() as u32;
-            corner.samples = end - before;
-            before = end;
-            corner.lit = lit_of(corner, corner.samples);
-        }
-        let lit: u32 = corners.iter().map(|corner| corner.lit).sum();
-        let border = BORDER_SAMPLES * surface.times;
-        if lit == 0 || lit == before || before >= border {
-            return;
-        }
-        for corner in corners {
-            let more = (f64::from(border - before) * corner.area / facing).ceil() as u32;
-            corner.lit += lit_of(corner, more);
-            corner.samples += more;
-        }
     }
 
     /// Whether the ray of a sample leaves the craft.
@@ -309,14 +292,11 @@ struct FacingCorner {
     lit: u32,
 }
 
-/// The lit area of the corners of a node with an area [m2]. A corner without a sample is lit as the others are.
+/// The lit area of the corners of a node with an area [m2].
 fn sum(corners: &[FacingCorner], area: f64) -> LitArea {
-    let [lit, samples] = corners.iter().fold([0, 0], |[lit, all], corner| [lit + corner.lit, all + corner.samples]);
-    let share = |lit: u32, samples: u32| (samples > 0).then(|| f64::from(lit) / f64::from(samples));
-    let whole = share(lit, samples).unwrap_or(1.0);
     let (mut vector, mut on_front, mut all) = (DVec3::ZERO, 0.0, 0.0);
     for corner in corners {
-        let lit = corner.area * share(corner.lit, corner.samples).unwrap_or(whole);
+        let lit = corner.area * f64::from(corner.lit) / f64::from(corner.samples);
         vector += lit * corner.side;
         all += lit * corner.cosine.abs();
         on_front += lit * corner.cosine.max(0.0);

@@ -60,13 +60,8 @@ impl Mesh {
             (joint, Occluders::new(&self.positions, &own.copied().collect::<Vec<_>>()))
         };
         let casters = joints.into_iter().map(of_joint).collect();
-        let surface = LitSurface {
-            positions: self.positions.clone(),
-            triangles: self.triangles.clone(),
-            casters,
-            spacing,
-            times: 1,
-        };
+        let surface =
+            LitSurface { positions: self.positions.clone(), triangles: self.triangles.clone(), casters, spacing };
         let redraw = Redraw { bounds: Vec::new(), angle: 0.0, found_for: None };
         LitAreas::new(Arc::new(surface), self.nodes.clone(), redraw)
     }
@@ -222,7 +217,7 @@ fn a_shared_node_has_the_light_of_each_face() {
     let triangles = vec![[0, 2, 3], [0, 3, 1], [2, 4, 5], [2, 5, 3]];
     let normals = [DVec3::new(-1.0, 0.0, 1.0).normalize(), DVec3::Z, DVec3::new(1.0, 0.0, 1.0).normalize()];
     let node = |number: u32| LitNode { number, normal: normals[number as usize / 2], both_sides: false, joint: 0 };
-    let surface = LitSurface { positions, triangles, casters: Vec::new(), spacing: 1.0, times: 1 };
+    let surface = LitSurface { positions, triangles, casters: Vec::new(), spacing: 1.0 };
     let redraw = Redraw { bounds: Vec::new(), angle: 0.0, found_for: None };
     let light = LitAreas::new(Arc::new(surface), (0..6).map(node).collect(), redraw);
     assert!(!light.are_flat());

@@ -1,0 +1,15 @@
+"""The cases, in the order in which they run."""
+
+from . import abutting, comb, eclipse, floor_wall, hinge, hole, slab, station_cut, tube
+
+ALL = [
+    *abutting.CASES,
+    *eclipse.CASES,
+    *slab.CASES,
+    *comb.CASES,
+    *tube.CASES,
+    *hole.CASES,
+    *floor_wall.CASES,
+    *hinge.CASES,
+    *station_cut.CASES,
+]

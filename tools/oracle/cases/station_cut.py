@@ -1,0 +1,133 @@
+"""Eleven parts of the station through one orbit, with an eclipse and all loads: a network with conduction, shadows and radiation between surfaces."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+
+from .. import gltf
+from ..camera import Camera
+from ..case import Bounds, Case
+
+MODELS = Path(__file__).resolve().parents[3] / "models"
+# Modules and a radiator that stand close. Without the truss: shadows of its lattice on thin blankets are finer than any mesh of these cases.
+NAMES = [
+    "adapter_forward", "node_forward", "laboratory_central", "node_central", "laboratory_starboard", "laboratory_port", "logistics_module", "airlock", "node_port", "cupola",
+    "radiator_centre",
+]  # fmt: skip
+ALTITUDE, RADIUS, BETA_DEG, STEP, STEPS, EVERY, INITIAL, ALBEDO, PLANET = 408e3, 6371e3, 20.0, 15.43, 360, 36, 265.0, 0.3, 237.0
+CAMERA = Camera((36.0, 22.0, -24.0), (3.5, -1.0, 0.5), 36.0, 320, 240, (0.0, 0.0, -1.0))
+
+
+def parts() -> list[gltf.Part]:
+    """The eleven, as the station's file has them."""
+    return [part for part in gltf.read(MODELS / "station.glb") if part.name in NAMES]
+
+
+def _materials() -> str:
+    text = (MODELS / "station.toml").read_text()
+    return text[text.index("[[material]]") : text.index("[radiance]")]
+
+
+def _build(max_edge: float, exchange: str):
+    def build(folder: Path) -> Path:
+        folder.mkdir(parents=True, exist_ok=True)
+        gltf.write(folder / "model.glb", parts())
+        text = f"""name = "station_cut"
+[model]
+path = "model.glb"
+max_edge = {max_edge}
+[time]
+step = {STEP}
+steps = {STEPS}
+draw_every = {EVERY}
+[initial]
+temperature = {INITIAL}
+[orbit]
+altitude = {ALTITUDE}
+beta_deg = {BETA_DEG}
+[attitude]
+mode = "nadir"
+nadir_axis = "+Z"
+forward_axis = "+X"
+[environment]
+solar_constant = 1361.0
+albedo = {ALBEDO}
+planet_ir = {PLANET}
+planet_radius = {RADIUS}
+background_temperature = 2.7
+[shadows]
+{exchange}
+{CAMERA.toml()}
+{_materials()}"""
+        path = folder / "scene.toml"
+        path.write_text(text)
+        return path
+
+    return build
+
+
+def _finishes() -> dict:
+    from ..balance import Finish
+
+    def stored(of: dict) -> float:
+        return of["thickness"] * of["density"] * of["specific_heat"]
+
+    found = {}
+    for of in tomllib.loads(_materials())["material"]:
+        back = (of["back"]["absorptivity"], of["back"]["emissivity"]) if of["sides"] == "both" else None
+        below = of.get("over")
+        over = (below["effective_emittance"], stored(below), below["thickness"] * below["conductivity"]) if below else None
+        found[of["match"]] = Finish(of["absorptivity"], of["emissivity"], stored(of), back, of["conductivity"] * of["thickness"], over)
+    return found
+
+
+def truth(exchange: bool, edge: float = 0.4, patch: float = 1.5, rays: int = 256, samples: int = 8, spans: int = 2) -> list:
+    """Rows of the truth on a mesh of these edges [m]; light is found anew every step, or every `spans` steps."""
+    from ..balance import Absorbed, Balance
+    from ..fields import read
+    from ..lit import sunlight
+    from ..orbit import Eclipse, period, sun_of_body
+    from ..radiosity import Radiosity
+    from ..rays import Rays
+    from ..surface import Surface
+
+    of_parts = parts()
+    surface = Surface(of_parts, edge)
+    balance = Balance(surface, _finishes())
+    down = (np.array([0.0, 0.0, 1.0]), np.arcsin(RADIUS / (RADIUS + ALTITUDE)))
+    seen = Radiosity(surface, balance.side, patch if exchange else 1e9, rays, planet=down, alone=not exchange)
+    pose = Absorbed(balance, seen if exchange else None)
+    print(f"  {len(surface.vertices)} vertices, {len(surface.faces)} faces, {seen.count} patches", flush=True)
+    scene = Rays(np.concatenate([part.triangles for part in of_parts]))
+    turn, beta = 2 * np.pi / period(RADIUS + ALTITUDE), np.radians(BETA_DEG)
+    eclipse = Eclipse(0.0, beta, RADIUS, RADIUS + ALTITUDE, STEP * STEPS)
+    times = np.arange(0, STEPS + 1, spans) * STEP
+    none = np.zeros(len(balance.side.face))
+    direct, albedo = [], []
+    for time in times:
+        sun = sun_of_body(turn * time, beta)
+        dark = max(eclipse(time - spans * STEP), eclipse(time), eclipse(time + spans * STEP)) == 0
+        on_sides = none if dark else sunlight(surface, balance.side, sun, samples, scene)
+        direct.append(pose.light(on_sides, none)[0].astype(np.float32))
+        albedo.append(pose.light(ALBEDO * 1361.0 * seen.albedo_share(sun), none)[0].astype(np.float32))
+    infrared = PLANET * seen.planet_share()
+
+    def absorbed(time: float, kelvin: np.ndarray) -> np.ndarray:
+        place = min(time / (spans * STEP), len(times) - 1 - 1e-9)
+        low, share = int(place), place - int(place)
+        light = eclipse(time) * (direct[low] * (1 - share) + direct[low + 1] * share) + albedo[low] * (1 - share) + albedo[low + 1] * share
+        return pose.total(light, infrared, kelvin)
+
+    keep = list(range(EVERY, STEPS + 1, EVERY))
+    found = balance.run(INITIAL, STEP, STEPS, absorbed, keep, parts=1 if exchange else 2)
+    return read(surface, CAMERA, found, 400, by_part=True)
+
+
+EXCHANGE = "[exchange]\npatch_edge = 8.0"
+FINDS = "light at vertices, exchange that has not converged"
+CASES = [
+    Case("station_cut_1m", _build(1.0, ""), lambda: truth(False), Bounds(rms=1.5, p99=8.0), data="station_cut", long=True, parts=NAMES, finds=FINDS),
+    Case("station_cut_exchange", _build(4.0, EXCHANGE), lambda: truth(True, edge=0.6, samples=4, spans=4), Bounds(rms=3.0, p99=12.0), data="station_cut_exchange", long=True, parts=NAMES, finds=FINDS),
+    Case("station_cut_exchange_1m", _build(1.0, EXCHANGE), lambda: truth(True, edge=0.6, samples=4, spans=4), Bounds(rms=3.0, p99=12.0), data="station_cut_exchange", long=True, parts=NAMES, finds=FINDS),
+]
