@@ -13,6 +13,7 @@ mod arguments;
 mod bench;
 mod check;
 mod compare;
+mod converge;
 mod dataset;
 mod device;
 mod digits;
@@ -64,6 +65,7 @@ enum Command {
     Render(render::Arguments),
     View(view::Arguments),
     Compare(compare::Arguments),
+    Converge(converge::Arguments),
     Check(check::Arguments),
     Info(info::Arguments),
     Radiance(radiance::Arguments),
@@ -89,6 +91,7 @@ pub fn main() -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Converge(arguments) => converge::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Radiance(arguments) => radiance::run(&arguments),

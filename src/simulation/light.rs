@@ -91,6 +91,11 @@ fn joint_bounds(nodes: &Nodes) -> Vec<(u32, [DVec3; 2])> {
 }
 
 impl Prepared {
+    /// Largest distance between two samples of light on a surface [m].
+    pub(crate) fn light_spacing(&self) -> f64 {
+        self.light.surface.spacing
+    }
+
     /// What finds the lit areas of some nodes. `None` where there is no Sun, or where normals tell the light.
     pub fn lit_areas(&self, slots: impl Iterator<Item = usize>) -> Option<LitAreas> {
         (self.light.by != LightBy::Normal).then(|| {

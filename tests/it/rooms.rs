@@ -26,6 +26,7 @@ const ORDER: [&str; 23] = [
     "server",
     "view",
     "compare",
+    "converge",
     "paper",
     "bench",
     "cli",
