@@ -203,8 +203,7 @@ impl LitAreas {
     /// Lit area of each node under a Sun (unit vector, body frame), with joints in these poses.
     pub fn under(&self, sun: DVec3, poses: &[DAffine3]) -> Vec<LitArea> {
         let joints = self.nodes.iter().map(|node| node.joint + 1).max().unwrap_or(1);
-        let views: Vec<JointView<'_>> =
-            (0..joints).map(|joint| JointView::new(&self.surface, sun, poses, joint)).collect();
+        let views: Vec<JointView<'_>> = (0..joints).map(|joint| JointView::new(&self.surface, sun, poses, joint)).collect();
         let areas = self.nodes.par_iter().enumerate().with_min_len(64);
         areas.map(|(index, node)| self.lit_area(index, node, &views[node.joint as usize])).collect()
     }
@@ -247,13 +246,7 @@ impl LitAreas {
             // A node without a triangle sees the Sun as its normal does.
             let front = node.normal.dot(sun) >= 0.0;
             let lit = front || node.both_sides;
-            let vector = if !lit {
-                DVec3::ZERO
-            } else if front {
-                node.normal
-            } else {
-                -node.normal
-            };
+            let vector = if !lit { DVec3::ZERO } else if front { node.normal } else { -node.normal };
             return LitArea { vector, front: f64::from(u8::from(front)) };
         }
         LitArea { vector: vector / area, front: if all > 0.0 { on_front / all } else { 1.0 } }
