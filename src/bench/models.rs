@@ -228,11 +228,9 @@ pub(crate) fn measure(
     };
     let choices = rows.iter().enumerate().map(|(choice, (row, ran))| match ran {
         None => row.clone(),
-        Some(ran) => ChoiceRow {
-            from_base: moved(ran, 0, choice),
-            from_network: moved(ran, network, choice),
-            ..row.clone()
-        },
+        Some(ran) => {
+            ChoiceRow { from_base: moved(ran, 0, choice), from_network: moved(ran, network, choice), ..row.clone() }
+        }
     });
     Models {
         scene: base.name.clone(),
@@ -290,9 +288,7 @@ pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<ModelRu
 /// Device time of all thermal and network passes so far [ms].
 fn device_ms(engine: &dyn Engine) -> Option<f64> {
     let passes = engine.pass_times()?;
-    let of_step = |name: &str| {
-        ["thermal_step", "exchange_", "one_pass"].iter().any(|start| name.starts_with(start))
-    };
+    let of_step = |name: &str| ["thermal_step", "exchange_", "one_pass"].iter().any(|start| name.starts_with(start));
     let passes = passes.iter().filter(|(name, _)| of_step(name));
     Some(passes.map(|(_, samples)| samples.iter().sum::<f64>()).sum())
 }

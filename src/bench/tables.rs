@@ -272,13 +272,7 @@ pub(crate) fn drivers(bench: &Bench) -> Option<BenchTable> {
 }
 
 /// The passes of a frame in order.
-const PASSES: [&str; 5] = [
-    "thermal_step",
-    "cull",
-    "radiance",
-    "read radiance",
-    "read identity",
-];
+const PASSES: [&str; 5] = ["thermal_step", "cull", "radiance", "read radiance", "read identity"];
 
 /// The integrators on a case.
 pub(crate) fn integrators(integrated: &Integrated, case: &CaseSummary) -> BenchTable {

@@ -114,6 +114,7 @@ pub(super) fn report(
             ..ReportSource::default()
         },
         device,
+        pixel_error: outcome.pixel_error,
         accuracy: outcome.accuracy,
         energy: outcome.energy,
         model: measure_model(prepared),
@@ -222,9 +223,18 @@ pub(super) fn print_summary(report: &Report, folder: &Folder) {
             answer!("that is the wall time of the thermal network, which the processor integrates");
         }
     }
+    if let Some(error) = &report.pixel_error {
+        answer!(
+            "error of a pixel's temperature, one standard deviation: rms {:.2} K, p99 {:.2} K, at most {:.2} K ({} images)",
+            error.rms_k,
+            error.p99_k,
+            error.max_k,
+            error.images
+        );
+    }
     if let Some(accuracy) = &report.accuracy {
         answer!(
-            "against the f64 reference: largest difference {:.1e} K, rms {:.1e} K ({} nodes, {} steps)",
+            "rounding and implementation, against the f64 reference: largest difference {:.1e} K, rms {:.1e} K ({} nodes, {} steps)",
             accuracy.max_k,
             accuracy.rms_k,
             accuracy.nodes,

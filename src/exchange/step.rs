@@ -176,12 +176,7 @@ impl Exchange {
     }
 
     /// The light of Sun and planet. `lit` has the lit area of each node. With `mirrored` the specular share of direct sunlight goes where it says.
-    pub fn light(
-        &self,
-        load: &StepLoad,
-        lit: &Lit,
-        mirrored: Option<&Mirrored>,
-    ) -> CraftLight {
+    pub fn light(&self, load: &StepLoad, lit: &Lit, mirrored: Option<&Mirrored>) -> CraftLight {
         let planet_shares = self.seen(load);
         let reflect = |(number, (patch, planet)): (usize, (&Patch, &PlanetShares))| {
             let body_from_joint = load.joint_from_body(patch.joint).transpose();

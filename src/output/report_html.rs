@@ -52,12 +52,22 @@ fn headline(html: &mut Html, report: &Report) {
     if let Some(time) = speed.image_ms {
         figures.push((significant(time), "ms", "per image, files not counted".to_owned()));
     }
+    if let Some(error) = &report.pixel_error {
+        for (value, what) in [(error.rms_k, "rms"), (error.p99_k, "99 % of the pixels below")] {
+            let (value, unit) = kelvin(value);
+            figures.push((value, unit, format!("error of a pixel's temperature, {what}")));
+        }
+    }
     match &report.accuracy {
         Some(accuracy) => {
             let (largest, unit) = kelvin(accuracy.max_k);
-            figures.push((largest, unit, "largest difference from the f64 reference".to_owned()));
+            figures.push((
+                largest,
+                unit,
+                "rounding and implementation: largest difference from the f64 reference".to_owned(),
+            ));
             let (rms, unit) = kelvin(accuracy.rms_k);
-            figures.push((rms, unit, "rms difference from the f64 reference".to_owned()));
+            figures.push((rms, unit, "rounding and implementation: rms difference from the f64 reference".to_owned()));
         }
         None => figures.push(("no error".into(), "", "was measured: nothing was compared with the reference".into())),
     }
@@ -76,7 +86,7 @@ fn accuracy(html: &mut Html, accuracy: Option<&Accuracy>) {
     );
     let place = format!("{}, step {}, {} s", accuracy.worst_node, accuracy.worst_step, accuracy.worst_time_s);
     html.table(
-        &["Device against f64 reference", "temperature"],
+        &["Rounding and implementation: device against f64 reference", "temperature"],
         [
             row("largest difference", kelvin_text(accuracy.max_k)),
             row("at", place),

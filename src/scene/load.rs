@@ -94,6 +94,7 @@ impl Scene {
         let probes = view::probes(&root.tables("probe", keys::PROBE)?)?;
         let colour_range = view::colour_range(output.as_ref())?;
         let energy_balance = view::energy_balance(output.as_ref())?;
+        let pixel_error = output.as_ref().map_or(Ok(None), |output| output.boolean("error"))?.unwrap_or(false);
         let images = output::read(output.as_ref(), sensor.as_ref())?;
         let network = mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref())?;
         let contacts = mesh_network::contacts(&root.tables("contact", keys::CONTACT)?, &mut assumptions)?;
@@ -126,6 +127,7 @@ impl Scene {
             heaters,
             colour_range,
             energy_balance,
+            pixel_error,
             files,
             sky_files,
             assumptions,

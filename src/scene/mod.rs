@@ -140,6 +140,8 @@ pub struct Scene {
     pub colour_range: Option<[f64; 2]>,
     /// Whether a run keeps the balance of the heat of each part.
     pub energy_balance: bool,
+    /// Whether images state the error of every pixel's temperature.
+    pub pixel_error: bool,
     /// Files of each image beside EXR and surface temperature, and the video.
     pub images: ImageFiles,
     /// All files of the scene: scene, model, trajectory, attitude, materials table and function tables. Files that glTF

@@ -36,7 +36,8 @@ pub(super) fn read(
     }
     section.whole("resolution", 64..=4096)?;
     for key in ["method", "resolution"].into_iter().filter(|key| section.has(key)) {
-        assumptions.push(format!("shadows.{key} has no effect: rays find the light on areas (spacing states how many)."));
+        assumptions
+            .push(format!("shadows.{key} has no effect: rays find the light on areas (spacing states how many)."));
     }
     Ok(Some(ShadowSettings {
         spacing: section.number("spacing", Quantity::positive("m"))?,

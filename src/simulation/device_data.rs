@@ -85,10 +85,8 @@ impl DeviceData {
             between: prepared.scene.time.draw.is_between_steps(),
             sampling: camera.and_then(|camera| sampling(camera, counts, DistantParts::new(prepared, camera).is_some())),
             light: prepared.lit_areas(prepared.nodes.real().map(|(slot, _)| slot)),
-            joints: (prepared.joints() > 1).then(|| JointData {
-                count: prepared.joints() as u32,
-                triangles: &prepared.triangle_runs,
-            }),
+            joints: (prepared.joints() > 1)
+                .then(|| JointData { count: prepared.joints() as u32, triangles: &prepared.triangle_runs }),
             network: self.network.as_ref(),
             heat: self.heat.as_ref(),
             exchange: self.exchange.as_ref().zip(prepared.exchange.as_ref()).map(|(tables, craft)| ExchangeData {

@@ -203,15 +203,67 @@ impl LitAreas {
     /// Lit area of each node under a Sun (unit vector, body frame), with joints in these poses.
     pub fn under(&self, sun: DVec3, poses: &[DAffine3]) -> Vec<LitArea> {
         let joints = self.nodes.iter().map(|node| node.joint + 1).max().unwrap_or(1);
-        let views: Vec<JointView<'_>> = (0..joints).map(|joint| JointView::new(&self.surface, sun, poses, joint)).collect();
+        let views: Vec<JointView<'_>> =
+            (0..joints).map(|joint| JointView::new(&self.surface, sun, poses, joint)).collect();
         let areas = self.nodes.par_iter().enumerate().with_min_len(64);
         areas.map(|(index, node)| self.lit_area(index, node, &views[node.joint as usize])).collect()
+    }
+
+    /// Samples of a corner that see the Sun. `first` is the number of its first sample among the samples of its node, and `side` the normal towards the Sun.
+    fn lit_samples(
+        &self,
+        number: u32,
+        (first, count): (u32, u32),
+        shifts: [u32; 4],
+        side: DVec3,
+        view: &JointView<'_>,
+    ) -> u32 {
+        if view.casters.is_empty() {
+            return count;
+        }
+        let [a, b, c] = self.surface.placed(number);
+        let is_lit = |sample: &u32| {
+            let [s, t, u, v] = fractions(shifts, *sample);
+            let [second, third] = point_near_corner([s, t], number as usize % 3);
+            let from = a + second * (b - a) + third * (c - a) + view.start * side;
+            !view.is_hidden(from, view.disc.point([u, v]))
+        };
+        (first..first + count).filter(is_lit).count() as u32
+    }
+
+    /// Lit share of each corner under a Sun (unit vector, body frame), with joints in these poses: three for each triangle of the surface. 0 where a corner turns
+    /// away, or belongs to none of the nodes. The samples are those from which [`Self::under`] finds the lit areas.
+    pub(crate) fn corner_shares(&self, sun: DVec3, poses: &[DAffine3]) -> Vec<f32> {
+        let joints = self.nodes.iter().map(|node| node.joint + 1).max().unwrap_or(1);
+        let views: Vec<JointView<'_>> =
+            (0..joints).map(|joint| JointView::new(&self.surface, sun, poses, joint)).collect();
+        let of_node = |(index, node): (usize, &LitNode)| {
+            let view = &views[node.joint as usize];
+            let shifts = shifts(node.number);
+            let mut sample = 0;
+            let share = |number: &u32| {
+                let corner = self.surface.corner(*number, node.normal);
+                let samples = self.surface.samples(corner.area);
+                let first = sample;
+                sample += samples;
+                let cosine = corner.normal.dot(view.disc.centre);
+                if cosine == 0.0 || (cosine < 0.0 && !node.both_sides) || corner.area == 0.0 {
+                    return (*number, 0.0);
+                }
+                let lit = self.lit_samples(*number, (first, samples), shifts, corner.normal * cosine.signum(), view);
+                (*number, (f64::from(lit) / f64::from(samples)) as f32)
+            };
+            self.corners_of(index).iter().map(share).collect::<Vec<_>>()
+        };
+        let found: Vec<Vec<(u32, f32)>> = self.nodes.par_iter().enumerate().with_min_len(64).map(of_node).collect();
+        let mut shares = vec![0.0; 3 * self.surface.triangles.len()];
+        found.into_iter().flatten().for_each(|(number, share)| shares[number as usize] = share);
+        shares
     }
 
     fn lit_area(&self, index: usize, node: &LitNode, view: &JointView<'_>) -> LitArea {
         let (surface, sun) = (&*self.surface, view.disc.centre);
         let shifts = shifts(node.number);
-        let start = view.start;
         let (mut vector, mut area, mut on_front, mut all) = (DVec3::ZERO, 0.0, 0.0, 0.0);
         let mut sample = 0;
         for &number in self.corners_of(index) {
@@ -225,18 +277,7 @@ impl LitAreas {
                 continue;
             }
             let side = corner.normal * cosine.signum();
-            let lit = if view.casters.is_empty() {
-                samples
-            } else {
-                let [a, b, c] = surface.placed(number);
-                let is_lit = |sample: &u32| {
-                    let [s, t, u, v] = fractions(shifts, *sample);
-                    let [second, third] = point_near_corner([s, t], number as usize % 3);
-                    let from = a + second * (b - a) + third * (c - a) + start * side;
-                    !view.is_hidden(from, view.disc.point([u, v]))
-                };
-                (first..first + samples).filter(is_lit).count() as u32
-            };
+            let lit = self.lit_samples(number, (first, samples), shifts, side, view);
             let lit = corner.area * f64::from(lit) / f64::from(samples);
             vector += lit * side;
             all += lit * cosine.abs();
@@ -246,7 +287,13 @@ impl LitAreas {
             // A node without a triangle sees the Sun as its normal does.
             let front = node.normal.dot(sun) >= 0.0;
             let lit = front || node.both_sides;
-            let vector = if !lit { DVec3::ZERO } else if front { node.normal } else { -node.normal };
+            let vector = if !lit {
+                DVec3::ZERO
+            } else if front {
+                node.normal
+            } else {
+                -node.normal
+            };
             return LitArea { vector, front: f64::from(u8::from(front)) };
         }
         LitArea { vector: vector / area, front: if all > 0.0 { on_front / all } else { 1.0 } }

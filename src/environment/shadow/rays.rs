@@ -10,7 +10,7 @@ use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::{Ray, RayHit};
-use obvhs::{BvhBuildParams, Boundable};
+use obvhs::{Boundable, BvhBuildParams};
 
 use super::tree::Tree;
 
@@ -64,9 +64,10 @@ impl Occluders {
         };
         let triangles: Vec<[DVec3; 3]> = triangles.iter().map(edges).collect();
         let boxes: Vec<Grown> = triangles.iter().map(grown).collect();
-        let bounds = triangles.iter().map(around).fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], [l, h]| {
-            [low.min(l), high.max(h)]
-        });
+        let bounds = triangles
+            .iter()
+            .map(around)
+            .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], [l, h]| [low.min(l), high.max(h)]);
         let start = if triangles.is_empty() { 0.0 } else { START * (bounds[1] - bounds[0]).length() };
         let boxes = build_cwbvh(&boxes, BvhBuildParams::medium_build(), &mut Duration::default());
         Self { triangles, boxes, bounds, start }

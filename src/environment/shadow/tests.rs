@@ -158,7 +158,11 @@ fn no_light_leaks_into_a_thin_slab() {
         let sun = DVec3::new(0.3, 0.2, 0.9).normalize();
         for (node, lit) in mesh.nodes.iter().zip(mesh.light(0.02).under(sun, &[])) {
             let expected = if node.normal.dot(sun) > 0.0 { node.normal } else { DVec3::ZERO };
-            assert!((lit.vector - expected).length() < 1e-12 && lit.front == 1.0, "{cells} cells, {}: {lit:?}", node.normal);
+            assert!(
+                (lit.vector - expected).length() < 1e-12 && lit.front == 1.0,
+                "{cells} cells, {}: {lit:?}",
+                node.normal
+            );
         }
     }
 }

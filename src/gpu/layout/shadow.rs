@@ -27,7 +27,7 @@ shared! {
     }
 }
 
-/// Rows of a rigid motion, rounded to f32. 
+/// Rows of a rigid motion, rounded to f32.
 pub(crate) fn rows(motion: &glam::DAffine3) -> [[f32; 4]; 3] {
     [0, 1, 2].map(|i| {
         let rotation = motion.matrix3.row(i);

@@ -37,7 +37,8 @@ impl Renderer {
             return Ok(Vec::new());
         }
         let mut of = |resource| self.resources.download(&mut self.once, resource, self.nodes);
-        let (x, y, z, front): (Vec<f32>, Vec<f32>, Vec<f32>, Vec<f32>) = (of(&LIT_X)?, of(&LIT_Y)?, of(&LIT_Z)?, of(&LIT_FRONT)?);
+        let (x, y, z, front): (Vec<f32>, Vec<f32>, Vec<f32>, Vec<f32>) =
+            (of(&LIT_X)?, of(&LIT_Y)?, of(&LIT_Z)?, of(&LIT_FRONT)?);
         let area = |node: usize| LitArea {
             vector: glam::Vec3::new(x[node], y[node], z[node]).as_dvec3(),
             front: f64::from(front[node]),

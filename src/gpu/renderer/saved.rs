@@ -20,8 +20,7 @@ use crate::thermal::network::one_pass::{Halving, Told};
 use crate::thermal::sensor::twin::SensorState;
 
 /// Buffers with the state of the nodes, one value for each node.
-static NODE_STATE: [&Resource; 8] =
-    [&TEMPERATURE, &TARGET, &SPAN, &ELAPSED, &LIT_X, &LIT_Y, &LIT_Z, &LIT_FRONT];
+static NODE_STATE: [&Resource; 8] = [&TEMPERATURE, &TARGET, &SPAN, &ELAPSED, &LIT_X, &LIT_Y, &LIT_Z, &LIT_FRONT];
 
 /// The saved state of a scene on the device.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
