@@ -86,6 +86,7 @@ fn lit_node(nodes: &Nodes, materials: &[Material], slot: usize) -> LitNode {
     let material = &materials[nodes.group_material[slot / GROUP] as usize];
     LitNode {
         number: slot as u32,
+        vertex: nodes.vertex_of_node[slot],
         normal: nodes.normals[slot].as_dvec3(),
         both_sides: matches!(material.sides, Sides::Both { .. }),
         joint: nodes.joint(slot),

@@ -118,13 +118,16 @@ fn a_joint_that_stands_is_a_model_made_so() {
     assert_eq!(jointed.joints(), 3);
     let (expected, expected_images) = on_device(&made(30.0));
     let (found, images) = on_device(&jointed);
-    // Positions and loads in f32 are rotated in the opposite order. Rays may pass an edge on the other side.
-    worst(&found, &expected).within(0.02, "K", "a standing joint");
+    // Positions and loads in f32 are rotated in the opposite order. A ray may pass an edge on the other side: one of 96 at the border of a shadow is
+    // T / (4 x 96), up to a kelvin.
+    worst(&found, &expected).within(1.0, "K", "a standing joint");
+    let beyond = found.iter().zip(&expected).filter(|(a, b)| (*a - *b).abs() > 0.02).count();
+    assert!(beyond * 40 < found.len(), "{beyond} of {} values", found.len());
     // In four images a few pixel centres may be on the other side of an edge.
     let apart = pixels_apart(&images, &expected_images, 0.05);
     assert!(apart <= 8, "{apart} pixels");
     let (other, other_images) = on_device(&made(31.0));
-    assert!(worst(&found, &other).difference > 1.0, "a degree must show");
+    assert!(worst(&found, &other).difference > 2.0, "a degree must show");
     assert!(pixels_apart(&images, &other_images, 0.05) > 50);
 }
 

@@ -252,7 +252,7 @@ fn the_threads_of_the_driver_change_no_bit() {
     let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
     let mut scene = std::fs::read_to_string(models.join("station.toml")).expect("the station of models/");
     for (from, to) in [
-        ("[exchange]\npatch_edge = 8.0\n", ""),
+        ("[exchange]\npatch_edge = 8.0\nrays = 512\n", ""),
         ("[shadows]\n", ""),
         ("steps = 360\n", "steps = 2\n"),
         ("draw_every = 10\n", "draw_every = 1\n"),

@@ -93,6 +93,8 @@ impl Lit {
 pub(crate) struct LitNode {
     /// Its number among all nodes.
     pub(crate) number: u32,
+    /// Its number in the model, from which its samples follow: the same in whatever order a device has the nodes.
+    pub(crate) vertex: u32,
     /// Unit normal in the frame of its joint.
     pub(crate) normal: DVec3,
     /// Whether the side against the normal absorbs light too.
@@ -248,7 +250,7 @@ impl LitAreas {
             return LitArea::by_normal(node, sun);
         }
         if !view.casters.is_empty() {
-            self.cast(&mut corners, shifts(node.number), view);
+            self.cast(&mut corners, shifts(node.vertex), view);
         }
         sum(&corners, area)
     }

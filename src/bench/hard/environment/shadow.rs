@@ -81,7 +81,7 @@ fn bounds() -> [DVec3; 2] {
 fn light(angle: f64) -> LitAreas {
     let positions = positions();
     let casters = vec![(0, Occluders::new(&positions, &disc()))];
-    let node = |number| LitNode { number, normal: DVec3::Z, both_sides: false, joint: 0 };
+    let node = |number| LitNode { number, vertex: number, normal: DVec3::Z, both_sides: false, joint: 0 };
     let nodes = (0..(NODES * NODES) as u32).map(node).collect();
     let surface = LitSurface { positions, triangles: plate(), casters, spacing: 0.02, times: 1 };
     LitAreas::new(Arc::new(surface), nodes, Redraw { bounds: vec![(0, bounds())], angle, found_for: None })
