@@ -70,7 +70,7 @@ pub struct Lit {
 }
 
 impl Lit {
-    /// The same for `count` nodes, of which these are known, in their order.
+    /// Lit areas of `count` nodes. The known ones belong to `slots`, in that order; the others are dark.
     pub(crate) fn of_slots(&self, slots: impl Iterator<Item = usize>, count: usize) -> Self {
         let mut all = Self::default();
         all.take(slots, self, count);
