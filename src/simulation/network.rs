@@ -23,7 +23,8 @@ pub(crate) use saved::NetworkRunState;
 
 use std::sync::Arc;
 
-use crate::gpu::effects::network::tables::{DrawnNodes, OnePassTables};
+use crate::gpu::effects::network::order::DrawnNodes;
+use crate::gpu::effects::network::tables::OnePassTables;
 use crate::model::nodes::{GROUP, Nodes};
 use crate::thermal::network::connection::root;
 use crate::thermal::network::control::IntegrationSettings;

@@ -1,6 +1,7 @@
 //! A thermal network that the frames step in one pass. `glsl/one_pass.comp` takes the step, and stages conduct inside large blocks.
 
 pub(crate) mod heaters;
+pub(crate) mod order;
 pub(crate) mod sections;
 pub(crate) mod state;
 pub(crate) mod tables;
@@ -175,10 +176,9 @@ impl OnePassShape {
         use OnePassKind as K;
         let OnePassPlace { sample, first, tried, trial, shown, odd, .. } = place;
         let (this, next) = (means(odd), means(!odd));
-        let has = |kinds: &[K]| self.sections().any(|(section, _)| kinds.contains(&section.kind));
-        let (heats, balances, in_blocks) = (self.heaters > 0, has(&[K::Balance]), has(&[K::Drive]));
+        let (heats, balances, in_blocks) = (self.heaters > 0, self.has(&[K::Balance]), self.has(&[K::Drive]));
         // Nodes that gather from others, and nodes that finish their step, before the conduction or without one.
-        let (gathers, finishes) = (has(&[K::Drive, K::Advance]), has(&[K::Advance, K::Alone]));
+        let (gathers, finishes) = (self.has(&[K::Drive, K::Advance]), self.has(&[K::Advance, K::Alone]));
         let (others, leads) = (gathers || finishes, finishes && !in_blocks);
         let (estimates, samples) =
             (sample == EstimatePart::Estimate, sample != EstimatePart::None && self.estimated() > 0);
@@ -235,44 +235,56 @@ impl OnePassShape {
             last = kind;
         }
         if in_blocks {
-            let large = self.in_large() > 0;
-            if large {
-                self.stages(place, frame);
-            }
+            self.conduct(place, frame);
+        }
+    }
+
+    /// Whether the network has nodes of some kinds.
+    fn has(&self, kinds: &[OnePassKind]) -> bool {
+        self.sections().any(|(section, _)| kinds.contains(&section.kind))
+    }
+
+    /// The conduction inside blocks, after all that their nodes received.
+    fn conduct(&self, place: OnePassPlace<'_>, frame: &mut Frame) {
+        use OnePassKind as K;
+        let OnePassPlace { sample, trial, shown, odd, .. } = place;
+        let (next, estimates, large) = (means(!odd), sample == EstimatePart::Estimate, self.in_large() > 0);
+        if large {
+            self.stages(place, frame);
+        }
+        wait(
+            frame,
+            &[
+                (&TEMPERATURE, shown),
+                (next, self.has(&[K::Advance, K::Alone, K::Balance])),
+                (&STATES, !trial),
+                (&DRIVES, !large),
+                (&COUPLINGS, true),
+                (&MEMORY, estimates),
+                (&ERRORS, estimates && !large),
+                (&TOLD, estimates && self.has(&[K::Advance])),
+                (&SUMS, large),
+            ],
+        );
+        let conducts = section(K::Conduct, false, false);
+        let ranges = [(true, (0, self.in_large())), (false, (self.in_large(), self.in_blocks()))];
+        let mut passes = ranges.into_iter().filter(|(_, (first, end))| first < end);
+        let mut pass = |(large, groups)| self.pass(Section { large, ..conducts }, place, groups);
+        frame.passes_of(passes.next().map(&mut pass));
+        if let Some(other) = passes.next() {
+            // Other nodes of the same buffers.
             wait(
                 frame,
                 &[
                     (&TEMPERATURE, shown),
-                    (next, finishes || balances),
+                    (next, true),
                     (&STATES, !trial),
-                    (&DRIVES, !large),
                     (&COUPLINGS, true),
                     (&MEMORY, estimates),
-                    (&ERRORS, estimates && !large),
-                    (&TOLD, estimates && has(&[K::Advance])),
-                    (&SUMS, large),
+                    (&TOLD, estimates),
                 ],
             );
-            let conducts = section(K::Conduct, false, false);
-            let ranges = [(true, (0, self.in_large())), (false, (self.in_large(), self.in_blocks()))];
-            let mut passes = ranges.into_iter().filter(|(_, (first, end))| first < end);
-            let mut pass = |(large, groups)| self.pass(Section { large, ..conducts }, place, groups);
-            frame.passes_of(passes.next().map(&mut pass));
-            if let Some(other) = passes.next() {
-                // Other nodes of the same buffers.
-                wait(
-                    frame,
-                    &[
-                        (&TEMPERATURE, shown),
-                        (next, true),
-                        (&STATES, !trial),
-                        (&COUPLINGS, true),
-                        (&MEMORY, estimates),
-                        (&TOLD, estimates),
-                    ],
-                );
-                frame.pass(pass(other));
-            }
+            frame.pass(pass(other));
         }
     }
 

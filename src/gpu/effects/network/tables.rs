@@ -1,55 +1,20 @@
 //! A thermal network that is stepped in one pass within a scene's frames: its tables in the device's order.
-//!
-//! Nodes come in groups of four, which one invocation handles. A unit is a block of nodes that conduct to each other, filled to whole groups with nodes that
-//! have no block. Two blocks of two nodes make one unit. Units of like matrices stand beside each other, because these share their weights. Nodes without
-//! conductors that are drawn once keep the groups of the drawn nodes. The other nodes are sorted by the length of their rows within windows. Nodes that
-//! radiate to each other stand apart, because only they pay for it.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::heaters;
+use super::order::{DeviceOrder, DrawnNodes, NO_SOURCE, NONE, Unit, sources};
 use super::sections::{OnePassKind, OnePassShape, SECTIONS, Section};
 use crate::model::nodes::GROUP;
 use crate::thermal::STEFAN_BOLTZMANN;
-use crate::thermal::network::one_pass::{Conduction, ExchangeLink, Large, OnePassHeater, OnePassPlan};
+use crate::thermal::network::one_pass::{Conduction, ExchangeLink, OnePassHeater, OnePassPlan};
 
-/// A place without a node.
-const NONE: u32 = u32::MAX;
-/// Nodes of a window, within which nodes outside blocks are sorted. It is small enough to keep neighbours close.
-const WINDOW: usize = 512;
-/// Set in the place of a source that is no drawn node.
-const UNDRAWN: u32 = 1 << 31;
-/// A source without area, for a node that has fewer than others of its group.
-const NO_SOURCE: (u32, f32) = (UNDRAWN, 0.0);
 /// Weights of four nodes in a tile: four columns of drives and four of temperatures.
 const COLUMNS: usize = 8;
 
-/// Where drawn nodes heat a network: the network's node of each drawn node, or `NO_NODE`, and the area [m2].
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct DrawnNodes<'a> {
-    /// Node of the network.
-    pub(crate) nodes: &'a [u32],
-    /// Area over which its flux heats the node [m2].
-    pub(crate) areas: &'a [f64],
-}
-
 /// Places of a group.
 const PLACES: [usize; GROUP] = [0, 1, 2, 3];
-
-/// Blocks that share a run of groups.
-struct Unit {
-    /// Matrices, and whether two blocks have them.
-    kind: (u32, bool),
-    /// Nodes of the groups.
-    nodes: Vec<u32>,
-    /// Whether some of them radiate to other nodes.
-    radiates: bool,
-    /// Whether some of them are fast.
-    fast: bool,
-    /// Whether they are in large blocks.
-    large: bool,
-}
 
 /// The tables of a network.
 #[derive(Debug, Clone)]
@@ -95,70 +60,14 @@ impl OnePassTables {
         tolerance: f64,
     ) -> Self {
         let count = plan.network().len();
-        let mut sources = vec![Vec::new(); count];
-        for (slot, (node, area)) in drawn.nodes.iter().zip(drawn.areas).enumerate() {
-            // Drawn nodes outside the network heat nothing.
-            if let Some(sources) = sources.get_mut(*node as usize) {
-                sources.push((slot as u32, *area as f32));
-            }
-        }
-        // The power of a heater stands behind the temperatures of the drawn nodes.
         let first_power = drawn.nodes.len() as u32;
-        for (number, heater) in heaters.iter().enumerate() {
-            for (node, share) in &heater.shares {
-                sources[*node as usize].push(((first_power + number as u32) | UNDRAWN, *share as f32));
-            }
-        }
-        let radiates: Vec<bool> =
-            (0..count).map(|node| plan.weak_of(node).iter().any(|link| link.exchange_area > 0.0)).collect();
-        let mut free: Vec<bool> = (0..count).map(|node| !plan.is_massless(node)).collect();
-        plan.blocks().iter().flat_map(|block| &block.nodes).for_each(|node| free[*node as usize] = false);
-        large_nodes(plan).iter().for_each(|node| free[*node as usize] = false);
-        let alone = alone(plan, drawn, &sources, &mut free);
-        let mut singles: Vec<u32> = (0..count as u32).filter(|node| free[*node as usize]).collect();
-        let is = |node: &u32| (radiates[*node as usize], plan.is_fast(*node as usize));
-        let units = units(plan, &mut singles, is);
-        let mut node_of_slot: Vec<u32> = Vec::with_capacity(count);
-        let mut ends = [0; SECTIONS.len()];
-        // Numbers of the groups of drawn nodes that are alone, in their order.
-        let mut drawn_groups = Vec::new();
-        for (Section { kind, radiative, fast, large }, end) in SECTIONS.into_iter().zip(&mut ends) {
-            match kind {
-                OnePassKind::Drive | OnePassKind::Conduct => {
-                    let own =
-                        units.iter().filter(|unit| (unit.radiates, unit.fast, unit.large) == (radiative, fast, large));
-                    node_of_slot.extend(own.flat_map(|unit| unit.nodes.iter().copied()));
-                }
-                OnePassKind::Advance => {
-                    let mut own: Vec<u32> =
-                        singles.iter().copied().filter(|node| is(node) == (radiative, fast)).collect();
-                    for window in own.chunks_mut(WINDOW) {
-                        let lengths = |node: u32| (plan.weak_of(node as usize).len(), sources[node as usize].len());
-                        window.sort_by_key(|node| std::cmp::Reverse(lengths(*node)));
-                    }
-                    node_of_slot.extend(own);
-                }
-                OnePassKind::Alone => {
-                    let own = alone.iter().filter(|(nodes, _)| {
-                        fast == nodes.iter().any(|node| *node != NONE && plan.is_fast(*node as usize))
-                    });
-                    for (nodes, group) in own {
-                        node_of_slot.extend(nodes);
-                        drawn_groups.push(*group);
-                    }
-                }
-                OnePassKind::Balance => {
-                    node_of_slot.extend((0..count as u32).filter(|node| plan.is_massless(*node as usize)));
-                }
-            }
-            node_of_slot.resize(node_of_slot.len().next_multiple_of(GROUP), NONE);
-            *end = (node_of_slot.len() / GROUP) as u32;
-        }
+        let sources = sources(count, drawn, &heaters, first_power);
+        let order = DeviceOrder::new(plan, drawn, &sources);
         let mut slot_of_node = vec![0; count];
-        for (slot, node) in node_of_slot.iter().enumerate().filter(|(_, node)| **node != NONE) {
+        for (slot, node) in order.node_of_slot.iter().enumerate().filter(|(_, node)| **node != NONE) {
             slot_of_node[*node as usize] = slot as u32;
         }
-        let shape = OnePassShape { ends, heaters: heaters.len() as u32 };
+        let shape = OnePassShape { ends: order.ends, heaters: heaters.len() as u32 };
         let (plan, nothing) = (Arc::clone(plan), Vec::new);
         let mut tables = Self {
             plan,
@@ -177,18 +86,16 @@ impl OnePassTables {
             heaters,
             first_power,
         };
-        let mut groups = node_of_slot.chunks(GROUP);
-        let mut drawn_groups = drawn_groups.into_iter();
-        for (section, groups_end) in SECTIONS.iter().zip(ends) {
-            let left = groups_end as usize - tables.rows.len();
-            for group in groups.by_ref().take(left) {
+        let mut drawn_groups = order.drawn_groups.iter();
+        for (section, end) in SECTIONS.iter().zip(order.ends) {
+            for group in order.node_of_slot[GROUP * tables.rows.len()..GROUP * end as usize].chunks(GROUP) {
                 match section.kind {
-                    OnePassKind::Alone => tables.take_alone(group, &sources, drawn_groups.next().unwrap_or(0)),
+                    OnePassKind::Alone => tables.take_alone(group, &sources, drawn_groups.next().map_or(0, |at| *at)),
                     _ => tables.take_group(group, &sources, section.radiative),
                 }
             }
         }
-        tables.take_units(&units);
+        tables.take_units(&order.units);
         // An empty table also needs a buffer to bind.
         for table in [&mut tables.links, &mut tables.sources] {
             table.resize(table.len().max(1), [0; 4]);
@@ -345,39 +252,6 @@ impl OnePassTables {
     }
 }
 
-/// Groups of drawn nodes whose nodes are theirs alone and have no conductors: the nodes, and the number of the group. These nodes are no longer `free`.
-fn alone(
-    plan: &OnePassPlan,
-    drawn: DrawnNodes<'_>,
-    sources: &[Vec<(u32, f32)>],
-    free: &mut [bool],
-) -> Vec<([u32; GROUP], u32)> {
-    let mut groups = Vec::new();
-    for (number, group) in drawn.nodes.chunks(GROUP).enumerate() {
-        let is_alone = |node: &u32| match sources.get(*node as usize) {
-            Some(sources) => {
-                let own = matches!(sources[..], [(at, _)] if at < UNDRAWN);
-                free[*node as usize] && own && plan.weak_of(*node as usize).is_empty()
-            }
-            None => true,
-        };
-        let is_node = |node: u32| (node as usize) < sources.len();
-        if let Ok(group) = <[u32; GROUP]>::try_from(group)
-            && group.iter().any(|node| is_node(*node))
-            && group.iter().all(is_alone)
-        {
-            group.iter().filter(|node| is_node(**node)).for_each(|node| free[*node as usize] = false);
-            groups.push((group.map(|node| if is_node(node) { node } else { NONE }), number as u32));
-        }
-    }
-    groups
-}
-
-/// Nodes of the large blocks of a plan.
-fn large_nodes(plan: &OnePassPlan) -> &[u32] {
-    plan.large().map_or(&[], Large::nodes)
-}
-
 /// First column of groups that each row of groups of a unit exchanges heat with, and the one after the last. `twice`: the unit is two blocks.
 fn bands(conduction: &Conduction, twice: bool) -> Vec<[usize; 2]> {
     if twice {
@@ -391,41 +265,6 @@ fn bands(conduction: &Conduction, twice: bool) -> Vec<[usize; 2]> {
         whole.map_or([0, 0], |[first, end]| [first / GROUP, end.div_ceil(GROUP)])
     };
     rows.chunks(GROUP).map(band).collect()
-}
-
-/// The units of a plan, filled from slow `singles` that do not radiate to others. `is` tells whether a node does, and whether it is fast.
-fn units(plan: &OnePassPlan, singles: &mut Vec<u32>, is: impl Fn(&u32) -> (bool, bool)) -> Vec<Unit> {
-    let mut of_kind: BTreeMap<(usize, u32), Vec<&[u32]>> = BTreeMap::new();
-    for block in plan.blocks() {
-        of_kind.entry((block.nodes.len(), block.conduction)).or_default().push(&block.nodes);
-    }
-    let (mut fill, others): (Vec<u32>, Vec<u32>) = singles.iter().partition(|node| is(node) == (false, false));
-    let mut units = Vec::new();
-    for ((size, conduction), blocks) in of_kind {
-        // Two pairs are one group.
-        let at_once = if 2 * size == GROUP { 2 } else { 1 };
-        for some in blocks.chunks(at_once) {
-            let mut nodes = some.concat();
-            let radiates = nodes.iter().any(|node| is(node).0);
-            let fast = nodes.iter().any(|node| is(node).1);
-            while nodes.len() % GROUP > 0 {
-                nodes.push(fill.pop().unwrap_or(NONE));
-            }
-            units.push(Unit { kind: (conduction, some.len() == 2), nodes, radiates, fast, large: false });
-        }
-    }
-    // Nodes of large blocks find each other by links, so the nodes of a section may stand together.
-    for (radiates, fast) in [(false, false), (false, true), (true, false), (true, true)] {
-        let own = large_nodes(plan).iter().copied().filter(|node| is(node) == (radiates, fast));
-        let mut nodes: Vec<u32> = own.collect();
-        nodes.resize(nodes.len().next_multiple_of(GROUP), NONE);
-        units.push(Unit { kind: (0, false), nodes, radiates, fast, large: true });
-    }
-    *singles = others;
-    singles.append(&mut fill);
-    // Invocations that run together have loops of one length.
-    units.sort_by_key(|unit| (unit.nodes.len(), unit.kind));
-    units
 }
 
 #[cfg(test)]

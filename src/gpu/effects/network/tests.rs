@@ -1,5 +1,6 @@
 //! The tables of a network in one pass: who writes which drawn node.
 
+use super::super::order::UNDRAWN;
 use super::*;
 use crate::thermal::network::{LinearConductor, Network, NodeKind};
 
