@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::path::PathBuf;
+use std::time::Instant;
 
 use super::arguments::folder;
 use super::columns::aligned;
@@ -67,7 +68,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         draw_at_poses(&mut scene, poses)?;
     }
     check(&scene)?;
+    let began = Instant::now();
     let prepared = prepare_scene(scene.clone())?;
+    let preparing = began.elapsed();
     let folder = Folder::new(&arguments.output, &FILES);
     folder.keep_inputs(&prepared.scene.files)?;
     let chosen = arguments.device.open()?;
@@ -85,7 +88,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         ConvergeNews::Stepped => bar.borrow().inc(1),
     };
     let search = Search { target: &chosen, within: arguments.within, stop: &stop, news: &news };
-    let converged = search.of(scene, &prepared);
+    let converged = search.of(scene, &prepared, preparing);
     bar.borrow().finish_and_clear();
     let converged = converged.inspect_err(|_| folder.take_back())?;
     write(&folder, &converged)?;

@@ -1,11 +1,12 @@
 //! The settings of a scene that trade time for error, and how each is refined.
 
 use crate::model::nodes::GROUP;
-use crate::scene::{Density, Draw, Edges, Scene, ShadowSettings};
+use crate::scene::{Density, Draw, Edges, Scene, ShadowSettings, Time};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::material::{Material, Response};
 use crate::thermal::network::control::Integrator;
+use Kind::Scaled;
 
 /// Most rays of a patch that a scene can state.
 const MOST_RAYS: u32 = 65_536;
@@ -17,92 +18,90 @@ pub(crate) struct Knob {
     /// Error of the finer setting as a share of the change that the refinement made. Halved lengths count as order 1, which gives 1. A quarter of an angle
     /// of order 1 gives 1/3. Noise of four times as many rays is half as large, which gives 1/2 at most. A setting without a finer one gives 0.
     pub(crate) left: f64,
-    /// Whether a scene has the setting, with or without a network, and can state a finer one.
-    has: fn(&Scene, bool) -> bool,
-    refine: fn(&mut Scene),
-    /// Value as TOML.
-    value: fn(&Scene) -> Option<String>,
+    kind: Kind,
 }
 
+/// How a setting is refined.
+enum Kind {
+    /// Times a factor, where the scene has the value and it is above 0.
+    Scaled(f64, fn(&mut Scene) -> Option<&mut f64>),
+    Mesh,
+    Rays,
+    Step,
+    Integrator,
+}
 /// All settings, in the order of the table.
 pub(crate) static KNOBS: [Knob; 9] = [
-    Knob {
-        key: "model.max_edge",
-        left: 1.0,
-        has: |_, _| true,
-        refine: |scene| {
-            halve(&mut scene.density.model);
-            scene.density.parts.iter_mut().for_each(|rule| halve(&mut rule.edges));
-        },
-        value: |scene| scene.density.model.max.map(number),
-    },
-    Knob {
-        key: "shadows.spacing",
-        left: 1.0,
-        has: |scene, _| lit(scene).is_some(),
-        refine: |scene| {
-            if let Some(shadows) = &mut scene.shadows {
-                shadows.spacing = shadows.spacing.map(|spacing| spacing / 2.0);
-            }
-        },
-        value: |scene| scene.shadows?.spacing.map(number),
-    },
+    Knob { key: "model.max_edge", left: 1.0, kind: Kind::Mesh },
+    Knob { key: "shadows.spacing", left: 1.0, kind: Scaled(0.5, |scene| lit(scene)?.spacing.as_mut()) },
     Knob {
         key: "shadows.redraw_angle_deg",
         left: 1.0 / 3.0,
-        has: |scene, _| lit(scene).is_some_and(|shadows| shadows.redraw_angle > 0.0),
-        refine: |scene| scene.shadows.iter_mut().for_each(|shadows| shadows.redraw_angle /= 4.0),
-        value: |scene| Some(number(scene.shadows?.redraw_angle.to_degrees())),
+        kind: Scaled(0.25, |scene| Some(&mut lit(scene)?.redraw_angle)),
     },
-    Knob {
-        key: "exchange.rays",
-        left: 0.5,
-        has: |scene, _| scene.exchange.is_some_and(|exchange| exchange.rays <= MOST_RAYS / 4),
-        refine: |scene| scene.exchange.iter_mut().for_each(|exchange| exchange.rays *= 4),
-        value: |scene| Some(scene.exchange?.rays.to_string()),
-    },
+    Knob { key: "exchange.rays", left: 0.5, kind: Kind::Rays },
     Knob {
         key: "exchange.patch_edge",
         left: 1.0,
-        has: |scene, _| scene.exchange.is_some(),
-        refine: |scene| {
-            if let Some(exchange) = &mut scene.exchange {
-                exchange.patch_edge = exchange.patch_edge.map(|edge| edge / 2.0);
-            }
-        },
-        value: |scene| scene.exchange?.patch_edge.map(number),
+        kind: Scaled(0.5, |scene| scene.exchange.as_mut()?.patch_edge.as_mut()),
     },
-    Knob {
-        key: "exchange.hold",
-        left: 0.0,
-        has: |scene, _| scene.exchange.is_some_and(|exchange| exchange.hold > 0.0),
-        refine: |scene| scene.exchange.iter_mut().for_each(|exchange| exchange.hold = 0.0),
-        value: |scene| Some(number(scene.exchange?.hold)),
-    },
+    Knob { key: "exchange.hold", left: 0.0, kind: Scaled(0.0, |scene| Some(&mut scene.exchange.as_mut()?.hold)) },
     Knob {
         key: "exchange.redraw_angle_deg",
         left: 1.0 / 3.0,
-        has: |scene, _| scene.exchange.is_some_and(|exchange| exchange.redraw_angle > 0.0),
-        refine: |scene| scene.exchange.iter_mut().for_each(|exchange| exchange.redraw_angle /= 4.0),
-        value: |scene| Some(number(scene.exchange?.redraw_angle.to_degrees())),
+        kind: Scaled(0.25, |scene| Some(&mut scene.exchange.as_mut()?.redraw_angle)),
     },
-    Knob {
-        key: STEP,
-        left: 1.0,
-        has: |_, _| true,
-        refine: halve_step,
-        value: |scene| Some(scene.time.step.to_string()),
-    },
-    Knob {
-        key: "network.integrator",
-        left: 0.0,
-        has: |scene, has_network| has_network && scene.network.integrator != Integrator::Accurate,
-        refine: |scene| scene.network.integrator = Integrator::Accurate,
-        value: |scene| Some(format!("\"{}\"", scene.network.integrator)),
-    },
+    Knob { key: "time.step", left: 1.0, kind: Kind::Step },
+    Knob { key: "network.integrator", left: 0.0, kind: Kind::Integrator },
 ];
 
-const STEP: &str = "time.step";
+/// The shadows, where the Sun shines.
+fn lit(scene: &mut Scene) -> Option<&mut ShadowSettings> {
+    let flux = scene.environment.solar_constant;
+    scene.shadows.as_mut().filter(|_| flux.is_some_and(|flux| flux > 0.0))
+}
+
+impl Knob {
+    /// Whether a scene has the setting and can state a finer one.
+    fn is_in(&self, scene: &Scene, has_network: bool) -> bool {
+        match self.kind {
+            Scaled(_, value) => value(&mut scene.clone()).is_some_and(|value| *value > 0.0),
+            Kind::Mesh | Kind::Step => true,
+            Kind::Rays => scene.exchange.is_some_and(|exchange| exchange.rays <= MOST_RAYS / 4),
+            Kind::Integrator => has_network && scene.network.integrator != Integrator::Accurate,
+        }
+    }
+
+    fn refine(&self, scene: &mut Scene) {
+        match self.kind {
+            Scaled(factor, value) => value(scene).into_iter().for_each(|value| *value *= factor),
+            Kind::Mesh => {
+                let rules = scene.density.parts.iter_mut().map(|rule| &mut rule.edges);
+                for edges in rules.chain([&mut scene.density.model]) {
+                    *edges = Edges { max: edges.max.map(|edge| edge / 2.0), min: edges.min.map(|edge| edge / 2.0) };
+                }
+            }
+            Kind::Rays => scene.exchange.iter_mut().for_each(|exchange| exchange.rays *= 4),
+            Kind::Step => halve_step(&mut scene.time),
+            Kind::Integrator => scene.network.integrator = Integrator::Accurate,
+        }
+    }
+
+    /// Value in a scene, as TOML.
+    fn value(&self, scene: &mut Scene) -> String {
+        match self.kind {
+            Scaled(_, value) => {
+                let is_angle = self.key.ends_with("_deg");
+                let value = value(scene).map(|value| if is_angle { value.to_degrees() } else { *value });
+                value.map(number).unwrap_or_default()
+            }
+            Kind::Mesh => scene.density.model.max.map(number).unwrap_or_default(),
+            Kind::Rays => scene.exchange.map(|exchange| exchange.rays.to_string()).unwrap_or_default(),
+            Kind::Step => scene.time.step.to_string(),
+            Kind::Integrator => format!("\"{}\"", scene.network.integrator),
+        }
+    }
+}
 
 /// Settings that are refined: a bit for each of [`KNOBS`].
 pub(crate) type Refined = u16;
@@ -130,7 +129,7 @@ impl KnobScene {
             exchange.patch_edge = craft.settings.patch_edge;
         }
         let has_network = prepared.network.is_some();
-        let all = knobs_of(Refined::MAX).filter(|(_, knob)| (knob.has)(&scene, has_network));
+        let all = knobs_of(Refined::MAX).filter(|(_, knob)| knob.is_in(&scene, has_network));
         let all = all.fold(0, |all, (bit, _)| all | bit);
         Self { scene, all }
     }
@@ -142,7 +141,7 @@ impl KnobScene {
     /// The scene with finer settings.
     pub(crate) fn refined(&self, refined: Refined) -> Scene {
         let mut scene = self.scene.clone();
-        knobs_of(refined).for_each(|(_, knob)| (knob.refine)(&mut scene));
+        knobs_of(refined).for_each(|(_, knob)| knob.refine(&mut scene));
         scene
     }
 
@@ -151,7 +150,7 @@ impl KnobScene {
     /// # Errors
     /// A refinement that cannot be prepared, such as too many patches.
     pub(crate) fn prepared(&self, refined: Refined) -> Result<Prepared, PrepareError> {
-        let times = if knobs_of(refined).any(|(_, knob)| knob.key == STEP) { 2.0 } else { 1.0 };
+        let times = if knobs_of(refined).any(|(_, knob)| matches!(knob.kind, Kind::Step)) { 2.0 } else { 1.0 };
         let stretch = |materials: &mut [Material]| {
             for material in materials {
                 if let Response::Transition(transition) = &mut material.response {
@@ -165,7 +164,7 @@ impl KnobScene {
 
     /// Value of a setting as TOML, before and after its refinement.
     pub(crate) fn values(&self, bit: Refined, knob: &Knob) -> [String; 2] {
-        [0, bit].map(|refined| (knob.value)(&self.refined(refined)).unwrap_or_default())
+        [0, bit].map(|refined| knob.value(&mut self.refined(refined)))
     }
 
     /// The refined settings as `key = value`.
@@ -188,7 +187,7 @@ impl KnobScene {
             text.push_str(&format!("{key} = {}\n", self.values(bit, knob)[1]));
             match section {
                 "model" => text.extend(scene.density.model.min.map(|edge| format!("min_edge = {}\n", number(edge)))),
-                "time" => text.push_str(&time_lines(&scene)),
+                "time" => text.push_str(&time_lines(&scene.time)),
                 _ => {}
             }
         }
@@ -204,8 +203,7 @@ impl KnobScene {
 }
 
 /// The keys of `[time]` that go with a step of half the length.
-fn time_lines(scene: &Scene) -> String {
-    let time = &scene.time;
+fn time_lines(time: &Time) -> String {
     let mut text = format!("steps = {}\n", time.steps);
     if (time.warm_up_step - time.step).abs() > 1e-9 * time.step {
         text.push_str(&format!("warm_up_step = {}\n", time.warm_up_step));
@@ -218,24 +216,13 @@ fn time_lines(scene: &Scene) -> String {
     text + "# A material that states t_max_steps needs twice as many.\n"
 }
 
-/// The shadows, where the Sun shines.
-fn lit(scene: &Scene) -> Option<ShadowSettings> {
-    scene.shadows.filter(|_| scene.environment.solar_constant.is_some_and(|flux| flux > 0.0))
-}
-
 /// A number as TOML, to six digits: settings need no more, and the rounding of a quotient would only confuse.
 fn number(value: f64) -> String {
     let short: f64 = format!("{value:.5e}").parse().unwrap_or(value);
     short.to_string()
 }
 
-fn halve(edges: &mut Edges) {
-    edges.max = edges.max.map(|edge| edge / 2.0);
-    edges.min = edges.min.map(|edge| edge / 2.0);
-}
-
-fn halve_step(scene: &mut Scene) {
-    let time = &mut scene.time;
+fn halve_step(time: &mut Time) {
     time.step /= 2.0;
     time.warm_up_step /= 2.0;
     time.steps = time.steps.saturating_mul(2);

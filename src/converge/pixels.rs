@@ -1,7 +1,7 @@
 //! Compares the temperatures of two runs, pixel by pixel.
 
 /// Surface temperature [K] and part of every pixel of an image. Part 0 shows no surface.
-pub(crate) type ShownImage = (Vec<f32>, Vec<u32>);
+pub(crate) type SurfaceImage = (Vec<f32>, Vec<u32>);
 
 /// The difference between two runs over the pixels that show the same part in both.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
@@ -19,7 +19,7 @@ pub(crate) struct PixelDifference {
 }
 
 /// Compares images of the same cameras. `None` where no pixel shows the same part in both.
-pub(crate) fn between(one: &[ShownImage], other: &[ShownImage]) -> Option<PixelDifference> {
+pub(crate) fn between(one: &[SurfaceImage], other: &[SurfaceImage]) -> Option<PixelDifference> {
     let mut apart: Vec<f64> = Vec::new();
     let mut left_out = 0;
     for ((here, parts), (there, other_parts)) in one.iter().zip(other) {

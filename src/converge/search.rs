@@ -1,12 +1,12 @@
 //! Refines each knob by itself, then all, and chooses the cheapest settings within a stated error.
 
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::ConvergeError;
 use super::knobs::{KnobScene, Refined, knobs_of};
 use super::pixels::{PixelDifference, between};
-use super::walk::{Expected, VariantCost, VariantRun, Walk, kept_images};
+use super::walk::{Expected, VariantCost, VariantRun, VariantWalk, kept_images};
 use crate::scene::{Draw, Scene};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
@@ -90,17 +90,22 @@ pub(crate) fn check(scene: &Scene) -> Result<(), ConvergeError> {
 }
 
 impl Search<'_> {
-    /// Searches the settings of a scene that [`check`] let pass.
+    /// Searches the settings of a scene that [`check`] let pass. `preparing` is how long its preparation took.
     ///
     /// # Errors
     /// A run that fails, or Ctrl-C.
-    pub(crate) fn of(&self, scene: Scene, prepared: &Prepared) -> Result<Converged, ConvergeError> {
+    pub(crate) fn of(
+        &self,
+        scene: Scene,
+        prepared: &Prepared,
+        preparing: Duration,
+    ) -> Result<Converged, ConvergeError> {
         let source = scene.source.clone();
         let kept = kept_images(&scene);
         let knobs = KnobScene::new(prepared, scene);
         let all = knobs.all;
         let count = all.count_ones() + 2;
-        self.forecast(&knobs, &kept, prepared)?;
+        self.forecast(&knobs, &kept, prepared, preparing)?;
         let base = self.run(&knobs, 0, &kept, &format!("1 of {count}: the scene as it is"))?;
         if between(&base.images, &base.images).is_none() {
             return Err(ConvergeError::NoPixels(source));
@@ -171,7 +176,7 @@ impl Search<'_> {
         let prepared = knobs.prepared(refined)?;
         let steps = u64::from(prepared.warm_up_steps()) + u64::from(prepared.scene.time.steps);
         (self.news)(ConvergeNews::Begins(name.to_owned(), steps));
-        let walk = Walk { prepared: &prepared, target: self.target, kept, stop: self.stop };
+        let walk = VariantWalk { prepared: &prepared, target: self.target, kept, stop: self.stop };
         let run = walk.run(began, &|| (self.news)(ConvergeNews::Stepped))?;
         if let (Some(orbits), true) = (run.orbits, refined == 0) {
             let text = format!(
@@ -187,13 +192,21 @@ impl Search<'_> {
     ///
     /// Runs of one finer setting take as long together as the finest run and the scene as it is, the latter as often as there are settings but one, if costs
     /// add; where they multiply, the runs take less. The forecast counts half the finest run for them, and half for choices that are run to verify them.
-    fn forecast(&self, knobs: &KnobScene, kept: &[usize], prepared: &Prepared) -> Result<(), ConvergeError> {
+    fn forecast(
+        &self,
+        knobs: &KnobScene,
+        kept: &[usize],
+        prepared: &Prepared,
+        preparing: Duration,
+    ) -> Result<(), ConvergeError> {
         let scene = knobs.scene();
         let time = &scene.time;
-        let pilot =
-            |prepared: &Prepared, began| Walk { prepared, target: self.target, kept, stop: self.stop }.pilot(began);
-        let base = pilot(prepared, Instant::now())?;
-        let began = Instant::now();
+        let pilot = |prepared: &Prepared, began| {
+            VariantWalk { prepared, target: self.target, kept, stop: self.stop }.pilot(began)
+        };
+        let mut began = Instant::now();
+        let base = pilot(prepared, began.checked_sub(preparing).unwrap_or(began))?;
+        began = Instant::now();
         let finest = knobs.prepared(knobs.all).map_err(|reason| ConvergeError::Finest {
             path: scene.source.clone(),
             settings: knobs.sentence(knobs.all),
@@ -227,7 +240,7 @@ impl Search<'_> {
 }
 
 /// All settings but the finest, the cheapest first, each with its predicted difference from the finest [K rms]. Changes of single settings add in squares,
-/// their costs multiply, and a finer setting costs no less.
+/// their costs multiply, and a finer setting costs no less. Of equal costs the fewest settings come first.
 fn candidates(rows: &[ConvergeRow]) -> Vec<(Refined, f64)> {
     let [base, finest, singles @ ..] = rows else { return Vec::new() };
     let predicted = |refined: Refined| -> (Refined, f64, f64) {
@@ -242,7 +255,7 @@ fn candidates(rows: &[ConvergeRow]) -> Vec<(Refined, f64)> {
         (refined, squares.sqrt(), cost)
     };
     let mut all: Vec<_> = (0..finest.refined).filter(|refined| refined & !finest.refined == 0).map(predicted).collect();
-    all.sort_by(|a, b| a.2.total_cmp(&b.2).then(a.1.total_cmp(&b.1)));
+    all.sort_by(|a, b| a.2.total_cmp(&b.2).then(a.0.count_ones().cmp(&b.0.count_ones())));
     all.into_iter().map(|(refined, error, _)| (refined, error)).collect()
 }
 

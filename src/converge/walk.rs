@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::ConvergeError;
-use super::pixels::ShownImage;
+use super::pixels::SurfaceImage;
 use crate::compare::walk;
 use crate::host::processor_seconds;
 use crate::scene::{Draw, Initial, Scene};
@@ -20,7 +20,7 @@ const PILOT_STEPS: u32 = 12;
 
 /// A run of a variant.
 pub(crate) struct VariantRun {
-    pub(crate) images: Vec<ShownImage>,
+    pub(crate) images: Vec<SurfaceImage>,
     pub(crate) cost: VariantCost,
     /// Orbits of a periodic warm-up.
     pub(crate) orbits: Option<f64>,
@@ -70,14 +70,14 @@ pub(crate) fn kept_images(scene: &Scene) -> Vec<usize> {
 }
 
 /// A prepared variant, and the images of it that are compared.
-pub(crate) struct Walk<'a> {
+pub(crate) struct VariantWalk<'a> {
     pub(crate) prepared: &'a Prepared,
     pub(crate) target: &'a Target,
     pub(crate) kept: &'a [usize],
     pub(crate) stop: &'a AtomicBool,
 }
 
-impl Walk<'_> {
+impl VariantWalk<'_> {
     /// Runs the variant. `began` is when its preparation began. `stepped` is called for every step, and not in a periodic warm-up.
     ///
     /// # Errors
@@ -137,7 +137,7 @@ impl Walk<'_> {
             Initial::Balance => engine.settle(&prepared.loads.step_load(0.0, time.step), 0.0)?,
             Initial::Temperature(kelvin) => engine.settle_at(kelvin, prepared.nodes.vertex_of_node.len())?,
         }
-        walk::advance(prepared, &mut *engine, 1, true)?;
+        walk::advance(prepared, &mut *engine, 1, time.draw.is_between_steps())?;
         let start_s = began.elapsed().as_secs_f64();
         let drawing = Instant::now();
         let first = matches!(time.draw, Draw::Times(_)).then_some((0, 0.0));
@@ -171,7 +171,7 @@ impl Walk<'_> {
         engine: &mut dyn Engine,
         step: u32,
         image: Option<(u32, f64)>,
-    ) -> Result<Option<ShownImage>, EngineError> {
+    ) -> Result<Option<SurfaceImage>, EngineError> {
         let image = match image {
             None => walk::draw(self.prepared, engine, f64::from(step) * self.prepared.scene.time.step)?.1,
             Some(image) => {
