@@ -123,7 +123,7 @@ impl KnobScene {
     pub(crate) fn new(prepared: &Prepared, mut scene: Scene) -> Self {
         scene.density = stated(&scene.density, prepared);
         if let Some(shadows) = &mut scene.shadows {
-            shadows.spacing = Some(prepared.light_spacing());
+            shadows.spacing = Some(prepared.light.spacing());
         }
         if let (Some(exchange), Some(craft)) = (&mut scene.exchange, &prepared.exchange) {
             exchange.patch_edge = craft.settings.patch_edge;
@@ -145,21 +145,27 @@ impl KnobScene {
         scene
     }
 
-    /// The scene with finer settings, prepared. A transition keeps its length in seconds.
+    /// The scene with finer settings, prepared. What a material holds for a step follows the length of the step: transitions keep theirs in seconds.
     ///
     /// # Errors
     /// A refinement that cannot be prepared, such as too many patches.
     pub(crate) fn prepared(&self, refined: Refined) -> Result<Prepared, PrepareError> {
-        let times = if knobs_of(refined).any(|(_, knob)| matches!(knob.kind, Kind::Step)) { 2.0 } else { 1.0 };
-        let stretch = |materials: &mut [Material]| {
+        let scene = self.refined(refined);
+        let step = scene.time.step;
+        let times = self.scene.time.step / step;
+        let follow = |materials: &mut [Material]| {
             for material in materials {
-                if let Response::Transition(transition) = &mut material.response {
-                    transition.heating.t_max_steps *= times;
-                    transition.cooling.t_max_steps *= times;
+                match &mut material.response {
+                    Response::Transition(transition) => {
+                        transition.heating.t_max_steps *= times;
+                        transition.cooling.t_max_steps *= times;
+                    }
+                    Response::Radiative(plate) => plate.step = step,
+                    Response::Instant | Response::Network | Response::Given => {}
                 }
             }
         };
-        Prepared::with_materials(self.refined(refined), stretch, &mut |_| ())
+        Prepared::with_materials(scene, follow, &mut |_| ())
     }
 
     /// Value of a setting as TOML, before and after its refinement.

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::prepare::Prepared;
 use crate::environment::shadow::{LitAreas, LitNode, LitSurface, Occluders, Redraw};
 use crate::gpu::effects::image::runs::TriangleRun;
 use crate::gpu::effects::thermal::variant::LightBy;
@@ -69,6 +68,11 @@ impl SceneLight {
         light
     }
 
+    /// Largest distance between two samples of light on a surface [m].
+    pub(crate) fn spacing(&self) -> f64 {
+        self.surface.spacing
+    }
+
     /// Finds the lit areas of some nodes. `None` where there is no Sun, or where normals tell the light.
     pub(super) fn lit_areas(
         &self,
@@ -91,13 +95,6 @@ fn lit_node(nodes: &Nodes, materials: &[Material], slot: usize) -> LitNode {
         normal: nodes.normals[slot].as_dvec3(),
         both_sides: matches!(material.sides, Sides::Both { .. }),
         joint: nodes.joint(slot),
-    }
-}
-
-impl Prepared {
-    /// Largest distance between two samples of light on a surface [m].
-    pub(crate) fn light_spacing(&self) -> f64 {
-        self.light.surface.spacing
     }
 }
 
