@@ -40,6 +40,19 @@ impl ProcessorTime {
     }
 }
 
+/// Ticks in a second of the times of `/proc/self/stat` (proc(5)): Linux fixes them for programs.
+const TICKS: f64 = 100.0;
+
+/// Processor time of this process over all its threads [s]. `None` where the system does not report it.
+pub(crate) fn processor_seconds() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // The name of the program is in parentheses and may hold spaces.
+    let mut fields = text.rsplit_once(')')?.1.split_whitespace().skip(11);
+    let user: f64 = fields.next()?.parse().ok()?;
+    let system: f64 = fields.next()?.parse().ok()?;
+    Some((user + system) / TICKS)
+}
+
 /// The value of a line such as `MemAvailable:   22247400 kB`, in bytes.
 fn kilobytes(file: &str, name: &str) -> Option<u64> {
     let text = std::fs::read_to_string(file).ok()?;

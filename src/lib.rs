@@ -15,7 +15,7 @@
 //! - `labels`: what those who train on images want to know of them
 //! - `view`: the page of `isotherm view`
 //!
-//! `server` serves images to simulators in other programs. `compare` runs one scene under three responses. `paper` makes the figures of Vural et al. 2023. `bench` measures speed and error. `trace`
+//! `server` serves images to simulators in other programs. `compare` runs one scene under three responses. `converge` refines the settings of a scene until they no longer matter. `paper` makes the figures of Vural et al. 2023. `bench` measures speed and error. `trace`
 //! records what host and device did. `text` makes names safe to show. `lens` tells which ray a pixel sees.
 
 #![deny(unreachable_pub)]
@@ -23,6 +23,7 @@
 mod bench;
 mod cli;
 mod compare;
+mod converge;
 mod dataset;
 mod environment;
 mod exchange;

@@ -196,7 +196,7 @@ pub(crate) fn run_from<E: From<EngineError>>(
 }
 
 /// Work that was submitted and not yet delivered.
-struct Waiting {
+pub(crate) struct Waiting {
     step: u32,
     image: Option<u32>,
     time: f64,
@@ -206,7 +206,10 @@ struct Waiting {
 }
 
 /// Submits an image at its own time [s], in the interval of a step that was submitted before.
-fn submit_image(
+///
+/// # Errors
+/// A call that fails.
+pub(crate) fn submit_image(
     prepared: &Prepared,
     engine: &mut dyn Engine,
     step: u32,

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::arguments::folder;
+use super::columns::aligned;
 use super::error::CliError;
 use super::progress::{building_bar, show_stage};
 use super::reach::ReachArguments;
@@ -125,9 +126,9 @@ fn text(prepared: &Prepared, checked: &Checked) -> String {
     }
     let head = ["material", "response", "area m2", "hottest K", "J/(m2 K)", "tau s", "tau/step", "conducts over m"];
     let cell = |value: Option<f64>, digits: usize| value.map_or("-".to_owned(), |value| format!("{value:.digits$}"));
-    let mut rows = vec![head.map(str::to_owned)];
+    let mut rows = vec![head.map(str::to_owned).to_vec()];
     for fact in &checked.materials {
-        rows.push([
+        rows.push(vec![
             fact.name.clone(),
             fact.response.to_owned(),
             format!("{:.3}", fact.area_m2),
@@ -138,20 +139,11 @@ fn text(prepared: &Prepared, checked: &Checked) -> String {
             cell(fact.conduction_length_m, 3),
         ]);
     }
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: [usize; 8] = std::array::from_fn(width);
     text.push_str(&format!(
         "\nMaterials. The hottest temperature is the balance in full sunlight; tau is the time constant at {AT} K, or t_max; a step is {} s\n",
         prepared.scene.time.step
     ));
-    for row in &rows {
-        let mut line = String::new();
-        for (column, (cell, width)) in row.iter().zip(widths).enumerate() {
-            let padded = if column < 2 { format!("{cell:<width$}  ") } else { format!("{cell:>width$}  ") };
-            line.push_str(&padded);
-        }
-        text.push_str(&format!("  {}\n", line.trim_end()));
-    }
+    aligned(&rows, 2).iter().for_each(|line| text.push_str(&format!("  {line}\n")));
     text
 }
 

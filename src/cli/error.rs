@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::compare::CompareError;
+use crate::converge::ConvergeError;
 use crate::dataset::error::DatasetError;
 use crate::environment::sky::SkyError;
 use crate::gpu::error::GpuError;
@@ -33,6 +34,8 @@ pub(super) enum CliError {
     Brightness(#[from] BrightnessError),
     #[error(transparent)]
     Compare(CompareError),
+    #[error(transparent)]
+    Converge(ConvergeError),
     #[error(transparent)]
     View(ViewError),
     #[error(transparent)]
@@ -69,6 +72,17 @@ impl From<CompareError> for CliError {
             CompareError::Job(error) => Self::Job(error),
             CompareError::Stopped => Self::StoppedBefore,
             other => Self::Compare(other),
+        }
+    }
+}
+
+impl From<ConvergeError> for CliError {
+    fn from(error: ConvergeError) -> Self {
+        match error {
+            ConvergeError::Prepare(error) => Self::Prepare(error),
+            ConvergeError::Engine(error) => Self::Job(error.into()),
+            ConvergeError::Stopped => Self::StoppedBefore,
+            other => Self::Converge(other),
         }
     }
 }
@@ -132,7 +146,12 @@ impl CliError {
     /// 2 if the user can fix the error, otherwise 1.
     pub(super) fn exit_code(&self) -> u8 {
         match self {
-            Self::Prepare(_) | Self::Brightness(_) | Self::Compare(_) | Self::Server(_) | Self::Usage(_) => 2,
+            Self::Prepare(_)
+            | Self::Brightness(_)
+            | Self::Compare(_)
+            | Self::Converge(_)
+            | Self::Server(_)
+            | Self::Usage(_) => 2,
             Self::Simulation(error) => {
                 if error.is_of_the_user() {
                     2

@@ -12,7 +12,9 @@ use crate::output::console::{finish, say};
 mod arguments;
 mod bench;
 mod check;
+mod columns;
 mod compare;
+mod converge;
 mod dataset;
 mod device;
 mod digits;
@@ -27,6 +29,7 @@ mod network_import;
 mod network_report;
 mod paper;
 mod paper_orbits;
+mod poses;
 mod prepare;
 mod progress;
 mod radiance;
@@ -64,6 +67,7 @@ enum Command {
     Render(render::Arguments),
     View(view::Arguments),
     Compare(compare::Arguments),
+    Converge(converge::Arguments),
     Check(check::Arguments),
     Info(info::Arguments),
     Radiance(radiance::Arguments),
@@ -89,6 +93,7 @@ pub fn main() -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         Command::View(arguments) => view::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Converge(arguments) => converge::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Radiance(arguments) => radiance::run(&arguments),

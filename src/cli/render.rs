@@ -7,11 +7,11 @@ use indicatif::ProgressBar;
 
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
+use super::poses::draw_at_poses;
 use super::prepare::{guard, prepare_scene, prepare_with_progress, say_size};
 use super::progress::{progress_bar, stop_flag};
 use super::reach::ReachArguments;
 use super::thermal_state;
-use crate::environment::trajectory::Trajectory;
 use crate::guard::finding::CheckEffort;
 use crate::output::console::{self, answer, say};
 use crate::output::destination::{Destination, STANDARD_OUTPUT, destinations};
@@ -21,8 +21,6 @@ use crate::output::frame_maker::FrameMaker;
 use crate::output::inputs::keep_inputs;
 use crate::output::pose_images::{FILES, write_pose_images};
 use crate::output::sensor_files::SensorFiles;
-use crate::scene::work::too_late;
-use crate::scene::{Draw, Motion, Poses, read_poses};
 use crate::simulation;
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::engine::Engine;
@@ -105,19 +103,7 @@ fn render_poses(arguments: &Arguments, poses: &Path) -> Result<(), CliError> {
         ));
     }
     let mut scene = arguments.reach.scene(&arguments.scene)?;
-    scene.require_camera().map_err(PrepareError::from)?;
-    let start = scene.orbit.trajectory().map(Trajectory::start).or(scene.time.start);
-    let Poses { times, poses: listed } = read_poses(poses, start).map_err(PrepareError::from)?;
-    let last = times.iter().copied().fold(0.0, f64::max);
-    if let Some(reason) = too_late(last, scene.time.step, &scene.orbit) {
-        return Err(PrepareError::Late { path: poses.to_path_buf(), reason }.into());
-    }
-    scene.files.push(poses.to_path_buf());
-    scene.time.steps = ((last / scene.time.step - 1e-9).ceil() as u32).max(1);
-    scene.time.draw = Draw::Times(times);
-    if let Some(camera) = &mut scene.camera {
-        camera.motion = Motion::Listed(listed.into());
-    }
+    draw_at_poses(&mut scene, poses)?;
     let mut prepared = prepare_scene(scene)?;
     guard(&mut prepared, CheckEffort::BRIEF);
     let camera = prepared.scene.require_camera().map_err(PrepareError::from)?.clone();

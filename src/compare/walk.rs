@@ -10,16 +10,17 @@ use crate::simulation::prepare::Prepared;
 use crate::simulation::surroundings::surroundings_at;
 use crate::simulation::{moments, pose_at};
 
-/// Takes a step that is not the start. Returns its wall time [ms].
+/// Takes a step that is not the start. Returns its wall time [ms]. `keep` keeps the temperatures before the step, for images between them and those after it.
 ///
 /// # Errors
 /// A call that fails.
-pub(crate) fn advance(prepared: &Prepared, engine: &mut dyn Engine, step: u32) -> Result<f64, EngineError> {
+pub(crate) fn advance(prepared: &Prepared, engine: &mut dyn Engine, step: u32, keep: bool) -> Result<f64, EngineError> {
     let length = prepared.scene.time.step;
     let end = f64::from(step) * length;
     let load = prepared.loads.step_load(end - length, end);
     let began = Instant::now();
-    engine.submit(Some(EngineStep { load: &load, steps: 1.0, start: end - length, length }), Order::default())?;
+    let step = EngineStep { load: &load, steps: 1.0, start: end - length, length };
+    engine.submit(Some(step), Order { keep, ..Order::default() })?;
     engine.deliver()?;
     Ok(began.elapsed().as_secs_f64() * 1e3)
 }

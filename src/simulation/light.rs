@@ -68,6 +68,11 @@ impl SceneLight {
         light
     }
 
+    /// Largest distance between two samples of light on a surface [m].
+    pub(crate) fn spacing(&self) -> f64 {
+        self.surface.spacing
+    }
+
     /// Finds the lit areas of some nodes. `None` where there is no Sun, or where normals tell the light.
     pub(super) fn lit_areas(
         &self,

@@ -8,6 +8,7 @@ mod cases;
 mod check;
 mod commands;
 mod compare;
+mod converge;
 mod craft;
 mod cull;
 mod dataset;

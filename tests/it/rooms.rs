@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The rooms of `src`. Each uses only rooms before it.
-const ORDER: [&str; 23] = [
+const ORDER: [&str; 24] = [
     "text",
     "host",
     "files",
@@ -26,6 +26,7 @@ const ORDER: [&str; 23] = [
     "server",
     "view",
     "compare",
+    "converge",
     "paper",
     "bench",
     "cli",

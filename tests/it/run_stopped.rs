@@ -10,7 +10,7 @@ use super::program::{end, isotherm, refusal, stderr, succeed};
 use super::run::{files, report};
 
 /// Starts a command and sends a signal some time after `there` is true. Returns its output.
-fn interrupted(mut command: Command, signal: &str, there: impl Fn() -> bool) -> Output {
+pub fn interrupted(mut command: Command, signal: &str, there: impl Fn() -> bool) -> Output {
     let child = command.spawn().expect("the program starts");
     let began = Instant::now();
     while !there() {
