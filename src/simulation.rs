@@ -43,6 +43,7 @@ pub(crate) mod surroundings;
 pub(crate) mod target;
 pub(crate) mod thermal_state;
 pub(crate) mod traced;
+pub(crate) mod uncertainty;
 pub(crate) mod viewpoint;
 pub(crate) mod warm_up;
 

@@ -103,6 +103,7 @@ impl Frame {
             material: labels(&self.material),
             coverage: Vec::new(),
             reflected: Vec::new(),
+            error: Vec::new(),
             digital_numbers: None,
             counts: None,
         };

@@ -11,7 +11,7 @@ use crate::output::folder::Folder;
 use crate::output::image_index::IMAGES;
 use crate::output::job::{REPORT_HTML, REPORT_JSON, RunOutcome};
 use crate::output::report::{
-    FileEntry, InputFile, ModelSize, PassTime, Report, ReportDevice, ReportFiles, ReportSource, SettingGroup, Speed,
+    FileEntry, HOW_TO_ASK, InputFile, ModelSize, PassTime, Report, ReportDevice, ReportFiles, ReportSource, SettingGroup, Speed,
 };
 use crate::output::settings;
 use crate::output::step_cost::step_cost;
@@ -114,6 +114,7 @@ pub(super) fn report(
             ..ReportSource::default()
         },
         device,
+        pixel_error: outcome.pixel_error,
         accuracy: outcome.accuracy,
         energy: outcome.energy,
         model: measure_model(prepared),
@@ -222,9 +223,20 @@ pub(super) fn print_summary(report: &Report, folder: &Folder) {
             answer!("that is the wall time of the thermal network, which the processor integrates");
         }
     }
+    match &report.pixel_error {
+        Some(error) => answer!(
+            "error of a pixel's temperature, one standard deviation: rms {:.2e} K, p99 {:.2e} K, at most {:.2e} K ({} images)",
+            error.rms_k,
+            error.p99_k,
+            error.max_k,
+            error.images
+        ),
+        None if speed.images > 0 => answer!("error of a pixel's temperature: {HOW_TO_ASK}"),
+        None => {}
+    }
     if let Some(accuracy) = &report.accuracy {
         answer!(
-            "against the f64 reference: largest difference {:.1e} K, rms {:.1e} K ({} nodes, {} steps)",
+            "rounding and implementation, against the f64 reference: largest difference {:.1e} K, rms {:.1e} K ({} nodes, {} steps)",
             accuracy.max_k,
             accuracy.rms_k,
             accuracy.nodes,

@@ -2,7 +2,7 @@
 //!
 //! Channels: `L` (float, band radiance), `T` (float, temperature), `Z` (float, distance along the camera's +Z), `part`
 //! and `material` (uint); with several samples of a pixel also `coverage` (float); with `output.channels` also `emitted` and `reflected` (float, the two parts
-//! of `L`). The header states units in `emissiveUnits` (spectral EXR layout of Fichet et al. 2021) and
+//! of `L`); with `output.error` also `T_error` (float, one standard deviation of the error of `T`). The header states units in `emissiveUnits` (spectral EXR layout of Fichet et al. 2021) and
 //! `isotherm_units_*`. The string vectors `isotherm_parts` and `isotherm_materials` are indexed by the pixel value. All
 //! types are OpenEXR's own (`v2d`, `v3d`, `m44d`, `stringvector`), so any reader shows them.
 //!
@@ -21,6 +21,9 @@ use super::exr_header::{Attributes, header_attributes, text};
 use super::frame::{FrameHeader, check_finite, check_size};
 use super::whole_file::write_atomic;
 use crate::simulation::image::Image;
+
+/// Channel of the error of the temperature.
+const ERROR: &str = "T_error";
 
 /// Writes a frame to `path`. The file appears whole or not at all.
 ///
@@ -46,6 +49,9 @@ pub(crate) fn encode(frame: &Image, header: &FrameHeader) -> Result<Vec<u8>, Out
     ]);
     if !frame.coverage.is_empty() {
         channels.push(AnyChannel::new("coverage", FlatSamples::F32(frame.coverage.clone())));
+    }
+    if !frame.error.is_empty() {
+        channels.push(AnyChannel::new(ERROR, FlatSamples::F32(frame.error.clone())));
     }
     let reflected = &frame.reflected;
     if !reflected.is_empty() {
@@ -91,7 +97,7 @@ pub fn read_exr(path: &Path) -> Result<(Image, FrameHeader), OutputError> {
     let (width, height) = (layer.size.width() as u32, layer.size.height() as u32);
     let mut channels = layer.channel_data.list;
     let has = |name: &str| channels.iter().any(|channel| channel.name.as_slice() == name.as_bytes());
-    let (has_coverage, has_reflected) = (has("coverage"), has("reflected"));
+    let (has_coverage, has_reflected, has_error) = (has("coverage"), has("reflected"), has(ERROR));
     let mut take = |name: &str| {
         let place = channels.iter().position(|channel| channel.name.as_slice() == name.as_bytes());
         place
@@ -105,13 +111,14 @@ pub fn read_exr(path: &Path) -> Result<(Image, FrameHeader), OutputError> {
     let (radiance, temperature, depth) = (float("L")?, float("T")?, float("Z")?);
     let coverage = if has_coverage { float("coverage")? } else { Vec::new() };
     let reflected = if has_reflected { float("reflected")? } else { Vec::new() };
+    let error = if has_error { float(ERROR)? } else { Vec::new() };
     let mut label = |name: &str| match take(name)? {
         FlatSamples::U32(values) => Ok(values),
         _ => Err(OutputError::exr(path, format!("channel {name} is not 32-bit uint"))),
     };
     let (part, material) = (label("part")?, label("material")?);
     let blank = attributes.image(width, height)?;
-    let frame = Image { radiance, temperature, depth, part, material, coverage, reflected, ..blank };
+    let frame = Image { radiance, temperature, depth, part, material, coverage, reflected, error, ..blank };
     Ok((frame, attributes.header()?))
 }
 
@@ -150,6 +157,7 @@ mod tests {
         frame.radiance[4] = 1e-42;
         frame.part[5] = u32::MAX;
         frame.coverage = (0..65 * 37).map(|pixel| pixel as f32 / 4096.0).collect();
+        frame.error = (0..65 * 37).map(|pixel| pixel as f32 / 512.0).collect();
         write_exr(&path, &frame, &header).unwrap();
         let (read, read_header) = read_exr(&path).unwrap();
         assert_eq!(read, frame);

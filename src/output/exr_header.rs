@@ -53,6 +53,9 @@ pub(super) fn header_attributes(frame: &Image, header: &FrameHeader) -> Vec<(Str
         let units = "share of the pixel's samples that show a surface; L is the mean of all samples; T, Z, part and material are those of the pixel's centre";
         all.push(("isotherm_units_coverage", string(units)));
     }
+    if !frame.error.is_empty() {
+        all.push(("isotherm_units_T_error", string("K, one standard deviation of the error of T")));
+    }
     all.extend(camera_attributes(frame, header));
     let mut all: Vec<_> = all.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
     for (number, (_, pose)) in header.joints.iter().enumerate() {

@@ -34,6 +34,7 @@ pub(crate) fn check_size(image: &Image) -> Result<(), OutputError> {
             ("material", image.material.len()),
             ("coverage", optional(&image.coverage)),
             ("reflected", optional(&image.reflected)),
+            ("T_error", optional(&image.error)),
         ],
     )
 }

@@ -26,6 +26,7 @@ use crate::simulation::orbits::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::state::MOST_TIMES;
 use crate::simulation::thermal_state::ThermalState;
+use crate::simulation::uncertainty::{PixelError, Uncertainty};
 use crate::simulation::warm_up::WarmUp;
 use crate::simulation::{Consumer, run_from};
 use crate::thermal::misfit::part;
@@ -109,6 +110,7 @@ pub(crate) fn run_into(
         accuracy: check.map(|check| check.accuracy(prepared)),
         energy,
         between: stepped.between,
+        pixel_error: stepped.pixel_error,
         state: stepped.state,
         periodic: start.periodic,
         network_costs: engine.network_costs().to_vec(),
@@ -185,6 +187,7 @@ struct Stepped {
     /// Wall time [s].
     seconds: f64,
     between: Option<f64>,
+    pixel_error: Option<PixelError>,
     state: Option<ThermalState>,
 }
 
@@ -199,6 +202,12 @@ fn step_and_write(
 ) -> Result<Stepped, JobError> {
     let RunContext { prepared, folder, stop, .. } = run;
     let first = start.first;
+    let mut uncertainty = prepared.scene.images.error.then(|| Uncertainty::new(prepared));
+    if let (Some(uncertainty), Some(saved)) = (&mut uncertainty, earlier_loop(run.job)) {
+        uncertainty
+            .restore(part("the errors of pixels", &saved.uncertainty).map_err(EngineError::from)?)
+            .map_err(EngineError::from)?;
+    }
     let maker = prepared.scene.camera.as_ref().map(|_| FrameMaker::new(prepared, &engine.device_name()));
     let stepping_began = Instant::now();
     std::thread::scope(|scope| {
@@ -210,6 +219,7 @@ fn step_and_write(
             maker: maker.as_ref(),
             tables: &mut start.tables,
             account,
+            uncertainty,
             steps: first,
             frames,
             written,
@@ -227,10 +237,11 @@ fn step_and_write(
         }
         let complete = run_from(prepared, engine, check, first, stop, &mut recorder);
         let (steps, between, state) = (recorder.steps, recorder.between.error, recorder.state.take());
+        let pixel_error = recorder.uncertainty.as_ref().and_then(|errors| errors.pixels().error());
         drop(recorder);
         writer.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
         let seconds = stepping_began.elapsed().as_secs_f64();
-        Ok(Stepped { complete: complete?, steps, seconds, between, state })
+        Ok(Stepped { complete: complete?, steps, seconds, between, pixel_error, state })
     })
 }
 

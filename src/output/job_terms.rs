@@ -14,6 +14,7 @@ use crate::simulation::network::StepCost;
 use crate::simulation::orbits::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::thermal_state::ThermalState;
+use crate::simulation::uncertainty::PixelError;
 use crate::trace::Trace;
 
 /// An error that ends a run early.
@@ -60,6 +61,8 @@ pub(crate) struct RunOutcome {
     pub(crate) energy: Option<EnergyBalance>,
     /// Estimated error of the temperatures between steps [K], where images lie there.
     pub(crate) between: Option<f64>,
+    /// Stated error of the pixels, where the scene asks for it.
+    pub(crate) pixel_error: Option<PixelError>,
     /// The thermal state that was asked for, where its step was reached.
     pub(crate) state: Option<ThermalState>,
     pub(crate) periodic: Option<Periodic>,

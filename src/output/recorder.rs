@@ -22,6 +22,7 @@ use crate::simulation::orbits::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::state::BetweenSteps;
 use crate::simulation::thermal_state::ThermalState;
+use crate::simulation::uncertainty::Uncertainty;
 use crate::simulation::{Consumer, StepResult};
 use crate::trace::Track;
 
@@ -31,6 +32,8 @@ pub(super) struct StepRecorder<'a, 'b> {
     pub(crate) maker: Option<&'a FrameMaker<'a>>,
     pub(crate) tables: &'a mut Tables<'b>,
     pub(crate) account: Option<&'a mut Account>,
+    /// The errors of the temperatures, where the images state them.
+    pub(crate) uncertainty: Option<Uncertainty<'a>>,
     /// The last step that was taken.
     pub(crate) steps: u32,
     pub(crate) frames: SyncSender<WriterWork>,
@@ -53,9 +56,15 @@ impl Consumer<JobError> for StepRecorder<'_, '_> {
             if let Some(account) = &mut self.account {
                 account.take(&temperatures, result.delivered.absorbed.as_deref());
             }
+            if let Some(uncertainty) = &mut self.uncertainty {
+                uncertainty.take(result.step, &temperatures);
+            }
             if self.run.prepared.scene.time.draw.is_between_steps() {
                 self.between.take(self.run.prepared, result.step, temperatures);
             }
+        }
+        if let (Some(uncertainty), Some(image)) = (&mut self.uncertainty, &mut result.delivered.image) {
+            uncertainty.draw(image, result.image);
         }
         self.steps = result.step;
         let is_step = result.image.is_none();
@@ -101,6 +110,7 @@ impl Consumer<JobError> for StepRecorder<'_, '_> {
             state,
             periodic: self.periodic,
             energy: self.account.as_ref().map(|account| account.sums.clone()),
+            uncertainty: self.uncertainty.as_ref().map(Uncertainty::save),
             tables,
             done: EarlierResults {
                 frames: lock(self.written).clone(),

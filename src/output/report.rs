@@ -8,6 +8,10 @@ use super::plot::Plot;
 use super::statistics::Percentiles;
 use crate::simulation::check::Accuracy;
 use crate::simulation::energy::EnergyBalance;
+use crate::simulation::uncertainty::PixelError;
+
+/// How a scene asks for the error of every pixel.
+pub(crate) const HOW_TO_ASK: &str = "state error = true in [output], and images have it as the channel T_error";
 
 /// Everything that a run reports. Empty lists and absent options are not shown.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -16,7 +20,10 @@ pub(crate) struct Report {
     pub(crate) source: ReportSource,
     pub(crate) device: ReportDevice,
     pub(crate) speed: Speed,
-    /// Error against the f64 reference. `None` if nothing was compared, as in a run of the reference itself.
+    /// Stated error of the temperatures of the visible pixels. `None` if the scene does not ask for it.
+    pub(crate) pixel_error: Option<PixelError>,
+    /// Rounding and implementation: the difference from the f64 reference, which shares every approximation. `None` if nothing was compared, as in a run of the
+    /// reference itself.
     pub(crate) accuracy: Option<Accuracy>,
     /// Energy balance of the run. `None` if the scene does not keep it.
     pub(crate) energy: Option<EnergyBalance>,

@@ -1,9 +1,10 @@
 //! `report.html`: one page that needs no network, script or other file.
 
 use super::html::{Html, bytes, escape, kelvin, kelvin_text, link, significant, thousands};
-use super::report::{InputFile, Report};
+use super::report::{HOW_TO_ASK, InputFile, Report};
 use crate::simulation::check::Accuracy;
 use crate::simulation::energy::{EnergyBalance, PartEnergy};
+use crate::simulation::uncertainty::PixelError;
 
 /// Most parts in the table of the energy balance. `report.json` has all of them.
 const MOST_PARTS: usize = 20;
@@ -27,6 +28,7 @@ pub(crate) fn page(report: &Report) -> String {
     for plot in &report.results.plots {
         html.figure(&plot.svg, &plot.title, &plot.file);
     }
+    pixel_error(&mut html, report.pixel_error.as_ref());
     accuracy(&mut html, report.accuracy.as_ref());
     energy(&mut html, report.energy.as_ref());
     costs(&mut html, report);
@@ -52,16 +54,45 @@ fn headline(html: &mut Html, report: &Report) {
     if let Some(time) = speed.image_ms {
         figures.push((significant(time), "ms", "per image, files not counted".to_owned()));
     }
+    match &report.pixel_error {
+        Some(error) => {
+            let (rms, unit) = kelvin(error.rms_k);
+            figures.push((rms, unit, "error of a pixel's temperature, rms".to_owned()));
+            let (p99, unit) = kelvin(error.p99_k);
+            figures.push((p99, unit, "error of a pixel's temperature, in 99 of 100 pixels at most".to_owned()));
+        }
+        None => figures.push(("not asked for".into(), "", format!("error of a pixel's temperature: {HOW_TO_ASK}"))),
+    }
     match &report.accuracy {
         Some(accuracy) => {
             let (largest, unit) = kelvin(accuracy.max_k);
-            figures.push((largest, unit, "largest difference from the f64 reference".to_owned()));
+            figures.push((
+                largest,
+                unit,
+                "largest difference by rounding and implementation, from the f64 reference".to_owned(),
+            ));
             let (rms, unit) = kelvin(accuracy.rms_k);
-            figures.push((rms, unit, "rms difference from the f64 reference".to_owned()));
+            figures.push((rms, unit, "rms difference by rounding and implementation, from the f64 reference".to_owned()));
         }
-        None => figures.push(("no error".into(), "", "was measured: nothing was compared with the reference".into())),
+        None => figures.push(("no rounding".into(), "", "was measured: nothing was compared with the reference".into())),
     }
     html.headline(figures.into_iter().map(|(value, unit, what)| (value, unit.to_owned(), what)));
+}
+
+fn pixel_error(html: &mut Html, error: Option<&PixelError>) {
+    let Some(error) = error else { return };
+    html.element("h2", "Error of the pixels");
+    let row = |name: &str, value: String| vec![name.to_owned(), value];
+    html.table(
+        &["T_error, one standard deviation", "temperature"],
+        [
+            row("rms", kelvin_text(error.rms_k)),
+            row("in 99 of 100 pixels at most", kelvin_text(error.p99_k)),
+            row("largest", kelvin_text(error.max_k)),
+            row("sample", format!("{} pixels of {} images", thousands(error.pixels), thousands(error.images))),
+        ],
+    );
+    html.element("p", "T_error has what the computation leaves out, and not what is uncertain of the scene: materials, orbit and shape.");
 }
 
 fn accuracy(html: &mut Html, accuracy: Option<&Accuracy>) {
@@ -76,7 +107,7 @@ fn accuracy(html: &mut Html, accuracy: Option<&Accuracy>) {
     );
     let place = format!("{}, step {}, {} s", accuracy.worst_node, accuracy.worst_step, accuracy.worst_time_s);
     html.table(
-        &["Device against f64 reference", "temperature"],
+        &["Rounding and implementation: device against f64 reference", "temperature"],
         [
             row("largest difference", kelvin_text(accuracy.max_k)),
             row("at", place),
@@ -244,8 +275,11 @@ mod tests {
         for figure in ["3.64 <small>ns", "1.13 <small>mK", "42.0 <small>µK"] {
             assert!(place(figure) < first_section, "{figure}");
         }
-        report.accuracy = None;
-        assert!(page(&report).contains("nothing was compared"));
+        // The error of the pixels comes before the difference from the twin, which is no error of theirs.
+        assert!(place("1.50 <small>K") < place("1.13 <small>mK") && !text.contains("not asked for"));
+        (report.accuracy, report.pixel_error) = (None, None);
+        let text = page(&report);
+        assert!(text.contains("nothing was compared") && text.contains("state error = true in [output]"));
     }
 
     #[test]

@@ -6,6 +6,7 @@ use super::state_file::SavedState;
 use crate::simulation::energy::EnergySums;
 use crate::simulation::orbits::Periodic;
 use crate::simulation::state::BetweenSteps;
+use crate::simulation::uncertainty::UncertaintyState;
 use crate::simulation::warm_up::WarmUpState;
 
 /// The saved state of a run into a folder.
@@ -61,6 +62,8 @@ pub(crate) struct StepsState {
     pub(crate) periodic: Option<Periodic>,
     /// Absent where the scene keeps no energy balance.
     pub(crate) energy: Option<EnergySums>,
+    /// Absent where images state no error.
+    pub(crate) uncertainty: Option<UncertaintyState>,
     /// Lengths of the tables [bytes].
     pub(crate) tables: [u64; 2],
     pub(crate) done: EarlierResults,

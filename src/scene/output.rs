@@ -67,10 +67,30 @@ pub struct ImageFiles {
     pub video: Option<Video>,
     /// Images a second in the video.
     pub video_rate: f64,
+    /// Whether the EXR frames state the error of every pixel's temperature.
+    pub error: bool,
+}
+
+/// Whether images state the error of every pixel. `given` tells that the temperatures come from a file.
+fn error(section: Option<&Section>, given: bool) -> Result<bool, SceneError> {
+    let Some(section) = section else { return Ok(false) };
+    match section.boolean("error")? {
+        Some(true) if given => Err(section.clash(
+            "error",
+            &["temperatures.*"],
+            "is the error of temperatures that this program computes, and these come from a file",
+        )),
+        stated => Ok(stated.unwrap_or(false)),
+    }
 }
 
 /// Reads these keys of `[output]`. A sensor writes its digital numbers and the display, and temperatures where it counts them.
-pub(super) fn read(section: Option<&Section>, sensor: Option<&Sensor>) -> Result<ImageFiles, SceneError> {
+/// `given` tells that the temperatures come from a file.
+pub(super) fn read(
+    section: Option<&Section>,
+    sensor: Option<&Sensor>,
+    given: bool,
+) -> Result<ImageFiles, SceneError> {
     let stated = section.map(|section| section.strings("files")).transpose()?.flatten();
     let files = match (section, stated) {
         (Some(section), Some(words)) => {
@@ -124,5 +144,5 @@ pub(super) fn read(section: Option<&Section>, sensor: Option<&Sensor>) -> Result
             "shows what a sensor displays: it needs a section [sensor], which is missing",
         ));
     }
-    Ok(ImageFiles { files, video, video_rate: rate.unwrap_or(10.0) })
+    Ok(ImageFiles { files, video, video_rate: rate.unwrap_or(10.0), error: error(section, given)? })
 }

@@ -28,6 +28,8 @@ pub struct Image {
     pub coverage: Vec<f32>,
     /// The part of the radiance that is reflected [W m-2 sr-1]. Empty where the scene does not ask for it.
     pub reflected: Vec<f32>,
+    /// One standard deviation of the temperature's error [K]. Empty where the scene does not ask for it.
+    pub error: Vec<f32>,
     /// Digital numbers of the sensor. `None` without one.
     pub digital_numbers: Option<Vec<u16>>,
     /// Counts of the sensor's radiometric output (`kelvin_per_count`). `None` where it has none.
@@ -48,6 +50,7 @@ impl Image {
             material: Vec::new(),
             coverage: Vec::new(),
             reflected: Vec::new(),
+            error: Vec::new(),
             digital_numbers: None,
             counts: None,
         }

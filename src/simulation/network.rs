@@ -82,6 +82,11 @@ impl SceneNetwork {
         self.node_of_slot[slot] != NO_NODE
     }
 
+    /// Network node of a node of the device that belongs to the network.
+    pub(super) fn node_of(&self, slot: usize) -> usize {
+        self.node_of_slot[slot] as usize
+    }
+
     /// Whether a node of the device belongs to the network and stores heat there.
     pub(crate) fn stores_heat(&self, slot: usize) -> bool {
         self.has(slot) && self.network().kinds[self.node_of_slot[slot] as usize] == NodeKind::Diffusive

@@ -33,6 +33,12 @@ fn a_network_with_thermostats_survives_a_kill_on_the_device() {
     kill(NETWORK, None, 100, 1, 0);
 }
 
+/// Images state their errors, which go on from the saved ones.
+#[test]
+fn stated_errors_survive_a_kill() {
+    kill(&format!("{TRANSITION}\n[output]\nerror = true\n"), Some("cpu"), 60, 2, 0);
+}
+
 /// Nine tenths of this run are its warm-up.
 #[test]
 #[ignore = "long: tools/test --all"]

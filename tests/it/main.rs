@@ -74,5 +74,6 @@ mod trajectory;
 mod transitions;
 mod tutorial;
 mod twins;
+mod uncertainty;
 mod validation;
 mod view;

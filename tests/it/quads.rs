@@ -126,6 +126,7 @@ impl Quads {
             material: labels.iter().map(|label| label[1]).collect(),
             coverage: channel(3),
             reflected: Vec::new(),
+            error: Vec::new(),
             digital_numbers: None,
             counts: None,
         }

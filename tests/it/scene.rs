@@ -127,6 +127,7 @@ fn every_value_of_a_full_scene_arrives() {
         files: vec![ImageFile::NumbersPng, ImageFile::NumbersFits, ImageFile::KelvinTiff, ImageFile::DisplayPng],
         video: Some(Video::Apng),
         video_rate: 25.0,
+        error: true,
     };
     assert_eq!(scene.images, images);
     assert_eq!(scene.preset.map(|preset| preset.name), Some("FLIR Boson 640"));

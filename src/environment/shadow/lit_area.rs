@@ -226,14 +226,24 @@ impl LitAreas {
 
     /// Lit area of each node under a Sun (unit vector, body frame), with joints in these poses.
     pub fn under(&self, sun: DVec3, poses: &[DAffine3]) -> Vec<LitArea> {
-        let joints = self.nodes.iter().map(|node| node.joint + 1).max().unwrap_or(1);
-        let views: Vec<JointView<'_>> =
-            (0..joints).map(|joint| JointView::new(&self.surface, sun, poses, joint)).collect();
+        let views = self.views(sun, poses);
         let areas = self.nodes.par_iter().enumerate().with_min_len(64);
         areas.map(|(index, node)| self.lit_area(index, node, &views[node.joint as usize])).collect()
     }
 
+    /// The Sun and the shadow casters as the nodes of each joint see them.
+    fn views(&self, sun: DVec3, poses: &[DAffine3]) -> Vec<JointView<'_>> {
+        let joints = self.nodes.iter().map(|node| node.joint + 1).max().unwrap_or(1);
+        (0..joints).map(|joint| JointView::new(&self.surface, sun, poses, joint)).collect()
+    }
+
     fn lit_area(&self, index: usize, node: &LitNode, view: &JointView<'_>) -> LitArea {
+        let (corners, area) = self.facing(index, node, view);
+        if area == 0.0 { LitArea::by_normal(node, view.disc.centre) } else { sum(&corners, area) }
+    }
+
+    /// The corners of a node that the Sun may light, with their samples, and the area of all its corners [m2].
+    fn facing(&self, index: usize, node: &LitNode, view: &JointView<'_>) -> (Vec<FacingCorner>, f64) {
         let sun = view.disc.centre;
         let mut area = 0.0;
         let mut corners: Vec<FacingCorner> = Vec::with_capacity(self.corners_of(index).len());
@@ -246,13 +256,26 @@ impl LitAreas {
                 corners.push(FacingCorner { number, area: corner.area, side, cosine, samples: 0, lit: 0 });
             }
         }
-        if area == 0.0 {
-            return LitArea::by_normal(node, sun);
-        }
         if !view.casters.is_empty() {
             self.cast(&mut corners, shifts(node.vertex), view);
         }
-        sum(&corners, area)
+        (corners, area)
+    }
+
+    /// As [`Self::under`], and the light of each corner: three for each triangle of the surface, from the same samples. Corners that turn away, or belong to
+    /// none of the nodes, are dark.
+    pub(crate) fn corners_under(&self, sun: DVec3, poses: &[DAffine3]) -> (Vec<LitArea>, Vec<CornerLight>) {
+        let views = self.views(sun, poses);
+        let light = |(index, node): (usize, &LitNode)| {
+            let (corners, area) = self.facing(index, node, &views[node.joint as usize]);
+            let lights: Vec<_> = corners.iter().map(|corner| (corner.number, corner.light(&corners))).collect();
+            (if area == 0.0 { LitArea::by_normal(node, sun) } else { sum(&corners, area) }, lights)
+        };
+        let nodes = self.nodes.par_iter().enumerate().with_min_len(64);
+        let (areas, of_nodes): (Vec<LitArea>, Vec<Vec<(u32, CornerLight)>>) = nodes.map(light).unzip();
+        let mut lights = vec![CornerLight::default(); 3 * self.surface.triangles.len()];
+        of_nodes.into_iter().flatten().for_each(|(number, light)| lights[number as usize] = light);
+        (areas, lights)
     }
 
     /// Casts the rays of a node to the Sun: some for all nodes, and more on the border of a shadow.
@@ -311,11 +334,46 @@ struct FacingCorner {
     lit: u32,
 }
 
+/// The light of a corner of a triangle.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+pub(crate) struct CornerLight {
+    /// Share of the corner that is lit.
+    pub(crate) share: f32,
+}
+
+impl CornerLight {
+    /// A corner that nothing hides from the Sun.
+    pub(crate) const UNHIDDEN: Self = Self { share: 1.0 };
+
+    /// Standard deviation of the light at a point of the corner, over the light of a lit point. The noise of the samples is smaller.
+    pub(crate) fn spread(self) -> f64 {
+        let share = f64::from(self.share);
+        (share * (1.0 - share)).max(0.0).sqrt()
+    }
+}
+
+impl FacingCorner {
+    /// The light of this corner, one of all that face the Sun. Without a sample it is lit as the others are.
+    fn light(&self, all: &[Self]) -> CornerLight {
+        let share = share(self.lit, self.samples).unwrap_or_else(|| whole_share(all));
+        CornerLight { share: share as f32 }
+    }
+}
+
+/// Share of samples that are lit. `None` without samples.
+fn share(lit: u32, samples: u32) -> Option<f64> {
+    (samples > 0).then(|| f64::from(lit) / f64::from(samples))
+}
+
+/// Lit share of all samples of a node. 1 where nothing can hide the Sun.
+fn whole_share(corners: &[FacingCorner]) -> f64 {
+    let [lit, samples] = corners.iter().fold([0, 0], |[lit, all], corner| [lit + corner.lit, all + corner.samples]);
+    share(lit, samples).unwrap_or(1.0)
+}
+
 /// The lit area of the corners of a node with an area [m2]. A corner without a sample is lit as the others are.
 fn sum(corners: &[FacingCorner], area: f64) -> LitArea {
-    let [lit, samples] = corners.iter().fold([0, 0], |[lit, all], corner| [lit + corner.lit, all + corner.samples]);
-    let share = |lit: u32, samples: u32| (samples > 0).then(|| f64::from(lit) / f64::from(samples));
-    let whole = share(lit, samples).unwrap_or(1.0);
+    let whole = whole_share(corners);
     let (mut vector, mut on_front, mut all) = (DVec3::ZERO, 0.0, 0.0);
     for corner in corners {
         let lit = corner.area * share(corner.lit, corner.samples).unwrap_or(whole);

@@ -4,6 +4,7 @@ use super::*;
 use crate::output::folder::Folder;
 use crate::simulation::check::StepLengthError;
 use crate::simulation::energy::PartEnergy;
+use crate::simulation::uncertainty::PixelError;
 
 fn pairs(list: &[(&str, &str)]) -> Vec<(String, String)> {
     list.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect()
@@ -39,6 +40,7 @@ pub(crate) fn full() -> Report {
             image_ms: Some(12.5),
             wall_s: 41.3,
         },
+        pixel_error: Some(PixelError { rms_k: 1.5, p99_k: 6.25, max_k: 12.5, pixels: 76_800, images: 36 }),
         accuracy: Some(full_accuracy()),
         energy: Some(full_energy()),
         model: ModelSize {
@@ -154,6 +156,7 @@ fn the_json_has_the_figures_and_not_the_pictures() {
     report.speed.step_ms = Some(f64::NAN);
     folder.write_json("report.json", &report).unwrap();
     let json: serde_json::Value = serde_json::from_slice(&std::fs::read(folder.file("report.json")).unwrap()).unwrap();
+    assert_eq!(json["pixel_error"]["rms_k"], 1.5);
     assert_eq!(json["accuracy"]["max_k"], 1.13e-3);
     assert_eq!(json["accuracy"]["step_length"]["max_k"], 0.9);
     assert_eq!(json["passes"][1]["name"], "thermal_step");

@@ -1,0 +1,146 @@
+//! `T_error`: the stated error of every pixel against known temperatures.
+
+use glam::{DVec2, DVec3};
+use isotherm::Image;
+use isotherm::internals::{STEFAN_BOLTZMANN, read_exr};
+use serde_json::{Value, json};
+
+use super::craft::Folder;
+use super::model::make::Maker;
+use super::program::{end, isotherm, refusal, succeed};
+
+const STEP: f64 = 60.0;
+const STEPS: u32 = 20;
+const CAPACITY: f64 = 2430.0;
+const START: f64 = 300.0;
+/// Where the shadow on the plate ends [m].
+const BORDER: f64 = 0.13;
+
+/// A plate of 4 x 4 m below the Sun, and one beside it at `height` [m] from `beside` [m] on. The Sun stands 45 deg above +x.
+fn folder(output: &str, [beside, height]: [f32; 2]) -> Folder {
+    let skin = |name: &str| {
+        format!(
+            "[[material]]\nmatch = \"{name}\"\nabsorptivity = 0.6\nemissivity = 0.8\nheat_capacity_per_area = {CAPACITY}\n\
+             thickness = 0.001\nsides = \"outside\"\nresponse = \"radiative\"\n"
+        )
+    };
+    let scene = format!(
+        "name = \"plates\"\n[model]\npath = \"made.glb\"\nmax_edge = 0.5\n[time]\nstep = {STEP}\nsteps = {STEPS}\ndraw_every = 10\n\
+         [initial]\ntemperature = {START}\n[orbit]\naltitude = 408e3\nbeta_deg = 45\n[attitude]\nmode = \"inertial\"\n\
+         quaternion = [1, 0, 0, 0]\n[environment]\nsolar_constant = 1361.0\neclipse = false\n[shadows]\n{}{}\
+         [camera]\nwidth = 160\nheight = 120\nfov_deg = 45\nframe = \"body\"\nposition = [-5, -1, 5]\nlook_at = [0, 0, 0]\nup = [0, 0, 1]\n{output}",
+        skin("plate"),
+        skin("cover"),
+    );
+    let folder = Folder::new(&scene);
+    let mut maker = Maker::new();
+    for (name, [from, to], at) in [("plate", [-2.0, 2.0], 0.0), ("cover", [beside, beside + 2.0], height)] {
+        let material = maker.push("materials", json!({ "name": name }));
+        let corners = [[from, -2.0, at], [to, -2.0, at], [to, 2.0, at], [from, 2.0, at]];
+        let positions = maker.floats(&corners);
+        let indices = maker.accessor(&[0u8, 1, 2, 0, 2, 3], json!({"componentType": 5121, "count": 6, "type": "SCALAR"}));
+        let attributes = json!({ "POSITION": positions });
+        let mesh = maker.primitive(json!({"attributes": attributes, "indices": indices, "material": material}));
+        let node = maker.push("nodes", json!({"name": name, "mesh": mesh}));
+        maker.json["scenes"][0]["nodes"].as_array_mut().expect("a list").push(json!(node));
+    }
+    maker.save(folder.0.path());
+    folder
+}
+
+/// Temperature of the plate under a sunlight of so many solar constants [K]: its balance in steps of a tenth of a second.
+fn truth(lit: f64, time: f64) -> f64 {
+    let absorbed = 0.6 * 1361.0 * lit * 0.5f64.sqrt();
+    let rate = |t: f64| (absorbed - 0.8 * STEFAN_BOLTZMANN * t.powi(4)) / CAPACITY;
+    let (mut temperature, length) = (START, 0.1);
+    for _ in 0..(time / length).round() as u32 {
+        let middle = temperature + 0.5 * length * rate(temperature);
+        temperature += length * rate(middle);
+    }
+    temperature
+}
+
+/// True and stated errors of the pixels of the plate [K]. `lit` is the light at a place.
+fn errors(folder: &Folder, lit: impl Fn(DVec3) -> f64) -> Vec<[f64; 2]> {
+    let mut errors = Vec::new();
+    for step in [10, STEPS] {
+        let (image, _) = read_exr(&folder.path(&format!("out/frames/step_{step:06}.exr"))).expect("an image");
+        let time = f64::from(step) * STEP;
+        let [dark, bright] = [0.0, 1.0].map(|lit| truth(lit, time));
+        for (pixel, at) in places(&image) {
+            let known = if lit(at) > 0.5 { bright } else { dark };
+            errors.push([f64::from(image.temperature[pixel]) - known, f64::from(image.error[pixel])]);
+        }
+    }
+    assert!(errors.len() > 2000, "{} pixels", errors.len());
+    errors
+}
+
+/// Pixels that show the plate, and where [m]. Pixels in the penumbra, or on the rim of the plate, are left out.
+fn places(image: &Image) -> Vec<(usize, DVec3)> {
+    let to_body = image.camera_from_body.inverse();
+    let place = |pixel: usize| {
+        let at = [pixel % image.camera.width as usize, pixel / image.camera.width as usize];
+        let ray = image.camera.lens.unproject(DVec2::new(at[0] as f64 + 0.5, at[1] as f64 + 0.5))?;
+        let at = to_body.transform_point3(DVec3::new(ray.x, ray.y, 1.0) * f64::from(image.depth[pixel]));
+        let clear = at.z.abs() < 1e-3 && at.x.abs() < 1.97 && at.y.abs() < 1.97 && (at.x - BORDER).abs() > 0.02;
+        (image.part[pixel] != 0 && clear).then_some((pixel, at))
+    };
+    (0..image.part.len()).filter_map(place).collect()
+}
+
+/// Share of the pixels that lie within twice of what is stated, and the stated error over the true one, both rms.
+fn honesty(errors: &[[f64; 2]], scale: f64) -> [f64; 2] {
+    let within = errors.iter().filter(|[off, stated]| off.abs() <= 2.0 * scale * stated).count();
+    let square = |place: usize| errors.iter().map(|both| both[place] * both[place]).sum::<f64>();
+    [within as f64 / errors.len() as f64, scale * (square(1) / square(0)).sqrt()]
+}
+
+#[test]
+fn the_error_at_the_border_of_a_shadow_is_stated() {
+    let folder = folder("[output]\nerror = true\n", [1.0 + BORDER as f32, 1.0]);
+    let said = succeed(folder.0.path(), &["run", "scene.toml", "-o", "out", "--device", "cpu"]);
+    let border = |at: DVec3| if at.x < BORDER { 1.0 } else { 0.0 };
+    let errors = errors(&folder, border);
+    let [within, ratio] = honesty(&errors, 1.0);
+    println!("{within:.3} within twice, {ratio:.2} of the true error");
+    assert!(within >= 0.9 && ratio <= 4.0, "{within} within twice, {ratio} of the true error");
+    assert!(honesty(&errors, 0.1)[0] < 0.9, "a tenth of it is not honest");
+    assert!(honesty(&errors, 5.0)[1] > 4.0, "five times it says too little");
+    // A shadow that ends elsewhere is an error that the run can not know of.
+    let wrong = self::errors(&folder, |at| if at.x < BORDER - 0.8 { 1.0 } else { 0.0 });
+    assert!(honesty(&wrong, 1.0)[0] < 0.9, "{:?}", honesty(&wrong, 1.0));
+    // The report has it before the difference from the twin.
+    let report: Value = serde_json::from_slice(&std::fs::read(folder.path("out/report.json")).expect("a report")).expect("JSON");
+    let stated = report["pixel_error"]["rms_k"].as_f64().expect("a number");
+    assert!(stated > 0.5 && report["pixel_error"]["p99_k"].as_f64() > Some(stated), "{}", report["pixel_error"]);
+    assert!(said.contains("error of a pixel's temperature, one standard deviation: rms"), "{said}");
+}
+
+#[test]
+fn a_sheet_that_is_lit_evenly_has_almost_no_error() {
+    // The Sun stands over +x, and the other plate lies to that side, deeper.
+    let folder = folder("[output]\nerror = true\n", [2.0, -0.5]);
+    succeed(folder.0.path(), &["run", "scene.toml", "-o", "out", "--device", "cpu"]);
+    let errors = errors(&folder, |_| 1.0);
+    let largest = |place: usize| errors.iter().map(|both| both[place].abs()).fold(0.0, f64::max);
+    assert!(largest(0) < 0.01 && largest(1) < 0.01, "true {} K, stated {} K", largest(0), largest(1));
+    assert!(honesty(&errors, 1.0)[0] >= 0.9, "{:?}", honesty(&errors, 1.0));
+}
+
+#[test]
+fn only_who_asks_gets_the_channel() {
+    let folder = folder("", [1.0 + BORDER as f32, 1.0]);
+    let said = succeed(folder.0.path(), &["run", "scene.toml", "-o", "out", "--device", "cpu"]);
+    let (image, _) = read_exr(&folder.path("out/frames/step_000010.exr")).expect("an image");
+    assert!(image.error.is_empty());
+    assert!(said.contains("state error = true in [output]"), "{said}");
+    let report: Value = serde_json::from_slice(&std::fs::read(folder.path("out/report.json")).expect("a report")).expect("JSON");
+    assert_eq!(report["pixel_error"], Value::Null);
+    for (output, why) in [("error = \"yes\"", "output.error: "), ("errors = true", "output.errors: unknown key")] {
+        let scene = std::fs::read_to_string(folder.path("scene.toml")).expect("the scene");
+        folder.write("bad.toml", &format!("{scene}[output]\n{output}\n"));
+        let (code, line) = refusal(&end(isotherm(folder.0.path(), &["run", "bad.toml", "-o", "bad"])));
+        assert!(code == Some(2) && line.contains(why), "{line}");
+    }
+}
