@@ -20,7 +20,7 @@ const ROUNDS: usize = 30;
 const FACTORS: [f64; 2] = [0.05, 20.0];
 
 /// Number of the side of each patch: joint, part, face, and direction of the normal.
-fn sides_of(patches: &[Patch]) -> Vec<u32> {
+pub(super) fn sides_of(patches: &[Patch]) -> Vec<u32> {
     let mut sides = BTreeMap::new();
     let number = |patch: &Patch| {
         let next = sides.len() as u32;
@@ -29,15 +29,15 @@ fn sides_of(patches: &[Patch]) -> Vec<u32> {
     patches.iter().map(number).collect()
 }
 
-/// Areas that a patch shares with sides: the side, and the area [m2] or a factor, sorted by side.
-type Sided = Vec<(u32, f64)>;
+/// Areas that a patch shares with sides: the side, and the area [m2], sorted by side.
+pub(super) type Sided = Vec<(u32, f64)>;
 
-fn of(row: &Sided, side: u32) -> f64 {
-    row.binary_search_by_key(&side, |entry| entry.0).map_or(1.0, |place| row[place].1)
+fn at(row: &Sided, side: u32) -> f64 {
+    row.binary_search_by_key(&side, |entry| entry.0).map_or(0.0, |place| row[place].1)
 }
 
 /// Sums by the side of the column.
-fn summed(row: impl Iterator<Item = (u32, f64)>, sides: &[u32]) -> Sided {
+pub(super) fn summed(row: impl Iterator<Item = (u32, f64)>, sides: &[u32]) -> Sided {
     let mut sums = BTreeMap::new();
     row.for_each(|(j, value)| *sums.entry(sides[j as usize]).or_insert(0.0) += value);
     sums.into_iter().collect()
@@ -57,34 +57,71 @@ pub(super) fn balance_sides(patches: &[Patch], cast: &Sparse, shared: &mut Spars
         let variance = summed(back.row(i).iter().map(|(j, share)| (*j, share * area(*j).powi(2) / count)), &sides);
         let whole = summed(shared.row(i).iter().copied(), &sides);
         let wants = |(side, _): &(u32, f64)| {
-            let at = |row: &Sided| row.binary_search_by_key(side, |entry| entry.0).map_or(0.0, |place| row[place].1);
-            let share = at(&own);
+            let share = at(&own, *side);
             let own_variance = (even * here).powi(2) * (share * (1.0 - share)).max(1.0 / count) / count;
-            let told_variance = at(&variance).max((here / count).powi(2));
+            let told_variance = at(&variance, *side).max((here / count).powi(2));
             let weight = own_variance / (own_variance + told_variance);
-            (*side, (1.0 - weight) * share * here + weight * at(&told))
+            (*side, (1.0 - weight) * share * here + weight * at(&told, *side))
         };
         whole.iter().map(wants).collect()
     };
     let wanted: Vec<Sided> = (0..patches.len()).into_par_iter().map(wanted).collect();
-    let mut factors: Vec<Sided> = wanted.iter().map(|row| row.iter().map(|(side, _)| (*side, 1.0)).collect()).collect();
-    for _ in 0..ROUNDS {
-        let next = |i: usize| -> Sided {
-            let scaled = shared.row(i).iter().map(|(j, area)| (*j, area * of(&factors[*j as usize], sides[i])));
-            let now = summed(scaled, &sides);
-            let renew = |place: usize| {
-                let ((side, wanted), now, factor) = (wanted[i][place], now[place].1, factors[i][place].1);
-                let right = if now > 0.0 { wanted / now } else { factor };
-                (side, (factor * right).sqrt().clamp(FACTORS[0], FACTORS[1]))
-            };
-            (0..now.len()).map(renew).collect()
-        };
-        factors = (0..patches.len()).into_par_iter().map(next).collect();
+    fit_sides(shared, &sides, &wanted);
+}
+
+/// Scales symmetric areas until each row shares the wanted area with each side that it has entries of.
+pub(super) fn fit_sides(shared: &mut Sparse, sides: &[u32], wanted: &[Sided]) {
+    let count = shared.len();
+    // The sides of each row, one row after the other, and the areas that it wants of them.
+    let mut first = vec![0];
+    let mut of_rows: Vec<u32> = Vec::new();
+    for row in 0..count {
+        let start = of_rows.len();
+        of_rows.extend(shared.row(row).iter().map(|(j, _)| sides[*j as usize]));
+        of_rows[start..].sort_unstable();
+        let mut place = start;
+        for k in start..of_rows.len() {
+            if k == start || of_rows[k] != of_rows[place - 1] {
+                of_rows[place] = of_rows[k];
+                place += 1;
+            }
+        }
+        of_rows.truncate(place);
+        first.push(place);
     }
-    for i in 0..patches.len() {
+    let place = |row: usize, side: u32| {
+        let run = first[row]..first[row + 1];
+        run.start + of_rows[run].binary_search(&side).unwrap_or_default()
+    };
+    // For each entry the place of its own factor and of the factor of its mirror image.
+    let places: Vec<Vec<[usize; 2]>> = (0..count)
+        .into_par_iter()
+        .map(|i| {
+            let both = |(j, _): &(u32, f64)| [place(i, sides[*j as usize]), place(*j as usize, sides[i])];
+            shared.row(i).iter().map(both).collect()
+        })
+        .collect();
+    let mut factors = vec![1.0; of_rows.len()];
+    for _ in 0..ROUNDS {
+        let next = |i: usize| -> Vec<f64> {
+            let run = first[i]..first[i + 1];
+            let mut now = vec![0.0; run.len()];
+            for ((_, area), [own, mirrored]) in shared.row(i).iter().zip(&places[i]) {
+                now[own - run.start] += area * factors[*mirrored];
+            }
+            let renew = |(place, now): (usize, f64)| {
+                let factor: f64 = factors[place];
+                let right = if now > 0.0 { at(&wanted[i], of_rows[place]) / now } else { factor };
+                (factor * right).sqrt().clamp(FACTORS[0], FACTORS[1])
+            };
+            run.zip(now).map(renew).collect()
+        };
+        factors = (0..count).into_par_iter().flat_map_iter(next).collect();
+    }
+    for (i, row) in places.iter().enumerate() {
         let run = shared.first[i] as usize..shared.first[i + 1] as usize;
-        for (j, area) in &mut shared.entries[run] {
-            *area *= of(&factors[i], sides[*j as usize]) * of(&factors[*j as usize], sides[i]);
+        for ((_, area), [own, mirrored]) in shared.entries[run].iter_mut().zip(row) {
+            *area *= factors[*own] * factors[*mirrored];
         }
     }
 }

@@ -4,26 +4,32 @@
 //! J_j) / A_i. H = S + S (r/A) S + S (r/A) S (r/A) S + ..., where S are the shared areas and r the reflectivities. H is symmetric. Gebhart's factor,
 //! the share of the emission of j that i absorbs, is a_i H_ij / A_j, where a = 1 - r (Gebhart 1961, Int. J. Heat Mass Transfer 3).
 //!
-//! How much of its light a patch gives to the craft and to space follows from vectors alone, with all reflections. Rows follow the light only while
-//! it is concentrated: a crumb of light is not reflected by itself, and pairs that see each other by reflection alone are left out while they are
-//! small. One factor for each patch then scales the kept entries to the right sums. Where a scene bounds the number of reflections, the light of
+//! How much of its light a patch gives to the craft and to space follows from vectors alone, with all reflections. Rows follow the light: crumbs of it
+//! are reflected together, by the one at which they make a share that counts. Of the many pairs that see each other by reflection alone and share little, a hash chooses a few
+//! that stand for all: a pair is kept with the probability that its area is of a stated one, which it takes (Russian roulette, so a row is right in the mean). Factors for
+//! patches and sides then give each patch the light of each side of the craft that the whole rows had ([`super::balance_sides`]): light that a wall throws back to the floor
+//! must not count as light of the wall. One factor for each patch scales the entries to the right sums. Where a scene bounds the number of reflections, the light of
 //! further reflections returns to its own patch. Rows stay symmetric and closed, so that an isothermal box keeps its temperature. Entries are rounded
 //! to 8 bits, large ones to 16, and the rest goes to the diagonal.
 
 use rayon::prelude::*;
 
+use super::balance_sides::{Sided, fit_sides, summed};
 use super::factors::Factors;
 use super::sparse::{Sparse, SparseRow};
 use super::words::{MOST as WORDS, rounded};
+use crate::thermal::sensor::noise::pcg4d;
 
-/// Area of the entries of a row that may be left out, over the area of its patch. Such pairs do not see each other directly.
-pub(crate) const LEFT_OUT: f64 = 0.05;
+/// Area over that of the smaller patch below which pairs that do not see each other directly stand for others.
+const THIN: f64 = 0.005;
+/// Second word of the hash of a pair, so that it differs from other uses of the same hash.
+const SALT: u32 = 0x9a12;
 /// Rounds in which kept entries are scaled to the right sums of their rows.
 const ROUNDS: usize = 100;
 /// Share of the light of a row below which reflections are no longer followed.
 const FAINT: f64 = 1e-7;
-/// Share of the light of a row below which an entry is not reflected by itself.
-const CRUMB: f64 = 1e-4;
+/// Share of the light of a row below which entries are reflected together.
+const CRUMB: f64 = 1e-3;
 const MOST: u32 = 20_000;
 /// Part of the area of the smaller patch below which a rounding error of an entry is left to the diagonal.
 const FINE: f64 = 1e-4;
@@ -41,8 +47,8 @@ pub struct Areas {
     pub(crate) returned: f64,
 }
 
-/// Exchange areas of patches with these absorptivities, with at most `bounces` reflections, or all.
-pub(crate) fn exchange_areas(factors: &Factors, absorptivities: &[f64], bounces: Option<u32>) -> Areas {
+/// Exchange areas of patches on these sides of the craft, with these absorptivities, with at most `bounces` reflections, or all.
+pub(crate) fn exchange_areas(factors: &Factors, sides: &[u32], absorptivities: &[f64], bounces: Option<u32>) -> Areas {
     let areas = &factors.areas;
     let [given, lost] = shares(factors, absorptivities, bounces);
     let rows: Vec<SparseRow> = (0..areas.len())
@@ -55,7 +61,10 @@ pub(crate) fn exchange_areas(factors: &Factors, absorptivities: &[f64], bounces:
     let space: Vec<f64> = lost.iter().zip(areas).map(|(share, area)| share * area).collect();
     let between_rows = Sparse::from_rows(rows);
     let mean = between_rows.combined(&between_rows.transposed(), |_, _, there, back| 0.5 * (there + back));
-    let mut between = pruned(&mean, &factors.shared, areas);
+    let mut between = thinned(&mean, &factors.shared, areas);
+    let of_sides = |row: usize| summed(mean.row(row).iter().copied(), sides);
+    let wanted: Vec<Sided> = (0..areas.len()).into_par_iter().map(of_sides).collect();
+    fit_sides(&mut between, sides, &wanted);
     let wanted: Vec<f64> = given.iter().zip(areas).map(|(share, area)| share * area).collect();
     scale(&mut between, &wanted, absorptivities);
     Areas::closed(between, space, areas, absorptivities)
@@ -137,34 +146,25 @@ fn round(kept: &mut Sparse, areas: &[f64], absorptivities: &[f64]) {
     }
 }
 
-/// Leaves out pairs that do not see each other and that both rows can do without. The diagonal stays.
-fn pruned(all: &Sparse, shared: &Sparse, areas: &[f64]) -> Sparse {
+/// Lets few pairs that do not see each other and share little stand for all of them. The diagonal stays.
+fn thinned(all: &Sparse, shared: &Sparse, areas: &[f64]) -> Sparse {
     let sees = |i: usize, j: u32| j as usize == i || shared.row(i).binary_search_by_key(&j, |entry| entry.0).is_ok();
-    // Below its bound such a pair may be left out.
-    let bounds: Vec<f64> = (0..areas.len())
-        .into_par_iter()
-        .map(|i| {
-            let reflected = all.row(i).iter().filter(|(j, _)| !sees(i, *j));
-            let mut sizes: Vec<f64> = reflected.map(|(_, area)| *area).collect();
-            sizes.sort_unstable_by(f64::total_cmp);
-            let mut left = LEFT_OUT * areas[i];
-            let first_kept = sizes.into_iter().find(|area| {
-                left -= area;
-                left < 0.0
-            });
-            first_kept.unwrap_or(f64::INFINITY)
-        })
-        .collect();
-    let rows = (0..areas.len()).map(|i| {
-        let row = all.row(i).iter().copied();
-        let kept = |(j, area): &(u32, f64)| sees(i, *j) || *area >= bounds[i].min(bounds[*j as usize]);
-        let mut row: SparseRow = row.filter(kept).collect();
+    let kept = |i: usize, (j, area): (u32, f64)| {
+        let least = THIN * areas[i].min(areas[j as usize]);
+        if area >= least || sees(i, j) {
+            return Some((j, area));
+        }
+        let [number, ..] = pcg4d([j.min(i as u32), j.max(i as u32), SALT, 0]);
+        (f64::from(number) * 2f64.powi(-32) * least < area).then_some((j, least))
+    };
+    let row = |i: usize| {
+        let mut row: SparseRow = all.row(i).iter().filter_map(|entry| kept(i, *entry)).collect();
         if let Err(place) = row.binary_search_by_key(&(i as u32), |entry| entry.0) {
             row.insert(place, (i as u32, 0.0));
         }
         row
-    });
-    Sparse::from_rows(rows.collect())
+    };
+    Sparse::from_rows((0..areas.len()).into_par_iter().map(row).collect())
 }
 
 struct ReflectionRoom {
@@ -190,13 +190,21 @@ impl ReflectionRoom {
                 self.sum[*j as usize] += area;
             }
             let reflected = |(j, area): &(u32, f64)| area * (1.0 - taken[*j as usize]);
-            if light.iter().map(reflected).sum::<f64>() <= faint || bounces == Some(bounce) {
+            let mut left = light.iter().map(reflected).sum::<f64>();
+            if left <= faint || bounces == Some(bounce) {
                 break;
             }
+            // The first crumbs count as half of one that goes on, so that light moves forwards as often as backwards.
+            let mut gathered = 0.0;
+            let mut due = 0.5 * CRUMB * factors.areas[patch];
             for (j, area) in light.iter().map(|entry| (entry.0 as usize, reflected(entry))) {
-                if area <= CRUMB * factors.areas[patch] {
+                gathered += area;
+                left -= area;
+                if gathered < due && left > faint {
                     continue;
                 }
+                due = CRUMB * factors.areas[patch];
+                let area = std::mem::take(&mut gathered);
                 let share = area / factors.areas[j];
                 for (k, shared) in factors.shared.row(j) {
                     if self.next[*k as usize] == 0.0 {

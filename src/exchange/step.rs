@@ -11,6 +11,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::balance_sides::sides_of;
 use super::cast::{SPACE, Scenery, ray_of};
 use super::directions::fractions;
 use super::factors::Factors;
@@ -121,9 +122,10 @@ impl Exchange {
     /// The exchange of patches whose rays end at `ends`, with the directions of the rays in the frame of the patch's joint.
     pub fn new(surface: &PatchSurface, patches: &Patches, ends: &[u32], settings: &ExchangeSettings) -> Self {
         let factors = Factors::new(&patches.all, ends, settings.rays);
+        let sides = sides_of(&patches.all);
         let areas_for = |absorptivity: fn(&Patch) -> f64| {
             let absorptivities: Vec<f64> = patches.all.iter().map(absorptivity).collect();
-            exchange_areas(&factors, &absorptivities, settings.bounces)
+            exchange_areas(&factors, &sides, &absorptivities, settings.bounces)
         };
         let (infrared, sunlight) =
             (areas_for(|patch| patch.optics.emissivity), areas_for(|patch| patch.optics.absorptivity));

@@ -4,7 +4,7 @@ import unittest
 
 import numpy as np
 
-from . import gltf, rays, shapes
+from . import facing, gltf, rays, shapes
 from .balance import Balance, Finish
 from .case import SIGMA
 from .lit import sunlight
@@ -23,6 +23,16 @@ class Closed(unittest.TestCase):
         between = (found.means @ found.factors).toarray()
         self.assertAlmostEqual(between[0, 1], 0.20004, delta=0.0015)
         self.assertAlmostEqual(between[1, 0], 0.20004, delta=0.0015)
+
+    def test_contour_integrals_give_the_textbooks_share(self) -> None:
+        # The same squares, and unit squares at 60 deg: 0.37090 (Feingold 1966, Proc. R. Soc. A 292); points in the middle of cells see the cells of the other.
+        lines = np.linspace(0, 1, 41)
+        middle = 0.5 * (lines[1:] + lines[:-1])
+        x, y = (values.ravel() for values in np.meshgrid(middle, middle / 2, indexing="ij"))
+        for degrees, share in ((90.0, 0.20004), (60.0, 0.37090)):
+            (along, normal), (other, _) = facing._frames(np.radians(degrees))
+            found = facing.factors(x[:, None] * along + y[:, None] * np.array([0, 1.0, 0]), normal, other, (lines[::8], lines[::8] / 2))
+            self.assertAlmostEqual(float(found.sum(1).mean()), share, delta=2e-4)
 
     def test_a_closed_box_at_one_temperature_is_a_black_body(self) -> None:
         surface = Surface([gltf.Part("box", "m", shapes.box([0, 0, 0], [1, 1, 1])[:, ::-1])], 0.3)

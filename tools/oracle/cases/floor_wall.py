@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from .. import gltf, scenes, shapes
 from ..camera import Camera
 from ..case import Bounds, Case
@@ -22,12 +24,14 @@ def _build(folder: Path) -> Path:
 
 
 def _truth() -> list:
-    from ..balance import Finish
-    from ..fields import read, still
+    from ..facing import Plate, rows
 
-    finishes = {"floor": Finish(*FLOOR), "wall": Finish(*WALL)}
-    surface, found = still(PARTS, finishes, BETA, INITIAL, STEP, [40, 80], 0.14, exchange=(0.25, 1024))
-    return read(surface, CAMERA, found, only={"floor"})
+    # The Sun shines on the back of the wall alone.
+    plates = [Plate(6.0, FLOOR[1], FLOOR[3][1], FLOOR[2]), Plate(4.0, WALL[1], WALL[3][1], WALL[2], WALL[3][0] * 1361.0)]
+    triangles = np.concatenate([part.triangles for part in PARTS])
+    part_of = np.repeat([0, 1], [len(part.triangles) for part in PARTS])
+    right = np.array([np.pi / 2])
+    return rows(plates, 6.0, lambda _: np.pi / 2, right, INITIAL, STEP, {40: triangles, 80: triangles}, part_of, CAMERA, (30, 12), 1200, {0})
 
 
 CASES = [Case("floor_wall", _build, _truth, Bounds(rms=1.5, largest=4.0), parts=["floor", "wall"], finds="patches that do not resolve what they receive")]

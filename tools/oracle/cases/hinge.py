@@ -33,47 +33,21 @@ def _build(exchange: str):
     return build
 
 
+def _placed(turn: float) -> np.ndarray:
+    """The triangles of both plates, the second turned [deg]."""
+    sine, cosine = np.sin(np.radians(turn)), np.cos(np.radians(turn))
+    turned = PARTS[1].triangles @ np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]]).T
+    return np.concatenate([PARTS[0].triangles, turned])
+
+
 def _truth() -> list:
-    from ..balance import Absorbed, Balance, Finish
-    from ..fields import read
-    from ..lit import sunlight
-    from ..radiosity import Radiosity, patches_of
-    from ..still import sun_at
-    from ..surface import Surface
+    from ..facing import Plate, rows
 
-    surface = Surface(PARTS, 0.15)
-    balance = Balance(surface, {"hot": Finish(*HOT), "thin": Finish(*THIN)})
-    patches = patches_of(surface, balance.side, 0.2)
-    moving = surface.vertices.copy()
-    on_plate = surface.vertex_part == 1
-
-    def placed(turn: float) -> np.ndarray:
-        sine, cosine = np.sin(np.radians(turn)), np.cos(np.radians(turn))
-        places = moving.copy()
-        places[on_plate] = moving[on_plate] @ np.array([[cosine, 0, sine], [0, 1, 0], [-sine, 0, cosine]]).T
-        return places[surface.faces]
-
-    turns = np.arange(FIRST, LAST + 1e-9, 2.0)
-    poses = [Absorbed(balance, Radiosity(surface, balance.side, 0.2, 512, triangles=placed(turn), patches=patches)) for turn in turns]
-    lights = []
-    for turn, pose in zip(turns, poses, strict=True):
-        direct = sunlight(surface, balance.side, sun_at(BETA), 16, triangles=placed(turn))
-        lights.append(pose.light(direct, np.zeros_like(direct)))
-
-    def absorbed(time: float, kelvin: np.ndarray) -> np.ndarray:
-        place = min(max((angle(time) - FIRST) / 2.0, 0.0), len(turns) - 1 - 1e-9)
-        low = int(place)
-        both = [poses[low + n].total(*lights[low + n], kelvin) for n in (0, 1)]
-        return both[0] * (1 - place + low) + both[1] * (place - low)
-
-    keep = list(range(EVERY, STEPS + 1, EVERY))
-    found = balance.run(INITIAL, STEP, STEPS, absorbed, keep, parts=2)
-    table = []
-    for number in keep:
-        surface.triangles = placed(angle(number * STEP))
-        surface.normals = gltf.flat_normals(surface.triangles)
-        table += read(surface, CAMERA, {number: found[number]}, 500)
-    return table
+    plates = [Plate(2.0, HOT[1], HOT[3][1], HOT[2], HOT[3][0] * 1361.0), Plate(2.0, THIN[1], THIN[3][1], THIN[2])]
+    placed = {number: _placed(angle(number * STEP)) for number in range(EVERY, STEPS + 1, EVERY)}
+    part_of = np.repeat([0, 1], [len(part.triangles) for part in PARTS])
+    knots = np.radians(90 - np.arange(LAST, FIRST - 1e-9, -2.0))
+    return rows(plates, 2.0, lambda time: np.radians(90 - angle(time)), knots, INITIAL, STEP, placed, part_of, CAMERA, (30, 12), 500, {0, 1})
 
 
 CASES = [
