@@ -1,13 +1,97 @@
-//! Free and peak memory of the host, and the load of its processors.
+//! Free and peak memory of the host, the memory that this process may take, and the load of the processors.
 
-/// Free memory of the host [bytes]. `None` where the system does not report it.
+use std::sync::OnceLock;
+
+/// Free memory of the host, within the address space of this process [bytes]. `None` where the system does not report it.
 pub(crate) fn free_memory() -> Option<u64> {
-    kilobytes("/proc/meminfo", "MemAvailable:")
+    let free = kilobytes("/proc/meminfo", "MemAvailable:")?;
+    Some(address_space_left().map_or(free, |left| left.min(free)))
+}
+
+/// Memory of this process [bytes].
+fn resident_memory() -> Option<u64> {
+    kilobytes("/proc/self/status", "VmRSS:")
+}
+
+/// Address space that a limit (`ulimit -v`) leaves to this process [bytes]. `None` without a limit.
+fn address_space_left() -> Option<u64> {
+    let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
+    let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
+    let most: u64 = line.split_whitespace().next()?.parse().ok()?;
+    Some(most.saturating_sub(kilobytes("/proc/self/status", "VmSize:")?))
 }
 
 /// Peak memory of this process [bytes]. `None` where the system does not report it.
 pub fn peak_memory() -> Option<u64> {
     kilobytes("/proc/self/status", "VmHWM:")
+}
+
+/// Share of the free memory that a process takes unless it is told otherwise.
+const SHARE: f64 = 0.75;
+/// Sessions of a server that fit into the memory of a process.
+const SESSIONS: u64 = 4;
+/// Smaller requests are not checked [bytes].
+const SMALL: u64 = 1 << 20;
+
+/// Memory that this process may take [bytes]. `None` where the system does not report any.
+static BUDGET: OnceLock<Option<u64>> = OnceLock::new();
+
+/// A request that would take more memory than there may be.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{what} needs {} MiB of memory; {} of the {} MiB of {whose} are left (--max-memory)", .bytes >> 20, .left >> 20, .budget >> 20)]
+pub struct OverBudget {
+    /// The request, in words.
+    pub(crate) what: String,
+    /// Memory that it needs [bytes].
+    pub(crate) bytes: u64,
+    /// Memory that is left [bytes].
+    pub(crate) left: u64,
+    /// Memory that there may be in all [bytes].
+    pub(crate) budget: u64,
+    /// Whose memory it is, in words.
+    pub(crate) whose: &'static str,
+}
+
+/// Sets the memory that this process may take [bytes], before anything asks for it.
+pub(crate) fn set_memory_budget(bytes: u64) {
+    // A budget that stands already is the same: the command line has one.
+    let _ = BUDGET.set(Some(bytes));
+}
+
+/// Memory that this process may take [bytes].
+fn memory_budget() -> Option<u64> {
+    *BUDGET.get_or_init(|| Some((SHARE * free_memory()? as f64) as u64 + resident_memory()?))
+}
+
+/// Memory that this process may still take [bytes]. `None` where the system does not report any.
+pub(crate) fn memory_left() -> Option<u64> {
+    Some(memory_budget()?.saturating_sub(resident_memory()?).min(free_memory()?))
+}
+
+/// Checks a large request before it is made. `what` names it.
+///
+/// # Errors
+/// The process would take more memory than it may.
+pub(crate) fn check_memory(bytes: u64, what: impl FnOnce() -> String) -> Result<(), OverBudget> {
+    match memory_budget().zip(memory_left()).filter(|_| bytes > SMALL) {
+        Some((budget, left)) if bytes > left => {
+            Err(OverBudget { what: what(), bytes, left, budget, whose: "this process" })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The same for everything that a session of a server asks for together: its share is a fourth.
+///
+/// # Errors
+/// The session or the process would take more memory than it may.
+pub(crate) fn check_session_memory(bytes: u64, what: impl Fn() -> String) -> Result<(), OverBudget> {
+    match memory_budget().map(|budget| budget / SESSIONS) {
+        Some(budget) if bytes > budget => {
+            Err(OverBudget { what: what(), bytes, left: budget, budget, whose: "a session" })
+        }
+        _ => check_memory(bytes, what),
+    }
 }
 
 /// Work of all processors since the machine started, in units of the kernel's clock.
@@ -72,5 +156,22 @@ mod tests {
         assert_eq!(after.stolen_since(before), Some(0.25));
         assert_eq!(after.stolen_since(after), None);
         assert_eq!(ProcessorTime::of("cpu 1 2 3\n"), None);
+    }
+
+    #[test]
+    fn a_request_beyond_the_memory_names_itself() {
+        let free = free_memory().expect("Linux tells");
+        let refused = check_memory(free + (1 << 30), || "an image of 9 x 9 pixels".to_owned()).unwrap_err();
+        assert!(refused.left <= free && refused.budget < free + (1 << 34), "{refused:?}");
+        let said = refused.to_string();
+        assert!(
+            said.starts_with("an image of 9 x 9 pixels needs ") && said.ends_with("are left (--max-memory)"),
+            "{said}"
+        );
+        assert_eq!(check_memory(SMALL, || unreachable!("it is small")), Ok(()));
+        assert_eq!(check_memory(2 * SMALL, || unreachable!("it fits")), Ok(()));
+        let budget = memory_budget().expect("Linux tells");
+        let refused = check_session_memory(budget / 3, || "eight images".to_owned()).unwrap_err();
+        assert_eq!((refused.whose, refused.budget), ("a session", budget / 4));
     }
 }

@@ -5,7 +5,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use error::CliError;
+use memory::parse_memory;
 
+use crate::host::set_memory_budget;
 use crate::output::OutputError;
 use crate::output::console::{finish, say};
 
@@ -23,6 +25,7 @@ mod environment_plate;
 mod error;
 mod info;
 mod info_network;
+mod memory;
 mod network;
 mod network_export;
 mod network_import;
@@ -43,6 +46,7 @@ mod run;
 mod run_report;
 mod serve;
 mod thermal_state;
+mod time;
 mod view;
 mod view_factors;
 
@@ -59,6 +63,9 @@ appears whole or not at all.";
 struct CommandLine {
     #[command(subcommand)]
     command: Command,
+    /// Most memory that the process may take, such as 4GiB. A larger request ends with an error [default: three quarters of the free memory]
+    #[arg(long, global = true, value_name = "SIZE", value_parser = parse_memory)]
+    max_memory: Option<u64>,
 }
 
 #[derive(Subcommand)]
@@ -87,6 +94,7 @@ pub fn main() -> ExitCode {
         Ok(program) => program,
         Err(error) => return usage(&error),
     };
+    program.max_memory.into_iter().for_each(set_memory_budget);
     progress::watch_signals();
     let result = match program.command {
         Command::Run(arguments) => run::run(&arguments),

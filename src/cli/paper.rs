@@ -11,6 +11,7 @@ use super::paper_orbits;
 use super::prepare::prepare_with_progress;
 use super::progress::{progress_bar, stop_flag};
 use super::reach::ReachArguments;
+use super::time::parse_time;
 use crate::gpu::error::GpuError;
 use crate::output::OutputError;
 use crate::output::colour::ColourScale;
@@ -58,7 +59,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "SCENE.toml")]
     scene: Option<PathBuf>,
     /// Time of figure 7 since the start of the scene [s]
-    #[arg(long, value_name = "SECONDS", default_value_t = 5000.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", default_value = "5000", value_parser = parse_time, allow_negative_numbers = true)]
     time: f64,
     #[command(flatten)]
     reach: ReachArguments,
@@ -67,9 +68,6 @@ pub(crate) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    if !(arguments.time >= 0.0 && arguments.time.is_finite()) {
-        return Err(CliError::Usage(format!("--time is finite and not below 0 s, not {}", arguments.time)));
-    }
     let prepared = match &arguments.scene {
         Some(scene) => prepare_with_progress(scene, arguments.reach)?,
         None => station(arguments.reach)?,

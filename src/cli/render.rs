@@ -12,6 +12,7 @@ use super::prepare::{guard, prepare_scene, prepare_with_progress, say_size};
 use super::progress::{progress_bar, stop_flag};
 use super::reach::ReachArguments;
 use super::thermal_state;
+use super::time::parse_time;
 use crate::guard::finding::CheckEffort;
 use crate::output::console::{self, answer, say};
 use crate::output::destination::{Destination, STANDARD_OUTPUT, destinations};
@@ -41,7 +42,7 @@ pub(crate) struct Arguments {
     /// Scene file (TOML, described in docs/scene.md)
     scene: PathBuf,
     /// Time since the start [s]; the last step is shorter if this is no multiple of the scene's step
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, required_unless_present = "poses")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = parse_time, required_unless_present = "poses")]
     time: Option<f64>,
     /// Table of poses in the camera's frame (CSV: time,x,y,z,qw,qx,qy,qz), one image for each row. Times may be equal. The scene is stepped once
     #[arg(long, value_name = "FILE", conflicts_with = "time")]
@@ -133,9 +134,6 @@ fn render_poses(arguments: &Arguments, poses: &Path) -> Result<(), CliError> {
 }
 
 fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
-    if !(time >= 0.0 && time.is_finite()) {
-        return Err(CliError::Usage(format!("--time is finite and not below 0 s, not {time}")));
-    }
     let [output] = destinations([Some(&*arguments.output)])?;
     let output = output.unwrap_or(Destination::StandardOutput);
     if output == Destination::StandardOutput && console::is_seen() {

@@ -9,6 +9,7 @@ use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::progress::stop_flag;
 use super::reach::ReachArguments;
+use super::time::parse_time;
 use crate::output::console::{answer, say};
 use crate::server::connection::Patience;
 use crate::server::error::ServerError;
@@ -88,13 +89,6 @@ fn parse_range(text: &str) -> Result<[f64; 2], String> {
     match numbers {
         Some([low, high]) if 0.0 <= low && low < high && high <= 1e4 => Ok([low, high]),
         _ => Err("it takes two temperatures in kelvin, the lower first, such as 200,350".to_owned()),
-    }
-}
-
-fn parse_time(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(time) if (0.0..=1e9).contains(&time) => Ok(time),
-        _ => Err("it takes a number of seconds from 0".to_owned()),
     }
 }
 

@@ -22,6 +22,7 @@ pub(crate) mod pose_path;
 pub(crate) mod position_history;
 pub(crate) mod quadrature;
 pub(crate) mod rotation_history;
+pub(crate) mod scene_time;
 pub(crate) mod shadow;
 pub(crate) mod sky;
 pub(crate) mod spacing;

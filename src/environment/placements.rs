@@ -2,6 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
+use super::scene_time::{SceneTime, TimeError};
 use super::state::SLACK;
 
 /// Where a craft and the Sun are at a time. All vectors are in one inertial frame, from the planet's centre.
@@ -40,6 +41,9 @@ pub enum PlaceError {
         /// Name of the value.
         what: &'static str,
     },
+    /// A number that is no time.
+    #[error(transparent)]
+    Time(#[from] TimeError),
     /// A place that does not come after the one before.
     #[error("a place at {time} s must come after the one at {last} s")]
     Order {
@@ -177,9 +181,7 @@ fn check(place: &PlacementSample, planet_radius: f64) -> Result<(), PlaceError> 
         ("the direction to the Sun", place.sun - place.position),
     ];
     let unusable = |what| Err(PlaceError::Unusable { what });
-    if !place.time.is_finite() {
-        return unusable("the time of a place");
-    }
+    SceneTime::new(place.time)?;
     if let Some((what, _)) = vectors.iter().find(|(_, vector)| vector.try_normalize().is_none()) {
         return unusable(what);
     }

@@ -146,8 +146,8 @@ impl Context {
     }
 
     /// Memory that this process may still allocate [bytes]. It is the free budget of the largest device-local heap
-    /// (VK_EXT_memory_budget), or the size of that heap without the extension. On a CPU device, the free memory of the
-    /// host limits it.
+    /// (VK_EXT_memory_budget), or the size of that heap without the extension. On a CPU device, the memory that the
+    /// process may still take limits it.
     pub(crate) fn free_memory(&self) -> u64 {
         let instance = &self.instance;
         // SAFETY: the physical device belongs to the instance.
@@ -169,7 +169,7 @@ impl Context {
             Some((index, _)) if tells => budget.heap_budget[index].saturating_sub(budget.heap_usage[index]),
             largest => largest.map_or(0, |(_, size)| size),
         };
-        match host::free_memory() {
+        match host::memory_left() {
             Some(host) if self.info.kind == "cpu" => free.min(host),
             _ => free,
         }

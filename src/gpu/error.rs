@@ -2,11 +2,15 @@
 
 use ash::vk;
 
+use crate::host::OverBudget;
 use crate::thermal::misfit::Misfit;
 
 /// A failure of Vulkan or of the device.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
+    /// The memory of the host does not suffice.
+    #[error(transparent)]
+    Memory(#[from] OverBudget),
     /// A saved state of another scene or device.
     #[error("the saved state does not fit: {0}")]
     Saved(#[from] Misfit),

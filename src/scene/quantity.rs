@@ -1,5 +1,7 @@
 //! Units and valid ranges of the numbers in a scene file.
 
+use crate::environment::scene_time::LATEST;
+
 /// Unit and range of a number. A number that is not finite is always refused.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Quantity {
@@ -25,7 +27,7 @@ enum Range {
 const SIZES: [(&str, f64, f64); 18] = [
     ("m", 1e-12, 1e13),
     ("m2", 1e-15, 1e15),
-    ("s", 1e-9, 1e11),
+    ("s", 1e-9, LATEST),
     ("1/s", 1e-12, 1e12),
     ("m/s", 1e-15, 1e6),
     ("deg", 1e-15, 1e9),

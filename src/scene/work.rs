@@ -4,11 +4,10 @@ use super::error::SceneError;
 use super::section::Section;
 use super::{Camera, Draw, Time};
 use crate::environment::Orbit;
+use crate::environment::scene_time::SceneTime;
 
 /// Most steps of a run or of a warm-up: a hundred days at 100 Hz, rounded up.
 pub(crate) const MOST_STEPS: f64 = 1e9;
-/// Latest time of a scene [s], 3000 years. Sun and planets are not known better beyond.
-pub(crate) const LATEST: f64 = 1e11;
 /// Most orbits of a run. Each has its eclipses, which are found and drawn.
 pub(crate) const MOST_ORBITS: f64 = 1e6;
 /// Most bytes of images, before compression.
@@ -18,12 +17,12 @@ const PIXEL_BYTES: f64 = 20.0;
 
 /// Why a time is too late for a scene with this step and orbit. `None` if it is not.
 pub(crate) fn too_late(time: f64, step: f64, orbit: &Orbit) -> Option<String> {
+    if let Err(error) = SceneTime::new(time) {
+        return Some(error.to_string());
+    }
     let (steps, orbits) = (time / step, time / orbit.period());
     if steps > MOST_STEPS {
         return Some(format!("{time} s are {steps:.3e} steps of {step} s; the limit is {MOST_STEPS:e} steps"));
-    }
-    if time > LATEST {
-        return Some(format!("{time:.3e} s lie beyond the limit of {LATEST:e} s"));
     }
     (orbits > MOST_ORBITS).then(|| format!("{time} s are {orbits:.3e} orbits; the limit is {MOST_ORBITS:e} orbits"))
 }

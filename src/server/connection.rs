@@ -2,41 +2,53 @@
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::error::ConnectionEnd;
+use super::sessions::Session;
 
 /// How often a wait looks whether the server stops.
 const LOOK: Duration = Duration::from_millis(100);
 /// Bytes that are read at once, so that no length that a client states is allocated before its bytes have come.
 const CHUNK: usize = 1 << 16;
 
+/// Fewest bytes of an answer that a client takes in a second.
+const SLOWEST: u64 = 1 << 18;
+
 /// How long a client may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Patience {
+    /// For its greeting, or for its first request in a protocol without one.
+    pub greeting: Duration,
     /// For the next request to begin.
     pub idle: Duration,
+    /// For the next request to begin, where another client needs the place.
+    pub spare: Duration,
+    /// For a call to be done.
+    pub call: Duration,
     /// For the rest of a message that has begun, and for taking an answer.
     pub message: Duration,
 }
 
 impl Default for Patience {
     fn default() -> Self {
-        Self { idle: Duration::from_secs(3600), message: Duration::from_secs(30) }
+        let [greeting, idle, spare, call, message] = [10, 3600, 60, 600, 30].map(Duration::from_secs);
+        Self { greeting, idle, spare, call, message }
     }
 }
 
 /// A client's connection.
 pub struct Connection<'a> {
     stream: TcpStream,
-    stop: &'a AtomicBool,
+    session: &'a Session,
     patience: Patience,
+    /// Until when the client must have greeted. `None` after it.
+    greeting: Option<Instant>,
     buffer: Box<[u8]>,
     /// Range of the buffer that has not been taken.
     waiting: std::ops::Range<usize>,
-    /// Until when the message under way must be whole.
-    until: Instant,
+    /// Until when the message under way must be whole, and the time that it has in all.
+    until: (Instant, Duration),
     /// Bytes that the message under way may still have.
     left: usize,
 }
@@ -46,18 +58,38 @@ impl<'a> Connection<'a> {
     ///
     /// # Errors
     /// The system refuses its settings.
-    pub(crate) fn new(stream: TcpStream, stop: &'a AtomicBool, patience: Patience) -> Result<Self, ConnectionEnd> {
+    pub(crate) fn new(stream: TcpStream, session: &'a Session, patience: Patience) -> Result<Self, ConnectionEnd> {
         stream.set_nonblocking(false)?;
         stream.set_nodelay(true)?;
         stream.set_read_timeout(Some(LOOK))?;
         stream.set_write_timeout(Some(LOOK))?;
         let buffer = vec![0; CHUNK].into_boxed_slice();
-        Ok(Self { stream, stop, patience, buffer, waiting: 0..0, until: Instant::now(), left: 0 })
+        let now = Instant::now();
+        let (greeting, until) = (Some(now + patience.greeting), (now, Duration::ZERO));
+        Ok(Self { stream, session, patience, greeting, buffer, waiting: 0..0, until, left: 0 })
     }
 
-    /// Whether the server stops.
-    pub(crate) fn stop(&self) -> &'a AtomicBool {
-        self.stop
+    pub(crate) fn session(&self) -> &'a Session {
+        self.session
+    }
+
+    /// How long a call may take.
+    pub(crate) fn longest_call(&self) -> Duration {
+        self.patience.call
+    }
+
+    /// The client has greeted.
+    pub(crate) fn greeted(&mut self) {
+        self.greeting = None;
+    }
+
+    /// Gives the client some time from now on, or what is left of the time for its greeting.
+    fn give(&mut self, time: Duration) {
+        let until = Instant::now() + time;
+        self.until = match self.greeting {
+            Some(greeting) if greeting < until => (greeting, self.patience.greeting),
+            _ => (until, time),
+        };
     }
 
     /// Waits for the first byte of a message of at most `most` bytes.
@@ -66,11 +98,11 @@ impl<'a> Connection<'a> {
     /// The client closes or stays silent, or the server stops.
     pub(crate) fn begin_message(&mut self, most: usize) -> Result<(), ConnectionEnd> {
         self.left = most;
-        self.until = Instant::now() + self.patience.idle;
+        self.give(self.patience.idle);
         if self.waiting.is_empty() {
-            self.fill(self.patience.idle)?;
+            self.fill()?;
         }
-        self.until = Instant::now() + self.patience.message;
+        self.give(self.patience.message);
         Ok(())
     }
 
@@ -130,7 +162,7 @@ impl<'a> Connection<'a> {
     /// At least one byte.
     fn some(&mut self, bytes: &mut [u8]) -> Result<usize, ConnectionEnd> {
         if self.waiting.is_empty() {
-            self.fill(self.patience.message)?;
+            self.fill()?;
         }
         let count = bytes.len().min(self.waiting.len());
         let start = self.waiting.start;
@@ -139,9 +171,9 @@ impl<'a> Connection<'a> {
         Ok(count)
     }
 
-    fn fill(&mut self, patience: Duration) -> Result<(), ConnectionEnd> {
+    fn fill(&mut self) -> Result<(), ConnectionEnd> {
         loop {
-            self.look(patience)?;
+            self.look()?;
             match self.stream.read(&mut self.buffer) {
                 Ok(0) => return Err(ConnectionEnd::Closed),
                 Ok(count) => {
@@ -161,15 +193,12 @@ impl<'a> Connection<'a> {
     /// The client takes none for too long, or has gone.
     pub(crate) fn send(&mut self, bytes: &[u8]) -> Result<(), ConnectionEnd> {
         let mut done = 0;
-        self.until = Instant::now() + self.patience.message;
+        self.give(self.patience.message + Duration::from_secs(bytes.len() as u64 / SLOWEST));
         while done < bytes.len() {
-            self.look(self.patience.message)?;
+            self.look()?;
             match self.stream.write(&bytes[done..]) {
                 Ok(0) => return Err(ConnectionEnd::Closed),
-                Ok(count) => {
-                    done += count;
-                    self.until = Instant::now() + self.patience.message;
-                }
+                Ok(count) => done += count,
                 Err(error) if is_wait(error.kind()) => {}
                 Err(error) if matches!(error.kind(), ErrorKind::ConnectionReset | ErrorKind::BrokenPipe) => {
                     return Err(ConnectionEnd::Closed);
@@ -180,11 +209,12 @@ impl<'a> Connection<'a> {
         Ok(())
     }
 
-    fn look(&self, patience: Duration) -> Result<(), ConnectionEnd> {
-        if self.stop.load(Ordering::Relaxed) {
-            return Err(ConnectionEnd::Stopped);
+    fn look(&self) -> Result<(), ConnectionEnd> {
+        if let Some(end) = self.session.verdict() {
+            return Err(end);
         }
-        if Instant::now() > self.until { Err(ConnectionEnd::TimeOut(patience.as_secs())) } else { Ok(()) }
+        let (until, time) = self.until;
+        if Instant::now() > until { Err(ConnectionEnd::TimeOut(time.as_secs())) } else { Ok(()) }
     }
 }
 

@@ -1,11 +1,11 @@
 //! A craft that a client moves: its thermal state follows the states that arrive, and images show it.
 
-use std::sync::atomic::AtomicBool;
-
 use glam::{DMat3, DQuat, DVec3};
 
 use super::course::{CourseState, between};
 use super::error::Refusal;
+use super::sessions::Session;
+use crate::host::check_session_memory;
 use crate::lens::Lens;
 use crate::scene::{Camera, CameraFrame, Motion, Scene};
 use crate::simulation::facade::Simulation;
@@ -43,64 +43,77 @@ impl ServedCraft {
     /// A craft that nobody has moved.
     ///
     /// # Errors
-    /// The device can not hold it.
-    pub(crate) fn new(scene: &Scene, target: &Target) -> Result<Self, Refusal> {
+    /// The device can not hold it, or the call was stopped.
+    pub(crate) fn new(scene: &Scene, target: &Target, session: &Session) -> Result<Self, Refusal> {
+        let _turn = session.turn()?;
         let simulation = Simulation::from_scene(scene.clone(), target)?;
         let step = simulation.prepared().scene.time.step;
         Ok(Self { simulation, step, last: None })
-    }
-
-    pub(crate) fn simulation(&mut self) -> &mut Simulation {
-        &mut self.simulation
     }
 
     /// Moves the craft to a state, and steps its temperatures to the last end of a step before it. The first state begins the simulation.
     ///
     /// # Errors
     /// A state that can not be used, or one that is too far from the last.
-    pub(crate) fn observe(&mut self, state: CourseState, stop: &AtomicBool) -> Result<(), Refusal> {
+    pub(crate) fn observe(&mut self, state: CourseState, session: &Session) -> Result<(), Refusal> {
         let Some(last) = &self.last else {
             self.simulation.place(state.placement())?;
             self.last = Some(state);
             return Ok(());
         };
-        let Some(places) = between(last, &state, self.step) else {
-            let (from, to) = (last.time, state.time);
-            return Err(Refusal::because(format!(
-                "no state came between {from} s and {to} s, which is too long a gap"
-            )));
-        };
+        let places = between(last, &state, self.step)?;
         for some in places.chunks(AT_ONCE) {
             for place in some {
                 self.simulation.place(*place)?;
                 // The next gap begins at the last place that was taken, also where a later one is refused.
-                self.last = Some(state.at(place));
+                self.last = Some(state.at(place)?);
             }
-            let end = some.last().map_or(state.time, |place| place.time);
-            self.step_to(((end / self.step + 1e-9).floor() * self.step).min(end), stop)?;
+            let end = some.last().map_or(state.time.seconds(), |place| place.time);
+            self.step_to(((end / self.step + 1e-9).floor() * self.step).min(end), session)?;
         }
         self.last = Some(state);
         Ok(())
     }
 
-    /// Steps to a time, if it lies ahead.
-    fn step_to(&mut self, time: f64, stop: &AtomicBool) -> Result<(), Refusal> {
-        let ahead = time > self.simulation.time();
-        if ahead && !self.simulation.step_to_with(time, stop, &mut || ())? { Err(Refusal::Stopped) } else { Ok(()) }
+    /// Steps to a time, if it lies ahead. Other sessions take turns with the steps.
+    fn step_to(&mut self, time: f64, session: &Session) -> Result<(), Refusal> {
+        if time > self.simulation.time() { self.step_along(time, session) } else { Ok(()) }
+    }
+
+    /// Steps to a time of the scene's own orbit, or of the places that the craft was given.
+    ///
+    /// # Errors
+    /// A time that can not be reached, or a call that was stopped.
+    pub(crate) fn step_along(&mut self, time: f64, session: &Session) -> Result<(), Refusal> {
+        let mut turn = session.turn()?;
+        let went = self.simulation.step_to_with(time, session.cancel(), &mut || turn.pass_on())?;
+        if went { Ok(()) } else { Err(Refusal::Stopped) }
+    }
+
+    /// Checks the memory of an image of several craft, each of which is drawn by itself.
+    ///
+    /// # Errors
+    /// The image has too many pixels, or the session too many images.
+    pub(crate) fn check_images(target: &Target, craft: usize, [width, height]: [u32; 2]) -> Result<(), Refusal> {
+        let pixels = u64::from(width) * u64::from(height);
+        if pixels > MOST_PIXELS {
+            return Err(Refusal::because(format!("an image of {width} x {height} pixels is too large")));
+        }
+        let bytes = pixels * target.image_bytes(craft as u64);
+        check_session_memory(bytes, || format!("an image of {width} x {height} pixels of {craft} craft"))?;
+        Ok(())
     }
 
     /// An image at the time of the last state.
     ///
     /// # Errors
     /// A camera that can not be used, or a call that fails.
-    pub(crate) fn image(&mut self, view: &ProtocolCamera, stop: &AtomicBool) -> Result<Image, Refusal> {
+    pub(crate) fn image(&mut self, view: &ProtocolCamera, session: &Session) -> Result<Image, Refusal> {
         let [width, height] = view.size;
-        if u64::from(width) * u64::from(height) > MOST_PIXELS {
-            return Err(Refusal::because(format!("an image of {width} x {height} pixels is too large")));
-        }
         if let Some(state) = self.last {
-            self.step_to(state.time, stop)?;
+            self.step_to(state.time.seconds(), session)?;
         }
+        let _turn = session.turn()?;
         let rotation = DQuat::from_mat3(&view.body_from_camera).normalize();
         let pose = Pose::new(CameraFrame::Body, view.position, rotation).map_err(SimulationError::from)?;
         let camera = self.simulation.camera().ok();
@@ -120,9 +133,16 @@ impl ServedCraft {
     }
 }
 
-/// Shows several craft in one image: in each pixel the nearest surface. `None` without an image. All have the same size.
-pub(crate) fn nearest(images: impl IntoIterator<Item = Image>) -> Option<Image> {
-    images.into_iter().reduce(|mut near, far| {
+/// Shows several craft in one image: in each pixel the nearest surface. `None` without an image. All have the same size. At most two images are held at a
+/// time.
+///
+/// # Errors
+/// The error of an image.
+pub(crate) fn nearest(images: impl IntoIterator<Item = Result<Image, Refusal>>) -> Result<Option<Image>, Refusal> {
+    let mut images = images.into_iter();
+    let Some(first) = images.next().transpose()? else { return Ok(None) };
+    let both = images.try_fold(first, |mut near, far| {
+        let far = far?;
         for pixel in 0..near.part.len().min(far.part.len()) {
             let (there, here) = (far.part[pixel] != 0, near.part[pixel] != 0);
             if there && (!here || far.depth[pixel] < near.depth[pixel]) {
@@ -136,6 +156,7 @@ pub(crate) fn nearest(images: impl IntoIterator<Item = Image>) -> Option<Image> 
                 }
             }
         }
-        near
-    })
+        Ok::<_, Refusal>(near)
+    })?;
+    Ok(Some(both))
 }

@@ -5,6 +5,8 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use crate::environment::placements::PlaceError;
+use crate::environment::scene_time::TimeError;
+use crate::host::OverBudget;
 use crate::simulation::facade_error::SimulationError;
 use crate::simulation::prepare_error::PrepareError;
 
@@ -50,6 +52,9 @@ pub enum ConnectionEnd {
     /// The server stops.
     #[error("the server stops")]
     Stopped,
+    /// The session was idle, and another client needs its place.
+    #[error("it was idle, and another client takes its place")]
+    GaveWay,
     /// The client sends or takes too slowly.
     #[error("nothing came within {0} s")]
     TimeOut(u64),
@@ -72,8 +77,14 @@ pub(crate) enum Refusal {
     /// A place of the craft can not be used.
     #[error(transparent)]
     Place(#[from] PlaceError),
-    /// The server stops.
-    #[error("the server stops")]
+    /// A number that is no time.
+    #[error(transparent)]
+    Time(#[from] TimeError),
+    /// The memory does not suffice.
+    #[error(transparent)]
+    Memory(#[from] OverBudget),
+    /// The call took too long, or nobody waits for it any more.
+    #[error("the call was stopped, because it took too long or nobody waits for it")]
     Stopped,
 }
 

@@ -3,21 +3,23 @@
 use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::sleep;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::connection::{Connection, Patience};
 use super::error::{ConnectionEnd, ServerError};
 use super::log::Log;
 use super::picture::PictureStyle;
 use super::scenes::Scenes;
+use super::sessions::{MOST_SESSIONS, Session, Sessions};
 use crate::simulation::target::Target;
 
-/// Most connections at a time. Each may hold the scenes that it uses on the device.
-const MOST_CONNECTIONS: usize = 16;
 /// How often the server looks for a connection.
 const LOOK: Duration = Duration::from_millis(10);
+/// How often the server looks whether calls under way are still wanted.
+const LOOK_AT_CALLS: Duration = Duration::from_millis(100);
 
 /// Data that all sessions of a server share.
 pub struct Server {
@@ -53,11 +55,16 @@ pub fn bind(address: SocketAddr, allow_remote: bool) -> Result<TcpListener, Serv
 
 /// Serves connections until `stop` is set. No client ends the server or the session of another.
 pub fn serve(server: &Server, listener: &TcpListener, talk: Talk, stop: &AtomicBool) {
-    let open = AtomicUsize::new(0);
+    let sessions = Arc::new(Sessions::default());
+    let mut looked = Instant::now();
     std::thread::scope(|threads| {
         while !stop.load(Ordering::Relaxed) {
+            if looked.elapsed() >= LOOK_AT_CALLS {
+                looked = Instant::now();
+                sessions.look(false);
+            }
             let (stream, client) = match listener.accept() {
-                Ok((stream, client)) => (stream, client.to_string()),
+                Ok(accepted) => accepted,
                 Err(error) => {
                     if !matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) {
                         server.log.tell("server", &format!("a connection is lost: {error}"));
@@ -66,33 +73,42 @@ pub fn serve(server: &Server, listener: &TcpListener, talk: Talk, stop: &AtomicB
                     continue;
                 }
             };
-            if open.load(Ordering::Relaxed) >= MOST_CONNECTIONS {
-                server.log.tell(&client, &format!("refused: there are {MOST_CONNECTIONS} connections already"));
-                continue;
-            }
-            open.fetch_add(1, Ordering::Relaxed);
-            let open = &open;
-            let session = move || {
-                let end = catch_unwind(AssertUnwindSafe(|| one(server, stream, talk, stop, &client)));
-                match end {
-                    Ok(ConnectionEnd::Closed | ConnectionEnd::Stopped) => server.log.request(&client, "end"),
-                    Ok(end) => server.log.tell(&client, &format!("the connection ends: {end}")),
-                    Err(_) => server.log.tell(&client, "the connection ends with an internal error, which is a bug"),
+            let session = match sessions.admit(&stream, client.ip(), server.patience.spare) {
+                Ok(Some(session)) => session,
+                Ok(None) => {
+                    let text = format!("refused: there are {MOST_SESSIONS} connections already, and none is idle");
+                    server.log.tell(&client.to_string(), &text);
+                    continue;
                 }
-                open.fetch_sub(1, Ordering::Relaxed);
+                Err(error) => {
+                    server.log.tell("server", &format!("a connection is lost: {error}"));
+                    continue;
+                }
             };
-            if let Err(error) = std::thread::Builder::new().spawn_scoped(threads, session) {
-                open.fetch_sub(1, Ordering::Relaxed);
+            let (sessions, same) = (&sessions, Arc::clone(&session));
+            let whole = move || {
+                one(server, stream, talk, &session, &client.to_string());
+                sessions.leave(&session);
+            };
+            if let Err(error) = std::thread::Builder::new().spawn_scoped(threads, whole) {
+                sessions.leave(&same);
                 server.log.tell("server", &format!("a connection is lost: {error}"));
             }
         }
+        sessions.look(true);
     });
 }
 
-fn one(server: &Server, stream: TcpStream, talk: Talk, stop: &AtomicBool, client: &str) -> ConnectionEnd {
+/// Serves a connection up to its end, and tells how it ends.
+fn one(server: &Server, stream: TcpStream, talk: Talk, session: &Session, client: &str) {
     server.log.request(client, "begin");
-    match Connection::new(stream, stop, server.patience) {
+    let end = catch_unwind(AssertUnwindSafe(|| match Connection::new(stream, session, server.patience) {
         Ok(mut connection) => talk(server, &mut connection, client),
         Err(end) => end,
+    }));
+    match end {
+        Ok(ConnectionEnd::Closed | ConnectionEnd::Stopped) => server.log.request(client, "end"),
+        Ok(end) => server.log.tell(client, &format!("the connection ends: {end}")),
+        Err(_) => server.log.tell(client, "the connection ends with an internal error, which is a bug"),
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! [`listen`] accepts connections and runs each on a thread of its own. A protocol ([`vizard`], [`surrender`]) is a thin adapter: it reads requests,
 //! moves a [`craft`] and answers with a [`picture`]. [`scenes`] says which names lead to which scene files: no client can name another file. [`connection`]
-//! bounds how long a client may take and how much it may send.
+//! bounds how long a client may take and how much it may send, and [`sessions`] who gives way and who computes.
 
 pub(crate) mod connection;
 pub(crate) mod course;
@@ -12,5 +12,6 @@ pub(crate) mod listen;
 pub(crate) mod log;
 pub(crate) mod picture;
 pub(crate) mod scenes;
+pub(crate) mod sessions;
 pub(crate) mod surrender;
 pub(crate) mod vizard;

@@ -6,7 +6,7 @@ use crate::model::{MergeSummary, Model, ModelError};
 use crate::scene::Scene;
 
 /// Peak host memory for each node while a scene is built [bytes]: the value from `measure -- --build` and a half more.
-const HOST_BYTES_A_NODE: usize = 300;
+pub(super) const HOST_BYTES_A_NODE: usize = 300;
 
 /// Peak host memory for each node of a scene with a thermal network [bytes].
 const HOST_BYTES_A_NETWORK_NODE: usize = 400;
@@ -57,9 +57,9 @@ pub(super) fn describe(merged: &MergeSummary) -> String {
     )
 }
 
-/// Nodes that fit into the host's free memory. With this bound subdivision ends in an error instead of swapping.
+/// Nodes that fit into the memory that the process may still take. With this bound subdivision ends in an error instead of swapping.
 fn node_limit(network: bool) -> usize {
     let bytes_a_node = if network { HOST_BYTES_A_NETWORK_NODE } else { HOST_BYTES_A_NODE };
     // Where the free memory is unknown, 32-bit indices are the limit.
-    host::free_memory().map_or(u32::MAX as usize, |bytes| bytes as usize / bytes_a_node)
+    host::memory_left().map_or(u32::MAX as usize, |bytes| bytes as usize / bytes_a_node)
 }

@@ -24,13 +24,13 @@ use super::start;
 use super::state::MOST_TIMES;
 use super::target::Target;
 use crate::environment::Sky;
+use crate::environment::scene_time::{ROUNDING, SceneTime};
 use crate::environment::sky::SkyError;
 use crate::environment::step::StepLoads;
 use crate::gpu::samples::Samples;
+use crate::scene::work::MOST_STEPS;
 use crate::scene::{Camera, Draw, Initial, Scene};
 
-/// Share of a step by which a time may be rounded.
-const ROUNDING: f64 = 1e-9;
 /// Steps that are handed to the engine at once. It takes up to 32 in a dispatch.
 const AT_ONCE: usize = 1024;
 
@@ -191,7 +191,7 @@ impl Simulation {
     /// step. Other steps are those of `isotherm run`, bit for bit.
     ///
     /// # Errors
-    /// A time before the present one, one that orbit, attitude or places do not cover, or a call that fails.
+    /// A time before the present one, one that orbit, attitude or places do not cover, more than 1e9 steps, or a call that fails.
     pub fn step_to(&mut self, time: f64) -> Result<(), SimulationError> {
         self.step_to_with(time, &AtomicBool::new(false), &mut || ()).map(|_| ())
     }
@@ -208,9 +208,11 @@ impl Simulation {
     ) -> Result<bool, SimulationError> {
         let length = self.prepared.scene.time.step;
         let slack = ROUNDING * length;
-        if !time.is_finite() || time < self.time - slack {
+        let goal = SceneTime::new(time)?;
+        if time < self.time - slack {
             return Err(SimulationError::Time { time, now: self.time });
         }
+        let between = SceneTime::new(self.time)?.ends_of_steps(goal, length, MOST_STEPS)?;
         if !self.placed {
             self.prepared.cover(time)?;
         }
@@ -218,21 +220,25 @@ impl Simulation {
         if !self.begin_with(stop, progress)? {
             return Ok(false);
         }
+        if self.time >= time - slack {
+            return Ok(true);
+        }
+        // The last end of a step that is rounded otherwise than the time is the time.
+        let last = (time / length).round() * length;
+        let last = if (last - time).abs() <= slack { last } else { time };
         let mut ends = Vec::new();
-        while self.time < time - slack {
-            let next = ((self.time / length + ROUNDING).floor() + 1.0) * length;
-            let (start, end) = (self.time, if next > time + slack { time } else { next });
+        for end in between.chain([last]) {
+            let start = self.time;
             // The loop of a run has its steps begin at this sum, which may differ in the last bit.
             let whole = (end - start - length).abs() <= slack;
             let (start, steps) = if whole { (end - length, 1.0) } else { (start, (end - start) / length) };
             ends.push((Passing { start, end, steps }, end));
             self.time = end;
-            let full = ends.len() == AT_ONCE || self.time >= time - slack;
-            if full && !self.pass(&mut ends, stop, progress)? {
+            if ends.len() == AT_ONCE && !self.pass(&mut ends, stop, progress)? {
                 return Ok(false);
             }
         }
-        Ok(true)
+        self.pass(&mut ends, stop, progress)
     }
 
     /// Makes steps whose ends stand beside them, and empties the list. After a stop the time is that of the last step made.

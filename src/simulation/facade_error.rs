@@ -7,6 +7,7 @@ use super::pose::CameraError;
 use super::prepare_error::PrepareError;
 use crate::environment::joints::JointError;
 use crate::environment::placements::PlaceError;
+use crate::environment::scene_time::TimeError;
 use crate::environment::sky::SkyError;
 use crate::gpu::error::GpuError;
 use crate::scene::SceneError;
@@ -36,7 +37,10 @@ pub enum SimulationError {
     /// Orbit or attitude do not cover a time.
     #[error(transparent)]
     Sky(#[from] SkyError),
-    /// A time that lies before the present one, or is not finite.
+    /// A number that is no time, or a time that is too many steps away.
+    #[error(transparent)]
+    NoTime(#[from] TimeError),
+    /// A time that lies before the present one.
     #[error("the simulation is at {now} s and can not step to {time} s")]
     Time {
         /// The time that was asked for [s].

@@ -9,9 +9,17 @@ use super::reference_engine::ReferenceEngine;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::response::{ResponseRun, respond};
+use crate::host::{OverBudget, check_memory};
 use crate::scene::Camera;
 use crate::thermal::material::Transition;
 use crate::thermal::transition::{TransitionState, transition_step};
+
+/// Memory of an image that the host holds, and of a second one while it is drawn or written [bytes a pixel].
+const IMAGE: u64 = 64;
+/// Memory with which a device draws an image, where it is memory of the host too [bytes a pixel]: 73 on lavapipe.
+const DEVICE_IMAGE: u64 = 80;
+/// Memory with which the reference draws an image [bytes a pixel].
+const REFERENCE_IMAGE: u64 = 96;
 
 /// A place of computation.
 #[derive(Clone)]
@@ -49,11 +57,30 @@ impl Target {
         }
     }
 
+    /// Checks the memory of the host for an image of a camera, before it is drawn.
+    ///
+    /// # Errors
+    /// It does not suffice.
+    pub(crate) fn check_image(&self, camera: &Camera) -> Result<(), OverBudget> {
+        let (width, height) = (camera.width, camera.height);
+        let bytes = u64::from(width) * u64::from(height) * self.image_bytes(1);
+        check_memory(bytes, || format!("an image of {width} x {height} pixels"))
+    }
+
+    /// Memory of the host that an image of several scenes takes [bytes a pixel]. A device keeps what each of them is drawn with.
+    pub(crate) fn image_bytes(&self, scenes: u64) -> u64 {
+        match self {
+            Self::Device(_) => IMAGE + scenes * DEVICE_IMAGE,
+            Self::Reference => IMAGE + REFERENCE_IMAGE,
+        }
+    }
+
     /// An engine for a scene. The engine draws where `camera` is given.
     ///
     /// # Errors
-    /// An error of the device.
+    /// An error of the device, or an image beyond the memory of the host.
     pub fn engine(&self, prepared: &Prepared, camera: Option<&Camera>) -> Result<Box<dyn Engine>, GpuError> {
+        camera.map_or(Ok(()), |camera| self.check_image(camera))?;
         Ok(match self {
             Self::Device(context) => Box::new(DeviceEngine::new(context, prepared, camera)?),
             Self::Reference => Box::new(ReferenceEngine::new(prepared, camera)),

@@ -298,3 +298,28 @@ fn errors_tell_file_line_and_key() {
     let scene = folder.path("scene.toml");
     assert_eq!(error.place(), (Some(scene.as_path()), Some(line_of_step), Some("time.step")));
 }
+
+/// At 1e17 s a sum of steps of one second stays where it is. Python calls the same functions.
+#[test]
+fn a_time_beyond_reason_is_refused_at_every_door() {
+    let folder = Folder::new(SCENE);
+    let mut craft = simulation(&folder, &Target::Reference);
+    let saved = craft.save().expect("a state");
+    for time in [1e17, -1e17, 1.01e11, f64::MAX, f64::NAN, f64::INFINITY] {
+        let placed = craft.place(Placement { time, position: Some(DVec3::X * 7e6), ..Placement::default() });
+        assert!(placed.is_err() && craft.step_to(time).is_err() && craft.restore_at(&saved, time).is_err(), "{time}");
+    }
+    // The latest time of all, and steps beyond count from there on.
+    let place = |time: f64| Placement {
+        time,
+        position: Some(DVec3::new(7e6, 0.0, 0.0)),
+        velocity: Some(DVec3::Y * 7500.0),
+        sun: Some(DVec3::X * 1.5e11),
+        inertial_from_body: Some(DQuat::IDENTITY),
+    };
+    let mut late = simulation(&folder, &Target::Reference);
+    late.place(place(9.99e10)).expect("a place");
+    late.place(place(9.99e10 + 600.0)).expect("a place");
+    late.step_to(9.99e10 + 600.0).expect("ten steps");
+    assert_eq!(late.time(), 9.99e10 + 600.0);
+}

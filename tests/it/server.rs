@@ -1,8 +1,10 @@
 //! The image server, asked by clients that are written here from what the real ones were seen to send.
 
+mod bounds;
 mod flood;
 mod log;
 mod protobuf;
+mod soak;
 mod surrender;
 mod vizard;
 mod zmtp;
@@ -22,7 +24,8 @@ fn server(scene: Option<&Path>, target: Target, kind: PictureKind) -> Server {
         let scene = Scene::load(path).expect("a scene");
         scenes.add(Some("craft"), path, scene).expect("a scene that can run");
     }
-    let patience = Patience { idle: Duration::from_secs(60), message: Duration::from_millis(500) };
+    let [greeting, idle, spare, call] = [10, 60, 60, 600].map(Duration::from_secs);
+    let patience = Patience { greeting, idle, spare, call, message: Duration::from_millis(500) };
     let picture = PictureStyle { kind, range: None };
     Server { target, scenes, picture, time: 0.0, patience, log: Log::open(None).expect("no log") }
 }

@@ -23,6 +23,7 @@ use crate::environment::position_history::PositionHistory;
 use crate::environment::rotation_history::{
     HistoryFrame, RotationHistory, RotationInterpolation, RotationSample, RotationSegment,
 };
+use crate::environment::scene_time::SceneTime;
 use crate::environment::trajectory::seconds_between;
 
 impl Camera {
@@ -249,8 +250,7 @@ enum RowOrder {
     NotFalling,
 }
 
-/// Latest time [s] and largest coordinate [m] of a table.
-const LATEST: f64 = 1e11;
+/// Largest coordinate of a table [m].
 const FARTHEST: f64 = 1e13;
 
 fn table(path: &Path, text: &str, start: Option<Epoch>, order: RowOrder) -> Result<Vec<PathRow>, SceneError> {
@@ -274,9 +274,7 @@ fn table(path: &Path, text: &str, start: Option<Epoch>, order: RowOrder) -> Resu
                 return Err(at.error("time", message));
             }
         };
-        if seconds.abs() > LATEST {
-            return Err(wrong(format!("lies beyond {LATEST:e} s from time 0")));
-        }
+        let seconds = SceneTime::new(seconds).map_err(|error| at.error("time", error))?.seconds();
         let before = rows.last().map(|last: &PathRow| last.time);
         if order == RowOrder::Rising && before.is_some_and(|before| before >= seconds) {
             return Err(wrong("does not come after the time of the row above: times must increase".to_owned()));

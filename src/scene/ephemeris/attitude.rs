@@ -19,6 +19,7 @@ use super::{aem, aem_xml};
 use crate::environment::rotation_history::{
     HistoryFrame, RotationHistory, RotationInterpolation, RotationSample, RotationSegment,
 };
+use crate::environment::scene_time::SceneTime;
 use crate::environment::trajectory::seconds_between;
 
 #[derive(Debug, Clone, Default)]
@@ -85,8 +86,6 @@ pub(crate) fn read_attitude(
 
 /// Largest angle [deg], rate [deg/s] or component of a quaternion in a message.
 const LARGEST_NUMBER: f64 = 1e9;
-/// Latest time of a table [s].
-const LATEST: f64 = 1e11;
 
 /// The AEM segments of the wanted object, as rotations over scene time.
 fn message(
@@ -203,10 +202,7 @@ fn table(
         let at = FileLine { path, line: row.0 };
         let time = match (number(&epoch), options.start) {
             // Seconds always count from time 0.
-            (Some(seconds), _) if seconds.abs() <= LATEST => seconds,
-            (Some(seconds), _) => {
-                return Err(at.error("time", format!("{seconds:e} s is beyond {LATEST:e} s from time 0")));
-            }
+            (Some(seconds), _) => SceneTime::new(seconds).map_err(|error| at.error("time", error))?.seconds(),
             (None, Some(start)) => {
                 let known = Options { start: Some(start), ..Options::default() };
                 let epoch = state_epoch(&epoch, scale, &known).map_err(|message| at.error("time", message))?;

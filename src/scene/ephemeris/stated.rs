@@ -11,6 +11,7 @@ use super::span::StatedValue;
 use super::text::FileLine;
 use crate::environment::divided_differences::HIGHEST_DEGREE;
 use crate::environment::frames::ReferenceFrame;
+use crate::environment::scene_time::SceneTime;
 
 #[derive(Debug, Clone, Default)]
 pub(in crate::scene) struct Options {
@@ -93,7 +94,8 @@ pub(super) fn stated_degree(path: &Path, (line, text): &(usize, String)) -> Resu
 /// Parses a time. In a table it may be seconds after the start of the scene.
 pub(super) fn state_epoch(text: &str, scale: TimeScale, options: &Options) -> Result<Epoch, String> {
     match (text.parse::<f64>(), options.start) {
-        (Ok(seconds), Some(start)) if seconds.is_finite() && seconds.abs() < 1e11 => {
+        (Ok(seconds), Some(start)) => {
+            let seconds = SceneTime::new(seconds).map_err(|error| error.to_string())?.seconds();
             Ok(start.to_time_scale(TimeScale::TAI) + hifitime::Unit::Second * seconds)
         }
         (Ok(_), None) => Err("times in seconds count from time.start, which is missing".to_owned()),

@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::solution::{HOTTEST, Solution, SolvedNode};
+use crate::environment::scene_time::SceneTime;
 use crate::scene::error::SceneError;
 use crate::text::plain;
 
@@ -28,6 +29,12 @@ pub(super) fn column(headers: &csv::StringRecord, names: &[&str]) -> Option<usiz
 fn number(path: &Path, line: u64, key: &str, cell: &str) -> Result<f64, SceneError> {
     let parsed = cell.parse::<f64>().ok().filter(|value| value.is_finite());
     parsed.ok_or_else(|| refuse(path, line, key, format!("'{cell}' is not a number")))
+}
+
+/// A cell as a time [s].
+fn time_of(path: &Path, line: u64, cell: &str) -> Result<f64, SceneError> {
+    let time = SceneTime::new(number(path, line, "time", cell)?);
+    time.map(SceneTime::seconds).map_err(|error| refuse(path, line, "time", error))
 }
 
 /// A cell as a temperature [K], where `zero` [K] is 0 of its unit.
@@ -88,7 +95,7 @@ fn wide(
     }
     let (mut times, mut temperatures): (Vec<f64>, _) = (Vec::new(), Vec::new());
     for (line, record) in records {
-        let time = number(path, *line, "time", record.get(0).unwrap_or(""))?;
+        let time = time_of(path, *line, record.get(0).unwrap_or(""))?;
         if times.last().is_some_and(|last| *last >= time) {
             return Err(refuse(path, *line, "time", format!("{time} s does not come after the row before")));
         }
@@ -143,7 +150,7 @@ fn long(
         if nodes[number_of].place != place {
             return Err(refuse(path, *line, "x", format!("node '{name}' has another place in an earlier row")));
         }
-        let at = time.map_or(Ok(0.0), |column| number(path, *line, "time", cell(column)))?;
+        let at = time.map_or(Ok(0.0), |column| time_of(path, *line, cell(column)))?;
         let kelvin = temperature(path, *line, "temperature", cell(value), zero)?;
         if samples[number_of].last().is_some_and(|(last, _)| *last >= at) {
             return Err(refuse(

@@ -8,6 +8,7 @@ use hdf5_reader::messages::datatype::{Datatype, StringSize};
 use hdf5_reader::{Hdf5File, OpenOptions};
 
 use super::{Conductors, GROUP, LOADS, SET, Tmd, TmdError, TmdNode};
+use crate::environment::scene_time::SceneTime;
 use crate::files::{self, LARGEST_FILE};
 use crate::text::plain;
 use crate::thermal::STEFAN_BOLTZMANN;
@@ -220,8 +221,9 @@ impl TmdFile<'_> {
         if times.values.is_empty() {
             return Err(self.wrong(&times.object, "is empty: the file has no results"));
         }
-        if let Some(at) = times.values.iter().position(|time| !time.is_finite()) {
-            return Err(self.wrong(&times.object, format!("time {} is {}, not a number", at + 1, times.values[at])));
+        for (number, time) in times.values.iter().enumerate() {
+            let checked = SceneTime::new(*time);
+            checked.map_err(|error| self.wrong(&times.object, format!("time {}: {error}", number + 1)))?;
         }
         if let Some(pair) = times.values.windows(2).find(|pair| pair[1] <= pair[0]) {
             let message = format!("must ascend, but {} follows {}", pair[1], pair[0]);

@@ -4,15 +4,16 @@
 //! answer: the client raises an exception at a message with `[error]`, and prints a message with `[warning]`.
 
 use std::collections::BTreeSet;
-use std::sync::atomic::AtomicBool;
 
 use super::calls::{FORMAL, WITHOUT_EFFECT};
 use super::stage::SurrenderStage;
 use super::values::{Hash, Value, read, write_value};
+use crate::environment::scene_time::SceneTime;
 use crate::server::connection::Connection;
 use crate::server::craft::{ServedCraft, nearest};
 use crate::server::error::{ConnectionEnd, Refusal};
 use crate::server::listen::Server;
+use crate::server::sessions::Session;
 use crate::simulation::image::Image;
 
 const MOST_CRAFT: usize = 8;
@@ -21,18 +22,20 @@ const STEP_TO: &str = "isotherm.step_to(";
 
 /// Serves a client up to its end.
 pub fn talk_surrender(server: &Server, connection: &mut Connection, client: &str) -> ConnectionEnd {
-    let stop = connection.stop();
     let mut session = SurrenderSession {
         server,
         client,
-        stop,
+        session: connection.session(),
         stage: SurrenderStage::default(),
         image: None,
         time: server.time,
         warned: BTreeSet::new(),
     };
     loop {
-        let answered = read(connection).and_then(|call| session.answer(connection, &call));
+        let answered = read(connection).and_then(|call| {
+            connection.greeted();
+            session.answer(connection, &call)
+        });
         if let Err(end) = answered {
             return end;
         }
@@ -42,7 +45,7 @@ pub fn talk_surrender(server: &Server, connection: &mut Connection, client: &str
 struct SurrenderSession<'s> {
     server: &'s Server,
     client: &'s str,
-    stop: &'s AtomicBool,
+    session: &'s Session,
     stage: SurrenderStage,
     /// The last picture.
     image: Option<Image>,
@@ -99,7 +102,13 @@ impl SurrenderSession<'_> {
         }
         let mut bytes = Vec::new();
         let mut reply = Hash::new();
-        match self.call(name, &CallArguments(call)) {
+        self.session.begin_call(connection.longest_call());
+        let done = self.call(name, &CallArguments(call));
+        self.session.end_call();
+        if let Some(end) = self.session.verdict() {
+            return Err(end);
+        }
+        match done {
             Ok(values) => {
                 let formal = FORMAL.contains(&name.as_str());
                 let idle = WITHOUT_EFFECT.contains(&name.as_str());
@@ -109,7 +118,6 @@ impl SurrenderSession<'_> {
                 }
                 reply.extend(values.into_iter().map(|(key, value)| (key.to_owned(), value)));
             }
-            Err(Refusal::Stopped) => return Err(ConnectionEnd::Stopped),
             Err(refusal) => {
                 self.server.log.tell(self.client, &format!("{name}: {refusal}"));
                 bytes.extend(message(&format!("[error] {name}: {refusal}")));
@@ -218,17 +226,19 @@ impl SurrenderSession<'_> {
         if self.stage.craft_count() >= MOST_CRAFT {
             return Err(Refusal::because(format!("a session has at most {MOST_CRAFT} craft")));
         }
-        let mut craft = ServedCraft::new(scene, &self.server.target)?;
-        step(&mut craft, self.time, self.stop)?;
+        let mut craft = ServedCraft::new(scene, &self.server.target, self.session)?;
+        craft.step_along(self.time, self.session)?;
         self.stage.object(name)?.craft = Some(craft);
         Ok(Vec::new())
     }
 
     fn render(&mut self) -> Result<Image, Refusal> {
-        let stop = self.stop;
-        let images: Result<Vec<Image>, Refusal> =
-            self.stage.views()?.into_iter().map(|(view, craft)| craft.image(&view, stop)).collect();
-        nearest(images?).ok_or_else(|| Refusal::because("no object has a scene: createMesh names one as its model"))
+        // The picture before is no more than memory now.
+        self.image = None;
+        ServedCraft::check_images(&self.server.target, self.stage.craft_count(), self.stage.size)?;
+        let session = self.session;
+        let images = self.stage.views()?.into_iter().map(|(view, craft)| craft.image(&view, session));
+        nearest(images)?.ok_or_else(|| Refusal::because("no object has a scene: createMesh names one as its model"))
     }
 
     fn rendered(&self) -> Result<&Image, Refusal> {
@@ -249,20 +259,16 @@ impl SurrenderSession<'_> {
         let Some(time) = time.and_then(|time| time.trim().parse::<f64>().ok()) else {
             return Err(Refusal::because(format!("isotherm runs no Lua; the only code is {STEP_TO}SECONDS)")));
         };
-        if !(self.time..=1e9).contains(&time) {
+        let time = SceneTime::new(time)?.seconds();
+        if time < self.time {
             return Err(Refusal::because(format!("the time is {} s and can not become {time} s", self.time)));
         }
         for (_, craft) in self.stage.views()? {
-            step(craft, time, self.stop)?;
+            craft.step_along(time, self.session)?;
         }
         self.time = time;
         Ok(vec![("return", Value::Double(time))])
     }
-}
-
-/// Steps a craft on its scene's own orbit.
-fn step(craft: &mut ServedCraft, time: f64, stop: &AtomicBool) -> Result<(), Refusal> {
-    if craft.simulation().step_to_with(time, stop, &mut || ())? { Ok(()) } else { Err(Refusal::Stopped) }
 }
 
 /// Bytes of the pixels, with the lowest row first.

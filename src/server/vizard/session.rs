@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::convert::Infallible;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 use hifitime::{Epoch, Unit};
@@ -12,12 +11,14 @@ use super::frames::{Mounted, camera_from_body, view};
 use super::messages::{MessageCamera, Spacecraft, VizMessage, vector};
 use super::world::{SunFrom, date, heavens, place, state};
 use super::zmtp::{ZmtpRequest, answer, greet, receive};
+use crate::environment::scene_time::SceneTime;
 use crate::scene::Scene;
 use crate::server::connection::Connection;
 use crate::server::craft::{ServedCraft, nearest};
 use crate::server::error::{ConnectionEnd, Refusal};
 use crate::server::listen::Server;
 use crate::server::picture::{Painter, depth_png};
+use crate::server::sessions::Session;
 
 /// Most craft of a run that are drawn.
 const MOST_CRAFT: usize = 8;
@@ -33,8 +34,9 @@ const RADIUS_TOLERANCE: f64 = 0.02;
 
 /// Serves a client up to its end.
 pub fn talk_vizard(server: &Server, connection: &mut Connection, client: &str) -> ConnectionEnd {
-    let mut session = VizardSession { server, client, stop: connection.stop(), run: None, said: BTreeSet::new() };
-    match greet(connection).and_then(|()| session.serve(connection)) {
+    let mut session = VizardSession { server, client, session: connection.session(), run: None, said: BTreeSet::new() };
+    let greeted = greet(connection).map(|()| connection.greeted());
+    match greeted.and_then(|()| session.serve(connection)) {
         Ok(never) => match never {},
         Err(end) => end,
     }
@@ -63,7 +65,7 @@ struct VizardRun<'s> {
 struct VizardSession<'s, 'c> {
     server: &'s Server,
     client: &'c str,
-    stop: &'c AtomicBool,
+    session: &'c Session,
     run: Option<VizardRun<'s>>,
     said: BTreeSet<String>,
 }
@@ -72,39 +74,42 @@ impl<'s> VizardSession<'s, '_> {
     fn serve(&mut self, connection: &mut Connection) -> Result<Infallible, ConnectionEnd> {
         loop {
             let request = receive(connection)?;
-            let terminated = self.answer(connection, &request)?;
+            self.session.begin_call(connection.longest_call());
+            let (frames, terminated) = self.reply(&request);
+            self.session.end_call();
+            if let Some(end) = self.session.verdict() {
+                return Err(end);
+            }
+            answer(connection, &request, &frames)?;
             if terminated {
                 self.run = None;
             }
         }
     }
 
-    /// Answers a request. Returns whether it ends the run.
-    fn answer(&mut self, connection: &mut Connection, request: &ZmtpRequest) -> Result<bool, ConnectionEnd> {
+    /// The frames of the answer to a request, and whether the request ends the run.
+    fn reply(&mut self, request: &ZmtpRequest) -> (Vec<Vec<u8>>, bool) {
         let name = request.frames.first().map_or(&b""[..], Vec::as_slice);
         let mut terminates = false;
-        match name {
+        let frames = match name {
             b"PING" => {
                 self.log("PING");
-                answer(connection, request, &[b"PONG"])?;
+                vec![b"PONG".to_vec()]
             }
             b"SIM_UPDATE" => match request.frames.last().map(|bytes| VizMessage::decode(&bytes[..])) {
                 Some(Ok(message)) if request.frames.len() > 1 => {
                     terminates = message.live.as_ref().is_some_and(|live| live.terminate);
                     self.update(message);
-                    if self.stop.load(Ordering::Relaxed) {
-                        return Err(ConnectionEnd::Stopped);
-                    }
-                    answer(connection, request, &[b"OK"])?;
+                    vec![b"OK".to_vec()]
                 }
                 _ => {
                     self.tell("SIM_UPDATE without a message that can be read");
-                    answer(connection, request, &[b"ERROR"])?;
+                    vec![b"ERROR".to_vec()]
                 }
             },
             b"REQUEST_INPUT" => {
                 self.log("REQUEST_INPUT");
-                answer(connection, request, &[b"VIZARD_INPUT", b""])?;
+                vec![b"VIZARD_INPUT".to_vec(), Vec::new()]
             }
             _ => match image_number(name) {
                 Some(number) => {
@@ -113,16 +118,15 @@ impl<'s> VizardSession<'s, '_> {
                         Vec::new()
                     });
                     self.log(&format!("REQUEST_IMAGE_{number}: {} bytes", image.len()));
-                    let length = i32::try_from(image.len()).unwrap_or(0).to_be_bytes();
-                    answer(connection, request, &[&length, &image])?;
+                    vec![i32::try_from(image.len()).unwrap_or(0).to_be_bytes().to_vec(), image]
                 }
                 None => {
                     self.tell(&format!("'{}' is unknown", String::from_utf8_lossy(name)));
-                    answer(connection, request, &[b"ERROR"])?;
+                    vec![b"ERROR".to_vec()]
                 }
             },
-        }
-        Ok(terminates)
+        };
+        (frames, terminates)
     }
 
     fn log(&self, request: &str) {
@@ -142,14 +146,22 @@ impl<'s> VizardSession<'s, '_> {
     fn update(&mut self, message: VizMessage) {
         let (frame, time) = message.time.as_ref().map_or((0, 0.0), |time| (time.frame, 1e-9 * time.elapsed));
         self.log(&format!("SIM_UPDATE frame {frame}, {time} s, {} craft", message.spacecraft.len()));
+        let known = SceneTime::new(time).map_err(|error| error.to_string());
+        let known =
+            known.and_then(|known| if time < 0.0 { Err(format!("{time} s lies before the start")) } else { Ok(known) });
+        let time = match known {
+            Ok(known) => known,
+            Err(reason) => {
+                self.tell(&format!("the time of a message can not be used: {reason}"));
+                // No image shows the state of an earlier message in its place.
+                self.run = None;
+                return;
+            }
+        };
         let goes_on = |run: &VizardRun| {
             let last = run.last.time.as_ref().map_or((0, 0.0), |time| (time.frame, 1e-9 * time.elapsed));
-            frame > last.0 && time > last.1
+            frame > last.0 && time.seconds() > last.1
         };
-        if !time.is_finite() || time < 0.0 {
-            self.tell("a message has no time that can be used");
-            return;
-        }
         let mut run = match self.run.take() {
             Some(run) if goes_on(&run) => run,
             _ => {
@@ -177,7 +189,7 @@ impl<'s> VizardSession<'s, '_> {
         self.run = Some(run);
     }
 
-    fn move_craft(&mut self, run: &mut VizardRun<'s>, message: &VizMessage, craft: &Spacecraft, time: f64) {
+    fn move_craft(&mut self, run: &mut VizardRun<'s>, message: &VizMessage, craft: &Spacecraft, time: SceneTime) {
         if !run.craft.contains_key(&craft.name) {
             if run.craft.len() >= 4 * MOST_CRAFT {
                 self.tell("too many spacecraft: the others are not drawn");
@@ -187,7 +199,7 @@ impl<'s> VizardSession<'s, '_> {
             let drawn = self.begin_craft(run, &craft.name, carries);
             run.craft.insert(craft.name.clone(), drawn);
         }
-        let now = run.epoch.map(|epoch| epoch + Unit::Second * time);
+        let now = run.epoch.map(|epoch| epoch + Unit::Second * time.seconds());
         let Some(Some(drawn)) = run.craft.get_mut(&craft.name) else { return };
         let around = place(craft).and_then(|place| heavens(message, place.position, run.planet.as_deref(), now));
         let around = match around {
@@ -198,10 +210,10 @@ impl<'s> VizardSession<'s, '_> {
             }
         };
         let of_scene = drawn.scene.environment.planet_radius;
-        let moved = state(craft, &around, time).and_then(|state| drawn.craft.observe(state, self.stop));
+        let moved = state(craft, &around, time).and_then(|state| drawn.craft.observe(state, self.session));
         drawn.fault = moved.err().map(|refusal| refusal.to_string());
         if let Some(fault) = drawn.fault.clone() {
-            self.tell(&format!("'{}' at {time} s: {fault}", craft.name));
+            self.tell(&format!("'{}' at {} s: {fault}", craft.name, time.seconds()));
         }
         run.planet.get_or_insert(around.planet.clone());
         match around.sun_from {
@@ -243,7 +255,7 @@ impl<'s> VizardSession<'s, '_> {
             self.tell(&format!("'{name}' is not drawn: a run shows at most {MOST_CRAFT} craft"));
             return None;
         }
-        match ServedCraft::new(scene, &self.server.target) {
+        match ServedCraft::new(scene, &self.server.target, self.session) {
             Ok(craft) => {
                 let painter = Painter::new(self.server.picture, scene);
                 Some(PaintedCraft { craft, scene, painter, fault: None })
@@ -257,7 +269,7 @@ impl<'s> VizardSession<'s, '_> {
 
     /// The PNG of a camera.
     fn image(&mut self, number: i64) -> Result<Vec<u8>, Refusal> {
-        let stop = self.stop;
+        let session = self.session;
         let Some(run) = &mut self.run else { return Err(Refusal::because("no state of the simulation has come")) };
         let Some(camera) = run.last.cameras.iter().find(|camera| camera.id == number) else {
             return Err(Refusal::because("the messages have no such camera"));
@@ -269,19 +281,22 @@ impl<'s> VizardSession<'s, '_> {
         };
         let carrier = place(carrier)?;
         let mut band = None;
-        let mut images = Vec::new();
+        let mut views = Vec::new();
         for craft in run.last.spacecraft.iter().filter(|craft| craft.parent.is_empty()) {
-            let Some(Some(drawn)) = run.craft.get_mut(&craft.name) else { continue };
+            let Some(Some(drawn)) = run.craft.get(&craft.name) else { continue };
             if let Some(fault) = &drawn.fault {
                 return Err(Refusal::because(format!("'{}': {fault}", craft.name)));
             }
             if *band.get_or_insert(drawn.scene.band) != drawn.scene.band {
                 return Err(Refusal::because("the scenes of the craft have different bands"));
             }
-            images.push(drawn.craft.image(&view(&mounted, &carrier, &place(craft)?), stop)?);
+            views.push((&craft.name, view(&mounted, &carrier, &place(craft)?)));
         }
+        ServedCraft::check_images(&self.server.target, views.len(), mounted.size)?;
+        let drawn = |(name, view)| Some(run.craft.get_mut(name)?.as_mut()?.craft.image(&view, session));
+        let image = nearest(views.into_iter().filter_map(drawn))?;
         let painter = run.craft.values().flatten().next().map(|drawn| &drawn.painter);
-        let (Some(image), Some(painter)) = (nearest(images), painter) else {
+        let (Some(image), Some(painter)) = (image, painter) else {
             return Err(Refusal::because(format!("no craft has a scene; {}", self.server.scenes.told())));
         };
         let png = match camera.render_mode {

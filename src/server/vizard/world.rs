@@ -6,6 +6,7 @@ use hifitime::{Epoch, TimeScale, Unit};
 use super::frames::{CraftPlace, parent_from_child};
 use super::messages::{self, Body, Spacecraft, VizMessage, vector};
 use crate::environment::frames::tt_centuries;
+use crate::environment::scene_time::SceneTime;
 use crate::environment::sun::sun_position;
 use crate::server::course::CourseState;
 use crate::server::error::Refusal;
@@ -122,11 +123,11 @@ pub(crate) fn place(craft: &Spacecraft) -> Result<CraftPlace, Refusal> {
     })
 }
 
-/// State of a craft at a time [s], from the planet's centre.
+/// State of a craft at a time, from the planet's centre.
 ///
 /// # Errors
 /// Numbers that are not finite.
-pub(crate) fn state(craft: &Spacecraft, heavens: &Heavens, time: f64) -> Result<CourseState, Refusal> {
+pub(crate) fn state(craft: &Spacecraft, heavens: &Heavens, time: SceneTime) -> Result<CourseState, Refusal> {
     let CraftPlace { position, inertial_from_body } = place(craft)?;
     Ok(CourseState {
         time,

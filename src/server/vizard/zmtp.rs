@@ -162,9 +162,9 @@ pub(crate) fn receive(connection: &mut Connection) -> Result<ZmtpRequest, Connec
 pub(crate) fn answer(
     connection: &mut Connection,
     request: &ZmtpRequest,
-    frames: &[&[u8]],
+    frames: &[Vec<u8>],
 ) -> Result<(), ConnectionEnd> {
-    let all = request.envelope.iter().map(Vec::as_slice).chain(frames.iter().copied());
+    let all = request.envelope.iter().chain(frames);
     let count = request.envelope.len() + frames.len();
     let mut bytes = Vec::new();
     for (number, body) in all.enumerate() {

@@ -1,6 +1,7 @@
 //! Images of a simulation that is driven from outside, from any camera and pose.
 
 use super::Simulation;
+use crate::gpu::error::GpuError;
 use crate::scene::{Background, Camera, Reflections};
 use crate::simulation::engine::{Order, RowMoments};
 use crate::simulation::facade_error::SimulationError;
@@ -20,6 +21,7 @@ impl Simulation {
         let camera = pose.of(camera);
         self.check(&camera)?;
         self.begin()?;
+        self.target.check_image(&camera).map_err(GpuError::from)?;
         self.take_camera(camera)?;
         let time = self.time;
         let prepared = &self.prepared;

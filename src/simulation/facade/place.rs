@@ -4,6 +4,7 @@ use glam::{DQuat, DVec3};
 
 use super::Simulation;
 use crate::environment::placements::PlacementSample;
+use crate::environment::scene_time::SceneTime;
 use crate::environment::state::SLACK;
 use crate::simulation::facade_error::SimulationError;
 
@@ -51,6 +52,7 @@ impl Simulation {
     /// A placement with what the scene's own orbit and attitude say.
     fn filled(&self, placement: Placement) -> Result<PlacementSample, SimulationError> {
         let Placement { time, position, velocity, sun, inertial_from_body } = placement;
+        SceneTime::new(time)?;
         let (model, mut own) = (self.own.sky_model(), None);
         if position.is_none() || sun.is_none() || inertial_from_body.is_none() {
             model.check(time, time).map_err(|error| self.sky_error(error))?;

@@ -1,6 +1,7 @@
 //! The state of a simulation that is driven from outside: it is saved, restored, and given to another engine.
 
 use super::Simulation;
+use crate::environment::scene_time::SceneTime;
 use crate::scene::Camera;
 use crate::simulation::engine::{Engine, EngineError};
 use crate::simulation::engine_state::EngineState;
@@ -32,9 +33,7 @@ impl Simulation {
     /// # Errors
     /// As for [`Simulation::restore`].
     pub fn restore_at(&mut self, saved: &ThermalState, time: f64) -> Result<(), SimulationError> {
-        if !time.is_finite() {
-            return Err(SimulationError::Time { time, now: self.time });
-        }
+        SceneTime::new(time)?;
         let found = saved.differences(&self.prepared, self.target.device().is_some());
         if !found.is_empty() {
             return Err(SimulationError::State(found.join("; ")));

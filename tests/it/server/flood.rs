@@ -27,7 +27,7 @@ fn memory(process: u32) -> u64 {
 }
 
 /// The message with bytes changed, left out, repeated or replaced.
-fn mutated(message: &[u8], random: &mut Random) -> Vec<u8> {
+pub fn mutated(message: &[u8], random: &mut Random) -> Vec<u8> {
     let mut bytes = message.to_vec();
     let below = |random: &mut Random, bound: usize| (random.bits() % bound.max(1) as u64) as usize;
     for _ in 0..=below(random, 4) {
@@ -48,7 +48,7 @@ fn mutated(message: &[u8], random: &mut Random) -> Vec<u8> {
     bytes
 }
 
-fn vizard_messages() -> Vec<Vec<u8>> {
+pub fn vizard_messages() -> Vec<Vec<u8>> {
     let bodies = [body("earth", DVec3::ZERO, 398_600.0, 6371.0), body("sun", DVec3::X * 1.5e11, 1.327e11, 695_000.0)];
     let at = |name: &str, x: f64| craft(name, DVec3::new(x, 7e6, 0.0), DVec3::X * 7500.0, DQuat::IDENTITY);
     let camera = Camera {
