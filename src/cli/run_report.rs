@@ -223,19 +223,22 @@ pub(super) fn print_summary(report: &Report, folder: &Folder) {
         }
     }
     if let Some(accuracy) = &report.accuracy {
-        answer!(
-            "against the f64 reference: largest difference {:.1e} K, rms {:.1e} K ({} nodes, {} steps)",
-            accuracy.max_k,
-            accuracy.rms_k,
-            accuracy.nodes,
-            accuracy.steps
-        );
+        if accuracy.nodes > 0 {
+            answer!(
+                "against the f64 reference: largest difference {:.1e} K, rms {:.1e} K ({} nodes, {} steps)",
+                accuracy.max_k,
+                accuracy.rms_k,
+                accuracy.nodes,
+                accuracy.steps
+            );
+        }
         if let Some(error) = &accuracy.step_length {
             answer!(
-                "error of the step length: at most {:.1e} K, rms {:.1e} K ({} nodes that store heat, twice the difference to steps of half the length)",
+                "error of the step length: at most {:.1e} K, rms {:.1e} K ({} nodes that store heat, {})",
                 error.max_k,
                 error.rms_k,
-                error.nodes
+                error.nodes,
+                error.measure
             );
         }
         for note in &accuracy.notes {

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::simulation::engine::{Engine, EngineError, EngineStep, Order, RowMoments};
 use crate::simulation::image::Image;
+use crate::simulation::parts::Passing;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::surroundings::surroundings_at;
 use crate::simulation::{moments, pose_at};
@@ -17,11 +18,15 @@ use crate::simulation::{moments, pose_at};
 pub(crate) fn advance(prepared: &Prepared, engine: &mut dyn Engine, step: u32) -> Result<f64, EngineError> {
     let length = prepared.scene.time.step;
     let end = f64::from(step) * length;
-    let load = prepared.loads.step_load(end - length, end);
-    let began = Instant::now();
-    engine.submit(Some(EngineStep { load: &load, steps: 1.0, start: end - length, length }), Order::default())?;
-    engine.deliver()?;
-    Ok(began.elapsed().as_secs_f64() * 1e3)
+    let mut seconds = 0.0;
+    for Passing { start, end, steps } in (Passing { start: end - length, end, steps: 1.0 }).parts(&prepared.loads) {
+        let load = prepared.loads.step_load(start, end);
+        let began = Instant::now();
+        engine.submit(Some(EngineStep { load: &load, steps, start, length: end - start }), Order::default())?;
+        engine.deliver()?;
+        seconds += began.elapsed().as_secs_f64();
+    }
+    Ok(seconds * 1e3)
 }
 
 /// Temperatures of all nodes in device order, padding included [K].

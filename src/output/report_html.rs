@@ -52,7 +52,7 @@ fn headline(html: &mut Html, report: &Report) {
     if let Some(time) = speed.image_ms {
         figures.push((significant(time), "ms", "per image, files not counted".to_owned()));
     }
-    match &report.accuracy {
+    match &report.accuracy.as_ref().filter(|accuracy| accuracy.nodes > 0) {
         Some(accuracy) => {
             let (largest, unit) = kelvin(accuracy.max_k);
             figures.push((largest, unit, "largest difference from the f64 reference".to_owned()));
@@ -75,15 +75,17 @@ fn accuracy(html: &mut Html, accuracy: Option<&Accuracy>) {
         thousands(accuracy.steps)
     );
     let place = format!("{}, step {}, {} s", accuracy.worst_node, accuracy.worst_step, accuracy.worst_time_s);
-    html.table(
-        &["Device against f64 reference", "temperature"],
-        [
-            row("largest difference", kelvin_text(accuracy.max_k)),
-            row("at", place),
-            row("rms difference", kelvin_text(accuracy.rms_k)),
-            row("sample", sample),
-        ],
-    );
+    if accuracy.nodes > 0 {
+        html.table(
+            &["Device against f64 reference", "temperature"],
+            [
+                row("largest difference", kelvin_text(accuracy.max_k)),
+                row("at", place),
+                row("rms difference", kelvin_text(accuracy.rms_k)),
+                row("sample", sample),
+            ],
+        );
+    }
     if let Some(error) = &accuracy.step_length {
         html.table(
             &["Error of the step length", "temperature"],
@@ -92,7 +94,7 @@ fn accuracy(html: &mut Html, accuracy: Option<&Accuracy>) {
                 row("at", format!("{}, {} s", error.worst_node, error.worst_time_s)),
                 row("rms", kelvin_text(error.rms_k)),
                 row("sample", format!("{} nodes that store heat", thousands(error.nodes))),
-                row("measure", "twice the difference in f64 to steps of half the length".to_owned()),
+                row("measure", error.measure.clone()),
             ],
         );
     }
