@@ -29,6 +29,7 @@ mod light;
 pub(crate) mod network;
 pub(crate) mod network_file;
 pub(crate) mod orbits;
+pub(crate) mod parts;
 pub(crate) mod periodic;
 pub(crate) mod pose;
 pub(crate) mod prepare;
@@ -51,7 +52,8 @@ use crate::scene::Draw;
 use crate::trace::Track;
 use check::Check;
 use engine::{Delivered, Engine, EngineError, EngineStep, InstantPoses, Order, RowMoments};
-use forward::{Passing, forward};
+use forward::forward;
+use parts::Passing;
 use prepare::Prepared;
 use surroundings::surroundings_at;
 use viewpoint::camera_from_body;
@@ -131,9 +133,7 @@ pub(crate) fn run_from<E: From<EngineError>>(
     consumer: &mut dyn Consumer<E>,
 ) -> Result<bool, E> {
     let time = &prepared.scene.time;
-    // The step that was submitted last, and is still on the device.
-    let mut waiting: Option<Waiting> = None;
-    let trace = engine.trace();
+    let mut pending = Pending::default();
     let (mut next, mut complete) = (first, true);
     for step in first..=time.steps {
         if stop.load(Ordering::Relaxed) {
@@ -141,64 +141,97 @@ pub(crate) fn run_from<E: From<EngineError>>(
             break;
         }
         if step > first && consumer.wants_state(step) {
-            if let Some(last) = waiting.take() {
-                hand_over(engine, check.as_deref_mut(), last, consumer)?;
-            }
+            pending.hand_over(engine, check.as_deref_mut(), consumer)?;
             consumer.save(step, engine, check.as_deref_mut())?;
         }
         next = step.saturating_add(1);
-        let now = f64::from(step) * time.step;
-        let prepares = trace.span(Track::Host, "loads of the step");
-        let load = (step > 0).then(|| prepared.loads.step_load(now - time.step, now));
-        drop(prepares);
-        let images = time.draw.in_step(step, time.step);
-        let pose = is_drawn(&time.draw, step).then(|| pose_at(prepared, now)).flatten();
-        let advance =
-            load.as_ref().map(|load| EngineStep { load, steps: 1.0, start: now - time.step, length: time.step });
-        let joints = pose.map(|_| prepared.loads.joints_at(now).1).unwrap_or_default();
-        let moments = moments(prepared, now, None);
-        let rows = moments.as_ref().filter(|_| pose.is_some()).map(|moments| RowMoments(moments));
-        let surroundings = pose.and_then(|pose| surroundings_at(prepared, now, &pose));
-        let order = Order {
-            pose,
-            joints: &joints,
-            rows,
-            keep: !images.is_empty(),
-            between: None,
-            temperatures: true,
-            absorbed: true,
-            time: now,
-            number: None,
-            surroundings,
-        };
-        engine.submit(advance, order)?;
-        let reference = check.as_deref_mut().map(|check| {
-            let _checks = trace.span(Track::Host, "f64 reference of the sample");
-            if let Some(load) = &load {
-                check.step(load, 1.0, now - time.step, time.step, engine.exchange_rows().as_ref());
-            }
-            check.temperatures()
-        });
-        if let Some(last) = waiting.replace(Waiting { step, image: None, time: now, pose, reference }) {
-            hand_over(engine, check.as_deref_mut(), last, consumer)?;
-        }
-        for image in images {
-            let image = submit_image(prepared, engine, step, image)?;
-            if let Some(last) = waiting.replace(image) {
-                hand_over(engine, check.as_deref_mut(), last, consumer)?;
+        for (place, drawn) in step_parts(prepared, step) {
+            let submitted = submit_part(prepared, engine, check.as_deref_mut(), place, !drawn.is_empty())?;
+            pending.replace(submitted, engine, check.as_deref_mut(), consumer)?;
+            for image in drawn {
+                let image = submit_image(prepared, engine, place, image)?;
+                pending.replace(image, engine, check.as_deref_mut(), consumer)?;
             }
         }
     }
-    if let Some(last) = waiting {
-        hand_over(engine, check.as_deref_mut(), last, consumer)?;
-    }
+    pending.hand_over(engine, check.as_deref_mut(), consumer)?;
     consumer.save(next, engine, check)?;
     Ok(complete)
 }
 
+/// A part of a step.
+#[derive(Clone, Copy)]
+pub(crate) struct StepPart {
+    step: u32,
+    /// Its length is 0 in the initial state.
+    pub(crate) passing: Passing,
+    /// Whether the step ends with it.
+    ends: bool,
+}
+
+/// The parts of a step in order, each with the number and the time [s] of the images in its interval.
+pub(crate) fn step_parts(prepared: &Prepared, step: u32) -> Vec<(StepPart, Vec<(u32, f64)>)> {
+    let time = &prepared.scene.time;
+    let now = f64::from(step) * time.step;
+    let parts = match step {
+        0 => vec![Passing { start: now, end: now, steps: 0.0 }],
+        _ => Passing { start: now - time.step, end: now, steps: 1.0 }.parts(&prepared.loads),
+    };
+    let count = parts.len();
+    let mut images = time.draw.in_step(step, time.step).into_iter().peekable();
+    let with_images = |(number, passing): (usize, Passing)| {
+        let ends = number + 1 == count;
+        let drawn = std::iter::from_fn(|| images.next_if(|(_, time)| ends || *time <= passing.end)).collect();
+        (StepPart { step, passing, ends }, drawn)
+    };
+    parts.into_iter().enumerate().map(with_images).collect()
+}
+
+/// Submits a part of a step, and the image at the end of the step. `keep` keeps the temperatures before the part.
+fn submit_part(
+    prepared: &Prepared,
+    engine: &mut dyn Engine,
+    check: Option<&mut Check>,
+    place: StepPart,
+    keep: bool,
+) -> Result<Waiting, EngineError> {
+    let StepPart { step, passing: Passing { start, end, steps }, ends } = place;
+    let trace = engine.trace();
+    let prepares = trace.span(Track::Host, "loads of the step");
+    let load = (step > 0).then(|| prepared.loads.step_load(start, end));
+    drop(prepares);
+    let pose = (ends && is_drawn(&prepared.scene.time.draw, step)).then(|| pose_at(prepared, end)).flatten();
+    let advance = load.as_ref().map(|load| EngineStep { load, steps, start, length: end - start });
+    let joints = pose.map(|_| prepared.loads.joints_at(end).1).unwrap_or_default();
+    let moments = moments(prepared, end, None);
+    let rows = moments.as_ref().filter(|_| pose.is_some()).map(|moments| RowMoments(moments));
+    let surroundings = pose.and_then(|pose| surroundings_at(prepared, end, &pose));
+    let order = Order {
+        pose,
+        joints: &joints,
+        rows,
+        keep,
+        between: None,
+        temperatures: ends,
+        absorbed: true,
+        time: end,
+        number: None,
+        surroundings,
+    };
+    engine.submit(advance, order)?;
+    let reference = check.map(|check| {
+        let _checks = trace.span(Track::Host, "f64 reference of the sample");
+        if let Some(load) = &load {
+            check.step(load, steps, start, end - start, engine.exchange_rows().as_ref());
+        }
+        check.temperatures()
+    });
+    Ok(Waiting { place, image: None, time: end, pose, reference })
+}
+
 /// Work that was submitted and not yet delivered.
 pub(crate) struct Waiting {
-    step: u32,
+    place: StepPart,
     image: Option<u32>,
     time: f64,
     pose: Option<DAffine3>,
@@ -206,18 +239,69 @@ pub(crate) struct Waiting {
     reference: Option<Vec<f64>>,
 }
 
-/// Submits an image at its own time [s], in the interval of a step that was submitted before.
+/// What was submitted last, and the heat that the parts of its step have absorbed so far.
+#[derive(Default)]
+struct Pending {
+    waiting: Option<Waiting>,
+    /// Heat of each run of nodes, as its mean over the step [W].
+    absorbed: Vec<f64>,
+}
+
+impl Pending {
+    /// Delivers the work that waits, after `next` was submitted.
+    fn replace<E: From<EngineError>>(
+        &mut self,
+        next: Waiting,
+        engine: &mut dyn Engine,
+        check: Option<&mut Check>,
+        consumer: &mut dyn Consumer<E>,
+    ) -> Result<(), E> {
+        self.hand_over(engine, check, consumer)?;
+        self.waiting = Some(next);
+        Ok(())
+    }
+
+    /// Delivers the work that waits, where there is any.
+    fn hand_over<E: From<EngineError>>(
+        &mut self,
+        engine: &mut dyn Engine,
+        check: Option<&mut Check>,
+        consumer: &mut dyn Consumer<E>,
+    ) -> Result<(), E> {
+        let Some(Waiting { place: StepPart { step, passing: part, ends }, image, time, pose, reference }) =
+            self.waiting.take()
+        else {
+            return Ok(());
+        };
+        let mut delivered = engine.deliver()?;
+        if image.is_none() && part.steps > 0.0 && part.steps < 1.0 {
+            let heat = delivered.absorbed.take().unwrap_or_default();
+            self.absorbed.resize(heat.len(), 0.0);
+            self.absorbed.iter_mut().zip(heat).for_each(|(sum, heat)| *sum += part.steps * heat);
+            if !ends {
+                return Ok(());
+            }
+            delivered.absorbed = Some(std::mem::take(&mut self.absorbed));
+        }
+        if let (Some(check), Some(reference), Some(device)) = (check, reference, &delivered.temperatures) {
+            check.compare(step, time, &reference, device);
+        }
+        consumer.take(StepResult { step, image, time, pose, delivered })
+    }
+}
+
+/// Submits an image at its own time [s], in the interval of a part that was submitted before.
 ///
 /// # Errors
 /// A call that fails.
 pub(crate) fn submit_image(
     prepared: &Prepared,
     engine: &mut dyn Engine,
-    step: u32,
+    place: StepPart,
     (number, time): (u32, f64),
 ) -> Result<Waiting, EngineError> {
-    let passed = time / prepared.scene.time.step - (f64::from(step) - 1.0);
-    let share = if step == 0 { 1.0 } else { passed.clamp(0.0, 1.0) };
+    let Passing { start, end, .. } = place.passing;
+    let share = if end > start { ((time - start) / (end - start)).clamp(0.0, 1.0) } else { 1.0 };
     let pose = pose_of(prepared, time, Some(number));
     let joints = prepared.loads.joints_at(time).1;
     let moments = moments(prepared, time, Some(number));
@@ -234,7 +318,7 @@ pub(crate) fn submit_image(
         ..Order::default()
     };
     engine.submit(None, order)?;
-    Ok(Waiting { step, image: Some(number), time, pose, reference: None })
+    Ok(Waiting { place, image: Some(number), time, pose, reference: None })
 }
 
 /// Advances the state from time 0 to `time` [s] without results on the way, and returns the image there.
@@ -256,33 +340,18 @@ pub fn still(
         let start = number as f64 * length;
         Passing { start, end: start + length, steps: 1.0 }
     });
-    if !forward(prepared, engine, None, passing, stop, progress)? {
+    let last = (rest > 1e-9).then_some(Passing { start: whole * length, end: time, steps: rest });
+    if !forward(prepared, engine, None, passing.chain(last), stop, progress)? {
         return Ok(None);
     }
-    let load = (rest > 1e-9).then(|| prepared.loads.step_load(whole * length, time));
     let pose = pose_at(prepared, time);
-    let advance =
-        load.as_ref().map(|load| EngineStep { load, steps: rest, start: whole * length, length: rest * length });
     let joints = prepared.loads.joints_at(time).1;
     let moments = moments(prepared, time, None);
     let rows = moments.as_ref().map(|moments| RowMoments(moments));
     let surroundings = pose.and_then(|pose| surroundings_at(prepared, time, &pose));
-    engine.submit(advance, Order { pose, joints: &joints, rows, surroundings, time, ..Order::default() })?;
+    engine.submit(None, Order { pose, joints: &joints, rows, surroundings, time, ..Order::default() })?;
     let delivered = engine.deliver()?;
     Ok(Some(StepResult { step: whole as u32, image: None, time, pose, delivered }))
-}
-
-fn hand_over<E: From<EngineError>>(
-    engine: &mut dyn Engine,
-    check: Option<&mut Check>,
-    Waiting { step, image, time, pose, reference }: Waiting,
-    consumer: &mut dyn Consumer<E>,
-) -> Result<(), E> {
-    let delivered = engine.deliver()?;
-    if let (Some(check), Some(reference), Some(device)) = (check, reference, &delivered.temperatures) {
-        check.compare(step, time, &reference, device);
-    }
-    consumer.take(StepResult { step, image, time, pose, delivered })
 }
 
 /// Pose of the camera at a time [s]; `None` where the scene has no camera, or its path has no pose then.

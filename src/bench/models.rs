@@ -269,7 +269,7 @@ pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<ModelRu
     let mut ran = ModelRun { temperatures: vec![], images: vec![], step_ms: None };
     for number in 1..=prepared.scene.time.steps {
         let to = f64::from(number) * length;
-        walk::advance(prepared, &mut engine, number, false)?;
+        walk::advance(prepared, &mut engine, number)?;
         let after = device_ms(&engine);
         let device = after.zip(before).map(|(after, before)| after - before);
         // The cost of a network that the processor steps includes the passes of the device.

@@ -11,7 +11,8 @@ use crate::output::folder::Folder;
 use crate::output::image_index::IMAGES;
 use crate::output::job::{REPORT_HTML, REPORT_JSON, RunOutcome};
 use crate::output::report::{
-    FileEntry, HOW_TO_ASK, InputFile, ModelSize, PassTime, Report, ReportDevice, ReportFiles, ReportSource, SettingGroup, Speed,
+    FileEntry, HOW_TO_ASK, InputFile, ModelSize, PassTime, Report, ReportDevice, ReportFiles, ReportSource,
+    SettingGroup, Speed,
 };
 use crate::output::settings;
 use crate::output::step_cost::step_cost;
@@ -235,19 +236,22 @@ pub(super) fn print_summary(report: &Report, folder: &Folder) {
         None => {}
     }
     if let Some(accuracy) = &report.accuracy {
-        answer!(
-            "rounding and implementation, against the f64 reference: largest difference {:.1e} K, rms {:.1e} K ({} nodes, {} steps)",
-            accuracy.max_k,
-            accuracy.rms_k,
-            accuracy.nodes,
-            accuracy.steps
-        );
+        if accuracy.nodes > 0 {
+            answer!(
+                "rounding and implementation, against the f64 reference: largest difference {:.1e} K, rms {:.1e} K ({} nodes, {} steps)",
+                accuracy.max_k,
+                accuracy.rms_k,
+                accuracy.nodes,
+                accuracy.steps
+            );
+        }
         if let Some(error) = &accuracy.step_length {
             answer!(
-                "error of the step length: at most {:.1e} K, rms {:.1e} K ({} nodes that store heat, twice the difference to steps of half the length)",
+                "error of the step length: at most {:.1e} K, rms {:.1e} K ({} nodes that store heat, {})",
                 error.max_k,
                 error.rms_k,
-                error.nodes
+                error.nodes,
+                error.measure
             );
         }
         for note in &accuracy.notes {

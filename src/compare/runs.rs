@@ -246,7 +246,7 @@ impl RunSetting<'_> {
             }
             let now = f64::from(step) * time.step;
             if step > 0 {
-                step_ms.push(walk::advance(&prepared, &mut *engine, step, false)?);
+                step_ms.push(walk::advance(&prepared, &mut *engine, step)?);
             }
             let device = walk::temperatures(&mut *engine)?;
             check_finite(&prepared, step, &device)?;

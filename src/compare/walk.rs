@@ -6,20 +6,38 @@ use rayon::prelude::*;
 
 use crate::simulation::engine::{Engine, EngineError, EngineStep, Order, RowMoments};
 use crate::simulation::image::Image;
+use crate::simulation::parts::Passing;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::surroundings::surroundings_at;
 use crate::simulation::{moments, pose_at};
 
-/// Takes a step that is not the start. Returns its wall time [ms]. `keep` keeps the temperatures before the step, for images between them and those after it.
+/// Takes a step that is not the start. Returns its wall time [ms].
 ///
 /// # Errors
 /// A call that fails.
-pub(crate) fn advance(prepared: &Prepared, engine: &mut dyn Engine, step: u32, keep: bool) -> Result<f64, EngineError> {
+pub(crate) fn advance(prepared: &Prepared, engine: &mut dyn Engine, step: u32) -> Result<f64, EngineError> {
     let length = prepared.scene.time.step;
     let end = f64::from(step) * length;
-    let load = prepared.loads.step_load(end - length, end);
+    let mut milliseconds = 0.0;
+    for part in (Passing { start: end - length, end, steps: 1.0 }).parts(&prepared.loads) {
+        milliseconds += advance_part(prepared, engine, part, false)?;
+    }
+    Ok(milliseconds)
+}
+
+/// Takes a part of a step. Returns its wall time [ms]. `keep` keeps the temperatures before the part, for images between them and those after it.
+///
+/// # Errors
+/// A call that fails.
+pub(crate) fn advance_part(
+    prepared: &Prepared,
+    engine: &mut dyn Engine,
+    Passing { start, end, steps }: Passing,
+    keep: bool,
+) -> Result<f64, EngineError> {
+    let load = prepared.loads.step_load(start, end);
     let began = Instant::now();
-    let step = EngineStep { load: &load, steps: 1.0, start: end - length, length };
+    let step = EngineStep { load: &load, steps, start, length: end - start };
     engine.submit(Some(step), Order { keep, ..Order::default() })?;
     engine.deliver()?;
     Ok(began.elapsed().as_secs_f64() * 1e3)

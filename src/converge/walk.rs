@@ -11,7 +11,7 @@ use crate::scene::{Draw, Initial, Scene};
 use crate::simulation::engine::{Engine, EngineError, Order};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
-use crate::simulation::{is_drawn, start, submit_image};
+use crate::simulation::{StepPart, is_drawn, start, step_parts, submit_image};
 
 /// Most pixels of a run that are kept for comparison. Of more images an even share is drawn.
 const MOST_PIXELS: usize = 1 << 23;
@@ -95,21 +95,29 @@ impl VariantWalk<'_> {
         let (mut number, mut step_ms, mut processor_s) = (0, 0.0, Some(0.0));
         for step in 0..=time.steps {
             self.check_stop()?;
-            let between = time.draw.in_step(step, time.step);
-            if step > 0 {
-                let before = processor_seconds();
-                step_ms += walk::advance(prepared, &mut *engine, step, !between.is_empty())?;
-                let passed = processor_seconds().zip(before).map(|(now, before)| now - before);
-                processor_s = processor_s.zip(passed).map(|(sum, passed)| sum + passed);
-                stepped();
-            } else if !between.is_empty() {
-                engine.submit(None, Order { keep: true, ..Order::default() })?;
-                engine.deliver()?;
+            for (part, between) in step_parts(prepared, step) {
+                if step > 0 {
+                    let before = processor_seconds();
+                    step_ms += walk::advance_part(prepared, &mut *engine, part.passing, !between.is_empty())?;
+                    let passed = processor_seconds().zip(before).map(|(now, before)| now - before);
+                    processor_s = processor_s.zip(passed).map(|(sum, passed)| sum + passed);
+                } else if !between.is_empty() {
+                    engine.submit(None, Order { keep: true, ..Order::default() })?;
+                    engine.deliver()?;
+                }
+                for image in between {
+                    if kept.binary_search(&number).is_ok() {
+                        images.extend(self.draw(&mut *engine, step, Some((part, image)))?);
+                    }
+                    number += 1;
+                }
             }
-            let at_end = is_drawn(&time.draw, step).then_some(None);
-            for image in at_end.into_iter().chain(between.into_iter().map(Some)) {
+            if step > 0 {
+                stepped();
+            }
+            if is_drawn(&time.draw, step) {
                 if kept.binary_search(&number).is_ok() {
-                    images.extend(self.draw(&mut *engine, step, image)?);
+                    images.extend(self.draw(&mut *engine, step, None)?);
                 }
                 number += 1;
             }
@@ -137,17 +145,16 @@ impl VariantWalk<'_> {
             Initial::Balance => engine.settle(&prepared.loads.step_load(0.0, time.step), 0.0)?,
             Initial::Temperature(kelvin) => engine.settle_at(kelvin, prepared.nodes.vertex_of_node.len())?,
         }
-        walk::advance(prepared, &mut *engine, 1, time.draw.is_between_steps())?;
+        walk::advance(prepared, &mut *engine, 1)?;
         let start_s = began.elapsed().as_secs_f64();
         let drawing = Instant::now();
-        let first = matches!(time.draw, Draw::Times(_)).then_some((0, 0.0));
-        self.draw(&mut *engine, 1, first)?;
+        self.draw(&mut *engine, 1, None)?;
         let image_s = drawing.elapsed().as_secs_f64();
         let last = PILOT_STEPS.min(time.steps.saturating_sub(1));
         let mut step_s = 0.0;
         for step in 0..last {
             self.check_stop()?;
-            step_s += walk::advance(prepared, &mut *engine, step + 2, false)? / 1e3 / f64::from(last);
+            step_s += walk::advance(prepared, &mut *engine, step + 2)? / 1e3 / f64::from(last);
         }
         let warm_up = match time.periodic {
             Some(_) => prepared.scene.orbit.period() / time.warm_up_step,
@@ -170,12 +177,12 @@ impl VariantWalk<'_> {
         &self,
         engine: &mut dyn Engine,
         step: u32,
-        image: Option<(u32, f64)>,
+        image: Option<(StepPart, (u32, f64))>,
     ) -> Result<Option<SurfaceImage>, EngineError> {
         let image = match image {
             None => walk::draw(self.prepared, engine, f64::from(step) * self.prepared.scene.time.step)?.1,
-            Some(image) => {
-                submit_image(self.prepared, engine, step, image)?;
+            Some((part, image)) => {
+                submit_image(self.prepared, engine, part, image)?;
                 engine.deliver()?.image
             }
         };

@@ -12,8 +12,8 @@ mod redraw;
 mod tree;
 
 pub(crate) use jointed::Jointed;
-pub use lit_area::{Lit, LitArea, LitAreas};
 pub(crate) use lit_area::{CornerLight, LitNode, LitSurface};
+pub use lit_area::{Lit, LitArea, LitAreas};
 pub(crate) use points::{fractions, point_near_corner};
 pub(crate) use rays::Hit;
 pub use rays::Occluders;

@@ -25,6 +25,8 @@ pub struct StepLoads {
     environment: Environment,
     albedo: Option<AlbedoSource>,
     joints: Joints,
+    /// Length down to which a step is halved where the eclipse begins or ends in it [s]. Infinite where no surface needs that.
+    shortest_part: f64,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -64,7 +66,13 @@ impl StepLoads {
             Some(ratio) => AlbedoSource::Fixed(Box::new(AlbedoField::new(ratio))),
             None => AlbedoSource::Varying(AlbedoFields::default()),
         });
-        Ok(Self { sky, environment: environment.clone(), albedo, joints: Joints::default() })
+        Ok(Self {
+            sky,
+            environment: environment.clone(),
+            albedo,
+            joints: Joints::default(),
+            shortest_part: f64::INFINITY,
+        })
     }
 
     /// Adds joints to the craft. Joints with a rate are walked from the time `from` [s] on in steps of `step` [s].
@@ -72,6 +80,22 @@ impl StepLoads {
         let sun = |time: f64| self.sky.sun_direction(time);
         self.joints = Joints::under_a_sky(joints, from, step, self.sky.repeats_after(), sun);
         self
+    }
+
+    /// Has steps halved down to a length [s] where the eclipse begins or ends in them.
+    pub fn with_parts_of(self, shortest_part: f64) -> Self {
+        Self { shortest_part, ..self }
+    }
+
+    /// Whether the step from `start` to `end` [s] is to be halved, because the eclipse begins or ends in it and a surface stores too little heat for its mean load.
+    pub(crate) fn needs_halves(&self, start: f64, end: f64) -> bool {
+        let in_penumbra = || {
+            let lit = self.sky.lit_fraction(0.5 * (start + end));
+            0.0 < lit && lit < 1.0
+        };
+        end - start > self.shortest_part * (1.0 + ROUNDING)
+            && self.environment.solar_constant.is_some()
+            && (in_penumbra() || !self.sky.contacts(start, end).is_empty())
     }
 
     /// Takes the next place of the craft from outside, at the present time `now` [s]. The first one ends the scene's own orbit and attitude.
@@ -292,6 +316,9 @@ impl SunSample {
         (self.flux > 0.0).then_some(self)
     }
 }
+
+/// Share by which the length of a part may be rounded.
+const ROUNDING: f64 = 1e-6;
 
 /// Sine of the Sun's angle from the nadir line below which the Sun has no side.
 const NO_SIDE: f64 = 1e-9;

@@ -78,7 +78,7 @@ pub(crate) fn run_into(
 ) -> Result<RunOutcome, JobError> {
     let trace = engine.trace();
     let run = RunContext { prepared, folder, job, trace: &trace, stop, progress, began: Instant::now() };
-    let mut check = job.check.filter(|_| Check::is_possible(prepared)).map(|sample| Check::new(prepared, sample));
+    let mut check = job.check.map(|sample| Check::new(prepared, sample));
     engine.keep_few_times(MOST_TIMES);
     let mut start = begin(run, engine, &mut check)?;
     (0..start.first).for_each(|_| progress(Done::Step));

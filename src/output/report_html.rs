@@ -63,7 +63,7 @@ fn headline(html: &mut Html, report: &Report) {
         }
         None => figures.push(("not asked for".into(), "", format!("error of a pixel's temperature: {HOW_TO_ASK}"))),
     }
-    match &report.accuracy {
+    match &report.accuracy.as_ref().filter(|accuracy| accuracy.nodes > 0) {
         Some(accuracy) => {
             let (largest, unit) = kelvin(accuracy.max_k);
             figures.push((
@@ -72,9 +72,15 @@ fn headline(html: &mut Html, report: &Report) {
                 "largest difference by rounding and implementation, from the f64 reference".to_owned(),
             ));
             let (rms, unit) = kelvin(accuracy.rms_k);
-            figures.push((rms, unit, "rms difference by rounding and implementation, from the f64 reference".to_owned()));
+            figures.push((
+                rms,
+                unit,
+                "rms difference by rounding and implementation, from the f64 reference".to_owned(),
+            ));
         }
-        None => figures.push(("no rounding".into(), "", "was measured: nothing was compared with the reference".into())),
+        None => {
+            figures.push(("no rounding".into(), "", "was measured: nothing was compared with the reference".into()))
+        }
     }
     html.headline(figures.into_iter().map(|(value, unit, what)| (value, unit.to_owned(), what)));
 }
@@ -106,15 +112,17 @@ fn accuracy(html: &mut Html, accuracy: Option<&Accuracy>) {
         thousands(accuracy.steps)
     );
     let place = format!("{}, step {}, {} s", accuracy.worst_node, accuracy.worst_step, accuracy.worst_time_s);
-    html.table(
-        &["Rounding and implementation: device against f64 reference", "temperature"],
-        [
-            row("largest difference", kelvin_text(accuracy.max_k)),
-            row("at", place),
-            row("rms difference", kelvin_text(accuracy.rms_k)),
-            row("sample", sample),
-        ],
-    );
+    if accuracy.nodes > 0 {
+        html.table(
+            &["Rounding and implementation: device against f64 reference", "temperature"],
+            [
+                row("largest difference", kelvin_text(accuracy.max_k)),
+                row("at", place),
+                row("rms difference", kelvin_text(accuracy.rms_k)),
+                row("sample", sample),
+            ],
+        );
+    }
     if let Some(error) = &accuracy.step_length {
         html.table(
             &["Error of the step length", "temperature"],
@@ -123,7 +131,7 @@ fn accuracy(html: &mut Html, accuracy: Option<&Accuracy>) {
                 row("at", format!("{}, {} s", error.worst_node, error.worst_time_s)),
                 row("rms", kelvin_text(error.rms_k)),
                 row("sample", format!("{} nodes that store heat", thousands(error.nodes))),
-                row("measure", "twice the difference in f64 to steps of half the length".to_owned()),
+                row("measure", error.measure.clone()),
             ],
         );
     }

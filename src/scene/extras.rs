@@ -1,7 +1,9 @@
 //! Thermal values in the `extras` of a glTF material: flat `isotherm_` keys, as Blender writes custom properties.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use serde_json::Value;
 
@@ -21,6 +23,8 @@ pub(super) struct Extras<'a> {
     material: &'a str,
     values: &'a BTreeMap<String, Value>,
     group: String,
+    /// Whether a number was too small for its unit and counts as 0.
+    has_small: Rc<Cell<bool>>,
 }
 
 impl<'a> Extras<'a> {
@@ -30,7 +34,14 @@ impl<'a> Extras<'a> {
         reach: &'a Reach,
         material: &'a ModelMaterial,
     ) -> Result<Option<Self>, SceneError> {
-        let extras = Self { model, reach, material: &material.name, values: &material.extras, group: String::new() };
+        let extras = Self {
+            model,
+            reach,
+            material: &material.name,
+            values: &material.extras,
+            group: String::new(),
+            has_small: Rc::default(),
+        };
         match material.extras.keys().find(|key| !EXTRAS.contains(&key.as_str())) {
             Some(key) => Err(extras.error(key, unknown_key(key, EXTRAS))),
             None => Ok((!material.extras.is_empty()).then_some(extras)),
@@ -43,6 +54,11 @@ impl<'a> Extras<'a> {
             Some(Value::String(text)) if !text.trim().is_empty() => Ok(Some(text)),
             Some(value) => Err(self.error(key, format!("expected a string, found {value}"))),
         }
+    }
+
+    /// Whether a number was too small for its unit and counts as 0.
+    pub(super) fn has_small(&self) -> bool {
+        self.has_small.get()
     }
 
     fn get(&self, key: &str) -> Option<&'a Value> {
@@ -58,7 +74,11 @@ impl ValueSource for Extras<'_> {
         let number = value
             .as_f64()
             .ok_or_else(|| self.error(key, format!("expected {}, found {value}", quantity.expected())))?;
-        quantity.check(number).map(Some).map_err(|message| self.error(key, message))
+        let checked = quantity.check(number).map_err(|message| self.error(key, message))?;
+        if checked != number {
+            self.has_small.set(true);
+        }
+        Ok(Some(checked))
     }
 
     fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError> {
@@ -91,7 +111,7 @@ impl ValueSource for Extras<'_> {
     fn group(&self, key: &str, _known: &[&str]) -> Result<Option<Self>, SceneError> {
         let group = format!("{}{key}_", self.group);
         let present = self.values.keys().any(|name| name.starts_with(&group));
-        Ok(present.then_some(Self { group, ..*self }))
+        Ok(present.then(|| Self { group, has_small: Rc::clone(&self.has_small), ..*self }))
     }
 
     fn clash(&self, key: &str, _others: &[&str], message: String) -> SceneError {

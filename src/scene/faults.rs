@@ -78,6 +78,8 @@ pub(super) struct Faults {
     faults: RefCell<Vec<SceneFault>>,
     given_up: RefCell<Vec<KeyPlace>>,
     last: RefCell<Option<LastFault>>,
+    /// The first number that counts as 0, in words, and how many do.
+    small: RefCell<Option<(String, u64)>>,
 }
 
 /// Reads until no new error is found.
@@ -133,6 +135,24 @@ impl Faults {
         let follows = self.follows(&place, kind, others, |_| true) || self.is_unread(&place, others);
         let others = others.iter().map(|other| (*other).to_owned()).collect();
         *self.last.borrow_mut() = Some(LastFault { place, kind, others, follows, one_of_several, meant, text });
+    }
+
+    /// Notes a number that counts as 0.
+    pub(super) fn note_small(&self, text: impl FnOnce() -> String) {
+        let mut small = self.small.borrow_mut();
+        match &mut *small {
+            Some((_, count)) => *count += 1,
+            None => *small = Some((text(), 1)),
+        }
+    }
+
+    /// The numbers that count as 0, in one sentence for the user. `None` where there are none.
+    pub(super) fn take_small(&self) -> Option<String> {
+        let (first, count) = self.small.take()?;
+        Some(match count {
+            1 => format!("{first}."),
+            _ => format!("{first}, as the first of {count} such numbers."),
+        })
     }
 
     /// Whether a key that stands in another section explains an error.

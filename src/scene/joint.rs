@@ -234,7 +234,7 @@ fn schedule(section: &Section, words: &Words, files: &mut Vec<PathBuf>) -> Resul
             for key in ["time", "angle_deg", "distance"] {
                 table.exclusive("file", key)?;
             }
-            let schedule = read_file(&path, words).map_err(|message| match message {
+            let schedule = read_file(&path, words, &table).map_err(|message| match message {
                 Ok(message) => table.error("file", message),
                 Err(error) => table.error("file", error),
             })?;
@@ -271,7 +271,7 @@ fn schedule(section: &Section, words: &Words, files: &mut Vec<PathBuf>) -> Resul
 type ScheduleFault = Result<String, SceneError>;
 
 /// Reads a CSV file with the columns `time` [s] and `angle_deg` or `distance`.
-fn read_file(path: &std::path::Path, words: &Words) -> Result<(Vec<f64>, Vec<f64>), ScheduleFault> {
+fn read_file(path: &std::path::Path, words: &Words, table: &Section) -> Result<(Vec<f64>, Vec<f64>), ScheduleFault> {
     let text = read_text(path).map_err(Err)?;
     let name = path.display();
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
@@ -285,10 +285,12 @@ fn read_file(path: &std::path::Path, words: &Words) -> Result<(Vec<f64>, Vec<f64
     for row in reader.records() {
         let row = row.map_err(|error| Ok(format!("{name}: {error}")))?;
         let line = row.position().map_or(0, csv::Position::line);
-        let cell = |place: usize, quantity: Quantity| {
+        let cell = |place: usize, quantity: Quantity| -> Result<f64, ScheduleFault> {
             let text = row.get(place).unwrap_or_default();
             let number = text.parse::<f64>().map_err(|_| Ok(format!("{name}:{line}: '{text}' is not a number")))?;
-            quantity.check(number).map_err(|message| Ok(format!("{name}:{line}: {message}")))
+            let checked = quantity.check(number).map_err(|message| Ok(format!("{name}:{line}: {message}")))?;
+            table.tell_small(number, checked, |message| format!("{name}:{line}: {message}"));
+            Ok(checked)
         };
         times.push(cell(columns[0], Quantity::any("s"))?);
         positions.push(cell(columns[1], Quantity::any(words.unit))?);

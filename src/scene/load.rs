@@ -98,6 +98,7 @@ impl Scene {
         let network = mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref())?;
         let contacts = mesh_network::contacts(&root.tables("contact", keys::CONTACT)?, &mut assumptions)?;
         let heaters = mesh_network::heaters(&root.tables("heater", keys::HEATER)?, &probes)?;
+        assumptions.extend(faults.take_small());
         let mut scene = Self {
             source: path.to_path_buf(),
             reach: reach.clone(),

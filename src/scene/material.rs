@@ -288,6 +288,9 @@ impl MaterialRules {
             if settled.complete.domain_assumed {
                 settled.source.push_str("; T moves, because domain is absent");
             }
+            if extras.has_small() {
+                settled.source.push_str("; a number too small for its unit counts as 0");
+            }
             settled.add_files(files);
             return Ok(Some(settled.material(wanted.name.clone())));
         }

@@ -23,7 +23,7 @@ enum Range {
 
 /// The sizes that a number of each unit may have, unless it is 0. These ranges reach from far below to far above the sizes of craft, orbits and
 /// materials. Numbers within them, their squares and their usual products lie in the range of an f32. A network on a device checks its conductors
-/// once more.
+/// once more. A number that is smaller counts as 0 where 0 is allowed.
 const SIZES: [(&str, f64, f64); 18] = [
     ("m", 1e-12, 1e13),
     ("m2", 1e-15, 1e15),
@@ -66,10 +66,14 @@ impl Quantity {
         Self { unit, range: Range::Between(lower, upper) }
     }
 
-    /// The value if it is valid, otherwise a message that states the range.
+    /// The value if it is valid, 0 for a value that is too small for its unit where 0 is allowed, otherwise a message that states the range.
     pub(super) fn check(&self, value: f64) -> Result<f64, String> {
         if !value.is_finite() {
             return Err(format!("must be a finite number{}, found {value}", self.unit_suffix()));
+        }
+        let size = SIZES.iter().find(|(unit, ..)| *unit == self.unit);
+        if value != 0.0 && self.has_zero() && size.is_some_and(|(_, least, _)| value.abs() < *least) {
+            return Ok(0.0);
         }
         let (allowed, rule) = match self.range {
             Range::Any => (true, String::new()),
@@ -83,7 +87,7 @@ impl Quantity {
         if !allowed {
             return Err(format!("must be {rule}{}, found {value}", self.unit_suffix()));
         }
-        match SIZES.iter().find(|(unit, ..)| *unit == self.unit) {
+        match size {
             Some((_, least, most)) if value != 0.0 && !(*least..=*most).contains(&value.abs()) => {
                 let sign = if matches!(self.range, Range::Any) { ", of either sign" } else { "" };
                 let or_zero = if matches!(self.range, Range::Positive) { "" } else { "0 or " };
@@ -91,6 +95,15 @@ impl Quantity {
                 Err(format!("must be {or_zero}from {least:e} to {most:e}{sign}{unit}, found {value:e}"))
             }
             _ => Ok(value),
+        }
+    }
+
+    fn has_zero(&self) -> bool {
+        match self.range {
+            Range::Any | Range::NonNegative => true,
+            Range::Positive => false,
+            Range::Within(lower, upper) => lower <= 0.0 && upper >= 0.0,
+            Range::Between(lower, upper) => lower < 0.0 && upper > 0.0,
         }
     }
 
@@ -139,6 +152,25 @@ mod tests {
         let message = Quantity::positive("m").check(5e-324);
         assert_eq!(message, Err("must be from 1e-12 to 1e13 [m], found 5e-324".to_string()));
         assert!(Quantity::non_negative("K").check(1e7).is_err() && Quantity::non_negative("W").check(1e19).is_err());
+    }
+
+    /// Issues 29.8 and 31.7: a probe at 6e-17 m and the heat of an exported node.
+    #[test]
+    fn a_number_too_small_for_its_unit_counts_as_0() {
+        for (quantity, value) in [
+            (Quantity::any("m"), 6e-17),
+            (Quantity::any("W"), -6.7e-16),
+            (Quantity::non_negative("W/K"), 1e-61),
+            (Quantity::non_negative("K"), -1e-12),
+            (Quantity::within(0.0, 1e6, "s"), 1e-12),
+        ] {
+            assert_eq!(quantity.check(value), Ok(0.0), "{value}");
+        }
+        assert_eq!(Quantity::any("m").check(1e-12), Ok(1e-12));
+        assert!(
+            Quantity::within(1e-6, 1e7, "s").check(1e-12).is_err() && Quantity::positive("m").check(6e-17).is_err()
+        );
+        assert!(Quantity::non_negative("K").check(-1e-6).is_err());
     }
 
     #[test]

@@ -162,7 +162,20 @@ impl<'a> Section<'a> {
 
     fn number_of(&self, key: &str, value: &Spanned<DeValue>, quantity: Quantity) -> Result<f64, SceneError> {
         let number = as_number(value.get_ref()).ok_or_else(|| self.type_error(key, value, &quantity.expected()))?;
-        quantity.check(number).map_err(|message| self.fault(key, FaultKind::Number, &[], &value.span(), message))
+        let checked = quantity.check(number);
+        let checked = checked.map_err(|message| self.fault(key, FaultKind::Number, &[], &value.span(), message))?;
+        self.tell_small(number, checked, |message| {
+            self.file.value_error(&value.span(), self.key_name(key), message).to_string()
+        });
+        Ok(checked)
+    }
+
+    /// Notes a number that counts as 0 after its check, to be told once. `placed` adds the place to the message.
+    pub(super) fn tell_small(&self, number: f64, checked: f64, placed: impl FnOnce(String) -> String) {
+        if number != checked {
+            let text = || placed(format!("{number:e} is too small for its unit and counts as 0"));
+            self.file.faults.note_small(text);
+        }
     }
 
     pub(super) fn whole(&self, key: &str, range: std::ops::RangeInclusive<u32>) -> Result<Option<u32>, SceneError> {

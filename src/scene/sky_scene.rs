@@ -47,6 +47,7 @@ impl SkyScene {
         let mut assumptions = Vec::new();
         let mut files = vec![path.to_path_buf()];
         let mut sky = Self::read(&root, path, &mut files, &mut assumptions)?;
+        assumptions.extend(faults.take_small());
         (sky.assumptions, sky.files) = (assumptions, files);
         Ok(sky)
     }

@@ -28,7 +28,7 @@ pub struct Probe {
     pub part: Option<String>,
 }
 
-/// Reads `[initial]`. The default is the balance under the first load.
+/// Reads `[initial]`. The default is the balance under the load at the start.
 pub(super) fn initial(section: Option<&Section>, assumptions: &mut Vec<String>) -> Result<Initial, SceneError> {
     let stated = match section {
         Some(section) => section.number("temperature", Quantity::within(0.0, 1e6, "K"))?,

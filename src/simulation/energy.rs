@@ -177,7 +177,8 @@ impl Account {
             for (number, run) in tables.runs.iter().enumerate() {
                 let [now, last, before] = [now[number], self.sums.last[number], self.sums.before[number]];
                 let emitted = match (run.of, self.sums.steps) {
-                    (HeatOf::Balance, _) => now,
+                    // What is in balance emits what it absorbs, in every part of a step.
+                    (HeatOf::Balance, _) => absorbed[number],
                     (_, 0) => 0.5 * (now + last),
                     // Adams-Moulton: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, III.1.
                     _ => (5.0 * now + 8.0 * last - before) / 12.0,

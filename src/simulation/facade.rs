@@ -15,8 +15,9 @@ pub use place::Placement;
 
 use super::engine::Engine;
 use super::facade_error::SimulationError;
-use super::forward::{Passing, forward};
+use super::forward::forward;
 use super::orbits::Periodic;
+use super::parts::Passing;
 use super::pose::CameraError;
 use super::prepare::Prepared;
 use super::prepare_error::PrepareError;

@@ -9,19 +9,9 @@ use rayon::prelude::*;
 
 use super::check::Check;
 use super::engine::{Engine, EngineError, EngineStep};
+use super::parts::Passing;
 use super::prepare::Prepared;
 use crate::gpu::layout::FUSED_STEPS;
-
-/// Interval of a step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Passing {
-    /// Start [s].
-    pub(crate) start: f64,
-    /// End [s].
-    pub(crate) end: f64,
-    /// Length in steps.
-    pub(crate) steps: f64,
-}
 
 /// Advances through steps, with the check's nodes where there is a check. `progress` is called for each step. Returns whether all steps were done before
 /// `stop` was set.
@@ -44,19 +34,22 @@ pub(crate) fn forward(
             return Ok(false);
         }
         let batch: Vec<Passing> = passing.by_ref().take(at_once).collect();
-        let loads: Vec<_> = batch.par_iter().map(|one| prepared.loads.step_load(one.start, one.end)).collect();
-        let under_load: Vec<EngineStep<'_>> = batch
+        let parts: Vec<Passing> = batch.iter().flat_map(|one| one.parts(&prepared.loads)).collect();
+        let loads: Vec<_> = parts.par_iter().map(|one| prepared.loads.step_load(one.start, one.end)).collect();
+        let under_load: Vec<EngineStep<'_>> = parts
             .iter()
             .zip(&loads)
             .map(|(one, load)| EngineStep { load, steps: one.steps, start: one.start, length: one.end - one.start })
             .collect();
-        engine.forward(&under_load)?;
-        for one in under_load {
-            if let Some(check) = check.as_deref_mut() {
-                check.step(one.load, one.steps, one.start, one.length, engine.exchange_rows().as_ref());
+        for together in under_load.chunks(at_once) {
+            engine.forward(together)?;
+            for one in together {
+                if let Some(check) = check.as_deref_mut() {
+                    check.step(one.load, one.steps, one.start, one.length, engine.exchange_rows().as_ref());
+                }
             }
-            progress();
         }
+        batch.iter().for_each(|_| progress());
     }
     engine.wait()?;
     Ok(true)

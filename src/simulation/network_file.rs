@@ -3,6 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use super::engine::{Engine, EngineError};
+use super::parts::Passing;
 use super::prepare::Prepared;
 use super::reference_engine::ReferenceEngine;
 use super::start;
@@ -11,7 +12,7 @@ use crate::thermal::network::schedule::HeatTable;
 
 /// The network of a scene from time 0, as the f64 reference finds its start. `None` where no material has a network. Radiation between surfaces is not in it.
 ///
-/// A node's label is its part and a number. The heat of a step is constant over the step, as in a run.
+/// A node's label is its part and a number. The heat of a step, or of a part of one, is constant over it, as in a run.
 ///
 /// # Errors
 /// A start that is not found, or a stop.
@@ -30,16 +31,18 @@ pub fn network_file(
     let time = |number: u32| f64::from(number) * step;
     let mut tables = vec![HeatTable { times: Vec::new(), powers: Vec::new() }; network.len()];
     for number in 0..steps {
-        let ends = [time(number), time(number + 1)];
-        let heat = engine.network_heat(&prepared.loads.step_load(ends[0], ends[1]));
-        for (table, power) in tables.iter_mut().zip(heat) {
-            // Of steps with the same heat the ends of the first and of the last are kept.
-            if table.powers.last() == Some(&power) {
-                table.times.pop();
-                table.times.push(ends[1]);
-            } else {
-                table.times.extend(ends);
-                table.powers.extend([power, power]);
+        let whole = Passing { start: time(number), end: time(number + 1), steps: 1.0 };
+        for Passing { start, end, .. } in whole.parts(&prepared.loads) {
+            let heat = engine.network_heat(&prepared.loads.step_load(start, end));
+            for (table, power) in tables.iter_mut().zip(heat) {
+                // Of steps with the same heat the ends of the first and of the last are kept.
+                if table.powers.last() == Some(&power) {
+                    table.times.pop();
+                    table.times.push(end);
+                } else {
+                    table.times.extend([start, end]);
+                    table.powers.extend([power, power]);
+                }
             }
         }
         progress();

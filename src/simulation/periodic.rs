@@ -7,8 +7,9 @@
 use std::sync::atomic::Ordering;
 
 use super::engine::{Engine, EngineError, Order};
-use super::forward::{Passing, forward};
+use super::forward::forward;
 use super::orbits::{History, Orbits, Periodic};
+use super::parts::Passing;
 use super::prepare::Prepared;
 use super::structures::Structures;
 use super::warm_up::WarmUp;

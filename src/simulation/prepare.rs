@@ -144,7 +144,7 @@ impl Prepared {
         steps::check_traced(&scene, &triangles)?;
 
         progress(PrepareStage::Loads);
-        let loads = steps::loads(&scene, moving)?;
+        let loads = steps::loads(&scene, &materials, moving)?;
         warnings.extend(steps::turn_warning(&scene, &loads));
         let probes = steps::probe_nodes(&scene, &parts, &nodes)?;
         let given = GivenTemperatures::new(&scene, &parts, &nodes)?.map(Arc::new);

@@ -21,7 +21,7 @@ use crate::raster::traced::LARGEST_REFLECTED;
 use crate::scene::{Camera, Draw, Initial, JointMotion, Reflections, Scene, file_hash, scene_hash};
 use crate::thermal::balance::{balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response, Sides};
-use crate::thermal::radiative::PARTS_AT_MOST;
+use crate::thermal::radiative::{PARTS_AT_MOST, time_constant};
 use crate::thermal::shell::Shell;
 
 /// Number of remarks about the model that are printed. `isotherm info MODEL` prints all.
@@ -40,6 +40,12 @@ const MOST_NUMBERS: f64 = 1e11;
 
 /// Steps of the walk of joints with a rate in one step of the scene.
 const WALKS_A_STEP: f64 = 4.0;
+
+/// Longest part of a step in which the eclipse begins or ends, as a share of the shortest time constant of a surface. It leaves up to 0.25 K at 340 K.
+const LONGEST_PART: f64 = 0.15;
+
+/// Most times that such a step is halved.
+const HALVINGS_AT_MOST: f64 = 6.0;
 
 /// SHA-256 of the files of a scene (hexadecimal).
 #[derive(Debug, Clone)]
@@ -179,7 +185,7 @@ pub(super) fn check_traced(scene: &Scene, triangles: &[[u32; 3]]) -> Result<(), 
 }
 
 /// Loads of every step from the start of the warm-up, and the walks of the joints.
-pub(super) fn loads(scene: &Scene, moving: Vec<Joint>) -> Result<StepLoads, PrepareError> {
+pub(super) fn loads(scene: &Scene, materials: &[Material], moving: Vec<Joint>) -> Result<StepLoads, PrepareError> {
     let failed = |source| PrepareError::Sky { path: scene.source.clone(), source };
     let loads = StepLoads::new(&scene.orbit, &scene.attitude, &scene.environment).map_err(failed)?;
     // A periodic warm-up steps the same orbit again.
@@ -194,7 +200,17 @@ pub(super) fn loads(scene: &Scene, moving: Vec<Joint>) -> Result<StepLoads, Prep
     let shutter = scene.camera.as_ref().filter(|_| scene.time.draw != Draw::None).map_or(0.0, Camera::shutter_time);
     let span = [-before - slack, f64::from(scene.time.steps) * scene.time.step + shutter];
     loads.sky_model().check(span[0], span[1]).map_err(failed)?;
+    let loads = loads.with_parts_of(shortest_part(scene, materials));
     Ok(loads.with_joints(moving, span[0], scene.time.step / WALKS_A_STEP))
+}
+
+/// Length down to which a step is halved where the eclipse begins or ends in it [s]. Infinite where the step is short for every surface.
+fn shortest_part(scene: &Scene, materials: &[Material]) -> f64 {
+    let constants = materials.iter().zip(hottest(scene, materials));
+    let shortest =
+        constants.filter_map(|(material, hottest)| time_constant(material, hottest)).fold(f64::INFINITY, f64::min);
+    let halvings = (scene.time.step / (LONGEST_PART * shortest)).log2().ceil();
+    if halvings > 0.0 { scene.time.step / halvings.min(HALVINGS_AT_MOST).exp2() } else { f64::INFINITY }
 }
 
 /// Refuses a series that no disk would hold.
@@ -279,8 +295,8 @@ pub(super) fn set_hottest(scene: &Scene, materials: &mut [Material]) -> Result<(
     Ok(())
 }
 
-/// Balance temperature of each material of the network in full sunlight [K].
-fn hottest(scene: &Scene, materials: &[Material]) -> Vec<f64> {
+/// Balance temperature of each material in full sunlight [K], at least that of a room.
+pub(super) fn hottest(scene: &Scene, materials: &[Material]) -> Vec<f64> {
     let environment = &scene.environment;
     let sun = environment.solar_constant.unwrap_or(0.0) * (1.0 + environment.albedo.unwrap_or(0.0));
     let balance = |material: &Material| {

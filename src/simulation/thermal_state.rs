@@ -142,7 +142,7 @@ impl ThermalState {
         if check.restore(state).is_err() {
             return Ok(false);
         }
-        check.begin_halves();
+        check.begin_halves(engine)?;
         Ok(true)
     }
 }

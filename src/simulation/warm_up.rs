@@ -4,9 +4,10 @@ use std::sync::atomic::AtomicBool;
 
 use super::check::Check;
 use super::engine::{Engine, EngineError};
-use super::forward::{Passing, forward};
+use super::forward::forward;
 use super::keep::{Keep, KeepNothing};
 use super::orbits::{Orbits, Periodic};
+use super::parts::Passing;
 use super::prepare::Prepared;
 use super::state::BetweenSteps;
 use crate::gpu::layout::FUSED_STEPS;
@@ -73,7 +74,7 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
             {
                 check.start_network(&temperatures, network.on());
             }
-            check.begin_halves();
+            check.begin_halves(self.engine)?;
         }
         Ok(went)
     }
@@ -82,8 +83,8 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
     fn settle(&mut self) -> Result<(), EngineError> {
         match self.prepared.scene.initial {
             Initial::Balance => {
-                let [from, to] = [0, 1].map(|number| self.time(number));
-                let load = self.prepared.loads.step_load(from, to);
+                let from = self.time(0);
+                let load = self.prepared.loads.step_load(from, from);
                 self.engine.settle(&load, from)?;
                 if let Some(check) = self.check.as_deref_mut() {
                     check.settle(&load, from);

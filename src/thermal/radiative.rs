@@ -6,8 +6,9 @@
 //! `glsl/radiative.glsl`.
 
 use super::STEFAN_BOLTZMANN;
+use super::balance::emissivity_sum;
 use super::local_step::{SHARE, SLOW_STEPS, local_change, whole_change};
-use super::material::Radiative;
+use super::material::{Material, Radiative, Response};
 
 /// Change by a flux of 1 W/m2 in a step [K m2/W] of an outside that stores no heat. Such an outside is in balance in f64 and in f32.
 const BALANCED: f64 = 1e12;
@@ -75,6 +76,21 @@ impl Radiative {
         let rate = 4.0 * self.exchange() * self.hottest.powi(3) * self.structure_share();
         (rate / STRUCTURE_SHARE).ceil().max(1.0) as u32
     }
+}
+
+/// Time in which a node of a material by itself forgets its load at a temperature [K], by radiation [s]. `None` where the node stores no heat or follows
+/// a rule of its own.
+pub(crate) fn time_constant(material: &Material, temperature: f64) -> Option<f64> {
+    let (capacity, below) = match &material.response {
+        Response::Radiative(plate) => (plate.capacity, plate.over.map_or(0.0, |over| over.effective_emittance)),
+        Response::Network => {
+            let bulk = &material.bulk;
+            (bulk.capacity_per_area().ok()?, bulk.over.map_or(0.0, |over| over.effective_emittance))
+        }
+        Response::Instant | Response::Transition(_) | Response::Given => return None,
+    };
+    let emission = STEFAN_BOLTZMANN * (emissivity_sum(material) + below);
+    (capacity > 0.0).then(|| capacity / (4.0 * emission * temperature.powi(3)))
 }
 
 pub(crate) fn radiative_step(state: PlateState, load: PlateLoad, steps: f64, plate: &Radiative) -> PlateState {

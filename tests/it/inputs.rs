@@ -188,6 +188,30 @@ fn whole_numbers_of_a_gltf_may_have_a_point() {
     assert!(Model::load(&maker.save(folder.path())).unwrap_err().to_string().contains("accessor 0"));
 }
 
+/// Issues 29.8 and 31.7: rounding leaves such numbers, in a probe and in the heat of an exported network.
+#[test]
+fn a_number_too_small_for_its_unit_counts_as_0_and_is_told_once() {
+    let folder = Folder::new(&scene_with(&[]));
+    let of_small = |assumptions: &[String]| -> Vec<String> {
+        assumptions.iter().filter(|text| text.contains("counts as 0")).cloned().collect()
+    };
+    let scene = scene_with(&[("position = [0, 5.5, 0]", "position = [6e-17, 5.5, -1e-300]")]);
+    let scene = Scene::parse(&scene, &folder.path("scene.toml")).expect("a scene");
+    assert_eq!(scene.probes[0].position.to_array(), [0.0, 5.5, 0.0]);
+    let told = of_small(&scene.assumptions);
+    assert!(told.len() == 1 && told[0].contains("probe.position: 6e-17") && told[0].contains("first of 2"), "{told:?}");
+    let node = "[[node]]\nlabel = 'a'\nkind = 'diffusive'\ncapacitance = 1\ntemperature = 300\nheat = ";
+    let network =
+        |heat: &str| NetworkFile::parse(&format!("{node}{heat}\n"), Path::new("net.toml")).expect("a network");
+    let told = of_small(&network("{ time = [0, 9], power = [-6.7e-16, 5] }").assumptions);
+    assert!(told.len() == 1 && told[0].contains("net.toml:6: node.heat.power: -6.7e-16"), "{told:?}");
+    assert_eq!(of_small(&network("5").assumptions), Vec::<String>::new());
+    assert_eq!(
+        of_small(&Scene::parse(&scene_with(&[]), &folder.path("scene.toml")).expect("a scene").assumptions).len(),
+        0
+    );
+}
+
 #[test]
 fn numbers_beyond_reason_are_refused_where_they_stand() {
     let folder = Folder::new(SCENE);
@@ -205,7 +229,7 @@ fn numbers_beyond_reason_are_refused_where_they_stand() {
         (scene_with(&[("planet_radius = 6371e3", "planet_radius = 1e300")]), "environment.planet_radius: must be"),
         (scene_with(&[("position = [0, 5.5, 0]", "position = [0, 1e200, 0]")]), "probe.position: must be"),
         (scene_with(&[("t_max_steps = 30", "t_max_steps = 1e-300")]), "t_max_steps: must be"),
-        (scene_with(&[("t_max_steps = 30", "t_max = 1e-300")]), "t_max: must be"),
+        (scene_with(&[("t_max_steps = 30", "t_max = 1e300")]), "t_max: must be"),
         (
             scene_with(&[("\"quadratic\", t_max_steps = 20", "\"exponential\", rate = 5e-324, t_max_steps = 20")]),
             "the rate of 'exponential' must be from 1e-9",

@@ -108,6 +108,7 @@ fn full_accuracy() -> Accuracy {
             rms_k: 0.02,
             worst_node: "node 48213, part Array_3, material solar_cell".into(),
             worst_time_s: 3286.0,
+            measure: "twice the difference in f64 to steps of half the length".into(),
         }),
         notes: strings(&["12 nodes below 3 K in grazing sun are compared in absorbed flux: 2e-6 relative"]),
     }

@@ -41,7 +41,7 @@ pub struct NetworkFile {
     /// Output times [s] in file order. Each gives one row of the series.
     pub times: Vec<f64>,
     /// One sentence for each default that was used.
-    pub(crate) assumptions: Vec<String>,
+    pub assumptions: Vec<String>,
 }
 
 impl NetworkFile {
@@ -111,6 +111,7 @@ impl NetworkFile {
             None => Vec::new(),
         };
         assume(&labels, &network, &heat, &thermostats, &mut assumptions);
+        assumptions.extend(faults.take_small());
         if let Some(node) = network.unbalanced_node() {
             let message = format!(
                 "arithmetic node '{}' has no path to a node that stores heat, to a boundary or to space: give it a \

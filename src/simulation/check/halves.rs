@@ -1,9 +1,12 @@
 //! The sample of the check in steps of half the length, which gives the error of the step length.
 //!
-//! Both runs begin in the same state at time 0 and are in f64. Both have the light of whole steps, which follows the Sun by an angle of their own.
+//! Both runs begin in the same state at time 0 and are in f64. Both have the light of whole steps, which follows the Sun by an angle of their own. Nodes whose
+//! network or whose exchange is too large for that are taken by themselves (`lone.rs`).
 
 use super::differences::Differences;
+use super::lone::{LoneNodes, LoneNodesState};
 use super::network::{NetworkCheck, NetworkCheckState};
+use crate::environment::StepLoad;
 use crate::environment::step::StepLoads;
 use crate::simulation::engine::EngineError;
 use crate::simulation::prepare::Prepared;
@@ -16,13 +19,13 @@ use crate::thermal::reference::{Reference, ReferenceState};
 const LARGEST_NETWORK: usize = 5_000;
 
 /// From the difference between steps and half steps to the error of steps: exact for an error in proportion to the step.
-const ERROR_OF_DIFFERENCE: f64 = 2.0;
+pub(super) const ERROR_OF_DIFFERENCE: f64 = 2.0;
 
 /// Error of the step length: the error of the mean load over a step, after the response to it. The estimate is twice the difference in f64 between
 /// steps and steps of half the length, from the same state at time 0. For an error in proportion to the step the estimate is the error, and for an
 /// error in proportion to the step's square it is 3/2 of the error. Where the Sun comes or goes inside a step the estimate is 1 to 2 times the error,
 /// and up to 2.4 times was seen on a transition. Nodes that follow their load at once are not in these figures, because their temperature follows the
-/// mean load by definition.
+/// mean load by definition. Nodes weigh by their areas.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct StepLengthError {
     /// Nodes of the sample that store heat.
@@ -35,6 +38,8 @@ pub struct StepLengthError {
     pub worst_node: String,
     /// Time of the largest error [s].
     pub worst_time_s: f64,
+    /// How the error was found, in words.
+    pub measure: String,
 }
 
 /// The sample at half the step, and its differences so far.
@@ -44,8 +49,10 @@ pub(super) struct Halves {
     network: Option<NetworkCheck>,
     /// Device node of each node of the sample that stores heat. `None` where its temperature follows the load at once.
     stores: Vec<Option<usize>>,
-    /// Drawn nodes of a network that is too large.
-    too_large: Option<usize>,
+    /// Area of each node of the sample [m2].
+    areas: Vec<f64>,
+    /// Nodes of a network that is too large, and nodes that the check leaves out.
+    lone: LoneNodes,
     begun: bool,
     errors: Differences,
 }
@@ -55,6 +62,7 @@ pub(super) struct Halves {
 pub(super) struct HalvesState {
     nodes: ReferenceState,
     network: Option<NetworkCheckState>,
+    lone: LoneNodesState,
     begun: bool,
     errors: Differences,
 }
@@ -62,25 +70,26 @@ pub(super) struct HalvesState {
 impl HalvesState {
     /// Forgets the errors and the costs of the steps.
     pub(crate) fn forget_run(&mut self) {
-        self.errors = Differences::default();
+        (self.errors, self.lone.errors) = Default::default();
         self.network.iter_mut().for_each(|network| network.run.forget_run());
     }
 }
 
 impl Halves {
-    /// A sample at half the step, not yet begun. `slots` are the device nodes of `reference`. `network` tells whether the check steps a network.
+    /// A sample at half the step, not yet begun. `slots` are the device nodes of `reference`. `network` tells whether the check steps a network. At most `sample`
+    /// nodes are taken by themselves: all others where `rest` says so, else the others of a network.
     pub(crate) fn new(
         prepared: &Prepared,
         reference: &Reference<IncidentFunction>,
         slots: &[usize],
         network: bool,
+        (sample, rest): (usize, bool),
     ) -> Self {
         let scene = prepared.network.as_ref().filter(|_| network);
         let drawn = scene.map_or_else(Vec::new, |scene| {
             (0..prepared.nodes.vertex_of_node.len()).filter(|slot| scene.has(*slot)).collect()
         });
-        let too_large = Some(drawn.len()).filter(|count| *count > LARGEST_NETWORK);
-        let network = scene.filter(|_| too_large.is_none()).map(|scene| NetworkCheck {
+        let network = scene.filter(|_| drawn.len() <= LARGEST_NETWORK).map(|scene| NetworkCheck {
             // The shares of the Sun come from the whole steps.
             light: None,
             ..NetworkCheck::new(prepared, scene, drawn)
@@ -92,12 +101,15 @@ impl Halves {
             };
             own.then_some(*slot)
         };
+        let of_network = |slot: usize| prepared.network.as_ref().is_some_and(|scene| scene.has(slot));
+        let alone = |slot: usize| (rest || of_network(slot)) && network.is_none();
         Self {
+            lone: LoneNodes::new(prepared, sample, alone),
+            areas: slots.iter().map(|slot| prepared.nodes.areas[*slot]).collect(),
             loads: prepared.loads.clone(),
             stores: slots.iter().zip(reference.nodes()).map(stores).collect(),
             reference: reference.clone(),
             network,
-            too_large,
             begun: false,
             errors: Differences::default(),
         }
@@ -105,12 +117,23 @@ impl Halves {
 
     /// Whether the steps have begun, and any node stores heat.
     pub(crate) fn has_begun(&self) -> bool {
-        self.begun && self.stores.iter().any(Option::is_some)
+        self.begun && (self.stores.iter().any(Option::is_some) || self.has_lone())
     }
 
-    /// Begins in the state of the whole steps.
-    pub(crate) fn begin(&mut self, reference: &Reference<IncidentFunction>, network: Option<&NetworkCheck>) {
+    /// Whether nodes are taken by themselves.
+    pub(crate) fn has_lone(&self) -> bool {
+        self.lone.len() > 0
+    }
+
+    /// Begins in the state of the whole steps. Nodes by themselves begin at the temperatures of all nodes [K].
+    pub(crate) fn begin(
+        &mut self,
+        reference: &Reference<IncidentFunction>,
+        network: Option<&NetworkCheck>,
+        temperatures: &[f32],
+    ) {
         self.begun = true;
+        self.lone.begin(temperatures);
         self.reference = reference.clone();
         if let (Some(own), Some(network)) = (&mut self.network, network) {
             own.run.start_from(&network.run.temperatures(), network.run.on());
@@ -118,14 +141,16 @@ impl Halves {
         }
     }
 
-    /// Advances by `steps` steps from `start` [s] for `length` [s], in two halves. `whole` and `network` have the shares of the Sun.
+    /// Advances by `steps` steps from `start` [s] for `length` [s], in two halves of the `load`. `whole` and `network` have the shares of the Sun.
     pub(crate) fn step(
         &mut self,
+        load: &StepLoad,
         whole: &Reference<IncidentFunction>,
         network: Option<&Reference<IncidentFunction>>,
         steps: f64,
         [start, length]: [f64; 2],
     ) {
+        self.lone.step(load, steps, [start, length]);
         self.reference.light(whole.lit().clone());
         self.reference.receive(whole.received().to_vec());
         if let (Some(own), Some(network)) = (&mut self.network, network) {
@@ -142,39 +167,41 @@ impl Halves {
         }
     }
 
-    /// Compares with the temperatures of the sample after the whole step [K], which ended at `time` [s].
-    pub(crate) fn compare(&mut self, whole: &[f64], time: f64) {
+    /// Compares with the temperatures of the sample after `steps` steps [K], which ended at `time` [s].
+    pub(crate) fn compare(&mut self, whole: &[f64], steps: f64, time: f64) {
         let known = |slot: &usize| self.network.as_ref().and_then(|network| network.temperatures.get(slot)).copied();
-        let nodes = self.stores.iter().zip(whole.iter().zip(self.reference.temperatures()));
-        for (slot, (whole, own)) in nodes.filter_map(|(slot, both)| Some((slot.as_ref()?, both))) {
+        let nodes = self.stores.iter().zip(&self.areas).zip(whole.iter().zip(self.reference.temperatures()));
+        for ((slot, area), (whole, own)) in
+            nodes.filter_map(|((slot, area), both)| Some(((slot.as_ref()?, area), both)))
+        {
             let error = ERROR_OF_DIFFERENCE * (whole - known(slot).unwrap_or(*own)).abs();
-            self.errors.add(error, (*slot, 0, time));
+            self.errors.add(error, steps * area, (*slot, 0, time));
         }
     }
 
     /// The error so far. `named` names a device node.
     pub(crate) fn error(&self, named: impl Fn(usize) -> String) -> Option<StepLengthError> {
-        (self.errors.count > 0).then(|| StepLengthError {
-            nodes: self.stores.iter().flatten().count() as u64,
-            max_k: self.errors.largest,
-            rms_k: self.errors.rms(),
-            worst_node: named(self.errors.worst.0),
-            worst_time_s: self.errors.worst.2,
+        let errors = self.errors.and(self.lone.errors);
+        let by_themselves = match self.lone.len() {
+            0 => String::new(),
+            lone => format!("; {lone} of the nodes by themselves, without conduction and the light of other surfaces"),
+        };
+        (errors.count > 0).then(|| StepLengthError {
+            nodes: (self.stores.iter().flatten().count() + self.lone.len()) as u64,
+            max_k: errors.largest,
+            rms_k: errors.rms(),
+            worst_node: named(errors.worst.0),
+            worst_time_s: errors.worst.2,
+            measure: format!("twice the difference in f64 to steps of half the length{by_themselves}"),
         })
     }
 
     /// Why a network is not in the error of the step length.
     pub(crate) fn remark(&self) -> Option<String> {
-        let failed = self.network.as_ref().and_then(|network| network.failed.as_ref());
-        match (self.too_large, failed) {
-            (Some(count), _) => Some(format!(
-                "The thermal network has {count} drawn nodes, more than {LARGEST_NETWORK}: its nodes are not in the error of the step length."
-            )),
-            (None, Some(reason)) => Some(format!(
-                "The f64 network could not be stepped at half the step, so the error of the step length is incomplete: {reason}"
-            )),
-            (None, None) => None,
-        }
+        let reason = self.network.as_ref()?.failed.as_ref()?;
+        Some(format!(
+            "The f64 network could not be stepped at half the step, so the error of the step length is incomplete: {reason}"
+        ))
     }
 
     /// The state and the errors so far.
@@ -185,6 +212,7 @@ impl Halves {
         Ok(HalvesState {
             nodes: self.reference.save(),
             network: self.network.as_mut().map(NetworkCheck::save).transpose()?,
+            lone: self.lone.save(),
             begun: self.begun,
             errors: self.errors,
         })
@@ -199,13 +227,14 @@ impl Halves {
         if let Some(network) = &mut self.network {
             network.restore(part("a network at half the step", &saved.network)?)?;
         }
+        self.lone.restore(&saved.lone)?;
         (self.begun, self.errors) = (saved.begun, saved.errors);
         Ok(())
     }
 }
 
 /// Whether the temperature of a node depends on its past.
-fn has_memory(material: &Material) -> bool {
+pub(super) fn has_memory(material: &Material) -> bool {
     match &material.response {
         Response::Instant | Response::Network | Response::Given => false,
         Response::Radiative(plate) => plate.capacity > 0.0 || plate.over.is_some(),

@@ -1,4 +1,4 @@
-"""A foil of 77 J/(m2 K) that enters and leaves eclipse in steps of 15 s, with the penumbra of the Sun's disc."""
+"""A foil of 77 J/(m2 K) that enters and leaves eclipse in steps of 15 s and of a minute, with the penumbra of the Sun's disc."""
 
 from pathlib import Path
 
@@ -29,7 +29,7 @@ def _build(response: str, step: float):
     return build
 
 
-def _truth() -> list:
+def _truth(step: float = STEP) -> list:
     from scipy.integrate import solve_ivp
 
     share = Eclipse(np.radians(PHASE), 0.0, RADIUS, RADIUS + ALTITUDE, STEP * STEPS)
@@ -37,12 +37,17 @@ def _truth() -> list:
     def rate(time: float, kelvin: np.ndarray) -> np.ndarray:
         return (ABSORPTIVITY * 1361.0 * share(time) - EMISSIVITY * SIGMA * kelvin**4) / CAPACITY
 
-    steps = np.arange(STEPS + 1) * STEP
+    steps = np.arange(round(STEP * STEPS / step) + 1) * step
     found = solve_ivp(rate, (0, steps[-1]), [INITIAL], "RK45", steps, max_step=0.5, rtol=1e-8, atol=1e-6)
     return [(number, 0, 0, -1, float(kelvin)) for number, kelvin in enumerate(found.y[0])]
 
 
+FINDS = "steps across the penumbra with one mean load"
+PROBE = ["probe:middle"]
 CASES = [
-    Case(f"eclipse_{response}", _build(response, STEP), _truth, Bounds(largest=0.5), data="eclipse", parts=["probe:middle"], finds="steps across the penumbra with one mean load")
+    Case(f"eclipse_{response}", _build(response, STEP), _truth, Bounds(largest=0.5), data="eclipse", parts=PROBE, finds=FINDS)
+    for response in ("radiative", "network")
+] + [
+    Case(f"eclipse_{response}_60", _build(response, 60.0), lambda: _truth(60.0), Bounds(largest=0.5), data="eclipse_60", parts=PROBE, finds=FINDS)
     for response in ("radiative", "network")
 ]
