@@ -10,7 +10,7 @@ use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::poses::draw_at_poses;
 use super::prepare::prepare_scene;
-use super::progress::{progress_bar, stop_flag};
+use super::progress::{progress_bar, spinner, stop_flag};
 use super::reach::ReachArguments;
 use crate::converge::files::{FILES, summary, verdict, write};
 use crate::converge::search::{ConvergeNews, Search, check};
@@ -78,7 +78,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let folder = folder.prepare(arguments.force, &prepared.scene.files)?;
     let stop = stop_flag();
     // Only one bar is shown at a time.
-    let bar = RefCell::new(progress_bar(0, ""));
+    let bar = RefCell::new(spinner("measuring"));
     let news = |news| match news {
         ConvergeNews::Says(text) => {
             bar.borrow().finish_and_clear();

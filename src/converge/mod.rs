@@ -32,7 +32,7 @@ pub(crate) enum ConvergeError {
     NoPixels(PathBuf),
     /// The run with all finer settings cannot be prepared, so nothing tells the error.
     #[error("{}: with all settings finer ({settings}) the scene cannot run, so there is nothing to compare with: {reason}", path.display())]
-    Finest { path: PathBuf, settings: String, reason: PrepareError },
+    Finest { path: PathBuf, settings: String, reason: String },
     /// The user pressed Ctrl-C.
     #[error("stopped")]
     Stopped,

@@ -206,11 +206,16 @@ impl Search<'_> {
         };
         let mut began = Instant::now();
         let base = pilot(prepared, began.checked_sub(preparing).unwrap_or(began))?;
+        (self.news)(ConvergeNews::Says(format!(
+            "a run of the scene as it is takes about {}; a few steps with all settings finer are measured next: {}",
+            seconds(base.run_s + base.warm_up_s),
+            knobs.sentence(knobs.all)
+        )));
         began = Instant::now();
         let finest = knobs.prepared(knobs.all).map_err(|reason| ConvergeError::Finest {
             path: scene.source.clone(),
             settings: knobs.sentence(knobs.all),
-            reason,
+            reason: reason.to_string(),
         })?;
         let finest = pilot(&finest, began)?;
         let runs = knobs.all.count_ones();

@@ -112,7 +112,7 @@ fn a_plate_in_long_steps_has_the_known_error() {
         std::fs::read_to_string(folder.path("out/settings.toml")).expect("settings").parse().expect("TOML");
     assert_eq!(settings.len(), 1);
     let time = &settings["time"];
-    assert_eq!([&time["step"], &time["steps"], &time["draw_every"]].map(|value| value.to_string()), ["30", "20", "10"]);
+    assert_eq!([&time["step"], &time["steps"], &time["draw_every"]].map(ToString::to_string), ["30", "20", "10"]);
     let plot = std::fs::read_to_string(folder.path("out/converge.svg")).expect("a plot");
     assert!(plot.contains("time.step = 30") && plot.contains("within 0.6 K"));
 }
