@@ -22,7 +22,7 @@ use crate::output::frame_maker::FrameMaker;
 use crate::output::inputs::keep_inputs;
 use crate::output::pose_images::{FILES, write_pose_images};
 use crate::output::sensor_files::SensorFiles;
-use crate::scene::work::too_late;
+use crate::scene::work::{too_late, too_many_images};
 use crate::scene::{Draw, Motion, Poses, read_poses};
 use crate::simulation;
 use crate::simulation::device_data::DeviceData;
@@ -117,6 +117,9 @@ fn render_poses(arguments: &Arguments, poses: &Path) -> Result<(), CliError> {
     scene.time.steps = ((last / scene.time.step - 1e-9).ceil() as u32).max(1);
     scene.time.draw = Draw::Times(times);
     if let Some(camera) = &mut scene.camera {
+        if let Some(reason) = too_many_images(&scene.time, camera) {
+            return Err(PrepareError::Late { path: poses.to_path_buf(), reason }.into());
+        }
         camera.motion = Motion::Listed(listed.into());
     }
     let mut prepared = prepare_scene(scene)?;
