@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::error::CliError;
 use crate::environment::trajectory::Trajectory;
-use crate::scene::work::too_late;
+use crate::scene::work::{too_late, too_many_images};
 use crate::scene::{Draw, Motion, Poses, Scene, read_poses};
 use crate::simulation::prepare_error::PrepareError;
 
@@ -21,6 +21,9 @@ pub(super) fn draw_at_poses(scene: &mut Scene, poses: &Path) -> Result<(), CliEr
     scene.time.steps = ((last / scene.time.step - 1e-9).ceil() as u32).max(1);
     scene.time.draw = Draw::Times(times);
     if let Some(camera) = &mut scene.camera {
+        if let Some(reason) = too_many_images(&scene.time, camera) {
+            return Err(PrepareError::Late { path: poses.to_path_buf(), reason }.into());
+        }
         camera.motion = Motion::Listed(listed.into());
     }
     Ok(())

@@ -63,18 +63,19 @@ pub(crate) fn warm_up_steps(time: &Time, orbit: &Orbit) -> f64 {
     if time.periodic.is_some() { orbits * each.ceil() } else { (orbits * each).round() }
 }
 
+/// Why a camera has too many images. `None` if it has not.
+pub(crate) fn too_many_images(time: &Time, camera: &Camera) -> Option<String> {
+    let (images, width, height) = (images(time), camera.width, camera.height);
+    let bytes = images as f64 * f64::from(width) * f64::from(height) * PIXEL_BYTES;
+    (bytes > MOST_IMAGE_BYTES).then(|| {
+        format!("{images} images of {width} x {height} pixels are {bytes:.1e} bytes; the limit is {MOST_IMAGE_BYTES:e}")
+    })
+}
+
 pub(super) fn check_images(section: &Section, time: &Time, camera: Option<&Camera>) -> Result<(), SceneError> {
-    let Some(camera) = camera else { return Ok(()) };
-    let images = images(time);
-    let bytes = images as f64 * f64::from(camera.width) * f64::from(camera.height) * PIXEL_BYTES;
-    if bytes <= MOST_IMAGE_BYTES {
-        return Ok(());
-    }
+    let Some(reason) = camera.and_then(|camera| too_many_images(time, camera)) else { return Ok(()) };
     let key = ["draw_steps", "images"].into_iter().find(|key| section.has(key)).unwrap_or("draw_every");
-    let message = format!(
-        "asks for too much work: {images} images of {} x {} pixels are {bytes:.1e} bytes; the limit is {MOST_IMAGE_BYTES:e}",
-        camera.width, camera.height
-    );
+    let message = format!("asks for too much work: {reason}");
     Err(section.clash(key, &["steps", "step", "draw_every", "draw_steps", "images", "camera.*"], message))
 }
 
