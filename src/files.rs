@@ -4,6 +4,12 @@ use std::fs::{File, Metadata};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+mod decoder;
+mod expansion;
+
+pub(crate) use decoder::decode;
+pub(crate) use expansion::Expansion;
+
 /// Most bytes of a file that is read whole. Trajectories of a year at 1 s take half of it.
 pub(crate) const LARGEST_FILE: u64 = 4 << 30;
 

@@ -109,7 +109,7 @@ pub use crate::model::{
 pub use crate::output::{
     apparent::Apparent,
     colour::ColourScale,
-    exr::{read_exr, write_exr},
+    exr::{decode_exr, read_exr, write_exr},
     folder::Folder,
     frame::FrameHeader,
     frame_maker::FrameMaker,
@@ -134,7 +134,7 @@ pub use crate::scene::{
     },
     preset::PRESETS,
     targets::parse,
-    texts::{attitude, materials, trajectory},
+    texts::{attitude, materials, mesh, planet_map, trajectory},
     tmd::{Conductors, Tmd, TmdError, TmdNode},
 };
 pub use crate::server::{

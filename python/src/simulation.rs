@@ -83,7 +83,8 @@ impl Simulation {
         work: impl FnOnce(&mut isotherm::Simulation) -> Result<T, SimulationError> + Send,
     ) -> PyResult<T> {
         self.refuse_itself(py)?;
-        py.detach(|| work(&mut self.inner.take())).map_err(|error| raised(py, &error))
+        let done = py.detach(|| self.inner.take(look_for_signals).map(|mut inner| work(&mut inner)))?;
+        done.map_err(|error| raised(py, &error))
     }
 
     /// The same for work of many steps, which Ctrl-C ends after the step under way.
@@ -104,8 +105,8 @@ impl Simulation {
                     stop.store(signal.is_some(), Ordering::Relaxed);
                 }
             };
-            work(&mut self.inner.take(), &stop, &mut look)
-        });
+            self.inner.take(look_for_signals).map(|mut inner| work(&mut inner, &stop, &mut look))
+        })?;
         match signal {
             Some(signal) => Err(signal),
             None => done.map(|_| ()).map_err(|error| raised(py, &error)),
@@ -124,6 +125,11 @@ impl Simulation {
             inner: Held::new(inner),
         }
     }
+}
+
+/// The error of a signal that Python has not handled yet, such as that of Ctrl-C.
+fn look_for_signals() -> PyResult<()> {
+    Python::attach(|py| py.check_signals())
 }
 
 /// The frame of this name.

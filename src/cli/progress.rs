@@ -8,6 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle, WeakProgressBar}
 
 use crate::output::console::{self, say};
 use crate::output::temporary::remove_unfinished;
+use crate::output::waiting::waited;
 use crate::simulation::prepare_error::PrepareStage;
 
 /// Time between two lines.
@@ -103,6 +104,9 @@ fn text(bar: &ProgressBar) -> String {
 /// The flag of a command that can stop in order.
 static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
+/// Longest wait for another program after a signal.
+const LONGEST_WAIT: Duration = Duration::from_secs(1);
+
 /// Exit code of a process that a signal ended.
 const ENDED: i32 = 130;
 
@@ -119,21 +123,38 @@ pub(super) fn watch_signals() {
         match STOP.get() {
             Some(flag) if !flag.swap(true, Ordering::Relaxed) => {
                 say!("stopping after this step; a second signal ends at once");
+                // Without the thread a second signal still ends the process.
+                let _ = std::thread::Builder::new().name("stop".to_owned()).spawn(end_a_wait);
             }
-            _ => {
-                remove_unfinished();
-                say!("stopped");
-                std::process::exit(ENDED);
-            }
+            _ => end(""),
         }
     };
     // Without a handler a signal ends the process, which leaves unfinished files.
     let _ = watch(met);
 }
 
+/// Ends the process.
+fn end(why: &str) -> ! {
+    remove_unfinished();
+    say!("stopped{why}");
+    std::process::exit(ENDED);
+}
+
+/// Ends the process once it waits for another program, which may never read: no step comes to its end then.
+fn end_a_wait() {
+    loop {
+        std::thread::sleep(LONGEST_WAIT / 10);
+        if waited().is_some_and(|wait| wait > LONGEST_WAIT) {
+            end(": nobody reads the output");
+        }
+    }
+}
+
 #[cfg(unix)]
 fn watch(met: impl Fn() + Send + 'static) -> std::io::Result<()> {
-    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
+    // A file beyond the limit of `ulimit -f` then is an error of its writer, which names it, instead of the end of the process.
+    signal_hook::flag::register(SIGXFSZ, Arc::default())?;
     let mut signals = vec![SIGINT, SIGTERM, SIGHUP];
     // `nohup` ignores SIGHUP, and that stays so. Scripts also ignore SIGINT for their background jobs, but one that is sent on purpose counts.
     signals.retain(|signal| *signal != SIGHUP || !is_ignored(*signal));

@@ -73,7 +73,7 @@ pub enum DatasetError {
         reason: String,
     },
     /// A data set that fails its verification.
-    #[error("{} is not as it was written: {count} faults, the first: {first}", folder.display())]
+    #[error("{} is not as it was written (faults: {count}): {first}", folder.display())]
     Damaged {
         /// The folder.
         folder: PathBuf,

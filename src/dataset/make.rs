@@ -15,10 +15,12 @@ use super::scene_values::SceneText;
 use super::spec::Spec;
 use super::split::split_of;
 use super::store::{Begin, REPORT, Store};
+use super::sums::fault_of_orbit;
 use super::whole::{SCENE, finish, is_complete};
 use crate::files;
 use crate::host;
 use crate::labels::made::fixed;
+use crate::labels::places;
 use crate::labels::silhouette::Solids;
 use crate::output::OutputError;
 use crate::scene::Scene;
@@ -151,6 +153,7 @@ pub fn make(
         let count = images.end - images.start;
         let prepared = next.take();
         if store.has(split, number) {
+            check_kept(root, &places::orbit(split, number))?;
             made.kept += 1;
             progress(count);
             continue;
@@ -201,6 +204,17 @@ pub fn make(
     made.seconds = began.elapsed().as_secs_f64();
     report(&store, shard, target, &made)?;
     Ok(made)
+}
+
+/// Checks an orbit that was there before.
+fn check_kept(root: &Path, place: &str) -> Result<(), DatasetError> {
+    match fault_of_orbit(root, place) {
+        None => Ok(()),
+        Some(fault) => {
+            let first = format!("{fault}; remove {place}, and --resume makes this orbit again");
+            Err(DatasetError::Damaged { folder: root.to_path_buf(), count: 1, first })
+        }
+    }
 }
 
 /// Writes the report of a process, which holds times and is under no checksum.

@@ -26,6 +26,7 @@ mod sobol;
 pub(crate) mod spec;
 pub(crate) mod split;
 pub(crate) mod store;
+pub(crate) mod sums;
 pub(crate) mod symmetry_rule;
 pub(crate) mod time_rule;
 mod toml_value;

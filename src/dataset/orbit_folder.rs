@@ -1,13 +1,14 @@
 //! The folder of an orbit in the making, with the checksums of its files.
 
-use std::fs::{self, File};
-use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
 
 use super::error::DatasetError;
 use crate::output::OutputError;
+use crate::output::guarded::{Access, GuardedFolder};
 
 /// Name of the list of checksums, of an orbit and of the whole set.
 pub(crate) const CHECKSUMS: &str = "checksums.sha256";
@@ -15,8 +16,9 @@ pub(crate) const CHECKSUMS: &str = "checksums.sha256";
 /// An orbit in the making.
 #[derive(Debug)]
 pub(crate) struct OrbitFolder {
-    root: PathBuf,
-    path: PathBuf,
+    /// The folder of the data set.
+    guarded: Arc<GuardedFolder>,
+    path: String,
     /// Path of the folder in the data set.
     place: String,
     /// Paths and checksums of its files.
@@ -26,19 +28,19 @@ pub(crate) struct OrbitFolder {
 }
 
 impl OrbitFolder {
-    /// An orbit without files. `root` is the folder of the data set, `path` the empty folder in which the orbit is made, and `place` its path in the data set.
-    pub(super) fn new(root: &Path, path: PathBuf, place: String) -> Self {
-        Self { root: root.to_path_buf(), path, place, sums: Vec::new(), bytes: 0 }
+    /// An orbit without files. `path` is the empty folder in which the orbit is made, and `place` its path. Both lie within the data set.
+    pub(super) fn new(guarded: Arc<GuardedFolder>, path: String, place: String) -> Self {
+        Self { guarded, path, place, sums: Vec::new(), bytes: 0 }
     }
 
     /// Where it is made.
-    pub(super) fn path(&self) -> &Path {
+    pub(super) fn path(&self) -> &str {
         &self.path
     }
 
     /// Where it belongs.
-    pub(super) fn place(&self) -> PathBuf {
-        self.root.join(&self.place)
+    pub(super) fn place(&self) -> &str {
+        &self.place
     }
 
     /// Writes the list of its checksums.
@@ -71,7 +73,7 @@ impl OrbitFolder {
         let name = self.name(path).to_owned();
         let mut writer = Summed { hasher: Sha256::new(), bytes: 0, file: None };
         let written = (|| {
-            writer.file = Some(io::BufWriter::new(File::create(self.path.join(&name))?));
+            writer.file = Some(io::BufWriter::new(self.guarded.file(&self.made(&name), Access::New)?));
             content(self, &mut writer)?;
             writer.flush()
         })();
@@ -86,7 +88,14 @@ impl OrbitFolder {
     /// # Errors
     /// It was not written, or can not be read.
     pub(crate) fn read(&self, path: &str) -> io::Result<Vec<u8>> {
-        fs::read(self.path.join(self.name(path)))
+        let mut bytes = Vec::new();
+        self.guarded.file(&self.made(self.name(path)), Access::Read)?.read_to_end(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// Path at which a file is made.
+    fn made(&self, name: &str) -> String {
+        format!("{}/{name}", self.path)
     }
 
     /// A path in the orbit's folder.
@@ -96,15 +105,11 @@ impl OrbitFolder {
 
     /// The error names the file that would have appeared.
     fn failed(&self, name: &str, error: io::Error) -> OutputError {
-        OutputError::write(&self.root.join(&self.place).join(name), error)
+        OutputError::write(&self.guarded.root().join(&self.place).join(name), error)
     }
 
     fn write_uncounted(&mut self, name: &str, bytes: &[u8]) -> Result<(), DatasetError> {
-        let file = self.path.join(name);
-        if let Some(parent) = file.parent() {
-            fs::create_dir_all(parent).map_err(|error| self.failed(name, error))?;
-        }
-        fs::write(&file, bytes).map_err(|error| self.failed(name, error))?;
+        self.guarded.write_new(&self.made(name), bytes).map_err(|error| self.failed(name, error))?;
         self.bytes += bytes.len() as u64;
         Ok(())
     }
@@ -130,7 +135,7 @@ impl Write for Summed {
     }
 }
 
-fn hexadecimal(bytes: &[u8]) -> String {
+pub(super) fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 

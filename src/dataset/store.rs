@@ -6,7 +6,9 @@
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde_json::Value as Json;
 
@@ -15,9 +17,10 @@ use super::orbit_folder::{CHECKSUMS, OrbitFolder};
 use crate::labels::image::Split;
 use crate::labels::places;
 use crate::output::OutputError;
+use crate::output::guarded::{Access, GuardedFolder, Kind};
 
 /// The folder for isotherm's own records.
-const HOME: &str = ".isotherm";
+pub(super) const HOME: &str = ".isotherm";
 /// The file with the identity of the data set.
 const IDENTITY: &str = "dataset.json";
 /// Start of the names of the processes' folders.
@@ -43,8 +46,9 @@ pub enum Begin {
 
 #[derive(Debug)]
 pub(crate) struct Store {
-    root: PathBuf,
-    work: PathBuf,
+    guarded: Arc<GuardedFolder>,
+    /// The folder of this process, within the data set's.
+    work: String,
     // The lock ends with the file.
     _lock: File,
 }
@@ -60,29 +64,33 @@ impl Store {
         begin: Begin,
         orbits: &mut dyn Iterator<Item = (Split, u32)>,
     ) -> Result<Self, DatasetError> {
-        let home = root.join(HOME);
         if root.exists() && !root.is_dir() {
             return Err(OutputError::NotAFolder(root.to_path_buf()).into());
         }
         fs::create_dir_all(root).map_err(|error| OutputError::CreateFolder(root.to_path_buf(), error))?;
-        if begin == Begin::Force && home.join(IDENTITY).is_file() {
-            clear(root)?;
+        let not_writable = |error: io::Error| OutputError::NotWritable(root.to_path_buf(), error);
+        let guarded = Arc::new(GuardedFolder::open(root).map_err(not_writable)?);
+        let home = root.join(HOME);
+        let is_begun = || is_file(&guarded, &format!("{HOME}/{IDENTITY}"));
+        if begin == Begin::Force && is_begun()? {
+            clear(&guarded)?;
         }
-        if !home.join(IDENTITY).is_file() {
+        if !is_begun()? {
             let strangers = entries(root)?.into_iter().any(|path| path != home);
             if strangers {
                 return Err(OutputError::FolderNotEmpty(root.to_path_buf()).into());
             }
         }
-        let not_writable = |error: io::Error| OutputError::NotWritable(root.to_path_buf(), error);
-        fs::create_dir_all(&home).map_err(not_writable)?;
-        remove_dead(&home)?;
-        let (work, lock) = work_folder(&home).map_err(not_writable)?;
-        let store = Self { root: root.to_path_buf(), work, _lock: lock };
+        guarded.make(HOME).map_err(not_writable)?;
+        remove_dead(&guarded)?;
+        let (work, lock) = work_folder(&guarded).map_err(not_writable)?;
+        let store = Self { guarded, work, _lock: lock };
         let text = format!("{identity:#}\n");
-        match fs::read_to_string(home.join(IDENTITY)) {
+        let path = format!("{HOME}/{IDENTITY}");
+        match store.guarded.read_text(&path) {
             Ok(there) => compare(root, &there, identity)?,
-            Err(_) => store.write_to(&home.join(IDENTITY), text.as_bytes())?,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => store.write(&path, text.as_bytes())?,
+            Err(error) => return Err(OutputError::Read(root.join(path), error).into()),
         }
         if begin == Begin::Fresh {
             let count = orbits.filter(|(split, orbit)| store.has(*split, *orbit)).count();
@@ -94,12 +102,20 @@ impl Store {
     }
 
     pub(crate) fn root(&self) -> &Path {
-        &self.root
+        self.guarded.root()
     }
 
     /// Whether an orbit is there, which is then whole.
     pub(crate) fn has(&self, split: Split, orbit: u32) -> bool {
-        self.root.join(places::orbit(split, orbit)).is_dir()
+        matches!(self.guarded.kind(&places::orbit(split, orbit)), Ok(Some(Kind::Folder)))
+    }
+
+    /// Whether the files of the whole set are there.
+    ///
+    /// # Errors
+    /// A link in their place.
+    pub(crate) fn is_finished(&self) -> Result<bool, DatasetError> {
+        Ok(is_file(&self.guarded, CHECKSUMS)?)
     }
 
     /// Begins an orbit.
@@ -107,13 +123,14 @@ impl Store {
     /// # Errors
     /// A folder that can not be written.
     pub(crate) fn begin(&self, split: Split, orbit: u32) -> Result<OrbitFolder, DatasetError> {
-        let path = self.work.join(format!("{orbit:06}"));
+        let name = format!("{}/{orbit:06}", self.work);
+        let path = self.root().join(&name);
         let failed = |error| OutputError::CreateFolder(path.clone(), error);
         if path.exists() {
             fs::remove_dir_all(&path).map_err(failed)?;
         }
-        fs::create_dir(&path).map_err(failed)?;
-        Ok(OrbitFolder::new(&self.root, path, places::orbit(split, orbit)))
+        self.guarded.make(&name).map_err(failed)?;
+        Ok(OrbitFolder::new(Arc::clone(&self.guarded), name, places::orbit(split, orbit)))
     }
 
     /// Puts a whole orbit in its place. Where another process was faster, that orbit stays, which has the same bytes.
@@ -122,13 +139,12 @@ impl Store {
     /// A folder that can not be written.
     pub(crate) fn commit(&self, mut folder: OrbitFolder) -> Result<(), DatasetError> {
         folder.write_list()?;
-        let place = folder.place();
+        let place = self.root().join(folder.place());
         let failed = |error| OutputError::write(&place, error);
-        if let Some(split) = place.parent() {
-            fs::create_dir_all(split).map_err(failed)?;
-        }
-        match fs::rename(folder.path(), &place) {
-            Err(_) if place.is_dir() => fs::remove_dir_all(folder.path()).map_err(failed)?,
+        match self.guarded.rename(folder.path(), folder.place()) {
+            Err(_) if matches!(self.guarded.kind(folder.place()), Ok(Some(Kind::Folder))) => {
+                fs::remove_dir_all(self.root().join(folder.path())).map_err(failed)?;
+            }
             renamed => renamed.map_err(failed)?,
         }
         Ok(())
@@ -139,28 +155,13 @@ impl Store {
     /// # Errors
     /// A full disk, or a folder that can not be written.
     pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> Result<(), DatasetError> {
-        self.write_to(&self.root.join(name), bytes)
-    }
-
-    fn write_to(&self, path: &Path, bytes: &[u8]) -> Result<(), DatasetError> {
-        let failed = |error| OutputError::write(path, error);
-        self.write_path(path, |writer| Ok(writer.write_all(bytes).map_err(failed)?))
-    }
-
-    fn write_path(
-        &self,
-        path: &Path,
-        content: impl FnOnce(&mut dyn Write) -> Result<(), DatasetError>,
-    ) -> Result<(), DatasetError> {
-        let failed = |error| OutputError::write(path, error);
-        if let Some(parent) = path.parent() {
-            fs::create_dir_all(parent).map_err(failed)?;
-        }
-        let part = self.work.join("part");
-        let mut writer = io::BufWriter::with_capacity(1 << 16, File::create(&part).map_err(failed)?);
-        content(&mut writer)?;
-        writer.into_inner().map_err(|error| failed(error.into_error()))?;
-        Ok(fs::rename(&part, path).map_err(failed)?)
+        let part = format!("{}/part", self.work);
+        let written = self.guarded.file(&part, Access::Anew).and_then(|mut file| {
+            file.write_all(bytes)?;
+            drop(file);
+            self.guarded.rename(&part, name)
+        });
+        Ok(written.map_err(|error| OutputError::write(&self.root().join(name), error))?)
     }
 
     /// Runs `work` while no other process does.
@@ -168,9 +169,9 @@ impl Store {
     /// # Errors
     /// An error of `work`, or a file that can not be locked.
     pub(crate) fn alone<T>(&self, work: impl FnOnce() -> Result<T, DatasetError>) -> Result<T, DatasetError> {
-        let path = self.root.join(HOME).join(FINISH);
-        let failed = |error| OutputError::write(&path, error);
-        let file = File::create(&path).map_err(failed)?;
+        let path = format!("{HOME}/{FINISH}");
+        let failed = |error| OutputError::write(&self.root().join(&path), error);
+        let file = self.guarded.file(&path, Access::Anew).map_err(failed)?;
         file.lock().map_err(failed)?;
         work()
     }
@@ -179,8 +180,8 @@ impl Store {
 impl Drop for Store {
     fn drop(&mut self) {
         // A folder that can not be removed is left to the next process. A process that was killed when this one began may have ended since.
-        let _ = fs::remove_dir_all(&self.work);
-        let _ = remove_dead(&self.root.join(HOME));
+        let _ = fs::remove_dir_all(self.root().join(&self.work));
+        let _ = remove_dead(&self.guarded);
     }
 }
 
@@ -213,23 +214,34 @@ fn compare(root: &Path, there: &str, identity: &Json) -> Result<(), DatasetError
     }
 }
 
+/// Whether a file stands at a path.
+fn is_file(guarded: &GuardedFolder, path: &str) -> Result<bool, OutputError> {
+    match guarded.kind(path) {
+        Ok(kind) => Ok(kind == Some(Kind::File)),
+        Err(error) => Err(OutputError::Read(guarded.root().join(path), error)),
+    }
+}
+
 /// A new folder for this process, with its lock.
-fn work_folder(home: &Path) -> io::Result<(PathBuf, File)> {
-    let work = tempfile::Builder::new().prefix(WORK).tempdir_in(home)?.keep();
+fn work_folder(guarded: &GuardedFolder) -> io::Result<(String, File)> {
+    // Processes of several computers may write, and one process may have several data sets.
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let work = format!("{HOME}/{WORK}{:x}-{:x}", std::process::id(), since.as_nanos());
     // The file gets its name after it is locked, so nobody takes the folder for a dead process's.
-    let begun = work.join("begun");
-    let lock = File::create(&begun)?;
+    let begun = format!("{work}/begun");
+    let lock = guarded.file(&begun, Access::New)?;
     lock.lock()?;
-    fs::rename(&begun, work.join(LOCK))?;
+    guarded.rename(&begun, &format!("{work}/{LOCK}"))?;
     Ok((work, lock))
 }
 
 /// Removes the folders of processes that were killed.
-fn remove_dead(home: &Path) -> Result<(), OutputError> {
-    for path in entries(home)? {
-        let is_work = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(WORK));
+fn remove_dead(guarded: &GuardedFolder) -> Result<(), OutputError> {
+    for path in entries(&guarded.root().join(HOME))? {
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         // A folder without a lock file was made a moment ago, or its process was killed then. Such a folder is empty.
-        let Some(lock) = is_work.then(|| File::open(path.join(LOCK)).ok()).flatten() else { continue };
+        let lock = || guarded.file(&format!("{HOME}/{name}/{LOCK}"), Access::Read).ok();
+        let Some(lock) = name.starts_with(WORK).then(lock).flatten() else { continue };
         if matches!(lock.try_lock(), Err(TryLockError::WouldBlock)) {
             continue;
         }
@@ -242,37 +254,45 @@ fn remove_dead(home: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// Removes a data set: the files that its lists of checksums name, the lists and the reports.
-fn clear(root: &Path) -> Result<(), OutputError> {
-    let removed = |path: &Path, error| OutputError::Remove(path.to_path_buf(), error);
-    let remove = |path: &Path| match fs::remove_file(path) {
+/// Removes a data set: the files that its lists of checksums name, the lists and the reports. Files behind a link stay.
+fn clear(guarded: &GuardedFolder) -> Result<(), OutputError> {
+    let root = guarded.root();
+    let removed = |path: &str, error| OutputError::Remove(root.join(path), error);
+    let remove = |path: &str| match guarded.remove(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(removed(path, error)),
         _ => Ok(()),
     };
-    let list = fs::read_to_string(root.join(CHECKSUMS)).unwrap_or_default();
-    let named = list.lines().filter_map(|line| line.split_once("  ")).map(|(_, path)| Path::new(path));
-    // A list from elsewhere may name files outside the folder, which are not of the data set.
-    for path in named.filter(|path| path.components().all(|part| matches!(part, Component::Normal(_)))) {
-        remove(&root.join(path))?;
+    let list = guarded.read_text(CHECKSUMS).unwrap_or_default();
+    for (_, path) in list.lines().filter_map(|line| line.split_once("  ")) {
+        // A list from elsewhere may name files outside the folder, which are not of the data set.
+        match guarded.remove(path) {
+            Err(error) if !matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::InvalidInput) => {
+                return Err(removed(path, error));
+            }
+            _ => {}
+        }
     }
     for split in Split::ALL {
-        for orbit in entries(&root.join(split.name())).unwrap_or_default() {
-            if orbit.join(CHECKSUMS).is_file() {
-                fs::remove_dir_all(&orbit).map_err(|error| removed(&orbit, error))?;
+        let name = split.name();
+        if matches!(guarded.kind(name), Ok(Some(Kind::Folder))) {
+            for orbit in entries(&root.join(name)).unwrap_or_default() {
+                if !orbit.is_symlink() && orbit.join(CHECKSUMS).is_file() {
+                    fs::remove_dir_all(&orbit).map_err(|error| OutputError::Remove(orbit.clone(), error))?;
+                }
             }
         }
-        let _ = fs::remove_dir(root.join(split.name()));
+        let _ = fs::remove_dir(root.join(name));
     }
     for path in entries(root)? {
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         if name == CHECKSUMS || name.starts_with(REPORT) {
-            remove(&path)?;
-        } else if path.is_dir() {
+            remove(&name)?;
+        } else if path.is_dir() && !path.is_symlink() {
             // Only an empty folder goes.
             let _ = fs::remove_dir(&path);
         }
     }
-    remove(&root.join(HOME).join(IDENTITY))
+    remove(&format!("{HOME}/{IDENTITY}"))
 }
 
 /// Paths in a folder, sorted.

@@ -7,7 +7,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 use serde_json::{Map, Value as Json};
-use sha2::{Digest, Sha256};
 
 use super::error::DatasetError;
 use super::index;
@@ -18,7 +17,8 @@ use super::random::{CubeSampling, RandomPlan, RandomStream};
 use super::scene_values::SceneText;
 use super::spec::Spec;
 use super::split::split_of;
-use super::store::{REPORT, entries};
+use super::store::{HOME, REPORT, entries};
+use super::sums;
 use super::whole::{INDEX, SPEC};
 use crate::labels::image::OPENCV_PIXEL;
 use crate::labels::places;
@@ -62,41 +62,46 @@ pub fn checksums(root: &Path, verified: &mut Verified) -> Result<BTreeSet<String
         folder: root.to_path_buf(),
         reason: format!("{CHECKSUMS} can not be read ({error}); the process that makes the last orbit writes it"),
     })?;
-    let lines: Vec<(&str, &str)> = list.lines().filter_map(|line| line.split_once("  ")).collect();
-    let check = |(sum, name): &(&str, &str)| match sum_of_file(&root.join(name)) {
-        Err(error) => Some(format!("{name} can not be read: {error}")),
-        Ok(own) if own != *sum => Some(format!("{name} was changed: its checksum is another")),
-        Ok(_) => None,
+    let lines = match sums::lines(&list) {
+        Ok(lines) => lines,
+        Err(fault) => {
+            verified.fault(format!("{CHECKSUMS}: {fault}"));
+            // The other lines may tell which files are damaged.
+            list.lines().filter_map(|line| line.split_once("  ")).collect()
+        }
     };
-    let faults: Vec<String> = lines.par_iter().filter_map(check).collect();
-    faults.into_iter().for_each(|fault| verified.fault(fault));
+    let faults = sums::faults_of_files(root, &lines).into_iter().chain(sums::faults_of_lists(root, &lines));
+    faults.for_each(|fault| verified.fault(fault));
     verified.files = lines.len();
     let known: BTreeSet<String> = lines.iter().map(|(_, name)| (*name).to_owned()).collect();
+    let folders: BTreeSet<&str> =
+        known.iter().filter_map(|name| name.rsplit_once('/')).map(|(folder, _)| folder).collect();
     let mut there = Vec::new();
     walk(root, root, &mut there)?;
     for name in there {
-        let last = name.rsplit('/').next().unwrap_or_default();
-        if !known.contains(&name) && last != CHECKSUMS && !name.starts_with(REPORT) {
+        let is_list = name == CHECKSUMS
+            || name
+                .strip_suffix(CHECKSUMS)
+                .and_then(|name| name.strip_suffix('/'))
+                .is_some_and(|name| folders.contains(name));
+        let is_report = name.starts_with(REPORT) && !name.contains('/');
+        if root.join(&name).is_symlink() {
+            verified.fault(format!("{name} is a link"));
+        } else if !known.contains(&name) && !is_list && !is_report {
             verified.fault(format!("{name} is in no list of checksums"));
         }
     }
     Ok(known)
 }
 
-fn sum_of_file(path: &Path) -> std::io::Result<String> {
-    let mut hasher = Sha256::new();
-    std::io::copy(&mut fs::File::open(path)?, &mut hasher)?;
-    Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
-}
-
 /// The files below a folder, without isotherm's own records.
 fn walk(root: &Path, folder: &Path, paths: &mut Vec<String>) -> Result<(), OutputError> {
     for path in entries(folder)? {
         let name = path.strip_prefix(root).unwrap_or(&path).to_string_lossy().into_owned();
-        if path.is_dir() && !name.starts_with('.') {
-            walk(root, &path, paths)?;
-        } else if path.is_file() {
+        if path.is_symlink() || !path.is_dir() {
             paths.push(name);
+        } else if name != HOME {
+            walk(root, &path, paths)?;
         }
     }
     Ok(())

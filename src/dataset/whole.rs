@@ -15,6 +15,7 @@ use super::orbit_folder::{CHECKSUMS, sum_of};
 use super::spec::Spec;
 use super::split::split_of;
 use super::store::Store;
+use super::sums::fault_of_whole;
 use crate::labels::craft::Craft;
 use crate::labels::image::Split;
 use crate::labels::{bop, coco, places, speed};
@@ -44,8 +45,15 @@ pub(crate) fn finish(
     files: &[(String, Vec<u8>)],
 ) -> Result<(), DatasetError> {
     store.alone(|| {
-        if store.root().join(CHECKSUMS).is_file() {
-            return Ok(());
+        if store.is_finished()? {
+            return match fault_of_whole(store.root()) {
+                None => Ok(()),
+                Some(fault) => {
+                    let first =
+                        format!("{fault}; remove {CHECKSUMS}, and --resume makes the files of the whole set again");
+                    Err(DatasetError::Damaged { folder: store.root().to_path_buf(), count: 1, first })
+                }
+            };
         }
         let mut sums = BTreeMap::new();
         let mut put = |name: &str, bytes: &[u8]| {

@@ -12,7 +12,7 @@ use super::eclipse::{Discs, sign_change};
 use super::orbit_point::OrbitPoint;
 use super::placements::{PlaceError, PlacementSample, Placements};
 use super::state::SLACK;
-use super::trajectory::{Trajectory, TrajectoryError};
+use super::trajectory::{DISTANCES, Trajectory, TrajectoryError};
 use crate::environment::{Attitude, Environment, Orbit};
 
 /// An error in the values of a sky.
@@ -137,6 +137,9 @@ impl SkyModel {
             if distance <= self.planet_radius * (1.0 + LEAST_RELATIVE_ALTITUDE) {
                 let (distance, radius) = (distance / 1e3, self.planet_radius / 1e3);
                 return Err(TrajectoryError::Underground { time: trajectory.utc(time), distance, radius }.into());
+            }
+            if distance.is_finite() {
+                trajectory.plausible(time, distance, 0.0..=*DISTANCES.end())?;
             }
         }
         self.check_attitude(from, to, |time| trajectory.utc(time))

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 use std::fmt;
+use std::ops::RangeInclusive;
 
 use glam::DVec3;
 use hifitime::{Epoch, TimeScale, Unit};
@@ -14,6 +15,13 @@ use super::sun::sun_position;
 use super::utc::utc;
 
 const CENTURY: f64 = 36_525.0 * 86_400.0;
+/// Plausible distances from the Earth's centre [m], of positions that are read and of those that are computed. Beyond the Sun-Earth Lagrange points the
+/// units are probably wrong.
+pub(crate) const DISTANCES: RangeInclusive<f64> = 1e5..=2e9;
+/// Greatest age of elements [s]. Ten years later they say nothing of a craft's place.
+const OLDEST: f64 = 10.0 * 365.25 * 86_400.0;
+/// How much farther than its apogee, or nearer than its perigee, SGP4 may place a craft. Drag and the Moon change both by less before the orbit is another.
+const OTHER_ORBIT: f64 = 1.25;
 
 /// A trajectory around the Earth.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +44,8 @@ pub(crate) enum TrajectorySource {
         constants: Box<sgp4::Constants>,
         /// Epoch of the elements less the start of the scene [s].
         epoch: f64,
+        /// Distances of perigee and apogee from the Earth's centre [m].
+        reach: [f64; 2],
     },
     Ephemeris(Ephemeris),
 }
@@ -65,6 +75,31 @@ pub enum TrajectoryError {
         time: String,
         /// Message of the propagator.
         reason: String,
+    },
+    /// A time years from the epoch of the elements.
+    #[error(
+        "the elements are {years:.0} years from {time}: after ten years they say nothing of a craft's place; take elements of that time"
+    )]
+    Aged {
+        /// Time, UTC.
+        time: String,
+        /// Time since the epoch of the elements [years of 365.25 days].
+        years: f64,
+    },
+    /// A computed position that no craft on this trajectory has.
+    #[error(
+        "at {time} the computed position is {distance:.3e} km from the Earth's centre, and this trajectory lies from {nearest:.3e} to {farthest:.3e} km: \
+         the data do not hold at that time"
+    )]
+    Astray {
+        /// Time, UTC.
+        time: String,
+        /// Distance from the centre [km].
+        distance: f64,
+        /// Least plausible distance [km].
+        nearest: f64,
+        /// Greatest plausible distance [km].
+        farthest: f64,
     },
     /// A position inside the planet.
     #[error("at {time} the craft is {distance:.0} km from the centre of a planet of {radius:.0} km")]
@@ -133,7 +168,7 @@ impl Trajectory {
     /// State of the craft at a time [s]. `None` where the trajectory does not cover it.
     pub fn state(&self, time: f64) -> Option<StateVector> {
         match &self.source {
-            TrajectorySource::Elements { constants, epoch } => {
+            TrajectorySource::Elements { constants, epoch, .. } => {
                 let minutes = sgp4::MinutesSinceEpoch((time - epoch) / 60.0);
                 let prediction = constants.propagate(minutes).ok()?;
                 let rotation = gcrf_from_teme(self.centuries(time));
@@ -167,13 +202,21 @@ impl Trajectory {
     /// A time that is not covered, with the ranges that are. A time at which SGP4 fails (tried every minute).
     pub fn check(&self, from: f64, to: f64) -> Result<(), TrajectoryError> {
         match &self.source {
-            TrajectorySource::Elements { constants, epoch } => {
+            TrajectorySource::Elements { constants, epoch, reach } => {
+                if let Some(time) = [from, to].into_iter().find(|time| (time - epoch).abs() > OLDEST) {
+                    let years = (time - epoch).abs() / (365.25 * 86_400.0);
+                    return Err(TrajectoryError::Aged { time: self.utc(time), years });
+                }
                 let looks = ((to - from) / 60.0).ceil().clamp(1.0, MOST_LOOKS);
                 for look in 0..=looks as usize {
                     let time = from + (to - from) * look as f64 / looks;
-                    constants.propagate(sgp4::MinutesSinceEpoch((time - epoch) / 60.0)).map_err(|error| {
-                        TrajectoryError::Propagation { time: self.utc(time), reason: error.to_string() }
+                    let state = constants.propagate(sgp4::MinutesSinceEpoch((time - epoch) / 60.0));
+                    let state = state.map_err(|error| TrajectoryError::Propagation {
+                        time: self.utc(time),
+                        reason: error.to_string(),
                     })?;
+                    let distance = DVec3::from_array(state.position).length() * 1e3;
+                    self.plausible(time, distance, reach[0] / OTHER_ORBIT..=reach[1] * OTHER_ORBIT)?;
                 }
                 Ok(())
             }
@@ -190,6 +233,23 @@ impl Trajectory {
                 })
             }
         }
+    }
+
+    /// Checks a distance from the Earth's centre [m] that was computed for a time [s].
+    ///
+    /// # Errors
+    /// [`TrajectoryError::Astray`].
+    pub(crate) fn plausible(
+        &self,
+        time: f64,
+        distance: f64,
+        range: RangeInclusive<f64>,
+    ) -> Result<(), TrajectoryError> {
+        if range.contains(&distance) {
+            return Ok(());
+        }
+        let (distance, nearest, farthest) = (distance / 1e3, range.start() / 1e3, range.end() / 1e3);
+        Err(TrajectoryError::Astray { time: self.utc(time), distance, nearest, farthest })
     }
 
     fn covered(&self, coverage: &[(f64, f64)]) -> String {

@@ -11,6 +11,7 @@ use super::ModelFault;
 use super::document::Document;
 use super::error::label;
 use super::meshopt_filter::Filter;
+use crate::files::Expansion;
 
 /// Most elements of an accessor without a buffer view. The file size does not bound them.
 const MAX_ZERO_ELEMENTS: usize = 1 << 24;
@@ -28,6 +29,7 @@ pub(super) struct Accessors<'a> {
     buffers: &'a [Cow<'a, [u8]>],
     /// The decoded bytes of compressed buffer views, each from its first use on.
     decoded: Vec<OnceCell<Result<Vec<u8>, String>>>,
+    expansion: Expansion,
 }
 
 /// Elements of equal size at equal distances in a byte slice.
@@ -46,7 +48,14 @@ impl Strided<'_> {
 
 impl<'a> Accessors<'a> {
     pub(crate) fn new(document: &'a Document<'a>, buffers: &'a [Cow<'a, [u8]>]) -> Self {
-        Self { document, buffers, decoded: document.views.iter().map(|_| OnceCell::new()).collect() }
+        let decoded = document.views.iter().map(|_| OnceCell::new()).collect();
+        let size = buffers.iter().map(|bytes| bytes.len()).sum();
+        Self { document, buffers, decoded, expansion: Expansion::of(size) }
+    }
+
+    /// Counts `count` things of `each` bytes that the file is about to become.
+    pub(crate) fn charge(&self, count: usize, each: usize) -> Result<(), String> {
+        self.expansion.charge(count, each).map_err(|fault| format!("takes too much memory: {fault}"))
     }
 
     /// Reads positions or normals as f64. The `normalized` flag decides the conversion of integers.
@@ -152,6 +161,7 @@ impl<'a> Accessors<'a> {
         let size = component.size() * kind.multiplicity();
         let count = usize::try_from(accessor.count.0).ok().filter(|count| *count > 0);
         let count = count.ok_or_else(|| fail(format!("has a count of {}", accessor.count.0)))?;
+        self.charge(count, size_of::<T>()).map_err(fail)?;
 
         let mut values = match (accessor.buffer_view, &accessor.sparse) {
             (Some(view), _) => {
@@ -250,7 +260,10 @@ impl<'a> Accessors<'a> {
         if let Some(compressed) = &self.document.compressed[index] {
             let bytes = self.decoded[index].get_or_init(|| {
                 let (buffer, offset, length) = (compressed.buffer, compressed.offset, compressed.length);
-                let decoded = self.bytes(buffer, offset, length).and_then(|bytes| compressed.decode(bytes));
+                let decoded = self.bytes(buffer, offset, length).and_then(|bytes| {
+                    self.charge(compressed.count, compressed.stride)?;
+                    compressed.decode(bytes)
+                });
                 decoded.map_err(|problem| format!("refers to compressed buffer view {index}, which {problem}"))
             });
             return Ok((bytes.as_ref().map_err(String::clone)?, Some(compressed.stride)));

@@ -48,6 +48,7 @@ fn copies(
     if let Some(other) = known.find(|other| *other != count) {
         return Err(fail(format!("has copies (EXT_mesh_gpu_instancing) with {count} and {other} values")));
     }
+    accessors.charge(count, size_of::<Instance>()).map_err(fail)?;
     for copy in 0..count {
         let value = |values: &Option<Vec<[f64; 3]>>| values.as_ref().map(|values| values[copy]);
         let rotation = rotations.as_ref().map(|rotations| rotations[copy]);

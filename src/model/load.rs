@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::collections::hash_map::{Entry, HashMap};
 use std::path::Path;
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, Vec3};
 
 use super::accessor::Accessors;
 use super::alike::{first_alike, position_bits};
@@ -91,6 +91,7 @@ fn read(bytes: &[u8], path: &Path, reach: &Reach) -> Result<Model, ModelFault> {
                 slot.insert(read_mesh(&document, &accessors, instance.mesh, &mut assembly.model.skipped)?)
             }
         };
+        charge(&document, &accessors, instance, geometries)?;
         assembly.place(instance, geometries)?;
     }
     let model = assembly.model;
@@ -102,12 +103,38 @@ fn read(bytes: &[u8], path: &Path, reach: &Reach) -> Result<Model, ModelFault> {
     Ok(model)
 }
 
+/// Memory of a placed triangle.
+const TRIANGLE: usize = size_of::<[u32; 3]>();
+/// Memory of a placed vertex, with what its normal is found from.
+const VERTEX: usize = 2 * size_of::<DVec3>() + size_of::<Vec3>() + 3 * size_of::<u32>() + size_of::<VertexTriangles>();
+
+/// Charges the part that an instance is about to become: a short file can place one mesh any number of times.
+fn charge(
+    document: &Document,
+    accessors: &Accessors,
+    instance: &Instance,
+    geometries: &[Geometry],
+) -> Result<(), ModelFault> {
+    let placed = geometries.iter().try_for_each(|geometry| {
+        let corners = 3 * geometry.triangles.len();
+        let vertices = geometry.normals.as_ref().map_or(corners, |normals| normals.len().min(corners));
+        accessors.charge(geometry.triangles.len(), TRIANGLE)?;
+        accessors.charge(vertices, VERTEX)
+    });
+    // The name stands in the part, in the set of names and in a note.
+    let name = document.nodes[instance.node].name.as_ref().map_or(0, String::len);
+    let part = placed.and_then(|()| accessors.charge(3, size_of::<Part>() + name));
+    part.map_err(|problem| ModelFault::element(document.node_label(instance.node), problem))
+}
+
 struct ModelAssembly<'a> {
     document: &'a Document<'a>,
     model: Model,
     /// Model index of each material in use, by its index in the document.
     materials: HashMap<Option<usize>, u32>,
     part_names: HashSet<String>,
+    /// The number that the next part of a name gets.
+    repeats: HashMap<String, usize>,
 }
 
 /// How a node transforms areas, normals and winding.
@@ -184,7 +211,7 @@ struct Tally {
 
 impl<'a> ModelAssembly<'a> {
     fn new(document: &'a Document<'a>, model: Model) -> Self {
-        Self { document, model, materials: HashMap::new(), part_names: HashSet::new() }
+        Self { document, model, materials: HashMap::new(), part_names: HashSet::new(), repeats: HashMap::new() }
     }
 
     fn place(&mut self, instance: &Instance, geometries: &[Geometry]) -> Result<(), ModelFault> {
@@ -314,11 +341,17 @@ impl<'a> ModelAssembly<'a> {
     }
 
     fn unique_part_name(&mut self, name: String) -> String {
-        let repeats = (2..).map(|repeat| format!("{name}#{repeat}"));
-        let unique = std::iter::once(name.clone()).chain(repeats).find(|name| !self.part_names.contains(name));
-        let unique = unique.unwrap_or(name);
-        self.part_names.insert(unique.clone());
-        unique
+        if self.part_names.insert(name.clone()) {
+            return name;
+        }
+        let next = self.repeats.entry(name.clone()).or_insert(2);
+        loop {
+            let unique = format!("{name}#{next}");
+            *next += 1;
+            if self.part_names.insert(unique.clone()) {
+                return unique;
+            }
+        }
     }
 
     fn report(&mut self, part: &str, tally: &Tally) {

@@ -117,8 +117,12 @@ fn read_primitive(
     let vertices = u32::try_from(positions.len()).map_err(|_| {
         ModelFault::element(name, format!("has {} positions, more than 32 bits can count", positions.len()))
     })?;
+    let charge = |count, each| accessors.charge(count, each).map_err(|problem| ModelFault::element(name, problem));
     let corners = match primitive.indices {
-        None => (0..vertices).collect(),
+        None => {
+            charge(positions.len(), size_of::<u32>())?;
+            (0..vertices).collect()
+        }
         Some(index) => {
             let corners = accessors.indices(index.value())?;
             if let Some(at) = corners.iter().position(|corner| *corner >= vertices) {
@@ -128,8 +132,14 @@ fn read_primitive(
             corners
         }
     };
+    charge(triangles_of(mode, corners.len()), size_of::<[u32; 3]>())?;
     let triangles = assemble(mode, &corners);
     Ok((corners.len(), Geometry { material, positions, normals, rounding, triangles }))
+}
+
+/// Most triangles that a list of corners makes.
+fn triangles_of(mode: Mode, corners: usize) -> usize {
+    if mode == Mode::Triangles { corners / 3 } else { corners }
 }
 
 /// Triangles from a list of corners, with the winding of glTF 2.0, 3.7.2.1.

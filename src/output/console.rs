@@ -7,6 +7,7 @@ use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use super::waiting::Patient;
 use crate::text::plain_lines;
 
 /// Why the first line was lost that standard output should have taken.
@@ -40,7 +41,7 @@ pub(crate) fn write_answer(lines: Arguments) {
     let text = format!("{}\n", plain_lines(&lines.to_string()));
     if CARRIES_A_FILE.load(Ordering::Relaxed) {
         let _ = io::stderr().lock().write_all(text.as_bytes());
-    } else if let Err(error) = io::stdout().lock().write_all(text.as_bytes()) {
+    } else if let Err(error) = Patient(io::stdout().lock()).write_all(text.as_bytes()) {
         lose(error);
     }
 }

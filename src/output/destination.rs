@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use super::OutputError;
 use super::console;
 use super::csv_rows::{write_checked_rows, write_rows};
+use super::waiting::{Patient, Waiting};
 use super::whole_file::{check_writable, write_atomic};
 
 /// The name of standard output on a command line.
@@ -75,7 +76,7 @@ impl Destination {
     where
         F: FnOnce(&mut dyn Write) -> Result<(), OutputError>,
     {
-        let mut writer = BufWriter::with_capacity(1 << 16, stream);
+        let mut writer = BufWriter::with_capacity(1 << 16, Patient(stream));
         content(&mut writer)?;
         writer.flush().map_err(|source| self.failed(source))
     }
@@ -196,6 +197,7 @@ fn names_a_folder(path: &Path) -> bool {
 
 /// Opens a stream, or a file that a process has open, for writing.
 fn open_stream(path: &Path) -> io::Result<Box<dyn Write>> {
+    let _waiting = Waiting::begin();
     #[cfg(unix)]
     {
         use std::os::unix::fs::FileTypeExt;

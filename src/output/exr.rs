@@ -11,15 +11,17 @@
 use std::io::Cursor;
 use std::path::Path;
 
+use ::exr::meta::BlockDescription;
 use ::exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image as ExrImage, Layer, LayerAttributes,
-    LineOrder, ReadChannels, ReadLayers, SmallVec, WritableImage,
+    LineOrder, MetaData, ReadChannels, ReadLayers, SmallVec, WritableImage,
 };
 
 use super::OutputError;
 use super::exr_header::{Attributes, header_attributes, text};
 use super::frame::{FrameHeader, check_finite, check_size};
 use super::whole_file::write_atomic;
+use crate::files::{Expansion, decode};
 use crate::simulation::image::Image;
 
 /// Channel of the error of the temperature.
@@ -83,15 +85,21 @@ pub(crate) fn encode(frame: &Image, header: &FrameHeader) -> Result<Vec<u8>, Out
 /// # Errors
 /// The file is missing or no EXR file, or lacks one of isotherm's channels or attributes.
 pub fn read_exr(path: &Path) -> Result<(Image, FrameHeader), OutputError> {
-    let bytes = std::fs::read(path).map_err(|source| OutputError::Read(path.to_path_buf(), source))?;
-    let image = ::exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(|error| OutputError::exr(path, error))?;
+    decode_exr(&std::fs::read(path).map_err(|source| OutputError::Read(path.to_path_buf(), source))?, path)
+}
+
+/// Decodes the bytes of a frame as if it lay at `path`.
+///
+/// # Errors
+/// As [`read_exr`].
+pub fn decode_exr(bytes: &[u8], path: &Path) -> Result<(Image, FrameHeader), OutputError> {
+    charge(bytes).map_err(|problem| OutputError::exr(path, problem))?;
+    let image = decode(|| {
+        let all = ::exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
+        let all = all.first_valid_layer().all_attributes().non_parallel();
+        all.from_buffered(Cursor::new(bytes)).map_err(|error| error.to_string())
+    })
+    .map_err(|problem| OutputError::exr(path, problem))?;
     let layer = image.layer_data;
     let attributes = Attributes { path, attributes: &layer.attributes };
     let (width, height) = (layer.size.width() as u32, layer.size.height() as u32);
@@ -120,6 +128,20 @@ pub fn read_exr(path: &Path) -> Result<(Image, FrameHeader), OutputError> {
     let blank = attributes.image(width, height)?;
     let frame = Image { radiance, temperature, depth, part, material, coverage, reflected, error, ..blank };
     Ok((frame, attributes.header()?))
+}
+
+/// Checks that a file is compressed as frames are, and may become the pixels that its header states. Decoders of other compressions panic on damaged blocks.
+fn charge(bytes: &[u8]) -> Result<(), String> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), true).map_err(|error| error.to_string())?;
+    let expansion = Expansion::of_image(bytes.len());
+    for header in &meta.headers {
+        if header.compression != Compression::ZIP16 || header.blocks != BlockDescription::ScanLines {
+            return Err("is not compressed as a frame of isotherm".to_owned());
+        }
+        let pixels = header.layer_size.x().saturating_mul(header.layer_size.y());
+        expansion.charge(pixels, header.channels.bytes_per_pixel).map_err(|fault| fault.to_string())?;
+    }
+    Ok(())
 }
 
 /// Sorts the header's attributes by name. The exr crate writes them in the random order of a hash map. Their total size

@@ -1,13 +1,15 @@
 //! The output folder of a command: the names of its files, the files that it may overwrite, and its files, which appear whole or not at all.
 
 use std::ffi::OsStr;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::OutputError;
 use super::csv_rows::{write_checked_rows, write_rows};
+use super::guarded::{Access, GuardedFolder};
 use super::inputs::real;
 use super::manifest::{HOME, Listing, Manifest};
 use super::temporary::Unfinished;
@@ -16,7 +18,7 @@ use super::whole_file::check_folder;
 /// Prefix of unfinished files of a folder. Unfinished files lie beside the manifest.
 const PART: &str = "part-";
 /// The saved state of a run, beside the manifest.
-const STATE: &str = "state";
+pub(crate) const STATE: &str = ".isotherm/state";
 
 /// The output folder of a command.
 #[derive(Debug)]
@@ -30,6 +32,8 @@ pub struct Folder {
     /// The files of an earlier part of the same run.
     earlier: Listing,
     parts: AtomicU64,
+    /// The folder, held open from its first use on.
+    guarded: OnceLock<GuardedFolder>,
 }
 
 impl Folder {
@@ -46,6 +50,7 @@ impl Folder {
             manifest: None,
             earlier: Listing::default(),
             parts: AtomicU64::new(0),
+            guarded: OnceLock::new(),
         }
     }
 
@@ -114,12 +119,28 @@ impl Folder {
     /// # Errors
     /// They cannot be written.
     pub(crate) fn make_folders(&self) -> Result<(), OutputError> {
-        for path in self.folders() {
-            fs::create_dir_all(&path).map_err(|source| OutputError::CreateFolder(path.clone(), source))?;
+        let guarded = self.guarded()?;
+        for name in self.names_of_folders() {
+            let path = self.root.join(name);
+            if !name.is_empty() {
+                guarded.make(name).map_err(|source| OutputError::CreateFolder(path.clone(), source))?;
+            }
             // Permission bits do not show read-only mounts or quotas, so this tries to write.
             check_folder(&path).map_err(|source| OutputError::NotWritable(path, source))?;
         }
         Ok(())
+    }
+
+    /// The folder, held open. No link in it is followed.
+    ///
+    /// # Errors
+    /// It cannot be opened.
+    pub(crate) fn guarded(&self) -> Result<&GuardedFolder, OutputError> {
+        if let Some(guarded) = self.guarded.get() {
+            return Ok(guarded);
+        }
+        let opened = GuardedFolder::open(&self.root).map_err(|source| OutputError::Read(self.root.clone(), source))?;
+        Ok(self.guarded.get_or_init(|| opened))
     }
 
     /// Whether the run in a reopened folder came to its end.
@@ -129,7 +150,7 @@ impl Folder {
 
     /// Path of the saved state of a run.
     pub(crate) fn state(&self) -> PathBuf {
-        self.root.join(HOME).join(STATE)
+        self.root.join(STATE)
     }
 
     /// Notes that the command came to its end, and removes the saved state.
@@ -140,7 +161,7 @@ impl Folder {
         if let Some(manifest) = &self.manifest {
             manifest.finish()?;
         }
-        remove(&self.state())
+        self.remove(&self.state())
     }
 
     /// Whether the folder holds nothing but an own folder without files of the user.
@@ -154,20 +175,31 @@ impl Folder {
         let files = files.collect::<Result<Vec<_>, _>>()?;
         self.refuse_strangers(listing)?;
         for path in &files {
-            remove(path)?;
+            self.remove(path)?;
         }
         for folder in files.iter().filter_map(|path| path.parent()).filter(|folder| *folder != self.root) {
             // This fails for a folder with files in it, which then stays.
             let _ = fs::remove_dir(folder);
         }
-        remove(&self.state())?;
+        self.remove(&self.state())?;
         self.remove_parts()
+    }
+
+    /// Removes a file of the folder. There may be none.
+    fn remove(&self, path: &Path) -> Result<(), OutputError> {
+        let name = path.strip_prefix(&self.root).unwrap_or(path).to_string_lossy();
+        match self.guarded()?.remove(&name) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                Err(OutputError::Remove(path.to_path_buf(), error))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Removes the unfinished files that a killed process left beside its manifest.
     fn remove_parts(&self) -> Result<(), OutputError> {
         let parts = entries(&self.root.join(HOME))?.into_iter().filter(|path| name_of(path).starts_with(PART));
-        parts.filter(|path| !path.is_dir()).try_for_each(|path| remove(&path))
+        parts.filter(|path| !path.is_dir()).try_for_each(|path| self.remove(&path))
     }
 
     /// Refuses a file that the listing does not have where the command would write, and a link in place of a subfolder.
@@ -238,10 +270,11 @@ impl Folder {
     {
         let path = self.place_for(name)?;
         let failed = |source| OutputError::write(&path, source);
-        let part = self.root.join(HOME).join(format!("{PART}{}", self.parts.fetch_add(1, Ordering::Relaxed)));
-        let _unfinished = Unfinished::new(&part);
+        let guarded = self.guarded()?;
+        let part = format!("{HOME}/{PART}{}", self.parts.fetch_add(1, Ordering::Relaxed));
+        let _unfinished = Unfinished::new(&self.root.join(&part));
         let written = (|| {
-            let file = File::create_new(&part).map_err(failed)?;
+            let file = guarded.file(&part, Access::New).map_err(failed)?;
             let mut writer = BufWriter::with_capacity(1 << 16, file);
             content(&mut writer)?;
             let file = writer.into_inner().map_err(|error| failed(error.into_error()))?;
@@ -249,10 +282,10 @@ impl Folder {
                 manifest.note(name, &file.metadata().map_err(failed)?)?;
             }
             drop(file);
-            fs::rename(&part, &path).map_err(failed)
+            guarded.rename(&part, name).map_err(failed)
         })();
         if written.is_err() {
-            let _ = fs::remove_file(&part);
+            let _ = guarded.remove(&part);
         }
         written
     }
@@ -367,13 +400,6 @@ fn matches(pattern: &[u8], name: &[u8]) -> bool {
 }
 
 /// Removes a file that may be absent.
-fn remove(path: &Path) -> Result<(), OutputError> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(OutputError::Remove(path.to_path_buf(), error)),
-        _ => Ok(()),
-    }
-}
-
 fn name_of(path: &Path) -> &str {
     path.file_name().and_then(OsStr::to_str).unwrap_or_default()
 }

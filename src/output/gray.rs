@@ -3,6 +3,7 @@
 use std::io::Cursor;
 
 use super::OutputError;
+use crate::files::Expansion;
 
 fn failed(error: impl ToString) -> OutputError {
     OutputError::Encode("PNG image".to_owned(), error.to_string())
@@ -88,6 +89,7 @@ pub(crate) fn animated(
 pub fn read_png(bytes: &[u8]) -> Result<([u32; 2], Vec<u8>), OutputError> {
     let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().map_err(failed)?;
     let size = reader.output_buffer_size().ok_or_else(|| failed("the image is too large"))?;
+    Expansion::of_image(bytes.len()).charge(size, 1).map_err(failed)?;
     let mut values = vec![0; size];
     let info = reader.next_frame(&mut values).map_err(failed)?;
     values.truncate(info.buffer_size());

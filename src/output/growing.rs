@@ -1,6 +1,6 @@
 //! A table that grows while a run goes on: whole lines, written at least about once a second.
 
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use super::OutputError;
 use super::csv_rows::write_rows;
 use super::folder::Folder;
+use super::guarded::Access;
 use super::manifest::LinePlace;
 
 /// Longest time for which a line waits while others follow.
@@ -39,7 +40,7 @@ impl<'a> Growing<'a> {
         // The table of an earlier part of the run begins anew.
         let before = std::fs::metadata(&path).map_or(0, |metadata| metadata.len());
         let place = folder.manifest().map(|manifest| manifest.note_growing(name, [0, before])).transpose()?;
-        let opened = OpenOptions::new().write(true).create(true).truncate(true).open(&path);
+        let opened = folder.guarded()?.file(name, Access::Anew);
         let file = opened.map_err(|source| OutputError::write(&path, source))?;
         let mut table = Self::new(folder, name, path, file, place, 0);
         table.push(head)?;
@@ -54,7 +55,7 @@ impl<'a> Growing<'a> {
     pub(crate) fn again(folder: &'a Folder, name: &str, length: u64) -> Result<Self, OutputError> {
         let path = folder.place_for(name)?;
         let failed = |source| OutputError::write(&path, source);
-        let mut file = OpenOptions::new().write(true).open(&path).map_err(failed)?;
+        let mut file = folder.guarded()?.file(name, Access::Change).map_err(failed)?;
         let metadata = file.metadata().map_err(failed)?;
         if metadata.len() < length {
             return Err(OutputError::Changed(path));

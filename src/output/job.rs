@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use super::eclipses::Eclipses;
-use super::folder::Folder;
+use super::folder::{Folder, STATE};
 use super::frame_maker::FrameMaker;
 use super::frame_writer::{WriterWork, write_frames};
 use super::image_index::{IMAGES, write_index};
@@ -165,7 +165,7 @@ fn begin<'a>(
         }
         _ => {
             let state = RunState { identity: job.identity.clone(), progress: RunProgress::Begun };
-            state_file::write(&folder.state(), &state)?;
+            state_file::write(folder.guarded()?, STATE, &state)?;
             None
         }
     };

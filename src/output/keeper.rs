@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use super::folder::STATE;
 use super::job_terms::{JobError, RunContext, SaveEvery};
 use super::run_state::{RunProgress, RunState};
 use super::state_file;
@@ -48,7 +49,11 @@ impl Keep<JobError> for Keeper<'_> {
         let [wall, stepping] = self.before;
         let seconds = [wall + self.run.began.elapsed().as_secs_f64(), stepping];
         let progress = RunProgress::WarmUp(Box::new(state.clone()), seconds);
-        state_file::write(&self.run.folder.state(), &RunState { identity: self.run.job.identity.clone(), progress })?;
+        state_file::write(
+            self.run.folder.guarded()?,
+            STATE,
+            &RunState { identity: self.run.job.identity.clone(), progress },
+        )?;
         self.saved = (done, Instant::now());
         Ok(())
     }

@@ -5,7 +5,7 @@
 //! way leaves. The system releases the lock when the process ends, however it ends.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
+use std::fs::{self, File, Metadata, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -14,6 +14,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use serde::{Deserialize, Serialize};
 
 use super::OutputError;
+use super::guarded::{Access, GuardedFolder};
 
 /// The folder for isotherm's own records in an output folder.
 pub(crate) const HOME: &str = ".isotherm";
@@ -154,7 +155,8 @@ impl Manifest {
             }
         }
         let read = |source| OutputError::Read(path.clone(), source);
-        let file = match OpenOptions::new().read(true).write(true).open(&path) {
+        let guarded = GuardedFolder::open(root).map_err(read)?;
+        let file = match guarded.file(&format!("{HOME}/{NAME}"), Access::Change) {
             // The file was taken away in this moment.
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             opened => opened.map_err(read)?,
@@ -169,11 +171,10 @@ impl Manifest {
     /// # Errors
     /// Another process did so in this moment, or it cannot be written.
     pub(crate) fn create(root: &Path) -> Result<Self, OutputError> {
-        let home = root.join(HOME);
-        let path = home.join(NAME);
+        let path = root.join(HOME).join(NAME);
         let failed = |source| OutputError::NotWritable(root.to_path_buf(), source);
-        fs::create_dir_all(&home).map_err(failed)?;
-        let file = match OpenOptions::new().read(true).write(true).create_new(true).open(&path) {
+        let guarded = GuardedFolder::open(root).map_err(failed)?;
+        let file = match guarded.file(&format!("{HOME}/{NAME}"), Access::New) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
                 return Err(OutputError::InUse(root.to_path_buf()));
             }

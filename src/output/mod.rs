@@ -32,6 +32,7 @@ pub(crate) mod frame_maker;
 mod frame_writer;
 pub(crate) mod gray;
 pub(crate) mod growing;
+pub(crate) mod guarded;
 pub(crate) mod html;
 pub(crate) mod image_index;
 pub(crate) mod inputs;
@@ -69,6 +70,7 @@ pub(crate) mod ticks;
 pub(crate) mod tiff;
 pub(crate) mod video;
 pub(crate) mod views;
+pub(crate) mod waiting;
 mod whole_file;
 
 pub(crate) use error::OutputError;

@@ -7,6 +7,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::between::Between;
+use super::folder::STATE;
 use super::frame_maker::FrameMaker;
 use super::frame_writer::{WriterWork, lock};
 use super::job_terms::{Done, JobError, RunContext, SaveEvery};
@@ -119,7 +120,11 @@ impl Consumer<JobError> for StepRecorder<'_, '_> {
             },
         };
         let progress = RunProgress::Steps(Box::new(steps));
-        state_file::write(&self.run.folder.state(), &RunState { identity: self.run.job.identity.clone(), progress })?;
+        state_file::write(
+            self.run.folder.guarded()?,
+            STATE,
+            &RunState { identity: self.run.job.identity.clone(), progress },
+        )?;
         self.saved = Instant::now();
         Ok(())
     }

@@ -8,7 +8,7 @@
 //! A state is written beside the old one, brought to the disk and renamed. So a kill, a full disk or a loss of power leaves the old or the new state
 //! whole. An earlier state is not kept: a damaged file means a damaged disk, where nothing else in the folder can be trusted either.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io::Write;
 use std::path::Path;
 
@@ -17,6 +17,7 @@ use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
 use super::OutputError;
+use super::guarded::{Access, GuardedFolder};
 use super::temporary::Unfinished;
 use crate::simulation::thermal_state::ThermalState;
 
@@ -124,30 +125,29 @@ pub fn decode<T: SavedState>(bytes: &[u8]) -> Result<T, StateFault> {
     }
 }
 
-/// Writes a state in place of an earlier one.
+/// Writes a state in place of an earlier one, at a path within a folder.
 ///
 /// # Errors
 /// The disk is full, or the folder cannot be written.
-pub(crate) fn write<T: SavedState>(path: &Path, state: &T) -> Result<(), OutputError> {
+pub(crate) fn write<T: SavedState>(folder: &GuardedFolder, path: &str, state: &T) -> Result<(), OutputError> {
     let bytes = encode(state)?;
-    let failed = |source| OutputError::write(path, source);
-    let part = path.with_file_name("part-state");
-    let _unfinished = Unfinished::new(&part);
+    let part = match path.rsplit_once('/') {
+        Some((above, name)) => format!("{above}/part-{name}"),
+        None => format!("part-{path}"),
+    };
+    let _unfinished = Unfinished::new(&folder.root().join(&part));
     let written = (|| {
-        let mut file = File::create(&part)?;
+        let mut file = folder.file(&part, Access::Anew)?;
         file.write_all(&bytes)?;
         file.sync_all()?;
-        fs::rename(&part, path)?;
-        match path.parent() {
-            // The new name must be on the disk too.
-            Some(home) if cfg!(unix) => File::open(home)?.sync_all(),
-            _ => Ok(()),
-        }
+        folder.rename(&part, path)?;
+        // The new name must be on the disk too.
+        folder.sync_above(path)
     })();
     if written.is_err() {
-        let _ = fs::remove_file(&part);
+        let _ = folder.remove(&part);
     }
-    written.map_err(failed)
+    written.map_err(|source| OutputError::write(&folder.root().join(path), source))
 }
 
 /// Reads a state.
@@ -203,11 +203,11 @@ mod tests {
     #[test]
     fn a_state_comes_back_bit_for_bit() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("state");
-        write(&path, &Numbers { flags: Vec::new(), ..numbers() }).unwrap();
-        write(&path, &numbers()).unwrap();
-        assert_same(&read(&path).unwrap());
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+        let guarded = GuardedFolder::open(folder.path()).unwrap();
+        write(&guarded, "home/state", &Numbers { flags: Vec::new(), ..numbers() }).unwrap();
+        write(&guarded, "home/state", &numbers()).unwrap();
+        assert_same(&read(&folder.path().join("home/state")).unwrap());
+        assert_eq!(fs::read_dir(folder.path().join("home")).unwrap().count(), 1);
     }
 
     #[test]

@@ -4,7 +4,9 @@ use std::f64::consts::TAU;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use exr::prelude::{FlatSamples, MetaData, ReadChannels, ReadLayers, read};
+use exr::meta::BlockDescription;
+use exr::meta::attribute::LevelMode;
+use exr::prelude::{Compression, FlatSamples, MetaData, ReadChannels, ReadLayers, read};
 use glam::DVec3;
 
 use super::error::SceneError;
@@ -13,7 +15,7 @@ use super::quantity::Quantity;
 use super::section::Section;
 use super::vector::direction;
 use crate::environment::Orbit;
-use crate::files;
+use crate::files::{self, Expansion, decode};
 use crate::text::plain;
 use crate::thermal::planet_map::{DayLaw, Equirectangular, MapAxes, PlanetPattern};
 
@@ -56,8 +58,7 @@ pub(super) fn read_pattern(
     }
     let bytes = files::read(&path)
         .map_err(|fault| section.error("file", format!("{}: cannot be read: {fault}", path.display())))?;
-    let is_png = bytes.starts_with(&[0x89, b'P', b'N', b'G']);
-    let scaled = match (is_png, stated) {
+    let scaled = match (is_png(&bytes), stated) {
         (true, [Some(scale), Some(offset)]) => Some([scale, offset]),
         (true, [scale, _]) => {
             let key = if scale.is_none() { "scale" } else { "offset" };
@@ -69,14 +70,22 @@ pub(super) fn read_pattern(
             return Err(section.error(key, "belongs to a PNG: an EXR has temperatures in K"));
         }
     };
-    let temperatures = match scaled {
-        Some(scaled) => from_png(&bytes, scaled),
-        None => from_exr(&bytes),
-    };
-    let temperatures =
-        temperatures.and_then(checked).map_err(|message| section.error("file", in_file(&path, &message)))?;
+    let temperatures = map_of(&bytes, scaled).map_err(|message| section.error("file", in_file(&path, &message)))?;
     files.push(path);
     Ok(Some(PlanetPattern { temperatures, axes: axes(&section, orbit, assumptions)? }))
+}
+
+fn is_png(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0x89, b'P', b'N', b'G'])
+}
+
+/// The temperatures of a file. Scale and offset belong to a PNG.
+pub(super) fn map_of(bytes: &[u8], scaled: Option<[f64; 2]>) -> Result<Equirectangular, String> {
+    match scaled.filter(|_| is_png(bytes)) {
+        Some(scaled) => from_png(bytes, scaled),
+        None => from_exr(bytes),
+    }
+    .and_then(checked)
 }
 
 fn in_file(path: &Path, message: &str) -> String {
@@ -110,7 +119,7 @@ fn from_png(bytes: &[u8], [scale, offset]: [f64; 2]) -> Result<Equirectangular, 
     let failed = |error: png::DecodingError| format!("is no PNG that can be read: {error}");
     let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().map_err(failed)?;
     let (columns, rows) = (reader.info().width as usize, reader.info().height as usize);
-    check_size(columns, rows)?;
+    check_size(columns, rows, bytes)?;
     let (colour, depth) = (reader.info().color_type, reader.info().bit_depth);
     if colour != png::ColorType::Grayscale || !matches!(depth, png::BitDepth::Eight | png::BitDepth::Sixteen) {
         return Err(format!("is {colour:?} of {} bits: a map is grey, of 8 or 16 bits", depth as u8));
@@ -132,12 +141,21 @@ fn from_exr(bytes: &[u8]) -> Result<Equirectangular, String> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), true).map_err(failed)?;
     let [header] = meta.headers.as_slice() else { return Err("must have one layer".to_owned()) };
     let (columns, rows) = (header.layer_size.x(), header.layer_size.y());
-    check_size(columns, rows)?;
+    check_size(columns, rows, bytes)?;
     if header.channels.list.len() != 1 {
         return Err(format!("has {} channels: a map has one, in K", header.channels.list.len()));
     }
-    let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
-    let image = image.from_buffered(Cursor::new(bytes)).map_err(failed)?;
+    // B44 rounds, so no map of temperatures has it, and its decoder panics on damaged blocks. So does that of several levels.
+    if matches!(header.compression, Compression::B44 | Compression::B44A) {
+        return Err(format!("has the compression {}, which rounds: write it with ZIP", header.compression));
+    }
+    if matches!(header.blocks, BlockDescription::Tiles(tiles) if tiles.level_mode != LevelMode::Singular) {
+        return Err("has several resolutions: a map has one".to_owned());
+    }
+    let image = decode(|| {
+        let all = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
+        all.non_parallel().from_buffered(Cursor::new(bytes)).map_err(failed)
+    })?;
     let channel = image.layer_data.channel_data.list.into_iter().next().ok_or("has no channel")?;
     let cells = match channel.sample_data {
         FlatSamples::F32(values) => values,
@@ -147,11 +165,12 @@ fn from_exr(bytes: &[u8]) -> Result<Equirectangular, String> {
     Ok(Equirectangular::new(columns, rows, &cells))
 }
 
-fn check_size(columns: usize, rows: usize) -> Result<(), String> {
-    if columns < 1 || rows < 2 || columns.saturating_mul(rows) > MOST_CELLS {
+fn check_size(columns: usize, rows: usize, bytes: &[u8]) -> Result<(), String> {
+    let cells = columns.saturating_mul(rows);
+    if columns < 1 || rows < 2 || cells > MOST_CELLS {
         return Err(format!("has {columns} x {rows} pixels: a map has at least 1 x 2 and at most {MOST_CELLS} in all"));
     }
-    Ok(())
+    Expansion::of_image(bytes.len()).charge(cells, 2 * size_of::<f32>()).map_err(|fault| fault.to_string())
 }
 
 fn checked(map: Equirectangular) -> Result<Equirectangular, String> {

@@ -64,6 +64,11 @@ impl Solution {
     }
 }
 
+/// The number of places of a mesh whose bytes these are.
+pub(super) fn mesh_nodes(bytes: &[u8], path: &Path) -> Result<usize, SceneError> {
+    vtk::parse(bytes, path, None, 0.0).map(|solution| solution.nodes.len())
+}
+
 /// Reads `[temperatures]`. The files join `files`.
 pub(super) fn read(section: Option<&Section>, files: &mut Vec<PathBuf>) -> Result<Option<Temperatures>, SceneError> {
     let Some(section) = section else { return Ok(None) };

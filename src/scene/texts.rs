@@ -1,4 +1,4 @@
-//! Checks the text of one file that a scene can name, without the scene.
+//! Checks the contents of one file that a scene can name, without the scene.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -9,7 +9,9 @@ use super::ephemeris::{self, AttitudeOptions, Options, read_attitude};
 use super::epoch::parse_epoch;
 use super::error::SceneError;
 use super::faults::Faults;
+use super::planet::map_of;
 use super::table::MaterialTable;
+use super::temperatures::mesh_nodes;
 use crate::environment::rotation_history::{HistoryFrame, RotationHistory};
 use crate::environment::trajectory::Trajectory;
 use crate::files::Reach;
@@ -50,4 +52,20 @@ pub fn attitude(text: &str, path: &Path) -> Result<Arc<RotationHistory>, SceneEr
     let frame = text.trim_start().starts_with("time").then_some(HistoryFrame::Inertial);
     let options = AttitudeOptions { frame, start: start(), ..AttitudeOptions::default() };
     read_attitude(path, text, &options, &mut Vec::new())
+}
+
+/// The number of places of a mesh with temperatures (`.vtu`, `.vtp`).
+///
+/// # Errors
+/// The first error, with its line and key.
+pub fn mesh(bytes: &[u8], path: &Path) -> Result<usize, SceneError> {
+    mesh_nodes(bytes, path)
+}
+
+/// The number of cells of a planet's map, PNG with temperatures 100 K + its values / 256, or EXR.
+///
+/// # Errors
+/// A message.
+pub fn planet_map(bytes: &[u8]) -> Result<usize, String> {
+    map_of(bytes, Some([1.0 / 256.0, 100.0])).map(|map| map.cells().len())
 }

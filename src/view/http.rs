@@ -100,13 +100,15 @@ async fn guard(request: HttpRequest, next: Next) -> Response {
     response
 }
 
-/// Whether a request names this computer as its host, and comes from a page of the same address where it comes from one.
+/// Whether a request names this computer as its host, once, and comes from a page of the same address where it comes from one. Bytes that are no text
+/// are another origin.
 fn is_from_here(headers: &HeaderMap) -> bool {
-    let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
-    let Some(host) = text(header::HOST) else { return false };
+    let mut hosts = headers.get_all(header::HOST).iter();
+    let (Some(host), None) = (hosts.next().and_then(|host| host.to_str().ok()), hosts.next()) else { return false };
     let name = host.rsplit_once(':').map_or(host, |(name, _)| name);
     let here = ["127.0.0.1", "localhost", "[::1]"].contains(&name);
-    here && text(header::ORIGIN).is_none_or(|origin| origin == format!("http://{host}"))
+    let page = format!("http://{host}");
+    here && headers.get_all(header::ORIGIN).iter().all(|origin| origin.as_bytes() == page.as_bytes())
 }
 
 fn file(name: &str) -> Response {
@@ -185,6 +187,20 @@ mod tests {
         assert!(!from(&[(host.clone(), "evil.example:8000")]));
         assert!(!from(&[(host.clone(), "127.0.0.1.evil.example")]));
         assert!(!from(&[(host.clone(), "127.0.0.1:8000"), (header::ORIGIN, "http://evil.example")]));
-        assert!(!from(&[(host, "127.0.0.1:8000"), (header::ORIGIN, "http://127.0.0.1:9000")]));
+        assert!(!from(&[(host.clone(), "127.0.0.1:8000"), (header::ORIGIN, "http://127.0.0.1:9000")]));
+        let mut headers: HeaderMap = [(host.clone(), "127.0.0.1:8000".parse().unwrap())].into_iter().collect();
+        assert!(is_from_here(&headers));
+        // An origin that is no text, an empty one, and a second one.
+        for origin in [&b"http://\xff.example"[..], b"\x80", b""] {
+            headers.insert(header::ORIGIN, header::HeaderValue::from_bytes(origin).unwrap());
+            assert!(!is_from_here(&headers), "{origin:?}");
+        }
+        headers.insert(header::ORIGIN, "http://127.0.0.1:8000".parse().unwrap());
+        assert!(is_from_here(&headers));
+        headers.append(header::ORIGIN, "http://evil.example".parse().unwrap());
+        assert!(!is_from_here(&headers));
+        headers.remove(header::ORIGIN);
+        headers.append(host, "evil.example".parse().unwrap());
+        assert!(!is_from_here(&headers));
     }
 }

@@ -452,3 +452,25 @@ fn networks_targets_and_data_may_come_through_a_pipe() {
     let (code, message) = refusal(&through(&["info", "/dev/stdin"]));
     assert!(code == Some(2) && message.contains("only regular files"), "{message}");
 }
+
+#[test]
+fn elements_hold_for_some_years_only() {
+    let folder = Folder::new(SCENE);
+    folder.write("iss.tle", TLE);
+    let circular = "altitude = 408e3\nperiod = 5553.6\nbeta_deg = 20\nphase_deg = 80";
+    let scene = |start: &str| {
+        let text = scene_with(&[(circular, "file = 'iss.tle'"), ("[time]", &format!("[time]\nstart = '{start}'"))]);
+        let scene = Scene::parse(&text, &folder.path("scene.toml")).map_err(|error| error.to_string())?;
+        let sky = internals::SkyModel::new(&scene.orbit, &scene.attitude, &scene.environment)
+            .map_err(|error| error.to_string())?;
+        sky.check(0.0, 5000.0).map_err(|error| error.to_string()).map(|()| scene.assumptions)
+    };
+    let told = |start: &str| scene(start).expect(start).iter().any(|said| said.contains("days from time 0"));
+    assert!(!told("2023-10-29T18:00:00") && told("2023-11-20T18:00:00"));
+    let months = scene("2024-01-29T18:00:00").expect("three months");
+    assert!(months.iter().any(|said| said.contains("a guess after a month")), "{months:?}");
+    for start in ["1900-01-01T00:00:00", "1957-10-04T00:00:00", "2035-01-01T00:00:00", "2200-01-01T00:00:00"] {
+        let message = scene(start).expect_err(start);
+        assert!(message.contains("years from") && message.contains("take elements of that time"), "{start}: {message}");
+    }
+}

@@ -19,6 +19,7 @@ mod effect;
 mod emissivities;
 mod energy;
 mod exchange;
+mod expansion;
 mod facade;
 mod facade_sensor;
 mod face;

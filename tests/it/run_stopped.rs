@@ -209,3 +209,39 @@ fn a_full_disk_names_the_file_keeps_what_is_whole_and_the_run_goes_on() {
         assert!(again[name] == *bytes, "{name}");
     }
 }
+
+/// Without a handler the system ends the program at once, and nobody learns why.
+#[test]
+fn a_file_beyond_the_limit_of_the_shell_is_named() {
+    let scene = scene_with(&[("steps = 12", "steps = 900"), ("draw_every = 4", "draw_every = 300")]);
+    let folder = Folder::new(&scene);
+    let mut command = Command::new("sh");
+    let program = env!("CARGO_BIN_EXE_isotherm");
+    command.args(["-c", &format!("ulimit -f 160; exec {program} run scene.toml -o out --device cpu")]);
+    command.current_dir(folder.0.path()).stdin(Stdio::null());
+    let output = end(command);
+    let (code, line) = refusal(&output);
+    assert!(code == Some(2) && line.contains("cannot write out/series.csv"), "{code:?}: {}", stderr(&output));
+}
+
+/// Nobody reads the pipe, so no step comes to an end.
+#[test]
+fn a_signal_ends_a_wait_for_another_program() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    std::fs::write(path("net.toml"), include_str!("../../models/cubesat_network.toml")).expect("written");
+    assert!(Command::new("mkfifo").arg(path("pipe")).status().expect("mkfifo").success());
+    let mut command = isotherm(folder.path(), &["network", "net.toml", "-o", "pipe"]);
+    let mut child = command.stderr(Stdio::piped()).spawn().expect("the program starts");
+    std::thread::sleep(Duration::from_secs(3));
+    assert!(child.try_wait().expect("a state").is_none(), "it waits for a reader");
+    assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().expect("kill").success());
+    let began = Instant::now();
+    while child.try_wait().expect("a state").is_none() {
+        assert!(began.elapsed() < Duration::from_secs(30), "it waits on");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    let output = child.wait_with_output().expect("an end");
+    assert_eq!(output.status.code(), Some(130));
+    assert!(stderr(&output).contains("nobody reads the output"), "{}", stderr(&output));
+}

@@ -13,7 +13,7 @@ use crate::environment::divided_differences::hermite_degree;
 use crate::environment::ephemeris::{DEFAULT_DEGREE, Ephemeris, EphemerisSegment, Interpolation};
 use crate::environment::frames::{ReferenceFrame, to_gcrf};
 use crate::environment::state::EphemerisSample;
-use crate::environment::trajectory::{Trajectory, TrajectorySource, seconds_between};
+use crate::environment::trajectory::{DISTANCES, Trajectory, TrajectorySource, seconds_between};
 use crate::environment::utc::utc;
 
 mod aem;
@@ -238,9 +238,6 @@ fn absolute(
         frame,
     })
 }
-
-/// Plausible distances from the Earth's centre [m]. Beyond the Sun-Earth Lagrange points the units are probably wrong.
-const DISTANCES: std::ops::RangeInclusive<f64> = 1e5..=2e9;
 
 /// Highest plausible speed [m/s].
 const HIGHEST_SPEED: f64 = 1e5;

@@ -10,11 +10,14 @@ use super::super::error::SceneError;
 use super::object::matches;
 use super::stated::Options;
 use super::text::FileLine;
+use crate::environment::orbit::kepler_radius;
 use crate::environment::trajectory::{Trajectory, TrajectorySource, seconds_between};
 use crate::environment::utc::utc;
 
 /// Age of elements above which the user gets a warning [s]. SGP4 loses 1 to 3 km a day in low orbit.
 const OLD: f64 = 3.0 * 86_400.0;
+/// Age above which the place along the orbit is unknown [s]: some hundred kilometres of error after weeks, and a whole orbit after months.
+const STALE: f64 = 30.0 * 86_400.0;
 
 /// Whether a text looks like element sets: one of its lines begins like the first or second line of a set.
 pub(super) fn is_tle(text: &str) -> bool {
@@ -109,13 +112,14 @@ pub(super) fn read(
     });
     let age = seconds_between(epoch, start);
     if age.abs() > OLD {
+        let place = if age.abs() > STALE { ", and the place along the orbit is a guess after a month" } else { "" };
         assumptions.push(format!(
-            "The elements are {:.1} days from time 0: in low orbit SGP4 errs by 1 to 3 km for each.",
+            "The elements are {:.1} days from time 0: in low orbit SGP4 errs by 1 to 3 km for each{place}.",
             age / 86_400.0
         ));
     }
     let description = format!("SGP4 of {} (epoch {}), {file_name}", set.name, utc(epoch));
-    let source = TrajectorySource::Elements { constants: Box::new(constants), epoch: -age };
+    let source = TrajectorySource::Elements { constants: Box::new(constants), epoch: -age, reach: apsides(&elements) };
     Trajectory::new(description, start, source).map(Arc::new).map_err(|error| wrong(error.to_string()))
 }
 
@@ -178,6 +182,12 @@ fn propagator(elements: &sgp4::Elements) -> Result<sgp4::Constants, String> {
         sgp4::Constants::new(sgp4::WGS72, sgp4::iau_epoch_to_sidereal_time, elements.epoch(), elements.drag_term, orbit)
             .map_err(|error| error.to_string())
     })
+}
+
+/// Distances of perigee and apogee from the Earth's centre [m].
+fn apsides(elements: &sgp4::Elements) -> [f64; 2] {
+    let axis = kepler_radius(86_400.0 / elements.mean_motion);
+    [axis * (1.0 - elements.eccentricity), axis * (1.0 + elements.eccentricity)]
 }
 
 fn epoch_of(elements: &sgp4::Elements) -> Result<Epoch, String> {

@@ -21,6 +21,11 @@ use arrays::Arrays;
 /// Names of an array of temperatures, where the scene names none.
 const NAMES: [&str; 4] = ["temperature", "temp", "t", "temperature_k"];
 
+/// Counts of cells that a piece may state.
+const CELLS: [&str; 5] = ["NumberOfCells", "NumberOfVerts", "NumberOfLines", "NumberOfPolys", "NumberOfStrips"];
+/// Memory of a point or cell that becomes a node.
+const POINT: usize = 2 * size_of::<DVec3>() + size_of::<SolvedNode>() + size_of::<f64>();
+
 /// Reads a mesh. `array` names the array of the temperatures, and `zero` [K] is 0 of its unit.
 pub(super) fn load(path: &Path, array: Option<&str>, zero: f64) -> Result<Solution, SceneError> {
     let bytes = files::read(path).map_err(|fault| unreadable(path, &fault))?;
@@ -37,7 +42,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path, array: Option<&str>, zero: f64) -
     let (true, Some(grid)) = (root.has_tag_name("VTKFile"), grid) else {
         return Err(refuse(path, 1, "VTKFile", "holds neither an UnstructuredGrid (.vtu) nor PolyData (.vtp)"));
     };
-    let arrays = Arrays::new(root, appended, path)?;
+    let arrays = Arrays::new(root, appended, path, bytes.len())?;
     let (mut nodes, mut temperatures, mut notes) = (Vec::new(), Vec::new(), Vec::new());
     for piece in grid.children().filter(|node| node.has_tag_name("Piece")) {
         let (places, kelvin) = of_piece(piece, &arrays, array, zero, &mut notes)?;
@@ -72,6 +77,9 @@ fn of_piece(
     if coordinates.len() % 3 != 0 || coordinates.iter().any(|value| !value.is_finite()) {
         return Err(arrays.wrong(points, "must hold three finite coordinates for each point"));
     }
+    let count = coordinates.len() / 3;
+    check_stated(piece, arrays, &["NumberOfPoints"], count)?;
+    arrays.charge(points, count, POINT)?;
     let points: Vec<DVec3> = coordinates.chunks_exact(3).map(DVec3::from_slice).collect();
     if points.is_empty() {
         return Ok((Vec::new(), Vec::new()));
@@ -95,7 +103,12 @@ fn of_piece(
             }
             (of_points[index], points)
         }
-        (None, Some(index)) => (of_cells[index], centres(piece, arrays, &points)?),
+        (None, Some(index)) => {
+            let centres = centres(piece, arrays, &points)?;
+            check_stated(piece, arrays, &CELLS, centres.len())?;
+            arrays.charge(of_cells[index], centres.len(), POINT)?;
+            (of_cells[index], centres)
+        }
         (None, None) => {
             let names = of_points.iter().chain(&of_cells).map(|node| node.attribute("Name").unwrap_or("(no name)"));
             let names = plain(&names.collect::<Vec<_>>().join(", ")).into_owned();
@@ -114,6 +127,21 @@ fn of_piece(
         return Err(arrays.wrong(values, message));
     }
     Ok((places, kelvin))
+}
+
+/// Checks the counts that a piece states, if any, against the number that is there.
+fn check_stated(piece: Node, arrays: &Arrays, keys: &[&str], count: usize) -> Result<(), SceneError> {
+    let mut sum = None;
+    for (key, text) in keys.iter().filter_map(|key| Some((key, piece.attribute(*key)?))) {
+        let stated = text.trim().parse::<usize>();
+        let stated =
+            stated.map_err(|_| arrays.wrong(piece, format!("has {key} '{}', which is no count", plain(text))))?;
+        sum = Some(sum.unwrap_or(0usize).saturating_add(stated));
+    }
+    match sum.filter(|sum| *sum != count) {
+        None => Ok(()),
+        Some(sum) => Err(arrays.wrong(piece, format!("states {sum} by {}, and has {count}", keys.join(", ")))),
+    }
 }
 
 fn components(array: Node) -> usize {

@@ -5,14 +5,16 @@ use std::path::Path;
 use glam::DVec3;
 use hdf5_reader::group::Group;
 use hdf5_reader::messages::datatype::{Datatype, StringSize};
-use hdf5_reader::{Hdf5File, OpenOptions};
+use hdf5_reader::{Dataset, Hdf5File, OpenOptions};
 
 use super::{Conductors, GROUP, LOADS, SET, Tmd, TmdError, TmdNode};
 use crate::environment::scene_time::SceneTime;
-use crate::files::{self, LARGEST_FILE};
+use crate::files::{self, Expansion};
 use crate::text::plain;
 use crate::thermal::STEFAN_BOLTZMANN;
 
+/// Memory of an entry in the reader's list of chunks.
+const CHUNK_ENTRY: usize = 128;
 const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 
 impl Tmd {
@@ -33,10 +35,10 @@ impl Tmd {
         if !bytes.starts_with(SIGNATURE) {
             return Err(TmdError::Signature { path: path.to_path_buf() });
         }
-        let most = usize::try_from(LARGEST_FILE).unwrap_or(usize::MAX);
-        let options = OpenOptions::default().with_max_read_bytes(most);
+        let expansion = Expansion::of(bytes.len());
+        let options = OpenOptions::default().with_max_read_bytes(expansion.most());
         let opened = Hdf5File::from_vec_with_options(bytes, options);
-        let file = TmdFile { path, file: opened.map_err(|source| hdf5(path, "/", source))? };
+        let file = TmdFile { path, file: opened.map_err(|source| hdf5(path, "/", source))?, expansion };
         file.version()?;
         file.tmd()
     }
@@ -50,6 +52,7 @@ fn hdf5(path: &Path, object: &str, source: hdf5_reader::error::Error) -> TmdErro
 struct TmdFile<'a> {
     path: &'a Path,
     file: Hdf5File,
+    expansion: Expansion,
 }
 
 /// Numbers of a dataset with its extents.
@@ -126,10 +129,32 @@ impl TmdFile<'_> {
         if value.is_finite() { Ok(Some(value)) } else { Err(self.wrong(&object, format!("is {value}, not a number"))) }
     }
 
+    fn charge(&self, object: &str, count: usize, each: usize) -> Result<(), TmdError> {
+        self.expansion.charge(count, each).map_err(|fault| self.wrong(object, fault.to_string()))
+    }
+
+    /// Opens a dataset whose elements become values of `each` bytes. What is read of the file and what is made of it are charged.
+    fn dataset(&self, object: &str, each: usize) -> Result<Dataset, TmdError> {
+        let failed = |source| hdf5(self.path, object, source);
+        let dataset = self.file.dataset(object).map_err(failed)?;
+        let count = usize::try_from(dataset.num_elements().map_err(failed)?).unwrap_or(usize::MAX);
+        let size = dataset.raw_element_size().map_err(failed)?;
+        self.charge(object, count, each.saturating_add(size))?;
+        if let Some(chunk) = dataset.chunks() {
+            // A chunk may be larger than its dataset, and the list of chunks has an entry for each.
+            let extents = dataset.shape().iter().zip(&chunk);
+            let chunks = extents.map(|(extent, chunk)| extent.div_ceil(u64::from(*chunk).max(1)));
+            let chunks = chunks.fold(1u64, u64::saturating_mul);
+            let elements = chunk.iter().fold(size, |bytes, extent| bytes.saturating_mul(*extent as usize));
+            self.charge(object, usize::try_from(chunks).unwrap_or(usize::MAX), elements.saturating_add(CHUNK_ENTRY))?;
+        }
+        Ok(dataset)
+    }
+
     /// A dataset of numbers with so many extents. Integers become numbers.
     fn numbers(&self, object: &str, extents: usize) -> Result<Numbers, TmdError> {
         let failed = |source| hdf5(self.path, object, source);
-        let dataset = self.file.dataset(object).map_err(failed)?;
+        let dataset = self.dataset(object, 2 * size_of::<f64>())?;
         let shape: Vec<usize> = dataset.shape().iter().map(|extent| *extent as usize).collect();
         if shape.len() != extents {
             return Err(self.wrong(object, format!("has {} extents instead of {extents}", shape.len())));
@@ -151,13 +176,30 @@ impl TmdFile<'_> {
 
     fn strings(&self, object: &str) -> Result<Vec<String>, TmdError> {
         let failed = |source| hdf5(self.path, object, source);
-        let texts = self.file.dataset(object).map_err(failed)?.read_strings().map_err(failed)?;
-        Ok(texts.iter().map(|text| plain(text.trim_matches([' ', '\0'])).into_owned()).collect())
+        let dataset = self.dataset(object, 2 * size_of::<String>())?;
+        let clean = |text: &str| plain(text.trim_matches([' ', '\0'])).into_owned();
+        let Datatype::String { size: StringSize::Variable, .. } = dataset.dtype() else {
+            let size = dataset.raw_element_size().map_err(failed)?;
+            self.charge(
+                object,
+                usize::try_from(dataset.num_elements().map_err(failed)?).unwrap_or(usize::MAX),
+                2 * size,
+            )?;
+            return Ok(dataset.read_strings().map_err(failed)?.iter().map(|text| clean(text)).collect());
+        };
+        // Many elements may refer to one long text.
+        let references = dataset.read_raw_bytes().map_err(failed)?;
+        let text = |reference: &[u8]| {
+            let bytes = dataset.resolve_vlen_reference_bytes(reference, 1).map_err(failed)?;
+            self.charge(object, bytes.len(), 2)?;
+            Ok(clean(&String::from_utf8_lossy(&bytes)))
+        };
+        references.chunks_exact(dataset.vlen_reference_size()).map(text).collect()
     }
 
     /// Names of the models. Empty where they can not be told.
     fn models(&self) -> Vec<String> {
-        let Ok(dataset) = self.file.dataset(&format!("{SET}/models")) else { return Vec::new() };
+        let Ok(dataset) = self.dataset(&format!("{SET}/models"), 2 * size_of::<String>()) else { return Vec::new() };
         let Datatype::Compound { size, fields } = dataset.dtype() else { return Vec::new() };
         let Some(field) = fields.iter().find(|field| field.name == "modelName") else { return Vec::new() };
         let Datatype::String { size: StringSize::Fixed(length), .. } = field.datatype else { return Vec::new() };

@@ -6,29 +6,44 @@ use base64::Engine;
 use isotherm::internals::{Files, Function, Model, NetworkFile, SkyModel, Tmd, convert, tmd};
 use isotherm::{Reach, Scene, internals};
 
+use crate::containers;
 use crate::folder::Folder;
+use crate::mutate::Random;
 
 /// A reader of one kind of input.
 #[derive(Clone, Copy)]
 pub struct Target {
     pub name: &'static str,
     pub seeds: fn() -> Vec<Vec<u8>>,
+    /// Makes a valid container around sizes that may be hostile, where the format is one.
+    pub make: Option<fn(&mut Random, &[Vec<u8>]) -> Vec<u8>>,
     /// Reads a case. The error is the reader's refusal.
     pub read: fn(&[u8], &Folder) -> Result<(), String>,
 }
 
-pub const TARGETS: [Target; 11] = [
-    Target { name: "scene", seeds: scenes, read: read_scene },
-    Target { name: "materials", seeds: material_tables, read: read_materials },
-    Target { name: "network", seeds: networks, read: read_network },
-    Target { name: "gltf", seeds: models, read: read_model },
-    Target { name: "tle", seeds: || texts(&[TLE]), read: read_trajectory },
-    Target { name: "oem", seeds: || texts(&[OEM, OEM_XML]), read: read_trajectory },
-    Target { name: "aem", seeds: || texts(&[AEM, AEM_XML]), read: read_attitude },
-    Target { name: "csv", seeds: || texts(&CSV), read: read_csv },
-    Target { name: "import", seeds: || texts(&[include_str!("seeds/import.txt")]), read: read_import },
-    Target { name: "tmd", seeds: tmds, read: read_tmd },
-    Target { name: "expression", seeds: || texts(&EXPRESSIONS), read: read_expression },
+pub const TARGETS: [Target; 17] = [
+    Target { name: "scene", seeds: scenes, make: None, read: read_scene },
+    Target { name: "materials", seeds: material_tables, make: None, read: read_materials },
+    Target { name: "network", seeds: networks, make: None, read: read_network },
+    Target { name: "gltf", seeds: models, make: None, read: read_model },
+    Target { name: "tle", seeds: || texts(&[TLE]), make: None, read: read_trajectory },
+    Target { name: "oem", seeds: || texts(&[OEM, OEM_XML]), make: None, read: read_trajectory },
+    Target { name: "aem", seeds: || texts(&[AEM, AEM_XML]), make: None, read: read_attitude },
+    Target { name: "csv", seeds: || texts(&CSV), make: None, read: read_csv },
+    Target { name: "import", seeds: || texts(&[include_str!("seeds/import.txt")]), make: None, read: read_import },
+    Target { name: "tmd", seeds: tmds, make: None, read: read_tmd },
+    Target { name: "expression", seeds: || texts(&EXPRESSIONS), make: None, read: read_expression },
+    Target { name: "vtk", seeds: meshes, make: Some(containers::vtk), read: read_mesh },
+    Target { name: "hdf5", seeds: containers::tmds, make: Some(containers::hdf5), read: read_tmd },
+    Target {
+        name: "png",
+        seeds: || containers::some(containers::png, is_map),
+        make: Some(containers::png),
+        read: read_png,
+    },
+    Target { name: "exr", seeds: containers::exrs, make: Some(containers::exr), read: read_exr },
+    Target { name: "frame", seeds: frames, make: Some(containers::exr), read: read_frame },
+    Target { name: "meshopt", seeds: compressed, make: Some(containers::meshopt), read: read_model },
 ];
 
 const TLE: &str = include_str!("../../../models/iss.tle");
@@ -213,6 +228,42 @@ fn read_model(case: &[u8], folder: &Folder) -> Result<(), String> {
     assert!(model.positions.iter().all(|position| position.is_finite()));
     assert!(model.weld().node_areas().iter().all(|area| area.is_finite()));
     Ok(())
+}
+
+fn meshes() -> Vec<Vec<u8>> {
+    containers::some(containers::vtk, |bytes| internals::mesh(bytes, Path::new("mesh.vtu")).is_ok())
+}
+
+fn read_mesh(case: &[u8], _: &Folder) -> Result<(), String> {
+    internals::mesh(case, Path::new("mesh.vtu")).map(|_| ()).map_err(told)
+}
+
+fn is_map(bytes: &[u8]) -> bool {
+    internals::planet_map(bytes).is_ok()
+}
+
+/// A PNG is read as a planet's map and as a map of labels.
+fn read_png(case: &[u8], _: &Folder) -> Result<(), String> {
+    let labels = internals::read_png(case).map(|_| ()).map_err(told);
+    internals::planet_map(case).map(|_| ()).or(labels)
+}
+
+fn read_exr(case: &[u8], _: &Folder) -> Result<(), String> {
+    internals::planet_map(case).map(|_| ())
+}
+
+/// A frame that isotherm wrote.
+fn frames() -> Vec<Vec<u8>> {
+    vec![include_bytes!("../../../tests/golden/craft.exr").to_vec()]
+}
+
+fn read_frame(case: &[u8], _: &Folder) -> Result<(), String> {
+    internals::decode_exr(case, Path::new("frame.exr")).map(|_| ()).map_err(told)
+}
+
+fn compressed() -> Vec<Vec<u8>> {
+    let path = Path::new("model.gltf");
+    containers::some(containers::meshopt, |bytes| Model::parse(bytes, path, &Reach::of(path)).is_ok())
 }
 
 fn read_trajectory(case: &[u8], _: &Folder) -> Result<(), String> {

@@ -8,7 +8,7 @@ use base64::Engine;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use roxmltree::Node;
 
-use crate::files::LARGEST_FILE;
+use crate::files::Expansion;
 use crate::scene::error::SceneError;
 use crate::scene::temperatures::table::refuse;
 
@@ -48,10 +48,17 @@ pub(super) struct Arrays<'a> {
     width: usize,
     big: bool,
     zlib: bool,
+    expansion: Expansion,
 }
 
 impl<'a> Arrays<'a> {
-    pub(super) fn new(root: Node, appended: Option<Appended<'a>>, path: &'a Path) -> Result<Self, SceneError> {
+    /// The arrays of a file of `size` bytes.
+    pub(super) fn new(
+        root: Node,
+        appended: Option<Appended<'a>>,
+        path: &'a Path,
+        size: usize,
+    ) -> Result<Self, SceneError> {
         let zlib = match root.attribute("compressor") {
             None | Some("") => false,
             Some("vtkZLibDataCompressor") => true,
@@ -67,7 +74,13 @@ impl<'a> Arrays<'a> {
                 return Err(refuse(path, 1, "VTKFile.header_type", format!("is {other}, not UInt32 or UInt64")));
             }
         };
-        Ok(Self { path, appended, width, big: root.attribute("byte_order") == Some("BigEndian"), zlib })
+        let big = root.attribute("byte_order") == Some("BigEndian");
+        Ok(Self { path, appended, width, big, zlib, expansion: Expansion::of(size) })
+    }
+
+    /// Counts `count` things of `each` bytes that an array is about to become.
+    pub(super) fn charge(&self, array: Node, count: usize, each: usize) -> Result<(), SceneError> {
+        self.expansion.charge(count, each).map_err(|fault| self.wrong(array, fault))
     }
 
     pub(super) fn wrong(&self, node: Node, message: impl std::fmt::Display) -> SceneError {
@@ -81,6 +94,7 @@ impl<'a> Arrays<'a> {
         let text = array.text().unwrap_or("").trim();
         let bytes = match array.attribute("format").unwrap_or("ascii") {
             "ascii" => {
+                self.charge(array, text.len().div_ceil(2), size_of::<f64>())?;
                 let number = |word: &str| {
                     word.parse::<f64>().map_err(|_| self.wrong(array, format!("'{word}' is not a number")))
                 };
@@ -100,6 +114,7 @@ impl<'a> Arrays<'a> {
         let big = self.big;
         macro_rules! numbers {
             ($kind:ty) => {{
+                self.charge(array, bytes.len() / size_of::<$kind>(), size_of::<f64>())?;
                 let bytes = bytes.chunks_exact(size_of::<$kind>());
                 bytes
                     .map(|bytes| {
@@ -142,7 +157,9 @@ impl<'a> Arrays<'a> {
         let truncated = || self.truncated(array);
         let first = self.word(data.get(..self.width).ok_or_else(truncated)?);
         if !self.zlib {
-            return Ok(data[self.width..].get(..first).ok_or_else(truncated)?.to_vec());
+            let bytes = data[self.width..].get(..first).ok_or_else(truncated)?;
+            self.charge(array, bytes.len(), 1)?;
+            return Ok(bytes.to_vec());
         }
         let head = first.checked_add(3).and_then(|words| words.checked_mul(self.width)).ok_or_else(truncated)?;
         let header = data.get(..head).ok_or_else(truncated)?;
@@ -153,28 +170,35 @@ impl<'a> Arrays<'a> {
     /// own.
     fn of_base64(&self, array: Node, text: &[u8]) -> Result<Vec<u8>, SceneError> {
         let truncated = || self.truncated(array);
+        let mut text = text.iter().copied().take_while(|byte| *byte != b'<').filter(|byte| !byte.is_ascii_whitespace());
+        // No more letters are taken than the header asks for: many arrays may begin in one text.
+        let mut letters = |count: usize| -> Result<Vec<u8>, SceneError> {
+            let taken: Vec<u8> = text.by_ref().take(count).collect();
+            self.charge(array, taken.len(), 2)?;
+            if taken.len() == count { Ok(taken) } else { Err(self.truncated(array)) }
+        };
         let decoded = |text: &[u8]| BASE64.decode(text).map_err(|_| truncated());
-        let clean: Vec<u8> =
-            text.iter().copied().take_while(|byte| *byte != b'<').filter(|byte| !byte.is_ascii_whitespace()).collect();
-        let letters = |bytes: usize| bytes.div_ceil(3) * 4;
-        let begin = clean.get(..letters(self.width)).ok_or_else(truncated)?;
-        let first = self.word(decoded(begin)?.get(..self.width).ok_or_else(truncated)?);
+        let begin = letters(in_base64(self.width))?;
+        let first = self.word(decoded(&begin)?.get(..self.width).ok_or_else(truncated)?);
         if self.zlib {
             let head = first.checked_add(3).and_then(|words| words.checked_mul(self.width)).ok_or_else(truncated)?;
-            let header = decoded(clean.get(..letters(head)).ok_or_else(truncated)?)?;
+            let rest = letters(in_base64(head) - begin.len())?;
+            let header = decoded(&[begin, rest].concat())?;
             let stored: usize = header.get(..head).ok_or_else(truncated)?[3 * self.width..]
                 .chunks_exact(self.width)
                 .map(|word| self.word(word))
                 .fold(0, usize::saturating_add);
-            let rest = &clean[letters(head)..];
-            let blocks = decoded(rest.get(..letters(stored.min(clean.len()))).ok_or_else(truncated)?)?;
+            let blocks = decoded(&letters(in_base64(stored))?)?;
             return self.inflated(array, &header[..head], &blocks);
         }
-        let apart = begin.ends_with(b"=");
-        let (skipped, needed) =
-            if apart { (letters(self.width), first) } else { (0, first.saturating_add(self.width)) };
-        let data = decoded(clean[skipped..].get(..letters(needed.min(clean.len()))).ok_or_else(truncated)?)?;
-        Ok(data.get(needed - first..needed).ok_or_else(truncated)?.to_vec())
+        if begin.ends_with(b"=") {
+            let data = decoded(&letters(in_base64(first))?)?;
+            return Ok(data.get(..first).ok_or_else(truncated)?.to_vec());
+        }
+        let needed = first.saturating_add(self.width);
+        let rest = letters(in_base64(needed) - begin.len())?;
+        let data = decoded(&[begin, rest].concat())?;
+        Ok(data.get(self.width..needed).ok_or_else(truncated)?.to_vec())
     }
 
     /// Blocks of zlib. The header holds their number, their size, the last one's size where it is shorter, and their stored
@@ -187,13 +211,18 @@ impl<'a> Arrays<'a> {
             let block = data.get(..*stored).ok_or_else(|| self.truncated(array))?;
             data = &data[*stored..];
             let wanted = if number + 1 == words[0] && last > 0 { last } else { size };
+            self.charge(array, wanted, 1)?;
             let begin = bytes.len();
-            let most = (wanted as u64).min(LARGEST_FILE);
-            let read = flate2::read::ZlibDecoder::new(block).take(most).read_to_end(&mut bytes);
+            let read = flate2::read::ZlibDecoder::new(block).take(wanted as u64).read_to_end(&mut bytes);
             if read.is_err() || bytes.len() - begin != wanted {
                 return Err(self.truncated(array));
             }
         }
         Ok(bytes)
     }
+}
+
+/// Letters that so many bytes take in base64.
+fn in_base64(bytes: usize) -> usize {
+    bytes.div_ceil(3).saturating_mul(4)
 }
