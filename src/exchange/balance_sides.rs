@@ -38,9 +38,14 @@ fn at(row: &Sided, side: u32) -> f64 {
 
 /// Sums by the side of the column.
 pub(super) fn summed(row: impl Iterator<Item = (u32, f64)>, sides: &[u32]) -> Sided {
-    let mut sums = BTreeMap::new();
-    row.for_each(|(j, value)| *sums.entry(sides[j as usize]).or_insert(0.0) += value);
-    sums.into_iter().collect()
+    let mut sums: Sided = row.map(|(j, value)| (sides[j as usize], value)).collect();
+    sums.sort_by_key(|entry| entry.0);
+    sums.dedup_by(|next, sum| {
+        let same = next.0 == sum.0;
+        sum.1 += if same { next.1 } else { 0.0 };
+        same
+    });
+    sums
 }
 
 /// Scales `shared` areas [m2] to what the rays of each patch tell of sides. `cast` has the shares of `rays` rays of each row.
@@ -76,18 +81,11 @@ pub(super) fn fit_sides(shared: &mut Sparse, sides: &[u32], wanted: &[Sided]) {
     let mut first = vec![0];
     let mut of_rows: Vec<u32> = Vec::new();
     for row in 0..count {
-        let start = of_rows.len();
-        of_rows.extend(shared.row(row).iter().map(|(j, _)| sides[*j as usize]));
-        of_rows[start..].sort_unstable();
-        let mut place = start;
-        for k in start..of_rows.len() {
-            if k == start || of_rows[k] != of_rows[place - 1] {
-                of_rows[place] = of_rows[k];
-                place += 1;
-            }
-        }
-        of_rows.truncate(place);
-        first.push(place);
+        let mut of_row: Vec<u32> = shared.row(row).iter().map(|(j, _)| sides[*j as usize]).collect();
+        of_row.sort_unstable();
+        of_row.dedup();
+        of_rows.extend(of_row);
+        first.push(of_rows.len());
     }
     let place = |row: usize, side: u32| {
         let run = first[row]..first[row + 1];

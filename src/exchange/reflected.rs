@@ -21,16 +21,18 @@ use super::words::{MOST as WORDS, rounded};
 use crate::thermal::sensor::noise::pcg4d;
 
 /// Area over that of the smaller patch below which pairs that do not see each other directly stand for others.
-const THIN: f64 = 0.005;
+const THIN: f64 = 0.006;
 /// Second word of the hash of a pair, so that it differs from other uses of the same hash.
 const SALT: u32 = 0x9a12;
 /// Rounds in which kept entries are scaled to the right sums of their rows.
 const ROUNDS: usize = 100;
-/// Share of the light of a row below which reflections are no longer followed.
-const FAINT: f64 = 1e-7;
+/// Share of the light of a row below which reflections are no longer followed. The rest goes where the light before it went.
+const FAINT: f64 = 3e-4;
 /// Share of the light of a row below which entries are reflected together.
-const CRUMB: f64 = 1e-3;
+const CRUMB: f64 = 2e-3;
 const MOST: u32 = 20_000;
+/// Share of all patches, as its inverse, that light must reach for a look at all of them.
+const SCANNED: usize = 16;
 /// Part of the area of the smaller patch below which a rounding error of an entry is left to the diagonal.
 const FINE: f64 = 1e-4;
 /// Absorptivity up to which the diagonal can not make up for light that is left out.
@@ -213,8 +215,14 @@ impl ReflectionRoom {
                     self.next[*k as usize] += share * shared;
                 }
             }
-            self.reached.sort_unstable();
-            self.reached.dedup();
+            // Where many patches are reached, a look at all of them takes less time than to sort them.
+            if SCANNED * self.reached.len() > self.next.len() {
+                self.reached.clear();
+                self.reached.extend((0..self.next.len() as u32).filter(|k| self.next[*k as usize] != 0.0));
+            } else {
+                self.reached.sort_unstable();
+                self.reached.dedup();
+            }
             let next = &mut self.next;
             light = self.reached.drain(..).map(|k| (k, std::mem::take(&mut next[k as usize]))).collect();
         }

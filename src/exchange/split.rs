@@ -2,7 +2,7 @@
 //!
 //! A patch receives one flux. Beside a hot wall this flux falls from node to node, and a patch of several nodes would make steps of it. Rays from every node,
 //! few of them, tell which surfaces it sees: flat sides of parts, and space. A patch is halved where its halves see them differently, by more than the noise
-//! of these rays explains, and so are its halves. The greatest difference comes first, so the number of patches stays bounded. Faces that lie inside other parts
+//! of these rays explains, and so are its halves; those count as different by half as much at least, because noise hides small differences. The greatest difference comes first, so the number of patches stays bounded. Faces that lie inside other parts
 //! are found by the same rays, and stay whole.
 
 use std::collections::{BTreeMap, BinaryHeap};
@@ -24,6 +24,8 @@ const RAYS_OF_FACE: [usize; 2] = [16, 512];
 const DIFFERENCE: f64 = 0.004;
 /// Least root of a share of the craft.
 const LEAST_WARMED: f64 = 0.05;
+/// Part of the difference between two halves that the halves of each may still have, where the noise of rays hides it: light that changes evenly.
+const CARRIED: f64 = 0.5;
 /// Standard deviation of the mean of evenly spread rays, over that of independent ones.
 const EVEN: f64 = 0.5;
 /// Patches up to which a craft is split.
@@ -74,7 +76,7 @@ impl NodeViews {
     /// Splits gathered nodes until what they see differs little within each patch, or until there are enough.
     fn split(&self, surface: &PatchSurface, gathered: Vec<Gathered>) -> Vec<Gathered> {
         let mut all: Vec<Option<Gathered>> = gathered.into_iter().map(Some).collect();
-        let found: Vec<Option<Halves>> = all.par_iter().map(|one| self.halves(surface, one.as_ref()?)).collect();
+        let found: Vec<Option<Halves>> = all.par_iter().map(|one| self.halves(surface, one.as_ref()?, 0.0)).collect();
         let mut heap: BinaryHeap<Queued> = (found.into_iter().enumerate())
             .filter_map(|(place, halves)| Some(Queued { place, halves: halves? }))
             .collect();
@@ -85,7 +87,7 @@ impl NodeViews {
             let Some(whole) = all[place].take() else { continue };
             for nodes in halves.nodes {
                 let half = Gathered { nodes, ..whole };
-                let next = self.halves(surface, &half);
+                let next = self.halves(surface, &half, CARRIED * halves.differ);
                 heap.extend(next.map(|halves| Queued { place: all.len(), halves }));
                 all.push(Some(half));
             }
@@ -96,8 +98,8 @@ impl NodeViews {
         split
     }
 
-    /// The halves of nodes that differ most in what they see, if by more than they may.
-    fn halves(&self, surface: &PatchSurface, whole: &Gathered) -> Option<Halves> {
+    /// The halves of nodes that differ most in what they see, if by more than they may. They count as different by `least` at least.
+    fn halves(&self, surface: &PatchSurface, whole: &Gathered, least: f64) -> Option<Halves> {
         if whole.nodes.len() < 2 || whole.key.is_buried() {
             return None;
         }
@@ -106,16 +108,18 @@ impl NodeViews {
         let high = places().fold(DVec3::NEG_INFINITY, DVec3::max);
         let along = |axis: usize| {
             let middle = 0.5 * (low[axis] + high[axis]);
-            if high[axis] - low[axis] < 1e-3 * (high - low).max_element() {
+            if high[axis] - low[axis] <= 1e-3 * (high - low).max_element() {
                 return None;
             }
             let (first, second): (Vec<u32>, Vec<u32>) =
                 whole.nodes.iter().partition(|node| surface.positions[**node as usize][axis] < middle);
             let nodes = [first, second];
             let [one, other] = [&nodes[0], &nodes[1]].map(|nodes| self.mean(surface, nodes, whole.key.side()));
-            Some(Halves { differ: self.differ(&one, &other), nodes })
+            Some((self.differ(&one, &other), high[axis] - low[axis], nodes))
         };
-        let best = (0..3).filter_map(along).max_by(|a, b| a.differ.total_cmp(&b.differ))?;
+        let (differ, _, nodes) =
+            (0..3).filter_map(along).max_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)))?;
+        let best = Halves { differ: differ.max(least), nodes };
         (best.differ > DIFFERENCE).then_some(best)
     }
 
