@@ -11,7 +11,8 @@ use crate::output::folder::Folder;
 use crate::output::image_index::IMAGES;
 use crate::output::job::{REPORT_HTML, REPORT_JSON, RunOutcome};
 use crate::output::report::{
-    FileEntry, HOW_TO_ASK, InputFile, ModelSize, PassTime, Report, ReportDevice, ReportFiles, ReportSource, SettingGroup, Speed,
+    FileEntry, HOW_TO_ASK, InputFile, ModelSize, PassTime, Report, ReportDevice, ReportFiles, ReportSource,
+    SettingGroup, Speed,
 };
 use crate::output::settings;
 use crate::output::step_cost::step_cost;

@@ -72,9 +72,15 @@ fn headline(html: &mut Html, report: &Report) {
                 "largest difference by rounding and implementation, from the f64 reference".to_owned(),
             ));
             let (rms, unit) = kelvin(accuracy.rms_k);
-            figures.push((rms, unit, "rms difference by rounding and implementation, from the f64 reference".to_owned()));
+            figures.push((
+                rms,
+                unit,
+                "rms difference by rounding and implementation, from the f64 reference".to_owned(),
+            ));
         }
-        None => figures.push(("no rounding".into(), "", "was measured: nothing was compared with the reference".into())),
+        None => {
+            figures.push(("no rounding".into(), "", "was measured: nothing was compared with the reference".into()))
+        }
     }
     html.headline(figures.into_iter().map(|(value, unit, what)| (value, unit.to_owned(), what)));
 }

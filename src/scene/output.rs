@@ -86,11 +86,7 @@ fn error(section: Option<&Section>, given: bool) -> Result<bool, SceneError> {
 
 /// Reads these keys of `[output]`. A sensor writes its digital numbers and the display, and temperatures where it counts them.
 /// `given` tells that the temperatures come from a file.
-pub(super) fn read(
-    section: Option<&Section>,
-    sensor: Option<&Sensor>,
-    given: bool,
-) -> Result<ImageFiles, SceneError> {
+pub(super) fn read(section: Option<&Section>, sensor: Option<&Sensor>, given: bool) -> Result<ImageFiles, SceneError> {
     let stated = section.map(|section| section.strings("files")).transpose()?.flatten();
     let files = match (section, stated) {
         (Some(section), Some(words)) => {

@@ -31,7 +31,7 @@ use crate::scene::Initial;
 use crate::thermal::misfit::{Misfit, check_length, part};
 use absorbed::{Absorbed, AbsorbingSurface};
 use carry::{PlaceBalance, within_step};
-use exchange::{ExchangeErrors, ExchangeErrorState};
+use exchange::{ExchangeErrorState, ExchangeErrors};
 use materials::SurfaceConstants;
 pub(crate) use summary::{PixelError, PixelErrors};
 
@@ -289,7 +289,8 @@ impl<'a> Uncertainty<'a> {
             }
         };
         let nodes = (0..self.constants.len()).into_par_iter().map(carried).collect();
-        let radiated = |node: usize| self.surface.areas[node] * self.balance_of_node(node, temperatures).radiated_slope();
+        let radiated =
+            |node: usize| self.surface.areas[node] * self.balance_of_node(node, temperatures).radiated_slope();
         self.state.radiated = (0..self.constants.len()).into_par_iter().map(radiated).collect();
         (self.state.deviations, self.state.spreads) = corners.into_iter().unzip();
         self.state.nodes = nodes;

@@ -38,7 +38,8 @@ fn folder(output: &str, [beside, height]: [f32; 2]) -> Folder {
         let material = maker.push("materials", json!({ "name": name }));
         let corners = [[from, -2.0, at], [to, -2.0, at], [to, 2.0, at], [from, 2.0, at]];
         let positions = maker.floats(&corners);
-        let indices = maker.accessor(&[0u8, 1, 2, 0, 2, 3], json!({"componentType": 5121, "count": 6, "type": "SCALAR"}));
+        let indices =
+            maker.accessor(&[0u8, 1, 2, 0, 2, 3], json!({"componentType": 5121, "count": 6, "type": "SCALAR"}));
         let attributes = json!({ "POSITION": positions });
         let mesh = maker.primitive(json!({"attributes": attributes, "indices": indices, "material": material}));
         let node = maker.push("nodes", json!({"name": name, "mesh": mesh}));
@@ -111,7 +112,8 @@ fn the_error_at_the_border_of_a_shadow_is_stated() {
     let wrong = self::errors(&folder, |at| if at.x < BORDER - 0.8 { 1.0 } else { 0.0 });
     assert!(honesty(&wrong, 1.0)[0] < 0.9, "{:?}", honesty(&wrong, 1.0));
     // The report has it before the difference from the twin.
-    let report: Value = serde_json::from_slice(&std::fs::read(folder.path("out/report.json")).expect("a report")).expect("JSON");
+    let report: Value =
+        serde_json::from_slice(&std::fs::read(folder.path("out/report.json")).expect("a report")).expect("JSON");
     let stated = report["pixel_error"]["rms_k"].as_f64().expect("a number");
     assert!(stated > 0.5 && report["pixel_error"]["p99_k"].as_f64() > Some(stated), "{}", report["pixel_error"]);
     assert!(said.contains("error of a pixel's temperature, one standard deviation: rms"), "{said}");
@@ -135,7 +137,8 @@ fn only_who_asks_gets_the_channel() {
     let (image, _) = read_exr(&folder.path("out/frames/step_000010.exr")).expect("an image");
     assert!(image.error.is_empty());
     assert!(said.contains("state error = true in [output]"), "{said}");
-    let report: Value = serde_json::from_slice(&std::fs::read(folder.path("out/report.json")).expect("a report")).expect("JSON");
+    let report: Value =
+        serde_json::from_slice(&std::fs::read(folder.path("out/report.json")).expect("a report")).expect("JSON");
     assert_eq!(report["pixel_error"], Value::Null);
     for (output, why) in [("error = \"yes\"", "output.error: "), ("errors = true", "output.errors: unknown key")] {
         let scene = std::fs::read_to_string(folder.path("scene.toml")).expect("the scene");

@@ -79,8 +79,7 @@ impl<'a> AbsorbingSurface<'a> {
     pub(super) fn absorbed(&self, load: &StepLoad, lights: &[CornerLight]) -> Absorbed {
         let nodes = &self.prepared.nodes;
         let joints = load.joints.len().max(1);
-        let frames: Vec<DMat3> =
-            (0..joints as u32).map(|joint| load.joint_from_body(joint).transpose()).collect();
+        let frames: Vec<DMat3> = (0..joints as u32).map(|joint| load.joint_from_body(joint).transpose()).collect();
         let frame = |node: usize| frames[(nodes.joint(node) as usize).min(joints - 1)];
         let planet = |node: usize, normal: DVec3| by_planet(load, self.material(node), frame(node) * normal);
         let of_nodes: Vec<f64> = (0..self.areas.len())

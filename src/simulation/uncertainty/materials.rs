@@ -54,10 +54,6 @@ impl SurfaceConstants {
         };
         let conducts = matches!(material.response, Response::Network);
         let sheet = bulk.conductivity.unwrap_or(0.0) * bulk.thickness.unwrap_or(0.0);
-        Self {
-            emissivity: emissivity_sum(material) + below,
-            memory,
-            conductance: if conducts { sheet } else { 0.0 },
-        }
+        Self { emissivity: emissivity_sum(material) + below, memory, conductance: if conducts { sheet } else { 0.0 } }
     }
 }

@@ -19,8 +19,11 @@ pub(super) fn reach(prepared: &Prepared, squares: &[f64], radiated: &[f64]) -> V
         sources[scene.node_of(*slot)] += radiated[*slot] * squares[*slot];
         weights[scene.node_of(*slot)] += radiated[*slot];
     }
-    let mut reached: Vec<f64> =
-        sources.iter().zip(&weights).map(|(source, weight)| if *weight > 0.0 { source / weight } else { 0.0 }).collect();
+    let mut reached: Vec<f64> = sources
+        .iter()
+        .zip(&weights)
+        .map(|(source, weight)| if *weight > 0.0 { source / weight } else { 0.0 })
+        .collect();
     for conductor in &network.linear {
         conductor.nodes.iter().for_each(|node| weights[*node as usize] += conductor.conductance);
     }
