@@ -50,7 +50,11 @@ impl Scene {
     /// # Errors
     /// As for `parse`.
     pub fn parse_within(text: &str, path: &Path, reach: Reach) -> Result<Self, SceneError> {
-        read_all(path, |faults| Self::read(text, path, &reach, faults))
+        read_all(path, |faults| {
+            let mut scene = Self::read(text, path, &reach, faults)?;
+            scene.assumptions.extend(faults.take_small());
+            Ok(scene)
+        })
     }
 
     fn read(text: &str, path: &Path, reach: &Reach, faults: &Faults) -> Result<Self, SceneError> {
@@ -98,7 +102,6 @@ impl Scene {
         let network = mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref())?;
         let contacts = mesh_network::contacts(&root.tables("contact", keys::CONTACT)?, &mut assumptions)?;
         let heaters = mesh_network::heaters(&root.tables("heater", keys::HEATER)?, &probes)?;
-        assumptions.extend(faults.take_small());
         let mut scene = Self {
             source: path.to_path_buf(),
             reach: reach.clone(),
