@@ -119,10 +119,9 @@ fn off(prepared: &Prepared, fine: &[Vec<f64>]) -> [f64; 2] {
     apart(prepared, &history(prepared, &mut ReferenceEngine::new(prepared, None)), &exact, &["skin", "cells"])
 }
 
-/// The same with a craft that keeps its face to the Sun and no planet: only the eclipse changes the load, late in a step of two minutes.
-fn facing_the_sun(step: f64, capacity: f64, response: &str) -> String {
-    plates(step, capacity, response)
-        .replace("phase_deg = 80", "phase_deg = 73.2")
+/// The same with a craft that keeps its face to the Sun and no planet: only the eclipse changes the load.
+fn facing_the_sun(step: f64, response: &str) -> String {
+    plates(step, 77.0, response)
         .replace(
             "mode = \"nadir\"\nnadir_axis = \"+Z\"\nforward_axis = \"+X\"",
             "mode = \"sun\"\nsun_axis = \"+X\"\nnorth_axis = \"+Z\"",
@@ -134,9 +133,9 @@ fn facing_the_sun(step: f64, capacity: f64, response: &str) -> String {
 #[test]
 fn a_foil_crosses_the_penumbra() {
     for response in ["radiative", "network"] {
-        let fine = temperatures(&facing_the_sun(0.125, 77.0, response));
+        let fine = temperatures(&facing_the_sun(0.125, response));
         for step in [15.0, 60.0] {
-            let prepared = Folder::new(&facing_the_sun(step, 77.0, response)).prepared();
+            let prepared = Folder::new(&facing_the_sun(step, response)).prepared();
             let [largest, rms] = off(&prepared, &fine);
             println!("{response}, {step} s: at most {largest:.3} K, rms {rms:.3} K");
             assert!(largest < 0.5, "{response}, {step} s: {largest} K");
@@ -165,12 +164,11 @@ fn a_foil_crosses_the_penumbra_on_a_device() {
 #[test]
 #[ignore = "long: tools/test --all"]
 fn the_stated_error_is_not_below_the_error() {
-    let mut least = f64::INFINITY;
     for response in ["radiative", "network"] {
         for capacity in CAPACITIES {
-            let fine = temperatures(&facing_the_sun(0.125, capacity, response));
+            let fine = temperatures(&plates(0.125, capacity, response));
             for step in [1.0, 15.0, 60.0, 120.0] {
-                let prepared = Folder::new(&facing_the_sun(step, capacity, response)).prepared();
+                let prepared = Folder::new(&plates(step, capacity, response)).prepared();
                 let [largest, rms] = off(&prepared, &fine);
                 let stated = stated(&prepared);
                 println!(
@@ -182,15 +180,8 @@ fn the_stated_error_is_not_below_the_error() {
                 assert!(stated.rms_k > 0.98 * rms - 1e-3, "{} K for {rms} K", stated.rms_k);
                 assert!(stated.max_k < 4.0 * largest + 0.02, "{} K for {largest} K", stated.max_k);
             }
-            let whole = in_whole_steps(Folder::new(&facing_the_sun(120.0, capacity, response)).prepared());
-            let [largest, _] = off(&whole, &fine);
-            let stated = stated(&whole).max_k;
-            println!("{response}, {capacity} J/(m2 K), whole steps of 120 s: {stated:.4} for {largest:.4} K");
-            least = least.min(stated / largest);
         }
     }
-    // Where a step lasts longer than a surface remembers, half of it errs nearly as much.
-    assert!(least < 0.95, "{least} of the error in whole steps");
 }
 
 /// Issue 29.8: the balance at the start is that of the start, whatever the length of a step.
