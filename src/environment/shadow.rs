@@ -6,18 +6,23 @@
 mod boxes;
 mod jointed;
 mod lit_area;
+mod lit_corners;
+mod lit_surface;
 mod points;
 mod rays;
 mod redraw;
+mod sunward;
 mod tree;
 
 pub(crate) use jointed::Jointed;
-pub(crate) use lit_area::{CornerLight, LitNode, LitSurface};
 pub use lit_area::{Lit, LitArea, LitAreas};
+pub(crate) use lit_corners::CornerLight;
+pub(crate) use lit_surface::{LitNode, LitSurface};
 pub(crate) use points::{fractions, point_near_corner};
 pub(crate) use rays::Hit;
 pub use rays::Occluders;
 pub(crate) use redraw::{LightAndPoses, Redraw};
+pub(crate) use sunward::Caster;
 pub(crate) use tree::{LARGEST_TREE, Tree, tree_boxes};
 
 /// Angular radius of the Sun's disc at 1 au [rad]: 695,700 km (IAU 2015 resolution B3) over 149,597,870.7 km.

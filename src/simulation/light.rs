@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::environment::shadow::{LitAreas, LitNode, LitSurface, Occluders, Redraw};
+use crate::environment::shadow::{Caster, LitAreas, LitNode, LitSurface, Redraw};
 use crate::gpu::effects::image::runs::TriangleRun;
 use crate::gpu::effects::thermal::variant::LightBy;
 use crate::model::nodes::{GROUP, Nodes};
@@ -35,7 +35,8 @@ impl SceneLight {
         let settings = scene.shadows.unwrap_or_default();
         let run = |run: &TriangleRun| {
             let triangles = &casters.0[run.triangles.0 as usize..run.triangles.1 as usize];
-            (run.joint, Occluders::new(&positions, triangles))
+            let outwards: Vec<_> = triangles.iter().map(|triangle| turned_left(nodes, *triangle)).collect();
+            Caster::new(run.joint, &positions, &outwards)
         };
         let casters: Vec<_> = match scene.shadows {
             Some(_) => casters.1.iter().map(run).collect(),
@@ -85,6 +86,14 @@ impl SceneLight {
             LitAreas::new(Arc::clone(&self.surface), lit, self.redraw.clone())
         })
     }
+}
+
+/// A triangle whose corners turn to the left around the side of its nodes' normals.
+fn turned_left(nodes: &Nodes, triangle: [u32; 3]) -> [u32; 3] {
+    let [a, b, c] = triangle.map(|node| nodes.positions[node as usize].as_dvec3());
+    let normal: DVec3 = triangle.iter().map(|node| nodes.normals[*node as usize].as_dvec3()).sum();
+    let [first, second, third] = triangle;
+    if (b - a).cross(c - a).dot(normal) < 0.0 { [first, third, second] } else { triangle }
 }
 
 fn lit_node(nodes: &Nodes, materials: &[Material], slot: usize) -> LitNode {

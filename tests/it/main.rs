@@ -65,6 +65,7 @@ mod server;
 mod shaders;
 mod shadows;
 mod shown;
+mod silhouette;
 mod step_length;
 #[cfg(unix)]
 mod streams;

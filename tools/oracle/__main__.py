@@ -119,6 +119,7 @@ def main() -> None:
     commands = parser.add_subparsers(dest="command", required=True)
     making = commands.add_parser("make", help="compute the references anew (Embree, scipy)")
     checking = commands.add_parser("check", help="hold a program against them")
+    commands.add_parser("silhouettes", help="count the areas that craft show to the Sun anew (Embree), for tests/it/silhouette.rs")
     for one in (making, checking):
         one.add_argument("names", nargs="*", help="cases that begin so [default: all]")
         one.add_argument("--long", action="store_true", help="also the long cases")
@@ -127,6 +128,11 @@ def main() -> None:
     checking.add_argument("--error", action="store_true", help="ask for the channel T_error, and hold it against the truth")
     checking.add_argument("--device", help="device of the program")
     asked = parser.parse_args()
+    if asked.command == "silhouettes":
+        from . import silhouettes
+
+        silhouettes.make()
+        return
     cases = chosen(asked.names, asked.long)
     if not cases:
         parser.error("no case has such a name")

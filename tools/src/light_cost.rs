@@ -1,4 +1,4 @@
-//! Measures how long finding sunlight on areas takes, and how far it is from sixteen times as many samples.
+//! Measures how long finding sunlight on areas takes, and how far it is from sixteen times as many lines.
 
 use std::time::Instant;
 
@@ -32,7 +32,7 @@ pub fn measure(scene: &Scene, edges: &[f64]) -> Result<(), AnyError> {
             times.push(1e3 * begun.elapsed().as_secs_f64());
         }
         times.sort_by(f64::total_cmp);
-        let finer = light.with_samples(16);
+        let finer = light.with_lines(16);
         let areas: Vec<f64> = drawn.iter().map(|slot| prepared.nodes.areas[*slot]).collect();
         let [mut squares, mut all, mut largest, mut area_off] = [0.0f64; 4];
         for (direction, found) in (0..DIRECTIONS).map(spiral).zip(&found) {

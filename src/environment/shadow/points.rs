@@ -11,6 +11,9 @@ use super::SUN_ANGULAR_RADIUS;
 /// where g^5 = g + 1.
 const STEPS: [u32; 4] = [3_679_390_609, 3_152_041_523, 2_700_274_806, 2_313_257_605];
 
+/// The same in two dimensions, 2^32 / g^k where g^3 = g + 1.
+const DISC_STEPS: [u32; 2] = [3_242_174_889, 2_447_445_414];
+
 /// Hash of a word (lowbias32 of Wellons 2018, "Prospecting for Hash Functions").
 fn hash(word: u32) -> u32 {
     let word = (word ^ (word >> 16)).wrapping_mul(0x7feb_352d);
@@ -41,25 +44,13 @@ pub(crate) fn point_near_corner([s, t]: [f64; 2], corner: usize) -> [f64; 2] {
     [turned(1), turned(2)]
 }
 
-/// The Sun's disc: the direction of its centre, and two axes of its radius.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Disc {
-    pub(super) centre: DVec3,
-    across: [DVec3; 2],
-}
-
-impl Disc {
-    /// The disc around a unit vector.
-    pub(super) fn new(centre: DVec3) -> Self {
-        let (x, y) = centre.any_orthonormal_pair();
-        Self { centre, across: [SUN_ANGULAR_RADIUS * x, SUN_ANGULAR_RADIUS * y] }
-    }
-
-    /// Direction of the point for two numbers in (0, 1), which spread evenly over the disc. The length is 1 within 1e-5.
-    pub(super) fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
-        let (sine, cosine) = (TAU * v).sin_cos();
-        self.centre + u.sqrt() * (cosine * self.across[0] + sine * self.across[1])
-    }
+/// Direction of a point of the Sun's disc. The third axis points to the middle of the disc. The points of all numbers are even over the disc. The length is 1
+/// within 1e-5.
+pub(super) fn point_of_disc([.., first, second]: [u32; 4], number: u32) -> DVec3 {
+    let fraction = |start: u32, step: u32| f64::from(start.wrapping_add(number.wrapping_mul(step))) / 2f64.powi(32);
+    let radius = SUN_ANGULAR_RADIUS * fraction(first, DISC_STEPS[0]).sqrt();
+    let (sine, cosine) = (TAU * fraction(second, DISC_STEPS[1])).sin_cos();
+    DVec3::new(radius * cosine, radius * sine, 1.0)
 }
 
 #[cfg(test)]
@@ -70,6 +61,11 @@ mod tests {
     fn the_steps_are_those_of_the_generalised_golden_ratio() {
         let g = (0..99).fold(1.2f64, |g, _| (1.0 + g).powf(0.2));
         for (k, step) in STEPS.iter().enumerate() {
+            let expected = (g.powi(-(k as i32) - 1) * 4_294_967_296.0).round();
+            assert!((f64::from(*step) - expected).abs() <= 1.0, "{k}: {step} against {expected}");
+        }
+        let g = (0..99).fold(1.2f64, |g, _| (1.0 + g).cbrt());
+        for (k, step) in DISC_STEPS.iter().enumerate() {
             let expected = (g.powi(-(k as i32) - 1) * 4_294_967_296.0).round();
             assert!((f64::from(*step) - expected).abs() <= 1.0, "{k}: {step} against {expected}");
         }

@@ -49,17 +49,10 @@ pub(crate) struct Hit {
 impl Occluders {
     /// The occluders of triangles with positions [m].
     pub(crate) fn new(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
-        let edges = |triangle: &[u32; 3]| {
-            let [a, b, c] = triangle.map(|corner| positions[corner as usize]);
-            [a, b - a, c - a]
-        };
-        let triangles: Vec<[DVec3; 3]> = triangles.iter().map(edges).collect();
+        let triangles = edges_of(positions, triangles);
         let boxes: Vec<Aabb> = triangles.iter().map(grown).collect();
-        let bounds = triangles
-            .iter()
-            .map(around)
-            .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], [l, h]| [low.min(l), high.max(h)]);
-        let start = if triangles.is_empty() { 0.0 } else { START * (bounds[1] - bounds[0]).length() };
+        let around_each: Vec<[DVec3; 2]> = triangles.iter().map(around).collect();
+        let (bounds, start) = (around_all(&around_each), start_over(&around_each));
         Self { triangles, boxes: boxes_around(&boxes), bounds, start }
     }
 
@@ -100,8 +93,27 @@ impl Occluders {
     }
 }
 
+/// Corner and edges of each triangle [m].
+pub(super) fn edges_of(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<[DVec3; 3]> {
+    let edges = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|corner| positions[corner as usize]);
+        [a, b - a, c - a]
+    };
+    triangles.iter().map(edges).collect()
+}
+
+fn around_all(boxes: &[[DVec3; 2]]) -> [DVec3; 2] {
+    boxes.iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], [l, h]| [low.min(*l), high.max(*h)])
+}
+
+/// Distance between the start of a ray and its surface, for triangles in these boxes [m].
+pub(super) fn start_over(boxes: &[[DVec3; 2]]) -> f64 {
+    let [low, high] = around_all(boxes);
+    if boxes.is_empty() { 0.0 } else { START * (high - low).length() }
+}
+
 /// Lower and upper corner of the box around a triangle [m].
-fn around([corner, first, second]: &[DVec3; 3]) -> [DVec3; 2] {
+pub(super) fn around([corner, first, second]: &[DVec3; 3]) -> [DVec3; 2] {
     let (b, c) = (corner + first, corner + second);
     [corner.min(b).min(c), corner.max(b).max(c)]
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::bench::hard::case::{CaseScale, HardCase};
-use crate::environment::shadow::{LitArea, LitAreas, LitNode, LitSurface, Occluders, Redraw};
+use crate::environment::shadow::{Caster, LitArea, LitAreas, LitNode, LitSurface, Redraw};
 use crate::environment::{StepLoad, SunSample};
 
 /// Edge of the plate, height of the disc above it, and radius of the disc [m].
@@ -80,7 +80,7 @@ fn bounds() -> [DVec3; 2] {
 /// The plate below the disc.
 fn light(angle: f64) -> LitAreas {
     let positions = positions();
-    let casters = vec![(0, Occluders::new(&positions, &disc()))];
+    let casters = vec![Caster::new(0, &positions, &disc())];
     let node = |number| LitNode { number, vertex: number, normal: DVec3::Z, both_sides: false, joint: 0 };
     let nodes = (0..(NODES * NODES) as u32).map(node).collect();
     let surface = LitSurface { positions, triangles: plate(), casters, spacing: 0.02, times: 1 };
