@@ -139,12 +139,16 @@ pub(crate) fn all(
     let mut record = Record::new(folder, vertices.areas.len())?;
     let setting = RunSetting { target, stop, progress, vertices: &vertices, shown: &shown };
     let network = setting.run(NETWORK, prepared_network, &mut Held::Recorded(&mut record))?;
-    let instant = setting.run(INSTANT, responses::instant(scene, &mut |_| ())?, &mut Held::Against(&mut record))?;
+    // A step ends at the load of its last part, so all runs need the same parts.
+    let mut prepared = responses::instant(scene, &mut |_| ())?;
+    prepared.loads.take_parts_of(&network.prepared.loads);
+    let instant = setting.run(INSTANT, prepared, &mut Held::Against(&mut record))?;
     let of_vertices = vertices.materials.iter().zip(&vertices.areas).zip(&instant.range);
     let of_vertices = of_vertices.map(|((material, area), range)| (*material, *area, *range));
     let swings = walk::swings(instant.prepared.materials.len(), of_vertices);
     let materials = responses::transitions(&network.prepared, &swings)?;
-    let prepared = responses::transition(scene, &materials, &mut |_| ())?;
+    let mut prepared = responses::transition(scene, &materials, &mut |_| ())?;
+    prepared.loads.take_parts_of(&network.prepared.loads);
     let transition = setting.run(TRANSITION, prepared, &mut Held::Against(&mut record))?;
 
     let mut ran = vec![instant, transition, network];

@@ -87,6 +87,11 @@ impl StepLoads {
         Self { shortest_part, ..self }
     }
 
+    /// Has steps halved as with other loads of the same sky, so that two runs can be compared step by step.
+    pub(crate) fn take_parts_of(&mut self, other: &Self) {
+        self.shortest_part = other.shortest_part;
+    }
+
     /// Whether the step from `start` to `end` [s] is to be halved, because the eclipse begins or ends in it and a surface stores too little heat for its mean load.
     pub(crate) fn needs_halves(&self, start: f64, end: f64) -> bool {
         let in_penumbra = || {

@@ -43,7 +43,7 @@ impl Expansion {
     fn by(size: usize, ratio: u64) -> Self {
         let size = size as u64;
         let free = free_memory().map_or(MOST, |free| free / 4 * 3);
-        let most = size.saturating_mul(ratio).max(FLOOR).min(MOST).min(free);
+        let most = size.saturating_mul(ratio).clamp(FLOOR, MOST).min(free);
         Self { size, most, left: Cell::new(most) }
     }
 

@@ -79,7 +79,7 @@ fn headline(html: &mut Html, report: &Report) {
             ));
         }
         None => {
-            figures.push(("no rounding".into(), "", "was measured: nothing was compared with the reference".into()))
+            figures.push(("no rounding".into(), "", "was measured: nothing was compared with the reference".into()));
         }
     }
     html.headline(figures.into_iter().map(|(value, unit, what)| (value, unit.to_owned(), what)));

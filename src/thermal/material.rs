@@ -203,6 +203,19 @@ pub enum Response {
     Given,
 }
 
+impl Response {
+    /// Whether the temperature of a node by itself depends on its past.
+    pub(crate) fn has_memory(&self) -> bool {
+        match self {
+            Self::Instant | Self::Network | Self::Given => false,
+            Self::Radiative(plate) => plate.capacity > 0.0 || plate.over.is_some(),
+            Self::Transition(transition) => {
+                [&transition.heating, &transition.cooling].iter().all(|profile| profile.t_max_steps > 0.0)
+            }
+        }
+    }
+}
+
 /// Bulk properties. Values that only `network` needs may be absent.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Bulk {

@@ -48,11 +48,11 @@ fn name(node: usize) -> String {
 }
 
 #[test]
-fn at_time_0_every_node_is_settled_at_the_balance_of_the_first_load() {
+fn at_time_0_every_node_is_settled_at_the_balance_of_the_epoch() {
     let prepared = blind(&[]);
     let found = on_device(&prepared);
     assert_eq!(found.len(), 13, "the initial state and twelve steps");
-    let first = prepared.loads.step_load(0.0, 60.0);
+    let first = prepared.loads.step_load(0.0, 0.0);
     let balance = |load| -> Vec<f64> {
         let command = |node: ReferenceNode| {
             commanded_temperature(&incident, &node, &prepared.materials[node.material as usize], load)

@@ -1,5 +1,8 @@
 //! Sums of differences, and the place of the largest.
 
+/// From the difference between steps and half steps to the error of steps: exact for an error in proportion to the step.
+pub(super) const ERROR_OF_DIFFERENCE: f64 = 2.0;
+
 /// Differences so far [K].
 #[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 pub(super) struct Differences {

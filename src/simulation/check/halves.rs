@@ -3,7 +3,7 @@
 //! Both runs begin in the same state at time 0 and are in f64. Both have the light of whole steps, which follows the Sun by an angle of their own. Nodes whose
 //! network or whose exchange is too large for that are taken by themselves (`lone.rs`).
 
-use super::differences::Differences;
+use super::differences::{Differences, ERROR_OF_DIFFERENCE};
 use super::lone::{LoneNodes, LoneNodesState};
 use super::network::{NetworkCheck, NetworkCheckState};
 use crate::environment::StepLoad;
@@ -11,15 +11,11 @@ use crate::environment::step::StepLoads;
 use crate::simulation::engine::EngineError;
 use crate::simulation::prepare::Prepared;
 use crate::thermal::incident::IncidentFunction;
-use crate::thermal::material::{Material, Response};
 use crate::thermal::misfit::part;
 use crate::thermal::reference::{Reference, ReferenceState};
 
 /// Most drawn nodes of a network that is stepped in halves. In f64 two halves take twice as long as a whole step.
 const LARGEST_NETWORK: usize = 5_000;
-
-/// From the difference between steps and half steps to the error of steps: exact for an error in proportion to the step.
-pub(super) const ERROR_OF_DIFFERENCE: f64 = 2.0;
 
 /// Error of the step length: the error of the mean load over a step, after the response to it. The estimate is twice the difference in f64 between
 /// steps and steps of half the length, from the same state at time 0. For an error in proportion to the step the estimate is the error, and for an
@@ -97,7 +93,7 @@ impl Halves {
         let stores = |(slot, node): (&usize, &crate::thermal::reference::ReferenceNode)| {
             let own = match &prepared.network {
                 Some(scene) if scene.has(*slot) => network.is_some() && scene.stores_heat(*slot),
-                _ => has_memory(&prepared.materials[node.material as usize]),
+                _ => prepared.materials[node.material as usize].response.has_memory(),
             };
             own.then_some(*slot)
         };
@@ -230,16 +226,5 @@ impl Halves {
         self.lone.restore(&saved.lone)?;
         (self.begun, self.errors) = (saved.begun, saved.errors);
         Ok(())
-    }
-}
-
-/// Whether the temperature of a node depends on its past.
-pub(super) fn has_memory(material: &Material) -> bool {
-    match &material.response {
-        Response::Instant | Response::Network | Response::Given => false,
-        Response::Radiative(plate) => plate.capacity > 0.0 || plate.over.is_some(),
-        Response::Transition(transition) => {
-            [&transition.heating, &transition.cooling].iter().all(|profile| profile.t_max_steps > 0.0)
-        }
     }
 }

@@ -3,8 +3,7 @@
 //! Each node has its load from Sun and planet and its own heat capacity, without conduction and without the light of other surfaces. Both runs begin at the
 //! temperatures of the engine. What they leave out is nearly the same in both, so their difference is nearly the difference of the whole craft.
 
-use super::differences::Differences;
-use super::halves::{ERROR_OF_DIFFERENCE, has_memory};
+use super::differences::{Differences, ERROR_OF_DIFFERENCE};
 use super::network::joints;
 use crate::environment::StepLoad;
 use crate::environment::shadow::{LightAndPoses, LitAreas};
@@ -50,7 +49,8 @@ impl LoneNodes {
             .zip(hottest)
             .map(|(material, hottest)| by_itself(material, step, hottest))
             .collect();
-        let stores = |slot: &usize| meant(*slot) && has_memory(&materials[nodes.group_material[slot / GROUP] as usize]);
+        let stores =
+            |slot: &usize| meant(*slot) && materials[nodes.group_material[slot / GROUP] as usize].response.has_memory();
         let all: Vec<usize> = nodes.real().map(|(slot, _)| slot).filter(stores).collect();
         let count = all.len().min(sample);
         let slots: Vec<usize> = (0..count).map(|place| all[place * all.len() / count]).collect();

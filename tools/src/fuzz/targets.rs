@@ -10,13 +10,16 @@ use crate::containers;
 use crate::folder::Folder;
 use crate::mutate::Random;
 
+/// Makes a case from seeds.
+type MakeCase = fn(&mut Random, &[Vec<u8>]) -> Vec<u8>;
+
 /// A reader of one kind of input.
 #[derive(Clone, Copy)]
 pub struct Target {
     pub name: &'static str,
     pub seeds: fn() -> Vec<Vec<u8>>,
     /// Makes a valid container around sizes that may be hostile, where the format is one.
-    pub make: Option<fn(&mut Random, &[Vec<u8>]) -> Vec<u8>>,
+    pub make: Option<MakeCase>,
     /// Reads a case. The error is the reader's refusal.
     pub read: fn(&[u8], &Folder) -> Result<(), String>,
 }
