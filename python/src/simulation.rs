@@ -129,6 +129,8 @@ impl Simulation {
 
 /// The error of a signal that Python has not handled yet, such as that of Ctrl-C.
 fn look_for_signals() -> PyResult<()> {
+    // A path to the method alone would be of one lifetime.
+    #[allow(clippy::redundant_closure_for_method_calls)]
     Python::attach(|py| py.check_signals())
 }
 

@@ -94,7 +94,7 @@ fn update(client: &mut Requester, message: &Fields) {
 }
 
 /// The Earth [km3/s2].
-pub const MU: f64 = 398_600.4418;
+pub const MU: f64 = 398_600.441_8;
 
 /// An honest client gets its image.
 fn serves(program: &Program) {
