@@ -78,7 +78,7 @@ def test_calls_that_can_not_be_answered(scene: Path) -> None:
     simulation = isotherm.Simulation(scene)
     simulation.step_to(100)
     for time in (50, float("nan"), float("inf")):
-        with pytest.raises(isotherm.RequestError, match="can not step to"):
+        with pytest.raises(isotherm.RequestError, match="can not step to|is no time"):
             simulation.step_to(time)
     with pytest.raises(isotherm.RequestError, match="there is no joint 'x'"):
         simulation.set_joint("x", 0)
