@@ -98,7 +98,7 @@ impl FacingCorners {
         }
     }
 
-    /// Finds the lit shares of a node's corners, by rays where a triangle hides a part of them.
+    /// Finds the lit shares of a node's corners, by lines across them where a triangle hides a part.
     pub(super) fn cast(
         &mut self,
         surface: &LitSurface,

@@ -1,8 +1,8 @@
-//! The craft as the Sun sees it: which triangles may hide the Sun from a node, and whether a ray meets one of them.
+//! The craft as the Sun sees it: which triangles may hide the Sun from a node, and which part of a line they hide.
 //!
 //! All rays to the Sun are parallel within its disc. In coordinates (u, v, z), with z towards the Sun, a triangle can hide the Sun only from places that lie
 //! below it and within its outline, grown by the radius of the disc times the distance. A tree of boxes in these coordinates finds the triangles that a node
-//! may have above it. Most nodes have none and need no ray; the rays of the others try a few triangles and need no tree.
+//! may have above it. Most nodes have none and need no line; the lines of the others try a few triangles and need no tree.
 
 use glam::{DAffine3, DVec2, DVec3, Vec4};
 

@@ -1,4 +1,4 @@
-//! Sunlight on the craft: the lit area vector of every node. The host casts the rays (docs/numerics.md), so a frame has no pass of it.
+//! Sunlight on the craft: the lit area vector of every node. The host finds it (docs/numerics.md), so a frame has no pass of it.
 
 use crate::gpu::resource::Pieces::Always;
 use crate::gpu::resource::Role::Storage;
