@@ -131,9 +131,24 @@ fn bytes(shader: &Shader) -> Vec<u8> {
     words.into_iter().flat_map(u32::to_le_bytes).collect()
 }
 
+/// Opcodes of the SPIR-V specification, section 3.52.12.
+const COPY_OBJECT: u32 = 83;
+const COPY_LOGICAL: u32 = 400;
+
 pub fn reflect(shader: &Shader) -> naga::Module {
     let options = spv::Options { adjust_coordinate_space: false, strict_capabilities: false, ..Default::default() };
-    spv::parse_u8_slice(&bytes(shader), &options).expect("naga reads what it wrote")
+    // naga's reader does not know OpCopyLogical. For it a copy of the same value will do.
+    let mut words = shader.compile().unwrap_or_else(|error| panic!("{error}"));
+    let mut at = 5;
+    while at < words.len() {
+        let (length, code) = (words[at] >> 16, words[at] & 0xffff);
+        if code == COPY_LOGICAL {
+            words[at] = length << 16 | COPY_OBJECT;
+        }
+        at += length as usize;
+    }
+    let bytes: Vec<u8> = words.into_iter().flat_map(u32::to_le_bytes).collect();
+    spv::parse_u8_slice(&bytes, &options).expect("naga reads what it wrote")
 }
 
 /// Stride, and name, offset and size of each member.
