@@ -98,7 +98,7 @@ fn pixel_error(html: &mut Html, error: Option<&PixelError>) {
             row("sample", format!("{} pixels of {} images", thousands(error.pixels), thousands(error.images))),
         ],
     );
-    html.element("p", "T_error has what the computation leaves out, and not what is uncertain of the scene: materials, orbit and shape.");
+    html.element("p", "T_error is the error of the computation. Uncertain materials, orbits and shapes are no part of it.");
 }
 
 fn accuracy(html: &mut Html, accuracy: Option<&Accuracy>) {
