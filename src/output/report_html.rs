@@ -98,7 +98,10 @@ fn pixel_error(html: &mut Html, error: Option<&PixelError>) {
             row("sample", format!("{} pixels of {} images", thousands(error.pixels), thousands(error.images))),
         ],
     );
-    html.element("p", "T_error is the error of the computation. Uncertain materials, orbits and shapes are no part of it.");
+    html.element(
+        "p",
+        "T_error is the error of the computation. Uncertain materials, orbits and shapes are no part of it.",
+    );
 }
 
 fn accuracy(html: &mut Html, accuracy: Option<&Accuracy>) {
