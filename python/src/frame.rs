@@ -43,6 +43,9 @@ pub struct Frame {
     /// Reflected part of the radiance [W m-2 sr-1], float32. None where the scene does not ask for it.
     #[pyo3(get)]
     reflected: Option<Py<PyArray2<f32>>>,
+    /// One standard deviation of the temperature's error [K], float32. None where the scene does not ask for it (output.error).
+    #[pyo3(get)]
+    error: Option<Py<PyArray2<f32>>>,
     /// Digital numbers of the sensor, uint16. None without a sensor.
     #[pyo3(get)]
     dn: Option<Py<PyArray2<u16>>>,
@@ -74,6 +77,7 @@ impl Frame {
             material: plane(py, image.material, shape)?,
             coverage: optional(image.coverage)?,
             reflected: optional(image.reflected)?,
+            error: optional(image.error)?,
             dn: numbers(image.digital_numbers)?,
             counts: numbers(image.counts)?,
         })

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support import SENSOR, Scenes
+from support import SENSOR, Scenes, exr, program
 
 import isotherm
 
@@ -33,7 +33,7 @@ def test_types_shapes_and_memory(scenes: Scenes) -> None:
         # The same memory with each look, and a list of the image owns it: nothing was copied into an array of its own.
         assert getattr(frame, name) is array
         assert array.base is not None and not array.flags.owndata
-    assert frame.coverage is None and frame.reflected is None
+    assert frame.coverage is None and frame.reflected is None and frame.error is None
 
 
 def test_arrays_outlive_frame_and_simulation(scene: Path) -> None:
@@ -83,3 +83,16 @@ def test_descriptions(scene: Path) -> None:
 def test_a_frame_is_not_changed(scene: Path, name: str) -> None:
     with pytest.raises(AttributeError):
         setattr(isotherm.Simulation(scene).image(), name, None)
+
+
+def test_errors_are_those_of_a_run(scenes: Scenes, tmp_path: Path) -> None:
+    path = scenes.write(("steps = 556", "steps = 20"), more="\n[shadows]\n[output]\nerror = true\n")
+    program("run", path, "-o", tmp_path / "out")
+    simulation = isotherm.Simulation(path)
+    for step in (10, 20):
+        simulation.step_to(10.0 * step)
+        error = simulation.image().error
+        assert error is not None and error.dtype == np.float32 and error.max() > 0
+        for other in (10, 20):
+            stored = exr(tmp_path / "out" / "frames" / f"step_{other:06}.exr")["error"]
+            assert (stored.tobytes() == error.tobytes()) == (other == step)

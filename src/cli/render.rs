@@ -123,7 +123,8 @@ fn render_poses(arguments: &Arguments, poses: &Path) -> Result<(), CliError> {
     let folder = folder.prepare(arguments.force, &inputs)?;
     let bars = [progress_bar(forecast.warm_up, "warm-up"), progress_bar(forecast.images, "images")];
     begin(state.as_ref(), &prepared, &mut *engine, &stop, &mut || bars[0].inc(1))?;
-    let complete = write_pose_images(&prepared, &mut *engine, &folder, &stop, &mut || bars[1].inc(1));
+    let errors = state.as_ref().and_then(|state| state.errors.as_ref());
+    let complete = write_pose_images(&prepared, &mut *engine, &folder, errors, &stop, &mut || bars[1].inc(1));
     bars.iter().for_each(ProgressBar::finish_and_clear);
     if !complete? || stop.load(Ordering::Relaxed) {
         return Err(CliError::Stopped(arguments.output.clone()));

@@ -107,7 +107,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut scenes = Scenes::default();
     for argument in &arguments.scenes {
         let (name, path) = named(argument);
-        let scene = arguments.reach.scene(path)?;
+        let mut scene = arguments.reach.scene(path)?;
         if arguments.picture == PictureKind::Sensor && scene.sensor.is_none() {
             return Err(ServerError::NoSensor(path.to_path_buf()).into());
         }
@@ -118,6 +118,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         if arguments.protocol == Protocol::Vizard && arguments.picture == PictureKind::Apparent && no_range {
             let [low, high] = DEFAULT_RANGE;
             say!("assumed: {}: black is {low} K and white is {high} K (--range is absent)", path.display());
+        }
+        if std::mem::take(&mut scene.images.error) {
+            say!(
+                "warning: {}: no protocol has a place for T_error, so output.error has no effect here",
+                path.display()
+            );
         }
         scenes.add(name, path, scene)?;
     }

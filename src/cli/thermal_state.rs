@@ -26,6 +26,12 @@ pub(super) fn read(path: &Path, prepared: &Prepared, chosen: &Target) -> Result<
         path.display(),
         state.origin()
     );
+    if prepared.scene.images.error && state.errors.is_none() {
+        say!(
+            "assumed: {} has no errors of temperatures (its scene has no output.error = true). T_error begins anew at time 0.",
+            path.display()
+        );
+    }
     Ok(state)
 }
 

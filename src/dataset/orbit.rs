@@ -255,6 +255,11 @@ fn check(spec: &Spec, scene: &Scene) -> Result<(), DatasetError> {
             "images asks for numbers, and the scene has no [sensor], which makes them: state [each_orbit.sensor]",
         );
     }
+    if scene.images.error && !spec.images.contains(&super::spec::ImageKind::Radiance) {
+        return wrong(
+            "the scene asks for T_error (output.error), which only images of radiance have: add \"radiance\" to images, or leave output.error out",
+        );
+    }
     if spec.cameras.iter().any(CameraRule::is_on_path) && camera.motion == crate::scene::Motion::Still {
         return wrong("[camera] is of kind \"path\", and the scene has no camera.path");
     }

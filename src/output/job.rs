@@ -202,12 +202,13 @@ fn step_and_write(
 ) -> Result<Stepped, JobError> {
     let RunContext { prepared, folder, stop, .. } = run;
     let first = start.first;
-    let mut uncertainty = prepared.scene.images.error.then(|| Uncertainty::new(prepared));
-    if let (Some(uncertainty), Some(saved)) = (&mut uncertainty, earlier_loop(run.job)) {
-        uncertainty
-            .restore(part("the errors of pixels", &saved.uncertainty).map_err(EngineError::from)?)
-            .map_err(EngineError::from)?;
-    }
+    let errors = match earlier_loop(run.job) {
+        Some(saved) if prepared.scene.images.error => {
+            Some(part("the errors of pixels", &saved.uncertainty).map_err(EngineError::from)?)
+        }
+        _ => run.job.begin.and_then(|state| state.errors.as_ref()),
+    };
+    let uncertainty = Uncertainty::asked(prepared, errors).map_err(EngineError::from)?;
     let maker = prepared.scene.camera.as_ref().map(|_| FrameMaker::new(prepared, &engine.device_name()));
     let stepping_began = Instant::now();
     std::thread::scope(|scope| {

@@ -8,21 +8,23 @@ use super::frame_writer::write_frame;
 use super::image_index::{IMAGES, write_index};
 use super::job_terms::JobError;
 use super::sensor_files::SensorFiles;
-use crate::simulation::engine::Engine;
+use crate::simulation::engine::{Engine, EngineError};
 use crate::simulation::prepare::Prepared;
+use crate::simulation::uncertainty::{Uncertainty, UncertaintyState};
 use crate::simulation::{StepResult, run};
 
 pub(crate) const FILES: [&str; 4] = ["frames/image_#.exr", "frames/image_#.json", "frames/image_#_*", IMAGES];
 
 /// Draws the images of a scene whose images have their own times and poses, from the state at time 0 on. Returns whether all were drawn before `stop` was
-/// set. `drawn` is called after each image.
+/// set. `errors` belong to the state at time 0, where it has them. `drawn` is called after each image.
 ///
 /// # Errors
-/// A call that fails, or a full disk.
+/// A call that fails, a full disk, or errors of another scene.
 pub(crate) fn write_pose_images(
     prepared: &Prepared,
     engine: &mut dyn Engine,
     folder: &Folder,
+    errors: Option<&UncertaintyState>,
     stop: &AtomicBool,
     drawn: &mut dyn FnMut(),
 ) -> Result<bool, JobError> {
@@ -30,7 +32,11 @@ pub(crate) fn write_pose_images(
     let maker = FrameMaker::new(prepared, &engine.device_name());
     let mut written = Vec::new();
     let of_sensor = SensorFiles::new(&prepared.scene);
-    let mut take = |result: StepResult| {
+    let mut uncertainty = Uncertainty::asked(prepared, errors).map_err(EngineError::from)?;
+    let mut take = |mut result: StepResult| {
+        if let Some(uncertainty) = &mut uncertainty {
+            uncertainty.follow(&mut result);
+        }
         if let Some((image, header)) = maker.frame(result)? {
             written.push(write_frame(folder, of_sensor.as_ref(), &image, &header)?);
             drawn();

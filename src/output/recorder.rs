@@ -51,21 +51,18 @@ pub(super) struct StepRecorder<'a, 'b> {
 impl Consumer<JobError> for StepRecorder<'_, '_> {
     fn take(&mut self, mut result: StepResult) -> Result<(), JobError> {
         let _consumes = self.run.trace.span(Track::Host, "series and frame");
+        if let Some(uncertainty) = &mut self.uncertainty {
+            uncertainty.follow(&mut result);
+        }
         if let Some(temperatures) = result.delivered.temperatures.take() {
             check_finite(self.run.prepared, result.step, &temperatures)?;
             self.tables.add(self.run.prepared, result.time, &temperatures)?;
             if let Some(account) = &mut self.account {
                 account.take(&temperatures, result.delivered.absorbed.as_deref());
             }
-            if let Some(uncertainty) = &mut self.uncertainty {
-                uncertainty.take(result.step, &temperatures);
-            }
             if self.run.prepared.scene.time.draw.is_between_steps() {
                 self.between.take(self.run.prepared, result.step, temperatures);
             }
-        }
-        if let (Some(uncertainty), Some(image)) = (&mut self.uncertainty, &mut result.delivered.image) {
-            uncertainty.draw(image, result.image);
         }
         self.steps = result.step;
         let is_step = result.image.is_none();
@@ -97,7 +94,8 @@ impl Consumer<JobError> for StepRecorder<'_, '_> {
         let mut check = check;
         if let Some(step) = self.run.job.take_after.filter(|step| step + 1 == next) {
             let time = f64::from(step) * self.run.prepared.scene.time.step;
-            self.state = Some(ThermalState::take(self.run.prepared, engine, check.as_deref_mut(), time)?);
+            let state = ThermalState::take(self.run.prepared, engine, check.as_deref_mut(), time)?;
+            self.state = Some(state.with_errors(self.uncertainty.as_ref().map(Uncertainty::save)));
         }
         let state = BetweenSteps::capture(next, engine, check)?;
         let tables = self.tables.sync()?;

@@ -2,6 +2,7 @@
 //!
 //! Programs that use the library call this, and so does `isotherm render`. `run` in `simulation.rs` is the loop of a whole run with its files.
 
+mod errors;
 mod image;
 mod place;
 pub(crate) mod sensor;
@@ -24,6 +25,8 @@ use super::prepare_error::PrepareError;
 use super::start;
 use super::state::MOST_TIMES;
 use super::target::Target;
+use super::uncertainty::Uncertainty;
+use super::uncertainty::rest::RestingErrors;
 use crate::environment::Sky;
 use crate::environment::scene_time::{ROUNDING, SceneTime};
 use crate::environment::sky::SkyError;
@@ -55,6 +58,8 @@ pub struct Simulation {
     begun: bool,
     time: f64,
     periodic: Option<Periodic>,
+    /// The errors of the temperatures, where the scene asks for them.
+    errors: Option<RestingErrors>,
 }
 
 impl Simulation {
@@ -98,6 +103,7 @@ impl Simulation {
         engine.keep_few_times(MOST_TIMES);
         Ok(Self {
             own: prepared.loads.clone(),
+            errors: prepared.scene.images.error.then(|| Uncertainty::new(&prepared).rest()),
             drawn: camera.clone(),
             camera,
             prepared,
@@ -184,7 +190,10 @@ impl Simulation {
         } else {
             self.periodic = start(&self.prepared, &mut *self.engine, None, stop, progress)?;
         }
-        self.begun = !stop.load(Ordering::Relaxed);
+        if !stop.load(Ordering::Relaxed) {
+            self.begin_errors()?;
+            self.begun = true;
+        }
         Ok(self.begun)
     }
 
@@ -249,6 +258,11 @@ impl Simulation {
         stop: &AtomicBool,
         progress: &mut dyn FnMut(),
     ) -> Result<bool, SimulationError> {
+        if self.errors.is_some() {
+            let went = self.pass_with_errors(steps, stop, progress);
+            steps.clear();
+            return went;
+        }
         let began = steps.first().map_or(self.time, |(passing, _)| passing.start);
         let mut done = 0;
         let mut told = || {

@@ -7,6 +7,7 @@ use super::check::{Check, CheckState};
 use super::engine::{Engine, EngineError};
 use super::prepare::Prepared;
 use super::state::BetweenSteps;
+use super::uncertainty::UncertaintyState;
 use crate::scene::file_hash;
 use crate::thermal::material::{Material, Response};
 
@@ -19,6 +20,8 @@ pub struct ThermalState {
     /// Time of the state [s].
     pub(crate) time: f64,
     pub(crate) state: BetweenSteps,
+    /// The errors of the temperatures, where the scene asks for them.
+    pub(crate) errors: Option<UncertaintyState>,
 }
 
 /// The properties of a prepared scene on which its state depends.
@@ -82,7 +85,12 @@ impl ThermalState {
         let mut state = BetweenSteps::capture(0, engine, check)?;
         state.engine.forget_run();
         state.check.iter_mut().for_each(CheckState::forget_run);
-        Ok(Self { craft, scene: prepared.scene.source.display().to_string(), time, state })
+        Ok(Self { craft, scene: prepared.scene.source.display().to_string(), time, state, errors: None })
+    }
+
+    /// The same with the errors of its temperatures.
+    pub(crate) fn with_errors(self, errors: Option<UncertaintyState>) -> Self {
+        Self { errors: errors.map(UncertaintyState::without_pixels), ..self }
     }
 
     /// Where the state was taken, in words.

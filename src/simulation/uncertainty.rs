@@ -18,10 +18,13 @@ mod exchange;
 mod lines;
 mod materials;
 mod reach;
+pub(crate) mod rest;
 mod summary;
 
 use rayon::prelude::*;
 
+use super::StepResult;
+use super::parts::Passing;
 use super::prepare::Prepared;
 use crate::environment::StepLoad;
 use crate::environment::shadow::{CornerLight, LightAndPoses, Lit, LitAreas};
@@ -87,6 +90,13 @@ pub(crate) struct UncertaintyState {
     pub(crate) pixels: PixelErrors,
 }
 
+impl UncertaintyState {
+    /// The state without the errors of the pixels of its run.
+    pub(crate) fn without_pixels(self) -> Self {
+        Self { pixels: PixelErrors::default(), ..self }
+    }
+}
+
 /// Errors of a node [K].
 #[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 struct NodeErrors {
@@ -144,7 +154,7 @@ impl<'a> Uncertainty<'a> {
     ///
     /// # Errors
     /// A state of another scene.
-    pub(crate) fn restore(&mut self, saved: &UncertaintyState) -> Result<(), Misfit> {
+    fn restore(&mut self, saved: &UncertaintyState) -> Result<(), Misfit> {
         check_length("errors of corners", &saved.deviations, self.surface.corners.len())?;
         check_length("errors of nodes", &saved.nodes, self.constants.len())?;
         check_length("radiation of nodes", &saved.radiated, self.constants.len())?;
@@ -156,6 +166,18 @@ impl<'a> Uncertainty<'a> {
             exchange.restore(part("errors of radiation between surfaces", &saved.exchange)?)?;
         }
         Ok(())
+    }
+
+    /// The errors of a scene that asks for them, from a saved state where there is one.
+    ///
+    /// # Errors
+    /// A state of another scene.
+    pub(crate) fn asked(prepared: &'a Prepared, saved: Option<&UncertaintyState>) -> Result<Option<Self>, Misfit> {
+        let mut errors = prepared.scene.images.error.then(|| Self::new(prepared));
+        if let (Some(errors), Some(saved)) = (&mut errors, saved) {
+            errors.restore(saved)?;
+        }
+        Ok(errors)
     }
 
     /// The state and the errors so far.
@@ -172,24 +194,36 @@ impl<'a> Uncertainty<'a> {
         &self.state.pixels
     }
 
-    /// Takes the temperatures [K] at the end of a step, or with step 0 at the start of the run.
-    pub(crate) fn take(&mut self, step: u32, temperatures: &[f32]) {
-        let length = self.prepared.scene.time.step;
-        let now = f64::from(step) * length;
-        if !self.state.begun {
-            self.begin(now, temperatures);
-            self.state.begun = true;
+    /// Takes a result of the loop of a run: the temperatures at the end of a step, or with step 0 at the start, and then the image.
+    pub(crate) fn follow(&mut self, result: &mut StepResult) {
+        if let Some(temperatures) = &result.delivered.temperatures {
+            let length = self.prepared.scene.time.step;
+            let now = f64::from(result.step) * length;
+            if result.step == 0 {
+                self.begin(now, temperatures, true);
+            } else {
+                self.pass(Passing { start: now - length, end: now, steps: 1.0 }, temperatures);
+            }
         }
-        if step > 0 {
-            let load = self.prepared.loads.step_load(now - length, now);
-            self.advance(&load, length, temperatures);
+        if let Some(image) = &mut result.delivered.image {
+            self.draw(image, result.image);
         }
     }
 
-    /// Finds the errors at the start of a run, from the orbit before it where the run has one, with the temperatures of the start.
-    fn begin(&mut self, now: f64, temperatures: &[f32]) {
+    /// Takes the temperatures [K] at the end of a step.
+    pub(crate) fn pass(&mut self, passing: Passing, temperatures: &[f32]) {
+        let load = self.prepared.loads.step_load(passing.start, passing.end);
+        self.advance(&load, passing.steps * self.prepared.scene.time.step, temperatures);
+    }
+
+    /// Finds the errors at the start of a run, from the orbit before it where the run has one, with the temperatures of the start. Errors of a saved state stay.
+    pub(crate) fn begin(&mut self, now: f64, temperatures: &[f32], has_past: bool) {
+        if self.state.begun {
+            return;
+        }
+        self.state.begun = true;
         let scene = &self.prepared.scene;
-        if scene.time.warm_up_orbits > 0.0 {
+        if has_past && scene.time.warm_up_orbits > 0.0 {
             self.pass_orbit(now, temperatures);
         } else if scene.initial == Initial::Balance {
             let load = self.prepared.loads.step_load(now, now);

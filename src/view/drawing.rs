@@ -106,6 +106,9 @@ pub(crate) fn draw(
     let prepared = simulation.prepared();
     let mut planes = Planes::default();
     planes.temperatures("temperature", &image.temperature);
+    if !image.error.is_empty() {
+        planes.errors(&image.error);
+    }
     planes.labels("part", &image.part, prepared.parts.len());
     planes.labels("material", &image.material, prepared.materials.len());
     match (quantity, &image.digital_numbers) {

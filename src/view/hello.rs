@@ -59,6 +59,7 @@ pub(crate) fn hello(simulation: &Simulation, camera: &Camera, has_camera: bool) 
         "up": up(prepared, has_camera).to_array(),
         "scene_camera": has_camera,
         "sensor": scene.sensor.is_some(),
+        "error": scene.images.error,
         "colour_range": scene.colour_range,
         "maps": MAPS.map(|(name, gradient)| json!({ "name": name, "colours": colours(name, gradient) })),
     });

@@ -11,10 +11,13 @@ pub(crate) const MAGIC: &[u8; 4] = b"ISOT";
 /// Finest step between two temperatures [K].
 const FINEST: f64 = 0.01;
 
+/// Finest step between two errors of temperatures [K].
+const FINEST_ERROR: f64 = 1e-4;
+
 /// The quantity of a plane, and how its numbers are read.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Plane {
-    /// `temperature`, `apparent`, `counts`, `part` or `material`.
+    /// `temperature`, `error`, `apparent`, `counts`, `part` or `material`.
     pub(crate) name: &'static str,
     /// Bytes of a number: 1 or 2.
     pub(crate) bytes: usize,
@@ -33,8 +36,17 @@ pub(crate) struct Planes {
 impl Planes {
     /// Adds temperatures [K]. The step between two numbers is 0.01 K below 655 K, and twice, four times ... as much where an image is hotter.
     pub(crate) fn temperatures(&mut self, name: &'static str, values: &[f32]) {
+        self.scaled(name, values, FINEST);
+    }
+
+    /// Adds errors of temperatures [K]. The step between two numbers is 0.1 mK below 6.5 K, and twice, four times ... as much where an error is larger.
+    pub(crate) fn errors(&mut self, values: &[f32]) {
+        self.scaled("error", values, FINEST_ERROR);
+    }
+
+    fn scaled(&mut self, name: &'static str, values: &[f32], finest: f64) {
         let most = f64::from(values.iter().copied().fold(0.0, f32::max));
-        let mut scale = FINEST;
+        let mut scale = finest;
         while most > scale * f64::from(u16::MAX) && scale < 1e30 {
             scale *= 2.0;
         }

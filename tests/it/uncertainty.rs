@@ -1,13 +1,15 @@
 //! `T_error`: the stated error of every pixel against known temperatures.
 
+use std::path::Path;
+
 use glam::{DVec2, DVec3};
-use isotherm::Image;
-use isotherm::internals::{STEFAN_BOLTZMANN, read_exr};
+use isotherm::internals::{STEFAN_BOLTZMANN, decode, encode, read_exr};
+use isotherm::{Image, Pose, Simulation, Target};
 use serde_json::{Value, json};
 
-use super::craft::Folder;
+use super::craft::{Folder, scene_with};
 use super::model::make::Maker;
-use super::program::{end, isotherm, refusal, succeed};
+use super::program::{end, isotherm, refusal, stderr, succeed};
 
 const STEP: f64 = 60.0;
 const STEPS: u32 = 20;
@@ -146,4 +148,103 @@ fn only_who_asks_gets_the_channel() {
         let (code, line) = refusal(&end(isotherm(folder.0.path(), &["run", "bad.toml", "-o", "bad"])));
         assert!(code == Some(2) && line.contains(why), "{line}");
     }
+}
+
+/// The craft in its own shadow and radiation, after a warm-up, with images at the ends of steps or at their own times.
+fn craft(output: &str, drawn: &str) -> Folder {
+    let scene = scene_with(&[("draw_every = 4", &format!("{drawn}\nwarm_up_orbits = 0.1"))]);
+    Folder::new(&format!("{scene}\n[shadows]\n[exchange]\nrays = 64\n{output}"))
+}
+
+const ASKS: &str = "[output]\nerror = true\n";
+
+fn image_in(path: &Path) -> Image {
+    read_exr(path).expect("an image").0
+}
+
+/// The image that a simulation shows at a time [s].
+fn image_at(simulation: &mut Simulation, time: f64) -> Image {
+    simulation.step_to(time).expect("it steps");
+    let camera = simulation.camera().expect("a camera").clone();
+    simulation.image(&camera, &Pose::OfCamera).expect("an image")
+}
+
+/// Bits of the stated errors.
+fn bits(image: &Image) -> Vec<u32> {
+    assert!(image.error.iter().any(|error| *error > 0.0), "some pixel has an error");
+    image.error.iter().map(|error| error.to_bits()).collect()
+}
+
+/// One image, images of poses, and a simulation that is driven from outside state the errors of a run.
+#[test]
+fn every_place_states_the_errors_of_a_run() {
+    let folder = craft(ASKS, "draw_every = 4");
+    let root = folder.0.path();
+    let load = || Simulation::load(&folder.path("scene.toml"), &Target::Reference).expect("a scene");
+    succeed(
+        root,
+        &["run", "scene.toml", "-o", "out", "--device", "cpu", "--save-state", "state", "--save-state-at", "240"],
+    );
+    let [early, late] = [4, 8].map(|step| image_in(&folder.path(&format!("out/frames/step_{step:06}.exr"))));
+    assert_ne!(bits(&early), bits(&late), "another time has other errors");
+
+    succeed(root, &["render", "scene.toml", "--time", "480", "-o", "one.exr", "--device", "cpu"]);
+    assert_eq!(bits(&image_in(&folder.path("one.exr"))), bits(&late));
+
+    let mut simulation = load();
+    assert_eq!(bits(&image_at(&mut simulation, 240.0)), bits(&early));
+    // A saved state has the errors, in a simulation and in the file of a run.
+    let saved = encode(&simulation.save().expect("a state")).expect("bytes");
+    let of_run = std::fs::read(folder.path("state")).expect("the state of the run");
+    for bytes in [&saved, &of_run] {
+        let mut other = load();
+        other.step_to(60.0).expect("it steps");
+        other.restore(&decode(bytes).expect("a state")).expect("it fits");
+        assert_eq!(bits(&image_at(&mut other, 480.0)), bits(&late));
+    }
+    // A step in two halves is another way, and its errors are other ones.
+    simulation.step_to(270.0).expect("it steps");
+    let halves = image_at(&mut simulation, 480.0);
+    assert_ne!(bits(&halves), bits(&late));
+    // They begin anew with a state that has none.
+    let silent = craft("", "draw_every = 4");
+    let mut silent = Simulation::load(&silent.path("scene.toml"), &Target::Reference).expect("a scene");
+    let without = image_at(&mut silent, 240.0);
+    assert!(without.error.is_empty() && without.temperature == early.temperature, "errors change no temperature");
+    let mut anew = load();
+    anew.restore(&silent.save().expect("a state")).expect("it fits");
+    let anew = image_at(&mut anew, 480.0);
+    assert!(bits(&anew) != bits(&late) && anew.temperature == late.temperature);
+}
+
+#[test]
+fn images_of_poses_state_the_errors_of_a_run() {
+    let folder = craft(ASKS, "images = { start = 0, stop = 600, rate_hz = 0.005 }");
+    let root = folder.0.path();
+    succeed(root, &["run", "scene.toml", "-o", "out", "--device", "cpu"]);
+    succeed(root, &["render", "scene.toml", "--poses", "out/images.csv", "-o", "poses", "--device", "cpu"]);
+    let images =
+        |of: &str| [1, 2, 3].map(|number| bits(&image_in(&folder.path(&format!("{of}/frames/image_{number:06}.exr")))));
+    let [run, poses] = ["out", "poses"].map(images);
+    assert!(run == poses && run[0] != run[1] && run[1] != run[2]);
+}
+
+#[test]
+fn a_state_without_errors_is_told() {
+    let folder = craft("", "draw_every = 4");
+    let root = folder.0.path();
+    succeed(
+        root,
+        &["run", "scene.toml", "-o", "out", "--device", "cpu", "--save-state", "state", "--save-state-at", "0"],
+    );
+    let scene = std::fs::read_to_string(folder.path("scene.toml")).expect("the scene");
+    folder.write("asks.toml", &format!("{scene}{ASKS}"));
+    let from = |scene: &str| {
+        let arguments = ["render", scene, "--time", "60", "-o", "a.exr", "--device", "cpu", "--from-state", "state"];
+        stderr(&end(isotherm(root, &arguments)))
+    };
+    assert!(from("asks.toml").contains("T_error begins anew at time 0"), "{}", from("asks.toml"));
+    assert!(!image_in(&folder.path("a.exr")).error.is_empty());
+    assert!(!from("scene.toml").contains("T_error"));
+    assert!(image_in(&folder.path("a.exr")).error.is_empty());
 }

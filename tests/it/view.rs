@@ -177,6 +177,37 @@ fn expected(folder: &Folder, target: &Target, step: u64, pose: &Pose) -> Image {
     images(folder, target, &[step], pose).remove(0)
 }
 
+/// The page has the errors of the temperatures where the scene asks, also after time went back.
+#[test]
+fn errors_are_those_of_the_facade() {
+    let scene = scene_with(&[("draw_every = 4", "draw_every = 4\nwarm_up_orbits = 0.1")]);
+    let folder = Folder::new(&format!("{scene}\n[shadows]\n[output]\nerror = true\n"));
+    let server = Server::new(&folder, &Target::Reference);
+    let mut page = Page::open(server.address);
+    assert_eq!(page.hello["error"], true);
+    let own = images(&folder, &Target::Reference, &[3, 9], &Pose::OfCamera);
+    let largest = own.iter().flat_map(|image| &image.error).copied().fold(0.0, f32::max);
+    assert!(largest > 0.01, "{largest} K");
+    for step in [9, 3, 9] {
+        let image = page.seek(step);
+        let differs = |own: &Image| {
+            let pairs = image.plane("error").iter().zip(&own.error);
+            pairs.map(|(a, b)| (*a as f32 - b).abs()).fold(0.0, f32::max)
+        };
+        // Half a number, whose value is 0.1 mK or more with the largest error.
+        let half = 1e-4f32.max(largest / f32::from(u16::MAX));
+        let [early, late] = [differs(&own[0]), differs(&own[1])];
+        let [right, other] = if step == 3 { [early, late] } else { [late, early] };
+        assert!(right <= half && other > 10.0 * half, "step {step}: {right} and {other} K");
+    }
+    server.end();
+    let server = Server::new(&Folder::new(SCENE), &Target::Reference);
+    let mut page = Page::open(server.address);
+    assert_eq!(page.hello["error"], false);
+    assert!(page.image().planes.iter().all(|(name, _)| name != "error"));
+    server.end();
+}
+
 /// The first image of a sensor is that of the façade, digital number by digital number.
 #[test]
 fn digital_numbers_are_those_of_the_sensor() {

@@ -23,6 +23,23 @@ impl Simulation {
         self.begin()?;
         self.target.check_image(&camera).map_err(GpuError::from)?;
         self.take_camera(camera)?;
+        let mut image = self.draw()?;
+        let sensor = self.prepared.scene.sensor.as_ref();
+        if sensor.is_none_or(|sensor| sensor.kelvin_per_count.is_none()) {
+            image.counts = None;
+        }
+        self.with_errors(|errors| errors.draw(&mut image, None));
+        let (time, width) = (self.time, image.camera.width as usize);
+        match image.not_finite() {
+            None => Ok(image),
+            Some((what, pixel, _)) => {
+                Err(SimulationError::NotFinite { time, what, x: pixel % width, y: pixel / width })
+            }
+        }
+    }
+
+    /// Draws for the camera that the engine has.
+    fn draw(&mut self) -> Result<Image, SimulationError> {
         let time = self.time;
         let prepared = &self.prepared;
         let absent = || SimulationError::from(CameraError::Pose("its path has no pose at this time"));
@@ -33,17 +50,7 @@ impl Simulation {
         let surroundings = surroundings_at(prepared, time, &pose);
         let order = Order { pose: Some(pose), joints: &joints, rows, surroundings, time, ..Order::default() };
         self.engine.submit(None, order)?;
-        let mut image = self.engine.deliver()?.image.ok_or_else(absent)?;
-        let width = image.camera.width as usize;
-        if prepared.scene.sensor.as_ref().is_none_or(|sensor| sensor.kelvin_per_count.is_none()) {
-            image.counts = None;
-        }
-        match image.not_finite() {
-            None => Ok(image),
-            Some((what, pixel, _)) => {
-                Err(SimulationError::NotFinite { time, what, x: pixel % width, y: pixel / width })
-            }
-        }
+        self.engine.deliver()?.image.ok_or_else(absent)
     }
 
     fn check(&self, camera: &Camera) -> Result<(), SimulationError> {

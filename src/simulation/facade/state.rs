@@ -16,7 +16,8 @@ impl Simulation {
     /// A call that fails.
     pub fn save(&mut self) -> Result<ThermalState, SimulationError> {
         self.begin()?;
-        Ok(ThermalState::take(&self.prepared, &mut *self.engine, None, self.time)?)
+        let state = ThermalState::take(&self.prepared, &mut *self.engine, None, self.time)?;
+        Ok(state.with_errors(self.with_errors(|errors| errors.save())))
     }
 
     /// Goes back to a saved state and to its time. Places and joints that were set from outside are forgotten: the craft follows the scene's own orbit until
@@ -48,7 +49,7 @@ impl Simulation {
         })?;
         self.prepared.loads = self.own.clone();
         (self.placed, self.begun, self.time) = (false, true, time);
-        Ok(())
+        self.restore_errors(saved)
     }
 
     /// Another engine for a camera, in a thermal state. Its sensor begins anew.

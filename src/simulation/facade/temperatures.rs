@@ -70,6 +70,11 @@ impl Simulation {
     /// Temperatures in the order of the device.
     fn slots(&mut self) -> Result<Vec<f32>, SimulationError> {
         self.begin()?;
+        self.read_temperatures()
+    }
+
+    /// The same without a beginning.
+    pub(super) fn read_temperatures(&mut self) -> Result<Vec<f32>, SimulationError> {
         let order = Order { temperatures: true, time: self.time, ..Order::default() };
         self.engine.submit(None, order)?;
         let Delivered { temperatures, .. } = self.engine.deliver()?;

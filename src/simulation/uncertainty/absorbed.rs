@@ -17,7 +17,7 @@ const FLAT: f64 = 1.0 - 1e-7;
 
 /// The corners and nodes of a craft as light meets them.
 pub(super) struct AbsorbingSurface<'a> {
-    prepared: &'a Prepared,
+    pub(super) prepared: &'a Prepared,
     pub(super) corners: Vec<AbsorbingCorner>,
     /// Sum of the areas of the corners of each node [m2].
     pub(super) areas: Vec<f64>,

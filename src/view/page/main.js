@@ -63,6 +63,8 @@ function begin(message) {
   by("map").replaceChildren(...hello.maps.map(({ name }) => new Option(name, name)));
   if (chosen) by("map").value = chosen;
   by("quantity").querySelector("[value=counts]").disabled = !hello.sensor;
+  by("quantity").querySelector("[value=error]").hidden = !hello.error;
+  if (!hello.error && by("quantity").value === "error") by("quantity").value = "temperature";
   by("home").disabled = !hello.scene_camera;
   if (hello.colour_range && by("lower").value === "") [by("lower").value, by("upper").value] = hello.colour_range;
   else if (by("lower").value === "") by("auto").checked = true;
@@ -75,13 +77,23 @@ function choose() {
   by("legend").hidden = quantity !== "material";
   for (const id of ["bar", "range", "of-map"]) by(id).hidden = quantity === "material";
   by("unit").textContent = quantity === "counts" ? "" : "K";
-  if (quantity === "counts") by("auto").checked = true;
-  send({ do: "show", quantity: quantity === "material" ? "temperature" : quantity });
+  if (quantity === "counts" || quantity === "error") by("auto").checked = true;
+  // Errors and materials come with every image.
+  send({ do: "show", quantity: ["error", "material"].includes(quantity) ? "temperature" : quantity });
   if (hello) drawBar(by("bar"), map());
   later();
 }
 
 const map = () => hello.maps.find(({ name }) => name === by("map").value) ?? hello.maps[0];
+
+/** The multiples of a number round a range, without the rounding of their products. */
+function ends([low, high], round) {
+  const lower = Math.floor(low / round) * round;
+  return [lower, Math.max(Math.ceil(high / round) * round, lower + round)].map((end) => Number(end.toPrecision(9)));
+}
+
+/** A tenth of the power of ten of the largest error. */
+const errorStep = (range) => 10 ** (Math.floor(Math.log10(Math.max(range?.[1] ?? 1, 1e-3))) - 1);
 
 /** Draws with the next frame of the browser. */
 function later() {
@@ -98,10 +110,9 @@ function draw() {
   const quantity = by("quantity").value;
   if (by("auto").checked && quantity !== "material") {
     const range = picture.range(quantity);
-    const round = quantity === "counts" ? 1 : 5;
+    const round = quantity === "error" ? errorStep(range) : quantity === "counts" ? 1 : 5;
     if (range) {
-      const lower = Math.floor(range[0] / round) * round;
-      const upper = Math.max(Math.ceil(range[1] / round) * round, lower + round);
+      const [lower, upper] = ends(range, round);
       if (document.activeElement !== by("lower")) by("lower").value = lower;
       if (document.activeElement !== by("upper")) by("upper").value = upper;
     }
@@ -137,6 +148,7 @@ function read() {
   };
   if (found.part === 0) line("strong", "space");
   else line("strong", `${found.temperature.toFixed(2)} K`);
+  if (found.part !== 0 && found.error !== undefined) line("span", `\u00b1 ${found.error.toPrecision(3)} K, one standard deviation`);
   if (found.apparent !== undefined) line("span", `apparent ${found.apparent.toFixed(2)} K`);
   if (found.counts !== undefined) line("span", `digital number ${found.counts}`);
   if (found.part !== 0) {

@@ -62,7 +62,7 @@ export class Picture {
       const { values, scale } = this.plane(quantity);
       this.fill(map, scale, lower, upper);
       const table = this.table;
-      const sky = quantity !== "temperature";
+      const sky = quantity !== "temperature" && quantity !== "error";
       for (let i = 0; i < out.length; i += 1) {
         out[i] = part[i] === 0 && !(sky && values[i] > 0) ? space : table[values[i]];
       }
@@ -100,7 +100,7 @@ export class Picture {
     const i = y * header.width + x;
     const value = (name) => planes[name] && planes[name].values[i] * planes[name].scale;
     return {
-      x, y, part: value("part"), material: value("material"), temperature: value("temperature"),
+      x, y, part: value("part"), material: value("material"), temperature: value("temperature"), error: value("error"),
       apparent: value("apparent"), counts: value("counts"),
     };
   }

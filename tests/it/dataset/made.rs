@@ -1,9 +1,10 @@
 //! The same bytes however a data set is made.
 
 use std::fs;
+use std::sync::atomic::AtomicBool;
 
-use isotherm::DatasetError;
-use isotherm::internals::Begin;
+use isotherm::internals::{Begin, OrbitRun, read_exr};
+use isotherm::{DatasetError, Pose, Simulation, Target};
 use serde_json::Value;
 
 use super::{Workshop, differing};
@@ -91,4 +92,41 @@ fn a_sample_is_what_the_spec_asks_for() {
         assert!((number("drawn.life.material.skin.emissivity") - (0.85 - 0.05 * age)).abs() < 1e-12);
         assert!(number("visible_pixels") >= 1.0);
     }
+}
+
+/// The EXR files of a scene that asks have the errors of a simulation that is driven through the same times.
+#[test]
+fn a_scene_that_asks_has_errors_in_its_radiance() {
+    let workshop = Workshop::new(&[("samples = 6", "samples = 2")]);
+    let scene = fs::read_to_string(workshop.path("scene.toml")).expect("a scene");
+    workshop.0.write("scene.toml", &format!("{scene}\n[shadows]\n[output]\nerror = true\n"));
+    workshop.whole("set");
+    let mut errors = Vec::new();
+    for (name, _) in workshop.tree("set").into_iter().filter(|(name, _)| name.ends_with(".exr")) {
+        errors.push(read_exr(&workshop.path("set").join(name)).expect("an image").0);
+    }
+    let (spec, scenes) = workshop.spec();
+    let mut run = OrbitRun::new(&spec, &scenes, &Target::Reference, 0).expect("an orbit");
+    let mut other: Option<Simulation> = None;
+    let mut images = 0;
+    run.run(&|_| true, &AtomicBool::new(false), &mut |_, simulation, image, _| {
+        let fresh =
+            || Simulation::from_scene(simulation.prepared().scene.clone(), &Target::Reference).expect("a scene");
+        let other = other.get_or_insert_with(fresh);
+        other.step_to(image.time).expect("it steps");
+        let expected = other.image(&image.camera, &Pose::OfCamera).expect("an image");
+        assert!(expected.error.iter().any(|error| *error > 0.0));
+        let file = errors.iter().find(|file| file.time.to_bits() == image.time.to_bits()).expect("its file");
+        assert!(file.error == expected.error, "at {} s", image.time);
+        let another = errors.iter().find(|file| file.time.to_bits() != image.time.to_bits()).expect("another file");
+        assert!(another.error != expected.error);
+        images += 1;
+        Ok(())
+    })
+    .expect("it runs");
+    assert_eq!(images, 2);
+
+    workshop.change(&[(r#"images = ["numbers", "radiance"]"#, r#"images = ["numbers"]"#)]);
+    let error = workshop.make("other", (0, 1), Begin::Fresh).expect_err("no place for errors").to_string();
+    assert!(error.contains("T_error") && error.contains("radiance"), "{error}");
 }

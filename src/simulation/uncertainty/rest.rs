@@ -1,0 +1,32 @@
+//! The errors between the steps of a simulation whose scene may change: camera, sensor and loads.
+
+use super::absorbed::{AbsorbingCorner, AbsorbingSurface};
+use super::exchange::ExchangeErrors;
+use super::materials::SurfaceConstants;
+use super::{Uncertainty, UncertaintyState};
+use crate::environment::shadow::LitAreas;
+use crate::simulation::prepare::Prepared;
+
+/// Errors that do not hold their scene.
+pub(crate) struct RestingErrors {
+    light: Option<LitAreas>,
+    corners: Vec<AbsorbingCorner>,
+    areas: Vec<f64>,
+    constants: Vec<SurfaceConstants>,
+    exchange: Option<ExchangeErrors>,
+    state: UncertaintyState,
+}
+
+impl<'a> Uncertainty<'a> {
+    /// Lets go of the scene.
+    pub(crate) fn rest(self) -> RestingErrors {
+        let Self { light, surface: AbsorbingSurface { corners, areas, .. }, constants, exchange, state, .. } = self;
+        RestingErrors { light, corners, areas, constants, exchange, state }
+    }
+
+    /// Goes on with the errors of a scene.
+    pub(crate) fn wake(prepared: &'a Prepared, errors: RestingErrors) -> Self {
+        let RestingErrors { light, corners, areas, constants, exchange, state } = errors;
+        Self { prepared, light, surface: AbsorbingSurface { prepared, corners, areas }, constants, exchange, state }
+    }
+}
