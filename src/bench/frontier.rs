@@ -1,30 +1,34 @@
-//! Milliseconds against kelvin: every response with and without shadows, against the accurate network with all light of the scene. Where the scene has
-//! radiation between surfaces, networks run with it too.
+//! Milliseconds against kelvin: every response with and without shadows, against the accurate network with all light and with every setting of
+//! `converge` finer: mesh, step, light, rays and patches. Where the scene has radiation between surfaces, networks run with it too.
 
 use std::sync::Arc;
 
 use serde::Serialize;
 
 use super::clock::{Deadline, OUT_OF_TIME};
-use super::models::{Basis, ModelRun, Moves, run};
+use super::models::{Basis, Failed, ModelRun, Moves, run};
+use crate::compare::responses;
+use crate::converge::finest::{FinestScene, images_after_start};
+use crate::converge::pixels::{PixelDifference, SurfaceImage, between};
 use crate::gpu::context::Context;
 use crate::scene::Scene;
+use crate::simulation::target::Target;
 use crate::thermal::material::Domain;
 use crate::thermal::network::control::Integrator;
 
 /// A response, with or without shadows and radiation between surfaces.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct FrontierRow {
+pub(crate) struct FrontierRow {
     pub(crate) response: String,
     pub(crate) shadows: bool,
     pub(crate) exchange: bool,
     /// Median device time of the thermal, shadow and network passes of a step [ms]. The wall time where the processor
     /// steps a network.
     pub(crate) step_ms: Option<f64>,
-    /// Root mean square difference from the accurate network with all light, over area and steps [K].
-    pub(crate) rms_k: Option<f64>,
-    /// The largest difference [K].
-    pub(crate) max_k: Option<f64>,
+    /// Difference of the pixels from the reference.
+    pub(crate) error: Option<PixelDifference>,
+    /// Root mean square difference from the accurate network with all light on the same mesh in the same steps, over area and steps [K].
+    pub(crate) from_accurate_k: Option<f64>,
     /// The reason if there are no numbers.
     pub(crate) failed: Option<String>,
 }
@@ -41,9 +45,41 @@ impl FrontierRow {
     }
 }
 
+/// The run from which the errors are.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub(crate) struct FrontierReference {
+    /// Its settings as `key = value`.
+    pub(crate) settings: String,
+    pub(crate) nodes: usize,
+    /// Mean wall time of a step [ms].
+    pub(crate) step_ms: f64,
+    /// Wall time of the run with its warm-up [s].
+    pub(crate) wall_s: f64,
+    #[serde(skip)]
+    images: Vec<SurfaceImage>,
+}
+
+impl FrontierReference {
+    /// Runs the accurate network with all light and all settings finer.
+    fn new(context: &Arc<Context>, basis: &Basis, says: &dyn Fn(&str)) -> Result<Self, Failed> {
+        let accurate = ACCURATE.prepared(lit(basis, [true, basis.stated.is_some()]), &basis.fits)?;
+        let FinestScene { scene, settings } = FinestScene::of(&accurate);
+        let finest = responses::network(&scene, &mut |_| ())?;
+        let (images, cost) = images_after_start(&finest, &Target::Device(Arc::clone(context)), says)?;
+        Ok(Self { settings, nodes: cost.nodes, step_ms: cost.step_ms, wall_s: cost.wall_s, images })
+    }
+}
+
+/// All rows, and their reference or why there is none.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Frontier {
+    pub(crate) rows: Vec<FrontierRow>,
+    pub(crate) reference: Option<Result<FrontierReference, String>>,
+}
+
 const ACCURATE: Moves = Moves::Network(Some(Integrator::Accurate));
 
-/// The responses. The reference comes first.
+/// The responses. The accurate one comes first.
 const RESPONSES: [(&str, Moves); 7] = [
     ("network, accurate", ACCURATE),
     ("network, default", Moves::Network(Some(Integrator::Default))),
@@ -67,15 +103,21 @@ fn lit(basis: &Basis, [shadows, exchange]: [bool; 2]) -> Scene {
     Scene { shadows, exchange: basis.stated.filter(|_| exchange), ..basis.scene.clone() }
 }
 
-/// Runs every response through the orbit of `basis`. Without the accurate network there are times only.
+/// Runs every response through the orbit of `basis`. A quick measurement has no reference, so it has times only.
 pub(crate) fn measure(
     context: &Arc<Context>,
     basis: &Basis,
     quick: bool,
     deadline: Deadline,
     says: &dyn Fn(&str),
-) -> Vec<FrontierRow> {
-    let mut truth: Option<ModelRun> = None;
+) -> Frontier {
+    let reference = (!quick && !deadline.is_past()).then(|| {
+        let told = |forecast: &str| says(&format!("frontier: reference with all settings finer, {forecast}"));
+        told("measured first");
+        FrontierReference::new(context, basis, &told).map_err(|error| error.to_string())
+    });
+    let error = |ran: &ModelRun| between(&reference.as_ref()?.as_ref().ok()?.images, &ran.surfaces);
+    let mut accurate: Option<ModelRun> = None;
     let mut rows = Vec::new();
     for (name, moves) in RESPONSES {
         for light @ [shadows, exchange] in lights(moves, basis.stated.is_some()) {
@@ -95,21 +137,15 @@ pub(crate) fn measure(
             let ran = moves.prepared(lit(basis, light), &basis.fits).and_then(|prepared| Ok(run(context, &prepared)?));
             match ran {
                 Err(error) => rows.push(FrontierRow { failed: Some(error.to_string()), ..row }),
-                Ok(ran) if moves == ACCURATE && truth.is_none() => {
-                    rows.push(FrontierRow { step_ms: ran.step_ms, rms_k: Some(0.0), max_k: Some(0.0), ..row });
-                    truth = Some(ran);
-                }
                 Ok(ran) => {
-                    let moved = truth.as_ref().map(|truth| ran.moved(truth, &basis.areas));
-                    rows.push(FrontierRow {
-                        step_ms: ran.step_ms,
-                        rms_k: moved.map(|moved| moved.rms_k),
-                        max_k: moved.map(|moved| moved.max_k),
-                        ..row
-                    });
+                    let from_accurate_k = accurate.as_ref().map(|accurate| ran.moved(accurate, &basis.areas).rms_k);
+                    rows.push(FrontierRow { step_ms: ran.step_ms, error: error(&ran), from_accurate_k, ..row });
+                    if moves == ACCURATE {
+                        accurate.get_or_insert(ran);
+                    }
                 }
             }
         }
     }
-    rows
+    Frontier { rows, reference }
 }

@@ -10,11 +10,12 @@ use super::clock::{Deadline, OUT_OF_TIME};
 use super::frames::resize;
 use crate::compare::responses::{self, OfMaterial};
 use crate::compare::walk;
+use crate::converge::pixels::SurfaceImage;
 use crate::exchange::step::ExchangeSettings;
 use crate::gpu::context::Context;
 use crate::model::nodes::GROUP;
 use crate::output::statistics::Percentiles;
-use crate::scene::Scene;
+use crate::scene::{Draw, Scene};
 use crate::simulation::device_engine::DeviceEngine;
 use crate::simulation::engine::{Engine, EngineError};
 use crate::simulation::prepare::Prepared;
@@ -148,6 +149,8 @@ pub(super) struct ModelRun {
     temperatures: Vec<Vec<f32>>,
     /// Radiance of the drawn steps [W m-2 sr-1].
     images: Vec<Vec<f32>>,
+    /// Temperatures and parts of the same pixels.
+    pub(super) surfaces: Vec<SurfaceImage>,
     /// Median time of a step [ms], including the network.
     pub(super) step_ms: Option<f64>,
 }
@@ -246,6 +249,7 @@ pub(crate) fn measure(
 fn one_orbit(scene: &Scene, quick: bool) -> Scene {
     let mut base = scene.clone();
     base.sensor = None;
+    base.time.draw = Draw::Every(DRAW_EVERY);
     base.time.steps = if quick { QUICK_STEPS } else { STEPS };
     base.time.step = base.orbit.period() / f64::from(base.time.steps);
     base.time.periodic = scene.time.periodic.filter(|_| !quick).map(|tolerance| tolerance.max(0.5));
@@ -266,7 +270,7 @@ pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<ModelRu
     let mut before = device_ms(&engine);
     let mut step_ms = Vec::new();
     let length = prepared.scene.time.step;
-    let mut ran = ModelRun { temperatures: vec![], images: vec![], step_ms: None };
+    let mut ran = ModelRun { temperatures: vec![], images: vec![], surfaces: vec![], step_ms: None };
     for number in 1..=prepared.scene.time.steps {
         let to = f64::from(number) * length;
         walk::advance(prepared, &mut engine, number)?;
@@ -277,7 +281,10 @@ pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<ModelRu
         before = after;
         ran.temperatures.push(walk::of_vertices(prepared, &walk::temperatures(&mut engine)?));
         if camera.is_some() && number % DRAW_EVERY == 0 {
-            ran.images.extend(walk::draw(prepared, &mut engine, to)?.1.map(|image| image.radiance));
+            if let Some(image) = walk::draw(prepared, &mut engine, to)?.1 {
+                ran.images.push(image.radiance);
+                ran.surfaces.push((image.temperature, image.part));
+            }
         }
     }
     // A median, because the first steps also compile pipelines.
@@ -322,7 +329,7 @@ mod tests {
 
     fn ran(temperature: f32, radiance: f32) -> ModelRun {
         let images = vec![vec![radiance, 0.0]];
-        ModelRun { temperatures: vec![vec![temperature, 300.0]; 2], images, step_ms: None }
+        ModelRun { temperatures: vec![vec![temperature, 300.0]; 2], images, surfaces: vec![], step_ms: None }
     }
 
     #[test]

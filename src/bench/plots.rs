@@ -1,7 +1,7 @@
 //! Plots of times against numbers of nodes or errors.
 
 use super::frames::FrameRow;
-use super::frontier::FrontierRow;
+use super::frontier::Frontier;
 use super::integrators::Integrated;
 use super::models::Models;
 use super::record::Bench;
@@ -117,19 +117,22 @@ fn models(models: &Models) -> Option<Plot> {
     lines_of(title, subtitle, labels, lines)
 }
 
-/// Two points for each response, with and without shadows: cost against error. The accurate network with shadows has no error and no point.
-fn frontier(rows: &[FrontierRow], models: &Models) -> Option<Plot> {
+/// A line for each response, over the light between parts: cost against error.
+fn frontier(frontier: &Frontier, models: &Models) -> Option<Plot> {
     let mut lines = Vec::new();
-    for row in rows {
-        if let (Some(cost), Some(rms)) = (row.step_ms, row.rms_k.filter(|rms| *rms > 0.0)) {
-            push(&mut lines, &format!("{}, {}", row.response, row.light()), [cost, rms]);
+    for row in frontier.rows.iter().rev() {
+        if let (Some(cost), Some(error)) = (row.step_ms, row.error) {
+            push(&mut lines, &row.response, [cost, error.rms]);
         }
     }
-    let exact = rows.iter().find(|row| row.rms_k == Some(0.0)).and_then(|row| row.step_ms);
-    let cost = exact.map_or(String::new(), |ms| format!(", at {ms:.2} ms a step"));
+    let reference = frontier.reference.as_ref()?.as_ref().ok()?;
     let title = format!("Milliseconds against kelvin: {}", models.scene);
-    let subtitle = format!("{} nodes; error against the accurate network with all light{cost}", models.nodes);
-    let labels = ["thermal, shadow and network passes of a step [ms]", "error of the temperature, rms [K]"];
+    let subtitle = format!(
+        "{} nodes; lines run from no shadows over shadows to exchange; reference: all settings finer, {} nodes, {:.0} ms a step",
+        models.nodes, reference.nodes, reference.step_ms
+    );
+    let labels =
+        ["thermal, shadow and network passes of a step [ms]", "error of pixels against finer settings, rms [K]"];
     lines_of(title, subtitle, labels, lines)
 }
 

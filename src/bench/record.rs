@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::drivers::DriverRow;
 use super::frames::FrameRow;
-use super::frontier::FrontierRow;
+use super::frontier::Frontier;
 use super::hard::HardRow;
 use super::integrators::Integrated;
 use super::limits::Limits;
@@ -56,7 +56,7 @@ pub struct DeviceMeasurements {
     /// Cost and effect of each model choice.
     pub models: Option<Models>,
     /// Cost and error of each response, with and without shadows.
-    pub frontier: Vec<FrontierRow>,
+    pub frontier: Frontier,
     /// Cost and error of integrators, for each case.
     pub integrators: Vec<Integrated>,
     /// The hard cases.

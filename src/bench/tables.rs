@@ -2,7 +2,7 @@
 
 use super::drivers::DriverRow;
 use super::frames::{FrameRow, IMAGE};
-use super::frontier::FrontierRow;
+use super::frontier::{Frontier, FrontierReference, FrontierRow};
 use super::hard::HardRow;
 use super::integrators::{Integrated, IntegratorRun};
 use super::models::{ChoiceRow, DRAW_EVERY, MOST_ORBITS, Moved};
@@ -10,6 +10,7 @@ use super::record::{Bench, DeviceMeasurements};
 use super::responses::ResponseRow;
 use super::schemes::ABSENT;
 use super::truth::CaseSummary;
+use crate::converge::search::seconds;
 use crate::output::html::{kelvin_text, significant};
 use crate::output::statistics::Percentiles;
 
@@ -219,26 +220,48 @@ pub(crate) fn models(measured: &DeviceMeasurements) -> Option<BenchTable> {
 
 /// Cost and error of each response, with and without shadows and radiation between surfaces (exchange).
 pub(crate) fn frontier(measured: &DeviceMeasurements) -> Option<BenchTable> {
+    let Frontier { rows, reference } = &measured.frontier;
+    let accurate = rows.first().and_then(|row| row.error).map_or(f64::NAN, |error| error.rms);
+    let told = match reference {
+        None => "A quick measurement has no reference, so it has no errors.".to_owned(),
+        Some(Err(reason)) => format!("There are no errors, because their reference could not run: {reason}"),
+        Some(Ok(FrontierReference { settings, nodes, step_ms, wall_s, .. })) => format!(
+            "Errors are of pixels that show the same part, against the accurate network with all light and all settings of `isotherm converge` finer: \
+             {settings}. That run has {nodes} nodes, takes {} ms a step and took {}. Its own error is not measured. Errors that halve with mesh and step would \
+             leave it as far from the truth as the accurate network with all light is from it, {}.",
+            significant(*step_ms),
+            seconds(*wall_s),
+            kelvin_text(accurate)
+        ),
+    };
     let row = |row: &FrontierRow| {
         let mut cells = vec![row.response.clone(), row.light().to_owned()];
         if let Some(reason) = &row.failed {
-            return not_run(cells, reason, 5);
+            return not_run(cells, reason, 7);
         }
         let kelvins = |value: Option<f64>| value.map_or(dash(), kelvin_text);
-        cells.extend([number(row.step_ms), kelvins(row.rms_k), kelvins(row.max_k)]);
+        cells.push(number(row.step_ms));
+        let errors = row.error.map_or([None; 3], |error| [error.rms, error.p99, error.max].map(Some));
+        cells.extend(errors.map(kelvins));
+        cells.push(kelvins(row.from_accurate_k));
         cells
     };
-    (!measured.frontier.is_empty()).then(|| BenchTable {
+    (!rows.is_empty()).then(|| BenchTable {
         title: format!("Milliseconds against kelvin on {}", measured.name),
         head: heads(&[
             "response",
             "light between parts",
             "ms a step",
-            "from the accurate network with all light: rms",
+            "error of pixels: rms",
+            "p99",
             "largest",
+            "of it by response and light: rms from the accurate network on the same mesh",
         ]),
-        rows: measured.frontier.iter().map(row).collect(),
-        notes: vec!["Every run starts as the scene states, in the steps of the table of model choices.".to_owned()],
+        rows: rows.iter().map(row).collect(),
+        notes: vec![
+            told,
+            "Every run starts as the scene states, in the steps of the table of model choices.".to_owned(),
+        ],
     })
 }
 

@@ -1,11 +1,12 @@
 //! Finds by finer runs how far the settings of a scene are from convergence, and the cheapest settings that are near enough.
 //!
 //! `knobs` says how each setting is refined. `walk` takes a variant through the steps and images of the scene. `pixels` compares two runs. `search` runs
-//! the variants and chooses. `files` writes the results.
+//! the variants and chooses. `files` writes the results. `finest` is a reference for other rooms.
 
 pub(crate) mod files;
+pub(crate) mod finest;
 mod knobs;
-mod pixels;
+pub(crate) mod pixels;
 pub(crate) mod search;
 mod walk;
 

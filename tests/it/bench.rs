@@ -1,6 +1,7 @@
 //! `isotherm bench`: counts of work and errors of every integrator on small cases, and the files of the command. No
 //! test depends on times.
 
+use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::LazyLock;
@@ -12,6 +13,7 @@ use isotherm::internals::{
     measure_integrator,
 };
 
+use super::craft::{Folder as SceneFolder, glb_of_box};
 use super::device::context;
 use super::program::{end, isotherm, refusal, run};
 
@@ -221,4 +223,87 @@ fn a_copy_may_be_longer_than_a_binding() {
     }
     let samples = isotherm::internals::copies(&context, longer, 1).expect("no shader binds what is copied");
     assert_eq!(samples.wall_ms.len(), 1);
+}
+
+/// Period of the plate's orbit, and its step and that of its warm-up [s].
+const PERIOD: f64 = 5553.6;
+const STEPS: [f64; 2] = [PERIOD / 60.0, 60.0];
+
+/// Temperatures of a plate [K] in ten images of an orbit, whose cosine to the Sun is cos 30 sin 50 + sin 30 cos 50 cos(20 deg + 2 pi t / period), under the
+/// mean load of each step, by the classical Runge-Kutta method. `finer` divides all steps.
+fn plate(capacity: f64, finer: f64) -> Vec<f64> {
+    let [step, warm_up] = STEPS.map(|step| step / finer);
+    let before = (PERIOD / warm_up).round() as i32;
+    let warm = (-before..0).map(|number| [f64::from(number), f64::from(number + 1)].map(|number| number * warm_up));
+    let after = (0..(PERIOD / step).round() as i32)
+        .map(|number| [f64::from(number), f64::from(number + 1)].map(|number| number * step));
+    let every = 6 * finer as usize;
+    let mut kelvin = 300.0f64;
+    let mut drawn = Vec::new();
+    for (number, ends) in warm.chain(after).enumerate() {
+        let [from, to] = ends.map(|time| 20f64.to_radians() + TAU * time / PERIOD);
+        let (tilt, beta) = (30f64.to_radians(), 50f64.to_radians());
+        let mean = tilt.cos() * beta.sin() + tilt.sin() * beta.cos() * (to.sin() - from.sin()) / (to - from);
+        let rate = |kelvin: f64| (0.4 * 1361.0 * mean - 0.63 * 5.670374419e-8 * kelvin.powi(4)) / capacity;
+        let h = (ends[1] - ends[0]) / 200.0;
+        for _ in 0..200 {
+            let a = rate(kelvin);
+            let b = rate(kelvin + h / 2.0 * a);
+            let c = rate(kelvin + h / 2.0 * b);
+            let d = rate(kelvin + h * c);
+            kelvin += h / 6.0 * (a + 2.0 * b + 2.0 * c + d);
+        }
+        if (number + 1).checked_sub(before as usize).is_some_and(|step| step > 0 && step.is_multiple_of(every)) {
+            drawn.push(kelvin);
+        }
+    }
+    drawn
+}
+
+/// Root mean square difference of two lists [K].
+fn apart(one: &[f64], other: &[f64]) -> f64 {
+    (one.iter().zip(other).map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / one.len() as f64).sqrt()
+}
+
+/// The accurate network has an error too: that of its mesh, its light and its step.
+#[test]
+fn the_frontier_has_the_true_error_of_the_accurate_network() {
+    let device = context().info.name.clone();
+    let folder = SceneFolder::new(&format!(
+        "name = \"plate\"\n[model]\npath = \"made.glb\"\n[time]\nstep = 60\nsteps = 10\ndraw_every = 5\n\
+         [orbit]\naltitude = 408e3\nperiod = {PERIOD}\nbeta_deg = 50\nphase_deg = 20\n[attitude]\nmode = \"nadir\"\n\
+         [environment]\nsolar_constant = 1361\neclipse = false\n[shadows]\n[initial]\ntemperature = 300\n\
+         [[material]]\nmatch = \"skin\"\nabsorptivity = 0.4\nemissivity = 0.63\nsides = \"outside\"\nresponse = \"network\"\n\
+         thickness = 0.0005\ndensity = 1000\nspecific_heat = 400\nconductivity = 0\n\
+         heating = {{ function = \"quadratic\", t_max = 200 }}\ncooling = {{ function = \"quadratic\", t_max = 200 }}\n\
+         [radiance]\nband_um = [8, 14]\n[camera]\nwidth = 24\nheight = 24\nfov_deg = 40\nframe = \"body\"\n\
+         position = [0, -3.4641016, -2]\nlook_at = [0, 0, 0]\nup = [1, 0, 0]\n"
+    ));
+    let mut maker = glb_of_box();
+    // The face away from the planet turns to the Sun's side of the orbit.
+    maker.json["nodes"][0]["rotation"] = serde_json::json!([-0.5, 0.0, 0.0, 0.866_025_4]);
+    maker.save(folder.0.path());
+    let arguments = ["bench", "-o", "out", "--only", "models", "--model-scene", "scene.toml", "--device", &device];
+    let ran = run(folder.0.path(), &arguments);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    let record = std::fs::read(folder.path("out").join(RECORD)).expect("the record");
+    let record: serde_json::Value = serde_json::from_slice(&record).expect("JSON");
+    let frontier = &record["devices"][0]["frontier"];
+    let row = |number: usize| &frontier["rows"][number];
+    assert_eq!(row(0)["response"], "network, accurate", "{frontier}");
+    let error = row(0)["error"]["rms"].as_f64().expect("an error");
+    let known = |capacity| apart(&plate(capacity, 1.0), &plate(capacity, 2.0));
+    println!("{error} K for {} K", known(200.0));
+    assert!((error - known(200.0)).abs() < 0.01 * known(200.0), "{error} K for {} K", known(200.0));
+    assert!((error - known(220.0)).abs() > 0.01 * known(200.0), "a plate that stores more must show");
+    // From the accurate network on the same mesh the difference is another one.
+    let instant = frontier["rows"].as_array().expect("rows").iter().find(|row| row["response"] == "instant");
+    let instant = instant.expect("a row");
+    let other = instant["error"]["rms"].as_f64().expect("an error");
+    assert!((other - error).abs() > 0.01 * error && instant["from_accurate_k"].as_f64() > Some(1.0), "{instant}");
+    assert!(row(0)["from_accurate_k"].is_null());
+    let settings = frontier["reference"]["Ok"]["settings"].as_str().expect("settings");
+    assert!(settings.contains("time.step = 46.28") && settings.contains("model.max_edge"), "{settings}");
+    assert!(ran.out.contains("all settings of `isotherm converge` finer") && ran.out.contains(settings), "{}", ran.out);
+    assert!(folder.path("out/plots/frontier_1.svg").exists());
 }

@@ -9,7 +9,7 @@ use serde_json::json;
 
 use super::craft::{Folder, SCENE, glb_of_box, scene_with};
 use super::model::make::Maker;
-use super::program::{end, isotherm, refusal, stderr, succeed};
+use super::program::{end, isotherm, stderr, succeed};
 
 /// Heat capacity of the plate [J/(m2 K)], length of a step [s], and steps of the run.
 const CAPACITY: f64 = 200.0;
@@ -235,16 +235,20 @@ fn what_can_not_be_compared_is_refused() {
     refused(&away, &["-o", "out", "--device", "cpu"], "no pixel of its images shows the craft");
 }
 
+/// A scene of many steps tells its forecast before its first run has ended.
 #[cfg(unix)]
 #[test]
-fn a_signal_leaves_nothing() {
+fn a_signal_after_the_forecast_leaves_nothing() {
     let folder =
         Folder::new(&scene_with(&[("steps = 12", "steps = 100000"), ("draw_every = 4", "draw_every = 50000")]));
     let mut command = isotherm(folder.0.path(), &["converge", "scene.toml", "-o", "out"]);
-    command.stdout(Stdio::piped()).stderr(Stdio::piped());
-    let out = folder.path("out");
-    let output = super::run_stopped::interrupted(command, "INT", || out.exists());
-    let (code, line) = refusal(&output);
-    assert!(code == Some(1) && line.contains("stopped"), "{}", stderr(&output));
-    assert!(!out.exists());
+    let log = folder.path("log");
+    command.stdout(Stdio::piped()).stderr(std::fs::File::create(&log).expect("a log"));
+    let told = || std::fs::read_to_string(&log).expect("the log");
+    let forecast = "forecast from measured steps: about ";
+    let output = super::run_stopped::interrupted(command, "INT", || told().contains(forecast));
+    let told = told();
+    assert!(output.status.code() == Some(1) && told.contains("error: stopped"), "{told}");
+    assert!(!told.contains("these took"), "the first two runs had not ended: {told}");
+    assert!(!folder.path("out").exists());
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::{DVec2, DVec3};
 use isotherm::internals::{STEFAN_BOLTZMANN, decode, encode, read_exr};
-use isotherm::{Image, Pose, Simulation, Target};
+use isotherm::{Image, Placement, Pose, Simulation, Target};
 use serde_json::{Value, json};
 
 use super::craft::{Folder, scene_with};
@@ -247,4 +247,18 @@ fn a_state_without_errors_is_told() {
     assert!(!image_in(&folder.path("a.exr")).error.is_empty());
     assert!(!from("scene.toml").contains("T_error"));
     assert!(image_in(&folder.path("a.exr")).error.is_empty());
+}
+
+/// Nothing says where a placed craft was before, so its errors begin at its first place.
+#[test]
+fn the_errors_of_a_placed_craft_begin_with_its_first_place() {
+    let folder = craft(ASKS, "draw_every = 4");
+    let load = || Simulation::load(&folder.path("scene.toml"), &Target::Reference).expect("a scene");
+    let [mut placed, mut own] = [load(), load()];
+    for time in [100.0, 160.0] {
+        placed.place(Placement { time, ..Placement::default() }).expect("a place");
+    }
+    let image = image_at(&mut placed, 160.0);
+    assert!(image.error.iter().all(|error| error.is_finite()));
+    assert_ne!(bits(&image), bits(&image_at(&mut own, 160.0)));
 }

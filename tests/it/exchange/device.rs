@@ -9,7 +9,7 @@ use isotherm::internals::{
 };
 use serde_json::json;
 
-use crate::craft::{Folder, never, scene_with};
+use crate::craft::{Folder, glb_of_box, never, scene_with};
 use crate::device::{Worst, assert_silent, context};
 use crate::hazards::each_barrier_is_needed;
 use crate::mesh_network::{CELLS, SKIN, TRANSITION, history};
@@ -64,6 +64,20 @@ fn steps_follow_their_twin_with_every_response() {
         assert!(change.difference > 1.0, "{what}: exchange changes {} K", change.difference);
     }
     assert_silent(&context);
+}
+
+/// Surfaces of a convex craft do not see each other. The device steps it all the same.
+#[test]
+fn a_convex_craft_has_exchange_without_rows() {
+    let folder = Folder::new(
+        "name = \"box\"\n[model]\npath = \"made.glb\"\n[time]\nstep = 60\nsteps = 5\ndraw_every = 0\n[orbit]\naltitude = 408e3\n[attitude]\nmode = \"nadir\"\n\
+             [environment]\nsolar_constant = 1361\nplanet_ir = 237\neclipse = false\n[initial]\ntemperature = 300\n\
+             [[material]]\nmatch = \"skin\"\nabsorptivity = 0.4\nemissivity = 0.63\nsides = \"outside\"\nresponse = \"radiative\"\n\
+             heat_capacity_per_area = 200\n[shadows]\n[exchange]\n[radiance]\nband_um = [8, 14]\n",
+    );
+    glb_of_box().save(folder.0.path());
+    let worst = apart(&context(), &folder.prepared());
+    worst.within(0.01, "K", "a box with exchange");
 }
 
 /// The warm-up asks the tables of the device, and the f64 exchange, for the same.

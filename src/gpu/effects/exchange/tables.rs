@@ -72,6 +72,10 @@ impl ExchangeTables {
             (0..).zip(&order).map(row).collect()
         };
         let [infrared, reflected] = [&exchange.infrared, &exchange.sunlight].map(|areas| rows(&areas.between));
+        // A craft whose surfaces do not see each other has a buffer all the same. No row has this entry.
+        if entries.is_empty() {
+            entries.push([0; 4]);
+        }
         let patches = order.iter().zip(infrared.iter().zip(&reflected)).map(|(number, (entries, reflected))| {
             let patch = &exchange.patches[*number as usize];
             let itself = |areas: &Areas| areas.between.at(*number as usize, *number) as f32;
