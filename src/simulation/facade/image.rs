@@ -21,8 +21,10 @@ impl Simulation {
         let camera = pose.of(camera);
         self.check(&camera)?;
         self.begin()?;
-        self.target.check_image(&camera).map_err(GpuError::from)?;
         self.take_camera(camera)?;
+        let camera = &self.drawn;
+        let room = camera.as_ref().map(|camera| self.target.reserve_image(camera)).transpose();
+        let _room = room.map_err(GpuError::from)?;
         let time = self.time;
         let prepared = &self.prepared;
         let absent = || SimulationError::from(CameraError::Pose("its path has no pose at this time"));
