@@ -1,6 +1,6 @@
 //! Free and peak memory of the host, the memory that this process may take, and the load of the processors.
 
-use std::sync::OnceLock;
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 /// Free memory of the host, within the address space of this process [bytes]. `None` where the system does not report it.
 pub(crate) fn free_memory() -> Option<u64> {
@@ -63,9 +63,67 @@ fn memory_budget() -> Option<u64> {
     *BUDGET.get_or_init(|| Some((SHARE * free_memory()? as f64) as u64 + resident_memory()?))
 }
 
+/// Memory that was promised to large requests under way.
+struct Promised {
+    bytes: u64,
+    /// Memory of this process when the first of them came [bytes].
+    before: u64,
+}
+
+static PROMISED: Mutex<Promised> = Mutex::new(Promised { bytes: 0, before: 0 });
+
+fn promised() -> MutexGuard<'static, Promised> {
+    PROMISED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Promised {
+    /// Memory that this process may still take, beside the part of the promises that is not taken yet [bytes].
+    fn left(&self) -> Option<u64> {
+        let resident = resident_memory()?;
+        let left = memory_budget()?.saturating_sub(resident).min(free_memory()?);
+        let ahead = if self.bytes > 0 { (self.before + self.bytes).saturating_sub(resident) } else { 0 };
+        Some(left.saturating_sub(ahead))
+    }
+}
+
 /// Memory that this process may still take [bytes]. `None` where the system does not report any.
 pub(crate) fn memory_left() -> Option<u64> {
-    Some(memory_budget()?.saturating_sub(resident_memory()?).min(free_memory()?))
+    promised().left()
+}
+
+/// Memory that is kept for a large request as long as this lives.
+#[derive(Debug)]
+pub(crate) struct Reservation(u64);
+
+impl Drop for Reservation {
+    fn drop(&mut self) {
+        promised().bytes -= self.0;
+    }
+}
+
+/// Keeps memory for a large request, so that several at once find room only for all of them. `what` names the request.
+///
+/// # Errors
+/// The process would take more memory than it may, or the system gives none.
+pub(crate) fn reserve_memory(bytes: u64, what: impl FnOnce() -> String) -> Result<Reservation, OverBudget> {
+    let mut promised = promised();
+    if bytes > SMALL
+        && let Some((budget, left)) = memory_budget().zip(promised.left())
+    {
+        let refused = |what: String| OverBudget { what, bytes, left, budget, whose: "this process" };
+        if bytes > left {
+            return Err(refused(what()));
+        }
+        // The system may refuse what it reports as free. A piece that nobody touches costs nothing.
+        if Vec::<u8>::new().try_reserve_exact(usize::try_from(bytes).unwrap_or(usize::MAX)).is_err() {
+            return Err(refused(format!("{}, for which the system gives no memory,", what())));
+        }
+    }
+    if promised.bytes == 0 {
+        promised.before = resident_memory().unwrap_or_default();
+    }
+    promised.bytes += bytes;
+    Ok(Reservation(bytes))
 }
 
 /// Checks a large request before it is made. `what` names it.
@@ -73,12 +131,7 @@ pub(crate) fn memory_left() -> Option<u64> {
 /// # Errors
 /// The process would take more memory than it may.
 pub(crate) fn check_memory(bytes: u64, what: impl FnOnce() -> String) -> Result<(), OverBudget> {
-    match memory_budget().zip(memory_left()).filter(|_| bytes > SMALL) {
-        Some((budget, left)) if bytes > left => {
-            Err(OverBudget { what: what(), bytes, left, budget, whose: "this process" })
-        }
-        _ => Ok(()),
-    }
+    reserve_memory(bytes, what).map(drop)
 }
 
 /// The same for everything that a session of a server asks for together: its share is a fourth.
@@ -171,6 +224,13 @@ mod tests {
         assert_eq!(check_memory(SMALL, || unreachable!("it is small")), Ok(()));
         assert_eq!(check_memory(2 * SMALL, || unreachable!("it fits")), Ok(()));
         let budget = memory_budget().expect("Linux tells");
+        // What one request was promised is not left for the next.
+        let half = memory_left().expect("Linux tells") / 5 * 3;
+        let first = reserve_memory(half, || "the first".to_owned()).expect("it fits");
+        let refused = reserve_memory(half, || "the second".to_owned()).unwrap_err();
+        assert!(refused.what == "the second" && refused.left < half, "{refused:?}");
+        drop(first);
+        drop(reserve_memory(half, || unreachable!("the first has gone")).expect("it fits now"));
         let refused = check_session_memory(budget / 3, || "eight images".to_owned()).unwrap_err();
         assert_eq!((refused.whose, refused.budget), ("a session", budget / 4));
     }

@@ -171,6 +171,7 @@ pub use crate::simulation::{
     thermal_state::ThermalState,
     viewpoint::{camera_from_body, device_view, raster_view, source_view},
 };
+pub use crate::stop::{Stopped, until};
 pub use crate::text::is_hidden;
 pub use crate::thermal::{
     STEFAN_BOLTZMANN,

@@ -41,6 +41,7 @@ mod raster;
 mod scene;
 mod server;
 mod simulation;
+mod stop;
 mod text;
 mod thermal;
 mod trace;

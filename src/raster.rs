@@ -25,6 +25,8 @@ use triangle::{Projected, RayBounds, draw, project};
 pub(crate) use view::{RasterView, places};
 use view::{centres, grid, rays_of_row};
 
+use crate::stop::Watch;
+
 /// Pixels of a row that are tried together.
 const BLOCK: usize = 16;
 
@@ -40,7 +42,11 @@ pub fn rasterise(surface: &RasterSurface, view: &RasterView, radiance: impl Fn(f
     // Identity and temperature are taken at the centre, which is the place of a single sample.
     places.extend((counted > 1).then_some([0.5, 0.5]));
     let each = places.len();
+    let watch = Watch::begin();
     pixels.par_chunks_mut(view.width.max(1) as usize).enumerate().for_each(|(row, pixels)| {
+        if watch.is_over() {
+            return;
+        }
         let rays = rays_of_row(view, row as u32, &places);
         let around = |rays: &[DVec2]| rays.iter().fold(RayBounds::NONE, |bounds, ray| bounds.with(*ray));
         let blocks: Vec<RayBounds> = rays.chunks(BLOCK * each).map(around).collect();
@@ -69,5 +75,6 @@ pub fn rasterise(surface: &RasterSurface, view: &RasterView, radiance: impl Fn(f
             };
         }
     });
+    watch.look();
     pixels
 }

@@ -1,8 +1,8 @@
 //! Data sets: a shard of one, made in this process.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use isotherm::internals::{Begin, DatasetOrder, DatasetSummary, SceneText, Shard, Spec, make};
 use isotherm::{DatasetError, Reach, SimulationError, Target};
@@ -11,9 +11,7 @@ use pyo3::types::PyDict;
 
 use crate::device::open;
 use crate::error::{raised, refused};
-
-/// Time between two looks at signals.
-const LOOK_EVERY: Duration = Duration::from_millis(100);
+use crate::interrupt::interruptible;
 
 fn reach(path: &Path, allow_outside: bool) -> Reach {
     if allow_outside { Reach::Anywhere } else { Reach::of(path) }
@@ -43,8 +41,7 @@ pub fn make_dataset<'py>(
     if shard >= shards {
         return Err(refused(py, format!("shard {shard} of {shards}: shards count from 0")));
     }
-    let mut signal: Option<PyErr> = None;
-    let work = || -> Result<DatasetSummary, DatasetError> {
+    let work = |stop: &Arc<AtomicBool>| -> Result<DatasetSummary, DatasetError> {
         let loaded = Spec::load(&spec, &reach(&spec, allow_outside))?;
         let scenes = SceneText::load(&loaded.scene, reach(&loaded.scene, allow_outside))?;
         let target: Target = open(device)?;
@@ -57,19 +54,9 @@ pub fn make_dataset<'py>(
             begin: Begin::Resume,
             allows_outside: allow_outside,
         };
-        let (stop, mut looked) = (AtomicBool::new(false), Instant::now());
-        make(&order, &stop, &mut |_| {
-            if looked.elapsed() >= LOOK_EVERY && signal.is_none() {
-                looked = Instant::now();
-                signal = Python::attach(|py| py.check_signals().err());
-                stop.store(signal.is_some(), Ordering::Relaxed);
-            }
-        })
+        make(&order, stop, &mut |_| ())
     };
-    let made = py.detach(work);
-    if let Some(signal) = signal {
-        return Err(signal);
-    }
+    let made = py.detach(|| interruptible(work))?;
     let made = made.map_err(|error| dataset_error(py, error))?;
     let told = PyDict::new(py);
     told.set_item("images", made.images)?;

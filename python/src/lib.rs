@@ -8,6 +8,7 @@ mod device;
 mod error;
 mod frame;
 mod held;
+mod interrupt;
 mod numbers;
 mod simulation;
 mod sky;

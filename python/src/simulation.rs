@@ -1,8 +1,9 @@
 //! A simulation: steps, images, places and states.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use glam::DVec3;
 use isotherm::internals::{ThermalState, decode, encode};
@@ -16,11 +17,9 @@ use crate::device;
 use crate::error::{raised, refused, wrong_arguments};
 use crate::frame::Frame;
 use crate::held::Held;
+use crate::interrupt::{LOOK_EVERY, interruptible, look_for_signals};
 use crate::numbers::{quaternion, vector};
 use crate::sky::Sky;
-
-/// Time between two looks whether Ctrl-C was pressed.
-const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 const FRAMES: [(&str, CameraFrame); 3] =
     [("body", CameraFrame::Body), ("orbit", CameraFrame::Orbit), ("inertial", CameraFrame::Inertial)];
@@ -87,13 +86,30 @@ impl Simulation {
         done.map_err(|error| raised(py, &error))
     }
 
-    /// The same for work of many steps, which Ctrl-C ends after the step under way.
+    /// The same for work that Ctrl-C ends wherever it is.
+    fn with_long<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut isotherm::Simulation, &Arc<AtomicBool>) -> Result<T, SimulationError> + Send,
+    ) -> PyResult<T> {
+        self.refuse_itself(py)?;
+        let done = py.detach(|| {
+            let mut inner = self.inner.take(look_for_signals)?;
+            let inner = &mut *inner;
+            interruptible(|stop| work(inner, stop))
+        })?;
+        done.map_err(|error| raised(py, &error))
+    }
+
+    /// The same for work of many steps, which Ctrl-C ends after the step under way. What precedes the first step ends at once.
     fn through(
         &self,
         py: Python<'_>,
         work: impl FnOnce(&mut isotherm::Simulation, &AtomicBool, &mut dyn FnMut()) -> Result<bool, SimulationError> + Send,
     ) -> PyResult<()> {
-        self.refuse_itself(py)?;
+        if !self.with(py, |simulation| Ok(simulation.has_begun()))? {
+            return self.with_long(py, |simulation, stop| work(simulation, stop, &mut || ())).map(|_| ());
+        }
         let mut signal: Option<PyErr> = None;
         let done = py.detach(|| {
             let stop = AtomicBool::new(false);
@@ -127,13 +143,6 @@ impl Simulation {
     }
 }
 
-/// The error of a signal that Python has not handled yet, such as that of Ctrl-C.
-fn look_for_signals() -> PyResult<()> {
-    // A path to the method alone would be of one lifetime.
-    #[allow(clippy::redundant_closure_for_method_calls)]
-    Python::attach(|py| py.check_signals())
-}
-
 /// The frame of this name.
 fn frame_named(py: Python<'_>, name: &str) -> PyResult<CameraFrame> {
     let found = FRAMES.iter().find(|(known, _)| *known == name).map(|(_, frame)| *frame);
@@ -164,8 +173,7 @@ impl Simulation {
             };
             isotherm::Simulation::from_scene(read, &target)
         };
-        let loaded = py.detach(load).map_err(|error| raised(py, &error))?;
-        py.check_signals()?;
+        let loaded = py.detach(|| interruptible(|_| load()))?.map_err(|error| raised(py, &error))?;
         Ok(Self::over(loaded))
     }
 
@@ -261,7 +269,7 @@ impl Simulation {
             _ => return Err(refused(py, "the scene has no camera: give camera= and a pose".to_owned())),
         };
         self.begin(py)?;
-        let image = self.with(py, |simulation| simulation.image(&camera, &pose))?;
+        let image = self.with_long(py, |simulation, _| simulation.image(&camera, &pose))?;
         Frame::new(py, &self.name, image)
     }
 

@@ -92,6 +92,32 @@ print("on", simulation.node_temperatures().tobytes() == there, flush=True)
     assert out == "interrupted True\non True\n" and process.returncode == 0
 
 
+def test_ctrl_c_ends_loading_and_an_image(scene: Path) -> None:
+    many_rays = scene.read_text() + "\n[exchange]\npatch_edge = 0.02\nrays = 60000\n"
+    slow = scene.with_name("slow.toml")
+    slow.write_text(many_rays)
+    script = f"""
+import isotherm, signal
+def stopped(work):
+    signal.setitimer(signal.ITIMER_REAL, 0.5)
+    try:
+        work()
+    except KeyboardInterrupt:
+        return True
+    return False
+signal.signal(signal.SIGALRM, signal.default_int_handler)
+print(stopped(lambda: isotherm.Simulation({str(slow)!r}, device="cpu")))
+simulation = isotherm.Simulation({str(scene)!r}, device="cpu")
+camera = isotherm.Camera(2000, 2000, fx=2000, samples=16)
+pose = dict(position=[10, 10, 10], look_at=[0, 0, 0])
+print(stopped(lambda: simulation.image(camera=camera, **pose)))
+simulation.step_to(30)
+print(simulation.time)
+"""
+    ran = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=300)
+    assert ran.stdout == "True\nTrue\n30.0\n", ran.stderr
+
+
 def test_a_handler_that_calls_the_simulation_is_refused(scene: Path) -> None:
     script = f"""
 import isotherm, signal

@@ -20,6 +20,7 @@ use crate::output::console::{self, answer, say};
 use crate::output::destination::{Destination, destinations};
 use crate::output::inputs::keep_inputs;
 use crate::simulation::target::Target;
+use crate::stop::{Stopped, until};
 
 /// Make a data set of labelled images, as a SPEC file describes it (docs/datasets.md).
 #[derive(clap::Args)]
@@ -148,9 +149,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         begin,
         allows_outside: arguments.reach.allows_outside(),
     };
-    let made = make(&order, &stop_flag(), &mut |images| bar.inc(images));
+    let stop = stop_flag();
+    let made = until(&stop, || make(&order, &stop, &mut |images| bar.inc(images)));
     bar.finish_and_clear();
-    tell(&made?, root);
+    tell(&made.map_err(|Stopped| DatasetError::Stopped(root.clone()))??, root);
     check_validation(&target)
 }
 

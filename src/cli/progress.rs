@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, Once, OnceLock};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle, WeakProgressBar};
 
@@ -107,6 +107,9 @@ static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 /// Longest wait for another program after a signal.
 const LONGEST_WAIT: Duration = Duration::from_secs(1);
 
+/// Longest time from the first signal to the end of the process. What was saved before stays.
+const LONGEST_END: Duration = Duration::from_secs(30);
+
 /// Exit code of a process that a signal ended.
 const ENDED: i32 = 130;
 
@@ -122,9 +125,10 @@ pub(super) fn watch_signals() {
         say!("");
         match STOP.get() {
             Some(flag) if !flag.swap(true, Ordering::Relaxed) => {
-                say!("stopping after this step; a second signal ends at once");
+                let seconds = LONGEST_END.as_secs();
+                say!("stopping after this step, in {seconds} s at the latest; a second signal ends at once");
                 // Without the thread a second signal still ends the process.
-                let _ = std::thread::Builder::new().name("stop".to_owned()).spawn(end_a_wait);
+                let _ = std::thread::Builder::new().name("stop".to_owned()).spawn(end_late);
             }
             _ => end(""),
         }
@@ -140,10 +144,14 @@ fn end(why: &str) -> ! {
     std::process::exit(ENDED);
 }
 
-/// Ends the process once it waits for another program, which may never read: no step comes to its end then.
-fn end_a_wait() {
+/// Ends the process if the step under way does not come to its end, or once it waits for another program, which may never read.
+fn end_late() -> ! {
+    let signal = Instant::now();
     loop {
         std::thread::sleep(LONGEST_WAIT / 10);
+        if signal.elapsed() > LONGEST_END {
+            end(": the step under way takes too long");
+        }
         if waited().is_some_and(|wait| wait > LONGEST_WAIT) {
             end(": nobody reads the output");
         }

@@ -32,6 +32,7 @@ use crate::simulation::prepare::Prepared;
 use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::target::Target;
 use crate::simulation::thermal_state::ThermalState;
+use crate::stop::{Stopped, until};
 
 /// Render one image after stepping the scene to its time, or one image for each pose of a table.
 #[derive(clap::Args)]
@@ -114,15 +115,17 @@ fn render_poses(arguments: &Arguments, poses: &Path) -> Result<(), CliError> {
     let chosen = arguments.device.open()?;
     let state = arguments.state(&prepared, &chosen)?;
     let stop = stop_flag();
+    let stopped = |Stopped| CliError::StoppedBefore;
     say!("device: {}", chosen.name());
     say_size(&prepared, &DeviceData::new(&prepared).scene_data(&prepared, Some(&camera)).plan(), &chosen);
     let forecast = Forecast::of(&prepared);
     let forecast = if arguments.from_state.is_some() { forecast.without_warm_up() } else { forecast };
     say!("{}", forecast.sentence(Rate::of(&chosen)));
-    let mut engine = chosen.engine(&prepared, Some(&camera))?;
+    let mut engine = until(&stop, || chosen.engine(&prepared, Some(&camera))).map_err(stopped)??;
     let folder = folder.prepare(arguments.force, &inputs)?;
     let bars = [progress_bar(forecast.warm_up, "warm-up"), progress_bar(forecast.images, "images")];
-    begin(state.as_ref(), &prepared, &mut *engine, &stop, &mut || bars[0].inc(1))?;
+    let begun = until(&stop, || begin(state.as_ref(), &prepared, &mut *engine, &stop, &mut || bars[0].inc(1)));
+    begun.map_err(|Stopped| CliError::Stopped(arguments.output.clone()))??;
     let errors = state.as_ref().and_then(|state| state.errors.as_ref());
     let complete = write_pose_images(&prepared, &mut *engine, &folder, errors, &stop, &mut || bars[1].inc(1));
     bars.iter().for_each(ProgressBar::finish_and_clear);
@@ -151,16 +154,17 @@ fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
     let chosen = arguments.device.open()?;
     let state = arguments.state(&prepared, &chosen)?;
     let stop = stop_flag();
+    let stopped = |Stopped| CliError::StoppedBefore;
     say!("device: {}", chosen.name());
     say_size(&prepared, &DeviceData::new(&prepared).scene_data(&prepared, Some(&camera)).plan(), &chosen);
     let still = Forecast { steps: (time / prepared.scene.time.step).ceil() as u64, warm_up, ..Forecast::of(&prepared) };
     say!("{}", still.of_one_image().sentence(Rate::of(&chosen)));
-    let mut simulation = Simulation::new(prepared, &chosen)?;
+    let mut simulation = until(&stop, || Simulation::new(prepared, &chosen)).map_err(stopped)??;
     let bar = progress_bar(steps, "stepping");
     match &state {
         Some(state) => simulation.restore_at(state, 0.0)?,
         None => {
-            simulation.begin_with(&stop, &mut || bar.inc(1))?;
+            until(&stop, || simulation.begin_with(&stop, &mut || bar.inc(1))).map_err(stopped)??;
         }
     }
     if let Some(warning) = simulation.periodic().and_then(|periodic| periodic.warning("")) {
@@ -171,7 +175,7 @@ fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
     if !there {
         return Err(CliError::StoppedBefore);
     }
-    let image = simulation.image(&camera, &Pose::OfCamera)?;
+    let image = until(&stop, || simulation.image(&camera, &Pose::OfCamera)).map_err(stopped)??;
     let prepared = simulation.prepared();
     let step = (time / prepared.scene.time.step + 1e-9) as u32;
     let maker = FrameMaker::new(prepared, &simulation.device_name());

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use super::error::CliError;
 use super::reach::ReachArguments;
 use crate::output::OutputError;
-use crate::output::folder::Folder;
+use crate::output::folder::{Folder, STATE};
+use crate::output::guarded::Kind;
 use crate::output::job::FILES;
 use crate::output::run_state::{RunIdentity, RunState};
 use crate::output::state_file;
@@ -26,13 +27,18 @@ impl EarlierRun {
         if folder.is_finished() {
             return Ok(None);
         }
-        let state: RunState = state_file::read(&folder.state())?;
+        let state: RunState = state_file::read(folder.guarded()?, STATE)?;
+        let gone = {
+            let guarded = folder.guarded()?;
+            let is_there = |frame: &String| matches!(guarded.kind(frame), Ok(Some(Kind::File)));
+            state.progress.frames().find(|frame| !is_there(frame))
+        };
         let earlier = Self { folder, state };
-        let mut frames = earlier.state.progress.frames().map(|frame| earlier.folder.file(&frame));
-        let gone = frames.find(|path| !path.exists());
-        drop(frames);
         match gone {
-            Some(path) => Err(earlier.refused(&format!("names {}, which is gone", path.display()))),
+            Some(frame) => {
+                let path = earlier.folder.file(&frame);
+                Err(earlier.refused(&format!("names {}, which is gone", path.display())))
+            }
             None => Ok(Some(earlier)),
         }
     }

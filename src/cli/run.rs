@@ -31,6 +31,7 @@ use crate::simulation::device_data::DeviceData;
 use crate::simulation::forecast::{Forecast, Rate};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
+use crate::stop::{Stopped, until};
 use crate::trace::{Trace, Track};
 
 /// Run a scene: write temperatures, images, plots and a report.
@@ -139,7 +140,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let (folder, state) = open_folder(arguments, &prepared, &root, earlier, fresh)?;
     let forecast = forecast_run(&prepared, begin.is_some(), &chosen);
     let stop = stop_flag();
-    let mut engine = chosen.engine(&prepared, camera)?;
+    let mut engine = until(&stop, || chosen.engine(&prepared, camera)).map_err(|Stopped| CliError::StoppedBefore)??;
     engine.record(trace.clone());
     let start_up_s = began.elapsed().as_secs_f64();
     let bars = step_bars(&forecast, prepared.scene.time.steps);
@@ -151,9 +152,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         begin: begin.as_ref(),
         take_after,
     };
-    let outcome = run_into(&prepared, &mut *engine, &folder, &job, &stop, &|done: Done| bars[done as usize].inc(1));
+    let told = |done: Done| bars[done as usize].inc(1);
+    let outcome = until(&stop, || run_into(&prepared, &mut *engine, &folder, &job, &stop, &told));
     bars.iter().for_each(ProgressBar::finish_and_clear);
-    let outcome = outcome?;
+    let outcome = outcome.map_err(|Stopped| CliError::StoppedRun(root.clone()))??;
     if let (Some(destination), Some(state)) = (&of_state, &outcome.state) {
         destination.write_bytes(&encode(state)?)?;
     }

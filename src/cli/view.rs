@@ -14,6 +14,7 @@ use crate::output::console::{answer, say};
 use crate::scene::Draw;
 use crate::simulation::facade::Simulation;
 use crate::simulation::forecast::Forecast;
+use crate::stop::{Stopped, until};
 use crate::view::browser;
 use crate::view::camera::camera;
 use crate::view::session::ViewSession;
@@ -70,13 +71,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let target = arguments.device.open()?;
     let state = arguments.from_state.as_ref().map(|path| thermal_state::read(path, &prepared, &target)).transpose()?;
     say!("device: {}", target.name());
-    let stop = stop_flag();
     let warm_up = Forecast::of(&prepared).warm_up;
-    let mut simulation = Simulation::new(prepared, &target)?;
+    let stop = stop_flag();
+    let stopped = |Stopped| CliError::StoppedBefore;
+    let mut simulation = until(&stop, || Simulation::new(prepared, &target)).map_err(stopped)??;
     let bar = progress_bar(if state.is_some() { 0 } else { warm_up }, "warm-up");
     let begun = match &state {
         Some(state) => simulation.restore_at(state, 0.0).map(|()| true)?,
-        None => simulation.begin_with(&stop, &mut || bar.inc(1))?,
+        None => until(&stop, || simulation.begin_with(&stop, &mut || bar.inc(1))).map_err(stopped)??,
     };
     bar.finish_and_clear();
     if !begun {

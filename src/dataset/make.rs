@@ -153,7 +153,7 @@ pub fn make(
         let count = images.end - images.start;
         let prepared = next.take();
         if store.has(split, number) {
-            check_kept(root, &places::orbit(split, number))?;
+            check_kept(&store, &places::orbit(split, number))?;
             made.kept += 1;
             progress(count);
             continue;
@@ -207,12 +207,12 @@ pub fn make(
 }
 
 /// Checks an orbit that was there before.
-fn check_kept(root: &Path, place: &str) -> Result<(), DatasetError> {
-    match fault_of_orbit(root, place) {
+fn check_kept(store: &Store, place: &str) -> Result<(), DatasetError> {
+    match fault_of_orbit(store.guarded(), place) {
         None => Ok(()),
         Some(fault) => {
             let first = format!("{fault}; remove {place}, and --resume makes this orbit again");
-            Err(DatasetError::Damaged { folder: root.to_path_buf(), count: 1, first })
+            Err(DatasetError::Damaged { folder: store.root().to_path_buf(), count: 1, first })
         }
     }
 }

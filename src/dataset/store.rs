@@ -105,6 +105,11 @@ impl Store {
         self.guarded.root()
     }
 
+    /// The folder, held open.
+    pub(crate) fn guarded(&self) -> &GuardedFolder {
+        &self.guarded
+    }
+
     /// Whether an orbit is there, which is then whole.
     pub(crate) fn has(&self, split: Split, orbit: u32) -> bool {
         matches!(self.guarded.kind(&places::orbit(split, orbit)), Ok(Some(Kind::Folder)))
@@ -192,8 +197,8 @@ impl Drop for Store {
 pub(crate) fn identity(root: &Path) -> Result<Json, DatasetError> {
     let path = root.join(HOME).join(IDENTITY);
     let none = |reason: String| DatasetError::None { folder: root.to_path_buf(), reason };
-    let text =
-        fs::read_to_string(&path).map_err(|error| none(format!("{} can not be read: {error}", path.display())))?;
+    let read = GuardedFolder::open(root).and_then(|set| set.read_text(&format!("{HOME}/{IDENTITY}")));
+    let text = read.map_err(|error| none(format!("{} can not be read: {error}", path.display())))?;
     serde_json::from_str(&text).map_err(|error| none(format!("{} is damaged: {error}", path.display())))
 }
 

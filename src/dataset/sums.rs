@@ -1,14 +1,13 @@
 //! Lists of checksums, of an orbit and of the whole set: their one form, and whether files and lists are as they were written.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::io;
-use std::path::Path;
 
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use super::orbit_folder::{CHECKSUMS, hexadecimal};
+use crate::output::guarded::{Access, GuardedFolder};
 
 /// Letters of a checksum.
 const LETTERS: usize = 64;
@@ -32,15 +31,15 @@ pub(super) fn lines(list: &str) -> Result<Vec<(&str, &str)>, String> {
 }
 
 /// The checksum of a file.
-fn sum_of_file(path: &Path) -> io::Result<String> {
+fn sum_of_file(set: &GuardedFolder, name: &str) -> io::Result<String> {
     let mut hasher = Sha256::new();
-    io::copy(&mut fs::File::open(path)?, &mut hasher)?;
+    io::copy(&mut set.file(name, Access::Read)?, &mut hasher)?;
     Ok(hexadecimal(&hasher.finalize()))
 }
 
 /// The faults of the files of some lines, in words.
-pub(super) fn faults_of_files(root: &Path, lines: &[(&str, &str)]) -> Vec<String> {
-    let check = |(sum, name): &(&str, &str)| match sum_of_file(&root.join(name)) {
+pub(super) fn faults_of_files(set: &GuardedFolder, lines: &[(&str, &str)]) -> Vec<String> {
+    let check = |(sum, name): &(&str, &str)| match sum_of_file(set, name) {
         Err(error) => Some(format!("{name} can not be read: {error}")),
         Ok(own) if own != *sum => Some(format!("{name} was changed: its checksum is another")),
         Ok(_) => None,
@@ -56,12 +55,12 @@ fn orbit_of(path: &str) -> Option<&str> {
 }
 
 /// The faults of the orbits' lists, each of which has the lines of its folder. `list` are the lines of the whole set.
-pub(super) fn faults_of_lists(root: &Path, list: &[(&str, &str)]) -> Vec<String> {
+pub(super) fn faults_of_lists(set: &GuardedFolder, list: &[(&str, &str)]) -> Vec<String> {
     let orbits: BTreeSet<&str> = list.iter().filter_map(|(_, path)| orbit_of(path)).collect();
     let check = |orbit: &&str| {
         let of_orbit = list.iter().filter(|(_, path)| orbit_of(path) == Some(orbit));
         let expected: String = of_orbit.map(|(sum, path)| format!("{sum}  {path}\n")).collect();
-        match fs::read_to_string(root.join(orbit).join(CHECKSUMS)) {
+        match set.read_text(&format!("{orbit}/{CHECKSUMS}")) {
             Err(error) => Some(format!("{orbit}/{CHECKSUMS} can not be read: {error}")),
             Ok(there) if there != expected => {
                 Some(format!("{orbit}/{CHECKSUMS} and {CHECKSUMS} have other lines for this orbit"))
@@ -73,9 +72,9 @@ pub(super) fn faults_of_lists(root: &Path, list: &[(&str, &str)]) -> Vec<String>
 }
 
 /// The first fault of an orbit that stands in its place: its list, its files, or a file that the list does not have.
-pub(crate) fn fault_of_orbit(root: &Path, place: &str) -> Option<String> {
+pub(crate) fn fault_of_orbit(set: &GuardedFolder, place: &str) -> Option<String> {
     let name = format!("{place}/{CHECKSUMS}");
-    let list = match fs::read_to_string(root.join(&name)) {
+    let list = match set.read_text(&name) {
         Err(error) => return Some(format!("{name} can not be read: {error}")),
         Ok(list) => list,
     };
@@ -86,12 +85,12 @@ pub(crate) fn fault_of_orbit(root: &Path, place: &str) -> Option<String> {
     if let Some((_, path)) = lines.iter().find(|(_, path)| orbit_of(path) != Some(place)) {
         return Some(format!("{name} names {path}, which is not of this orbit"));
     }
-    faults_of_files(root, &lines).into_iter().next()
+    faults_of_files(set, &lines).into_iter().next()
 }
 
 /// The first fault of the lists and of the files of the whole set. Each process checks its own orbits.
-pub(crate) fn fault_of_whole(root: &Path) -> Option<String> {
-    let list = match fs::read_to_string(root.join(CHECKSUMS)) {
+pub(crate) fn fault_of_whole(set: &GuardedFolder) -> Option<String> {
+    let list = match set.read_text(CHECKSUMS) {
         Err(error) => return Some(format!("{CHECKSUMS} can not be read: {error}")),
         Ok(list) => list,
     };
@@ -99,11 +98,11 @@ pub(crate) fn fault_of_whole(root: &Path) -> Option<String> {
         Err(fault) => return Some(format!("{CHECKSUMS}: {fault}")),
         Ok(lines) => lines,
     };
-    if let Some(fault) = faults_of_lists(root, &lines).into_iter().next() {
+    if let Some(fault) = faults_of_lists(set, &lines).into_iter().next() {
         return Some(fault);
     }
     let of_set: Vec<(&str, &str)> = lines.into_iter().filter(|(_, path)| orbit_of(path).is_none()).collect();
-    faults_of_files(root, &of_set).into_iter().next()
+    faults_of_files(set, &of_set).into_iter().next()
 }
 
 #[cfg(test)]

@@ -1,7 +1,6 @@
 //! Checks a data set: its checksums, whether its labels agree with each other and with its images, and whether some images come out again.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -25,6 +24,7 @@ use crate::labels::places;
 use crate::labels::silhouette::Solids;
 use crate::output::OutputError;
 use crate::output::gray::read_png;
+use crate::output::guarded::{Access, GuardedFolder};
 use crate::simulation::target::Target;
 
 const MOST_FAULTS: usize = 1000;
@@ -57,8 +57,8 @@ impl Verified {
 /// # Errors
 /// The folder holds no whole data set.
 pub fn checksums(root: &Path, verified: &mut Verified) -> Result<BTreeSet<String>, DatasetError> {
-    let path = root.join(CHECKSUMS);
-    let list = fs::read_to_string(&path).map_err(|error| DatasetError::None {
+    let set = open(root)?;
+    let list = set.read_text(CHECKSUMS).map_err(|error| DatasetError::None {
         folder: root.to_path_buf(),
         reason: format!("{CHECKSUMS} can not be read ({error}); the process that makes the last orbit writes it"),
     })?;
@@ -70,7 +70,7 @@ pub fn checksums(root: &Path, verified: &mut Verified) -> Result<BTreeSet<String
             list.lines().filter_map(|line| line.split_once("  ")).collect()
         }
     };
-    let faults = sums::faults_of_files(root, &lines).into_iter().chain(sums::faults_of_lists(root, &lines));
+    let faults = sums::faults_of_files(&set, &lines).into_iter().chain(sums::faults_of_lists(&set, &lines));
     faults.for_each(|fault| verified.fault(fault));
     verified.files = lines.len();
     let known: BTreeSet<String> = lines.iter().map(|(_, name)| (*name).to_owned()).collect();
@@ -112,15 +112,15 @@ fn walk(root: &Path, folder: &Path, paths: &mut Vec<String>) -> Result<(), Outpu
 /// # Errors
 /// A signal, or a file of an orbit that can not be read.
 pub fn labels(root: &Path, spec: &Spec, stop: &AtomicBool, verified: &mut Verified) -> Result<(), DatasetError> {
+    let set = open(root)?;
     let mut rows = 0;
     for orbit in 0..spec.orbits() {
         if stop.load(Ordering::Relaxed) {
             return Err(DatasetError::StoppedBefore);
         }
-        let folder = root.join(places::orbit(split_of(spec, orbit), orbit as u32));
-        let stated = read_json(&folder.join(ORBIT))?;
-        let [cameras, poses] =
-            [read_json(&folder.join("scene_camera.json"))?, read_json(&folder.join("scene_gt.json"))?];
+        let folder = places::orbit(split_of(spec, orbit), orbit as u32);
+        let read = |name: &str| read_json(&set, &format!("{folder}/{name}"));
+        let [stated, cameras, poses] = [read(ORBIT)?, read("scene_camera.json")?, read("scene_gt.json")?];
         let images: Vec<&Map<String, Json>> = stated
             .get("images")
             .and_then(Json::as_array)
@@ -131,7 +131,7 @@ pub fn labels(root: &Path, spec: &Spec, stop: &AtomicBool, verified: &mut Verifi
             .par_iter()
             .flat_map_iter(|row| {
                 let name = row.get("number").and_then(Json::as_u64).unwrap_or_default();
-                let faults = image_faults(&folder, row, &cameras, &poses, name);
+                let faults = image_faults((&set, &folder), row, [&cameras, &poses], name);
                 faults.into_iter().map(move |fault| format!("orbit {orbit}, image {name}: {fault}")).collect::<Vec<_>>()
             })
             .collect();
@@ -141,8 +141,7 @@ pub fn labels(root: &Path, spec: &Spec, stop: &AtomicBool, verified: &mut Verifi
     if rows as u64 != spec.samples {
         verified.fault(format!("the orbits have {rows} images, and the SPEC asks for {}", spec.samples));
     }
-    let path = root.join(INDEX);
-    let file = fs::File::open(&path).map_err(|error| OutputError::Read(path, error))?;
+    let file = set.file(INDEX, Access::Read).map_err(|error| OutputError::Read(root.join(INDEX), error))?;
     match index::rows_in(file) {
         Ok(count) if count == rows => {}
         Ok(count) => verified.fault(format!("{INDEX} has {count} rows for {rows} images")),
@@ -152,10 +151,15 @@ pub fn labels(root: &Path, spec: &Spec, stop: &AtomicBool, verified: &mut Verifi
 }
 
 /// The disagreements in the labels of an image, in words.
-fn image_faults(folder: &Path, row: &Map<String, Json>, cameras: &Json, poses: &Json, number: u64) -> Vec<String> {
+fn image_faults(
+    (set, folder): (&GuardedFolder, &str),
+    row: &Map<String, Json>,
+    [cameras, poses]: [&Json; 2],
+    number: u64,
+) -> Vec<String> {
     let mut faults = Vec::new();
     let key = number.to_string();
-    let label = match read_json(&folder.join(format!("label/{number:06}.json"))) {
+    let label = match read_json(set, &format!("{folder}/label/{number:06}.json")) {
         Ok(label) => label,
         Err(error) => return vec![error.to_string()],
     };
@@ -199,9 +203,9 @@ fn image_faults(folder: &Path, row: &Map<String, Json>, cameras: &Json, poses: &
         faults.push("scene_gt.json has another rotation".to_owned());
     }
     let read = |what: &str| -> Result<Vec<u16>, String> {
-        let path = folder.join(format!("{what}/{number:06}.png"));
-        let bytes = fs::read(&path).map_err(|error| format!("{} can not be read: {error}", path.display()))?;
-        let (_, values) = read_png(&bytes).map_err(|error| format!("{}: {error}", path.display()))?;
+        let path = format!("{folder}/{what}/{number:06}.png");
+        let bytes = set.read(&path).map_err(|error| format!("{path} can not be read: {error}"))?;
+        let (_, values) = read_png(&bytes).map_err(|error| format!("{path}: {error}"))?;
         Ok(values.as_chunks::<2>().0.iter().map(|pair| u16::from_be_bytes(*pair)).collect())
     };
     match (read("part"), read("depth"), read("temperature")) {
@@ -245,6 +249,7 @@ pub fn again(
     stop: &AtomicBool,
     verified: &mut Verified,
 ) -> Result<(), DatasetError> {
+    let set = open(root)?;
     for (orbit, wanted) in images {
         let mut run = OrbitRun::new(spec, scenes, target, *orbit)?;
         let solids = Solids::new(&run.craft);
@@ -258,7 +263,7 @@ pub fn again(
         }
         verified.rendered += encoded.len();
         for (path, bytes) in encoded.iter().flat_map(Encoded::files) {
-            if fs::read(root.join(path)).ok().as_deref() != Some(bytes) {
+            if set.read(&path).ok().as_deref() != Some(bytes) {
                 verified.fault(format!("{path} comes out otherwise when it is rendered again"));
             }
         }
@@ -272,11 +277,17 @@ pub fn again(
 /// It can not be read.
 pub(crate) fn copy_of_spec(root: &Path) -> Result<Spec, DatasetError> {
     let path = root.join(SPEC);
-    let text = fs::read_to_string(&path).map_err(|error| OutputError::Read(path.clone(), error))?;
+    let text = open(root)?.read_text(SPEC).map_err(|error| OutputError::Read(path.clone(), error))?;
     Ok(Spec::parse(&text, &path)?)
 }
 
-fn read_json(path: &Path) -> Result<Json, DatasetError> {
-    let text = fs::read_to_string(path).map_err(|error| OutputError::Read(path.to_path_buf(), error))?;
-    Ok(serde_json::from_str(&text).map_err(|error| OutputError::Read(path.to_path_buf(), error.into()))?)
+/// The folder of a data set, held open. No link in it is followed.
+fn open(root: &Path) -> Result<GuardedFolder, OutputError> {
+    GuardedFolder::open(root).map_err(|error| OutputError::Read(root.to_path_buf(), error))
+}
+
+fn read_json(set: &GuardedFolder, path: &str) -> Result<Json, DatasetError> {
+    let failed = |error| OutputError::Read(set.root().join(path), error);
+    let text = set.read_text(path).map_err(failed)?;
+    Ok(serde_json::from_str(&text).map_err(|error| failed(error.into()))?)
 }

@@ -3,8 +3,6 @@
 //! The contents follow from the orbits' files, the SPEC and the scene alone, so any process may make these files.
 
 use std::collections::BTreeMap;
-use std::fs;
-use std::path::Path;
 
 use serde_json::{Value as Json, json};
 
@@ -20,6 +18,7 @@ use crate::labels::craft::Craft;
 use crate::labels::image::Split;
 use crate::labels::{bop, coco, places, speed};
 use crate::output::OutputError;
+use crate::output::guarded::GuardedFolder;
 
 /// The copy of the SPEC.
 pub(crate) const SPEC: &str = "spec.toml";
@@ -46,7 +45,7 @@ pub(crate) fn finish(
 ) -> Result<(), DatasetError> {
     store.alone(|| {
         if store.is_finished()? {
-            return match fault_of_whole(store.root()) {
+            return match fault_of_whole(store.guarded()) {
                 None => Ok(()),
                 Some(fault) => {
                     let first =
@@ -63,7 +62,7 @@ pub(crate) fn finish(
         let (mut rows, mut rejected, mut counts) = (Vec::new(), BTreeMap::new(), BTreeMap::new());
         for orbit in 0..spec.orbits() {
             let split = split_of(spec, orbit);
-            let Json::Object(mut read) = orbit_file(store.root(), split, orbit as u32)? else { continue };
+            let Json::Object(mut read) = orbit_file(store.guarded(), split, orbit as u32)? else { continue };
             if let Some(Json::Object(all)) = read.get("rejected") {
                 for (reason, count) in all {
                     *rejected.entry(reason.clone()).or_insert(0) += count.as_u64().unwrap_or_default();
@@ -87,7 +86,7 @@ pub(crate) fn finish(
             put(name, bytes)?;
         }
         for split in Split::ALL {
-            let lines = |key: &'static str| lines_of(spec, store.root(), split, key);
+            let lines = |key: &'static str| lines_of(spec, store.guarded(), split, key);
             let list: String = speed::file(lines("speed")).collect();
             put(&places::speed(split), list.as_bytes())?;
             let list: String = coco::file(craft, split, lines("coco_image"), lines("coco_annotations")).collect();
@@ -98,8 +97,9 @@ pub(crate) fn finish(
         }
         let mut list = String::new();
         for orbit in 0..spec.orbits() {
-            let path = store.root().join(places::orbit(split_of(spec, orbit), orbit as u32)).join(CHECKSUMS);
-            list += &fs::read_to_string(&path).map_err(|error| OutputError::Read(path, error))?;
+            let path = format!("{}/{CHECKSUMS}", places::orbit(split_of(spec, orbit), orbit as u32));
+            let read = store.guarded().read_text(&path);
+            list += &read.map_err(|error| OutputError::Read(store.root().join(path), error))?;
         }
         list.extend(sums.iter().map(|(name, sum)| format!("{sum}  {name}\n")));
         let mut lines: Vec<&str> = list.lines().collect();
@@ -112,19 +112,24 @@ pub(crate) fn finish(
 ///
 /// # Errors
 /// It can not be read.
-pub(crate) fn orbit_file(root: &Path, split: Split, orbit: u32) -> Result<Json, DatasetError> {
-    let path = root.join(places::orbit(split, orbit)).join(ORBIT);
-    let text = fs::read_to_string(&path).map_err(|error| OutputError::Read(path.clone(), error))?;
-    let damaged = |error: serde_json::Error| OutputError::Read(path.clone(), error.into());
-    Ok(serde_json::from_str(&text).map_err(damaged)?)
+pub(crate) fn orbit_file(set: &GuardedFolder, split: Split, orbit: u32) -> Result<Json, DatasetError> {
+    let path = format!("{}/{ORBIT}", places::orbit(split, orbit));
+    let failed = |error| OutputError::Read(set.root().join(&path), error);
+    let text = set.read_text(&path).map_err(failed)?;
+    Ok(serde_json::from_str(&text).map_err(|error| failed(error.into()))?)
 }
 
 /// The lines of a list of a split, one orbit after the other.
-fn lines_of<'a>(spec: &'a Spec, root: &'a Path, split: Split, key: &'static str) -> impl Iterator<Item = String> + 'a {
+fn lines_of<'a>(
+    spec: &'a Spec,
+    set: &'a GuardedFolder,
+    split: Split,
+    key: &'static str,
+) -> impl Iterator<Item = String> + 'a {
     let orbits = (0..spec.orbits()).filter(move |orbit| split_of(spec, *orbit) == split);
     orbits.flat_map(move |orbit| {
         // Each of these files was read before.
-        let read = orbit_file(root, split, orbit as u32).unwrap_or_default();
+        let read = orbit_file(set, split, orbit as u32).unwrap_or_default();
         let images = read.get("lines").and_then(Json::as_array).cloned().unwrap_or_default();
         let each = images.into_iter().flat_map(move |image| match image.get(key) {
             Some(Json::String(line)) => vec![line.clone()],

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use super::directions::evenness;
 use super::patches::{Patch, bin};
 use super::sparse::Sparse;
+use crate::stop::Watch;
 
 /// Rounds of the fitting. What is left is closed with the rows.
 const ROUNDS: usize = 30;
@@ -100,7 +101,9 @@ pub(super) fn fit_sides(shared: &mut Sparse, sides: &[u32], wanted: &[Sided]) {
         })
         .collect();
     let mut factors = vec![1.0; of_rows.len()];
+    let watch = Watch::begin();
     for _ in 0..ROUNDS {
+        watch.look();
         let next = |i: usize| -> Vec<f64> {
             let run = first[i]..first[i + 1];
             let mut now = vec![0.0; run.len()];

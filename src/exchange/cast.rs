@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::directions::{cosine_direction, fractions};
 use super::patches::{NONE, PatchSurface, Patches};
 use crate::environment::shadow::{Hit, Occluders, point_near_corner};
+use crate::stop::Watch;
 
 /// The end of a ray that leaves the craft.
 pub(crate) const SPACE: u32 = u32::MAX;
@@ -99,12 +100,16 @@ pub fn cast_rays(
     range: std::ops::Range<u32>,
 ) -> Vec<u32> {
     let occluders = &scenery.occluders;
+    let watch = Watch::begin();
     let ends = |patch: u32| {
         let joint = patches.all[patch as usize].joint;
+        let rays = if watch.is_over() { 0 } else { rays };
         (0..rays).into_par_iter().map(move |ray| {
             let ray = scenery.placed(ray_of(surface, patches, occluders.start, patch, ray), joint);
             end_of(surface, patches, occluders, ray)
         })
     };
-    range.into_par_iter().flat_map(ends).collect()
+    let all = range.into_par_iter().flat_map(ends).collect();
+    watch.look();
+    all
 }

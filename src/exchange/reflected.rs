@@ -18,6 +18,7 @@ use super::balance_sides::{Sided, fit_sides, summed};
 use super::factors::Factors;
 use super::sparse::{Sparse, SparseRow};
 use super::words::{MOST as WORDS, rounded};
+use crate::stop::Watch;
 use crate::thermal::sensor::noise::pcg4d;
 
 /// Area over that of the smaller patch below which pairs that do not see each other directly stand for others.
@@ -53,13 +54,18 @@ pub struct Areas {
 pub(crate) fn exchange_areas(factors: &Factors, sides: &[u32], absorptivities: &[f64], bounces: Option<u32>) -> Areas {
     let areas = &factors.areas;
     let [given, lost] = shares(factors, absorptivities, bounces);
+    let watch = Watch::begin();
     let rows: Vec<SparseRow> = (0..areas.len())
         .into_par_iter()
         .map_init(
             || ReflectionRoom::new(areas.len()),
-            |rows, patch| rows.follow(factors, absorptivities, bounces, patch),
+            |rows, patch| match watch.is_over() {
+                true => SparseRow::new(),
+                false => rows.follow(factors, absorptivities, bounces, patch),
+            },
         )
         .collect();
+    watch.look();
     let space: Vec<f64> = lost.iter().zip(areas).map(|(share, area)| share * area).collect();
     let between_rows = Sparse::from_rows(rows);
     let mean = between_rows.combined(&between_rows.transposed(), |_, _, there, back| 0.5 * (there + back));

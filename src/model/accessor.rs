@@ -47,9 +47,10 @@ impl Strided<'_> {
 }
 
 impl<'a> Accessors<'a> {
-    pub(crate) fn new(document: &'a Document<'a>, buffers: &'a [Cow<'a, [u8]>]) -> Self {
+    /// Accessors of a document of `length` bytes.
+    pub(crate) fn new(document: &'a Document<'a>, length: usize, buffers: &'a [Cow<'a, [u8]>]) -> Self {
         let decoded = document.views.iter().map(|_| OnceCell::new()).collect();
-        let size = buffers.iter().map(|bytes| bytes.len()).sum();
+        let size = length + buffers.iter().map(|bytes| bytes.len()).sum::<usize>();
         Self { document, buffers, decoded, expansion: Expansion::of(size) }
     }
 

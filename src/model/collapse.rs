@@ -13,6 +13,7 @@ use glam::DVec3;
 use super::alike::places;
 use super::measure::area_vector;
 use super::{Model, ModelError};
+use crate::stop::Watch;
 
 /// Cosine of the largest turn of a triangle's normal: 30 deg.
 const MOST_TURNED: f64 = 0.866_025_403_784_438_6;
@@ -142,12 +143,14 @@ impl<'a> Collapse<'a> {
 
     /// Collapses edges, shortest first, until none is left. A collapse may allow one that was refused before.
     fn run(&mut self) {
+        let watch = Watch::begin();
         loop {
             for place in 0..self.star.len() as u32 {
                 self.wait(place, |neighbour| neighbour > place);
             }
             let before = self.merged;
             while let Some(Reverse((_, a, b))) = self.waiting.pop() {
+                watch.look();
                 // Either place may have vanished in the meantime.
                 if !self.star[a as usize].is_empty() && !self.star[b as usize].is_empty() {
                     self.try_edge(a, b);

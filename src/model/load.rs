@@ -15,6 +15,7 @@ use super::measure::area_vector;
 use super::primitive::{Geometry, read_mesh};
 use super::{Model, ModelError, ModelFault, ModelMaterial, Part, Skipped, animation, buffer, container, instances};
 use crate::files::{self, Reach};
+use crate::stop::Watch;
 use crate::text::plain;
 
 const DEFAULT_MATERIAL: &str = "default";
@@ -69,7 +70,7 @@ fn read(bytes: &[u8], path: &Path, reach: &Reach) -> Result<Model, ModelFault> {
     let document = Document::parse(container.json)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let buffers = buffer::load(&document, container.binary, folder, reach)?;
-    let accessors = Accessors::new(&document, &buffers);
+    let accessors = Accessors::new(&document, container.json.len(), &buffers);
     let graph = graph::walk(&document)?;
 
     let mut assembly = ModelAssembly::new(
@@ -84,7 +85,9 @@ fn read(bytes: &[u8], path: &Path, reach: &Reach) -> Result<Model, ModelFault> {
         },
     );
     let mut meshes: HashMap<usize, Vec<Geometry>> = HashMap::new();
+    let watch = Watch::begin();
     for instance in &instances::copied(&document, &accessors, graph.instances)? {
+        watch.look();
         let geometries = match meshes.entry(instance.mesh) {
             Entry::Occupied(read) => read.into_mut(),
             Entry::Vacant(slot) => {

@@ -132,7 +132,8 @@ impl<'a> Growing<'a> {
     /// It cannot be read.
     pub(crate) fn reader(&mut self) -> Result<impl Read + use<>, OutputError> {
         self.flush()?;
-        File::open(&self.path).map_err(|source| OutputError::Read(self.path.clone(), source))
+        let opened = self.folder.guarded()?.file(&self.name, Access::Read);
+        opened.map_err(|source| OutputError::Read(self.path.clone(), source))
     }
 }
 

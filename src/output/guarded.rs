@@ -253,6 +253,16 @@ impl GuardedFolder {
         io::Write::write_all(&mut self.file(path, Access::New)?, bytes)
     }
 
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// As [`GuardedFolder::file`].
+    pub(crate) fn read(&self, path: &str) -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        io::Read::read_to_end(&mut self.file(path, Access::Read)?, &mut bytes)?;
+        Ok(bytes)
+    }
+
     /// Reads a text.
     ///
     /// # Errors

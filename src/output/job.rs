@@ -29,6 +29,7 @@ use crate::simulation::thermal_state::ThermalState;
 use crate::simulation::uncertainty::{PixelError, Uncertainty};
 use crate::simulation::warm_up::WarmUp;
 use crate::simulation::{Consumer, run_from};
+use crate::stop::whole;
 use crate::thermal::misfit::part;
 use crate::trace::Track;
 
@@ -236,7 +237,7 @@ fn step_and_write(
         if first == 0 && recorder.saves {
             recorder.save(0, engine, check.as_deref_mut())?;
         }
-        let complete = run_from(prepared, engine, check, first, stop, &mut recorder);
+        let complete = whole(|| run_from(prepared, engine, check, first, stop, &mut recorder));
         let (steps, between, state) = (recorder.steps, recorder.between.error, recorder.state.take());
         let pixel_error = recorder.uncertainty.as_ref().and_then(|errors| errors.pixels().error());
         drop(recorder);

@@ -8,9 +8,7 @@
 //! A state is written beside the old one, brought to the disk and renamed. So a kill, a full disk or a loss of power leaves the old or the new state
 //! whole. An earlier state is not kept: a damaged file means a damaged disk, where nothing else in the folder can be trusted either.
 
-use std::fs;
 use std::io::Write;
-use std::path::Path;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -150,17 +148,18 @@ pub(crate) fn write<T: SavedState>(folder: &GuardedFolder, path: &str, state: &T
     written.map_err(|source| OutputError::write(&folder.root().join(path), source))
 }
 
-/// Reads a state.
+/// Reads a state at a path within a folder.
 ///
 /// # Errors
 /// There is none, or it is no whole state of this format.
-pub(crate) fn read<T: SavedState>(path: &Path) -> Result<T, OutputError> {
-    let refused = |reason: String| OutputError::State(path.to_path_buf(), reason);
-    let bytes = match fs::read(path) {
+pub(crate) fn read<T: SavedState>(folder: &GuardedFolder, name: &str) -> Result<T, OutputError> {
+    let path = folder.root().join(name);
+    let refused = |reason: String| OutputError::State(path.clone(), reason);
+    let bytes = match folder.read(name) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
             return Err(refused("is not there, because the run was ended before it saved one".to_owned()));
         }
-        read => read.map_err(|source| OutputError::Read(path.to_path_buf(), source))?,
+        read => read.map_err(|source| OutputError::Read(path.clone(), source))?,
     };
     decode(&bytes).map_err(|fault| refused(fault.to_string()))
 }
@@ -206,8 +205,8 @@ mod tests {
         let guarded = GuardedFolder::open(folder.path()).unwrap();
         write(&guarded, "home/state", &Numbers { flags: Vec::new(), ..numbers() }).unwrap();
         write(&guarded, "home/state", &numbers()).unwrap();
-        assert_same(&read(&folder.path().join("home/state")).unwrap());
-        assert_eq!(fs::read_dir(folder.path().join("home")).unwrap().count(), 1);
+        assert_same(&read(&guarded, "home/state").unwrap());
+        assert_eq!(std::fs::read_dir(folder.path().join("home")).unwrap().count(), 1);
     }
 
     #[test]
@@ -221,8 +220,15 @@ mod tests {
         }
         assert!(decode::<Numbers>(&[bytes.as_slice(), b"x"].concat()).is_err());
         let folder = tempfile::tempdir().unwrap();
-        let error = read::<Numbers>(&folder.path().join("state")).unwrap_err().to_string();
+        let guarded = GuardedFolder::open(folder.path()).unwrap();
+        let error = read::<Numbers>(&guarded, "state").unwrap_err().to_string();
         assert!(error.contains("is not there") && error.contains("--force"), "{error}");
+        // A state behind a link is another folder's.
+        let elsewhere = tempfile::tempdir().unwrap();
+        std::fs::write(elsewhere.path().join("state"), &bytes).unwrap();
+        #[cfg(unix)]
+        std::os::unix::fs::symlink(elsewhere.path(), folder.path().join("home")).unwrap();
+        assert!(read::<Numbers>(&guarded, "home/state").is_err());
     }
 
     /// Bytes of a state with a checksum that fits.

@@ -46,7 +46,7 @@ impl ServedCraft {
     /// The device can not hold it, or the call was stopped.
     pub(crate) fn new(scene: &Scene, target: &Target, session: &Session) -> Result<Self, Refusal> {
         let _turn = session.turn()?;
-        let simulation = Simulation::from_scene(scene.clone(), target)?;
+        let simulation = session.until_ended(|| Simulation::from_scene(scene.clone(), target))??;
         let step = simulation.prepared().scene.time.step;
         Ok(Self { simulation, step, last: None })
     }
@@ -86,7 +86,8 @@ impl ServedCraft {
     /// A time that can not be reached, or a call that was stopped.
     pub(crate) fn step_along(&mut self, time: f64, session: &Session) -> Result<(), Refusal> {
         let mut turn = session.turn()?;
-        let went = self.simulation.step_to_with(time, session.cancel(), &mut || turn.pass_on())?;
+        let mut step = || self.simulation.step_to_with(time, session.cancel(), &mut || turn.pass_on());
+        let went = session.until_ended(&mut step)??;
         if went { Ok(()) } else { Err(Refusal::Stopped) }
     }
 
@@ -129,7 +130,7 @@ impl ServedCraft {
             frame_from_camera: rotation,
             near: camera.map_or(0.1, |camera| camera.near),
         };
-        Ok(self.simulation.image(&camera, &pose)?)
+        Ok(session.until_ended(|| self.simulation.image(&camera, &pose))??)
     }
 }
 

@@ -6,6 +6,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::error::{ConnectionEnd, Refusal};
+use crate::stop::{Stopped, until};
 
 /// Most connections at a time. Each may hold the scenes that it uses on the device.
 pub(crate) const MOST_SESSIONS: usize = 16;
@@ -50,7 +51,7 @@ pub(crate) struct Session {
     /// A second handle of the connection, which tells whether the client is there.
     stream: TcpStream,
     /// Ends the call under way.
-    cancel: AtomicBool,
+    cancel: Arc<AtomicBool>,
     state: Mutex<SessionState>,
     all: Arc<Sessions>,
 }
@@ -95,7 +96,7 @@ impl Sessions {
         }
         let computed = open.iter().map(|session| locked(&session.state).computed).min().unwrap_or_default();
         let state = SessionState { doing: Doing::Waiting(Instant::now()), ended: None, computed, waits: false };
-        let (cancel, state, all) = (AtomicBool::new(false), Mutex::new(state), Arc::clone(self));
+        let (cancel, state, all) = (Arc::default(), Mutex::new(state), Arc::clone(self));
         let session = Arc::new(Session { address, stream, cancel, state, all });
         open.push(Arc::clone(&session));
         Ok(Some(session))
@@ -150,6 +151,14 @@ impl Session {
     /// Ends the call under way as soon as it is set.
     pub(crate) fn cancel(&self) -> &AtomicBool {
         &self.cancel
+    }
+
+    /// Does the work of a call until the call is ended.
+    ///
+    /// # Errors
+    /// The call was ended.
+    pub(crate) fn until_ended<T>(&self, work: impl FnOnce() -> T) -> Result<T, Refusal> {
+        until(&self.cancel, work).map_err(|Stopped| Refusal::Stopped)
     }
 
     /// Why the session must end, if it must.
@@ -334,7 +343,7 @@ mod tests {
         let late = Session {
             address: session.address,
             stream: streams[0].try_clone().expect("a handle"),
-            cancel: AtomicBool::new(false),
+            cancel: Arc::default(),
             state: Mutex::new(SessionState {
                 doing: Doing::Working(Instant::now()),
                 ended: None,

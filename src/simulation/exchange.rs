@@ -15,6 +15,7 @@ use crate::exchange::patches::{PatchSurface, Patches};
 use crate::exchange::sky::{Due, LastFound, Renewal};
 use crate::exchange::split::NodeViews;
 use crate::exchange::step::{CraftLight, Exchange, ExchangeSettings, MOST_PATCHES, PATCHES};
+use crate::host::check_memory;
 use crate::model::nodes::{GROUP, Nodes, PADDING};
 use crate::thermal::material::Material;
 use crate::thermal::misfit::{Misfit, check_length};
@@ -87,6 +88,8 @@ impl ExchangeCraft {
                 settings.rays
             ));
         }
+        let what = || format!("exchange of {} patches with {} rays each", patches.all.len(), settings.rays);
+        check_memory((rays * size_of::<u32>()) as u64, what).map_err(|error| error.to_string())?;
         let mirrors = settings.specular_sunlight.then(|| Mirrors::new(&surface, &patches, settings.rays)).flatten();
         Ok(Self {
             defects: Defects::of(&surface, materials),

@@ -152,6 +152,11 @@ impl Simulation {
         self.prepared.loads.sky_model().sky(self.time)
     }
 
+    /// Whether the scene is past its warm-up.
+    pub fn has_begun(&self) -> bool {
+        self.begun
+    }
+
     /// How a periodic warm-up ended. `None` where the scene has none, and before it.
     pub(crate) fn periodic(&self) -> Option<&Periodic> {
         self.periodic.as_ref()

@@ -12,6 +12,7 @@ use super::engine::{Engine, EngineError, EngineStep};
 use super::parts::Passing;
 use super::prepare::Prepared;
 use crate::gpu::layout::FUSED_STEPS;
+use crate::stop::whole;
 
 /// Advances through steps, with the check's nodes where there is a check. `progress` is called for each step. Returns whether all steps were done before
 /// `stop` was set.
@@ -42,7 +43,7 @@ pub(crate) fn forward(
             .map(|(one, load)| EngineStep { load, steps: one.steps, start: one.start, length: one.end - one.start })
             .collect();
         for together in under_load.chunks(at_once) {
-            engine.forward(together)?;
+            whole(|| engine.forward(together))?;
             for one in together {
                 if let Some(check) = check.as_deref_mut() {
                     check.step(one.load, one.steps, one.start, one.length, engine.exchange_rows().as_ref());

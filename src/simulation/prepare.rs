@@ -22,6 +22,7 @@ use crate::model::nodes::{GROUP, Nodes, PADDING, RangeResponse};
 use crate::model::{MergeSummary, Model};
 use crate::scene::work::too_late;
 use crate::scene::{Background, Reflections, Scene};
+use crate::stop::Watch;
 use crate::thermal::material::{Material, Response};
 
 /// A joint's run of triangles begins at a multiple of this number, so that its indices can be bound separately.
@@ -106,6 +107,11 @@ impl Prepared {
         change: impl FnOnce(&mut [Material]),
         progress: &mut dyn FnMut(PrepareStage),
     ) -> Result<Self, PrepareError> {
+        let watch = Watch::begin();
+        let progress = &mut |stage| {
+            watch.look();
+            progress(stage);
+        };
         progress(PrepareStage::Reading);
         let mut model = Model::load_within(&scene.model_path, &scene.reach)?.weld();
         let mut materials = prepare_names::materials(&mut scene, &model)?;

@@ -9,7 +9,7 @@ use super::reference_engine::ReferenceEngine;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::response::{ResponseRun, respond};
-use crate::host::{OverBudget, check_memory};
+use crate::host::{OverBudget, Reservation, reserve_memory};
 use crate::scene::Camera;
 use crate::thermal::material::Transition;
 use crate::thermal::transition::{TransitionState, transition_step};
@@ -57,14 +57,14 @@ impl Target {
         }
     }
 
-    /// Checks the memory of the host for an image of a camera, before it is drawn.
+    /// Keeps memory of the host for an image of a camera while it is drawn.
     ///
     /// # Errors
     /// It does not suffice.
-    pub(crate) fn check_image(&self, camera: &Camera) -> Result<(), OverBudget> {
+    pub(crate) fn reserve_image(&self, camera: &Camera) -> Result<Reservation, OverBudget> {
         let (width, height) = (camera.width, camera.height);
         let bytes = u64::from(width) * u64::from(height) * self.image_bytes(1);
-        check_memory(bytes, || format!("an image of {width} x {height} pixels"))
+        reserve_memory(bytes, || format!("an image of {width} x {height} pixels"))
     }
 
     /// Memory of the host that an image of several scenes takes [bytes a pixel]. A device keeps what each of them is drawn with.
@@ -80,7 +80,7 @@ impl Target {
     /// # Errors
     /// An error of the device, or an image beyond the memory of the host.
     pub fn engine(&self, prepared: &Prepared, camera: Option<&Camera>) -> Result<Box<dyn Engine>, GpuError> {
-        camera.map_or(Ok(()), |camera| self.check_image(camera))?;
+        let _room = camera.map(|camera| self.reserve_image(camera)).transpose()?;
         Ok(match self {
             Self::Device(context) => Box::new(DeviceEngine::new(context, prepared, camera)?),
             Self::Reference => Box::new(ReferenceEngine::new(prepared, camera)),

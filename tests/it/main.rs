@@ -67,6 +67,7 @@ mod shadows;
 mod shown;
 mod silhouette;
 mod step_length;
+mod stop;
 #[cfg(unix)]
 mod streams;
 mod thermal_state;

@@ -5,9 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The rooms of `src`. Each uses only rooms before it.
-const ORDER: [&str; 24] = [
+const ORDER: [&str; 25] = [
     "text",
     "host",
+    "stop",
     "files",
     "environment",
     "thermal",

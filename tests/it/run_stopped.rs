@@ -61,8 +61,8 @@ fn control_c_keeps_what_is_finished() {
 fn control_c_in_the_warm_up_and_in_a_still() {
     let slow = scene_with(&[("steps = 12", "steps = 12\nwarm_up_orbits = 100000")]);
     let folder = Folder::new(&slow);
-    let plots = folder.path("out/plots");
-    let output = interrupted(quiet_run(&folder), "INT", || plots.exists());
+    let state = folder.path("out/.isotherm/state");
+    let output = interrupted(quiet_run(&folder), "INT", || state.exists());
     assert_eq!(refusal(&output).0, Some(1), "{}", stderr(&output));
     let left = files(&folder.path("out"));
     assert_eq!(report(&left)["interrupted"], true);

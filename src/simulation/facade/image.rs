@@ -21,8 +21,10 @@ impl Simulation {
         let camera = pose.of(camera);
         self.check(&camera)?;
         self.begin()?;
-        self.target.check_image(&camera).map_err(GpuError::from)?;
         self.take_camera(camera)?;
+        let camera = &self.drawn;
+        let room = camera.as_ref().map(|camera| self.target.reserve_image(camera)).transpose();
+        let _room = room.map_err(GpuError::from)?;
         let mut image = self.draw()?;
         let sensor = self.prepared.scene.sensor.as_ref();
         if sensor.is_none_or(|sensor| sensor.kelvin_per_count.is_none()) {

@@ -5,6 +5,8 @@
 
 use std::collections::BTreeSet;
 
+use crate::stop::Watch;
+
 #[derive(Debug, Clone)]
 pub(super) struct SparseMatrix {
     /// Row of the caller at each position of the order.
@@ -73,7 +75,9 @@ impl SparseMatrix {
     /// Factors the matrix. Returns whether every pivot is a positive number.
     pub(super) fn factor(&mut self) -> bool {
         self.factors.copy_from_slice(&self.values);
+        let watch = Watch::begin();
         for row in 0..self.order.len() {
+            watch.look();
             let (start, end, diagonal) = (self.starts[row], self.starts[row + 1], self.diagonal[row]);
             for at in start..end {
                 self.work[self.columns[at] as usize] = self.factors[at];
@@ -124,7 +128,9 @@ fn eliminate(mut neighbours: Vec<BTreeSet<u32>>) -> (Vec<u32>, Vec<Vec<u32>>) {
     let mut queue: BTreeSet<(usize, u32)> =
         neighbours.iter().enumerate().map(|(row, met)| (met.len(), row as u32)).collect();
     let (mut order, mut rows) = (Vec::new(), Vec::new());
+    let watch = Watch::begin();
     while let Some((_, row)) = queue.pop_first() {
+        watch.look();
         let met: Vec<u32> = std::mem::take(&mut neighbours[row as usize]).into_iter().collect();
         for a in &met {
             let others = &mut neighbours[*a as usize];

@@ -27,7 +27,12 @@ pub struct Program {
 impl Program {
     /// Serves `craft` with at most 3 GiB of address space.
     pub fn start(protocol: &str, more: &[&str]) -> Self {
-        let folder = Folder::new(SCENE);
+        Self::serve(SCENE, protocol, more)
+    }
+
+    /// The same of another scene.
+    fn serve(scene: &str, protocol: &str, more: &[&str]) -> Self {
+        let folder = Folder::new(scene);
         let mut command = Command::new("sh");
         command.args(["-c", "ulimit -v 3145728; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_isotherm")]);
         command.args(["serve", "craft=scene.toml", "--protocol", protocol, "--device", "cpu"]);
@@ -156,6 +161,23 @@ fn work_ends_with_the_client_that_waits_for_it() {
     assert!(program.logs(&format!("{client} runLUACode")), "the call begins");
     // A call that waits behind it hides the end of the connection from a read.
     hostile.write_all(&call("version", &[])).expect("it takes a call");
+    drop(hostile);
+    assert!(program.logs(&format!("{client} end")), "{}", program.said());
+}
+
+/// A client asks for a craft whose rays take minutes, and goes.
+#[test]
+fn a_craft_is_prepared_only_as_long_as_its_client_waits() {
+    let slow = crate::craft::scene_with(&[("[radiance]", "[exchange]\npatch_edge = 0.2\nrays = 60000\n[radiance]")]);
+    let program = Program::serve(&slow, "surrender", &[]);
+    let mut hostile = TcpStream::connect(program.address).expect("a connection");
+    let client = hostile.local_addr().expect("its address");
+    let names = [("object_name", "target"), ("model_name", "craft")];
+    let mut mesh: Vec<_> = names.iter().map(|(key, name)| (*key, Value::Text((*name).to_owned()))).collect();
+    mesh.push(("scale", Value::Double(1.0)));
+    hostile.write_all(&call("createMesh", &mesh)).expect("it takes a call");
+    assert!(program.logs(&format!("{client} createMesh")), "the call begins");
+    std::thread::sleep(Duration::from_secs(1));
     drop(hostile);
     assert!(program.logs(&format!("{client} end")), "{}", program.said());
 }
