@@ -75,54 +75,56 @@ pub(super) fn balance_sides(patches: &[Patch], cast: &Sparse, shared: &mut Spars
     fit_sides(shared, &sides, &wanted);
 }
 
+/// Rows whose factors one thread renews together.
+const CHUNK: usize = 64;
+
 /// Scales symmetric areas until each row shares the wanted area with each side that it has entries of.
 pub(super) fn fit_sides(shared: &mut Sparse, sides: &[u32], wanted: &[Sided]) {
     let count = shared.len();
     // The sides of each row, one row after the other, and the areas that it wants of them.
     let mut first = vec![0];
     let mut of_rows: Vec<u32> = Vec::new();
-    for row in 0..count {
+    let mut right: Vec<f64> = Vec::new();
+    for (row, wanted) in wanted.iter().enumerate() {
         let mut of_row: Vec<u32> = shared.row(row).iter().map(|(j, _)| sides[*j as usize]).collect();
         of_row.sort_unstable();
         of_row.dedup();
+        right.extend(of_row.iter().map(|side| at(wanted, *side)));
         of_rows.extend(of_row);
         first.push(of_rows.len());
     }
     let place = |row: usize, side: u32| {
         let run = first[row]..first[row + 1];
-        run.start + of_rows[run].binary_search(&side).unwrap_or_default()
+        (run.start + of_rows[run].binary_search(&side).unwrap_or_default()) as u32
     };
     // For each entry the place of its own factor and of the factor of its mirror image.
-    let places: Vec<Vec<[usize; 2]>> = (0..count)
-        .into_par_iter()
-        .map(|i| {
-            let both = |(j, _): &(u32, f64)| [place(i, sides[*j as usize]), place(*j as usize, sides[i])];
-            shared.row(i).iter().map(both).collect()
-        })
-        .collect();
+    let of_row = |i: usize| {
+        let both = move |(j, _): &(u32, f64)| [place(i, sides[*j as usize]), place(*j as usize, sides[i])];
+        shared.row(i).iter().map(both)
+    };
+    let places: Vec<[u32; 2]> = (0..count).flat_map(of_row).collect();
     let mut factors = vec![1.0; of_rows.len()];
     let watch = Watch::begin();
     for _ in 0..ROUNDS {
         watch.look();
-        let next = |i: usize| -> Vec<f64> {
-            let run = first[i]..first[i + 1];
-            let mut now = vec![0.0; run.len()];
-            for ((_, area), [own, mirrored]) in shared.row(i).iter().zip(&places[i]) {
-                now[own - run.start] += area * factors[*mirrored];
+        let next = |chunk: usize| -> Vec<f64> {
+            let rows = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
+            let (start, end) = (first[rows.start], first[rows.end]);
+            let entries = shared.first[rows.start] as usize..shared.first[rows.end] as usize;
+            let mut now = vec![0.0; end - start];
+            for ((_, area), [own, mirrored]) in shared.entries[entries.clone()].iter().zip(&places[entries]) {
+                now[*own as usize - start] += area * factors[*mirrored as usize];
             }
-            let renew = |(place, now): (usize, f64)| {
-                let factor: f64 = factors[place];
-                let right = if now > 0.0 { at(&wanted[i], of_rows[place]) / now } else { factor };
-                (factor * right).sqrt().clamp(FACTORS[0], FACTORS[1])
-            };
-            run.zip(now).map(renew).collect()
+            for ((now, factor), right) in now.iter_mut().zip(&factors[start..end]).zip(&right[start..end]) {
+                let wanted: f64 = if *now > 0.0 { right / *now } else { *factor };
+                *now = (factor * wanted).sqrt().clamp(FACTORS[0], FACTORS[1]);
+            }
+            now
         };
-        factors = (0..count).into_par_iter().flat_map_iter(next).collect();
+        let chunks: Vec<Vec<f64>> = (0..count.div_ceil(CHUNK)).into_par_iter().map(next).collect();
+        factors = chunks.concat();
     }
-    for (i, row) in places.iter().enumerate() {
-        let run = shared.first[i] as usize..shared.first[i + 1] as usize;
-        for ((_, area), [own, mirrored]) in shared.entries[run].iter_mut().zip(row) {
-            *area *= factors[*own] * factors[*mirrored];
-        }
+    for ((_, area), [own, mirrored]) in shared.entries.iter_mut().zip(&places) {
+        *area *= factors[*own as usize] * factors[*mirrored as usize];
     }
 }

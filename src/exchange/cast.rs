@@ -45,16 +45,16 @@ pub(crate) type Ray = [DVec3; 2];
 
 /// A ray of a patch in the file's pose, its start lifted off the surface by `start` [m].
 pub(crate) fn ray_of(surface: &PatchSurface, patches: &Patches, start: f64, patch: u32, ray: u32) -> Ray {
-    let [point, normal] = start_of(surface, patches, patch, ray);
-    let [_, _, u, v] = fractions(patch, ray);
+    let numbers = fractions(patch, ray);
+    let [point, normal] = start_at(surface, patches, patch, numbers);
+    let [_, _, u, v] = numbers;
     [point + start * normal, cosine_direction(normal, [u, v])]
 }
 
-/// Where a ray of a patch starts in the file's pose, and the unit normal of its face there.
-pub(crate) fn start_of(surface: &PatchSurface, patches: &Patches, patch: u32, ray: u32) -> Ray {
+/// Where a ray with these numbers ([`fractions`]) starts on a patch in the file's pose, and the unit normal of its face there.
+pub(crate) fn start_at(surface: &PatchSurface, patches: &Patches, patch: u32, [place, s, ..]: [f64; 4]) -> Ray {
     let origin = &patches.all[patch as usize];
     let corners = &patches.corners[origin.corners.clone()];
-    let [place, s, ..] = fractions(patch, ray);
     let at = corners.partition_point(|corner| corner.up_to < place).min(corners.len() - 1);
     let before = if at == 0 { 0.0 } else { corners[at - 1].up_to };
     // The place within its corner, scaled to [0, 1], is as evenly spread as the place itself.
@@ -100,16 +100,18 @@ pub fn cast_rays(
     range: std::ops::Range<u32>,
 ) -> Vec<u32> {
     let occluders = &scenery.occluders;
+    let mut ends = vec![SPACE; range.len() * rays as usize];
     let watch = Watch::begin();
-    let ends = |patch: u32| {
+    ends.par_chunks_mut(rays as usize).zip(range).for_each(|(ends, patch)| {
+        if watch.is_over() {
+            return;
+        }
         let joint = patches.all[patch as usize].joint;
-        let rays = if watch.is_over() { 0 } else { rays };
-        (0..rays).into_par_iter().map(move |ray| {
+        for (ray, end) in (0..rays).zip(ends) {
             let ray = scenery.placed(ray_of(surface, patches, occluders.start, patch, ray), joint);
-            end_of(surface, patches, occluders, ray)
-        })
-    };
-    let all = range.into_par_iter().flat_map(ends).collect();
+            *end = end_of(surface, patches, occluders, ray);
+        }
+    });
     watch.look();
-    all
+    ends
 }

@@ -6,7 +6,7 @@
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-use super::cast::{INSIDE, SPACE, face_of, start_of};
+use super::cast::{INSIDE, SPACE, face_of, start_at};
 use super::directions::{basis, fractions};
 use super::patches::{NONE, PatchSurface, Patches};
 use super::sparse::{Sparse, SparseRow};
@@ -73,8 +73,9 @@ impl Mirrors {
         let count = rays.min(MOST_RAYS);
         let face = |(number, patch): (u32, &super::patches::Patch)| {
             let ray = |ray: u32| {
-                let [place, normal] = start_of(surface, patches, number, ray);
-                let [_, _, u, v] = fractions(number, ray);
+                let numbers = fractions(number, ray);
+                let [place, normal] = start_at(surface, patches, number, numbers);
+                let [_, _, u, v] = numbers;
                 Start { place, normal, facet: [u, v] }
             };
             (patch.gloss.specular > 0.0).then(|| MirrorFace {

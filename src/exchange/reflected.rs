@@ -14,26 +14,23 @@
 
 use rayon::prelude::*;
 
-use super::balance_sides::{Sided, fit_sides, summed};
+use super::balance_sides::{Sided, fit_sides};
 use super::factors::Factors;
 use super::sparse::{Sparse, SparseRow};
 use super::words::{MOST as WORDS, rounded};
 use crate::stop::Watch;
-use crate::thermal::sensor::noise::pcg4d;
 
 /// Area over that of the smaller patch below which pairs that do not see each other directly stand for others.
 const THIN: f64 = 0.006;
-/// Second word of the hash of a pair, so that it differs from other uses of the same hash.
-const SALT: u32 = 0x9a12;
 /// Rounds in which kept entries are scaled to the right sums of their rows.
 const ROUNDS: usize = 100;
 /// Share of the light of a row below which reflections are no longer followed. The rest goes where the light before it went.
 const FAINT: f64 = 3e-4;
 /// Share of the light of a row below which entries are reflected together.
-const CRUMB: f64 = 2e-3;
+const CRUMB: f64 = 5e-4;
 const MOST: u32 = 20_000;
-/// Share of all patches, as its inverse, that light must reach for a look at all of them.
-const SCANNED: usize = 16;
+/// Patches that are looked at together for light that has reached them.
+const BLOCK: usize = 64;
 /// Part of the area of the smaller patch below which a rounding error of an entry is left to the diagonal.
 const FINE: f64 = 1e-4;
 /// Absorptivity up to which the diagonal can not make up for light that is left out.
@@ -55,23 +52,22 @@ pub(crate) fn exchange_areas(factors: &Factors, sides: &[u32], absorptivities: &
     let areas = &factors.areas;
     let [given, lost] = shares(factors, absorptivities, bounces);
     let watch = Watch::begin();
-    let rows: Vec<SparseRow> = (0..areas.len())
+    let (rows, wanted): (Vec<SparseRow>, Vec<Sided>) = (0..areas.len())
         .into_par_iter()
         .map_init(
-            || ReflectionRoom::new(areas.len()),
-            |rows, patch| match watch.is_over() {
-                true => SparseRow::new(),
-                false => rows.follow(factors, absorptivities, bounces, patch),
+            || ReflectionRoom::new(sides),
+            |room, patch| {
+                if watch.is_over() {
+                    return Default::default();
+                }
+                room.follow(factors, absorptivities, bounces, patch);
+                room.thinned(factors, sides, patch)
             },
         )
-        .collect();
+        .unzip();
     watch.look();
     let space: Vec<f64> = lost.iter().zip(areas).map(|(share, area)| share * area).collect();
-    let between_rows = Sparse::from_rows(rows);
-    let mean = between_rows.combined(&between_rows.transposed(), |_, _, there, back| 0.5 * (there + back));
-    let mut between = thinned(&mean, &factors.shared, areas);
-    let of_sides = |row: usize| summed(mean.row(row).iter().copied(), sides);
-    let wanted: Vec<Sided> = (0..areas.len()).into_par_iter().map(of_sides).collect();
+    let mut between = symmetric(&Sparse::from_rows(rows));
     fit_sides(&mut between, sides, &wanted);
     let wanted: Vec<f64> = given.iter().zip(areas).map(|(share, area)| share * area).collect();
     scale(&mut between, &wanted, absorptivities);
@@ -101,19 +97,22 @@ impl Areas {
 
 /// Shares of the light of each patch that the craft absorbs and that reach space, with at most `bounces` reflections.
 fn shares(factors: &Factors, absorptivities: &[f64], bounces: Option<u32>) -> [Vec<f64>; 2] {
-    let mean_over_rays = |value: &(dyn Fn(usize) -> f64 + Sync), i: usize| -> f64 {
-        factors.shared.row(i).iter().map(|(j, shared)| shared * value(*j as usize)).sum::<f64>() / factors.areas[i]
-    };
-    let patches = 0..factors.areas.len();
-    let at_first = |i: usize| [mean_over_rays(&|j| absorptivities[j], i), factors.to_space(i)];
-    let first: Vec<[f64; 2]> = patches.clone().into_par_iter().map(at_first).collect();
-    let mut now = first.clone();
-    for _ in 0..bounces.unwrap_or(MOST).min(MOST) {
-        let later = |i: usize| {
-            let reflected = |kind: usize| mean_over_rays(&|j| (1.0 - absorptivities[j]) * now[j][kind], i);
-            [first[i][0] + reflected(0), first[i][1] + reflected(1)]
+    let mut now = vec![[0.0; 2]; factors.areas.len()];
+    for _ in 0..=bounces.unwrap_or(MOST).min(MOST) {
+        // Shares of the light of a ray that ends on each patch.
+        let of_ray =
+            |(shares, taken): (&[f64; 2], &f64)| [taken + (1.0 - taken) * shares[0], (1.0 - taken) * shares[1]];
+        let ends: Vec<[f64; 2]> = now.iter().zip(absorptivities).map(of_ray).collect();
+        let mean_over_rays = |i: usize| {
+            let mut sum = [0.0, factors.space[i]];
+            for (j, shared) in factors.shared.row(i) {
+                let [absorbed, lost] = ends[*j as usize];
+                sum[0] += shared * absorbed;
+                sum[1] += shared * lost;
+            }
+            sum.map(|sum| sum / factors.areas[i])
         };
-        let next: Vec<[f64; 2]> = patches.clone().into_par_iter().map(later).collect();
+        let next: Vec<[f64; 2]> = (0..now.len()).into_par_iter().map(mean_over_rays).collect();
         let change = next.iter().zip(&now).map(|(a, b)| (a[0] - b[0]).max(a[1] - b[1])).fold(0.0, f64::max);
         now = next;
         if change < 1e-14 {
@@ -154,87 +153,143 @@ fn round(kept: &mut Sparse, areas: &[f64], absorptivities: &[f64]) {
     }
 }
 
-/// Lets few pairs that do not see each other and share little stand for all of them. The diagonal stays.
-fn thinned(all: &Sparse, shared: &Sparse, areas: &[f64]) -> Sparse {
-    let sees = |i: usize, j: u32| j as usize == i || shared.row(i).binary_search_by_key(&j, |entry| entry.0).is_ok();
-    let kept = |i: usize, (j, area): (u32, f64)| {
-        let least = THIN * areas[i].min(areas[j as usize]);
-        if area >= least || sees(i, j) {
-            return Some((j, area));
-        }
-        let [number, ..] = pcg4d([j.min(i as u32), j.max(i as u32), SALT, 0]);
-        (f64::from(number) * 2f64.powi(-32) * least < area).then_some((j, least))
-    };
+/// The mean of a matrix and its transposed one. Each row has a diagonal entry.
+fn symmetric(rows: &Sparse) -> Sparse {
+    let mean = rows.combined(&rows.transposed(), |_, _, there, back| 0.5 * (there + back));
     let row = |i: usize| {
-        let mut row: SparseRow = all.row(i).iter().filter_map(|entry| kept(i, *entry)).collect();
+        let mut row = mean.row(i).to_vec();
         if let Err(place) = row.binary_search_by_key(&(i as u32), |entry| entry.0) {
             row.insert(place, (i as u32, 0.0));
         }
         row
     };
-    Sparse::from_rows((0..areas.len()).into_par_iter().map(row).collect())
+    Sparse::from_rows((0..mean.len()).map(row).collect())
 }
 
+/// A number from 0 to 1 that belongs to a pair of patches, the same for both (Appleby's finalizer of MurmurHash3).
+fn lot(i: u32, j: u32) -> f64 {
+    let mut word = u64::from(i.min(j)) << 32 | u64::from(i.max(j));
+    word = (word ^ (word >> 33)).wrapping_mul(0xff51_afd7_ed55_8ccd);
+    word = (word ^ (word >> 33)).wrapping_mul(0xc4ce_b9fe_1a85_ec53);
+    (word >> 32) as f64 * 2f64.powi(-32)
+}
+
+/// Light on patches, and the blocks of patches that any has reached.
+#[derive(Debug, Default)]
+struct Spread {
+    light: Vec<f64>,
+    reached: Vec<bool>,
+}
+
+impl Spread {
+    fn new(patches: usize) -> Self {
+        Self { light: vec![0.0; patches], reached: vec![false; patches.div_ceil(BLOCK)] }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, patch: usize, light: f64) {
+        self.light[patch] += light;
+        self.reached[patch / BLOCK] = true;
+    }
+
+    /// Moves the patches with light to `all`, which is emptied first, and takes their light away.
+    fn drain(&mut self, all: &mut SparseRow) {
+        all.clear();
+        for (number, reached) in self.reached.iter_mut().enumerate() {
+            if !std::mem::take(reached) {
+                continue;
+            }
+            let first = number * BLOCK;
+            let end = self.light.len().min(first + BLOCK);
+            for (k, light) in self.light[first..end].iter_mut().enumerate() {
+                if *light != 0.0 {
+                    all.push(((first + k) as u32, *light));
+                    *light = 0.0;
+                }
+            }
+        }
+    }
+}
+
+/// Room for the light of one patch after another.
 struct ReflectionRoom {
-    sum: Vec<f64>,
-    next: Vec<f64>,
-    touched: Vec<u32>,
-    reached: Vec<u32>,
+    /// All light that has arrived.
+    arrived: Spread,
+    /// Light on its way.
+    next: Spread,
+    /// The patches that it has reached.
+    row: SparseRow,
+    /// What patches reflect.
+    sent: SparseRow,
+    of_sides: Spread,
 }
 
 impl ReflectionRoom {
-    fn new(patches: usize) -> Self {
-        Self { sum: vec![0.0; patches], next: vec![0.0; patches], touched: Vec::new(), reached: Vec::new() }
+    fn new(sides: &[u32]) -> Self {
+        let count = sides.iter().max().map_or(0, |side| *side as usize + 1);
+        let [arrived, next] = [0; 2].map(|_| Spread::new(sides.len()));
+        Self { arrived, next, row: Vec::new(), sent: Vec::new(), of_sides: Spread::new(count) }
     }
 
-    fn follow(&mut self, factors: &Factors, taken: &[f64], bounces: Option<u32>, patch: usize) -> SparseRow {
-        let faint = FAINT * factors.areas[patch];
-        let mut light: SparseRow = factors.shared.row(patch).to_vec();
+    /// Follows the light of a patch through its reflections.
+    fn follow(&mut self, factors: &Factors, taken: &[f64], bounces: Option<u32>, patch: usize) {
+        let [faint, crumb] = [FAINT, CRUMB].map(|share| share * factors.areas[patch]);
+        self.row.clear();
+        self.row.extend_from_slice(factors.shared.row(patch));
         for bounce in 0..=bounces.unwrap_or(MOST).min(MOST) {
-            for (j, area) in &light {
-                if self.sum[*j as usize] == 0.0 {
-                    self.touched.push(*j);
+            // The first crumbs count as half of one that goes on, so that light moves forwards as often as backwards.
+            let (mut left, mut gathered, mut due, mut last) = (0.0, 0.0, 0.5 * crumb, 0);
+            self.sent.clear();
+            for (j, light) in &self.row {
+                self.arrived.add(*j as usize, *light);
+                let reflected = light * (1.0 - taken[*j as usize]);
+                if reflected <= 0.0 {
+                    continue;
                 }
-                self.sum[*j as usize] += area;
+                (left, gathered, last) = (left + reflected, gathered + reflected, *j);
+                if gathered >= due {
+                    self.sent.push((*j, gathered));
+                    (gathered, due) = (0.0, crumb);
+                }
             }
-            let reflected = |(j, area): &(u32, f64)| area * (1.0 - taken[*j as usize]);
-            let mut left = light.iter().map(reflected).sum::<f64>();
             if left <= faint || bounces == Some(bounce) {
                 break;
             }
-            // The first crumbs count as half of one that goes on, so that light moves forwards as often as backwards.
-            let mut gathered = 0.0;
-            let mut due = 0.5 * CRUMB * factors.areas[patch];
-            for (j, area) in light.iter().map(|entry| (entry.0 as usize, reflected(entry))) {
-                gathered += area;
-                left -= area;
-                if gathered < due && left > faint {
-                    continue;
-                }
-                due = CRUMB * factors.areas[patch];
-                let area = std::mem::take(&mut gathered);
-                let share = area / factors.areas[j];
-                for (k, shared) in factors.shared.row(j) {
-                    if self.next[*k as usize] == 0.0 {
-                        self.reached.push(*k);
-                    }
-                    self.next[*k as usize] += share * shared;
+            if gathered > 0.0 {
+                self.sent.push((last, gathered));
+            }
+            for (j, light) in &self.sent {
+                let share = light / factors.areas[*j as usize];
+                for (k, shared) in factors.shared.row(*j as usize) {
+                    self.next.add(*k as usize, share * shared);
                 }
             }
-            // Where many patches are reached, a look at all of them takes less time than to sort them.
-            if SCANNED * self.reached.len() > self.next.len() {
-                self.reached.clear();
-                self.reached.extend((0..self.next.len() as u32).filter(|k| self.next[*k as usize] != 0.0));
-            } else {
-                self.reached.sort_unstable();
-                self.reached.dedup();
-            }
-            let next = &mut self.next;
-            light = self.reached.drain(..).map(|k| (k, std::mem::take(&mut next[k as usize]))).collect();
+            self.next.drain(&mut self.row);
         }
-        self.touched.sort_unstable();
-        self.touched.dedup();
-        let sum = &mut self.sum;
-        self.touched.drain(..).map(|j| (j, std::mem::take(&mut sum[j as usize]))).collect()
+    }
+
+    /// What has arrived from a patch: entries of which few stand for many, and the sums by side. Of the pairs that do not see each other and share little, few stand
+    /// for all of them.
+    fn thinned(&mut self, factors: &Factors, sides: &[u32], patch: usize) -> (SparseRow, Sided) {
+        self.arrived.drain(&mut self.row);
+        let mut direct = factors.shared.row(patch).iter().map(|entry| entry.0).peekable();
+        let mut kept = Vec::with_capacity(2 * direct.len() + 1);
+        let here = factors.areas[patch];
+        for (j, area) in &self.row {
+            self.of_sides.add(sides[*j as usize] as usize, *area);
+            while direct.peek().is_some_and(|next| next < j) {
+                direct.next();
+            }
+            let sees = *j as usize == patch || direct.peek() == Some(j);
+            let least = THIN * here.min(factors.areas[*j as usize]);
+            if sees || *area >= least {
+                kept.push((*j, *area));
+            } else if lot(patch as u32, *j) * least < *area {
+                kept.push((*j, least));
+            }
+        }
+        let mut of_sides = Vec::new();
+        self.of_sides.drain(&mut of_sides);
+        (kept, of_sides)
     }
 }

@@ -34,21 +34,30 @@ pub(crate) fn bundles_of(rays: usize) -> usize {
 }
 
 /// Words of the bundles of a patch. Neighbours make a bundle: rays are sorted into rings about the normal, and by azimuth within a ring.
-pub(crate) fn bundled(mut rays: Vec<PatchRay>) -> Vec<u32> {
+pub(crate) fn bundled(rays: &[PatchRay]) -> Vec<u32> {
     let (count, length) = (bundles_of(rays.len()), rays.len());
     // As many bundles around a ring as there are rings, times four, have about the same width and height.
     let rings = ((count as f64).sqrt() / 2.0).round().max(1.0) as usize;
     let first_ray = |bundle: usize| length * bundle / count.max(1);
-    rays.sort_by(|a, b| a.place[0].total_cmp(&b.place[0]));
+    // A place in 32 bits and the number of its ray, so that whole numbers are sorted.
+    let key = |number: u32, place: f64| ((place * 2f64.powi(32)) as u64) << 32 | u64::from(number);
+    let mut order: Vec<u64> = (0..).zip(rays).map(|(number, ray)| key(number, ray.place[0])).collect();
+    order.sort_unstable();
     for ring in 0..rings {
         let [first, end] = [ring, ring + 1].map(|ring| first_ray(count * ring / rings));
-        rays[first..end].sort_by(|a, b| a.place[1].total_cmp(&b.place[1]));
+        let ring = &mut order[first..end];
+        ring.iter_mut().for_each(|ray| *ray = key(*ray as u32, rays[*ray as u32 as usize].place[1]));
+        ring.sort_unstable();
     }
     let word = |bundle: usize| {
-        let bundle_rays = &rays[first_ray(bundle)..first_ray(bundle + 1)];
-        let open = bundle_rays.iter().filter(|ray| ray.open).count() as u32;
-        let direction: DVec3 = bundle_rays.iter().map(|ray| ray.direction).sum();
-        word_of(direction.normalize_or(bundle_rays[0].direction), PARTS * open / bundle_rays.len() as u32)
+        let bundle_rays = &order[first_ray(bundle)..first_ray(bundle + 1)];
+        let (mut open, mut direction) = (0, DVec3::ZERO);
+        for ray in bundle_rays.iter().map(|ray| &rays[*ray as u32 as usize]) {
+            open += u32::from(ray.open);
+            direction += ray.direction;
+        }
+        let first = rays[bundle_rays[0] as u32 as usize].direction;
+        word_of(direction.normalize_or(first), PARTS * open / bundle_rays.len() as u32)
     };
     (0..count).map(word).collect()
 }
@@ -277,7 +286,7 @@ mod tests {
         for count in [1, 2, 3, 5, 30, 256] {
             let own = rays(4, count);
             let open = own.iter().filter(|ray| ray.open).count() as f64;
-            let words = bundled(own);
+            let words = bundled(&own);
             assert_eq!(words.len(), bundles_of(count as usize));
             let share: f64 = words.iter().map(|word| open_share(*word)).sum::<f64>() / words.len() as f64;
             // The last bundles of a number that four does not divide are smaller.
@@ -296,7 +305,7 @@ mod tests {
                 planet.seen(&words).planet_ir
             };
             let exact = singly(8192);
-            let computed = [singly(256), planet.seen(&bundled(rays(patch, 256))).planet_ir, singly(64)];
+            let computed = [singly(256), planet.seen(&bundled(&rays(patch, 256))).planet_ir, singly(64)];
             errors.iter_mut().zip(computed).for_each(|(error, found)| *error += (found - exact).powi(2) / 200.0);
         }
         let [single, bundles, quarter] = errors.map(f64::sqrt);

@@ -11,6 +11,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::cast::{INSIDE, SPACE, Scenery, cast_rays};
+use super::directions::evenness;
 use super::patches::{Gathered, NONE, PatchSurface, Patches, bin};
 use super::sparse::SparseRow;
 use crate::thermal::material::Material;
@@ -26,8 +27,8 @@ const DIFFERENCE: f64 = 0.004;
 const LEAST_WARMED: f64 = 0.05;
 /// Part of the difference between two halves that the halves of each may still have, where the noise of rays hides it: light that changes evenly.
 const CARRIED: f64 = 0.5;
-/// Standard deviation of the mean of evenly spread rays, over that of independent ones.
-const EVEN: f64 = 0.5;
+/// Noise of what halves see, over that of rays that are spread as evenly as [`evenness`] says. Flat sides seen from a flat side have few edges.
+const EVEN: f64 = 0.7;
 /// Patches up to which a craft is split.
 const MOST: usize = 3000;
 
@@ -139,11 +140,12 @@ impl NodeViews {
     /// Half the sum of the differences of two views, beyond their standard deviations, over the root of what they see of the craft: a cold surface tells small
     /// differences.
     fn differ(&self, one: &(BTreeMap<u32, f64>, f64), other: &(BTreeMap<u32, f64>, f64)) -> f64 {
+        let even = EVEN * evenness(self.rays as u32);
         let seen: std::collections::BTreeSet<u32> = one.0.keys().chain(other.0.keys()).copied().collect();
         let differ = |seen: u32| {
             let [a, b] = [one, other].map(|view| view.0.get(&seen).copied().unwrap_or(0.0));
             let mean = 0.5 * (a + b);
-            let noise = EVEN * (mean * (1.0 - mean).max(0.0) * (1.0 / one.1 + 1.0 / other.1)).sqrt();
+            let noise = even * (mean * (1.0 - mean).max(0.0) * (1.0 / one.1 + 1.0 / other.1)).sqrt();
             ((a - b).abs() - noise).max(0.0)
         };
         let of_craft = |view: &BTreeMap<u32, f64>| {

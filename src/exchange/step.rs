@@ -12,8 +12,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::balance_sides::sides_of;
-use super::cast::{SPACE, Scenery, ray_of};
-use super::directions::fractions;
+use super::cast::{SPACE, Scenery, start_at};
+use super::directions::{cosine_direction, fractions};
 use super::factors::Factors;
 use super::mirrors::Mirrored;
 use super::patches::{NONE, Patch, PatchSurface, Patches};
@@ -133,11 +133,13 @@ impl Exchange {
         let sky = (0..patches.all.len() as u32).into_par_iter().flat_map_iter(|patch| {
             let ends_of_patch = &ends[patch as usize * settings.rays as usize..];
             let ray = |ray| {
-                let [_, direction] = ray_of(surface, patches, 0.0, patch, ray);
-                let [.., s, t] = fractions(patch, ray);
+                let numbers = fractions(patch, ray);
+                let [_, normal] = start_at(surface, patches, patch, numbers);
+                let [.., s, t] = numbers;
+                let direction = cosine_direction(normal, [s, t]);
                 PatchRay { place: [s, t], direction, open: ends_of_patch[ray as usize] == SPACE }
             };
-            bundled((0..kept).map(ray).collect())
+            bundled(&(0..kept).map(ray).collect::<Vec<_>>())
         });
         Self {
             bundles: bundles_of(kept as usize),

@@ -131,6 +131,10 @@ impl Finding for Exchange {
         self.share_to_hold(other)
     }
 
+    fn bends(&self, others: [&Self; 2], ratio: f64) -> bool {
+        self.bends(others, ratio)
+    }
+
     fn bytes(&self) -> usize {
         self.bytes()
     }

@@ -1,7 +1,8 @@
 //! Findings for poses of the joints, and the place of the present pose between two of them.
 //!
 //! A pose between two known ones takes a mean of what was found for both, so rows follow a joint to second order in the angle between findings. The next pose
-//! to find for is foreseen from the motion of the last step. Poses that lie on no known way are found for at once. Findings have numbers of their own, which
+//! to find for is foreseen from the motion of the last step. A way on which what is found bends is halved: a joint may stop before a pose that was foreseen, and
+//! there one thing may stick in another. Poses that lie on no known way are found for at once. Findings have numbers of their own, which
 //! are never given twice: a place in a list would be another finding after the oldest made room.
 
 use std::sync::Arc;
@@ -14,6 +15,8 @@ use crate::exchange::turn::{between, on_the_way, turned};
 const STILL: f64 = 1e-9;
 /// Distance from a known way, over the angle between findings, within which a pose lies on it.
 const SLACK: f64 = 0.1;
+/// Angle, over the angle between findings, up to which a way is halved no more.
+const LEAST: f64 = 1.0 / 8.0;
 /// Most poses that are kept. The oldest makes room.
 const MOST: usize = 64;
 
@@ -60,6 +63,9 @@ pub(super) trait Finding: Sized {
     fn at(&self, other: &Self, share: f64) -> Self;
     /// The share of the way to another by which a pose may move before the finding between them must be made anew.
     fn share_to_hold(&self, other: &Self) -> f64;
+    /// Whether the mean of this and the second of two others misses the pose in their middle by too much. The first lies on the other side of this one; `ratio` is the
+    /// angle to the second over the angle to the first.
+    fn bends(&self, others: [&Self; 2], ratio: f64) -> bool;
     /// Memory that a finding takes [B].
     fn bytes(&self) -> usize;
 }
@@ -130,7 +136,14 @@ impl<T: Finding> Posed<T> {
 
     /// Makes what holds at a place. For a joint that moves it is the middle of the share for which it will be held.
     fn enter(&mut self, place: Place, moves: bool, before: &[DAffine3], find: &mut dyn FnMut(&[DAffine3]) -> T) {
-        self.place = Some(place);
+        let held = self.place.replace(place);
+        let mut place = place;
+        if held.is_none_or(|held| (held.from, held.to) != (place.from, place.to)) {
+            while let Some(half) = self.half(place, find) {
+                place = half;
+                self.place = Some(place);
+            }
+        }
         let [Some(from), Some(to)] = [place.from, place.to].map(|number| self.finding(number, find)) else { return };
         if place.from == place.to {
             (self.now, self.hold) = (Some(from), 0.0);
@@ -143,6 +156,31 @@ impl<T: Finding> Posed<T> {
         let share = (place.share + lead).clamp(0.0, 1.0);
         self.place = Some(Place { share, ..place });
         self.now = Some(Arc::new(from.at(&to, share)));
+    }
+
+    /// The place in the half of its way, where what is found bends on it against the way before. Both halves take its place.
+    fn half(&mut self, place: Place, find: &mut dyn FnMut(&[DAffine3]) -> T) -> Option<Place> {
+        let Place { from, to, share } = place;
+        let before = self.ways.iter().find(|way| way[1] == from && way[0] != to)?[0];
+        let [first, second, third] = [before, from, to].map(|number| self.poses_of(number));
+        let (second, third) = (second?, third?);
+        let (angle, before_angle) = (turned(second, third), turned(first?, second));
+        let middle = between(second, third, 0.5);
+        if angle <= LEAST * self.angle || before_angle <= STILL {
+            return None;
+        }
+        let [before, own, after] = [before, from, to].map(|number| self.finding(number, find));
+        if !own?.bends([&*before?, &*after?], angle / before_angle) {
+            return None;
+        }
+        let middle = self.push(middle);
+        self.ways.retain(|way| *way != [from, to]);
+        self.ways.extend([[from, middle], [middle, to]]);
+        Some(if share < 0.5 {
+            Place { from, to: middle, share: 2.0 * share }
+        } else {
+            Place { from: middle, to, share: 2.0 * share - 1.0 }
+        })
     }
 
     /// What is found for known poses.
@@ -271,6 +309,10 @@ mod tests {
         fn share_to_hold(&self, _: &Self) -> f64 {
             0.1
         }
+        fn bends(&self, [before, after]: [&Self; 2], ratio: f64) -> bool {
+            let off = |k: usize| (after.0[k] - self.0[k]) - ratio * (self.0[k] - before.0[k]);
+            off(0).hypot(off(1)) > 0.05
+        }
         fn bytes(&self) -> usize {
             1
         }
@@ -323,6 +365,22 @@ mod tests {
         assert!(count < 40 && anew <= 2 && most < 0.045 && again < 0.045, "{most} {count} {again} {anew}");
         // A jump to elsewhere is found for at once.
         assert!(off(&mut posed, std::iter::once(2.5)).0 < 1e-9);
+    }
+
+    #[test]
+    fn a_way_beyond_which_nothing_is_as_before_is_halved() {
+        // What is found stands still beyond 0.5, and the joint stops at 0.52.
+        let stands =
+            |poses: &[DAffine3]| Angle([poses[1].matrix3.x_axis.y.atan2(poses[1].matrix3.x_axis.x).min(0.5), 0.0]);
+        let mut posed = Posed::new(0.2);
+        let mut most = 0.0f64;
+        for step in 0..=26 {
+            let angle = 0.02 * f64::from(step);
+            posed.turn(&poses(angle), &mut |poses| stands(poses));
+            most = most.max((posed.found().expect("it was found").0[0] - angle.min(0.5)).abs());
+        }
+        println!("{most} with {} findings", posed.made);
+        assert!(most < 0.03 && posed.made < 12, "{most} {}", posed.made);
     }
 
     #[test]
