@@ -25,6 +25,7 @@ mod environment_plate;
 mod error;
 mod info;
 mod info_network;
+mod materials;
 mod memory;
 mod network;
 mod network_export;
@@ -77,6 +78,7 @@ enum Command {
     Converge(converge::Arguments),
     Check(check::Arguments),
     Info(info::Arguments),
+    Materials(materials::Arguments),
     Radiance(radiance::Arguments),
     Response(response::Arguments),
     Network(network::Arguments),
@@ -104,6 +106,7 @@ pub fn main() -> ExitCode {
         Command::Converge(arguments) => converge::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
+        Command::Materials(arguments) => materials::run(&arguments),
         Command::Radiance(arguments) => radiance::run(&arguments),
         Command::Response(arguments) => response::run(&arguments),
         Command::Network(arguments) => network::run(&arguments),

@@ -124,7 +124,8 @@ material_keys! {
     response: "retarget" "domain";
     profile: "function" "rate" "coefficients" "file" "target" "text" "t_max" "t_max_steps";
     rule: "match" "use";
-    sources: "finish" "note" "optics_source" "back_source" "bulk_source";
+    sources: "finish" "note" "optics_source" "back_source" "bulk_source" "absorptivity_eol" "emissivity_eol" "eol"
+        "temperature_range" "measured";
 }
 
 /// Keys of `emissivity_by_angle` and of `emissivity_by_wavelength`.

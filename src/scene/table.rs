@@ -4,19 +4,22 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::error::SceneError;
-use super::faults::{Faults, OWN_SECTION};
-use super::file::{SourceFile, read_text};
+use super::faults::Faults;
+use super::file::{SourceFile, read_text, unreadable};
 use super::keys::{TABLE_ENTRY, suggestion};
+use super::material_record::MaterialRecord;
 use super::section::Section;
 use super::values::Values;
-use crate::files::Reach;
+use crate::files::{self, Reach};
 use crate::text::plain;
 
-#[derive(Debug, Clone, PartialEq)]
+/// The table of this repository.
+const SHIPPED: &str = include_str!("../../models/materials.toml");
+
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct TableEntry {
     pub(super) values: Values,
-    /// `materials.toml white_silicone_paint (finish; optics: source; bulk: source)`.
-    pub(super) description: String,
+    pub(super) record: MaterialRecord,
 }
 
 /// The entries of a table by name, empty if the scene names no table.
@@ -50,9 +53,13 @@ impl MaterialTable {
         for name in names {
             let shown = plain(name).into_owned();
             let entry = match root.table(name, TABLE_ENTRY)? {
-                Some(section) => entry(&section, &shown, &file_name, step)?,
+                Some(section) => {
+                    let values = Values::read(&section, step)?;
+                    let record = MaterialRecord::read(&section, &shown, &values)?;
+                    TableEntry { values, record }
+                }
                 // The entry is wrong and no longer read.
-                None => TableEntry { values: Values::default(), description: String::new() },
+                None => TableEntry::default(),
             };
             entries.insert(shown, entry);
         }
@@ -63,12 +70,19 @@ impl MaterialTable {
         self.entries.len()
     }
 
+    /// What the entries state, in the order of their names.
+    fn into_records(self) -> Vec<MaterialRecord> {
+        self.entries.into_values().map(|entry| entry.record).collect()
+    }
+
     /// The combined values of the named entries and their descriptions. An earlier entry has priority. The error is a
     /// message about the first unknown name.
     pub(super) fn combine(&self, names: &[String]) -> Result<(Values, String), String> {
         let entries = names.iter().map(|name| self.get(name)).collect::<Result<Vec<_>, _>>()?;
         let values = entries.iter().fold(Values::default(), |values, entry| values.or(&entry.values));
-        let descriptions: Vec<&str> = entries.iter().map(|entry| entry.description.as_str()).collect();
+        let file_name = self.file_name.as_deref().unwrap_or_default();
+        let descriptions: Vec<String> =
+            entries.iter().map(|entry| format!("{file_name} {}", entry.record.describe())).collect();
         Ok((values, descriptions.join("; ")))
     }
 
@@ -84,26 +98,18 @@ impl MaterialTable {
     }
 }
 
-fn entry(section: &Section, name: &str, file_name: &str, step: f64) -> Result<TableEntry, SceneError> {
-    let values = Values::read(section, step)?;
-    let finish = section.string("finish")?;
-    let mut description =
-        vec![section.required("finish", finish, "which surface the values were measured on")?.to_string()];
-    for (stated, key, what) in [
-        (values.states_front(), "optics_source", "optics"),
-        (values.states_back(), "back_source", "back"),
-        (values.states_bulk(), "bulk_source", "bulk"),
-    ] {
-        let source = section.string(key)?;
-        if stated {
-            let source = section.required(key, source, "where these values come from")?;
-            description.push(format!("{what}: {source}"));
-        } else if source.is_some() {
-            return Err(section.clash(key, &[OWN_SECTION], "is the source of values that the entry does not hold"));
-        }
-    }
-    section.string("note")?;
-    Ok(TableEntry { values, description: format!("{file_name} {name} ({})", description.join("; ")) })
+/// The entries of the table at `path`, or of the table of this repository.
+///
+/// # Errors
+/// The file cannot be read, or an entry is wrong, as in a scene that names the table.
+pub(crate) fn read_material_records(path: Option<&Path>) -> Result<Vec<MaterialRecord>, SceneError> {
+    let Some(path) = path else {
+        let path = Path::new("materials.toml");
+        let table = MaterialTable::parse(SHIPPED, path, &Reach::Anywhere, 1.0, &Faults::default())?;
+        return Ok(table.into_records());
+    };
+    let text = files::read_text_or_pipe(path).map_err(|fault| unreadable(path, &fault))?;
+    Ok(MaterialTable::parse(&text, path, &Reach::of(path), 1.0, &Faults::default())?.into_records())
 }
 
 #[cfg(test)]
@@ -133,6 +139,10 @@ mod tests {
             // Vural et al. 2023.
             ("paper_aluminium_6061", 0.18, 0.21),
             ("paper_goldized_mli", 0.19, 0.02),
+            // Henninger, NASA RP-1121.
+            ("chemglaze_black_paint_z306", 0.96, 0.91),
+            ("zerlauts_z_93_white_paint", 0.17, 0.92),
+            ("kapton_film_aluminium_backing_5_mil", 0.46, 0.86),
         ] {
             let entry = table.get(name).unwrap();
             let settled = entry.values.clone().or(&instant());

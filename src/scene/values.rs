@@ -14,7 +14,7 @@ use super::profile::{self, StatedProfile};
 use super::quantity::Quantity;
 use super::value_source::ValueSource;
 
-const SHARE: Quantity = Quantity::within(0.0, 1.0, "");
+pub(super) const SHARE: Quantity = Quantity::within(0.0, 1.0, "");
 
 /// Smallest emissivity. Below it the balance temperature exceeds f32. No real surface comes near.
 const LEAST_EMISSIVITY: f64 = 1e-6;
@@ -90,6 +90,10 @@ impl PartialOptics {
         })
     }
 
+    fn stated(&self) -> StatedOptics {
+        StatedOptics { absorptivity: self.absorptivity, emissivity: self.emissivity }
+    }
+
     fn or(self, fallback: &Self) -> Self {
         let in_band = &fallback.in_band;
         Self {
@@ -127,6 +131,13 @@ impl PartialOptics {
         let seed = self.seed.unwrap_or_default() as u32;
         Ok(Gloss { specular, roughness, slope_variance, drawn_variance, seed })
     }
+}
+
+/// The optics that one place states for a face.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct StatedOptics {
+    pub(crate) absorptivity: Option<f64>,
+    pub(crate) emissivity: Option<f64>,
 }
 
 /// The values that one place states: a rule, a table entry or glTF extras.
@@ -229,6 +240,18 @@ impl Values {
             retarget: self.retarget.or(fallback.retarget),
             domain: self.domain.or(fallback.domain),
         }
+    }
+
+    pub(super) fn stated_front(&self) -> StatedOptics {
+        self.front.stated()
+    }
+
+    pub(super) fn stated_back(&self) -> StatedOptics {
+        self.back.as_ref().map(PartialOptics::stated).unwrap_or_default()
+    }
+
+    pub(super) fn bulk(&self) -> Bulk {
+        self.bulk
     }
 
     pub(super) fn states_front(&self) -> bool {

@@ -37,6 +37,7 @@ mod joints;
 mod kills;
 mod labels;
 mod lens;
+mod materials;
 mod mesh_network;
 mod model;
 mod names;

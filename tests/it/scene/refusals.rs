@@ -133,6 +133,15 @@ fn a_table_is_refused_with_its_own_path_and_line() {
         ("density = 2770", "densty = 2770", "table.toml:10: metal.densty: unknown key; did you mean 'density'?"),
         ("back_source = 'composed'\n", "", "table.toml:14: array.back_source: is missing"),
         ("[metal]", "[paint]", "table.toml:7: not valid TOML: "),
+        ("emissivity = 0.83", "emissivity = 0.83\nemissivity_eol = 0.8", "table.toml:1: paint.eol: is missing"),
+        ("emissivity = 0.83", "emissivity = 0.83\neol = 'a year'", "table.toml:5: paint.eol: describes values"),
+        (
+            "density = 2770",
+            "density = 2770\nemissivity_eol = 0.8",
+            "table.toml:11: metal.emissivity_eol: needs the value",
+        ),
+        ("density = 2770", "temperature_range = [400, 300]", "table.toml:10: metal.temperature_range: must rise"),
+        ("density = 2770", "temperature_range = [-40, 300]", "table.toml:10: metal.temperature_range: must be"),
     ] {
         assert!(TABLE.contains(from), "{from}");
         std::fs::write(folder.path("table.toml"), TABLE.replacen(from, to, 1)).unwrap();
