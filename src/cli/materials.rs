@@ -100,7 +100,8 @@ fn is_wanted(record: &MaterialRecord, arguments: &Arguments) -> bool {
 }
 
 fn nothing(arguments: &Arguments, entries: usize) -> String {
-    let table = arguments.table.as_deref().unwrap_or(Path::new("the table that comes with the program")).display().to_string();
+    let table =
+        arguments.table.as_deref().unwrap_or(Path::new("the table that comes with the program")).display().to_string();
     let kind = match (arguments.bulk, arguments.finishes) {
         (true, _) => " with bulk values",
         (_, true) => " with optics",
