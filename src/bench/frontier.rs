@@ -8,8 +8,9 @@ use serde::Serialize;
 use super::clock::{Deadline, OUT_OF_TIME};
 use super::models::{Basis, Failed, ModelRun, Moves, run};
 use crate::compare::responses;
-use crate::converge::finest::{FinestScene, images_after_start};
+use crate::converge::finest::{FinestScene, expected_s, images_after_start};
 use crate::converge::pixels::{PixelDifference, SurfaceImage, between};
+use crate::converge::search::seconds;
 use crate::gpu::context::Context;
 use crate::scene::Scene;
 use crate::simulation::target::Target;
@@ -45,11 +46,17 @@ impl FrontierRow {
     }
 }
 
+/// Longest time that is spent on the reference [s], and the fewest orbits of a warm-up to the periodic state.
+const LONGEST_S: f64 = 3600.0;
+const FEWEST_ORBITS: f64 = 3.0;
+
 /// The run from which the errors are.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub(crate) struct FrontierReference {
-    /// Its settings as `key = value`.
+    /// Its finer settings as `key = value`.
     pub(crate) settings: String,
+    /// Keys of the settings that stay as they are. Empty where all are finer.
+    pub(crate) left: String,
     pub(crate) nodes: usize,
     /// Mean wall time of a step [ms].
     pub(crate) step_ms: f64,
@@ -60,13 +67,33 @@ pub(crate) struct FrontierReference {
 }
 
 impl FrontierReference {
-    /// Runs the accurate network with all light and all settings finer.
+    /// Runs the accurate network with all light and all settings finer, or without the costly ones where that takes too long.
     fn new(context: &Arc<Context>, basis: &Basis, says: &dyn Fn(&str)) -> Result<Self, Failed> {
-        let accurate = ACCURATE.prepared(lit(basis, [true, basis.stated.is_some()]), &basis.fits)?;
-        let FinestScene { scene, settings } = FinestScene::of(&accurate);
-        let finest = responses::network(&scene, &mut |_| ())?;
-        let (images, cost) = images_after_start(&finest, &Target::Device(Arc::clone(context)), says)?;
-        Ok(Self { settings, nodes: cost.nodes, step_ms: cost.step_ms, wall_s: cost.wall_s, images })
+        let target = Target::Device(Arc::clone(context));
+        let mut shortest = f64::INFINITY;
+        for (moves, left) in [(ACCURATE, &[][..]), (DEFAULT, &COSTLY[..])] {
+            says("frontier: a few steps of the reference");
+            let scene = lit(basis, [true, basis.stated.is_some()]);
+            let FinestScene { scene, settings, left } = FinestScene::of(&moves.prepared(scene, &basis.fits)?, left);
+            let finest = responses::network(&scene, &mut |_| ())?;
+            let expected = expected_s(&finest, &target, FEWEST_ORBITS)?;
+            if expected <= LONGEST_S {
+                says(&format!("frontier: reference with {settings}, {} or more", seconds(expected)));
+                let (images, cost) = images_after_start(&finest, &target)?;
+                let left = left.join(", ");
+                return Ok(Self {
+                    settings,
+                    left,
+                    nodes: cost.nodes,
+                    step_ms: cost.step_ms,
+                    wall_s: cost.wall_s,
+                    images,
+                });
+            }
+            shortest = shortest.min(expected);
+        }
+        let [shortest, longest] = [shortest, LONGEST_S].map(seconds);
+        Err(format!("it would take {shortest} or more, and at most {longest} are spent on it").into())
     }
 }
 
@@ -77,12 +104,16 @@ pub struct Frontier {
     pub(crate) reference: Option<Result<FrontierReference, String>>,
 }
 
+/// Settings that stay as they are where the reference takes too long with finer ones: each costs much.
+const COSTLY: [&str; 3] = ["exchange.hold", "exchange.redraw_angle_deg", "network.integrator"];
+
 const ACCURATE: Moves = Moves::Network(Some(Integrator::Accurate));
+const DEFAULT: Moves = Moves::Network(Some(Integrator::Default));
 
 /// The responses. The accurate one comes first.
 const RESPONSES: [(&str, Moves); 7] = [
     ("network, accurate", ACCURATE),
-    ("network, default", Moves::Network(Some(Integrator::Default))),
+    ("network, default", DEFAULT),
     ("radiative", Moves::Radiative),
     ("transition, fitted", Moves::Transition(None, None)),
     ("transition in T4", Moves::Transition(None, Some(Domain::FourthPower))),
@@ -112,9 +143,8 @@ pub(crate) fn measure(
     says: &dyn Fn(&str),
 ) -> Frontier {
     let reference = (!quick && !deadline.is_past()).then(|| {
-        let told = |forecast: &str| says(&format!("frontier: reference with all settings finer, {forecast}"));
-        told("measured first");
-        FrontierReference::new(context, basis, &told).map_err(|error| error.to_string())
+        says("frontier: a few steps of the reference with all settings finer");
+        FrontierReference::new(context, basis, says).map_err(|error| error.to_string())
     });
     let error = |ran: &ModelRun| between(&reference.as_ref()?.as_ref().ok()?.images, &ran.surfaces);
     let mut accurate: Option<ModelRun> = None;

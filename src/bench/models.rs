@@ -280,11 +280,12 @@ pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<ModelRu
         step_ms.extend(engine.network_costs().last().map(|cost| cost.wall_ms).or(device));
         before = after;
         ran.temperatures.push(walk::of_vertices(prepared, &walk::temperatures(&mut engine)?));
-        if camera.is_some() && number % DRAW_EVERY == 0 {
-            if let Some(image) = walk::draw(prepared, &mut engine, to)?.1 {
-                ran.images.push(image.radiance);
-                ran.surfaces.push((image.temperature, image.part));
-            }
+        if camera.is_some()
+            && number % DRAW_EVERY == 0
+            && let Some(image) = walk::draw(prepared, &mut engine, to)?.1
+        {
+            ran.images.push(image.radiance);
+            ran.surfaces.push((image.temperature, image.part));
         }
     }
     // A median, because the first steps also compile pipelines.

@@ -128,8 +128,11 @@ fn frontier(frontier: &Frontier, models: &Models) -> Option<Plot> {
     let reference = frontier.reference.as_ref()?.as_ref().ok()?;
     let title = format!("Milliseconds against kelvin: {}", models.scene);
     let subtitle = format!(
-        "{} nodes; lines run from no shadows over shadows to exchange; reference: all settings finer, {} nodes, {:.0} ms a step",
-        models.nodes, reference.nodes, reference.step_ms
+        "{} nodes; lines run from no shadows over shadows to exchange; reference: {} finer, {} nodes, {:.0} ms a step",
+        models.nodes,
+        if reference.left.is_empty() { "all settings" } else { "most settings" },
+        reference.nodes,
+        reference.step_ms
     );
     let labels =
         ["thermal, shadow and network passes of a step [ms]", "error of pixels against finer settings, rms [K]"];

@@ -225,10 +225,17 @@ pub(crate) fn frontier(measured: &DeviceMeasurements) -> Option<BenchTable> {
     let told = match reference {
         None => "A quick measurement has no reference, so it has no errors.".to_owned(),
         Some(Err(reason)) => format!("There are no errors, because their reference could not run: {reason}"),
-        Some(Ok(FrontierReference { settings, nodes, step_ms, wall_s, .. })) => format!(
+        Some(Ok(FrontierReference { settings, left, nodes, step_ms, wall_s, .. })) => format!(
             "Errors are of pixels that show the same part, against the accurate network with all light and all settings of `isotherm converge` finer: \
-             {settings}. That run has {nodes} nodes, takes {} ms a step and took {}. Its own error is not measured. Errors that halve with mesh and step would \
+             {settings}{}. That run has {nodes} nodes, takes {} ms a step and took {}. Its own error is not measured. Errors that halve with mesh and step would \
              leave it as far from the truth as the accurate network with all light is from it, {}.",
+            if left.is_empty() {
+                String::new()
+            } else {
+                format!(
+                    ". It would take too long with {left}, which stay as they are, so their error is not in these figures"
+                )
+            },
             significant(*step_ms),
             seconds(*wall_s),
             kelvin_text(accurate)

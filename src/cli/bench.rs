@@ -26,8 +26,8 @@ use crate::simulation::target::Target;
 /// responses: ns a node and step of each response at 1e4 to 1e7 nodes, in GB/s and as a share of the copy.
 /// frames: whole steps of scenes with an image of 640 x 512 pixels, pass by pass, with and without shadows, at longest
 /// edges of 2, 1, 0.5 and 0.25 m.
-/// models: cost of each model choice in one scene over an orbit, and the change in kelvin and radiance; every response
-/// with and without shadows against the accurate network.
+/// models: cost of each model choice in one scene over an orbit, and the change in kelvin and radiance; the error of every
+/// response with and without shadows, against the accurate network with all settings of converge finer.
 /// drivers: differences in temperatures and images of one scene between all Vulkan devices.
 /// integrators: four networks through one orbit with every integrator, with fixed sub-steps and with several
 /// tolerances, in f64 on the processor: passes, time, and rms and largest error. The networks are a cube, a thin

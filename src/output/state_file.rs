@@ -244,12 +244,12 @@ mod tests {
         let content = |version: &str, kind: &str| postcard::to_stdvec(&(version, kind, numbers())).unwrap();
         for (bytes, expected) in [
             (with(1, &[4, 3, 2, 1]), "was written by an earlier version of isotherm"),
-            (with(4, &[]), "has format 4, and this program reads format 3"),
+            (with(FORMAT + 1, &[]), "has format 5, and this program reads format 4"),
             (
-                with(3, &content("0.0.7", Numbers::KIND)),
+                with(FORMAT, &content("0.0.7", Numbers::KIND)),
                 "was written by version 0.0.7 of isotherm, and this is version",
             ),
-            (with(3, &content(VERSION, "list of words")), "is no list of numbers"),
+            (with(FORMAT, &content(VERSION, "list of words")), "is no list of numbers"),
         ] {
             let error = decode::<Numbers>(&bytes).unwrap_err().to_string();
             assert!(error.contains(expected), "{error}");
