@@ -4,10 +4,13 @@
 //! and the cost of a ray hardly depends on the node density.
 
 mod boxes;
+mod closed;
 mod jointed;
 mod lit_area;
 mod lit_corners;
 mod lit_surface;
+mod occluder;
+mod outline;
 mod points;
 mod rays;
 mod redraw;

@@ -15,15 +15,19 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::Redraw;
 use super::lit_corners::{CornerLight, FacingCorners, JointView};
 use super::lit_surface::{Cells, Group, LitNode, LitSurface};
-use super::sunward::{Above, Face, Occluder, Region, Sunward, axes};
+use super::outline::{Face, Region};
+use super::sunward::{Above, Hiding, Sunward, axes};
 use crate::environment::StepLoad;
 use crate::environment::load::solar_flux;
+
+/// Nodes that are lit one by one where something hides a part of them.
+const FEW: usize = 8;
 
 /// Sunlit area of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
@@ -93,6 +97,8 @@ pub struct LitAreas {
     /// Numbers of the nodes in `nodes`, in an order in which neighbours follow each other.
     order: Vec<u32>,
     groups: Vec<Group>,
+    /// Boxes around the nodes [m], in their order.
+    boxes: Vec<[Vec3; 2]>,
     /// For which light and poses they were found last. A saved state keeps them.
     pub(crate) redraw: Redraw,
 }
@@ -102,7 +108,8 @@ impl LitAreas {
     pub(crate) fn new(surface: Arc<LitSurface>, nodes: Vec<LitNode>, redraw: Redraw) -> Self {
         let cells = Cells::new(&surface, nodes);
         let (order, groups) = cells.groups(&surface);
-        Self { surface, cells, order, groups, redraw }
+        let boxes = cells.boxes(&surface);
+        Self { surface, cells, order, groups, boxes, redraw }
     }
 
     /// The same with `times` as many lines across an area.
@@ -136,8 +143,11 @@ impl LitAreas {
     pub fn under(&self, sun: DVec3, poses: &[DAffine3]) -> Vec<LitArea> {
         let (views, sunward) = self.views(sun, poses);
         let areas = self.groups.par_iter().map_init(Work::default, |work, group| {
-            let view = &views[self.cells.nodes[self.order[group.nodes.start] as usize].joint as usize];
-            self.light_group(group, view, &sunward, work)
+            let numbers = &self.order[group.nodes.clone()];
+            let view = &views[self.cells.nodes[numbers[0] as usize].joint as usize];
+            let mut areas = Vec::with_capacity(numbers.len());
+            self.light_group(numbers, group.is_flat, &Sky { view, sunward: &sunward }, work, &mut areas);
+            areas
         });
         let mut lit = vec![LitArea::default(); self.cells.nodes.len()];
         self.order
@@ -151,7 +161,7 @@ impl LitAreas {
     pub(crate) fn corners_under(&self, sun: DVec3, poses: &[DAffine3]) -> (Vec<LitArea>, Vec<CornerLight>) {
         let (views, sunward) = self.views(sun, poses);
         let light = |corners: &mut FacingCorners, (index, node): (usize, &LitNode)| {
-            corners.find(&self.surface, node, self.cells.corners_of(index), &views[node.joint as usize]);
+            corners.find(&self.surface, node, self.cells.corners_of(index), false, &views[node.joint as usize]);
             if self.by_rays() && !corners.corners.is_empty() {
                 corners.cast(&self.surface, node.vertex, &sunward, None);
             }
@@ -175,77 +185,110 @@ impl LitAreas {
         (views, Sunward::new(&self.surface.casters, placed))
     }
 
-    /// Lit areas of the nodes of a group. In the best case one look at the triangles above tells all.
-    fn light_group(&self, group: &Group, view: &JointView, sunward: &Sunward, work: &mut Work) -> Vec<LitArea> {
-        let numbers = &self.order[group.nodes.clone()];
-        let all = |area: LitArea| vec![area; numbers.len()];
-        let mut is_list = false;
-        if let Some(bounds) = group.flat {
-            let first = &self.cells.nodes[numbers[0] as usize];
-            let cosine = first.normal.dot(view.sun);
-            if cosine == 0.0 || (cosine < 0.0 && !first.both_sides) {
-                return all(LitArea::DARK);
-            }
-            match self.above_group(first, bounds, cosine, view, sunward, &mut work.over_group) {
-                Above::Nothing => {
-                    let front = f64::from(u8::from(cosine > 0.0));
-                    let lit = |index: &u32| LitArea {
-                        vector: self.cells.nodes[*index as usize].normal * cosine.signum(),
-                        front,
-                    };
-                    return numbers.iter().map(lit).collect();
-                }
-                Above::Cover => return all(LitArea::DARK),
-                Above::Some => is_list = true,
-            }
+    /// Adds the lit areas of the nodes of a group. In the best case one look at the triangles above tells all.
+    fn light_group(&self, numbers: &[u32], is_flat: bool, sky: &Sky<'_>, work: &mut Work, areas: &mut Vec<LitArea>) {
+        let first = &self.cells.nodes[numbers[0] as usize];
+        let cosine = first.normal.dot(sky.view.sun);
+        if is_flat && (cosine == 0.0 || (cosine < 0.0 && !first.both_sides)) {
+            return areas.extend(numbers.iter().map(|_| LitArea::DARK));
         }
-        let Work { corners, over_group } = work;
-        let light = |index: &u32| {
-            let index = *index as usize;
-            let node = &self.cells.nodes[index];
-            corners.find(&self.surface, node, self.cells.corners_of(index), view);
-            if corners.area == 0.0 {
-                return LitArea::by_normal(node, view.sun);
-            }
-            if self.by_rays() && !corners.corners.is_empty() {
-                corners.cast(&self.surface, node.vertex, sunward, is_list.then_some(&over_group[..]));
-            }
-            let (vector, front) = corners.sum();
-            LitArea { vector, front }
-        };
-        numbers.iter().map(light).collect()
+        let face = is_flat.then(|| Face {
+            at: sky.view.placed.transform_point3(self.surface.positions[first.number as usize]),
+            side: sky.view.placed.matrix3 * first.normal * cosine.signum(),
+            back: cosine < 0.0,
+        });
+        self.light_below(numbers, face, sky, None, work, areas);
     }
 
-    /// Finds the triangles that may hide the Sun from a group in a plane, whose normal has a cosine with the Sun.
-    fn above_group(
+    /// Adds the lit areas of neighbours in a plane, or of any, below some of the triangles. Fewer at a time follow where these hide only a part.
+    fn light_below(
         &self,
-        first: &LitNode,
-        [low, high]: [DVec3; 2],
-        cosine: f64,
-        view: &JointView,
-        sunward: &Sunward,
-        list: &mut Vec<Occluder>,
+        numbers: &[u32],
+        face: Option<Face>,
+        sky: &Sky<'_>,
+        among: Option<&[Hiding]>,
+        work: &mut Work,
+        areas: &mut Vec<LitArea>,
+    ) {
+        let mut list = work.lists.pop().unwrap_or_default();
+        match self.above(numbers, face.as_slice(), sky, among, &mut list) {
+            Above::Nothing if let Some(face) = face => areas.extend(numbers.iter().map(|index| {
+                let normal = self.cells.nodes[*index as usize].normal;
+                if face.back { LitArea { vector: -normal, front: 0.0 } } else { LitArea { vector: normal, front: 1.0 } }
+            })),
+            Above::Cover => areas.extend(numbers.iter().map(|_| LitArea::DARK)),
+            Above::Some if numbers.len() > FEW => {
+                for part in numbers.chunks(FEW) {
+                    self.light_below(part, face, sky, Some(&list), work, areas);
+                }
+            }
+            Above::Nothing | Above::Some => {
+                let light =
+                    |index: &u32| self.light_node(*index as usize, face.is_some(), sky, &list, &mut work.corners);
+                areas.extend(numbers.iter().map(light));
+            }
+        }
+        work.lists.push(list);
+    }
+
+    /// Lit area of a node below some triangles.
+    fn light_node(
+        &self,
+        index: usize,
+        is_flat: bool,
+        sky: &Sky<'_>,
+        among: &[Hiding],
+        corners: &mut FacingCorners,
+    ) -> LitArea {
+        let node = &self.cells.nodes[index];
+        corners.find(&self.surface, node, self.cells.corners_of(index), is_flat, sky.view);
+        if corners.area == 0.0 {
+            return LitArea::by_normal(node, sky.view.sun);
+        }
+        if !among.is_empty() && !corners.corners.is_empty() {
+            corners.cast(&self.surface, node.vertex, sky.sunward, Some((among, is_flat)));
+        }
+        let (vector, front) = corners.sum();
+        LitArea { vector, front }
+    }
+
+    /// Finds the triangles that may hide the Sun from nodes with these faces, or with any.
+    fn above(
+        &self,
+        numbers: &[u32],
+        faces: &[Face],
+        sky: &Sky<'_>,
+        among: Option<&[Hiding]>,
+        list: &mut Vec<Hiding>,
     ) -> Above {
         if !self.by_rays() {
             return Above::Nothing;
         }
-        let face = Face {
-            at: view.placed.transform_point3(self.surface.positions[first.number as usize]),
-            side: view.placed.matrix3 * first.normal * cosine.signum(),
-            back: cosine < 0.0,
-        };
+        let boxes = numbers.iter().map(|index| self.boxes[*index as usize]);
+        let all = boxes.reduce(|[low, high], [l, h]| [low.min(l), high.max(h)]).unwrap_or_default();
         let points: [DVec3; 8] = std::array::from_fn(|k| {
-            let axis = |axis: usize| if k >> axis & 1 == 0 { low[axis] } else { high[axis] };
-            view.placed.transform_point3(DVec3::new(axis(0), axis(1), axis(2)))
+            let axis = |axis: usize| f64::from(all[k >> axis & 1][axis]);
+            sky.view.placed.transform_point3(DVec3::new(axis(0), axis(1), axis(2)))
         });
-        sunward.above(&Region::new(&points), &[face], self.surface.start(), list)
+        let (region, start) = (Region::new(&points), self.surface.start());
+        match among {
+            // All of them have been found above the same face.
+            Some(among) => sky.sunward.above_among(among, &region, &[], start, list),
+            None => sky.sunward.above(&region, faces, start, list),
+        }
     }
+}
+
+/// The Sun as nodes of a joint see it, and the triangles before it.
+struct Sky<'a> {
+    view: &'a JointView,
+    sunward: &'a Sunward,
 }
 
 /// Memory of the work on a group.
 #[derive(Default)]
 struct Work {
     corners: FacingCorners,
-    /// Triangles that may hide a part of the group.
-    over_group: Vec<Occluder>,
+    /// Lists of triangles that no group uses now.
+    lists: Vec<Vec<Hiding>>,
 }

@@ -2,11 +2,13 @@
 
 use std::f64::consts::TAU;
 
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DAffine3, DVec2, DVec3, Vec3Swizzles};
 
-use super::lit_surface::{FLAT, LitNode, LitSurface, outline};
-use super::points::{fractions, point_of_disc, shifts};
-use super::sunward::{Above, Face, Line, Occluder, Region, Sunward, above_among};
+use super::lit_surface::{FLAT, LitNode, LitSurface, on_side_of, outline};
+use super::occluder::{Line, lit_share};
+use super::outline::{Face, Region};
+use super::points::{DiscPoints, fractions, shifts};
+use super::sunward::{Above, Hiding, Sunward};
 
 /// A joint under the Sun.
 pub(super) struct JointView {
@@ -26,9 +28,11 @@ pub(super) struct FacingCorners {
     points: Vec<DVec3>,
     faces: Vec<Face>,
     /// Triangles that hide a part of the corners.
-    hiding: Vec<Occluder>,
+    hiding: Vec<Hiding>,
     /// Hidden parts of a line.
     hidden: Vec<[f64; 2]>,
+    /// Parts of a line that lie in corners: the number of the corner, and the ends.
+    chords: Vec<(usize, [DVec2; 2])>,
 }
 
 /// The light of a corner of a triangle.
@@ -64,33 +68,48 @@ pub(super) struct FacingCorner {
     side: DVec3,
     /// Cosine between the Sun and the corner's normal, which is on the side of the node's.
     cosine: f64,
-    /// Length of the lines across it, and the lit part of that.
+    /// Number of its face among the faces of the node.
+    of_face: usize,
+    /// Length of the lines across it as the Sun sees them, and the lit part of that [m].
     lines: f64,
     lit: f64,
 }
 
 impl FacingCorners {
-    /// Finds the corners of a node that face the Sun.
-    pub(super) fn find(&mut self, surface: &LitSurface, node: &LitNode, corners: &[u32], view: &JointView) {
+    /// Finds the corners of a node that face the Sun. The corners of a flat node lie in its plane.
+    pub(super) fn find(
+        &mut self,
+        surface: &LitSurface,
+        node: &LitNode,
+        corners: &[u32],
+        is_flat: bool,
+        view: &JointView,
+    ) {
         self.area = 0.0;
         self.corners.clear();
         for &number in corners {
-            let corner = surface.corner(number, node.normal);
-            self.area += corner.area;
-            let cosine = corner.normal.dot(view.sun);
+            let positions = surface.placed(number);
+            let twice = (positions[1] - positions[0]).cross(positions[2] - positions[0]);
+            let length = twice.length();
+            let area = length / 6.0;
+            self.area += area;
+            let normal =
+                if is_flat { node.normal } else { on_side_of(node.normal, twice / length.max(f64::MIN_POSITIVE)) };
+            let cosine = normal.dot(view.sun);
             if cosine > 0.0 || (cosine < 0.0 && node.both_sides) {
-                let side = corner.normal * cosine.signum();
-                let placed = surface.placed(number).map(|at| view.placed.transform_point3(at));
+                let side = normal * cosine.signum();
+                let placed = positions.map(|at| view.placed.transform_point3(at));
                 let face = Face { at: placed[0], side: view.placed.matrix3 * side, back: cosine < 0.0 };
-                let place = number as usize % 3;
+                let (place, of_face) = (number as usize % 3, 0);
                 self.corners.push(FacingCorner {
                     number,
                     place,
                     placed,
                     face,
-                    area: corner.area,
+                    area,
                     side,
                     cosine,
+                    of_face,
                     lines: 1.0,
                     lit: 1.0,
                 });
@@ -104,52 +123,69 @@ impl FacingCorners {
         surface: &LitSurface,
         vertex: u32,
         sunward: &Sunward,
-        over_group: Option<&[Occluder]>,
+        among: Option<(&[Hiding], bool)>,
     ) {
         let start = surface.start();
-        let Self { corners, points, faces, hiding, hidden, .. } = self;
+        let Self { corners, points, faces, hiding, .. } = self;
         points.clear();
         faces.clear();
-        for corner in corners.iter() {
+        for corner in corners.iter_mut() {
             points.extend(outline(corner.placed, corner.place));
             if faces.last().is_none_or(|last| last.side.dot(corner.face.side) < FLAT) {
                 faces.push(corner.face);
             }
+            corner.of_face = faces.len() - 1;
         }
         let region = Region::new(points);
-        let above = match over_group {
-            Some(occluders) => above_among(occluders, &region, faces, start, hiding),
+        let above = match among {
+            Some((among, is_flat)) => {
+                sunward.above_among(among, &region, if is_flat { &[] } else { faces }, start, hiding)
+            }
             None => sunward.above(&region, faces, start, hiding),
         };
         match above {
-            Above::Nothing => return,
-            Above::Cover => return corners.iter_mut().for_each(|corner| corner.lit = 0.0),
-            Above::Some => {}
+            Above::Nothing => {}
+            Above::Cover => corners.iter_mut().for_each(|corner| corner.lit = 0.0),
+            Above::Some => self.cast_lines(surface, shifts(vertex), sunward),
         }
-        let facing: f64 = corners.iter().map(|corner| corner.area).sum();
-        // Parallel lines in a direction and from a place of the node's own, at even distances over all corners.
-        let shifts = shifts(vertex);
+    }
+
+    /// Casts parallel lines in a direction and from a place of the node's own, at even distances over all corners.
+    fn cast_lines(&mut self, surface: &LitSurface, shifts: [u32; 4], sunward: &Sunward) {
+        let Self { corners, points, faces, hiding, hidden, chords, .. } = self;
         let [turned, first, ..] = fractions(shifts, 0);
         let across = DVec2::from_angle(TAU * turned);
-        let [low, high] = points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], point| {
-            let at = across.dot(point.truncate());
-            [low.min(at), high.max(at)]
-        });
-        let lines = f64::from(surface.lines(facing));
-        let place = |line: f64| low + (line + first) / lines * (high - low);
-        let mut number = 0;
-        for (corner, outline) in corners.iter_mut().zip(points.chunks_exact(4)) {
-            let at = [0, 1, 2, 3].map(|k| across.dot(outline[k].truncate()));
-            let number_at = |end: f64| (end - low) / (high - low) * lines - first;
-            let begin = number_at(at.iter().copied().fold(f64::INFINITY, f64::min)).ceil() as u32;
-            let end = number_at(at.iter().copied().fold(f64::NEG_INFINITY, f64::max)).ceil() as u32;
-            (corner.lines, corner.lit) = (0.0, 0.0);
-            for ends in (begin..end).filter_map(|line| chord(outline, at, place(f64::from(line)))) {
-                let length = (ends[1] - ends[0]).length();
-                corner.lines += length;
-                number += 1;
-                corner.lit +=
-                    length * Line::new(ends, point_of_disc(shifts, number), &corner.face, start).lit(hiding, hidden);
+        let along = across.perp();
+        let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY];
+        for point in points.iter_mut() {
+            let at = point.truncate();
+            *point = DVec3::new(across.dot(at), along.dot(at), point.z);
+            (low, high) = (low.min(point.x), high.max(point.x));
+        }
+        let lines = surface.lines(corners.iter().map(|corner| corner.area).sum());
+        corners.iter_mut().for_each(|corner| (corner.lines, corner.lit) = (0.0, 0.0));
+        let mut disc = DiscPoints::new(shifts);
+        for (of_face, face) in faces.iter().enumerate() {
+            for line in 0..lines {
+                let place = low + (f64::from(line) + first) / f64::from(lines) * (high - low);
+                chords.clear();
+                for (number, outline) in points.as_chunks().0.iter().enumerate() {
+                    if corners[number].of_face == of_face
+                        && let Some(ends) = chord(outline, place)
+                    {
+                        chords.push((number, ends));
+                    }
+                }
+                let Some([begin, end]) = chords.iter().map(|(_, ends)| *ends).reduce(around) else { continue };
+                let point = |at: DVec2| (place * across + at.x * along).extend(at.y);
+                let line = Line::new([point(begin), point(end)], disc.next(), face, surface.start());
+                sunward.find_hidden(&line, hiding, hidden);
+                let length = end.x - begin.x;
+                for (number, ends) in chords.iter() {
+                    let shares = ends.map(|at| (at.x - begin.x) / length);
+                    corners[*number].lines += ends[1].x - ends[0].x;
+                    corners[*number].lit += length * lit_share(shares, hidden);
+                }
             }
         }
     }
@@ -182,16 +218,23 @@ impl FacingCorners {
     }
 }
 
-/// The part of a line in a quadrangle, whose corners have these coordinates across the line.
-fn chord(outline: &[DVec3], at: [f64; 4], place: f64) -> Option<[DVec3; 2]> {
-    let mut ends = [DVec3::ZERO; 2];
+/// The part of a line in a quadrangle: the coordinates along the line and to the Sun of its ends, in the order along the line. The first coordinate of a corner
+/// of the quadrangle is across the line.
+fn chord(outline: &[DVec3; 4], place: f64) -> Option<[DVec2; 2]> {
+    let mut ends = [DVec2::ZERO; 2];
     let mut count = 0;
     for k in 0..4 {
-        let (from, to) = (at[k], at[(k + 1) % 4]);
-        if (from < place) != (to < place) && count < 2 {
-            ends[count] = outline[k].lerp(outline[(k + 1) % 4], (place - from) / (to - from));
+        let (from, to) = (outline[k], outline[(k + 1) % 4]);
+        if (from.x < place) != (to.x < place) && count < 2 {
+            ends[count] = from.yz().lerp(to.yz(), (place - from.x) / (to.x - from.x));
             count += 1;
         }
     }
-    (count == 2).then_some(ends)
+    let [one, other] = ends;
+    (count == 2 && one.x != other.x).then_some(if one.x < other.x { ends } else { [other, one] })
+}
+
+/// The part of a line around two parts.
+fn around([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> [DVec2; 2] {
+    [if a.x < c.x { a } else { c }, if b.x > d.x { b } else { d }]
 }

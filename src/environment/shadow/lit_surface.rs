@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::sunward::Caster;
@@ -60,7 +60,7 @@ impl LitSurface {
         let twice = (b - a).cross(c - a);
         let length = twice.length();
         let normal = if length > 0.0 { twice / length } else { DVec3::ZERO };
-        Corner { normal: if normal.dot(node_normal) < 0.0 { -normal } else { normal }, area: length / 6.0 }
+        Corner { normal: on_side_of(node_normal, normal), area: length / 6.0 }
     }
 
     pub(super) fn placed(&self, corner: u32) -> [DVec3; 3] {
@@ -78,18 +78,23 @@ impl LitSurface {
     }
 }
 
+/// The normal of a corner, turned to the side of its node's normal.
+pub(super) fn on_side_of(node_normal: DVec3, normal: DVec3) -> DVec3 {
+    if normal.dot(node_normal) < 0.0 { -normal } else { normal }
+}
+
 /// The outline of the corner of a triangle.
 pub(super) fn outline(triangle: [DVec3; 3], place: usize) -> [DVec3; 4] {
     let [own, second, third] = [0, 1, 2].map(|k| triangle[(place + k) % 3]);
     [own, 0.5 * (own + second), (own + second + third) / 3.0, 0.5 * (own + third)]
 }
 
-/// Nodes that follow each other.
+/// Nodes of a joint that follow each other.
 #[derive(Debug, Clone)]
 pub(super) struct Group {
     pub(super) nodes: Range<usize>,
-    /// The box around them in the frame of their joint [m], if all lie in one plane.
-    pub(super) flat: Option<[DVec3; 2]>,
+    /// Whether all lie in one plane.
+    pub(super) is_flat: bool,
 }
 
 /// Nodes, and the corners that belong to each.
@@ -138,57 +143,58 @@ impl Cells {
         })
     }
 
-    /// An order of the nodes, and groups of neighbours in one plane that follow each other in it.
+    /// An order of the nodes, and groups of neighbours that follow each other in it.
     pub(super) fn groups(&self, surface: &LitSurface) -> (Vec<u32>, Vec<Group>) {
         let start = surface.start();
         let at = |node: &LitNode| surface.positions[node.number as usize];
-        let flat: Vec<Option<[DVec3; 2]>> =
-            self.nodes.par_iter().enumerate().map(|(index, _)| self.flat_box(surface, index)).collect();
+        let has_plane = |index: usize| {
+            let has_area = |number: &u32| surface.corner(*number, DVec3::Z).area > 0.0;
+            self.corners_of(index).iter().any(has_area) && self.is_flat(surface, index)
+        };
+        let is_flat: Vec<bool> = (0..self.nodes.len()).into_par_iter().map(has_plane).collect();
         let low = self.nodes.iter().map(at).fold(DVec3::INFINITY, DVec3::min);
         let size = self.nodes.iter().map(at).fold(DVec3::NEG_INFINITY, DVec3::max).distance(low).max(f64::MIN_POSITIVE);
         let key = |index: &u32| {
             let node = &self.nodes[*index as usize];
-            let normal = (1e3 * node.normal).round().as_i16vec3().to_array();
-            let offset = (at(node).dot(node.normal) / size * 1e4).round() as i64;
-            (
-                flat[*index as usize].is_none(),
-                node.joint,
-                node.both_sides,
-                normal,
-                offset,
-                along_a_curve((at(node) - low) / size),
-            )
+            let plane = is_flat[*index as usize].then(|| {
+                let normal = (1e3 * node.normal).round().as_i16vec3().to_array();
+                (node.both_sides, normal, (at(node).dot(node.normal) / size * 1e4).round() as i64)
+            });
+            (node.joint, plane, along_a_curve((at(node) - low) / size))
         };
         let mut order: Vec<u32> = (0..self.nodes.len() as u32).collect();
         order.par_sort_by_cached_key(key);
         let mut groups: Vec<Group> = Vec::new();
         for (place, index) in order.iter().enumerate() {
-            let (node, flat) = (&self.nodes[*index as usize], flat[*index as usize]);
-            if let (Some(last), Some([low, high])) = (groups.last_mut(), flat) {
+            let (node, is_flat) = (&self.nodes[*index as usize], is_flat[*index as usize]);
+            if let Some(last) = groups.last_mut() {
                 let first = &self.nodes[order[last.nodes.start] as usize];
-                let joins = last.nodes.len() < GROUP
-                    && (first.joint, first.both_sides) == (node.joint, node.both_sides)
-                    && first.normal.dot(node.normal) > FLAT
-                    && (at(node) - at(first)).dot(first.normal).abs() <= 0.1 * start;
-                if let (true, Some([l, h])) = (joins, &mut last.flat) {
+                let is_in_plane = || {
+                    first.both_sides == node.both_sides
+                        && first.normal.dot(node.normal) > FLAT
+                        && (at(node) - at(first)).dot(first.normal).abs() <= 0.1 * start
+                };
+                let is_near = last.nodes.len() < GROUP && first.joint == node.joint && last.is_flat == is_flat;
+                if is_near && (!is_flat || is_in_plane()) {
                     last.nodes.end += 1;
-                    (*l, *h) = (l.min(low), h.max(high));
                     continue;
                 }
             }
-            groups.push(Group { nodes: place..place + 1, flat });
+            groups.push(Group { nodes: place..place + 1, is_flat });
         }
         (order, groups)
     }
 
-    /// The box around a node, if it is flat.
-    fn flat_box(&self, surface: &LitSurface, index: usize) -> Option<[DVec3; 2]> {
-        let corners = self.corners_of(index);
-        let points = || corners.iter().flat_map(|number| outline(surface.placed(*number), *number as usize % 3));
-        let around = |[low, high]: [DVec3; 2], point: DVec3| [low.min(point), high.max(point)];
-        let has_area = corners.iter().any(|number| surface.corner(*number, DVec3::Z).area > 0.0);
-        (has_area && self.is_flat(surface, index))
-            .then(|| points().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], around))
+    /// The box around the corners of each node in the frame of its joint [m].
+    pub(super) fn boxes(&self, surface: &LitSurface) -> Vec<[Vec3; 2]> {
+        let around = |index: usize| {
+            let node = surface.positions[self.nodes[index].number as usize].as_vec3();
+            let outlines =
+                self.corners_of(index).iter().map(|number| outline(surface.placed(*number), *number as usize % 3));
+            let points = outlines.flatten().map(DVec3::as_vec3);
+            points.fold([node; 2], |[low, high], point| [low.min(point), high.max(point)])
+        };
+        (0..self.nodes.len()).into_par_iter().map(around).collect()
     }
 }
 

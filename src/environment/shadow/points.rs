@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::SUN_ANGULAR_RADIUS;
 
@@ -13,6 +13,9 @@ const STEPS: [u32; 4] = [3_679_390_609, 3_152_041_523, 2_700_274_806, 2_313_257_
 
 /// The same in two dimensions, 2^32 / g^k where g^3 = g + 1.
 const DISC_STEPS: [u32; 2] = [3_242_174_889, 2_447_445_414];
+
+/// Cosine and sine of the second step, as a share of a full turn.
+const DISC_TURN: DVec2 = DVec2::new(-0.9052538582261404, -0.4248711006489933);
 
 /// Hash of a word (lowbias32 of Wellons 2018, "Prospecting for Hash Functions").
 fn hash(word: u32) -> u32 {
@@ -44,13 +47,26 @@ pub(crate) fn point_near_corner([s, t]: [f64; 2], corner: usize) -> [f64; 2] {
     [turned(1), turned(2)]
 }
 
-/// Direction of a point of the Sun's disc. The third axis points to the middle of the disc. The points of all numbers are even over the disc. The length is 1
+/// Directions of points of the Sun's disc, even over the disc, one after the other without end. The third axis points to the middle of the disc. The lengths are 1
 /// within 1e-5.
-pub(super) fn point_of_disc([.., first, second]: [u32; 4], number: u32) -> DVec3 {
-    let fraction = |start: u32, step: u32| f64::from(start.wrapping_add(number.wrapping_mul(step))) / 2f64.powi(32);
-    let radius = SUN_ANGULAR_RADIUS * fraction(first, DISC_STEPS[0]).sqrt();
-    let (sine, cosine) = (TAU * fraction(second, DISC_STEPS[1])).sin_cos();
-    DVec3::new(radius * cosine, radius * sine, 1.0)
+pub(super) struct DiscPoints {
+    /// Square of the radius over the disc's, times 2^32.
+    radius: u32,
+    /// Direction in the plane of the disc.
+    turned: DVec2,
+}
+
+impl DiscPoints {
+    pub(super) fn new([.., radius, turned]: [u32; 4]) -> Self {
+        Self { radius, turned: DVec2::from_angle(TAU * f64::from(turned) / 2f64.powi(32)) }
+    }
+
+    pub(super) fn next(&mut self) -> DVec3 {
+        self.radius = self.radius.wrapping_add(DISC_STEPS[0]);
+        self.turned = self.turned.rotate(DISC_TURN);
+        let radius = SUN_ANGULAR_RADIUS * (f64::from(self.radius) / 2f64.powi(32)).sqrt();
+        (radius * self.turned).extend(1.0)
+    }
 }
 
 #[cfg(test)]
@@ -69,6 +85,8 @@ mod tests {
             let expected = (g.powi(-(k as i32) - 1) * 4_294_967_296.0).round();
             assert!((f64::from(*step) - expected).abs() <= 1.0, "{k}: {step} against {expected}");
         }
+        let turn = DVec2::from_angle(TAU * f64::from(DISC_STEPS[1]) / 2f64.powi(32));
+        assert!(turn.distance(DISC_TURN) < 1e-15, "{turn}");
     }
 
     #[test]
