@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::directions::{cosine_direction, fractions};
 use super::patches::{NONE, PatchSurface, Patches};
 use crate::environment::shadow::{Hit, Occluders, point_near_corner};
+use crate::trace::span;
 
 /// The end of a ray that leaves the craft.
 pub(crate) const SPACE: u32 = u32::MAX;
@@ -98,6 +99,7 @@ pub fn cast_rays(
     rays: u32,
     range: std::ops::Range<u32>,
 ) -> Vec<u32> {
+    let _casts = span("casting rays");
     let occluders = &scenery.occluders;
     let ends = |patch: u32| {
         let joint = patches.all[patch as usize].joint;

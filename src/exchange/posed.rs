@@ -8,7 +8,6 @@ use rayon::prelude::*;
 use super::factors::{Correction, Factors};
 use super::reflected::Areas;
 use super::sky::mean_sky;
-use super::sparse::Sparse;
 use super::step::Exchange;
 
 /// Change of what a patch sees of the parts of the craft, over all it sees, after which rows are made anew: of the patch that changes most, and of all, rms over
@@ -62,12 +61,6 @@ impl Exchange {
         let squares: f64 = changes.iter().zip(areas).map(|(change, area)| area * change * change).sum();
         let rms = (squares / areas.iter().sum::<f64>()).sqrt().max(f64::MIN_POSITIVE);
         (HELD[0] / largest).min(HELD[1] / rms).clamp(SHARES[0], SHARES[1])
-    }
-
-    /// The same without the view factors between patches, which only estimates of errors need.
-    pub(crate) fn lean(mut self) -> Self {
-        self.factors.shared = Sparse::default();
-        self
     }
 
     /// Memory of the rows and of the sky [B].

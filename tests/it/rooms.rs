@@ -8,6 +8,7 @@ use std::path::Path;
 const ORDER: [&str; 24] = [
     "text",
     "host",
+    "trace",
     "files",
     "environment",
     "thermal",
@@ -17,7 +18,6 @@ const ORDER: [&str; 24] = [
     "scene",
     "raster",
     "gpu",
-    "trace",
     "simulation",
     "guard",
     "output",

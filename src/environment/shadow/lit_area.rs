@@ -24,6 +24,7 @@ use super::lit_surface::{Cells, Group, LitNode, LitSurface};
 use super::sunward::{Above, Face, Occluder, Region, Sunward, axes};
 use crate::environment::StepLoad;
 use crate::environment::load::solar_flux;
+use crate::trace::span;
 
 /// Sunlit area of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
@@ -129,6 +130,7 @@ impl LitAreas {
     /// Lit area of each node. `None` where the last result still holds for the load, or where it is dark.
     pub fn find(&mut self, load: &StepLoad) -> Option<Vec<LitArea>> {
         let sun = self.redraw.due(load)?;
+        let _finds = span("finding the light");
         Some(self.under(sun, &load.joints))
     }
 
