@@ -1,6 +1,7 @@
 //! Free and peak memory of the host, the memory that this process may take, and the load of the processors.
 
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::Duration;
 
 /// Free memory of the host, within the address space of this process [bytes]. `None` where the system does not report it.
 pub(crate) fn free_memory() -> Option<u64> {
@@ -24,6 +25,14 @@ fn address_space_left() -> Option<u64> {
 /// Peak memory of this process [bytes]. `None` where the system does not report it.
 pub fn peak_memory() -> Option<u64> {
     kilobytes("/proc/self/status", "VmHWM:")
+}
+
+/// Processor time of all threads of this process so far. `None` where the system does not report it.
+pub(crate) fn processor_time() -> Option<Duration> {
+    #[cfg(unix)]
+    return Duration::try_from(rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime)).ok();
+    #[cfg(not(unix))]
+    None
 }
 
 /// Share of the free memory that a process takes unless it is told otherwise.

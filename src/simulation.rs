@@ -49,7 +49,7 @@ pub(crate) mod viewpoint;
 pub(crate) mod warm_up;
 
 use crate::scene::Draw;
-use crate::trace::Track;
+use crate::trace::span;
 use check::Check;
 use engine::{Delivered, Engine, EngineError, EngineStep, InstantPoses, Order, RowMoments};
 use forward::forward;
@@ -196,10 +196,9 @@ fn submit_part(
     keep: bool,
 ) -> Result<Waiting, EngineError> {
     let StepPart { step, passing: Passing { start, end, steps }, ends } = place;
-    let trace = engine.trace();
-    let prepares = trace.span(Track::Host, "loads of the step");
+    let finds = span("finding the loads");
     let load = (step > 0).then(|| prepared.loads.step_load(start, end));
-    drop(prepares);
+    drop(finds);
     let pose = (ends && is_drawn(&prepared.scene.time.draw, step)).then(|| pose_at(prepared, end)).flatten();
     let advance = load.as_ref().map(|load| EngineStep { load, steps, start, length: end - start });
     let joints = pose.map(|_| prepared.loads.joints_at(end).1).unwrap_or_default();
@@ -220,7 +219,6 @@ fn submit_part(
     };
     engine.submit(advance, order)?;
     let reference = check.map(|check| {
-        let _checks = trace.span(Track::Host, "f64 reference of the sample");
         if let Some(load) = &load {
             check.step(load, steps, start, end - start, engine.exchange_rows().as_ref());
         }

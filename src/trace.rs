@@ -1,16 +1,20 @@
-//! Records the times of work on host and device, as JSON for Perfetto and chrome://tracing.
+//! What each thread of a run does and did: the account of its time, a timeline for Perfetto and chrome://tracing, and the work under way.
 //!
+//! A thread enters a recording once. Code below then begins spans without a handle, and a thread outside records nothing.
 //! The device's timestamps give the times of passes. All of them are shifted to the host's clock so that no frame begins before its submission. The
-//! file states how uncertain this shift is. Work outside the frame (uploads, stages of networks) appears only in the host's spans.
+//! file states how uncertain this shift is. Work of the device outside the frame (uploads, stages of networks) appears only in the host's spans.
 
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
+use std::borrow::Cow;
+use std::cell::RefCell;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
+use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::gpu::timing::DeviceFrame;
+use crate::host::processor_time;
 
-/// The worker of a track. Tracks are shown in this order.
+/// A thread of a run, or the queue of the device. Tracks are shown in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Track {
     /// The thread that runs the loop.
@@ -33,6 +37,44 @@ impl Track {
     }
 }
 
+/// Measured times of a frame on a device.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct DeviceFrame {
+    /// Host time of the submission.
+    pub(crate) submitted: Instant,
+    /// Host time at which the host saw the fence.
+    pub(crate) done: Instant,
+    /// Name, start and duration of each group of passes [ns of the device clock].
+    pub(crate) passes: Vec<(String, f64, f64)>,
+}
+
+/// Where the time of a run went.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub(crate) struct TimeAccount {
+    /// Wall time since the run began [s].
+    pub(crate) wall_s: f64,
+    /// Wall time of the loop's works without parts [s]. The rest of a work with parts has no name.
+    pub(crate) named_s: f64,
+    pub(crate) works: Vec<TimeSpent>,
+}
+
+/// Time that a thread spent on one kind of work.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub(crate) struct TimeSpent {
+    /// `host: loop`, `host: files`.
+    pub(crate) thread: &'static str,
+    /// Number of works around this one.
+    pub(crate) depth: usize,
+    /// The work. It stands below the work that it is part of.
+    pub(crate) work: String,
+    /// Wall time [s].
+    pub(crate) wall_s: f64,
+    /// Processor time of all threads meanwhile [s]. 0 where the system does not report it.
+    pub(crate) processor_s: f64,
+    /// Number of times.
+    pub(crate) count: u64,
+}
+
 #[derive(Debug)]
 struct Event {
     track: Track,
@@ -42,38 +84,155 @@ struct Event {
     length: f64,
 }
 
+/// A kind of work as part of another, and what was spent on it.
+#[derive(Debug)]
+struct WorkKind {
+    name: Cow<'static, str>,
+    around: Option<usize>,
+    wall: Duration,
+    processor: Duration,
+    count: u64,
+}
+
+/// Work under way.
+#[derive(Debug)]
+struct Open {
+    work: usize,
+    detail: String,
+    began: Instant,
+    processor: Duration,
+}
+
+/// What a thread does and did.
+#[derive(Debug, Default)]
+struct Thread {
+    works: Vec<WorkKind>,
+    open: Vec<Open>,
+}
+
 #[derive(Debug)]
 struct Recording {
     began: Instant,
-    events: Mutex<Vec<Event>>,
-    frames: Mutex<Vec<DeviceFrame>>,
+    /// Of the host's tracks.
+    threads: [Mutex<Thread>; 2],
+    /// The timeline, where it is kept.
+    timeline: Option<Mutex<(Vec<Event>, Vec<DeviceFrame>)>>,
 }
 
-/// A recording, or nothing.
+/// A recording of a run, or nothing.
 #[derive(Debug, Clone, Default)]
-pub struct Trace(Option<Arc<Recording>>);
+pub(crate) struct Trace(Option<Arc<Recording>>);
+
+thread_local! {
+    /// The recording in which this thread is a track.
+    static HERE: RefCell<Option<(Arc<Recording>, Track)>> = const { RefCell::new(None) };
+}
+
+/// Makes this thread a track of a recording until it is dropped.
+#[must_use = "the thread leaves the recording when this is dropped"]
+pub(crate) struct OnTrack(Option<(Arc<Recording>, Track)>);
+
+impl Drop for OnTrack {
+    fn drop(&mut self) {
+        HERE.set(self.0.take());
+    }
+}
 
 /// A span of work that ends when this is dropped.
 #[must_use = "the span ends when this is dropped"]
-pub(crate) struct Span<'a> {
-    trace: &'a Trace,
-    track: Track,
-    name: &'static str,
-    began: Instant,
+pub(crate) struct Span(Option<(Arc<Recording>, Track, usize)>);
+
+/// Begins work of this thread. Nothing is recorded where the thread is no track of a recording, such as a helper that computes for all.
+pub(crate) fn span(name: impl Into<Cow<'static, str>>) -> Span {
+    span_with(name, String::new)
 }
 
-impl Drop for Span<'_> {
+/// As [`span`], with a detail that is told while the work is under way.
+pub(crate) fn span_with(name: impl Into<Cow<'static, str>>, detail: impl FnOnce() -> String) -> Span {
+    let Some((recording, track)) = HERE.with_borrow(Clone::clone) else { return Span(None) };
+    let depth = recording.thread(track).map(|mut thread| thread.begin(name.into(), detail()));
+    Span(depth.map(|depth| (recording, track, depth)))
+}
+
+/// Does work of this thread in a span.
+pub(crate) fn timed<T>(name: &'static str, work: impl FnOnce() -> T) -> T {
+    let _span = span(name);
+    work()
+}
+
+/// Keeps the measured times of a frame, where this thread is in a recording with a timeline.
+pub(crate) fn keep_frame(frame: DeviceFrame) {
+    if let Some((recording, _)) = HERE.with_borrow(Clone::clone)
+        && let Some(timeline) = &recording.timeline
+    {
+        lock(timeline).1.push(frame);
+    }
+}
+
+/// Whether this thread is in a recording with a timeline.
+pub(crate) fn keeps_frames() -> bool {
+    HERE.with_borrow(|here| here.as_ref().is_some_and(|(recording, _)| recording.timeline.is_some()))
+}
+
+impl Drop for Span {
     fn drop(&mut self) {
-        if let Some(shared) = &self.trace.0 {
-            let start = shared.since_began(self.began);
-            let length = shared.since_began(Instant::now()) - start;
-            let event = Event { track: self.track, name: self.name.to_owned(), start, length };
-            shared.events.lock().unwrap_or_else(PoisonError::into_inner).push(event);
+        let Some((recording, track, depth)) = self.0.take() else { return };
+        let Some(mut thread) = recording.thread(track) else { return };
+        while thread.open.len() > depth {
+            let ended = thread.end();
+            if let (Some((name, began)), Some(timeline)) = (ended, &recording.timeline) {
+                let (start, length) = (recording.since_began(began), began.elapsed().as_secs_f64() * 1e6);
+                lock(timeline).0.push(Event { track, name, start, length });
+            }
         }
     }
 }
 
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Thread {
+    /// Begins work. Returns how much was under way before.
+    fn begin(&mut self, name: Cow<'static, str>, detail: String) -> usize {
+        let around = self.open.last().map(|open| open.work);
+        let known = self.works.iter().position(|work| work.around == around && work.name == name);
+        let work = known.unwrap_or_else(|| {
+            self.works.push(WorkKind { name, around, wall: Duration::ZERO, processor: Duration::ZERO, count: 0 });
+            self.works.len() - 1
+        });
+        self.open.push(Open { work, detail, began: Instant::now(), processor: processor_time().unwrap_or_default() });
+        self.open.len() - 1
+    }
+
+    /// Ends the last work that began. Returns its name with its detail, and when it began.
+    fn end(&mut self) -> Option<(String, Instant)> {
+        let open = self.open.pop()?;
+        let work = &mut self.works[open.work];
+        work.wall += open.began.elapsed();
+        work.processor += processor_time().unwrap_or_default().saturating_sub(open.processor);
+        work.count += 1;
+        Some((told(&work.name, &open.detail), open.began))
+    }
+
+    /// The parts of a work in order, and all their parts, each with the number of works around it.
+    fn below(&self, around: Option<usize>, depth: usize) -> Vec<(usize, &WorkKind)> {
+        let parts = self.works.iter().enumerate().filter(|(_, work)| work.around == around);
+        parts.flat_map(|(number, work)| [vec![(depth, work)], self.below(Some(number), depth + 1)].concat()).collect()
+    }
+}
+
+/// A name with its detail.
+fn told(name: &str, detail: &str) -> String {
+    if detail.is_empty() { name.to_owned() } else { format!("{name} {detail}") }
+}
+
 impl Recording {
+    /// What a thread of the host does and did.
+    fn thread(&self, track: Track) -> Option<MutexGuard<'_, Thread>> {
+        self.threads.get(track as usize).map(lock)
+    }
+
     /// [us].
     fn since_began(&self, instant: Instant) -> f64 {
         instant.saturating_duration_since(self.began).as_secs_f64() * 1e6
@@ -81,23 +240,47 @@ impl Recording {
 }
 
 impl Trace {
-    pub(crate) fn recording() -> Self {
-        let empty = || Mutex::new(Vec::new());
-        Self(Some(Arc::new(Recording { began: Instant::now(), events: empty(), frames: Mutex::new(Vec::new()) })))
+    /// Begins a recording, with a timeline or with sums only.
+    pub(crate) fn begin(with_timeline: bool) -> Self {
+        let timeline = with_timeline.then(Mutex::default);
+        Self(Some(Arc::new(Recording { began: Instant::now(), threads: Default::default(), timeline })))
     }
 
-    pub(crate) fn is_recording(&self) -> bool {
-        self.0.is_some()
+    /// The recording that this thread is in, or nothing.
+    pub(crate) fn here() -> Self {
+        Self(HERE.with_borrow(|here| here.as_ref().map(|(recording, _)| Arc::clone(recording))))
     }
 
-    pub(crate) fn span(&self, track: Track, name: &'static str) -> Span<'_> {
-        Span { trace: self, track, name, began: Instant::now() }
+    /// Makes this thread a track. The timeline and the sums then have its spans.
+    pub(crate) fn enter(&self, track: Track) -> OnTrack {
+        OnTrack(HERE.replace(self.0.clone().map(|recording| (recording, track))))
     }
 
-    pub(crate) fn frame(&self, frame: DeviceFrame) {
-        if let Some(shared) = &self.0 {
-            shared.frames.lock().unwrap_or_else(PoisonError::into_inner).push(frame);
+    /// What the loop does now: its works from the widest to the narrowest, each with its detail. Empty where nothing is under way.
+    pub(crate) fn doing(&self) -> Vec<String> {
+        let Some(thread) = self.0.as_ref().and_then(|shared| shared.thread(Track::Host)) else { return Vec::new() };
+        thread.open.iter().map(|open| told(&thread.works[open.work].name, &open.detail)).collect()
+    }
+
+    /// What the threads of the host have spent so far, as far as it has ended. Works stand below the work that they are part of.
+    pub(crate) fn account(&self) -> TimeAccount {
+        let mut works: Vec<TimeSpent> = Vec::new();
+        for track in [Track::Host, Track::Writer] {
+            let Some(thread) = self.0.as_ref().and_then(|shared| shared.thread(track)) else { continue };
+            works.extend(thread.below(None, 0).into_iter().map(|(depth, work)| TimeSpent {
+                thread: track.name(),
+                depth,
+                work: work.name.clone().into_owned(),
+                wall_s: work.wall.as_secs_f64(),
+                processor_s: work.processor.as_secs_f64(),
+                count: work.count,
+            }));
         }
+        let is_whole = |number: usize| works.get(number + 1).is_none_or(|next| next.depth <= works[number].depth);
+        let of_loop = works.iter().enumerate().filter(|(_, spent)| spent.thread == Track::Host.name());
+        let named_s = of_loop.filter(|(number, _)| is_whole(*number)).map(|(_, spent)| spent.wall_s).sum();
+        let wall_s = self.0.as_ref().map_or(0.0, |shared| shared.began.elapsed().as_secs_f64());
+        TimeAccount { wall_s, named_s, works }
     }
 
     /// The recording in the trace event format (<https://docs.google.com/document/d/1CvAClvFfyA5R-PhYUmn5OOQtYMH4h6I0nSsKchNAySU>), as complete events in
@@ -106,11 +289,14 @@ impl Trace {
     /// The device's clock is shifted by the least amount with which no frame begins before its submission. `other_data.clock_slack_us` is the most by which
     /// all frames could be later.
     pub(crate) fn json(&self) -> Value {
-        let Some(shared) = &self.0 else { return json!({ "traceEvents": [] }) };
-        let frames = shared.frames.lock().unwrap_or_else(PoisonError::into_inner);
-        let events = shared.events.lock().unwrap_or_else(PoisonError::into_inner);
-        let (offset, slack) = shared.clock(&frames);
-        let thread = |track: Track| json!(Track::ALL.iter().position(|known| *known == track));
+        let Some((shared, timeline)) = self.0.as_ref().and_then(|shared| Some((shared, shared.timeline.as_ref()?)))
+        else {
+            return json!({ "traceEvents": [] });
+        };
+        let kept = lock(timeline);
+        let (events, frames) = &*kept;
+        let (offset, slack) = shared.clock(frames);
+        let thread = |track: Track| json!(track as usize);
         let complete = |track: Track, name: &str, start: f64, length: f64| json!({ "name": name, "ph": "X", "pid": 1, "tid": thread(track), "ts": start, "dur": length });
         let mut all: Vec<Value> =
             vec![json!({ "name": "process_name", "ph": "M", "pid": 1, "args": { "name": "isotherm" } })];
@@ -146,25 +332,49 @@ impl Recording {
 
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
     use super::*;
 
     #[test]
     fn a_recording_has_a_span_for_each_stretch_of_work_and_none_without_it() {
-        let trace = Trace::recording();
-        drop(trace.span(Track::Host, "loads"));
+        let trace = Trace::begin(true);
+        let on = trace.enter(Track::Host);
+        drop(span("loads"));
+        drop(on);
+        drop(span("outside"));
         let json = trace.json();
         let events = json["traceEvents"].as_array().expect("events");
         assert!(events.iter().any(|event| event["name"] == "loads" && event["ph"] == "X" && event["tid"] == 0));
-        let off = Trace::default();
-        drop(off.span(Track::Host, "loads"));
+        assert!(events.iter().all(|event| event["name"] != "outside"));
+        let off = Trace::begin(false);
+        let on = off.enter(Track::Host);
+        drop(span("loads"));
+        drop(on);
         assert_eq!(off.json()["traceEvents"].as_array().map(Vec::len), Some(0));
+        assert_eq!(off.account().works.len(), 1);
+    }
+
+    #[test]
+    fn works_stand_below_their_work_and_only_the_narrowest_name_time() {
+        let trace = Trace::begin(false);
+        let on = trace.enter(Track::Host);
+        for orbit in 0..2 {
+            let _orbit = span("orbit");
+            let _casts = span_with("casting rays", || format!("for pose {orbit}"));
+            assert_eq!(trace.doing(), ["orbit".to_owned(), format!("casting rays for pose {orbit}")]);
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        assert_eq!(trace.doing(), Vec::<String>::new());
+        drop(on);
+        let account = trace.account();
+        let told: Vec<_> = account.works.iter().map(|spent| (spent.depth, &*spent.work, spent.count)).collect();
+        assert_eq!(told, [(0, "orbit", 2), (1, "casting rays", 2)], "{told:?}");
+        let [orbit, casts] = [0, 1].map(|number: usize| account.works[number].wall_s);
+        assert!(account.named_s == casts && casts >= 0.004 && casts < orbit, "{account:?}");
     }
 
     #[test]
     fn the_clock_of_the_device_is_set_between_submission_and_end() {
-        let trace = Trace::recording();
+        let trace = Trace::begin(true);
         let began = trace.0.as_ref().expect("a recording").began;
         let at = |us: u64| began + Duration::from_micros(us);
         // A device whose clock is 1 s ahead: passes begin 30 us and 10 us after their submission.
@@ -173,8 +383,10 @@ mod tests {
             done: at(done),
             passes: vec![("pass".to_owned(), 1e9 + start * 1e3, (end - start) * 1e3)],
         };
-        trace.frame(frame(100, 130.0, 180.0, 200));
-        trace.frame(frame(300, 310.0, 360.0, 365));
+        let on = trace.enter(Track::Host);
+        keep_frame(frame(100, 130.0, 180.0, 200));
+        keep_frame(frame(300, 310.0, 360.0, 365));
+        drop(on);
         let json = trace.json();
         let starts: Vec<f64> = json["traceEvents"]
             .as_array()

@@ -22,7 +22,7 @@ use crate::output::settings::lens_lines;
 use crate::scene::Draw;
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::exchange::describe;
-use crate::simulation::forecast::{Forecast, Rate};
+use crate::simulation::forecast::Forecast;
 use crate::simulation::joints;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::prepare_error::PrepareError;
@@ -132,7 +132,7 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
     let frame = compose(&SceneFrames::new(&data).whole());
     let plan = data.plan();
     let bytes = device_memory(&plan);
-    let forecast = Forecast::of(&prepared).entries(&[Rate::REFERENCE, Rate::PROCESSOR, Rate::GPU], Some(bytes));
+    let forecast = Forecast::of(&prepared).entries(Some(bytes));
     let node_bytes = device_bytes(&plan);
     let a_node = node_bytes as f64 / prepared.nodes.count.max(1) as f64;
     let facts = SceneFacts {

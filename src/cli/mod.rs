@@ -31,6 +31,7 @@ mod network;
 mod network_export;
 mod network_import;
 mod network_report;
+mod pace;
 mod paper;
 mod paper_orbits;
 mod poses;

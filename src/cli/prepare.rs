@@ -12,16 +12,28 @@ use crate::output::console::say;
 use crate::scene::Scene;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
+use crate::trace::span;
 
 /// Loads a scene and prints its warnings.
 pub(super) fn prepare_with_progress(path: &Path, reach: ReachArguments) -> Result<Prepared, CliError> {
-    prepare_scene(reach.scene(path)?)
+    let scene = {
+        let _reads = span("reading the scene");
+        reach.scene(path)?
+    };
+    prepare_scene(scene)
 }
 
 /// Prepares a scene and prints its warnings.
 pub(super) fn prepare_scene(scene: Scene) -> Result<Prepared, CliError> {
     let bar = building_bar();
-    let prepared = Prepared::from_scene(scene, &mut |stage| show_stage(&bar, stage));
+    let mut work = None;
+    let prepared = Prepared::from_scene(scene, &mut |stage| {
+        show_stage(&bar, stage);
+        // One stage ends before the next one begins.
+        drop(work.take());
+        work = Some(span(stage.work()));
+    });
+    drop(work);
     bar.finish_and_clear();
     let prepared = prepared?;
     say_notes(&prepared);
@@ -40,6 +52,7 @@ pub(super) fn say_notes(prepared: &Prepared) {
 
 /// Prints the probable mistakes in a scene, and keeps them for the report.
 pub(super) fn guard(prepared: &mut Prepared, effort: CheckEffort) {
+    let _looks = span("looking for mistakes");
     for finding in guard::check(prepared, effort).findings {
         say!("warning: {finding}");
         prepared.warnings.push(finding.to_string());

@@ -1,4 +1,4 @@
-//! Progress on standard error, and signals. A terminal shows bars. A file or pipe gets a line every 10 seconds.
+//! Progress on standard error, and signals. A terminal shows bars. A file or pipe gets a line every 10 seconds. Both tell what the loop of a run does.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, Once, OnceLock};
@@ -6,21 +6,29 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle, WeakProgressBar};
 
+use super::pace::WorkPace;
 use crate::output::console::{self, say};
 use crate::output::temporary::remove_unfinished;
 use crate::output::waiting::waited;
 use crate::simulation::prepare_error::PrepareStage;
+use crate::trace::Trace;
 
 /// Time between two lines.
 const EVERY: Duration = Duration::from_secs(10);
 
-/// The bars that the lines tell of, in the order in which they were made.
-static BARS: Mutex<Vec<WeakProgressBar>> = Mutex::new(Vec::new());
+/// Time between two looks at the bars.
+const LOOK: Duration = Duration::from_millis(250);
+
+/// The bars that are told of, in the order in which they were made, each with its pace.
+static BARS: Mutex<Vec<(WeakProgressBar, WorkPace)>> = Mutex::new(Vec::new());
+
+/// The run whose work is told.
+static WORK: OnceLock<Trace> = OnceLock::new();
 
 /// A progress bar on standard error.
 pub(super) fn progress_bar(length: u64, what: &str) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{msg:>12} [{bar:40}] {pos}/{len} {eta}")
+    let style = ProgressStyle::with_template("{msg:>12} [{bar:40}] {pos}/{len} {prefix}")
         .unwrap_or_else(|_| ProgressStyle::default_bar())
         .progress_chars("=> ");
     bar.set_style(style);
@@ -41,7 +49,7 @@ pub(super) fn show_stage(bar: &ProgressBar, stage: PrepareStage) {
 /// A counter on standard error for work of unknown length.
 pub(super) fn spinner(what: &str) -> ProgressBar {
     let bar = ProgressBar::new_spinner();
-    let style = ProgressStyle::with_template("{msg:>12} {spinner} {human_pos}")
+    let style = ProgressStyle::with_template("{msg:>12} {spinner} {human_pos} {prefix}")
         .unwrap_or_else(|_| ProgressStyle::default_spinner());
     bar.set_style(style);
     bar.set_message(what.to_owned());
@@ -50,38 +58,84 @@ pub(super) fn spinner(what: &str) -> ProgressBar {
     bar
 }
 
-/// Tells of a bar in lines, where standard error is no terminal.
+/// Tells of a bar: in lines where standard error is no terminal, and behind the bar where it is one.
 pub(super) fn tell(bar: &ProgressBar) {
     static TELLER: Once = Once::new();
-    if console::messages_are_seen() {
-        return;
-    }
     if let Ok(mut bars) = BARS.lock() {
-        bars.push(bar.downgrade());
+        bars.push((bar.downgrade(), WorkPace::default()));
     }
     TELLER.call_once(|| {
         // A program without this thread is still right, only silent.
-        let _ = std::thread::Builder::new().name("progress".to_owned()).spawn(|| {
-            loop {
-                std::thread::sleep(EVERY);
-                let Ok(mut bars) = BARS.lock() else { return };
-                bars.retain(|bar| bar.upgrade().is_some_and(|bar| !bar.is_finished()));
-                let line = line(&bars.iter().filter_map(WeakProgressBar::upgrade).collect::<Vec<_>>());
-                drop(bars);
-                if let Some(line) = line {
-                    say!("{line}");
-                }
-            }
-        });
+        let _ = std::thread::Builder::new().name("progress".to_owned()).spawn(tell_for_ever);
     });
 }
 
-/// The line for the bars under way. Before the first unit of work is done, the line tells of the first bar.
-fn line(bars: &[ProgressBar]) -> Option<String> {
-    let left = |bar: &&ProgressBar| length_of(bar).is_none_or(|length| bar.position() < length);
-    let begun = bars.iter().filter(left).filter(|bar| bar.position() > 0).map(text);
-    let begun = begun.collect::<Vec<_>>().join(", ");
-    if begun.is_empty() { bars.iter().find(left).map(text) } else { Some(begun) }
+/// Lets the lines tell what the loop of a run does.
+pub(super) fn tell_work(trace: &Trace) {
+    // A command has one run.
+    let _ = WORK.set(trace.clone());
+}
+
+/// Looks at the bars, and tells of them.
+fn tell_for_ever() {
+    let (began, mut told) = (Instant::now(), Instant::now());
+    loop {
+        std::thread::sleep(LOOK);
+        let now = began.elapsed().as_secs_f64();
+        let Ok(mut bars) = BARS.lock() else { return };
+        bars.retain(|(bar, _)| bar.upgrade().is_some_and(|bar| !bar.is_finished()));
+        let mut seen = Vec::new();
+        for (bar, pace) in bars.iter_mut() {
+            let Some(bar) = bar.upgrade() else { continue };
+            pace.see(now, bar.position());
+            let left = length_of(&bar).map_or(String::new(), |length| pace.told(now, length));
+            seen.push((bar, left));
+        }
+        drop(bars);
+        let doing = WORK.get().map(Trace::doing).unwrap_or_default();
+        if console::messages_are_seen() {
+            show(&seen, &doing);
+        } else if told.elapsed() >= EVERY {
+            told = Instant::now();
+            if let Some(line) = line(&seen, &doing) {
+                say!("{line}");
+            }
+        }
+    }
+}
+
+/// A bar, and the time that is left as it is told.
+type Seen = (ProgressBar, String);
+
+/// Shows the time that is left and the work behind the bar under way.
+fn show(bars: &[Seen], doing: &[String]) {
+    let under_way = bars.iter().filter(|(bar, _)| is_left(bar));
+    if let Some((bar, left)) = under_way.max_by_key(|(bar, _)| bar.position() > 0) {
+        let work = doing.iter().filter(|work| **work != bar.message()).cloned().collect::<Vec<_>>().join(", ");
+        bar.set_prefix(format!("{} {work}", left.trim_start_matches(", ")).trim().to_owned());
+    }
+}
+
+/// The line for the bars under way, and for the work of the loop. Before the first unit of work is done, the line tells of the first bar.
+fn line(bars: &[Seen], doing: &[String]) -> Option<String> {
+    let told = |(bar, left): &Seen| format!("{}{left}", text(bar));
+    // The work tells more than a count of unknown length.
+    let counts = |(bar, _): &&Seen| is_left(bar) && (doing.is_empty() || length_of(bar).is_some());
+    let begun = bars.iter().filter(counts).filter(|(bar, _)| bar.position() > 0);
+    let (names, begun): (Vec<String>, Vec<String>) = begun.map(|seen| (seen.0.message(), told(seen))).unzip();
+    let work = doing.iter().filter(|work| !names.contains(work)).cloned().collect::<Vec<_>>().join(", ");
+    let told = match (begun.is_empty(), work.is_empty()) {
+        (true, true) => bars.iter().find(|(bar, _)| is_left(bar)).map(told)?,
+        (true, false) => work,
+        (false, true) => begun.join(", "),
+        (false, false) => format!("{}; {work}", begun.join(", ")),
+    };
+    Some(format!("progress: {told}"))
+}
+
+/// Whether a bar is not at its end.
+fn is_left(bar: &ProgressBar) -> bool {
+    length_of(bar).is_none_or(|length| bar.position() < length)
 }
 
 /// The length of a bar. Work of unknown length has none, or a length of 0.
@@ -89,16 +143,10 @@ fn length_of(bar: &ProgressBar) -> Option<u64> {
     bar.length().filter(|length| *length > 0)
 }
 
-/// A longer rest [s] is not told: the estimate grows without bound while a step takes very long.
-const LONGEST_REST: u64 = 30 * 86_400;
-
-/// `steps: 120 of 1000, 44 s left`.
+/// `steps 120 of 1000`.
 fn text(bar: &ProgressBar) -> String {
     let (what, done) = (bar.message(), bar.position());
-    let Some(length) = length_of(bar) else { return format!("progress: {what} {done}") };
-    let eta = bar.eta().as_secs();
-    let eta = if done > 0 && (1..LONGEST_REST).contains(&eta) { format!(", {eta} s left") } else { String::new() };
-    format!("progress: {what} {done} of {length}{eta}")
+    length_of(bar).map_or_else(|| format!("{what} {done}"), |length| format!("{what} {done} of {length}"))
 }
 
 /// The flag of a command that can stop in order.
@@ -197,17 +245,24 @@ mod tests {
             bar.set_position(done);
             bar
         };
-        let told = |bars: &[ProgressBar]| line(bars).map(|line| line.split(" s left").next().unwrap_or("").to_owned());
-        assert_eq!(told(&[bar("warm-up", 0), bar("steps", 0)]), Some("progress: warm-up 0 of 10".to_owned()));
-        assert!(told(&[bar("warm-up", 10), bar("steps", 3)]).unwrap().starts_with("progress: steps 3 of 10"));
-        assert_eq!(told(&[bar("warm-up", 10)]), None);
+        let told = |bars: &[ProgressBar], doing: &[&str]| {
+            let seen: Vec<Seen> = bars.iter().map(|bar| (bar.clone(), String::new())).collect();
+            line(&seen, &doing.iter().map(|work| (*work).to_owned()).collect::<Vec<_>>())
+        };
+        let is = |told: Option<String>, text: &str| assert_eq!(told, Some(format!("progress: {text}")));
+        is(told(&[bar("warm-up", 0), bar("steps", 0)], &[]), "warm-up 0 of 10");
+        is(told(&[bar("warm-up", 10), bar("steps", 3)], &[]), "steps 3 of 10");
+        assert_eq!(told(&[bar("warm-up", 10)], &[]), None);
         let unknown = bar("warm-up", 5);
         unknown.set_length(0);
-        assert_eq!(told(&[unknown, bar("steps", 0)]), Some("progress: warm-up 5".to_owned()));
+        is(told(&[unknown.clone(), bar("steps", 0)], &[]), "warm-up 5");
+        let work = ["warm-up: orbit 2 of at most 40", "radiation between surfaces for pose 7", "casting rays"];
+        is(told(&[unknown.clone(), bar("steps", 0)], &work), &work.join(", "));
+        is(told(&[unknown, bar("steps", 4)], &["steps", "casting rays"]), "steps 4 of 10; casting rays");
         let spinner = ProgressBar::hidden();
         spinner.unset_length();
         spinner.set_message("time [s]");
         spinner.set_position(7);
-        assert_eq!(told(&[spinner]), Some("progress: time [s] 7".to_owned()));
+        is(told(&[spinner], &[]), "time [s] 7");
     }
 }

@@ -26,7 +26,7 @@ use crate::simulation;
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::engine::Engine;
 use crate::simulation::facade::Simulation;
-use crate::simulation::forecast::{Forecast, Rate};
+use crate::simulation::forecast::Forecast;
 use crate::simulation::pose::Pose;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::prepare_error::PrepareError;
@@ -120,7 +120,7 @@ fn render_poses(arguments: &Arguments, poses: &Path) -> Result<(), CliError> {
     say_size(&prepared, &DeviceData::new(&prepared).scene_data(&prepared, Some(&camera)).plan(), &chosen);
     let forecast = Forecast::of(&prepared);
     let forecast = if arguments.from_state.is_some() { forecast.without_warm_up() } else { forecast };
-    say!("{}", forecast.sentence(Rate::of(&chosen)));
+    say!("{}", forecast.sentence());
     let mut engine = until(&stop, || chosen.engine(&prepared, Some(&camera))).map_err(stopped)??;
     let folder = folder.prepare(arguments.force, &inputs)?;
     let bars = [progress_bar(forecast.warm_up, "warm-up"), progress_bar(forecast.images, "images")];
@@ -158,7 +158,7 @@ fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
     say!("device: {}", chosen.name());
     say_size(&prepared, &DeviceData::new(&prepared).scene_data(&prepared, Some(&camera)).plan(), &chosen);
     let still = Forecast { steps: (time / prepared.scene.time.step).ceil() as u64, warm_up, ..Forecast::of(&prepared) };
-    say!("{}", still.of_one_image().sentence(Rate::of(&chosen)));
+    say!("{}", still.of_one_image().sentence());
     let mut simulation = until(&stop, || Simulation::new(prepared, &chosen)).map_err(stopped)??;
     let bar = progress_bar(steps, "stepping");
     match &state {

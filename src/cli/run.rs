@@ -9,7 +9,7 @@ use super::arguments::{command_line, folder};
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::prepare::{guard, prepare_with_progress, say_size};
-use super::progress::{progress_bar, stop_flag};
+use super::progress::{progress_bar, spinner, stop_flag, tell_work};
 use super::reach::ReachArguments;
 use super::resume::{EarlierRun, identity};
 use super::run_report::{print_summary, report, speed};
@@ -21,18 +21,18 @@ use crate::output::destination::{Destination, destinations};
 use crate::output::folder::Folder;
 use crate::output::inputs::keep_inputs;
 use crate::output::job::{Done, FILES, Job, REPORT_HTML, REPORT_JSON, RunOutcome, SaveEvery, run_into};
-use crate::output::report::{BufferSize, FrameEntry, Report};
+use crate::output::report::{BufferSize, FrameEntry, Report, ReportSource, Speed};
 use crate::output::run_state::RunProgress;
 use crate::output::state_file::encode;
 use crate::output::{mcap, report_html, video};
 use crate::scene::Draw;
 use crate::simulation::check::SAMPLE;
 use crate::simulation::device_data::DeviceData;
-use crate::simulation::forecast::{Forecast, Rate};
+use crate::simulation::forecast::Forecast;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
 use crate::stop::{Stopped, until};
-use crate::trace::{Trace, Track};
+use crate::trace::{Trace, Track, timed};
 
 /// Run a scene: write temperatures, images, plots and a report.
 #[derive(clap::Args)]
@@ -102,7 +102,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let began = Instant::now();
     let [timeline, of_state, log] =
         destinations([arguments.trace.as_deref(), arguments.save_state.as_deref(), arguments.mcap.as_deref()])?;
-    let trace = if timeline.is_some() { Trace::recording() } else { Trace::default() };
+    let trace = Trace::begin(timeline.is_some());
+    let _on_track = trace.enter(Track::Host);
+    tell_work(&trace);
     let earlier = arguments.resume.as_deref().map(EarlierRun::open).transpose()?;
     if let (Some(root), Some(None)) = (&arguments.resume, &earlier) {
         answer!("the run in {} is finished: there is nothing to resume", root.display());
@@ -114,14 +116,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         Some(earlier) => arguments.reach.or(earlier.identity().allow_outside),
         None => arguments.reach,
     };
-    let prepared = load_scene(&scene, reach, &trace)?;
+    let prepared = load_scene(&scene, reach)?;
     let fresh = if earlier.is_none() { Some(Folder::new(&root, &FILES)) } else { None };
     keep_scene_files(arguments, &prepared, fresh.as_ref())?;
     let at = thermal_state::step_of_state(arguments.save_state_at, &prepared.scene.time)?;
     let take_after = arguments.save_state.as_ref().map(|_| at);
     video::check(&prepared.scene.images)?;
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
-    let chosen = choose_device(arguments, earlier.as_ref())?;
+    let chosen = timed("opening the device", || choose_device(arguments, earlier.as_ref()))?;
     let sample = choose_sample(arguments, earlier.as_ref(), &prepared, &chosen);
     let command_line = match &earlier {
         Some(earlier) => earlier.identity().command_line.clone(),
@@ -132,16 +134,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         earlier.compare(&identity)?;
     }
     let begin = arguments.from_state.as_ref().map(|path| thermal_state::read(path, &prepared, &chosen)).transpose()?;
-    let device_data = DeviceData::new(&prepared);
+    let device_data = timed("planning the memory", || DeviceData::new(&prepared));
     let data = device_data.scene_data(&prepared, camera);
     let plan = data.plan();
     say_size(&prepared, &plan, &chosen);
     chosen.device().map_or(Ok(()), |context| check_plan(context, &plan, data.image))?;
     let (folder, state) = open_folder(arguments, &prepared, &root, earlier, fresh)?;
-    let forecast = forecast_run(&prepared, begin.is_some(), &chosen);
+    let forecast = forecast_run(&prepared, begin.is_some());
     let stop = stop_flag();
-    let mut engine = until(&stop, || chosen.engine(&prepared, camera)).map_err(|Stopped| CliError::StoppedBefore)??;
-    engine.record(trace.clone());
+    let made = timed("making the engine", || until(&stop, || chosen.engine(&prepared, camera)));
+    let mut engine = made.map_err(|Stopped| CliError::StoppedBefore)??;
     let start_up_s = began.elapsed().as_secs_f64();
     let bars = step_bars(&forecast, prepared.scene.time.steps);
     let job = Job {
@@ -160,19 +162,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         destination.write_bytes(&encode(state)?)?;
     }
     if let Some(log) = &log {
-        write_log(log, &folder, &outcome.frames, &prepared, &trace)?;
+        timed("writing the log of robotics", || write_log(log, &folder, &outcome.frames, &prepared))?;
     }
     if begin.is_some() && sample.is_some() {
         warn_unchecked(&outcome);
     }
     let wall_s = outcome.wall_before_s + began.elapsed().as_secs_f64();
-    let speed = speed(&prepared, &*engine, &outcome, wall_s);
-    let mut report = Report {
-        buffers: list_buffers(&plan, &chosen),
-        speed,
-        ..report(&prepared, &plan, &chosen, &mut *engine, outcome, start_up_s)
-    };
-    report.source.command_line = command_line;
+    let speed = Speed { time: trace.account(), ..speed(&prepared, &*engine, &outcome, wall_s) };
+    let report = report(&prepared, &plan, &chosen, &mut *engine, outcome, start_up_s);
+    let source = ReportSource { command_line, ..report.source };
+    let report = Report { buffers: list_buffers(&plan, &chosen), speed, source, ..report };
     write_report(&folder, &report, timeline.as_ref(), &trace)?;
     print_summary(&report, &folder);
     check_validation(&chosen)?;
@@ -187,21 +186,14 @@ fn warn_unchecked(outcome: &RunOutcome) {
     }
 }
 
-fn forecast_run(prepared: &Prepared, has_state: bool, chosen: &Target) -> Forecast {
+fn forecast_run(prepared: &Prepared, has_state: bool) -> Forecast {
     let forecast = Forecast::of(prepared);
     let forecast = if has_state { forecast.without_warm_up() } else { forecast };
-    say!("{}", forecast.sentence(Rate::of(chosen)));
+    say!("{}", forecast.sentence());
     forecast
 }
 
-fn write_log(
-    log: &Destination,
-    folder: &Folder,
-    frames: &[FrameEntry],
-    prepared: &Prepared,
-    trace: &Trace,
-) -> Result<(), CliError> {
-    let _span = trace.span(Track::Host, "MCAP");
+fn write_log(log: &Destination, folder: &Folder, frames: &[FrameEntry], prepared: &Prepared) -> Result<(), CliError> {
     log.write(|writer| mcap::write(writer, folder, frames, prepared.scene.time.start))?;
     Ok(())
 }
@@ -234,13 +226,9 @@ fn scene_and_folder(arguments: &Arguments, earlier: Option<&EarlierRun>) -> Resu
 }
 
 /// Loads, builds and checks a scene.
-fn load_scene(scene: &Path, reach: ReachArguments, trace: &Trace) -> Result<Prepared, CliError> {
-    let prepares = trace.span(Track::Host, "load and build the scene");
+fn load_scene(scene: &Path, reach: ReachArguments) -> Result<Prepared, CliError> {
     let mut prepared = prepare_with_progress(scene, reach)?;
-    drop(prepares);
-    let guards = trace.span(Track::Host, "look for what is probably wrong");
     guard(&mut prepared, CheckEffort::BRIEF);
-    drop(guards);
     Ok(prepared)
 }
 
@@ -306,7 +294,7 @@ fn open_folder(
 /// Bars of the warm-up, the steps and the pictures, in the order of [`Done`].
 fn step_bars(forecast: &Forecast, steps: u32) -> [ProgressBar; 3] {
     [
-        progress_bar(if forecast.warm_up_is_most { 0 } else { forecast.warm_up }, "warm-up"),
+        if forecast.warm_up_is_most { spinner("warm-up orbits") } else { progress_bar(forecast.warm_up, "warm-up") },
         progress_bar(u64::from(steps) + 1, "steps"),
         progress_bar(forecast.images, "pictures"),
     ]

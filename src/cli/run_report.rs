@@ -18,7 +18,7 @@ use crate::output::settings;
 use crate::output::step_cost::step_cost;
 use crate::output::tables::{JOINTS, SERIES};
 use crate::simulation::engine::Engine;
-use crate::simulation::forecast::{Forecast, Rate};
+use crate::simulation::forecast::Forecast;
 use crate::simulation::network::{BEYOND, ESTIMATED};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
@@ -53,6 +53,7 @@ pub(super) fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &RunOutco
         network_wall_ms,
         image_ms: mean(&of_image, images),
         wall_s,
+        ..Speed::default()
     }
 }
 
@@ -91,7 +92,7 @@ pub(super) fn report(
     let scene = inputs.next().unwrap_or_default();
     let files = list_files(prepared, &outcome);
     let memory = chosen.device().map(|_| device_memory(plan));
-    let forecast = Forecast::of(prepared).entries(&[Rate::of(chosen)], memory);
+    let forecast = Forecast::of(prepared).entries(memory);
     let forecast = SettingGroup { title: "Forecast before the first step".to_owned(), entries: forecast };
     let mut warnings = prepared.warnings.clone();
     let device = describe_device(chosen, &outcome, start_up_s);

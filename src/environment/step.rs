@@ -5,7 +5,7 @@
 
 use std::iter::Sum;
 use std::ops::Mul;
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 
 use glam::{DAffine3, DVec3};
 
@@ -29,11 +29,12 @@ pub struct StepLoads {
     shortest_part: f64,
 }
 
+/// Fields, whose tables are made when they are needed. Copies of the loads share them.
 #[derive(Debug, Clone, PartialEq)]
 enum AlbedoSource {
     /// The constant distance of a circular orbit.
-    Fixed(Box<AlbedoField>),
-    Varying(AlbedoFields),
+    Fixed(Arc<AlbedoField>),
+    Varying(Arc<AlbedoFields>),
 }
 
 impl AlbedoSource {
@@ -63,8 +64,8 @@ impl StepLoads {
     pub fn new(orbit: impl Into<Orbit>, attitude: &Attitude, environment: &Environment) -> Result<Self, SkyError> {
         let sky = SkyModel::new(orbit, attitude, environment)?;
         let albedo = (reflected(environment) > 0.0).then(|| match sky.constant_distance_ratio() {
-            Some(ratio) => AlbedoSource::Fixed(Box::new(AlbedoField::new(ratio))),
-            None => AlbedoSource::Varying(AlbedoFields::default()),
+            Some(ratio) => AlbedoSource::Fixed(Arc::new(AlbedoField::new(ratio))),
+            None => AlbedoSource::Varying(Arc::default()),
         });
         Ok(Self {
             sky,
@@ -110,7 +111,7 @@ impl StepLoads {
     pub(crate) fn place(&mut self, place: PlacementSample, now: f64) -> Result<(), PlaceError> {
         self.sky = self.sky.placed(place, now)?;
         if let Some(AlbedoSource::Fixed(_)) = self.albedo {
-            self.albedo = Some(AlbedoSource::Varying(AlbedoFields::default()));
+            self.albedo = Some(AlbedoSource::Varying(Arc::default()));
         }
         self.joints = self.joints.restart_at(now, &|time| self.sky.sun_direction(time));
         Ok(())

@@ -7,6 +7,7 @@ use super::directions::{cosine_direction, fractions};
 use super::patches::{NONE, PatchSurface, Patches};
 use crate::environment::shadow::{Hit, Occluders, point_near_corner};
 use crate::stop::Watch;
+use crate::trace::span;
 
 /// The end of a ray that leaves the craft.
 pub(crate) const SPACE: u32 = u32::MAX;
@@ -99,6 +100,7 @@ pub fn cast_rays(
     rays: u32,
     range: std::ops::Range<u32>,
 ) -> Vec<u32> {
+    let _casts = span("casting rays");
     let occluders = &scenery.occluders;
     let mut ends = vec![SPACE; range.len() * rays as usize];
     let watch = Watch::begin();

@@ -9,7 +9,6 @@ use super::directions::evenness;
 use super::factors::{Correction, Factors};
 use super::reflected::Areas;
 use super::sky::mean_sky;
-use super::sparse::Sparse;
 use super::step::Exchange;
 
 /// Change of what a patch sees of the parts of the craft, over all it sees, after which rows are made anew: of the patch that changes most, and of all, rms over
@@ -95,12 +94,6 @@ impl Exchange {
         let squares: f64 = changes.iter().zip(areas).map(|(change, area)| area * change * change).sum();
         let rms = (squares / areas.iter().sum::<f64>()).sqrt();
         (largest / HELD[0]).max(rms / HELD[1])
-    }
-
-    /// The same without the view factors between patches, which only estimates of errors need.
-    pub(crate) fn lean(mut self) -> Self {
-        self.factors.shared = Sparse::default();
-        self
     }
 
     /// Memory of the rows and of the sky [B].

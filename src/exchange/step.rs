@@ -27,6 +27,7 @@ use crate::thermal::balance::Incident;
 use crate::thermal::incident::incident;
 use crate::thermal::misfit::{Misfit, check_length};
 use crate::thermal::received::{FaceLoad, PlanetShares};
+use crate::trace::span;
 
 /// Time for which infrared is held where a scene states none [s].
 pub(crate) const HOLD: f64 = 60.0;
@@ -121,6 +122,7 @@ pub struct Exchange {
 impl Exchange {
     /// The exchange of patches whose rays end at `ends`, with the directions of the rays in the frame of the patch's joint.
     pub fn new(surface: &PatchSurface, patches: &Patches, ends: &[u32], settings: &ExchangeSettings) -> Self {
+        let _finds = span("finding reflections");
         let factors = Factors::new(&patches.all, ends, settings.rays);
         let sides = sides_of(&patches.all);
         let areas_for = |absorptivity: fn(&Patch) -> f64| {

@@ -34,7 +34,7 @@ use super::resource::SLOTS;
 use super::scene_data::SceneData;
 use super::scene_frames::SceneFrames;
 use super::store::Resources;
-use super::timing::{DeviceFrame, PassTimes};
+use super::timing::PassTimes;
 use crate::environment::StepLoad;
 
 /// A scene on the device.
@@ -198,18 +198,8 @@ impl Renderer {
         &self.slots.times
     }
 
-    /// Starts to keep the measured times of each frame.
-    pub(crate) fn keep_frames(&mut self) {
-        self.slots.frames.get_or_insert_default();
-    }
-
     /// The names of the passes that each frame recorded since the last call. The first call begins to keep them.
     pub fn take_pass_names(&mut self) -> Vec<Vec<String>> {
         self.slots.names.replace(Vec::new()).unwrap_or_default()
-    }
-
-    /// Takes the times that were kept since the last call.
-    pub(crate) fn take_frames(&mut self) -> Vec<DeviceFrame> {
-        self.slots.frames.as_mut().map(std::mem::take).unwrap_or_default()
     }
 }

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::Instant;
 
 use ash::vk;
 
@@ -24,17 +23,6 @@ pub(crate) struct Timing {
     on: bool,
     /// The group that has no timestamp yet: its first pass, and what the names of all its passes have in common.
     open: Option<[String; 2]>,
-}
-
-/// Measured times of a frame.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct DeviceFrame {
-    /// Host time of the submission.
-    pub(crate) submitted: Instant,
-    /// Host time at which the host saw the fence.
-    pub(crate) done: Instant,
-    /// Name, start and duration of each group of passes [ns of the device clock].
-    pub(crate) passes: Vec<(String, f64, f64)>,
 }
 
 /// Durations of every group of passes in a run [ms], by name, in order of time.

@@ -12,7 +12,7 @@ use super::run_pictures::{WrittenFrame, frame_file, frame_stem};
 use super::sensor_files::SensorFiles;
 use crate::scene::{ImageFile, Scene};
 use crate::simulation::image::Image;
-use crate::trace::{Trace, Track};
+use crate::trace::span;
 
 /// Work for the thread that writes files.
 pub(super) enum WriterWork {
@@ -28,7 +28,6 @@ pub(super) enum WriterWork {
 pub(super) fn write_frames(
     scene: &Scene,
     folder: &Folder,
-    trace: &Trace,
     waiting: Receiver<WriterWork>,
     written: &Mutex<Vec<WrittenFrame>>,
 ) -> Result<(), OutputError> {
@@ -43,7 +42,7 @@ pub(super) fn write_frames(
                 continue;
             }
         };
-        let _writes = trace.span(Track::Writer, "write EXR");
+        let _writes = span("encoding and writing an image");
         let mut frame = write_frame(folder, of_sensor.as_ref(), &image, &header)?;
         frame.apparent = apparent.as_ref().and_then(|apparent| apparent.range(&image));
         lock(written).push(frame);

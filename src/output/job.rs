@@ -31,7 +31,7 @@ use crate::simulation::warm_up::WarmUp;
 use crate::simulation::{Consumer, run_from};
 use crate::stop::whole;
 use crate::thermal::misfit::part;
-use crate::trace::Track;
+use crate::trace::{Trace, Track, span};
 
 pub(crate) use super::job_terms::{Done, Job, JobError, RunOutcome, SaveEvery};
 pub(crate) use super::recorder::check_finite;
@@ -77,9 +77,10 @@ pub(crate) fn run_into(
     stop: &AtomicBool,
     progress: &(dyn Fn(Done) + Sync),
 ) -> Result<RunOutcome, JobError> {
-    let trace = engine.trace();
-    let run = RunContext { prepared, folder, job, trace: &trace, stop, progress, began: Instant::now() };
+    let run = RunContext { prepared, folder, job, stop, progress, began: Instant::now() };
+    let makes = span("making the check");
     let mut check = job.check.map(|sample| Check::new(prepared, sample));
+    drop(makes);
     engine.keep_few_times(MOST_TIMES);
     let mut start = begin(run, engine, &mut check)?;
     (0..start.first).for_each(|_| progress(Done::Step));
@@ -100,9 +101,7 @@ pub(crate) fn run_into(
     let written = written.into_inner().unwrap_or_else(PoisonError::into_inner);
     let stepping_s = seconds[1] + stepped.seconds;
 
-    let draws = trace.span(Track::Host, "pictures and plots");
     let RunFiles { frames, pictures, plots } = draw_files(run, &mut start.tables, &written)?;
-    drop(draws);
     Ok(RunOutcome {
         complete: stepped.complete,
         frames,
@@ -170,13 +169,11 @@ fn begin<'a>(
             None
         }
     };
-    let warms_up = run.trace.span(Track::Host, "settle and warm up");
     let mut keep = Keeper { run, state: None, saved: (0, Instant::now()), before: done.seconds };
     let mut told = || (run.progress)(Done::WarmUp);
     let check = check.as_mut();
     let mut warm_up = WarmUp { prepared, engine, check, stop: run.stop, progress: &mut told, keep: &mut keep };
     let periodic = warm_up.run(saved)?;
-    drop(warms_up);
     engine.keep_few_times(MOST_TIMES);
     Ok(RunStart { first: 0, periodic, tables: Tables::begin(prepared, folder)?, done })
 }
@@ -214,8 +211,11 @@ fn step_and_write(
     let stepping_began = Instant::now();
     std::thread::scope(|scope| {
         let (frames, waiting) = sync_channel::<WriterWork>(WAITING_FRAMES);
-        let (files, scene) = (run.trace.clone(), &prepared.scene);
-        let writer = scope.spawn(move || write_frames(scene, folder, &files, waiting, written));
+        let (trace, scene) = (Trace::here(), &prepared.scene);
+        let writer = scope.spawn(move || {
+            let _writes = trace.enter(Track::Writer);
+            write_frames(scene, folder, waiting, written)
+        });
         let mut recorder = StepRecorder {
             run,
             maker: maker.as_ref(),
@@ -234,13 +234,15 @@ fn step_and_write(
             stepping_began,
             before: start.done.seconds,
         };
+        let steps_go = span("steps");
         if first == 0 && recorder.saves {
             recorder.save(0, engine, check.as_deref_mut())?;
         }
         let complete = whole(|| run_from(prepared, engine, check, first, stop, &mut recorder));
         let (steps, between, state) = (recorder.steps, recorder.between.error, recorder.state.take());
         let pixel_error = recorder.uncertainty.as_ref().and_then(|errors| errors.pixels().error());
-        drop(recorder);
+        drop((recorder, steps_go));
+        let _waits = span("waiting for the files");
         writer.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
         let seconds = stepping_began.elapsed().as_secs_f64();
         Ok(Stepped { complete: complete?, steps, seconds, between, pixel_error, state })
@@ -259,6 +261,7 @@ fn draw_files(run: RunContext<'_>, tables: &mut Tables<'_>, written: &[WrittenFr
     let RunContext { prepared, folder, progress, .. } = run;
     let scene = &prepared.scene;
     let eclipses = Eclipses::of(prepared);
+    let draws = span("drawing pictures");
     let (frames, pictures) = draw_pictures(scene, &eclipses, folder, written, &|| progress(Done::Picture))?;
     if let Some(camera) = scene.camera.as_ref().filter(|_| scene.time.draw.is_between_steps()) {
         write_index(folder, &scene.time, camera, written)?;
@@ -268,6 +271,8 @@ fn draw_files(run: RunContext<'_>, tables: &mut Tables<'_>, written: &[WrittenFr
             written.iter().map(|frame| format!("frames/{}_display.png", frame_stem(frame.step, frame.image))).collect();
         video::write(folder, &scene.images, &displays)?;
     }
+    drop(draws);
+    let _draws = span("drawing plots");
     let plots = tables.plots(&eclipses)?;
     write_plots(folder, &plots)?;
     Ok(RunFiles { frames, pictures, plots })

@@ -15,7 +15,6 @@ use crate::simulation::orbits::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::thermal_state::ThermalState;
 use crate::simulation::uncertainty::PixelError;
-use crate::trace::Trace;
 
 /// An error that ends a run early.
 #[derive(Debug, thiserror::Error)]
@@ -95,7 +94,6 @@ pub(super) struct RunContext<'a> {
     pub(crate) prepared: &'a Prepared,
     pub(crate) folder: &'a Folder,
     pub(crate) job: &'a Job<'a>,
-    pub(crate) trace: &'a Trace,
     pub(crate) stop: &'a AtomicBool,
     pub(crate) progress: &'a (dyn Fn(Done) + Sync),
     pub(crate) began: Instant,

@@ -25,7 +25,7 @@ use crate::simulation::state::BetweenSteps;
 use crate::simulation::thermal_state::ThermalState;
 use crate::simulation::uncertainty::Uncertainty;
 use crate::simulation::{Consumer, StepResult};
-use crate::trace::Track;
+use crate::trace::span;
 
 /// Takes the results of the steps to the files, and saves the state.
 pub(super) struct StepRecorder<'a, 'b> {
@@ -50,7 +50,7 @@ pub(super) struct StepRecorder<'a, 'b> {
 
 impl Consumer<JobError> for StepRecorder<'_, '_> {
     fn take(&mut self, mut result: StepResult) -> Result<(), JobError> {
-        let _consumes = self.run.trace.span(Track::Host, "series and frame");
+        let adds = span("adding to the series");
         if let Some(uncertainty) = &mut self.uncertainty {
             uncertainty.follow(&mut result);
         }
@@ -64,10 +64,14 @@ impl Consumer<JobError> for StepRecorder<'_, '_> {
                 self.between.take(self.run.prepared, result.step, temperatures);
             }
         }
+        drop(adds);
+        let makes = span("making the frame");
         self.steps = result.step;
         let is_step = result.image.is_none();
         let frame = self.maker.map(|maker| maker.frame(result)).transpose()?.flatten();
+        drop(makes);
         if let Some(frame) = frame {
+            let _waits = span("waiting for the files");
             self.frames.send(WriterWork::Frame(Box::new(frame))).map_err(|_| JobError::Writer)?;
         }
         if is_step {
@@ -90,7 +94,7 @@ impl Consumer<JobError> for StepRecorder<'_, '_> {
         if !self.saves {
             return Ok(());
         }
-        let _saves = self.run.trace.span(Track::Host, "save the state");
+        let _saves = span("saving the state");
         let mut check = check;
         if let Some(step) = self.run.job.take_after.filter(|step| step + 1 == next) {
             let time = f64::from(step) * self.run.prepared.scene.time.step;

@@ -9,6 +9,7 @@ use super::statistics::Percentiles;
 use crate::simulation::check::Accuracy;
 use crate::simulation::energy::EnergyBalance;
 use crate::simulation::uncertainty::PixelError;
+use crate::trace::TimeAccount;
 
 /// How a scene asks for the error of every pixel.
 pub(crate) const HOW_TO_ASK: &str = "state error = true in [output], and images have it as the channel T_error";
@@ -99,6 +100,8 @@ pub(crate) struct Speed {
     pub(crate) image_ms: Option<f64>,
     /// Wall time of the whole run with files [s].
     pub(crate) wall_s: f64,
+    /// Where it went.
+    pub(crate) time: TimeAccount,
 }
 
 /// Size of the model during the run.

@@ -5,6 +5,7 @@ use super::report::{HOW_TO_ASK, InputFile, Report};
 use crate::simulation::check::Accuracy;
 use crate::simulation::energy::{EnergyBalance, PartEnergy};
 use crate::simulation::uncertainty::PixelError;
+use crate::trace::TimeAccount;
 
 /// Most parts in the table of the energy balance. `report.json` has all of them.
 const MOST_PARTS: usize = 20;
@@ -31,6 +32,7 @@ pub(crate) fn page(report: &Report) -> String {
     pixel_error(&mut html, report.pixel_error.as_ref());
     accuracy(&mut html, report.accuracy.as_ref());
     energy(&mut html, report.energy.as_ref());
+    time(&mut html, report);
     costs(&mut html, report);
     settings(&mut html, report);
     files(&mut html, report);
@@ -174,6 +176,37 @@ fn energy(html: &mut Html, balance: Option<&EnergyBalance>) {
         let rest = balance.parts.len() - MOST_PARTS;
         html.element("p", &format!("{rest} parts that absorb less are in report.json."));
     }
+}
+
+/// Works that took a smaller share of the time stand in `report.json` only.
+const LEAST_TOLD: f64 = 2e-3;
+
+/// Where the time of the run went. A work stands below the work that it is part of.
+fn time(html: &mut Html, report: &Report) {
+    let TimeAccount { wall_s: whole, named_s, works } = &report.speed.time;
+    if works.is_empty() {
+        return;
+    }
+    html.element("h2", "Where the time went");
+    html.element(
+        "p",
+        &format!(
+            "Rows without parts name {:.1} % of {} s of wall time. Processor time is of all threads meanwhile. Smaller works are in report.json.",
+            100.0 * named_s / whole,
+            significant(*whole)
+        ),
+    );
+    let rows = works.iter().filter(|spent| spent.wall_s >= LEAST_TOLD * whole).map(|spent| {
+        let work = format!("{}{}", "\u{2003}".repeat(spent.depth), spent.work);
+        vec![
+            spent.thread.to_owned(),
+            work,
+            significant(spent.wall_s),
+            significant(spent.processor_s),
+            thousands(spent.count),
+        ]
+    });
+    html.table(&["thread", "work", "wall [s]", "processor [s]", "times"], rows);
 }
 
 fn costs(html: &mut Html, report: &Report) {

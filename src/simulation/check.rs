@@ -28,6 +28,7 @@ use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::incident::{IncidentFunction, incident};
 use crate::thermal::misfit::part;
 use crate::thermal::reference::{Reference, ReferenceState};
+use crate::trace::span;
 
 /// Nodes in the sample where the user gives no number.
 pub(crate) const SAMPLE: usize = 256;
@@ -255,6 +256,7 @@ impl Check {
     /// Advances the sample by `steps` steps, from `start` [s] for `length` [s]. Where surfaces radiate to each other the engine tells the poses of the joints between
     /// which its rows lie.
     pub(crate) fn step(&mut self, load: &StepLoad, steps: f64, start: f64, length: f64, rows: Option<&RowsBetween>) {
+        let _checks = span("checking in f64");
         self.reference.find_light(&mut self.light, load);
         self.receive(load, steps, rows);
         self.reference.step(load, steps);
@@ -263,6 +265,7 @@ impl Check {
         }
         if self.halves.has_begun() {
             let network = self.network.as_ref().map(|network| &network.loads);
+            let _halves = span("in steps of half the length");
             self.halves.step(load, &self.reference, network, steps, [start, length]);
             let whole = self.temperatures();
             self.halves.compare(&whole, steps, start + length);

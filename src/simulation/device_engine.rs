@@ -27,7 +27,7 @@ use crate::gpu::renderer::{Heating, Renderer, Request};
 use crate::gpu::timing::PassTimes;
 use crate::scene::Camera;
 use crate::thermal::misfit::{Misfit, part};
-use crate::trace::{Trace, Track};
+use crate::trace::span;
 
 /// A scene on a device. Results are delivered in the order of the steps.
 pub struct DeviceEngine {
@@ -46,7 +46,6 @@ pub struct DeviceEngine {
     /// Whether the image has a sensor.
     senses: bool,
     finishes: Finishes,
-    trace: Trace,
     context: Arc<Context>,
 }
 
@@ -58,6 +57,7 @@ impl DeviceEngine {
     pub fn new(context: &Arc<Context>, prepared: &Prepared, camera: Option<&Camera>) -> Result<Self, GpuError> {
         let poses = prepared.loads.joints_at(0.0).1;
         let exchange = prepared.exchange.as_ref().map(|craft| DeviceExchange::new(craft, &poses));
+        let _fills = span("filling the device");
         let tables = exchange.as_ref().map(|own| own.tables().clone());
         let device = DeviceData::new(prepared).with_exchange(tables);
         let data = device.scene_data_with(prepared, camera, context.info.sample_counts);
@@ -75,7 +75,6 @@ impl DeviceEngine {
             senses: data.sensor.is_some(),
             camera: camera.map(|camera| DeviceCamera::new(prepared, camera, data.sampling)),
             finishes: device.finishes,
-            trace: Trace::default(),
             context: Arc::clone(context),
         })
     }
@@ -93,17 +92,6 @@ impl DeviceEngine {
 }
 
 impl Engine for DeviceEngine {
-    fn record(&mut self, trace: Trace) {
-        if trace.is_recording() {
-            self.renderer.keep_frames();
-        }
-        self.trace = trace;
-    }
-
-    fn trace(&self) -> Trace {
-        self.trace.clone()
-    }
-
     fn device_name(&self) -> String {
         self.context.info.name.clone()
     }
@@ -134,8 +122,6 @@ impl Engine for DeviceEngine {
     }
 
     fn submit(&mut self, step: Option<EngineStep<'_>>, order: Order<'_>) -> Result<(), EngineError> {
-        let trace = self.trace.clone();
-        let _submits = trace.span(Track::Host, "submit");
         self.steps += u64::from(step.is_some());
         if let Some(step) = &step {
             self.change_over(step.start)?;
@@ -199,11 +185,8 @@ impl Engine for DeviceEngine {
         }
         let Some(flying) = self.frames.oldest() else { return Ok(Delivered::default()) };
         let fourth = self.fourth();
-        let waits = self.trace.span(Track::Host, "wait for the device");
         let delivered = self.frames.collect(&mut self.renderer, flying, fourth)?;
-        drop(waits);
         self.take_switches()?;
-        self.renderer.take_frames().into_iter().for_each(|frame| self.trace.frame(frame));
         Ok(delivered)
     }
 
@@ -211,7 +194,6 @@ impl Engine for DeviceEngine {
         if self.network.is_some() || self.exchange.is_some() || self.given.is_some() {
             return self.pass_singly(passing);
         }
-        let _submits = self.trace.span(Track::Host, "submit");
         self.steps += passing.len() as u64;
         let loads: Vec<_> = passing.iter().map(|step| (step.load, step.steps)).collect();
         Ok(self.renderer.forward(&loads)?)

@@ -12,7 +12,6 @@ use crate::environment::StepLoad;
 use crate::gpu::timing::PassTimes;
 use crate::scene::Camera;
 use crate::thermal::surroundings::Surroundings;
-use crate::trace::Trace;
 
 /// One step for an engine.
 #[derive(Debug, Clone, Copy)]
@@ -92,12 +91,6 @@ pub struct Delivered {
 
 /// A scene on a Vulkan device or on the f64 reference.
 pub trait Engine: Send {
-    /// Starts to record a trace. The reference records host spans only.
-    fn record(&mut self, trace: Trace);
-
-    /// The trace.
-    fn trace(&self) -> Trace;
-
     /// Name of the device, or `cpu`.
     fn device_name(&self) -> String;
 

@@ -1,6 +1,6 @@
 //! Radiation between the surfaces of a scene: its patches, and their exchange in a step in f64.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use glam::DAffine3;
 
@@ -43,6 +43,32 @@ pub struct ExchangeCraft {
     pub(crate) every: f64,
     /// Angle after which the light of Sun and planet is found anew [rad].
     pub light_angle: f64,
+    in_use: ExchangesInUse,
+}
+
+/// Poses of the joints, each with its exchange as long as anybody uses it. A copy begins with none, because the patches of a copied craft may be changed.
+#[derive(Debug, Default)]
+struct ExchangesInUse(Mutex<Vec<(Vec<DAffine3>, Weak<Exchange>)>>);
+
+impl Clone for ExchangesInUse {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl ExchangesInUse {
+    /// The exchange for poses, which is made where nobody uses it.
+    fn get_or_make(&self, poses: &[DAffine3], make: impl FnOnce() -> Exchange) -> Arc<Exchange> {
+        let known = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let in_use = known().iter().find(|(own, _)| own == poses).and_then(|(_, exchange)| exchange.upgrade());
+        in_use.unwrap_or_else(|| {
+            let exchange = Arc::new(make());
+            let mut known = known();
+            known.retain(|(_, exchange)| exchange.strong_count() > 0);
+            known.push((poses.to_vec(), Arc::downgrade(&exchange)));
+            exchange
+        })
+    }
 }
 
 impl ExchangeCraft {
@@ -99,6 +125,7 @@ impl ExchangeCraft {
             surface,
             patches,
             settings,
+            in_use: ExchangesInUse::default(),
         })
     }
 
@@ -116,9 +143,12 @@ impl ExchangeCraft {
         Renewal::new(self.light_angle, self.every)
     }
 
-    /// The exchange between the patches in a pose, found by the processor.
-    pub fn cast(&self, poses: &[DAffine3]) -> Exchange {
-        Exchange::cast(&self.surface, &self.patches, &Scenery::new(&self.surface, poses), &self.settings)
+    /// The exchange between the patches in a pose, found by the processor. An engine and its check share the exchange of a pose, because the same function would
+    /// find the same again.
+    pub fn cast(&self, poses: &[DAffine3]) -> Arc<Exchange> {
+        self.in_use.get_or_make(poses, || {
+            Exchange::cast(&self.surface, &self.patches, &Scenery::new(&self.surface, poses), &self.settings)
+        })
     }
 }
 
@@ -168,7 +198,7 @@ impl ExchangeTwin {
     /// Follows the joints. Returns whether other rows hold than before.
     fn turn(&mut self, poses: &[DAffine3]) -> bool {
         let craft = &self.craft;
-        self.found.turn(poses, &mut |poses| craft.cast(poses).lean()).is_some()
+        self.found.turn(poses, &mut |poses| craft.cast(poses)).is_some()
     }
 
     /// Poses between which the rows that hold lie.
@@ -242,7 +272,7 @@ impl ExchangeTwin {
             check_length("light that patches absorb", &saved.absorbed, patches)?;
         }
         let craft = &self.craft;
-        self.found.restore(&saved.found, &mut |poses| craft.cast(poses).lean());
+        self.found.restore(&saved.found, &mut |poses| craft.cast(poses));
         self.renewal.last.clone_from(&saved.last);
         self.light.clone_from(&saved.light);
         self.absorbed.clone_from(&saved.absorbed);

@@ -8,6 +8,7 @@ use super::exchange::{ExchangeCraft, inside};
 use super::exchange_poses::{Posed, PosedState, RowsBetween};
 use crate::exchange::step::Exchange;
 use crate::gpu::effects::exchange::tables::ExchangeTables;
+use crate::trace::span;
 
 /// Share of the rays of a patch beyond which a joint has moved it into another part.
 const COVERED: f32 = 0.1;
@@ -38,7 +39,7 @@ impl DeviceExchange {
     /// The tables for the first poses.
     pub(crate) fn new(craft: &Arc<ExchangeCraft>, poses: &[DAffine3]) -> Self {
         let mut posed = Posed::new(craft.settings.redraw_angle);
-        let found = posed.turn(poses, &mut |poses| craft.cast(poses).lean());
+        let found = posed.turn(poses, &mut |poses| craft.cast(poses));
         let tables = found.map(|exchange| ExchangeTables::new(exchange, poses.len() > 1)).unwrap_or_default();
         Self {
             craft: Arc::clone(craft),
@@ -63,7 +64,8 @@ impl DeviceExchange {
     /// Follows the joints. Returns tables where others hold than before.
     pub(crate) fn turn(&mut self, poses: &[DAffine3]) -> Option<&ExchangeTables> {
         let craft = &self.craft;
-        let now = self.posed.turn(poses, &mut |poses| craft.cast(poses).lean())?;
+        let now = self.posed.turn(poses, &mut |poses| craft.cast(poses))?;
+        let _orders = span("ordering the exchange");
         let tables = ExchangeTables::in_order(now, &self.tables.order);
         self.changes.take(&self.tables.open, &tables.open);
         let covered = covered(craft, [&self.inner, &tables.inner]);
@@ -117,7 +119,7 @@ impl DeviceExchange {
     /// Restores a saved state. Returns the tables that held then.
     pub(crate) fn restore(&mut self, saved: &PosedState) -> Option<&ExchangeTables> {
         let craft = &self.craft;
-        let now = self.posed.restore(saved, &mut |poses| craft.cast(poses).lean())?;
+        let now = self.posed.restore(saved, &mut |poses| craft.cast(poses))?;
         self.tables = ExchangeTables::in_order(now, &self.tables.order);
         Some(&self.tables)
     }

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use crate::exchange::turn::{between, on_the_way, turned};
+use crate::trace::{span, span_with};
 
 /// A turn below this is rounding [rad].
 const STILL: f64 = 1e-9;
@@ -110,7 +111,7 @@ impl<T: Finding> Posed<T> {
     }
 
     /// Follows the joints to poses. Returns what holds where it changed.
-    pub(crate) fn turn(&mut self, poses: &[DAffine3], find: &mut dyn FnMut(&[DAffine3]) -> T) -> Option<&T> {
+    pub(crate) fn turn(&mut self, poses: &[DAffine3], find: &mut dyn FnMut(&[DAffine3]) -> Arc<T>) -> Option<&T> {
         let before = std::mem::replace(&mut self.last, poses.to_vec());
         let limit = (SLACK * self.angle).max(STILL);
         let place = match self.nearest(poses) {
@@ -135,7 +136,7 @@ impl<T: Finding> Posed<T> {
     }
 
     /// Makes what holds at a place. For a joint that moves it is the middle of the share for which it will be held.
-    fn enter(&mut self, place: Place, moves: bool, before: &[DAffine3], find: &mut dyn FnMut(&[DAffine3]) -> T) {
+    fn enter(&mut self, place: Place, moves: bool, before: &[DAffine3], find: &mut dyn FnMut(&[DAffine3]) -> Arc<T>) {
         let held = self.place.replace(place);
         let mut place = place;
         if held.is_none_or(|held| (held.from, held.to) != (place.from, place.to)) {
@@ -149,6 +150,7 @@ impl<T: Finding> Posed<T> {
             (self.now, self.hold) = (Some(from), 0.0);
             return;
         }
+        let _means = span("rows between two poses");
         self.hold = from.share_to_hold(&to);
         let came_from = self.rows().map_or(0.0, |rows| on_the_way(&rows.from, &rows.to, before).0);
         let way = if place.share < came_from { -0.5 } else { 0.5 };
@@ -159,7 +161,7 @@ impl<T: Finding> Posed<T> {
     }
 
     /// The place in the half of its way, where what is found bends on it against the way before. Both halves take its place.
-    fn half(&mut self, place: Place, find: &mut dyn FnMut(&[DAffine3]) -> T) -> Option<Place> {
+    fn half(&mut self, place: Place, find: &mut dyn FnMut(&[DAffine3]) -> Arc<T>) -> Option<Place> {
         let Place { from, to, share } = place;
         let before = self.ways.iter().find(|way| way[1] == from && way[0] != to)?[0];
         let [first, second, third] = [before, from, to].map(|number| self.poses_of(number));
@@ -184,10 +186,11 @@ impl<T: Finding> Posed<T> {
     }
 
     /// What is found for known poses.
-    fn finding(&mut self, number: u64, find: &mut dyn FnMut(&[DAffine3]) -> T) -> Option<Arc<T>> {
+    fn finding(&mut self, number: u64, find: &mut dyn FnMut(&[DAffine3]) -> Arc<T>) -> Option<Arc<T>> {
         let known = self.known.iter_mut().find(|known| known.number == number)?;
         if known.found.is_none() {
-            known.found = Some(Arc::new(find(&known.poses)));
+            let _finds = span_with("radiation between surfaces", || format!("for pose {number}"));
+            known.found = Some(find(&known.poses));
         }
         let found = known.found.clone()?;
         self.make_room(MEMORY / found.bytes().max(1));
@@ -281,7 +284,7 @@ impl<T: Finding> Posed<T> {
     }
 
     /// Restores a saved state, and makes what held then.
-    pub(crate) fn restore(&mut self, saved: &PosedState, find: &mut dyn FnMut(&[DAffine3]) -> T) -> Option<&T> {
+    pub(crate) fn restore(&mut self, saved: &PosedState, find: &mut dyn FnMut(&[DAffine3]) -> Arc<T>) -> Option<&T> {
         let known =
             |(number, poses): &(u64, Vec<DAffine3>)| KnownPose { number: *number, poses: poses.clone(), found: None };
         self.known = saved.known.iter().take(MOST).map(known).collect();
@@ -332,7 +335,7 @@ mod tests {
         for angle in steps {
             posed.turn(&poses(angle), &mut |poses| {
                 count += 1;
-                angle_of(poses)
+                Arc::new(angle_of(poses))
             });
             let Angle([x, y]) = posed.found().expect("it was found");
             most = most.max((y * angle.cos() - x * angle.sin()).atan2(x * angle.cos() + y * angle.sin()).abs());
@@ -376,7 +379,7 @@ mod tests {
         let mut most = 0.0f64;
         for step in 0..=26 {
             let angle = 0.02 * f64::from(step);
-            posed.turn(&poses(angle), &mut |poses| stands(poses));
+            posed.turn(&poses(angle), &mut |poses| Arc::new(stands(poses)));
             most = most.max((posed.found().expect("it was found").0[0] - angle.min(0.5)).abs());
         }
         println!("{most} with {} findings", posed.made);
@@ -388,12 +391,12 @@ mod tests {
         let mut posed = Posed::new(0.1);
         off(&mut posed, (0..37).map(|step| 0.01 * f64::from(step)));
         let mut again = Posed::new(0.1);
-        let restored = again.restore(&posed.save(), &mut |poses| angle_of(poses)).cloned();
+        let restored = again.restore(&posed.save(), &mut |poses| Arc::new(angle_of(poses))).cloned();
         assert_eq!(restored.as_ref(), posed.found());
         for step in 37..90 {
             let turn = poses(0.01 * f64::from(step));
-            let [first, second] =
-                [&mut posed, &mut again].map(|posed| posed.turn(&turn, &mut |poses| angle_of(poses)).cloned());
+            let [first, second] = [&mut posed, &mut again]
+                .map(|posed| posed.turn(&turn, &mut |poses| Arc::new(angle_of(poses))).cloned());
             assert_eq!(first, second, "step {step}");
         }
     }

@@ -1,11 +1,9 @@
-//! How much work a run is, before its first step: steps, images, bytes of files and a rough time.
+//! How much work a run is, before its first step: steps, images and bytes of files.
 //!
-//! The time comes from the rates below and not from a measurement, so it is good to a factor of three or so. The rates of a node on a processor were
-//! measured on two cores of an Intel Xeon: in `docs/benchmarks.md`, and for the station without images in f64. The other rates are estimates, and the
-//! rates of a GPU lie on the slow side. While a run goes on, its progress tells the time that is left from measured times.
+//! No time is told here. Rates of nodes and pixels missed the time of the repository's scenes by a factor of three, because rays, networks and checks
+//! follow no such rate. While a run goes on, its progress tells the time that is left from measured times.
 
 use super::prepare::Prepared;
-use super::target::Target;
 use crate::scene::work;
 
 /// Bytes of a pixel in the EXR before compression, and of a pixel in the PNG.
@@ -14,35 +12,6 @@ const PIXEL_BYTES: f64 = 20.0 + 3.0;
 const NUMBER_BYTES: f64 = 11.0;
 /// Bytes of a time or of the position of a joint: 17 digits.
 const LONG_NUMBER_BYTES: f64 = 20.0;
-
-/// Rough cost of the work of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Rate {
-    /// Whose rate it is.
-    pub(crate) of: &'static str,
-    /// Of a node in a step [s].
-    pub(crate) node: f64,
-    /// Of a pixel of an image, its files included [s].
-    pub(crate) pixel: f64,
-    /// Of a step for the host: loads, series and calls [s].
-    pub(crate) step: f64,
-}
-
-impl Rate {
-    pub(crate) const REFERENCE: Self = Self { of: "the f64 reference", node: 150e-9, pixel: 1e-6, step: 60e-6 };
-    /// A Vulkan driver that computes on the processor.
-    pub(crate) const PROCESSOR: Self =
-        Self { of: "a Vulkan driver on the processor", node: 60e-9, pixel: 400e-9, step: 400e-6 };
-    pub(crate) const GPU: Self = Self { of: "a GPU", node: 1e-9, pixel: 150e-9, step: 150e-6 };
-
-    pub(crate) fn of(target: &Target) -> Self {
-        match target.device() {
-            None => Self::REFERENCE,
-            Some(context) if context.info.kind == "cpu" => Self::PROCESSOR,
-            Some(_) => Self::GPU,
-        }
-    }
-}
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Forecast {
@@ -55,11 +24,8 @@ pub(crate) struct Forecast {
     pub(crate) images: u64,
     /// Pixels of an image.
     pub(crate) pixels: u64,
-    pub(crate) nodes: u64,
     /// Bytes of all files, before compression.
     pub(crate) file_bytes: f64,
-    /// Whether a network takes sub-steps, whose number is not known before.
-    pub(crate) network: bool,
 }
 
 impl Forecast {
@@ -79,9 +45,7 @@ impl Forecast {
             steps: u64::from(time.steps),
             images,
             pixels,
-            nodes: prepared.nodes.count as u64,
             file_bytes: rows * row + images as f64 * pixels as f64 * PIXEL_BYTES,
-            network: prepared.network.is_some(),
         }
     }
 
@@ -94,16 +58,9 @@ impl Forecast {
         Self { images: 1, file_bytes: self.pixels as f64 * PIXEL_BYTES, ..self }
     }
 
-    /// A rough time [s]. A network counts as one sub-step a step.
-    pub(crate) fn seconds(&self, rate: Rate) -> f64 {
-        let steps = (self.warm_up + self.steps) as f64;
-        steps * (rate.step + self.nodes as f64 * rate.node) + self.images as f64 * self.pixels as f64 * rate.pixel
-    }
-
     /// The work in words, with the memory of the device [bytes], where there is one.
-    pub(crate) fn entries(&self, rates: &[Rate], memory: Option<u64>) -> Vec<(String, String)> {
+    pub(crate) fn entries(&self, memory: Option<u64>) -> Vec<(String, String)> {
         let most = if self.warm_up_is_most { "at most " } else { "" };
-        let least = if self.network { "at least " } else { "" };
         let mut entries = vec![
             ("steps of the warm-up".to_owned(), format!("{most}{}", self.warm_up)),
             ("steps after it".to_owned(), self.steps.to_string()),
@@ -111,25 +68,18 @@ impl Forecast {
             ("files".to_owned(), format!("at most {}", bytes(self.file_bytes))),
         ];
         entries.extend(memory.map(|memory| ("memory of the device".to_owned(), bytes(memory as f64))));
-        for rate in rates {
-            let time = format!("{least}about {}, roughly", duration(self.seconds(*rate)));
-            entries.push((format!("time on {}", rate.of), time));
-        }
         entries
     }
 
     /// The work in a sentence.
-    pub(crate) fn sentence(&self, rate: Rate) -> String {
+    pub(crate) fn sentence(&self) -> String {
         let most = if self.warm_up_is_most { "at most " } else { "" };
-        let network = if self.network { "at least " } else { "" };
         format!(
-            "forecast: {most}{} steps of warm-up, {} steps and {} images; at most {} of files; {network}about {} (a rough rate of {})",
+            "forecast: {most}{} steps of warm-up, {} steps and {} images; at most {} of files",
             self.warm_up,
             self.steps,
             self.images,
-            bytes(self.file_bytes),
-            duration(self.seconds(rate)),
-            rate.of
+            bytes(self.file_bytes)
         )
     }
 }
@@ -156,30 +106,6 @@ pub(crate) fn duration(seconds: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// 10 steps of warm-up and 90 steps of 1000 nodes at 150 ns and 60 us; 2 images of 100 pixels at 1 us.
-    #[test]
-    fn the_time_is_the_sum_of_its_rates() {
-        let forecast = Forecast {
-            warm_up: 10,
-            warm_up_is_most: false,
-            steps: 90,
-            images: 2,
-            pixels: 100,
-            nodes: 1000,
-            file_bytes: 4.2e6,
-            network: false,
-        };
-        let seconds = forecast.seconds(Rate::REFERENCE);
-        assert!((seconds - (100.0 * (60e-6 + 150e-6) + 200e-6)).abs() < 1e-12, "{seconds}");
-        let said = forecast.sentence(Rate::REFERENCE);
-        assert!(
-            said.starts_with(
-                "forecast: 10 steps of warm-up, 90 steps and 2 images; at most 4.2 MB of files; about 1 s"
-            ),
-            "{said}"
-        );
-    }
 
     #[test]
     fn figures_have_units() {

@@ -13,6 +13,7 @@ use super::parts::Passing;
 use super::prepare::Prepared;
 use crate::gpu::layout::FUSED_STEPS;
 use crate::stop::whole;
+use crate::trace::span;
 
 /// Advances through steps, with the check's nodes where there is a check. `progress` is called for each step. Returns whether all steps were done before
 /// `stop` was set.
@@ -36,7 +37,9 @@ pub(crate) fn forward(
         }
         let batch: Vec<Passing> = passing.by_ref().take(at_once).collect();
         let parts: Vec<Passing> = batch.iter().flat_map(|one| one.parts(&prepared.loads)).collect();
+        let finds = span("finding the loads");
         let loads: Vec<_> = parts.par_iter().map(|one| prepared.loads.step_load(one.start, one.end)).collect();
+        drop(finds);
         let under_load: Vec<EngineStep<'_>> = parts
             .iter()
             .zip(&loads)

@@ -15,6 +15,7 @@ use super::structures::Structures;
 use super::warm_up::WarmUp;
 use crate::thermal::network::periodic::{Coupling, SlowModes};
 use crate::thermal::network::radiative_slope;
+use crate::trace::{span, span_with};
 
 /// Steps of the run in a coarse step.
 const COARSE_STEPS: f64 = 6.0;
@@ -22,6 +23,8 @@ const COARSE_STEPS: f64 = 6.0;
 const LAST_STEPS: f64 = 30.0;
 /// Coarse orbits end where the change of an orbit exceeds this share of the change before.
 const STALLED: f64 = 0.5;
+/// Moments of an orbit from which the mean is taken. A network is linearised there, so a few suffice, and the device is not asked after every step.
+const MOMENTS: f64 = 12.0;
 /// Most nodes of a network whose slow modes are solved. The matrix factors of a mesh grow faster than its nodes.
 const MOST_SOLVED: usize = 200_000;
 
@@ -65,10 +68,21 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
         (0..orbits.done.orbits).for_each(|_| (self.progress)());
         while orbits.done.orbits < most && !orbits.done.is_met() {
             let steps = orbits.done.orbits.saturating_mul(each);
-            self.keep.take(steps, Some(&orbits), self.engine, self.check.as_deref_mut())?;
+            let _orbit = span_with(format!("warm-up: orbit {} of at most {most}", orbits.done.orbits + 1), || {
+                let Periodic { orbits, change, .. } = orbits.done;
+                if orbits == 0 {
+                    String::new()
+                } else {
+                    format!("(the last one changed a node by up to {change:.1e} K)")
+                }
+            });
             let stopped = self.stop.load(Ordering::Relaxed);
-            if stopped || self.keep.wants(steps) {
-                self.keep.save()?;
+            {
+                let _saves = span("saving the state");
+                self.keep.take(steps, Some(&orbits), self.engine, self.check.as_deref_mut())?;
+                if stopped || self.keep.wants(steps) {
+                    self.keep.save()?;
+                }
             }
             if stopped {
                 return Ok(None);
@@ -113,6 +127,7 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
         mean: &[f64],
     ) -> Result<(), EngineError> {
         let (Some(from), Some(to)) = (&before.network, &after.network) else { return Ok(()) };
+        let _moves = span("moving the network to its periodic state");
         let sent = |change: &[f64]| sent(self.prepared, self.engine, mean, change);
         let coupling: Option<Coupling<'_>> = self.prepared.exchange.is_some().then_some(&sent);
         let ahead = slow.and_then(|slow| slow.ahead(from, to, mean, coupling));
@@ -145,7 +160,7 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
     }
 
     /// Steps one period up to time 0, in coarse steps until near its end. The last step is shorter where the period is not a whole number of steps. Returns the
-    /// mean temperatures of the network's nodes [K].
+    /// mean temperatures of the network's nodes [K], from some moments of the orbit.
     fn orbit(&mut self, coarse: bool) -> Result<Vec<f64>, EngineError> {
         let (step, period) = (self.prepared.scene.time.warm_up_step, self.prepared.scene.orbit.period());
         let unit = self.prepared.scene.time.step;
@@ -153,24 +168,24 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
         let mut mean = vec![0.0; last.len()];
         // The steps are counted from the start of the orbit, so that every orbit has the same steps.
         let (mut done, whole) = (0.0, period / step);
-        let passing = std::iter::from_fn(|| {
+        let passing: Vec<Passing> = std::iter::from_fn(|| {
             let ahead: f64 = if coarse && whole - done >= LAST_STEPS + COARSE_STEPS { COARSE_STEPS } else { 1.0 };
             let start = done * step - period;
             let length = (ahead * step).min(-start);
             let goes_on = done < whole - 1e-9;
             done += ahead;
             goes_on.then_some(Passing { start, end: start + length, steps: length / unit })
-        });
-        if last.is_empty() {
-            forward(self.prepared, self.engine, self.check.as_deref_mut(), passing, self.stop, &mut || ())?;
-            return Ok(mean);
-        }
-        for one in passing {
-            let length = one.end - one.start;
-            if !forward(self.prepared, self.engine, self.check.as_deref_mut(), [one], self.stop, &mut || ())? {
+        })
+        .collect();
+        let moments = if last.is_empty() { 1.0 } else { MOMENTS };
+        let moment = |passing: &Passing| ((passing.start / period + 1.0) * moments) as u32;
+        for together in passing.chunk_by(|a, b| moment(a) == moment(b)) {
+            let check = self.check.as_deref_mut();
+            if !forward(self.prepared, self.engine, check, together.iter().copied(), self.stop, &mut || ())? {
                 break;
             }
             let next = self.engine.network_temperatures()?.unwrap_or_default();
+            let length: f64 = together.iter().map(|passing| passing.end - passing.start).sum();
             for ((mean, last), next) in mean.iter_mut().zip(&last).zip(&next) {
                 *mean += 0.5 * length / period * (last + next);
             }

@@ -157,6 +157,7 @@ impl Prepared {
         warnings.extend(given.iter().flat_map(|given| given.warnings().to_vec()));
         let network = steps::network(&mut scene, shell, &parts, &nodes, &probes, &materials)?;
         warnings.extend(network.iter().flat_map(|network| network.remarks()));
+        progress(PrepareStage::Patches);
         let craft = |settings| {
             ExchangeCraft::new(settings, scene.time.step, &nodes, &triangles, network.as_deref(), &materials)
         };

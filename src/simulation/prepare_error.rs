@@ -22,11 +22,25 @@ pub enum PrepareStage {
     Ordering,
     /// Loads are prepared.
     Loads,
+    /// Patches are made that radiate to each other.
+    Patches,
 }
 
 impl PrepareStage {
     /// Number of stages.
-    pub(crate) const COUNT: u64 = 5;
+    pub(crate) const COUNT: u64 = 6;
+
+    /// The stage in words.
+    pub(crate) fn work(self) -> &'static str {
+        match self {
+            Self::Reading => "reading the model",
+            Self::Splitting(_) => "splitting edges",
+            Self::Network => "making the network",
+            Self::Ordering => "ordering the nodes",
+            Self::Loads => "preparing the loads",
+            Self::Patches => "making patches",
+        }
+    }
 
     /// Number of stages before this one.
     pub(crate) fn number(self) -> u64 {
@@ -36,6 +50,7 @@ impl PrepareStage {
             Self::Network => 2,
             Self::Ordering => 3,
             Self::Loads => 4,
+            Self::Patches => 5,
         }
     }
 }
@@ -43,11 +58,8 @@ impl PrepareStage {
 impl std::fmt::Display for PrepareStage {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Reading => write!(out, "reading the model"),
             Self::Splitting(vertices) => write!(out, "splitting: {vertices} vertices"),
-            Self::Network => write!(out, "making the network"),
-            Self::Ordering => write!(out, "ordering the nodes"),
-            Self::Loads => write!(out, "preparing the loads"),
+            _ => out.write_str(self.work()),
         }
     }
 }

@@ -24,7 +24,7 @@ use crate::thermal::incident::{IncidentFunction, incident};
 use crate::thermal::misfit::{Misfit, part};
 use crate::thermal::reference::Reference;
 use crate::thermal::sensor::twin::SensorTwin;
-use crate::trace::{Trace, Track};
+use crate::trace::span;
 
 /// The f64 reference of all nodes, and its rasteriser.
 pub struct ReferenceEngine {
@@ -42,7 +42,6 @@ pub struct ReferenceEngine {
     steps: u64,
     drawing: Drawing,
     delivered: VecDeque<Delivered>,
-    trace: Trace,
 }
 
 impl ReferenceEngine {
@@ -72,7 +71,6 @@ impl ReferenceEngine {
             steps: 0,
             drawing: Drawing::new(prepared, camera),
             delivered: VecDeque::new(),
-            trace: Trace::default(),
         }
     }
 
@@ -167,14 +165,6 @@ impl ReferenceEngine {
 }
 
 impl Engine for ReferenceEngine {
-    fn record(&mut self, trace: Trace) {
-        self.trace = trace;
-    }
-
-    fn trace(&self) -> Trace {
-        self.trace.clone()
-    }
-
     fn device_name(&self) -> String {
         "cpu (f64 reference)".to_owned()
     }
@@ -211,8 +201,6 @@ impl Engine for ReferenceEngine {
     }
 
     fn submit(&mut self, step: Option<EngineStep<'_>>, order: Order<'_>) -> Result<(), EngineError> {
-        let trace = self.trace.clone();
-        let _computes = trace.span(Track::Host, "f64 reference");
         if order.keep {
             self.earlier = self.temperatures();
         }
@@ -225,7 +213,10 @@ impl Engine for ReferenceEngine {
             let pairs = self.earlier.iter().zip(temperatures);
             temperatures = pairs.map(|(earlier, later)| between(*earlier, later, share)).collect();
         }
-        let image = self.drawing.image(&order, &temperatures);
+        let image = {
+            let _draws = span("drawing in f64");
+            self.drawing.image(&order, &temperatures)
+        };
         let temperatures = order.temperatures.then(|| temperatures.iter().map(|t| *t as f32).collect());
         self.delivered.push_back(Delivered { image, temperatures, absorbed });
         Ok(())

@@ -12,6 +12,7 @@ use super::prepare::Prepared;
 use super::state::BetweenSteps;
 use crate::gpu::layout::FUSED_STEPS;
 use crate::scene::Initial;
+use crate::trace::{span, timed};
 
 /// Steps of a warm-up after which its state may be saved: a multiple of the steps of a dispatch, or fewer with a network, whose steps take longer.
 const STEPS_AT_ONCE: [u32; 2] = [4 * FUSED_STEPS as u32, 4];
@@ -69,6 +70,7 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
             }
         };
         if let Some(check) = self.check.as_deref_mut() {
+            let _starts = span("starting the check");
             if let Some(temperatures) = self.engine.network_temperatures()?
                 && let Some(network) = self.engine.network()
             {
@@ -81,10 +83,11 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
 
     /// Brings every node to the scene's initial state.
     fn settle(&mut self) -> Result<(), EngineError> {
+        let _settles = span("settling");
         match self.prepared.scene.initial {
             Initial::Balance => {
                 let from = self.time(0);
-                let load = self.prepared.loads.step_load(from, from);
+                let load = timed("finding the loads", || self.prepared.loads.step_load(from, from));
                 self.engine.settle(&load, from)?;
                 if let Some(check) = self.check.as_deref_mut() {
                     check.settle(&load, from);
@@ -108,6 +111,7 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
     /// Passes through a fixed number of steps, from `first` on.
     fn pass(&mut self, first: u32) -> Result<(), E> {
         (0..first).for_each(|_| (self.progress)());
+        let _warms_up = span("warm-up");
         let steps = self.prepared.warm_up_steps();
         let at_once = STEPS_AT_ONCE[usize::from(self.prepared.network.is_some())];
         let length = self.prepared.scene.time.warm_up_step / self.prepared.scene.time.step;

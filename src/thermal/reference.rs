@@ -11,6 +11,7 @@ use crate::thermal::misfit::{Misfit, check_length};
 use crate::thermal::radiative::{PlateLoad, PlateState, radiative_step};
 use crate::thermal::received::FaceLoad;
 use crate::thermal::transition::{TransitionState, transition_step};
+use crate::trace::span;
 
 /// Incident fluxes on a plate with a unit normal (body frame) during a step.
 pub trait IncidentFlux: Sync {
@@ -231,6 +232,7 @@ impl<F: IncidentFlux> Reference<F> {
     where
         U: Fn(&Self, usize, &Material, TransitionState) -> (TransitionState, f64) + Sync,
     {
+        let _steps = span("stepping nodes in f64");
         let (mut states, mut temperatures) = (std::mem::take(&mut self.states), std::mem::take(&mut self.temperatures));
         let all = &*self;
         let moved = states.par_iter_mut().zip(&mut temperatures).enumerate();

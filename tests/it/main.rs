@@ -81,3 +81,4 @@ mod twins;
 mod uncertainty;
 mod validation;
 mod view;
+mod warm_up;

@@ -41,11 +41,10 @@ fn a_trace_holds_every_pass_of_the_report_and_no_pass_outside_the_run() {
         let name = pass["name"].as_str().expect("a name");
         assert_eq!(device.get(name).copied(), pass["count"].as_u64(), "{name}");
     }
-    for name in ["load and build the scene", "settle and warm up", "loads of the step", "submit", "wait for the device"]
-    {
+    for name in ["reading the model", "settling", "finding the loads", "recording a frame", "waiting for the device"] {
         assert!(events.iter().any(|event| event.0 == 0 && event.1 == name), "{name}");
     }
-    assert!(events.iter().any(|event| event.0 == 1 && event.1 == "write EXR"));
+    assert!(events.iter().any(|event| event.0 == 1 && event.1 == "encoding and writing an image"));
 
     // The queue runs one pass after another, after the start of the host.
     let mut queue: Vec<(f64, f64)> =
@@ -63,5 +62,42 @@ fn a_trace_of_the_reference_has_no_device_and_a_run_without_one_no_file() {
     succeed(path, &["run", "scene.toml", "-o", "out", "--device", "cpu", "--trace", "trace.json"]);
     let trace: Value = serde_json::from_slice(&std::fs::read(path.join("trace.json")).expect("a trace")).expect("JSON");
     assert!(events(&trace).iter().all(|event| event.0 != 2));
-    assert!(events(&trace).iter().any(|event| event.1 == "f64 reference"));
+    assert!(events(&trace).iter().any(|event| event.1 == "stepping nodes in f64"));
+}
+
+/// Share of the time between two moments [us] in which the loop's thread is in a span without spans inside.
+fn named(events: &[(u64, String, f64, f64)], [from, to]: [f64; 2]) -> f64 {
+    let of_loop: Vec<[f64; 2]> = events.iter().filter(|event| event.0 == 0).map(|event| [event.2, event.3]).collect();
+    let has_parts = |[start, end]: [f64; 2]| {
+        of_loop.iter().any(|[first, last]| start <= *first && *last <= end && last - first < end - start)
+    };
+    of_loop.iter().filter(|span| !has_parts(**span)).map(|[start, end]| end - start).sum::<f64>() / (to - from)
+}
+
+#[test]
+fn at_least_95_hundredths_of_the_time_of_a_run_have_a_name() {
+    let periodic = SCENE.replacen("step = 60\n", "step = 60\nwarm_up = \"periodic\"\n", 1);
+    assert_ne!(periodic, SCENE);
+    for (scene, device) in [(SCENE, None), (SCENE, Some("cpu")), (periodic.as_str(), None)] {
+        let folder = Folder::new(scene);
+        let path = folder.0.path();
+        let of_device = device.map_or(Vec::new(), |name| vec!["--device", name]);
+        succeed(path, &[&["run", "scene.toml", "-o", "out", "--trace", "trace.json"][..], &of_device].concat());
+        let read = |name: &str| -> Value {
+            serde_json::from_slice(&std::fs::read(path.join(name)).expect(name)).expect("JSON")
+        };
+        let (events, time) = (events(&read("trace.json")), read("out/report.json")["speed"]["time"].clone());
+        let number = |key: &str| time[key].as_f64().expect("a number");
+        let share = number("named_s") / number("wall_s");
+        println!("{device:?}: {share:.3} of {:.2} s", number("wall_s"));
+        assert!(share >= 0.95 && share <= 1.0, "{time:#}");
+        // The timeline says so too. It also counts a span that has parts at other times only.
+        let own = named(&events, [0.0, 1e6 * number("wall_s")]);
+        assert!(own <= 1.0 && own > share - 1e-3, "{own}, {share}");
+        // Without the longest span the bound is missed.
+        let longest = events.iter().filter(|event| event.0 == 0).map(|event| event.3 - event.2);
+        let longest_leaf = longest.fold(0.0, f64::max);
+        let without: Vec<_> = events.iter().filter(|event| event.3 - event.2 < 0.2 * longest_leaf).cloned().collect();
+        assert!(named(&without, [0.0, 1e6 * number("wall_s")]) < 0.95);
+    }
 }

@@ -25,6 +25,7 @@ use super::outline::{Face, Region};
 use super::sunward::{Above, Hiding, Sunward, axes};
 use crate::environment::StepLoad;
 use crate::environment::load::solar_flux;
+use crate::trace::span;
 
 /// Nodes that are lit one by one where something hides a part of them.
 const FEW: usize = 8;
@@ -136,6 +137,7 @@ impl LitAreas {
     /// Lit area of each node. `None` where the last result still holds for the load, or where it is dark.
     pub fn find(&mut self, load: &StepLoad) -> Option<Vec<LitArea>> {
         let sun = self.redraw.due(load)?;
+        let _finds = span("finding the light");
         Some(self.under(sun, &load.joints))
     }
 

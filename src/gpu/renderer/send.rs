@@ -11,11 +11,12 @@ use crate::gpu::layout;
 use crate::gpu::pass::Frame;
 use crate::gpu::record::Recorder;
 use crate::gpu::request::{Request, Submitted};
+use crate::trace::timed;
 
 impl Renderer {
     /// Writes what the passes of a list read from the host, and submits the list.
     pub(super) fn send(&mut self, list: &Frame, request: Request<'_>) -> Result<Submitted, GpuError> {
-        self.bindings.add(&self.resources, list.passes())?;
+        timed("making passes", || self.bindings.add(&self.resources, list.passes()))?;
         let slot = self.slots.free()?;
         self.write(slot, &request)?;
         let (context, bindings) = (self.resources.context.as_ref(), Some(&self.bindings));

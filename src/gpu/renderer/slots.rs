@@ -12,7 +12,8 @@ use crate::gpu::pass::Frame;
 use crate::gpu::record::Recorder;
 use crate::gpu::resource::{Resource, SLOTS};
 use crate::gpu::samples::Samples;
-use crate::gpu::timing::{DeviceFrame, PassTimes, Timing};
+use crate::gpu::timing::{PassTimes, Timing};
+use crate::trace::{self, DeviceFrame, span};
 
 /// Frames that are timed at first where few are.
 const FIRST_TIMED: u64 = 16;
@@ -45,8 +46,6 @@ pub(super) struct Slots {
     pub(crate) time_few: bool,
     /// Frames so far.
     count: u64,
-    /// Measured times of the frames since the last take, if they are kept.
-    pub(crate) frames: Option<Vec<DeviceFrame>>,
     /// Names of the passes of the frames since the last take, if they are kept.
     pub(crate) names: Option<Vec<Vec<String>>>,
 }
@@ -65,7 +64,6 @@ impl Slots {
             most_times: usize::MAX,
             time_few: false,
             count: 0,
-            frames: None,
             names: None,
         };
         for commands in commands {
@@ -92,8 +90,9 @@ impl Slots {
         recorder: impl FnOnce(vk::CommandBuffer) -> Recorder<'a>,
     ) -> Result<usize, GpuError> {
         let number = self.free()?;
+        let _records = span("recording a frame");
         self.next = (number + 1) % SLOTS;
-        let few = self.time_few && self.frames.is_none();
+        let few = self.time_few && !trace::keeps_frames();
         let timed = !few || self.count < FIRST_TIMED || self.count.is_multiple_of(TIMED);
         self.count += 1;
         let (device, slot) = (&self.context.device, &mut self.slots[number]);
@@ -127,6 +126,7 @@ impl Slots {
     pub(crate) fn finish(&mut self, number: usize) -> Result<(), GpuError> {
         let slot = &mut self.slots[number];
         if slot.pending {
+            let _waits = span("waiting for the device");
             // SAFETY: the fence was submitted with the slot's frame.
             unsafe {
                 self.context.device.wait_for_fences(&[slot.fence], true, u64::MAX).during("waiting for a frame")?;
@@ -141,8 +141,8 @@ impl Slots {
                     None => times.skip(),
                 }
             }
-            if let Some(frames) = &mut self.frames {
-                frames.push(DeviceFrame { submitted: slot.submitted, done: Instant::now(), passes });
+            if trace::keeps_frames() {
+                trace::keep_frame(DeviceFrame { submitted: slot.submitted, done: Instant::now(), passes });
             }
         }
         Ok(())

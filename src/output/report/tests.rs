@@ -5,6 +5,7 @@ use crate::output::folder::Folder;
 use crate::simulation::check::StepLengthError;
 use crate::simulation::energy::PartEnergy;
 use crate::simulation::uncertainty::PixelError;
+use crate::trace::TimeSpent;
 
 fn pairs(list: &[(&str, &str)]) -> Vec<(String, String)> {
     list.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect()
@@ -39,6 +40,28 @@ pub(crate) fn full() -> Report {
             network_wall_ms: Some(2.1),
             image_ms: Some(12.5),
             wall_s: 41.3,
+            time: TimeAccount {
+                wall_s: 41.3,
+                named_s: 40.9,
+                works: vec![
+                    TimeSpent {
+                        thread: "host: loop",
+                        depth: 0,
+                        work: "steps".into(),
+                        wall_s: 40.0,
+                        processor_s: 77.2,
+                        count: 1,
+                    },
+                    TimeSpent {
+                        thread: "host: loop",
+                        depth: 1,
+                        work: "waiting for the device".into(),
+                        wall_s: 31.5,
+                        processor_s: 60.1,
+                        count: 720,
+                    },
+                ],
+            },
         },
         pixel_error: Some(PixelError { rms_k: 1.5, p99_k: 6.25, max_k: 12.5, pixels: 76_800, images: 36 }),
         accuracy: Some(full_accuracy()),

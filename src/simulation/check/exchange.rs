@@ -14,12 +14,10 @@ use crate::simulation::exchange::ExchangeCraft;
 use crate::simulation::exchange_poses::RowsBetween;
 use crate::thermal::misfit::{Misfit, check_length};
 use crate::thermal::received::FaceLoad;
+use crate::trace::span;
 
 /// Findings of infrared between two estimates of noise and of the bounces that are left out.
 const EVERY: u64 = 20;
-
-/// Most poses whose rays are kept. The pose that was used longest ago makes room.
-const MOST: usize = 32;
 
 /// Below this mean temperature [K] a patch hardly radiates, so that a flux says little of its temperature.
 const COLD: f64 = 85.0;
@@ -27,8 +25,6 @@ const COLD: f64 = 85.0;
 /// The exchange between patches in f64, beside the run.
 pub(super) struct ExchangeCheck {
     craft: Arc<ExchangeCraft>,
-    /// Poses of the joints for which rays were cast, each with its exchange. The pair that was used last is the last.
-    found: Vec<(Vec<DAffine3>, Arc<Exchange>)>,
     /// The poses between which the rows that hold lie, and these rows.
     now: (RowsBetween, Arc<Exchange>),
     renewal: Renewal,
@@ -81,10 +77,9 @@ impl ErrorSpread {
 
 impl ExchangeCheck {
     pub(crate) fn new(craft: &Arc<ExchangeCraft>, poses: &[DAffine3]) -> Self {
-        let first = Arc::new(craft.cast(poses));
+        let first = craft.cast(poses);
         let rows = RowsBetween { from: poses.to_vec(), to: poses.to_vec(), share: 0.0 };
         Self {
-            found: vec![(poses.to_vec(), Arc::clone(&first))],
             now: (rows, first),
             renewal: craft.renewal(),
             sizes: PatchSizes::new(&craft.surface, &craft.patches),
@@ -107,6 +102,7 @@ impl ExchangeCheck {
         if turned {
             self.renewal.new_rows();
         }
+        let _exchanges = span("radiation between surfaces in f64");
         let exchange = Arc::clone(&self.now.1);
         let find = || {
             let mirrored = self.craft.mirrors.as_ref().map(|mirrors| mirrors.mirrored(load));
@@ -140,34 +136,23 @@ impl ExchangeCheck {
         if self.now.0 == *rows {
             return false;
         }
-        let from = self.cast(&rows.from);
-        let now = if rows.share == 0.0 { from } else { Arc::new(from.at(&self.cast(&rows.to), rows.share)) };
+        let from = self.craft.cast(&rows.from);
+        let to = self.craft.cast(&rows.to);
+        let _means = span("rows between two poses");
+        let now = if rows.share == 0.0 { from } else { Arc::new(from.at(&to, rows.share)) };
         self.now = (rows.clone(), now);
         true
     }
 
     /// Uncertainty of what patches absorb [W/m2] by rows that are held while a joint moves. `None` where none moves.
-    fn late_rows(&mut self, sent: &[f64]) -> Option<Vec<f64>> {
+    fn late_rows(&self, sent: &[f64]) -> Option<Vec<f64>> {
         let rows = self.now.0.clone();
         if rows.from == rows.to {
             return None;
         }
-        let [from, to] = [&rows.from, &rows.to].map(|poses| self.cast(poses));
+        let [from, to] = [&rows.from, &rows.to].map(|poses| self.craft.cast(poses));
         let [first, second] = [&from, &to].map(|exchange| exchange.absorbed(sent, &self.progress.light));
         Some(held_rows(&first, &second, from.share_to_hold(&to)))
-    }
-
-    /// The exchange for poses, which it puts last.
-    fn cast(&mut self, poses: &[DAffine3]) -> Arc<Exchange> {
-        let known = match self.found.iter().rposition(|(own, _)| own == poses) {
-            Some(place) => self.found.remove(place),
-            None => (poses.to_vec(), Arc::new(self.craft.cast(poses))),
-        };
-        if self.found.len() >= MOST {
-            self.found.remove(0);
-        }
-        self.found.push(known.clone());
-        known.1
     }
 
     fn estimate(

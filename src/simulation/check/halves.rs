@@ -13,6 +13,7 @@ use crate::simulation::prepare::Prepared;
 use crate::thermal::incident::IncidentFunction;
 use crate::thermal::misfit::part;
 use crate::thermal::reference::{Reference, ReferenceState};
+use crate::trace::timed;
 
 /// Most drawn nodes of a network that is stepped in halves. In f64 two halves take twice as long as a whole step.
 const LARGEST_NETWORK: usize = 5_000;
@@ -155,7 +156,7 @@ impl Halves {
         }
         let half = 0.5 * length;
         for from in [start, start + half] {
-            let load = self.loads.step_load(from, from + half);
+            let load = timed("finding the loads", || self.loads.step_load(from, from + half));
             self.reference.step(&load, 0.5 * steps);
             if let Some(network) = self.network.as_mut().filter(|network| network.failed.is_none()) {
                 network.step(&load, from, half);

@@ -72,6 +72,7 @@ fn craft(settings: ExchangeSettings) -> Arc<ExchangeCraft> {
         surface,
         patches,
         settings,
+        in_use: Default::default(),
     })
 }
 
@@ -218,4 +219,18 @@ fn the_stated_uncertainty_is_near_the_error() {
         println!("{rays} rays, {edge} m: {truly:.1} W/m2 rms off, {told:.1} told");
         assert!(truly < 2.0 * told && told < 4.0 * truly, "{rays} rays, {edge} m: {truly} off, {told} told");
     }
+}
+
+#[test]
+fn the_exchange_of_a_pose_is_found_once_while_it_is_in_use() {
+    let craft = craft(ExchangeSettings { rays: 64, patch_edge: Some(0.7), ..ExchangeSettings::default() });
+    let turned = |angle: f64| [DAffine3::IDENTITY, DAffine3::from_rotation_x(angle)];
+    let (first, again) = (craft.cast(&turned(0.1)), craft.cast(&turned(0.1)));
+    assert!(Arc::ptr_eq(&first, &again));
+    assert!(!Arc::ptr_eq(&first, &craft.cast(&turned(0.2))));
+    // A copy may have other patches.
+    assert!(!Arc::ptr_eq(&first, &(*craft).clone().cast(&turned(0.1))));
+    let unused = Arc::downgrade(&first);
+    drop((first, again));
+    assert!(unused.upgrade().is_none(), "nobody uses it any more");
 }

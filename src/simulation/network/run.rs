@@ -13,6 +13,7 @@ use crate::simulation::engine_error::EngineError;
 use crate::thermal::network::control::{ControlError, IntegrationSettings, Leg, MethodUse, Switch, integrate_leg};
 use crate::thermal::network::one_pass::{Estimate, Halving, OnePassNetwork, SWITCHES_AT_MOST};
 use crate::thermal::network::reference::ReferenceStepper;
+use crate::trace::span;
 
 /// Cost of a step of a network, including the transfers of loads and temperatures.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -177,6 +178,7 @@ impl NetworkRun {
     /// # Errors
     /// Temperatures that cannot be found.
     pub(crate) fn step(&mut self, heat: Vec<f64>, start: f64, length: f64) -> Result<(), EngineError> {
+        let _steps = span("stepping the network");
         if let Some(one_pass) = &mut self.one_pass {
             let switches = one_pass.advance(&heat, &self.scene.heater_powers(start, length), start, length);
             self.course.on = one_pass.on();

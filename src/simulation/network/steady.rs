@@ -5,6 +5,7 @@ use super::failure::{failure, unsteady};
 use crate::simulation::engine_error::EngineError;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::steady::steady;
+use crate::trace::span;
 
 impl NetworkRun {
     /// The steady state under the heat of every node [W] at a time [s].
@@ -12,6 +13,7 @@ impl NetworkRun {
     /// # Errors
     /// No steady state.
     pub(crate) fn settle(&mut self, heat: Vec<f64>, time: f64) -> Result<(), EngineError> {
+        let _settles = span("settling the network");
         // The search begins at the balance of each node alone.
         let network = self.scene.network();
         let space = network.space_temperature.powi(4);

@@ -30,7 +30,7 @@ pub(super) struct ExchangeErrors {
     sizes: PatchSizes,
     renewal: Renewal,
     /// Exchanges for the poses of the state.
-    casts: Vec<Exchange>,
+    casts: Vec<Arc<Exchange>>,
     state: ExchangeErrorState,
 }
 
