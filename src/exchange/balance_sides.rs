@@ -38,7 +38,7 @@ fn at(row: &Sided, side: u32) -> f64 {
 }
 
 /// Sums by the side of the column.
-pub(super) fn summed(row: impl Iterator<Item = (u32, f64)>, sides: &[u32]) -> Sided {
+fn summed(row: impl Iterator<Item = (u32, f64)>, sides: &[u32]) -> Sided {
     let mut sums: Sided = row.map(|(j, value)| (sides[j as usize], value)).collect();
     sums.sort_by_key(|entry| entry.0);
     sums.dedup_by(|next, sum| {

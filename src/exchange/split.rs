@@ -2,7 +2,7 @@
 //!
 //! A patch receives one flux. Beside a hot wall this flux falls from node to node, and a patch of several nodes would make steps of it. Rays from every node,
 //! few of them, tell which surfaces it sees: flat sides of parts, and space. A patch is halved where its halves see them differently, by more than the noise
-//! of these rays explains, and so are its halves; those count as different by half as much at least, because noise hides small differences. The greatest difference comes first, so the number of patches stays bounded. Faces that lie inside other parts
+//! of these rays explains, and so are its halves; along the same axis those count as different by half as much at least, along others by as much, because noise hides small differences. The greatest difference comes first, so the number of patches stays bounded. Faces that lie inside other parts
 //! are found by the same rays, and stay whole.
 
 use std::collections::{BTreeMap, BinaryHeap};
@@ -17,9 +17,9 @@ use super::sparse::SparseRow;
 use crate::thermal::material::Material;
 
 /// Rays of all nodes together.
-const RAYS: usize = 1 << 20;
+const RAYS: usize = 1 << 21;
 /// Bounds of the rays of a face of a node.
-const RAYS_OF_FACE: [usize; 2] = [16, 512];
+const RAYS_OF_FACE: [usize; 2] = [16, 1024];
 /// Difference of what two halves see, over the root of the share that is of the craft, up to which a patch stays whole. On a floor beside a wall at 500 K it is 3 K
 /// at most wherever the floor warms by the wall alone.
 const DIFFERENCE: f64 = 0.004;
@@ -77,7 +77,8 @@ impl NodeViews {
     /// Splits gathered nodes until what they see differs little within each patch, or until there are enough.
     fn split(&self, surface: &PatchSurface, gathered: Vec<Gathered>) -> Vec<Gathered> {
         let mut all: Vec<Option<Gathered>> = gathered.into_iter().map(Some).collect();
-        let found: Vec<Option<Halves>> = all.par_iter().map(|one| self.halves(surface, one.as_ref()?, 0.0)).collect();
+        let found: Vec<Option<Halves>> =
+            all.par_iter().map(|one| self.halves(surface, one.as_ref()?, [0.0; 3])).collect();
         let mut heap: BinaryHeap<Queued> = (found.into_iter().enumerate())
             .filter_map(|(place, halves)| Some(Queued { place, halves: halves? }))
             .collect();
@@ -86,9 +87,11 @@ impl NodeViews {
             && let Some(Queued { place, halves }) = heap.pop()
         {
             let Some(whole) = all[place].take() else { continue };
-            for nodes in halves.nodes {
+            let Halves { nodes, axis, mut along, .. } = halves;
+            along[axis] *= CARRIED;
+            for nodes in nodes {
                 let half = Gathered { nodes, ..whole };
-                let next = self.halves(surface, &half, CARRIED * halves.differ);
+                let next = self.halves(surface, &half, along);
                 heap.extend(next.map(|halves| Queued { place: all.len(), halves }));
                 all.push(Some(half));
             }
@@ -99,8 +102,8 @@ impl NodeViews {
         split
     }
 
-    /// The halves of nodes that differ most in what they see, if by more than they may. They count as different by `least` at least.
-    fn halves(&self, surface: &PatchSurface, whole: &Gathered, least: f64) -> Option<Halves> {
+    /// The halves of nodes that differ most in what they see, if by more than they may. Along each axis they count as different by `least` at least.
+    fn halves(&self, surface: &PatchSurface, whole: &Gathered, least: [f64; 3]) -> Option<Halves> {
         if whole.nodes.len() < 2 || whole.key.is_buried() {
             return None;
         }
@@ -116,12 +119,14 @@ impl NodeViews {
                 whole.nodes.iter().partition(|node| surface.positions[**node as usize][axis] < middle);
             let nodes = [first, second];
             let [one, other] = [&nodes[0], &nodes[1]].map(|nodes| self.mean(surface, nodes, whole.key.side()));
-            Some((self.differ(&one, &other), high[axis] - low[axis], nodes))
+            Some((self.differ(&one, &other).max(least[axis]), nodes))
         };
-        let (differ, _, nodes) =
-            (0..3).filter_map(along).max_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)))?;
-        let best = Halves { differ: differ.max(least), nodes };
-        (best.differ > DIFFERENCE).then_some(best)
+        let mut pairs = [0, 1, 2].map(along);
+        let differ = [0, 1, 2].map(|axis: usize| pairs[axis].as_ref().map_or(0.0, |pair| pair.0));
+        let extent = high - low;
+        let axis = (0..3).max_by(|a, b| differ[*a].total_cmp(&differ[*b]).then(extent[*a].total_cmp(&extent[*b])))?;
+        let (most, nodes) = pairs[axis].take()?;
+        (most > DIFFERENCE).then_some(Halves { differ: most, axis, along: differ, nodes })
     }
 
     /// What nodes see, mean over their areas, and the number of their rays.
@@ -167,6 +172,10 @@ impl Patches {
 /// A patch in two halves, and how much they differ.
 struct Halves {
     differ: f64,
+    /// Axis that the halves part.
+    axis: usize,
+    /// Differences of halves along each axis.
+    along: [f64; 3],
     nodes: [Vec<u32>; 2],
 }
 

@@ -72,10 +72,9 @@ fn off(coarse: f64, split: bool, settings: &ExchangeSettings) -> ([f64; 3], usiz
 fn a_floor_beside_a_hot_wall_is_as_warm_as_the_closed_form_says() {
     assert!((to_corner(1e6, 1e9, 1e-3) - 0.25).abs() < 1e-6 && (truth(1e-9) / WALL - 0.5f64.powf(0.25)).abs() < 1e-6);
     let settings = ExchangeSettings::default();
-    // The goal is 1.5 K rms and 4 K at most. The size of patches limits it: sixteen times as many rays reach 1.73 and 3.87 K.
     let ([rms, most, step], count) = off(1.0, true, &settings);
     println!("{count} patches: {rms:.2} K rms, {most:.2} K at most, steps {step:.2} K off");
-    assert!(rms < 2.0 && most < 4.5, "{rms} K rms, {most} K at most");
+    assert!(rms < 1.5 && most < 4.0, "{rms} K rms, {most} K at most");
     // Patches that are not split make steps, and few rays make noise.
     let ([rms, most, _], count) = off(1.4, false, &settings);
     println!("whole, {count} patches: {rms:.2} K rms, {most:.2} K at most");
