@@ -54,7 +54,14 @@ def program(*arguments: object) -> None:
     assert ran.returncode == 0, ran.stderr
 
 
-CHANNELS = {"L": "radiance", "T": "temperature", "T_error": "error", "Z": "depth", "part": "part", "material": "material"}
+CHANNELS = {
+    "L": "radiance",
+    "T": "temperature",
+    "T_error": "error",
+    "Z": "depth",
+    "part": "part",
+    "material": "material",
+}
 
 
 def exr(path: Path) -> dict[str, np.ndarray]:

@@ -207,8 +207,10 @@ impl Search<'_> {
         let mut began = Instant::now();
         let base = pilot(prepared, began.checked_sub(preparing).unwrap_or(began))?;
         (self.news)(ConvergeNews::Says(format!(
-            "a run of the scene as it is takes about {}; a few steps with all settings finer are measured next: {}",
+            "a run of the scene as it is takes about {}, so all {} take {} at least; a few steps with all settings finer are measured next: {}",
             seconds(base.run_s + base.warm_up_s),
+            knobs.all.count_ones() + 2,
+            seconds(f64::from(knobs.all.count_ones() + 2) * (base.run_s + base.warm_up_s)),
             knobs.sentence(knobs.all)
         )));
         began = Instant::now();

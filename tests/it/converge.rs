@@ -249,6 +249,9 @@ fn a_signal_after_the_forecast_leaves_nothing() {
     let output = super::run_stopped::interrupted(command, "INT", || told().contains(forecast));
     let told = told();
     assert!(output.status.code() == Some(1) && told.contains("error: stopped"), "{told}");
+    // What the runs take at least comes first, for the finest settings may take long to measure.
+    let least = told.find(" at least; a few steps with all settings finer are measured next").expect("the least time");
+    assert!(least < told.find(forecast).expect("the forecast"), "{told}");
     assert!(!told.contains("these took"), "the first two runs had not ended: {told}");
     assert!(!folder.path("out").exists());
 }
