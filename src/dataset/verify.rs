@@ -263,7 +263,7 @@ pub fn again(
         }
         verified.rendered += encoded.len();
         for (path, bytes) in encoded.iter().flat_map(Encoded::files) {
-            if set.read(&path).ok().as_deref() != Some(bytes) {
+            if set.read(path).ok().as_deref() != Some(bytes) {
                 verified.fault(format!("{path} comes out otherwise when it is rendered again"));
             }
         }

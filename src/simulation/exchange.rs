@@ -99,13 +99,16 @@ impl ExchangeCraft {
         };
         let edge = settings.patch_edge.unwrap_or_else(|| (surface.areas.iter().sum::<f64>() / PATCHES).sqrt());
         let settings = ExchangeSettings { patch_edge: Some(edge), ..settings };
+        let check = |count: usize| match count > MOST_PATCHES {
+            true => Err(format!(
+                "{count} patches are more than {MOST_PATCHES}: state a larger patch_edge, or join parts of the model"
+            )),
+            false => Ok(()),
+        };
+        // Rays split patches further, and are cast only where the rest fits.
+        check(Patches::new(&surface, materials, edge, &[]).all.len())?;
         let patches = Patches::resolved(&surface, materials, edge, &NodeViews::new(&surface, materials));
-        if patches.all.len() > MOST_PATCHES {
-            return Err(format!(
-                "{} patches are more than {MOST_PATCHES}: state a larger patch_edge",
-                patches.all.len()
-            ));
-        }
+        check(patches.all.len())?;
         let rays = patches.all.len().saturating_mul(settings.rays as usize);
         if rays > MOST_RAYS {
             return Err(format!(

@@ -95,6 +95,18 @@ fn copies_of_a_mesh_are_counted_before_they_are_placed() {
     assert!(message.contains(REFUSED), "{message}");
 }
 
+/// The nodes stand in the text of the file, so that its length counts too.
+#[test]
+fn a_mesh_at_many_nodes_takes_what_their_text_allows() {
+    let mut file: serde_json::Value = serde_json::from_slice(&copied(12, 1)).expect("JSON");
+    let nodes: Vec<_> = (0..60_000).map(|node| serde_json::json!({"mesh": 0, "name": format!("n{node}")})).collect();
+    file["scenes"][0]["nodes"] = (0..nodes.len()).collect();
+    file["nodes"] = nodes.into();
+    let path = Path::new("model.gltf");
+    let model = Model::parse(file.to_string().as_bytes(), path, &Reach::of(path)).expect("a model");
+    assert_eq!(model.parts.len(), 60_000);
+}
+
 /// Times that are stored.
 const STORED: u64 = 7777;
 
