@@ -1,19 +1,18 @@
-//! The Vulkan instance, device, queue and memory allocator, which live longer than a scene.
+//! The Vulkan device, queue and memory allocator, which live longer than a scene.
 
-use std::ffi::{CStr, CString, c_char};
+use std::ffi::{CStr, c_char};
 use std::mem::ManuallyDrop;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use ash::{ext, vk};
+use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
 use super::drivers;
 use super::error::{During as _, GpuError};
 use super::host_heap;
+use super::instance::{VulkanInstance, lock_loader};
 use super::validation::{self, Messages};
 use crate::host;
-
-const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
 /// Properties of a device, as `isotherm info` prints them.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -41,6 +40,10 @@ pub struct DeviceInfo {
     pub sub_pixel_bits: u32,
     /// Length of a timestamp unit [ns]; 0 if the queue has no timestamps.
     pub(crate) timestamp_period: f32,
+    /// Bits of a timestamp that count. Beyond them the clock begins again.
+    pub(crate) timestamp_bits: u32,
+    /// Whether one indirect draw takes several commands (multiDrawIndirect).
+    pub draws_many: bool,
     /// Features that isotherm needs and the device does not have.
     pub lacks: Vec<String>,
 }
@@ -53,33 +56,29 @@ pub struct Context {
     /// The queue. Vulkan lets one thread at a time submit to it.
     queue: Mutex<vk::Queue>,
     pub(super) queue_family: u32,
+    /// Names of objects and labels of passes. Only a context that validates or that a tool watches has them.
     pub(super) labels: Option<ext::debug_utils::Device>,
     pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
     physical: vk::PhysicalDevice,
-    messages: Option<Arc<Messages>>,
+    pub(super) messages: Option<Arc<Messages>>,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
-    instance: ash::Instance,
-    _entry: ash::Entry,
+    instance: ManuallyDrop<VulkanInstance>,
 }
 
 /// Lists the devices of this computer, best first.
 pub fn devices() -> Result<Vec<DeviceInfo>, GpuError> {
-    let (_entry, instance, _) = create_instance(false)?;
-    let found = rank_devices(&instance);
-    // SAFETY: nothing created from the instance is left.
-    unsafe { instance.destroy_instance(None) };
-    Ok(found?.into_iter().map(|(_, info, _)| info).collect())
+    let _loader = lock_loader();
+    Ok(rank_devices(&VulkanInstance::new(false)?.raw)?.into_iter().map(|(_, info, _)| info).collect())
 }
 
 impl Context {
-    /// Opens the device whose name contains `wanted` (ignoring case), or the best device. With `validate`, the
-    /// validation layer checks every call, with synchronisation validation, and its messages are kept. If the device is
-    /// the CPU, glibc keeps freed memory in the whole process from then on.
-    pub fn open(wanted: Option<&str>, validate: bool) -> Result<Arc<Self>, GpuError> {
-        let (entry, instance, debug_utils) = create_instance(validate)?;
-        let guard = InstanceGuard(Some(instance));
-        let instance = guard.0.as_ref().expect("the guard was just filled");
-        let found = rank_devices(instance)?;
+    /// Opens the device whose name contains `wanted` (ignoring case), or the best device. With `validate`, the validation
+    /// layer checks every call, and its messages are kept. If the device is the CPU, glibc keeps freed memory in the whole
+    /// process from then on.
+    pub(super) fn unproven(wanted: Option<&str>, validate: bool) -> Result<Self, GpuError> {
+        let _loader = lock_loader();
+        let instance = VulkanInstance::new(validate)?;
+        let found = rank_devices(&instance.raw)?;
         let present = || found.iter().map(|(_, info, _)| format!("'{}'", info.name)).collect::<Vec<_>>().join(", ");
         let (physical, info, queue_family) = match wanted {
             None => found.first().ok_or_else(no_device)?,
@@ -100,20 +99,24 @@ impl Context {
         let priorities = [1.0];
         let queues =
             [vk::DeviceQueueCreateInfo::default().queue_family_index(*queue_family).queue_priorities(&priorities)];
-        let features =
-            vk::PhysicalDeviceFeatures::default().multi_draw_indirect(true).sample_rate_shading(info.sample_counts > 1);
+        let features = vk::PhysicalDeviceFeatures::default()
+            .multi_draw_indirect(info.draws_many)
+            .sample_rate_shading(info.sample_counts > 1);
+        let (physical, queue_family) = (*physical, *queue_family);
+        let extensions = portability_of(&instance.raw, physical);
         let create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_features(&features)
+            .enabled_extension_names(&extensions)
             .push_next(&mut vulkan_13);
         // SAFETY: the physical device belongs to this instance, and the structures above live through the call.
-        let device = unsafe { instance.create_device(*physical, &create, None) }.during("creating the device")?;
+        let device = unsafe { instance.raw.create_device(physical, &create, None) }.during("creating the device")?;
         // SAFETY: the queue was asked for above.
-        let queue = unsafe { device.get_device_queue(*queue_family, 0) };
+        let queue = unsafe { device.get_device_queue(queue_family, 0) };
         let allocator = Allocator::new(&AllocatorCreateDesc {
-            instance: instance.clone(),
+            instance: instance.raw.clone(),
             device: device.clone(),
-            physical_device: *physical,
+            physical_device: physical,
             debug_settings: gpu_allocator::AllocatorDebugSettings::default(),
             buffer_device_address: false,
             allocation_sizes: gpu_allocator::AllocationSizes::default(),
@@ -121,35 +124,39 @@ impl Context {
         .map_err(|source| GpuError::Allocation { name: "allocator".to_owned(), source })?;
 
         let (messages, messenger) = if validate {
-            let (messages, messenger) = validation::install(&entry, instance)?;
+            let (messages, messenger) = validation::install(&instance.entry, &instance.raw)?;
             (Some(messages), Some(messenger))
         } else {
             (None, None)
         };
-        let labels = debug_utils.then(|| ext::debug_utils::Device::new(instance, &device));
-        let info = info.clone();
-        let (physical, queue_family) = (*physical, *queue_family);
-        let instance = guard.release();
-        Ok(Arc::new(Self {
-            info,
+        let mut context = Self {
+            info: info.clone(),
             device,
             queue: Mutex::new(queue),
             queue_family,
-            labels,
+            labels: None,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             physical,
             messages,
             messenger,
-            instance,
-            _entry: entry,
-        }))
+            instance: ManuallyDrop::new(instance),
+        };
+        if context.instance.debug_utils && (validate || context.instance.is_watched(physical)) {
+            context.give_names();
+        }
+        Ok(context)
+    }
+
+    /// Gives objects names and passes labels from now on. The caller holds the loader's lock.
+    fn give_names(&mut self) {
+        self.labels = Some(ext::debug_utils::Device::new(&self.instance.raw, &self.device));
     }
 
     /// Memory that this process may still allocate [bytes]. It is the free budget of the largest device-local heap
     /// (VK_EXT_memory_budget), or the size of that heap without the extension. On a CPU device, the memory that the
     /// process may still take limits it.
     pub(crate) fn free_memory(&self) -> u64 {
-        let instance = &self.instance;
+        let instance = &self.instance.raw;
         // SAFETY: the physical device belongs to the instance.
         let extensions = unsafe { instance.enumerate_device_extension_properties(self.physical) }.unwrap_or_default();
         let tells =
@@ -198,81 +205,22 @@ impl Drop for Context {
         unsafe {
             let _ = self.device.device_wait_idle();
             ManuallyDrop::drop(&mut self.allocator);
+            let _loader = lock_loader();
             self.device.destroy_device(None);
             if let Some((functions, messenger)) = &self.messenger {
                 functions.destroy_debug_utils_messenger(*messenger, None);
             }
-            self.instance.destroy_instance(None);
+            ManuallyDrop::drop(&mut self.instance);
         }
     }
 }
 
-/// Destroys the instance if a later step of opening the device fails.
-struct InstanceGuard(Option<ash::Instance>);
-
-impl InstanceGuard {
-    fn release(mut self) -> ash::Instance {
-        self.0.take().expect("released once")
-    }
-}
-
-impl Drop for InstanceGuard {
-    fn drop(&mut self) {
-        if let Some(instance) = &self.0 {
-            // SAFETY: opening failed, and every object made from the instance is already destroyed.
-            unsafe { instance.destroy_instance(None) };
-        }
-    }
-}
-
-fn create_instance(validate: bool) -> Result<(ash::Entry, ash::Instance, bool), GpuError> {
-    // SAFETY: loading the Vulkan loader runs its initialisers, as in any Vulkan program.
-    let entry = unsafe { ash::Entry::load() }.map_err(|error| GpuError::NoLoader(error.to_string()))?;
-    // SAFETY: the entry is loaded.
-    let layers = unsafe { entry.enumerate_instance_layer_properties() }.during("listing layers")?;
-    // SAFETY: the entry is loaded.
-    let extensions =
-        unsafe { entry.enumerate_instance_extension_properties(None) }.map_err(no_driver("listing extensions"))?;
-    let has_layer = layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION_LAYER));
-    if validate && !has_layer {
-        return Err(GpuError::NoValidationLayer);
-    }
-    let debug_utils =
-        extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
-
-    let name = CString::new("isotherm").expect("no zero byte in a literal");
-    let application = vk::ApplicationInfo::default().application_name(&name).api_version(vk::API_VERSION_1_3);
-    let mut layer_names: Vec<*const c_char> = Vec::new();
-    let mut extension_names: Vec<*const c_char> = Vec::new();
-    let enables = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
-    let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enables);
-    if debug_utils {
-        extension_names.push(ext::debug_utils::NAME.as_ptr());
-    }
-    if validate {
-        layer_names.push(VALIDATION_LAYER.as_ptr());
-        extension_names.push(ext::validation_features::NAME.as_ptr());
-    }
-    let mut create = vk::InstanceCreateInfo::default()
-        .application_info(&application)
-        .enabled_layer_names(&layer_names)
-        .enabled_extension_names(&extension_names);
-    if validate {
-        create = create.push_next(&mut features);
-    }
-    // SAFETY: the names point to literals, and the structures live through the call.
-    let instance = unsafe { entry.create_instance(&create, None) }.map_err(no_driver("creating the instance"))?;
-    Ok((entry, instance, debug_utils))
-}
-
-/// The error of a call that the loader answers from its drivers. A driver file that is not JSON ends it with "out of host memory".
-fn no_driver(call: &'static str) -> impl Fn(vk::Result) -> GpuError {
-    move |result| match result {
-        vk::Result::ERROR_INCOMPATIBLE_DRIVER
-        | vk::Result::ERROR_INITIALIZATION_FAILED
-        | vk::Result::ERROR_OUT_OF_HOST_MEMORY => GpuError::NoDriver { found: drivers::description() },
-        result => GpuError::Call { call, result },
-    }
+/// The extension that a driver on top of another interface has, such as MoltenVK. Vulkan asks that such a device enables it.
+fn portability_of(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Vec<*const c_char> {
+    // SAFETY: the physical device belongs to the instance.
+    let extensions = unsafe { instance.enumerate_device_extension_properties(physical) }.unwrap_or_default();
+    let has_it = extensions.iter().any(|one| one.extension_name_as_c_str() == Ok(khr::portability_subset::NAME));
+    if has_it { vec![khr::portability_subset::NAME.as_ptr()] } else { Vec::new() }
 }
 
 fn no_device() -> GpuError {
@@ -312,6 +260,7 @@ fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice) -> (u32, Ran
     let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
     let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
     let family = families.iter().position(|family| family.queue_flags.contains(wanted));
+    let timestamp_bits = family.map_or(0, |family| families[family].timestamp_valid_bits);
     // SAFETY: the physical device belongs to the instance.
     let memory = unsafe { instance.get_physical_device_memory_properties(physical) };
     let largest_heap =
@@ -326,9 +275,6 @@ fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice) -> (u32, Ran
         }
         if vulkan_13.dynamic_rendering == vk::FALSE {
             lacks.push("no dynamic rendering".to_owned());
-        }
-        if !draws_many {
-            lacks.push("no indirect draws of many (multiDrawIndirect)".to_owned());
         }
     }
     if family.is_none() {
@@ -361,12 +307,93 @@ fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice) -> (u32, Ran
             _ => 1,
         },
         sub_pixel_bits: core.limits.sub_pixel_precision_bits,
-        timestamp_period: match family {
-            Some(family) if families[family].timestamp_valid_bits > 0 => core.limits.timestamp_period,
-            _ => 0.0,
-        },
+        timestamp_period: if timestamp_bits > 0 { core.limits.timestamp_period } else { 0.0 },
+        timestamp_bits,
+        draws_many,
         lacks,
     };
     let unusable = u32::from(!info.lacks.is_empty()) * 10;
     (rank + unusable, (physical, info, u32::try_from(family.unwrap_or(0)).unwrap_or(0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::process::Command;
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    use gpu_allocator::MemoryLocation;
+
+    use super::*;
+    use crate::gpu::instance::layer_takes_settings;
+    use crate::gpu::memory::Buffer;
+
+    fn named() -> Arc<Context> {
+        let mut context = Context::unproven(None, false).expect("a Vulkan device");
+        let loader = lock_loader();
+        context.give_names();
+        drop(loader);
+        Arc::new(context)
+    }
+
+    /// Without the lock of `instance.rs` the loader of Debian 13 ends the process here.
+    #[test]
+    fn devices_come_and_go_while_other_threads_name_objects() {
+        let is_over = AtomicBool::new(false);
+        let name_until_the_end = || {
+            let context = named();
+            let mut count = 0;
+            while !is_over.load(Ordering::Relaxed) {
+                let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+                Buffer::new(&context, "named", 16, usage, MemoryLocation::GpuOnly).expect("a small buffer");
+                count += 1;
+            }
+            count
+        };
+        std::thread::scope(|scope| {
+            let namers = [(); 2].map(|()| scope.spawn(name_until_the_end));
+            let makers = [(); 2].map(|()| {
+                scope.spawn(|| {
+                    for _ in 0..10 {
+                        drop(named());
+                        devices().expect("devices");
+                    }
+                })
+            });
+            for maker in makers {
+                maker.join().expect("devices come and go");
+            }
+            is_over.store(true, Ordering::Relaxed);
+            for namer in namers {
+                assert!(namer.join().expect("objects are named") > 0);
+            }
+        });
+    }
+
+    /// The test starts itself anew with the validation layer in the place of a debugger: a tool that isotherm did not ask for.
+    /// Layers that take settings tell that they watch. Version 1.3.239 does not.
+    #[test]
+    fn objects_are_named_only_where_something_reads_the_names() {
+        const OF_TOOLS: &str = "VK_INSTANCE_LAYERS";
+        let has_names = |validate| Context::open(None, validate).map(|context| context.labels.is_some());
+        if std::env::var_os(OF_TOOLS).is_some() {
+            // SAFETY: loading the Vulkan loader runs its initialisers, as in any Vulkan program.
+            let entry = unsafe { ash::Entry::load() }.expect("a Vulkan loader");
+            let tells = layer_takes_settings(&entry).expect("the validation layer");
+            assert_eq!(has_names(false).expect("a Vulkan device"), tells);
+            return;
+        }
+        assert!(!has_names(false).expect("a Vulkan device"));
+        match has_names(true) {
+            Err(GpuError::NoValidationLayer) => println!("skipped: the Vulkan validation layer is not installed"),
+            has_names => {
+                assert!(has_names.expect("a validated device"));
+                let name = std::thread::current().name().expect("the name of the test").to_owned();
+                let mut child = Command::new(std::env::current_exe().expect("the path of the tests"));
+                child.args(["--exact", &name]).env(OF_TOOLS, "VK_LAYER_KHRONOS_validation");
+                let output = child.output().expect("the tests start");
+                let text = String::from_utf8_lossy(&output.stdout);
+                assert!(output.status.success() && text.contains("1 passed"), "{text}");
+            }
+        }
+    }
 }

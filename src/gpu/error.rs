@@ -51,6 +51,12 @@ pub enum GpuError {
     /// Validation is requested, and its layer is not installed.
     #[error("validation was asked for, but the layer is not installed: `apt-get install vulkan-validationlayers`")]
     NoValidationLayer,
+    /// The validation layer does not see a missing barrier, so its silence means nothing.
+    #[error(
+        "validation was asked for, but the layer says nothing about a barrier that is left out on purpose, so its silence means nothing; \
+         a layer setting, such as VK_LAYER_MESSAGE_ID_FILTER or a vk_layer_settings.txt, may mute it, or its version is one that isotherm does not know"
+    )]
+    MuteValidationLayer,
     /// Joints have moved so that surfaces see more of each other than the buffers hold.
     #[error(
         "exchange: the joints have moved so that {entries} pairs of patches see each other, and there is room for {room}; state a larger patch_edge"

@@ -96,6 +96,13 @@ fn converted(pass: Pass) -> Frame {
     list([(pass, vec![barrier(&RADIATION_OUTPUT, COMPUTE_WRITE, HOST_READ)])])
 }
 
+/// A dispatch and a copy of its output to the host, with the barriers between and after them.
+pub(super) fn witnessed() -> Frame {
+    let dispatch = Pass::dispatch("blackbody", Shader::plain("blackbody.comp"), 1);
+    let copy = Pass::copy("copy", &RADIATION_OUTPUT, &FETCHED);
+    list([(dispatch, vec![barrier(&RADIATION_OUTPUT, COMPUTE_WRITE, COPY_READ)]), (copy, vec![to_host(&FETCHED)])])
+}
+
 /// Fills the source of a measured copy with ones, because some devices copy zeros faster.
 pub fn filled() -> Frame {
     let fill = Pass::fill("fill", &COPIED_FROM, 0x3f80_0000);

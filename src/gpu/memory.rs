@@ -9,6 +9,7 @@ use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
 use super::context::Context;
 use super::error::{During as _, GpuError};
+use super::instance::lock_loader;
 
 /// A buffer with its memory.
 pub(crate) struct Buffer {
@@ -183,10 +184,11 @@ fn free(context: &Context, allocation: Option<Allocation>) {
 }
 
 impl Context {
-    /// Names an object for the validation layer and debuggers.
+    /// Names an object for the validation layer and tools that watch the device.
     pub(super) fn set_name<H: vk::Handle>(&self, handle: H, name: &str) {
         if let (Some(labels), Ok(name)) = (&self.labels, std::ffi::CString::new(name)) {
             let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
+            let _loader = lock_loader();
             // SAFETY: the handle belongs to this device. A failure to set the name is harmless.
             let _ = unsafe { labels.set_debug_utils_object_name(&info) };
         }

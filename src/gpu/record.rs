@@ -212,9 +212,12 @@ impl<'a> Recorder<'a> {
         let stride = size_of::<layout::DrawCommand>() as u32;
         for piece in run.pieces() {
             let (first, end) = piece.draws();
-            let offset = u64::from(first) * u64::from(stride);
-            // SAFETY: rendering has begun, the pipeline is bound, and the draw commands are within their buffer.
-            unsafe { device.cmd_draw_indexed_indirect(self.commands, draws.raw, offset, end - first, stride) };
+            let at_once = if self.context.info.draws_many { end - first } else { 1 };
+            for draw in (first..end).step_by(at_once.max(1) as usize) {
+                let offset = u64::from(draw) * u64::from(stride);
+                // SAFETY: rendering has begun, the pipeline is bound, and the draw commands are within their buffer.
+                unsafe { device.cmd_draw_indexed_indirect(self.commands, draws.raw, offset, at_once, stride) };
+            }
         }
     }
 

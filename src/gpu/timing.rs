@@ -103,10 +103,11 @@ impl Timing {
         }
         .during("reading timestamps")?;
         let period = f64::from(self.context.info.timestamp_period);
-        let span = |(name, ends): (&String, &[u64])| {
-            (name.clone(), ends[0] as f64 * period, ends[1].wrapping_sub(ends[0]) as f64 * period)
+        let spans = spans(&stamps, self.context.info.timestamp_bits);
+        let time = |(name, [start, length]): (&String, [u64; 2])| {
+            (name.clone(), start as f64 * period, length as f64 * period)
         };
-        Ok(self.names.iter().zip(stamps.windows(2)).map(span).collect())
+        Ok(self.names.iter().zip(spans).map(time).collect())
     }
 }
 
@@ -117,6 +118,19 @@ impl Drop for Timing {
             unsafe { self.context.device.destroy_query_pool(pool, None) };
         }
     }
+}
+
+/// Start and length between one timestamp and the next, of a clock with so many bits that begins again at 0. The starts
+/// go on beyond the bits.
+fn spans(stamps: &[u64], bits: u32) -> Vec<[u64; 2]> {
+    let valid = u64::MAX.checked_shr(64 - bits.min(64)).unwrap_or(0);
+    let mut start = stamps.first().map_or(0, |first| first & valid);
+    let next = |pair: &[u64]| {
+        let length = pair[1].wrapping_sub(pair[0]) & valid;
+        start = start.wrapping_add(length);
+        [start.wrapping_sub(length), length]
+    };
+    stamps.windows(2).map(next).collect()
 }
 
 /// What two passes have in common that share a time: the first two words of their names, such as `thermal_step.merge`.
@@ -134,6 +148,15 @@ fn shared(a: &str, b: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_clock_of_few_bits_begins_again_within_a_frame() {
+        let last = (1 << 36) - 10;
+        // The upper bits are undefined.
+        assert_eq!(spans(&[last | 3 << 40, 20, 25 | 5 << 50], 36), [[last, 30], [last + 30, 5]]);
+        assert_eq!(spans(&[u64::MAX - 1, 7], 64)[0][1], 9);
+        assert_eq!(spans(&[5], 64), [[0; 2]; 0]);
+    }
 
     #[test]
     fn passes_that_share_a_time_have_the_words_in_common() {

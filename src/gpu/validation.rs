@@ -1,13 +1,13 @@
 //! Collection of the messages of the Vulkan validation layer.
 
-use std::ffi::{CStr, c_void};
+use std::ffi::c_void;
 use std::sync::{Arc, Mutex};
 
 use ash::{ext, vk};
 
 use super::error::{During as _, GpuError};
 
-/// Warnings and errors in order.
+/// Warnings and errors in order. Each begins with its identifier, such as `SYNC-HAZARD-READ-AFTER-WRITE: `.
 #[derive(Default)]
 pub(crate) struct Messages(Mutex<Vec<String>>);
 
@@ -15,6 +15,13 @@ impl Messages {
     /// A copy of all messages.
     pub(crate) fn all(&self) -> Vec<String> {
         self.0.lock().map(|messages| messages.clone()).unwrap_or_default()
+    }
+
+    /// Forgets all but the first `count` messages.
+    pub(super) fn keep_first(&self, count: usize) {
+        if let Ok(mut list) = self.0.lock() {
+            list.truncate(count);
+        }
     }
 }
 
@@ -45,12 +52,11 @@ unsafe extern "system" fn collect(
 ) -> vk::Bool32 {
     // SAFETY: the layer passes valid data for the duration of the call, and `user` is the `Messages` of `install`.
     let (messages, data) = unsafe { (&*user.cast::<Messages>(), &*data) };
-    if !data.p_message.is_null() {
-        // SAFETY: a non-null message is a C string.
-        let text = unsafe { CStr::from_ptr(data.p_message) }.to_string_lossy().into_owned();
-        if let Ok(mut list) = messages.0.lock() {
-            list.push(text);
-        }
+    // SAFETY: the strings are null or C strings that live through the call.
+    let texts = unsafe { [data.message_id_name_as_c_str(), data.message_as_c_str()] };
+    let [identifier, text] = texts.map(|text| text.unwrap_or_default().to_string_lossy());
+    if let Ok(mut list) = messages.0.lock() {
+        list.push(format!("{identifier}: {text}"));
     }
     vk::FALSE
 }

@@ -1,6 +1,7 @@
 //! Culling changes no pixel: the station drawn with it and without it.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::{DAffine3, DQuat};
 use isotherm::internals::{
@@ -8,6 +9,8 @@ use isotherm::internals::{
     Wanted, camera_from_body, device_view,
 };
 use isotherm::{Scene, internals};
+
+use super::device::{assert_silent, validation_is_asked_for};
 
 type Pixels = (Vec<[u32; 4]>, Vec<[u32; 2]>);
 
@@ -72,6 +75,29 @@ fn slow_motion_is_culled_ahead_of_and_changes_no_pixel() {
     let stale = bits(&anew.collect(submitted).expect("an image"));
     let submitted = anew.submit(drawn(&away, Some(&Frame::step(&[], whole)))).expect("a frame");
     assert!(stale != bits(&anew.collect(submitted).expect("an image")), "the comparison sees stale triangles");
+}
+
+/// A device that takes one command with each indirect draw draws the same.
+#[test]
+fn one_command_a_draw_changes_no_pixel() {
+    let (prepared, camera) = small();
+    let device_data = DeviceData::new(&prepared);
+    let data = device_data.scene_data(&prepared, Some(&camera));
+    let load = prepared.loads.step_load(0.0, 15.0);
+    let view = device_view(&camera, &camera_from_body(&camera, &prepared.loads.sky_model().sky(0.0)));
+    let image = |draws_many: bool| {
+        let mut context = Context::open(None, validation_is_asked_for()).expect("a Vulkan device");
+        Arc::get_mut(&mut context).expect("a device of this test").info.draws_many &= draws_many;
+        let mut renderer = Renderer::new(&context, &data).expect("the station on the device");
+        renderer.settle(&load).expect("a settled state");
+        let submitted = renderer.submit(drawn(&view, None)).expect("a frame");
+        let pixels = bits(&renderer.collect(submitted).expect("an image"));
+        assert_silent(&context);
+        pixels
+    };
+    let many = image(true);
+    assert!(many.0.iter().any(|bits| *bits != many.0[0]), "the image shows the station");
+    assert!(many == image(false));
 }
 
 #[test]

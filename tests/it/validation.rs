@@ -10,6 +10,7 @@ use isotherm::internals::{
 
 use super::device::{assert_silent, dark, material, planet, sunlight, transition, validated_context};
 use super::hazard::without_barrier;
+use super::program::{end, isotherm, refusal};
 use super::quads::{Quads, camera, looking};
 
 /// The sheet's triangles.
@@ -73,6 +74,24 @@ fn submit(renderer: &mut Renderer, frame: &Frame, load: &StepLoad, wanted: Wante
     renderer.collect(submitted).expect("the device answers");
 }
 
+/// A layer that does not speak of a missing barrier is no witness.
+#[test]
+fn a_mute_layer_is_refused() {
+    if validated_context().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let end_with = |filter: &str| {
+        let mut command = isotherm(folder.path(), &["radiance", "--band", "8:14", "300"]);
+        command.env("ISOTHERM_VALIDATION", "1").env("VK_LAYER_MESSAGE_ID_FILTER", filter);
+        refusal(&end(command))
+    };
+    assert_eq!(end_with(""), (Some(0), String::new()));
+    let (code, message) = end_with("SYNC-HAZARD-READ-AFTER-WRITE");
+    assert_eq!(code, Some(2), "{message}");
+    assert!(message.contains("its silence means nothing"), "{message}");
+}
+
 #[test]
 fn whole_frames_are_silent() {
     let Some(context) = validated_context() else { return };
@@ -114,17 +133,14 @@ fn said_of(frame: &Frame, wanted: Wanted) -> Option<Vec<String>> {
     assert_silent(&context);
     submit(&mut renderer, frame, &load, wanted);
     submit(&mut renderer, frame, &load, wanted);
-    let identifier = |message: &String| {
-        let start = message.find('[').map_or(0, |at| at + 1);
-        message[start..].split(']').next().unwrap_or_default().trim().to_owned()
-    };
+    let identifier = |message: &String| message.split(": ").next().unwrap_or_default().to_owned();
     let mut said: Vec<String> = context.validation_messages().iter().map(identifier).collect();
     said.dedup();
     Some(said)
 }
 
 /// Removes each barrier of `frame`, which follows `first` in one command buffer, and lists those that the layer
-/// detects. The expected list was measured with version 1.3.239. tests/it/hazards.rs covers the others.
+/// detects. The expected lists were measured with versions 1.3.239 and 1.4.309. tests/it/hazards.rs covers the others.
 fn check(first: &Frame, frame: &Frame, wanted: Wanted, seen: &[&str], unseen: &[&str]) {
     let joined = |frame: Frame| Frame { entries: [first.entries.clone(), frame.entries].concat() };
     let Some(said) = said_of(&joined(frame.clone()), wanted) else { return };
@@ -138,10 +154,16 @@ fn check(first: &Frame, frame: &Frame, wanted: Wanted, seen: &[&str], unseen: &[
         }
         if said.is_empty() { found_unseen.push(name) } else { found_seen.push(name) }
     }
+    // Version 1.4.309 does not judge the indices that an indirect draw reads. tests/it/hazards.rs does.
+    let judges_indices = found_seen.iter().any(|name| name.starts_with(INDICES));
+    let is_judged = |name: &&str| judges_indices || !name.starts_with(INDICES);
+    found_unseen.retain(|name| is_judged(&name.as_str()));
+    let [seen, unseen] = [seen, unseen].map(|names| names.iter().copied().filter(is_judged).collect::<Vec<_>>());
     assert_eq!(found_seen, seen, "barriers whose absence the layer sees");
     assert_eq!(found_unseen, unseen, "barriers whose absence it does not see; where it has learnt to, move them");
 }
 
+const INDICES: &str = "VisibleTriangles: ";
 const COMPUTE_TO_VERTEX: &str = "Temperature: COMPUTE_SHADER -> VERTEX_SHADER";
 const COMPUTE_TO_COPY: &str = "Temperature: COMPUTE_SHADER -> COPY";
 const TEMPERATURE_TO_STEP: &str = "Temperature: VERTEX_SHADER | COMPUTE_SHADER | COPY -> COMPUTE_SHADER";
