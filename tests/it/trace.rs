@@ -90,7 +90,7 @@ fn at_least_95_hundredths_of_the_time_of_a_run_have_a_name() {
         let number = |key: &str| time[key].as_f64().expect("a number");
         let share = number("named_s") / number("wall_s");
         println!("{device:?}: {share:.3} of {:.2} s", number("wall_s"));
-        assert!(share >= 0.95 && share <= 1.0, "{time:#}");
+        assert!((0.95..=1.0).contains(&share), "{time:#}");
         // The timeline says so too. It also counts a span that has parts at other times only.
         let own = named(&events, [0.0, 1e6 * number("wall_s")]);
         assert!(own <= 1.0 && own > share - 1e-3, "{own}, {share}");

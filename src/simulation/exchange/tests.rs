@@ -73,7 +73,6 @@ fn craft(settings: ExchangeSettings) -> Arc<ExchangeCraft> {
         surface,
         patches,
         settings,
-        in_use: Default::default(),
     })
 }
 

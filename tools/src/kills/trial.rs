@@ -259,13 +259,16 @@ fn without_times(name: &str, bytes: &[u8]) -> Vec<u8> {
             report["passes"] = Value::Null;
             report.to_string().into_bytes()
         }
-        // The page shows what report.json holds, so its digits and the times of its passes are left out. Its words and pictures stay.
+        // The page shows what report.json holds, so its digits, the times of its passes and its works are left out. Its words and pictures stay.
         "report.html" => {
-            let text = String::from_utf8_lossy(bytes);
-            let (before, rest) = text.split_once("<h2>Time on the device</h2>").unwrap_or((&text, ""));
-            let after = rest.split_once("</table>").map_or("", |(_, after)| after);
+            let mut text = String::from_utf8_lossy(bytes).into_owned();
+            for head in ["<h2>Where the time went</h2>", "<h2>Time on the device</h2>"] {
+                if let Some((before, rest)) = text.split_once(head) {
+                    text = before.to_owned() + rest.split_once("</table>").map_or("", |(_, after)| after);
+                }
+            }
             let own = |line: &&str| ["isotherm run", "device time of a step"].iter().any(|text| line.contains(text));
-            let lines = before.lines().chain(after.lines()).filter(|line| !own(line));
+            let lines = text.lines().filter(|line| !own(line));
             lines.collect::<String>().bytes().filter(|byte| !byte.is_ascii_digit() && !b".-".contains(byte)).collect()
         }
         _ => bytes.to_vec(),
