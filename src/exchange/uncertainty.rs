@@ -43,8 +43,8 @@ pub(crate) fn held_rows(from: &[f64], to: &[f64], hold: f64) -> Vec<f64> {
 
 /// Neighbours from which the gradient over a patch is taken.
 const NEIGHBOURS: usize = 8;
-/// Part of the trace by which a flat patch's matrix of distances is kept from being singular.
-const FLAT: f64 = 1e-6;
+/// Part of the trace that is added to a matrix of distances, so that a direction in which neighbours hardly differ has no gradient: a row of patches tells none across itself.
+const FLAT: f64 = 1e-2;
 
 /// Extents of patches, and their neighbours.
 #[derive(Debug, Clone, Default)]
