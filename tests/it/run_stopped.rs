@@ -235,7 +235,9 @@ fn a_signal_ends_a_wait_for_another_program() {
     let mut child = command.stderr(Stdio::piped()).spawn().expect("the program starts");
     std::thread::sleep(Duration::from_secs(3));
     assert!(child.try_wait().expect("a state").is_none(), "it waits for a reader");
-    assert!(Command::new("sh").args(["-c", "kill -TERM $0", &child.id().to_string()]).status().expect("a shell").success());
+    assert!(
+        Command::new("sh").args(["-c", "kill -TERM $0", &child.id().to_string()]).status().expect("a shell").success()
+    );
     let began = Instant::now();
     while child.try_wait().expect("a state").is_none() {
         assert!(began.elapsed() < Duration::from_secs(30), "it waits on");
