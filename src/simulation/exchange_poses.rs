@@ -17,7 +17,7 @@ const STILL: f64 = 1e-9;
 /// Distance from a known way, over the angle between findings, within which a pose lies on it.
 const SLACK: f64 = 0.1;
 /// Angle, over the angle between findings, up to which a way is halved no more.
-const LEAST: f64 = 1.0 / 8.0;
+const LEAST: f64 = 1.0 / 2.0;
 /// Most poses that are kept. The oldest makes room.
 const MOST: usize = 64;
 
