@@ -16,8 +16,8 @@ use crate::trace::{span, span_with};
 const STILL: f64 = 1e-9;
 /// Distance from a known way, over the angle between findings, within which a pose lies on it.
 const SLACK: f64 = 0.1;
-/// Angle, over the angle between findings, up to which a way is halved no more.
-const LEAST: f64 = 1.0 / 2.0;
+/// Angle, over the angle between findings, up to which a way is halved no more. A half of a whole way, which rounding may lengthen, is never halved again.
+const LEAST: f64 = 0.75;
 /// Most poses that are kept. The oldest makes room.
 const MOST: usize = 64;
 
@@ -384,6 +384,42 @@ mod tests {
         }
         println!("{most} with {} findings", posed.made);
         assert!(most < 0.03 && posed.made < 12, "{most} {}", posed.made);
+    }
+
+    /// A finding that bends everywhere.
+    #[derive(Debug, Clone, PartialEq)]
+    struct Bent;
+
+    impl Finding for Bent {
+        fn at(&self, _: &Self, _: f64) -> Self {
+            Self
+        }
+        fn share_to_hold(&self, _: &Self) -> f64 {
+            0.1
+        }
+        fn bends(&self, _: [&Self; 2], _: f64) -> bool {
+            true
+        }
+        fn bytes(&self) -> usize {
+            1
+        }
+    }
+
+    #[test]
+    fn ways_that_all_bend_are_found_for_twice_as_often() {
+        for part in [0.1, 0.2, 0.4, 0.45] {
+            let (mut posed, mut count) = (Posed::new(0.25), 0);
+            let mut angle = 0.0;
+            while angle < 6.0 {
+                posed.turn(&poses(angle), &mut |_| {
+                    count += 1;
+                    Arc::new(Bent)
+                });
+                angle += 0.25 * part;
+            }
+            println!("{part}: {count} findings, {} poses", posed.made);
+            assert!((47..=51).contains(&count), "{part}: {count} findings");
+        }
     }
 
     #[test]
