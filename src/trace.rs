@@ -150,7 +150,8 @@ pub(crate) fn span(name: impl Into<Cow<'static, str>>) -> Span {
 /// As [`span`], with a detail that is told while the work is under way.
 pub(crate) fn span_with(name: impl Into<Cow<'static, str>>, detail: impl FnOnce() -> String) -> Span {
     let Some((recording, track)) = HERE.with_borrow(Clone::clone) else { return Span(None) };
-    let depth = recording.thread(track).map(|mut thread| thread.begin(name.into(), detail()));
+    let detail = detail();
+    let depth = recording.thread(track).map(|mut thread| thread.begin(name.into(), detail));
     Span(depth.map(|depth| (recording, track, depth)))
 }
 
@@ -262,7 +263,7 @@ impl Trace {
         thread.open.iter().map(|open| told(&thread.works[open.work].name, &open.detail)).collect()
     }
 
-    /// What the threads of the host have spent so far, as far as it has ended. Works stand below the work that they are part of.
+    /// Time that the threads of the host have spent on works that have ended. Each work stands below the work that it is part of.
     pub(crate) fn account(&self) -> TimeAccount {
         let mut works: Vec<TimeSpent> = Vec::new();
         for track in [Track::Host, Track::Writer] {

@@ -54,7 +54,7 @@ pub fn make_dataset<'py>(
             begin: Begin::Resume,
             allows_outside: allow_outside,
         };
-        make(&order, stop, &mut |_| ())
+        make(&order, stop, &mut |_, _| ())
     };
     let made = py.detach(|| interruptible(work))?;
     let made = made.map_err(|error| dataset_error(py, error))?;

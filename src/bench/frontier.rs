@@ -142,10 +142,8 @@ pub(crate) fn measure(
     deadline: Deadline,
     says: &dyn Fn(&str),
 ) -> Frontier {
-    let reference = (!quick && !deadline.is_past()).then(|| {
-        says("frontier: a few steps of the reference with all settings finer");
-        FrontierReference::new(context, basis, says).map_err(|error| error.to_string())
-    });
+    let reference = (!quick && !deadline.is_past())
+        .then(|| FrontierReference::new(context, basis, says).map_err(|error| error.to_string()));
     let error = |ran: &ModelRun| between(&reference.as_ref()?.as_ref().ok()?.images, &ran.surfaces);
     let mut accurate: Option<ModelRun> = None;
     let mut rows = Vec::new();

@@ -226,9 +226,11 @@ pub(crate) fn frontier(measured: &DeviceMeasurements) -> Option<BenchTable> {
         None => "A quick measurement has no reference, so it has no errors.".to_owned(),
         Some(Err(reason)) => format!("There are no errors, because their reference could not run: {reason}"),
         Some(Ok(FrontierReference { settings, left, nodes, step_ms, wall_s, .. })) => format!(
-            "Errors are of pixels that show the same part, against the accurate network with all light and all settings of `isotherm converge` finer: \
+            "Errors are of pixels that show the same part, against the {} with all light and {} settings of `isotherm converge` finer: \
              {settings}{}. That run has {nodes} nodes, takes {} ms a step and took {}. Its own error is not measured. Errors that halve with mesh and step would \
              leave it as far from the truth as the accurate network with all light is from it, {}.",
+            if left.is_empty() { "accurate network" } else { "network" },
+            if left.is_empty() { "all" } else { "the other" },
             if left.is_empty() {
                 String::new()
             } else {

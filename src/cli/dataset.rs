@@ -150,7 +150,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         allows_outside: arguments.reach.allows_outside(),
     };
     let stop = stop_flag();
-    let made = until(&stop, || make(&order, &stop, &mut |images| bar.inc(images)));
+    // Kept images take no time, so they say nothing of the time that is left.
+    let mut progress = |images, kept| if kept { bar.dec_length(images) } else { bar.inc(images) };
+    let made = until(&stop, || make(&order, &stop, &mut progress));
     bar.finish_and_clear();
     tell(&made.map_err(|Stopped| DatasetError::Stopped(root.clone()))??, root);
     check_validation(&target)

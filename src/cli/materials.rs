@@ -22,7 +22,8 @@ Examples:
 
 CSV and JSON have the keys and units of a table (docs/scene.md): temperatures
 in K, density in kg/m3, specific_heat in J/(kg K), conductivity in W/(m K).
-The end of life is named _eol. Responses and laws of emissivity are left out.";
+The end of life is named _eol. Of a table of your own, the response, gloss, laws
+of emissivity and what lies under a blanket are left out.";
 
 /// Up to this many entries are printed whole.
 const WHOLE: usize = 4;
@@ -30,7 +31,7 @@ const WHOLE: usize = 4;
 /// List the materials of a table, search them, or convert them to CSV or JSON.
 ///
 /// An entry matches if its name, its finish or its sources hold every word. Case does not count. Up to four entries are printed whole, with their
-/// sources, as they stand in a table; more are printed as lines.
+/// sources, as keys of a table; more are printed as lines.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
@@ -131,6 +132,7 @@ fn keys(record: &MaterialRecord) -> Map<String, Value> {
     state("emissivity_eol", json!(record.aged.emissivity));
     state("eol", json!(record.eol));
     state("optics_source", json!(record.optics_source));
+    state("sides", json!(record.sides));
     if record.back_source.is_some() {
         let StatedOptics { absorptivity, emissivity } = record.back;
         state("back", json!({ "absorptivity": absorptivity, "emissivity": emissivity }));
@@ -150,7 +152,7 @@ fn keys(record: &MaterialRecord) -> Map<String, Value> {
 }
 
 /// Columns of the CSV. A column with a dot is a key of a key, or a place in a list.
-const COLUMNS: [&str; 21] = [
+const COLUMNS: [&str; 22] = [
     "name",
     "finish",
     "absorptivity",
@@ -158,6 +160,7 @@ const COLUMNS: [&str; 21] = [
     "absorptivity_eol",
     "emissivity_eol",
     "eol",
+    "sides",
     "back.absorptivity",
     "back.emissivity",
     "thickness",

@@ -1,7 +1,5 @@
 //! Time that is left of counted work. The time is told only while units end at a steady rate.
 
-use crate::simulation::forecast::duration;
-
 /// Units that must have ended before a time is told, as a share of all of them.
 const LEAST_SHARE: f64 = 0.05;
 /// Time over which units must have ended before a time is told [s].
@@ -52,6 +50,17 @@ impl WorkPace {
     }
 }
 
+/// A time to one or two digits.
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 1.0 => "1 s".to_owned(),
+        s if s < 120.0 => format!("{s:.0} s"),
+        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
+        s if s < 172_800.0 => format!("{:.0} h", s / 3600.0),
+        s => format!("{:.0} days", s / 86_400.0),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -82,6 +91,13 @@ mod tests {
             let wrong =
                 told.iter().find(|(left, exact)| (left - exact).abs() > 1.0 && (left / exact).max(exact / left) > 2.0);
             assert_eq!(wrong, None, "{name}");
+        }
+    }
+
+    #[test]
+    fn times_have_units() {
+        for (seconds, text) in [(0.2, "1 s"), (90.0, "90 s"), (600.0, "10 min"), (36_000.0, "10 h"), (1e6, "12 days")] {
+            assert_eq!(duration(seconds), text);
         }
     }
 

@@ -10,6 +10,7 @@ use super::pace::WorkPace;
 use crate::output::console::{self, say};
 use crate::output::temporary::remove_unfinished;
 use crate::output::waiting::waited;
+use crate::simulation::forecast::Forecast;
 use crate::simulation::prepare_error::PrepareStage;
 use crate::trace::Trace;
 
@@ -56,6 +57,11 @@ pub(super) fn spinner(what: &str) -> ProgressBar {
     bar.enable_steady_tick(Duration::from_millis(120));
     tell(&bar);
     bar
+}
+
+/// A bar for the warm-up. A periodic one ends when it has met its change, and counts orbits.
+pub(super) fn warm_up_bar(forecast: &Forecast) -> ProgressBar {
+    if forecast.warm_up_is_most { spinner("warm-up orbits") } else { progress_bar(forecast.warm_up, "warm-up") }
 }
 
 /// Tells of a bar: in lines where standard error is no terminal, and behind the bar where it is one.
@@ -107,8 +113,9 @@ fn tell_for_ever() {
 /// A bar, and the time that is left as it is told.
 type Seen = (ProgressBar, String);
 
-/// Shows the time that is left and the work behind the bar under way.
+/// Shows the time that is left and the work behind the bar under way, and nothing behind the others.
 fn show(bars: &[Seen], doing: &[String]) {
+    bars.iter().for_each(|(bar, _)| bar.set_prefix(""));
     let under_way = bars.iter().filter(|(bar, _)| is_left(bar));
     if let Some((bar, left)) = under_way.max_by_key(|(bar, _)| bar.position() > 0) {
         let work = doing.iter().filter(|work| **work != bar.message()).cloned().collect::<Vec<_>>().join(", ");

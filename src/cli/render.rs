@@ -9,7 +9,7 @@ use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::poses::draw_at_poses;
 use super::prepare::{guard, prepare_scene, prepare_with_progress, say_size};
-use super::progress::{progress_bar, stop_flag};
+use super::progress::{progress_bar, stop_flag, warm_up_bar};
 use super::reach::ReachArguments;
 use super::thermal_state;
 use super::time::parse_time;
@@ -123,7 +123,7 @@ fn render_poses(arguments: &Arguments, poses: &Path) -> Result<(), CliError> {
     say!("{}", forecast.sentence());
     let mut engine = until(&stop, || chosen.engine(&prepared, Some(&camera))).map_err(stopped)??;
     let folder = folder.prepare(arguments.force, &inputs)?;
-    let bars = [progress_bar(forecast.warm_up, "warm-up"), progress_bar(forecast.images, "images")];
+    let bars = [warm_up_bar(&forecast), progress_bar(forecast.images, "images")];
     let begun = until(&stop, || begin(state.as_ref(), &prepared, &mut *engine, &stop, &mut || bars[0].inc(1)));
     begun.map_err(|Stopped| CliError::Stopped(arguments.output.clone()))??;
     let errors = state.as_ref().and_then(|state| state.errors.as_ref());
@@ -149,29 +149,30 @@ fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
     let camera = prepared.scene.require_camera().map_err(PrepareError::from)?.clone();
     camera.check_times(std::iter::once(time)).map_err(PrepareError::from)?;
     guard(&mut prepared, CheckEffort { at: Some(time), ..CheckEffort::BRIEF });
-    let warm_up = if arguments.from_state.is_some() { 0 } else { u64::from(prepared.warm_up_steps()) };
-    let steps = warm_up + (time / prepared.scene.time.step) as u64;
+    let steps = (time / prepared.scene.time.step).ceil() as u64;
     let chosen = arguments.device.open()?;
     let state = arguments.state(&prepared, &chosen)?;
     let stop = stop_flag();
     let stopped = |Stopped| CliError::StoppedBefore;
     say!("device: {}", chosen.name());
     say_size(&prepared, &DeviceData::new(&prepared).scene_data(&prepared, Some(&camera)).plan(), &chosen);
-    let still = Forecast { steps: (time / prepared.scene.time.step).ceil() as u64, warm_up, ..Forecast::of(&prepared) };
+    let still = Forecast { steps, ..Forecast::of(&prepared) };
+    let still = if arguments.from_state.is_some() { still.without_warm_up() } else { still };
     say!("{}", still.of_one_image().sentence());
     let mut simulation = until(&stop, || Simulation::new(prepared, &chosen)).map_err(stopped)??;
-    let bar = progress_bar(steps, "stepping");
+    let bars = [warm_up_bar(&still), progress_bar(steps, "stepping")];
     match &state {
         Some(state) => simulation.restore_at(state, 0.0)?,
         None => {
-            until(&stop, || simulation.begin_with(&stop, &mut || bar.inc(1))).map_err(stopped)??;
+            until(&stop, || simulation.begin_with(&stop, &mut || bars[0].inc(1))).map_err(stopped)??;
         }
     }
     if let Some(warning) = simulation.periodic().and_then(|periodic| periodic.warning("")) {
         say!("warning: {warning}");
     }
-    let there = simulation.step_to_with(time, &stop, &mut || bar.inc(1))?;
-    bar.finish_and_clear();
+    bars[0].finish_and_clear();
+    let there = simulation.step_to_with(time, &stop, &mut || bars[1].inc(1))?;
+    bars[1].finish_and_clear();
     if !there {
         return Err(CliError::StoppedBefore);
     }

@@ -9,7 +9,7 @@ use super::arguments::{command_line, folder};
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::prepare::{guard, prepare_with_progress, say_size};
-use super::progress::{progress_bar, spinner, stop_flag, tell_work};
+use super::progress::{progress_bar, stop_flag, tell_work, warm_up_bar};
 use super::reach::ReachArguments;
 use super::resume::{EarlierRun, identity};
 use super::run_report::{print_summary, report, speed};
@@ -112,10 +112,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let earlier = earlier.flatten();
     let (scene, root) = scene_and_folder(arguments, earlier.as_ref())?;
-    let reach = match &earlier {
-        Some(earlier) => arguments.reach.or(earlier.identity().allow_outside),
-        None => arguments.reach,
-    };
+    let reach = reach_of(arguments, earlier.as_ref());
     let prepared = load_scene(&scene, reach)?;
     let fresh = if earlier.is_none() { Some(Folder::new(&root, &FILES)) } else { None };
     keep_scene_files(arguments, &prepared, fresh.as_ref())?;
@@ -154,7 +151,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         begin: begin.as_ref(),
         take_after,
     };
-    let told = |done: Done| bars[done as usize].inc(1);
+    let told = |done: Done| {
+        if done != Done::WarmUp {
+            bars[0].finish_and_clear();
+        }
+        bars[done as usize].inc(1);
+    };
     let outcome = until(&stop, || run_into(&prepared, &mut *engine, &folder, &job, &stop, &told));
     bars.iter().for_each(ProgressBar::finish_and_clear);
     let outcome = outcome.map_err(|Stopped| CliError::StoppedRun(root.clone()))??;
@@ -164,9 +166,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(log) = &log {
         timed("writing the log of robotics", || write_log(log, &folder, &outcome.frames, &prepared))?;
     }
-    if begin.is_some() && sample.is_some() {
-        warn_unchecked(&outcome);
-    }
+    warn_unchecked(begin.is_some() && sample.is_some(), &outcome);
     let wall_s = outcome.wall_before_s + began.elapsed().as_secs_f64();
     let speed = Speed { time: trace.account(), ..speed(&prepared, &*engine, &outcome, wall_s) };
     let report = report(&prepared, &plan, &chosen, &mut *engine, outcome, start_up_s);
@@ -178,8 +178,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if report.interrupted { Err(CliError::StoppedRun(root)) } else { Ok(()) }
 }
 
-fn warn_unchecked(outcome: &RunOutcome) {
-    if outcome.accuracy.is_none() {
+fn reach_of(arguments: &Arguments, earlier: Option<&EarlierRun>) -> ReachArguments {
+    earlier.map_or(arguments.reach, |earlier| arguments.reach.or(earlier.identity().allow_outside))
+}
+
+fn warn_unchecked(asked: bool, outcome: &RunOutcome) {
+    if asked && outcome.accuracy.is_none() {
         say!(
             "warning: nothing was compared with the f64 reference: the state was saved without it, or with another --check"
         );
@@ -293,11 +297,7 @@ fn open_folder(
 
 /// Bars of the warm-up, the steps and the pictures, in the order of [`Done`].
 fn step_bars(forecast: &Forecast, steps: u32) -> [ProgressBar; 3] {
-    [
-        if forecast.warm_up_is_most { spinner("warm-up orbits") } else { progress_bar(forecast.warm_up, "warm-up") },
-        progress_bar(u64::from(steps) + 1, "steps"),
-        progress_bar(forecast.images, "pictures"),
-    ]
+    [warm_up_bar(forecast), progress_bar(u64::from(steps) + 1, "steps"), progress_bar(forecast.images, "pictures")]
 }
 
 /// Buffers of a device; the reference has none.

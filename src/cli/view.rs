@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::prepare::{guard, prepare_scene};
-use super::progress::{progress_bar, stop_flag};
+use super::progress::{stop_flag, warm_up_bar};
 use super::reach::ReachArguments;
 use super::thermal_state;
 use crate::guard::finding::CheckEffort;
@@ -71,11 +71,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let target = arguments.device.open()?;
     let state = arguments.from_state.as_ref().map(|path| thermal_state::read(path, &prepared, &target)).transpose()?;
     say!("device: {}", target.name());
-    let warm_up = Forecast::of(&prepared).warm_up;
+    let forecast = Forecast::of(&prepared);
     let stop = stop_flag();
     let stopped = |Stopped| CliError::StoppedBefore;
     let mut simulation = until(&stop, || Simulation::new(prepared, &target)).map_err(stopped)??;
-    let bar = progress_bar(if state.is_some() { 0 } else { warm_up }, "warm-up");
+    let bar = warm_up_bar(&if state.is_some() { forecast.without_warm_up() } else { forecast });
     let begun = match &state {
         Some(state) => simulation.restore_at(state, 0.0).map(|()| true)?,
         None => until(&stop, || simulation.begin_with(&stop, &mut || bar.inc(1))).map_err(stopped)??,

@@ -122,14 +122,14 @@ pub struct DatasetOrder<'a> {
     pub allows_outside: bool,
 }
 
-/// Makes the orbits of a shard. `progress` is called with the number of images done.
+/// Makes the orbits of a shard. `progress` is called with a number of images, and whether they were kept from before.
 ///
 /// # Errors
 /// The first thing that can not be done. Orbits that are whole by then stay.
 pub fn make(
     order: &DatasetOrder,
     stop: &AtomicBool,
-    progress: &mut dyn FnMut(u64),
+    progress: &mut dyn FnMut(u64, bool),
 ) -> Result<DatasetSummary, DatasetError> {
     let DatasetOrder { spec, scenes, target, root, shard, begin, allows_outside } = *order;
     let began = Instant::now();
@@ -155,7 +155,7 @@ pub fn make(
         if store.has(split, number) {
             check_kept(&store, &places::orbit(split, number))?;
             made.kept += 1;
-            progress(count);
+            progress(count, true);
             continue;
         }
         let mut run = match prepared {
@@ -170,7 +170,7 @@ pub fn make(
             let image = encode_image(spec, (craft, &solids, simulation), image, labelled)?;
             encoded.push(image.write(&mut folder)?);
             made.seconds_of_files += began.elapsed().as_secs_f64();
-            progress(1);
+            progress(1, false);
             Ok(())
         })?;
         if outcome.stopped {

@@ -18,7 +18,7 @@ use super::spec::Spec;
 use super::split::split_of;
 use super::store::{HOME, REPORT, entries};
 use super::sums;
-use super::whole::{INDEX, SPEC};
+use super::whole::{INDEX, SPEC, read_json};
 use crate::labels::image::OPENCV_PIXEL;
 use crate::labels::places;
 use crate::labels::silhouette::Solids;
@@ -284,10 +284,4 @@ pub(crate) fn copy_of_spec(root: &Path) -> Result<Spec, DatasetError> {
 /// The folder of a data set, held open. No link in it is followed.
 fn open(root: &Path) -> Result<GuardedFolder, OutputError> {
     GuardedFolder::open(root).map_err(|error| OutputError::Read(root.to_path_buf(), error))
-}
-
-fn read_json(set: &GuardedFolder, path: &str) -> Result<Json, DatasetError> {
-    let failed = |error| OutputError::Read(set.root().join(path), error);
-    let text = set.read_text(path).map_err(failed)?;
-    Ok(serde_json::from_str(&text).map_err(|error| failed(error.into()))?)
 }

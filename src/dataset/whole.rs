@@ -113,9 +113,16 @@ pub(crate) fn finish(
 /// # Errors
 /// It can not be read.
 pub(crate) fn orbit_file(set: &GuardedFolder, split: Split, orbit: u32) -> Result<Json, DatasetError> {
-    let path = format!("{}/{ORBIT}", places::orbit(split, orbit));
-    let failed = |error| OutputError::Read(set.root().join(&path), error);
-    let text = set.read_text(&path).map_err(failed)?;
+    read_json(set, &format!("{}/{ORBIT}", places::orbit(split, orbit)))
+}
+
+/// A JSON file of a data set.
+///
+/// # Errors
+/// It can not be read.
+pub(crate) fn read_json(set: &GuardedFolder, path: &str) -> Result<Json, DatasetError> {
+    let failed = |error| OutputError::Read(set.root().join(path), error);
+    let text = set.read_text(path).map_err(failed)?;
     Ok(serde_json::from_str(&text).map_err(|error| failed(error.into()))?)
 }
 

@@ -166,7 +166,8 @@ fn symmetric(rows: &Sparse) -> Sparse {
     Sparse::from_rows((0..mean.len()).map(row).collect())
 }
 
-/// A number from 0 to 1 that belongs to a pair of patches, the same for both (Appleby's finalizer of MurmurHash3).
+/// A number from 0 to 1 that belongs to a pair of patches, the same for both (Appleby's finalizer of MurmurHash3). Millions of pairs are asked, and 64 bits take fewer
+/// products than the hash of the device, which has 32.
 fn lot(i: u32, j: u32) -> f64 {
     let mut word = u64::from(i.min(j)) << 32 | u64::from(i.max(j));
     word = (word ^ (word >> 33)).wrapping_mul(0xff51_afd7_ed55_8ccd);
@@ -268,8 +269,7 @@ impl ReflectionRoom {
         }
     }
 
-    /// What has arrived from a patch: entries of which few stand for many, and the sums by side. Of the pairs that do not see each other and share little, few stand
-    /// for all of them.
+    /// What has arrived from a patch, and its sums by side. Of the pairs that do not see each other and share little, few stand for all of them.
     fn thinned(&mut self, factors: &Factors, sides: &[u32], patch: usize) -> (SparseRow, Sided) {
         self.arrived.drain(&mut self.row);
         let mut direct = factors.shared.row(patch).iter().map(|entry| entry.0).peekable();

@@ -15,6 +15,8 @@ pub(crate) struct MaterialRecord {
     pub(crate) finish: String,
     pub(crate) outside: StatedOptics,
     pub(crate) back: StatedOptics,
+    /// Sides that exchange heat.
+    pub(crate) sides: Option<&'static str>,
     /// Optics of the outside after the exposure that `eol` names.
     pub(crate) aged: StatedOptics,
     pub(crate) eol: Option<String>,
@@ -55,6 +57,7 @@ impl MaterialRecord {
             finish,
             outside,
             back: values.stated_back(),
+            sides: values.stated_sides(),
             aged,
             eol: eol(section, aged, text("eol")?)?,
             temperature_range: temperature_range(section)?,

@@ -246,6 +246,14 @@ impl Values {
         self.front.stated()
     }
 
+    /// `outside` or `both`, as a file says it.
+    pub(super) fn stated_sides(&self) -> Option<&'static str> {
+        self.sides.map(|sides| match sides {
+            SidesKind::Outside => "outside",
+            SidesKind::Both => "both",
+        })
+    }
+
     pub(super) fn stated_back(&self) -> StatedOptics {
         self.back.as_ref().map(PartialOptics::stated).unwrap_or_default()
     }

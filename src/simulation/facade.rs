@@ -173,7 +173,7 @@ impl Simulation {
         self.begin_with(&AtomicBool::new(false), &mut || ()).map(|_| ())
     }
 
-    /// The same with `progress` called for each step of the warm-up. `stop` ends it early, and it begins anew with the next call. Returns whether the
+    /// The same with `progress` called for each step of the warm-up, or each orbit of a periodic one. `stop` ends it early, and it begins anew with the next call. Returns whether the
     /// scene is at its beginning.
     ///
     /// # Errors

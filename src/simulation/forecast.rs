@@ -92,17 +92,6 @@ pub(crate) fn bytes(count: f64) -> String {
     if place == 0 { format!("{value:.0} bytes") } else { format!("{value:.1} {}", units[place]) }
 }
 
-/// A time to one or two digits.
-pub(crate) fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s < 1.0 => "1 s".to_owned(),
-        s if s < 120.0 => format!("{s:.0} s"),
-        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
-        s if s < 172_800.0 => format!("{:.0} h", s / 3600.0),
-        s => format!("{:.0} days", s / 86_400.0),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -113,9 +102,6 @@ mod tests {
             [(0.0, "0 bytes"), (999.0, "999 bytes"), (1500.0, "1.5 kB"), (2.64e8, "264.0 MB"), (5e13, "50.0 TB")]
         {
             assert_eq!(bytes(count), text);
-        }
-        for (seconds, text) in [(0.2, "1 s"), (90.0, "90 s"), (600.0, "10 min"), (36_000.0, "10 h"), (1e6, "12 days")] {
-            assert_eq!(duration(seconds), text);
         }
     }
 }

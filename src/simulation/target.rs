@@ -80,7 +80,8 @@ impl Target {
     /// # Errors
     /// An error of the device, or an image beyond the memory of the host.
     pub fn engine(&self, prepared: &Prepared, camera: Option<&Camera>) -> Result<Box<dyn Engine>, GpuError> {
-        let _room = camera.map(|camera| self.reserve_image(camera)).transpose()?;
+        // The room is kept for each image as it is drawn. Kept here, it would count twice where the memory of a device is that of the host.
+        drop(camera.map(|camera| self.reserve_image(camera)).transpose()?);
         Ok(match self {
             Self::Device(context) => Box::new(DeviceEngine::new(context, prepared, camera)?),
             Self::Reference => Box::new(ReferenceEngine::new(prepared, camera)),

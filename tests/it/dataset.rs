@@ -71,7 +71,7 @@ impl Workshop {
             begin,
             allows_outside: false,
         };
-        make(&order, &AtomicBool::new(false), &mut |_| ())
+        make(&order, &AtomicBool::new(false), &mut |_, _| ())
     }
 
     /// Makes the whole data set with the reference.

@@ -116,6 +116,30 @@ fn words_and_kinds_narrow_the_list() {
     assert!(list.contains("white_silicone_paint") && list.contains("0.29") && list.contains("finishes"), "{list}");
 }
 
+/// Each entry is told with the keys and values that the file states, read by a parser of its own.
+#[test]
+fn nothing_of_the_table_is_left_out() {
+    let folder = Folder::new(SCENE);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/materials.toml");
+    let stated: toml::Table = std::fs::read_to_string(path).expect("the table").parse().expect("TOML");
+    let told = entries(folder.0.path(), &[]);
+    assert_eq!(told.len(), stated.len());
+    // 200 and 200.0 are one number.
+    fn plain(value: &Value) -> Value {
+        match value {
+            Value::Number(number) => json!(number.as_f64()),
+            Value::Array(all) => all.iter().map(plain).collect(),
+            Value::Object(group) => group.iter().map(|(key, value)| (key.clone(), plain(value))).collect(),
+            other => other.clone(),
+        }
+    }
+    for mut entry in told {
+        let name = entry.as_object_mut().and_then(|keys| keys.remove("name")).expect("a name");
+        let stated = serde_json::to_value(&stated[name.as_str().expect("a text")]).expect("JSON");
+        assert_eq!(plain(&entry), plain(&stated), "{name}");
+    }
+}
+
 #[test]
 fn csv_json_and_the_entry_itself_say_the_same() {
     let folder = Folder::new(SCENE);

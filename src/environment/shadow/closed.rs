@@ -26,6 +26,7 @@ pub(super) fn in_closed_bodies(positions: &[DVec3], triangles: &[[u32; 3]]) -> V
         bodies.join(from, to);
         *passes.entry([from.min(to), from.max(to)]).or_default() += if from < to { 1 } else { -1 };
     }
+    bodies.flatten();
     let mut is_open = vec![false; places.len()];
     for ([from, _], _) in passes.into_iter().filter(|(_, passes)| *passes != 0) {
         is_open[bodies.of(from) as usize] = true;
@@ -51,6 +52,13 @@ impl Bodies {
             place = self.0[place as usize];
         }
         place
+    }
+
+    /// Lets each place name the last of its body, which is never behind it.
+    fn flatten(&mut self) {
+        for place in 0..self.0.len() {
+            self.0[place] = self.0[self.0[place] as usize];
+        }
     }
 
     fn join(&mut self, one: u32, other: u32) {

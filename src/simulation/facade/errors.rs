@@ -8,12 +8,14 @@ use crate::simulation::forward::forward;
 use crate::simulation::parts::Passing;
 use crate::simulation::thermal_state::ThermalState;
 use crate::simulation::uncertainty::Uncertainty;
+use crate::stop::whole;
 
 impl Simulation {
     /// Works with the errors, where the scene asks for them.
     pub(super) fn with_errors<T>(&mut self, work: impl FnOnce(&mut Uncertainty<'_>) -> T) -> Option<T> {
         let mut errors = Uncertainty::wake(&self.prepared, self.errors.take()?);
-        let done = work(&mut errors);
+        // Work that is cut would lose the errors.
+        let done = whole(|| work(&mut errors));
         self.errors = Some(errors.rest());
         Some(done)
     }

@@ -10,6 +10,7 @@ use crate::simulation::pose::{CameraError, Pose, check_camera, draws_alike};
 use crate::simulation::surroundings::surroundings_at;
 use crate::simulation::thermal_state::ThermalState;
 use crate::simulation::{moments, pose_at};
+use crate::stop::whole;
 
 impl Simulation {
     /// What a camera sees at the present time. The camera need not be that of the scene. Pose and lens of a camera without distortion may change from image
@@ -85,7 +86,8 @@ impl Simulation {
         }
         let state = ThermalState::take(&self.prepared, &mut *self.engine, None, self.time)?;
         let before = self.prepared.scene.camera.replace(camera.clone());
-        match self.engine_with(&state, Some(&camera)) {
+        // An engine that is half made would leave the camera of neither.
+        match whole(|| self.engine_with(&state, Some(&camera))) {
             Ok(engine) => {
                 self.engine = engine;
                 self.drawn = Some(camera);

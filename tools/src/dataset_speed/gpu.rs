@@ -36,7 +36,7 @@ impl Gpu {
     pub fn sentence(&self) -> String {
         format!(
             "What a GPU would change, for one shard, calculated and not measured. A step reads and writes all bytes of the nodes once, an image all of its own once, and half of \
-             them go to the host. Memory: {} GB/s. Bus: {} GB/s. {} us for each step and image that is submitted, as the forecast of `isotherm info` takes it.\n",
+             them go to the host. Memory: {} GB/s. Bus: {} GB/s. {} us for each step and image that is submitted.\n",
             self.memory, self.bus, self.submit
         )
     }
