@@ -70,7 +70,8 @@ impl Factors {
         let cast = Sparse::from_rows(counted.into_iter().map(|row| row.0).collect());
         let mut shared = cast.combined(&cast.transposed(), |row, column, there, back| {
             let (here, other) = (areas[row], areas[column as usize]);
-            (there + back) * here * other / (here + other)
+            // In this order both halves of the matrix have the same bits.
+            (there + back) * (here * other / (here + other))
         });
         balance_sides(patches, &cast, &mut shared, rays);
         let mut closed = space.clone();

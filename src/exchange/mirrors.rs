@@ -86,7 +86,7 @@ impl Mirrors {
                 rays: (0..count).map(ray).collect(),
             })
         };
-        let faces: Vec<MirrorFace> = (0..).zip(&patches.all).filter_map(face).collect();
+        let faces: Vec<MirrorFace> = (0..).zip(patches.all.iter()).filter_map(face).collect();
         if faces.is_empty() {
             return None;
         }

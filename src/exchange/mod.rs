@@ -16,6 +16,7 @@ pub(crate) mod directions;
 pub(crate) mod errors;
 pub(crate) mod factors;
 pub(crate) mod mirrors;
+pub(crate) mod packed;
 pub(crate) mod patches;
 pub(crate) mod posed;
 pub(crate) mod reflected;

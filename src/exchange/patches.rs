@@ -4,6 +4,7 @@
 //! and a ray that ends there ends on its patch.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -77,12 +78,12 @@ pub(crate) struct Corner {
 #[derive(Debug, Clone, Default)]
 pub struct Patches {
     /// The patches.
-    pub all: Vec<Patch>,
+    pub all: Arc<Vec<Patch>>,
     /// Nodes of the patches, each with its share of the patch's area.
-    pub(crate) nodes: Vec<(u32, f64)>,
+    pub(crate) nodes: Arc<Vec<(u32, f64)>>,
     pub(crate) corners: Vec<Corner>,
     /// Patches of the front and of the back of each node, or [`NONE`].
-    pub(crate) of_node: Vec<[u32; 2]>,
+    pub(crate) of_node: Arc<Vec<[u32; 2]>>,
 }
 
 impl Patches {
@@ -126,7 +127,7 @@ impl Patches {
     /// The patches of gathered nodes.
     pub(super) fn of(surface: &PatchSurface, materials: &[Material], gathered: Vec<Gathered>) -> Self {
         let corners_of_node = surface.corners_of_nodes();
-        let mut patches = Self { of_node: vec![[NONE; 2]; surface.positions.len()], ..Self::default() };
+        let mut patches = Self { of_node: Arc::new(vec![[NONE; 2]; surface.positions.len()]), ..Self::default() };
         for Gathered { key, nodes } in gathered {
             patches.push(&key, &nodes, surface, &corners_of_node, materials);
         }
@@ -148,9 +149,10 @@ impl Patches {
         };
         let outward = mean(&|node| surface.normals[node]).normalize_or(surface.normals[nodes[0] as usize]);
         let (first_node, first_corner) = (self.nodes.len(), self.corners.len());
-        self.nodes.extend(nodes.iter().map(|node| (*node, surface.areas[*node as usize] / area)));
+        Arc::make_mut(&mut self.nodes).extend(nodes.iter().map(|node| (*node, surface.areas[*node as usize] / area)));
+        let of_node = Arc::make_mut(&mut self.of_node);
         for node in nodes {
-            self.of_node[*node as usize][usize::from(key.back)] = self.all.len() as u32;
+            of_node[*node as usize][usize::from(key.back)] = self.all.len() as u32;
         }
         let corners = nodes.iter().flat_map(|node| corners_of_node[*node as usize].iter());
         let whole: f64 = corners.clone().map(|corner| surface.area_of(*corner as usize / 3)).sum();
@@ -159,7 +161,7 @@ impl Patches {
             before += surface.area_of(*corner as usize / 3) / whole;
             self.corners.push(Corner { corner: *corner, up_to: before });
         }
-        self.all.push(Patch {
+        let patch = Patch {
             joint: key.joint,
             part: key.part,
             material: key.material,
@@ -172,7 +174,8 @@ impl Patches {
             centre: mean(&|node| surface.positions[node]),
             nodes: first_node..self.nodes.len(),
             corners: first_corner..self.corners.len(),
-        });
+        };
+        Arc::make_mut(&mut self.all).push(patch);
     }
 }
 

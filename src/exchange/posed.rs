@@ -3,6 +3,8 @@
 //! View factors and exchange areas change smoothly with the angle of a joint, but where something comes into view. A mean of two findings at an angle d misses
 //! them by d^2 / 8 times their second derivative, which three findings tell ([`Exchange::bends`]). A mean of symmetric closed rows is symmetric and closed.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::directions::evenness;
@@ -26,9 +28,9 @@ impl Exchange {
             |of: fn(&super::patches::Patch) -> f64| -> Vec<f64> { self.patches.iter().map(of).collect() };
         let areas = &self.factors.areas;
         Self {
-            patches: self.patches.clone(),
-            nodes: self.nodes.clone(),
-            of_node: self.of_node.clone(),
+            patches: Arc::clone(&self.patches),
+            nodes: Arc::clone(&self.nodes),
+            of_node: Arc::clone(&self.of_node),
             factors: self.factors.at(&other.factors, share),
             infrared: self.infrared.at(&other.infrared, share, areas, &absorptivities(|patch| patch.optics.emissivity)),
             sunlight: self.sunlight.at(
@@ -94,12 +96,6 @@ impl Exchange {
         let squares: f64 = changes.iter().zip(areas).map(|(change, area)| area * change * change).sum();
         let rms = (squares / areas.iter().sum::<f64>()).sqrt();
         (largest / HELD[0]).max(rms / HELD[1])
-    }
-
-    /// Memory of the rows and of the sky [B].
-    pub(crate) fn bytes(&self) -> usize {
-        let entries = [&self.infrared.between, &self.sunlight.between, &self.factors.shared];
-        entries.iter().map(|rows| 16 * rows.entries.len()).sum::<usize>() + 4 * self.sky.len() + 8 * self.of_node.len()
     }
 }
 

@@ -8,6 +8,8 @@
 //! from other patches is a load, which follows from the temperatures at the start of the step. The infrared of space, which the rest of isotherm lets
 //! arrive from all sides, is taken off the infrared that patches send, so that hidden space sends nothing.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -103,11 +105,11 @@ impl CraftLight {
 #[derive(Debug, Clone)]
 pub struct Exchange {
     /// The patches.
-    pub patches: Vec<Patch>,
+    pub patches: Arc<Vec<Patch>>,
     /// Nodes of the patches, each with its share of the patch's area.
-    pub(crate) nodes: Vec<(u32, f64)>,
+    pub(crate) nodes: Arc<Vec<(u32, f64)>>,
     /// Patches of the front and of the back of each node, or [`NONE`].
-    pub of_node: Vec<[u32; 2]>,
+    pub of_node: Arc<Vec<[u32; 2]>>,
     /// View factors.
     pub factors: Factors,
     /// Exchange areas of infrared.
@@ -146,9 +148,9 @@ impl Exchange {
         Self {
             bundles: bundles_of(kept as usize),
             sky: sky.collect(),
-            patches: patches.all.clone(),
-            nodes: patches.nodes.clone(),
-            of_node: patches.of_node.clone(),
+            patches: Arc::clone(&patches.all),
+            nodes: Arc::clone(&patches.nodes),
+            of_node: Arc::clone(&patches.of_node),
             factors,
             infrared,
             sunlight,

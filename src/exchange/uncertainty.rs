@@ -67,7 +67,7 @@ impl PatchSizes {
         let mut sides: BTreeMap<_, Vec<u32>> = BTreeMap::new();
         let key =
             |patch: &super::patches::Patch| (patch.joint, patch.part, patch.back, patch.buried, bin(patch.normal));
-        for (number, patch) in (0..).zip(&patches.all) {
+        for (number, patch) in (0..).zip(patches.all.iter()) {
             sides.entry(key(patch)).or_default().push(number);
         }
         let size = |(number, patch): (usize, &super::patches::Patch)| {

@@ -11,6 +11,7 @@ use crate::environment::shadow::Lit;
 use crate::exchange::cast::Scenery;
 use crate::exchange::defects::Defects;
 use crate::exchange::mirrors::Mirrors;
+use crate::exchange::packed::PackedExchange;
 use crate::exchange::patches::{PatchSurface, Patches};
 use crate::exchange::sky::{Due, LastFound, Renewal};
 use crate::exchange::split::NodeViews;
@@ -48,7 +49,7 @@ pub struct ExchangeCraft {
 
 /// Poses of the joints, each with its exchange as long as anybody uses it. A copy begins with none, because the patches of a copied craft may be changed.
 #[derive(Debug, Default)]
-struct ExchangesInUse(Mutex<Vec<(Vec<DAffine3>, Weak<Exchange>)>>);
+struct ExchangesInUse(Mutex<Vec<(Vec<DAffine3>, Weak<PackedExchange>)>>);
 
 impl Clone for ExchangesInUse {
     fn clone(&self) -> Self {
@@ -58,11 +59,11 @@ impl Clone for ExchangesInUse {
 
 impl ExchangesInUse {
     /// The exchange for poses, which is made where nobody uses it.
-    fn get_or_make(&self, poses: &[DAffine3], make: impl FnOnce() -> Exchange) -> Arc<Exchange> {
+    fn get_or_make(&self, poses: &[DAffine3], make: impl FnOnce() -> Exchange) -> Arc<PackedExchange> {
         let known = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let in_use = known().iter().find(|(own, _)| own == poses).and_then(|(_, exchange)| exchange.upgrade());
         in_use.unwrap_or_else(|| {
-            let exchange = Arc::new(make());
+            let exchange = Arc::new(PackedExchange::new(make()));
             let mut known = known();
             known.retain(|(_, exchange)| exchange.strong_count() > 0);
             known.push((poses.to_vec(), Arc::downgrade(&exchange)));
@@ -148,14 +149,21 @@ impl ExchangeCraft {
 
     /// The exchange between the patches in a pose, found by the processor. An engine and its check share the exchange of a pose, because the same function would
     /// find the same again.
-    pub fn cast(&self, poses: &[DAffine3]) -> Arc<Exchange> {
+    pub(super) fn find(&self, poses: &[DAffine3]) -> Arc<PackedExchange> {
         self.in_use.get_or_make(poses, || {
             Exchange::cast(&self.surface, &self.patches, &Scenery::new(&self.surface, poses), &self.settings)
         })
     }
+
+    /// The exchange that [`Self::find`] finds.
+    pub fn cast(&self, poses: &[DAffine3]) -> Arc<Exchange> {
+        Arc::new(self.find(poses).unpack())
+    }
 }
 
 impl Finding for Exchange {
+    type Packed = PackedExchange;
+
     fn at(&self, other: &Self, share: f64) -> Self {
         self.at(other, share)
     }
@@ -168,8 +176,12 @@ impl Finding for Exchange {
         self.bends(others, ratio)
     }
 
-    fn bytes(&self) -> usize {
-        self.bytes()
+    fn unpack(packed: &PackedExchange) -> Self {
+        packed.unpack()
+    }
+
+    fn bytes(packed: &PackedExchange) -> usize {
+        packed.bytes()
     }
 }
 
@@ -201,7 +213,7 @@ impl ExchangeTwin {
     /// Follows the joints. Returns whether other rows hold than before.
     fn turn(&mut self, poses: &[DAffine3]) -> bool {
         let craft = &self.craft;
-        self.found.turn(poses, &mut |poses| craft.cast(poses)).is_some()
+        self.found.turn(poses, &mut |poses| craft.find(poses)).is_some()
     }
 
     /// Poses between which the rows that hold lie.
@@ -275,7 +287,7 @@ impl ExchangeTwin {
             check_length("light that patches absorb", &saved.absorbed, patches)?;
         }
         let craft = &self.craft;
-        self.found.restore(&saved.found, &mut |poses| craft.cast(poses));
+        self.found.restore(&saved.found, &mut |poses| craft.find(poses));
         self.renewal.last.clone_from(&saved.last);
         self.light.clone_from(&saved.light);
         self.absorbed.clone_from(&saved.absorbed);

@@ -39,7 +39,7 @@ impl DeviceExchange {
     /// The tables for the first poses.
     pub(crate) fn new(craft: &Arc<ExchangeCraft>, poses: &[DAffine3]) -> Self {
         let mut posed = Posed::new(craft.settings.redraw_angle);
-        let found = posed.turn(poses, &mut |poses| craft.cast(poses));
+        let found = posed.turn(poses, &mut |poses| craft.find(poses));
         let tables = found.map(|exchange| ExchangeTables::new(exchange, poses.len() > 1)).unwrap_or_default();
         Self {
             craft: Arc::clone(craft),
@@ -64,7 +64,7 @@ impl DeviceExchange {
     /// Follows the joints. Returns tables where others hold than before.
     pub(crate) fn turn(&mut self, poses: &[DAffine3]) -> Option<&ExchangeTables> {
         let craft = &self.craft;
-        let now = self.posed.turn(poses, &mut |poses| craft.cast(poses))?;
+        let now = self.posed.turn(poses, &mut |poses| craft.find(poses))?;
         let _orders = span("ordering the exchange");
         let tables = ExchangeTables::in_order(now, &self.tables.order);
         self.changes.take(&self.tables.open, &tables.open);
@@ -119,7 +119,7 @@ impl DeviceExchange {
     /// Restores a saved state. Returns the tables that held then.
     pub(crate) fn restore(&mut self, saved: &PosedState) -> Option<&ExchangeTables> {
         let craft = &self.craft;
-        let now = self.posed.restore(saved, &mut |poses| craft.cast(poses))?;
+        let now = self.posed.restore(saved, &mut |poses| craft.find(poses))?;
         self.tables = ExchangeTables::in_order(now, &self.tables.order);
         Some(&self.tables)
     }
@@ -138,7 +138,7 @@ impl Changes {
 
 /// Patches of which a tenth more rays meet inner faces than before, and their area [m2].
 fn covered(craft: &ExchangeCraft, [before, now]: [&[f32]; 2]) -> (usize, f64) {
-    let shares = before.iter().zip(now).zip(&craft.patches.all);
+    let shares = before.iter().zip(now).zip(craft.patches.all.iter());
     let more = shares.filter(|((before, now), _)| **now > **before + COVERED);
     more.fold((0, 0.0), |(count, area), (_, patch)| (count + 1, area + patch.area))
 }

@@ -42,10 +42,10 @@ struct Place {
 
 /// A pose with its finding. After a restart a finding is made anew when it is needed.
 #[derive(Debug, Clone)]
-struct KnownPose<T> {
+struct KnownPose<P> {
     number: u64,
     poses: Vec<DAffine3>,
-    found: Option<Arc<T>>,
+    found: Option<Arc<P>>,
 }
 
 /// The saved poses, without what was found for them.
@@ -60,6 +60,11 @@ pub(crate) struct PosedState {
 
 /// What was found for poses of the joints.
 pub(super) trait Finding: Sized {
+    /// The finding in the least memory.
+    type Packed;
+
+    /// The finding that was packed.
+    fn unpack(packed: &Self::Packed) -> Self;
     /// The finding at a share of the way to another.
     fn at(&self, other: &Self, share: f64) -> Self;
     /// The share of the way to another by which a pose may move before the finding between them must be made anew.
@@ -67,19 +72,23 @@ pub(super) trait Finding: Sized {
     /// Whether the mean of this and the second of two others misses the pose in their middle by too much. The first lies on the other side of this one; `ratio` is the
     /// angle to the second over the angle to the first.
     fn bends(&self, others: [&Self; 2], ratio: f64) -> bool;
-    /// Memory that a finding takes [B].
-    fn bytes(&self) -> usize;
+    /// Memory that a packed finding takes [B].
+    fn bytes(packed: &Self::Packed) -> usize;
 }
 
-/// Memory for findings [B].
+/// Findings that are kept unpacked: the two in use, and the one before.
+const WHOLE: usize = 3;
+/// Memory for packed findings [B].
 const MEMORY: usize = 1 << 29;
 
 /// Findings for poses of the joints, and what holds now.
 #[derive(Debug, Clone)]
-pub(super) struct Posed<T> {
+pub(super) struct Posed<T: Finding> {
     /// Turn of a joint between two findings [rad].
     angle: f64,
-    known: Vec<KnownPose<T>>,
+    known: Vec<KnownPose<T::Packed>>,
+    /// The last findings in use, with their numbers, the latest at the end.
+    whole: Vec<(u64, Arc<T>)>,
     /// Findings between which joints have moved, by their numbers.
     ways: Vec<[u64; 2]>,
     place: Option<Place>,
@@ -100,6 +109,7 @@ impl<T: Finding> Posed<T> {
         Self {
             angle,
             known: Vec::new(),
+            whole: Vec::new(),
             ways: Vec::new(),
             place: None,
             hold: 0.0,
@@ -111,7 +121,11 @@ impl<T: Finding> Posed<T> {
     }
 
     /// Follows the joints to poses. Returns what holds where it changed.
-    pub(crate) fn turn(&mut self, poses: &[DAffine3], find: &mut dyn FnMut(&[DAffine3]) -> Arc<T>) -> Option<&T> {
+    pub(crate) fn turn(
+        &mut self,
+        poses: &[DAffine3],
+        find: &mut dyn FnMut(&[DAffine3]) -> Arc<T::Packed>,
+    ) -> Option<&T> {
         let before = std::mem::replace(&mut self.last, poses.to_vec());
         let limit = (SLACK * self.angle).max(STILL);
         let place = match self.nearest(poses) {
@@ -136,7 +150,13 @@ impl<T: Finding> Posed<T> {
     }
 
     /// Makes what holds at a place. For a joint that moves it is the middle of the share for which it will be held.
-    fn enter(&mut self, place: Place, moves: bool, before: &[DAffine3], find: &mut dyn FnMut(&[DAffine3]) -> Arc<T>) {
+    fn enter(
+        &mut self,
+        place: Place,
+        moves: bool,
+        before: &[DAffine3],
+        find: &mut dyn FnMut(&[DAffine3]) -> Arc<T::Packed>,
+    ) {
         let held = self.place.replace(place);
         // Rays may be cut. Then nothing holds, and the next call finds it.
         self.now = None;
@@ -163,7 +183,7 @@ impl<T: Finding> Posed<T> {
     }
 
     /// The place in the half of its way, where what is found bends on it against the way before. Both halves take its place.
-    fn half(&mut self, place: Place, find: &mut dyn FnMut(&[DAffine3]) -> Arc<T>) -> Option<Place> {
+    fn half(&mut self, place: Place, find: &mut dyn FnMut(&[DAffine3]) -> Arc<T::Packed>) -> Option<Place> {
         let Place { from, to, share } = place;
         let before = self.ways.iter().find(|way| way[1] == from && way[0] != to)?[0];
         let [first, second, third] = [before, from, to].map(|number| self.poses_of(number));
@@ -188,15 +208,21 @@ impl<T: Finding> Posed<T> {
     }
 
     /// What is found for known poses.
-    fn finding(&mut self, number: u64, find: &mut dyn FnMut(&[DAffine3]) -> Arc<T>) -> Option<Arc<T>> {
+    fn finding(&mut self, number: u64, find: &mut dyn FnMut(&[DAffine3]) -> Arc<T::Packed>) -> Option<Arc<T>> {
         let known = self.known.iter_mut().find(|known| known.number == number)?;
         if known.found.is_none() {
             let _finds = span_with("radiation between surfaces", || format!("for pose {number}"));
             known.found = Some(find(&known.poses));
         }
-        let found = known.found.clone()?;
-        self.make_room(MEMORY / found.bytes().max(1));
-        Some(found)
+        let packed = known.found.clone()?;
+        self.make_room(MEMORY / T::bytes(&packed).max(1));
+        let whole = match self.whole.iter().position(|(own, _)| *own == number) {
+            Some(place) => self.whole.remove(place).1,
+            None => Arc::new(T::unpack(&packed)),
+        };
+        self.whole.push((number, Arc::clone(&whole)));
+        self.whole.drain(..self.whole.len().saturating_sub(WHOLE));
+        Some(whole)
     }
 
     /// Forgets the oldest poses that are not in use, beyond a number.
@@ -232,7 +258,7 @@ impl<T: Finding> Posed<T> {
     /// poses alone.
     fn extend(&mut self, before: &[DAffine3], poses: &[DAffine3]) -> Place {
         let step = turned(before, poses);
-        if !step.is_finite() || step <= STILL || 2.0 * step > self.angle {
+        if !step.is_finite() || step <= STILL || step > self.angle {
             let number = self.push(poses.to_vec());
             return Place { from: number, to: number, share: 0.0 };
         }
@@ -286,13 +312,18 @@ impl<T: Finding> Posed<T> {
     }
 
     /// Restores a saved state, and makes what held then.
-    pub(crate) fn restore(&mut self, saved: &PosedState, find: &mut dyn FnMut(&[DAffine3]) -> Arc<T>) -> Option<&T> {
+    pub(crate) fn restore(
+        &mut self,
+        saved: &PosedState,
+        find: &mut dyn FnMut(&[DAffine3]) -> Arc<T::Packed>,
+    ) -> Option<&T> {
         let known =
             |(number, poses): &(u64, Vec<DAffine3>)| KnownPose { number: *number, poses: poses.clone(), found: None };
         self.known = saved.known.iter().take(MOST).map(known).collect();
         self.ways.clone_from(&saved.ways);
         self.last.clone_from(&saved.last);
         (self.place, self.stalest, self.now) = (saved.place, saved.stalest, None);
+        self.whole.clear();
         self.made = saved.known.iter().map(|known| known.0).max().unwrap_or(0);
         self.enter(saved.place?, false, &[], find);
         self.now.as_deref()
@@ -308,6 +339,10 @@ mod tests {
     struct Angle([f64; 2]);
 
     impl Finding for Angle {
+        type Packed = Self;
+        fn unpack(packed: &Self) -> Self {
+            packed.clone()
+        }
         fn at(&self, other: &Self, share: f64) -> Self {
             Self([0, 1].map(|k| self.0[k] + share * (other.0[k] - self.0[k])))
         }
@@ -318,7 +353,7 @@ mod tests {
             let off = |k: usize| (after.0[k] - self.0[k]) - ratio * (self.0[k] - before.0[k]);
             off(0).hypot(off(1)) > 0.05
         }
-        fn bytes(&self) -> usize {
+        fn bytes(_: &Self) -> usize {
             1
         }
     }
@@ -377,7 +412,7 @@ mod tests {
         // What is found stands still beyond 0.5, and the joint stops at 0.52.
         let stands =
             |poses: &[DAffine3]| Angle([poses[1].matrix3.x_axis.y.atan2(poses[1].matrix3.x_axis.x).min(0.5), 0.0]);
-        let mut posed = Posed::new(0.2);
+        let mut posed = Posed::<Angle>::new(0.2);
         let mut most = 0.0f64;
         for step in 0..=26 {
             let angle = 0.02 * f64::from(step);
@@ -393,6 +428,10 @@ mod tests {
     struct Bent;
 
     impl Finding for Bent {
+        type Packed = Self;
+        fn unpack(_: &Self) -> Self {
+            Self
+        }
         fn at(&self, _: &Self, _: f64) -> Self {
             Self
         }
@@ -402,7 +441,7 @@ mod tests {
         fn bends(&self, _: [&Self; 2], _: f64) -> bool {
             true
         }
-        fn bytes(&self) -> usize {
+        fn bytes(_: &Self) -> usize {
             1
         }
     }
@@ -410,7 +449,7 @@ mod tests {
     #[test]
     fn ways_that_all_bend_are_found_for_twice_as_often() {
         for part in [0.1, 0.2, 0.4, 0.45, 0.48] {
-            let (mut posed, mut count) = (Posed::new(0.25), 0);
+            let (mut posed, mut count) = (Posed::<Bent>::new(0.25), 0);
             let mut angle = 0.0;
             while angle < 6.0 {
                 posed.turn(&poses(angle), &mut |_| {

@@ -225,12 +225,34 @@ fn the_stated_uncertainty_is_near_the_error() {
 fn the_exchange_of_a_pose_is_found_once_while_it_is_in_use() {
     let craft = craft(ExchangeSettings { rays: 64, patch_edge: Some(0.7), ..ExchangeSettings::default() });
     let turned = |angle: f64| [DAffine3::IDENTITY, DAffine3::from_rotation_x(angle)];
-    let (first, again) = (craft.cast(&turned(0.1)), craft.cast(&turned(0.1)));
+    let (first, again) = (craft.find(&turned(0.1)), craft.find(&turned(0.1)));
     assert!(Arc::ptr_eq(&first, &again));
-    assert!(!Arc::ptr_eq(&first, &craft.cast(&turned(0.2))));
+    assert!(!Arc::ptr_eq(&first, &craft.find(&turned(0.2))));
     // A copy may have other patches.
-    assert!(!Arc::ptr_eq(&first, &(*craft).clone().cast(&turned(0.1))));
+    assert!(!Arc::ptr_eq(&first, &(*craft).clone().find(&turned(0.1))));
     let unused = Arc::downgrade(&first);
     drop((first, again));
     assert!(unused.upgrade().is_none(), "nobody uses it any more");
+}
+
+#[test]
+fn a_packed_exchange_loses_nothing_and_takes_half_of_the_memory() {
+    let craft = craft(ExchangeSettings { rays: 64, patch_edge: Some(0.7), ..ExchangeSettings::default() });
+    let poses = [DAffine3::IDENTITY, DAffine3::from_rotation_x(0.1)];
+    let scenery = Scenery::new(&craft.surface, &poses);
+    let exchange = Exchange::cast(&craft.surface, &craft.patches, &scenery, &craft.settings);
+    let rows = |exchange: &Exchange| {
+        let Exchange { factors, infrared, sunlight, .. } = exchange;
+        16 * [&factors.shared, &infrared.between, &sunlight.between]
+            .map(|rows| rows.entries.len())
+            .iter()
+            .sum::<usize>()
+    };
+    let packed = PackedExchange::new(exchange.clone());
+    let again = packed.unpack();
+    assert!(again.factors == exchange.factors);
+    assert!(again.infrared == exchange.infrared && again.sunlight == exchange.sunlight && again.sky == exchange.sky);
+    let (packed, whole) = (packed.bytes(), rows(&exchange));
+    println!("{packed} of {whole} B");
+    assert!(2 * packed < whole, "{packed} of {whole} B");
 }

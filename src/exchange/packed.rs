@@ -1,0 +1,151 @@
+//! An exchange in the least memory, for the many poses of a joint that turns. Nothing is lost.
+//!
+//! Rows are symmetric, so half of them is kept. Exchange areas are rounded for the device and fit an f32, all but the diagonal.
+
+use std::sync::Arc;
+
+use super::factors::{Correction, Factors};
+use super::patches::Patch;
+use super::reflected::Areas;
+use super::sparse::Sparse;
+use super::step::Exchange;
+
+/// The entries of a symmetric matrix on and above its diagonal. A column fits 16 bits ([`super::step::MOST_PATCHES`]).
+#[derive(Debug, Clone, Default)]
+struct HalfRows {
+    first: Vec<u32>,
+    columns: Vec<u16>,
+    values: Vec<f32>,
+    /// Places and values of entries that an f32 does not hold.
+    rests: Vec<(u32, f64)>,
+    /// All values, in place of both, where an f32 holds less than half of them.
+    doubles: Vec<f64>,
+}
+
+impl HalfRows {
+    fn new(whole: &Sparse) -> Self {
+        let mut half = Self { first: vec![0], ..Self::default() };
+        for row in 0..whole.len() {
+            let entries = whole.row(row);
+            for (column, value) in &entries[entries.partition_point(|(column, _)| (*column as usize) < row)..] {
+                let single = *value as f32;
+                if f64::from(single) != *value {
+                    half.rests.push((half.values.len() as u32, *value));
+                }
+                half.columns.push(*column as u16);
+                half.values.push(single);
+                half.doubles.push(*value);
+            }
+            half.first.push(half.columns.len() as u32);
+        }
+        if 2 * half.rests.len() > half.values.len() {
+            (half.values, half.rests) = Default::default();
+        } else {
+            half.doubles = Vec::new();
+        }
+        half.columns.shrink_to_fit();
+        half.values.shrink_to_fit();
+        half.rests.shrink_to_fit();
+        half.doubles.shrink_to_fit();
+        half
+    }
+
+    fn whole(&self) -> Sparse {
+        let rows = self.first.len() - 1;
+        let mut lengths = vec![0; rows];
+        let of_row = |row: usize| self.first[row] as usize..self.first[row + 1] as usize;
+        for row in 0..rows {
+            for place in of_row(row) {
+                let column = usize::from(self.columns[place]);
+                lengths[row] += 1;
+                lengths[column] += usize::from(column != row);
+            }
+        }
+        let mut whole: Vec<Vec<(u32, f64)>> = lengths.into_iter().map(Vec::with_capacity).collect();
+        let mut rests = self.rests.iter().copied().peekable();
+        for row in 0..rows {
+            for place in of_row(row) {
+                let column = usize::from(self.columns[place]);
+                let rest = rests.next_if(|(own, _)| *own as usize == place).map(|(_, value)| value);
+                let exact = rest.or_else(|| self.doubles.get(place).copied());
+                let value = exact.unwrap_or_else(|| f64::from(self.values[place]));
+                whole[row].push((column as u32, value));
+                if column != row {
+                    whole[column].push((row as u32, value));
+                }
+            }
+        }
+        Sparse::from_rows(whole)
+    }
+
+    fn bytes(&self) -> usize {
+        let values = 4 * self.values.len() + 16 * self.rests.len() + 8 * self.doubles.len();
+        4 * self.first.len() + 2 * self.columns.len() + values
+    }
+}
+
+/// An exchange in the least memory.
+#[derive(Debug, Clone)]
+pub(crate) struct PackedExchange {
+    patches: Arc<Vec<Patch>>,
+    nodes: Arc<Vec<(u32, f64)>>,
+    of_node: Arc<Vec<[u32; 2]>>,
+    /// View factors, exchange areas of infrared and of sunlight.
+    rows: [HalfRows; 3],
+    /// What each of the three gives to space [m2].
+    space: [Vec<f64>; 3],
+    returned: [f64; 2],
+    inside: Vec<f64>,
+    correction: Correction,
+    rays: u32,
+    sky: Vec<u32>,
+    bundles: usize,
+}
+
+impl PackedExchange {
+    pub(crate) fn new(exchange: Exchange) -> Self {
+        let Exchange { patches, nodes, of_node, factors, infrared, sunlight, sky, bundles } = exchange;
+        Self {
+            patches,
+            nodes,
+            of_node,
+            rows: [&factors.shared, &infrared.between, &sunlight.between].map(HalfRows::new),
+            space: [factors.space, infrared.space, sunlight.space],
+            returned: [infrared.returned, sunlight.returned],
+            inside: factors.inside,
+            correction: factors.correction,
+            rays: factors.rays,
+            sky,
+            bundles,
+        }
+    }
+
+    /// The exchange that was packed.
+    pub(crate) fn unpack(&self) -> Exchange {
+        let [shared, infrared, sunlight] = self.rows.each_ref().map(HalfRows::whole);
+        let [space, infrared_space, sunlight_space] = self.space.clone();
+        Exchange {
+            patches: Arc::clone(&self.patches),
+            nodes: Arc::clone(&self.nodes),
+            of_node: Arc::clone(&self.of_node),
+            factors: Factors {
+                areas: self.patches.iter().map(|patch| patch.area).collect(),
+                shared,
+                space,
+                rays: self.rays,
+                correction: self.correction,
+                inside: self.inside.clone(),
+            },
+            infrared: Areas { between: infrared, space: infrared_space, returned: self.returned[0] },
+            sunlight: Areas { between: sunlight, space: sunlight_space, returned: self.returned[1] },
+            sky: self.sky.clone(),
+            bundles: self.bundles,
+        }
+    }
+
+    /// Memory, without what every pose shares [B].
+    pub(crate) fn bytes(&self) -> usize {
+        let space: usize = self.space.iter().map(Vec::len).sum();
+        self.rows.iter().map(HalfRows::bytes).sum::<usize>() + 8 * (space + self.inside.len()) + 4 * self.sky.len()
+    }
+}
