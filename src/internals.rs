@@ -177,6 +177,7 @@ pub use crate::thermal::{
     STEFAN_BOLTZMANN,
     balance::{absorbed_flux, emissivity_sum},
     brightness::{BrightnessTable, MAX_TEMPERATURE},
+    budget::{CAUSES, CHANNELS},
     emissivity::{BandEmissivity, ByAngle, ByWavelength, fresnel_reflectivity},
     function::{Function, TemperatureSample},
     incident::{IncidentFunction, incident},

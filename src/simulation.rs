@@ -1,10 +1,13 @@
 //! The loop of a run after its warm-up: step, draw and collect.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DAffine3;
 
+pub(crate) mod budget;
 pub(crate) mod check;
+mod corner_image;
 pub(crate) mod density;
 pub(crate) mod device_data;
 pub(crate) mod device_engine;
@@ -49,7 +52,9 @@ pub(crate) mod viewpoint;
 pub(crate) mod warm_up;
 
 use crate::scene::Draw;
+use crate::thermal::budget::Budget;
 use crate::trace::span;
+use budget::{between_budgets, draw_budgets, node_budgets};
 use check::Check;
 use engine::{Delivered, Engine, EngineError, EngineStep, InstantPoses, Order, RowMoments};
 use forward::forward;
@@ -71,6 +76,8 @@ pub struct StepResult {
     pub pose: Option<DAffine3>,
     /// Image and temperatures.
     pub delivered: Delivered,
+    /// Budget of every node in device order at the end of a step [W/m2]. `None` where the scene does not ask for it.
+    pub budgets: Option<Arc<Vec<Budget>>>,
 }
 
 /// What takes the results of a run.
@@ -134,6 +141,7 @@ pub(crate) fn run_from<E: From<EngineError>>(
 ) -> Result<bool, E> {
     let time = &prepared.scene.time;
     let mut pending = Pending::default();
+    let mut budgets = StepBudgets::asked(prepared, engine, first)?;
     let (mut next, mut complete) = (first, true);
     for step in first..=time.steps {
         if stop.load(Ordering::Relaxed) {
@@ -146,10 +154,16 @@ pub(crate) fn run_from<E: From<EngineError>>(
         }
         next = step.saturating_add(1);
         for (place, drawn) in step_parts(prepared, step) {
-            let submitted = submit_part(prepared, engine, check.as_deref_mut(), place, !drawn.is_empty())?;
+            let mut submitted = submit_part(prepared, engine, check.as_deref_mut(), place, !drawn.is_empty())?;
+            if let Some(budgets) = &mut budgets {
+                budgets.end_part(prepared, engine, &mut submitted)?;
+            }
             pending.replace(submitted, engine, check.as_deref_mut(), consumer)?;
             for image in drawn {
-                let image = submit_image(prepared, engine, place, image)?;
+                let mut image = submit_image(prepared, engine, place, image)?;
+                if let Some(budgets) = &budgets {
+                    budgets.draw_between(prepared, engine, &mut image)?;
+                }
                 pending.replace(image, engine, check.as_deref_mut(), consumer)?;
             }
         }
@@ -167,6 +181,14 @@ pub(crate) struct StepPart {
     pub(crate) passing: Passing,
     /// Whether the step ends with it.
     ends: bool,
+}
+
+impl StepPart {
+    /// Share of the part that has passed at a time [s].
+    fn share(&self, time: f64) -> f64 {
+        let Passing { start, end, .. } = self.passing;
+        if end > start { ((time - start) / (end - start)).clamp(0.0, 1.0) } else { 1.0 }
+    }
 }
 
 /// The parts of a step in order, each with the number and the time [s] of the images in its interval.
@@ -224,7 +246,7 @@ fn submit_part(
         }
         check.temperatures()
     });
-    Ok(Waiting { place, image: None, time: end, pose, reference })
+    Ok(Waiting { place, image: None, time: end, pose, reference, delivered: None, budgets: None })
 }
 
 /// Work that was submitted and not yet delivered.
@@ -235,6 +257,62 @@ pub(crate) struct Waiting {
     pose: Option<DAffine3>,
     /// Temperatures of the reference at the end of a step.
     reference: Option<Vec<f64>>,
+    /// The results, where a budget needed them at once.
+    delivered: Option<Delivered>,
+    budgets: Option<Arc<Vec<Budget>>>,
+}
+
+/// The budgets at both ends of the part of a step that was submitted last. Each part is delivered before the next is submitted, because a budget reads the state of the engine.
+struct StepBudgets {
+    before: Arc<Vec<Budget>>,
+    after: Arc<Vec<Budget>>,
+}
+
+impl StepBudgets {
+    /// The budgets before the step `first`, where the scene asks for budgets.
+    fn asked(prepared: &Prepared, engine: &mut dyn Engine, first: u32) -> Result<Option<Self>, EngineError> {
+        if !prepared.scene.images.budget {
+            return Ok(None);
+        }
+        let last = first.checked_sub(1).and_then(|step| Some(step_parts(prepared, step).last()?.0.passing));
+        let time = last.map_or(0.0, |last| last.end);
+        let now = Arc::new(node_budgets(prepared, engine, last.filter(|last| last.steps > 0.0), time)?);
+        Ok(Some(Self { before: Arc::clone(&now), after: now }))
+    }
+
+    /// Takes the end of a part that was submitted.
+    fn end_part(
+        &mut self,
+        prepared: &Prepared,
+        engine: &mut dyn Engine,
+        part: &mut Waiting,
+    ) -> Result<(), EngineError> {
+        let mut delivered = engine.deliver()?;
+        let last = Some(part.place.passing).filter(|passing| passing.steps > 0.0);
+        let now = Arc::new(node_budgets(prepared, engine, last, part.time)?);
+        self.before = std::mem::replace(&mut self.after, Arc::clone(&now));
+        if let Some(image) = &mut delivered.image {
+            draw_budgets(prepared, &now, image, None);
+        }
+        (part.delivered, part.budgets) = (Some(delivered), Some(now));
+        Ok(())
+    }
+
+    /// States the budgets of an image at its own time in the part.
+    fn draw_between(
+        &self,
+        prepared: &Prepared,
+        engine: &mut dyn Engine,
+        waiting: &mut Waiting,
+    ) -> Result<(), EngineError> {
+        let mut delivered = engine.deliver()?;
+        if let Some(image) = &mut delivered.image {
+            let budgets = between_budgets(&self.before, &self.after, waiting.place.share(waiting.time));
+            draw_budgets(prepared, &budgets, image, waiting.image);
+        }
+        waiting.delivered = Some(delivered);
+        Ok(())
+    }
 }
 
 /// What was submitted last, and the heat that the parts of its step have absorbed so far.
@@ -266,12 +344,12 @@ impl Pending {
         check: Option<&mut Check>,
         consumer: &mut dyn Consumer<E>,
     ) -> Result<(), E> {
-        let Some(Waiting { place: StepPart { step, passing: part, ends }, image, time, pose, reference }) =
-            self.waiting.take()
-        else {
-            return Ok(());
+        let Some(waiting) = self.waiting.take() else { return Ok(()) };
+        let Waiting { place: StepPart { step, passing: part, ends }, image, time, pose, reference, .. } = waiting;
+        let mut delivered = match waiting.delivered {
+            Some(delivered) => delivered,
+            None => engine.deliver()?,
         };
-        let mut delivered = engine.deliver()?;
         if image.is_none() && part.steps > 0.0 && part.steps < 1.0 {
             let heat = delivered.absorbed.take().unwrap_or_default();
             self.absorbed.resize(heat.len(), 0.0);
@@ -284,7 +362,7 @@ impl Pending {
         if let (Some(check), Some(reference), Some(device)) = (check, reference, &delivered.temperatures) {
             check.compare(step, time, &reference, device);
         }
-        consumer.take(StepResult { step, image, time, pose, delivered })
+        consumer.take(StepResult { step, image, time, pose, delivered, budgets: waiting.budgets })
     }
 }
 
@@ -298,8 +376,6 @@ pub(crate) fn submit_image(
     place: StepPart,
     (number, time): (u32, f64),
 ) -> Result<Waiting, EngineError> {
-    let Passing { start, end, .. } = place.passing;
-    let share = if end > start { ((time - start) / (end - start)).clamp(0.0, 1.0) } else { 1.0 };
     let pose = pose_of(prepared, time, Some(number));
     let joints = prepared.loads.joints_at(time).1;
     let moments = moments(prepared, time, Some(number));
@@ -309,14 +385,14 @@ pub(crate) fn submit_image(
         pose,
         joints: &joints,
         rows,
-        between: Some(share),
+        between: Some(place.share(time)),
         surroundings,
         time,
         number: Some(number),
         ..Order::default()
     };
     engine.submit(None, order)?;
-    Ok(Waiting { place, image: Some(number), time, pose, reference: None })
+    Ok(Waiting { place, image: Some(number), time, pose, reference: None, delivered: None, budgets: None })
 }
 
 /// Advances the state from time 0 to `time` [s] without results on the way, and returns the image there.
@@ -349,7 +425,7 @@ pub fn still(
     let surroundings = pose.and_then(|pose| surroundings_at(prepared, time, &pose));
     engine.submit(None, Order { pose, joints: &joints, rows, surroundings, time, ..Order::default() })?;
     let delivered = engine.deliver()?;
-    Ok(Some(StepResult { step: whole as u32, image: None, time, pose, delivered }))
+    Ok(Some(StepResult { step: whole as u32, image: None, time, pose, delivered, budgets: None }))
 }
 
 /// Pose of the camera at a time [s]; `None` where the scene has no camera, or its path has no pose then.

@@ -2,11 +2,11 @@
 
 use glam::DAffine3;
 use isotherm::Image;
-use isotherm::internals::{ColourScale, picture};
+use isotherm::internals::{CAUSES, CHANNELS, ColourScale, picture};
 use numpy::{Element, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
+use pyo3::types::{PyBytes, PyDict};
 
 use crate::camera::Camera;
 use crate::numbers::pose;
@@ -46,6 +46,9 @@ pub struct Frame {
     /// One standard deviation of the temperature's error [K], float32. None where the scene does not ask for it (output.error).
     #[pyo3(get)]
     error: Option<Py<PyArray2<f32>>>,
+    /// Gain of the surface by each cause [W/m2]: float32 arrays by the names of the channels, Q_sun to Q_emitted. None where the scene does not ask for it (output.budget).
+    #[pyo3(get)]
+    budget: Option<Py<PyDict>>,
     /// Digital numbers of the sensor, uint16. None without a sensor.
     #[pyo3(get)]
     dn: Option<Py<PyArray2<u16>>>,
@@ -57,6 +60,18 @@ pub struct Frame {
 /// An array that takes over a list.
 fn plane<T: Element>(py: Python<'_>, values: Vec<T>, [height, width]: [usize; 2]) -> PyResult<Py<PyArray2<T>>> {
     Ok(PyArray1::from_vec(py, values).reshape([height, width])?.unbind())
+}
+
+/// The gains of the pixels by the names of their causes.
+fn budget(py: Python<'_>, pixels: &[[f32; CAUSES]], shape: [usize; 2]) -> PyResult<Option<Py<PyDict>>> {
+    if pixels.is_empty() {
+        return Ok(None);
+    }
+    let budget = PyDict::new(py);
+    for (cause, name) in CHANNELS.iter().enumerate() {
+        budget.set_item(name, plane(py, pixels.iter().map(|pixel| pixel[cause]).collect(), shape)?)?;
+    }
+    Ok(Some(budget.unbind()))
 }
 
 impl Frame {
@@ -78,6 +93,7 @@ impl Frame {
             coverage: optional(image.coverage)?,
             reflected: optional(image.reflected)?,
             error: optional(image.error)?,
+            budget: budget(py, &image.budget, shape)?,
             dn: numbers(image.digital_numbers)?,
             counts: numbers(image.counts)?,
         })
@@ -108,6 +124,7 @@ impl Frame {
             coverage: Vec::new(),
             reflected: Vec::new(),
             error: Vec::new(),
+            budget: Vec::new(),
             digital_numbers: None,
             counts: None,
         };

@@ -33,7 +33,7 @@ def test_types_shapes_and_memory(scenes: Scenes) -> None:
         # The same memory with each look, and a list of the image owns it: nothing was copied into an array of its own.
         assert getattr(frame, name) is array
         assert array.base is not None and not array.flags.owndata
-    assert frame.coverage is None and frame.reflected is None and frame.error is None
+    assert frame.coverage is None and frame.reflected is None and frame.error is None and frame.budget is None
 
 
 def test_arrays_outlive_frame_and_simulation(scene: Path) -> None:
@@ -96,3 +96,19 @@ def test_errors_are_those_of_a_run(scenes: Scenes, tmp_path: Path) -> None:
         for other in (10, 20):
             stored = exr(tmp_path / "out" / "frames" / f"step_{other:06}.exr")["error"]
             assert (stored.tobytes() == error.tobytes()) == (other == step)
+
+
+def test_budgets_are_those_of_a_run(scenes: Scenes, tmp_path: Path) -> None:
+    path = scenes.write(("steps = 556", "steps = 20"), more="\n[shadows]\n[output]\nbudget = true\n")
+    program("run", path, "-o", tmp_path / "out")
+    simulation = isotherm.Simulation(path)
+    simulation.step_to(200.0)
+    frame = simulation.image()
+    names = ["sun", "albedo", "planet", "exchange", "conduction", "heater", "stored", "emitted"]
+    assert list(frame.budget) == [f"Q_{name}" for name in names]
+    stored = exr(tmp_path / "out" / "frames" / "step_000020.exr")
+    for name, gains in frame.budget.items():
+        assert gains.dtype == np.float32 and gains.shape == frame.part.shape
+        assert stored[name].tobytes() == gains.tobytes(), name
+    total = sum(gains.astype(np.float64) for gains in frame.budget.values())
+    assert np.abs(total).max() <= 1e-4 * np.abs(frame.budget["Q_emitted"]).max() > 0

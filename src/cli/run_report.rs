@@ -11,12 +11,12 @@ use crate::output::folder::Folder;
 use crate::output::image_index::IMAGES;
 use crate::output::job::{REPORT_HTML, REPORT_JSON, RunOutcome};
 use crate::output::report::{
-    FileEntry, HOW_TO_ASK, InputFile, ModelSize, PassTime, Report, ReportDevice, ReportFiles, ReportSource,
-    SettingGroup, Speed,
+    FileEntry, HOW_TO_ASK, InputFile, ModelSize, PassTime, Report, ReportDevice, ReportFiles, ReportFindings,
+    ReportSource, SettingGroup, Speed,
 };
 use crate::output::settings;
 use crate::output::step_cost::step_cost;
-use crate::output::tables::{JOINTS, SERIES};
+use crate::output::tables::{BUDGET, JOINTS, SERIES};
 use crate::simulation::engine::Engine;
 use crate::simulation::forecast::Forecast;
 use crate::simulation::network::{BEYOND, ESTIMATED};
@@ -116,9 +116,12 @@ pub(super) fn report(
             ..ReportSource::default()
         },
         device,
-        pixel_error: outcome.pixel_error,
-        accuracy: outcome.accuracy,
-        energy: outcome.energy,
+        findings: ReportFindings {
+            pixel_error: outcome.pixel_error,
+            accuracy: outcome.accuracy,
+            energy: outcome.energy,
+            budgets: outcome.budgets,
+        },
         model: measure_model(prepared),
         passes: pass_times(engine),
         settings: settings::groups(prepared).into_iter().chain(network).chain(exchange).chain([forecast]).collect(),
@@ -196,6 +199,7 @@ fn list_files(prepared: &Prepared, outcome: &RunOutcome) -> Vec<FileEntry> {
         (true, SERIES, "temperatures over time"),
         (true, REPORT_JSON, "this report as JSON"),
         (prepared.joints() > 1, JOINTS, "joints over time"),
+        (prepared.scene.images.budget, BUDGET, "budget of each part over time"),
         (!outcome.frames.is_empty(), "frames/", "EXR and PNG of every image"),
         (prepared.scene.time.draw.is_between_steps(), IMAGES, "time and pose of every image"),
         (!outcome.plots.is_empty(), "plots/", "the plots as SVG"),
@@ -225,7 +229,7 @@ pub(super) fn print_summary(report: &Report, folder: &Folder) {
             answer!("that is the wall time of the thermal network, which the processor integrates");
         }
     }
-    match &report.pixel_error {
+    match &report.findings.pixel_error {
         Some(error) => answer!(
             "error of a pixel's temperature, one standard deviation: rms {:.2e} K, p99 {:.2e} K, at most {:.2e} K ({} images)",
             error.rms_k,
@@ -236,7 +240,7 @@ pub(super) fn print_summary(report: &Report, folder: &Folder) {
         None if speed.images > 0 => answer!("error of a pixel's temperature: {HOW_TO_ASK}"),
         None => {}
     }
-    if let Some(accuracy) = &report.accuracy {
+    if let Some(accuracy) = &report.findings.accuracy {
         if accuracy.nodes > 0 {
             answer!(
                 "rounding and implementation, against the f64 reference: largest difference {:.1e} K, rms {:.1e} K ({} nodes, {} steps)",
@@ -259,7 +263,7 @@ pub(super) fn print_summary(report: &Report, folder: &Folder) {
             answer!("{note}");
         }
     }
-    if let Some(closure) = report.energy.as_ref().and_then(|energy| energy.closure) {
+    if let Some(closure) = report.findings.energy.as_ref().and_then(|energy| energy.closure) {
         answer!("the energy balance of the network closes to {closure:.1e}");
     }
     answer!("report: {}", folder.file(REPORT_HTML).display());

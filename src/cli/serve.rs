@@ -125,6 +125,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
                 path.display()
             );
         }
+        if std::mem::take(&mut scene.images.budget) {
+            say!(
+                "warning: {}: no protocol has a place for a budget, so output.budget has no effect here",
+                path.display()
+            );
+        }
         scenes.add(name, path, scene)?;
     }
     let target = arguments.device.open()?;

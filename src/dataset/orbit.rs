@@ -260,6 +260,11 @@ fn check(spec: &Spec, scene: &Scene) -> Result<(), DatasetError> {
             "the scene asks for T_error (output.error), which only images of radiance have: add \"radiance\" to images, or leave output.error out",
         );
     }
+    if scene.images.budget && !spec.images.contains(&super::spec::ImageKind::Radiance) {
+        return wrong(
+            "the scene asks for budgets (output.budget), which only images of radiance have: add \"radiance\" to images, or leave output.budget out",
+        );
+    }
     if spec.cameras.iter().any(CameraRule::is_on_path) && camera.motion == crate::scene::Motion::Still {
         return wrong("[camera] is of kind \"path\", and the scene has no camera.path");
     }

@@ -2,7 +2,8 @@
 //!
 //! Channels: `L` (float, band radiance), `T` (float, temperature), `Z` (float, distance along the camera's +Z), `part`
 //! and `material` (uint); with several samples of a pixel also `coverage` (float); with `output.channels` also `emitted` and `reflected` (float, the two parts
-//! of `L`); with `output.error` also `T_error` (float, one standard deviation of the error of `T`). The header states units in `emissiveUnits` (spectral EXR layout of Fichet et al. 2021) and
+//! of `L`); with `output.error` also `T_error` (float, one standard deviation of the error of `T`); with `output.budget` also `Q_sun` to `Q_emitted`
+//! (float, the budget of the surface). The header states units in `emissiveUnits` (spectral EXR layout of Fichet et al. 2021) and
 //! `isotherm_units_*`. The string vectors `isotherm_parts` and `isotherm_materials` are indexed by the pixel value. All
 //! types are OpenEXR's own (`v2d`, `v3d`, `m44d`, `stringvector`), so any reader shows them.
 //!
@@ -23,6 +24,7 @@ use super::frame::{FrameHeader, check_finite, check_size};
 use super::whole_file::write_atomic;
 use crate::files::{Expansion, decode};
 use crate::simulation::image::Image;
+use crate::thermal::budget::{CAUSES, CHANNELS};
 
 /// Channel of the error of the temperature.
 const ERROR: &str = "T_error";
@@ -54,6 +56,10 @@ pub(crate) fn encode(frame: &Image, header: &FrameHeader) -> Result<Vec<u8>, Out
     }
     if !frame.error.is_empty() {
         channels.push(AnyChannel::new(ERROR, FlatSamples::F32(frame.error.clone())));
+    }
+    for (cause, name) in CHANNELS.iter().enumerate().filter(|_| !frame.budget.is_empty()) {
+        let gains = frame.budget.iter().map(|budget| budget[cause]).collect();
+        channels.push(AnyChannel::new(*name, FlatSamples::F32(gains)));
     }
     let reflected = &frame.reflected;
     if !reflected.is_empty() {
@@ -105,7 +111,8 @@ pub fn decode_exr(bytes: &[u8], path: &Path) -> Result<(Image, FrameHeader), Out
     let (width, height) = (layer.size.width() as u32, layer.size.height() as u32);
     let mut channels = layer.channel_data.list;
     let has = |name: &str| channels.iter().any(|channel| channel.name.as_slice() == name.as_bytes());
-    let (has_coverage, has_reflected, has_error) = (has("coverage"), has("reflected"), has(ERROR));
+    let (has_coverage, has_reflected, has_error, has_budget) =
+        (has("coverage"), has("reflected"), has(ERROR), has(CHANNELS[0]));
     let mut take = |name: &str| {
         let place = channels.iter().position(|channel| channel.name.as_slice() == name.as_bytes());
         place
@@ -120,13 +127,20 @@ pub fn decode_exr(bytes: &[u8], path: &Path) -> Result<(Image, FrameHeader), Out
     let coverage = if has_coverage { float("coverage")? } else { Vec::new() };
     let reflected = if has_reflected { float("reflected")? } else { Vec::new() };
     let error = if has_error { float(ERROR)? } else { Vec::new() };
+    let mut budget = Vec::new();
+    if has_budget {
+        budget.resize(temperature.len(), [0.0; CAUSES]);
+        for (cause, name) in CHANNELS.iter().enumerate() {
+            budget.iter_mut().zip(float(name)?).for_each(|(budget, gain)| budget[cause] = gain);
+        }
+    }
     let mut label = |name: &str| match take(name)? {
         FlatSamples::U32(values) => Ok(values),
         _ => Err(OutputError::exr(path, format!("channel {name} is not 32-bit uint"))),
     };
     let (part, material) = (label("part")?, label("material")?);
     let blank = attributes.image(width, height)?;
-    let frame = Image { radiance, temperature, depth, part, material, coverage, reflected, error, ..blank };
+    let frame = Image { radiance, temperature, depth, part, material, coverage, reflected, error, budget, ..blank };
     Ok((frame, attributes.header()?))
 }
 
@@ -180,6 +194,7 @@ mod tests {
         frame.part[5] = u32::MAX;
         frame.coverage = (0..65 * 37).map(|pixel| pixel as f32 / 4096.0).collect();
         frame.error = (0..65 * 37).map(|pixel| pixel as f32 / 512.0).collect();
+        frame.budget = (0..65 * 37).map(|pixel| std::array::from_fn(|cause| (8 * pixel + cause) as f32)).collect();
         write_exr(&path, &frame, &header).unwrap();
         let (read, read_header) = read_exr(&path).unwrap();
         assert_eq!(read, frame);

@@ -11,6 +11,7 @@ use super::frame::FrameHeader;
 use crate::lens::{Distortion, Lens};
 use crate::scene::{Camera, CameraFrame, Motion};
 use crate::simulation::image::Image;
+use crate::thermal::budget::CHANNELS;
 use crate::thermal::planck::Band;
 
 const RADIANCE_UNIT: &str = "W.m^-2.sr^-1";
@@ -58,6 +59,10 @@ pub(super) fn header_attributes(frame: &Image, header: &FrameHeader) -> Vec<(Str
     }
     all.extend(camera_attributes(frame, header));
     let mut all: Vec<_> = all.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+    if !frame.budget.is_empty() {
+        let unit = |name: &&str| (format!("isotherm_units_{name}"), string("W m-2, gain of the surface"));
+        all.extend(CHANNELS.iter().map(unit));
+    }
     for (number, (_, pose)) in header.joints.iter().enumerate() {
         all.push((joint_attribute(number), matrix(pose)));
     }

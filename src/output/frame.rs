@@ -35,6 +35,7 @@ pub(crate) fn check_size(image: &Image) -> Result<(), OutputError> {
             ("coverage", optional(&image.coverage)),
             ("reflected", optional(&image.reflected)),
             ("T_error", optional(&image.error)),
+            ("Q_sun", if image.budget.is_empty() { image.part.len() } else { image.budget.len() }),
         ],
     )
 }

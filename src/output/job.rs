@@ -17,7 +17,7 @@ use super::report::{FrameEntry, PlotEntry, ReportPicture, write_plots};
 use super::run_pictures::{CONTACT_SHEET, WrittenFrame, draw_pictures, frame_stem};
 use super::run_state::{EarlierResults, RunProgress, RunState, StepsState};
 use super::state_file;
-use super::tables::{JOINTS, SERIES, Tables};
+use super::tables::{BUDGET, JOINTS, SERIES, Tables};
 use super::video::{self, APNG, MP4};
 use crate::simulation::check::Check;
 use crate::simulation::energy::Account;
@@ -38,7 +38,7 @@ pub(crate) use super::recorder::check_finite;
 
 pub(crate) const REPORT_JSON: &str = "report.json";
 pub(crate) const REPORT_HTML: &str = "report.html";
-pub(crate) const FILES: [&str; 21] = [
+pub(crate) const FILES: [&str; 22] = [
     "frames/step_#.exr",
     "frames/step_#.png",
     "frames/step_#.json",
@@ -57,6 +57,7 @@ pub(crate) const FILES: [&str; 21] = [
     "plots/joint_distances.svg",
     SERIES,
     JOINTS,
+    BUDGET,
     CONTACT_SHEET,
     REPORT_JSON,
     REPORT_HTML,
@@ -109,6 +110,7 @@ pub(crate) fn run_into(
         plots,
         accuracy: check.map(|check| check.accuracy(prepared)),
         energy,
+        budgets: start.tables.mean_budgets()?,
         between: stepped.between,
         pixel_error: stepped.pixel_error,
         state: stepped.state,

@@ -4,6 +4,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use super::OutputError;
+use super::budgets::PartBudget;
 use super::folder::Folder;
 use super::report::{FrameEntry, PlotEntry, ReportPicture};
 use super::run_state::{RunIdentity, RunProgress};
@@ -60,6 +61,8 @@ pub(crate) struct RunOutcome {
     pub(crate) energy: Option<EnergyBalance>,
     /// Estimated error of the temperatures between steps [K], where images lie there.
     pub(crate) between: Option<f64>,
+    /// Mean budget of each part. Empty where the scene does not ask for it.
+    pub(crate) budgets: Vec<PartBudget>,
     /// Stated error of the pixels, where the scene asks for it.
     pub(crate) pixel_error: Option<PixelError>,
     /// The thermal state that was asked for, where its step was reached.

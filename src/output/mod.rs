@@ -8,6 +8,7 @@
 
 pub(crate) mod apparent;
 mod between;
+pub(crate) mod budgets;
 pub(crate) mod canvas;
 mod cdr;
 pub(crate) mod clock;

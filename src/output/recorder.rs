@@ -60,6 +60,9 @@ impl Consumer<JobError> for StepRecorder<'_, '_> {
             if let Some(account) = &mut self.account {
                 account.take(&temperatures, result.delivered.absorbed.as_deref());
             }
+            if let Some(budgets) = &result.budgets {
+                self.tables.add_budgets(self.run.prepared, result.time, budgets)?;
+            }
             if self.run.prepared.scene.time.draw.is_between_steps() {
                 self.between.take(self.run.prepared, result.step, temperatures);
             }

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::OutputError;
+use super::budgets::PartBudget;
 use super::folder::Folder;
 use super::plot::Plot;
 use super::statistics::Percentiles;
@@ -21,13 +22,8 @@ pub(crate) struct Report {
     pub(crate) source: ReportSource,
     pub(crate) device: ReportDevice,
     pub(crate) speed: Speed,
-    /// Stated error of the temperatures of the visible pixels. `None` if the scene does not ask for it.
-    pub(crate) pixel_error: Option<PixelError>,
-    /// Rounding and implementation: the difference from the f64 reference, which shares every approximation. `None` if nothing was compared, as in a run of the
-    /// reference itself.
-    pub(crate) accuracy: Option<Accuracy>,
-    /// Energy balance of the run. `None` if the scene does not keep it.
-    pub(crate) energy: Option<EnergyBalance>,
+    #[serde(flatten)]
+    pub(crate) findings: ReportFindings,
     pub(crate) model: ModelSize,
     pub(crate) buffers: Vec<BufferSize>,
     pub(crate) passes: Vec<PassTime>,
@@ -42,6 +38,21 @@ pub(crate) struct Report {
     pub(crate) results: ReportFiles,
     /// Whether the run stopped before its last step.
     pub(crate) interrupted: bool,
+}
+
+/// The errors and the heat of a run.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub(crate) struct ReportFindings {
+    /// Stated error of the temperatures of the visible pixels. `None` if the scene does not ask for it.
+    pub(crate) pixel_error: Option<PixelError>,
+    /// Rounding and implementation: the difference from the f64 reference, which shares every approximation. `None` if nothing was compared, as in a run of the
+    /// reference itself.
+    pub(crate) accuracy: Option<Accuracy>,
+    /// Energy balance of the run. `None` if the scene does not keep it.
+    pub(crate) energy: Option<EnergyBalance>,
+    /// Mean budget of each part. Empty if the scene does not ask for it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) budgets: Vec<PartBudget>,
 }
 
 /// The program, the command and the files that a run started from.

@@ -1,13 +1,15 @@
 //! `report.html`: one page that needs no network, script or other file.
 
+use super::budgets::PartBudget;
 use super::html::{Html, bytes, escape, kelvin, kelvin_text, link, significant, thousands};
 use super::report::{HOW_TO_ASK, InputFile, Report};
 use crate::simulation::check::Accuracy;
 use crate::simulation::energy::{EnergyBalance, PartEnergy};
 use crate::simulation::uncertainty::PixelError;
+use crate::thermal::budget::CHANNELS;
 use crate::trace::TimeAccount;
 
-/// Most parts in the table of the energy balance. `report.json` has all of them.
+/// Most parts in the tables of energy and of budgets. `report.json` has all of them.
 const MOST_PARTS: usize = 20;
 
 pub(crate) fn page(report: &Report) -> String {
@@ -29,9 +31,10 @@ pub(crate) fn page(report: &Report) -> String {
     for plot in &report.results.plots {
         html.figure(&plot.svg, &plot.title, &plot.file);
     }
-    pixel_error(&mut html, report.pixel_error.as_ref());
-    accuracy(&mut html, report.accuracy.as_ref());
-    energy(&mut html, report.energy.as_ref());
+    pixel_error(&mut html, report.findings.pixel_error.as_ref());
+    accuracy(&mut html, report.findings.accuracy.as_ref());
+    energy(&mut html, report.findings.energy.as_ref());
+    budgets(&mut html, &report.findings.budgets);
     time(&mut html, report);
     costs(&mut html, report);
     settings(&mut html, report);
@@ -56,7 +59,7 @@ fn headline(html: &mut Html, report: &Report) {
     if let Some(time) = speed.image_ms {
         figures.push((significant(time), "ms", "per image, files not counted".to_owned()));
     }
-    match &report.pixel_error {
+    match &report.findings.pixel_error {
         Some(error) => {
             let (rms, unit) = kelvin(error.rms_k);
             figures.push((rms, unit, "error of a pixel's temperature, rms".to_owned()));
@@ -65,7 +68,7 @@ fn headline(html: &mut Html, report: &Report) {
         }
         None => figures.push(("not asked for".into(), "", format!("error of a pixel's temperature: {HOW_TO_ASK}"))),
     }
-    match &report.accuracy.as_ref().filter(|accuracy| accuracy.nodes > 0) {
+    match &report.findings.accuracy.as_ref().filter(|accuracy| accuracy.nodes > 0) {
         Some(accuracy) => {
             let (largest, unit) = kelvin(accuracy.max_k);
             figures.push((
@@ -175,6 +178,24 @@ fn energy(html: &mut Html, balance: Option<&EnergyBalance>) {
     if balance.parts.len() > MOST_PARTS {
         let rest = balance.parts.len() - MOST_PARTS;
         html.element("p", &format!("{rest} parts that absorb less are in report.json."));
+    }
+}
+
+fn budgets(html: &mut Html, budgets: &[PartBudget]) {
+    if budgets.is_empty() {
+        return;
+    }
+    html.element("h2", "What warms and cools each part");
+    html.element("p", "Gains over the area of the part, in the mean over the run [W/m2]. Their sum is 0.");
+    let head: Vec<&str> = std::iter::once("part").chain(CHANNELS).collect();
+    let row = |budget: &PartBudget| {
+        let gains =
+            CHANNELS.iter().map(|name| budget.mean_w_per_m2.get(name).map_or(String::new(), |gain| significant(*gain)));
+        std::iter::once(budget.part.clone()).chain(gains).collect()
+    };
+    html.table(&head, budgets.iter().take(MOST_PARTS).map(row));
+    if budgets.len() > MOST_PARTS {
+        html.element("p", &format!("{} more parts are in report.json.", budgets.len() - MOST_PARTS));
     }
 }
 
@@ -321,7 +342,7 @@ mod tests {
         }
         // The error of the pixels comes before the difference from the twin, which is no error of theirs.
         assert!(place("1.50 <small>K") < place("1.13 <small>mK") && !text.contains("not asked for"));
-        (report.accuracy, report.pixel_error) = (None, None);
+        (report.findings.accuracy, report.findings.pixel_error) = (None, None);
         let text = page(&report);
         assert!(text.contains("nothing was compared") && text.contains("state error = true in [output]"));
     }

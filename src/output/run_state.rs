@@ -65,7 +65,7 @@ pub(crate) struct StepsState {
     /// Absent where images state no error.
     pub(crate) uncertainty: Option<UncertaintyState>,
     /// Lengths of the tables [bytes].
-    pub(crate) tables: [u64; 2],
+    pub(crate) tables: [u64; 3],
     pub(crate) done: EarlierResults,
 }
 

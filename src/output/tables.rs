@@ -1,8 +1,9 @@
-//! The tables of a run: temperatures and joints of every step, appended as it goes.
+//! The tables of a run: temperatures, joints and budgets of every step, appended as it goes.
 
 use rayon::prelude::*;
 
 use super::OutputError;
+use super::budgets::{BudgetRows, PartBudget};
 use super::eclipses::Eclipses;
 use super::folder::Folder;
 use super::growing::Growing;
@@ -13,12 +14,16 @@ use super::series_lines::SeriesLines;
 use super::statistics::StatisticsGroups;
 use super::temperature_plots::temperature_plots;
 use crate::model::nodes::GROUP;
+use crate::simulation::budget::part_budgets;
 use crate::simulation::prepare::Prepared;
+use crate::thermal::budget::Budget;
 
 /// Temperatures over time.
 pub(crate) const SERIES: &str = "series.csv";
 /// Positions of joints over time.
 pub(crate) const JOINTS: &str = "joints.csv";
+/// Budgets of parts over time.
+pub(crate) const BUDGET: &str = "budget.csv";
 
 /// The growing tables of a run.
 pub(super) struct Tables<'a> {
@@ -27,6 +32,8 @@ pub(super) struct Tables<'a> {
     series: Growing<'a>,
     joint_columns: JointColumns,
     joints: Option<Growing<'a>>,
+    budget_rows: BudgetRows,
+    budgets: Option<Growing<'a>>,
 }
 
 impl<'a> Tables<'a> {
@@ -36,7 +43,7 @@ impl<'a> Tables<'a> {
     }
 
     /// Goes on with the tables of an earlier part of the run, which had these lengths [bytes].
-    pub(crate) fn again(prepared: &Prepared, folder: &'a Folder, lengths: [u64; 2]) -> Result<Self, OutputError> {
+    pub(crate) fn again(prepared: &Prepared, folder: &'a Folder, lengths: [u64; 3]) -> Result<Self, OutputError> {
         Self::new(prepared, |name, _, number| Growing::again(folder, name, lengths[number]))
     }
 
@@ -53,6 +60,8 @@ impl<'a> Tables<'a> {
             groups: NodeGroups::new(prepared)?,
             series: open(SERIES, columns.column_names(), 0)?,
             joints: (!joint_columns.is_empty()).then(|| open(JOINTS, joint_columns.head(), 1)).transpose()?,
+            budgets: prepared.scene.images.budget.then(|| open(BUDGET, BudgetRows::head(), 2)).transpose()?,
+            budget_rows: BudgetRows::new(&prepared.parts),
             columns,
             joint_columns,
         })
@@ -67,10 +76,27 @@ impl<'a> Tables<'a> {
         }
     }
 
+    /// Adds the budget of every node in device order [W/m2] at a time [s].
+    pub(crate) fn add_budgets(
+        &mut self,
+        prepared: &Prepared,
+        time: f64,
+        budgets: &[Budget],
+    ) -> Result<(), OutputError> {
+        let Some(table) = &mut self.budgets else { return Ok(()) };
+        self.budget_rows.rows(time, &part_budgets(prepared, budgets)).try_for_each(|row| table.push(row))
+    }
+
+    /// The mean budget of each part over the run. Empty where the scene does not ask for budgets.
+    pub(crate) fn mean_budgets(&mut self) -> Result<Vec<PartBudget>, OutputError> {
+        let Some(table) = &mut self.budgets else { return Ok(Vec::new()) };
+        self.budget_rows.means(table.reader()?)
+    }
+
     /// Brings the tables to the disk. Returns their lengths [bytes].
-    pub(crate) fn sync(&mut self) -> Result<[u64; 2], OutputError> {
-        let joints = self.joints.as_mut().map_or(Ok(0), Growing::sync)?;
-        Ok([self.series.sync()?, joints])
+    pub(crate) fn sync(&mut self) -> Result<[u64; 3], OutputError> {
+        let length = |table: &mut Option<Growing<'_>>| table.as_mut().map_or(Ok(0), Growing::sync);
+        Ok([self.series.sync()?, length(&mut self.joints)?, length(&mut self.budgets)?])
     }
 
     pub(crate) fn plots(&mut self, eclipses: &Eclipses) -> Result<Vec<PlotEntry>, OutputError> {

@@ -69,6 +69,8 @@ pub struct ImageFiles {
     pub video_rate: f64,
     /// Whether the EXR frames state the error of every pixel's temperature.
     pub error: bool,
+    /// Whether the EXR frames state the budget of every pixel.
+    pub budget: bool,
 }
 
 /// Whether images state the error of every pixel. `given` tells that the temperatures come from a file.
@@ -140,5 +142,6 @@ pub(super) fn read(section: Option<&Section>, sensor: Option<&Sensor>, given: bo
             "shows what a sensor displays: it needs a section [sensor], which is missing",
         ));
     }
-    Ok(ImageFiles { files, video, video_rate: rate.unwrap_or(10.0), error: error(section, given)? })
+    let budget = section.map(|section| section.boolean("budget")).transpose()?.flatten().unwrap_or(false);
+    Ok(ImageFiles { files, video, video_rate: rate.unwrap_or(10.0), error: error(section, given)?, budget })
 }

@@ -10,7 +10,7 @@ use camera::DeviceCamera;
 use frames::{Flying, Fourth, Frames};
 
 use super::device_data::{DeviceData, sensor_tables};
-use super::engine::{Delivered, Engine, EngineError, EngineStep, Order};
+use super::engine::{Delivered, Engine, EngineError, EngineStep, Order, SurfaceState};
 use super::engine_state::{DeviceEngineState, EngineState};
 use super::exchange_device::DeviceExchange;
 use super::exchange_poses::RowsBetween;
@@ -253,6 +253,22 @@ impl Engine for DeviceEngine {
         self.renderer.restore(&saved.scene)?;
         self.steps = saved.steps;
         Ok(())
+    }
+
+    fn surfaces(&mut self) -> Result<SurfaceState, EngineError> {
+        let received = match &self.exchange {
+            Some(exchange) => exchange.of_nodes(&self.renderer.face_loads()?),
+            None => Vec::new(),
+        };
+        let lit = self.renderer.found_light()?;
+        let temperatures = self.renderer.temperatures()?;
+        Ok(SurfaceState {
+            temperatures,
+            lit,
+            received,
+            network: self.network_temperatures()?.unwrap_or_default(),
+            structures: self.structures()?,
+        })
     }
 
     fn structures(&mut self) -> Result<Vec<f64>, EngineError> {

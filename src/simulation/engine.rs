@@ -9,8 +9,10 @@ use super::image::Image;
 use super::network::{NetworkRun, StepCost};
 use super::prepare::Prepared;
 use crate::environment::StepLoad;
+use crate::environment::shadow::Lit;
 use crate::gpu::timing::PassTimes;
 use crate::scene::Camera;
+use crate::thermal::received::FaceLoad;
 use crate::thermal::surroundings::Surroundings;
 
 /// One step for an engine.
@@ -87,6 +89,21 @@ pub struct Delivered {
     pub temperatures: Option<Vec<f32>>,
     /// Heat that each run of nodes absorbed in the step [W] (see `energy::heat_tables`), where it was asked for.
     pub absorbed: Option<Vec<f64>>,
+}
+
+/// The light and the temperatures of all nodes. Lists are in device order, padding included.
+#[derive(Debug, Clone, Default)]
+pub struct SurfaceState {
+    /// Temperatures [K].
+    pub(crate) temperatures: Vec<f64>,
+    /// Lit areas. `None` before the first finding, and where normals tell the light.
+    pub(crate) lit: Option<Lit>,
+    /// Light from the craft on the two faces of each node. Empty where surfaces do not see each other.
+    pub(crate) received: Vec<[FaceLoad; 2]>,
+    /// Temperatures of the network's nodes [K]. Empty without a network.
+    pub(crate) network: Vec<f64>,
+    /// Temperatures of the structures below plates [K], in the order of `Prepared::structures`.
+    pub(crate) structures: Vec<f64>,
 }
 
 /// A scene on a Vulkan device or on the f64 reference.
@@ -246,6 +263,12 @@ pub trait Engine: Send {
     fn exchange_rows(&self) -> Option<RowsBetween> {
         None
     }
+
+    /// The light and the temperatures after the last step that was submitted, for a budget. No work is under way.
+    ///
+    /// # Errors
+    /// A call that fails.
+    fn surfaces(&mut self) -> Result<SurfaceState, EngineError>;
 
     /// Infrared that nodes absorb from each other [W/m2], if each emits like a black body of this flux [W/m2]. Empty without radiation between surfaces.
     fn exchanged_infrared(&self, _black: &[f64]) -> Vec<f64> {

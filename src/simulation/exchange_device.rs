@@ -8,6 +8,7 @@ use super::exchange::{ExchangeCraft, inside};
 use super::exchange_poses::{Posed, PosedState, RowsBetween};
 use crate::exchange::step::Exchange;
 use crate::gpu::effects::exchange::tables::ExchangeTables;
+use crate::thermal::received::FaceLoad;
 use crate::trace::span;
 
 /// Share of the rays of a patch beyond which a joint has moved it into another part.
@@ -59,6 +60,12 @@ impl DeviceExchange {
     /// Poses between which the rows that hold lie.
     pub(crate) fn rows(&self) -> Option<RowsBetween> {
         self.posed.rows()
+    }
+
+    /// The light on the two faces of every node, from the light on every patch.
+    pub(crate) fn of_nodes(&self, patches: &[FaceLoad]) -> Vec<[FaceLoad; 2]> {
+        let of_patch = |patch: u32| patches.get(patch as usize).copied().unwrap_or(FaceLoad::NOTHING);
+        self.craft.patches.of_node.iter().map(|faces| faces.map(of_patch)).collect()
     }
 
     /// Follows the joints. Returns tables where others hold than before.

@@ -57,6 +57,8 @@ pub struct Simulation {
     /// Whether the state is that of `time`. Before the start, the state belongs to no time.
     begun: bool,
     time: f64,
+    /// The last step. `None` before the first one, and after a restored state.
+    last: Option<Passing>,
     periodic: Option<Periodic>,
     /// The errors of the temperatures, where the scene asks for them.
     errors: Option<RestingErrors>,
@@ -112,6 +114,7 @@ impl Simulation {
             placed: false,
             begun: false,
             time: 0.0,
+            last: None,
             periodic: None,
         })
     }
@@ -277,6 +280,7 @@ impl Simulation {
         let passing = steps.iter().map(|(passing, _)| *passing);
         let went = forward(&self.prepared, &mut *self.engine, None, passing, stop, &mut told);
         self.time = if done == 0 { began } else { steps[done - 1].1 };
+        self.last = done.checked_sub(1).map(|number| steps[number].0).or(self.last);
         steps.clear();
         Ok(went?)
     }

@@ -3,6 +3,7 @@
 use glam::DAffine3;
 
 use crate::scene::Camera;
+use crate::thermal::budget::CAUSES;
 
 /// What a camera sees at one moment. Rows run from top to bottom, pixels from left to right. A pixel without a surface is 0 in every list but the
 /// radiance, which is that of the sky where the scene has one. `part == 0` is the test for it.
@@ -30,6 +31,8 @@ pub struct Image {
     pub reflected: Vec<f32>,
     /// One standard deviation of the temperature's error [K]. Empty where the scene does not ask for it.
     pub error: Vec<f32>,
+    /// Budget: what the surface gains by each cause [W/m2], in the order of `thermal::budget::CHANNELS`. Empty where the scene does not ask for it.
+    pub budget: Vec<[f32; CAUSES]>,
     /// Digital numbers of the sensor. `None` without one.
     pub digital_numbers: Option<Vec<u16>>,
     /// Counts of the sensor's radiometric output (`kelvin_per_count`). `None` where it has none.
@@ -51,6 +54,7 @@ impl Image {
             coverage: Vec::new(),
             reflected: Vec::new(),
             error: Vec::new(),
+            budget: Vec::new(),
             digital_numbers: None,
             counts: None,
         }

@@ -8,6 +8,7 @@ mod build;
 mod change_over;
 mod description;
 mod failure;
+mod gains;
 mod given;
 mod left;
 mod run;

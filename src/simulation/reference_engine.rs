@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use self::drawing::Drawing;
 use super::energy::{absorbed_heat, heat_tables};
-use super::engine::{Delivered, Engine, EngineError, EngineStep, Order};
+use super::engine::{Delivered, Engine, EngineError, EngineStep, Order, SurfaceState};
 use super::engine_state::{EngineState, ReferenceEngineState};
 use super::exchange::ExchangeTwin;
 use super::exchange_poses::RowsBetween;
@@ -22,6 +22,7 @@ use crate::scene::Camera;
 use crate::thermal::between::between;
 use crate::thermal::incident::{IncidentFunction, incident};
 use crate::thermal::misfit::{Misfit, part};
+use crate::thermal::received::FaceLoad;
 use crate::thermal::reference::Reference;
 use crate::thermal::sensor::twin::SensorTwin;
 use crate::trace::span;
@@ -269,6 +270,23 @@ impl Engine for ReferenceEngine {
 
     fn exchange_rows(&self) -> Option<RowsBetween> {
         self.exchange.as_ref().and_then(ExchangeTwin::rows)
+    }
+
+    fn surfaces(&mut self) -> Result<SurfaceState, EngineError> {
+        let has_light = self.light.as_ref().is_some_and(|light| light.redraw.found_for.is_some());
+        let slots = || self.node_of_slot.iter().map(|slot| *slot as usize);
+        let mut received = Vec::new();
+        if !self.reference.received().is_empty() {
+            received.resize(self.slots, [FaceLoad::NOTHING; 2]);
+            slots().zip(self.reference.received()).for_each(|(slot, faces)| received[slot] = *faces);
+        }
+        Ok(SurfaceState {
+            temperatures: self.temperatures(),
+            lit: has_light.then(|| self.reference.lit().of_slots(slots(), self.slots)),
+            received,
+            network: self.network.as_ref().map(NetworkRun::temperatures).unwrap_or_default(),
+            structures: self.structures()?,
+        })
     }
 
     fn structures(&mut self) -> Result<Vec<f64>, EngineError> {

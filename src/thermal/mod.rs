@@ -5,6 +5,7 @@
 pub(crate) mod balance;
 pub(crate) mod between;
 pub(crate) mod brightness;
+pub(crate) mod budget;
 pub(crate) mod crinkle;
 pub(crate) mod emissivity;
 pub(crate) mod emissivity_table;

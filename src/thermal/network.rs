@@ -95,6 +95,11 @@ impl Network {
         for ((out, area), temperature) in out.iter_mut().zip(&self.emissive_areas).zip(temperatures) {
             *out = area * radiated(self.space_temperature, *temperature);
         }
+        self.add_conducted_heat(temperatures, out);
+    }
+
+    /// Adds the heat of all conductors into every node [W] to `out`.
+    pub(crate) fn add_conducted_heat(&self, temperatures: &[f64], out: &mut [f64]) {
         for conductor in &self.linear {
             let [a, b] = conductor.nodes.map(|node| node as usize);
             let heat = conductor.conductance * (temperatures[b] - temperatures[a]);

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::environment::StepLoad;
 use crate::environment::shadow::{Lit, LitAreas};
 use crate::thermal::balance::{Incident, absorbed_flux, balance_temperature, emissivity_sum};
+use crate::thermal::budget::SurfaceGains;
 use crate::thermal::material::{Material, Response};
 use crate::thermal::misfit::{Misfit, check_length};
 use crate::thermal::radiative::{PlateLoad, PlateState, radiative_step};
@@ -156,19 +157,35 @@ impl<F: IncidentFlux> Reference<F> {
 
     /// Flux that a node absorbs in a step [W/m2].
     fn absorbed_by(&self, node: usize, material: &Material, load: &StepLoad) -> f64 {
+        let [front, back] = self.received_by(node);
+        let on_front = self.on_face(node, 0, load);
+        absorbed_flux(material, on_front, || self.on_face(node, 1, load)) + front.absorbed + back.absorbed
+    }
+
+    /// Light from the craft on the front and back of a node.
+    fn received_by(&self, node: usize) -> [FaceLoad; 2] {
+        self.received.get(node).copied().unwrap_or([FaceLoad::NOTHING; 2])
+    }
+
+    /// Light of Sun and planet on the front (0) or back (1) of a node.
+    fn on_face(&self, node: usize, face: usize, load: &StepLoad) -> Incident {
         let normal = self.turned(node, load).normal;
-        let [front, back] = self.received.get(node).copied().unwrap_or([FaceLoad::NOTHING; 2]);
-        let lit = self.lit.areas.get(node).map(|lit| lit.flux(load, self.pose(node, load)));
-        let on_face = |normal: DVec3, face: &FaceLoad, lit: Option<f64>| {
-            let by_normal = self.incident.incident(load, normal);
-            let whole = Incident { solar: lit.unwrap_or(by_normal.solar), ..by_normal };
-            let open = face.through(whole);
-            // Rays tell what lies inside other parts.
-            if self.lit.by_rays { Incident { solar: whole.solar, ..open } } else { open }
+        let by_normal = self.incident.incident(load, if face == 0 { normal } else { -normal });
+        let lit = self.lit.areas.get(node).map(|lit| lit.flux(load, self.pose(node, load))[face]);
+        let whole = Incident { solar: lit.unwrap_or(by_normal.solar), ..by_normal };
+        let open = self.received_by(node)[face].through(whole);
+        // Rays tell what lies inside other parts.
+        if self.lit.by_rays { Incident { solar: whole.solar, ..open } } else { open }
+    }
+
+    /// The light that every node absorbs [W/m2], by its cause.
+    pub(crate) fn gains(&self, load: &StepLoad) -> Vec<SurfaceGains> {
+        let gains = |node: usize| {
+            let material = &self.materials[self.nodes[node].material as usize];
+            let on_faces = [0, 1].map(|face| self.on_face(node, face, load));
+            SurfaceGains::absorbed(material, on_faces, self.received_by(node))
         };
-        let on_front = on_face(normal, &front, lit.map(|lit| lit[0]));
-        let from_outside = absorbed_flux(material, on_front, || on_face(-normal, &back, lit.map(|lit| lit[1])));
-        from_outside + front.absorbed + back.absorbed
+        (0..self.nodes.len()).into_par_iter().map(gains).collect()
     }
 
     /// Temperatures of the structures below plates [K], in the order of the nodes. `None` for a node without a structure.

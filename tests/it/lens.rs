@@ -407,7 +407,8 @@ fn a_header_states_the_pose_in_all_frames_and_the_joints() {
         let camera = prepared.scene.camera.as_ref().expect("a camera");
         let image = Some(drawn(&prepared, &mut ReferenceEngine::new(&prepared, Some(camera))));
         let delivered = Delivered { image, ..Delivered::default() };
-        let result = StepResult { step: 0, image: None, time: 0.0, pose: pose_at(&prepared, 0.0), delivered };
+        let result =
+            StepResult { step: 0, image: None, time: 0.0, pose: pose_at(&prepared, 0.0), delivered, budgets: None };
         let maker = FrameMaker::new(&prepared, "a device");
         let (image, header) = maker.frame(result).expect("a frame").expect("an image");
         let path = folder.path("image.exr");

@@ -127,6 +127,7 @@ impl Quads {
             coverage: channel(3),
             reflected: Vec::new(),
             error: Vec::new(),
+            budget: Vec::new(),
             digital_numbers: None,
             counts: None,
         }

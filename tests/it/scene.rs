@@ -128,6 +128,7 @@ fn every_value_of_a_full_scene_arrives() {
         video: Some(Video::Apng),
         video_rate: 25.0,
         error: true,
+        budget: true,
     };
     assert_eq!(scene.images, images);
     assert_eq!(scene.preset.map(|preset| preset.name), Some("FLIR Boson 640"));

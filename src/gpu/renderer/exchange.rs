@@ -3,8 +3,9 @@
 use super::Renderer;
 use crate::gpu::effects::exchange::state::Exchanging;
 use crate::gpu::effects::exchange::tables::ExchangeTables;
-use crate::gpu::effects::exchange::{ENTRIES, NODES, PATCHES, RECEIVED, SKY};
+use crate::gpu::effects::exchange::{ENTRIES, NODES, PATCHES, RECEIVED, SEEN, SKY};
 use crate::gpu::error::GpuError;
+use crate::thermal::received::{FaceLoad, PlanetShares};
 
 impl Renderer {
     /// Replaces the tables after a joint has moved.
@@ -36,6 +37,27 @@ impl Renderer {
         let mut of_patches = vec![0.0; own.order.len()];
         own.order.iter().zip(at_places).for_each(|(patch, [received, _])| of_patches[*patch as usize] = received);
         Ok(of_patches)
+    }
+
+    /// The light of the last step on every patch. Empty without exchange.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub(crate) fn face_loads(&mut self) -> Result<Vec<FaceLoad>, GpuError> {
+        let received = self.received_at_places()?;
+        let Some(own) = &self.scene.exchange else { return Ok(Vec::new()) };
+        let seen: Vec<[f32; 2]> = self.resources.download(&mut self.once, &SEEN, own.places())?;
+        let mut loads = vec![FaceLoad::NOTHING; own.order.len()];
+        for ((patch, [absorbed, exposed]), seen) in own.order.iter().zip(received).zip(seen) {
+            let [planet_ir, albedo] = seen.map(f64::from);
+            loads[*patch as usize] = FaceLoad {
+                absorbed: f64::from(absorbed),
+                planet_shares: PlanetShares { planet_ir, albedo },
+                exposed: f64::from(exposed),
+            };
+        }
+        self.resources.free_staging();
+        Ok(loads)
     }
 
     /// All that patches absorb [W/m2], and the share of each that sunlight can reach, in the order of the device.

@@ -2,7 +2,7 @@
 
 use super::Renderer;
 use crate::environment::StepLoad;
-use crate::environment::shadow::LitArea;
+use crate::environment::shadow::{Lit, LitArea, LitAreas};
 use crate::gpu::effects::light::{LIT_FRONT, LIT_X, LIT_Y, LIT_Z};
 use crate::gpu::error::GpuError;
 
@@ -30,6 +30,16 @@ impl Renderer {
             self.resources.upload(&mut self.once, resource, &values)?;
         }
         Ok(true)
+    }
+
+    /// The lit areas that hold now. `None` before the first finding, and where normals tell the light.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub(crate) fn found_light(&mut self) -> Result<Option<Lit>, GpuError> {
+        let found = self.scene.light.as_ref().filter(|light| light.redraw.found_for.is_some());
+        let Some(by_rays) = found.map(LitAreas::by_rays) else { return Ok(None) };
+        Ok(Some(Lit { areas: self.lit_areas()?, by_rays }))
     }
 
     /// The lit area of each node of the device, from the last time that it was found: its vector, and the share of the light on its front. Empty where

@@ -1,7 +1,7 @@
-//! Reads and sets the temperatures of the structures below plates.
+//! Reads the temperatures of nodes, and reads and sets the temperatures of the structures below plates.
 
 use super::Renderer;
-use crate::gpu::effects::thermal::{ELAPSED, TARGET};
+use crate::gpu::effects::thermal::{ELAPSED, TARGET, TEMPERATURE};
 use crate::gpu::error::GpuError;
 
 impl Renderer {
@@ -12,6 +12,17 @@ impl Renderer {
     pub(crate) fn structures(&mut self) -> Result<Vec<f32>, GpuError> {
         self.wait()?;
         self.resources.download(&mut self.once, &TARGET, self.nodes)
+    }
+
+    /// Temperatures of all nodes [K]. No frame is in flight afterwards.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub(crate) fn temperatures(&mut self) -> Result<Vec<f64>, GpuError> {
+        self.wait()?;
+        let values: Vec<f32> = self.resources.download(&mut self.once, &TEMPERATURE, self.nodes)?;
+        self.resources.free_staging();
+        Ok(values.into_iter().map(f64::from).collect())
     }
 
     /// Replaces the temperatures of the structures below some nodes [K].

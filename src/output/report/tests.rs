@@ -5,6 +5,7 @@ use crate::output::folder::Folder;
 use crate::simulation::check::StepLengthError;
 use crate::simulation::energy::PartEnergy;
 use crate::simulation::uncertainty::PixelError;
+use crate::thermal::budget::CHANNELS;
 use crate::trace::TimeSpent;
 
 fn pairs(list: &[(&str, &str)]) -> Vec<(String, String)> {
@@ -63,9 +64,15 @@ pub(crate) fn full() -> Report {
                 ],
             },
         },
-        pixel_error: Some(PixelError { rms_k: 1.5, p99_k: 6.25, max_k: 12.5, pixels: 76_800, images: 36 }),
-        accuracy: Some(full_accuracy()),
-        energy: Some(full_energy()),
+        findings: ReportFindings {
+            pixel_error: Some(PixelError { rms_k: 1.5, p99_k: 6.25, max_k: 12.5, pixels: 76_800, images: 36 }),
+            accuracy: Some(full_accuracy()),
+            energy: Some(full_energy()),
+            budgets: vec![PartBudget {
+                part: "body".into(),
+                mean_w_per_m2: CHANNELS.into_iter().zip([90.5, 11.0, 22.0, 3.0, -4.0, 0.0, 0.0, -122.5]).collect(),
+            }],
+        },
         model: ModelSize {
             nodes: 499_213,
             triangles: 831_204,

@@ -49,7 +49,7 @@ impl Simulation {
             if !forward(&self.prepared, &mut *self.engine, None, [*passing], stop, progress)? {
                 return Ok(false);
             }
-            self.time = *end;
+            (self.time, self.last) = (*end, Some(*passing));
             let temperatures = self.read_temperatures()?;
             self.with_errors(|errors| errors.pass(*passing, &temperatures));
         }

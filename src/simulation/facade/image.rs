@@ -3,6 +3,7 @@
 use super::Simulation;
 use crate::gpu::error::GpuError;
 use crate::scene::{Background, Camera, Reflections};
+use crate::simulation::budget::{draw_budgets, node_budgets};
 use crate::simulation::engine::{Order, RowMoments};
 use crate::simulation::facade_error::SimulationError;
 use crate::simulation::image::Image;
@@ -32,6 +33,10 @@ impl Simulation {
             image.counts = None;
         }
         self.with_errors(|errors| errors.draw(&mut image, None));
+        if self.prepared.scene.images.budget {
+            let budgets = node_budgets(&self.prepared, &mut *self.engine, self.last, self.time)?;
+            draw_budgets(&self.prepared, &budgets, &mut image, None);
+        }
         let (time, width) = (self.time, image.camera.width as usize);
         match image.not_finite() {
             None => Ok(image),

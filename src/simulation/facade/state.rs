@@ -48,7 +48,7 @@ impl Simulation {
             error => error.into(),
         })?;
         self.prepared.loads = self.own.clone();
-        (self.placed, self.begun, self.time) = (false, true, time);
+        (self.placed, self.begun, self.time, self.last) = (false, true, time, None);
         self.restore_errors(saved)
     }
 

@@ -1,0 +1,165 @@
+//! The budget of every node and of every pixel: what a surface gains by each cause at a moment [W/m2] (docs/numerics.md 9).
+//!
+//! The light is the light of the last step, which every response was stepped with. Temperatures, conduction and heaters are the present ones. Storage is the loss
+//! that closes the budget. A node of a network or a plate thus has exactly the rate at which its temperature changes.
+
+use rayon::prelude::*;
+
+use super::corner_image::draw_corners;
+use super::engine::{Engine, EngineError, SurfaceState};
+use super::image::Image;
+use super::parts::Passing;
+use super::prepare::Prepared;
+use crate::environment::StepLoad;
+use crate::environment::shadow::Lit;
+use crate::model::nodes::GROUP;
+use crate::thermal::budget::{Budget, CAUSES, SurfaceGains};
+use crate::thermal::incident::{IncidentFunction, incident};
+use crate::thermal::material::{Material, Response};
+use crate::thermal::reference::Reference;
+
+/// The budgets of all nodes in device order, at a time [s]. `last` is the step that ended there; before the first one, the light is the light of the warm-up's end.
+///
+/// # Errors
+/// A call that fails.
+pub(crate) fn node_budgets(
+    prepared: &Prepared,
+    engine: &mut dyn Engine,
+    last: Option<Passing>,
+    time: f64,
+) -> Result<Vec<Budget>, EngineError> {
+    let load = load_before(prepared, last, time);
+    let state = engine.surfaces()?;
+    let mut gains = light(prepared, &load, &state);
+    let material = |slot: usize| &prepared.materials[prepared.nodes.group_material[slot / GROUP] as usize];
+    for (slot, _) in prepared.nodes.real() {
+        gains[slot] = gains[slot].at(material(slot), state.temperatures[slot], load.background_temperature);
+    }
+    for (slot, structure) in prepared.structures().into_iter().zip(&state.structures) {
+        gains[slot].conduction = by_structure(material(slot), state.temperatures[slot], *structure);
+    }
+    conduct(prepared, engine, &load, &state, time, &mut gains);
+    Ok(gains.iter().map(SurfaceGains::closed).collect())
+}
+
+/// The load under which the last step ended.
+fn load_before(prepared: &Prepared, last: Option<Passing>, time: f64) -> StepLoad {
+    let scene = &prepared.scene;
+    let [start, end] = match last.map(|last| last.parts(&prepared.loads)) {
+        Some(parts) => parts.last().map_or([time; 2], |part| [part.start, part.end]),
+        None if scene.time.warm_up_orbits > 0.0 => [time - scene.time.warm_up_step, time],
+        None => [time; 2],
+    };
+    prepared.loads.step_load(start, end)
+}
+
+/// The light that every node absorbs.
+fn light(prepared: &Prepared, load: &StepLoad, state: &SurfaceState) -> Vec<SurfaceGains> {
+    let nodes = &prepared.nodes;
+    let slots: Vec<usize> = nodes.real().map(|(slot, _)| slot).collect();
+    let joints = if prepared.joints() > 1 { prepared.joints_of(slots.iter().copied()) } else { Vec::new() };
+    let own = slots.iter().map(|slot| nodes.reference_node(*slot)).collect();
+    let incident = incident as IncidentFunction;
+    let mut reference = Reference::new(own, prepared.materials.clone(), incident).with_joints(joints);
+    match &state.lit {
+        Some(Lit { areas, by_rays }) => {
+            reference.light(Lit { areas: slots.iter().map(|slot| areas[*slot]).collect(), by_rays: *by_rays });
+        }
+        None => reference.find_light(&mut prepared.lit_areas(slots.iter().copied()), load),
+    }
+    if !state.received.is_empty() {
+        reference.receive(slots.iter().map(|slot| state.received[*slot]).collect());
+    }
+    let mut gains = vec![SurfaceGains::default(); nodes.vertex_of_node.len()];
+    slots.iter().zip(reference.gains(load)).for_each(|(slot, of_node)| gains[*slot] = of_node);
+    gains
+}
+
+/// Heat that a plate gains from the structure below [W/m2].
+fn by_structure(material: &Material, plate: f64, structure: f64) -> f64 {
+    match &material.response {
+        Response::Radiative(own) => own.exchange() * (structure.powi(4) - plate.powi(4)),
+        _ => 0.0,
+    }
+}
+
+/// Gives the nodes of a network their conduction, their heaters, and their emission at its temperatures. Nodes of the device that are one node of the network have one
+/// temperature, so conduction evens out what each absorbs.
+fn conduct(
+    prepared: &Prepared,
+    engine: &dyn Engine,
+    load: &StepLoad,
+    state: &SurfaceState,
+    time: f64,
+    gains: &mut [SurfaceGains],
+) {
+    let (Some(scene), Some(run)) = (&prepared.network, engine.network()) else { return };
+    let of_nodes = run.gains(&state.network, time);
+    let slots = || prepared.nodes.real().map(|(slot, _)| slot).filter(|slot| scene.has(*slot));
+    let mut sums = of_nodes.conducted;
+    for slot in slots() {
+        let node = scene.node_of(slot);
+        let material = &prepared.materials[prepared.nodes.group_material[slot / GROUP] as usize];
+        gains[slot] = gains[slot].at(material, state.network[node], load.background_temperature);
+        sums[node] += scene.load_area(slot).unwrap_or(0.0) * gains[slot].sum();
+    }
+    for slot in slots() {
+        let node = scene.node_of(slot);
+        let area = of_nodes.areas[node];
+        if area > 0.0 {
+            gains[slot].conduction = sums[node] / area - gains[slot].sum();
+            gains[slot].heater = of_nodes.heated[node] / area;
+        }
+    }
+}
+
+/// Budgets between two moments, of which this share has passed.
+pub(crate) fn between_budgets(before: &[Budget], after: &[Budget], share: f64) -> Vec<Budget> {
+    let mix = |(before, after): (&Budget, &Budget)| -> Budget {
+        std::array::from_fn(|cause| before[cause] + share * (after[cause] - before[cause]))
+    };
+    before.iter().zip(after).map(mix).collect()
+}
+
+/// The budget of each part, as the mean over its area [W/m2]. A part without area has none.
+pub(crate) fn part_budgets(prepared: &Prepared, budgets: &[Budget]) -> Vec<Budget> {
+    let nodes = &prepared.nodes;
+    let mut sums = vec![([0.0; CAUSES], 0.0); prepared.parts.len()];
+    for (slot, _) in nodes.real() {
+        let of_network = prepared.network.as_ref().and_then(|network| network.load_area(slot));
+        let area = of_network.unwrap_or(nodes.areas[slot]);
+        let (sum, whole) = &mut sums[nodes.group_part[slot / GROUP] as usize];
+        sum.iter_mut().zip(budgets[slot]).for_each(|(sum, gain)| *sum += area * gain);
+        *whole += area;
+    }
+    sums.iter().map(|(sum, area)| sum.map(|sum| if *area > 0.0 { sum / area } else { 0.0 })).collect()
+}
+
+/// States the budget of every pixel of an image. Between the nodes of a triangle every gain follows a straight line. `number` is the number of an image at its own
+/// time.
+pub(crate) fn draw_budgets(prepared: &Prepared, budgets: &[Budget], image: &mut Image, number: Option<u32>) {
+    let corners = 3 * prepared.triangles.len();
+    let weights = [0, 1].map(|own| {
+        let weights: Vec<f64> = (0..corners).map(|corner| f64::from(u8::from(corner % 3 == own))).collect();
+        draw_corners(prepared, &weights, image, number)
+    });
+    let of_pixel = |(first, second): (&Option<(u32, f64)>, &Option<(u32, f64)>)| {
+        let ((triangle, first), (_, second)) = ((*first)?, (*second)?);
+        let nodes = prepared.triangles[triangle as usize].map(|node| node as usize);
+        let weights = [first, second, 1.0 - first - second];
+        let gain = |cause: usize| (0..3).map(|k| weights[k] * budgets[nodes[k]][cause]).sum::<f64>() as f32;
+        Some((prepared.nodes.group_part[nodes[0] / GROUP], std::array::from_fn(gain)))
+    };
+    let drawn: Vec<Option<(u32, [f32; CAUSES])>> = weights[0].par_iter().zip(&weights[1]).map(of_pixel).collect();
+    let width = image.camera.width as usize;
+    let parts = part_budgets(prepared, budgets);
+    // At the rim of a part rounding may show a pixel on one side only. Such a pixel takes the budget of a pixel beside it, or of its part.
+    let shown = |(pixel, part): (usize, &u32)| -> [f32; CAUSES] {
+        let Some(part) = part.checked_sub(1) else { return [0.0; CAUSES] };
+        let near = [pixel, pixel.wrapping_sub(1), pixel + 1, pixel.wrapping_sub(width), pixel + width];
+        let of_part = |near: &usize| drawn.get(*near).copied().flatten().filter(|(other, _)| *other == part);
+        let budget = near.iter().find_map(of_part).map(|(_, budget)| budget);
+        budget.or_else(|| parts.get(part as usize).map(|budget| budget.map(|gain| gain as f32))).unwrap_or_default()
+    };
+    image.budget = image.part.iter().enumerate().map(shown).collect();
+}
