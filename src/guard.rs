@@ -8,12 +8,14 @@ use glam::DVec3;
 use crate::simulation::prepare::Prepared;
 use finding::{CheckEffort, Finding};
 use materials::MaterialFacts;
+use neighbours::NeighbourFacts;
 use view::Sight;
 
 pub(crate) mod finding;
 pub(crate) mod identity;
 pub(crate) mod materials;
 mod meshes;
+pub(crate) mod neighbours;
 mod shapes;
 mod view;
 
@@ -25,6 +27,8 @@ pub struct Checked {
     /// The craft in the images. `None` where the scene draws none.
     pub(crate) sight: Option<Sight>,
     pub(crate) materials: Vec<MaterialFacts>,
+    /// Neighbours in the network without contact, the closest first.
+    pub(crate) neighbours: Vec<NeighbourFacts>,
     /// The probable mistakes.
     pub findings: Vec<Finding>,
 }
@@ -47,5 +51,7 @@ pub fn check(prepared: &Prepared, effort: CheckEffort) -> Checked {
     findings.extend(shapes::check(prepared, &shapes, high - low));
     findings.extend(materials::check(prepared, &shapes, &materials));
     findings.extend(meshes::check(prepared, &shapes, &materials, (high - low).max_element()));
-    Checked { bounds_m: [low.to_array(), high.to_array()], sight, materials, findings }
+    let neighbours = neighbours::facts(prepared);
+    findings.extend(neighbours::check(prepared, &neighbours));
+    Checked { bounds_m: [low.to_array(), high.to_array()], sight, materials, neighbours, findings }
 }

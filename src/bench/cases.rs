@@ -212,7 +212,7 @@ impl Mesh {
         let surface =
             ShellSurface { positions: &self.positions, triangles: &self.triangles, parts: &zeros, materials: &zeros };
         // Merging is off, because it would remove the slivers.
-        Shell::new(&surface, &[Some(material)], &[], f64::INFINITY, SPACE)
+        Shell::new(&surface, &[Some(material)], &[], None, f64::INFINITY, SPACE)
     }
 }
 

@@ -21,6 +21,8 @@ use crate::text::plain_json;
 const IMAGE: &str = "materials.png";
 const WHOLE: &str = "craft.png";
 const FILES: [&str; 2] = [IMAGE, WHOLE];
+/// Most pairs of neighbours in the table.
+const NEIGHBOURS: usize = 30;
 
 /// Look for what is probably wrong in a scene, without running it.
 ///
@@ -144,6 +146,28 @@ fn text(prepared: &Prepared, checked: &Checked) -> String {
         prepared.scene.time.step
     ));
     aligned(&rows, 2).iter().for_each(|line| text.push_str(&format!("  {line}\n")));
+    text.push_str(&neighbours(checked));
+    text
+}
+
+/// The table of neighbours without contact.
+fn neighbours(checked: &Checked) -> String {
+    let count = checked.neighbours.len();
+    if count == 0 {
+        return String::new();
+    }
+    let mut rows =
+        vec![["touch without contact", "length or area", "W/K", "left of their difference"].map(str::to_owned).to_vec()];
+    rows.extend(checked.neighbours.iter().take(NEIGHBOURS).map(|pair| {
+        let left = format!("{:.1} %", 100.0 * pair.remaining);
+        vec![pair.names(), pair.extent(), short(pair.conductance_w_k), left]
+    }));
+    let per_area = short(checked.neighbours[0].conductance_w_k / checked.neighbours[0].area_m2);
+    let mut text = format!("\nNeighbours without contact, and what {per_area} W/(m2 K) would do\n");
+    aligned(&rows, 2).iter().for_each(|line| text.push_str(&format!("  {line}\n")));
+    if count > NEIGHBOURS {
+        text.push_str(&format!("  and {} more, which --json lists\n", count - NEIGHBOURS));
+    }
     text
 }
 

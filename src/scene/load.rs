@@ -99,7 +99,7 @@ impl Scene {
         let colour_range = view::colour_range(output.as_ref())?;
         let energy_balance = view::energy_balance(output.as_ref())?;
         let images = output::read(output.as_ref(), sensor.as_ref(), temperatures.is_some())?;
-        let network = mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref())?;
+        let network = mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref(), &mut assumptions)?;
         let contacts = mesh_network::contacts(&root.tables("contact", keys::CONTACT)?, &mut assumptions)?;
         let heaters = mesh_network::heaters(&root.tables("heater", keys::HEATER)?, &probes)?;
         let mut scene = Self {

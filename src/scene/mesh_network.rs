@@ -12,7 +12,20 @@ use crate::thermal::network::schedule::HeatTable;
 use crate::thermal::shell::{ContactConductance, MERGE_RATE};
 
 /// Default largest distance between surfaces in contact [m].
-const CONTACT_DISTANCE: f64 = 1e-3;
+pub(crate) const CONTACT_DISTANCE: f64 = 1e-3;
+/// Default conductance of neighbours [W/(m2 K)]. An assumption: of the order of bolted metal without filler in vacuum.
+pub(crate) const NEIGHBOUR_CONDUCTANCE: f64 = 300.0;
+
+/// What happens to parts and materials that touch without a `[[contact]]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum NeighbourContacts {
+    /// The scene says nothing: they stay apart, and a warning lists them.
+    Unstated,
+    /// The scene says that only stated contacts count.
+    Stated,
+    /// They are joined, with a conductance per area [W/(m2 K)].
+    Auto(f64),
+}
 
 /// How a network is built and integrated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,6 +36,7 @@ pub struct NetworkSettings {
     pub tolerance: Option<f64>,
     /// Nodes that exchange heat faster than this are merged [1/s].
     pub(crate) merge_rate: f64,
+    pub(crate) neighbours: NeighbourContacts,
 }
 
 /// Patterns (`*`, `?`) on names of parts or materials.
@@ -77,18 +91,42 @@ impl OwnerPatterns {
     }
 }
 
-pub(super) fn settings(section: Option<&Section>) -> Result<NetworkSettings, SceneError> {
+pub(super) fn settings(
+    section: Option<&Section>,
+    assumptions: &mut Vec<String>,
+) -> Result<NetworkSettings, SceneError> {
     let all = [Integrator::Default, Integrator::Cheap, Integrator::Accurate, Integrator::OnePass];
     let names = all.map(|integrator| integrator.to_string());
     let choices: Vec<(&str, Integrator)> = names.iter().map(String::as_str).zip(all).collect();
     let Some(section) = section else {
         let integrator = Integrator::Default;
-        return Ok(NetworkSettings { integrator, tolerance: None, merge_rate: MERGE_RATE });
+        let neighbours = NeighbourContacts::Unstated;
+        return Ok(NetworkSettings { integrator, tolerance: None, merge_rate: MERGE_RATE, neighbours });
     };
     let integrator = section.choice("integrator", &choices)?.unwrap_or(Integrator::Default);
     let tolerance = section.number("tolerance", Quantity::within(1e-9, 10.0, "K"))?;
     let merge_rate = section.number("merge_rate", Quantity::positive("1/s"))?.unwrap_or(MERGE_RATE);
-    Ok(NetworkSettings { integrator, tolerance, merge_rate })
+    let neighbours = neighbours(section, assumptions)?;
+    Ok(NetworkSettings { integrator, tolerance, merge_rate, neighbours })
+}
+
+fn neighbours(section: &Section, assumptions: &mut Vec<String>) -> Result<NeighbourContacts, SceneError> {
+    const PER_AREA: &str = "contact_conductance_per_area";
+    let choices = [("auto", true), ("stated", false)];
+    let per_area = section.number(PER_AREA, Quantity::positive("W/(m2 K)"))?;
+    let auto = section.choice("contacts", &choices)?;
+    match auto {
+        Some(true) => Ok(NeighbourContacts::Auto(per_area.unwrap_or_else(|| {
+            assumptions.push(format!(
+                "Neighbours conduct {NEIGHBOUR_CONDUCTANCE} W/(m2 K) where they touch within {CONTACT_DISTANCE} m \
+                 (network.{PER_AREA} is absent)."
+            ));
+            NEIGHBOUR_CONDUCTANCE
+        }))),
+        _ if per_area.is_some() => Err(section.clash(PER_AREA, &["contacts"], "needs contacts = \"auto\"")),
+        Some(false) => Ok(NeighbourContacts::Stated),
+        None => Ok(NeighbourContacts::Unstated),
+    }
 }
 
 pub(super) fn contacts(sections: &[Section], assumptions: &mut Vec<String>) -> Result<Vec<ContactRule>, SceneError> {

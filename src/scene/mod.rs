@@ -70,7 +70,9 @@ pub(crate) use load::{file_hash, scene_hash};
 pub use material::MaterialRule;
 pub(crate) use material::MaterialRules;
 pub(crate) use material_record::MaterialRecord;
-pub(crate) use mesh_network::{ContactRule, MeshHeater, NetworkSettings, OwnerPatterns};
+pub(crate) use mesh_network::{
+    CONTACT_DISTANCE, ContactRule, MeshHeater, NEIGHBOUR_CONDUCTANCE, NeighbourContacts, NetworkSettings, OwnerPatterns,
+};
 pub use motion::Motion;
 pub use output::ImageFile;
 pub use output::ImageFiles;

@@ -139,7 +139,7 @@ impl Prepared {
         steps::check_series(&scene, parts.len(), materials.len())?;
 
         progress(PrepareStage::Network);
-        let shell = network::shell(&scene, &model, &parts, &materials)?;
+        let shell = network::shell(&scene, &model, &parts, &materials, &part_joint)?;
 
         progress(PrepareStage::Ordering);
         let areas = model.node_areas();

@@ -20,7 +20,7 @@ mod merge;
 mod tests;
 mod weld;
 
-pub(crate) use contact::{Contact, ContactConductance, Selection};
+pub(crate) use contact::{Contact, ContactConductance, NeighbourRule, Neighbours, Selection};
 
 pub(crate) const NO_NODE: u32 = u32::MAX;
 
@@ -49,7 +49,7 @@ pub(crate) struct Sheet {
     pub(crate) thickness: f64,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct ShellMaterial {
     pub(crate) outer: Sheet,
     /// Sum of the emissivities of the faces that see space.
@@ -113,6 +113,8 @@ pub struct ShellSummary {
     pub(crate) degenerate: usize,
     /// Number of pairs of nodes for each contact.
     pub contacts: Vec<(String, usize, f64)>,
+    /// Pairs of parts and materials that touch without contact.
+    pub(crate) neighbours: Vec<Neighbours>,
 }
 
 /// A network, and its relation to the drawn vertices.
@@ -156,6 +158,11 @@ impl ShellMaterial {
             (Sheet { capacitance, conductance: thickness * over.conductivity, thickness }, over.effective_emittance)
         });
         Ok(Self { outer, emissivity: emissivity_sum(material), over })
+    }
+
+    /// The sheet that contacts act on: the structure where there is one below.
+    fn inner(&self) -> Sheet {
+        self.over.map_or(self.outer, |(below, _)| below)
     }
 
     /// Whether coincident vertices share a node in either layer.

@@ -258,7 +258,7 @@ fn all_names_that_the_model_lacks_are_told() {
 #[test]
 fn the_scenes_of_this_repository_are_not_warned_of() {
     let models = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-    let mut scenes = vec!["cubesat.toml", "station.toml", "station_transition.toml"];
+    let mut scenes = vec!["cubesat.toml", "cubesat_conduction.toml", "station.toml", "station_transition.toml"];
     if shared().is_some() {
         scenes.extend(["iss.toml", "iss_transition.toml"]);
     }

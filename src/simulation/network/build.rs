@@ -5,20 +5,21 @@ use wildmatch::WildMatch;
 use super::{Heated, SceneNetwork};
 use crate::model::Model;
 use crate::model::nodes::{Nodes, PADDING};
-use crate::scene::{ContactRule, Scene};
+use crate::scene::{CONTACT_DISTANCE, ContactRule, NEIGHBOUR_CONDUCTANCE, NeighbourContacts, Scene};
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::material::{Material, Response};
 use crate::thermal::network::control::{IntegrationSettings, ONE_PASS_TOLERANCE};
 use crate::thermal::network::one_pass::OnePassPlan;
 use crate::thermal::network::schedule::Thermostat;
-use crate::thermal::shell::{Contact, NO_NODE, Selection, Shell, ShellMaterial, ShellSurface};
+use crate::thermal::shell::{Contact, NO_NODE, NeighbourRule, Selection, Shell, ShellMaterial, ShellSurface};
 
-/// The shell of a scene's network, where it has one.
+/// The shell of a scene's network, where it has one. `joints` is the joint of each part.
 pub(in crate::simulation) fn shell(
     scene: &Scene,
     model: &Model,
     parts: &[String],
     materials: &[Material],
+    joints: &[u32],
 ) -> Result<Option<Shell>, PrepareError> {
     let of = |material: &Material| match material.response {
         Response::Network => ShellMaterial::of(material).map(Some),
@@ -38,7 +39,14 @@ pub(in crate::simulation) fn shell(
     let contacts =
         scene.contacts.iter().map(|rule| contact(rule, scene, parts, materials)).collect::<Result<Vec<_>, _>>()?;
     let space = scene.environment.background_temperature.unwrap_or(0.0);
-    Shell::new(&surface, &shells, &contacts, scene.network.merge_rate, space).map(Some).map_err(wrong)
+    let (join, per_area) = match scene.network.neighbours {
+        NeighbourContacts::Auto(per_area) => (true, per_area),
+        NeighbourContacts::Stated | NeighbourContacts::Unstated => (false, NEIGHBOUR_CONDUCTANCE),
+    };
+    let neighbours = NeighbourRule { distance: CONTACT_DISTANCE, per_area, join, joints };
+    Shell::new(&surface, &shells, &contacts, Some(neighbours), scene.network.merge_rate, space)
+        .map(Some)
+        .map_err(wrong)
 }
 
 fn contact(

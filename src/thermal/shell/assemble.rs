@@ -2,7 +2,7 @@
 
 use super::areas::vertex_areas;
 use super::conductance::Weights;
-use super::contact::Contact;
+use super::contact::{Contact, NeighbourRule, touching};
 use super::intrinsic::Intrinsic;
 use super::merge::{MergedNodes, apply, merge, summed, threshold};
 use super::weld::weld;
@@ -23,7 +23,7 @@ struct ShellAssembly<'a> {
 
 impl Shell {
     /// The network of a surface. `materials` is `None` for materials with other responses. All nodes start at `temperature` [K]. Pairs faster than
-    /// `merge_rate` [1/s] are merged (see [`MERGE_RATE`]).
+    /// `merge_rate` [1/s] are merged (see [`MERGE_RATE`]). Without a rule for `neighbours` nobody looks for them.
     ///
     /// # Errors
     /// A contact that is not valid.
@@ -31,6 +31,7 @@ impl Shell {
         surface: &ShellSurface,
         materials: &[Option<ShellMaterial>],
         contacts: &[Contact],
+        neighbours: Option<NeighbourRule>,
         merge_rate: f64,
         space_temperature: f64,
     ) -> Result<Self, ShellError> {
@@ -75,6 +76,16 @@ impl Shell {
             let total: f64 = conductors.iter().map(|one| one.conductance).sum();
             assembly.summary.contacts.push((contact.name.clone(), conductors.len(), total));
             assembly.network.linear.extend(conductors);
+        }
+        if let Some(rule) = neighbours {
+            let touching = touching(surface, materials, &structure.node, contacts, &rule);
+            if rule.join {
+                let total: f64 = touching.conductors.iter().map(|one| one.conductance).sum();
+                let name = format!("of {} pairs of neighbours (network.contacts = \"auto\")", touching.joined);
+                assembly.summary.contacts.push((name, touching.conductors.len(), total));
+                assembly.network.linear.extend(touching.conductors);
+            }
+            assembly.summary.neighbours = touching.apart;
         }
         let ShellAssembly { mut network, mut summary, .. } = assembly;
         // Several contacts or adjoining sheets may connect the same two nodes.

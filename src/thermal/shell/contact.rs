@@ -11,13 +11,15 @@ use crate::thermal::network::LinearConductor;
 
 mod edges;
 mod faces;
+mod neighbours;
 mod polygon;
 mod side;
 #[cfg(test)]
 mod tests;
 
 use edges::{edge_touches, point_touches};
-use faces::Faces;
+use faces::{Faces, Found, Touch};
+pub(crate) use neighbours::{NeighbourRule, Neighbours, touching};
 use side::ContactSide;
 
 /// A selection of vertices by part and by material. A vertex must fit both.
@@ -97,8 +99,12 @@ impl Contact {
         let sides = if turned { [sides[1], sides[0]] } else { sides };
         let faces = Faces { sides, distance: self.distance }.find();
         let edges = edge_touches(sides, self.distance, &faces.met);
-        let along: HashSet<_> = edges.iter().map(|touch| touch.owners).collect();
-        let faces = faces.touches.into_iter().filter(|touch| !along.contains(&touch.owners));
-        faces.chain(edges).map(|touch| (touch.nodes, touch.area)).collect()
+        touches(faces, edges).map(|touch| (touch.nodes, touch.area)).collect()
     }
+}
+
+/// Contacts of faces, and contacts along edges in place of them where there are any.
+fn touches(faces: Found, edges: Vec<Touch>) -> impl Iterator<Item = Touch> {
+    let along: HashSet<_> = edges.iter().map(|touch| touch.owners).collect();
+    faces.touches.into_iter().filter(move |touch| !along.contains(&touch.owners)).chain(edges)
 }

@@ -130,7 +130,7 @@ fn drawn_vertices_share_a_node_where_a_material_conducts() {
     let triangles = [[0, 1, 2], [0, 2, 3], [4, 6, 5], [4, 7, 6]];
     let owners = vec![0; 8];
     let surface = ShellSurface { positions: &positions, triangles: &triangles, parts: &owners, materials: &owners };
-    let make = |material| Shell::new(&surface, &[Some(material)], &[], MERGE_RATE, 2.7).unwrap();
+    let make = |material| Shell::new(&surface, &[Some(material)], &[], None, MERGE_RATE, 2.7).unwrap();
     let welded = make(UNIT);
     assert_eq!(welded.network.len(), 6);
     assert_eq!(
@@ -184,7 +184,7 @@ fn a_load_on_one_panel_of_a_fold_warms_both_ends_alike() {
         let (positions, triangles) = fold(n, m, in_turn);
         let owners = vec![0; positions.len()];
         let surface = ShellSurface { positions: &positions, triangles: &triangles, parts: &owners, materials: &owners };
-        let mut shell = Shell::new(&surface, &[Some(metal)], &[], MERGE_RATE, 0.0).unwrap();
+        let mut shell = Shell::new(&surface, &[Some(metal)], &[], None, MERGE_RATE, 0.0).unwrap();
         let sum: f64 = shell.load_areas.iter().sum();
         assert!((sum - 0.8).abs() < 1e-13, "all of the area is loaded");
         for (node, capacitance) in shell.network.capacitances.iter().enumerate() {
@@ -327,7 +327,7 @@ fn plates(gap: f64, conductance: ContactConductance) -> Result<Shell, ShellError
         materials: vec![true],
     };
     let contact = Contact { name: "test".into(), between: [side(0), side(1)], distance: 1e-3, conductance };
-    Shell::new(&surface, &[Some(UNIT)], &[contact], MERGE_RATE, 0.0)
+    Shell::new(&surface, &[Some(UNIT)], &[contact], None, MERGE_RATE, 0.0)
 }
 
 #[test]
@@ -355,7 +355,7 @@ fn panels_in_contact_along_an_edge_conduct_through_their_thickness() {
     let contact =
         |conductance| Contact { name: "edge".into(), between: [side(0), side(1)], distance: 1e-6, conductance };
     let material = ShellMaterial { outer: Sheet { thickness: 0.002, ..UNIT.outer }, ..UNIT };
-    let make = |conductance| Shell::new(&surface, &[Some(material)], &[contact(conductance)], MERGE_RATE, 0.0).unwrap();
+    let make = |conductance| Shell::new(&surface, &[Some(material)], &[contact(conductance)], None, MERGE_RATE, 0.0).unwrap();
     let per_area = make(ContactConductance::PerArea(1000.0));
     assert_eq!(per_area.summary.contacts[0].1, 2);
     assert!((per_area.summary.contacts[0].2 - 2.0).abs() < 1e-12, "1 m x 2 mm x 1000 W/m2K");

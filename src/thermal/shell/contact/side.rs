@@ -67,7 +67,7 @@ impl ContactSide {
         let owner = |triangle: &[u32; 3]| triangle[0] as usize;
         let thickness = |triangle: &[u32; 3]| {
             let material = materials[surface.materials[owner(triangle)] as usize];
-            material.map_or(0.0, |material| material.over.map_or(material.outer, |over| over.0).thickness)
+            material.map_or(0.0, |material| material.inner().thickness)
         };
         Self {
             normals: corners.iter().map(|[a, b, c]| (b - a).cross(c - a).normalize_or_zero()).collect(),
@@ -79,6 +79,15 @@ impl ContactSide {
             corners,
             numbers,
         }
+    }
+
+    /// Area of each part and material [m2].
+    pub(super) fn areas_of_groups(&self) -> HashMap<Group, f64> {
+        let mut areas = HashMap::new();
+        for ([a, b, c], group) in self.corners.iter().zip(&self.groups) {
+            *areas.entry(*group).or_default() += 0.5 * (b - a).cross(c - a).length();
+        }
+        areas
     }
 
     /// Whether a triangle of the surface belongs to this side.

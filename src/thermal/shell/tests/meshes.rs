@@ -111,7 +111,7 @@ impl Mesh {
         let owners = vec![0; self.positions.len()];
         let surface =
             ShellSurface { positions: &self.positions, triangles: &self.triangles, parts: &owners, materials: &owners };
-        Shell::new(&surface, &[Some(material)], &[], merge_rate, 0.0).unwrap()
+        Shell::new(&surface, &[Some(material)], &[], None, merge_rate, 0.0).unwrap()
     }
 
     pub(super) fn obtuse_share(&self) -> f64 {
