@@ -82,12 +82,15 @@ impl PatchSizes {
                 .collect();
             near.sort_by(|a, b| a.1.length_squared().total_cmp(&b.1.length_squared()));
             near.truncate(NEIGHBOURS);
-            let square = |(_, way): &(u32, DVec3)| outer(*way) * way.length_squared().recip();
+            // Patches around the same centre, such as rings, tell no gradient, so a distance counts against the spread of the patch.
+            let spread = moments.x_axis.x + moments.y_axis.y + moments.z_axis.z;
+            let weight = |way: DVec3| (way.length_squared() + spread).recip();
+            let square = |(_, way): &(u32, DVec3)| outer(*way) * weight(*way);
             let squares = near.iter().map(square).fold(DMat3::ZERO, |sum, one| sum + one);
             let trace = squares.x_axis.x + squares.y_axis.y + squares.z_axis.z;
             let inverse = (squares + DMat3::from_diagonal(DVec3::splat((FLAT * trace).max(FLAT)))).inverse();
-            let weight = |(other, way): (u32, DVec3)| (other, inverse * way * way.length_squared().recip());
-            PatchSize { moments, neighbours: near.into_iter().map(weight).collect() }
+            let counted = |(other, way): (u32, DVec3)| (other, inverse * way * weight(way));
+            PatchSize { moments, neighbours: near.into_iter().map(counted).collect() }
         };
         Self { patches: patches.all.par_iter().enumerate().map(size).collect() }
     }
@@ -120,5 +123,47 @@ impl Exchange {
             held: held.map_or(0.0, |held| held[number].abs()),
         };
         errors.iter().enumerate().map(of).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::thermal::material::{Bulk, Material, Optics, Response, Sides};
+
+    #[test]
+    fn patches_around_one_centre_tell_no_gradient() {
+        let material = |name: &str| Material {
+            name: name.into(),
+            front: Optics { absorptivity: 1.0, emissivity: 1.0 },
+            sides: Sides::Outside,
+            gloss: Default::default(),
+            in_band: Default::default(),
+            bulk: Bulk::default(),
+            response: Response::Instant,
+            transition: None,
+            source: "test".into(),
+        };
+        // A triangle in another one. The centres are apart by `off`.
+        let flux = |off: f64| {
+            let corners = [DVec3::new(0.0, 1.0, 0.0), DVec3::new(-0.8, -0.5, 0.0), DVec3::new(0.8, -0.5, 0.0)];
+            let positions: Vec<DVec3> =
+                corners.iter().copied().chain(corners.map(|at| 0.1 * at + off * DVec3::X)).collect();
+            let surface = PatchSurface {
+                normals: vec![DVec3::Z; 6],
+                areas: vec![0.4, 0.4, 0.4, 0.004, 0.004, 0.004],
+                parts: vec![0; 6],
+                materials: vec![0, 0, 0, 1, 1, 1],
+                joints: vec![0; 6],
+                triangles: vec![[0, 1, 2], [3, 4, 5]],
+                positions,
+            };
+            let patches = Patches::new(&surface, &[material("out"), material("in")], 10.0, &[]);
+            PatchSizes::new(&surface, &patches).flux(&[100.0, 0.0])
+        };
+        let [near, far] = [1e-9, 2.0].map(flux);
+        println!("{near:?} {far:?}");
+        assert!(near.iter().all(|flux| *flux < 1e-3), "{near:?}");
+        assert!(far[0] > 20.0, "{far:?}");
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Slow nodes need many orbits. After each orbit a network is therefore moved towards the periodic state of its slow modes
 //! (`thermal::network::periodic::SlowModes`). Anderson's method (J. ACM 12, 1965) then extrapolates: it combines the last orbits so that their changes
-//! cancel best. The structures below plates are moved one by one (`structures`). Orbits have coarse steps until one meets the tolerance or the change no longer falls. Then they have the steps of the run.
+//! cancel best. The structures below plates are moved one by one (`structures`). Orbits have coarse steps until one changes little or the change no longer falls. Then they have the steps of the run.
 
 use std::sync::atomic::Ordering;
 
@@ -21,6 +21,8 @@ use crate::trace::{span, span_with};
 const COARSE_STEPS: f64 = 6.0;
 /// Steps at the end of a coarse orbit that are not coarse, so that fast nodes end it as in a fine orbit.
 const LAST_STEPS: f64 = 30.0;
+/// Coarse orbits end where an orbit changes no node by more [K]. Coarse steps miss the state of fine ones by some kelvins, so more coarse orbits gain nothing.
+const NEAR: f64 = 10.0;
 /// Coarse orbits end where the change of an orbit exceeds this share of the change before.
 const STALLED: f64 = 0.5;
 /// Moments of an orbit from which the mean is taken. A network is linearised there, so a few suffice, and the device is not asked after every step.
@@ -107,7 +109,7 @@ impl<E: From<EngineError>> WarmUp<'_, E> {
                 self.move_network(&mut orbits.history, slow.as_mut(), [&before, &after], &mean)?;
             }
             let change = orbits.done.change;
-            if orbits.coarse && (change <= tolerance || change > STALLED * orbits.last) {
+            if orbits.coarse && (change <= NEAR.max(tolerance) || change > STALLED * orbits.last) {
                 // A fine orbit maps start to end temperatures in another way than a coarse orbit, so the history begins anew.
                 (orbits.coarse, orbits.history, orbits.structures) = Default::default();
             }

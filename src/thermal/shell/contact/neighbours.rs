@@ -87,8 +87,9 @@ pub(crate) fn touching(
         pairs.entry(touch.owners).or_default().push(([a.min(b), a.max(b)], touch.area));
     }
     let material = |group: Group| materials[group[1] as usize].unwrap_or_default();
-    let radiation =
-        |group: Group| 4.0 * material(group).emissivity * STEFAN_BOLTZMANN * AT.powi(3) * areas.get(&group).unwrap_or(&0.0);
+    let radiation = |group: Group| {
+        4.0 * material(group).emissivity * STEFAN_BOLTZMANN * AT.powi(3) * areas.get(&group).unwrap_or(&0.0)
+    };
     for (groups, shares) in pairs {
         let area: f64 = shares.iter().map(|(_, area)| area).sum();
         if area <= 0.0 || contacts.iter().any(|contact| contact.names(&groups)) {
