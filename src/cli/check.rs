@@ -156,8 +156,9 @@ fn neighbours(checked: &Checked) -> String {
     if count == 0 {
         return String::new();
     }
-    let mut rows =
-        vec![["touch without contact", "length or area", "W/K", "left of their difference"].map(str::to_owned).to_vec()];
+    let mut rows = vec![
+        ["touch without contact", "length or area", "W/K", "left of their difference"].map(str::to_owned).to_vec(),
+    ];
     rows.extend(checked.neighbours.iter().take(NEIGHBOURS).map(|pair| {
         let left = format!("{:.1} %", 100.0 * pair.remaining);
         vec![pair.names(), pair.extent(), short(pair.conductance_w_k), left]

@@ -260,7 +260,7 @@ fn check(spec: &Spec, scene: &Scene) -> Result<(), DatasetError> {
             "the scene asks for T_error (output.error), which only images of radiance have: add \"radiance\" to images, or leave output.error out",
         );
     }
-    if spec.cameras.iter().any(CameraRule::is_on_path) && camera.motion == crate::scene::Motion::Still {
+    if spec.cameras.iter().any(CameraRule::is_on_path) && !matches!(camera.motion, crate::scene::Motion::Path(_)) {
         return wrong("[camera] is of kind \"path\", and the scene has no camera.path");
     }
     Ok(())

@@ -113,7 +113,7 @@ impl Prepared {
             progress(stage);
         };
         progress(PrepareStage::Reading);
-        let mut model = Model::load_within(&scene.model_path, &scene.reach)?.weld();
+        let mut model = steps::read_model(&mut scene)?;
         let mut materials = prepare_names::materials(&mut scene, &model)?;
         change(&mut materials);
         if scene.temperatures.is_some() {

@@ -44,9 +44,7 @@ pub(in crate::simulation) fn shell(
         NeighbourContacts::Stated | NeighbourContacts::Unstated => (false, NEIGHBOUR_CONDUCTANCE),
     };
     let neighbours = NeighbourRule { distance: CONTACT_DISTANCE, per_area, join, joints };
-    Shell::new(&surface, &shells, &contacts, Some(neighbours), scene.network.merge_rate, space)
-        .map(Some)
-        .map_err(wrong)
+    Shell::new(&surface, &shells, &contacts, Some(neighbours), scene.network.merge_rate, space).map(Some).map_err(wrong)
 }
 
 fn contact(

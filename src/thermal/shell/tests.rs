@@ -355,7 +355,8 @@ fn panels_in_contact_along_an_edge_conduct_through_their_thickness() {
     let contact =
         |conductance| Contact { name: "edge".into(), between: [side(0), side(1)], distance: 1e-6, conductance };
     let material = ShellMaterial { outer: Sheet { thickness: 0.002, ..UNIT.outer }, ..UNIT };
-    let make = |conductance| Shell::new(&surface, &[Some(material)], &[contact(conductance)], None, MERGE_RATE, 0.0).unwrap();
+    let make =
+        |conductance| Shell::new(&surface, &[Some(material)], &[contact(conductance)], None, MERGE_RATE, 0.0).unwrap();
     let per_area = make(ContactConductance::PerArea(1000.0));
     assert_eq!(per_area.summary.contacts[0].1, 2);
     assert!((per_area.summary.contacts[0].2 - 2.0).abs() < 1e-12, "1 m x 2 mm x 1000 W/m2K");
