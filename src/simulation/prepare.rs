@@ -19,7 +19,7 @@ use crate::gpu::effects::thermal::variant::StepRange;
 use crate::gpu::effects::thermal::variant::{Curve, LightBy, StepKind, ThermalVariant};
 use crate::gpu::shapes;
 use crate::model::nodes::{GROUP, Nodes, PADDING, RangeResponse};
-use crate::model::{MergeSummary, Model};
+use crate::model::MergeSummary;
 use crate::scene::work::too_late;
 use crate::scene::{Background, Reflections, Scene};
 use crate::stop::Watch;
