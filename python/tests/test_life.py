@@ -35,11 +35,17 @@ def test_cameras_and_frames_are_pickled(scene: Path) -> None:
     again = pickle.loads(pickle.dumps(camera))
     names = ("width", "height", "fx", "fy", "cx", "cy", "skew", "distortion", "model", "samples", "near", "line_time")
     assert [getattr(again, name) for name in names] == [getattr(camera, name) for name in names]
-    assert pickle.loads(pickle.dumps(camera.replace(distortion=[0.1, 0, 0, 0], distortion_model="fisheye"))).model == "fisheye"
+    assert (
+        pickle.loads(pickle.dumps(camera.replace(distortion=[0.1, 0, 0, 0], distortion_model="fisheye"))).model
+        == "fisheye"
+    )
     frame = isotherm.Simulation(scene).image()
     again = pickle.loads(pickle.dumps(frame))
     for name in ("radiance", "temperature", "depth", "part", "material", "camera_from_body"):
-        assert np.array_equal(getattr(again, name), getattr(frame, name)) and getattr(again, name).dtype == getattr(frame, name).dtype
+        assert (
+            np.array_equal(getattr(again, name), getattr(frame, name))
+            and getattr(again, name).dtype == getattr(frame, name).dtype
+        )
     assert (again.time, again.camera.fx, again.coverage, again.dn) == (frame.time, frame.camera.fx, None, None)
     assert again._repr_png_() == frame._repr_png_()
 
