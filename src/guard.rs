@@ -16,6 +16,7 @@ pub(crate) mod identity;
 pub(crate) mod materials;
 mod meshes;
 pub(crate) mod neighbours;
+mod settings;
 mod shapes;
 mod view;
 
@@ -51,6 +52,7 @@ pub fn check(prepared: &Prepared, effort: CheckEffort) -> Checked {
     findings.extend(shapes::check(prepared, &shapes, high - low));
     findings.extend(materials::check(prepared, &shapes, &materials));
     findings.extend(meshes::check(prepared, &shapes, &materials, (high - low).max_element()));
+    findings.extend(settings::check(prepared, &materials, [low, high]));
     let neighbours = neighbours::facts(prepared);
     findings.extend(neighbours::check(prepared, &neighbours));
     Checked { bounds_m: [low.to_array(), high.to_array()], sight, materials, neighbours, findings }

@@ -18,11 +18,17 @@
 //! `server` serves images to simulators in other programs. `compare` runs one scene under three responses. `converge` refines the settings of a scene until they no longer matter. `paper` makes the figures of Vural et al. 2023. `bench` measures speed and error. `trace`
 //! records what host and device did. `text` makes names safe to show. `lens` tells which ray a pixel sees.
 
-#![deny(unreachable_pub)]
+#![cfg_attr(feature = "programs", deny(unreachable_pub))]
+// Without the programs much of what they open is not used.
+#![cfg_attr(not(feature = "programs"), allow(dead_code, unused_imports, unused_macros))]
 
+#[cfg(feature = "programs")]
 mod bench;
+#[cfg(feature = "programs")]
 mod cli;
+#[cfg(feature = "programs")]
 mod compare;
+#[cfg(feature = "programs")]
 mod converge;
 mod dataset;
 mod environment;
@@ -36,17 +42,21 @@ mod labels;
 mod lens;
 mod model;
 mod output;
+#[cfg(feature = "programs")]
 mod paper;
 mod raster;
 mod scene;
+#[cfg(feature = "programs")]
 mod server;
 mod simulation;
 mod stop;
 mod text;
 mod thermal;
 mod trace;
+#[cfg(feature = "programs")]
 mod view;
 
+#[cfg(feature = "programs")]
 pub use cli::main;
 pub use dataset::error::DatasetError;
 pub use environment::Sky;

@@ -51,6 +51,7 @@ class Camera:
         cy: float | None = None,
         skew: float = 0.0,
         distortion: Sequence[float] = ...,
+        distortion_model: str = "brown_conrady",
         samples: int = 1,
         near: float = 0.1,
         line_time: float = 0.0,
@@ -72,6 +73,10 @@ class Camera:
     @property
     def distortion(self) -> list[float]: ...
     @property
+    def distortion_model(self) -> str: ...
+    @property
+    def model(self) -> str: ...
+    @property
     def samples(self) -> int: ...
     @property
     def near(self) -> float: ...
@@ -83,6 +88,8 @@ class Camera:
 
 @final
 class Frame:
+    @staticmethod
+    def _restored(state: dict[str, object]) -> Frame: ...
     @property
     def time(self) -> float: ...
     @property
@@ -139,6 +146,9 @@ class Sky:
 
 @final
 class Simulation:
+    def close(self) -> None: ...
+    def __enter__(self) -> Simulation: ...
+    def __exit__(self, *_error: object) -> None: ...
     def __new__(
         cls,
         scene: str | os.PathLike[str],

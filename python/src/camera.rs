@@ -16,6 +16,25 @@ use crate::numbers::matrix;
 pub struct Camera(pub internals::Camera);
 
 impl Camera {
+    /// The arguments of which Python makes it.
+    fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        let lens = &self.0.lens;
+        all.set_item("width", self.0.width)?;
+        all.set_item("height", self.0.height)?;
+        all.set_item("fx", lens.focal[0])?;
+        all.set_item("fy", lens.focal[1])?;
+        all.set_item("cx", lens.centre[0])?;
+        all.set_item("cy", lens.centre[1])?;
+        all.set_item("skew", lens.skew)?;
+        all.set_item("distortion", self.distortion())?;
+        all.set_item("distortion_model", self.distortion_model())?;
+        all.set_item("samples", self.0.samples)?;
+        all.set_item("near", self.0.near)?;
+        all.set_item("line_time", self.0.line_time)?;
+        Ok(all)
+    }
+
     /// The camera with the pose or path of another.
     pub fn posed_as(&self, other: &internals::Camera) -> internals::Camera {
         let internals::Camera { motion, frame, position, frame_from_camera, .. } = other.clone();
@@ -23,24 +42,30 @@ impl Camera {
     }
 }
 
-/// Distortion in OpenCV's order of numbers.
-fn distortion(numbers: &[f64]) -> PyResult<Distortion> {
+const BROWN_CONRADY: &str = "brown_conrady";
+const FISHEYE: &str = "fisheye";
+
+/// Distortion of a model, in OpenCV's order of numbers.
+fn distortion(model: &str, numbers: &[f64]) -> PyResult<Distortion> {
     match *numbers {
+        _ if ![BROWN_CONRADY, FISHEYE].contains(&model) => {
+            Err(wrong_arguments(&format!("distortion_model must be '{BROWN_CONRADY}' or '{FISHEYE}', not '{model}'")))
+        }
         [] => Ok(Distortion::None),
-        [a, b, c, d] => Ok(Distortion::Fisheye([a, b, c, d])),
-        _ if [5, 8, 12].contains(&numbers.len()) => {
+        [a, b, c, d] if model == FISHEYE => Ok(Distortion::Fisheye([a, b, c, d])),
+        _ if model == BROWN_CONRADY && [4, 5, 8, 12].contains(&numbers.len()) => {
             let mut all = [0.0; 12];
             all[..numbers.len()].copy_from_slice(numbers);
             Ok(if all == [0.0; 12] { Distortion::None } else { Distortion::BrownConrady(all) })
         }
-        _ => Err(wrong_arguments("distortion must have 0, 5, 8 or 12 numbers, or 4 of a fisheye")),
+        _ => Err(wrong_arguments("distortion must have 4, 5, 8 or 12 numbers, or 4 of a fisheye")),
     }
 }
 
 #[pymethods]
 impl Camera {
     #[new]
-    #[pyo3(signature = (width, height, *, fx, fy=None, cx=None, cy=None, skew=0.0, distortion=Vec::new(), samples=1, near=0.1, line_time=0.0))]
+    #[pyo3(signature = (width, height, *, fx, fy=None, cx=None, cy=None, skew=0.0, distortion=Vec::new(), distortion_model=BROWN_CONRADY, samples=1, near=0.1, line_time=0.0))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn new(
         py: Python<'_>,
@@ -52,12 +77,13 @@ impl Camera {
         cy: Option<f64>,
         skew: f64,
         distortion: Vec<f64>,
+        distortion_model: &str,
         samples: u32,
         near: f64,
         line_time: f64,
     ) -> PyResult<Self> {
         let centre = [cx.unwrap_or(f64::from(width) / 2.0), cy.unwrap_or(f64::from(height) / 2.0)];
-        let distortion = self::distortion(&distortion)?;
+        let distortion = self::distortion(distortion_model, &distortion)?;
         let camera = internals::Camera {
             width,
             height,
@@ -126,6 +152,24 @@ impl Camera {
         }
     }
 
+    /// Model of the distortion: "brown_conrady" or "fisheye".
+    #[getter]
+    fn distortion_model(&self) -> &'static str {
+        match self.0.lens.distortion {
+            Distortion::Fisheye(_) => FISHEYE,
+            Distortion::None | Distortion::BrownConrady(_) => BROWN_CONRADY,
+        }
+    }
+
+    /// Model of the lens: "pinhole", "brown_conrady" or "fisheye".
+    #[getter]
+    fn model(&self) -> &'static str {
+        match self.0.lens.distortion {
+            Distortion::None => "pinhole",
+            _ => self.distortion_model(),
+        }
+    }
+
     /// Samples of a pixel: 1, 4, 8 or 16.
     #[getter]
     fn samples(&self) -> u32 {
@@ -154,23 +198,16 @@ impl Camera {
     /// The same camera with other values. The principal point does not move with the size.
     #[pyo3(signature = (**changes))]
     fn replace<'py>(&self, py: Python<'py>, changes: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
-        let all = PyDict::new(py);
-        let lens = &self.0.lens;
-        all.set_item("width", self.0.width)?;
-        all.set_item("height", self.0.height)?;
-        all.set_item("fx", lens.focal[0])?;
-        all.set_item("fy", lens.focal[1])?;
-        all.set_item("cx", lens.centre[0])?;
-        all.set_item("cy", lens.centre[1])?;
-        all.set_item("skew", lens.skew)?;
-        all.set_item("distortion", self.distortion())?;
-        all.set_item("samples", self.0.samples)?;
-        all.set_item("near", self.0.near)?;
-        all.set_item("line_time", self.0.line_time)?;
+        let all = self.values(py)?;
         if let Some(changes) = changes {
             all.update(changes.as_mapping())?;
         }
         py.get_type::<Self>().call(PyTuple::empty(py), Some(&all))
+    }
+
+    /// What `pickle` makes it of.
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
+        Ok((PyTuple::empty(py), self.values(py)?))
     }
 
     fn __repr__(&self) -> String {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use isotherm::internals::{Begin, DatasetOrder, DatasetSummary, SceneText, Shard, Spec, make};
+use isotherm::internals::{Begin, DatasetOrder, DatasetSummary, HAS_INDEX, SceneText, Shard, Spec, make};
 use isotherm::{DatasetError, Reach, SimulationError, Target};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -12,6 +12,7 @@ use pyo3::types::PyDict;
 use crate::device::open;
 use crate::error::{raised, refused};
 use crate::interrupt::interruptible;
+use crate::process::refuse_child;
 
 fn reach(path: &Path, allow_outside: bool) -> Reach {
     if allow_outside { Reach::Anywhere } else { Reach::of(path) }
@@ -38,6 +39,11 @@ pub fn make_dataset<'py>(
     device: Option<&str>,
     allow_outside: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
+    refuse_child(py)?;
+    if !HAS_INDEX {
+        let message = "this package was built without data sets: pip install ./python -C build-args='--features datasets', or `isotherm dataset`";
+        return Err(refused(py, message.to_owned()));
+    }
     if shard >= shards {
         return Err(refused(py, format!("shard {shard} of {shards}: shards count from 0")));
     }

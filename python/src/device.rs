@@ -8,6 +8,7 @@ use isotherm::{SimulationError, Target, internals};
 use pyo3::prelude::*;
 
 use crate::error::raised;
+use crate::process::refuse_child;
 
 /// Contexts that are open, by the name that was asked for.
 static OPEN: Mutex<BTreeMap<Option<String>, Weak<Context>>> = Mutex::new(BTreeMap::new());
@@ -29,6 +30,7 @@ pub fn open(name: Option<&str>) -> Result<Target, SimulationError> {
 /// Names of the Vulkan devices of this computer, best first. Beside them there is always ``"cpu"``, the reference in double precision.
 #[pyfunction]
 pub fn devices(py: Python<'_>) -> PyResult<Vec<String>> {
+    refuse_child(py)?;
     let found = py.detach(internals::devices).map_err(|error| raised(py, &error.into()))?;
     Ok(found.into_iter().filter(|device| device.lacks.is_empty()).map(|device| device.name).collect())
 }

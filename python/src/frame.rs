@@ -4,7 +4,7 @@ use glam::DAffine3;
 use isotherm::Image;
 use isotherm::internals::{CAUSES, CHANNELS, ColourScale, picture};
 use numpy::{Element, PyArray1, PyArray2, PyArrayMethods};
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::exceptions::{PyKeyError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
@@ -102,6 +102,50 @@ impl Frame {
 
 #[pymethods]
 impl Frame {
+    /// The frame of what ``__reduce__`` gave, for ``pickle``.
+    #[staticmethod]
+    fn _restored(state: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let item = |name: &str| state.get_item(name)?.ok_or_else(|| PyKeyError::new_err(name.to_owned()));
+        let place: Vec<f64> = item("camera_from_body")?.extract()?;
+        let place: [f64; 12] = place.try_into().map_err(|_| PyValueError::new_err("camera_from_body"))?;
+        Ok(Self {
+            scene: item("scene")?.extract()?,
+            camera_from_body: DAffine3::from_cols_array(&place),
+            time: item("time")?.extract()?,
+            camera: item("camera")?.extract()?,
+            radiance: item("radiance")?.extract()?,
+            temperature: item("temperature")?.extract()?,
+            depth: item("depth")?.extract()?,
+            part: item("part")?.extract()?,
+            material: item("material")?.extract()?,
+            coverage: item("coverage")?.extract()?,
+            reflected: item("reflected")?.extract()?,
+            error: item("error")?.extract()?,
+            dn: item("dn")?.extract()?,
+            counts: item("counts")?.extract()?,
+        })
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyDict>,))> {
+        let state = PyDict::new(py);
+        state.set_item("scene", &self.scene)?;
+        state.set_item("camera_from_body", self.camera_from_body.to_cols_array().to_vec())?;
+        state.set_item("time", self.time)?;
+        state.set_item("camera", self.camera.clone())?;
+        for (name, plane) in [("radiance", &self.radiance), ("temperature", &self.temperature), ("depth", &self.depth)]
+        {
+            state.set_item(name, plane)?;
+        }
+        state.set_item("part", &self.part)?;
+        state.set_item("material", &self.material)?;
+        for (name, plane) in [("coverage", &self.coverage), ("reflected", &self.reflected), ("error", &self.error)] {
+            state.set_item(name, plane.as_ref())?;
+        }
+        state.set_item("dn", self.dn.as_ref())?;
+        state.set_item("counts", self.counts.as_ref())?;
+        Ok((py.import("isotherm._pickle")?.getattr("frame")?, (state,)))
+    }
+
     /// Takes body positions [m] into camera axes (OpenCV), shape (4, 4).
     #[getter]
     fn camera_from_body<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {

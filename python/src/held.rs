@@ -56,6 +56,15 @@ impl<T> Held<T> {
         Ok(Taken { value, holder: &self.holder })
     }
 
+    /// Takes the value out of the world without an end of it: nobody waits for its threads.
+    pub fn forget(&mut self)
+    where
+        T: Default,
+    {
+        let value = self.value.get_mut().unwrap_or_else(PoisonError::into_inner);
+        std::mem::forget(std::mem::take(value));
+    }
+
     /// Whether this thread holds it.
     pub fn is_held_here(&self) -> bool {
         *self.holder.lock().unwrap_or_else(PoisonError::into_inner) == Some(thread::current().id())

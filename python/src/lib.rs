@@ -10,6 +10,7 @@ mod frame;
 mod held;
 mod interrupt;
 mod numbers;
+mod process;
 mod simulation;
 mod sky;
 

@@ -10,15 +10,16 @@ use isotherm::internals::{ThermalState, decode, encode};
 use isotherm::{CameraFrame, Placement, Pose, Reach, SimulationError};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 
 use crate::camera::Camera;
 use crate::device;
-use crate::error::{raised, refused, wrong_arguments};
+use crate::error::{raised, raised_by_call, refused, wrong_arguments};
 use crate::frame::Frame;
 use crate::held::Held;
-use crate::interrupt::{LOOK_EVERY, interruptible, look_for_signals};
+use crate::interrupt::{LOOK_EVERY, guarded, interruptible, look_for_signals};
 use crate::numbers::{quaternion, vector};
+use crate::process::{is_forked, refuse_child};
 use crate::sky::Sky;
 
 const FRAMES: [(&str, CameraFrame); 3] =
@@ -47,7 +48,8 @@ impl PartTemperature {
 /// Several simulations of a process share a device, and each may be used from its own thread: the interpreter is free while the device works.
 #[pyclass(frozen, module = "isotherm")]
 pub struct Simulation {
-    inner: Held<isotherm::Simulation>,
+    /// `None` once it is closed.
+    inner: Held<Option<isotherm::Simulation>>,
     name: String,
     /// Names of the parts. A pixel of part ``n`` shows ``parts[n - 1]``.
     #[pyo3(get)]
@@ -67,8 +69,9 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// A handler of a signal that calls the simulation whose step it interrupts would wait for itself.
+    /// A handler of a signal that calls the simulation whose step it interrupts would wait for itself, and a child of `fork` for threads that it lacks.
     fn refuse_itself(&self, py: Python<'_>) -> PyResult<()> {
+        refuse_child(py)?;
         if self.inner.is_held_here() {
             return Err(refused(py, "this thread is at work with the simulation already".to_owned()));
         }
@@ -82,8 +85,13 @@ impl Simulation {
         work: impl FnOnce(&mut isotherm::Simulation) -> Result<T, SimulationError> + Send,
     ) -> PyResult<T> {
         self.refuse_itself(py)?;
-        let done = py.detach(|| self.inner.take(look_for_signals).map(|mut inner| work(&mut inner)))?;
-        done.map_err(|error| raised(py, &error))
+        let done = py.detach(|| {
+            guarded(|| {
+                let mut inner = self.inner.take(look_for_signals)?;
+                Ok(inner.as_mut().map(work))
+            })
+        })?;
+        answered(py, done)
     }
 
     /// The same for work that Ctrl-C ends wherever it is.
@@ -95,10 +103,10 @@ impl Simulation {
         self.refuse_itself(py)?;
         let done = py.detach(|| {
             let mut inner = self.inner.take(look_for_signals)?;
-            let inner = &mut *inner;
-            interruptible(|stop| work(inner, stop))
+            let Some(inner) = inner.as_mut() else { return Ok(None) };
+            interruptible(|stop| work(inner, stop)).map(Some)
         })?;
-        done.map_err(|error| raised(py, &error))
+        answered(py, done)
     }
 
     /// The same for work of many steps, which Ctrl-C ends after the step under way. What precedes the first step ends at once.
@@ -117,15 +125,18 @@ impl Simulation {
             let mut look = || {
                 if looked.elapsed() >= LOOK_EVERY && signal.is_none() {
                     looked = Instant::now();
-                    signal = Python::attach(|py| py.check_signals().err());
+                    signal = look_for_signals().err();
                     stop.store(signal.is_some(), Ordering::Relaxed);
                 }
             };
-            self.inner.take(look_for_signals).map(|mut inner| work(&mut inner, &stop, &mut look))
+            guarded(|| {
+                let mut inner = self.inner.take(look_for_signals)?;
+                Ok(inner.as_mut().map(|inner| work(inner, &stop, &mut look)))
+            })
         })?;
         match signal {
             Some(signal) => Err(signal),
-            None => done.map(|_| ()).map_err(|error| raised(py, &error)),
+            None => answered(py, done).map(|_| ()),
         }
     }
 
@@ -138,7 +149,22 @@ impl Simulation {
             assumptions: prepared.scene.assumptions.clone(),
             warnings: prepared.warnings.clone(),
             device: inner.device_name(),
-            inner: Held::new(inner),
+            inner: Held::new(Some(inner)),
+        }
+    }
+}
+
+/// The answer of a simulation that is not closed.
+fn answered<T>(py: Python<'_>, done: Option<Result<T, SimulationError>>) -> PyResult<T> {
+    let done = done.ok_or_else(|| refused(py, "the simulation is closed".to_owned()))?;
+    done.map_err(|error| raised_by_call(py, &error))
+}
+
+impl Drop for Simulation {
+    /// A child of `fork` would wait for the threads of its parent.
+    fn drop(&mut self) {
+        if is_forked() {
+            self.inner.forget();
         }
     }
 }
@@ -160,6 +186,7 @@ impl Simulation {
         device: Option<&str>,
         allow_outside: bool,
     ) -> PyResult<Self> {
+        refuse_child(py)?;
         let load = || {
             let target = device::open(device)?;
             let reach = if allow_outside { Reach::Anywhere } else { Reach::of(&scene) };
@@ -261,7 +288,7 @@ impl Simulation {
                 ));
             }
         };
-        let pose = pose.map_err(|error| raised(py, &error.into()))?;
+        let pose = pose.map_err(|error| raised_by_call(py, &error.into()))?;
         let camera = match (camera, &own) {
             (Some(camera), Some(own)) => camera.posed_as(own),
             (Some(camera), None) if position.is_some() => camera.0,
@@ -355,6 +382,27 @@ impl Simulation {
             Some(time) => simulation.restore_at(&saved, time),
             None => simulation.restore(&saved),
         })
+    }
+
+    /// Frees the device and the memory of the simulation. Its name, parts and remarks stay readable. Closing twice is allowed.
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
+        self.refuse_itself(py)?;
+        py.detach(|| {
+            guarded(|| {
+                let simulation = self.inner.take(look_for_signals)?.take();
+                drop(simulation);
+                Ok(())
+            })
+        })
+    }
+
+    fn __enter__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    #[pyo3(signature = (*_error))]
+    fn __exit__(&self, py: Python<'_>, _error: &Bound<'_, PyTuple>) -> PyResult<()> {
+        self.close(py)
     }
 
     fn __repr__(&self) -> String {

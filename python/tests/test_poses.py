@@ -80,8 +80,12 @@ def test_another_camera(scene: Path) -> None:
     assert (own.part[21:51, 28:68] == frame.part).all()
     assert np.allclose(own.depth[21:51, 28:68], frame.depth, atol=1e-5)
     assert (simulation.image().radiance == own.radiance).all()
-    wide = isotherm.Camera(64, 48, fx=30, distortion=[0.1, 0, 0, 0])
+    wide = isotherm.Camera(64, 48, fx=30, distortion=[0.1, 0, 0, 0], distortion_model="fisheye")
     assert wide.distortion == [0.1, 0, 0, 0] and (wide.cx, wide.fy) == (32, 30)
+    assert wide.model == wide.distortion_model == wide.replace(fx=31).model == "fisheye"
+    opencv = isotherm.Camera(64, 48, fx=60, distortion=[-0.1, 0.02, 0.001, 0])
+    assert opencv.model == "brown_conrady" and opencv.distortion == [-0.1, 0.02, 0.001, *[0] * 9]
+    assert isotherm.Camera(64, 48, fx=60).model == "pinhole"
     assert simulation.image(camera=wide).temperature.max() > 100
 
 

@@ -111,6 +111,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         if arguments.picture == PictureKind::Sensor && scene.sensor.is_none() {
             return Err(ServerError::NoSensor(path.to_path_buf()).into());
         }
+        scene.show_planet();
         for assumption in &scene.assumptions {
             say!("assumed: {}: {assumption}", path.display());
         }

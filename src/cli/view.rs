@@ -11,7 +11,7 @@ use super::reach::ReachArguments;
 use super::thermal_state;
 use crate::guard::finding::CheckEffort;
 use crate::output::console::{answer, say};
-use crate::scene::Draw;
+use crate::scene::{Draw, Motion};
 use crate::simulation::facade::Simulation;
 use crate::simulation::forecast::Forecast;
 use crate::stop::{Stopped, until};
@@ -58,7 +58,7 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut scene = arguments.reach.scene(&arguments.scene)?;
-    let has_camera = scene.camera.is_some();
+    let has_camera = scene.camera.as_ref().is_some_and(|camera| camera.motion != Motion::Framed);
     let camera = camera(scene.camera.as_ref(), scene.sensor.is_some(), arguments.size).map_err(CliError::Usage)?;
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, arguments.port))
         .map_err(|error| CliError::Usage(format!("--port {}: {error}", arguments.port)))?;

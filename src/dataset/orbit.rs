@@ -265,7 +265,7 @@ fn check(spec: &Spec, scene: &Scene) -> Result<(), DatasetError> {
             "the scene asks for budgets (output.budget), which only images of radiance have: add \"radiance\" to images, or leave output.budget out",
         );
     }
-    if spec.cameras.iter().any(CameraRule::is_on_path) && camera.motion == crate::scene::Motion::Still {
+    if spec.cameras.iter().any(CameraRule::is_on_path) && !matches!(camera.motion, crate::scene::Motion::Path(_)) {
         return wrong("[camera] is of kind \"path\", and the scene has no camera.path");
     }
     Ok(())

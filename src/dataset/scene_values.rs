@@ -178,7 +178,9 @@ impl SceneText {
 
     fn scene(&self, table: &Table) -> Result<Scene, String> {
         let text = toml::to_string(table).map_err(|error| error.to_string())?;
-        Scene::parse_within(&text, &self.path, self.reach.clone()).map_err(|error| refusal(&error))
+        let mut scene = Scene::parse_within(&text, &self.path, self.reach.clone()).map_err(|error| refusal(&error))?;
+        scene.show_planet();
+        Ok(scene)
     }
 }
 

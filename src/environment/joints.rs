@@ -102,6 +102,9 @@ pub enum JointError {
         /// The joints of the scene.
         known: String,
     },
+    /// A joint of a craft without joints.
+    #[error("there is no joint '{0}': the scene has no [[joint]]")]
+    None(String),
     /// A joint that plays an animation.
     #[error("the joint '{name}' plays an animation, which prescribes its position")]
     Played {

@@ -139,6 +139,14 @@ impl Trajectory {
     }
 
     /// Intervals of time that an ephemeris covers [s]. `None` for elements.
+    /// Time from the epoch of elements to time 0 [s]. `None` where it has none.
+    pub(crate) fn age_of_elements(&self) -> Option<f64> {
+        match &self.source {
+            TrajectorySource::Elements { epoch, .. } => Some(-epoch),
+            _ => None,
+        }
+    }
+
     pub(crate) fn coverage(&self) -> Option<Vec<(f64, f64)>> {
         match &self.source {
             TrajectorySource::Elements { .. } => None,

@@ -6,10 +6,10 @@ use glam::DVec3;
 
 use super::finding::{Finding, named, short};
 use crate::model::nodes::GROUP;
+use crate::simulation::density::LONGEST_CRAFT;
 use crate::simulation::prepare::Prepared;
+use crate::thermal::material::Sides;
 
-/// Nothing that flies is longer than this [m]. The International Space Station has 109 m.
-const LONGEST: f64 = 200.0;
 /// No craft is shorter than this [m].
 const SHORTEST: f64 = 0.02;
 /// Sum of the area vectors of a closed surface, as a share of its area, that rounding leaves.
@@ -124,6 +124,26 @@ fn is_closed(prepared: &Prepared, shape: &PartShape) -> bool {
     open as f64 <= OPEN_EDGES * edges.len() as f64
 }
 
+/// Finds closed bodies whose inner face is said to see space.
+fn find_closed_sheets(prepared: &Prepared, shapes: &[PartShape]) -> Option<Finding> {
+    let is_sheet = |material: u32| matches!(prepared.materials[material as usize].sides, Sides::Both { .. });
+    let sheet = |shape: &PartShape| shape.materials.iter().filter(|one| is_sheet(*one.0)).map(|one| one.1).sum::<f64>();
+    let closed = |shape: &&PartShape| {
+        sheet(shape) > 0.5 * shape.area
+            && shape.volume.abs() > FLAT * shape.area.powf(1.5)
+            && is_closed(prepared, shape)
+    };
+    let closed: Vec<&PartShape> = shapes.iter().filter(closed).collect();
+    (!closed.is_empty()).then(|| Finding {
+        check: "sides",
+        about: named("part", &parts(prepared, &closed)),
+        message: "a closed body has sides = \"both\", so its inside radiates to space and its area counts twice"
+            .to_owned(),
+        remedy: "state sides = \"outside\"; for a thin slab give both faces half the thickness and a [[contact]]"
+            .to_owned(),
+    })
+}
+
 pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], size: DVec3) -> Vec<Finding> {
     let mut findings = Vec::new();
     let model = prepared.scene.model_path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -134,7 +154,7 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], size: DVec3) -> V
         message,
         remedy: remedy.to_owned(),
     };
-    if extent > LONGEST {
+    if extent > LONGEST_CRAFT {
         let message = format!("the craft is {} m long, so the model is probably in mm", short(extent));
         findings
             .push(of_size(message, "glTF is in metres: export it again in metres, or scale its root node by 0.001"));
@@ -153,6 +173,7 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], size: DVec3) -> V
                 .to_owned(),
         });
     }
+    findings.extend(find_closed_sheets(prepared, shapes));
     let against: Vec<&PartShape> = shapes.iter().filter(|shape| shape.against > 0.5 * shape.area).collect();
     if !against.is_empty() {
         findings.push(Finding {

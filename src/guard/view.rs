@@ -6,12 +6,14 @@ use super::finding::{CheckEffort, Finding, short};
 use super::shapes::{PartShape, corners};
 use crate::lens::Lens;
 use crate::scene::work::{image_time, images};
-use crate::scene::{Camera, Motion};
+use crate::scene::{Background, Camera, Motion};
 use crate::simulation::pose_of;
 use crate::simulation::prepare::Prepared;
 
 /// Share of the sphere around the camera that a surface fills, from which the camera counts as inside. A closed body fills 1, a plane at most half.
 const INSIDE: f64 = 0.75;
+/// Triangles of which the place in the image is looked up.
+const SAMPLE: usize = 2000;
 /// Extent in the image below which a craft is a point [px].
 const POINT: f64 = 2.0;
 
@@ -82,6 +84,7 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], effort: CheckEffo
     let chosen = spread(images, effort.images);
     let here = GuardCamera::new(camera);
     let (mut hidden, mut around) = (Vec::new(), Vec::new());
+    let (mut planet_seen, mut most_within) = (false, 0.0_f64);
     let mut first = None;
     for (place, number) in chosen.iter().enumerate() {
         let stated = effort.at.map(|at| (at, None)).or_else(|| image_time(time, *number));
@@ -101,6 +104,8 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], effort: CheckEffo
             let middle = 0.5 * (low + high);
             hidden.push((time, middle.angle_between(DVec3::Z).to_degrees(), middle.length()));
         }
+        planet_seen = planet_seen || may_see_planet(prepared, &look, time);
+        most_within = most_within.max(share_within(prepared, shapes, &look, &moved));
         let tried = place.is_multiple_of(chosen.len().div_ceil(effort.inside).max(1));
         if tried && low.cmple(DVec3::ZERO).all() && high.cmpge(DVec3::ZERO).all() {
             let placed = |shape: &PartShape| moved(shape).inverse().transform_point3(DVec3::ZERO);
@@ -117,6 +122,11 @@ pub(super) fn check(prepared: &Prepared, shapes: &[PartShape], effort: CheckEffo
     findings.extend(hidden.first().map(|image| find_hidden(prepared, *image, [out_of_view, looked_at])));
     findings.extend(around.first().map(|(time, part)| find_inside(prepared, *time, *part)));
     findings.extend(first_px.filter(|_| hidden.is_empty()).and_then(find_small));
+    findings.extend((hidden.len() < looked_at && around.is_empty()).then(|| find_cut(most_within)).flatten());
+    let surrounded = &prepared.scene.surrounded;
+    if surrounded.background == Background::Planet && !surrounded.is_unstated && !planet_seen {
+        findings.push(find_no_planet(looked_at));
+    }
     (Some(sight), findings)
 }
 
@@ -171,6 +181,58 @@ fn find_small([width, height]: [f64; 2]) -> Option<Finding> {
         ),
         remedy: "state camera.samples = 16, or a narrower field of view".to_owned(),
     })
+}
+
+/// Whether the planet may be in the image. The answer no is certain.
+fn may_see_planet(prepared: &Prepared, look: &GuardCamera, time: f64) -> bool {
+    let sky = prepared.loads.sky_model().sky(time);
+    let off_axis = (look.pose.matrix3 * sky.nadir_direction).angle_between(DVec3::Z);
+    let radius = (1.0 / sky.distance_ratio).clamp(0.0, 1.0).asin();
+    let corner = look.low.abs().max(look.high.abs()).length().atan();
+    off_axis < radius + corner
+}
+
+/// Share of the area of the craft that lies within the frame, from a sample of its triangles.
+fn share_within(
+    prepared: &Prepared,
+    shapes: &[PartShape],
+    look: &GuardCamera,
+    moved: &dyn Fn(&PartShape) -> DAffine3,
+) -> f64 {
+    let stride = (prepared.triangles.len() / SAMPLE).max(1);
+    let (mut within, mut all) = (0.0, 0.0);
+    for shape in shapes {
+        let pose = moved(shape);
+        for triangle in shape.triangles.iter().step_by(stride) {
+            let corners = corners(prepared, *triangle);
+            let area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
+            let middle = pose.transform_point3((corners[0] + corners[1] + corners[2]) / 3.0);
+            all += area;
+            if look.may_show(&[middle; 8]) {
+                within += area;
+            }
+        }
+    }
+    if all > 0.0 { within / all } else { 1.0 }
+}
+
+fn find_cut(share: f64) -> Option<Finding> {
+    (share < 0.5).then(|| Finding {
+        check: "view",
+        about: "camera".to_owned(),
+        message: format!("at most {:.0} % of the craft lies within the frame", 100.0 * share),
+        remedy: "move the camera away or widen its field of view; without a pose, the camera is placed so that it sees the whole craft".to_owned(),
+    })
+}
+
+fn find_no_planet(looked_at: usize) -> Finding {
+    let images = if looked_at == 1 { "the image".to_owned() } else { format!("any of {looked_at} images") };
+    Finding {
+        check: "background",
+        about: "radiance.background".to_owned(),
+        message: format!("the planet is not in the frame of {images}"),
+        remedy: "turn the camera towards the planet, or state background = \"space\"".to_owned(),
+    }
 }
 
 /// At most `most` numbers below `count`, with the first and the last.

@@ -14,6 +14,9 @@ pub(crate) const CHOSEN: usize = 12;
 /// such distances are the change of depth from one pixel to the next on a surface whose normal is at 63 deg to the line of sight.
 const SPACINGS: f64 = 2.0;
 
+/// Distance beyond the box around the craft, as a share of its size, from which a key point is refused.
+const BESIDE: f64 = 0.1;
+
 /// Share of the size of a part by which vertices may differ that reach equally far.
 const LEVEL: f64 = 1e-6;
 
@@ -54,6 +57,11 @@ pub(crate) enum KeyPointError {
     },
     #[error("the place of the key point '{0}' must be finite")]
     NotFinite(String),
+    #[error(
+        "the key point '{name}' lies {distance:.3} m off the box around the craft, which is {size:.3} m across: a position is in metres, in the \
+         body frame and the file's pose"
+    )]
+    Off { name: String, distance: f64, size: f64 },
     #[error("two key points have the name '{0}'")]
     Twice(String),
 }
@@ -62,10 +70,21 @@ pub(crate) enum KeyPointError {
 /// without a name with the part of the nearest vertex.
 ///
 /// # Errors
-/// A part that does not exist, or a place that is not finite.
+/// A part that does not exist, or a place that is not finite or far off the craft.
 pub(crate) fn given(craft: &Craft, name: &str, position: DVec3, part: Option<&str>) -> Result<KeyPoint, KeyPointError> {
     if !position.is_finite() {
         return Err(KeyPointError::NotFinite(name.to_owned()));
+    }
+    let [low, high] = used(craft)
+        .into_iter()
+        .map(|vertex| craft.positions[vertex as usize])
+        .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], point| [low.min(point), high.max(point)]);
+    let size = (high - low).length();
+    if low.is_finite() {
+        let distance = position.distance(position.clamp(low, high));
+        if distance > BESIDE * size {
+            return Err(KeyPointError::Off { name: name.to_owned(), distance, size });
+        }
     }
     let nearest = || {
         let distance = |vertex: &usize| craft.positions[*vertex].distance_squared(position);

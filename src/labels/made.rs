@@ -89,6 +89,9 @@ pub fn made(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Result<Ima
         in_tar("mask.json", webdataset::full_masks(image, &silhouettes)),
         in_tar("mask_visib.json", webdataset::visible_masks(image, &silhouettes)),
     ];
+    if let Some(planet) = maps::planet(image) {
+        labels.push(both("planet", "planet.png", maps::mask(image, &planet)?));
+    }
     labels.extend(maps::digital_numbers(image)?.map(|png| both("gray", "gray.png", png)));
     for (place, silhouette) in silhouettes.iter().enumerate() {
         for (what, mask) in [("mask", &silhouette.full), ("mask_visib", &silhouette.visible)] {

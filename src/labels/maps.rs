@@ -1,5 +1,7 @@
 //! Images of labels: depth, parts, temperatures and masks as PNG, and the digital numbers.
 
+use glam::DVec2;
+
 use super::image::LabelledImage;
 use crate::output::OutputError;
 use crate::output::gray::{png_8, png_16};
@@ -74,6 +76,17 @@ pub(crate) fn part(image: &LabelledImage) -> Result<Vec<u8>, OutputError> {
     png_16([image.width, image.height], &parts, &[])
 }
 
+/// The pixels behind whose centre the planet stands. `None` with a rolling shutter, whose rows see it from different poses.
+pub(crate) fn planet(image: &LabelledImage) -> Option<Vec<bool>> {
+    let least = image.planet_radius.cos();
+    let shows = |at: usize| {
+        let [column, row] = [at % image.width as usize, at / image.width as usize].map(|place| place as f64 + 0.5);
+        let ray = image.lens.unproject(DVec2::new(column, row));
+        image.channels.part[at] == 0 && ray.is_some_and(|ray| ray.extend(1.0).normalize().dot(image.planet) > least)
+    };
+    (image.line_time == 0.0).then(|| (0..image.pixels()).map(shows).collect())
+}
+
 /// 255 where a mask is set.
 ///
 /// # Errors
@@ -105,6 +118,8 @@ pub(crate) fn digital_numbers(image: &LabelledImage) -> Result<Option<Vec<u8>>, 
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::super::image::tests::small;
     use super::*;
 
@@ -139,6 +154,25 @@ mod tests {
         image.channels.depth[2] = f32::INFINITY;
         let error = super::depth(&image).unwrap_err().to_string();
         assert!(error.starts_with("sample 7: the depth is inf"), "{error}");
+    }
+
+    /// A disc of known size in the upper left corner, behind the craft.
+    #[test]
+    fn the_planet_is_masked_where_no_surface_is() {
+        let mut image = small();
+        // The lens has focal lengths of 10 and 20 px and its centre at (2, 1.5). The ray of pixel (0, 0) is (-0.15, -0.05).
+        image.planet = DVec3::new(-0.15, -0.05, 1.0).normalize();
+        image.planet_radius = 0.08;
+        let mask = planet(&image).expect("a global shutter");
+        // By hand, in rays: (0, 0) at distance 0, (0, 1) 0.05, (1, 0) 0.1, (1, 1) 0.112.
+        let set: Vec<usize> = (0..12).filter(|at| mask[*at]).collect();
+        assert_eq!(set, [0, 4]);
+        image.planet_radius = 0.105;
+        assert_eq!(planet(&image).expect("a mask").iter().filter(|set| **set).count(), 4);
+        image.channels.part[0] = 1;
+        assert!(!planet(&image).expect("a mask")[0], "a surface hides the planet");
+        image.line_time = 1e-5;
+        assert_eq!(planet(&image), None);
     }
 
     #[test]

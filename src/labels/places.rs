@@ -31,7 +31,7 @@ pub(crate) fn orbit(split: Split, orbit: u32) -> String {
     format!("{}/{orbit:06}", split.name())
 }
 
-/// A file of an image: `gray`, `depth`, `part`, `temperature`, `radiance` or `label`, with its ending.
+/// A file of an image: `gray`, `depth`, `part`, `temperature`, `planet`, `radiance` or `label`, with its ending.
 pub(crate) fn of_image(image: &LabelledImage, what: &str, ending: &str) -> String {
     format!("{}/{what}/{:06}.{ending}", orbit(image.identity.split, image.identity.orbit), image.identity.number)
 }

@@ -1,6 +1,6 @@
 //! Splits a `.glb` or `.gltf` file into JSON text and binary chunk (glTF 2.0, 4).
 
-use super::ModelFault;
+use super::{ModelFault, format};
 
 const MAGIC: &[u8; 4] = b"glTF";
 const JSON_CHUNK: &[u8; 4] = b"JSON";
@@ -17,6 +17,9 @@ pub(super) struct Container<'a> {
 /// Splits a GLB file. Any other file counts as JSON text.
 /// The reader of the `gltf` crate subtracts the header from an unchecked length, so it is not used.
 pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, ModelFault> {
+    if let Some(format) = format::other(bytes) {
+        return Err(ModelFault::Format(format));
+    }
     if !bytes.starts_with(MAGIC) {
         // Section 4.2 forbids a byte order mark but allows readers to ignore it.
         let json = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
@@ -28,6 +31,9 @@ pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, ModelFault> {
             bytes.len()
         )));
     };
+    if version == 1 {
+        return Err(ModelFault::Format(format::GLTF_1));
+    }
     if version != 2 {
         return Err(ModelFault::Container(format!("version {version}, only 2 is supported")));
     }

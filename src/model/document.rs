@@ -9,6 +9,7 @@ use serde_json::value::RawValue;
 use serde_json::{Map, Value};
 
 use super::error::{counted, label};
+use super::format::GLTF_1;
 use super::meshopt::{Compressed, StreamKind};
 use super::meshopt_filter::Filter;
 use super::{ModelFault, ModelMaterial, Skipped};
@@ -295,6 +296,7 @@ fn check_version(root: &Map<String, Value>) -> Result<(), ModelFault> {
         match asset.get(key).and_then(Value::as_str) {
             Some(version) if version.starts_with(wanted) => {}
             None if key == "minVersion" => {}
+            Some(version) if version.starts_with("1.") => return Err(ModelFault::Format(GLTF_1)),
             Some(version) => {
                 return Err(ModelFault::element("asset", format!("{key} {version:?} is not supported, only 2.0 is")));
             }

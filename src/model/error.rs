@@ -21,6 +21,22 @@ pub enum ModelError {
     /// The shortest edge is not a valid length.
     #[error("a shortest edge of {0} m is refused: it must be finite and 0 or greater")]
     MinEdge(f64),
+    /// A craft longer than any, whose edges would make millions of nodes.
+    #[error(
+        "{}: the craft is {extent:.0} m long, so it is probably in mm, and glTF is in metres: scale its root node by 0.001. Edges of at most \
+         {edge} m would make {nodes:.0} nodes or more; if the size is right, use longer edges",
+        path.display()
+    )]
+    WrongUnit {
+        /// The model's file.
+        path: PathBuf,
+        /// Longest side of the box around the craft [m].
+        extent: f64,
+        /// The shortest of the longest edges [m].
+        edge: f64,
+        /// Nodes that the division would make at least.
+        nodes: f64,
+    },
     /// Subdivision would exceed the vertex limit.
     #[error(
         "{}: subdivision to edges of at most {max_edge} m needs {needed} vertices or more, and the limit is {limit}; \
@@ -48,6 +64,9 @@ pub enum ModelFault {
     /// The binary container (GLB) is damaged.
     #[error("damaged GLB container: {0}")]
     Container(String),
+    /// A file of another format.
+    #[error("this is {0}, and isotherm reads glTF 2.0 (.glb, .gltf): docs/cad.md says how to convert it")]
+    Format(&'static str),
     /// The text is not JSON.
     #[error("the glTF JSON cannot be parsed: {0}")]
     Json(serde_json::Error),

@@ -43,6 +43,7 @@ pub(crate) mod joints;
 mod keeper;
 pub(crate) mod manifest;
 pub(crate) mod material_picture;
+#[cfg(feature = "programs")]
 pub(crate) mod mcap;
 pub(crate) mod panels;
 pub(crate) mod picture;

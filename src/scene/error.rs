@@ -53,7 +53,7 @@ pub enum SceneError {
     /// Some glTF materials have no thermal values.
     #[error(
         "{}:{line}: material: no [[material]] rule matches, and neither glTF extras nor materials.default give values \
-         to {} of {}: {}",
+         to {} of {}: {}{advice}",
         path.display(),
         names.len(),
         model.display(),
@@ -68,6 +68,8 @@ pub enum SceneError {
         model: PathBuf,
         /// Names of the materials, each with the keys that the material's own extras lack.
         names: Vec<String>,
+        /// A probable cause, with leading punctuation. May be empty.
+        advice: String,
     },
 }
 

@@ -123,7 +123,7 @@ material_keys! {
     over: "effective_emittance" "thickness" "density" "specific_heat" "conductivity";
     response: "retarget" "domain";
     profile: "function" "rate" "coefficients" "file" "target" "text" "t_max" "t_max_steps";
-    rule: "match" "use";
+    rule: "match" "part" "use";
     sources: "finish" "note" "optics_source" "back_source" "bulk_source" "absorptivity_eol" "emissivity_eol" "eol"
         "temperature_range" "measured";
 }

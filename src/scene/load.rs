@@ -8,6 +8,7 @@ use super::error::SceneError;
 use super::faults::{Faults, read_all};
 use super::file::{SourceFile, read_text};
 use super::quantity::Quantity;
+use super::radiance::Background;
 use super::section::Section;
 use super::{
     Camera, Draw, Initial, MaterialRules, Preset, Reflections, Scene, ShadowSettings, SkyScene, Surrounded, Time,
@@ -134,8 +135,16 @@ impl Scene {
             sky_files,
             assumptions,
         };
-        scene.take_temperatures();
+        scene.settle();
         Ok(scene)
+    }
+
+    /// Applies the defaults that follow from several sections.
+    fn settle(&mut self) {
+        self.take_temperatures();
+        if self.sensor.is_some() {
+            self.show_planet();
+        }
     }
 
     /// Switches off the computations that temperatures from a file replace, and says so.
@@ -154,6 +163,31 @@ impl Scene {
         self.contacts.clear();
         self.heaters.clear();
         self.energy_balance = false;
+    }
+
+    /// Puts the planet behind the craft where the scene does not say what stands there, for images that look like a camera's.
+    pub(crate) fn show_planet(&mut self) {
+        let surrounded = &mut self.surrounded;
+        let is_open = surrounded.is_unstated && surrounded.background == Background::Off;
+        let Some(camera) = self.camera.as_ref().filter(|_| is_open) else { return };
+        let space = self.environment.background_temperature.unwrap_or(0.0);
+        let kelvin = surrounded.planet_temperature;
+        let told = if kelvin <= space {
+            "No planet stands behind the craft (radiance.background is absent), because neither environment.planet_ir nor \
+             radiance.planet_temperature tells how warm it is."
+                .to_owned()
+        } else if camera.line_time > 0.0 {
+            "No planet stands behind the craft (radiance.background is absent), because a rolling shutter (camera.line_time) can not show it."
+                .to_owned()
+        } else {
+            surrounded.background = Background::Planet;
+            format!(
+                "The planet stands behind the craft, at {kelvin:.2} K (radiance.background is absent; \"off\" leaves it out)."
+            )
+        };
+        if !self.assumptions.contains(&told) {
+            self.assumptions.push(told);
+        }
     }
 
     /// The camera of a scene that draws images.
@@ -186,10 +220,7 @@ fn optional_camera(
     match root.table("camera", keys::CAMERA)? {
         Some(section) => camera::read(&section, preset, around, files, assumptions).map(Some),
         None if *draw == Draw::None => Ok(None),
-        None => {
-            let message = "is missing: a section [camera] is needed to draw (time.draw_every = 0 draws nothing)";
-            Err(root.clash("camera", &["time.draw_every", "time.draw_steps", "time.images"], message))
-        }
+        None => Ok(Some(camera::unstated(assumptions))),
     }
 }
 

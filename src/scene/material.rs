@@ -1,5 +1,6 @@
 //! `[materials]` and `[[material]]`: rules that assign thermal values to glTF materials.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use wildmatch::WildMatch;
@@ -23,6 +24,8 @@ pub struct MaterialRules {
     pub rules: Vec<MaterialRule>,
     /// The rule for materials that no other rule matches and that have no `isotherm_` extras.
     pub default: Option<MaterialRule>,
+    /// Rule of each material that stands for some parts alone.
+    of_material: BTreeMap<usize, usize>,
     /// The settings for reading `extras` when the model is known.
     extras: ExtrasContext,
 }
@@ -32,6 +35,8 @@ pub struct MaterialRules {
 pub struct MaterialRule {
     /// Wildcard patterns (`*`, `?`) on glTF material names.
     pub(crate) patterns: Vec<String>,
+    /// Wildcard patterns on names of parts. `None` takes all parts.
+    pub(crate) parts: Option<Vec<String>>,
     /// The values. `name` is set when the rule is applied.
     pub material: Material,
 }
@@ -106,7 +111,7 @@ pub(super) fn read(
         None => None,
     };
     assumed.say(assumptions);
-    Ok(MaterialRules { rules, default, extras: context })
+    Ok(MaterialRules { rules, default, of_material: BTreeMap::new(), extras: context })
 }
 
 fn rule(
@@ -116,13 +121,15 @@ fn rule(
     files: &mut Vec<PathBuf>,
     assumed: &mut Assumed,
 ) -> Result<MaterialRule, SceneError> {
-    let patterns = section.strings("match")?;
-    let patterns = section.required("match", patterns, "the names of glTF materials, with * and ? as wildcards")?;
+    let parts = section.strings("part")?;
+    let patterns = section.strings("match")?.or_else(|| parts.is_some().then(|| vec!["*".to_owned()]));
+    let what = "the names of glTF materials, with * and ? as wildcards, or 'part', the names of parts";
+    let patterns = section.required("match", patterns, what)?;
     let source = format!("{} rule {number}", file_name(&context.scene));
     let settled = settle(section, &section.strings("use")?.unwrap_or_default(), source, context)?;
     assumed.note(&settled.complete, &format!("rule {number} ({})", patterns.join(", ")));
     settled.add_files(files);
-    Ok(MaterialRule { patterns, material: settled.material(String::new()) })
+    Ok(MaterialRule { patterns, parts, material: settled.material(String::new()) })
 }
 
 fn default(
@@ -144,7 +151,7 @@ fn default(
     let source = format!("{} materials.default; {description}", file_name(&context.scene));
     let settled = SettledMaterial { complete, source };
     settled.add_files(files);
-    Ok(Some(MaterialRule { patterns: vec!["*".to_string()], material: settled.material(String::new()) }))
+    Ok(Some(MaterialRule { patterns: vec!["*".to_string()], parts: None, material: settled.material(String::new()) }))
 }
 
 /// The keys that decide which entries of a table are known, and the keys that a complete set of values depends on.
@@ -245,8 +252,8 @@ impl MaterialRules {
     pub fn resolve(&self, model: &Model, files: &mut Vec<PathBuf>) -> Result<Vec<Material>, SceneError> {
         let mut materials = Vec::with_capacity(model.materials.len());
         let mut unmatched = Vec::new();
-        for wanted in &model.materials {
-            match self.find(wanted, model, files)? {
+        for (place, wanted) in model.materials.iter().enumerate() {
+            match self.find((place, wanted), model, files)? {
                 Some(material) => materials.push(material),
                 None => unmatched.push(format!("'{}'", wanted.name)),
             }
@@ -254,12 +261,67 @@ impl MaterialRules {
         if unmatched.is_empty() {
             return Ok(materials);
         }
+        let of_part = self.rules.iter().flat_map(|rule| &rule.patterns).find(|pattern| {
+            let pattern = WildMatch::new(pattern);
+            !model.materials.iter().any(|material| pattern.matches(&material.name))
+                && model.parts.iter().any(|part| pattern.matches(&part.name))
+        });
+        let advice = of_part.map_or(String::new(), |pattern| {
+            format!(
+                ". '{pattern}' is the name of a part: 'match' takes names of materials, and 'part' takes names of parts"
+            )
+        });
         Err(SceneError::Unmatched {
             path: self.extras.scene.clone(),
             line: self.extras.line,
             model: model.source.clone(),
             names: unmatched,
+            advice,
         })
+    }
+
+    /// Gives the surfaces of parts that rules tell apart materials of their own: `paint of wing` for what the rule of `wing` takes of the material
+    /// `paint`.
+    pub fn split_by_part(&mut self, model: &mut Model) {
+        if self.rules.iter().all(|rule| rule.parts.is_none()) {
+            return;
+        }
+        let rule_of = |material: u32, part: u32| {
+            let [material, part] =
+                [&model.materials[material as usize].name, &model.parts[part as usize].name].map(String::as_str);
+            let rule = self.rules.iter().position(|rule| rule.takes(material, part));
+            rule.filter(|rule| self.rules[*rule].parts.is_some())
+        };
+        let pairs: BTreeSet<(u32, u32)> =
+            model.vertex_material.iter().copied().zip(model.vertex_part.iter().copied()).collect();
+        let chosen: BTreeMap<(u32, u32), Option<usize>> =
+            pairs.into_iter().map(|(material, part)| ((material, part), rule_of(material, part))).collect();
+        let mut made: BTreeMap<(u32, Option<usize>), u32> = BTreeMap::new();
+        for ((material, _), rule) in &chosen {
+            if rule.is_none() {
+                made.insert((*material, None), *material);
+            }
+        }
+        for ((material, _), rule) in &chosen {
+            let Some(number) = rule.filter(|_| !made.contains_key(&(*material, *rule))) else { continue };
+            // A material that no other rule takes keeps its place and its name.
+            let alone = chosen.range((*material, 0)..=(*material, u32::MAX)).all(|(_, other)| other == rule);
+            let place = if alone {
+                *material
+            } else {
+                let whole = &model.materials[*material as usize];
+                let parts =
+                    self.rules[number].parts.iter().flatten().map(String::as_str).collect::<Vec<_>>().join(", ");
+                let split = ModelMaterial { name: format!("{} of {parts}", whole.name), extras: whole.extras.clone() };
+                model.materials.push(split);
+                model.materials.len() as u32 - 1
+            };
+            made.insert((*material, *rule), place);
+            self.of_material.insert(place as usize, number);
+        }
+        for (material, part) in model.vertex_material.iter_mut().zip(&model.vertex_part) {
+            *material = made[&(*material, chosen[&(*material, *part)])];
+        }
     }
 
     pub(crate) fn table(&self) -> Option<&Path> {
@@ -268,11 +330,13 @@ impl MaterialRules {
 
     fn find(
         &self,
-        wanted: &ModelMaterial,
+        (place, wanted): (usize, &ModelMaterial),
         model: &Model,
         files: &mut Vec<PathBuf>,
     ) -> Result<Option<Material>, SceneError> {
-        if let Some(rule) = self.rules.iter().find(|rule| rule.matches(&wanted.name)) {
+        let stated = self.of_material.get(&place).map(|rule| &self.rules[*rule]);
+        let whole = || self.rules.iter().find(|rule| rule.parts.is_none() && rule.matches(&wanted.name));
+        if let Some(rule) = stated.or_else(whole) {
             return Ok(Some(Material { name: wanted.name.clone(), ..rule.material.clone() }));
         }
         if let Some(extras) = Extras::open(&model.source, &self.extras.reach, wanted)? {
@@ -302,12 +366,27 @@ impl MaterialRules {
     pub fn idle_patterns(&self, model: &Model) -> Vec<String> {
         let mut idle = Vec::new();
         for (index, rule) in self.rules.iter().enumerate() {
+            if let Some(parts) = &rule.parts {
+                let is_idle = |pattern: &&String| {
+                    let pattern = WildMatch::new(pattern);
+                    !model.parts.iter().any(|part| pattern.matches(&part.name))
+                };
+                idle.extend(
+                    parts.iter().filter(is_idle).map(|pattern| {
+                        format!("Pattern '{pattern}' of rule {} matches no part of the model.", index + 1)
+                    }),
+                );
+                continue;
+            }
             for pattern in &rule.patterns {
                 let wildcard = WildMatch::new(pattern);
                 let mut matched = model.materials.iter().filter(|material| wildcard.matches(&material.name)).peekable();
                 if matched.peek().is_none() {
                     idle.push(format!("Pattern '{pattern}' of rule {} matches no material of the model.", index + 1));
-                } else if matched.all(|material| self.rules[..index].iter().any(|rule| rule.matches(&material.name))) {
+                } else if matched.all(|material| {
+                    let earlier = self.rules[..index].iter().filter(|rule| rule.parts.is_none());
+                    earlier.clone().any(|rule| rule.matches(&material.name))
+                }) {
                     idle.push(format!("Pattern '{pattern}' of rule {} matches what earlier rules match.", index + 1));
                 }
             }
@@ -317,6 +396,12 @@ impl MaterialRules {
 }
 
 impl MaterialRule {
+    /// Whether the rule is for a material on a part.
+    fn takes(&self, material: &str, part: &str) -> bool {
+        let fits = |parts: &Vec<String>| parts.iter().any(|pattern| WildMatch::new(pattern).matches(part));
+        self.matches(material) && self.parts.as_ref().is_none_or(fits)
+    }
+
     /// Whether one of the patterns matches the name of a glTF material. Case counts.
     pub fn matches(&self, name: &str) -> bool {
         self.patterns.iter().any(|pattern| WildMatch::new(pattern).matches(name))

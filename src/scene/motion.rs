@@ -12,6 +12,8 @@ use crate::environment::pose_path::PosePath;
 pub enum Motion {
     /// The pose does not change.
     Still,
+    /// The scene states no pose: the camera stands where it sees the whole craft, once the model is known. Then it is still.
+    Framed,
     /// The pose follows a path.
     Path(Arc<CameraPath>),
     /// Each image has its own pose: position [m] and rotation of camera axes into the camera's frame.

@@ -48,6 +48,8 @@ pub struct Surrounded {
     pub planet_temperature: f64,
     /// Temperatures of a planet that is not uniform. `planet_temperature` is then their mean.
     pub planet: Option<Arc<PlanetPattern>>,
+    /// Whether the scene does not say what stands behind the craft.
+    pub is_unstated: bool,
     /// Whether the frames show the emitted and the reflected radiance apart.
     pub channels: bool,
 }
@@ -92,9 +94,14 @@ pub(super) fn surrounded(
     (files, assumptions): (&mut Vec<PathBuf>, &mut Vec<String>),
 ) -> Result<Surrounded, SceneError> {
     let space = environment.background_temperature.unwrap_or(0.0);
-    let Some(section) = section else { return Ok(Surrounded { planet_temperature: space, ..Surrounded::default() }) };
+    let of_exitance = environment.planet_ir.map(|flux| (flux / STEFAN_BOLTZMANN).sqrt().sqrt());
+    let Some(section) = section else {
+        let planet_temperature = of_exitance.unwrap_or(space);
+        return Ok(Surrounded { planet_temperature, is_unstated: true, ..Surrounded::default() });
+    };
     let reflections = section.choice("reflections", &REFLECTIONS)?.unwrap_or_default();
-    let background = section.choice("background", &BACKGROUNDS)?.unwrap_or_default();
+    let stated_background = section.choice("background", &BACKGROUNDS)?;
+    let background = stated_background.unwrap_or_default();
     let needs_planet = background == Background::Planet || reflections != Reflections::Off;
     let pattern = planet::read_pattern(section, orbit, files, assumptions)?;
     let stated = section.number("planet_temperature", Quantity::within(0.0, 1e6, "K"))?;
@@ -105,7 +112,6 @@ pub(super) fn surrounded(
         let message = "is that of a planet which no pixel shows: state radiance.reflections or radiance.background";
         return Err(section.clash(key, &["reflections", "background"], message));
     }
-    let of_exitance = environment.planet_ir.map(|flux| (flux / STEFAN_BOLTZMANN).sqrt().sqrt());
     if needs_planet && stated.is_none() {
         assumptions.push(match of_exitance {
             Some(temperature) => format!(
@@ -119,5 +125,6 @@ pub(super) fn surrounded(
     }
     let planet_temperature = stated.or(of_exitance).unwrap_or(space);
     let planet = pattern.map(Arc::new);
-    Ok(Surrounded { reflections, background, planet_temperature, planet, channels: false })
+    let is_unstated = stated_background.is_none();
+    Ok(Surrounded { reflections, background, planet_temperature, planet, is_unstated, channels: false })
 }

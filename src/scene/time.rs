@@ -42,13 +42,6 @@ pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<T
         None => None,
     };
     let warm_up_step = section.number("warm_up_step", Quantity::within(1e-6, 1e7, "s"))?;
-    if warm_up_step.is_some() && warm_up_orbits == 0.0 {
-        return Err(section.clash(
-            "warm_up_step",
-            &["warm_up_orbits", "warm_up"],
-            "is the step of a warm-up, and warm_up_orbits is 0 or absent",
-        ));
-    }
     let warm_up_step = warm_up_step.unwrap_or(step);
     let draw = draw(section, steps, f64::from(steps) * step)?;
     Ok(Time { start, step, steps, warm_up_step, warm_up_orbits, warm_up_assumed, periodic, draw })

@@ -1,5 +1,7 @@
 //! Node density: merges and splits edges as the scene asks, within the host's free memory.
 
+use glam::DVec3;
+
 use super::prepare_error::PrepareStage;
 use crate::host;
 use crate::model::{MergeSummary, Model, ModelError};
@@ -10,6 +12,12 @@ pub(super) const HOST_BYTES_A_NODE: usize = 300;
 
 /// Peak host memory for each node of a scene with a thermal network [bytes].
 const HOST_BYTES_A_NETWORK_NODE: usize = 400;
+
+/// Nothing that flies is longer than this [m]. The International Space Station has 109 m.
+pub(crate) const LONGEST_CRAFT: f64 = 200.0;
+
+/// Nodes from which a craft that is longer is refused before its edges are split.
+const MOST_NODES_OF_WRONG_UNIT: f64 = 1e6;
 
 /// Merges edges below the scene's shortest edge length. Returns the merged edges, where the scene has such lengths.
 ///
@@ -37,7 +45,28 @@ pub(super) fn split(
     if longest.iter().all(|edge| edge.is_infinite()) {
         return Ok(model);
     }
+    refuse_wrong_unit(&model, &longest)?;
     model.subdivide_parts(&longest, node_limit(network), &mut |vertices| progress(PrepareStage::Splitting(vertices)))
+}
+
+/// Refuses a craft that is longer than any, where its edges would make millions of nodes, before they are made.
+fn refuse_wrong_unit(model: &Model, longest: &[f64]) -> Result<(), ModelError> {
+    let place = |vertex: u32| model.positions[vertex as usize];
+    let drawn = || model.triangles.iter().flatten().map(|vertex| place(*vertex));
+    let low = drawn().fold(DVec3::INFINITY, DVec3::min);
+    let extent = (drawn().fold(DVec3::NEG_INFINITY, DVec3::max) - low).max_element();
+    // An equilateral triangle has the largest area, sqrt(3)/4 of the square of its edge, and a mesh has half as many vertices as triangles.
+    let fewest = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(place);
+        let edge = longest[model.vertex_part[triangle[0] as usize] as usize];
+        0.5 * (0.5 * (b - a).cross(c - a).length() / (3f64.sqrt() / 4.0 * edge * edge)).max(1.0)
+    };
+    let nodes: f64 = if extent > LONGEST_CRAFT { model.triangles.iter().map(fewest).sum() } else { 0.0 };
+    if nodes > MOST_NODES_OF_WRONG_UNIT {
+        let edge = longest.iter().copied().fold(f64::INFINITY, f64::min);
+        return Err(ModelError::WrongUnit { path: model.source.clone(), extent, edge, nodes });
+    }
+    Ok(())
 }
 
 /// The result of merging, in words.

@@ -75,6 +75,11 @@ impl Pose {
     /// # Errors
     /// A number that is not finite, or a line of sight along `up`.
     pub fn look_at(frame: CameraFrame, position: DVec3, point: DVec3, up: DVec3) -> Result<Self, CameraError> {
+        if ![position, point, up].iter().all(|vector| vector.is_finite()) {
+            return Err(CameraError::Pose(
+                "its position, the point that it looks at and the direction that is up must be finite",
+            ));
+        }
         let directions = (point - position).try_normalize().zip(up.try_normalize());
         let directions = directions.filter(|(forward, up)| forward.cross(*up).length() > PARALLEL);
         let along = "it must look at a point that is not its own position, and not along the direction that is up";

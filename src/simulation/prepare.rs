@@ -19,7 +19,7 @@ use crate::gpu::effects::thermal::variant::StepRange;
 use crate::gpu::effects::thermal::variant::{Curve, LightBy, StepKind, ThermalVariant};
 use crate::gpu::shapes;
 use crate::model::nodes::{GROUP, Nodes, PADDING, RangeResponse};
-use crate::model::{MergeSummary, Model};
+use crate::model::MergeSummary;
 use crate::scene::work::too_late;
 use crate::scene::{Background, Reflections, Scene};
 use crate::stop::Watch;
@@ -113,7 +113,7 @@ impl Prepared {
             progress(stage);
         };
         progress(PrepareStage::Reading);
-        let mut model = Model::load_within(&scene.model_path, &scene.reach)?.weld();
+        let mut model = steps::read_model(&mut scene)?;
         let mut materials = prepare_names::materials(&mut scene, &model)?;
         change(&mut materials);
         if scene.temperatures.is_some() {

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use super::density;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, PrepareStage};
@@ -16,7 +18,7 @@ use crate::environment::{Attitude, Orbit};
 use crate::files;
 use crate::gpu::effects::image::runs::TriangleRun;
 use crate::model::nodes::Nodes;
-use crate::model::{MergeSummary, Model, Skipped};
+use crate::model::{MergeSummary, Model, ModelError, Skipped};
 use crate::raster::traced::LARGEST_REFLECTED;
 use crate::scene::{Camera, Draw, Initial, JointMotion, Reflections, Scene, file_hash, scene_hash};
 use crate::thermal::balance::{balance_temperature, emissivity_sum};
@@ -108,6 +110,22 @@ fn unplayed(scene: &Scene, model: &Model) -> Option<String> {
     let noun = if idle.len() == 1 { "animation" } else { "animations" };
     (!idle.is_empty())
         .then(|| format!("{} {noun} left out, because no [[joint]] plays it: {}", idle.len(), idle.join(", ")))
+}
+
+/// Reads the model, with a material for each part that rules tell apart, and places a camera without a pose before it.
+pub(super) fn read_model(scene: &mut Scene) -> Result<Model, ModelError> {
+    let mut model = Model::load_within(&scene.model_path, &scene.reach)?.weld();
+    scene.materials.split_by_part(&mut model);
+    frame_camera(scene, &model);
+    Ok(model)
+}
+
+fn frame_camera(scene: &mut Scene, model: &Model) {
+    let drawn = model.triangles.iter().flatten().map(|vertex| model.positions[*vertex as usize]);
+    let (low, high) = drawn.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
+    let told = scene.camera.as_mut().and_then(|camera| camera.frame(middle, radius));
+    scene.assumptions.extend(told);
 }
 
 /// A model with the node density of its scene.

@@ -20,7 +20,7 @@ mod merge;
 mod tests;
 mod weld;
 
-pub(crate) use contact::{Contact, ContactConductance, NeighbourRule, Neighbours, Selection};
+pub(crate) use contact::{Contact, ContactConductance, NeighbourRule, Selection};
 
 pub(crate) const NO_NODE: u32 = u32::MAX;
 
@@ -91,6 +91,21 @@ pub enum ShellError {
         /// The side without nodes.
         side: String,
     },
+}
+
+/// Two neighbours without contact.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Neighbours {
+    /// Part and material of both.
+    pub(crate) groups: [[u32; 2]; 2],
+    /// Area in contact [m2]. Along edges: the length times the thinner thickness.
+    pub(crate) area: f64,
+    /// Length in contact [m], where they touch along edges alone.
+    pub(crate) length: Option<f64>,
+    /// Conductance that the rule would give [W/K].
+    pub(crate) conductance: f64,
+    /// Share of a difference in temperature that this conductance would leave, between both in balance with space at 300 K.
+    pub(crate) remaining: f64,
 }
 
 /// Report of a network for the user.

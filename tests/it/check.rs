@@ -123,6 +123,114 @@ fn coarse_meshes_are_told() {
     assert_eq!(found(&[(MAST, sheet)], |_| ()), []);
 }
 
+/// Issue 33, point 2: settings that ran without a word.
+#[test]
+fn settings_that_hardly_mean_what_they_say_are_told() {
+    let sensor = |keys: &str| format!("[sensor]\n{keys}\n[[probe]]");
+    let told = |keys: &str| found(&[("[[probe]]", &sensor(keys))], |_| ());
+    assert_eq!(told("netd = 0.05\nrange = [200, 400]"), []);
+    for (keys, about) in [
+        ("netd = 50\nrange = [200, 400]", "sensor.netd"),
+        ("netd = 0.05\nrange = [600, 900]", "sensor.range"),
+        ("netd = 0.05\nrange = [30, 60]", "sensor.range"),
+    ] {
+        let findings = told(keys);
+        assert!(findings.len() == 1 && findings[0].about == about, "{keys}: {findings:#?}");
+    }
+    let idle = only(&[("step = 60", "step = 60\nwarm_up_step = 30")], |_| ());
+    assert!(idle.about == "time.warm_up_step" && idle.message.contains("no warm-up"), "{idle:?}");
+    let probe = only(&[("position = [0, 5.5, 0]", "position = [0, 5500, 0]")], |_| ());
+    assert!(probe.about == "probe 'tip'" && probe.message.contains("off the craft"), "{probe:?}");
+    let cut = only(&[("look_at = [0, 0, 0]", "look_at = [0, 9.5, 0]")], |_| ());
+    assert!(cut.check == "view" && cut.message.contains("lies within the frame"), "{cut:?}");
+    let away = only(
+        &[
+            ("band_um = [8, 14]", "band_um = [8, 14]\nbackground = \"planet\""),
+            ("fov_deg = 45", "fov_deg = 4"),
+            ("position = [6.5, 5, -7.5]", "position = [20, 0, 199]"),
+        ],
+        |_| (),
+    );
+    assert!(away.check == "background" && away.message.contains("not in the frame"), "{away:?}");
+    let seen = [
+        ("band_um = [8, 14]", "band_um = [8, 14]\nbackground = \"planet\""),
+        ("position = [6.5, 5, -7.5]", "position = [2, 0, -20]"),
+    ];
+    assert_eq!(found(&seen, |_| ()), [], "nadir is +Z");
+    let sheet = (
+        "sides = \"outside\"\nresponse = \"transition\"",
+        "sides = \"both\"\nback = { absorptivity = 0.3, emissivity = 0.8 }\nresponse = \"transition\"",
+    );
+    let closed = only(&[sheet], |_| ());
+    assert!(closed.check == "sides" && closed.message.contains("counts twice"), "{closed:?}");
+}
+
+/// Issue 33, point 1: parts that touch were isolated without a word.
+#[test]
+fn neighbours_without_contact_are_told_listed_and_joined() {
+    let skin = "response = \"network\"\nthickness = 0.002\ndensity = 2700\nspecific_heat = 900\nconductivity = 160\n";
+    let transition = "response = \"transition\"\nretarget = \"merge\"\nheating = { function = \"quadratic\", t_max_steps = 20 }\n\
+                      cooling = { function = \"linear\", t_max_steps = 30 }\n";
+    let scene = |network: &str| {
+        let mast = format!("{skin}[radiance]");
+        scene_with(&[(transition, skin), (MAST, &mast), ("[[probe]]", &format!("{network}[[probe]]"))])
+    };
+    let folder = Folder::new(&scene(""));
+    let value = program::json(folder.0.path(), &["check", "scene.toml", "--json"]);
+    let pairs = value["checked"]["neighbours"].as_array().expect("a list").clone();
+    assert!(!pairs.is_empty() && pairs[0]["remaining"].as_f64().expect("a share") < 1.0, "{pairs:?}");
+    let ran = run(folder.0.path(), &["check", "scene.toml"]);
+    assert!(
+        ran.out.contains("warning: network.contacts: neighbours touch")
+            && ran.out.contains("Neighbours without contact")
+    );
+    for (contacts, apart) in [("stated", pairs.len()), ("auto", 0)] {
+        let prepared = Folder::new(&scene(&format!("[network]\ncontacts = \"{contacts}\"\n"))).prepared();
+        let checked = check(&prepared, CheckEffort::WHOLE);
+        assert!(checked.findings.iter().all(|finding| finding.check != "contacts"), "{:?}", checked.findings);
+        let summary = &prepared.network.as_ref().expect("a network").shell.summary;
+        assert_eq!(summary.contacts.len(), usize::from(contacts == "auto"), "{:?}", summary.contacts);
+        let folder = Folder::new(&scene(&format!("[network]\ncontacts = \"{contacts}\"\n")));
+        let value = program::json(folder.0.path(), &["check", "scene.toml", "--json"]);
+        assert_eq!(value["checked"]["neighbours"].as_array().map(Vec::len), Some(apart), "{contacts}");
+    }
+}
+
+/// A camera without a pose sees the whole craft.
+#[test]
+fn a_camera_without_a_pose_frames_the_craft() {
+    let pose = "frame = \"body\"\nposition = [6.5, 5, -7.5]\nlook_at = [0, 0, 0]\nup = [0, 0, -1]\n";
+    let checked = |changes: &[(&str, &str)]| {
+        let prepared = Folder::new(&scene_with(changes)).prepared();
+        assert!(prepared.scene.assumptions.iter().any(|told| told.contains("sees the whole craft from")));
+        let value = serde_json::to_value(check(&prepared, CheckEffort::WHOLE)).expect("JSON");
+        assert_eq!(value["findings"], json!([]));
+        let size: Vec<f64> = value["sight"]["first_px"]
+            .as_array()
+            .expect("a size")
+            .iter()
+            .filter_map(serde_json::Value::as_f64)
+            .collect();
+        (
+            size,
+            [
+                prepared.scene.camera.as_ref().expect("a camera").width,
+                prepared.scene.camera.as_ref().expect("a camera").height,
+            ],
+        )
+    };
+    for changes in [
+        vec![(pose, "")],
+        vec![(pose, ""), ("fov_deg = 45", "fov_deg = 5")],
+        vec![(pose, ""), ("width = 96", "width = 40")],
+    ] {
+        let (size, image) = checked(&changes);
+        let shares = [size[0] / f64::from(image[0]), size[1] / f64::from(image[1])];
+        let most = shares[0].max(shares[1]);
+        assert!(most < 1.0 && most > 0.4, "{changes:?}: {shares:?}");
+    }
+}
+
 #[test]
 fn the_command_tells_and_writes_what_it_says() {
     let folder = Folder::new(SCENE);
@@ -266,7 +374,8 @@ fn the_scenes_of_this_repository_are_not_warned_of() {
         let value = program::json(&models, &["check", name, "--json", "--allow-outside"]);
         assert_eq!(
             value["checked"]["findings"].as_array().map(Vec::len),
-            Some(0),
+            // The arrays of the ISS are closed slabs that its scenes take as sheets, as iss.toml says.
+            Some(usize::from(name.starts_with("iss"))),
             "{name}: {:#}",
             value["checked"]["findings"]
         );

@@ -331,7 +331,11 @@ fn by_twin(prepared: &Prepared, slower: f64) -> Vec<internals::Pixel> {
 fn each_row_of_a_rolling_shutter_sees_the_pose_of_its_time() {
     let spin = "mode = \"spin\"\nquaternion = [1, 0, 0, 0]\nspin_axis = [0.3, 0.2, 0.9]\nrate_deg = 10";
     let context = context();
-    for lens in ["", "distortion = [-0.31, 0.12, 0.0011, -0.0007, -0.021]", "distortion = [-0.01, 0.004, 0, 0]"] {
+    for lens in [
+        "",
+        "distortion = [-0.31, 0.12, 0.0011, -0.0007, -0.021]",
+        "distortion = [-0.01, 0.004, 0, 0]\ndistortion_model = \"fisheye\"",
+    ] {
         let prepared = |line_time: f64| {
             let keys = format!("fx = 116.1\nfy = 115.3\ncx = 47.1\ncy = 36.8\nline_time = {line_time}\n{lens}");
             let scene = scene_with(&[

@@ -8,7 +8,7 @@ use isotherm::internals::{
     Attitude, Background, CameraFrame, Draw, Edges, GainControl, Halo, ImageFile, ImageFiles, Initial, Mapping, Netd,
     Orbit, PRESETS, Part, Pattern, Reflections, SensorOptics, Spread, Surrounded, Video, Vignetting,
 };
-use isotherm::{Distortion, Lens, Scene, SceneError};
+use isotherm::{Distortion, Lens, Motion, Scene, SceneError};
 
 mod materials;
 mod refusals;
@@ -83,6 +83,7 @@ fn every_value_of_a_full_scene_arrives() {
         reflections: Reflections::Traced,
         background: Background::Planet,
         planet_temperature: 260.0,
+        is_unstated: false,
         planet: None,
         channels: true,
     };
@@ -235,10 +236,17 @@ fn attitudes_cameras_and_times_have_their_other_forms() {
     let scene = with("mode = \"nadir\"", "mode = \"sun\"\nsun_axis = \"+Z\"\nnorth_axis = [-7, 0, 0]");
     assert_eq!(scene.attitude, Attitude::Sun { sun_axis: DVec3::Z, north_axis: DVec3::NEG_X });
 
-    let calibrated =
-        with("fov_deg = 90", "fx = 800\nfy = 790\ncx = 51\ncy = 24.5\ndistortion = [0.1, 0, 0, 0.01]").camera.unwrap();
-    let distortion = Distortion::Fisheye([0.1, 0.0, 0.0, 0.01]);
+    let calibrated = with("fov_deg = 90", "fx = 800\nfy = 790\ncx = 51\ncy = 24.5\ndistortion = [0.1, 0, 0, 0.01]");
+    // Four numbers are OpenCV's, and readers of older files are told.
+    assert!(calibrated.assumptions.iter().any(|told| told.contains("k1, k2, p1, p2")), "{:?}", calibrated.assumptions);
+    let calibrated = calibrated.camera.unwrap();
+    let mut numbers = [0.0; 12];
+    (numbers[0], numbers[3]) = (0.1, 0.01);
+    let distortion = Distortion::BrownConrady(numbers);
     assert_eq!(calibrated.lens, Lens { focal: [800.0, 790.0], centre: [51.0, 24.5], skew: 0.0, distortion });
+    let fisheye = "fov_deg = 90\ndistortion = [0.1, 0, 0, 0.01]\ndistortion_model = \"fisheye\"";
+    let distortion = with("fov_deg = 90", fisheye).camera.unwrap().lens.distortion;
+    assert_eq!(distortion, Distortion::Fisheye([0.1, 0.0, 0.0, 0.01]));
     assert_eq!((calibrated.samples, calibrated.line_time), (1, 0.0));
     let rolling = with("fov_deg = 90", "fov_deg = 90\nsamples = 8\nline_time = 30e-6").camera.unwrap();
     assert_eq!((rolling.samples, rolling.line_time), (8, 30e-6));
@@ -329,7 +337,33 @@ fn a_scene_that_draws_nothing_needs_no_camera() {
     let scene = folder.parse(&blind).unwrap();
     assert_eq!(scene.camera, None);
     assert!(scene.require_camera().unwrap_err().to_string().contains("scene.toml:1: camera: is missing"));
-    assert!(folder.parse(&blind.replace("draw_every = 0", "draw_every = 1")).is_err());
+    // A scene that draws gets a camera, which is placed when the model is known.
+    let drawn = folder.parse(&blind.replace("draw_every = 0", "draw_every = 1")).unwrap();
+    let camera = drawn.require_camera().unwrap();
+    assert_eq!((camera.width, camera.height, &camera.motion), (640, 512, &Motion::Framed));
+    assert!(drawn.assumptions.iter().any(|told| told.contains("no [camera]")), "{:?}", drawn.assumptions);
+}
+
+/// Issue 33, point 1: images with a sensor had a black planet unless the scene asked for one.
+#[test]
+fn a_sensor_sees_the_planet_unless_the_scene_says_otherwise() {
+    let folder = Folder::new();
+    let sensor = |environment: &str, radiance: &str, camera: &str| {
+        let text = SHORT
+            .replace("[environment]", &format!("[environment]\n{environment}"))
+            .replace("fov_deg = 90", &format!("fov_deg = 90\n{camera}"));
+        folder.parse(&format!("{text}\n[radiance]\n{radiance}\n[sensor]\nnetd = 0.05\nrange = [200, 400]\n")).unwrap()
+    };
+    let told = |scene: &Scene, words: &str| scene.assumptions.iter().any(|told| told.contains(words));
+    let seen = sensor("planet_ir = 237", "", "");
+    assert_eq!(seen.surrounded.background, Background::Planet);
+    // By hand: (237 / 5.670374e-8)^(1/4) = 254.26 K.
+    assert!(told(&seen, "254.26 K") && told(&seen, "\"off\" leaves it out"), "{:?}", seen.assumptions);
+    assert_eq!(sensor("planet_ir = 237", "background = \"off\"", "").surrounded.background, Background::Off);
+    let unknown = sensor("", "", "");
+    assert!(unknown.surrounded.background == Background::Off && told(&unknown, "how warm it is"));
+    let rolling = sensor("planet_ir = 237", "", "line_time = 1e-5");
+    assert!(rolling.surrounded.background == Background::Off && told(&rolling, "camera.line_time"));
 }
 
 #[test]

@@ -119,7 +119,10 @@ impl Joints {
     pub(crate) fn held(&self, name: &str, position: f64) -> Result<Self, JointError> {
         let mut all = self.clone();
         let known = || self.joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>().join(", ");
-        let unknown = || JointError::Unknown { name: name.to_owned(), known: known() };
+        let unknown = || match known() {
+            known if known.is_empty() => JointError::None(name.to_owned()),
+            known => JointError::Unknown { name: name.to_owned(), known },
+        };
         let joint = all.joints.iter_mut().find(|joint| joint.name == name).ok_or_else(unknown)?;
         let unit = if joint.turns() { "rad" } else { "m" };
         let JointDrive::Guided(guided) = &mut joint.motion else {

@@ -78,6 +78,12 @@ fn focal(section: &Section, preset: Option<&Preset>, width: u32) -> Result<[f64;
     Ok([f64::from(width) / 2.0 / (fov.to_radians() / 2.0).tan(); 2])
 }
 
+/// How many numbers OpenCV's model may have.
+const BROWN_CONRADY: [usize; 4] = [4, 5, 8, 12];
+/// Remark for readers of files from before the four numbers were OpenCV's.
+const FOUR: &str = "The four numbers of camera.distortion are OpenCV's k1, k2, p1, p2 (camera.distortion_model is absent). A fisheye needs \
+                    distortion_model = \"fisheye\"; earlier versions took four numbers as a fisheye's.";
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum DistortionModel {
     BrownConrady,
@@ -98,14 +104,11 @@ fn distortion(section: &Section, assumptions: &mut Vec<String>) -> Result<Distor
         };
     };
     match (model, numbers.as_slice()) {
-        (None | Some(DistortionModel::Fisheye), &[k1, k2, k3, k4]) => {
-            if model.is_none() {
-                let told = "The four numbers of camera.distortion are k1 to k4 of a fisheye (camera.distortion_model is absent).";
-                assumptions.push(told.to_owned());
+        (Some(DistortionModel::Fisheye), &[k1, k2, k3, k4]) => Ok(Distortion::Fisheye([k1, k2, k3, k4])),
+        (None | Some(DistortionModel::BrownConrady), numbers) if BROWN_CONRADY.contains(&numbers.len()) => {
+            if model.is_none() && numbers.len() == 4 {
+                assumptions.push(FOUR.to_owned());
             }
-            Ok(Distortion::Fisheye([k1, k2, k3, k4]))
-        }
-        (None | Some(DistortionModel::BrownConrady), numbers) if [5, 8, 12].contains(&numbers.len()) => {
             let mut all = [0.0; 12];
             all[..numbers.len()].copy_from_slice(numbers);
             Ok(if all == [0.0; 12] { Distortion::None } else { Distortion::BrownConrady(all) })
@@ -113,11 +116,8 @@ fn distortion(section: &Section, assumptions: &mut Vec<String>) -> Result<Distor
         (_, numbers) => {
             let expected = match model {
                 Some(DistortionModel::Fisheye) => "4 numbers (k1, k2, k3, k4 of a fisheye)",
-                Some(DistortionModel::BrownConrady) => {
-                    "5, 8 or 12 numbers (k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4)"
-                }
-                None => {
-                    "5, 8 or 12 numbers (k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4), or 4 (k1, k2, k3, k4 of a fisheye)"
+                Some(DistortionModel::BrownConrady) | None => {
+                    "4, 5, 8 or 12 numbers (k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4)"
                 }
             };
             Err(section.clash(

@@ -33,7 +33,7 @@ impl Camera {
     /// A path that does not cover the time, or a view without a direction.
     pub fn at(&self, time: f64, image: Option<u32>) -> Result<Self, NoPose> {
         let (position, frame_from_camera) = match &self.motion {
-            Motion::Still => (self.position, self.frame_from_camera),
+            Motion::Still | Motion::Framed => (self.position, self.frame_from_camera),
             Motion::Path(path) => path.poses.pose(time)?,
             Motion::Listed(poses) => poses[image.unwrap_or(0) as usize],
         };

@@ -18,6 +18,8 @@ use crate::environment::utc::utc;
 const OLD: f64 = 3.0 * 86_400.0;
 /// Age above which the place along the orbit is unknown [s]: some hundred kilometres of error after weeks, and a whole orbit after months.
 const STALE: f64 = 30.0 * 86_400.0;
+/// Age above which elements are refused [s].
+const LATEST_AGE: f64 = 366.0 * 86_400.0;
 
 /// Whether a text looks like element sets: one of its lines begins like the first or second line of a set.
 pub(super) fn is_tle(text: &str) -> bool {
@@ -111,6 +113,15 @@ pub(super) fn read(
         epoch
     });
     let age = seconds_between(epoch, start);
+    if age.abs() > LATEST_AGE {
+        return Err(wrong(format!(
+            "the elements are of {} and time 0 is {}, {:.0} days away: SGP4 holds for days to weeks, and is refused beyond a year. State a \
+             time.start near their epoch, or elements of that date",
+            utc(epoch),
+            utc(start),
+            age.abs() / 86_400.0
+        )));
+    }
     if age.abs() > OLD {
         let place = if age.abs() > STALE { ", and the place along the orbit is a guess after a month" } else { "" };
         assumptions.push(format!(

@@ -1,6 +1,7 @@
 //! Converts an ESATAN TMD file to a network file.
 
 use super::NetworkFile;
+use crate::scene::quantity::Quantity;
 use crate::scene::tmd::{Conductors, Tmd};
 use crate::thermal::network::schedule::{HeatTable, Schedule};
 use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
@@ -31,14 +32,18 @@ pub fn network(tmd: &Tmd) -> Result<ImportedTmd, String> {
     let times: Vec<f64> = tmd.times.iter().map(|time| time - start).collect();
     let mut number = vec![None; tmd.nodes.len()];
     let (mut labels, mut comments, mut network, mut heat) = (Vec::new(), Vec::new(), Network::default(), Vec::new());
-    let (mut inactive, mut moving, mut storing) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut inactive, mut moving, mut storing, mut tiny) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut most = [0.0_f64; 5];
     for (place, node) in tmd.nodes.iter().enumerate() {
         if node.kind == 'X' {
             inactive.push(format!("{} ({})", node.name, node.label));
             continue;
         }
-        let capacitance = node.capacitances[0];
+        let mut capacitance = node.capacitances[0];
+        if capacitance > 0.0 && node.kind != 'B' && Quantity::non_negative("J/K").check(capacitance) == Ok(0.0) {
+            tiny.push(format!("{} ({capacitance} J/K)", node.name));
+            capacitance = 0.0;
+        }
         if capacitance < 0.0 {
             return Err(format!("node {} has the capacitance {capacitance} J/K, which is below 0", node.name));
         }
@@ -74,6 +79,7 @@ pub fn network(tmd: &Tmd) -> Result<ImportedTmd, String> {
     }
     for (nodes, what) in [
         (inactive, "inactive nodes (type X) are left out"),
+        (tiny, "nodes store too little heat for a network file, so they are arithmetic"),
         (moving, "boundary nodes change their temperature over time: a network file keeps that of the first time"),
         (storing, "nodes change their capacitance over time: that of the first time is taken"),
     ] {

@@ -19,7 +19,7 @@ mod tests;
 
 use edges::{edge_touches, point_touches};
 use faces::{Faces, Found, Touch};
-pub(crate) use neighbours::{NeighbourRule, Neighbours, touching};
+pub(crate) use neighbours::{NeighbourRule, touching};
 use side::ContactSide;
 
 /// A selection of vertices by part and by material. A vertex must fit both.

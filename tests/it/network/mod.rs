@@ -11,3 +11,4 @@ mod published;
 mod random;
 mod rendered;
 pub mod tmd;
+mod trips;

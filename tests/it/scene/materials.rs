@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use glam::DMat4;
 use isotherm::SceneError;
 use isotherm::internals::{
-    BandEmissivity, ByAngle, ByWavelength, Domain, Function, Gloss, MaterialRule, Model, ModelMaterial, Optics,
+    BandEmissivity, ByAngle, ByWavelength, Domain, Function, Gloss, MaterialRule, Model, ModelMaterial, Optics, Part,
     Profile, Response, Retarget, Sides, Transition,
 };
 use serde_json::json;
@@ -34,6 +35,36 @@ fn profile(function: Function, t_max_steps: f64) -> Profile {
 fn transition(heating: &Profile, cooling: &Profile, retarget: Retarget) -> Response {
     let domain = Domain::Temperature;
     Response::Transition(Transition { heating: heating.clone(), cooling: cooling.clone(), retarget, domain })
+}
+
+/// Issue 33, point 3: a rule may name parts, and a name of a part in `match` is told as one.
+#[test]
+fn rules_of_parts_give_their_surfaces_a_material_of_their_own() {
+    let folder = Folder::new();
+    let parts = |names: &[&str]| {
+        names.iter().map(|name| Part { name: (*name).to_owned(), body_from_part: DMat4::IDENTITY }).collect()
+    };
+    let mut model = named(&["paint", "foil"]);
+    model.parts = parts(&["body", "wing_left", "wing_right"]);
+    (model.vertex_part, model.vertex_material) = (vec![0, 1, 2, 1], vec![0, 0, 0, 1]);
+    let values = "emissivity = 0.8\nresponse = \"instant\"\n";
+    let rules = format!(
+        "[[material]]\npart = \"wing_*\"\nabsorptivity = 0.7\n{values}[[material]]\nmatch = \"*\"\nabsorptivity = 0.2\n{values}"
+    );
+    let (before, _) = SHORT.split_once("[materials]").expect("materials");
+    let mut scene = folder.parse(&format!("{before}{rules}")).expect("a scene");
+    scene.materials.split_by_part(&mut model);
+    let names: Vec<&str> = model.materials.iter().map(|material| material.name.as_str()).collect();
+    // The foil is on a wing alone, so it keeps its name.
+    assert_eq!((names, &model.vertex_material[..]), (vec!["paint", "foil", "paint of wing_*"], &[0, 2, 2, 1][..]));
+    let materials = scene.materials.resolve(&model, &mut Vec::new()).expect("values");
+    assert_eq!(materials.iter().map(|one| one.front.absorptivity).collect::<Vec<_>>(), [0.2, 0.7, 0.7]);
+    assert_eq!(scene.materials.idle_patterns(&model), Vec::<String>::new());
+    // Without the part's key, the rule matches no material.
+    let wrong = rules.replace("part = ", "match = ").replace("\"*\"", "\"none\"");
+    let scene = folder.parse(&format!("{before}{wrong}")).expect("a scene");
+    let error = scene.materials.resolve(&model, &mut Vec::new()).expect_err("no values").to_string();
+    assert!(error.contains("'wing_*' is the name of a part"), "{error}");
 }
 
 #[test]

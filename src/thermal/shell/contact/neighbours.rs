@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::super::merge::summed;
-use super::super::{ShellMaterial, ShellSurface};
+use super::super::{Neighbours, ShellMaterial, ShellSurface};
 use super::edges::edge_touches;
 use super::faces::Faces;
 use super::side::{ContactGroups, ContactSide, Group};
@@ -25,21 +25,6 @@ pub(crate) struct NeighbourRule<'a> {
     pub(crate) join: bool,
     /// Joint of each part.
     pub(crate) joints: &'a [u32],
-}
-
-/// Two neighbours without contact.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Neighbours {
-    /// Part and material of both.
-    pub(crate) groups: ContactGroups,
-    /// Area in contact [m2]. Along edges: the length times the thinner thickness.
-    pub(crate) area: f64,
-    /// Length in contact [m], where they touch along edges alone.
-    pub(crate) length: Option<f64>,
-    /// Conductance that the rule would give [W/K].
-    pub(crate) conductance: f64,
-    /// Share of a difference in temperature that this conductance would leave, between both in balance with space at 300 K.
-    pub(crate) remaining: f64,
 }
 
 /// Neighbours without contact, and the conductors of the pairs that the rule joins, with their number.

@@ -1,0 +1,90 @@
+//! Settings that can run and hardly mean what they say: a sensor in millikelvin, old elements, a step of no warm-up, a probe off the craft.
+
+use glam::DVec3;
+
+use super::finding::{Finding, named, short};
+use super::materials::MaterialFacts;
+use crate::simulation::prepare::Prepared;
+
+/// NETD that no thermal camera reaches [K]. Microbolometers have 0.02 to 0.1, thermopiles up to 1.
+const NOISY: f64 = 2.0;
+/// Temperature that surfaces near a planet seldom fall below [K].
+const COLD: f64 = 100.0;
+/// Infrared and reflected light of a planet may warm a surface further than the Sun alone, by this factor of temperature.
+const WARMER: f64 = 1.15;
+/// Age of elements after which a place along the orbit is off by hundreds of kilometres [s].
+const OLD: f64 = 14.0 * 86_400.0;
+/// Distance beyond the box around the craft, as a share of its size, from which a point counts as off the craft.
+const BESIDE: f64 = 0.05;
+
+pub(super) fn check(prepared: &Prepared, facts: &[MaterialFacts], [low, high]: [DVec3; 2]) -> Vec<Finding> {
+    let finding = |check: &'static str, about: &str, message: String, remedy: &str| Finding {
+        check,
+        about: about.to_owned(),
+        message,
+        remedy: remedy.to_owned(),
+    };
+    let mut findings = Vec::new();
+    let scene = &prepared.scene;
+    if let Some(netd) = scene.sensor.as_ref().and_then(|sensor| sensor.noise).filter(|netd| netd.kelvin > NOISY) {
+        findings.push(finding(
+            "sensor",
+            "sensor.netd",
+            format!("a noise of {} K hides a craft", short(netd.kelvin)),
+            "netd is in kelvin: state 0.05 for 50 mK",
+        ));
+    }
+    findings.extend(out_of_range(prepared, facts));
+    if let Some(age) = scene.orbit.trajectory().and_then(|trajectory| trajectory.age_of_elements())
+        && age.abs() > OLD
+    {
+        findings.push(finding(
+            "orbit",
+            "orbit.file",
+            format!(
+                "time 0 is {:.0} days from the epoch of the elements, and in low orbit SGP4 errs by 1 to 3 km a day",
+                age / 86_400.0
+            ),
+            "state elements of the date, or a time.start near their epoch",
+        ));
+    }
+    let time = &scene.time;
+    if time.warm_up_step != time.step && time.warm_up_orbits == 0.0 && time.periodic.is_none() {
+        findings.push(finding(
+            "step",
+            "time.warm_up_step",
+            "there is no warm-up, so its step has no effect".to_owned(),
+            "state warm_up = \"periodic\" or warm_up_orbits, or leave it out",
+        ));
+    }
+    let beside = BESIDE * (high - low).length();
+    let off =
+        scene.probes.iter().filter(|probe| probe.position.distance(probe.position.clamp(low, high.max(low))) > beside);
+    let off: Vec<&str> = off.map(|probe| probe.name.as_str()).collect();
+    if !off.is_empty() && low.is_finite() {
+        findings.push(finding(
+            "probe",
+            &named("probe", &off),
+            "lies off the craft, and shows its nearest node".to_owned(),
+            "a position is in metres, in the body frame and the file's pose",
+        ));
+    }
+    findings
+}
+
+/// Finds a sensor whose range no surface of the craft reaches.
+fn out_of_range(prepared: &Prepared, facts: &[MaterialFacts]) -> Option<Finding> {
+    let [low, high] = prepared.scene.sensor.as_ref()?.range;
+    let used = facts.iter().filter(|fact| fact.area_m2 > 0.0 && prepared.given.is_none());
+    let hottest = used.map(|fact| WARMER * fact.hottest_k).reduce(f64::max)?;
+    let message = if hottest > 0.0 && low > hottest {
+        format!("begins at {} K, and no surface of the craft gets hotter than {} K", short(low), short(hottest))
+    } else if high < COLD {
+        format!("ends at {} K, and surfaces near a planet are seldom so cold", short(high))
+    } else {
+        return None;
+    };
+    let remedy =
+        "state the brightness temperatures in kelvin that the sensor tells apart, such as [200, 400]".to_owned();
+    Some(Finding { check: "sensor", about: "sensor.range".to_owned(), message, remedy })
+}

@@ -1,0 +1,84 @@
+//! Names the format of a model file that is no glTF 2.0, from its first bytes.
+
+pub(super) const GLTF_1: &str = "glTF 1.0";
+
+/// First bytes of formats.
+const BEGINNINGS: [(&[u8], &str); 15] = [
+    (b"ISO-10303-21", "a STEP file"),
+    (b"Kaydara FBX", "an FBX file"),
+    (b"; FBX", "an FBX file"),
+    (b"PK\x03\x04", "a zip archive, as 3MF and USDZ files are"),
+    (b"PXR-USDC", "a USD file"),
+    (b"#usda", "a USD file"),
+    (b"BLENDER", "a file of Blender"),
+    (b"(\xB5/\xFD", "a compressed file, as newer files of Blender are"),
+    (b"\x1F\x8B", "a file compressed by gzip"),
+    (b"ply\n", "a PLY file"),
+    (b"ply\r", "a PLY file"),
+    (b"solid", "an STL file"),
+    (b"#VRML", "a VRML file"),
+    (b"\x89HDF", "an HDF5 file"),
+    (b"xof ", "a DirectX file"),
+];
+/// Header and one triangle of a binary STL file.
+const STL: [usize; 2] = [84, 50];
+/// Lines of an OBJ file that are looked at, and the words that begin them.
+const LINES: usize = 200;
+const OBJ: [&str; 8] = ["v", "vn", "vt", "f", "o", "g", "mtllib", "usemtl"];
+
+/// The name of a format that is not glTF. `None` where the bytes may be glTF 2.0.
+pub(super) fn other(bytes: &[u8]) -> Option<&'static str> {
+    let begins = BEGINNINGS.iter().find(|(beginning, _)| bytes.starts_with(beginning)).map(|(_, name)| *name);
+    begins.or_else(|| is_stl(bytes).then_some("an STL file")).or_else(|| of_text(bytes))
+}
+
+/// Whether the number of triangles in a binary STL file's header explains its length.
+fn is_stl(bytes: &[u8]) -> bool {
+    let count = bytes.get(80..84).and_then(|count| count.first_chunk::<4>());
+    let length = |count: &[u8; 4]| (u32::from_le_bytes(*count) as usize).checked_mul(STL[1])?.checked_add(STL[0]);
+    count.and_then(length) == Some(bytes.len())
+}
+
+fn of_text(bytes: &[u8]) -> Option<&'static str> {
+    let start = &bytes[..bytes.len().min(1 << 16)];
+    let text = String::from_utf8_lossy(start);
+    if text.trim_start().starts_with('<') {
+        return Some(if text.contains("<COLLADA") { "a COLLADA file" } else { "an XML file" });
+    }
+    // Columns 73 and 74 of an IGES file's first line.
+    if start.get(72..74) == Some(b"S ") && start.iter().take(72).all(u8::is_ascii) {
+        return Some("an IGES file");
+    }
+    let said = text.lines().take(LINES).map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
+    let mut words = said.map(|line| line.split_whitespace().next().unwrap_or_default()).peekable();
+    (words.peek().is_some() && words.all(|word| OBJ.contains(&word) || word == "s" || word == "l"))
+        .then_some("an OBJ file")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::other;
+
+    #[test]
+    fn formats_are_told_by_their_bytes() {
+        let mut stl = vec![b'x'; 84 + 50];
+        stl[80..84].copy_from_slice(&1_u32.to_le_bytes());
+        let iges = format!("{:72}S      1\n", "made by hand");
+        for (bytes, name) in [
+            (&b"solid cube\nfacet normal 0 0 1"[..], "STL"),
+            (&stl, "STL"),
+            (b"# by hand\nmtllib a.mtl\no cube\nv 0 0 0\nv 1 0 0\nf 1 2 3\n", "OBJ"),
+            (b"ISO-10303-21;\nHEADER;", "STEP"),
+            (iges.as_bytes(), "IGES"),
+            (b"<?xml version=\"1.0\"?>\n<COLLADA xmlns", "COLLADA"),
+            (b"Kaydara FBX Binary  \0", "FBX"),
+            (b"ply\nformat ascii 1.0", "PLY"),
+        ] {
+            assert!(other(bytes).is_some_and(|told| told.contains(name)), "{name}: {:?}", other(bytes));
+        }
+        stl.push(0);
+        for bytes in [&b"{\"asset\": {}}"[..], b"glTF\x02\0\0\0", b"", b"nonsense", &stl] {
+            assert_eq!(other(bytes), None, "{:?}", String::from_utf8_lossy(bytes));
+        }
+    }
+}
