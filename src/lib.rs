@@ -39,6 +39,7 @@ mod output;
 mod paper;
 mod raster;
 mod scene;
+mod sensitivity;
 mod server;
 mod simulation;
 mod stop;
