@@ -47,6 +47,8 @@ mod paper;
 mod raster;
 mod scene;
 #[cfg(feature = "programs")]
+mod sensitivity;
+#[cfg(feature = "programs")]
 mod server;
 mod simulation;
 mod stop;

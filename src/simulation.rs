@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::DAffine3;
 
 pub(crate) mod budget;
+mod camera_pose;
 pub(crate) mod check;
 mod corner_image;
 pub(crate) mod density;
@@ -55,13 +56,14 @@ use crate::scene::Draw;
 use crate::thermal::budget::Budget;
 use crate::trace::span;
 use budget::{between_budgets, draw_budgets, node_budgets};
+pub(crate) use camera_pose::pose_of;
+pub use camera_pose::{moments, pose_at};
 use check::Check;
-use engine::{Delivered, Engine, EngineError, EngineStep, InstantPoses, Order, RowMoments};
+use engine::{Delivered, Engine, EngineError, EngineStep, Order, RowMoments};
 use forward::forward;
 use parts::Passing;
 use prepare::Prepared;
 use surroundings::surroundings_at;
-use viewpoint::camera_from_body;
 pub use warm_up::start;
 
 /// The results of a step.
@@ -426,27 +428,6 @@ pub fn still(
     engine.submit(None, Order { pose, joints: &joints, rows, surroundings, time, ..Order::default() })?;
     let delivered = engine.deliver()?;
     Ok(Some(StepResult { step: whole as u32, image: None, time, pose, delivered, budgets: None }))
-}
-
-/// Pose of the camera at a time [s]; `None` where the scene has no camera, or its path has no pose then.
-pub fn pose_at(prepared: &Prepared, time: f64) -> Option<DAffine3> {
-    pose_of(prepared, time, None)
-}
-
-/// The same for an image at its own time.
-pub(crate) fn pose_of(prepared: &Prepared, time: f64, image: Option<u32>) -> Option<DAffine3> {
-    let camera = prepared.scene.camera.as_ref()?.at(time, image).ok()?;
-    Some(camera_from_body(&camera, &prepared.loads.sky_model().sky(time)))
-}
-
-/// Moments of the rows of an image at a time [s], with its number where it has its own time; `None` where all rows see one pose.
-pub fn moments(prepared: &Prepared, time: f64, image: Option<u32>) -> Option<impl Fn(f64) -> InstantPoses + '_> {
-    let line_time = prepared.scene.camera.as_ref()?.line_time;
-    let moment = move |row: f64| {
-        let at = time + row * line_time;
-        InstantPoses { pose: pose_of(prepared, at, image).unwrap_or_default(), joints: prepared.loads.joints_at(at).1 }
-    };
-    (line_time > 0.0).then_some(moment)
 }
 
 pub(crate) fn is_drawn(draw: &Draw, step: u32) -> bool {

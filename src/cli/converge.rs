@@ -10,10 +10,10 @@ use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::poses::draw_at_poses;
 use super::prepare::prepare_scene;
-use super::progress::{progress_bar, spinner, stop_flag};
+use super::progress::{show_news, spinner, stop_flag};
 use super::reach::ReachArguments;
 use crate::converge::files::{FILES, summary, verdict, write};
-use crate::converge::search::{ConvergeNews, Search, check};
+use crate::converge::search::{Search, check};
 use crate::output::console::{answer, say};
 use crate::output::folder::Folder;
 
@@ -79,14 +79,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let stop = stop_flag();
     // Only one bar is shown at a time.
     let bar = RefCell::new(spinner("measuring"));
-    let news = |news| match news {
-        ConvergeNews::Says(text) => {
-            bar.borrow().finish_and_clear();
-            say!("{text}");
-        }
-        ConvergeNews::Begins(name, steps) => bar.replace(progress_bar(steps, &name)).finish_and_clear(),
-        ConvergeNews::Stepped => bar.borrow().inc(1),
-    };
+    let news = |news| show_news(&bar, news);
     let search = Search { target: &chosen, within: arguments.within, stop: &stop, news: &news };
     let converged = search.of(scene, &prepared, preparing);
     bar.borrow().finish_and_clear();

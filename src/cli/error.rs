@@ -10,6 +10,7 @@ use crate::gpu::error::GpuError;
 use crate::output::OutputError;
 use crate::output::job::JobError;
 use crate::scene::SceneError;
+use crate::sensitivity::SensitivityError;
 use crate::server::error::ServerError;
 use crate::simulation::engine::EngineError;
 use crate::simulation::facade_error::SimulationError;
@@ -36,6 +37,8 @@ pub(super) enum CliError {
     Compare(CompareError),
     #[error(transparent)]
     Converge(ConvergeError),
+    #[error(transparent)]
+    Sensitivity(SensitivityError),
     #[error(transparent)]
     View(ViewError),
     #[error(transparent)]
@@ -83,6 +86,19 @@ impl From<ConvergeError> for CliError {
             ConvergeError::Engine(error) => Self::Job(error.into()),
             ConvergeError::Stopped => Self::StoppedBefore,
             other => Self::Converge(other),
+        }
+    }
+}
+
+impl From<SensitivityError> for CliError {
+    fn from(error: SensitivityError) -> Self {
+        match error {
+            SensitivityError::Prepare(error) => Self::Prepare(error),
+            SensitivityError::Parameter(error) => Self::Prepare(error.into()),
+            SensitivityError::Engine(error) => Self::Job(error.into()),
+            SensitivityError::Output(error) => Self::Output(error),
+            SensitivityError::Stopped => Self::StoppedBefore,
+            other => Self::Sensitivity(other),
         }
     }
 }
@@ -150,6 +166,7 @@ impl CliError {
             | Self::Brightness(_)
             | Self::Compare(_)
             | Self::Converge(_)
+            | Self::Sensitivity(_)
             | Self::Server(_)
             | Self::Usage(_) => 2,
             Self::Simulation(error) => {

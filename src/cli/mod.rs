@@ -46,6 +46,7 @@ mod response_targets;
 mod resume;
 mod run;
 mod run_report;
+mod sensitivity;
 mod serve;
 mod thermal_state;
 mod time;
@@ -77,6 +78,7 @@ enum Command {
     View(view::Arguments),
     Compare(compare::Arguments),
     Converge(converge::Arguments),
+    Sensitivity(sensitivity::Arguments),
     Check(check::Arguments),
     Info(info::Arguments),
     Materials(materials::Arguments),
@@ -105,6 +107,7 @@ pub fn main() -> ExitCode {
         Command::View(arguments) => view::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Converge(arguments) => converge::run(&arguments),
+        Command::Sensitivity(arguments) => sensitivity::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Materials(arguments) => materials::run(&arguments),

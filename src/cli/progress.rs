@@ -1,5 +1,6 @@
 //! Progress on standard error, and signals. A terminal shows bars. A file or pipe gets a line every 10 seconds. Both tell what the loop of a run does.
 
+use std::cell::RefCell;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, Once, OnceLock};
 use std::time::{Duration, Instant};
@@ -7,6 +8,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle, WeakProgressBar};
 
 use super::pace::WorkPace;
+use crate::converge::RunNews;
 use crate::output::console::{self, say};
 use crate::output::temporary::remove_unfinished;
 use crate::output::waiting::waited;
@@ -36,6 +38,18 @@ pub(super) fn progress_bar(length: u64, what: &str) -> ProgressBar {
     bar.set_message(what.to_owned());
     tell(&bar);
     bar
+}
+
+/// Shows what a search of several runs tells. Only one bar is shown at a time.
+pub(super) fn show_news(bar: &RefCell<ProgressBar>, news: RunNews) {
+    match news {
+        RunNews::Says(text) => {
+            bar.borrow().finish_and_clear();
+            say!("{text}");
+        }
+        RunNews::Begins(name, steps) => bar.replace(progress_bar(steps, &name)).finish_and_clear(),
+        RunNews::Stepped => bar.borrow().inc(1),
+    }
 }
 
 pub(super) fn building_bar() -> ProgressBar {

@@ -59,5 +59,5 @@ pub(crate) fn images_after_start(
 
 /// Numbers of the images after time 0.
 fn images(prepared: &Prepared) -> Vec<usize> {
-    kept_images(&prepared.scene).into_iter().filter(|number| *number > 0).collect()
+    kept_images(&prepared.scene, 1).into_iter().filter(|number| *number > 0).collect()
 }

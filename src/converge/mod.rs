@@ -8,12 +8,22 @@ pub(crate) mod finest;
 mod knobs;
 pub(crate) mod pixels;
 pub(crate) mod search;
-mod walk;
+pub(crate) mod walk;
 
 use std::path::PathBuf;
 
 use crate::simulation::engine::EngineError;
 use crate::simulation::prepare_error::PrepareError;
+
+/// What a search of several runs tells on its way.
+pub(crate) enum RunNews {
+    /// A sentence for the user.
+    Says(String),
+    /// A run begins, with this number of steps.
+    Begins(String, u64),
+    /// A step is done.
+    Stepped,
+}
 
 /// An error that ends the search.
 #[derive(Debug, thiserror::Error)]

@@ -3,10 +3,10 @@
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use super::ConvergeError;
 use super::knobs::{KnobScene, Refined, knobs_of};
 use super::pixels::{PixelDifference, between};
 use super::walk::{Expected, VariantCost, VariantRun, VariantWalk, kept_images};
+use super::{ConvergeError, RunNews};
 use crate::scene::{Draw, Scene};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
@@ -15,16 +15,6 @@ use crate::simulation::target::Target;
 const MOST_CHOICES: usize = 2;
 /// Share of the room for error that the next choice takes after one did not hold.
 const CAUTION: f64 = 0.7;
-
-/// What the search tells on its way.
-pub(crate) enum ConvergeNews {
-    /// A sentence for the user.
-    Says(String),
-    /// A run begins, with this number of steps.
-    Begins(String, u64),
-    /// A step is done.
-    Stepped,
-}
 
 /// A run with its settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,7 +48,7 @@ pub(crate) struct Search<'a> {
     /// Error that settings may have [K rms].
     pub(crate) within: f64,
     pub(crate) stop: &'a AtomicBool,
-    pub(crate) news: &'a dyn Fn(ConvergeNews),
+    pub(crate) news: &'a dyn Fn(RunNews),
 }
 
 /// The runs that all others are compared with.
@@ -101,7 +91,7 @@ impl Search<'_> {
         preparing: Duration,
     ) -> Result<Converged, ConvergeError> {
         let source = scene.source.clone();
-        let kept = kept_images(&scene);
+        let kept = kept_images(&scene, 1);
         let knobs = KnobScene::new(prepared, scene);
         let all = knobs.all;
         let count = all.count_ones() + 2;
@@ -114,7 +104,7 @@ impl Search<'_> {
         let ends = Ends { base, finest };
         let [base, finest] = [&ends.base, &ends.finest].map(|run| run.cost.wall_s);
         let rest = f64::from(count - 2) * base + finest;
-        (self.news)(ConvergeNews::Says(format!(
+        (self.news)(RunNews::Says(format!(
             "these took {}; the rest takes about {}",
             seconds(base + finest),
             seconds(rest)
@@ -175,15 +165,15 @@ impl Search<'_> {
         let began = Instant::now();
         let prepared = knobs.prepared(refined)?;
         let steps = u64::from(prepared.warm_up_steps()) + u64::from(prepared.scene.time.steps);
-        (self.news)(ConvergeNews::Begins(name.to_owned(), steps));
+        (self.news)(RunNews::Begins(name.to_owned(), steps));
         let walk = VariantWalk { prepared: &prepared, target: self.target, kept, stop: self.stop };
-        let run = walk.run(began, &|| (self.news)(ConvergeNews::Stepped))?;
+        let run = walk.run(began, &|| (self.news)(RunNews::Stepped))?;
         if let (Some(orbits), true) = (run.orbits, refined == 0) {
             let text = format!(
                 "the warm-up became periodic after {orbits} orbits, and took the scene as it is {} with its steps",
                 seconds(run.cost.wall_s)
             );
-            (self.news)(ConvergeNews::Says(text));
+            (self.news)(RunNews::Says(text));
         }
         Ok(run)
     }
@@ -206,7 +196,7 @@ impl Search<'_> {
         };
         let mut began = Instant::now();
         let base = pilot(prepared, began.checked_sub(preparing).unwrap_or(began))?;
-        (self.news)(ConvergeNews::Says(format!(
+        (self.news)(RunNews::Says(format!(
             "a run of the scene as it is takes about {}, so all {} take {} at least; a few steps with all settings finer are measured next: {}",
             seconds(base.run_s + base.warm_up_s),
             knobs.all.count_ones() + 2,
@@ -235,7 +225,7 @@ impl Search<'_> {
                 ),
             ),
         };
-        (self.news)(ConvergeNews::Says(format!(
+        (self.news)(RunNews::Says(format!(
             "forecast from measured steps: about {} for the scene as it is ({}), all settings finer ({}), {runs} runs of one finer setting and up to \
              {MOST_CHOICES} that verify a choice{periodic}",
             seconds(total),

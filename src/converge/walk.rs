@@ -55,14 +55,15 @@ pub(crate) struct Expected {
     pub(crate) warm_up_s: f64,
 }
 
-/// Numbers of the images that are compared: at most [`MOST_PIXELS`], spread evenly.
-pub(crate) fn kept_images(scene: &Scene) -> Vec<usize> {
+/// Numbers of the images that are compared, spread evenly: at most [`MOST_PIXELS`] of them together, with `times` numbers for each.
+pub(crate) fn kept_images(scene: &Scene, times: usize) -> Vec<usize> {
     let Some(camera) = &scene.camera else { return Vec::new() };
     let count = match &scene.time.draw {
         Draw::Times(times) => times.len(),
         draw => (0..=scene.time.steps).filter(|step| is_drawn(draw, *step)).count(),
     };
-    let most = (MOST_PIXELS / (camera.width as usize * camera.height as usize).max(1)).clamp(1, count.max(1));
+    let pixels = camera.width as usize * camera.height as usize;
+    let most = (MOST_PIXELS / (times * pixels).max(1)).clamp(1, count.max(1));
     if most >= count {
         return (0..count).collect();
     }

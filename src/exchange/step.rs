@@ -126,13 +126,7 @@ impl Exchange {
     pub fn new(surface: &PatchSurface, patches: &Patches, ends: &[u32], settings: &ExchangeSettings) -> Self {
         let _finds = span("finding reflections");
         let factors = Factors::new(&patches.all, ends, settings.rays);
-        let sides = sides_of(&patches.all);
-        let areas_for = |absorptivity: fn(&Patch) -> f64| {
-            let absorptivities: Vec<f64> = patches.all.iter().map(absorptivity).collect();
-            exchange_areas(&factors, &sides, &absorptivities, settings.bounces)
-        };
-        let (infrared, sunlight) =
-            (areas_for(|patch| patch.optics.emissivity), areas_for(|patch| patch.optics.absorptivity));
+        let [infrared, sunlight] = reflections(&factors, patches, settings.bounces);
         let kept = settings.rays.min(SKY_RAYS);
         let sky = (0..patches.all.len() as u32).into_par_iter().flat_map_iter(|patch| {
             let ends_of_patch = &ends[patch as usize * settings.rays as usize..];
@@ -155,6 +149,12 @@ impl Exchange {
             infrared,
             sunlight,
         }
+    }
+
+    /// The exchange of the same patches with other optics, from the same view factors.
+    pub(crate) fn with_optics(&self, patches: &Patches, bounces: Option<u32>) -> Self {
+        let [infrared, sunlight] = reflections(&self.factors, patches, bounces);
+        Self { patches: patches.all.clone(), infrared, sunlight, ..self.clone() }
     }
 
     /// The exchange of a craft in the pose of its scenery, with rays of the processor.
@@ -281,4 +281,14 @@ impl Exchange {
             }
         })
     }
+}
+
+/// Exchange areas of infrared and of sunlight.
+fn reflections(factors: &Factors, patches: &Patches, bounces: Option<u32>) -> [Areas; 2] {
+    let sides = sides_of(&patches.all);
+    let optics: [fn(&Patch) -> f64; 2] = [|patch| patch.optics.emissivity, |patch| patch.optics.absorptivity];
+    optics.map(|absorptivity| {
+        let absorptivities: Vec<f64> = patches.all.iter().map(absorptivity).collect();
+        exchange_areas(factors, &sides, &absorptivities, bounces)
+    })
 }

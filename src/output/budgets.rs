@@ -1,23 +1,12 @@
 //! The budget of each part over time: a table, and the mean over a run.
 
-use std::collections::BTreeMap;
 use std::io::Read;
 
-use serde::Serialize;
-
 use super::OutputError;
+use super::report::PartBudget;
 use super::series::unique;
 use super::series_lines::each_row;
 use crate::thermal::budget::{Budget, CAUSES, CHANNELS};
-
-/// Budget of a part, in the mean over the time of a run and over the area of the part.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub(crate) struct PartBudget {
-    /// Name of the part.
-    pub(crate) part: String,
-    /// Gain by each cause [W/m2].
-    pub(crate) mean_w_per_m2: BTreeMap<&'static str, f64>,
-}
 
 /// The table of budgets: a row for each step and part.
 pub(super) struct BudgetRows {

@@ -20,7 +20,7 @@ use ::exr::prelude::{
 
 use super::OutputError;
 use super::exr_header::{Attributes, header_attributes, text};
-use super::frame::{FrameHeader, check_finite, check_size};
+use super::frame::{FrameHeader, check_channels, check_finite, check_size};
 use super::whole_file::write_atomic;
 use crate::files::{Expansion, decode};
 use crate::simulation::image::Image;
@@ -42,7 +42,18 @@ pub fn write_exr(path: &Path, frame: &Image, header: &FrameHeader) -> Result<(),
 }
 
 pub(crate) fn encode(frame: &Image, header: &FrameHeader) -> Result<Vec<u8>, OutputError> {
+    encode_with(frame, header, &[])
+}
+
+/// The same with more channels, each with its name.
+pub(crate) fn encode_with(
+    frame: &Image,
+    header: &FrameHeader,
+    more: &[(String, Vec<f32>)],
+) -> Result<Vec<u8>, OutputError> {
     check_size(frame)?;
+    let sizes: Vec<(&str, usize)> = more.iter().map(|(name, values)| (name.as_str(), values.len())).collect();
+    check_channels(frame.size(), &sizes)?;
     check_finite(frame, header.step, |pixel| format!("part number {}", frame.part[pixel]))?;
     let mut channels = SmallVec::from_vec(vec![
         AnyChannel::new("L", FlatSamples::F32(frame.radiance.clone())),
@@ -61,6 +72,7 @@ pub(crate) fn encode(frame: &Image, header: &FrameHeader) -> Result<Vec<u8>, Out
         let gains = frame.budget.iter().map(|budget| budget[cause]).collect();
         channels.push(AnyChannel::new(*name, FlatSamples::F32(gains)));
     }
+    channels.extend(more.iter().map(|(name, values)| AnyChannel::new(name.as_str(), FlatSamples::F32(values.clone()))));
     let reflected = &frame.reflected;
     if !reflected.is_empty() {
         let of_surface = |(all, reflected): (&f32, &f32)| all - reflected;

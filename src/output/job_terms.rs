@@ -4,9 +4,8 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use super::OutputError;
-use super::budgets::PartBudget;
 use super::folder::Folder;
-use super::report::{FrameEntry, PlotEntry, ReportPicture};
+use super::report::{FrameEntry, PartBudget, PlotEntry, ReportPicture};
 use super::run_state::{RunIdentity, RunProgress};
 use crate::simulation::check::Accuracy;
 use crate::simulation::energy::EnergyBalance;

@@ -55,7 +55,7 @@ mod recorder;
 pub(crate) mod report;
 pub(crate) mod report_html;
 mod ros_schemas;
-mod run_pictures;
+pub(crate) mod run_pictures;
 pub(crate) mod run_state;
 pub(crate) mod sensor_files;
 pub(crate) mod series;

@@ -1,9 +1,10 @@
 //! The values of a run's report, and `report.json`.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::OutputError;
-use super::budgets::PartBudget;
 use super::folder::Folder;
 use super::plot::Plot;
 use super::statistics::Percentiles;
@@ -53,6 +54,15 @@ pub(crate) struct ReportFindings {
     /// Mean budget of each part. Empty if the scene does not ask for it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) budgets: Vec<PartBudget>,
+}
+
+/// Budget of a part, in the mean over the time of a run and over the area of the part.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub(crate) struct PartBudget {
+    /// Name of the part.
+    pub(crate) part: String,
+    /// Gain by each cause [W/m2].
+    pub(crate) mean_w_per_m2: BTreeMap<&'static str, f64>,
 }
 
 /// The program, the command and the files that a run started from.

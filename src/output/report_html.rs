@@ -1,8 +1,7 @@
 //! `report.html`: one page that needs no network, script or other file.
 
-use super::budgets::PartBudget;
 use super::html::{Html, bytes, escape, kelvin, kelvin_text, link, significant, thousands};
-use super::report::{HOW_TO_ASK, InputFile, Report};
+use super::report::{HOW_TO_ASK, InputFile, PartBudget, Report};
 use crate::simulation::check::Accuracy;
 use crate::simulation::energy::{EnergyBalance, PartEnergy};
 use crate::simulation::uncertainty::PixelError;

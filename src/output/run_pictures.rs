@@ -52,7 +52,7 @@ pub(super) fn frame_file(step: u32, image: Option<u32>, kind: &str) -> String {
 }
 
 /// Start of the names of the files of a drawn step, or of an image at its own time.
-pub(super) fn frame_stem(step: u32, image: Option<u32>) -> String {
+pub(crate) fn frame_stem(step: u32, image: Option<u32>) -> String {
     match image {
         None => format!("step_{step:06}"),
         Some(image) => format!("image_{image:06}"),

@@ -3,12 +3,12 @@
 use rayon::prelude::*;
 
 use super::OutputError;
-use super::budgets::{BudgetRows, PartBudget};
+use super::budgets::BudgetRows;
 use super::eclipses::Eclipses;
 use super::folder::Folder;
 use super::growing::Growing;
 use super::joints::JointColumns;
-use super::report::PlotEntry;
+use super::report::{PartBudget, PlotEntry};
 use super::series::{SeriesRow, TemperatureSeries};
 use super::series_lines::SeriesLines;
 use super::statistics::StatisticsGroups;

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::corner_image::draw_corners;
+use super::corner_image::{CornerPixel, draw_corners};
 use super::engine::{Engine, EngineError, SurfaceState};
 use super::image::Image;
 use super::parts::Passing;
@@ -143,7 +143,7 @@ pub(crate) fn draw_budgets(prepared: &Prepared, budgets: &[Budget], image: &mut 
         let weights: Vec<f64> = (0..corners).map(|corner| f64::from(u8::from(corner % 3 == own))).collect();
         draw_corners(prepared, &weights, image, number)
     });
-    let of_pixel = |(first, second): (&Option<(u32, f64)>, &Option<(u32, f64)>)| {
+    let of_pixel = |(first, second): (&CornerPixel, &CornerPixel)| {
         let ((triangle, first), (_, second)) = ((*first)?, (*second)?);
         let nodes = prepared.triangles[triangle as usize].map(|node| node as usize);
         let weights = [first, second, 1.0 - first - second];

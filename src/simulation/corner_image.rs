@@ -2,19 +2,22 @@
 
 use glam::{DAffine3, DVec3};
 
+use super::camera_pose::moments;
 use super::image::Image;
+use super::prepare::Prepared;
 use super::viewpoint::raster_view;
-use super::{moments, prepare::Prepared};
 use crate::raster::{RasterSurface, RasterView, rasterise};
 
-/// Draws values of corners, three for each triangle of the scene, for the camera of an image. A pixel has the number of its triangle and the value there, or `None`
-/// where no triangle is. `number` is the number of an image at its own time.
+/// The number of the triangle that a pixel shows, and the value there. `None` where no triangle is.
+pub(super) type CornerPixel = Option<(u32, f64)>;
+
+/// Draws values of corners, three for each triangle of the scene, for the camera of an image. `number` is the number of an image at its own time.
 pub(super) fn draw_corners(
     prepared: &Prepared,
     values: &[f64],
     image: &Image,
     number: Option<u32>,
-) -> Vec<Option<(u32, f64)>> {
+) -> Vec<CornerPixel> {
     let view = RasterView { samples: 1, ..raster_view(&image.camera, &image.camera_from_body) };
     let poses = prepared.loads.joints_at(image.time).1;
     let draw = |view: &RasterView, poses: &[DAffine3]| {

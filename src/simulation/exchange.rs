@@ -45,6 +45,8 @@ pub struct ExchangeCraft {
     /// Angle after which the light of Sun and planet is found anew [rad].
     pub light_angle: f64,
     in_use: ExchangesInUse,
+    /// The craft with the same patches and other optics whose view factors serve this one too.
+    like: Option<Arc<Self>>,
 }
 
 /// Poses of the joints, each with its exchange as long as anybody uses it. A copy begins with none, because the patches of a copied craft may be changed.
@@ -130,7 +132,21 @@ impl ExchangeCraft {
             patches,
             settings,
             in_use: ExchangesInUse::default(),
+            like: None,
         })
+    }
+
+    /// The same craft with the optics of materials. Where these are the same, it is this craft.
+    pub(crate) fn with_optics(self: &Arc<Self>, materials: &[Material]) -> Arc<Self> {
+        let mut patches = self.patches.clone();
+        for patch in &mut patches.all {
+            let material = &materials[patch.material as usize];
+            patch.optics = if patch.back { material.back() } else { material.front };
+        }
+        if patches.all == self.patches.all {
+            return Arc::clone(self);
+        }
+        Arc::new(Self { patches, like: Some(Arc::clone(self)), ..(**self).clone() })
     }
 
     /// Warnings for the user before the run.
@@ -150,8 +166,9 @@ impl ExchangeCraft {
     /// The exchange between the patches in a pose, found by the processor. An engine and its check share the exchange of a pose, because the same function would
     /// find the same again.
     pub(super) fn find(&self, poses: &[DAffine3]) -> Arc<PackedExchange> {
-        self.in_use.get_or_make(poses, || {
-            Exchange::cast(&self.surface, &self.patches, &Scenery::new(&self.surface, poses), &self.settings)
+        self.in_use.get_or_make(poses, || match &self.like {
+            Some(like) => like.cast(poses).with_optics(&self.patches, self.settings.bounces),
+            None => Exchange::cast(&self.surface, &self.patches, &Scenery::new(&self.surface, poses), &self.settings),
         })
     }
 

@@ -103,8 +103,26 @@ impl Prepared {
     /// # Errors
     /// As for `new`.
     pub fn with_materials(
+        scene: Scene,
+        change: impl FnOnce(&mut [Material]),
+        progress: &mut dyn FnMut(PrepareStage),
+    ) -> Result<Self, PrepareError> {
+        Self::made(scene, change, None, progress)
+    }
+
+    /// Prepares a scene that differs from this one in values of materials, conductors, heaters and the environment alone. Both share patches and, while this one's
+    /// engine lives, view factors.
+    ///
+    /// # Errors
+    /// As for `new`.
+    pub(crate) fn varied(&self, scene: Scene, change: impl FnOnce(&mut [Material])) -> Result<Self, PrepareError> {
+        Self::made(scene, change, Some(self), &mut |_| ())
+    }
+
+    fn made(
         mut scene: Scene,
         change: impl FnOnce(&mut [Material]),
+        like: Option<&Self>,
         progress: &mut dyn FnMut(PrepareStage),
     ) -> Result<Self, PrepareError> {
         let watch = Watch::begin();
@@ -158,14 +176,11 @@ impl Prepared {
         let network = steps::network(&mut scene, shell, &parts, &nodes, &probes, &materials)?;
         warnings.extend(network.iter().flat_map(|network| network.remarks()));
         progress(PrepareStage::Patches);
-        let craft = |settings| {
-            ExchangeCraft::new(settings, scene.time.step, &nodes, &triangles, network.as_deref(), &materials)
-        };
-        let exchange = scene.exchange.map(craft).transpose();
-        let exchange = exchange.map_err(|message| PrepareError::Exchange { path: scene.source.clone(), message })?;
-        warnings.extend(exchange.iter().flat_map(ExchangeCraft::warnings));
+        let like = like.filter(|like| like.nodes == nodes).and_then(|like| like.exchange.as_ref());
+        let exchange = steps::exchange(&scene, &nodes, &triangles, network.as_deref(), &materials, like)?;
+        warnings.extend(exchange.iter().flat_map(|craft| craft.warnings()));
         Ok(Self {
-            exchange: exchange.map(Arc::new),
+            exchange,
             network,
             given,
             hashes,

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::density;
+use super::exchange::ExchangeCraft;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, PrepareStage};
 use crate::environment::joints::Joint;
@@ -351,4 +352,21 @@ pub(super) fn network(
     let hollow = if scene.exchange.is_some() { network::HOLLOW_WITH_EXCHANGE } else { network::HOLLOW };
     scene.assumptions.push(hollow.to_owned());
     Ok(Some(Arc::new(network)))
+}
+
+/// The patches that radiate to each other, where the scene has `[exchange]`. They are the patches of a craft that is `like` this one, where there is one.
+pub(super) fn exchange(
+    scene: &Scene,
+    nodes: &Nodes,
+    triangles: &[[u32; 3]],
+    network: Option<&SceneNetwork>,
+    materials: &[Material],
+    like: Option<&Arc<ExchangeCraft>>,
+) -> Result<Option<Arc<ExchangeCraft>>, PrepareError> {
+    let craft = |settings| match like {
+        Some(like) => Ok(like.with_optics(materials)),
+        None => ExchangeCraft::new(settings, scene.time.step, nodes, triangles, network, materials).map(Arc::new),
+    };
+    let exchange = scene.exchange.map(craft).transpose();
+    exchange.map_err(|message| PrepareError::Exchange { path: scene.source.clone(), message })
 }

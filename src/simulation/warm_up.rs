@@ -39,6 +39,25 @@ pub fn start(
     WarmUp { prepared, engine, check, stop, progress, keep: &mut KeepNothing }.run(None)
 }
 
+/// Brings the engine to the periodic state at time 0, from a state near it at time 0. A scene that asks for no periodic state has its usual warm-up.
+///
+/// # Errors
+/// A call that fails.
+pub(crate) fn start_near(
+    prepared: &Prepared,
+    engine: &mut dyn Engine,
+    near: &BetweenSteps,
+    stop: &AtomicBool,
+    progress: &mut dyn FnMut(),
+) -> Result<Option<Periodic>, EngineError> {
+    let saved = prepared
+        .scene
+        .time
+        .periodic
+        .map(|tolerance| WarmUpState { state: near.clone(), orbits: Some(Orbits::new(tolerance, false)) });
+    WarmUp { prepared, engine, check: None, stop, progress, keep: &mut KeepNothing }.run(saved.as_ref())
+}
+
 /// A warm-up of an engine and its check.
 pub(crate) struct WarmUp<'a, E> {
     pub(crate) prepared: &'a Prepared,

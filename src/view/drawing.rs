@@ -12,6 +12,7 @@ use super::request::PageQuantity;
 use crate::output::apparent::Apparent;
 use crate::scene::Camera;
 use crate::simulation::facade_error::SimulationError;
+use crate::thermal::budget::CHANNELS;
 
 /// The values that come with an image.
 #[derive(Debug, Serialize)]
@@ -108,6 +109,9 @@ pub(crate) fn draw(
     planes.temperatures("temperature", &image.temperature);
     if !image.error.is_empty() {
         planes.errors(&image.error);
+    }
+    for (cause, name) in CHANNELS.into_iter().enumerate().filter(|_| !image.budget.is_empty()) {
+        planes.gains(name, image.budget.iter().map(|budget| budget[cause]));
     }
     planes.labels("part", &image.part, prepared.parts.len());
     planes.labels("material", &image.material, prepared.materials.len());

@@ -11,6 +11,7 @@ use crate::scene::Camera;
 use crate::simulation::facade::Simulation;
 use crate::simulation::pose_at;
 use crate::simulation::prepare::Prepared;
+use crate::thermal::budget::CHANNELS;
 use crate::thermal::material::Material;
 
 /// Names and gradients of the colour maps that a page offers.
@@ -60,6 +61,7 @@ pub(crate) fn hello(simulation: &Simulation, camera: &Camera, has_camera: bool) 
         "scene_camera": has_camera,
         "sensor": scene.sensor.is_some(),
         "error": scene.images.error,
+        "causes": if scene.images.budget { &CHANNELS[..] } else { &[] },
         "colour_range": scene.colour_range,
         "maps": MAPS.map(|(name, gradient)| json!({ "name": name, "colours": colours(name, gradient) })),
     });

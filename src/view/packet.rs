@@ -17,13 +17,17 @@ const FINEST_ERROR: f64 = 1e-4;
 /// The quantity of a plane, and how its numbers are read.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Plane {
-    /// `temperature`, `error`, `apparent`, `counts`, `part` or `material`.
+    /// `temperature`, `error`, `apparent`, `counts`, `part`, `material`, or a cause of the budget.
     pub(crate) name: &'static str,
     /// Bytes of a number: 1 or 2.
     pub(crate) bytes: usize,
-    /// The value is this many times the number.
+    /// The value is this many times the number, and the offset.
     pub(crate) scale: f64,
+    pub(crate) offset: f64,
 }
+
+/// Finest step between two gains of a budget [W/m2].
+const FINEST_GAIN: f64 = 0.01;
 
 /// Planes with their bytes.
 #[derive(Debug, Default)]
@@ -44,6 +48,18 @@ impl Planes {
         self.scaled("error", values, FINEST_ERROR);
     }
 
+    /// Adds the gains by a cause of the budget [W/m2]. The step between two numbers is 0.01 W/m2 up to 327 W/m2, and twice, four times ... as much where a gain is larger.
+    pub(crate) fn gains(&mut self, name: &'static str, values: impl Iterator<Item = f32> + Clone) {
+        let half = f64::from(i16::MAX);
+        let most = values.clone().map(|value| f64::from(value.abs())).fold(0.0, f64::max);
+        let mut scale = FINEST_GAIN;
+        while most > scale * half && scale < 1e30 {
+            scale *= 2.0;
+        }
+        let numbers = values.map(|value| (f64::from(value) / scale + half).round() as u16);
+        self.words(Plane { name, bytes: 2, scale, offset: -half * scale }, numbers);
+    }
+
     fn scaled(&mut self, name: &'static str, values: &[f32], finest: f64) {
         let most = f64::from(values.iter().copied().fold(0.0, f32::max));
         let mut scale = finest;
@@ -51,22 +67,22 @@ impl Planes {
             scale *= 2.0;
         }
         let rounded = values.iter().map(|value| (f64::from(*value) / scale).round() as u16);
-        self.words(Plane { name, bytes: 2, scale }, rounded);
+        self.words(Plane { name, bytes: 2, scale, offset: 0.0 }, rounded);
     }
 
     pub(crate) fn counts(&mut self, values: &[u16]) {
-        self.words(Plane { name: "counts", bytes: 2, scale: 1.0 }, values.iter().copied());
+        self.words(Plane { name: "counts", bytes: 2, scale: 1.0, offset: 0.0 }, values.iter().copied());
     }
 
     /// Adds labels up to `count`. Each takes a byte where all of them fit, and two bytes otherwise.
     pub(crate) fn labels(&mut self, name: &'static str, values: &[u32], count: usize) {
         if count < 256 {
-            self.listed.push(Plane { name, bytes: 1, scale: 1.0 });
+            self.listed.push(Plane { name, bytes: 1, scale: 1.0, offset: 0.0 });
             self.bytes.extend(values.iter().map(|value| *value as u8));
             self.fill();
         } else {
             let short = values.iter().map(|value| u16::try_from(*value).unwrap_or(u16::MAX));
-            self.words(Plane { name, bytes: 2, scale: 1.0 }, short);
+            self.words(Plane { name, bytes: 2, scale: 1.0, offset: 0.0 }, short);
         }
     }
 
@@ -109,6 +125,20 @@ mod tests {
         assert_eq!(&packet[20..24], [0, 1, 255, 0]);
         assert_eq!(&packet[24..], [0, 0, 1, 0, 44, 1, 0, 0]);
         assert_eq!(planes.listed.iter().map(|plane| plane.bytes).collect::<Vec<_>>(), [2, 1, 2]);
+    }
+
+    #[test]
+    fn gains_have_signs() {
+        let mut planes = Planes::default();
+        planes.gains("Q_sun", [-327.0f32, 0.0, 100.0].into_iter());
+        planes.gains("Q_emitted", [-500.0f32].into_iter());
+        assert_eq!(planes.listed.iter().map(|plane| plane.scale).collect::<Vec<_>>(), [0.01, 0.02]);
+        let numbers: Vec<f64> =
+            planes.bytes.chunks(2).map(|pair| f64::from(u16::from_le_bytes([pair[0], pair[1]]))).collect();
+        let value = |plane: usize, number: f64| planes.listed[plane].scale * number + planes.listed[plane].offset;
+        for (plane, place, known) in [(0, 0, -327.0), (0, 1, 0.0), (0, 2, 100.0), (1, 4, -500.0)] {
+            assert!((value(plane, numbers[place]) - known).abs() < 0.011, "{known}");
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use isotherm::internals::{CHANNELS, DeviceEngine, Prepared, STEFAN_BOLTZMANN, read_exr, run as run_scene, start};
-use isotherm::{EngineError, Image, Scene};
+use isotherm::{EngineError, Image, Reach, Scene};
 use serde_json::Value;
 
 use super::craft::{Folder, never, scene_with};
@@ -23,7 +23,7 @@ const EMITTED: usize = 7;
 const ASKS: &str = "[output]\nbudget = true\n";
 
 /// Horizontal squares of 2 x 2 m, each with a name, the place of its middle and whether its front looks up.
-fn squares(scene: &str, all: &[(&str, [f32; 3], bool)]) -> Folder {
+pub(super) fn squares(scene: &str, all: &[(&str, [f32; 3], bool)]) -> Folder {
     let folder = Folder::new(scene);
     let mut maker = Maker::new();
     (maker.json["nodes"], maker.json["scenes"][0]["nodes"]) = (serde_json::json!([]), serde_json::json!([]));
@@ -48,7 +48,7 @@ const CAPACITY: f64 = 2430.0;
 const START: f64 = 300.0;
 
 /// Plates below a Sun that stands 45 deg above +x, without planet and background.
-fn scene(materials: &[(&str, &str)], sun: &str, rest: &str) -> String {
+pub(super) fn scene(materials: &[(&str, &str)], sun: &str, rest: &str) -> String {
     let skins: String = materials
         .iter()
         .map(|(name, own)| format!("[[material]]\nmatch = \"{name}\"\nabsorptivity = 0.6\n{own}"))
@@ -61,8 +61,8 @@ fn scene(materials: &[(&str, &str)], sun: &str, rest: &str) -> String {
     )
 }
 
-const LIT: &str = "solar_constant = 1361.0\n";
-const DARK: &str = "";
+pub(super) const LIT: &str = "solar_constant = 1361.0\n";
+pub(super) const DARK: &str = "";
 
 fn image(folder: &Folder, step: u32) -> Image {
     read_exr(&folder.path(&format!("out/frames/step_{step:06}.exr"))).expect("an image").0
@@ -95,7 +95,7 @@ fn assert_near(name: &str, computed: f64, known: f64, relative: f64) {
 }
 
 /// Absorbed sunlight of a lit plate by hand [W/m2].
-fn sunlight() -> f64 {
+pub(super) fn sunlight() -> f64 {
     0.6 * 1361.0 * 0.5f64.sqrt()
 }
 
@@ -359,7 +359,7 @@ fn closures(model: &str, rays: u32) -> Vec<f64> {
         _ => line.to_owned(),
     };
     let text = text.lines().map(with).collect::<Vec<_>>().join("\n");
-    let mut scene = Scene::parse(&text, &models.join(model)).expect("a scene");
+    let mut scene = Scene::parse_within(&text, &models.join(model), Reach::Anywhere).expect("a scene");
     scene.images.budget = true;
     let prepared = Prepared::from_scene(scene, &mut |_| ()).expect("a scene that can run");
     let context = context();
@@ -379,7 +379,7 @@ fn closures(model: &str, rays: u32) -> Vec<f64> {
 #[test]
 #[ignore = "minutes"]
 fn every_pixel_of_the_models_closes_over_an_orbit() {
-    for model in ["station.toml", "iss.toml", "cubesat_network.toml", "station_transition.toml"] {
+    for model in ["station.toml", "iss.toml", "cubesat_conduction.toml", "station_transition.toml"] {
         if model == "iss.toml"
             && !Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/models/ISS_42.glb").exists()
         {

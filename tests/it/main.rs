@@ -62,6 +62,7 @@ mod rooms;
 mod run;
 mod run_stopped;
 mod scene;
+mod sensitivity;
 mod sensor;
 mod server;
 mod shaders;

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The rooms of `src`. Each uses only rooms before it.
-const ORDER: [&str; 25] = [
+const ORDER: [&str; 26] = [
     "text",
     "host",
     "stop",
@@ -28,6 +28,7 @@ const ORDER: [&str; 25] = [
     "view",
     "compare",
     "converge",
+    "sensitivity",
     "paper",
     "bench",
     "cli",

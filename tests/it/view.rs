@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use glam::DVec3;
-use isotherm::internals::{Apparent, ViewError, ViewSession};
+use isotherm::internals::{Apparent, CHANNELS, ViewError, ViewSession};
 use isotherm::{CameraFrame, Image, Pose, Scene, Simulation, Target};
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket};
@@ -77,8 +77,9 @@ impl Received {
         let mut planes = Vec::new();
         for plane in header["planes"].as_array().expect("planes") {
             let (size, scale) = (plane["bytes"].as_u64().unwrap() as usize, plane["scale"].as_f64().unwrap());
+            let offset = plane["offset"].as_f64().unwrap();
             let number = |bytes: &[u8]| bytes.iter().rev().fold(0.0, |sum, byte| 256.0 * sum + f64::from(*byte));
-            let values = bytes[at..at + size * count].chunks(size).map(|bytes| scale * number(bytes));
+            let values = bytes[at..at + size * count].chunks(size).map(|bytes| scale * number(bytes) + offset);
             planes.push((plane["name"].as_str().unwrap().to_owned(), values.collect()));
             at += (size * count).next_multiple_of(4);
         }
@@ -205,6 +206,35 @@ fn errors_are_those_of_the_facade() {
     let mut page = Page::open(server.address);
     assert_eq!(page.hello["error"], false);
     assert!(page.image().planes.iter().all(|(name, _)| name != "error"));
+    server.end();
+}
+
+/// The page has the budgets of the pixels where the scene asks, also after time went back.
+#[test]
+fn budgets_are_those_of_the_facade() {
+    let scene = scene_with(&[("draw_every = 4", "draw_every = 4\nwarm_up_orbits = 0.1")]);
+    let folder = Folder::new(&format!("{scene}\n[shadows]\n[output]\nbudget = true\n"));
+    let server = Server::new(&folder, &Target::Reference);
+    let mut page = Page::open(server.address);
+    assert_eq!(page.hello["causes"].as_array().map(Vec::len), Some(8));
+    let own = images(&folder, &Target::Reference, &[3, 9], &Pose::OfCamera);
+    for step in [9, 3, 9] {
+        let image = page.seek(step);
+        let differs = |own: &Image, cause: usize| {
+            let pairs = image.plane(CHANNELS[cause]).iter().zip(&own.budget);
+            pairs.map(|(a, b)| (*a as f32 - b[cause]).abs()).fold(0.0, f32::max)
+        };
+        for (cause, name) in CHANNELS.into_iter().enumerate() {
+            let (right, other) = if step == 3 { (&own[0], &own[1]) } else { (&own[1], &own[0]) };
+            assert!(differs(right, cause) <= 0.05, "{name} at step {step}: {}", differs(right, cause));
+            assert!(cause != 7 || differs(other, cause) > 1.0, "another step emits otherwise");
+        }
+    }
+    server.end();
+    let server = Server::new(&Folder::new(SCENE), &Target::Reference);
+    let mut page = Page::open(server.address);
+    assert_eq!(page.hello["causes"].as_array().map(Vec::len), Some(0));
+    assert!(page.image().planes.iter().all(|(name, _)| name != "Q_sun"));
     server.end();
 }
 

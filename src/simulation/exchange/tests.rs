@@ -65,6 +65,7 @@ fn craft(settings: ExchangeSettings) -> Arc<ExchangeCraft> {
     let edge = (surface.areas.iter().sum::<f64>() / PATCHES).sqrt();
     let patches = Patches::resolved(&surface, &materials, edge, &NodeViews::new(&surface, &materials));
     Arc::new(ExchangeCraft {
+        like: None,
         in_use: ExchangesInUse::default(),
         defects: Defects::of(&surface, &materials),
         every: settings.hold / STEP,

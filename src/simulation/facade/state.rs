@@ -6,6 +6,7 @@ use crate::scene::Camera;
 use crate::simulation::engine::{Engine, EngineError};
 use crate::simulation::engine_state::EngineState;
 use crate::simulation::facade_error::SimulationError;
+use crate::simulation::parts::Passing;
 use crate::simulation::state::MOST_TIMES;
 use crate::simulation::thermal_state::ThermalState;
 
@@ -48,7 +49,9 @@ impl Simulation {
             error => error.into(),
         })?;
         self.prepared.loads = self.own.clone();
-        (self.placed, self.begun, self.time, self.last) = (false, true, time, None);
+        (self.placed, self.begun, self.time) = (false, true, time);
+        let step = self.prepared.scene.time.step;
+        self.last = (time > 0.0).then_some(Passing { start: time - step, end: time, steps: 1.0 });
         self.restore_errors(saved)
     }
 

@@ -9,9 +9,9 @@ export function readImage(buffer) {
   const count = header.width * header.height;
   const planes = {};
   let at = 8 + length;
-  for (const { name, bytes, scale } of header.planes) {
+  for (const { name, bytes, scale, offset } of header.planes) {
     const values = bytes === 1 ? new Uint8Array(buffer, at, count) : new Uint16Array(buffer, at, count);
-    planes[name] = { values, scale };
+    planes[name] = { values, scale, offset };
     at += Math.ceil((bytes * count) / 4) * 4;
   }
   return { header, planes };

@@ -57,6 +57,7 @@ function begin(message) {
     `${hello.nodes.toLocaleString("en")} nodes, ${hello.triangles.toLocaleString("en")} triangles, ${band} \u00b5m, ${hello.device}`;
   orbit = new Orbit(hello, send);
   picture.materials = hello.materials;
+  picture.causes = hello.causes;
   timeline.take(hello);
   showMaterials(hello.materials);
   const chosen = by("map").value;
@@ -64,6 +65,11 @@ function begin(message) {
   if (chosen) by("map").value = chosen;
   by("quantity").querySelector("[value=counts]").disabled = !hello.sensor;
   by("quantity").querySelector("[value=error]").hidden = !hello.error;
+  const before = by("quantity").value;
+  by("causes").replaceChildren(...hello.causes.map((name) => new Option(CAUSES[name] ?? name, name)));
+  by("causes").hidden = hello.causes.length === 0;
+  by("quantity").value = before;
+  if (by("quantity").value !== before) by("quantity").value = "temperature";
   if (!hello.error && by("quantity").value === "error") by("quantity").value = "temperature";
   by("home").disabled = !hello.scene_camera;
   if (hello.colour_range && by("lower").value === "") [by("lower").value, by("upper").value] = hello.colour_range;
@@ -76,12 +82,38 @@ function choose() {
   const quantity = by("quantity").value;
   by("legend").hidden = quantity !== "material";
   for (const id of ["bar", "range", "of-map"]) by(id).hidden = quantity === "material";
-  by("unit").textContent = quantity === "counts" ? "" : "K";
-  if (quantity === "counts" || quantity === "error") by("auto").checked = true;
-  // Errors and materials come with every image.
-  send({ do: "show", quantity: ["error", "material"].includes(quantity) ? "temperature" : quantity });
+  const isCause = hello?.causes.includes(quantity);
+  by("unit").textContent = quantity === "counts" ? "" : isCause ? "W/m\u00b2" : "K";
+  if (quantity === "counts" || quantity === "error" || isCause) by("auto").checked = true;
+  // Errors, budgets and materials come with every image.
+  send({ do: "show", quantity: isCause || ["error", "material"].includes(quantity) ? "temperature" : quantity });
   if (hello) drawBar(by("bar"), map());
   later();
+}
+
+/** The causes of a budget in words. */
+const CAUSES = {
+  Q_sun: "Sun", Q_albedo: "Albedo", Q_planet: "Planet's infrared", Q_exchange: "Other surfaces",
+  Q_conduction: "Conduction", Q_heater: "Heaters", Q_stored: "Storage", Q_emitted: "Emission",
+};
+
+/** Bars of the gains of a pixel [W/m2], losses to the left and gains to the right of the middle. */
+function budgetChart(gains) {
+  const chart = document.createElement("div");
+  chart.className = "budget";
+  const most = Math.max(...gains.map(([, gain]) => Math.abs(gain)), 1e-3);
+  for (const [name, gain] of gains) {
+    const [label, track, bar, number] = ["span", "div", "div", "span"].map((tag) => document.createElement(tag));
+    label.textContent = CAUSES[name] ?? name;
+    number.textContent = `${gain.toFixed(1)} W/m\u00b2`;
+    const share = (50 * Math.abs(gain)) / most;
+    bar.style.width = `${share}%`;
+    bar.style.marginLeft = `${gain < 0 ? 50 - share : 50}%`;
+    bar.className = gain < 0 ? "loss" : "gain";
+    track.append(bar);
+    chart.append(label, track, number);
+  }
+  return chart;
 }
 
 const map = () => hello.maps.find(({ name }) => name === by("map").value) ?? hello.maps[0];
@@ -155,6 +187,7 @@ function read() {
     const { name, emissivity } = hello.materials[found.material - 1];
     line("span", hello.parts[found.part - 1]);
     line("span", `${name}, emissivity ${emissivity}`);
+    if (found.gains.length) out.append(budgetChart(found.gains));
   }
   line("span", `pixel ${found.x}, ${found.y}`);
 }

@@ -16,6 +16,7 @@ export class Picture {
     this.table = new Uint32Array(65536);
     this.key = "";
     this.materials = [];
+    this.causes = [];
   }
 
   /** The plane that is coloured. */
@@ -26,7 +27,7 @@ export class Picture {
   /** Least and greatest value of what is seen. `null` where nothing is. */
   range(quantity) {
     if (!this.image) return null;
-    const { values, scale } = this.plane(quantity);
+    const { values, scale, offset } = this.plane(quantity);
     const part = this.image.planes.part.values;
     let [low, high] = [65536, -1];
     for (let i = 0; i < values.length; i += 1) {
@@ -35,7 +36,7 @@ export class Picture {
       if (value < low) low = value;
       if (value > high) high = value;
     }
-    return high < 0 ? null : [low * scale, high * scale];
+    return high < 0 ? null : [low * scale + offset, high * scale + offset];
   }
 
   /** Draws the image with a map of 256 colours over a range, or its materials. */
@@ -59,10 +60,10 @@ export class Picture {
         out[i] = border ? (colours[material[i]] >> 1) & 0x7f7f7f | (255 << 24) : colours[material[i]];
       }
     } else {
-      const { values, scale } = this.plane(quantity);
-      this.fill(map, scale, lower, upper);
+      const { values, scale, offset } = this.plane(quantity);
+      this.fill(map, scale, lower - offset, upper - offset);
       const table = this.table;
-      const sky = quantity !== "temperature" && quantity !== "error";
+      const sky = quantity === "apparent" || quantity === "counts";
       for (let i = 0; i < out.length; i += 1) {
         out[i] = part[i] === 0 && !(sky && values[i] > 0) ? space : table[values[i]];
       }
@@ -98,10 +99,11 @@ export class Picture {
     if (!this.image) return null;
     const { header, planes } = this.image;
     const i = y * header.width + x;
-    const value = (name) => planes[name] && planes[name].values[i] * planes[name].scale;
+    const value = (name) => planes[name] && planes[name].values[i] * planes[name].scale + planes[name].offset;
     return {
       x, y, part: value("part"), material: value("material"), temperature: value("temperature"), error: value("error"),
       apparent: value("apparent"), counts: value("counts"),
+      gains: this.causes.map((name) => [name, value(name)]).filter(([, gain]) => gain !== undefined),
     };
   }
 }

@@ -1,0 +1,205 @@
+//! A file of parameters: values of a scene that are varied, and the ranges in which they are known.
+
+use std::path::{Path, PathBuf};
+
+use super::error::SceneError;
+use super::faults::Faults;
+use super::file::{SourceFile, unreadable};
+use super::quantity::Quantity;
+use super::section::Section;
+use crate::files::{self, Reach};
+
+const KEYS: &[&str] =
+    &["name", "vary", "material", "part", "between", "between_materials", "face", "range", "percent", "step"];
+
+/// Relative step of a difference where a parameter states none.
+const STEP: f64 = 0.01;
+
+/// The value that a parameter varies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ParameterKind {
+    /// Absorptivity of a face.
+    Absorptivity,
+    /// Emissivity of a face.
+    Emissivity,
+    /// Thickness [m].
+    Thickness,
+    /// Heat capacity per area [J/(m2 K)].
+    Capacity,
+    /// Conductivity [W/(m K)].
+    Conductivity,
+    /// Conductance of a contact [W/K or W/(m2 K)].
+    Contact,
+    /// Power of a heater [W].
+    Heater,
+    /// Solar constant [W/m2].
+    SolarConstant,
+    /// Albedo of the planet.
+    Albedo,
+    /// Infrared of the planet [W/m2].
+    PlanetIr,
+}
+
+/// Words of the kinds.
+const KINDS: [(&str, ParameterKind); 10] = [
+    ("absorptivity", ParameterKind::Absorptivity),
+    ("emissivity", ParameterKind::Emissivity),
+    ("thickness", ParameterKind::Thickness),
+    ("capacity", ParameterKind::Capacity),
+    ("conductivity", ParameterKind::Conductivity),
+    ("contact", ParameterKind::Contact),
+    ("heater", ParameterKind::Heater),
+    ("solar_constant", ParameterKind::SolarConstant),
+    ("albedo", ParameterKind::Albedo),
+    ("planet_ir", ParameterKind::PlanetIr),
+];
+
+impl ParameterKind {
+    /// The word in a file.
+    pub(crate) fn word(self) -> &'static str {
+        KINDS.iter().find(|(_, kind)| *kind == self).map_or("", |(word, _)| word)
+    }
+
+    /// Unit of the value, empty for a pure number.
+    pub(crate) fn unit(self) -> &'static str {
+        match self {
+            Self::Absorptivity | Self::Emissivity | Self::Albedo => "",
+            Self::Thickness => "m",
+            Self::Capacity => "J/(m2 K)",
+            Self::Conductivity => "W/(m K)",
+            Self::Contact => "W/K or W/(m2 K)",
+            Self::Heater => "W",
+            Self::SolarConstant | Self::PlanetIr => "W/m2",
+        }
+    }
+
+    /// Whether the value may be at most 1.
+    pub(crate) fn is_share(self) -> bool {
+        matches!(self, Self::Absorptivity | Self::Emissivity | Self::Albedo)
+    }
+
+    /// Keys of which one names the owners of the value. Empty where the whole scene has one value.
+    fn owners(self) -> &'static [&'static str] {
+        match self {
+            Self::Absorptivity | Self::Emissivity | Self::Thickness | Self::Capacity | Self::Conductivity => {
+                &["material"]
+            }
+            Self::Contact => &["between", "between_materials"],
+            Self::Heater => &["part"],
+            Self::SolarConstant | Self::Albedo | Self::PlanetIr => &[],
+        }
+    }
+}
+
+/// The range in which a parameter is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum ParameterRange {
+    /// From one value to another, in the unit of the parameter.
+    Values([f64; 2]),
+    /// So many percent to both sides.
+    Percent(f64),
+}
+
+/// A value of a scene that is varied.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Parameter {
+    pub(crate) name: String,
+    pub(crate) kind: ParameterKind,
+    /// Patterns on the names of the owners: of materials or parts, or the two sides of a contact. Empty where the whole scene has one value.
+    pub(crate) owners: Vec<String>,
+    /// Key of the owners.
+    pub(crate) owner_key: &'static str,
+    /// Whether optics are of the back.
+    pub(crate) back: bool,
+    pub(crate) range: ParameterRange,
+    /// Relative step of a difference.
+    pub(crate) step: f64,
+    path: PathBuf,
+    line: usize,
+}
+
+impl Parameter {
+    /// An error about a key of this parameter.
+    pub(crate) fn error(&self, key: &str, message: String) -> SceneError {
+        SceneError::Value { path: self.path.clone(), line: self.line, key: format!("parameter.{key}"), message }
+    }
+}
+
+/// Reads a file of parameters.
+///
+/// # Errors
+/// A file that cannot be read, and the first wrong value with file, line and key.
+pub(crate) fn read_parameters(path: &Path) -> Result<Vec<Parameter>, SceneError> {
+    let text = files::read_text(path).map_err(|fault| unreadable(path, &fault))?;
+    let (reach, faults) = (Reach::of(path), Faults::default());
+    let file = SourceFile::new(path, &text, &reach, &faults);
+    let table = file.parse()?;
+    let root = Section::root(&file, &table, &["parameter"])?;
+    let sections = root.tables("parameter", KEYS)?;
+    if sections.is_empty() {
+        return Err(root.error("parameter", "is missing: at least one [[parameter]] says what is varied"));
+    }
+    let mut parameters: Vec<Parameter> = Vec::new();
+    for section in &sections {
+        let parameter = parameter(section, path)?;
+        if parameters.iter().any(|other| other.name == parameter.name) {
+            let key = if section.has("name") { "name" } else { "vary" };
+            let message = format!("'{}' is the name of an earlier parameter: state another name", parameter.name);
+            return Err(section.error(key, message));
+        }
+        parameters.push(parameter);
+    }
+    Ok(parameters)
+}
+
+fn parameter(section: &Section<'_>, path: &Path) -> Result<Parameter, SceneError> {
+    let kind = section.choice("vary", &KINDS)?;
+    let kind = section.required("vary", kind, "the value that is varied, such as \"absorptivity\"")?;
+    let own = kind.owners();
+    for key in ["material", "part", "between", "between_materials"] {
+        if section.has(key) && !own.contains(&key) {
+            return Err(section.error(key, format!("has no meaning for vary = \"{}\"", kind.word())));
+        }
+    }
+    let mut owners = (Vec::new(), "");
+    if let Some(first) = own.first() {
+        let key = own.iter().find(|key| section.has(key)).unwrap_or(first);
+        let patterns = section.required(key, section.strings(key)?, "names with * and ? as wildcards")?;
+        if kind == ParameterKind::Contact && patterns.len() != 2 {
+            return Err(section.error(key, "must be the two names of a contact"));
+        }
+        owners = (patterns, *key);
+    }
+    let of_face = matches!(kind, ParameterKind::Absorptivity | ParameterKind::Emissivity);
+    if section.has("face") && !of_face {
+        return Err(section.error("face", format!("has no meaning for vary = \"{}\"", kind.word())));
+    }
+    let back = section.choice("face", &[("front", false), ("back", true)])?.unwrap_or(false);
+    let range = match (
+        section.numbers::<2>("range", Quantity::any(""))?,
+        section.number("percent", Quantity::within(0.001, 1000.0, ""))?,
+    ) {
+        (Some([low, high]), None) if low < high => ParameterRange::Values([low, high]),
+        (Some(_), None) => return Err(section.error("range", "must be two rising numbers")),
+        (None, Some(percent)) => ParameterRange::Percent(percent),
+        (Some(_), Some(_)) => return Err(section.error("percent", "cannot be combined with range")),
+        (None, None) => {
+            return Err(section.missing("range", &["percent"], "two rising values, or percent for both sides"));
+        }
+    };
+    let step = section.number("step", Quantity::within(1e-5, 0.2, ""))?.unwrap_or(STEP);
+    let of = if owners.0.is_empty() { String::new() } else { format!(" of {}", owners.0.join(", ")) };
+    let face = if back { " (back)" } else { "" };
+    let name = section.name("name")?.unwrap_or_else(|| format!("{}{of}{face}", kind.word()));
+    Ok(Parameter {
+        name,
+        kind,
+        owners: owners.0,
+        owner_key: owners.1,
+        back,
+        range,
+        step,
+        path: path.to_path_buf(),
+        line: section.line(),
+    })
+}

@@ -1,0 +1,150 @@
+//! The values of a parameter in a scene, and their change.
+
+use wildmatch::WildMatch;
+
+use super::SensitivityError;
+use crate::scene::{ContactRule, MeshHeater, OwnerPatterns, Parameter, ParameterKind, Scene};
+use crate::simulation::prepare::Prepared;
+use crate::thermal::material::{Material, Optics, Radiative, Response, Sides};
+use crate::thermal::shell::ContactConductance;
+
+/// The values of a parameter before it is changed.
+///
+/// # Errors
+/// Owners that the scene lacks, a value that is absent or 0, or a share that a step takes above 1.
+pub(super) fn values(parameter: &Parameter, prepared: &Prepared) -> Result<Vec<f64>, SensitivityError> {
+    let mut scene = prepared.scene.clone();
+    let mut materials = prepared.materials.clone();
+    let mut values: Vec<f64> = of_scene(parameter, &mut scene).into_iter().map(|value| *value).collect();
+    for material in fitting(parameter, &mut materials) {
+        values.extend(of_material(parameter, material));
+    }
+    let key = parameter.owner_key;
+    if values.is_empty() {
+        let what = parameter.kind.word();
+        let message = match key {
+            "" => return Err(parameter.error("vary", format!("the scene states no {what}")).into()),
+            "material" if parameter.back => {
+                format!("no material '{}' has a back with {what} of its own", parameter.owners.join("', '"))
+            }
+            "material" => format!("no material '{}' of the model states its {what}", parameter.owners.join("', '")),
+            _ => format!("the scene has no {what} of '{}'", parameter.owners.join("' and '")),
+        };
+        return Err(parameter.error(key, message).into());
+    }
+    if values.iter().all(|value| *value == 0.0) {
+        let message = "is 0, and a difference changes it by a share of its value".to_owned();
+        return Err(parameter.error("vary", message).into());
+    }
+    let largest = values.iter().copied().fold(0.0, f64::max);
+    let most = 1.0 + 2.0 * parameter.step;
+    if parameter.kind.is_share() && largest * most > 1.0 {
+        let message =
+            format!("{largest} times 1 + 2 step is above 1: state a step of at most {:.2e}", 0.5 / largest - 0.5);
+        return Err(parameter.error("step", message).into());
+    }
+    Ok(values)
+}
+
+/// Multiplies the values of a parameter in a scene.
+pub(super) fn change_scene(parameter: &Parameter, factor: f64, scene: &mut Scene) {
+    of_scene(parameter, scene).into_iter().for_each(|value| *value *= factor);
+    if parameter.kind == ParameterKind::Heater {
+        for heater in heaters(parameter, &mut scene.heaters) {
+            // The first power was changed with the others of its table.
+            heater.power.powers.iter_mut().skip(1).for_each(|power| *power *= factor);
+        }
+    }
+}
+
+/// Multiplies the values of a parameter in materials.
+pub(super) fn change_materials(parameter: &Parameter, factor: f64, materials: &mut [Material]) {
+    for material in fitting(parameter, materials) {
+        let bulk = &mut material.bulk;
+        match parameter.kind {
+            ParameterKind::Absorptivity => {
+                face(material, parameter.back).into_iter().for_each(|face| face.absorptivity *= factor);
+            }
+            ParameterKind::Emissivity => {
+                face(material, parameter.back).into_iter().for_each(|face| face.emissivity *= factor);
+            }
+            ParameterKind::Thickness => bulk.thickness.iter_mut().for_each(|thickness| *thickness *= factor),
+            ParameterKind::Conductivity => {
+                bulk.conductivity.iter_mut().for_each(|conductivity| *conductivity *= factor);
+            }
+            ParameterKind::Capacity => {
+                let stated = bulk.heat_capacity_per_area.as_mut().or(bulk.specific_heat.as_mut());
+                stated.into_iter().for_each(|capacity| *capacity *= factor);
+            }
+            _ => {}
+        }
+        if let Response::Radiative(plate) = &mut material.response
+            && let Ok(changed) = Radiative::of(&material.bulk, plate.step)
+        {
+            *plate = Radiative { hottest: plate.hottest, ..changed };
+        }
+    }
+}
+
+/// Values of a parameter that the scene itself states. Of a heater, the first power of its table.
+fn of_scene<'a>(parameter: &Parameter, scene: &'a mut Scene) -> Vec<&'a mut f64> {
+    let environment = &mut scene.environment;
+    match parameter.kind {
+        ParameterKind::SolarConstant => environment.solar_constant.iter_mut().collect(),
+        ParameterKind::Albedo => environment.albedo.iter_mut().collect(),
+        ParameterKind::PlanetIr => environment.planet_ir.iter_mut().collect(),
+        ParameterKind::Heater => {
+            heaters(parameter, &mut scene.heaters).filter_map(|heater| heater.power.powers.first_mut()).collect()
+        }
+        ParameterKind::Contact => {
+            let conductance = |rule: &'a mut ContactRule| match &mut rule.conductance {
+                ContactConductance::Total(value) | ContactConductance::PerArea(value) => value,
+            };
+            scene.contacts.iter_mut().filter(|rule| is_between(parameter, rule)).map(conductance).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+fn heaters<'a>(parameter: &Parameter, heaters: &'a mut [MeshHeater]) -> impl Iterator<Item = &'a mut MeshHeater> {
+    let patterns: Vec<WildMatch> = parameter.owners.iter().map(|pattern| WildMatch::new(pattern)).collect();
+    heaters
+        .iter_mut()
+        .filter(move |heater| heater.parts.iter().any(|part| patterns.iter().any(|one| one.matches(part))))
+}
+
+/// Whether a contact has the two sides of a parameter, in any order.
+fn is_between(parameter: &Parameter, rule: &ContactRule) -> bool {
+    let by_part = parameter.owner_key == "between";
+    let [first, second] = rule.between.each_ref().map(|side| (matches!(side, OwnerPatterns::Parts(_)), side.pattern()));
+    let fits = |pattern: &str, (parts, side): (bool, &str)| parts == by_part && WildMatch::new(pattern).matches(side);
+    let [a, b] = [&parameter.owners[0], &parameter.owners[1]];
+    (fits(a, first) && fits(b, second)) || (fits(a, second) && fits(b, first))
+}
+
+/// The materials that a parameter names.
+fn fitting<'a>(parameter: &Parameter, materials: &'a mut [Material]) -> impl Iterator<Item = &'a mut Material> {
+    let own = if parameter.owner_key == "material" { &parameter.owners[..] } else { &[] };
+    let patterns: Vec<WildMatch> = own.iter().map(|pattern| WildMatch::new(pattern)).collect();
+    materials.iter_mut().filter(move |material| patterns.iter().any(|pattern| pattern.matches(&material.name)))
+}
+
+fn face(material: &mut Material, back: bool) -> Option<&mut Optics> {
+    match &mut material.sides {
+        Sides::Both { back: optics } if back => Some(optics),
+        _ if back => None,
+        _ => Some(&mut material.front),
+    }
+}
+
+fn of_material(parameter: &Parameter, material: &mut Material) -> Option<f64> {
+    let bulk = material.bulk;
+    match parameter.kind {
+        ParameterKind::Absorptivity => face(material, parameter.back).map(|face| face.absorptivity),
+        ParameterKind::Emissivity => face(material, parameter.back).map(|face| face.emissivity),
+        ParameterKind::Thickness => bulk.thickness,
+        ParameterKind::Conductivity => bulk.conductivity,
+        ParameterKind::Capacity => bulk.capacity_per_area().ok(),
+        _ => None,
+    }
+}

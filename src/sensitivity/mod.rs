@@ -1,0 +1,35 @@
+//! Finds how temperatures depend on parameters of a scene, by differences of whole runs from their own periodic states (docs/numerics.md 10).
+//!
+//! `change` finds and changes the values of a parameter. `variant` runs a scene with changed values. `search` takes all runs and their differences. `files` writes the results.
+
+mod change;
+pub(crate) mod files;
+pub(crate) mod search;
+mod variant;
+
+use std::path::PathBuf;
+
+use crate::output::OutputError;
+use crate::scene::SceneError;
+use crate::simulation::engine::EngineError;
+use crate::simulation::prepare_error::PrepareError;
+
+/// An error that ends the search.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum SensitivityError {
+    #[error(transparent)]
+    Prepare(#[from] PrepareError),
+    #[error(transparent)]
+    Engine(#[from] EngineError),
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A parameter that does not fit the scene.
+    #[error(transparent)]
+    Parameter(#[from] SceneError),
+    /// The temperatures come from a file.
+    #[error("{}: takes its temperatures from a file ([temperatures]), so no parameter changes them", .0.display())]
+    Given(PathBuf),
+    /// The user pressed Ctrl-C.
+    #[error("stopped")]
+    Stopped,
+}

@@ -1,0 +1,211 @@
+//! Runs the scene as it is and with each parameter changed, and takes the differences.
+
+use std::sync::atomic::AtomicBool;
+
+use super::SensitivityError;
+use super::change::{change_materials, change_scene, values};
+use super::variant::{VariantRun, VariantWalk};
+use crate::converge::RunNews;
+use crate::output::frame::FrameHeader;
+use crate::scene::{Parameter, ParameterRange, Scene};
+use crate::simulation::image::Image;
+use crate::simulation::prepare::Prepared;
+use crate::simulation::state::BetweenSteps;
+use crate::simulation::target::Target;
+
+/// Change over an orbit below which the warm-up of a run ends [K]. A difference of two runs has twice this error at most, over twice the step.
+const TOLERANCE: f64 = 2e-4;
+/// Orbits of a warm-up at least, where a scene asks for its periodic state.
+const MOST_ORBITS: f64 = 200.0;
+
+/// Derivative and its error: for a change by all of the value [K].
+pub(super) type Derivative = [f64; 2];
+
+/// How temperatures depend on a parameter.
+pub(crate) struct Sensitivity {
+    pub(super) parameter: Parameter,
+    /// The value, where all owners have one.
+    pub(super) value: Option<f64>,
+    /// Of parts and probes at each step. A part without area has none.
+    pub(super) rows: Vec<Vec<Option<Derivative>>>,
+    /// Of the pixels of each image, and the error of each.
+    pub(super) images: Vec<[Vec<f32>; 2]>,
+}
+
+impl Sensitivity {
+    /// Ends of the stated range, as shares of the value by which it changes.
+    pub(super) fn range(&self) -> [f64; 2] {
+        match (self.parameter.range, self.value) {
+            (ParameterRange::Percent(percent), _) => [-percent / 100.0, percent / 100.0],
+            (ParameterRange::Values(ends), Some(value)) => ends.map(|end| end / value - 1.0),
+            (ParameterRange::Values(_), None) => [0.0; 2],
+        }
+    }
+}
+
+/// The results of all runs.
+pub(crate) struct Sensitivities {
+    pub(super) scene: String,
+    /// Parts, then probes, each with its kind.
+    pub(super) places: Vec<(&'static str, String)>,
+    pub(super) times: Vec<f64>,
+    /// Temperatures of the places in the scene as it is [K].
+    pub(super) temperatures: Vec<Vec<Option<f64>>>,
+    pub(super) images: Vec<(Image, FrameHeader)>,
+    pub(super) of: Vec<Sensitivity>,
+}
+
+/// A search, and how it tells its progress.
+pub(crate) struct Search<'a> {
+    pub(crate) target: &'a Target,
+    pub(crate) stop: &'a AtomicBool,
+    pub(crate) news: &'a dyn Fn(RunNews),
+    /// Numbers of the images whose pixels are differenced.
+    pub(crate) kept: &'a [usize],
+}
+
+/// Gives a scene the warm-up of a sensitivity: a tight one where the scene asks for its periodic state. Returns an assumption for the user where it does not.
+pub(crate) fn tighten(scene: &mut Scene) -> Option<String> {
+    // Surface temperatures are differenced, which no sensor, error or budget changes.
+    scene.sensor = None;
+    (scene.images.error, scene.images.budget) = (false, false);
+    match &mut scene.time.periodic {
+        Some(tolerance) => {
+            *tolerance = tolerance.min(TOLERANCE);
+            scene.time.warm_up_orbits = scene.time.warm_up_orbits.max(MOST_ORBITS);
+            None
+        }
+        None => Some("each run begins with the scene's own warm-up, which is not periodic (time.warm_up)".to_owned()),
+    }
+}
+
+/// Refuses parameters that a scene lacks. Returns the value of each where all of its owners have one.
+///
+/// # Errors
+/// The first parameter that does not fit, or a scene whose temperatures come from a file.
+pub(crate) fn check(parameters: &[Parameter], prepared: &Prepared) -> Result<Vec<Option<f64>>, SensitivityError> {
+    if prepared.scene.temperatures.is_some() {
+        return Err(SensitivityError::Given(prepared.scene.source.clone()));
+    }
+    let value = |parameter: &Parameter| {
+        let values = values(parameter, prepared)?;
+        let same = values.iter().all(|value| (value - values[0]).abs() <= 1e-12 * values[0].abs());
+        if !same && matches!(parameter.range, ParameterRange::Values(_)) {
+            let message = format!("names values from {values:?}, which have no common range: state percent");
+            return Err(parameter.error("range", message).into());
+        }
+        Ok(same.then_some(values[0]))
+    };
+    parameters.iter().map(value).collect()
+}
+
+impl Search<'_> {
+    /// All runs: the scene as it is, and four for each parameter, whose values [`check`] gave.
+    ///
+    /// # Errors
+    /// A run that fails, or Ctrl-C.
+    pub(crate) fn of(
+        &self,
+        prepared: &Prepared,
+        parameters: Vec<Parameter>,
+        values: Vec<Option<f64>>,
+    ) -> Result<Sensitivities, SensitivityError> {
+        let stepped = || (self.news)(RunNews::Stepped);
+        let walk = VariantWalk { target: self.target, kept: self.kept, stop: self.stop, stepped: &stepped };
+        let count = 4 * parameters.len() + 1;
+        self.begins(prepared, &format!("1 of {count}: the scene as it is"));
+        // The engine keeps its view factors, which runs of the same geometry share, until all have ended.
+        let mut engine = walk.begin(prepared, None)?;
+        let near = prepared.scene.time.periodic.map(|_| BetweenSteps::capture(0, &mut *engine, None)).transpose()?;
+        let base = walk.run(prepared, &mut *engine)?;
+        let mut of = Vec::new();
+        for (number, (parameter, value)) in parameters.into_iter().zip(values).enumerate() {
+            let step = parameter.step;
+            let pair = |step: f64, run: usize| {
+                let changed = |sign: f64, run: usize| {
+                    let percent = 100.0 * sign * step;
+                    let name = format!("{} of {count}: {} {percent:+} %", 4 * number + run, parameter.name);
+                    self.changed(&walk, prepared, &parameter, (1.0 + sign * step, &name), near.as_ref())
+                };
+                let [up, down] = [changed(1.0, run)?, changed(-1.0, run + 1)?];
+                Ok::<_, SensitivityError>(Differences::new(&up, &down, step))
+            };
+            let (fine, coarse) = (pair(step, 2)?, pair(2.0 * step, 4)?);
+            of.push(fine.with_error(&coarse, parameter.clone(), value));
+        }
+        let parts = prepared.parts.iter().map(|name| ("part", name.clone()));
+        let probes = prepared.scene.probes.iter().map(|probe| ("probe", probe.name.clone()));
+        Ok(Sensitivities {
+            scene: prepared.scene.name.clone(),
+            places: parts.chain(probes).collect(),
+            times: base.times,
+            temperatures: base.rows,
+            images: base.images,
+            of,
+        })
+    }
+
+    fn begins(&self, prepared: &Prepared, name: &str) {
+        let steps = u64::from(prepared.warm_up_steps()) + u64::from(prepared.scene.time.steps);
+        (self.news)(RunNews::Begins(name.to_owned(), steps));
+    }
+
+    /// A run with the values of a parameter times a factor.
+    fn changed(
+        &self,
+        walk: &VariantWalk<'_>,
+        base: &Prepared,
+        parameter: &Parameter,
+        (factor, name): (f64, &str),
+        near: Option<&BetweenSteps>,
+    ) -> Result<VariantRun, SensitivityError> {
+        let mut scene = base.scene.clone();
+        change_scene(parameter, factor, &mut scene);
+        let prepared = base.varied(scene, |materials| change_materials(parameter, factor, materials))?;
+        self.begins(&prepared, name);
+        // The state of other nodes would not fit.
+        let near = near.filter(|_| prepared.nodes == base.nodes);
+        let mut engine = walk.begin(&prepared, near)?;
+        walk.run(&prepared, &mut *engine)
+    }
+}
+
+/// Differences of two runs over the step, for a change by all of the value [K].
+struct Differences {
+    rows: Vec<Vec<Option<f64>>>,
+    images: Vec<Vec<f32>>,
+}
+
+impl Differences {
+    fn new(up: &VariantRun, down: &VariantRun, step: f64) -> Self {
+        let over = |up: f64, down: f64| (up - down) / (2.0 * step);
+        let row = |(up, down): (&Vec<Option<f64>>, &Vec<Option<f64>>)| {
+            up.iter().zip(down).map(|(up, down)| up.zip(*down).map(|(up, down)| over(up, down))).collect()
+        };
+        let image = |((up, _), (down, _)): (&(Image, FrameHeader), &(Image, FrameHeader))| {
+            let pixels = up.temperature.iter().zip(&down.temperature);
+            pixels.map(|(up, down)| over(f64::from(*up), f64::from(*down)) as f32).collect()
+        };
+        Self {
+            rows: up.rows.iter().zip(&down.rows).map(row).collect(),
+            images: up.images.iter().zip(&down.images).map(image).collect(),
+        }
+    }
+
+    /// The sensitivity, whose error is the difference from a coarser step.
+    fn with_error(&self, coarse: &Self, parameter: Parameter, value: Option<f64>) -> Sensitivity {
+        let row = |(fine, coarse): (&Vec<Option<f64>>, &Vec<Option<f64>>)| {
+            let both = fine.iter().zip(coarse).map(|(fine, coarse)| fine.zip(*coarse));
+            both.map(|both| both.map(|(fine, coarse)| [fine, (fine - coarse).abs()])).collect()
+        };
+        let image = |(fine, coarse): (&Vec<f32>, &Vec<f32>)| {
+            [fine.clone(), fine.iter().zip(coarse).map(|(fine, coarse)| (fine - coarse).abs()).collect()]
+        };
+        Sensitivity {
+            parameter,
+            value,
+            rows: self.rows.iter().zip(&coarse.rows).map(row).collect(),
+            images: self.images.iter().zip(&coarse.images).map(image).collect(),
+        }
+    }
+}
