@@ -77,6 +77,8 @@ pub use output::ImageFiles;
 pub use output::Video;
 pub(crate) use preset::Preset;
 pub use radiance::Background;
+pub use radiance::Bounces;
+pub(crate) use radiance::MOST_BOUNCES;
 pub use radiance::Reflections;
 pub use radiance::Surrounded;
 pub use shadows::ShadowSettings;

@@ -25,6 +25,21 @@ pub enum Reflections {
     Traced,
 }
 
+/// Most reflections that are followed.
+pub(crate) const MOST_BOUNCES: u32 = 128;
+
+/// How far light between surfaces of the craft is followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Bounces {
+    /// Until less than 1 % of it is left.
+    #[default]
+    UntilFaint,
+    /// Over all reflections, until chance ends a path.
+    All,
+    /// Over so many reflections, 1 to 128.
+    Most(u32),
+}
+
 /// The background behind the craft.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Background {
@@ -42,6 +57,8 @@ pub enum Background {
 pub struct Surrounded {
     /// The objects that surfaces reflect.
     pub reflections: Reflections,
+    /// How far light between surfaces of the craft is followed.
+    pub bounces: Bounces,
     /// The background behind the craft.
     pub background: Background,
     /// Brightness temperature of the planet in the band [K]. The temperature of space where the scene states none.
@@ -84,6 +101,24 @@ pub(super) fn band(
     Ok(Band { lower: lower / 1e6, upper: upper / 1e6 })
 }
 
+/// Reads how far light between surfaces of the craft is followed.
+fn bounces(section: &Section, reflections: Reflections) -> Result<Bounces, SceneError> {
+    let key = "bounces";
+    if section.has(key) && reflections != Reflections::Traced {
+        let message = "counts reflections between surfaces of the craft, which need radiance.reflections = \"traced\"";
+        return Err(section.clash(key, &["reflections"], message));
+    }
+    match section.string(key) {
+        Ok(None) => Ok(Bounces::UntilFaint),
+        Ok(Some("all")) => Ok(Bounces::All),
+        Ok(Some(other)) => {
+            let message = format!("must be \"all\" or a whole number from 1 to {MOST_BOUNCES}, found \"{other}\"");
+            Err(section.error(key, message))
+        }
+        Err(_) => Ok(section.whole(key, 1..=MOST_BOUNCES)?.map_or(Bounces::UntilFaint, Bounces::Most)),
+    }
+}
+
 /// Reads the rest of `[radiance]`. By default the craft reflects nothing, and the background has a radiance of 0.
 pub(super) fn surrounded(
     section: Option<&Section>,
@@ -94,6 +129,7 @@ pub(super) fn surrounded(
     let space = environment.background_temperature.unwrap_or(0.0);
     let Some(section) = section else { return Ok(Surrounded { planet_temperature: space, ..Surrounded::default() }) };
     let reflections = section.choice("reflections", &REFLECTIONS)?.unwrap_or_default();
+    let bounces = bounces(section, reflections)?;
     let background = section.choice("background", &BACKGROUNDS)?.unwrap_or_default();
     let needs_planet = background == Background::Planet || reflections != Reflections::Off;
     let pattern = planet::read_pattern(section, orbit, files, assumptions)?;
@@ -119,5 +155,5 @@ pub(super) fn surrounded(
     }
     let planet_temperature = stated.or(of_exitance).unwrap_or(space);
     let planet = pattern.map(Arc::new);
-    Ok(Surrounded { reflections, background, planet_temperature, planet, channels: false })
+    Ok(Surrounded { reflections, bounces, background, planet_temperature, planet, channels: false })
 }

@@ -172,6 +172,7 @@ impl Finishes {
             rough: !roughnesses.is_empty(),
             smooth: reflects && reflectors.as_flattened().iter().any(|face| face.specular > 0.0 && face.lobe.is_none()),
             traced: settings.reflections == Reflections::Traced,
+            dispatches: 0,
             sun: is_seen(settings) && scene.environment.solar_constant.is_some(),
             apart: settings.channels,
             background: settings.background != Background::Off,
@@ -192,7 +193,14 @@ impl Finishes {
         let rounded = reflectors.as_flattened().iter().map(rounded).collect();
         let rounded_tables = tables.iter().flat_map(|table| &table.values).map(|value| *value as f32).collect();
         let lobes = Lobes::new(roughnesses);
-        let traced = variant.traced.then(|| TracedCraft::new(prepared));
+        let reflectivity = reflectors.as_flattened().iter().map(|face| match face.table {
+            // The table has other emissivities too.
+            Some(_) => 1.0,
+            None => 1.0 - face.emissivity,
+        });
+        let reflectivity = reflectivity.fold(0.0, f64::max);
+        let traced = variant.traced.then(|| TracedCraft::new(prepared, reflectivity, variant.sun));
+        let variant = RadianceVariant { dispatches: traced.as_ref().map_or(0, TracedCraft::dispatches), ..variant };
         Self { reflectors, lobes, tables, planet, traced, variant, crinkled, rounded, rounded_tables }
     }
 
@@ -205,6 +213,7 @@ impl Finishes {
             emissivities: &self.rounded_tables,
             planet_map: self.planet.as_ref().map_or(&[], |planet| &planet.map.values),
             traced: self.traced.as_ref().map_or(&[], |traced| &traced.corners_in_tree),
+            traced_nodes: self.traced.as_ref().map_or(&[], |traced| &traced.words),
             traced_boxes: self.traced.as_ref().map_or(0, TracedCraft::boxes),
             crinkled: &self.crinkled,
             planet_means: self.planet.as_ref().map_or(0, MappedPlanet::mean_values),

@@ -3,6 +3,7 @@
 mod band_radiance;
 mod bench;
 mod blankets;
+mod bounces;
 mod camera_path;
 mod cases;
 mod check;
