@@ -12,6 +12,10 @@ layout(set = 0, binding = 4) readonly buffer TemperatureBlock { float node_tempe
 
 #include "walk.glsl"
 
+// Draws of a direction of a rough mirror.
+const uint LOBE_DRAWS = 6u;
+// Draws that belong to a surface of a path. The last one is for the Sun and for chance.
+const uint DRAWS = 8u;
 // Error of a position in the image, as a share of its distance.
 const float PLACE_ERROR = 4e-6;
 // Heights over the plane of a triangle at which a ray may start, in distances between its start and its own surface.
@@ -81,11 +85,13 @@ vec3 facet_reflection(float roughness, float view, vec2 at) {
 }
 #endif
 
-// A direction from which a face reflects light to `seen`, for three numbers in (0, 1).
-Drawn reflected_from(Reflector reflector, vec3 normal, vec3 seen, vec3 at) {
+// A direction from which a face reflects light to `seen`.
+Drawn reflected_from(Reflector reflector, vec3 normal, vec3 seen, uvec2 pixel, uint draw) {
+    vec4 at = drawn_numbers(pixel, draw);
     Drawn drawn = Drawn(cosine_direction(normal, at.yz), 1.0, 0.0);
 #ifdef SPECULAR
     float straight = max(dot(normal, seen), 0.0);
+    bool mirrors = at.x < reflector.specular;
     Drawn specular = Drawn(2.0 * straight * normal - seen, 1.0, 1.0);
 #ifdef ROUGH
     if (reflector.roughness > 0.0) {
@@ -94,12 +100,27 @@ Drawn reflected_from(Reflector reflector, vec3 normal, vec3 seen, vec3 at) {
         float slant = length(along);
         vec3 x = slant > 1e-4 ? along / max(slant, 1e-4) : cosine_direction(normal, vec2(1.0, 0.5));
         vec3 y = cross(normal, x);
-        vec3 light = facet_reflection(reflector.roughness, steep, at.yz);
-        float share = light.z > 0.0 ? masking(light.z, reflector.roughness) / lobe_sum(reflector, steep) : 0.0;
-        specular = Drawn(light.x * x + light.y * y + light.z * normal, share, 0.0);
+        specular.weight = 0.0;
+        specular.mirror = 0.0;
+        // The first draw that no facet hides. Where all are hidden no light comes, and the others weigh more.
+        float hidden = 1.0 - lobe_sum(reflector, steep);
+        uint tries = 0u;
+        while (tries < LOBE_DRAWS) {
+            vec3 light = facet_reflection(reflector.roughness, steep, at.yz);
+            float share = light.z > 0.0 ? masking(light.z, reflector.roughness) : 0.0;
+            tries++;
+            if (at.w < share) {
+                specular.direction = light.x * x + light.y * y + light.z * normal;
+                specular.weight = 1.0;
+                tries = LOBE_DRAWS;
+            }
+            at = drawn_numbers(pixel, draw + tries);
+        }
+        float squared = hidden * hidden;
+        specular.weight *= 1.0 / (1.0 - squared * squared * squared);
     }
 #endif
-    if (at.x < reflector.specular) {
+    if (mirrors) {
         drawn = specular;
     }
 #endif
@@ -174,18 +195,18 @@ Path followed(Path here, Surroundings around, uvec2 pixel, uint vertex) {
     float factor = factor_of(reflector, here.normal, here.seen);
     Surroundings open = dimmed(around, reflector, factor);
     Path next = here;
+    vec4 chance = drawn_numbers(pixel, DRAWS * vertex + DRAWS - 1u);
 #ifdef SUN
     float light_of_sun = here.weight * sunlight(open, reflector, here.normal, here.seen);
-    vec3 to_sun = from_camera(sun_point(around, drawn_numbers(pixel, 2u * vertex + 1u).xy));
+    vec3 to_sun = from_camera(sun_point(around, chance.xy));
     Nearest before_sun = nearest_of(here.from, to_sun, light_of_sun > 0.0 ? tracing.boxes : 0u);
     // The surroundings of an open surface hold its sunlight already.
     float missing = here.enclosed > 0u ? 1.0 : 0.0;
     next.sum += (missing - (meets_another(here, before_sun) ? 1.0 : 0.0)) * light_of_sun;
 #endif
-    vec4 at = drawn_numbers(pixel, 2u * vertex);
-    Drawn drawn = reflected_from(reflector, here.normal, here.seen, at.xyz);
+    Drawn drawn = reflected_from(reflector, here.normal, here.seen, pixel, DRAWS * vertex);
     // Chance lets a path go on with the probability of its weight.
-    float survives = at.w < here.weight ? max(here.weight, 1.0) : 0.0;
+    float survives = chance.z < here.weight ? max(here.weight, 1.0) : 0.0;
     float weight = drawn.weight * (vertex < tracing.roulette ? here.weight : survives);
     weight = here.last > 0u ? 0.0 : weight;
     vec3 direction = from_camera(drawn.direction);
@@ -252,6 +273,7 @@ Path path_from(Surroundings around, uint code, uint side, uint node, vec3 normal
         sum = cavity_light(reflector, factor, temperature)
             - reflected_share(dimmed(around, reflector, factor), reflector, normal, to_camera);
     }
-    return Path(face, enclosed, 0u, lift, normal, to_camera, from, temperature, 1.0, sum);
+    uint last = tracing.bounces == 0u ? 1u : 0u;
+    return Path(face, enclosed, last, lift, normal, to_camera, from, temperature, 1.0, sum);
 }
 #endif

@@ -23,13 +23,17 @@ const ROULETTE: u32 = 32;
 /// Share of the light below which a path ends.
 const FAINT: f64 = 0.01;
 
+/// Draws of a direction of a rough mirror.
+const LOBE_DRAWS: u32 = 6;
+/// Draws that belong to a surface of a path. The last one is for the Sun and for chance.
+const DRAWS: u32 = 8;
 /// Heights over the plane of a triangle at which a ray may start, in distances between its start and its own surface.
 const OWN_LIFTS: f64 = 2.5;
 
 /// When a path of light ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PathEnd {
-    /// Rays at most.
+    /// Rays at most. Without any, rays only look for the Sun.
     pub(crate) bounces: u32,
     /// Rays after which chance ends it.
     pub(crate) roulette: u32,
@@ -38,6 +42,9 @@ pub(crate) struct PathEnd {
 }
 
 impl PathEnd {
+    /// No path: only what hides the Sun is looked for.
+    pub(crate) const AT_ONCE: Self = Self { bounces: 0, roulette: u32::MAX, least: 0.0 };
+
     /// The ends of paths on surfaces that reflect at most this share of their light.
     pub(crate) fn new(bounces: Bounces, reflectivity: f64) -> Self {
         match bounces {
@@ -118,18 +125,19 @@ fn numbers(pixel: [u32; 2], draw: u32, word: u32) -> [f64; 4] {
 /// A direction from which a face reflects light.
 struct Drawn {
     direction: DVec3,
-    /// Share of the facets that send light along it, over its mean.
+    /// 0 where facets hide every direction that was drawn.
     weight: f64,
     /// Whether the face acted as a smooth mirror.
     mirror: bool,
 }
 
-/// A direction from which a face reflects light to `seen`, for three numbers in (0, 1).
+/// A direction from which a face reflects light to `seen`.
 fn reflected_from(
     (reflector, looks): (&BandReflector, &Looks),
     (normal, seen): (DVec3, DVec3),
-    [kind, u, v]: [f64; 3],
+    draw: impl Fn(u32) -> [f64; 4],
 ) -> Drawn {
+    let [kind, u, v, _] = draw(0);
     if kind >= reflector.specular {
         return Drawn { direction: cosine_direction(normal, [u, v]), weight: 1.0, mirror: false };
     }
@@ -141,9 +149,14 @@ fn reflected_from(
     let x = if along.length() > 1e-4 { along.normalize() } else { -basis(normal)[0] };
     let y = normal.cross(x);
     let steep = view.max(LEAST_VIEW);
-    let light = facet_reflection(lobe.roughness, steep, [u, v]);
-    let weight = if light.z > 0.0 { masking(light.z, lobe.roughness) / lobe.sum(steep) } else { 0.0 };
-    Drawn { direction: light.x * x + light.y * y + light.z * normal, weight, mirror: false }
+    // The first draw that no facet hides. Where all are hidden no light comes, and the others weigh more.
+    let light = (0..LOBE_DRAWS).map(&draw).find_map(|[_, u, v, accepts]| {
+        let light = facet_reflection(lobe.roughness, steep, [u, v]);
+        let share = if light.z > 0.0 { masking(light.z, lobe.roughness) } else { 0.0 };
+        (accepts < share).then_some(light.x * x + light.y * y + light.z * normal)
+    });
+    let weight = 1.0 / (1.0 - (1.0 - lobe.sum(steep)).powi(LOBE_DRAWS as i32));
+    Drawn { direction: light.unwrap_or(normal), weight: light.map_or(0.0, |_| weight), mirror: false }
 }
 
 /// A point of the Sun's disc for two numbers in (0, 1).
@@ -229,18 +242,17 @@ pub(crate) fn traced_radiance(craft: &ReflectedCraft, camera_from_body: &DAffine
     };
     let mut sum = if enclosed { craft.cavity_light(&here) - craft.of_surroundings(&here) } else { 0.0 };
     let mut weight = 1.0;
-    let mut last = false;
+    let mut last = traced.end.bounces == 0;
     for number in 0..=traced.end.bounces {
-        let draw = |draw| numbers(sample.pixel, 2 * number + draw, traced.word);
-        let [u, v, ..] = draw(1);
+        let draw = |draw| numbers(sample.pixel, DRAWS * number + draw, traced.word);
+        let [u, v, chance, _] = draw(DRAWS - 1);
         sum += weight * craft.change_of_sunlight(&here, &body_from_camera, [u, v]);
-        let [kind, u, v, chance] = draw(0);
         // Chance lets a path go on with the probability of its weight.
         let by_chance = number >= traced.end.roulette;
         if last || by_chance && chance >= weight {
             break;
         }
-        let drawn = reflected_from((here.reflector, looks), (here.normal, here.seen), [kind, u, v]);
+        let drawn = reflected_from((here.reflector, looks), (here.normal, here.seen), draw);
         weight = drawn.weight * if by_chance { weight.max(1.0) } else { weight };
         let direction = body_from_camera.matrix3 * drawn.direction;
         let cosine = here.normal.dot(here.seen).max(0.0);

@@ -81,8 +81,8 @@ impl Scene {
         let section = root.table("radiance", keys::RADIANCE)?;
         let output = root.table("output", keys::OUTPUT)?;
         let band = radiance::band(section.as_ref(), preset, &mut assumptions)?;
-        let mut surrounded =
-            radiance::surrounded(section.as_ref(), &sky.environment, &sky.orbit, (&mut files, &mut assumptions))?;
+        let light = (&sky.environment, &sky.orbit, band, shadows.is_some());
+        let mut surrounded = radiance::surrounded(section.as_ref(), light, (&mut files, &mut assumptions))?;
         surrounded.channels = view::channels(output.as_ref(), surrounded.reflections != Reflections::Off)?;
         let before = files.len();
         let camera = read_camera(&root, &sky, preset, &mut files, &mut assumptions)?;

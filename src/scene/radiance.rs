@@ -11,7 +11,7 @@ use super::section::Section;
 use crate::environment::{Environment, Orbit};
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::planck::Band;
-use crate::thermal::planet_map::PlanetPattern;
+use crate::thermal::planet_map::{MapAxes, PlanetPattern};
 
 /// The objects that surfaces reflect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -24,6 +24,9 @@ pub enum Reflections {
     /// Planet, deep space, Sun, and by rays the craft itself.
     Traced,
 }
+
+/// Wavelength below which sunlight is a part of what a camera sees [m].
+pub(crate) const SUNNY: f64 = 6e-6;
 
 /// Most reflections that are followed.
 pub(crate) const MOST_BOUNCES: u32 = 128;
@@ -65,6 +68,8 @@ pub struct Surrounded {
     pub planet_temperature: f64,
     /// Temperatures of a planet that is not uniform. `planet_temperature` is then their mean.
     pub planet: Option<Arc<PlanetPattern>>,
+    /// Share of the sunlight in the band that the day side of the planet reflects. 0 where no pixel shows it.
+    pub planet_albedo: f64,
     /// Whether the frames show the emitted and the reflected radiance apart.
     pub channels: bool,
 }
@@ -82,7 +87,7 @@ pub(super) fn band(
 ) -> Result<Band, SceneError> {
     let stated = match section {
         Some(section) => {
-            section.numbers::<2>("band_um", Quantity::within(1.0, 50.0, "um"))?.map(|band| (section, band))
+            section.numbers::<2>("band_um", Quantity::within(0.2, 50.0, "um"))?.map(|band| (section, band))
         }
         None => None,
     };
@@ -99,6 +104,40 @@ pub(super) fn band(
     };
     // f64 holds 1e6 exactly but not 1e-6, so a division rounds only once.
     Ok(Band { lower: lower / 1e6, upper: upper / 1e6 })
+}
+
+/// Reads the share of sunlight that the planet reflects in the band. By default the band of a camera that sees sunlight has the albedo of the heat balance.
+fn planet_albedo(
+    section: &Section,
+    environment: &Environment,
+    (is_sunny, is_shown): (bool, bool),
+    pattern: Option<&PlanetPattern>,
+    assumptions: &mut Vec<String>,
+) -> Result<f64, SceneError> {
+    let key = "planet_albedo";
+    let stated = section.number(key, Quantity::within(0.0, 1.0, ""))?;
+    let turns = pattern.is_some_and(|pattern| !matches!(pattern.axes, MapAxes::Sun));
+    if stated.is_some() && !(is_shown && environment.solar_constant.is_some()) {
+        let message = "is that of a planet in sunlight: state environment.solar_constant, and radiance.reflections or radiance.background";
+        return Err(section.clash(key, &["reflections", "background", "environment.solar_constant"], message));
+    }
+    if turns && stated.is_some_and(|albedo| albedo > 0.0) {
+        return Err(section.clash(
+            key,
+            &["planet_map"],
+            "does not go with planet_map: sunlight would turn with the map",
+        ));
+    }
+    let default = if is_sunny && is_shown && stated.is_none() {
+        let albedo = environment.albedo.filter(|_| !turns).unwrap_or(0.0);
+        assumptions.push(format!(
+            "The day side of the planet reflects {albedo} of the sunlight in the band (radiance.planet_albedo is absent)."
+        ));
+        albedo
+    } else {
+        0.0
+    };
+    Ok(stated.unwrap_or(default))
 }
 
 /// Reads how far light between surfaces of the craft is followed.
@@ -122,13 +161,27 @@ fn bounces(section: &Section, reflections: Reflections) -> Result<Bounces, Scene
 /// Reads the rest of `[radiance]`. By default the craft reflects nothing, and the background has a radiance of 0.
 pub(super) fn surrounded(
     section: Option<&Section>,
-    environment: &Environment,
-    orbit: &Orbit,
+    (environment, orbit, band, has_shadows): (&Environment, &Orbit, Band, bool),
     (files, assumptions): (&mut Vec<PathBuf>, &mut Vec<String>),
 ) -> Result<Surrounded, SceneError> {
     let space = environment.background_temperature.unwrap_or(0.0);
-    let Some(section) = section else { return Ok(Surrounded { planet_temperature: space, ..Surrounded::default() }) };
+    let is_sunny = environment.solar_constant.is_some() && band.lower < SUNNY;
+    let of_craft = |reflections: Reflections| match reflections {
+        Reflections::Off => {
+            Some("The craft reflects no sunlight in images, although the band has some (radiance.reflections is off).")
+        }
+        Reflections::Environment if !has_shadows => {
+            Some("The craft shades nothing in images, although the band has sunlight (there is no section [shadows]).")
+        }
+        _ => None,
+    };
+    let tell = |reflections| of_craft(reflections).filter(|_| is_sunny).map(str::to_owned);
+    let Some(section) = section else {
+        assumptions.extend(tell(Reflections::Off));
+        return Ok(Surrounded { planet_temperature: space, ..Surrounded::default() });
+    };
     let reflections = section.choice("reflections", &REFLECTIONS)?.unwrap_or_default();
+    assumptions.extend(tell(reflections));
     let bounces = bounces(section, reflections)?;
     let background = section.choice("background", &BACKGROUNDS)?.unwrap_or_default();
     let needs_planet = background == Background::Planet || reflections != Reflections::Off;
@@ -141,6 +194,8 @@ pub(super) fn surrounded(
         let message = "is that of a planet which no pixel shows: state radiance.reflections or radiance.background";
         return Err(section.clash(key, &["reflections", "background"], message));
     }
+    let sunny = (is_sunny, needs_planet);
+    let planet_albedo = planet_albedo(section, environment, sunny, pattern.as_ref(), assumptions)?;
     let of_exitance = environment.planet_ir.map(|flux| (flux / STEFAN_BOLTZMANN).sqrt().sqrt());
     if needs_planet && stated.is_none() {
         assumptions.push(match of_exitance {
@@ -155,5 +210,5 @@ pub(super) fn surrounded(
     }
     let planet_temperature = stated.or(of_exitance).unwrap_or(space);
     let planet = pattern.map(Arc::new);
-    Ok(Surrounded { reflections, bounces, background, planet_temperature, planet, channels: false })
+    Ok(Surrounded { reflections, bounces, background, planet_temperature, planet, planet_albedo, channels: false })
 }

@@ -10,6 +10,7 @@ use crate::gpu::layout::{self, ShadowBox, ShadowTriangle};
 use crate::gpu::renderer;
 use crate::model::nodes::GROUP;
 use crate::raster::traced::{self, PathEnd, TracedNode};
+use crate::scene::Reflections;
 
 /// The triangles of a craft whose surfaces reflect each other.
 pub(crate) struct TracedCraft {
@@ -58,11 +59,11 @@ fn enclosed(occluders: &Occluders) -> Vec<[bool; 2]> {
 }
 
 /// Materials of the nodes. A side of a node is enclosed where the triangles at it are, as the joints place them at the start.
-fn traced_nodes(prepared: &Prepared, surface: &Jointed, occluders: &Occluders) -> Vec<TracedNode> {
+fn traced_nodes(prepared: &Prepared, surface: &Jointed, sides: &[[bool; 2]]) -> Vec<TracedNode> {
     let nodes = &prepared.nodes;
     let with_material = |node: usize| TracedNode { material: nodes.group_material[node / GROUP], enclosed: [true; 2] };
     let mut traced: Vec<TracedNode> = (0..nodes.positions.len()).map(with_material).collect();
-    for (triangle, sides) in surface.triangles.iter().zip(enclosed(occluders)) {
+    for (triangle, sides) in surface.triangles.iter().zip(sides) {
         for node in triangle {
             let all = &mut traced[*node as usize].enclosed;
             *all = [all[0] && sides[0], all[1] && sides[1]];
@@ -83,7 +84,12 @@ impl TracedCraft {
         let surface = Jointed { positions, triangles: reflected(prepared).collect(), joints };
         let poses = prepared.loads.joints_at(0.0).1;
         let occluders = surface.occluders(&poses);
-        let traced = traced_nodes(prepared, &surface, &occluders);
+        let settings = &prepared.scene.surrounded;
+        let follows = settings.reflections == Reflections::Traced;
+        let end = if follows { PathEnd::new(settings.bounces, reflectivity) } else { PathEnd::AT_ONCE };
+        // Without paths all that is reflected is the surroundings.
+        let sides = if follows { enclosed(&occluders) } else { vec![[false; 2]; surface.triangles.len()] };
+        let traced = traced_nodes(prepared, &surface, &sides);
         let words: Vec<u32> = traced.iter().map(|node| node.word()).collect();
         let tree = occluders.tree();
         let with_word = |number: &u32| {
@@ -92,7 +98,6 @@ impl TracedCraft {
         };
         let corners_in_tree = tree.order.iter().map(with_word).collect();
         let (boxes, triangles) = layout::shadow_tree(&tree, &occluders);
-        let end = PathEnd::new(prepared.scene.surrounded.bounces, reflectivity);
         let walks = if sun { 2 } else { 1 };
         Self {
             surface,

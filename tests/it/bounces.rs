@@ -9,10 +9,10 @@ use super::model::make::Maker;
 use super::reflections::{by_reference, on_device};
 
 /// Corners of a quadrilateral, its front to the left of them.
-type Corners = [[f32; 3]; 4];
+pub type Corners = [[f32; 3]; 4];
 
 /// Quadrilaterals as parts with the materials of the same names.
-fn save_quads(folder: &Folder, quads: &[(&str, Corners)]) {
+pub fn save_quads(folder: &Folder, quads: &[(&str, Corners)]) {
     let mut maker = Maker::new();
     maker.json["nodes"] = json!([]);
     maker.json["scenes"][0]["nodes"] = json!([]);
@@ -39,7 +39,7 @@ fn scene(temperature: f64, materials: &str, radiance: &str, camera: &str) -> Str
     )
 }
 
-fn material(name: &str, emissivity: f64, finish: &str) -> String {
+pub fn material(name: &str, emissivity: f64, finish: &str) -> String {
     format!(
         "[[material]]\nmatch = \"{name}\"\nabsorptivity = 0.1\nemissivity = {emissivity}\nsides = \"outside\"\nresponse = \"instant\"\n\
          {finish}\n"
@@ -60,12 +60,13 @@ const GROOVE_CAMERA: &str =
     "width = 96\nheight = 72\nfov_deg = 20\nposition = [0.6, 0.35, 4.5]\nlook_at = [0, 0, 0.7]\nup = [1, 0, 0]";
 
 /// A groove of foil at 300 K before cold space.
-fn groove_of(opening: f64, finish: &str, radiance: &str) -> Prepared {
+fn groove_of(opening: f64, finish: &str, radiance: &str, samples: u32) -> Prepared {
     let folder = Folder::new("");
     save_quads(&folder, &groove(opening));
     let materials = ["left", "right"].map(|name| material(name, 0.05, finish)).concat();
     let radiance = format!("reflections = \"traced\"\n{radiance}");
-    folder.write("scene.toml", &scene(300.0, &materials, &radiance, GROOVE_CAMERA));
+    let camera = format!("{GROOVE_CAMERA}\nsamples = {samples}");
+    folder.write("scene.toml", &scene(300.0, &materials, &radiance, &camera));
     folder.prepared()
 }
 
@@ -83,7 +84,7 @@ fn mean_share(prepared: &Prepared, image: &Image, temperature: f64) -> f64 {
 #[test]
 fn a_groove_of_smooth_mirrors_shows_all_its_reflections() {
     for opening in [60.0_f64, 30.0] {
-        let prepared = groove_of(opening, FINISHES[2], "");
+        let prepared = groove_of(opening, FINISHES[2], "", 1);
         let black = band_radiance_exact(prepared.scene.band, 300.0);
         let faces = groove_hits(opening);
         for image in [on_device(&prepared), by_reference(&prepared)] {
@@ -104,7 +105,7 @@ fn a_groove_of_smooth_mirrors_shows_all_its_reflections() {
             assert!(shown > 4000 && off * 50 < shown, "{opening}: {off} of {shown} pixels");
             assert!((sum / exact - 1.0).abs() < 2e-3, "{opening}: {sum} for {exact}");
         }
-        let one = groove_of(opening, FINISHES[2], "bounces = 1");
+        let one = groove_of(opening, FINISHES[2], "bounces = 1", 1);
         let short = mean_share(&one, &on_device(&one), 300.0);
         assert!(short < 0.0976, "one reflection shows two faces at most: {short}");
     }
@@ -146,7 +147,7 @@ fn groove_hits(opening: f64) -> Vec<i32> {
 #[test]
 fn grooves_and_corners_are_as_bright_as_in_mitsuba() {
     let mean = |opening: f64, finish: &str, radiance: &str, device: bool| {
-        let prepared = groove_of(opening, finish, radiance);
+        let prepared = groove_of(opening, finish, radiance, 16);
         let image = if device { on_device(&prepared) } else { by_reference(&prepared) };
         mean_share(&prepared, &image, 300.0)
     };

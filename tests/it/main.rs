@@ -72,6 +72,7 @@ mod step_length;
 mod stop;
 #[cfg(unix)]
 mod streams;
+mod sunlit;
 mod thermal_state;
 mod trace;
 mod traced;

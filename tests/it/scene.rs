@@ -85,6 +85,7 @@ fn every_value_of_a_full_scene_arrives() {
         background: Background::Planet,
         planet_temperature: 260.0,
         planet: None,
+        planet_albedo: 0.25,
         channels: true,
     };
     assert_eq!(scene.surrounded, surrounded);

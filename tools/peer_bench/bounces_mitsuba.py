@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 mi.set_variant("llvm_ad_mono")
 
 from peer_bench.image_mitsuba import radiance  # noqa: E402
-from peer_bench.reflections_mitsuba import Mesh, cube, glb, joined, quad  # noqa: E402
+from peer_bench.reflections_mitsuba import Mesh, cube, glb, inside, joined, quad  # noqa: E402
 
 Array = NDArray[np.float64]
 Numbers = list[float]
@@ -176,7 +176,7 @@ def cases() -> dict[str, Case]:
 
 
 def by_isotherm(program: Path, folder: Path, case: Case, roughness: float | None) -> tuple[Array, Array]:
-    """Radiance over that of a blackbody, and whether the craft is seen."""
+    """Radiance over that of a blackbody, and the pixels inside the parts."""
     folder.mkdir(parents=True, exist_ok=True)
     glb(folder / "model.glb", case.meshes)
     mirror = "" if roughness is None else f"specular = 1.0\nroughness = {roughness}\n"
@@ -220,7 +220,8 @@ up = {case.up}
     subprocess.run(command, check=True, capture_output=True)
     with OpenEXR.File(str(folder / "out/frames/step_000000.exr"), separate_channels=True) as file:
         channels = {name: channel.pixels for name, channel in file.channels().items()}
-    return channels["L"] / radiance(BAND, np.array(KELVIN)), channels["part"] > 0
+    parts = [inside(channels["part"], number) for number in range(1, len(case.meshes) + 1)]
+    return channels["L"] / radiance(BAND, np.array(KELVIN)), np.any(parts, axis=0)
 
 
 def by_mitsuba(folder: Path, case: Case, roughness: float | None, lobe: bool) -> Array:
