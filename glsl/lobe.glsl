@@ -52,16 +52,20 @@ float masking(float cosine, float roughness) {
     return 2.0 * cosine / (cosine + sqrt(square + (1.0 - square) * cosine * cosine));
 }
 
+// Sum of the lobe over the hemisphere.
+float lobe_sum(Reflector reflector, float view) {
+    vec2 cell = between(place_of(view), VIEWS);
+    uint sums = uint(reflector.lobe) + uint(VIEWS * SIDES * LIMBS) + uint(cell.x);
+    return mix(lobes[sums], lobes[sums + 1u], cell.y);
+}
+
 // Reflected radiance over irradiance across its rays for light from one direction.
 float lobe_glint(Reflector reflector, float seen, float light, float half_cosine) {
     float view = max(seen, LEAST_VIEW);
-    vec2 cell = between(place_of(view), VIEWS);
-    uint sums = uint(reflector.lobe) + uint(VIEWS * SIDES * LIMBS) + uint(cell.x);
-    float sum = mix(lobes[sums], lobes[sums + 1u], cell.y);
     float square = reflector.roughness * reflector.roughness;
     float spread = 1.0 - half_cosine * half_cosine * (1.0 - square);
     float facets = square / (PI * spread * spread);
     float lit = max(light, 1e-6);
-    float glint = facets * masking(view, reflector.roughness) * masking(lit, reflector.roughness) / (4.0 * view * sum);
+    float glint = facets * masking(view, reflector.roughness) * masking(lit, reflector.roughness) / (4.0 * view * lobe_sum(reflector, view));
     return light > 0.0 ? glint : 0.0;
 }

@@ -48,13 +48,18 @@ layout(location = 0) in vec4 temperature_depth;
 layout(location = 0) in vec2 temperature_depth;
 #endif
 #endif
+#ifdef TRACED
+layout(location = 1) flat in uvec4 first_corner;
+#else
 layout(location = 1) flat in uvec3 first_corner;
+#endif
 
 #ifdef MEAN
 // Averaged over the samples.
 layout(location = 0) out vec2 radiance_coverage;
 #ifdef TRACED
-// Normal of the visible face times depth, in the axes of the camera, and number of the face plus 1.
+// Normal of the visible face times depth, in the axes of the camera, and the node of the triangle's first corner plus 1,
+// negative where the back is seen.
 layout(location = 1) out vec4 surface;
 #endif
 #else
@@ -118,7 +123,8 @@ void main() {
     radiance += reflected;
 #endif
 #ifdef TRACED
-    surface = vec4(facing * temperature_depth.y, float(2u * material + (gl_FrontFacing ? 1u : 2u)));
+    float node = float(first_corner.w + 1u);
+    surface = vec4(facing * temperature_depth.y, gl_FrontFacing ? node : -node);
 #endif
 #ifdef MEAN
     radiance_coverage = vec2(radiance, 1.0);

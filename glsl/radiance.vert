@@ -31,8 +31,12 @@ layout(location = 0) out vec2 temperature_depth;
 // 1, which shows the error of an interpolation.
 layout(location = 4) out float unity;
 #endif
-// Part, material, and the bits of the first corner's temperature.
+// Part, material, and the bits of the first corner's temperature. With TRACED also the node of that corner.
+#ifdef TRACED
+layout(location = 1) flat out uvec4 first_corner;
+#else
 layout(location = 1) flat out uvec3 first_corner;
+#endif
 
 void main() {
     uint node = uint(gl_VertexIndex);
@@ -58,7 +62,11 @@ void main() {
 #else
     temperature_depth = vec2(own, camera.z);
 #endif
+#ifdef TRACED
+    first_corner = uvec4(group_part[node / 4u], group_material[node / 4u], floatBitsToUint(own), node);
+#else
     first_corner = uvec3(group_part[node / 4u], group_material[node / 4u], floatBitsToUint(own));
+#endif
 #ifdef MULTIPLE
     unity = 1.0;
 #endif

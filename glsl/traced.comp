@@ -1,6 +1,7 @@
 #version 450
 // Adds what each texel of an image reflects of the craft itself to its radiance. With SEVERAL the image is that of the mean over several samples of a pixel.
-// With APART the reflected part is a value of its own. One texel an invocation. Twin: src/raster/traced.rs.
+// With APART the reflected part is a value of its own. With HELD a path may go on in the next dispatch, and with RESUMED
+// it began in an earlier one. One texel an invocation. Twin: src/raster/traced.rs.
 
 #include "types.glsl"
 #include "planck.glsl"
@@ -16,13 +17,19 @@
 
 layout(local_size_x = 64) in;
 
-layout(push_constant) uniform FirstBlock { uint first_texel; };
+// First texel, and dispatches before this one.
+layout(push_constant) uniform FirstBlock { uint first_texel; uint dispatches; };
 layout(set = 0, binding = 0) uniform ViewBlock { View view; };
 layout(set = 0, binding = 12) uniform SurroundingsBlock { Surroundings around; };
 // Front and back of each material.
 layout(set = 0, binding = 7) readonly buffer ReflectorsBlock { Reflector reflectors[]; };
-// Normal of the visible face times depth, in the axes of the camera, and number of the face plus 1. 0 where no surface is.
+#ifndef RESUMED
+// Normal of the visible face times depth, in the axes of the camera, and the node of the triangle's first corner plus 1,
+// negative where the back is seen. 0 where no surface is.
 layout(set = 0, binding = 1) readonly buffer SurfaceBlock { vec4 surfaces[]; };
+// Material of each node times 4; plus 1 where the front is enclosed; plus 2 where the back is.
+layout(set = 0, binding = 23) readonly buffer TraceNodesBlock { uint trace_nodes[]; };
+#endif
 // From the first texel.
 #ifdef SEVERAL
 layout(set = 0, binding = 2) buffer MeanBlock { vec2 mean_radiance[]; };
@@ -32,6 +39,42 @@ layout(set = 0, binding = 2) buffer DrawnRadianceBlock { vec4 drawn_radiance[]; 
 
 #include "traced.glsl"
 
+#ifdef HELD
+#define KEPT
+#endif
+#ifdef RESUMED
+#define KEPT
+#endif
+#ifdef KEPT
+// Paths from the first texel on, three vectors for each: start and weight; normal and temperature; direction seen, and the face.
+layout(set = 0, binding = 24) buffer PathsBlock { vec4 paths[]; };
+#endif
+
+#ifdef RESUMED
+Path resumed(uint own) {
+    vec4 start = paths[3u * own];
+    vec4 surface = paths[3u * own + 1u];
+    vec4 seen = paths[3u * own + 2u];
+    uint face = uint(seen.w);
+    return Path(face >> 2u, face & 1u, (face >> 1u) & 1u, 0.0, surface.xyz, seen.xyz, start.xyz, surface.w, start.w, 0.0);
+}
+#else
+// The path of a texel from the surface that it shows.
+Path begun(uvec2 place) {
+    vec4 surface = surfaces[place.y * tracing.surface_width + place.x];
+    float depth = length(surface.xyz);
+    if (depth == 0.0) {
+        return Path(0u, 0u, 0u, 0.0, vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0);
+    }
+    vec2 size = vec2(float(tracing.width), float(tracing.texels / tracing.width));
+    vec2 clip = (2.0 * vec2(place) + vec2(1.0)) / size - vec2(1.0);
+    vec3 ray = vec3((clip - view.clip_offset) / view.clip_scale, 1.0);
+    uint node = uint(abs(surface.w)) - 1u;
+    uint side = surface.w < 0.0 ? 1u : 0u;
+    return path_from(around, trace_nodes[node], side, node, surface.xyz / depth, -normalize(ray), depth * ray);
+}
+#endif
+
 void main() {
     uint own = gl_GlobalInvocationID.x;
     uint texel = first_texel + own;
@@ -39,28 +82,29 @@ void main() {
         return;
     }
     uvec2 place = uvec2(texel % tracing.width, texel / tracing.width);
-    vec4 surface = surfaces[place.y * tracing.surface_width + place.x];
-    float depth = length(surface.xyz);
-    if (depth == 0.0) {
-        return;
-    }
-    vec2 size = vec2(float(tracing.width), float(tracing.texels / tracing.width));
-    vec2 clip = (2.0 * vec2(place) + vec2(1.0)) / size - vec2(1.0);
-    vec3 ray = vec3((clip - view.clip_offset) / view.clip_scale, 1.0);
-    vec3 normal = surface.xyz / depth;
-    vec3 to_camera = -normalize(ray);
-    Reflector reflector = reflectors[uint(surface.w) - 1u];
-    float factor = 1.0;
-#ifdef TABLES
-    factor = angle_factor(reflector, dot(normal, to_camera));
-#endif
-    float light = traced_share(around, reflector, factor, normal, to_camera, depth * ray, 16u * place + uvec2(8u));
-#ifdef SEVERAL
-    mean_radiance[own].x += light;
+#ifdef RESUMED
+    Path path = resumed(own);
 #else
-    drawn_radiance[own].x += light;
+    Path path = begun(place);
+#endif
+    uint vertex = dispatches * tracing.vertices;
+    uint end = path.weight > 0.0 ? vertex + tracing.vertices : 0u;
+    while (vertex < end) {
+        path = followed(path, around, 16u * place + uvec2(8u), vertex);
+        vertex++;
+        end = path.weight > 0.0 ? end : 0u;
+    }
+#ifdef HELD
+    paths[3u * own] = vec4(path.from, path.weight);
+    paths[3u * own + 1u] = vec4(path.normal, path.temperature);
+    paths[3u * own + 2u] = vec4(path.seen, float(4u * path.face + 2u * path.last + path.enclosed));
+#endif
+#ifdef SEVERAL
+    mean_radiance[own].x += path.sum;
+#else
+    drawn_radiance[own].x += path.sum;
 #ifdef APART
-    drawn_radiance[own].w += light;
+    drawn_radiance[own].w += path.sum;
 #endif
 #endif
 }

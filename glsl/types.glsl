@@ -107,6 +107,10 @@ struct Tracing {
     uint width;
     uint texels;
     uint surface_width;
+    uint bounces;
+    uint vertices;
+    uint roulette;
+    float least;
 };
 
 struct PlanetView {

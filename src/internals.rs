@@ -126,8 +126,8 @@ pub use crate::output::{
 pub use crate::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS, STEP, STEPS};
 pub use crate::raster::{Pixel, RasterSurface, rasterise};
 pub use crate::scene::{
-    Background, Camera, CameraFrame, Density, Draw, Edges, ImageFile, ImageFiles, Initial, Mapping, MaterialRule,
-    Reflections, ShadowSettings, SkyScene, Surrounded, Video,
+    Background, Bounces, Camera, CameraFrame, Density, Draw, Edges, ImageFile, ImageFiles, Initial, Mapping,
+    MaterialRule, Reflections, ShadowSettings, SkyScene, Surrounded, Video,
     network::{
         NetworkFile,
         export_tmd::{TmdSolution, tmd},

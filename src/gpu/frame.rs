@@ -81,8 +81,8 @@ pub fn compose(recipe: &Recipe) -> Frame {
         }
         image::cull(&mut frame, image);
         image::draw(&mut frame, image, shown);
-        image::compute(&mut frame, image, |frame, several| {
-            traced::passes(frame, image.shows, several, image.texels, shown);
+        image::compute(&mut frame, image, |frame, lit| {
+            traced::passes(frame, image.shows, lit, image.texels, shown);
         });
         image::read(&mut frame, image);
     }

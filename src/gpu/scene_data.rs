@@ -104,9 +104,11 @@ pub struct Shown<'a> {
     pub(crate) emissivities: &'a [f32],
     /// Radiances of a planet that is not uniform, over the radiance of its mean temperature.
     pub(crate) planet_map: &'a [f32],
-    /// Nodes of the corners of the triangles in the tree for reflections of the craft, and their material. The tree follows the
-    /// joints and comes with the requests.
+    /// Nodes of the corners of the triangles in the tree for reflections of the craft, and the word of the first. The tree
+    /// follows the joints and comes with the requests.
     pub(crate) traced: &'a [[u32; 4]],
+    /// Word of each node: its material times 4; plus 1 where its front sees nothing but the craft; plus 2 where its back does.
+    pub(crate) traced_nodes: &'a [u32],
     /// Boxes of this tree.
     pub(crate) traced_boxes: usize,
     /// Normals of all nodes, if the image has normals of its own.

@@ -44,11 +44,11 @@ impl SampleLight<'_> {
     ) -> Option<f64> {
         let traced = around.traced.as_ref()?;
         let surroundings = around.surroundings?;
-        let reflector = around.reflector(sample, shown)?;
         let [across, down] = grid(self.view.samples).map(f64::from);
         let texel = [across * place[0], down * place[1]];
         let sample = TracedSample {
-            reflector,
+            node: shown.node,
+            face: shown.face,
             normal: shown.normal,
             to_camera: -ray.extend(1.0).normalize(),
             place: sample.depth * ray.extend(1.0),

@@ -14,6 +14,7 @@ pub(super) struct Projected {
     normals: [DVec3; 3],
     /// 0 for the front, 1 for the back.
     face: usize,
+    node: u32,
     emissivity: f64,
     part: u32,
     material: u32,
@@ -43,6 +44,8 @@ pub(super) struct ShownFace {
     pub(crate) normal: DVec3,
     /// 0 for the front, 1 for the back.
     pub(crate) face: usize,
+    /// The first corner of its triangle.
+    pub(crate) node: u32,
 }
 
 /// Draws the samples of a triangle, with its emissivity in place of the radiance.
@@ -59,7 +62,7 @@ pub(super) fn draw(
         if weights.iter().all(|&w| w >= 0.0) && depth >= near && depth < sample.depth {
             let weighted: f64 = weights.iter().zip(triangle.temperatures).map(|(w, t)| w * t).sum();
             let normal: DVec3 = weights.iter().zip(triangle.normals).map(|(weight, normal)| *weight * normal).sum();
-            *shown = Some(ShownFace { normal: normal.normalize_or_zero(), face: triangle.face });
+            *shown = Some(ShownFace { normal: normal.normalize_or_zero(), face: triangle.face, node: triangle.node });
             *sample = Pixel {
                 reflected: 0.0,
                 radiance: triangle.emissivity,
@@ -95,6 +98,7 @@ pub(super) fn project(surface: &RasterSurface, view: &RasterView, triangle: [u32
     Some(Projected {
         normals,
         face,
+        node: triangle[0],
         planes,
         temperatures: indices.map(|vertex| surface.temperatures[vertex]),
         rays,

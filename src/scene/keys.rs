@@ -132,8 +132,16 @@ material_keys! {
 pub(super) const BY_ANGLE: &[&str] = &["law", "n", "k", "angle_deg", "emissivity"];
 pub(super) const BY_WAVELENGTH: &[&str] = &["wavelength_um", "emissivity", "temperature"];
 
-pub(super) const RADIANCE: &[&str] =
-    &["band_um", "reflections", "background", "planet_temperature", "planet_map", "planet_day_night"];
+pub(super) const RADIANCE: &[&str] = &[
+    "band_um",
+    "reflections",
+    "bounces",
+    "background",
+    "planet_temperature",
+    "planet_map",
+    "planet_day_night",
+    "planet_albedo",
+];
 pub(super) const PLANET_MAP: &[&str] = &["file", "scale", "offset", "pole", "longitude_deg", "period"];
 pub(super) const PLANET_DAY_NIGHT: &[&str] = &["day", "night", "law"];
 

@@ -82,8 +82,8 @@ impl Scene {
         let section = root.table("radiance", keys::RADIANCE)?;
         let output = root.table("output", keys::OUTPUT)?;
         let band = radiance::band(section.as_ref(), preset, &mut assumptions)?;
-        let mut surrounded =
-            radiance::surrounded(section.as_ref(), &sky.environment, &sky.orbit, (&mut files, &mut assumptions))?;
+        let light = (&sky.environment, &sky.orbit, band, shadows.is_some());
+        let mut surrounded = radiance::surrounded(section.as_ref(), light, (&mut files, &mut assumptions))?;
         surrounded.channels = view::channels(output.as_ref(), surrounded.reflections != Reflections::Off)?;
         let before = files.len();
         let camera = read_camera(&root, &sky, preset, &mut files, &mut assumptions)?;
@@ -181,6 +181,10 @@ impl Scene {
                 .to_owned()
         } else {
             surrounded.background = Background::Planet;
+            let is_sunny = self.environment.solar_constant.is_some() && self.band.lower < super::radiance::SUNNY;
+            if is_sunny && surrounded.reflections == Reflections::Off {
+                surrounded.planet_albedo = self.environment.albedo.unwrap_or(0.0);
+            }
             format!(
                 "The planet stands behind the craft, at {kelvin:.2} K (radiance.background is absent; \"off\" leaves it out)."
             )

@@ -1,5 +1,6 @@
 //! The surroundings of the craft in an image, and the emission and reflection of its materials.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
@@ -9,19 +10,23 @@ use super::prepare::Prepared;
 use super::traced::TracedCraft;
 use crate::environment::frames::gcrf_from_itrf;
 use crate::environment::orbit::{SUN_DISTANCE, SUN_RADIUS};
+use crate::environment::shadow::tree_boxes;
 use crate::environment::view_factor::ApparentRadius;
 use crate::gpu::effects::image::variant::RadianceVariant;
 use crate::gpu::layout;
 use crate::gpu::scene_data::Shown;
 use crate::model::nodes::GROUP;
-use crate::scene::{Background, Reflections, Surrounded};
+use crate::raster::traced::LARGEST_REFLECTED;
+use crate::scene::{Background, Reflections, SUNNY, Surrounded};
 use crate::thermal::crinkle::crinkled;
 use crate::thermal::emissivity::BandEmissivity;
 use crate::thermal::emissivity_table::{EmissivityTable, TABLE_VALUES};
 use crate::thermal::lobe::{LOBE_VALUES, Lobe};
 use crate::thermal::material::Material;
 use crate::thermal::planck::Band;
-use crate::thermal::planet_map::{Equirectangular, MEAN_VALUES, MEANS_ANGLE, SeenPlanet};
+use crate::thermal::planet_map::{
+    DayLaw, Equirectangular, MEAN_VALUES, MEANS_ANGLE, MapAxes, PlanetPattern, SeenPlanet,
+};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
 use crate::thermal::surroundings::{BandReflector, Looks, SUN_TEMPERATURE, Surroundings};
 
@@ -51,7 +56,7 @@ pub fn surroundings_at(prepared: &Prepared, time: f64, pose: &DAffine3) -> Optio
         planet: ApparentRadius::new(sky.distance_ratio),
         sun: pose.matrix3 * sky.sun_direction,
         sun_disc: ApparentRadius::new(SUN_DISTANCE / sky.solar_scale.sqrt() / SUN_RADIUS),
-        planet_radiance: radiance(planet),
+        planet_radiance: radiance(planet) + daylight(prepared),
         space_radiance: radiance(space),
         sun_radiance: environment.solar_constant.map_or(0.0, |_| radiance(SUN_TEMPERATURE)),
         lit_fraction: sky.lit_fraction,
@@ -63,20 +68,41 @@ pub fn surroundings_at(prepared: &Prepared, time: f64, pose: &DAffine3) -> Optio
 /// Whether any pixel shows a planet with a map.
 fn has_map(settings: &Surrounded) -> bool {
     let shows = settings.background == Background::Planet || settings.reflections != Reflections::Off;
-    shows && settings.planet.is_some()
+    shows && (settings.planet.is_some() || settings.planet_albedo > 0.0)
+}
+
+/// Radiance of sunlight that the planet reflects below the Sun, as at the start of the scene [W m-2 sr-1]: albedo times irradiance over pi (Lambert's law).
+fn daylight(prepared: &Prepared) -> f64 {
+    let albedo = prepared.scene.surrounded.planet_albedo;
+    if albedo == 0.0 {
+        return 0.0;
+    }
+    let sun = band_radiance(&RadianceTable::new(prepared.scene.band), SUN_TEMPERATURE);
+    let scale = prepared.loads.sky_model().sky(0.0).solar_scale;
+    albedo * sun * scale * (SUN_RADIUS / SUN_DISTANCE).powi(2)
+}
+
+/// Whether sunlight in the images of a scene without rays for reflections is shaded by rays: where it shades the craft in its heat balance, and the camera
+/// sees sunlight.
+fn is_shaded(prepared: &Prepared) -> bool {
+    let scene = &prepared.scene;
+    scene.surrounded.reflections == Reflections::Environment
+        && scene.shadows.is_some()
+        && scene.environment.solar_constant.is_some()
+        && scene.band.lower < SUNNY
+        && tree_boxes(prepared.triangles.len()) <= LARGEST_REFLECTED
 }
 
 /// Rotates inertial vectors into the axes of the planet's map at a time [s]. `None` for a uniform planet.
 fn map_from_inertial(prepared: &Prepared, time: f64) -> Option<DMat3> {
     let settings = &prepared.scene.surrounded;
-    let pattern = settings.planet.as_ref().filter(|_| has_map(settings))?;
+    if !has_map(settings) {
+        return None;
+    }
+    let axes = settings.planet.as_ref().map_or(MapAxes::Sun, |pattern| pattern.axes);
     let sun = prepared.loads.sky_model().point(time).map_or(DVec3::X, |point| point.sun.normalize());
     let epoch = prepared.scene.orbit.trajectory().map(|trajectory| trajectory.epoch(time));
-    Some(
-        pattern
-            .axes
-            .map_from_inertial(time, sun, || epoch.map_or(DMat3::IDENTITY, |epoch| gcrf_from_itrf(epoch).transpose())),
-    )
+    Some(axes.map_from_inertial(time, sun, || epoch.map_or(DMat3::IDENTITY, |epoch| gcrf_from_itrf(epoch).transpose())))
 }
 
 /// Emission and reflection of the materials of a scene, and the settings of the radiance in its pixels.
@@ -124,6 +150,39 @@ fn crinkled_normals(prepared: &Prepared) -> Vec<Vec3> {
     nodes.normals.par_iter().enumerate().map(of).collect()
 }
 
+/// Emission and reflection of both faces of materials, and the roughnesses of their mirrors. `sources` are the temperatures of planet, space and Sun [K].
+fn reflectors_of(
+    materials: &[Material],
+    tables: &[EmissivityTable],
+    sources: [f64; 3],
+    reflects: bool,
+) -> (Vec<[BandReflector; 2]>, Vec<f64>) {
+    let mut roughnesses: Vec<f64> = Vec::new();
+    let mut reflectors = Vec::new();
+    for (number, material) in materials.iter().enumerate() {
+        let optics = [material.front, material.back()];
+        reflectors.push([0, 1].map(|face| {
+            let gloss = material.gloss[face];
+            let lobe = (reflects && gloss.specular > 0.0 && gloss.alpha() > 0.0).then(|| {
+                roughnesses.iter().position(|known| *known == gloss.alpha()).unwrap_or_else(|| {
+                    roughnesses.push(gloss.alpha());
+                    roughnesses.len() - 1
+                })
+            });
+            let table = tables.get(2 * number + face);
+            let of_source = |temperature| table.map_or(0.0, |table| table.temperature_factor(temperature));
+            BandReflector {
+                emissivity: optics[face].emissivity,
+                specular: gloss.specular,
+                lobe,
+                table: table.map(|_| 2 * number + face),
+                of_sources: sources.map(of_source),
+            }
+        }));
+    }
+    (reflectors, roughnesses)
+}
+
 impl Finishes {
     /// The finishes of a scene. A scene without reflections and without laws of emissivity has none.
     pub(crate) fn new(prepared: &Prepared) -> Self {
@@ -132,46 +191,23 @@ impl Finishes {
         let reflects = settings.reflections != Reflections::Off;
         let space = scene.environment.background_temperature.unwrap_or(0.0);
         let sources = [settings.planet_temperature, space, SUN_TEMPERATURE];
-        let mut roughnesses: Vec<f64> = Vec::new();
-        let mut reflectors = Vec::new();
-        if reflects || !tables.is_empty() {
-            for (number, material) in prepared.materials.iter().enumerate() {
-                let optics = [material.front, material.back()];
-                reflectors.push([0, 1].map(|face| {
-                    let gloss = material.gloss[face];
-                    let lobe = (reflects && gloss.specular > 0.0 && gloss.alpha() > 0.0).then(|| {
-                        roughnesses.iter().position(|known| *known == gloss.alpha()).unwrap_or_else(|| {
-                            roughnesses.push(gloss.alpha());
-                            roughnesses.len() - 1
-                        })
-                    });
-                    let table = tables.get(2 * number + face);
-                    let of_source = |temperature| table.map_or(0.0, |table| table.temperature_factor(temperature));
-                    BandReflector {
-                        emissivity: optics[face].emissivity,
-                        specular: gloss.specular,
-                        lobe,
-                        table: table.map(|_| 2 * number + face),
-                        of_sources: sources.map(of_source),
-                    }
-                }));
-            }
-        }
-        let planet = settings.planet.as_ref().filter(|_| has_map(settings)).map(|pattern| {
-            let kinds = roughnesses.clone();
-            MappedPlanet::new(
-                &pattern.temperatures,
-                settings.planet_temperature,
-                &scene.band,
-                reflects.then_some(kinds),
-            )
+        let has_reflectors = reflects || !tables.is_empty();
+        let described = if has_reflectors { &prepared.materials[..] } else { &[] };
+        let (reflectors, roughnesses) = reflectors_of(described, &tables, sources, reflects);
+        let planet = has_map(settings).then(|| {
+            let even =
+                || PlanetPattern::day_night(settings.planet_temperature, settings.planet_temperature, DayLaw::Step);
+            let pattern = settings.planet.clone().unwrap_or_else(|| Arc::new(even()));
+            let light = (settings.planet_temperature, daylight(prepared));
+            MappedPlanet::new(&pattern.temperatures, light, &scene.band, reflects.then_some(roughnesses.clone()))
         });
         let crinkled = if reflectors.is_empty() { Vec::new() } else { crinkled_normals(prepared) };
         let variant = RadianceVariant {
             reflections: reflects,
             rough: !roughnesses.is_empty(),
             smooth: reflects && reflectors.as_flattened().iter().any(|face| face.specular > 0.0 && face.lobe.is_none()),
-            traced: settings.reflections == Reflections::Traced,
+            traced: settings.reflections == Reflections::Traced || is_shaded(prepared),
+            dispatches: 0,
             sun: is_seen(settings) && scene.environment.solar_constant.is_some(),
             apart: settings.channels,
             background: settings.background != Background::Off,
@@ -192,7 +228,14 @@ impl Finishes {
         let rounded = reflectors.as_flattened().iter().map(rounded).collect();
         let rounded_tables = tables.iter().flat_map(|table| &table.values).map(|value| *value as f32).collect();
         let lobes = Lobes::new(roughnesses);
-        let traced = variant.traced.then(|| TracedCraft::new(prepared));
+        let reflectivity = reflectors.as_flattened().iter().map(|face| match face.table {
+            // The table has other emissivities too.
+            Some(_) => 1.0,
+            None => 1.0 - face.emissivity,
+        });
+        let reflectivity = reflectivity.fold(0.0, f64::max);
+        let traced = variant.traced.then(|| TracedCraft::new(prepared, reflectivity, variant.sun));
+        let variant = RadianceVariant { dispatches: traced.as_ref().map_or(0, TracedCraft::dispatches), ..variant };
         Self { reflectors, lobes, tables, planet, traced, variant, crinkled, rounded, rounded_tables }
     }
 
@@ -205,6 +248,7 @@ impl Finishes {
             emissivities: &self.rounded_tables,
             planet_map: self.planet.as_ref().map_or(&[], |planet| &planet.map.values),
             traced: self.traced.as_ref().map_or(&[], |traced| &traced.corners_in_tree),
+            traced_nodes: self.traced.as_ref().map_or(&[], |traced| &traced.words),
             traced_boxes: self.traced.as_ref().map_or(0, TracedCraft::boxes),
             crinkled: &self.crinkled,
             planet_means: self.planet.as_ref().map_or(0, MappedPlanet::mean_values),
@@ -256,11 +300,25 @@ pub(crate) struct MappedPlanet {
 }
 
 impl MappedPlanet {
-    fn new(temperatures: &Equirectangular, mean: f64, band: &Band, roughnesses: Option<Vec<f64>>) -> Self {
+    /// A planet of these temperatures. `mean` is their mean, and `daylight` the radiance of sunlight that the point below the Sun reflects, at the map's +Z.
+    fn new(
+        temperatures: &Equirectangular,
+        (mean, daylight): (f64, f64),
+        band: &Band,
+        roughnesses: Option<Vec<f64>>,
+    ) -> Self {
         let table = RadianceTable::new(*band);
-        let whole = band_radiance(&table, mean).max(f64::MIN_POSITIVE);
-        let relative = |kelvin: &f32| (band_radiance(&table, f64::from(*kelvin)) / whole) as f32;
-        let values = temperatures.values.par_iter().map(relative).collect();
+        let whole = (band_radiance(&table, mean) + daylight).max(f64::MIN_POSITIVE);
+        let (columns, rows) = (temperatures.columns, temperatures.rows);
+        let height = |index: usize| {
+            let down = ((index / columns) as f64 - 0.5).clamp(0.0, rows as f64) / rows as f64;
+            (down * PI).cos().max(0.0)
+        };
+        let relative = |(index, kelvin): (usize, &f32)| {
+            let reflected = if daylight > 0.0 { daylight * height(index) } else { 0.0 };
+            ((band_radiance(&table, f64::from(*kelvin)) + reflected) / whole) as f32
+        };
+        let values = temperatures.values.par_iter().enumerate().map(relative).collect();
         let map = Arc::new(Equirectangular { columns: temperatures.columns, rows: temperatures.rows, values });
         Self { map, roughnesses, place: None, seen: None, rounded: Vec::new() }
     }

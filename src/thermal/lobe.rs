@@ -114,14 +114,18 @@ impl Lobe {
             return 0.0;
         }
         let view = view.max(LEAST_VIEW);
-        let at = place_of(view);
-        let cell = (at as usize).min(VIEWS - 2);
-        let sums = &self.values[VIEWS * SIDES * LIMBS..];
-        let sum = sums[cell] + (at - cell as f64) * (sums[cell + 1] - sums[cell]);
         let square = self.roughness * self.roughness;
         let spread = 1.0 - half * half * (1.0 - square);
         let facets = square / (std::f64::consts::PI * spread * spread);
-        facets * masking(view, self.roughness) * masking(light, self.roughness) / (4.0 * view * sum)
+        facets * masking(view, self.roughness) * masking(light, self.roughness) / (4.0 * view * self.sum(view))
+    }
+
+    /// Sum of the lobe over the hemisphere: the mean of [`masking`] over the directions of visible facets.
+    pub(crate) fn sum(&self, view: f64) -> f64 {
+        let at = place_of(view);
+        let cell = (at as usize).min(VIEWS - 2);
+        let sums = &self.values[VIEWS * SIDES * LIMBS..];
+        sums[cell] + (at - cell as f64) * (sums[cell + 1] - sums[cell])
     }
 }
 

@@ -120,9 +120,8 @@ pub(crate) fn reflected_radiance(
     to_camera: DVec3,
 ) -> f64 {
     let view = normal.dot(to_camera).max(0.0);
+    let sunlight = reflected_sunlight(around, reflector, looks, normal, to_camera);
     let around = &dimmed(around, reflector, looks, view);
-    let sun = sun_irradiance(around);
-    let light = normal.dot(around.sun);
     // Brightness of the planet above space, in the part of the disc that a kind of surface sees along a direction.
     let contrast = |kind: usize, direction: DVec3| {
         let mean =
@@ -130,17 +129,34 @@ pub(crate) fn reflected_radiance(
         around.planet_radiance * mean.unwrap_or(1.0) - around.space_radiance
     };
     let planet = plate_view_factor(normal.dot(around.nadir), around.planet);
-    let diffuse = around.space_radiance + contrast(0, normal) * planet + sun * light.max(0.0) / PI;
+    let diffuse = around.space_radiance + contrast(0, normal) * planet;
     let mirror = 2.0 * view * normal - to_camera;
     let specular = match reflector.lobe.and_then(|lobe| Some((lobe, looks.lobes.get(lobe)?))) {
         None => sky_radiance(around, looks, mirror),
         Some((kind, lobe)) => {
             let share = lobe.share(PlanetPlace::new(normal, view, mirror, around.nadir, around.planet));
-            let half = normal.dot((to_camera + around.sun).normalize_or_zero());
-            around.space_radiance + contrast(1 + kind, mirror) * share + sun * lobe.glint(view, light, half)
+            around.space_radiance + contrast(1 + kind, mirror) * share
         }
     };
-    diffuse + reflector.specular * (specular - diffuse)
+    diffuse + reflector.specular * (specular - diffuse) + sunlight
+}
+
+/// The part of [`reflected_radiance`] that is sunlight [W m-2 sr-1], without the Sun's disc in a smooth mirror.
+pub(crate) fn reflected_sunlight(
+    around: &Surroundings,
+    reflector: &BandReflector,
+    looks: &Looks,
+    normal: DVec3,
+    to_camera: DVec3,
+) -> f64 {
+    let view = normal.dot(to_camera).max(0.0);
+    let sun = sun_irradiance(&dimmed(around, reflector, looks, view));
+    let light = normal.dot(around.sun);
+    let lobe = reflector.lobe.and_then(|lobe| looks.lobes.get(lobe));
+    let half = || normal.dot((to_camera + around.sun).normalize_or_zero());
+    let specular = lobe.map_or(0.0, |lobe| lobe.glint(view, light, half()));
+    let diffuse = light.max(0.0) / PI;
+    sun * (diffuse + reflector.specular * (specular - diffuse))
 }
 
 #[cfg(test)]

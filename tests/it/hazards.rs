@@ -77,6 +77,7 @@ fn wanted() -> Vec<Wanted> {
         rough: true,
         smooth: true,
         traced: true,
+        dispatches: 3,
         sun: true,
         apart: true,
         background: true,

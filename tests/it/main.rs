@@ -3,6 +3,7 @@
 mod band_radiance;
 mod bench;
 mod blankets;
+mod bounces;
 mod budget;
 mod camera_path;
 mod cases;
@@ -73,6 +74,7 @@ mod step_length;
 mod stop;
 #[cfg(unix)]
 mod streams;
+mod sunlit;
 mod thermal_state;
 mod trace;
 mod traced;

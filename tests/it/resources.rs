@@ -46,7 +46,7 @@ pub fn radiance_variants() -> Vec<RadianceVariant> {
             let [sun, apart, background] = [1, 2, 4].map(|bit| number & bit != 0);
             let shows = RadianceVariant { rough, smooth, sun, apart, background, reflections: true, ..plain };
             all.extend([shows, RadianceVariant { map: true, ..shows }]);
-            all.push(RadianceVariant { traced: true, map: apart, ..shows });
+            all.push(RadianceVariant { traced: true, dispatches: 1 + 2 * number % 4, map: apart, ..shows });
         }
     }
     all.extend([false, true].map(|sun| RadianceVariant { background: true, map: true, sun, ..plain }));

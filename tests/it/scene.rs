@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use approx::assert_relative_eq;
 use glam::{DMat4, DQuat, DVec3};
 use isotherm::internals::{
-    Attitude, Background, CameraFrame, Draw, Edges, GainControl, Halo, ImageFile, ImageFiles, Initial, Mapping, Netd,
-    Orbit, PRESETS, Part, Pattern, Reflections, SensorOptics, Spread, Surrounded, Video, Vignetting,
+    Attitude, Background, Bounces, CameraFrame, Draw, Edges, GainControl, Halo, ImageFile, ImageFiles, Initial,
+    Mapping, Netd, Orbit, PRESETS, Part, Pattern, Reflections, SensorOptics, Spread, Surrounded, Video, Vignetting,
 };
 use isotherm::{Distortion, Lens, Motion, Scene, SceneError};
 
@@ -81,10 +81,12 @@ fn every_value_of_a_full_scene_arrives() {
     assert_eq!((scene.band.lower, scene.band.upper), (3.5e-6, 5e-6));
     let surrounded = Surrounded {
         reflections: Reflections::Traced,
+        bounces: Bounces::Most(12),
         background: Background::Planet,
         planet_temperature: 260.0,
         is_unstated: false,
         planet: None,
+        planet_albedo: 0.25,
         channels: true,
     };
     assert_eq!(scene.surrounded, surrounded);

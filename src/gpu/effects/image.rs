@@ -134,7 +134,11 @@ pub(crate) fn draw(frame: &mut Frame, image: &ImageRecipe, shown: &'static Resou
 
 /// Copies drawn images to buffers, where another image is computed from them or reflections of the craft are added. `traced`
 /// adds these.
-pub(crate) fn compute(frame: &mut Frame, image: &ImageRecipe, traced: impl FnOnce(&mut Frame, bool)) {
+pub(crate) fn compute(
+    frame: &mut Frame,
+    image: &ImageRecipe,
+    traced: impl FnOnce(&mut Frame, (&'static Resource, bool)),
+) {
     let (resampled, shows, lit) = (image.resampled(), image.shows, image.lit());
     if resampled.is_none() && !shows.traced {
         return;
@@ -156,7 +160,7 @@ pub(crate) fn compute(frame: &mut Frame, image: &ImageRecipe, traced: impl FnOnc
     let mut waits: Vec<Barrier> = copies.iter().map(|(_, _, to)| barrier(to, COPY_WRITE, read(to))).collect();
     if shows.traced {
         frame.wait(std::mem::take(&mut waits));
-        traced(frame, *lit == MEAN);
+        traced(frame, (lit, *lit == MEAN));
         waits.push(barrier(lit, COMPUTE_WRITE, if resampled.is_some() { COMPUTE_READ } else { COPY_READ }));
     }
     let Some(sampled) = resampled else {
@@ -221,7 +225,8 @@ fn draw_pass(
 /// The vertex shader and the fragment shader of the craft.
 fn craft_shaders(shows: RadianceVariant, mean: Option<u32>, shutter: Option<RowOf>) -> Vec<Shader> {
     let several = mean.is_some_and(|each| each > 1);
-    let mut vertex = Shader::with("radiance.vert", &[(shows.needs_normals(), "normals"), (several, "multiple")]);
+    let words = [(shows.needs_normals(), "normals"), (several, "multiple"), (shows.traced, "traced")];
+    let mut vertex = Shader::with("radiance.vert", &words);
     vertex.words.extend(shutter.map(RowOf::words).unwrap_or_default());
     let words = [
         (shows.reflections, "reflections"),

@@ -149,6 +149,14 @@ shared! {
         pub(crate) texels: u32,
         /// Width of the image of surfaces [texels].
         pub(crate) surface_width: u32,
+        /// Rays of a path at most.
+        pub(crate) bounces: u32,
+        /// Surfaces of a path that one dispatch follows.
+        pub(crate) vertices: u32,
+        /// Rays of a path after which chance ends it.
+        pub(crate) roulette: u32,
+        /// Share of the light below which a path ends.
+        pub(crate) least: f32,
     }
 
     /// Axes of the map of a planet that is not uniform.

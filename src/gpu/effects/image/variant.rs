@@ -11,6 +11,8 @@ pub struct RadianceVariant {
     pub smooth: bool,
     /// Whether they reflect the craft itself too, which needs `reflections`.
     pub traced: bool,
+    /// Dispatches that follow a path of light one after the other, 0 without `traced`.
+    pub dispatches: u32,
     /// Whether the Sun shines in the band.
     pub sun: bool,
     /// Whether the reflected part is an output of its own, which needs `reflections`.
@@ -32,6 +34,7 @@ impl RadianceVariant {
         rough: false,
         smooth: false,
         traced: false,
+        dispatches: 0,
         sun: false,
         apart: false,
         background: false,

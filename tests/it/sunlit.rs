@@ -1,0 +1,166 @@
+//! Images in bands where the Sun counts: shade of the craft on itself, and the day side of the planet, against closed forms.
+
+use std::f64::consts::PI;
+
+use isotherm::Image;
+use isotherm::internals::{Band, Prepared, band_radiance_exact};
+
+use super::bounces::{material, save_quads};
+use super::craft::Folder;
+use super::reflections::{by_reference, on_device};
+
+/// Sine of the Sun's radius at 1 AU (IAU 2015: 695,700 km over 149,597,870.7 km), and its temperature [K].
+const SUN_SINE: f64 = 695_700.0 / 149_597_870.7;
+const SUN: f64 = 5772.0;
+
+/// Irradiance of a blackbody Sun in a band [W/m2].
+fn sunlight(band: Band) -> f64 {
+    PI * SUN_SINE * SUN_SINE * band_radiance_exact(band, SUN)
+}
+
+/// A plate of 2 x 2 m that faces the Sun, under a blocker of 1 x 1 m a metre above it. Everything has the temperature of its surroundings.
+fn shaded_plate(radiance: &str, sections: &str, finish: &str, target: f64) -> Prepared {
+    let folder = Folder::new("");
+    let square = |size: f32, z: f32| [[-size, -size, z], [size, -size, z], [size, size, z], [-size, size, z]];
+    save_quads(&folder, &[("plate", square(1.0, 0.0)), ("blocker", square(0.5, 1.0))]);
+    // The blocker is black, so that no sunlight comes over its underside.
+    let [plate, black] = [material("plate", 0.2, finish), material("blocker", 1.0, "")];
+    let scene = format!(
+        "[model]\npath = \"made.glb\"\n[time]\nstep = 1\nsteps = 1\ndraw_steps = [0]\n[orbit]\naltitude = 408e3\n\
+         [attitude]\nmode = \"sun\"\nsun_axis = \"+Z\"\nnorth_axis = \"+Y\"\n[environment]\nplanet_radius = 6371e3\nbackground_temperature = 300\nsolar_constant = 1361\n\
+         [initial]\ntemperature = 300\n{black}{plate}[radiance]\nplanet_temperature = 300\n{radiance}\n{sections}\n[camera]\nframe = \"body\"\nnear = 0.01\n\
+         width = 9\nheight = 9\nfov_deg = 1\nposition = [3, 0, 0.6]\nlook_at = [{target}, 0, 0]\nup = [0, 0, 1]\n"
+    );
+    folder.write("scene.toml", &scene);
+    folder.prepared()
+}
+
+const MID: &str = "band_um = [3, 5]";
+const VISIBLE: &str = "band_um = [0.4, 0.8]";
+
+fn middle(image: &Image) -> f64 {
+    f64::from(image.radiance[4 * 9 + 4])
+}
+
+/// In the shade of a blocker a plate shows its own temperature, because everything has that one. In sunlight it also reflects E / pi.
+#[test]
+fn a_blocker_shades_a_plate_in_the_image() {
+    for band_um in [MID, VISIBLE] {
+        for (reflections, sections) in [("traced", ""), ("environment", "[shadows]")] {
+            let radiance = format!("{band_um}\nreflections = \"{reflections}\"");
+            for device in [true, false] {
+                let shown = |target: f64| {
+                    let prepared = shaded_plate(&radiance, sections, "", target);
+                    let image = if device { on_device(&prepared) } else { by_reference(&prepared) };
+                    (middle(&image), prepared.scene.band)
+                };
+                let ((shade, band), (lit, _)) = (shown(0.0), shown(0.9));
+                let own = band_radiance_exact(band, 300.0);
+                let sun = 0.8 * sunlight(band) / PI;
+                println!(
+                    "{band}, {reflections}: {shade:.4} for {own:.4} in shade, {lit:.4} for {:.4} in sunlight",
+                    own + sun
+                );
+                assert!((shade - own).abs() < 1e-4 * (own + sun), "{reflections}: {shade} for {own}");
+                assert!((lit / (own + sun) - 1.0).abs() < 1e-4, "{reflections}: {lit} for {}", own + sun);
+            }
+        }
+    }
+    let open = shaded_plate(&format!("{MID}\nreflections = \"environment\""), "", "", 0.0);
+    let own = band_radiance_exact(open.scene.band, 300.0);
+    assert!(middle(&on_device(&open)) > 2.0 * own, "without shadows the plate is lit");
+    assert!(open.scene.assumptions.iter().any(|text| text.contains("shades nothing")), "and that is told");
+}
+
+/// The glint of a rough mirror is in the shade too.
+#[test]
+fn a_blocker_shades_a_glint() {
+    let finish = "specular = 1\nroughness = 0.5";
+    let shown = |reflections: &str, target: f64| {
+        let prepared = shaded_plate(&format!("{MID}\nreflections = \"{reflections}\""), "", finish, target);
+        (middle(&on_device(&prepared)), band_radiance_exact(prepared.scene.band, 300.0))
+    };
+    let (shade, own) = shown("traced", 0.0);
+    let (glint, _) = shown("environment", 0.0);
+    println!("{shade:.4} for {own:.4} in shade, {glint:.4} without it");
+    assert!((shade / own - 1.0).abs() < 0.02 && glint > 1.1 * own, "{shade}, {glint} and {own}");
+}
+
+/// A craft before the Earth at a phase of its orbit, whose camera looks down past it. Phase 0 is noon.
+fn above_earth(phase: f64, band_um: &str, radiance: &str, camera: &str) -> Prepared {
+    let folder = Folder::new("");
+    save_quads(&folder, &[("plate", [[-1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0]])]);
+    let scene = format!(
+        "[model]\npath = \"made.glb\"\n[time]\nstep = 1\nsteps = 1\ndraw_steps = [0]\n[orbit]\naltitude = 408e3\nbeta_deg = 0\n\
+         phase_deg = {phase}\n[attitude]\nmode = \"nadir\"\nnadir_axis = \"-Z\"\nforward_axis = \"+X\"\n[environment]\nplanet_radius = 6371e3\n\
+         background_temperature = 0\nsolar_constant = 1361\nalbedo = 0.3\n[initial]\ntemperature = 1\n[[material]]\nmatch = \"*\"\n\
+         absorptivity = 0.2\nemissivity = 0.2\nsides = \"outside\"\nresponse = \"instant\"\n[radiance]\n{band_um}\nbackground = \"planet\"\n\
+         planet_temperature = 254.3\n{radiance}\n[camera]\nframe = \"body\"\nnear = 0.01\nwidth = 9\nheight = 9\n{camera}\n"
+    );
+    folder.write("scene.toml", &scene);
+    folder.prepared()
+}
+
+const DOWN: &str = "fov_deg = 0.1\nposition = [5, 0, 0]\nlook_at = [5, 0, -10]\nup = [1, 0, 0]";
+
+/// The point below the craft reflects albedo E cos z / pi by day, and nothing at night. NUMERICS.md 5 has 2.08 beside 0.27 W/m2/sr in 3 to 5 um.
+#[test]
+fn the_day_side_of_the_planet_reflects_sunlight() {
+    for band_um in [MID, VISIBLE] {
+        for phase in [0.0_f64, 40.0, 80.0, 95.0, 180.0] {
+            let prepared = above_earth(phase, band_um, "", DOWN);
+            let band = prepared.scene.band;
+            let (own, sun) = (band_radiance_exact(band, 254.3), 0.3 * sunlight(band) / PI);
+            let expected = own + sun * phase.to_radians().cos().max(0.0);
+            for image in [on_device(&prepared), by_reference(&prepared)] {
+                let found = middle(&image);
+                println!("{band}, {phase} deg: {found:.4} for {expected:.4}");
+                assert!((found - expected).abs() < 2e-3 * sun + 1e-5 * own, "{phase}: {found} for {expected}");
+            }
+            let mid = (band.upper - 5e-6).abs() < 1e-9;
+            assert!(!mid || (sun / 2.08 - 1.0).abs() < 0.02 && (own / 0.27 - 1.0).abs() < 0.02, "{sun} and {own}");
+        }
+    }
+    let dark = above_earth(0.0, MID, "planet_albedo = 0", DOWN);
+    let own = band_radiance_exact(dark.scene.band, 254.3);
+    assert!((middle(&on_device(&dark)) / own - 1.0).abs() < 1e-4);
+    let far = above_earth(0.0, "band_um = [8, 14]", "", DOWN);
+    let own = band_radiance_exact(far.scene.band, 254.3);
+    assert!(
+        (middle(&on_device(&far)) / own - 1.0).abs() < 1e-4,
+        "no albedo of the heat balance in the thermal infrared"
+    );
+}
+
+/// A diffuse plate over the Earth reflects the radiance of the disc weighted by the cosine, summed here over directions.
+#[test]
+fn a_diffuse_plate_reflects_the_day_side() {
+    let camera = "fov_deg = 1\nposition = [0, 0, -9]\nlook_at = [0, 0, 0]\nup = [1, 0, 0]";
+    for phase in [0.0_f64, 60.0, 90.0] {
+        let prepared = above_earth(phase, MID, "reflections = \"environment\"", camera);
+        let band = prepared.scene.band;
+        let (own, sun) = (band_radiance_exact(band, 254.3), 0.3 * sunlight(band) / PI);
+        // Nadir is +Z here, and the Sun stands at an angle of pi - phase from it.
+        let (distance, steps) = (6_779.0 / 6_371.0_f64, 1000);
+        let sun_at = [-phase.to_radians().sin(), -phase.to_radians().cos()];
+        let limb = (1.0 / distance).asin();
+        let mut sum = 0.0;
+        for row in 0..steps {
+            let angle = (row as f64 + 0.5) / f64::from(steps) * limb;
+            let (sine, cosine) = angle.sin_cos();
+            let reach = distance * cosine - (1.0 - distance * distance * sine * sine).max(0.0).sqrt();
+            for column in 0..90 {
+                let azimuth = (f64::from(column) + 0.5) / 90.0 * 2.0 * PI;
+                let point = [reach * sine * azimuth.cos(), reach * cosine - distance];
+                let height = (point[0] * sun_at[0] + point[1] * sun_at[1]).max(0.0);
+                sum += (own + sun * height) * sine * cosine * limb / f64::from(steps) * 2.0 * PI / 90.0;
+            }
+        }
+        let expected = 0.8 * sum / PI;
+        for image in [on_device(&prepared), by_reference(&prepared)] {
+            let found = middle(&image);
+            println!("{phase} deg: {found:.4} for {expected:.4}");
+            assert!((found / expected - 1.0).abs() < 0.01, "{phase}: {found} for {expected}");
+        }
+    }
+}
