@@ -1,8 +1,11 @@
 //! Settings of images that cannot be combined yet.
 
 use super::error::SceneError;
+use super::keys;
 use super::section::Section;
 use super::{Background, Camera, Reflections, Surrounded};
+use crate::thermal::sensor::Sensor;
+use crate::thermal::sensor::spread::FINENESS;
 
 /// Refuses surroundings that the images of a camera cannot show.
 pub(super) fn check_camera(
@@ -31,5 +34,26 @@ pub(super) fn check_camera(
                        radiance";
         return Err(output.clash("channels", &["camera.samples"], message));
     }
+    Ok(())
+}
+
+/// Gives a camera the samples of a pixel that a point spread reads.
+pub(super) fn take_samples(
+    sensor: Option<&Sensor>,
+    camera: Option<&mut Camera>,
+    channels: bool,
+    (root, assumptions): (&Section<'_>, &mut Vec<String>),
+) -> Result<(), SceneError> {
+    let (Some(_), Some(camera)) = (sensor.and_then(|sensor| sensor.spread.as_ref()), camera) else { return Ok(()) };
+    if channels {
+        let message = "cannot be combined with output.channels: a point spread needs several samples of a pixel";
+        let section = root.required_table("sensor", keys::SENSOR)?;
+        return Err(section.clash("point_spread", &["output.channels"], message));
+    }
+    let samples = (FINENESS * FINENESS) as u32;
+    if camera.samples != samples {
+        assumptions.push(format!("A pixel has {samples} samples, which sensor.point_spread reads (camera.samples)."));
+    }
+    camera.samples = samples;
     Ok(())
 }

@@ -13,7 +13,7 @@ use crate::thermal::radiance::{RadianceTable, band_radiance};
 use crate::thermal::sensor::gain_control::GainControl;
 use crate::thermal::sensor::halo::Halo;
 use crate::thermal::sensor::spread::{MOST_RADIUS, Spread};
-use crate::thermal::sensor::{MOST_PIXELS, Netd, Pattern, Sensor, SensorOptics, Vignetting};
+use crate::thermal::sensor::{Detector, MOST_PIXELS, Netd, Pattern, Sensor, SensorOptics, Vignetting};
 
 /// Default temperature of the scene that a NETD is stated for, of the shutter, and of the gains' reference [K].
 const USUAL: f64 = 300.0;
@@ -71,6 +71,7 @@ pub(super) fn read(
         assumptions.push("The seed of the sensor's noise is 0 (sensor.seed is absent).".to_owned());
         0
     });
+    let serial = section.whole("serial", 0..=u32::MAX)?.unwrap_or(0);
     let f_number = section.number("f_number", Quantity::within(0.1, 100.0, ""))?;
     let noise = noise(section, context, f_number, assumptions)?;
     let range = section
@@ -105,14 +106,21 @@ pub(super) fn read(
     if time_constant.is_none() {
         assumptions.push("The bolometer has settled in every image (sensor.time_constant is absent).".to_owned());
     }
+    let bad_pixels = section.number("bad_pixels", Quantity::within(0.0, 1.0, ""))?.unwrap_or(0.0);
+    let pattern = pattern(section)?;
+    if !section.has("serial") && (bad_pixels > 0.0 || pattern.is_some()) {
+        assumptions.push(
+            "The camera's serial number, which its pattern follows from, is 0 (sensor.serial is absent).".to_owned(),
+        );
+    }
     Ok(Sensor {
         seed,
+        detector: Detector { serial, bad_pixels },
         halo: halo(section)?,
         optics: optics(section)?,
         time_constant: time_constant.filter(|constant| *constant > 0.0),
-        pattern: pattern(section)?,
+        pattern,
         noise: Some(noise).filter(|noise| noise.kelvin > 0.0),
-        bad_pixels: section.number("bad_pixels", Quantity::within(0.0, 1.0, ""))?.unwrap_or(0.0),
         bits,
         range,
         kelvin_per_count: kelvin_per_count(section)?,
@@ -166,11 +174,7 @@ fn spread(
             None => Ok(None),
         };
     };
-    if fill.is_some() && context.camera.samples > 1 {
-        let why = "cannot be combined with camera.samples above 1: the samples already are the mean over the pixel";
-        return Err(section.clash("pixel_fill", &["camera.samples"], why));
-    }
-    let fill = fill.unwrap_or(if context.camera.samples > 1 { 0.0 } else { 1.0 });
+    let fill = fill.unwrap_or(1.0);
     let spread = match kind {
         PointSpread::Gaussian => {
             let most = MOST_RADIUS as f64 / 4.0;
