@@ -37,23 +37,24 @@ pub(super) fn check_camera(
     Ok(())
 }
 
-/// Gives a camera the samples of a pixel that a point spread reads.
-pub(super) fn take_samples(
+/// The camera with the samples of a pixel that a point spread reads.
+pub(super) fn with_samples(
+    camera: Option<Camera>,
     sensor: Option<&Sensor>,
-    camera: Option<&mut Camera>,
     channels: bool,
     (root, assumptions): (&Section<'_>, &mut Vec<String>),
-) -> Result<(), SceneError> {
-    let (Some(_), Some(camera)) = (sensor.and_then(|sensor| sensor.spread.as_ref()), camera) else { return Ok(()) };
+) -> Result<Option<Camera>, SceneError> {
+    if sensor.is_none_or(|sensor| sensor.spread.is_none()) {
+        return Ok(camera);
+    }
     if channels {
         let message = "cannot be combined with output.channels: a point spread needs several samples of a pixel";
         let section = root.required_table("sensor", keys::SENSOR)?;
         return Err(section.clash("point_spread", &["output.channels"], message));
     }
     let samples = (FINENESS * FINENESS) as u32;
-    if camera.samples != samples {
+    if camera.as_ref().is_some_and(|camera| camera.samples != samples) {
         assumptions.push(format!("A pixel has {samples} samples, which sensor.point_spread reads (camera.samples)."));
     }
-    camera.samples = samples;
-    Ok(())
+    Ok(camera.map(|camera| Camera { samples, ..camera }))
 }

@@ -85,15 +85,15 @@ impl Scene {
             radiance::surrounded(section.as_ref(), &sky.environment, &sky.orbit, (&mut files, &mut assumptions))?;
         surrounded.channels = view::channels(output.as_ref(), surrounded.reflections != Reflections::Off)?;
         let before = files.len();
-        let mut camera = read_camera(&root, &sky, preset, &mut files, &mut assumptions)?;
+        let camera = read_camera(&root, &sky, preset, &mut files, &mut assumptions)?;
         sky_files.extend_from_slice(&files[before..]);
         let sections = [section.as_ref(), output.as_ref()];
         camera.iter().try_for_each(|camera| check_camera(&root, camera, &time, &surrounded, sections))?;
         let sensor = optional_sensor(&root, camera.as_ref(), preset, band, &mut files, &mut assumptions)?;
-        combinations::take_samples(sensor.as_ref(), camera.as_mut(), surrounded.channels, (&root, &mut assumptions))?;
-        if let (Some(preset), Some(_)) = (preset, &camera) {
-            assumptions.push(format!("Figures of {} (camera.preset): {}.", preset.name, preset.source));
-        }
+        let camera =
+            combinations::with_samples(camera, sensor.as_ref(), surrounded.channels, (&root, &mut assumptions))?;
+        let told = preset.filter(|_| camera.is_some());
+        assumptions.extend(told.map(|one| format!("Figures of {} (camera.preset): {}.", one.name, one.source)));
         work::check_images(&root.required_table("time", keys::TIME)?, &time, camera.as_ref())?;
         let initial = view::initial(root.table("initial", keys::INITIAL)?.as_ref(), &mut assumptions)?;
         let probes = view::probes(&root.tables("probe", keys::PROBE)?)?;

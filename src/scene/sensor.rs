@@ -60,10 +60,7 @@ pub(super) fn read(
     }
     for (key, owner, choice) in OWNED {
         let stated = section.string(owner)?;
-        if section.has(key)
-            && stated != Some(choice)
-            && !(owner == "gain_control" && choice == "linear" && stated.is_none())
-        {
+        if section.has(key) && stated != Some(choice) && !(owner == "gain_control" && stated.is_none()) {
             return Err(section.clash(key, &[owner], format!("belongs to {owner} = '{choice}'")));
         }
     }
@@ -71,7 +68,6 @@ pub(super) fn read(
         assumptions.push("The seed of the sensor's noise is 0 (sensor.seed is absent).".to_owned());
         0
     });
-    let serial = section.whole("serial", 0..=u32::MAX)?.unwrap_or(0);
     let f_number = section.number("f_number", Quantity::within(0.1, 100.0, ""))?;
     let noise = noise(section, context, f_number, assumptions)?;
     let range = section
@@ -100,25 +96,14 @@ pub(super) fn read(
             14
         }
     };
-    let time_constant = section
-        .number("time_constant", Quantity::non_negative("s"))?
-        .or(context.preset.and_then(|preset| preset.time_constant));
-    if time_constant.is_none() {
-        assumptions.push("The bolometer has settled in every image (sensor.time_constant is absent).".to_owned());
-    }
-    let bad_pixels = section.number("bad_pixels", Quantity::within(0.0, 1.0, ""))?.unwrap_or(0.0);
+    let time_constant = time_constant(section, context, assumptions)?;
     let pattern = pattern(section)?;
-    if !section.has("serial") && (bad_pixels > 0.0 || pattern.is_some()) {
-        assumptions.push(
-            "The camera's serial number, which its pattern follows from, is 0 (sensor.serial is absent).".to_owned(),
-        );
-    }
     Ok(Sensor {
         seed,
-        detector: Detector { serial, bad_pixels },
+        detector: detector(section, pattern.is_some(), assumptions)?,
         halo: halo(section)?,
         optics: optics(section)?,
-        time_constant: time_constant.filter(|constant| *constant > 0.0),
+        time_constant,
         pattern,
         noise: Some(noise).filter(|noise| noise.kelvin > 0.0),
         bits,
@@ -128,6 +113,31 @@ pub(super) fn read(
         vignetting: vignetting(section, camera, files)?,
         spread: spread(section, context, f_number, files)?,
     })
+}
+
+/// Time constant of the bolometer [s], if it lags.
+fn time_constant(
+    section: &Section,
+    context: &SensorContext,
+    assumptions: &mut Vec<String>,
+) -> Result<Option<f64>, SceneError> {
+    let stated = section.number("time_constant", Quantity::non_negative("s"))?;
+    let constant = stated.or(context.preset.and_then(|preset| preset.time_constant));
+    if constant.is_none() {
+        assumptions.push("The bolometer has settled in every image (sensor.time_constant is absent).".to_owned());
+    }
+    Ok(constant.filter(|constant| *constant > 0.0))
+}
+
+fn detector(section: &Section, has_pattern: bool, assumptions: &mut Vec<String>) -> Result<Detector, SceneError> {
+    let serial = section.whole("serial", 0..=u32::MAX)?;
+    let bad_pixels = section.number("bad_pixels", Quantity::within(0.0, 1.0, ""))?.unwrap_or(0.0);
+    if serial.is_none() && (bad_pixels > 0.0 || has_pattern) {
+        assumptions.push(
+            "The camera has the serial number 0, from which its pattern follows (sensor.serial is absent).".to_owned(),
+        );
+    }
+    Ok(Detector { serial: serial.unwrap_or(0), bad_pixels })
 }
 
 fn noise(
@@ -313,8 +323,11 @@ fn gain_control(section: &Section) -> Result<GainControl, SceneError> {
         return Err(section.error("percentiles", format!("must run from low to high, found {low} to {high} %")));
     }
     let plateau = section.number("plateau", Quantity::within(0.0, 1.0, ""))?;
-    Ok(match section.choice("gain_control", &[("linear", false), ("plateau", true)])? {
-        Some(true) => GainControl::Plateau { share: plateau.unwrap_or(0.01) },
-        _ => percentiles.map_or(GainControl::default(), |percentiles| GainControl::Linear { percentiles }),
+    section.exclusive("percentiles", "plateau")?;
+    let is_linear = section.choice("gain_control", &[("linear", true), ("plateau", false)])?;
+    Ok(match (is_linear.unwrap_or(percentiles.is_some()), plateau) {
+        (true, _) => GainControl::Linear { percentiles: percentiles.unwrap_or([0.5, 99.5]) },
+        (false, Some(share)) => GainControl::Plateau { share },
+        (false, None) => GainControl::default(),
     })
 }

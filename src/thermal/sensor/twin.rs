@@ -64,7 +64,7 @@ impl SensorTwin {
         self.sensor.spread.is_some()
     }
 
-    /// Digital number and count of each pixel for the radiance of an image [W m-2 sr-1] at a time [s]. A point spread takes that of its texels.
+    /// Digital number and count of each pixel for the radiance of an image [W m-2 sr-1] at a time [s]. A point spread takes the radiance of the texels.
     pub(crate) fn expose(&mut self, radiance: &[f64], texels: &[f64], time: f64) -> Vec<[u16; 2]> {
         let [width, _] = self.view.size;
         let exposure = self.sensor.exposure(time, self.state.last);
