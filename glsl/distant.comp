@@ -17,10 +17,18 @@ layout(set = 0, binding = 1) readonly buffer DrawnRadianceBlock { vec4 drawn_rad
 layout(set = 0, binding = 2) readonly buffer DrawnIdentityBlock { uvec2 drawn_identity[]; };
 layout(set = 0, binding = 3) buffer ImageRadianceBlock { vec4 image_radiance[]; };
 layout(set = 0, binding = 4) buffer ImageIdentityBlock { uvec2 image_identity[]; };
+#ifdef FINE
+// Radiance of the four texels of a row of texels in a pixel, for a point spread.
+layout(set = 0, binding = 5) buffer SensorFineBlock { vec4 fine[]; };
+#endif
 
 // First texel whose centre lies at or beyond a border between pixels.
+uint fine_edge(uint border, float corner, float scale, uint texels) {
+    return uint(clamp(ceil((float(border) - corner) * scale - 0.5), 0.0, float(texels)));
+}
+
 uint edge(uint border, float corner, uint texels) {
-    return uint(clamp(ceil((float(border) - corner) * distant.scale - 0.5), 0.0, float(texels)));
+    return fine_edge(border, corner, distant.scale, texels);
 }
 
 // Radiance behind the craft in a pixel.
@@ -37,6 +45,33 @@ float behind(vec2 pixel) {
 #endif
     return sum;
 }
+
+#ifdef FINE
+// Radiance of a part of a pixel: its place in parts of a pixel, and the parts of a pixel along its side.
+float part_of(uint column, uint row, float parts) {
+    vec2 corner = distant.corner * parts;
+    float scale = distant.scale / parts;
+    uint left = fine_edge(column, corner.x, scale, distant.across);
+    uint right = fine_edge(column + 1u, corner.x, scale, distant.across);
+    uint top = fine_edge(row, corner.y, scale, distant.down);
+    uint bottom = fine_edge(row + 1u, corner.y, scale, distant.down);
+    vec2 sum = vec2(0.0);
+    for (uint y = top; y < bottom; y++) {
+        for (uint x = left; x < right; x++) {
+            uint texel = y * distant.width + x;
+            float covered = drawn_identity[texel].x > 0u ? 1.0 : 0.0;
+            sum += covered * vec2(drawn_radiance[texel].x, 1.0);
+        }
+    }
+    float share = 1.0 / (scale * scale);
+    float sky = 0.0;
+#ifdef SKY
+    vec2 place = (vec2(float(column), float(row)) + vec2(0.5)) / parts;
+    sky = sky_radiance(around, normalize(vec3((place - distant.centre) / distant.focal, 1.0)));
+#endif
+    return share * sum.x + (1.0 - min(share * sum.y, 1.0)) * sky;
+}
+#endif
 
 void main() {
     uint row = gl_WorkGroupID.x;
@@ -74,6 +109,13 @@ void main() {
         image_radiance[index] = any
             ? vec4(radiance, drawn.y, drawn.z, share * sum.y)
             : vec4(radiance, 0.0, 0.0, 0.0);
+#ifdef FINE
+        for (uint j = 4u * row; j < 4u * row + 4u; j++) {
+            uint i = 4u * column;
+            fine[j * distant.width + column] =
+                vec4(part_of(i, j, 4.0), part_of(i + 1u, j, 4.0), part_of(i + 2u, j, 4.0), part_of(i + 3u, j, 4.0));
+        }
+#endif
         image_identity[index] = any ? drawn_identity[shown] : uvec2(0u, 0u);
     }
 }

@@ -16,6 +16,10 @@ layout(set = 0, binding = 4) buffer ImageIdentityBlock { uvec2 image_identity[];
 // Places of the corners of the pixels in the finer image [texels].
 layout(set = 0, binding = 5) readonly buffer LensMapBlock { vec2 lens_map[]; };
 #endif
+#ifdef FINE
+// Radiance of the four texels of a row of texels in a pixel, for a point spread.
+layout(set = 0, binding = 7) buffer SensorFineBlock { vec4 fine[]; };
+#endif
 #ifdef SEVERAL
 // Mean radiance and coverage of the texels of the finer image.
 layout(set = 0, binding = 6) readonly buffer MeanBlock { vec2 mean_radiance[]; };
@@ -72,9 +76,18 @@ void main() {
         vec2 lookups = vec2(float(sampling.columns), float(sampling.rows));
         vec2 sum = vec2(0.0);
         for (uint j = 0u; j < sampling.rows; j++) {
+#ifdef FINE
+            vec2 a = mean_at(column, row, (vec2(0.0, float(j)) + vec2(0.5)) / lookups);
+            vec2 b = mean_at(column, row, (vec2(1.0, float(j)) + vec2(0.5)) / lookups);
+            vec2 c = mean_at(column, row, (vec2(2.0, float(j)) + vec2(0.5)) / lookups);
+            vec2 d = mean_at(column, row, (vec2(3.0, float(j)) + vec2(0.5)) / lookups);
+            fine[(row * 4u + j) * sampling.width + column] = vec4(a.x, b.x, c.x, d.x);
+            sum += a + b + c + d;
+#else
             for (uint i = 0u; i < sampling.columns; i++) {
                 sum += mean_at(column, row, (vec2(float(i), float(j)) + vec2(0.5)) / lookups);
             }
+#endif
         }
         vec2 mean = sum / (lookups.x * lookups.y);
         radiance = vec4(mean.x, radiance.y, radiance.z, mean.y);

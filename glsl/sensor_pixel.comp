@@ -23,7 +23,12 @@ layout(set = 0, binding = 3) readonly buffer SensorHaloBlock { float halo[]; };
 layout(set = 0, binding = 4) readonly buffer SensorVignettingBlock { vec4 vignetting[]; };
 #endif
 #ifdef LAG
-layout(set = 0, binding = 5) buffer SensorBolometerBlock { vec4 bolometer[]; };
+// State of the bolometer, and the signal of the last image.
+struct Bolometer {
+    vec4 state;
+    vec4 signal;
+};
+layout(set = 0, binding = 5) buffer SensorBolometerBlock { Bolometer bolometer[]; };
 #endif
 layout(set = 0, binding = 6) buffer SensorReadingBlock { uvec4 reading[]; };
 #ifdef KELVIN
@@ -69,15 +74,19 @@ void main() {
     uint x = 4u * (at - y * sensor.groups);
 #ifdef SPREAD
     int radius = int(sensor.radius);
-    int last = int(sensor.height) - 1;
+    int last = 4 * int(sensor.height) - 1;
     uint group = at - y * sensor.groups;
     vec4 light = vec4(0.0);
     for (uint term = 0u; term < sensor.terms; term++) {
-        uint weights = term * (4u * sensor.radius + 5u) + 2u * sensor.radius + 4u;
-        uint plane = term * sensor.groups * sensor.height + group;
+        uint weights = term * (2u * sensor.radius + 1u);
+        uint plane = term * 4u * sensor.groups * sensor.height + group;
         for (int by = -radius; by <= radius; by++) {
-            uint row = uint(clamp(int(y) + by, 0, last));
-            light += rows[plane + row * sensor.groups] * kernel[weights + uint(by + radius)];
+            ivec4 row = clamp(4 * (int(y) + by) + ivec4(0, 1, 2, 3), ivec4(0), ivec4(last));
+            vec4 weight = kernel[weights + uint(by + radius)];
+            light += rows[plane + uint(row.x) * sensor.groups] * weight.x;
+            light += rows[plane + uint(row.y) * sensor.groups] * weight.y;
+            light += rows[plane + uint(row.z) * sensor.groups] * weight.z;
+            light += rows[plane + uint(row.w) * sensor.groups] * weight.w;
         }
     }
 #else
@@ -103,21 +112,25 @@ void main() {
 #endif
     vec4 signal = signal_of_radiance(sensor, light, vignette);
 #ifdef LAG
-    signal += (bolometer[at] - signal) * sensor.decay;
-    bolometer[at] = signal;
+    // The signal changes evenly since the last image.
+    Bolometer last_image = bolometer[at];
+    vec4 state = signal + (last_image.state - last_image.signal) * sensor.decay + (last_image.signal - signal) * sensor.behind;
+    bolometer[at].state = state;
+    bolometer[at].signal = signal;
+    signal = state;
 #endif
 #ifdef NOISE
     signal += sensor.noise * normal(random_words(sensor.seed, sensor.time_low, sensor.time_high, STREAM_TIME, at));
 #endif
 #ifdef PATTERN
-    vec4 gain = sensor.gain_pattern * normal(random_words(sensor.seed, 0u, 0u, STREAM_GAIN, at));
-    vec4 offset = sensor.offset_pattern * normal(random_words(sensor.seed, sensor.shutter, 0u, STREAM_OFFSET, at));
-    vec4 drift = sensor.drift * normal(random_words(sensor.seed, sensor.shutter, 0u, STREAM_DRIFT, at));
+    vec4 gain = sensor.gain_pattern * normal(random_words(sensor.serial, 0u, 0u, STREAM_GAIN, at));
+    vec4 offset = sensor.offset_pattern * normal(random_words(sensor.serial, sensor.shutter, 0u, STREAM_OFFSET, at));
+    vec4 drift = sensor.drift * normal(random_words(sensor.serial, sensor.shutter, 0u, STREAM_DRIFT, at));
     signal += gain * (signal - sensor.optics.w) + offset + drift;
 #endif
     vec4 number = digital_number(sensor, signal);
 #ifdef BAD
-    uvec4 word = random_words(sensor.seed, 0u, 0u, STREAM_BAD, at);
+    uvec4 word = random_words(sensor.serial, 0u, 0u, STREAM_BAD, at);
     vec4 works = step(vec4(sensor.bad), vec4(word >> uvec4(8u)) * (1.0 / 16777216.0));
     number = mix(vec4(word & uvec4(1u)) * sensor.most, number, works);
 #endif
@@ -125,6 +138,8 @@ void main() {
 #ifdef KELVIN
     vec4 radiance = radiance_of_signal(sensor, signal_of_number(sensor, number), vignette);
     vec4 counts = vec4(count_of(radiance.x), count_of(radiance.y), count_of(radiance.z), count_of(radiance.w));
+    // A number at an end of the range tells no temperature.
+    counts *= step(0.5, number) * step(number, vec4(sensor.most - 0.5));
     read = read | (uvec4(counts) << uvec4(16u));
 #endif
     reading[at] = read;

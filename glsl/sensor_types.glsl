@@ -30,4 +30,6 @@ struct Sensor {
     float most_radiance;
     vec2 focal;
     vec2 centre;
+    uint serial;
+    float behind;
 };

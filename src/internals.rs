@@ -201,7 +201,7 @@ pub use crate::thermal::{
     radiance::{RadianceTable, band_radiance},
     reference::{Reference, ReferenceNode, commanded_temperature},
     sensor::{
-        Netd, Pattern, Sensor, SensorOptics, Vignetting,
+        Detector, Netd, Pattern, Sensor, SensorOptics, Vignetting,
         gain_control::GainControl,
         halo::Halo,
         reading::{SensorConstants, radiance_slope},

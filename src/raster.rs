@@ -33,17 +33,44 @@ const BLOCK: usize = 16;
 /// Draws both faces of a surface with a depth test, rows from the top. `radiance` gives the blackbody radiance in the band [W m-2 sr-1] at a temperature
 /// [K].
 pub fn rasterise(surface: &RasterSurface, view: &RasterView, radiance: impl Fn(f64) -> f64 + Sync) -> Vec<Pixel> {
+    let traced = surface.around.as_ref().and_then(|around| around.traced);
+    let places = if traced.is_some() { centres(grid(view.samples)) } else { places(view.samples).to_vec() };
+    draw_pixels(surface, view, (places, &mut []), radiance)
+}
+
+/// The same from the texels of a finer image with `fineness` texels along each side of a pixel, and the radiance of these texels, row after row.
+pub(crate) fn rasterise_finely(
+    surface: &RasterSurface,
+    view: &RasterView,
+    fineness: usize,
+    radiance: impl Fn(f64) -> f64 + Sync,
+) -> (Vec<Pixel>, Vec<f64>) {
+    let mut texels = vec![0.0; view.width as usize * view.height as usize * fineness * fineness];
+    let places = centres([fineness as u32; 2]);
+    let pixels = draw_pixels(surface, view, (places, &mut texels), radiance);
+    (pixels, texels)
+}
+
+/// Draws with samples at these places of a pixel, and writes the radiance of each sample where it is wanted. The samples are then texels of a square grid.
+fn draw_pixels(
+    surface: &RasterSurface,
+    view: &RasterView,
+    (mut places, texels): (Vec<[f64; 2]>, &mut [f64]),
+    radiance: impl Fn(f64) -> f64 + Sync,
+) -> Vec<Pixel> {
     let projected: Vec<Projected> =
         surface.triangles.par_iter().filter_map(|&triangle| project(surface, view, triangle)).collect();
     let mut pixels = vec![EMPTY; view.width as usize * view.height as usize];
-    let traced = surface.around.as_ref().and_then(|around| around.traced);
-    let mut places = if traced.is_some() { centres(grid(view.samples)) } else { places(view.samples).to_vec() };
     let counted = places.len();
     // Identity and temperature are taken at the centre, which is the place of a single sample.
     places.extend((counted > 1).then_some([0.5, 0.5]));
     let each = places.len();
     let watch = Watch::begin();
-    pixels.par_chunks_mut(view.width.max(1) as usize).enumerate().for_each(|(row, pixels)| {
+    let (width, fineness) = (view.width.max(1) as usize, counted.isqrt());
+    let mut unwanted = vec![0.0; view.height as usize];
+    let (texels, of_row) = if texels.is_empty() { (&mut unwanted[..], 1) } else { (texels, width * counted) };
+    let rows = pixels.par_chunks_mut(width).zip(texels.par_chunks_mut(of_row));
+    rows.enumerate().for_each(|(row, (pixels, texels))| {
         if watch.is_over() {
             return;
         }
@@ -65,6 +92,11 @@ pub fn rasterise(surface: &RasterSurface, view: &RasterView, radiance: impl Fn(f
         for (column, (pixel, ((samples, shown), rays))) in pixels.iter_mut().zip(drawn).enumerate() {
             for (((sample, shown), ray), place) in samples[..counted].iter_mut().zip(shown).zip(rays).zip(&places) {
                 light.shine(sample, *shown, *ray, [column as f64 + place[0], row as f64 + place[1]]);
+            }
+            if of_row > 1 {
+                for (number, sample) in samples[..counted].iter().enumerate() {
+                    texels[(number / fineness * width + column) * fineness + number % fineness] = sample.radiance;
+                }
             }
             let mean = |value: fn(&Pixel) -> f64| samples[..counted].iter().map(value).sum::<f64>() / counted as f64;
             *pixel = Pixel {

@@ -276,12 +276,13 @@ fn sensor_of(scene: &Scene) -> (Vec<(String, f64)>, u32) {
     let Some(sensor) = &scene.sensor else { return (Vec::new(), 16) };
     let mut settings = vec![
         ("seed".to_owned(), f64::from(sensor.seed)),
+        ("serial".to_owned(), f64::from(sensor.detector.serial)),
         ("bits".to_owned(), f64::from(sensor.bits)),
         ("range_low_K".to_owned(), sensor.range[0]),
         ("range_high_K".to_owned(), sensor.range[1]),
         ("netd_K".to_owned(), sensor.noise.as_ref().map_or(0.0, |noise| noise.kelvin)),
         ("transmission".to_owned(), sensor.optics.transmission),
-        ("bad_pixels".to_owned(), sensor.bad_pixels),
+        ("bad_pixels".to_owned(), sensor.detector.bad_pixels),
     ];
     if let Some(halo) = sensor.halo {
         settings.extend([("stray_share".to_owned(), halo.share), ("stray_radius_px".to_owned(), halo.radius)]);

@@ -153,11 +153,13 @@ impl Renderer {
         let Some(sensor) = self.scene.sensor.as_mut().filter(|sensor| sensor.takes(&tables)) else {
             return Ok(false);
         };
-        let kernel = tables.kernel.clone();
+        let kernels = [(&sensor::ROW_KERNEL, tables.row_kernel.clone()), (&sensor::KERNEL, tables.kernel.clone())];
         sensor.take(tables);
         // The image before may still read the weights.
         self.wait()?;
-        self.resources.write(&sensor::KERNEL, 0, &kernel)?;
+        for (resource, weights) in kernels {
+            self.resources.write(resource, 0, &weights)?;
+        }
         Ok(true)
     }
 

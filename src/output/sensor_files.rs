@@ -14,8 +14,21 @@ use crate::simulation::image::Image;
 use crate::thermal::radiance::RadianceTable;
 use crate::thermal::sensor::noise::{NoiseStream, random_words};
 use crate::thermal::sensor::reading::SensorConstants;
+use crate::thermal::sensor::spread::FINENESS;
 use crate::thermal::sensor::twin::stuck;
 use crate::thermal::sensor::{Sensor, Vignetting};
+
+/// The number 0, at the lower end of the range or below.
+const LOW: u8 = 1;
+/// The largest number, at the upper end of the range or beyond.
+const HIGH: u8 = 2;
+/// A bad pixel.
+const BAD: u8 = 4;
+
+/// What the values of a mask say.
+fn flags() -> Json {
+    json!({"0": "a temperature", "below the range": LOW, "beyond the range": HIGH, "bad pixel": BAD})
+}
 
 pub(crate) struct SensorFiles<'a> {
     scene: &'a Scene,
@@ -32,11 +45,12 @@ impl<'a> SensorFiles<'a> {
         let (sensor, camera) = scene.sensor.as_ref().zip(scene.camera.as_ref())?;
         let constants = SensorConstants::new(sensor, &RadianceTable::new(scene.band));
         let mut bad = [Vec::new(), Vec::new()];
-        if sensor.bad_pixels > 0.0 {
+        if sensor.detector.bad_pixels > 0.0 {
             let groups = camera.width.div_ceil(4);
             for (x, y) in (0..camera.height).flat_map(|y| (0..camera.width).map(move |x| (x, y))) {
-                let word = random_words(sensor.seed, 0, NoiseStream::Bad, y * groups + x / 4)[x as usize % 4];
-                if let Some(most) = stuck(word, sensor.bad_pixels) {
+                let word =
+                    random_words(sensor.detector.serial, 0, NoiseStream::Bad, y * groups + x / 4)[x as usize % 4];
+                if let Some(most) = stuck(word, sensor.detector.bad_pixels) {
                     bad[usize::from(most)].push([x, y]);
                 }
             }
@@ -56,8 +70,7 @@ impl<'a> SensorFiles<'a> {
         let counts = image.counts.as_ref().map_or_else(|| Cow::Owned(no_counts()), Cow::Borrowed);
         let most = self.constants.most as u16;
         let of_numbers = self.scale_of_numbers();
-        let of_counts =
-            json!({"kelvin": "scale x value", "scale": self.sensor.kelvin_per_count.unwrap_or(0.0), "offset": 0.0});
+        let of_counts = json!({"kelvin": "scale x value", "scale": self.sensor.kelvin_per_count.unwrap_or(0.0), "offset": 0.0, "none": 0});
         let text = |json: &Json| [("isotherm", json.to_string())];
         let mut files = Vec::new();
         for file in &self.scene.images.files {
@@ -71,6 +84,7 @@ impl<'a> SensorFiles<'a> {
                 ImageFile::NumbersFits => self.fits(image, step, numbers),
                 ImageFile::KelvinPng => png_16(size, &counts, &text(&of_counts))?,
                 ImageFile::KelvinTiff => tiff_16(size, &counts, &of_counts.to_string()),
+                ImageFile::MaskPng => png_8(size, &self.flags(size, numbers), &text(&flags()))?,
                 ImageFile::DisplayPng => png_8(size, &self.sensor.gain_control.display(numbers, most), &[])?,
                 // This picture is drawn with the others, on one scale for the whole run.
                 ImageFile::ApparentPng => continue,
@@ -92,6 +106,17 @@ impl<'a> SensorFiles<'a> {
             folder.write_bytes(&format!("frames/{stem}{ending}"), &bytes)?;
         }
         Ok(())
+    }
+
+    /// Which pixels tell no temperature, as sums of the numbers that [`flags`] explains.
+    fn flags(&self, [width, _]: [u32; 2], numbers: &[u16]) -> Vec<u8> {
+        let most = self.constants.most as u16;
+        let at_end = |number: &u16| u8::from(*number == 0) * LOW + u8::from(*number >= most) * HIGH;
+        let mut flags: Vec<u8> = numbers.iter().map(at_end).collect();
+        for [x, y] in self.bad.iter().flatten() {
+            flags[(y * width + x) as usize] |= BAD;
+        }
+        flags
     }
 
     /// How a reader gets the signal from digital numbers.
@@ -125,7 +150,6 @@ impl<'a> SensorFiles<'a> {
     /// All that a reader needs.
     fn description(&self, image: &Image, step: u32, files: &[String]) -> Json {
         let (sensor, constants, camera) = (self.sensor, &self.constants, self.camera);
-        let side = |radius: usize| 2 * radius + 1;
         json!({
             "isotherm": "sensor",
             "version": 1,
@@ -137,6 +161,7 @@ impl<'a> SensorFiles<'a> {
             "files": files,
             "band_um": self.scene.band.micrometres(),
             "seed": sensor.seed,
+            "serial": sensor.detector.serial,
             "digital_numbers": {
                 "bits": sensor.bits,
                 "most": constants.most,
@@ -160,7 +185,7 @@ impl<'a> SensorFiles<'a> {
                     "share": "1 / (1 + ((x + 0.5 - cx) / fx)^2 + ((y + 0.5 - cy) / fy)^2)^2"}}),
                 Some(Vignetting::Map(map)) => json!({"map": map.chunks(image.camera.width as usize).collect::<Vec<_>>()}),
             },
-            "kelvin": sensor.kelvin_per_count.map(|kelvin| json!({"temperature_K": "scale x value", "scale": kelvin, "offset": 0.0})),
+            "kelvin": sensor.kelvin_per_count.map(|kelvin| json!({"temperature_K": "scale x value", "scale": kelvin, "offset": 0.0, "none": 0})),
             "noise": sensor.noise.map(|netd| json!({
                 "netd_K": netd.kelvin,
                 "temperature_K": netd.temperature,
@@ -180,11 +205,15 @@ impl<'a> SensorFiles<'a> {
                 "shutter_temperature_K": pattern.shutter,
                 "since_shutter_s": sensor.exposure(image.time, None).age,
             })),
-            "bad_pixels": {"share": sensor.bad_pixels, "zero_px": self.bad[0], "most_px": self.bad[1]},
+            "bad_pixels": {"share": sensor.detector.bad_pixels, "zero_px": self.bad[0], "most_px": self.bad[1]},
+            "mask": flags(),
             "time_constant_s": sensor.time_constant,
             "point_spread": sensor.spread.as_ref().map(|spread| json!({
                 "radius_px": spread.radius,
-                "weights": spread.weights.chunks(side(spread.radius)).collect::<Vec<_>>(),
+                "texels_per_px": FINENESS,
+                "rows": spread.terms.iter().map(|term| &term.row).collect::<Vec<_>>(),
+                "columns": spread.terms.iter().map(|term| &term.column).collect::<Vec<_>>(),
+                "weight": "sum over terms of columns[term][y] rows[term][x], centred on the pixel",
             })),
             "stray": sensor.halo.map(|halo| json!({"share": halo.share, "radius_px": halo.radius})),
         })

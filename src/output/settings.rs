@@ -235,9 +235,10 @@ fn of_sensor(sensor: &Sensor) -> Vec<(&'static str, String)> {
         ("digital numbers", format!("{} bits over {low} to {high} K", sensor.bits)),
         ("NETD", optional(noise)),
         ("seed", sensor.seed.to_string()),
+        ("serial", sensor.detector.serial.to_string()),
         ("time constant", optional(sensor.time_constant.map(|constant| format!("{constant} s")))),
         ("fixed pattern", optional(pattern)),
-        ("bad pixels", sensor.bad_pixels.to_string()),
+        ("bad pixels", sensor.detector.bad_pixels.to_string()),
         (
             "point spread",
             optional(sensor.spread.as_ref().map(|one| format!("radius {} px, {} terms", one.radius, one.terms.len()))),

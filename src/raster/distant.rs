@@ -65,6 +65,12 @@ impl Crop {
         RasterView { lens, width: self.size[0], height: self.size[1], samples: 1, ..*view }
     }
 
+    /// The same crop for an image with so many texels along each side of a pixel.
+    pub(crate) fn finer(&self, fineness: usize) -> Self {
+        let fineness = fineness as f64;
+        Self { corner: self.corner * fineness, scale: self.scale / fineness, ..*self }
+    }
+
     /// First texel whose centre lies at or beyond a border between pixels.
     fn edge(&self, border: usize, axis: usize) -> usize {
         let texel = ((border as f64 - self.corner[axis]) * self.scale - 0.5).ceil();

@@ -21,6 +21,17 @@ pub struct RasterView {
     pub(crate) near: f64,
 }
 
+impl RasterView {
+    /// The view of an image with so many texels along each side of a pixel, each with one sample.
+    pub(crate) fn finer(&self, fineness: usize) -> Self {
+        let by = fineness as f64;
+        let [focal, centre] = [self.lens.focal, self.lens.centre].map(|pair| pair.map(|value| value * by));
+        let lens = Lens { focal, centre, skew: self.lens.skew * by, ..self.lens };
+        let [width, height] = [self.width, self.height].map(|side| side * fineness as u32);
+        Self { width, height, lens, samples: 1, ..*self }
+    }
+}
+
 /// The places of the samples in a pixel, from its upper left corner: the standard sample locations of Vulkan (chapter Rasterization,
 /// Multisampling).
 pub(crate) fn places(samples: u32) -> &'static [[f64; 2]] {

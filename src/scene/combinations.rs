@@ -1,8 +1,11 @@
 //! Settings of images that cannot be combined yet.
 
 use super::error::SceneError;
+use super::keys;
 use super::section::Section;
 use super::{Background, Camera, Reflections, Surrounded};
+use crate::thermal::sensor::Sensor;
+use crate::thermal::sensor::spread::FINENESS;
 
 /// Refuses surroundings that the images of a camera cannot show.
 pub(super) fn check_camera(
@@ -32,4 +35,26 @@ pub(super) fn check_camera(
         return Err(output.clash("channels", &["camera.samples"], message));
     }
     Ok(())
+}
+
+/// The camera with the samples of a pixel that a point spread reads.
+pub(super) fn with_samples(
+    camera: Option<Camera>,
+    sensor: Option<&Sensor>,
+    channels: bool,
+    (root, assumptions): (&Section<'_>, &mut Vec<String>),
+) -> Result<Option<Camera>, SceneError> {
+    if sensor.is_none_or(|sensor| sensor.spread.is_none()) {
+        return Ok(camera);
+    }
+    if channels {
+        let message = "cannot be combined with output.channels: a point spread needs several samples of a pixel";
+        let section = root.required_table("sensor", keys::SENSOR)?;
+        return Err(section.clash("point_spread", &["output.channels"], message));
+    }
+    let samples = (FINENESS * FINENESS) as u32;
+    if camera.as_ref().is_some_and(|camera| camera.samples != samples) {
+        assumptions.push(format!("A pixel has {samples} samples, which sensor.point_spread reads (camera.samples)."));
+    }
+    Ok(camera.map(|camera| Camera { samples, ..camera }))
 }

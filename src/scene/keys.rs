@@ -164,6 +164,7 @@ camera_keys! {
 
 pub(super) const SENSOR: &[&str] = &[
     "seed",
+    "serial",
     "point_spread",
     "sigma",
     "f_number",

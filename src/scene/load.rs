@@ -8,7 +8,7 @@ use super::error::SceneError;
 use super::faults::{Faults, read_all};
 use super::file::{SourceFile, read_text};
 use super::quantity::Quantity;
-use super::radiance::Background;
+use super::radiance::{Background, SUNNY};
 use super::section::Section;
 use super::{
     Camera, Draw, Initial, MaterialRules, Preset, Reflections, Scene, ShadowSettings, SkyScene, Surrounded, Time,
@@ -91,9 +91,10 @@ impl Scene {
         let sections = [section.as_ref(), output.as_ref()];
         camera.iter().try_for_each(|camera| check_camera(&root, camera, &time, &surrounded, sections))?;
         let sensor = optional_sensor(&root, camera.as_ref(), preset, band, &mut files, &mut assumptions)?;
-        if let (Some(preset), Some(_)) = (preset, &camera) {
-            assumptions.push(format!("Figures of {} (camera.preset): {}.", preset.name, preset.source));
-        }
+        let camera =
+            combinations::with_samples(camera, sensor.as_ref(), surrounded.channels, (&root, &mut assumptions))?;
+        let told = preset.filter(|_| camera.is_some());
+        assumptions.extend(told.map(|one| format!("Figures of {} (camera.preset): {}.", one.name, one.source)));
         work::check_images(&root.required_table("time", keys::TIME)?, &time, camera.as_ref())?;
         let initial = view::initial(root.table("initial", keys::INITIAL)?.as_ref(), &mut assumptions)?;
         let probes = view::probes(&root.tables("probe", keys::PROBE)?)?;
@@ -181,7 +182,7 @@ impl Scene {
                 .to_owned()
         } else {
             surrounded.background = Background::Planet;
-            let is_sunny = self.environment.solar_constant.is_some() && self.band.lower < super::radiance::SUNNY;
+            let is_sunny = self.environment.solar_constant.is_some() && self.band.lower < SUNNY;
             if is_sunny && surrounded.reflections == Reflections::Off {
                 surrounded.planet_albedo = self.environment.albedo.unwrap_or(0.0);
             }

@@ -18,18 +18,21 @@ pub enum ImageFile {
     KelvinPng,
     /// Brightness temperatures of the radiometric output as TIFF.
     KelvinTiff,
+    /// Which pixels tell no temperature.
+    MaskPng,
     /// The 8 bits of a display.
     DisplayPng,
     /// Apparent brightness temperature in false colour.
     ApparentPng,
 }
 
-const FILES: [(&str, ImageFile); 7] = [
+const FILES: [(&str, ImageFile); 8] = [
     ("dn.png", ImageFile::NumbersPng),
     ("dn.tiff", ImageFile::NumbersTiff),
     ("dn.fits", ImageFile::NumbersFits),
     ("kelvin.png", ImageFile::KelvinPng),
     ("kelvin.tiff", ImageFile::KelvinTiff),
+    ("mask.png", ImageFile::MaskPng),
     ("display.png", ImageFile::DisplayPng),
     ("apparent.png", ImageFile::ApparentPng),
 ];
@@ -115,7 +118,7 @@ pub(super) fn read(section: Option<&Section>, sensor: Option<&Sensor>, given: bo
             None => Vec::new(),
             Some(sensor) => {
                 let kelvin = sensor.kelvin_per_count.map(|_| ImageFile::KelvinPng);
-                let always = [ImageFile::NumbersPng, ImageFile::DisplayPng, ImageFile::ApparentPng];
+                let always = [ImageFile::NumbersPng, ImageFile::MaskPng, ImageFile::DisplayPng, ImageFile::ApparentPng];
                 let mut files: Vec<ImageFile> = always.into_iter().chain(kelvin).collect();
                 files.sort_unstable();
                 files

@@ -13,7 +13,7 @@ use crate::thermal::radiance::{RadianceTable, band_radiance};
 use crate::thermal::sensor::gain_control::GainControl;
 use crate::thermal::sensor::halo::Halo;
 use crate::thermal::sensor::spread::{MOST_RADIUS, Spread};
-use crate::thermal::sensor::{MOST_PIXELS, Netd, Pattern, Sensor, SensorOptics, Vignetting};
+use crate::thermal::sensor::{Detector, MOST_PIXELS, Netd, Pattern, Sensor, SensorOptics, Vignetting};
 
 /// Default temperature of the scene that a NETD is stated for, of the shutter, and of the gains' reference [K].
 const USUAL: f64 = 300.0;
@@ -60,10 +60,7 @@ pub(super) fn read(
     }
     for (key, owner, choice) in OWNED {
         let stated = section.string(owner)?;
-        if section.has(key)
-            && stated != Some(choice)
-            && !(owner == "gain_control" && choice == "linear" && stated.is_none())
-        {
+        if section.has(key) && stated != Some(choice) && !(owner == "gain_control" && stated.is_none()) {
             return Err(section.clash(key, &[owner], format!("belongs to {owner} = '{choice}'")));
         }
     }
@@ -99,20 +96,16 @@ pub(super) fn read(
             14
         }
     };
-    let time_constant = section
-        .number("time_constant", Quantity::non_negative("s"))?
-        .or(context.preset.and_then(|preset| preset.time_constant));
-    if time_constant.is_none() {
-        assumptions.push("The bolometer has settled in every image (sensor.time_constant is absent).".to_owned());
-    }
+    let time_constant = time_constant(section, context, assumptions)?;
+    let pattern = pattern(section)?;
     Ok(Sensor {
         seed,
+        detector: detector(section, pattern.is_some(), assumptions)?,
         halo: halo(section)?,
         optics: optics(section)?,
-        time_constant: time_constant.filter(|constant| *constant > 0.0),
-        pattern: pattern(section)?,
+        time_constant,
+        pattern,
         noise: Some(noise).filter(|noise| noise.kelvin > 0.0),
-        bad_pixels: section.number("bad_pixels", Quantity::within(0.0, 1.0, ""))?.unwrap_or(0.0),
         bits,
         range,
         kelvin_per_count: kelvin_per_count(section)?,
@@ -120,6 +113,31 @@ pub(super) fn read(
         vignetting: vignetting(section, camera, files)?,
         spread: spread(section, context, f_number, files)?,
     })
+}
+
+/// Time constant of the bolometer [s], if it lags.
+fn time_constant(
+    section: &Section,
+    context: &SensorContext,
+    assumptions: &mut Vec<String>,
+) -> Result<Option<f64>, SceneError> {
+    let stated = section.number("time_constant", Quantity::non_negative("s"))?;
+    let constant = stated.or(context.preset.and_then(|preset| preset.time_constant));
+    if constant.is_none() {
+        assumptions.push("The bolometer has settled in every image (sensor.time_constant is absent).".to_owned());
+    }
+    Ok(constant.filter(|constant| *constant > 0.0))
+}
+
+fn detector(section: &Section, has_pattern: bool, assumptions: &mut Vec<String>) -> Result<Detector, SceneError> {
+    let serial = section.whole("serial", 0..=u32::MAX)?;
+    let bad_pixels = section.number("bad_pixels", Quantity::within(0.0, 1.0, ""))?.unwrap_or(0.0);
+    if serial.is_none() && (bad_pixels > 0.0 || has_pattern) {
+        assumptions.push(
+            "The camera has the serial number 0, from which its pattern follows (sensor.serial is absent).".to_owned(),
+        );
+    }
+    Ok(Detector { serial: serial.unwrap_or(0), bad_pixels })
 }
 
 fn noise(
@@ -166,11 +184,7 @@ fn spread(
             None => Ok(None),
         };
     };
-    if fill.is_some() && context.camera.samples > 1 {
-        let why = "cannot be combined with camera.samples above 1: the samples already are the mean over the pixel";
-        return Err(section.clash("pixel_fill", &["camera.samples"], why));
-    }
-    let fill = fill.unwrap_or(if context.camera.samples > 1 { 0.0 } else { 1.0 });
+    let fill = fill.unwrap_or(1.0);
     let spread = match kind {
         PointSpread::Gaussian => {
             let most = MOST_RADIUS as f64 / 4.0;
@@ -309,8 +323,11 @@ fn gain_control(section: &Section) -> Result<GainControl, SceneError> {
         return Err(section.error("percentiles", format!("must run from low to high, found {low} to {high} %")));
     }
     let plateau = section.number("plateau", Quantity::within(0.0, 1.0, ""))?;
-    Ok(match section.choice("gain_control", &[("linear", false), ("plateau", true)])? {
-        Some(true) => GainControl::Plateau { share: plateau.unwrap_or(0.01) },
-        _ => percentiles.map_or(GainControl::default(), |percentiles| GainControl::Linear { percentiles }),
+    section.exclusive("percentiles", "plateau")?;
+    let is_linear = section.choice("gain_control", &[("linear", true), ("plateau", false)])?;
+    Ok(match (is_linear.unwrap_or(percentiles.is_some()), plateau) {
+        (true, _) => GainControl::Linear { percentiles: percentiles.unwrap_or([0.5, 99.5]) },
+        (false, Some(share)) => GainControl::Plateau { share },
+        (false, None) => GainControl::default(),
     })
 }

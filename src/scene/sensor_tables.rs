@@ -26,7 +26,7 @@ pub(super) fn kernel(path: &Path) -> Result<Spread, String> {
     if !(1e-30..=1e30).contains(&weights.iter().sum::<f64>()) {
         return Err("has weights whose sum is 0 or beyond reason".to_owned());
     }
-    Ok(Spread::new(side / 2, weights))
+    Ok(Spread::measured(side / 2, &weights))
 }
 
 /// Shares of the light: a CSV file with a row of numbers for each row of pixels, each above 0 and at most 1.

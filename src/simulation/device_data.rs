@@ -83,7 +83,9 @@ impl DeviceData {
             band_table: &self.band_table,
             image: camera.map(|camera| [camera.width, camera.height]),
             between: prepared.scene.time.draw.is_between_steps(),
-            sampling: camera.and_then(|camera| sampling(camera, counts, DistantParts::new(prepared, camera).is_some())),
+            sampling: camera.and_then(|camera| {
+                sampling(camera, counts, DistantParts::new(prepared, camera).is_some(), spreads(prepared, camera))
+            }),
             light: prepared.lit_areas(prepared.nodes.real().map(|(slot, _)| slot)),
             joints: (prepared.joints() > 1)
                 .then(|| JointData { count: prepared.joints() as u32, triangles: &prepared.triangle_runs }),
@@ -104,6 +106,11 @@ impl DeviceData {
 pub(crate) fn sensor_tables(prepared: &Prepared) -> Option<SensorTables> {
     let (sensor, camera) = prepared.scene.sensor.as_ref().zip(prepared.scene.camera.as_ref())?;
     Some(SensorTables::new(sensor, &RadianceTable::new(prepared.scene.band), &sensor_view(camera)))
+}
+
+/// Whether the sensor that sees the images of a camera has a point spread.
+pub(super) fn spreads(prepared: &Prepared, camera: &Camera) -> bool {
+    is_own(prepared, Some(camera)) && prepared.scene.sensor.as_ref().is_some_and(|sensor| sensor.spread.is_some())
 }
 
 /// Whether a camera has the image of the scene's own, for which the tables of the sensor are made.

@@ -12,6 +12,7 @@ use crate::gpu::effects::image::sampling::{Mean, RowOf, Sampling};
 use crate::gpu::layout;
 use crate::lens::{Distortion, Lens};
 use crate::scene::Camera;
+use crate::thermal::sensor::spread::FINENESS;
 
 /// Numbers of samples of a texel that nearly every device has, as a sum of powers of two.
 pub(crate) const ALWAYS: u32 = 1 + 4;
@@ -23,34 +24,35 @@ const FINER: u32 = 2;
 /// 16 bytes each.
 const MOST_TEXELS: f64 = (1 << 23) as f64;
 
-/// How the image of a camera is made, with the numbers of samples of a texel that a device has. `distant` tells whether the craft may be far away. `None` where
-/// the image is simply drawn.
-pub fn sampling(camera: &Camera, counts: u32, distant: bool) -> Option<Sampling> {
+/// How the image of a camera is made, with the numbers of samples of a texel that a device has. `distant` tells whether the craft may be far away, and `fine`
+/// whether a point spread reads the texels in the pixels. `None` where the image is simply drawn.
+pub fn sampling(camera: &Camera, counts: u32, distant: bool, fine: bool) -> Option<Sampling> {
+    let (samples, counts) = if fine { ((FINENESS * FINENESS) as u32, 1) } else { (camera.samples, counts) };
     let size = [camera.width, camera.height];
     let shutter = shutter(camera);
     if camera.lens.is_pinhole() {
-        let mean = (camera.samples > 1).then(|| {
-            let (lookups, each) = split(camera.samples, camera.samples, counts);
+        let mean = (samples > 1).then(|| {
+            let (lookups, each) = split(samples, samples, counts);
             Mean { size: [0, 1].map(|axis| size[axis] * lookups[axis]), lookups, each }
         });
         let Lens { focal, centre, .. } = camera.lens;
-        let sampling = Sampling { drawn: size, focal, centre, map: Vec::new(), mean, shutter, distant };
+        let sampling = Sampling { drawn: size, focal, centre, map: Vec::new(), mean, shutter, distant, fine };
         return (mean.is_some() || shutter.is_some() || distant).then_some(sampling);
     }
-    let (lookups, each) = split(camera.samples, camera.samples / (FINER * FINER), counts);
+    let (lookups, each) = split(samples, samples / (FINER * FINER), counts);
     // A scene is refused where its lens has no field.
     let field = camera.lens.field(size).ok()?;
-    let fine = lookups.map(|lookups| field.finest * f64::from(lookups.max(FINER)));
+    let finest = lookups.map(|lookups| field.finest * f64::from(lookups.max(FINER)));
     // A border of one texel.
     let side = |focal: [f64; 2], axis: usize| ((field.high - field.low)[axis] * focal[axis]).ceil() as u32 + 2;
-    let fits = f64::from(side(fine, 0)) * f64::from(side(fine, 1)) <= MOST_TEXELS;
-    let focal = if fits { fine } else { [field.finest; 2] };
+    let fits = f64::from(side(finest, 0)) * f64::from(side(finest, 1)) <= MOST_TEXELS;
+    let focal = if fits { finest } else { [field.finest; 2] };
     let centre = [0, 1].map(|axis| 1.0 - field.low[axis] * focal[axis]);
     let drawn = [side(focal, 0), side(focal, 1)];
     let place = |ray: DVec2| [0, 1].map(|axis| (ray[axis] * focal[axis] + centre[axis]) as f32);
     let map = corners(&camera.lens, size).into_iter().map(place).collect();
-    let mean = (camera.samples > 1).then_some(Mean { size: drawn, lookups, each });
-    Some(Sampling { drawn, focal, centre, map, mean, shutter, distant: false })
+    let mean = (samples > 1).then_some(Mean { size: drawn, lookups, each });
+    Some(Sampling { drawn, focal, centre, map, mean, shutter, distant: false, fine })
 }
 
 /// Lookups along each side of a pixel, and samples of a texel: at most `most`, and a number that the device has.

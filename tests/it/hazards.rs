@@ -64,11 +64,11 @@ fn wanted() -> Vec<Wanted> {
         (Some(4), true, Some(RowOf::Brown), 100),
         (None, false, Some(RowOf::Pinhole), 100),
     ] {
-        let sampled = Some(Sampled { lens, mean, shutter, rows: 60, distance: Distance::Near });
+        let sampled = Some(Sampled { lens, mean, shutter, rows: 60, distance: Distance::Near, fine: false });
         all.push(Wanted { image: true, sampled, cull, ..Wanted::default() });
     }
     for distance in [Distance::MayBeFar, Distance::Far] {
-        let sampled = Some(Sampled { lens: false, mean: None, shutter: None, rows: 60, distance });
+        let sampled = Some(Sampled { lens: false, mean: None, shutter: None, rows: 60, distance, fine: false });
         all.push(Wanted { image: true, sampled, cull: 100, ..Wanted::default() });
     }
     // Everything that an image may show.
@@ -86,9 +86,10 @@ fn wanted() -> Vec<Wanted> {
         crinkled: true,
     };
     all.push(Wanted { shows, texels: 3_000_000, ..DRAWN });
-    let far = Some(Sampled { lens: false, mean: None, shutter: None, rows: 60, distance: Distance::Far });
+    let far = Some(Sampled { lens: false, mean: None, shutter: None, rows: 60, distance: Distance::Far, fine: false });
     all.push(Wanted { shows, texels: 100, sampled: far, ..DRAWN });
-    let sampled = Some(Sampled { lens: false, mean: Some(4), shutter: None, rows: 60, distance: Distance::Near });
+    let sampled =
+        Some(Sampled { lens: false, mean: Some(4), shutter: None, rows: 60, distance: Distance::Near, fine: false });
     all.push(Wanted { shows: RadianceVariant { apart: false, ..shows }, texels: 100, sampled, ..DRAWN });
     all
 }

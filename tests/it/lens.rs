@@ -105,12 +105,14 @@ fn an_image_through_a_lens_is_that_of_the_reference() {
 #[test]
 fn what_is_not_distorted_has_no_passes_for_it() {
     let plain = camera(160, 120, 128.0);
-    assert_eq!(sampling(&plain, 5, false), None);
+    assert_eq!(sampling(&plain, 5, false, false), None);
     let bent = Camera { lens: Lens { distortion: BARREL, ..plain.lens }, ..plain.clone() };
-    assert!(sampling(&bent, 5, false).is_some_and(|sampling| !sampling.map.is_empty() && sampling.mean.is_none()));
-    let sampled = sampling(&Camera { samples: 4, ..plain.clone() }, 5, false).expect("a mean");
+    assert!(
+        sampling(&bent, 5, false, false).is_some_and(|sampling| !sampling.map.is_empty() && sampling.mean.is_none())
+    );
+    let sampled = sampling(&Camera { samples: 4, ..plain.clone() }, 5, false, false).expect("a mean");
     assert!(sampled.map.is_empty() && sampled.mean.is_some_and(|mean| mean.each == 4 && mean.size == [160, 120]));
-    let rolling = sampling(&Camera { line_time: 1e-5, ..plain }, 5, false).expect("a shutter");
+    let rolling = sampling(&Camera { line_time: 1e-5, ..plain }, 5, false, false).expect("a shutter");
     assert!(rolling.map.is_empty() && rolling.mean.is_none() && rolling.shutter.is_some());
 }
 

@@ -73,7 +73,7 @@ impl Quads {
             materials: &self.materials.iter().map(|material| device_material(material, &shapes)).collect::<Vec<_>>(),
             band_table: &band_table(&RadianceTable::new(self.band)),
             image: Some([camera.width, camera.height]),
-            sampling: sampling(camera, context.info.sample_counts, false),
+            sampling: sampling(camera, context.info.sample_counts, false, false),
             ..SceneData::empty(&shapes)
         };
         let mut renderer = Renderer::new(context, &data).expect("a small scene");
@@ -136,7 +136,7 @@ impl Quads {
 
 /// The view of a camera on a device.
 fn seen(context: &Context, camera: &Camera, pose: &DAffine3) -> View {
-    match sampling(camera, context.info.sample_counts, false) {
+    match sampling(camera, context.info.sample_counts, false, false) {
         Some(sampling) => source_view(&sampling, camera.near, pose),
         None => device_view(camera, pose),
     }

@@ -20,7 +20,8 @@ pub fn exchange(patches: u32, light: ThermalVariant, anew: bool, mirrors: bool) 
 
 /// An image and its sensor.
 fn sensed(variant: SensorVariant) -> Frame {
-    let drawn = Wanted { image: true, ..Wanted::default() };
+    let fine = Sampled { lens: false, mean: Some(1), shutter: None, rows: 9, distance: Distance::Near, fine: true };
+    let drawn = Wanted { image: true, sampled: Some(fine).filter(|_| variant.spread), ..Wanted::default() };
     let sensor = Some(Sensing { variant, groups: 64, cells: 64 });
     compose(&Recipe { sensor, ..drawn.recipe(&[]) })
 }
@@ -58,7 +59,7 @@ pub fn radiance_variants() -> Vec<RadianceVariant> {
 pub fn all_lists() -> Vec<Frame> {
     let drawn = Wanted { image: true, cull: 9, temperatures: true, ..Wanted::default() };
     let sampled = |mean, lens, shutter| Wanted {
-        sampled: Some(Sampled { mean, lens, shutter, rows: 9, distance: Distance::Near }),
+        sampled: Some(Sampled { mean, lens, shutter, rows: 9, distance: Distance::Near, fine: false }),
         ..drawn
     };
     let of_images = [
@@ -79,9 +80,17 @@ pub fn all_lists() -> Vec<Frame> {
     }
     let shown = |shows| Frame::step(&[], Wanted { image: true, shows, texels: 9, ..Wanted::default() });
     all.extend(radiance_variants().into_iter().map(shown));
-    let far = Some(Sampled { mean: None, lens: false, shutter: None, rows: 9, distance: Distance::Far });
-    let of_far = |shows| Frame::step(&[], Wanted { image: true, shows, texels: 9, sampled: far, ..Wanted::default() });
+    let far = Sampled { mean: None, lens: false, shutter: None, rows: 9, distance: Distance::Far, fine: false };
+    let of_far =
+        |shows| Frame::step(&[], Wanted { image: true, shows, texels: 9, sampled: Some(far), ..Wanted::default() });
     all.extend(radiance_variants().into_iter().map(of_far));
+    let fine = Sampled { distance: Distance::Near, mean: Some(1), ..far };
+    for sampled in [far, fine, Sampled { lens: true, ..fine }] {
+        let sampled = Some(Sampled { fine: true, ..sampled });
+        let wanted = |shows| Wanted { image: true, shows, texels: 9, sampled, ..Wanted::default() };
+        let variants = radiance_variants().into_iter().filter(|shows| !shows.apart);
+        all.extend(variants.map(|shows| Frame::step(&[], wanted(shows))));
+    }
     let of_mean = |shows| Frame::step(&[], Wanted { shows, texels: 9, ..sampled(Some(4), false, None) });
     all.extend(radiance_variants().into_iter().filter(|shows| !shows.apart).map(of_mean));
     for curve in CURVES {

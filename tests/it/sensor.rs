@@ -5,15 +5,18 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 use isotherm::Distortion;
 use isotherm::internals::{
-    Camera, Context, Curve, DeviceEngine, Distance, Engine, EngineOrder as Order, Frame, Halo, Netd, Pattern, Prepared,
-    RadianceTable, Recipe, ReferenceEngine, Sampled, Sensing, Sensor, SensorConstants, SensorOptics, Spread, StepKind,
-    StepRange, ThermalVariant, TriangleRun, Vignetting, Wanted, band_radiance, compose, pose_at, radiance_slope,
+    Camera, Context, Curve, Detector, DeviceEngine, Distance, Engine, EngineOrder as Order, Frame, Halo, Netd, Pattern,
+    Prepared, RadianceTable, Recipe, ReferenceEngine, Sampled, Sensing, Sensor, SensorConstants, SensorOptics,
+    SensorVariant, Spread, StepKind, StepRange, ThermalVariant, TriangleRun, Vignetting, Wanted, band_radiance,
+    compose, pose_at, radiance_slope,
 };
 
 use super::craft::{Folder, SCENE};
 use super::device::{assert_silent, context};
 use super::hazard::{barrier_count, hazards, unread_by_host, without_barrier};
 use super::resources::sensor_variants;
+
+const DETECTOR: Detector = Detector { serial: 8, bad_pixels: 0.01 };
 
 /// A sensor with 14 bits and nothing else.
 fn plain() -> Sensor {
@@ -38,7 +41,7 @@ fn whole(pixels: usize) -> Sensor {
         time_constant: Some(30.0),
         noise: netd(0.1),
         pattern: pattern(),
-        bad_pixels: 0.01,
+        detector: DETECTOR,
         kelvin_per_count: Some(0.01),
         ..plain()
     }
@@ -98,7 +101,7 @@ fn every_effect_on_the_device_is_that_of_its_twin() {
         ("lag", Sensor { time_constant: whole.time_constant, ..plain() }),
         ("noise", Sensor { noise: whole.noise, ..plain() }),
         ("pattern", Sensor { pattern: whole.pattern, ..plain() }),
-        ("bad pixels", Sensor { bad_pixels: 0.01, bits: 16, ..plain() }),
+        ("bad pixels", Sensor { detector: DETECTOR, bits: 16, ..plain() }),
         ("temperatures", Sensor { kelvin_per_count: Some(0.1), bits: 8, ..plain() }),
         ("all", whole),
     ];
@@ -217,17 +220,84 @@ fn the_sensor_sees_the_image_of_several_samples_and_of_a_lens() {
     assert_silent(&context);
 }
 
+/// A point spread reads the texels in the pixels: of the image, behind a lens, of a crop, and of the rows of a rolling shutter.
+#[test]
+fn a_point_spread_reads_the_texels_of_every_image() {
+    let context = context();
+    let spread = Sensor { spread: Some(Spread::airy(1.0, 1.0)), ..plain() };
+    let of = |change: &dyn Fn(&mut Camera), sensor: &Sensor| {
+        let mut prepared = scene(sensor);
+        change(prepared.scene.camera.as_mut().expect("a camera"));
+        let device = read(&prepared, &mut device(&context, &prepared), 0.0);
+        (device, read(&prepared, &mut reference(&prepared), 0.0))
+    };
+    let pincushion = Distortion::BrownConrady([1.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let far = |camera: &mut Camera| camera.position *= 10.0;
+    let bent = |camera: &mut Camera| camera.lens.distortion = pincushion;
+    let still = |_: &mut Camera| ();
+    // Behind a lens a texel lies between four of the finer image.
+    for (name, change, most) in
+        [("near", &still as &dyn Fn(&mut Camera), 1e-3), ("lens", &bent, 0.08), ("far", &far, 1e-3)]
+    {
+        let (found, expected) = of(change, &spread);
+        let (_, sharp) = of(change, &plain());
+        let off = |other: &[[u16; 2]]| {
+            let squares = found.iter().zip(other).map(|(a, b)| f64::from(a[0].abs_diff(b[0])).powi(2));
+            (squares.sum::<f64>() / PIXELS as f64).sqrt()
+        };
+        let [own, without] = [off(&expected), off(&sharp)];
+        println!("{name}: {own:.3} digital numbers from the reference, {without:.1} from the sharp image");
+        assert!(own < most * without && without > 10.0, "{name}: {own} and {without}");
+    }
+    assert_silent(&context);
+}
+
+/// Of two orbits with one camera only the noise differs.
+#[test]
+fn patterns_and_bad_pixels_are_those_of_the_serial_number() {
+    let sensor = Sensor { pattern: pattern(), detector: DETECTOR, ..plain() };
+    let of = |sensor: Sensor| {
+        let prepared = scene(&sensor);
+        read(&prepared, &mut reference(&prepared), 7.0)
+    };
+    let first = of(sensor.clone());
+    assert_eq!(of(Sensor { seed: 99, ..sensor.clone() }), first);
+    let other = Detector { serial: 9, ..DETECTOR };
+    assert!(apart(&of(Sensor { detector: other, ..sensor.clone() }), &first, 0).0 > 0.1, "another camera");
+    let noisy = Sensor { noise: netd(0.1), ..sensor };
+    assert_ne!(of(Sensor { seed: 99, ..noisy.clone() }), of(noisy));
+}
+
+/// Numbers at the ends of the range, and bad pixels with them, have no temperature.
+#[test]
+fn saturated_and_bad_pixels_count_no_temperature() {
+    let sensor = Sensor { kelvin_per_count: Some(0.01), detector: DETECTOR, ..plain() };
+    let (context, prepared) = (context(), scene(&sensor));
+    for engine in [&mut device(&context, &prepared) as &mut dyn Engine, &mut reference(&prepared)] {
+        let readings = read(&prepared, engine, 0.0);
+        let at_end = readings.iter().filter(|[number, _]| *number == 0 || *number == 16_383).count();
+        assert!(readings.iter().all(|[number, count]| (*count == 0) == (*number == 0 || *number == 16_383)));
+        assert!(at_end > 100 && at_end < PIXELS - 100, "{at_end} pixels saturate");
+    }
+}
+
 #[test]
 fn each_barrier_of_the_sensor_is_needed() {
     let instant = ThermalVariant { planet_ir: true, ..ThermalVariant::bare(StepKind::Instant, Curve::Power) };
     let ranges = [StepRange { variant: instant, groups: (0, 64), joint: 0 }];
     let settle = Frame::settle(&ranges);
     let drawn = Wanted { image: true, cull: 100, ..Wanted::default() };
-    let sampled = Some(Sampled { lens: true, mean: Some(4), shutter: None, rows: 60, distance: Distance::Near });
-    let computed = Wanted { sampled, ..drawn };
     let culled = [TriangleRun { joint: 0, triangles: (0, 100) }];
-    let images = [drawn, computed];
-    for (variant, wanted) in sensor_variants().into_iter().flat_map(|one| images.map(|image| (one, image))) {
+    // A point spread reads the texels of an image that is computed.
+    let images = |variant: &SensorVariant| {
+        let of = |lens: bool, mean: Option<u32>, distance: Distance| Wanted {
+            sampled: Some(Sampled { lens, mean, shutter: None, rows: 60, distance, fine: variant.spread }),
+            ..drawn
+        };
+        let far = of(false, None, Distance::Far);
+        [if variant.spread { far } else { drawn }, of(true, Some(if variant.spread { 1 } else { 4 }), Distance::Near)]
+    };
+    for (variant, wanted) in sensor_variants().into_iter().flat_map(|one| images(&one).map(|image| (one, image))) {
         let recipe = Recipe { ranges: ranges.to_vec(), ..wanted.recipe(&culled) };
         let before = barrier_count(&compose(&recipe));
         let sensor = Some(Sensing { variant, groups: 128, cells: 20 });

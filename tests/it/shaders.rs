@@ -51,7 +51,14 @@ fn all_shaders() -> Vec<Shader> {
     let mut all: BTreeSet<Shader> = plain.chain(crate::resources::all_shaders()).collect();
     for row_of in [RowOf::Pinhole, RowOf::Brown, RowOf::Fisheye] {
         for mean in [None, Some(4)] {
-            let sampled = Some(Sampled { lens: false, mean, shutter: Some(row_of), rows: 9, distance: Distance::Near });
+            let sampled = Some(Sampled {
+                lens: false,
+                mean,
+                shutter: Some(row_of),
+                rows: 9,
+                distance: Distance::Near,
+                fine: false,
+            });
             let frame = Frame::step(&[], Wanted { image: true, cull: 9, sampled, ..Wanted::default() });
             all.extend(frame.passes().flat_map(|pass| pass.shaders().into_iter().cloned().collect::<Vec<_>>()));
         }

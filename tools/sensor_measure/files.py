@@ -80,6 +80,15 @@ class Image:
                 works[y, x] = False
         return works
 
+    def is_flagged(self):
+        """Whether the mask says what digital numbers and bad pixels say, and flagged pixels count no temperature."""
+        most, bad = self.about["digital_numbers"]["most"], ~self.works()
+        flags = self.about["mask"]
+        expected = flags["below the range"] * (self.numbers == 0) + flags["beyond the range"] * (self.numbers == most)
+        expected = expected + flags["bad pixel"] * bad
+        told = bool((read_png(self._file("_mask.png")) == expected).all())
+        return told and bool(((self.kelvin() == 0) == (expected > 0)).all()) and bool((expected > 0).any())
+
     def signal(self):
         """Signal at the detector [W m-2 sr-1]."""
         of = self.about["digital_numbers"]

@@ -35,30 +35,57 @@ def time_constant(images):
 def transfer(image, frequencies):
     """Transfer function across a slanted edge (ISO 12233): the edge is fitted, its profile is sampled finely, and its slope is transformed.
 
-    Second: that of the kernel in the JSON."""
+    Second: the tilt of the edge against the columns."""
     values = image.signal()
     values = (values - values.min()) / (values.max() - values.min())
     height, width = values.shape
     gradient = np.abs(np.diff(values, axis=1))
     columns = (gradient * (np.arange(width - 1) + 1.0)).sum(1) / gradient.sum(1)
     tilt, start = np.polyfit(np.arange(height) + 0.5, columns, 1)
-    x, y = np.arange(width) + 0.5, np.arange(height) + 0.5
+    # Over these rows the edge moves by whole pixels, so that the bins are evenly filled.
+    values = values[: int(int(height * abs(tilt)) / abs(tilt))]
+    x, y = np.arange(width) + 0.5, np.arange(len(values)) + 0.5
     distance = (x[None, :] - (start + tilt * y[:, None])) / np.hypot(1.0, tilt)
-    parts, reach = 8, 12
-    bins = np.floor(distance * parts).astype(int)
-    use = np.abs(bins) < reach * parts
-    count = np.bincount(bins[use] + reach * parts, minlength=2 * reach * parts)
-    profile = np.bincount(bins[use] + reach * parts, values[use], minlength=2 * reach * parts) / np.maximum(count, 1)
-    spread = np.diff(profile[count > 0])
-    at = np.arange(len(spread)) / parts
-    wave = np.exp(-2j * np.pi * np.outer(frequencies, at))
+    parts, reach = 8, 24
+    bins = np.floor(distance * parts).astype(int) + reach * parts
+    use = (bins >= 0) & (bins < 2 * reach * parts)
+
+    def mean(of):
+        sums = np.bincount(bins[use], of[use], minlength=2 * reach * parts)
+        return sums[count > 0] / count[count > 0]
+
+    count = np.bincount(bins[use], minlength=2 * reach * parts)
+    profile, place = mean(values), mean(distance)
+    spread = np.diff(profile)
+    wave = np.exp(-2j * np.pi * np.outer(frequencies, 0.5 * (place[1:] + place[:-1])))
     # Bins average the profile, and differences are taken between them.
-    measured = np.abs(wave @ spread) / np.abs(spread.sum()) / np.sinc(frequencies / parts) ** 2
-    weights = np.array(image.about["point_spread"]["weights"])
-    place = np.arange(len(weights)) - image.about["point_spread"]["radius_px"]
-    across, down = np.array([1.0, -tilt]) / np.hypot(1.0, tilt)
-    waves = [np.exp(-2j * np.pi * np.outer(frequencies * by, place)) for by in (across, down)]
-    return measured, np.abs(np.einsum("fx,fy,yx->f", *waves, weights))
+    return np.abs(wave @ spread) / np.abs(spread.sum()) / np.sinc(frequencies / parts) ** 2, tilt
+
+
+def gaussian(frequencies, sigma):
+    """Transfer function of a Gaussian with a standard deviation [px]."""
+    return np.exp(-2.0 * (np.pi * sigma * frequencies) ** 2)
+
+
+def airy(frequencies, scale):
+    """Transfer function of a round aperture. `scale` is wavelength x f-number over the distance of pixels (Goodman, Introduction to Fourier Optics, 6-32)."""
+    share = np.minimum(frequencies * scale, 1.0)
+    return 2.0 / np.pi * (np.arccos(share) - share * np.sqrt(1.0 - share**2))
+
+
+def pixel(frequencies, tilt, fill=1.0):
+    """Transfer function of a square pixel across an edge with this tilt."""
+    across, down = np.array([1.0, tilt]) / np.hypot(1.0, tilt)
+    return np.sinc(fill * across * frequencies) * np.sinc(fill * down * frequencies)
+
+
+def lag(images, rate):
+    """Time by which a plate is behind a ramp [s] of this many kelvin a second, in the mean of the second half of the images."""
+    behind = []
+    for image in images[len(images) // 2 :]:
+        shown = float(brightness(image.about["band_um"], np.median(middle(image.radiance()))))
+        behind.append((300.0 + rate * image.time - shown) / rate)
+    return float(np.mean(behind))
 
 
 def pattern(cold, hot):

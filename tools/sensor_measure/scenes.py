@@ -52,10 +52,11 @@ position = [0, 0, -5]
 look_at = [0, 0, 0]
 up = {up}
 {joint}
+{more}
 [sensor]
 {sensor}
 [output]
-files = ["dn.png"{kelvin}]
+files = ["dn.png", "mask.png"{kelvin}]
 """
 
 SMALL = "width = 160\nheight = 128\nfov_deg = 20"
@@ -66,8 +67,13 @@ def run(program, folder, name, sensor, device, half=5.0, **changes):
     place = folder / name
     place.mkdir(parents=True)
     plate(place / "plate.gltf", half)
-    values = {"step": 1, "steps": 1, "temperature": 300, "emissivity": 1, "camera": SMALL, "up": "[0, 1, 0]", "joint": ""}
+    values = {"step": 1, "steps": 1, "temperature": 300, "emissivity": 1, "camera": SMALL, "up": "[0, 1, 0]", "joint": "", "more": ""}
     kelvin = ', "kelvin.png"' if "kelvin_per_count" in sensor else ""
+    if ramp := changes.pop("ramp", None):
+        seconds = values["steps"] if "steps" not in changes else changes["steps"] * changes["step"] + 1
+        rows = "".join(f"{time},{300 + ramp * time}\n" for time in (0, seconds))
+        (place / "ramp.csv").write_text("time,plate\n" + rows)
+        changes["more"] = '[temperatures]\nfile = "ramp.csv"\n'
     (place / "scene.toml").write_text(SCENE.format(**(values | changes), sensor=sensor, kelvin=kelvin))
     command = [str(program), "run", str(place / "scene.toml"), "-o", str(place / "out")]
     done = subprocess.run(command + device, capture_output=True, text=True)

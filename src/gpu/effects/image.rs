@@ -17,11 +17,12 @@ use self::resources::{
 use self::runs::{TRIANGLES_A_DRAW, TriangleRun};
 use self::sampling::{Distance, RowOf, Sampled};
 use self::variant::RadianceVariant;
+use super::sensor::FINE;
 use super::thermal::NODE_READ;
 use super::traced::{SURFACE, SURFACE_IMAGE};
 use crate::gpu::pass::{
-    Barrier, COLOUR, COMPUTE, COMPUTE_READ, COMPUTE_WRITE, COPIED, COPY_READ, COPY_WRITE, DEPTH, DEPTH_WRITE, Drawing,
-    Frame, Pass, barrier, scope, to_copy, to_draw, to_host,
+    Barrier, COLOUR, COMPUTE, COMPUTE_READ, COMPUTE_WRITE, COMPUTED, COPIED, COPY_READ, COPY_WRITE, DEPTH, DEPTH_WRITE,
+    Drawing, Frame, Pass, barrier, scope, to_copy, to_draw, to_host,
 };
 use crate::gpu::resource::{Per, Resource};
 use crate::gpu::shaders::Shader;
@@ -169,13 +170,15 @@ pub(crate) fn compute(
     };
     waits.push(barrier(&IMAGE_RADIANCE, COPIED, COMPUTE_WRITE));
     waits.push(barrier(&IMAGE_IDENTITY, COPIED, COMPUTE_WRITE));
+    // The sensor may still read the texels of the last image.
+    waits.extend(sampled.fine.then(|| barrier(&FINE, COMPUTED, COMPUTE_WRITE)));
     frame.wait(waits);
     frame.pass(if sampled.distance == Distance::Far {
         let sky = shows.background;
-        let words = [(sky, "sky"), (sky && shows.sun, "sun"), (sky && shows.map, "map")];
+        let words = [(sky, "sky"), (sky && shows.sun, "sun"), (sky && shows.map, "map"), (sampled.fine, "fine")];
         Pass::dispatch("distant", Shader::with("distant.comp", &words), sampled.rows)
     } else {
-        let words = [(sampled.lens, "lens"), (sampled.mean.is_some(), "several")];
+        let words = [(sampled.lens, "lens"), (sampled.mean.is_some(), "several"), (sampled.fine, "fine")];
         Pass::dispatch("resample", Shader::with("resample.comp", &words), sampled.rows)
     });
     frame

@@ -12,7 +12,7 @@ use crate::gpu::resource::Role::{Readback, Storage, Uniform};
 use crate::gpu::resource::{Per, Resource, lent, made, resources};
 use crate::gpu::scene_data::SceneData;
 use crate::gpu::shaders::Shader;
-use crate::thermal::sensor::spread::Spread;
+use crate::thermal::sensor::spread::{FINENESS, Spread};
 
 /// A buffer of a sensor, with its number of elements and perhaps its contents.
 macro_rules! buffer {
@@ -27,17 +27,22 @@ macro_rules! buffer {
 resources! {
     /// `Sensor`, written by the host.
     SETTINGS = buffer!("Sensor", size_of::<layout::Sensor>(), Uniform, |_| 1).each_slot();
-    /// Weights of the point spread and of the halo.
+    /// Weights of the point spread along rows.
+    ROW_KERNEL =
+        buffer!("SensorRowKernel", 16, Uniform, |one| if one.variant.spread { Spread::ROOM } else { 0 }, |one| lent(
+            &one.row_kernel
+        ));
+    /// Weights of the point spread along columns, and of the halo.
     KERNEL =
         buffer!("SensorKernel", 16, Uniform, |one| if one.kernel.is_empty() { 0 } else { Spread::ROOM }, |one| lent(
             &one.kernel
         ));
     /// Copy of the image's radiance that the sensor reads.
-    SEEN = buffer!("SensorSeen", 16, Storage, |one| {
-        one.settings.width as usize * one.settings.height as usize
-    });
-    /// Radiance of four pixels after the point spread along rows, for each term.
-    ROWS = buffer!("SensorRows", 16, Storage, |one| one.groups() * one.settings.terms as usize);
+    SEEN = buffer!("SensorSeen", 16, Storage, |one| if one.variant.copies() { one.pixels() } else { 0 });
+    /// Radiance of the texels in the pixels, before a point spread.
+    FINE = buffer!("SensorFine", 16, Storage, |one| if one.variant.spread { FINENESS * one.pixels() } else { 0 });
+    /// Radiance of a row of texels at the centres of four pixels after the point spread along rows, for each term.
+    ROWS = buffer!("SensorRows", 16, Storage, |one| FINENESS * one.groups() * one.settings.terms as usize);
     /// Mean radiance of each cell of the halo's grid.
     CELLS = buffer!("SensorCells", 4, Storage, SensorTables::cells);
     /// The halo at each cell.
@@ -46,10 +51,10 @@ resources! {
     VIGNETTING =
         buffer!("SensorVignetting", 16, Storage,
         |one| one.vignetting.len() / tables::GROUP, |one| lent(&one.vignetting));
-    /// Signal of the bolometer at the last image.
+    /// State of the bolometer, and its signal at the last image.
     BOLOMETER =
-        buffer!("SensorBolometer", 16, Storage, |one| if one.variant.lag { one.groups() } else { 0 }, |one| made(
-            &vec![[0.0f32; 4]; if one.variant.lag { one.groups() } else { 0 }]
+        buffer!("SensorBolometer", 32, Storage, |one| if one.variant.lag { one.groups() } else { 0 }, |one| made(
+            &vec![[0.0f32; 8]; if one.variant.lag { one.groups() } else { 0 }]
         ));
     /// Inverse temperatures over a table of radiances, for the radiometric output [1/K].
     GUESSES = buffer!("SensorGuesses", 4, Storage, |one| one.guesses.len(), |one| lent(&one.guesses));
@@ -95,12 +100,18 @@ pub(crate) fn passes(frame: &mut Frame, Sensing { variant, groups, cells }: Sens
         |name: &str, shader: Shader, count: usize| Pass::dispatch(name, shader, count.div_ceil(WORKGROUP) as u32);
     let free = |resource: &'static Resource| barrier(resource, COMPUTED, COMPUTE_WRITE);
     let done = |resource: &'static Resource| barrier(resource, COMPUTE_WRITE, COMPUTE_READ);
-    // The sensor may still read the last image.
-    frame.wait([barrier(&SEEN, COMPUTED, COPY_WRITE)]);
-    frame.pass(Pass::copy(COPIED_FOR_SENSOR, shown, &SEEN));
-    let (spread, halo) = (variant.spread, variant.halo);
-    let used =
-        [Some(barrier(&SEEN, COPY_WRITE, COMPUTE_READ)), spread.then(|| free(&ROWS)), halo.then(|| free(&CELLS))];
+    let (spread, halo, copies) = (variant.spread, variant.halo, variant.copies());
+    if copies {
+        // The sensor may still read the last image.
+        frame.wait([barrier(&SEEN, COMPUTED, COPY_WRITE)]);
+        frame.pass(Pass::copy(COPIED_FOR_SENSOR, shown, &SEEN));
+    }
+    let used = [
+        copies.then(|| barrier(&SEEN, COPY_WRITE, COMPUTE_READ)),
+        spread.then(|| done(&FINE)),
+        spread.then(|| free(&ROWS)),
+        halo.then(|| free(&CELLS)),
+    ];
     frame.wait(used.into_iter().flatten());
     if spread {
         frame.pass(over("sensor_rows", Shader::plain("sensor_rows.comp"), groups));
@@ -124,6 +135,11 @@ pub(crate) fn passes(frame: &mut Frame, Sensing { variant, groups, cells }: Sens
 }
 
 impl SensorVariant {
+    /// Whether the sensor reads the pixels themselves. A point spread reads their texels.
+    fn copies(&self) -> bool {
+        self.halo || !self.spread
+    }
+
     /// Its shader, such as `sensor_pixel.spread.noise`.
     pub(crate) fn shader(&self) -> Shader {
         let words = [

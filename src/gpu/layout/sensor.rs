@@ -63,7 +63,9 @@ shared! {
         pub(crate) focal: [f32; 2],
         /// Principal point [px].
         pub(crate) centre: [f32; 2],
-        /// Padding to the alignment of GLSL.
-        pub(crate) unused: [f32; 2],
+        /// Serial number of the camera, the seed of its pattern and of its bad pixels.
+        pub(crate) serial: u32,
+        /// Share of the signal's change since the last image by which the bolometer is behind.
+        pub(crate) behind: f32,
     }
 }

@@ -82,7 +82,7 @@ impl Renderer {
         }
         let sensor = match &self.scene.sensor {
             Some(sensor) => {
-                let count = sensor.padded_pixels();
+                let count = 2 * sensor.padded_pixels();
                 let bolometer = self.resources.get(&BOLOMETER).is_some();
                 let mut signal = || self.resources.download(&mut self.once, &BOLOMETER, count);
                 Some(SensorState { signal: if bolometer { signal()? } else { Vec::new() }, last: sensor.last })
@@ -140,7 +140,7 @@ impl Renderer {
             let saved = part("a sensor", &saved.sensor)?;
             sensor.last = saved.last;
             if self.resources.get(&BOLOMETER).is_some() {
-                check_length("signals of the sensor", &saved.signal, sensor.padded_pixels())?;
+                check_length("signals of the sensor", &saved.signal, 2 * sensor.padded_pixels())?;
                 self.resources.upload(&mut self.once, &BOLOMETER, &saved.signal)?;
             }
         }

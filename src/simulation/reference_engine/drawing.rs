@@ -6,8 +6,8 @@ use glam::{DAffine3, DVec3};
 
 use crate::environment::shadow::Jointed;
 use crate::model::nodes::GROUP;
-use crate::raster::distant::gather;
-use crate::raster::{self, RasterSurface, SurfaceSurroundings, rasterise};
+use crate::raster::distant::{Crop, gather};
+use crate::raster::{self, RasterSurface, SurfaceSurroundings, rasterise, rasterise_finely};
 use crate::scene::Camera;
 use crate::simulation::device_data::is_own;
 use crate::simulation::distant::DistantParts;
@@ -18,8 +18,16 @@ use crate::simulation::prepare::Prepared;
 use crate::simulation::surroundings::Finishes;
 use crate::simulation::viewpoint::{raster_view, sensor_view};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
+use crate::thermal::sensor::spread::FINENESS;
 use crate::thermal::sensor::twin::SensorTwin;
 use crate::thermal::surroundings::Surroundings;
+
+/// What is drawn.
+struct Shown {
+    pixels: Vec<raster::Pixel>,
+    /// Radiance of the texels in the pixels, for a point spread.
+    texels: Vec<f64>,
+}
 
 /// The surface of a scene, and the camera that sees it.
 pub(super) struct Drawing {
@@ -90,7 +98,7 @@ impl Drawing {
             traced.follow(order.joints);
         }
         let camera = self.camera.as_ref()?;
-        let drawn = match order.rows {
+        let Shown { pixels: drawn, texels } = match order.rows {
             None => self.draw_from(camera, pose, order, temperatures),
             Some(rows) => self.draw_rows(camera, rows, order, temperatures),
         };
@@ -100,7 +108,7 @@ impl Drawing {
         let (has_coverage, is_apart) = (camera.samples > 1, self.finishes.is_apart());
         let readings = self.sensor.as_mut().map(|sensor| {
             let radiance: Vec<f64> = drawn.iter().map(|pixel| pixel.radiance).collect();
-            sensor.expose(&radiance, order.time)
+            sensor.expose(&radiance, &texels, order.time)
         });
         let image = Image {
             radiance: drawn.iter().map(|pixel| pixel.radiance as f32).collect(),
@@ -116,24 +124,29 @@ impl Drawing {
     }
 
     /// Draws from one pose. A craft that is far away is drawn larger and gathered into the pixels.
-    fn draw_from(
-        &self,
-        camera: &Camera,
-        pose: &DAffine3,
-        order: &Order<'_>,
-        temperatures: &[f64],
-    ) -> Vec<raster::Pixel> {
+    fn draw_from(&self, camera: &Camera, pose: &DAffine3, order: &Order<'_>, temperatures: &[f64]) -> Shown {
         let view = raster_view(camera, pose);
         let around = (order.surroundings.as_ref(), order.time);
+        let is_fine = self.is_fine();
         match self.distance.as_ref().and_then(|distance| distance.crop(camera, pose, order.joints)) {
-            None => self.draw(temperatures, order.joints, &view, around),
+            None => self.draw(temperatures, order.joints, &view, around, is_fine),
             Some(crop) => {
-                let texels = self.draw(temperatures, order.joints, &crop.view(&view), around);
-                let mut image = self.draw_sky(&view, order.surroundings.as_ref());
-                gather(&mut image, view.width as usize, &crop, &texels);
-                image
+                let of_crop = self.draw(temperatures, order.joints, &crop.view(&view), around, false).pixels;
+                let gathered = |view: &raster::RasterView, crop: &Crop| {
+                    let mut image = self.draw_sky(view, order.surroundings.as_ref());
+                    gather(&mut image, view.width as usize, crop, &of_crop);
+                    image
+                };
+                let finer = is_fine.then(|| gathered(&view.finer(FINENESS), &crop.finer(FINENESS)));
+                let texels = finer.iter().flatten().map(|texel| texel.radiance).collect();
+                Shown { pixels: gathered(&view, &crop), texels }
             }
         }
+    }
+
+    /// Whether the sensor reads the texels in the pixels.
+    fn is_fine(&self) -> bool {
+        self.sensor.as_ref().is_some_and(SensorTwin::spreads)
     }
 
     /// Draws each row from its own pose.
@@ -143,15 +156,17 @@ impl Drawing {
         RowMoments(moment): RowMoments<'_>,
         order: &Order<'_>,
         temperatures: &[f64],
-    ) -> Vec<raster::Pixel> {
+    ) -> Shown {
         let around = (order.surroundings.as_ref(), order.time);
         let row = |row: u32| {
             let InstantPoses { pose, joints } = moment(f64::from(row));
             let mut view = raster_view(camera, &pose);
             view.lens.centre[1] -= f64::from(row);
-            self.draw(temperatures, &joints, &raster::RasterView { height: 1, ..view }, around)
+            self.draw(temperatures, &joints, &raster::RasterView { height: 1, ..view }, around, self.is_fine())
         };
-        (0..camera.height).flat_map(row).collect()
+        let rows: Vec<Shown> = (0..camera.height).map(row).collect();
+        let texels = rows.iter().flat_map(|row| &row.texels).copied().collect();
+        Shown { pixels: rows.into_iter().flat_map(|row| row.pixels).collect(), texels }
     }
 
     /// Normals of the surface as the joints turn it.
@@ -170,7 +185,8 @@ impl Drawing {
         joints: &[DAffine3],
         view: &raster::RasterView,
         (surroundings, time): (Option<&Surroundings>, f64),
-    ) -> Vec<raster::Pixel> {
+        is_fine: bool,
+    ) -> Shown {
         let placed;
         let positions = if self.surface.joints.is_empty() {
             &self.surface.positions
@@ -198,7 +214,12 @@ impl Drawing {
             vertex_material: &self.materials,
             emissivities: &self.emissivities,
         };
-        rasterise(&surface, view, |t| band_radiance(&self.table, t))
+        let radiance = |t| band_radiance(&self.table, t);
+        if is_fine {
+            let (pixels, texels) = rasterise_finely(&surface, view, FINENESS, radiance);
+            return Shown { pixels, texels };
+        }
+        Shown { pixels: rasterise(&surface, view, radiance), texels: Vec::new() }
     }
 
     /// Draws what stands behind the surface.

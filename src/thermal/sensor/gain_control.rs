@@ -18,7 +18,7 @@ pub enum GainControl {
 
 impl Default for GainControl {
     fn default() -> Self {
-        Self::Linear { percentiles: [0.5, 99.5] }
+        Self::Plateau { share: 0.01 }
     }
 }
 
@@ -91,10 +91,26 @@ mod tests {
         assert!((229..=233).contains(&span(&display(0.01))), "{}", span(&display(0.01)));
     }
 
+    /// Warm panels of 20 K before a cold sky, and an Earth with clouds of 10 K.
+    #[test]
+    fn the_default_shows_craft_and_earth() {
+        let mut numbers = vec![0u16; 6000];
+        numbers.extend((0..1000u16).map(|i| 4000 + i / 4));
+        numbers.extend((0..300u16).map(|i| 9000 + 2 * i));
+        let spans = |control: GainControl| {
+            let shown = control.display(&numbers, 16_383);
+            [shown[6999] - shown[6000], shown[7299] - shown[7000]]
+        };
+        let [earth, craft] = spans(GainControl::default());
+        assert!(earth > 100 && craft > 50, "{earth} and {craft} grey levels");
+        let [earth, _] = spans(GainControl::Linear { percentiles: [0.5, 99.5] });
+        assert!(earth < 10, "a line leaves the Earth {earth} grey levels");
+    }
+
     #[test]
     fn brighter_is_never_darker_and_uniform_images_are_shown() {
         let numbers: Vec<u16> = (0..5000u32).map(|i| ((i * i * 31) % 9973) as u16).collect();
-        for control in [GainControl::default(), GainControl::Plateau { share: 0.001 }] {
+        for control in [GainControl::Linear { percentiles: [0.5, 99.5] }, GainControl::Plateau { share: 0.001 }] {
             let curve = control.curve(&numbers, 16_383);
             assert!(curve.windows(2).all(|pair| pair[0] <= pair[1]));
             assert_eq!(control.display(&[7; 10], 255).len(), 10);

@@ -24,8 +24,10 @@ pub(crate) const MOST_PIXELS: u64 = 65_535 * 256;
 /// A sensor. A part that is `None` or 0 is absent.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensor {
-    /// Seed of all noise.
+    /// Seed of the temporal noise.
     pub seed: u32,
+    /// The detector itself.
+    pub detector: Detector,
     /// Point spread of the optics and of the pixel.
     pub spread: Option<Spread>,
     /// Stray light (size-of-source effect).
@@ -40,8 +42,6 @@ pub struct Sensor {
     pub noise: Option<Netd>,
     /// Fixed pattern.
     pub pattern: Option<Pattern>,
-    /// Share of bad pixels. Half of them always read 0, and half the largest digital number.
-    pub bad_pixels: f64,
     /// Bits of a digital number: 8, 14 or 16.
     pub bits: u32,
     /// Brightness temperatures at digital number 0 and at the largest one [K], in the middle of the image.
@@ -50,6 +50,15 @@ pub struct Sensor {
     pub kelvin_per_count: Option<f64>,
     /// Mapping to 8 bits for a display.
     pub gain_control: GainControl,
+}
+
+/// A detector, by which cameras of one make differ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Detector {
+    /// Serial number of the camera. Fixed pattern and bad pixels follow from it, whatever the seed of the noise is.
+    pub serial: u32,
+    /// Share of bad pixels. Half of them always read 0, and half the largest digital number.
+    pub bad_pixels: f64,
 }
 
 /// Loss of light towards the corners.
@@ -107,6 +116,8 @@ pub(crate) struct Exposure {
     pub(crate) counter: u64,
     /// Share of the last state that is left.
     pub(crate) decay: f64,
+    /// Share of the signal's change since the last image by which the state is behind.
+    pub(crate) behind: f64,
     /// Number of shutter corrections since time 0.
     pub(crate) shutter: u32,
     /// Time since the last correction [s].
@@ -118,6 +129,7 @@ impl Sensor {
     pub fn ideal(bits: u32, range: [f64; 2]) -> Self {
         Self {
             seed: 0,
+            detector: Detector { serial: 0, bad_pixels: 0.0 },
             spread: None,
             halo: None,
             vignetting: None,
@@ -125,7 +137,6 @@ impl Sensor {
             time_constant: None,
             noise: None,
             pattern: None,
-            bad_pixels: 0.0,
             bits,
             range,
             kelvin_per_count: None,
@@ -138,20 +149,27 @@ impl Sensor {
         let shutter =
             self.pattern.and_then(|pattern| pattern.interval).map_or(0.0, |interval| (time / interval).floor());
         let interval = self.pattern.and_then(|pattern| pattern.interval).unwrap_or(0.0);
+        let (decay, behind) = lag(self.time_constant, last.map(|last| time - last));
         Exposure {
             counter: (time * 1e6).round() as u64,
-            decay: decay(self.time_constant, last.map(|last| time - last)),
+            decay,
+            behind,
             shutter: shutter as u32,
             age: (time - shutter * interval).max(0.0),
         }
     }
 }
 
-/// Share of the bolometer's state that is left after an interval [s]. An interval that is not above 0 begins another sequence, so nothing is left.
-pub(crate) fn decay(time_constant: Option<f64>, interval: Option<f64>) -> f64 {
+/// Share of the bolometer's state that is left after an interval [s], and share of the signal's change by which the state is behind. The signal changes
+/// evenly over the interval: y' = S' + (y - S) e^(-dt/tau) - (S' - S) (1 - e^(-dt/tau)) tau/dt solves tau dy/dt = S - y. So a ramp is behind by tau at any
+/// rate of images. An interval that is not above 0 begins another sequence, so nothing is left.
+pub(crate) fn lag(time_constant: Option<f64>, interval: Option<f64>) -> (f64, f64) {
     match (time_constant, interval) {
-        (Some(constant), Some(interval)) if interval > 0.0 => (-interval / constant).exp(),
-        _ => 0.0,
+        (Some(constant), Some(interval)) if interval > 0.0 => {
+            let intervals = interval / constant;
+            ((-intervals).exp(), -(-intervals).exp_m1() / intervals)
+        }
+        _ => (0.0, 0.0),
     }
 }
 

@@ -62,7 +62,7 @@ impl SensorConstants {
             scale,
             offset: -low * scale,
             most,
-            bad: sensor.bad_pixels,
+            bad: sensor.detector.bad_pixels,
             counts: sensor.kelvin_per_count.map_or(0.0, |kelvin| 1.0 / kelvin),
         }
     }

@@ -7,13 +7,32 @@ pub(crate) fn plain() -> Sensor {
     Sensor { seed: 7, ..Sensor::ideal(14, [200.0, 400.0]) }
 }
 
+/// The state of a bolometer after images at these times of a signal.
+fn state_after(constant: f64, times: &[f64], signal: impl Fn(f64) -> f64) -> f64 {
+    let mut state = signal(times[0]);
+    for pair in times.windows(2) {
+        let (decay, behind) = lag(Some(constant), Some(pair[1] - pair[0]));
+        let [before, now] = [pair[0], pair[1]].map(&signal);
+        state = now + (state - before) * decay - (now - before) * behind;
+    }
+    state
+}
+
+/// y = r (t - tau) of a ramp, however the time is divided, and exponential from where it begins: r (t - tau (1 - exp(-t / tau))).
 #[test]
-fn the_lag_is_the_same_however_an_interval_is_divided() {
-    let whole = decay(Some(0.012), Some(0.05));
-    let parts = decay(Some(0.012), Some(0.02)) * decay(Some(0.012), Some(0.03));
-    assert!((whole - parts).abs() < 1e-15 && (whole - (-0.05f64 / 0.012).exp()).abs() < 1e-15);
-    assert_ne!(whole, decay(Some(0.013), Some(0.05)));
-    assert_eq!([decay(None, Some(1.0)), decay(Some(1.0), None), decay(Some(1.0), Some(0.0))], [0.0; 3]);
+fn a_ramp_is_behind_by_the_time_constant() {
+    let (constant, rate) = (0.01, 20.0);
+    let exact = |time: f64| rate * (time - constant * (1.0 - (-time / constant).exp()));
+    for times in [vec![0.0, 0.05], (0..=3).map(|i| f64::from(i) / 60.0).collect(), vec![0.0, 0.004, 0.02, 0.05]] {
+        let state = state_after(constant, &times, |time| rate * time);
+        let exact = exact(times[times.len() - 1]);
+        assert!((state - exact).abs() < 1e-12, "{times:?}: {state} and {exact}");
+        assert!((state_after(0.011, &times, |time| rate * time) - exact).abs() > 1e-3, "another constant shows");
+    }
+    // What is left of a step falls exponentially.
+    let step = |times: &[f64]| 1.0 - state_after(constant, times, |time| f64::from(u8::from(time > 0.0)));
+    assert!((step(&[0.0, 0.004, 0.012]) / step(&[0.0, 0.004]) - (-0.8f64).exp()).abs() < 1e-12);
+    assert_eq!([lag(None, Some(1.0)), lag(Some(1.0), None), lag(Some(1.0), Some(0.0))], [(0.0, 0.0); 3]);
 }
 
 #[test]

@@ -25,7 +25,7 @@ pub(crate) struct SensorView {
 /// What a sensor keeps from one image to the next.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct SensorState<T> {
-    /// Signal of the bolometer in each pixel. Empty on a device without a bolometer.
+    /// State of the bolometer and signal of the last image: of each pixel in f64, of each group of four on a device. Empty on a device without a bolometer.
     pub(crate) signal: Vec<T>,
     /// Time of the last image [s].
     pub(crate) last: Option<f64>,
@@ -50,7 +50,7 @@ impl SensorTwin {
             table: table.clone(),
             sensor: sensor.clone(),
             view,
-            state: SensorState { signal: vec![0.0; view.size[0] * view.size[1]], last: None },
+            state: SensorState { signal: vec![0.0; 2 * view.size[0] * view.size[1]], last: None },
         }
     }
 
@@ -59,12 +59,16 @@ impl SensorTwin {
         *self = Self { state: self.state.clone(), ..Self::new(sensor, &self.table, self.view) };
     }
 
-    /// Digital number and count of each pixel for the radiance of an image [W m-2 sr-1] at a time [s].
-    pub(crate) fn expose(&mut self, radiance: &[f64], time: f64) -> Vec<[u16; 2]> {
+    /// Whether a point spread reads the texels in the pixels.
+    pub(crate) fn spreads(&self) -> bool {
+        self.sensor.spread.is_some()
+    }
+
+    /// Digital number and count of each pixel for the radiance of an image [W m-2 sr-1] at a time [s]. A point spread takes the radiance of the texels.
+    pub(crate) fn expose(&mut self, radiance: &[f64], texels: &[f64], time: f64) -> Vec<[u16; 2]> {
         let [width, _] = self.view.size;
         let exposure = self.sensor.exposure(time, self.state.last);
-        let image =
-            self.sensor.spread.as_ref().map_or_else(|| radiance.to_vec(), |spread| spread.apply(radiance, width));
+        let image = self.sensor.spread.as_ref().map_or_else(|| radiance.to_vec(), |spread| spread.apply(texels, width));
         let halo = self.sensor.halo.map(|halo| {
             let grid = HaloGrid::new(&halo, self.view.size);
             let cells = grid.halo(&grid.cells(radiance, width));
@@ -77,11 +81,14 @@ impl SensorTwin {
                 halo.as_ref().map_or(sharp, |(share, grid, cells)| sharp + share * (grid.halo_at(cells, x, y) - sharp));
             let vignette = self.vignette(x, y);
             let signal = self.constants.signal(light, vignette);
-            let lagged = signal + (self.state.signal[place] - signal) * exposure.decay;
-            self.state.signal[place] = lagged;
+            let [state, before] = &mut self.state.signal.as_chunks_mut().0[place];
+            let lagged = signal + (*state - *before) * exposure.decay + (*before - signal) * exposure.behind;
+            (*state, *before) = (lagged, signal);
             let group = (y * width.div_ceil(GROUP) + x / GROUP) as u32;
-            let word =
-                |counter: u64, stream: NoiseStream| random_words(self.sensor.seed, counter, stream, group)[x % GROUP];
+            let word = |counter: u64, stream: NoiseStream| {
+                let seed = if stream == NoiseStream::Time { self.sensor.seed } else { self.sensor.detector.serial };
+                random_words(seed, counter, stream, group)[x % GROUP]
+            };
             let shutter = u64::from(exposure.shutter);
             let mut value = lagged;
             if self.sensor.noise.is_some() {
@@ -94,12 +101,14 @@ impl SensorTwin {
                         + self.constants.drift * exposure.age * normal(word(shutter, NoiseStream::Drift));
             }
             let mut number = self.constants.digital_number(value);
-            if self.sensor.bad_pixels > 0.0
+            if self.sensor.detector.bad_pixels > 0.0
                 && let Some(most) = stuck(word(0, NoiseStream::Bad), self.constants.bad)
             {
                 number = if most { self.constants.most } else { 0.0 };
             }
-            let count = self.guesses.as_ref().map_or(0.0, |guesses| {
+            // A number at an end of the range tells no temperature.
+            let counted = self.guesses.as_ref().filter(|_| number > 0.0 && number < self.constants.most);
+            let count = counted.map_or(0.0, |guesses| {
                 let radiance = self.constants.radiance(self.constants.signal_of(number), vignette);
                 count(&self.constants, &self.table, guesses, radiance)
             });

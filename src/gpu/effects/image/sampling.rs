@@ -19,6 +19,8 @@ pub struct Sampling {
     pub shutter: Option<(RowOf, layout::Shutter)>,
     /// Whether the craft may be so far away that its image is made from a crop.
     pub(crate) distant: bool,
+    /// Whether a point spread reads the texels in the pixels.
+    pub(crate) fine: bool,
 }
 
 /// The image from which the mean over the samples of a pixel is made.
@@ -67,6 +69,8 @@ pub struct Sampled {
     pub rows: u32,
     /// Where the craft stands.
     pub distance: Distance,
+    /// Whether the texels in the pixels are kept for a point spread.
+    pub fine: bool,
 }
 
 /// Whether an image is made from a crop around the craft.
@@ -100,7 +104,14 @@ impl Sampling {
     pub(crate) fn passes(&self, [_, rows]: [u32; 2]) -> Sampled {
         let shutter = self.shutter.map(|(row_of, _)| row_of);
         let distance = if self.distant { Distance::MayBeFar } else { Distance::Near };
-        Sampled { lens: !self.map.is_empty(), mean: self.mean.map(|mean| mean.each), shutter, rows, distance }
+        Sampled {
+            lens: !self.map.is_empty(),
+            mean: self.mean.map(|mean| mean.each),
+            shutter,
+            rows,
+            distance,
+            fine: self.fine,
+        }
     }
 
     /// Width and height of the largest image that is drawn [texels].

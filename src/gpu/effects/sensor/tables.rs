@@ -5,7 +5,7 @@ use crate::thermal::brightness::BrightnessTable;
 use crate::thermal::radiance::RadianceTable;
 use crate::thermal::sensor::halo::HaloGrid;
 use crate::thermal::sensor::reading::SensorConstants;
-use crate::thermal::sensor::spread::Spread;
+use crate::thermal::sensor::spread::{FINENESS, Spread, Term};
 use crate::thermal::sensor::twin::SensorView;
 use crate::thermal::sensor::{Exposure, Sensor, Vignetting};
 
@@ -51,7 +51,9 @@ pub struct SensorTables {
     pub(crate) sensor: Sensor,
     /// The numbers of the sensor, without an exposure's numbers.
     pub(crate) settings: layout::Sensor,
-    /// Weights of point spread and halo.
+    /// Weights of the point spread along rows.
+    pub(crate) row_kernel: Vec<[f32; 4]>,
+    /// Weights of the point spread along columns, and of the halo.
     pub(crate) kernel: Vec<[f32; 4]>,
     /// Share of the light that arrives at each pixel, rows rounded up to whole groups. Empty without a map.
     pub(crate) vignetting: Vec<f32>,
@@ -67,7 +69,7 @@ impl SensorTables {
         let constants = SensorConstants::new(sensor, table);
         let [width, height] = view.size;
         let groups = width.div_ceil(GROUP);
-        let mut kernel = sensor.spread.as_ref().map(kernel_of).unwrap_or_default();
+        let (row_kernel, mut kernel) = sensor.spread.as_ref().map(kernels_of).unwrap_or_default();
         let grid = sensor.halo.map(|halo| HaloGrid::new(&halo, view.size));
         let halo_weights = kernel.len();
         kernel.extend(grid.iter().flat_map(|grid| grid.weights.iter().map(|weight| [*weight as f32, 0.0, 0.0, 0.0])));
@@ -95,6 +97,7 @@ impl SensorTables {
             cells_down: grid.as_ref().map_or(0, |grid| grid.size[1] as u32),
             reach: grid.as_ref().map_or(0, |grid| grid.weights.len() as u32 - 1),
             seed: sensor.seed,
+            serial: sensor.detector.serial,
             halo_share: sensor.halo.map_or(0.0, |halo| halo.share as f32),
             noise: constants.noise as f32,
             offset_pattern: constants.offset_pattern as f32,
@@ -121,12 +124,12 @@ impl SensorTables {
             lag: sensor.time_constant.is_some(),
             noise: sensor.noise.is_some(),
             pattern: sensor.pattern.is_some(),
-            bad: sensor.bad_pixels > 0.0,
+            bad: sensor.detector.bad_pixels > 0.0,
             kelvin: sensor.kelvin_per_count.is_some(),
         };
         let guesses =
             guesses.iter().flat_map(|table| table.inverse_temperatures.iter().map(|one| *one as f32)).collect();
-        Self { sensor: sensor.clone(), settings, kernel, vignetting, guesses, variant }
+        Self { sensor: sensor.clone(), settings, row_kernel, kernel, vignetting, guesses, variant }
     }
 
     /// Whether another sensor differs only in its settings and in the weights of its kernel.
@@ -139,6 +142,11 @@ impl SensorTables {
             && sizes(self) == sizes(other)
             && self.vignetting == other.vignetting
             && self.guesses == other.guesses
+    }
+
+    /// Pixels of the image.
+    pub(crate) fn pixels(&self) -> usize {
+        self.settings.width as usize * self.settings.height as usize
     }
 
     /// Groups of four pixels, each row rounded up.
@@ -158,23 +166,26 @@ impl SensorTables {
             time_high: (exposure.counter >> 32) as u32,
             shutter: exposure.shutter,
             decay: exposure.decay as f32,
+            behind: exposure.behind as f32,
             drift: self.settings.drift * exposure.age as f32,
             ..self.settings
         }
     }
 }
 
-/// Weights in the order in which the shaders read them. A tap along a row has the weights of the four pixels of a group. A tap along a column has one
-/// weight for all four.
-fn kernel_of(spread: &Spread) -> Vec<[f32; 4]> {
-    let taps = 2 * spread.radius + 1;
-    let mut kernel = Vec::new();
-    for term in &spread.terms {
-        let weight = |at: usize, pixel: usize| {
-            at.checked_sub(pixel).filter(|at| *at < taps).map_or(0.0, |at| term.row[at] as f32)
+/// Weights along rows and along columns in the order in which the shaders read them, in blocks of the texels of a pixel. The centre of a pixel lies in the
+/// middle of its block, so the first block of a line and the last are half empty. Three blocks without weight stand before each line of a row, and three
+/// behind, for the other pixels of a group.
+fn kernels_of(spread: &Spread) -> (Vec<[f32; FINENESS]>, Vec<[f32; FINENESS]>) {
+    let block = |line: &[f64], number: usize| {
+        let weight = |lane: usize| {
+            let tap = (number * FINENESS + lane).checked_sub(FINENESS / 2);
+            tap.and_then(|tap| line.get(tap)).map_or(0.0, |weight| *weight as f32)
         };
-        kernel.extend((0..taps + 3).map(|at| [0, 1, 2, 3].map(|pixel| weight(at, pixel))));
-        kernel.extend(term.column.iter().map(|weight| [*weight as f32; 4]));
-    }
-    kernel
+        std::array::from_fn(weight)
+    };
+    let blocks = |line: &[f64]| -> Vec<_> { (0..=2 * spread.radius).map(|number| block(line, number)).collect() };
+    let nothing = vec![[0.0; FINENESS]; GROUP - 1];
+    let row = |term: &Term| [nothing.clone(), blocks(&term.row), nothing.clone()].concat();
+    (spread.terms.iter().flat_map(row).collect(), spread.terms.iter().flat_map(|term| blocks(&term.column)).collect())
 }
