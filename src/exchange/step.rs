@@ -154,7 +154,7 @@ impl Exchange {
     /// The exchange of the same patches with other optics, from the same view factors.
     pub(crate) fn with_optics(&self, patches: &Patches, bounces: Option<u32>) -> Self {
         let [infrared, sunlight] = reflections(&self.factors, patches, bounces);
-        Self { patches: patches.all.clone(), infrared, sunlight, ..self.clone() }
+        Self { patches: Arc::clone(&patches.all), infrared, sunlight, ..self.clone() }
     }
 
     /// The exchange of a craft in the pose of its scenery, with rays of the processor.

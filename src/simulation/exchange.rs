@@ -139,7 +139,7 @@ impl ExchangeCraft {
     /// The same craft with the optics of materials. Where these are the same, it is this craft.
     pub(crate) fn with_optics(self: &Arc<Self>, materials: &[Material]) -> Arc<Self> {
         let mut patches = self.patches.clone();
-        for patch in &mut patches.all {
+        for patch in Arc::make_mut(&mut patches.all) {
             let material = &materials[patch.material as usize];
             patch.optics = if patch.back { material.back() } else { material.front };
         }
