@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
+use super::combinations::with_samples;
 use super::error::SceneError;
 use super::faults::{Faults, read_all};
 use super::file::{SourceFile, read_text};
@@ -91,8 +92,7 @@ impl Scene {
         let sections = [section.as_ref(), output.as_ref()];
         camera.iter().try_for_each(|camera| check_camera(&root, camera, &time, &surrounded, sections))?;
         let sensor = optional_sensor(&root, camera.as_ref(), preset, band, &mut files, &mut assumptions)?;
-        let camera =
-            combinations::with_samples(camera, sensor.as_ref(), surrounded.channels, (&root, &mut assumptions))?;
+        let camera = with_samples(camera, sensor.as_ref(), surrounded.channels, (&root, &mut assumptions))?;
         let told = preset.filter(|_| camera.is_some());
         assumptions.extend(told.map(|one| format!("Figures of {} (camera.preset): {}.", one.name, one.source)));
         work::check_images(&root.required_table("time", keys::TIME)?, &time, camera.as_ref())?;

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use isotherm::Scene;
 use isotherm::internals::{
-    Context, DeviceEngine, Engine, EngineOrder as Order, Prepared, Sensor, SensorOptics, pose_at,
+    Context, Detector, DeviceEngine, Engine, EngineOrder as Order, Prepared, Sensor, SensorOptics, pose_at,
 };
 
 use super::AnyError;
@@ -29,7 +29,7 @@ pub fn measure(context: &Arc<Context>, scene: Scene) -> Result<(), AnyError> {
         time_constant: None,
         noise: None,
         pattern: None,
-        bad_pixels: 0.0,
+        detector: Detector { bad_pixels: 0.0, ..whole.detector },
         kelvin_per_count: None,
         ..whole.clone()
     };
@@ -42,7 +42,7 @@ pub fn measure(context: &Arc<Context>, scene: Scene) -> Result<(), AnyError> {
         ("lag", Some(Sensor { time_constant: whole.time_constant, ..plain.clone() })),
         ("noise", Some(Sensor { noise: whole.noise, ..plain.clone() })),
         ("pattern", Some(Sensor { pattern: whole.pattern, ..plain.clone() })),
-        ("bad pixels", Some(Sensor { bad_pixels: whole.bad_pixels, ..plain.clone() })),
+        ("bad pixels", Some(Sensor { detector: whole.detector, ..plain.clone() })),
         ("temperatures", Some(Sensor { kelvin_per_count: whole.kelvin_per_count, ..plain })),
         ("all", Some(whole)),
     ];
