@@ -15,8 +15,6 @@ use crate::simulation::target::Target;
 
 /// Change over an orbit below which the warm-up of a run ends [K]. A difference of two runs has twice this error at most, over twice the step.
 const TOLERANCE: f64 = 2e-4;
-/// Orbits of a warm-up at least, where a scene asks for its periodic state.
-const MOST_ORBITS: f64 = 200.0;
 
 /// Derivative and its error: for a change by all of the value [K].
 pub(super) type Derivative = [f64; 2];
@@ -72,7 +70,6 @@ pub(crate) fn tighten(scene: &mut Scene) -> Option<String> {
     match &mut scene.time.periodic {
         Some(tolerance) => {
             *tolerance = tolerance.min(TOLERANCE);
-            scene.time.warm_up_orbits = scene.time.warm_up_orbits.max(MOST_ORBITS);
             None
         }
         None => Some("each run begins with the scene's own warm-up, which is not periodic (time.warm_up)".to_owned()),
@@ -111,7 +108,9 @@ impl Search<'_> {
         values: Vec<Option<f64>>,
     ) -> Result<Sensitivities, SensitivityError> {
         let stepped = || (self.news)(RunNews::Stepped);
-        let walk = VariantWalk { target: self.target, kept: self.kept, stop: self.stop, stepped: &stepped };
+        let warned = |text: String| (self.news)(RunNews::Says(format!("warning: {text}")));
+        let walk =
+            VariantWalk { target: self.target, kept: self.kept, stop: self.stop, stepped: &stepped, warned: &warned };
         let count = 4 * parameters.len() + 1;
         self.begins(prepared, &format!("1 of {count}: the scene as it is"));
         // The engine keeps its view factors, which runs of the same geometry share, until all have ended.

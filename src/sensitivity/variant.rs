@@ -32,6 +32,8 @@ pub(super) struct VariantWalk<'a> {
     pub(super) stop: &'a AtomicBool,
     /// Is called for each step, and for each orbit of a periodic warm-up.
     pub(super) stepped: &'a dyn Fn(),
+    /// Tells the user a warning.
+    pub(super) warned: &'a dyn Fn(String),
 }
 
 impl VariantWalk<'_> {
@@ -45,18 +47,19 @@ impl VariantWalk<'_> {
         let make = || self.target.engine(prepared, camera).map_err(EngineError::from);
         let mut told = || (self.stepped)();
         let mut engine = make()?;
-        match near {
+        let periodic = match near {
             Some(near) if near.restore(&mut *engine, None).is_ok() => {
-                start_near(prepared, &mut *engine, near, self.stop, &mut told)?;
+                start_near(prepared, &mut *engine, near, self.stop, &mut told)?
             }
             near => {
                 if near.is_some() {
                     engine = make()?;
                 }
-                start(prepared, &mut *engine, None, self.stop, &mut told)?;
+                start(prepared, &mut *engine, None, self.stop, &mut told)?
             }
-        }
+        };
         self.check_stop()?;
+        periodic.and_then(|periodic| periodic.warning("")).into_iter().for_each(self.warned);
         Ok(engine)
     }
 
