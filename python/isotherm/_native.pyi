@@ -51,7 +51,7 @@ class Camera:
         cy: float | None = None,
         skew: float = 0.0,
         distortion: Sequence[float] = ...,
-        distortion_model: str = "brown_conrady",
+        distortion_model: str = ...,
         samples: int = 1,
         near: float = 0.1,
         line_time: float = 0.0,
@@ -72,6 +72,7 @@ class Camera:
     def skew(self) -> float: ...
     @property
     def distortion(self) -> list[float]: ...
+    def __getnewargs_ex__(self) -> tuple[tuple[()], dict[str, Any]]: ...
     @property
     def distortion_model(self) -> str: ...
     @property

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::finding::{Finding, named, short};
 use super::materials::MaterialFacts;
+use crate::environment::trajectory::Trajectory;
 use crate::simulation::prepare::Prepared;
 
 /// NETD that no thermal camera reaches [K]. Microbolometers have 0.02 to 0.1, thermopiles up to 1.
@@ -35,7 +36,7 @@ pub(super) fn check(prepared: &Prepared, facts: &[MaterialFacts], [low, high]: [
         ));
     }
     findings.extend(out_of_range(prepared, facts));
-    if let Some(age) = scene.orbit.trajectory().and_then(|trajectory| trajectory.age_of_elements())
+    if let Some(age) = scene.orbit.trajectory().and_then(Trajectory::age_of_elements)
         && age.abs() > OLD
     {
         findings.push(finding(
