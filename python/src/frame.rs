@@ -121,6 +121,7 @@ impl Frame {
             coverage: item("coverage")?.extract()?,
             reflected: item("reflected")?.extract()?,
             error: item("error")?.extract()?,
+            budget: item("budget")?.extract()?,
             dn: item("dn")?.extract()?,
             counts: item("counts")?.extract()?,
         })
@@ -141,6 +142,7 @@ impl Frame {
         for (name, plane) in [("coverage", &self.coverage), ("reflected", &self.reflected), ("error", &self.error)] {
             state.set_item(name, plane.as_ref())?;
         }
+        state.set_item("budget", self.budget.as_ref())?;
         state.set_item("dn", self.dn.as_ref())?;
         state.set_item("counts", self.counts.as_ref())?;
         Ok((py.import("isotherm._pickle")?.getattr("frame")?, (state,)))

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use approx::assert_relative_eq;
 use glam::{DMat4, DQuat, DVec3};
 use isotherm::internals::{
-    Attitude, Background, Bounces, CameraFrame, Detector, Draw, Edges, GainControl, Halo, ImageFile, ImageFiles, Initial,
-    Mapping, Netd, Orbit, PRESETS, Part, Pattern, Reflections, SensorOptics, Spread, Surrounded, Video, Vignetting,
+    Attitude, Background, Bounces, CameraFrame, Detector, Draw, Edges, GainControl, Halo, ImageFile, ImageFiles,
+    Initial, Mapping, Netd, Orbit, PRESETS, Part, Pattern, Reflections, SensorOptics, Spread, Surrounded, Video,
+    Vignetting,
 };
 use isotherm::{Distortion, Lens, Motion, Scene, SceneError};
 
