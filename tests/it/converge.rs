@@ -217,15 +217,11 @@ fn what_can_not_be_compared_is_refused() {
     for within in ["0", "-1", "nan", "inf", "warm"] {
         refused(SCENE, &["-o", "out", &format!("--within={within}")], "must be a number above 0 [K]");
     }
-    let (before, camera) = SCENE.split_once("[camera]").expect("a camera");
-    let without = format!("{before}{}", &camera[camera.find("[[probe]]").expect("a probe")..]);
-    refused(&without, &["-o", "out"], "camera: is missing");
     refused(
         &scene_with(&[("draw_every = 4", "draw_every = 0")]),
         &["-o", "out"],
         "has no images, and converge compares pixels",
     );
-    refused(&without, &["-o", "out", "--poses", "poses.csv"], "camera");
     refused(SCENE, &["-o", "out", "--poses", "none.csv"], "none.csv");
     folder.write("file", "");
     refused(SCENE, &["-o", "file"], "file");
