@@ -432,7 +432,7 @@ fn neighbours_are_listed_with_their_area_or_length_and_joined_on_request() {
     // The closest first, and none that a contact names.
     assert!(apart.is_sorted_by(|a, b| a.remaining <= b.remaining));
     let stated = parts.contact([&[1], &[0]], ContactConductance::PerArea(H));
-    let rest = neighbours(&parts, &[stated.clone()], false, &[0; 4]).summary.neighbours;
+    let rest = neighbours(&parts, std::slice::from_ref(&stated), false, &[0; 4]).summary.neighbours;
     assert!(rest.len() + 1 == apart.len() && rest.iter().all(|pair| pair.groups != [[0, 0], [1, 0]]), "{rest:?}");
 
     // Joined, the pair has the conductors of a stated contact. A joint between them keeps them apart.
