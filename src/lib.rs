@@ -15,7 +15,7 @@
 //! - `labels`: what those who train on images want to know of them
 //! - `view`: the page of `isotherm view`
 //!
-//! `server` serves images to simulators in other programs. `compare` runs one scene under three responses. `converge` refines the settings of a scene until they no longer matter. `paper` makes the figures of Vural et al. 2023. `bench` measures speed and error. `trace`
+//! `server` serves images to simulators in other programs. `compare` runs one scene under three responses. `converge` refines the settings of a scene until they no longer matter. `sensitivity` changes the values of a scene one by one. `paper` makes the figures of Vural et al. 2023. `bench` measures speed and error. `trace`
 //! records what host and device did. `text` makes names safe to show. `lens` tells which ray a pixel sees.
 
 #![cfg_attr(feature = "programs", deny(unreachable_pub))]

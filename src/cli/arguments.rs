@@ -1,4 +1,4 @@
-//! The arguments of the process as text. Arguments need not be UTF-8.
+//! Arguments that commands share, and the command line as text. Arguments need not be UTF-8.
 
 use std::path::{Path, PathBuf};
 
@@ -18,6 +18,17 @@ pub(super) fn folder() -> impl TypedValueParser<Value = PathBuf> {
         }
         Ok(path)
     })
+}
+
+/// The folder of files that a command writes.
+#[derive(clap::Args)]
+pub(super) struct FolderArguments {
+    /// Output folder. Without --force it must be empty or absent
+    #[arg(short, long, value_name = "DIR", value_parser = folder())]
+    pub(super) output: PathBuf,
+    /// Replace the files that isotherm wrote into the output folder, and keep all others. It refuses a file that was changed since
+    #[arg(long)]
+    pub(super) force: bool,
 }
 
 /// The command line, with the program's name.

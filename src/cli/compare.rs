@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use super::arguments::{command_line, folder};
+use super::arguments::{FolderArguments, command_line};
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::prepare::say_notes;
@@ -37,12 +37,8 @@ isotherm compare models/station.toml -o out/compare --force --device cpu")]
 pub(crate) struct Arguments {
     /// Scene file (TOML; docs/scene.md says what it holds)
     scene: PathBuf,
-    /// Output folder. Without --force it must be empty or absent
-    #[arg(short, long, value_name = "DIR", value_parser = folder())]
-    output: PathBuf,
-    /// Replace the files that isotherm wrote into the output folder, and keep all others. It refuses a file that was changed since
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    folder: FolderArguments,
     #[command(flatten)]
     reach: ReachArguments,
     #[command(flatten)]
@@ -66,7 +62,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     say_notes(&network);
     let chosen = arguments.device.open()?;
     say!("device: {}", chosen.name());
-    let folder = Folder::new(&arguments.output, &own_files()).prepare(arguments.force, &network.scene.files)?;
+    let folder =
+        Folder::new(&arguments.folder.output, &own_files()).prepare(arguments.folder.force, &network.scene.files)?;
     let stop = stop_flag();
     // Only one bar is shown at a time.
     let bar = RefCell::new(progress_bar(0, ""));

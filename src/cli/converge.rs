@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use super::arguments::folder;
+use super::arguments::FolderArguments;
 use super::columns::aligned;
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
@@ -35,18 +35,14 @@ isotherm converge models/station.toml -o out/station_converge --poses poses.csv"
 pub(crate) struct Arguments {
     /// Scene file (TOML; docs/scene.md says what it holds)
     scene: PathBuf,
-    /// Output folder. Without --force it must be empty or absent
-    #[arg(short, long, value_name = "DIR", value_parser = folder())]
-    output: PathBuf,
+    #[command(flatten)]
+    folder: FolderArguments,
     /// Error that the settings may have [K rms over pixels]
     #[arg(long, value_name = "KELVIN", default_value_t = 0.5, value_parser = kelvin)]
     within: f64,
     /// Compare at these poses instead of the scene's images: a table in the camera's frame (CSV: time,x,y,z,qw,qx,qy,qz)
     #[arg(long, value_name = "FILE")]
     poses: Option<PathBuf>,
-    /// Replace the files that isotherm wrote into the output folder, and keep all others. It refuses a file that was changed since
-    #[arg(long)]
-    force: bool,
     #[command(flatten)]
     reach: ReachArguments,
     #[command(flatten)]
@@ -71,11 +67,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let began = Instant::now();
     let prepared = prepare_scene(scene.clone())?;
     let preparing = began.elapsed();
-    let folder = Folder::new(&arguments.output, &FILES);
+    let folder = Folder::new(&arguments.folder.output, &FILES);
     folder.keep_inputs(&prepared.scene.files)?;
     let chosen = arguments.device.open()?;
     say!("device: {}", chosen.name());
-    let folder = folder.prepare(arguments.force, &prepared.scene.files)?;
+    let folder = folder.prepare(arguments.folder.force, &prepared.scene.files)?;
     let stop = stop_flag();
     // Only one bar is shown at a time.
     let bar = RefCell::new(spinner("measuring"));

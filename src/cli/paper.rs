@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use super::arguments::folder;
+use super::arguments::FolderArguments;
 use super::device::{DeviceArguments, check_validation};
 use super::digits::nine_digits;
 use super::error::CliError;
@@ -49,12 +49,8 @@ const STATION: [(&str, &[u8]); 2] = [
 isotherm paper -o out/paper --force --device cpu\n  \
 isotherm paper -o out/paper --scene models/station_transition.toml --time 1200")]
 pub(crate) struct Arguments {
-    /// Output folder. Without --force it must be empty or absent
-    #[arg(short, long, value_name = "DIR", value_parser = folder())]
-    output: PathBuf,
-    /// Replace the files that isotherm wrote into the output folder, and keep all others. It refuses a file that was changed since
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    folder: FolderArguments,
     /// Scene for figure 7 [default: the station of models/station_transition.toml, which the program carries]
     #[arg(long, value_name = "SCENE.toml")]
     scene: Option<PathBuf>,
@@ -77,9 +73,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let chosen = arguments.device.open()?;
     let device = chosen.name();
     say!("device: {device}");
-    let folder = Folder::new(&arguments.output, &own_files()).prepare(arguments.force, &prepared.scene.files)?;
+    let folder =
+        Folder::new(&arguments.folder.output, &own_files()).prepare(arguments.folder.force, &prepared.scene.files)?;
 
-    let (orbits, work) = paper_orbits::compute(&arguments.output)?;
+    let (orbits, work) = paper_orbits::compute(&arguments.folder.output)?;
     let statements = scenario::checks(&orbits);
     let mut assumed = orbits.assumed();
     assumed.push(work);
@@ -111,7 +108,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         plots.push((figure, svg));
     }
     let Some((png, caption)) = figure_7(&chosen, &prepared, arguments.time)? else {
-        return Err(CliError::Stopped(arguments.output.clone()));
+        return Err(CliError::Stopped(arguments.folder.output.clone()));
     };
     folder.write_bytes(FIGURE_7, &png)?;
     let all: Vec<checks::PaperCheck> = values.iter().chain(&statements).cloned().collect();

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::path::PathBuf;
 
-use super::arguments::folder;
+use super::arguments::FolderArguments;
 use super::columns::aligned;
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
@@ -28,7 +28,7 @@ use crate::sensitivity::search::{Search, check, tighten};
 /// with a channel for each parameter. The table of effects is printed too.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  isotherm sensitivity models/cubesat_network.toml --parameters parameters.toml -o out/sensitivity"
+    after_help = "Examples:\n  isotherm sensitivity models/cubesat_conduction.toml --parameters parameters.toml -o out/sensitivity"
 )]
 pub(crate) struct Arguments {
     /// Scene file (TOML; docs/scene.md says what it holds)
@@ -36,12 +36,8 @@ pub(crate) struct Arguments {
     /// The parameters (TOML; docs/scene.md says what it holds)
     #[arg(long, value_name = "FILE")]
     parameters: PathBuf,
-    /// Output folder. Without --force it must be empty or absent
-    #[arg(short, long, value_name = "DIR", value_parser = folder())]
-    output: PathBuf,
-    /// Replace the files that isotherm wrote into the output folder, and keep all others. It refuses a file that was changed since
-    #[arg(long)]
-    force: bool,
+    #[command(flatten)]
+    folder: FolderArguments,
     #[command(flatten)]
     reach: ReachArguments,
     #[command(flatten)]
@@ -58,11 +54,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let values = check(&parameters, &prepared)?;
     let kept = kept_images(&prepared.scene, 2 * parameters.len());
     let inputs: Vec<PathBuf> = prepared.scene.files.iter().chain([&arguments.parameters]).cloned().collect();
-    let folder = Folder::new(&arguments.output, &FILES);
+    let folder = Folder::new(&arguments.folder.output, &FILES);
     folder.keep_inputs(&inputs)?;
     let chosen = arguments.device.open()?;
     say!("device: {}", chosen.name());
-    let folder = folder.prepare(arguments.force, &inputs)?;
+    let folder = folder.prepare(arguments.folder.force, &inputs)?;
     let stop = stop_flag();
     let bar = RefCell::new(spinner("preparing"));
     let news = |news| show_news(&bar, news);

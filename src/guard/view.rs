@@ -12,7 +12,7 @@ use crate::simulation::prepare::Prepared;
 
 /// Share of the sphere around the camera that a surface fills, from which the camera counts as inside. A closed body fills 1, a plane at most half.
 const INSIDE: f64 = 0.75;
-/// Triangles of which the place in the image is looked up.
+/// Most triangles that are placed in the image.
 const SAMPLE: usize = 2000;
 /// Extent in the image below which a craft is a point [px].
 const POINT: f64 = 2.0;

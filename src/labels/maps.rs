@@ -76,7 +76,7 @@ pub(crate) fn part(image: &LabelledImage) -> Result<Vec<u8>, OutputError> {
     png_16([image.width, image.height], &parts, &[])
 }
 
-/// The pixels behind whose centre the planet stands. `None` with a rolling shutter, whose rows see it from different poses.
+/// Pixels that have the planet behind their centre. `None` with a rolling shutter: its rows see the planet from different poses.
 pub(crate) fn planet(image: &LabelledImage) -> Option<Vec<bool>> {
     let least = image.planet_radius.cos();
     let shows = |at: usize| {

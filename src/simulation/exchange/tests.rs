@@ -257,3 +257,27 @@ fn a_packed_exchange_loses_nothing_and_takes_half_of_the_memory() {
     println!("{packed} of {whole} B");
     assert!(2 * packed < whole, "{packed} of {whole} B");
 }
+
+#[test]
+fn patches_around_one_centre_tell_no_gradient() {
+    // A triangle in another one. The centres are apart by `off`.
+    let flux = |off: f64| {
+        let corners = [DVec3::new(0.0, 1.0, 0.0), DVec3::new(-0.8, -0.5, 0.0), DVec3::new(0.8, -0.5, 0.0)];
+        let inner = corners.map(|at| 0.1 * at + off * DVec3::X);
+        let surface = PatchSurface {
+            positions: [corners, inner].concat(),
+            normals: vec![DVec3::Z; 6],
+            areas: vec![0.4, 0.4, 0.4, 0.004, 0.004, 0.004],
+            parts: vec![0; 6],
+            materials: vec![0, 0, 0, 1, 1, 1],
+            joints: vec![0; 6],
+            triangles: vec![[0, 1, 2], [3, 4, 5]],
+        };
+        let patches = Patches::new(&surface, &[black(), black()], 10.0, &[]);
+        PatchSizes::new(&surface, &patches).flux(&[100.0, 0.0])
+    };
+    let [near, far] = [1e-9, 2.0].map(flux);
+    println!("{near:?} {far:?}");
+    assert!(near.iter().all(|flux| *flux < 1e-3), "{near:?}");
+    assert!(far[0] > 20.0, "{far:?}");
+}
