@@ -162,12 +162,14 @@ struct ExchangePatch {
     float specular;
     float exposed;
     uint back;
+    float cooling;
 };
 
 struct ExchangePass {
     uint first;
     uint end;
     uint rays;
+    float held;
 };
 
 struct HeatPass {

@@ -15,6 +15,7 @@ pub(crate) mod defects;
 pub(crate) mod directions;
 pub(crate) mod errors;
 pub(crate) mod factors;
+pub(crate) mod lead;
 pub(crate) mod mirrors;
 pub(crate) mod packed;
 pub(crate) mod patches;

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::thermal::material::{Gloss, Material, Optics, Sides};
+use crate::thermal::memory::cooling;
 
 pub(crate) const NONE: u32 = u32::MAX;
 
@@ -53,6 +54,8 @@ pub struct Patch {
     pub optics: Optics,
     /// How this face mirrors.
     pub gloss: Gloss,
+    /// How fast its material cools ([`crate::thermal::memory::cooling`]) [1/(s K3)].
+    pub(crate) cooling: f64,
     /// Area [m2].
     pub area: f64,
     /// Unit normal away from this face, mean over the nodes, in the file's pose.
@@ -169,6 +172,7 @@ impl Patches {
             buried: key.buried,
             optics: if key.back { material.back() } else { material.front },
             gloss: material.gloss[usize::from(key.back)],
+            cooling: cooling(material),
             area,
             normal: if key.back { -outward } else { outward },
             centre: mean(&|node| surface.positions[node]),

@@ -170,10 +170,15 @@ impl FoundFor {
         Self { directions, fluxes, poses: load.joints.clone(), start: load.start }
     }
 
+    /// Whether time has gone back since an earlier finding, or the warm-up has ended.
+    fn restarts(&self, last: &Self) -> bool {
+        self.start < last.start || (last.start < 0.0 && self.start >= 0.0)
+    }
+
     /// How far Sun, planet or joints have turned since [rad]; infinite where sunlight has changed, where time goes back, or where the
     /// warm-up ends: so equal orbits find the light at equal times.
     fn turn(&self, now: &Self) -> f64 {
-        if now.start < self.start || (self.start < 0.0 && now.start >= 0.0) {
+        if now.restarts(self) {
             return f64::INFINITY;
         }
         let apart = |(a, b): (&DVec3, &DVec3)| a.cross(*b).length().atan2(a.dot(*b));
@@ -203,6 +208,10 @@ pub(crate) struct Renewal {
     pub(crate) angle: f64,
     /// Steps after which infrared is computed anew.
     pub(crate) every: f64,
+    /// Length of a step [s].
+    step: f64,
+    /// Time for which the last infrared was held when it was computed anew [s]. 0 where none came before.
+    pub(crate) held: f64,
     /// The last computation. A saved state keeps it.
     pub(crate) last: LastFound,
 }
@@ -214,11 +223,13 @@ pub(crate) struct LastFound {
     found_for: Option<FoundFor>,
     /// Steps since light and since infrared were found.
     since: [f64; 2],
+    /// Steps since infrared was found, whatever its rows.
+    infrared: f64,
 }
 
 impl Renewal {
-    pub(crate) fn new(angle: f64, every: f64) -> Self {
-        Self { angle, every, ..Self::default() }
+    pub(crate) fn new(angle: f64, every: f64, step: f64) -> Self {
+        Self { angle, every, step, ..Self::default() }
     }
 
     /// Lets the infrared count as held for long enough, because its rows have changed.
@@ -231,6 +242,7 @@ impl Renewal {
         let now = FoundFor::new(load);
         let turn = self.last.found_for.as_ref().map_or(f64::INFINITY, |last| last.turn(&now));
         let infrared = self.last.since[1] >= self.every - STILL;
+        let goes_on = !fresh && self.last.found_for.as_ref().is_some_and(|last| !now.restarts(last));
         // The turn where infrared is found the next time: light is found with it, not some steps later.
         let ahead = if infrared { (self.every - 1.0).max(0.0) / self.last.since[0].max(1.0) } else { 0.0 };
         // Rounding must not count where the angle is 0.
@@ -244,6 +256,11 @@ impl Renewal {
         } else {
             Due::Nothing
         };
+        if due > Due::Nothing {
+            self.held = if goes_on { self.step * self.last.infrared } else { 0.0 };
+            self.last.infrared = 0.0;
+        }
+        self.last.infrared += steps;
         self.last.since = self.last.since.map(|since| since + steps);
         due
     }
@@ -337,14 +354,14 @@ mod tests {
     fn infrared_is_held_for_steps_and_light_for_an_angle() {
         use Due::{All, Infrared, Nothing};
         let held = [All, Nothing, Nothing, Nothing, Infrared, Nothing, Nothing, Nothing];
-        let mut renewal = Renewal::new(10.5f64.to_radians(), 4.0);
+        let mut renewal = Renewal::new(10.5f64.to_radians(), 4.0, 1.0);
         // Light after 12 steps would be a turn of 12 deg, so it is found after 8.
         assert_eq!(found(&mut renewal, 0..16), [held, held].concat());
         // In every step, and light beyond its angle.
-        let mut renewal = Renewal::new(1.5f64.to_radians(), 0.0);
+        let mut renewal = Renewal::new(1.5f64.to_radians(), 0.0, 1.0);
         assert_eq!(found(&mut renewal, 0..5), [All, Infrared, All, Infrared, All]);
         // A saved state goes on alike.
-        let (mut first, mut again) = (Renewal::new(0.5, 3.0), Renewal::new(0.5, 3.0));
+        let (mut first, mut again) = (Renewal::new(0.5, 3.0, 1.0), Renewal::new(0.5, 3.0, 1.0));
         found(&mut first, 0..2);
         again.last = first.last.clone();
         assert_eq!(found(&mut again, 2..7), [Nothing, Infrared, Nothing, Nothing, Infrared]);

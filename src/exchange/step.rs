@@ -5,7 +5,7 @@
 //! held for a time ([`super::sky::Renewal`]).
 //!
 //! A node emits to all sides, as it does without exchange: that stays in its own balance, with its temperature on the way through the step. Light
-//! from other patches is a load, which follows from the temperatures at the start of the step. The infrared of space, which the rest of isotherm lets
+//! from other patches is a load, which follows from the temperatures at the start of the step and how they change ([`super::lead`]). The infrared of space, which the rest of isotherm lets
 //! arrive from all sides, is taken off the infrared that patches send, so that hidden space sends nothing.
 
 use std::sync::Arc;
@@ -224,16 +224,22 @@ impl Exchange {
         CraftLight { planet_shares, reflected, sunlight, mirrored: direct }
     }
 
+    /// Emission of each patch above the emission of space [W/m2]. `temperature` gives the temperature of a node [K].
+    pub(super) fn emitted(&self, load: &StepLoad, temperature: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
+        let space = load.background_temperature.powi(4);
+        let emitted = |patch: &Patch| {
+            let fourth = |(node, share): &(u32, f64)| share * temperature(*node as usize).powi(4);
+            let fourth: f64 = self.nodes[patch.nodes.clone()].iter().map(fourth).sum();
+            patch.optics.emissivity * STEFAN_BOLTZMANN * (fourth - space)
+        };
+        self.patches.par_iter().map(emitted).collect()
+    }
+
     /// Infrared that leaves each patch at first [W/m2]: emission above the emission of space, and reflected infrared of the planet. `temperature`
     /// gives the temperature of a node [K].
     pub fn sent(&self, load: &StepLoad, light: &CraftLight, temperature: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
-        let space = load.background_temperature.powi(4);
-        let leaving = |(patch, reflected): (&Patch, &[f64; 2])| {
-            let fourth = |(node, share): &(u32, f64)| share * temperature(*node as usize).powi(4);
-            let fourth: f64 = self.nodes[patch.nodes.clone()].iter().map(fourth).sum();
-            patch.optics.emissivity * STEFAN_BOLTZMANN * (fourth - space) + reflected[0]
-        };
-        self.patches.par_iter().zip(&light.reflected).map(leaving).collect()
+        let emitted = self.emitted(load, temperature);
+        emitted.iter().zip(&light.reflected).map(|(emitted, reflected)| emitted + reflected[0]).collect()
     }
 
     /// Flux from all patches that each one absorbs [W/m2].

@@ -10,6 +10,7 @@ use crate::environment::StepLoad;
 use crate::environment::shadow::Lit;
 use crate::exchange::cast::Scenery;
 use crate::exchange::defects::Defects;
+use crate::exchange::lead::Lead;
 use crate::exchange::mirrors::Mirrors;
 use crate::exchange::packed::PackedExchange;
 use crate::exchange::patches::{PatchSurface, Patches};
@@ -19,6 +20,7 @@ use crate::exchange::step::{CraftLight, Exchange, ExchangeSettings, MOST_PATCHES
 use crate::host::check_memory;
 use crate::model::nodes::{GROUP, Nodes, PADDING};
 use crate::thermal::material::Material;
+use crate::thermal::memory::cooling;
 use crate::thermal::misfit::{Misfit, check_length};
 use crate::thermal::received::FaceLoad;
 
@@ -42,6 +44,8 @@ pub struct ExchangeCraft {
     pub mirrors: Option<Arc<Mirrors>>,
     /// Steps for which the infrared that patches exchange is held.
     pub(crate) every: f64,
+    /// Length of a step [s].
+    step: f64,
     /// Angle after which the light of Sun and planet is found anew [rad].
     pub light_angle: f64,
     in_use: ExchangesInUse,
@@ -126,6 +130,7 @@ impl ExchangeCraft {
         Ok(Self {
             defects: Defects::of(&surface, materials),
             every: settings.hold / step,
+            step,
             light_angle: LIGHT * settings.redraw_angle,
             mirrors: mirrors.map(Arc::new),
             surface,
@@ -142,6 +147,7 @@ impl ExchangeCraft {
         for patch in Arc::make_mut(&mut patches.all) {
             let material = &materials[patch.material as usize];
             patch.optics = if patch.back { material.back() } else { material.front };
+            patch.cooling = cooling(material);
         }
         if patches.all == self.patches.all {
             return Arc::clone(self);
@@ -160,7 +166,7 @@ impl ExchangeCraft {
 
     /// The rule for when the exchange between patches is found anew.
     pub(crate) fn renewal(&self) -> Renewal {
-        Renewal::new(self.light_angle, self.every)
+        Renewal::new(self.light_angle, self.every, self.step)
     }
 
     /// The exchange between the patches in a pose, found by the processor. An engine and its check share the exchange of a pose, because the same function would
@@ -209,6 +215,7 @@ pub(crate) struct ExchangeTwin {
     found: Posed<Exchange>,
     renewal: Renewal,
     light: CraftLight,
+    lead: Lead,
     /// Infrared that patches absorb [W/m2].
     absorbed: Vec<f64>,
 }
@@ -221,6 +228,7 @@ impl ExchangeTwin {
             found: Posed::new(craft.settings.redraw_angle),
             renewal: craft.renewal(),
             light: CraftLight::default(),
+            lead: Lead::default(),
             absorbed: Vec::new(),
         };
         twin.turn(poses);
@@ -261,7 +269,8 @@ impl ExchangeTwin {
             self.light = exchange.light(load, lit, mirrored.as_ref());
         }
         if due > Due::Nothing {
-            self.absorbed = exchange.absorbed(&exchange.sent(load, &self.light, temperature), &self.light);
+            let sent = self.lead.sent(exchange, load, &self.light, temperature, self.renewal.held);
+            self.absorbed = exchange.absorbed(&sent, &self.light);
         }
         self.absorbed.clone()
     }
@@ -289,6 +298,7 @@ impl ExchangeTwin {
             found: self.found.save(),
             last: self.renewal.last.clone(),
             light: self.light.clone(),
+            lead: self.lead.clone(),
             absorbed: self.absorbed.clone(),
         }
     }
@@ -300,6 +310,7 @@ impl ExchangeTwin {
     pub(crate) fn restore(&mut self, saved: &ExchangeTwinState) -> Result<(), Misfit> {
         let patches = self.craft.patches.all.len();
         saved.light.check_patches(patches)?;
+        saved.lead.check_patches(patches)?;
         if !saved.absorbed.is_empty() {
             check_length("light that patches absorb", &saved.absorbed, patches)?;
         }
@@ -307,6 +318,7 @@ impl ExchangeTwin {
         self.found.restore(&saved.found, &mut |poses| craft.find(poses));
         self.renewal.last.clone_from(&saved.last);
         self.light.clone_from(&saved.light);
+        self.lead.clone_from(&saved.lead);
         self.absorbed.clone_from(&saved.absorbed);
         Ok(())
     }
@@ -318,6 +330,7 @@ pub(crate) struct ExchangeTwinState {
     found: PosedState,
     last: LastFound,
     light: CraftLight,
+    lead: Lead,
     absorbed: Vec<f64>,
 }
 

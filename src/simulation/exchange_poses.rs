@@ -175,8 +175,8 @@ impl<T: Finding> Posed<T> {
         let _means = span("rows between two poses");
         self.hold = from.share_to_hold(&to);
         let came_from = self.rows().map_or(0.0, |rows| on_the_way(&rows.from, &rows.to, before).0);
-        let way = if place.share < came_from { -0.5 } else { 0.5 };
-        let lead = if moves { way * self.hold } else { 0.0 };
+        let step = place.share - came_from;
+        let lead = if moves { 0.5 * held_steps(self.hold, step.abs()).copysign(step) } else { 0.0 };
         let share = (place.share + lead).clamp(0.0, 1.0);
         self.place = Some(Place { share, ..place });
         self.now = Some(Arc::new(from.at(&to, share)));
@@ -328,6 +328,11 @@ impl<T: Finding> Posed<T> {
         self.enter(saved.place?, false, &[], find);
         self.now.as_deref()
     }
+}
+
+/// Share of a way that whole steps take while a mean is held for at most a share `hold`. All of it where the step is rounding.
+fn held_steps(hold: f64, step: f64) -> f64 {
+    if step > STILL { step * (hold / step).floor() } else { hold }
 }
 
 #[cfg(test)]

@@ -16,6 +16,7 @@ pub(crate) mod least_squares;
 pub(crate) mod lobe;
 pub(crate) mod local_step;
 pub(crate) mod material;
+pub(crate) mod memory;
 pub(crate) mod misfit;
 pub(crate) mod network;
 pub(crate) mod planck;

@@ -58,6 +58,8 @@ resources! {
     MIRRORED = buffer!("ExchangeMirrored", 4, Storage, |exchange| exchange.mirrors.map_or(0, |_| places(exchange)));
     /// Infrared that every patch sends at first [W/m2].
     SENT = buffer!("ExchangeSent", 4, Storage, places);
+    /// Infrared that every patch emitted at the last finding, above that of space [W/m2].
+    EMITTED = buffer!("ExchangeEmitted", 4, Storage, places).filled(|data| made(&vec![0.0f32; places_of(data)]));
     /// Flux from other patches that every patch absorbs [W/m2], and the share of each that sunlight can reach.
     RECEIVED =
         buffer!("ExchangeReceived", 8, Storage, places).filled(|data| made(&vec![[0.0f32, 1.0]; places_of(data)]));
@@ -76,7 +78,7 @@ fn places_of(data: &SceneData<'_>) -> usize {
 const WORKGROUP: u32 = 64;
 
 /// What the passes before a thermal step depend on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exchanged {
     /// Number of patches.
     pub patches: u32,
@@ -88,12 +90,14 @@ pub struct Exchanged {
     pub anew: bool,
     /// Whether patches mirror sunlight.
     pub mirrors: bool,
+    /// Time for which the last infrared was held [s]. 0 where none came before.
+    pub held: f32,
 }
 
 /// The passes before the thermal step.
 pub(crate) fn passes(frame: &mut Frame, exchanged: &Exchanged) {
-    let Exchanged { patches, bundles, light, anew, mirrors } = *exchanged;
-    let constants = ExchangePass { first: 0, end: patches, rays: bundles };
+    let Exchanged { patches, bundles, light, anew, mirrors, held } = *exchanged;
+    let constants = ExchangePass { first: 0, end: patches, rays: bundles, held };
     let pass = |entry: &'static str, words: &[(bool, &'static str)]| {
         let shader = Shader::with(entry, words);
         Pass::dispatch(shader.name(), shader, patches.div_ceil(WORKGROUP)).told(&constants)
@@ -133,7 +137,7 @@ pub(crate) fn passes(frame: &mut Frame, exchanged: &Exchanged) {
         frame.pass(pass("exchange_receive.comp", &[(true, "reflected"), (mirrors, "mirrors")]));
         frame.wait([done(&SUNLIGHT)]);
     }
-    frame.wait([done(&TEMPERATURE), free(&SENT)]);
+    frame.wait([done(&TEMPERATURE), free(&SENT), changed(&EMITTED)]);
     frame.pass(pass("exchange_send.comp", &[(light.planet_ir, "planet_ir")]));
     frame.wait([done(&SENT), free(&RECEIVED)]);
     frame.pass(pass("exchange_receive.comp", &[(light.sun, "sun")]));

@@ -37,8 +37,10 @@ shared! {
         pub(crate) exposed: f32,
         /// 1 where the patch is the face against the normals.
         pub(crate) back: u32,
+        /// How fast its material cools [1/(s K3)].
+        pub(crate) cooling: f32,
         /// Rounds the size up to whole vectors.
-        pub(crate) unused: [f32; 2],
+        pub(crate) unused: f32,
     }
 
     /// Push constants of a pass over patches.
@@ -49,5 +51,7 @@ shared! {
         pub end: u32,
         /// Bundles of rays of each patch.
         pub rays: u32,
+        /// Time for which the last infrared was held [s]. 0 where none came before.
+        pub held: f32,
     }
 }

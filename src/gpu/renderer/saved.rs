@@ -3,7 +3,7 @@
 use super::Renderer;
 use crate::environment::shadow::LightAndPoses;
 use crate::exchange::sky::LastFound;
-use crate::gpu::effects::exchange::{RECEIVED, REFLECTED, SEEN, SUNLIGHT};
+use crate::gpu::effects::exchange::{EMITTED, RECEIVED, REFLECTED, SEEN, SUNLIGHT};
 use crate::gpu::effects::light::{LIT_FRONT, LIT_X, LIT_Y, LIT_Z};
 use crate::gpu::effects::network::state::OnePass;
 use crate::gpu::effects::sensor::BOLOMETER;
@@ -168,6 +168,7 @@ impl Renderer {
                 (&SEEN, 2 * places),
                 (&REFLECTED, 2 * places),
                 (&SUNLIGHT, places),
+                (&EMITTED, places),
                 (&RECEIVED, 2 * places),
             ]);
         }

@@ -1,5 +1,5 @@
-//! Radiation between surfaces in f64 beside a run, and its errors in kelvin: noise of rays, pairs that were left out, light that is held, and arrival from the
-//! start of each step.
+//! Radiation between surfaces in f64 beside a run, and its errors in kelvin: noise of rays, pairs that were left out, light that is held, and the late
+//! arrival of emission.
 
 use std::sync::Arc;
 
@@ -7,6 +7,7 @@ use glam::DAffine3;
 
 use crate::environment::StepLoad;
 use crate::environment::shadow::Lit;
+use crate::exchange::lead::Lead;
 use crate::exchange::sky::{Due, LastFound, Renewal};
 use crate::exchange::step::{CraftLight, Exchange};
 use crate::exchange::uncertainty::{FluxUncertainty, PatchSizes, held_rows};
@@ -36,8 +37,10 @@ pub(super) struct ExchangeCheck {
 #[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
 struct ExchangeProgress {
     light: CraftLight,
-    /// Infrared that patches absorb since it was found last [W/m2].
+    lead: Lead,
+    /// Infrared that patches absorb since it was found last [W/m2], and what they would absorb of emission at that time.
     before: Vec<f64>,
+    at_start: Vec<f64>,
     /// How often infrared was found.
     steps: u64,
     /// Errors so far: noise, bounces that are left out, late arrival, light that is held, and size of patches.
@@ -121,12 +124,15 @@ impl ExchangeCheck {
         } else if self.progress.steps.is_multiple_of(EVERY) {
             held = Some(exchange.held_too_long(load, [&self.progress.light, &find()], |node| temperatures[node]));
         }
-        let sent = exchange.sent(load, &self.progress.light, |node| temperatures[node]);
+        let temperature = |node: usize| temperatures[node];
+        let progress = &mut self.progress;
+        let sent = progress.lead.sent(&exchange, load, &progress.light, temperature, self.renewal.held);
+        let at_start = exchange.absorbed(&exchange.sent(load, &progress.light, temperature), &progress.light);
         let late = self.progress.steps.is_multiple_of(EVERY).then(|| self.late_rows(&sent)).flatten();
         let absorbed = exchange.absorbed(&sent, &self.progress.light);
         let received = of_nodes(&absorbed, &self.progress.light);
-        self.estimate(&sent, &absorbed, temperatures, (turned, held, late));
-        self.progress.before = absorbed;
+        self.estimate(&sent, &at_start, temperatures, (turned, held, late));
+        (self.progress.before, self.progress.at_start) = (absorbed, at_start);
         self.progress.steps += 1;
         received
     }
@@ -170,8 +176,8 @@ impl ExchangeCheck {
         // Where rays were cast anew the rows changed, not the time.
         if !turned && self.progress.before.len() == absorbed.len() {
             for (number, (patch, (kelvin, _))) in warm_ones() {
-                self.progress.errors[2]
-                    .add(0.5 * kelvin * (absorbed[number] - self.progress.before[number]), patch.area);
+                let middle = 0.5 * (absorbed[number] + self.progress.at_start[number]);
+                self.progress.errors[2].add(kelvin * (middle - self.progress.before[number]), patch.area);
             }
         }
         if self.progress.steps.is_multiple_of(EVERY) {
@@ -199,7 +205,7 @@ impl ExchangeCheck {
             let late = if late.weight > 0.0 { late.told() } else { "unknown yet".to_owned() };
             format!(
                 "Radiation between surfaces, errors of a patch in balance: noise of {} rays {}; size of patches {}; pairs that were left out and rounding {}; light of Sun and planet that is held {}; \
-                 arrival from the temperatures of up to {} s before a step {late}. Patches below {COLD} K are left out.",
+                 arrival of emission that is held for up to {} s {late}. Patches below {COLD} K are left out.",
                 self.craft.settings.rays,
                 noise.told(),
                 size.told(),
@@ -225,8 +231,10 @@ impl ExchangeCheck {
     pub(crate) fn restore(&mut self, saved: &ExchangeCheckState) -> Result<(), Misfit> {
         let patches = self.craft.patches.all.len();
         saved.progress.light.check_patches(patches)?;
-        if !saved.progress.before.is_empty() {
-            check_length("light that patches absorb", &saved.progress.before, patches)?;
+        saved.progress.lead.check_patches(patches)?;
+        for values in [&saved.progress.before, &saved.progress.at_start].into_iter().filter(|values| !values.is_empty())
+        {
+            check_length("light that patches absorb", values, patches)?;
         }
         self.renewal.last.clone_from(&saved.last);
         self.turn(&saved.rows);

@@ -69,6 +69,7 @@ fn craft(settings: ExchangeSettings) -> Arc<ExchangeCraft> {
         in_use: ExchangesInUse::default(),
         defects: Defects::of(&surface, &materials),
         every: settings.hold / STEP,
+        step: STEP,
         light_angle: LIGHT * settings.redraw_angle,
         mirrors: None,
         surface,

@@ -6,6 +6,7 @@ use glam::DAffine3;
 
 use crate::environment::StepLoad;
 use crate::environment::shadow::Lit;
+use crate::exchange::lead::Lead;
 use crate::exchange::patches::NONE;
 use crate::exchange::sky::{Due, LastFound, Renewal};
 use crate::exchange::step::{CraftLight, Exchange};
@@ -41,10 +42,15 @@ pub(super) struct ExchangeErrorState {
     /// The last poses of the joints for which rays were cast.
     poses: Vec<Vec<DAffine3>>,
     light: CraftLight,
-    /// Flux that each patch absorbs, and its uncertainty; and the excess by late arrival, with its sign [W/m2].
+    lead: Lead,
+    /// Flux that each patch absorbs since infrared was found, what it would absorb of emission at that time, and the uncertainty; and the excess by late arrival, with its
+    /// sign [W/m2].
     absorbed: Vec<f64>,
+    at_start: Vec<f64>,
     uncertain: Vec<f64>,
     late: Vec<f64>,
+    /// Half of the difference between what each node absorbs and what the nodes beside it absorb [W/m2].
+    lines: Vec<f64>,
     /// Findings of infrared.
     found: u64,
 }
@@ -78,13 +84,15 @@ impl ExchangeErrors {
             }
         }
         let light = &self.state.light;
-        let sent = exchange.sent(load, light, temperature);
-        let absorbed = exchange.absorbed(&sent, light);
-        // Infrared is that of the start of the time for which it is held.
+        let at_start = exchange.absorbed(&exchange.sent(load, light, temperature), light);
+        // The infrared that was held, less the mean of emission at both ends of the time.
+        let late = |((now, before), held): ((&f64, &f64), &f64)| 0.5 * (now + before) - held;
         self.state.late = match !turned && due == Due::Infrared {
-            true => absorbed.iter().zip(&self.state.absorbed).map(|(now, before)| 0.5 * (now - before)).collect(),
-            false => vec![0.0; absorbed.len()],
+            true => at_start.iter().zip(&self.state.at_start).zip(&self.state.absorbed).map(late).collect(),
+            false => vec![0.0; at_start.len()],
         };
+        let sent = self.state.lead.sent(exchange, load, light, temperature, self.renewal.held);
+        let absorbed = exchange.absorbed(&sent, light);
         if due == Due::All || turned || self.state.found.is_multiple_of(EVERY) {
             let errors = exchange.errors(&sent, light, self.craft.settings.bounces);
             let uncertain = exchange.uncertainty(&errors, &absorbed, &self.sizes, held.as_deref());
@@ -92,8 +100,9 @@ impl ExchangeErrors {
             let rows = |patch: usize| rows.as_ref().map_or(0.0, |rows| rows[patch]);
             self.state.uncertain =
                 uncertain.iter().enumerate().map(|(patch, flux)| flux.all().hypot(rows(patch))).collect();
+            self.state.lines = self.lines(&absorbed);
         }
-        self.state.absorbed = absorbed;
+        (self.state.absorbed, self.state.at_start) = (absorbed, at_start);
         self.state.found += 1;
     }
 
@@ -128,10 +137,39 @@ impl ExchangeErrors {
         Some(rows)
     }
 
+    /// Half of the difference between what each node absorbs, where its patches absorb some flux [W/m2], and the mean of the nodes beside it. An image draws straight
+    /// lines between nodes: on an even mesh they leave out a quarter of this difference in their middle. At a rim, where a node stands for what lies within it, they leave out more. A patch of several nodes tells the gradient itself ([`PatchSizes`]).
+    fn lines(&self, absorbed: &[f64]) -> Vec<f64> {
+        let ExchangeCraft { patches, surface, .. } = &*self.craft;
+        let of_face = |node: u32, side: usize| absorbed.get(patches.of_node[node as usize][side] as usize);
+        let mut lines = vec![0.0f64; patches.of_node.len()];
+        for side in [0, 1] {
+            let mut sums = vec![[0.0, 0.0]; lines.len()];
+            for [a, b, c] in &surface.triangles {
+                for (from, to) in [(a, b), (b, c), (c, a)] {
+                    if let (Some(first), Some(second)) = (of_face(*from, side), of_face(*to, side)) {
+                        for (node, apart) in [(from, second - first), (to, first - second)] {
+                            sums[*node as usize][0] += apart;
+                            sums[*node as usize][1] += 1.0;
+                        }
+                    }
+                }
+            }
+            let is_alone = |node: usize| {
+                patches.all.get(patches.of_node[node][side] as usize).is_some_and(|patch| patch.nodes.len() == 1)
+            };
+            for (node, [sum, count]) in sums.into_iter().enumerate().filter(|(node, _)| is_alone(*node)) {
+                lines[node] = lines[node].hypot(0.5 * sum / f64::max(count, 1.0));
+            }
+        }
+        lines
+    }
+
     /// Uncertainty of the flux on a node, and its excess by late arrival, with its sign [W/m2].
     pub(super) fn of_node(&self, node: usize) -> [f64; 2] {
         let faces = self.craft.patches.of_node[node].iter().filter(|patch| **patch != NONE);
-        faces.fold([0.0f64; 2], |[uncertain, late], patch| {
+        let lines = self.state.lines.get(node).copied().unwrap_or(0.0);
+        faces.fold([lines, 0.0], |[uncertain, late], patch| {
             let of_patch = |values: &[f64]| values.get(*patch as usize).copied().unwrap_or(0.0);
             [uncertain.hypot(of_patch(&self.state.uncertain)), late + of_patch(&self.state.late)]
         })
@@ -148,8 +186,13 @@ impl ExchangeErrors {
     pub(super) fn restore(&mut self, saved: &ExchangeErrorState) -> Result<(), Misfit> {
         let patches = self.craft.patches.all.len();
         saved.light.check_patches(patches)?;
-        for values in [&saved.absorbed, &saved.uncertain, &saved.late].into_iter().filter(|values| !values.is_empty()) {
+        saved.lead.check_patches(patches)?;
+        let state = [&saved.absorbed, &saved.at_start, &saved.uncertain, &saved.late];
+        for values in state.into_iter().filter(|values| !values.is_empty()) {
             check_length("light that patches absorb", values, patches)?;
+        }
+        if !saved.lines.is_empty() {
+            check_length("differences between nodes", &saved.lines, self.craft.patches.of_node.len())?;
         }
         self.casts = saved.poses.iter().take(POSES).map(|poses| self.craft.cast(poses)).collect();
         self.renewal.last.clone_from(&saved.last);

@@ -1,8 +1,8 @@
 //! What a surface emits, stores and conducts, as the carried errors need it.
 
 use crate::scene::Time;
-use crate::thermal::balance::emissivity_sum;
 use crate::thermal::material::{Material, Response};
+use crate::thermal::memory::{capacity, emissivity_to_all_sides};
 
 /// What a place remembers of its past.
 #[derive(Debug, Clone, Copy)]
@@ -37,23 +37,16 @@ pub(super) struct SurfaceConstants {
 impl SurfaceConstants {
     pub(super) fn of(material: &Material, time: &Time) -> Self {
         let bulk = &material.bulk;
-        let memory = match &material.response {
-            Response::Instant | Response::Given => Memory::Capacity(0.0),
-            Response::Radiative(plate) => Memory::Capacity(plate.capacity),
-            Response::Network => Memory::Capacity(bulk.capacity_per_area().unwrap_or(0.0)),
+        let memory = match (&material.response, capacity(material)) {
             // A quadratic curve reaches its target in the mean after a third of its time.
-            Response::Transition(curve) => {
+            (Response::Transition(curve), _) => {
                 let both = curve.heating.duration() + curve.cooling.duration();
                 Memory::Time(0.5 * both * time.step / 3.0)
             }
-        };
-        let below = match &material.response {
-            Response::Radiative(plate) => plate.over.map_or(0.0, |over| over.effective_emittance),
-            Response::Network => bulk.over.map_or(0.0, |over| over.effective_emittance),
-            _ => 0.0,
+            (_, capacity) => Memory::Capacity(capacity.unwrap_or(0.0)),
         };
         let conducts = matches!(material.response, Response::Network);
         let sheet = bulk.conductivity.unwrap_or(0.0) * bulk.thickness.unwrap_or(0.0);
-        Self { emissivity: emissivity_sum(material) + below, memory, conductance: if conducts { sheet } else { 0.0 } }
+        Self { emissivity: emissivity_to_all_sides(material), memory, conductance: if conducts { sheet } else { 0.0 } }
     }
 }

@@ -43,7 +43,7 @@ def _truth() -> list:
     from ..balance import Finish
     from ..fields import read, still
 
-    surface, found = still(PARTS, {"sheet": Finish(*SHEET, conducts=CONDUCTS)}, BETA, INITIAL, STEP, [30, 60], 0.08, exchange=(0.2, 512), samples=64, divide=2)
+    surface, found = still(PARTS, {"sheet": Finish(*SHEET, conducts=CONDUCTS)}, BETA, INITIAL, STEP, [30, 60], 0.08, exchange=(0.2, 4096), samples=64, divide=2)
     return read(surface, CAMERA, found)
 
 

@@ -63,7 +63,14 @@ impl Exchanging {
     /// What the passes find under a light, `anew` or where the light of Sun and planet holds.
     pub(crate) fn exchanged(&self, light: ThermalVariant, anew: bool) -> Exchanged {
         let patches = self.order.len() as u32;
-        Exchanged { patches, bundles: self.bundles, light, anew, mirrors: self.mirrors.is_some() }
+        Exchanged {
+            patches,
+            bundles: self.bundles,
+            light,
+            anew,
+            mirrors: self.mirrors.is_some(),
+            held: self.renewal.held as f32,
+        }
     }
 
     /// Number of patches, and one for faces without any.

@@ -96,7 +96,8 @@ impl ExchangeTables {
                 specular: patch.gloss.specular as f32,
                 exposed: exchange.exposed(*number as usize) as f32,
                 back: u32::from(patch.back),
-                unused: [0.0; 2],
+                cooling: patch.cooling.min(f64::from(f32::MAX)) as f32,
+                unused: 0.0,
             }
         });
         let patches: Vec<ExchangePatch> = patches.collect();
