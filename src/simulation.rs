@@ -21,6 +21,7 @@ pub(crate) mod engine_state;
 pub(crate) mod exchange;
 mod exchange_device;
 mod exchange_poses;
+mod exchange_shared;
 pub(crate) mod facade;
 pub(crate) mod facade_error;
 pub(crate) mod forecast;

@@ -59,7 +59,8 @@ impl<'a> OrbitRun<'a> {
     pub fn new(spec: &'a Spec, scenes: &'a SceneText, target: &Target, number: u64) -> Result<Self, DatasetError> {
         let OrbitScene { scene, values } = scenes.of_orbit(spec, number)?;
         check(spec, &scene)?;
-        let simulation = Simulation::from_scene(scene, target)?;
+        let mut simulation = Simulation::from_scene(scene, target)?;
+        simulation.share_albedo(&scenes.albedo);
         let mut craft = craft(simulation.prepared());
         if let Some(name) = &spec.labels.object {
             craft.name.clone_from(name);

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde_json::{Map, Value as Json, json};
 use toml::{Table, Value};
@@ -12,6 +13,7 @@ use super::error::DatasetError;
 use super::random::RandomStream;
 use super::scene_sections::SENSOR;
 use super::spec::Spec;
+use crate::environment::albedo_field::AlbedoFields;
 use crate::files::Reach;
 use crate::lens::Distortion;
 use crate::scene::{Scene, SceneError};
@@ -27,6 +29,8 @@ pub struct SceneText {
     reach: Reach,
     table: Table,
     has_distortion: bool,
+    /// Albedo tables of all orbits.
+    pub(super) albedo: Arc<AlbedoFields>,
 }
 
 /// The scene of an orbit, and the values that were drawn for it.
@@ -63,7 +67,7 @@ impl SceneText {
         let unreadable = |reason: String| SceneError::Unreadable { path: path.to_path_buf(), reason };
         let text = crate::files::read_text(path).map_err(|fault| unreadable(fault.to_string()))?;
         let table = text.parse::<Table>().map_err(|error| unreadable(error.to_string()))?;
-        Ok(Self { path: path.to_path_buf(), reach, table, has_distortion })
+        Ok(Self { path: path.to_path_buf(), reach, table, has_distortion, albedo: Arc::default() })
     }
 
     /// Whether the camera's lens has distortion.

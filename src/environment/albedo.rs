@@ -91,7 +91,7 @@ fn albedo_factor_with(rule: &GaussLegendre, normal: DVec3, distance_ratio: f64, 
                 sin_incidence * cos_nadir - cos_incidence * sin_nadir,
                 cos_incidence * cos_nadir + sin_incidence * sin_nadir,
             );
-            let sun = Cosine { mean: cos_ground * cos_sun, swing: sin_ground * sin_sun, centre: 0.0 };
+            let sun = Cosine { mean: cos_ground * cos_sun, swing: sin_ground * sin_sun, centre: SUNWARD };
             let sight =
                 Cosine { mean: cos_nadir * plate.nadir, swing: sin_nadir * plate.across, centre: plate.azimuth };
             let solid_angle = sin_nadir * cos_incidence / (distance_ratio * cos_nadir);
@@ -107,8 +107,8 @@ struct PlateNormal {
     nadir: f64,
     /// Component at right angles to nadir.
     across: f64,
-    /// Azimuth of the `across` component from the Sun's side [rad], in [0, pi].
-    azimuth: f64,
+    /// Azimuth of the `across` component from the Sun's side, in [0, pi].
+    azimuth: Azimuth,
     /// Angle from nadir [rad], in [0, pi].
     tilt: f64,
 }
@@ -116,7 +116,10 @@ struct PlateNormal {
 impl PlateNormal {
     fn new(normal: DVec3) -> Self {
         let across = normal.x.hypot(normal.y);
-        Self { nadir: normal.z, across, azimuth: normal.y.abs().atan2(normal.x), tilt: across.atan2(normal.z) }
+        let side = normal.y.abs();
+        let [sine, cosine] = if across > 0.0 { [side / across, normal.x / across] } else { [0.0, 1.0] };
+        let azimuth = Azimuth { angle: side.atan2(normal.x), sine, cosine };
+        Self { nadir: normal.z, across, azimuth, tilt: across.atan2(normal.z) }
     }
 
     /// Angle of incidence of the ring that touches the plate's own horizon [rad], or 90 deg where no ring does.
@@ -136,47 +139,76 @@ fn terminator_incidence(distance_ratio: f64, sun_zenith: f64) -> f64 {
     (distance_ratio * nadir.sin()).min(1.0).asin()
 }
 
+/// An azimuth [rad] with its sine and cosine.
+#[derive(Clone, Copy)]
+struct Azimuth {
+    angle: f64,
+    sine: f64,
+    cosine: f64,
+}
+
+/// The Sun's side.
+const SUNWARD: Azimuth = Azimuth { angle: 0.0, sine: 0.0, cosine: 1.0 };
+
 /// The function mean + swing cos(azimuth - centre), with swing >= 0 and centre in [0, pi].
 #[derive(Clone, Copy)]
 struct Cosine {
     mean: f64,
     swing: f64,
-    centre: f64,
+    centre: Azimuth,
 }
 
 impl Cosine {
-    /// Half the width of the arc on which the function is positive [rad], in [0, pi].
-    fn half_arc(self) -> f64 {
+    /// Half the width of the arc on which the function is positive, in [0, pi].
+    fn half_arc(self) -> Azimuth {
         if self.mean >= self.swing {
-            PI
+            Azimuth { angle: PI, sine: 0.0, cosine: -1.0 }
         } else if self.mean <= -self.swing {
-            0.0
+            SUNWARD
         } else {
-            (-self.mean / self.swing).acos()
+            let cosine = -self.mean / self.swing;
+            Azimuth { angle: cosine.acos(), sine: ((1.0 - cosine) * (1.0 + cosine)).sqrt(), cosine }
+        }
+    }
+
+    /// The end of an arc of this half width, before (-1) or after (1) the centre.
+    fn end(self, half: Azimuth, side: f64) -> Azimuth {
+        let Azimuth { angle, sine, cosine } = self.centre;
+        Azimuth {
+            angle: angle + side * half.angle,
+            sine: sine * half.cosine + side * cosine * half.sine,
+            cosine: cosine * half.cosine - side * sine * half.sine,
         }
     }
 }
 
-/// Integral over the azimuth of a x b where both are positive. The centre of `a` is 0.
+/// Integral over the azimuth of a x b where both are positive. The centre of `a` is 0. The sines of the ends of arcs follow from the two functions, so a ring takes two inverse
+/// cosines.
 fn ring(a: Cosine, b: Cosine) -> f64 {
     let (half_a, half_b) = (a.half_arc(), b.half_arc());
-    if half_a == PI && half_b == PI {
-        return TAU * a.mean * b.mean + PI * a.swing * b.swing * b.centre.cos();
+    let Azimuth { sine, cosine, .. } = b.centre;
+    if half_a.angle == PI && half_b.angle == PI {
+        return TAU * a.mean * b.mean + PI * a.swing * b.swing * cosine;
     }
-    let arc = |start: f64, end: f64| {
-        if end <= start {
+    let arc = |start: Azimuth, end: Azimuth| {
+        if end.angle <= start.angle {
             return 0.0;
         }
-        let (middle, half) = (0.5 * (start + end), 0.5 * (end - start));
-        let sin_half = half.sin();
-        let off_centre = middle - b.centre;
-        2.0 * (half * (a.mean * b.mean + 0.5 * a.swing * b.swing * b.centre.cos())
-            + sin_half * (a.swing * b.mean * middle.cos() + a.mean * b.swing * off_centre.cos())
-            + 0.5 * sin_half * half.cos() * a.swing * b.swing * (middle + off_centre).cos())
+        let change = |of: &dyn Fn(Azimuth) -> f64| of(end) - of(start);
+        let off_centre = |at: Azimuth| at.sine * cosine - at.cosine * sine;
+        let twice =
+            |at: Azimuth| 2.0 * at.sine * at.cosine * cosine - (at.cosine - at.sine) * (at.cosine + at.sine) * sine;
+        (end.angle - start.angle) * (a.mean * b.mean + 0.5 * a.swing * b.swing * cosine)
+            + a.swing * b.mean * (end.sine - start.sine)
+            + a.mean * b.swing * change(&off_centre)
+            + 0.25 * a.swing * b.swing * change(&twice)
     };
-    let direct = arc((-half_a).max(b.centre - half_b), half_a.min(b.centre + half_b));
-    let around = arc(-half_a, half_a.min(b.centre + half_b - TAU));
-    direct + around
+    let later = |x: Azimuth, y: Azimuth| if x.angle > y.angle { x } else { y };
+    let earlier = |x: Azimuth, y: Azimuth| if x.angle < y.angle { x } else { y };
+    let (first, last) = (a.end(half_a, -1.0), a.end(half_a, 1.0));
+    let [begins, ends] = [-1.0, 1.0].map(|side| b.end(half_b, side));
+    let around = Azimuth { angle: ends.angle - TAU, ..ends };
+    (arc(later(first, begins), earlier(last, ends)) + arc(first, earlier(last, around))).max(0.0)
 }
 
 #[cfg(test)]

@@ -108,7 +108,7 @@ fn cubic(t: f64) -> [f64; 4] {
     ]
 }
 
-/// Albedo fields of many distances, each built when first needed, for an orbit that is not circular.
+/// Albedo fields of many distances, each built when first needed, for an orbit that is not circular and for the many orbits of a data set.
 ///
 /// The altitudes of the fields rise by the factor [`RATIO`]. A cubic interpolates between the four nearest fields, each read with the
 /// terminator at the same place of the visible cap.

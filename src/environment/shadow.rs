@@ -6,6 +6,7 @@
 mod boxes;
 mod closed;
 mod jointed;
+mod kept_light;
 mod lit_area;
 mod lit_corners;
 mod lit_surface;
@@ -18,6 +19,7 @@ mod sunward;
 mod tree;
 
 pub(crate) use jointed::Jointed;
+pub(crate) use kept_light::KeptLight;
 pub use lit_area::{Lit, LitArea, LitAreas};
 pub(crate) use lit_corners::CornerLight;
 pub(crate) use lit_surface::{LitNode, LitSurface};

@@ -76,6 +76,13 @@ impl StepLoads {
         })
     }
 
+    /// Takes the albedo from fields that loads of other orbits share, so that orbits of many heights make few tables.
+    pub(crate) fn share_albedo(&mut self, fields: &Arc<AlbedoFields>) {
+        if self.albedo.is_some() {
+            self.albedo = Some(AlbedoSource::Varying(Arc::clone(fields)));
+        }
+    }
+
     /// Adds joints to the craft. Joints with a rate are walked from the time `from` [s] on in steps of `step` [s].
     pub(crate) fn with_joints(mut self, joints: Vec<Joint>, from: f64, step: f64) -> Self {
         let sun = |time: f64| self.sky.sun_direction(time);

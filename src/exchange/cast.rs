@@ -70,9 +70,12 @@ pub(crate) fn start_at(surface: &PatchSurface, patches: &Patches, patch: u32, [p
 
 /// Where a ray ends: a patch, [`SPACE`] or [`INSIDE`].
 pub(crate) fn end_of(surface: &PatchSurface, patches: &Patches, occluders: &Occluders, [from, direction]: Ray) -> u32 {
-    let Some(hit) = occluders.first(from, direction) else { return SPACE };
-    let triangle = surface.triangles[hit.triangle];
-    match face_of(&triangle.map(|node| patches.of_node[node as usize]), &hit) {
+    occluders.first(from, direction).map_or(SPACE, |hit| patch_at(surface, patches, hit.triangle, &hit))
+}
+
+/// Where a ray ends that meets a triangle: a patch, or [`INSIDE`].
+pub(super) fn patch_at(surface: &PatchSurface, patches: &Patches, triangle: usize, hit: &Hit) -> u32 {
+    match face_of(&surface.triangles[triangle].map(|node| patches.of_node[node as usize]), hit) {
         NONE => INSIDE,
         patch => patch,
     }

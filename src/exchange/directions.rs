@@ -37,7 +37,7 @@ pub(crate) fn cosine_direction(normal: DVec3, [u, v]: [f64; 2]) -> DVec3 {
     radius * (cosine * x + sine * y) + (1.0 - u).max(0.0).sqrt() * normal
 }
 
-/// Standard deviation of a mean over evenly spread rays, over that of independent ones. With points of a recurrence in four dimensions the error of a mean
+/// Standard deviation of a mean over evenly spread rays, over the one of independent rays. With points of a recurrence in four dimensions the error of a mean
 /// falls about as rays^-0.75 where a single edge divides what rays meet; the factor two is for views of many edges.
 pub(crate) fn evenness(rays: u32) -> f64 {
     (2.0 * f64::from(rays.max(1)).powf(-0.25)).min(1.0)

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use super::balance_sides::balance_sides;
 use super::cast::{INSIDE, SPACE};
 use super::patches::Patch;
+use super::scaling::Rows;
 use super::sparse::{Sparse, SparseRow};
 
 /// Most rounds in which rows are closed. The diagonal takes the rest.
@@ -118,21 +119,8 @@ impl Factors {
 
 /// Closes the rows. Returns the largest error that is left for the diagonal, over the area of its row.
 fn close(areas: &[f64], shared: &mut Sparse, space: &mut [f64]) -> f64 {
-    let mut factor = vec![1.0; areas.len()];
-    let row = |factor: &[f64], shared: &Sparse, space: &[f64], i: usize| {
-        let scaled: f64 = shared.row(i).iter().map(|(j, area)| area * factor[*j as usize]).sum();
-        factor[i] * (scaled + space[i])
-    };
-    for _ in 0..ROUNDS {
-        let sums: Vec<f64> = (0..areas.len()).into_par_iter().map(|i| row(&factor, shared, space, i)).collect();
-        let worst = sums.iter().zip(areas).map(|(sum, area)| (sum / area - 1.0).abs()).fold(0.0, f64::max);
-        if worst <= CLOSED {
-            break;
-        }
-        for (i, sum) in sums.iter().enumerate().filter(|(_, sum)| **sum > 0.0) {
-            factor[i] *= (areas[i] / sum).sqrt();
-        }
-    }
+    let rows = Rows { shared, weights: &vec![1.0; areas.len()], rest: space, wanted: areas };
+    let factor = rows.factors(CLOSED, ROUNDS);
     let mut worst = 0.0f64;
     for i in 0..areas.len() {
         let run = shared.first[i] as usize..shared.first[i + 1] as usize;

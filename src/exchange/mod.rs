@@ -1,6 +1,6 @@
 //! Radiation between the surfaces of the craft, in f64.
 //!
-//! Nodes are gathered into patches ([`patches`]). Rays from every patch find the other patches and the space that it sees ([`cast`]). Their numbers
+//! Nodes are gathered into patches ([`patches`]). Rays from every patch find the other patches and the space that it sees ([`cast`], and [`jointed_rays`] where joints turn). Their numbers
 //! become view factors that are reciprocal and closed ([`factors`]). Diffuse reflections turn these into exchange areas, of infrared and of sunlight
 //! apart ([`reflected`]). In every step a patch receives the light of all others, and the planet's light through the open part of its sky ([`step`],
 //! [`sky`]).
@@ -10,17 +10,20 @@
 
 pub(crate) mod balance_sides;
 pub(crate) mod between;
+pub(crate) mod bundles;
 pub(crate) mod cast;
 pub(crate) mod defects;
 pub(crate) mod directions;
 pub(crate) mod errors;
 pub(crate) mod factors;
+pub(crate) mod jointed_rays;
 pub(crate) mod lead;
 pub(crate) mod mirrors;
 pub(crate) mod packed;
 pub(crate) mod patches;
 pub(crate) mod posed;
 pub(crate) mod reflected;
+pub(crate) mod scaling;
 pub(crate) mod sky;
 pub(crate) mod sparse;
 pub(crate) mod split;

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::factors::{Correction, Factors};
 use super::patches::Patch;
 use super::reflected::Areas;
+use super::sky::{open_parts, with_open_parts};
 use super::sparse::Sparse;
 use super::step::Exchange;
 
@@ -52,16 +53,17 @@ impl HalfRows {
 
     fn whole(&self) -> Sparse {
         let rows = self.first.len() - 1;
-        let mut lengths = vec![0; rows];
         let of_row = |row: usize| self.first[row] as usize..self.first[row + 1] as usize;
+        let mut first = vec![0u32; rows + 1];
         for row in 0..rows {
-            for place in of_row(row) {
-                let column = usize::from(self.columns[place]);
-                lengths[row] += 1;
-                lengths[column] += usize::from(column != row);
+            for column in self.columns[of_row(row)].iter().map(|column| usize::from(*column)) {
+                first[row + 1] += 1;
+                first[column + 1] += u32::from(column != row);
             }
         }
-        let mut whole: Vec<Vec<(u32, f64)>> = lengths.into_iter().map(Vec::with_capacity).collect();
+        (0..rows).for_each(|row| first[row + 1] += first[row]);
+        let mut next = first.clone();
+        let mut entries = vec![(0, 0.0); first[rows] as usize];
         let mut rests = self.rests.iter().copied().peekable();
         for row in 0..rows {
             for place in of_row(row) {
@@ -69,13 +71,17 @@ impl HalfRows {
                 let rest = rests.next_if(|(own, _)| *own as usize == place).map(|(_, value)| value);
                 let exact = rest.or_else(|| self.doubles.get(place).copied());
                 let value = exact.unwrap_or_else(|| f64::from(self.values[place]));
-                whole[row].push((column as u32, value));
+                let mut put = |row: usize, column: usize| {
+                    entries[next[row] as usize] = (column as u32, value);
+                    next[row] += 1;
+                };
+                put(row, column);
                 if column != row {
-                    whole[column].push((row as u32, value));
+                    put(column, row);
                 }
             }
         }
-        Sparse::from_rows(whole)
+        Sparse { first, entries }
     }
 
     fn bytes(&self) -> usize {
@@ -98,13 +104,15 @@ pub(crate) struct PackedExchange {
     inside: Vec<f64>,
     correction: Correction,
     rays: u32,
-    sky: Vec<u32>,
+    /// Open parts of two bundles in a byte.
+    open: Vec<u8>,
+    directions: Arc<Vec<u32>>,
     bundles: usize,
 }
 
 impl PackedExchange {
     pub(crate) fn new(exchange: Exchange) -> Self {
-        let Exchange { patches, nodes, of_node, factors, infrared, sunlight, sky, bundles } = exchange;
+        let Exchange { patches, nodes, of_node, factors, infrared, sunlight, sky, directions, bundles } = exchange;
         Self {
             patches,
             nodes,
@@ -115,7 +123,11 @@ impl PackedExchange {
             inside: factors.inside,
             correction: factors.correction,
             rays: factors.rays,
-            sky,
+            open: sky
+                .chunks(2)
+                .map(|two| two.iter().rev().fold(0, |byte, word| byte << 4 | open_parts(*word)))
+                .collect(),
+            directions,
             bundles,
         }
     }
@@ -124,6 +136,8 @@ impl PackedExchange {
     pub(crate) fn unpack(&self) -> Exchange {
         let [shared, infrared, sunlight] = self.rows.each_ref().map(HalfRows::whole);
         let [space, infrared_space, sunlight_space] = self.space.clone();
+        let parts = self.open.iter().flat_map(|two| [two & 15, two >> 4]);
+        let sky = self.directions.iter().zip(parts).map(|(word, parts)| with_open_parts(*word, parts));
         Exchange {
             patches: Arc::clone(&self.patches),
             nodes: Arc::clone(&self.nodes),
@@ -138,7 +152,8 @@ impl PackedExchange {
             },
             infrared: Areas { between: infrared, space: infrared_space, returned: self.returned[0] },
             sunlight: Areas { between: sunlight, space: sunlight_space, returned: self.returned[1] },
-            sky: self.sky.clone(),
+            sky: sky.collect(),
+            directions: Arc::clone(&self.directions),
             bundles: self.bundles,
         }
     }
@@ -146,6 +161,6 @@ impl PackedExchange {
     /// Memory, without what every pose shares [B].
     pub(crate) fn bytes(&self) -> usize {
         let space: usize = self.space.iter().map(Vec::len).sum();
-        self.rows.iter().map(HalfRows::bytes).sum::<usize>() + 8 * (space + self.inside.len()) + 4 * self.sky.len()
+        self.rows.iter().map(HalfRows::bytes).sum::<usize>() + 8 * (space + self.inside.len()) + self.open.len()
     }
 }

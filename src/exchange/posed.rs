@@ -40,6 +40,7 @@ impl Exchange {
                 &absorptivities(|patch| patch.optics.absorptivity),
             ),
             sky: mean_sky([&self.sky, &other.sky], share),
+            directions: Arc::clone(&self.directions),
             ..*self
         }
     }

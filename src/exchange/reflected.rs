@@ -16,6 +16,7 @@ use rayon::prelude::*;
 
 use super::balance_sides::{Sided, fit_sides};
 use super::factors::Factors;
+use super::scaling::{Rows, conjugate_gradients, product};
 use super::sparse::{Sparse, SparseRow};
 use super::words::{MOST as WORDS, rounded};
 use crate::stop::Watch;
@@ -24,6 +25,10 @@ use crate::stop::Watch;
 const THIN: f64 = 0.006;
 /// Rounds in which kept entries are scaled to the right sums of their rows.
 const ROUNDS: usize = 100;
+/// Error of such a sum, over the sum, that is left to the diagonal.
+const RIGHT: f64 = 1e-9;
+/// Error of shares with all reflections, over the shares.
+const SOLVED: f64 = 1e-14;
 /// Share of the light of a row below which reflections are no longer followed. The rest goes where the light before it went.
 const FAINT: f64 = 3e-4;
 /// Share of the light of a row below which entries are reflected together.
@@ -52,6 +57,7 @@ pub(crate) fn exchange_areas(factors: &Factors, sides: &[u32], absorptivities: &
     let areas = &factors.areas;
     let [given, lost] = shares(factors, absorptivities, bounces);
     let watch = Watch::begin();
+    let light = LightRows::new(&factors.shared);
     let (rows, wanted): (Vec<SparseRow>, Vec<Sided>) = (0..areas.len())
         .into_par_iter()
         .map_init(
@@ -60,7 +66,7 @@ pub(crate) fn exchange_areas(factors: &Factors, sides: &[u32], absorptivities: &
                 if watch.is_over() {
                     return Default::default();
                 }
-                room.follow(factors, absorptivities, bounces, patch);
+                room.follow(factors, &light, absorptivities, bounces, patch);
                 room.thinned(factors, sides, patch)
             },
         )
@@ -97,8 +103,35 @@ impl Areas {
 
 /// Shares of the light of each patch that the craft absorbs and that reach space, with at most `bounces` reflections.
 fn shares(factors: &Factors, absorptivities: &[f64], bounces: Option<u32>) -> [Vec<f64>; 2] {
+    match bounces {
+        Some(bounces) => shares_of(factors, absorptivities, bounces),
+        None => all_shares(factors, absorptivities),
+    }
+}
+
+/// The same with all reflections. With reflectivities r the share x that reaches space solves A_i x_i = space_i + sum over j of S_ij r_j x_j, a symmetric system in
+/// the patches that reflect. Rows are closed, so the craft absorbs the rest.
+fn all_shares(factors: &Factors, absorptivities: &[f64]) -> [Vec<f64>; 2] {
+    let Factors { areas, shared, space, .. } = factors;
+    let reflected = |values: &[f64]| -> Vec<f64> {
+        values.iter().zip(absorptivities).map(|(value, taken)| (1.0 - taken) * value).collect()
+    };
+    let diagonal = reflected(areas);
+    let times = |way: &[f64]| {
+        let arrives = reflected(&product(shared, &reflected(way)));
+        way.iter().zip(&diagonal).zip(arrives).map(|((way, diagonal), arrives)| diagonal * way - arrives).collect()
+    };
+    let reflecting = conjugate_gradients(&diagonal, times, &reflected(space), SOLVED, MOST as usize);
+    let arrives = product(shared, &reflected(&reflecting));
+    let lost = (0..areas.len()).map(|i| ((space[i] + arrives[i]) / areas[i]).clamp(0.0, 1.0));
+    let lost: Vec<f64> = lost.collect();
+    [lost.iter().map(|lost| 1.0 - lost).collect(), lost]
+}
+
+/// The same with at most `bounces` reflections.
+fn shares_of(factors: &Factors, absorptivities: &[f64], bounces: u32) -> [Vec<f64>; 2] {
     let mut now = vec![[0.0; 2]; factors.areas.len()];
-    for _ in 0..=bounces.unwrap_or(MOST).min(MOST) {
+    for _ in 0..=bounces.min(MOST) {
         // Shares of the light of a ray that ends on each patch.
         let of_ray =
             |(shares, taken): (&[f64; 2], &f64)| [taken + (1.0 - taken) * shares[0], (1.0 - taken) * shares[1]];
@@ -124,17 +157,8 @@ fn shares(factors: &Factors, absorptivities: &[f64], bounces: Option<u32>) -> [V
 
 /// Scales entries so that each row gives the `wanted` area to the craft [m2].
 fn scale(kept: &mut Sparse, wanted: &[f64], absorptivities: &[f64]) {
-    let carried = |rows: &Sparse, factor: &[f64], i: usize| -> f64 {
-        let term = |(j, area): &(u32, f64)| area * factor[*j as usize] * absorptivities[*j as usize];
-        factor[i] * rows.row(i).iter().map(term).sum::<f64>()
-    };
-    let mut factor = vec![1.0; wanted.len()];
-    for _ in 0..ROUNDS {
-        let now: Vec<f64> = (0..wanted.len()).into_par_iter().map(|i| carried(kept, &factor, i)).collect();
-        for i in (0..wanted.len()).filter(|i| now[*i] > 0.0) {
-            factor[i] *= (wanted[i] / now[i]).sqrt();
-        }
-    }
+    let rows = Rows { shared: kept, weights: absorptivities, rest: &vec![0.0; wanted.len()], wanted };
+    let factor = rows.factors(RIGHT, ROUNDS);
     for i in 0..wanted.len() {
         let run = kept.first[i] as usize..kept.first[i + 1] as usize;
         kept.entries[run].iter_mut().for_each(|(j, area)| *area *= factor[i] * factor[*j as usize]);
@@ -175,37 +199,70 @@ fn lot(i: u32, j: u32) -> f64 {
     (word >> 32) as f64 * 2f64.powi(-32)
 }
 
-/// Light on patches, and the blocks of patches that any has reached.
+/// Shared areas [m2] in half the memory, which is read for each patch anew, and the blocks of patches that each row reaches, as bits.
+struct LightRows {
+    entries: Vec<(u32, f32)>,
+    blocks: Vec<u64>,
+    /// Words of blocks of a row.
+    words: usize,
+}
+
+impl LightRows {
+    fn new(shared: &Sparse) -> Self {
+        let words = shared.len().div_ceil(64 * BLOCK);
+        let mut blocks = vec![0u64; words * shared.len()];
+        for (row, blocks) in blocks.chunks_mut(words.max(1)).enumerate() {
+            for (column, _) in shared.row(row) {
+                let block = *column as usize / BLOCK;
+                blocks[block / 64] |= 1 << (block % 64);
+            }
+        }
+        let entries = shared.entries.iter().map(|(column, area)| (*column, *area as f32)).collect();
+        Self { entries, blocks, words }
+    }
+}
+
+/// Light on patches, and the blocks of patches that any has reached, as bits.
 #[derive(Debug, Default)]
 struct Spread {
     light: Vec<f64>,
-    reached: Vec<bool>,
+    reached: Vec<u64>,
 }
 
 impl Spread {
     fn new(patches: usize) -> Self {
-        Self { light: vec![0.0; patches], reached: vec![false; patches.div_ceil(BLOCK)] }
+        Self { light: vec![0.0; patches], reached: vec![0; patches.div_ceil(64 * BLOCK)] }
     }
 
     #[inline(always)]
     fn add(&mut self, patch: usize, light: f64) {
         self.light[patch] += light;
-        self.reached[patch / BLOCK] = true;
+        self.reached[patch / BLOCK / 64] |= 1 << (patch / BLOCK % 64);
+    }
+
+    /// Adds a share of a row.
+    fn add_row(&mut self, rows: &LightRows, row: usize, entries: std::ops::Range<usize>, share: f64) {
+        for (patch, area) in &rows.entries[entries] {
+            self.light[*patch as usize] += share * f64::from(*area);
+        }
+        let blocks = &rows.blocks[row * rows.words..(row + 1) * rows.words];
+        self.reached.iter_mut().zip(blocks).for_each(|(reached, blocks)| *reached |= blocks);
     }
 
     /// Moves the patches with light to `all`, which is emptied first, and takes their light away.
     fn drain(&mut self, all: &mut SparseRow) {
         all.clear();
-        for (number, reached) in self.reached.iter_mut().enumerate() {
-            if !std::mem::take(reached) {
-                continue;
-            }
-            let first = number * BLOCK;
-            let end = self.light.len().min(first + BLOCK);
-            for (k, light) in self.light[first..end].iter_mut().enumerate() {
-                if *light != 0.0 {
-                    all.push(((first + k) as u32, *light));
-                    *light = 0.0;
+        for (word, reached) in self.reached.iter_mut().enumerate() {
+            let mut left = std::mem::take(reached);
+            while left != 0 {
+                let first = (64 * word + left.trailing_zeros() as usize) * BLOCK;
+                left &= left - 1;
+                let end = self.light.len().min(first + BLOCK);
+                for (k, light) in self.light[first..end].iter_mut().enumerate() {
+                    if *light != 0.0 {
+                        all.push(((first + k) as u32, *light));
+                        *light = 0.0;
+                    }
                 }
             }
         }
@@ -233,7 +290,7 @@ impl ReflectionRoom {
     }
 
     /// Follows the light of a patch through its reflections.
-    fn follow(&mut self, factors: &Factors, taken: &[f64], bounces: Option<u32>, patch: usize) {
+    fn follow(&mut self, factors: &Factors, rows: &LightRows, taken: &[f64], bounces: Option<u32>, patch: usize) {
         let [faint, crumb] = [FAINT, CRUMB].map(|share| share * factors.areas[patch]);
         self.row.clear();
         self.row.extend_from_slice(factors.shared.row(patch));
@@ -260,10 +317,9 @@ impl ReflectionRoom {
                 self.sent.push((last, gathered));
             }
             for (j, light) in &self.sent {
-                let share = light / factors.areas[*j as usize];
-                for (k, shared) in factors.shared.row(*j as usize) {
-                    self.next.add(*k as usize, share * shared);
-                }
+                let row = *j as usize;
+                let entries = factors.shared.first[row] as usize..factors.shared.first[row + 1] as usize;
+                self.next.add_row(rows, row, entries, light / factors.areas[row]);
             }
             self.next.drain(&mut self.row);
         }

@@ -26,40 +26,66 @@ pub(crate) struct PatchRay {
     /// The two numbers that chose its direction about the normal.
     pub(crate) place: [f64; 2],
     pub(crate) direction: DVec3,
-    pub(crate) open: bool,
 }
 
 pub(crate) fn bundles_of(rays: usize) -> usize {
     rays.div_ceil(BUNDLE)
 }
 
-/// Words of the bundles of a patch. Neighbours make a bundle: rays are sorted into rings about the normal, and by azimuth within a ring.
-pub(crate) fn bundled(rays: &[PatchRay]) -> Vec<u32> {
+/// First ray of a bundle.
+fn first_ray(bundle: usize, rays: usize) -> usize {
+    rays * bundle / bundles_of(rays).max(1)
+}
+
+/// Numbers of the rays of a patch, one bundle after the other, and the words of the bundles, of which nothing is open. Neighbours make a bundle: rays are sorted into
+/// rings about the normal, and by azimuth within a ring.
+pub(super) fn gathered(rays: &[PatchRay]) -> (Vec<u16>, Vec<u32>) {
     let (count, length) = (bundles_of(rays.len()), rays.len());
     // As many bundles around a ring as there are rings, times four, have about the same width and height.
     let rings = ((count as f64).sqrt() / 2.0).round().max(1.0) as usize;
-    let first_ray = |bundle: usize| length * bundle / count.max(1);
     // A place in 32 bits and the number of its ray, so that whole numbers are sorted.
     let key = |number: u32, place: f64| ((place * 2f64.powi(32)) as u64) << 32 | u64::from(number);
     let mut order: Vec<u64> = (0..).zip(rays).map(|(number, ray)| key(number, ray.place[0])).collect();
     order.sort_unstable();
     for ring in 0..rings {
-        let [first, end] = [ring, ring + 1].map(|ring| first_ray(count * ring / rings));
+        let [first, end] = [ring, ring + 1].map(|ring| first_ray(count * ring / rings, length));
         let ring = &mut order[first..end];
         ring.iter_mut().for_each(|ray| *ray = key(*ray as u32, rays[*ray as u32 as usize].place[1]));
         ring.sort_unstable();
     }
+    let order: Vec<u16> = order.into_iter().map(|ray| ray as u16).collect();
     let word = |bundle: usize| {
-        let bundle_rays = &order[first_ray(bundle)..first_ray(bundle + 1)];
-        let (mut open, mut direction) = (0, DVec3::ZERO);
-        for ray in bundle_rays.iter().map(|ray| &rays[*ray as u32 as usize]) {
-            open += u32::from(ray.open);
-            direction += ray.direction;
-        }
-        let first = rays[bundle_rays[0] as u32 as usize].direction;
-        word_of(direction.normalize_or(first), PARTS * open / bundle_rays.len() as u32)
+        let directions = order[first_ray(bundle, length)..first_ray(bundle + 1, length)]
+            .iter()
+            .map(|ray| rays[usize::from(*ray)].direction);
+        let first = rays[usize::from(order[first_ray(bundle, length)])].direction;
+        word_of(directions.sum::<DVec3>().normalize_or(first), 0)
     };
-    (0..count).map(word).collect()
+    let words = (0..count).map(word).collect();
+    (order, words)
+}
+
+/// Words of bundles with what is open of the rays in this order.
+pub(super) fn opened<'a>(
+    order: &'a [u16],
+    words: &'a [u32],
+    is_open: impl Fn(u16) -> bool + 'a,
+) -> impl Iterator<Item = u32> + 'a {
+    words.iter().enumerate().map(move |(bundle, word)| {
+        let rays = &order[first_ray(bundle, order.len())..first_ray(bundle + 1, order.len())];
+        let open = rays.iter().filter(|ray| is_open(**ray)).count() as u32;
+        word | (PARTS * open / rays.len() as u32) << (2 * BITS)
+    })
+}
+
+/// Parts of twelve of a bundle that are open.
+pub(super) fn open_parts(word: u32) -> u8 {
+    (word >> (2 * BITS)) as u8
+}
+
+/// The word of a bundle of which nothing is open, with so many parts open.
+pub(super) fn with_open_parts(word: u32, parts: u8) -> u32 {
+    word | u32::from(parts) << (2 * BITS)
 }
 
 /// A bundle as a word: a direction on an octahedron (Cigolle et al. 2014, Journal of Computer Graphics Techniques 3(2)) in steps of 2^-14, and the open ones of 12 parts.
@@ -293,16 +319,25 @@ mod tests {
         let ray = |ray| {
             let [_, _, s, t] = fractions(patch, ray);
             let direction = cosine_direction(DVec3::Z, [s, t]);
-            PatchRay { place: [s, t], direction, open: direction.x <= 0.2 }
+            PatchRay { place: [s, t], direction }
         };
         (0..count).map(ray).collect()
+    }
+
+    fn is_open(ray: &PatchRay) -> bool {
+        ray.direction.x <= 0.2
+    }
+
+    fn bundled(rays: &[PatchRay]) -> Vec<u32> {
+        let (order, words) = gathered(rays);
+        opened(&order, &words, |ray| is_open(&rays[usize::from(ray)])).collect()
     }
 
     #[test]
     fn bundles_keep_what_is_open_and_lose_less_than_fewer_rays_would() {
         for count in [1, 2, 3, 5, 30, 256] {
             let own = rays(4, count);
-            let open = own.iter().filter(|ray| ray.open).count() as f64;
+            let open = own.iter().filter(|ray| is_open(ray)).count() as f64;
             let words = bundled(&own);
             assert_eq!(words.len(), bundles_of(count as usize));
             let share: f64 = words.iter().map(|word| open_share(*word)).sum::<f64>() / words.len() as f64;
@@ -317,7 +352,7 @@ mod tests {
             let singly = |count: u32| {
                 let words: Vec<u32> = rays(patch, count)
                     .iter()
-                    .map(|ray| word_of(ray.direction, if ray.open { PARTS } else { 0 }))
+                    .map(|ray| word_of(ray.direction, if is_open(ray) { PARTS } else { 0 }))
                     .collect();
                 planet.seen(&words).planet_ir
             };

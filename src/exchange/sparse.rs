@@ -17,7 +17,7 @@ pub struct Sparse {
 impl Sparse {
     pub(crate) fn from_rows(rows: Vec<SparseRow>) -> Self {
         let mut first = vec![0];
-        let mut entries = Vec::new();
+        let mut entries = Vec::with_capacity(rows.iter().map(Vec::len).sum());
         for row in rows {
             entries.extend(row);
             first.push(entries.len() as u32);
@@ -41,11 +41,19 @@ impl Sparse {
     }
 
     pub(crate) fn transposed(&self) -> Self {
-        let mut rows = vec![Vec::new(); self.len()];
+        let mut first = vec![0u32; self.len() + 1];
+        self.entries.iter().for_each(|(column, _)| first[*column as usize + 1] += 1);
+        (0..self.len()).for_each(|row| first[row + 1] += first[row]);
+        let mut next = first.clone();
+        let mut entries = vec![(0, 0.0); self.entries.len()];
         for row in 0..self.len() {
-            self.row(row).iter().for_each(|(column, value)| rows[*column as usize].push((row as u32, *value)));
+            for (column, value) in self.row(row) {
+                let place = &mut next[*column as usize];
+                entries[*place as usize] = (row as u32, *value);
+                *place += 1;
+            }
         }
-        Self::from_rows(rows)
+        Self { first, entries }
     }
 
     /// Combines two matrices entry by entry. An entry that one of them lacks is 0 there. Entries of 0 are left out.

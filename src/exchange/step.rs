@@ -14,13 +14,13 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::balance_sides::sides_of;
-use super::cast::{SPACE, Scenery, start_at};
-use super::directions::{cosine_direction, fractions};
+use super::bundles::SkyBundles;
+use super::cast::Scenery;
 use super::factors::Factors;
 use super::mirrors::Mirrored;
 use super::patches::{NONE, Patch, PatchSurface, Patches};
 use super::reflected::{Areas, exchange_areas};
-use super::sky::{PatchRay, PlanetFromPatch, bundled, bundles_of};
+use super::sky::PlanetFromPatch;
 use crate::environment::StepLoad;
 use crate::environment::load::solar_flux;
 use crate::environment::shadow::{Lit, LitArea};
@@ -33,8 +33,6 @@ use crate::trace::span;
 
 /// Time for which infrared is held where a scene states none [s].
 pub(crate) const HOLD: f64 = 60.0;
-
-pub(crate) const SKY_RAYS: u32 = 4096;
 
 /// How the rays and reflections of a scene are found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -118,30 +116,31 @@ pub struct Exchange {
     pub sunlight: Areas,
     /// Bundles of rays that keep the sky, the same number for each patch.
     pub sky: Vec<u32>,
+    /// The same bundles with nothing open.
+    pub(super) directions: Arc<Vec<u32>>,
     pub(super) bundles: usize,
 }
 
 impl Exchange {
     /// The exchange of patches whose rays end at `ends`, with the directions of the rays in the frame of the patch's joint.
     pub fn new(surface: &PatchSurface, patches: &Patches, ends: &[u32], settings: &ExchangeSettings) -> Self {
+        Self::of_bundles(&SkyBundles::new(surface, patches, settings.rays), patches, ends, settings)
+    }
+
+    /// The same with bundles that are known.
+    pub(crate) fn of_bundles(
+        bundles: &SkyBundles,
+        patches: &Patches,
+        ends: &[u32],
+        settings: &ExchangeSettings,
+    ) -> Self {
         let _finds = span("finding reflections");
         let factors = Factors::new(&patches.all, ends, settings.rays);
         let [infrared, sunlight] = reflections(&factors, patches, settings.bounces);
-        let kept = settings.rays.min(SKY_RAYS);
-        let sky = (0..patches.all.len() as u32).into_par_iter().flat_map_iter(|patch| {
-            let ends_of_patch = &ends[patch as usize * settings.rays as usize..];
-            let ray = |ray| {
-                let numbers = fractions(patch, ray);
-                let [_, normal] = start_at(surface, patches, patch, numbers);
-                let [.., s, t] = numbers;
-                let direction = cosine_direction(normal, [s, t]);
-                PatchRay { place: [s, t], direction, open: ends_of_patch[ray as usize] == SPACE }
-            };
-            bundled(&(0..kept).map(ray).collect::<Vec<_>>())
-        });
         Self {
-            bundles: bundles_of(kept as usize),
-            sky: sky.collect(),
+            bundles: bundles.of_patch(),
+            sky: bundles.opened(ends),
+            directions: Arc::clone(&bundles.words),
             patches: Arc::clone(&patches.all),
             nodes: Arc::clone(&patches.nodes),
             of_node: Arc::clone(&patches.of_node),

@@ -19,13 +19,13 @@ pub(crate) fn rounded(value: f64, least: f64, most: usize) -> f64 {
 }
 
 /// The upper halves of the f32 whose sum is a value that `rounded` gave.
-pub(crate) fn pieces(value: f64) -> Vec<u32> {
-    let (mut rest, mut pieces) = (value, Vec::new());
-    while rest != 0.0 && pieces.len() < MOST {
-        pieces.push(upper_half(rest));
+pub(crate) fn pieces(value: f64) -> impl Iterator<Item = u32> {
+    let mut rest = value;
+    (0..MOST).map_while(move |_| {
+        let piece = (rest != 0.0).then(|| upper_half(rest));
         rest -= short(rest);
-    }
-    pieces
+        piece
+    })
 }
 
 /// Most numbers of a sum: they hold the 24 bits of an f32.
@@ -50,11 +50,11 @@ mod tests {
                     (kept / value - 1.0).abs() <= 0.5f64.powi(if most == 3 { 24 } else { 9 * most as i32 - 1 }),
                     "{value}"
                 );
-                let sum: f64 = pieces(kept).iter().map(|half| f64::from(f32::from_bits(half << 16))).sum();
+                let sum: f64 = pieces(kept).map(|half| f64::from(f32::from_bits(half << 16))).sum();
                 assert_eq!(sum, kept, "{value} in {most}");
             }
         }
         assert_eq!(rounded(1.0 + 1.0 / 300.0, 0.01, 3), 1.0);
-        assert!(rounded(1.0 + 1.0 / 300.0, 0.001, 3) != 1.0 && pieces(0.0).is_empty());
+        assert!(rounded(1.0 + 1.0 / 300.0, 0.001, 3) != 1.0 && pieces(0.0).next().is_none());
     }
 }

@@ -1,15 +1,18 @@
 //! Radiation between the surfaces of a scene: its patches, and their exchange in a step in f64.
 
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::Arc;
 
 use glam::DAffine3;
 
 use super::exchange_poses::{Finding, Posed, PosedState, RowsBetween};
+use super::exchange_shared::{ExchangesInUse, RaysOfCraft, SharedRows};
 use super::network::SceneNetwork;
 use crate::environment::StepLoad;
 use crate::environment::shadow::Lit;
+use crate::exchange::bundles::SkyBundles;
 use crate::exchange::cast::Scenery;
 use crate::exchange::defects::Defects;
+use crate::exchange::jointed_rays::JointedRays;
 use crate::exchange::lead::Lead;
 use crate::exchange::mirrors::Mirrors;
 use crate::exchange::packed::PackedExchange;
@@ -23,6 +26,7 @@ use crate::thermal::material::Material;
 use crate::thermal::memory::cooling;
 use crate::thermal::misfit::{Misfit, check_length};
 use crate::thermal::received::FaceLoad;
+use crate::trace::span;
 
 /// Most rays of a scene. Their ends take 1 GiB.
 pub(crate) const MOST_RAYS: usize = 1 << 28;
@@ -49,33 +53,10 @@ pub struct ExchangeCraft {
     /// Angle after which the light of Sun and planet is found anew [rad].
     pub light_angle: f64,
     in_use: ExchangesInUse,
+    rays: RaysOfCraft,
+    shared: SharedRows,
     /// The craft with the same patches and other optics whose view factors serve this one too.
     like: Option<Arc<Self>>,
-}
-
-/// Poses of the joints, each with its exchange as long as anybody uses it. A copy begins with none, because the patches of a copied craft may be changed.
-#[derive(Debug, Default)]
-struct ExchangesInUse(Mutex<Vec<(Vec<DAffine3>, Weak<PackedExchange>)>>);
-
-impl Clone for ExchangesInUse {
-    fn clone(&self) -> Self {
-        Self::default()
-    }
-}
-
-impl ExchangesInUse {
-    /// The exchange for poses, which is made where nobody uses it.
-    fn get_or_make(&self, poses: &[DAffine3], make: impl FnOnce() -> Exchange) -> Arc<PackedExchange> {
-        let known = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let in_use = known().iter().find(|(own, _)| own == poses).and_then(|(_, exchange)| exchange.upgrade());
-        in_use.unwrap_or_else(|| {
-            let exchange = Arc::new(PackedExchange::new(make()));
-            let mut known = known();
-            known.retain(|(_, exchange)| exchange.strong_count() > 0);
-            known.push((poses.to_vec(), Arc::downgrade(&exchange)));
-            exchange
-        })
-    }
 }
 
 impl ExchangeCraft {
@@ -137,6 +118,8 @@ impl ExchangeCraft {
             patches,
             settings,
             in_use: ExchangesInUse::default(),
+            rays: RaysOfCraft::default(),
+            shared: SharedRows::default(),
             like: None,
         })
     }
@@ -174,7 +157,36 @@ impl ExchangeCraft {
     pub(super) fn find(&self, poses: &[DAffine3]) -> Arc<PackedExchange> {
         self.in_use.get_or_make(poses, || match &self.like {
             Some(like) => like.cast(poses).with_optics(&self.patches, self.settings.bounces),
-            None => Exchange::cast(&self.surface, &self.patches, &Scenery::new(&self.surface, poses), &self.settings),
+            None => self.cast_anew(poses),
+        })
+    }
+
+    fn cast_anew(&self, poses: &[DAffine3]) -> Exchange {
+        let Self { surface, patches, settings, .. } = self;
+        let in_common = || {
+            let rays = JointedRays::new(surface, patches, settings.rays)?;
+            Some((rays, SkyBundles::new(surface, patches, settings.rays)))
+        };
+        // Without poses nothing ever moves.
+        match if poses.is_empty() { &None } else { self.rays.0.get_or_init(in_common) } {
+            Some((rays, bundles)) => {
+                Exchange::of_bundles(bundles, patches, &rays.cast(surface, patches, poses), settings)
+            }
+            None => Exchange::cast(surface, patches, &Scenery::new(surface, poses), settings),
+        }
+    }
+
+    /// Lets others use the rows that an engine uses now.
+    pub(super) fn share(&self, posed: &Posed<Exchange>) {
+        self.shared.share(posed.rows(), posed.found());
+    }
+
+    /// The exchange between two poses. A check has the exchange of its engine, because the same function would find the same again.
+    pub(super) fn between(&self, rows: &RowsBetween) -> Arc<Exchange> {
+        self.shared.get(rows).unwrap_or_else(|| {
+            let from = self.cast(&rows.from);
+            let _means = span("rows between two poses");
+            if rows.from == rows.to { from } else { Arc::new(from.at(&self.cast(&rows.to), rows.share)) }
         })
     }
 
@@ -238,7 +250,9 @@ impl ExchangeTwin {
     /// Follows the joints. Returns whether other rows hold than before.
     fn turn(&mut self, poses: &[DAffine3]) -> bool {
         let craft = &self.craft;
-        self.found.turn(poses, &mut |poses| craft.find(poses)).is_some()
+        let turned = self.found.turn(poses, &mut |poses| craft.find(poses)).is_some();
+        craft.share(&self.found);
+        turned
     }
 
     /// Poses between which the rows that hold lie.
@@ -248,7 +262,7 @@ impl ExchangeTwin {
 
     /// The exchange between the patches in the present pose.
     pub(crate) fn exchange(&self) -> Option<&Exchange> {
-        self.found.found()
+        self.found.found().map(|found| &**found)
     }
 
     /// What every patch absorbs from the others in a load that lasts `steps` [W/m2]. `temperature` [K] is a function of the node, and `lit` has the lit area of each.

@@ -71,13 +71,15 @@ impl DeviceExchange {
     /// Follows the joints. Returns tables where others hold than before.
     pub(crate) fn turn(&mut self, poses: &[DAffine3]) -> Option<&ExchangeTables> {
         let craft = &self.craft;
-        let now = self.posed.turn(poses, &mut |poses| craft.find(poses))?;
+        let now = self.posed.turn(poses, &mut |poses| craft.find(poses)).cloned();
+        craft.share(&self.posed);
+        let now = &*now?;
         let _orders = span("ordering the exchange");
-        let tables = ExchangeTables::in_order(now, &self.tables.order);
-        self.changes.take(&self.tables.open, &tables.open);
-        let covered = covered(craft, [&self.inner, &tables.inner]);
+        let before = std::mem::take(&mut self.tables.open);
+        self.tables.renew(now);
+        self.changes.take(&before, &self.tables.open);
+        let covered = covered(craft, [&self.inner, &self.tables.inner]);
         self.covered = if covered.1 > self.covered.1 { covered } else { self.covered };
-        self.tables = tables;
         Some(&self.tables)
     }
 
@@ -127,7 +129,7 @@ impl DeviceExchange {
     pub(crate) fn restore(&mut self, saved: &PosedState) -> Option<&ExchangeTables> {
         let craft = &self.craft;
         let now = self.posed.restore(saved, &mut |poses| craft.find(poses))?;
-        self.tables = ExchangeTables::in_order(now, &self.tables.order);
+        self.tables.renew(now);
         Some(&self.tables)
     }
 }

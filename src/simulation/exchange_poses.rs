@@ -92,8 +92,9 @@ pub(super) struct Posed<T: Finding> {
     /// Findings between which joints have moved, by their numbers.
     ways: Vec<[u64; 2]>,
     place: Option<Place>,
-    /// Share of the way for which a mean of both ends is held.
+    /// Share of the way for which a mean of both ends is held, and the numbers of these ends.
     hold: f64,
+    hold_of: [u64; 2],
     now: Option<Arc<T>>,
     /// Poses of the last call.
     last: Vec<DAffine3>,
@@ -113,6 +114,7 @@ impl<T: Finding> Posed<T> {
             ways: Vec::new(),
             place: None,
             hold: 0.0,
+            hold_of: [0; 2],
             now: None,
             last: Vec::new(),
             stalest: 0.0,
@@ -125,7 +127,7 @@ impl<T: Finding> Posed<T> {
         &mut self,
         poses: &[DAffine3],
         find: &mut dyn FnMut(&[DAffine3]) -> Arc<T::Packed>,
-    ) -> Option<&T> {
+    ) -> Option<&Arc<T>> {
         let before = std::mem::replace(&mut self.last, poses.to_vec());
         let limit = (SLACK * self.angle).max(STILL);
         let place = match self.nearest(poses) {
@@ -146,7 +148,7 @@ impl<T: Finding> Posed<T> {
         if let Some(rows) = self.rows() {
             self.stalest = self.stalest.max(turned(&between(&rows.from, &rows.to, rows.share), poses));
         }
-        self.now.as_deref().filter(|_| changed)
+        self.now.as_ref().filter(|_| changed)
     }
 
     /// Makes what holds at a place. For a joint that moves it is the middle of the share for which it will be held.
@@ -172,8 +174,12 @@ impl<T: Finding> Posed<T> {
             (self.now, self.hold) = (Some(from), 0.0);
             return;
         }
+        // What lies before them is not asked again on this way.
+        self.whole.retain(|(number, _)| [place.from, place.to].contains(number));
         let _means = span("rows between two poses");
-        self.hold = from.share_to_hold(&to);
+        if self.hold_of != [place.from, place.to] || self.hold == 0.0 {
+            (self.hold, self.hold_of) = (from.share_to_hold(&to), [place.from, place.to]);
+        }
         let came_from = self.rows().map_or(0.0, |rows| on_the_way(&rows.from, &rows.to, before).0);
         let step = place.share - came_from;
         let lead = if moves { 0.5 * held_steps(self.hold, step.abs()).copysign(step) } else { 0.0 };
@@ -296,8 +302,8 @@ impl<T: Finding> Posed<T> {
     }
 
     /// What holds now.
-    pub(crate) fn found(&self) -> Option<&T> {
-        self.now.as_deref()
+    pub(crate) fn found(&self) -> Option<&Arc<T>> {
+        self.now.as_ref()
     }
 
     /// The poses, without their findings.
@@ -379,7 +385,7 @@ mod tests {
                 count += 1;
                 Arc::new(angle_of(poses))
             });
-            let Angle([x, y]) = posed.found().expect("it was found");
+            let Angle([x, y]) = **posed.found().expect("it was found");
             most = most.max((y * angle.cos() - x * angle.sin()).atan2(x * angle.cos() + y * angle.sin()).abs());
         }
         (most, count)
@@ -474,7 +480,7 @@ mod tests {
         off(&mut posed, (0..37).map(|step| 0.01 * f64::from(step)));
         let mut again = Posed::new(0.1);
         let restored = again.restore(&posed.save(), &mut |poses| Arc::new(angle_of(poses))).cloned();
-        assert_eq!(restored.as_ref(), posed.found());
+        assert_eq!(restored.as_ref(), posed.found().map(|found| &**found));
         for step in 37..90 {
             let turn = poses(0.01 * f64::from(step));
             let [first, second] = [&mut posed, &mut again]

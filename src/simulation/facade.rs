@@ -10,6 +10,7 @@ mod state;
 pub(crate) mod temperatures;
 
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use place::Placement;
@@ -28,6 +29,7 @@ use super::target::Target;
 use super::uncertainty::Uncertainty;
 use super::uncertainty::rest::RestingErrors;
 use crate::environment::Sky;
+use crate::environment::albedo_field::AlbedoFields;
 use crate::environment::scene_time::{ROUNDING, SceneTime};
 use crate::environment::sky::SkyError;
 use crate::environment::step::StepLoads;
@@ -93,6 +95,12 @@ impl Simulation {
             scene.time.draw = Draw::Every(1);
         }
         Self::new(Prepared::from_scene(scene, &mut |_| ())?, target)
+    }
+
+    /// Takes the albedo from fields that other simulations share.
+    pub(crate) fn share_albedo(&mut self, fields: &Arc<AlbedoFields>) {
+        self.prepared.loads.share_albedo(fields);
+        self.own.share_albedo(fields);
     }
 
     /// Takes a scene that was prepared.

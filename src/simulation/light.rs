@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::environment::shadow::{Caster, LitAreas, LitNode, LitSurface, Redraw};
+use crate::environment::shadow::{Caster, KeptLight, LitAreas, LitNode, LitSurface, Redraw};
 use crate::gpu::effects::image::runs::TriangleRun;
 use crate::gpu::effects::thermal::variant::LightBy;
 use crate::model::nodes::{GROUP, Nodes};
@@ -20,6 +20,7 @@ pub(crate) struct SceneLight {
     surface: Arc<LitSurface>,
     pub(super) by: LightBy,
     redraw: Redraw,
+    kept: Arc<KeptLight>,
 }
 
 impl SceneLight {
@@ -56,6 +57,7 @@ impl SceneLight {
             surface: Arc::new(surface),
             by: LightBy::Normal,
             redraw: Redraw { bounds, angle: settings.redraw_angle, found_for: None },
+            kept: Arc::default(),
         };
         if scene.environment.solar_constant.is_some_and(|flux| flux > 0.0) {
             let all = || nodes.real().map(|(slot, _)| lit_node(nodes, materials, slot)).collect();
@@ -83,7 +85,7 @@ impl SceneLight {
     ) -> Option<LitAreas> {
         (self.by != LightBy::Normal).then(|| {
             let lit = slots.map(|slot| lit_node(nodes, materials, slot)).collect();
-            LitAreas::new(Arc::clone(&self.surface), lit, self.redraw.clone())
+            LitAreas::new(Arc::clone(&self.surface), lit, self.redraw.clone()).keeping(&self.kept)
         })
     }
 }

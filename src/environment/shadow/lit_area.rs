@@ -19,6 +19,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::Redraw;
+use super::kept_light::{KeptLight, KeptSet, on_grid};
 use super::lit_corners::{CornerLight, FacingCorners, JointView};
 use super::lit_surface::{Cells, Group, LitNode, LitSurface};
 use super::outline::{Face, Region};
@@ -41,7 +42,7 @@ pub struct LitArea {
 
 impl LitArea {
     /// No light.
-    const DARK: Self = Self { vector: DVec3::ZERO, front: 1.0 };
+    pub(super) const DARK: Self = Self { vector: DVec3::ZERO, front: 1.0 };
 
     /// The light on a node without a triangle, which sees the Sun as its normal does.
     fn by_normal(node: &LitNode, sun: DVec3) -> Self {
@@ -102,6 +103,8 @@ pub struct LitAreas {
     boxes: Vec<[Vec3; 2]>,
     /// For which light and poses they were found last. A saved state keeps them.
     pub(crate) redraw: Redraw,
+    /// Light that was found before. `None` where none is kept.
+    kept: Option<KeptSet>,
 }
 
 impl LitAreas {
@@ -110,13 +113,18 @@ impl LitAreas {
         let cells = Cells::new(&surface, nodes);
         let (order, groups) = cells.groups(&surface);
         let boxes = cells.boxes(&surface);
-        Self { surface, cells, order, groups, boxes, redraw }
+        Self { surface, cells, order, groups, boxes, redraw, kept: None }
+    }
+
+    /// The same with the light that was found for the same nodes of the surface.
+    pub(crate) fn keeping(self, kept: &Arc<KeptLight>) -> Self {
+        Self { kept: Some(KeptSet::new(kept, &self.cells.nodes)), ..self }
     }
 
     /// The same with `times` as many lines across an area.
     pub fn with_lines(&self, times: u32) -> Self {
         let surface = LitSurface { times: times * self.surface.times, ..(*self.surface).clone() };
-        Self { surface: Arc::new(surface), ..self.clone() }
+        Self { surface: Arc::new(surface), kept: None, ..self.clone() }
     }
 
     /// Numbers of the nodes, in their order.
@@ -137,8 +145,16 @@ impl LitAreas {
     /// Lit area of each node. `None` where the last result still holds for the load, or where it is dark.
     pub fn find(&mut self, load: &StepLoad) -> Option<Vec<LitArea>> {
         let sun = self.redraw.due(load)?;
-        let _finds = span("finding the light");
-        Some(self.under(sun, &load.joints))
+        let Some(kept) = &self.kept else {
+            let _finds = span("finding the light");
+            return Some(self.under(sun, &load.joints));
+        };
+        let place = on_grid(sun, &load.joints);
+        let find = || {
+            let _finds = span("finding the light");
+            self.under(place.0, &place.1)
+        };
+        Some(kept.get_or_find(&self.cells.nodes, &place, find))
     }
 
     /// Lit area of each node under a Sun (unit vector, body frame), with joints in these poses.

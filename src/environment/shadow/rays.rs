@@ -76,12 +76,18 @@ impl Occluders {
 
     /// The first triangle in a direction from a point [m]. Of two at the same distance it is the one with the smaller number.
     pub(crate) fn first(&self, from: DVec3, direction: DVec3) -> Option<Hit> {
+        self.first_within(from, direction, f64::INFINITY)
+    }
+
+    /// The first triangle at most so far away.
+    pub(crate) fn first_within(&self, from: DVec3, direction: DVec3, most: f64) -> Option<Hit> {
         let mut first: Option<Hit> = None;
-        self.boxes.ray_traverse(ray(from, direction), &mut RayHit::none(), |_, place| {
+        let way = Ray { tmax: ((most + BEFORE) as f32).next_up(), ..ray(from, direction) };
+        self.boxes.ray_traverse(way, &mut RayHit::none(), |_, place| {
             let number = self.boxes.primitive_indices[place] as usize;
             let triangle = &self.triangles[number];
             let Some((distance, u, v)) = meets(triangle, from, direction) else { return f32::INFINITY };
-            if first.is_some_and(|hit| (hit.distance, hit.triangle) < (distance, number)) {
+            if distance > most || first.is_some_and(|hit| (hit.distance, hit.triangle) < (distance, number)) {
                 return f32::INFINITY;
             }
             let outside = triangle[1].cross(triangle[2]).dot(direction) < 0.0;

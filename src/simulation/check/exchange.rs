@@ -142,11 +142,7 @@ impl ExchangeCheck {
         if self.now.0 == *rows {
             return false;
         }
-        let from = self.craft.cast(&rows.from);
-        let to = self.craft.cast(&rows.to);
-        let _means = span("rows between two poses");
-        let now = if rows.share == 0.0 { from } else { Arc::new(from.at(&to, rows.share)) };
-        self.now = (rows.clone(), now);
+        self.now = (rows.clone(), self.craft.between(rows));
         true
     }
 

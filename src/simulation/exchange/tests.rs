@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::{DAffine3, DVec3};
 
 use super::*;
+use crate::exchange::cast::cast_rays;
 use crate::exchange::uncertainty::PatchSizes;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::material::{Bulk, Optics, Response, Sides};
@@ -66,6 +67,8 @@ fn craft(settings: ExchangeSettings) -> Arc<ExchangeCraft> {
     let patches = Patches::resolved(&surface, &materials, edge, &NodeViews::new(&surface, &materials));
     Arc::new(ExchangeCraft {
         like: None,
+        rays: RaysOfCraft::default(),
+        shared: SharedRows::default(),
         in_use: ExchangesInUse::default(),
         defects: Defects::of(&surface, &materials),
         every: settings.hold / STEP,
@@ -235,6 +238,26 @@ fn the_exchange_of_a_pose_is_found_once_while_it_is_in_use() {
     let unused = Arc::downgrade(&first);
     drop((first, again));
     assert!(unused.upgrade().is_none(), "nobody uses it any more");
+}
+
+#[test]
+fn rays_up_to_their_own_joint_end_where_rays_through_the_whole_craft_end() {
+    let craft = craft(ExchangeSettings { rays: 256, patch_edge: Some(0.7), ..ExchangeSettings::default() });
+    let ExchangeCraft { surface, patches, settings, .. } = &*craft;
+    let jointed = JointedRays::new(surface, patches, settings.rays).expect("two joints");
+    let count = patches.all.len() as u32;
+    let turned = |angle: f64| {
+        [DAffine3::from_rotation_z(0.4), DAffine3::from_rotation_z(0.4) * DAffine3::from_rotation_y(angle)]
+    };
+    let whole =
+        |angle: f64| cast_rays(surface, patches, &Scenery::new(surface, &turned(angle)), settings.rays, 0..count);
+    let differ = |a: &[u32], b: &[u32]| a.iter().zip(b).filter(|(a, b)| a != b).count() as f64 / a.len() as f64;
+    for angle in [-0.6, 0.0, 0.5, 1.4, 3.0] {
+        let off = differ(&jointed.cast(surface, patches, &turned(angle)), &whole(angle));
+        assert!(off < 2e-3, "{angle}: {off} of the rays");
+    }
+    // Another pose has other ends.
+    assert!(differ(&whole(0.0), &whole(-0.1)) > 0.01);
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Tables of radiation between surfaces in the layout of the device.
 
+use rayon::prelude::*;
+
 use crate::exchange::patches::NONE;
 use crate::exchange::reflected::Areas;
 use crate::exchange::sparse::Sparse;
@@ -55,21 +57,45 @@ impl ExchangeTables {
     /// The tables of an exchange with the patches in the order of earlier tables. Results at the places of the device go on to hold.
     pub(crate) fn in_order(exchange: &Exchange, order: &[u32]) -> Self {
         let without = exchange.patches.len() as u32;
-        let order = order.to_vec();
-        let mut places = vec![0u32; order.len()];
-        (0..).zip(&order).for_each(|(place, patch)| places[*patch as usize] = place);
+        let places = places_of(order);
         let patch_of = |patch: u32| if patch == NONE { without } else { places[patch as usize] };
         let nodes = exchange.of_node.chunks(GROUP).map(|group| {
             std::array::from_fn(|k| group.get(k % GROUP).map_or(without, |faces| patch_of(faces[k / GROUP])))
         });
-        let mut entries = Vec::new();
+        let moving = Self::moving(exchange, order, &places);
+        Self {
+            nodes: nodes.collect(),
+            members: exchange.nodes.iter().map(|(node, share)| [*node, (*share as f32).to_bits()]).collect(),
+            room: moving.entries.len(),
+            bundles: exchange.bundles() as u32,
+            order: order.to_vec(),
+            joints: exchange.patches.iter().map(|patch| patch.joint as usize + 1).max().unwrap_or(1),
+            ..moving
+        }
+    }
+
+    /// Takes an exchange of the same patches for other poses.
+    pub(crate) fn renew(&mut self, exchange: &Exchange) {
+        let Self { patches, entries, sky, open, inside, inner, .. } =
+            Self::moving(exchange, &self.order, &places_of(&self.order));
+        self.room = self.room.max(entries.len());
+        (self.patches, self.entries, self.sky) = (patches, entries, sky);
+        (self.open, self.inside, self.inner) = (open, inside, inner);
+    }
+
+    /// The tables that change with the poses of joints. All others are empty.
+    fn moving(exchange: &Exchange, order: &[u32], places: &[u32]) -> Self {
+        let mut entries: Vec<[u32; 4]> = Vec::new();
         let mut rows = |of: &Sparse| -> Vec<[u32; 2]> {
-            let row = |(place, number): (u32, &u32)| {
+            let row = |(place, number): (usize, &u32)| fours(of.row(*number as usize), *number, place as u32, places);
+            let rows: Vec<Vec<[u32; 4]>> = order.par_iter().enumerate().map(row).collect();
+            entries.reserve(rows.iter().map(Vec::len).sum());
+            let place = |row: Vec<[u32; 4]>| {
                 let first = entries.len() as u32;
-                push_row(&mut entries, of.row(*number as usize), *number, place, &places);
+                entries.extend(row);
                 [first, entries.len() as u32]
             };
-            (0..).zip(&order).map(row).collect()
+            rows.into_iter().map(place).collect()
         };
         let [infrared, reflected] = [&exchange.infrared, &exchange.sunlight].map(|areas| rows(&areas.between));
         // A craft whose surfaces do not see each other has a buffer all the same. No row has this entry.
@@ -102,18 +128,13 @@ impl ExchangeTables {
         });
         let patches: Vec<ExchangePatch> = patches.collect();
         Self {
-            nodes: nodes.collect(),
             patches,
-            members: exchange.nodes.iter().map(|(node, share)| [*node, (*share as f32).to_bits()]).collect(),
-            room: entries.len(),
             entries,
             sky: order.iter().flat_map(|patch| exchange.sky_of(*patch as usize).chunks(4)).map(four).collect(),
-            bundles: exchange.bundles() as u32,
-            order,
             open: (0..exchange.patches.len()).map(|patch| exchange.factors.to_space(patch) as f32).collect(),
             inside: (exchange.factors.inside_share(), exchange.factors.buried()),
             inner: exchange.factors.inside.iter().map(|share| *share as f32).collect(),
-            joints: exchange.patches.iter().map(|patch| patch.joint as usize + 1).max().unwrap_or(1),
+            ..Self::default()
         }
     }
 
@@ -137,13 +158,29 @@ impl ExchangeTables {
     }
 }
 
-/// Adds the entries of a row but the diagonal, in fours. What is missing in the last four has no area.
-fn push_row(entries: &mut Vec<[u32; 4]>, row: &[(u32, f64)], own: u32, place: u32, places: &[u32]) {
-    let others = row.iter().filter(|(column, _)| *column != own);
-    let words =
-        others.flat_map(|(column, area)| pieces(*area).into_iter().map(|half| half << 16 | places[*column as usize]));
-    let words: Vec<u32> = words.collect();
-    entries.extend(words.chunks(4).map(|four| std::array::from_fn(|k| four.get(k).copied().unwrap_or(place))));
+/// The place of each patch in an order.
+fn places_of(order: &[u32]) -> Vec<u32> {
+    let mut places = vec![0u32; order.len()];
+    (0..).zip(order).for_each(|(place, patch)| places[*patch as usize] = place);
+    places
+}
+
+/// The entries of a row but the diagonal, in fours. What is missing in the last four has no area.
+fn fours(row: &[(u32, f64)], own: u32, place: u32, places: &[u32]) -> Vec<[u32; 4]> {
+    let mut fours = Vec::with_capacity(row.len() / 2);
+    let (mut four, mut count) = ([place; 4], 0);
+    for (column, area) in row.iter().filter(|(column, _)| *column != own) {
+        for half in pieces(*area) {
+            four[count] = half << 16 | places[*column as usize];
+            count += 1;
+            if count == 4 {
+                fours.push(four);
+                (four, count) = ([place; 4], 0);
+            }
+        }
+    }
+    fours.extend((count > 0).then_some(four));
+    fours
 }
 
 /// Four words. The last ones may be missing.

@@ -1,0 +1,68 @@
+//! What the engines of a craft and the checks beside them share of radiation between surfaces: rays, the exchange of a pose, and rows between two poses.
+
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
+
+use glam::DAffine3;
+
+use super::exchange_poses::RowsBetween;
+use crate::exchange::bundles::SkyBundles;
+use crate::exchange::jointed_rays::JointedRays;
+use crate::exchange::packed::PackedExchange;
+use crate::exchange::step::Exchange;
+
+/// Poses of the joints, each with its exchange as long as anybody uses it. A copy begins with none, because the patches of a copied craft may be changed.
+#[derive(Debug, Default)]
+pub(super) struct ExchangesInUse(Mutex<Vec<(Vec<DAffine3>, Weak<PackedExchange>)>>);
+
+impl Clone for ExchangesInUse {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+/// What the rays of a craft with joints have in common in all poses. A copy begins without.
+#[derive(Debug, Default)]
+pub(super) struct RaysOfCraft(pub(super) OnceLock<Option<(JointedRays, SkyBundles)>>);
+
+impl Clone for RaysOfCraft {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+/// The rows that an engine uses, and the poses between which they lie, for the check beside it. A copy begins without.
+#[derive(Debug, Default)]
+pub(super) struct SharedRows(Mutex<Option<(RowsBetween, Weak<Exchange>)>>);
+
+impl Clone for SharedRows {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl ExchangesInUse {
+    /// The exchange for poses, which is made where nobody uses it.
+    pub(super) fn get_or_make(&self, poses: &[DAffine3], make: impl FnOnce() -> Exchange) -> Arc<PackedExchange> {
+        let known = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let in_use = known().iter().find(|(own, _)| own == poses).and_then(|(_, exchange)| exchange.upgrade());
+        in_use.unwrap_or_else(|| {
+            let exchange = Arc::new(PackedExchange::new(make()));
+            let mut known = known();
+            known.retain(|(_, exchange)| exchange.strong_count() > 0);
+            known.push((poses.to_vec(), Arc::downgrade(&exchange)));
+            exchange
+        })
+    }
+}
+
+impl SharedRows {
+    pub(super) fn share(&self, rows: Option<RowsBetween>, exchange: Option<&Arc<Exchange>>) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = rows.zip(exchange.map(Arc::downgrade));
+    }
+
+    /// The rows between these poses, while an engine uses them.
+    pub(super) fn get(&self, rows: &RowsBetween) -> Option<Arc<Exchange>> {
+        let shared = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        shared.as_ref().filter(|(own, _)| own == rows).and_then(|(_, exchange)| exchange.upgrade())
+    }
+}
