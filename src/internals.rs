@@ -43,6 +43,12 @@ pub use crate::exchange::{
     split::NodeViews,
     step::{CraftLight, Exchange, ExchangeSettings},
 };
+pub use crate::converge::RunNews;
+pub use crate::fit::{
+    FittingError,
+    case::{FitCase, FitOrder},
+    result::Fitted,
+};
 pub use crate::gpu::{
     blackbody::{band_radiances, band_table, brightness_temperatures},
     context::{Context, devices},
