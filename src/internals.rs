@@ -12,6 +12,7 @@ pub use crate::bench::{
     tables::all_tables,
     truth::{CaseSummary, Truth},
 };
+pub use crate::converge::RunNews;
 pub use crate::dataset::{
     make::{DatasetOrder, DatasetSummary, Shard, make},
     orbit::{OrbitRun, Rejections},
@@ -43,7 +44,6 @@ pub use crate::exchange::{
     split::NodeViews,
     step::{CraftLight, Exchange, ExchangeSettings},
 };
-pub use crate::converge::RunNews;
 pub use crate::fit::{
     FittingError,
     case::{FitCase, FitOrder},

@@ -23,9 +23,11 @@ use crate::simulation::target::Target;
 /// Writes parameters.csv, correlation.csv, misfits.csv, residuals.csv, fit.json, fitted.toml (the values, to be used at once), measured.svg and residuals.svg. Ctrl-C keeps the best
 /// values so far.
 #[derive(clap::Args)]
-#[command(after_help = "Examples:\n  isotherm fit scene.toml --measured telemetry.csv --parameters parameters.toml -o out/fit\n  \
+#[command(
+    after_help = "Examples:\n  isotherm fit scene.toml --measured telemetry.csv --parameters parameters.toml -o out/fit\n  \
 isotherm fit scene.toml --measured telemetry.csv frames/*.exr --parameters parameters.toml -o out/fit\n  \
-isotherm fit network.toml --measured telemetry.csv --parameters parameters.toml -o out/fit")]
+isotherm fit network.toml --measured telemetry.csv --parameters parameters.toml -o out/fit"
+)]
 pub(crate) struct Arguments {
     /// Scene file, or network file (TOML)
     model: PathBuf,

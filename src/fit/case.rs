@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use super::FittingError;
+use super::files::{FILES, write};
 use super::least_squares::{BestFit, Objective};
 use super::measurements::Measurements;
 use super::network_model::NetworkModel;
@@ -14,6 +15,7 @@ use super::scene_model::SceneCase;
 use super::words::open;
 use crate::converge::RunNews;
 use crate::files::{self, Reach};
+use crate::output::folder::Folder;
 use crate::scene::{FitInput, Scene};
 use crate::simulation::prepare_error::PrepareStage;
 use crate::simulation::target::Target;
@@ -69,7 +71,9 @@ impl<'a> FitCase<'a> {
                 return Err(FittingError::Measured { path: path.clone(), reason });
             }
             if let Some(rule) = input.images.first() {
-                return Err(input.error(rule.line, "image.file", "has no meaning for a network file".to_owned()).into());
+                return Err(input
+                    .error(rule.line, "image.file", "has no meaning for a network file".to_owned())
+                    .into());
             }
             let (model, measurements, unknowns) = NetworkModel::load(order.model, &input, &tables, stop)?;
             files.push(order.model.to_path_buf());
@@ -108,13 +112,34 @@ impl<'a> FitCase<'a> {
     pub fn solve(self, target: &Target, news: &dyn Fn(RunNews)) -> Result<Fitted, FittingError> {
         let Self { name, input, unknowns, model, stop, .. } = self;
         match model {
-            CaseModel::Network(mut model, measurements) => solve((name, input), unknowns, &mut *model, measurements, news),
+            CaseModel::Network(mut model, measurements) => {
+                solve((name, input), unknowns, &mut *model, measurements, news)
+            }
             CaseModel::Scene(case) => {
                 news(RunNews::Begins("the scene as it is".to_owned(), 1));
                 let (mut model, measurements) = case.open(target, stop, news)?;
                 solve((name, input), unknowns, &mut model, measurements, news)
             }
         }
+    }
+}
+
+impl FitCase<'_> {
+    /// Finds the values without a word, and writes the files of `isotherm fit` into a folder, where one is given.
+    ///
+    /// # Errors
+    /// As for [`FitCase::solve`], the end by the user, and a folder that is not empty or cannot be written.
+    pub fn solve_into(self, target: &Target, output: Option<&Path>) -> Result<Fitted, FittingError> {
+        let inputs = self.files.clone();
+        let folder = output.map(|output| Folder::new(output, &FILES).prepare(false, &inputs)).transpose()?;
+        let solved = self.solve(target, &|_| ());
+        let whole = solved.and_then(|fitted| if fitted.is_stopped() { Err(FittingError::Stopped) } else { Ok(fitted) });
+        let fitted = whole.inspect_err(|_| folder.iter().for_each(Folder::take_back))?;
+        if let Some(folder) = &folder {
+            write(folder, &fitted)?;
+            folder.finish()?;
+        }
+        Ok(fitted)
     }
 }
 
@@ -139,7 +164,8 @@ fn solve(
     let objective =
         Objective { measurements: &measurements, unknowns: &unknowns, loss: input.loss, loss_scale: input.loss_scale };
     let singular = |direction: DataDirection| {
-        let reason = format!("{}; state a prior (range, percent or prior_sigma) or more data", open(&direction, &unknowns));
+        let reason =
+            format!("{}; state a prior (range, percent or prior_sigma) or more data", open(&direction, &unknowns));
         FittingError::Singular { path: input.path.clone(), reason }
     };
     let runs = 2 * unknowns.len() as u64 + 1;

@@ -74,7 +74,8 @@ fn residuals(fitted: &Fitted) -> Vec<Vec<String>> {
         if group.kind == "sensor" {
             let after = fitted.best.computed[i];
             let [_, weight] = fitted.loss.0.of(((after - point.value) / point.sigma).powi(2), fitted.loss.1);
-            let numbers = [point.value, point.sigma, fitted.before[i], after, weight].map(|value| format!("{value:.6}"));
+            let numbers =
+                [point.value, point.sigma, fitted.before[i], after, weight].map(|value| format!("{value:.6}"));
             let words = [group.name.clone(), point.time.to_string()];
             rows.push(words.into_iter().chain(numbers).chain([point.held_out.to_string()]).collect());
         }

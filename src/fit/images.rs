@@ -80,7 +80,10 @@ impl ImageReader<'_> {
         };
         if pixels.size != self.size {
             let [[width, height], [w, h]] = [pixels.size, self.size];
-            return Err(wrong(path, format!("is an image of {width} x {height} pixels, and the scene's camera has {w} x {h}")));
+            return Err(wrong(
+                path,
+                format!("is an image of {width} x {height} pixels, and the scene's camera has {w} x {h}"),
+            ));
         }
         let time = self.time(path, rule, pixels.time)?;
         let mut temperatures = pixels.temperatures;
@@ -88,7 +91,13 @@ impl ImageReader<'_> {
             let bytes = files::read(mask).map_err(|fault| wrong(mask, fault))?;
             let GrayImage { size, values, .. } = read_gray(&bytes).map_err(|error| wrong(mask, error))?;
             if size != self.size {
-                return Err(wrong(mask, format!("is a mask of {} x {} pixels, and the images have {} x {}", size[0], size[1], self.size[0], self.size[1])));
+                return Err(wrong(
+                    mask,
+                    format!(
+                        "is a mask of {} x {} pixels, and the images have {} x {}",
+                        size[0], size[1], self.size[0], self.size[1]
+                    ),
+                ));
             }
             temperatures.iter_mut().zip(values).filter(|(_, mask)| *mask == 0).for_each(|(pixel, _)| *pixel = 0.0);
         }
@@ -107,20 +116,25 @@ impl ImageReader<'_> {
         let time = match (rule.time, stated) {
             (Some(Ok(time)), _) | (None, Some(time)) => time,
             (Some(Err(epoch)), _) => {
-                let start = self.start.ok_or_else(|| wrong(path, "has a date, for which the scene needs time.start"))?;
+                let start =
+                    self.start.ok_or_else(|| wrong(path, "has a date, for which the scene needs time.start"))?;
                 seconds_between(start, epoch)
             }
             (None, None) => return Err(wrong(path, "states no time: give its [[image]] a time or utc")),
         };
         match (0.0..=self.end * (1.0 + 1e-9)).contains(&time) {
             true => Ok(time.min(self.end)),
-            false => Err(wrong(path, format!("its time, {time} s, lies outside the run, which goes from 0 to {} s", self.end))),
+            false => Err(wrong(
+                path,
+                format!("its time, {time} s, lies outside the run, which goes from 0 to {} s", self.end),
+            )),
         }
     }
 
     /// A frame of isotherm.
     fn frame(&self, path: &Path, bytes: &[u8], rule: &ImageRule) -> Result<Pixels, FittingError> {
-        let (image, header) = decode_exr(bytes, path).map_err(|error| wrong(path, format!("is no frame of isotherm ({error})")))?;
+        let (image, header) =
+            decode_exr(bytes, path).map_err(|error| wrong(path, format!("is no frame of isotherm ({error})")))?;
         if header.band != self.band && !rule.surface {
             let [[a, b], [c, d]] = [header.band.micrometres(), self.band.micrometres()];
             return Err(wrong(path, format!("shows radiance from {a} to {b} um, and the scene from {c} to {d} um")));
@@ -144,7 +158,8 @@ fn counts(path: &Path, bytes: &[u8], rule: &ImageRule) -> Result<Pixels, Fitting
     let told = text.and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok());
     let told = told.filter(|told| told.get("kelvin").is_some()).and_then(|told| told.get("scale")?.as_f64());
     let scale = rule.scale.or(told).filter(|scale| *scale > 0.0);
-    let scale = scale.ok_or_else(|| wrong(path, "does not say how many kelvins a count is: give its [[image]] a scale"))?;
+    let scale =
+        scale.ok_or_else(|| wrong(path, "does not say how many kelvins a count is: give its [[image]] a scale"))?;
     let temperatures = values.iter().map(|value| (f64::from(*value) * scale) as f32).collect();
     Ok(Pixels { size, temperatures, time: None, camera_from_body: None })
 }

@@ -50,7 +50,10 @@ impl Measurements {
         self.points.iter_mut().for_each(|point| point.held_out = (from..=to).contains(&point.time));
         let held = self.held_out();
         if held == 0 || held == self.points.len() {
-            let message = format!("keeps {held} of {} measured values out of the fit, from {first} s to {last} s", self.points.len());
+            let message = format!(
+                "keeps {held} of {} measured values out of the fit, from {first} s to {last} s",
+                self.points.len()
+            );
             return Err(input.error(1, "fit.hold_out", message).into());
         }
         Ok(())

@@ -130,5 +130,10 @@ fn values<'f>(parameter: &Parameter, file: &'f mut NetworkFile) -> Vec<&'f mut f
 }
 
 fn of_nodes<'f>(values: &'f mut [f64], fits: impl Fn(usize) -> bool) -> Vec<&'f mut f64> {
-    values.iter_mut().enumerate().filter(|(node, value)| **value != 0.0 && fits(*node)).map(|(_, value)| value).collect()
+    values
+        .iter_mut()
+        .enumerate()
+        .filter(|(node, value)| **value != 0.0 && fits(*node))
+        .map(|(_, value)| value)
+        .collect()
 }

@@ -63,7 +63,10 @@ pub(super) fn residual_plot(fitted: &Fitted) -> Plot {
     let misfits = fitted.misfits(None, false);
     Plot {
         title: format!("Residuals: {}", fitted.name),
-        subtitle: format!("computed minus measured, {:.3} K rms before and {:.3} K after the fit", misfits.before, misfits.after),
+        subtitle: format!(
+            "computed minus measured, {:.3} K rms before and {:.3} K after the fit",
+            misfits.before, misfits.after
+        ),
         x: Axis::linear("time [s]"),
         y: Axis::linear("residual [K]"),
         series: lines.into_iter().filter(|line| !line.points.is_empty()).collect(),

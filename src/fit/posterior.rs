@@ -101,7 +101,9 @@ impl Posterior {
 
     /// Standard deviation of a combination of logarithms.
     pub(crate) fn sigma_of(&self, combination: &[f64]) -> f64 {
-        let product = |(i, a): (usize, &f64)| combination.iter().enumerate().map(|(j, b)| a * b * self.covariance[(i, j)]).sum::<f64>();
+        let product = |(i, a): (usize, &f64)| {
+            combination.iter().enumerate().map(|(j, b)| a * b * self.covariance[(i, j)]).sum::<f64>()
+        };
         combination.iter().enumerate().map(product).sum::<f64>().max(0.0).sqrt()
     }
 }

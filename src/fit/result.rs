@@ -77,12 +77,26 @@ impl Fitted {
 
     /// Rows of the table of parameters, with its head.
     pub(super) fn parameter_rows(&self) -> Vec<Vec<String>> {
-        let head = ["parameter", "unit", "before", "value", "sigma", "low_95", "high_95", "log_sigma", "prior_value", "prior_log_sigma", "from_data"];
+        let head = [
+            "parameter",
+            "unit",
+            "before",
+            "value",
+            "sigma",
+            "low_95",
+            "high_95",
+            "log_sigma",
+            "prior_value",
+            "prior_log_sigma",
+            "from_data",
+        ];
         let digits = |value: f64| format!("{value:.6}");
         let row = |(i, unknown): (usize, &Unknown)| {
             let (value, sigma) = (self.value(i), self.posterior.sigma(i));
             let start = unknown.value.unwrap_or(1.0);
-            let prior = |place: usize, of: fn(f64) -> f64| unknown.prior.map_or(String::new(), |prior| digits(of(prior[place])));
+            let prior = |place: usize, of: fn(f64) -> f64| {
+                unknown.prior.map_or(String::new(), |prior| digits(of(prior[place])))
+            };
             let centre = unknown.prior.map_or(String::new(), |[centre, _]| digits(start * centre.exp()));
             vec![
                 unknown.name.clone(),
@@ -123,7 +137,11 @@ impl Fitted {
         for (i, unknown) in self.unknowns.iter().enumerate() {
             let x = self.best.x[i];
             if unknown.bounds.iter().any(|bound| x == *bound) {
-                all.push(format!("'{}' stands at its bound, {}: its error is not that of a free value", unknown.name, self.value(i)));
+                all.push(format!(
+                    "'{}' stands at its bound, {}: its error is not that of a free value",
+                    unknown.name,
+                    self.value(i)
+                ));
             }
             if let Some([centre, sigma]) = unknown.prior.filter(|[centre, sigma]| (x - centre).abs() > 3.0 * sigma) {
                 let off = (x - centre) / sigma;

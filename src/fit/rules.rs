@@ -23,7 +23,9 @@ pub(super) fn fitted_rules(prepared: &Prepared, parameters: &[Parameter], factor
     }
     let of_materials = |parameter: &&Parameter| parameter.owner_key == "material";
     if parameters.iter().any(|parameter| of_materials(&parameter)) {
-        text.push_str("# Put these before the first [[material]] of the scene: the first rule that fits a material holds.\n");
+        text.push_str(
+            "# Put these before the first [[material]] of the scene: the first rule that fits a material holds.\n",
+        );
     }
     for (fitted, before) in materials.iter().zip(&prepared.materials).filter(|(fitted, before)| fitted != before) {
         rule(&mut text, fitted, before);
@@ -32,11 +34,14 @@ pub(super) fn fitted_rules(prepared: &Prepared, parameters: &[Parameter], factor
     for parameter in others {
         let _ = writeln!(text, "\n# {}", plain(&parameter.name));
         match parameter.kind {
-            ParameterKind::SolarConstant => stated(&mut text, "environment.solar_constant", scene.environment.solar_constant),
+            ParameterKind::SolarConstant => {
+                stated(&mut text, "environment.solar_constant", scene.environment.solar_constant)
+            }
             ParameterKind::Albedo => stated(&mut text, "environment.albedo", scene.environment.albedo),
             ParameterKind::PlanetIr => stated(&mut text, "environment.planet_ir", scene.environment.planet_ir),
             ParameterKind::Contact => {
-                let pairs = scene.contacts.iter().zip(&prepared.scene.contacts).filter(|(fitted, before)| fitted != before);
+                let pairs =
+                    scene.contacts.iter().zip(&prepared.scene.contacts).filter(|(fitted, before)| fitted != before);
                 for (contact, _) in pairs {
                     let [a, b] = contact.between.each_ref().map(|side| side.pattern());
                     let (key, value) = match contact.conductance {
@@ -47,9 +52,18 @@ pub(super) fn fitted_rules(prepared: &Prepared, parameters: &[Parameter], factor
                 }
             }
             ParameterKind::Heater => {
-                let pairs = scene.heaters.iter().zip(&prepared.scene.heaters).filter(|(fitted, before)| fitted.power != before.power);
+                let pairs = scene
+                    .heaters
+                    .iter()
+                    .zip(&prepared.scene.heaters)
+                    .filter(|(fitted, before)| fitted.power != before.power);
                 for (heater, _) in pairs {
-                    let _ = writeln!(text, "# [[heater]] of '{}': power {:?}", plain(&heater.parts.join("', '")), heater.power.powers);
+                    let _ = writeln!(
+                        text,
+                        "# [[heater]] of '{}': power {:?}",
+                        plain(&heater.parts.join("', '")),
+                        heater.power.powers
+                    );
                 }
             }
             _ => {}
@@ -83,7 +97,8 @@ fn rule(text: &mut String, fitted: &Material, before: &Material) {
     if whole {
         let _ = writeln!(text, "\n[[material]]\nmatch = {name}\nresponse = \"{response}\"");
     } else {
-        let _ = writeln!(text, "\n# material {name}: replace these values in its own rule, which says more than numbers");
+        let _ =
+            writeln!(text, "\n# material {name}: replace these values in its own rule, which says more than numbers");
     }
     let mut line = |key: &str, value: f64| {
         let _ = writeln!(text, "{mark}{key} = {value:?}");
@@ -104,6 +119,10 @@ fn rule(text: &mut String, fitted: &Material, before: &Material) {
     }
     if let Sides::Both { back } = fitted.sides {
         let side = if whole { "sides = \"both\"\n" } else { "" };
-        let _ = writeln!(text, "{side}{mark}back = {{ absorptivity = {:?}, emissivity = {:?} }}", back.absorptivity, back.emissivity);
+        let _ = writeln!(
+            text,
+            "{side}{mark}back = {{ absorptivity = {:?}, emissivity = {:?} }}",
+            back.absorptivity, back.emissivity
+        );
     }
 }

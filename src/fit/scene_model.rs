@@ -69,10 +69,13 @@ impl SceneCase {
         let apparent = Apparent::new(prepared.scene.band);
         let images = match (images.is_empty() && input.images.is_empty(), &prepared.scene.camera) {
             (true, _) => Vec::new(),
-            (false, None) => return Err(prepared.scene.require_camera().err().map_or(FittingError::Stopped, FittingError::from)),
+            (false, None) => {
+                return Err(prepared.scene.require_camera().err().map_or(FittingError::Stopped, FittingError::from));
+            }
             (false, Some(camera)) => {
                 let size = [camera.width, camera.height];
-                ImageReader { input: &input, band: prepared.scene.band, apparent: &apparent, size, end, start }.read(images)?
+                ImageReader { input: &input, band: prepared.scene.band, apparent: &apparent, size, end, start }
+                    .read(images)?
             }
         };
         let mut scene = prepared.scene.clone();
@@ -125,7 +128,8 @@ impl SceneCase {
             let place = format!("{} x {} pixels at {} s", measured.size[0], measured.size[1], measured.time);
             measurements.groups.push(MeasuredGroup { kind: "image", name: measured.name.clone(), place });
             let temperature = |pixel: usize| measured.temperatures[pixel];
-            let counts = |pixel: &usize| temperature(*pixel) > 0.0 && temperature(*pixel).is_finite() && is_inner(image, *pixel);
+            let counts =
+                |pixel: &usize| temperature(*pixel) > 0.0 && temperature(*pixel).is_finite() && is_inner(image, *pixel);
             let pixels: Vec<usize> = (0..image.part.len()).filter(counts).collect();
             if pixels.is_empty() {
                 let reason = "no pixel counts: none that is measured shows a part with all its neighbours".to_owned();
@@ -166,8 +170,7 @@ fn look_as_measured(prepared: &Prepared, images: &[MeasuredImage], scene: &mut S
             let still = Camera { motion: Motion::Still, position, frame_from_camera, ..camera.clone() };
             camera_from_body(&still, &prepared.loads.sky_model().sky(image.time))
         });
-        let pose: Option<DAffine3> =
-            stated.or(image.camera_from_body).or_else(|| pose_of(prepared, image.time, None));
+        let pose: Option<DAffine3> = stated.or(image.camera_from_body).or_else(|| pose_of(prepared, image.time, None));
         let body_from_camera = pose.map(|pose| pose.inverse()).ok_or_else(|| FittingError::Measured {
             path: image.path.clone(),
             reason: format!("the camera of the scene has no pose at {} s: state a pose", image.time),
@@ -229,7 +232,8 @@ impl SceneModel<'_> {
         let prepared = &self.prepared;
         let (engine, near, ran) = self.walked(|walk| {
             let mut engine = walk.begin(prepared, None)?;
-            let near = prepared.scene.time.periodic.map(|_| BetweenSteps::capture(0, &mut *engine, None)).transpose()?;
+            let near =
+                prepared.scene.time.periodic.map(|_| BetweenSteps::capture(0, &mut *engine, None)).transpose()?;
             let ran = walk.run(prepared, &mut *engine)?;
             Ok((engine, near, ran))
         })?;

@@ -71,10 +71,13 @@ pub(super) fn sentence(direction: &DataDirection, posterior: &Posterior, unknown
     let name = |i: usize| &unknowns[i].name;
     match named[..] {
         [(i, _)] => format!("the data fix '{}' {}", name(i), share(direction.data)),
-        [(i, a), (j, b)] => format!("the data fix {} {}", pair(name(i), name(j), b / a), share(direction.data / a.abs())),
+        [(i, a), (j, b)] => {
+            format!("the data fix {} {}", pair(name(i), name(j), b / a), share(direction.data / a.abs()))
+        }
         ref all => {
-            let names: Vec<String> = all.iter().map(|(i, component)| format!("{component:+.2} '{}'", name(*i))).collect();
-            format!("the data fix the sum of logarithms {} {}", names.join(" "), share(direction.data))
+            let power = |(i, component): &(usize, f64)| format!("'{}'^{:.2}", name(*i), component / all[0].1);
+            let product: Vec<String> = all.iter().map(power).collect();
+            format!("the data fix {} {}", product.join(" x "), share(direction.data / all[0].1.abs()))
         }
     }
 }
@@ -97,12 +100,17 @@ mod tests {
 
     #[test]
     fn both_signs_and_a_single_parameter_are_said_right() {
-        let said = |vector: [f64; 3]| {
-            open(&DataDirection { vector: vector.to_vec(), data: 9.0, prior: 1.0 }, &unknowns())
-        };
+        let said =
+            |vector: [f64; 3]| open(&DataDirection { vector: vector.to_vec(), data: 9.0, prior: 1.0 }, &unknowns());
         // Both grow together: their ratio stays.
-        assert_eq!(said([0.7071, 0.7071, 0.01]), "the data fix 'absorptivity of paint' / 'emissivity of paint', not each");
-        assert_eq!(said([0.7071, -0.7071, 0.01]), "the data fix 'absorptivity of paint' x 'emissivity of paint', not each");
+        assert_eq!(
+            said([0.7071, 0.7071, 0.01]),
+            "the data fix 'absorptivity of paint' / 'emissivity of paint', not each"
+        );
+        assert_eq!(
+            said([0.7071, -0.7071, 0.01]),
+            "the data fix 'absorptivity of paint' x 'emissivity of paint', not each"
+        );
         assert_eq!(said([0.0, 0.1, 0.99]), "the data do not fix 'capacity of paint'");
         assert!(said([0.6, 0.5, 0.6]).contains("by +10 %, 'capacity of paint' by +10 %"));
         assert_eq!(share(0.004), "to 0.40 %");

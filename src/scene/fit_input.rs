@@ -164,9 +164,7 @@ fn image(section: &Section<'_>) -> Result<ImageRule, SceneError> {
     let pattern = section.required("file", section.name("file")?, what)?;
     section.exclusive("time", "utc")?;
     let time = match section.string("utc")? {
-        Some(text) => {
-            Some(Err(parse_epoch(text, TimeScale::UTC).map_err(|message| section.error("utc", message))?))
-        }
+        Some(text) => Some(Err(parse_epoch(text, TimeScale::UTC).map_err(|message| section.error("utc", message))?)),
         None => section.number("time", Quantity::non_negative("s"))?.map(Ok),
     };
     let pose = section.numbers::<7>("pose", Quantity::any(""))?.map(|[x, y, z, qw, qx, qy, qz]| {

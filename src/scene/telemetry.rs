@@ -61,7 +61,9 @@ pub(crate) fn read_telemetry(path: &Path, start: Option<Epoch>) -> Result<Vec<Te
         };
         let temperature = number("temperature", &record[kelvin])? + zero;
         if !(0.0..=HOTTEST).contains(&temperature) || temperature == 0.0 {
-            return Err(here.error("temperature", format!("must be above 0 K and at most {HOTTEST} K, not {temperature} K")));
+            return Err(
+                here.error("temperature", format!("must be above 0 K and at most {HOTTEST} K, not {temperature} K"))
+            );
         }
         let sigma = sigma.map(|column| &record[column]).filter(|cell| !cell.is_empty());
         let sigma = sigma.map(|cell| number("sigma", cell)).transpose()?;
