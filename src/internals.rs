@@ -12,7 +12,6 @@ pub use crate::bench::{
     tables::all_tables,
     truth::{CaseSummary, Truth},
 };
-pub use crate::converge::RunNews;
 pub use crate::dataset::{
     make::{DatasetOrder, DatasetSummary, Shard, make},
     orbit::{OrbitRun, Rejections},
@@ -197,7 +196,6 @@ pub use crate::thermal::{
         LinearConductor, Network, NodeKind, RadiativeConductor,
         control::{ControlError, IntegrationSettings, Integrator, Series, integrate},
         reference::ReferenceStepper,
-        rkl2::{stable_product, stages_for},
         schedule::{HeatTable, Schedule, Thermostat},
         steady::{SteadyError, steady},
         stepper::{Attempt, StepMethod},

@@ -17,7 +17,7 @@ use crate::simulation::target::Target;
 
 /// Fit parameters of a scene or of a network file to measurements: telemetry and images.
 ///
-/// The file of parameters is that of `isotherm sensitivity`, with priors, the places of sensors and the rules of images (docs/fit.md). Finds the values by Levenberg-Marquardt in
+/// `isotherm sensitivity` reads the same file of parameters, and a fit also reads priors, the places of sensors and the rules of images (docs/fit.md). Finds the values by Levenberg-Marquardt in
 /// logarithms, with a loss that glitches do not rule, and says which combinations the data fix and which they leave open.
 ///
 /// Writes parameters.csv, correlation.csv, misfits.csv, residuals.csv, fit.json, fitted.toml (the values, to be used at once), measured.svg and residuals.svg. Ctrl-C keeps the best

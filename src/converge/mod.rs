@@ -16,7 +16,7 @@ use crate::simulation::engine::EngineError;
 use crate::simulation::prepare_error::PrepareError;
 
 /// What a search of several runs tells on its way.
-pub enum RunNews {
+pub(crate) enum RunNews {
     /// A sentence for the user.
     Says(String),
     /// A run begins, with this number of steps.

@@ -17,23 +17,24 @@ use crate::converge::RunNews;
 use crate::files::{self, Reach};
 use crate::output::folder::Folder;
 use crate::scene::{FitInput, Scene};
+use crate::simulation::facade_error::SimulationError;
 use crate::simulation::prepare_error::PrepareStage;
 use crate::simulation::target::Target;
 
 /// The files of a fit.
-pub struct FitOrder<'a> {
+pub(crate) struct FitOrder<'a> {
     /// A scene, or a network file.
-    pub model: &'a Path,
+    pub(crate) model: &'a Path,
     /// Telemetry (`.csv`) and images (`.exr`, `.png`).
-    pub measured: &'a [PathBuf],
+    pub(crate) measured: &'a [PathBuf],
     /// Parameters, sensors, images.
-    pub parameters: &'a Path,
+    pub(crate) parameters: &'a Path,
     /// The files that the scene may name.
-    pub reach: Reach,
+    pub(crate) reach: Reach,
 }
 
 /// A fit whose files were read and checked.
-pub struct FitCase<'a> {
+pub(crate) struct FitCase<'a> {
     name: String,
     input: FitInput,
     unknowns: Vec<Unknown>,
@@ -52,7 +53,7 @@ impl<'a> FitCase<'a> {
     ///
     /// # Errors
     /// The first file that is wrong, and measured values or parameters that the model does not have.
-    pub fn load(
+    pub(crate) fn load(
         order: &FitOrder<'_>,
         stop: &'a AtomicBool,
         progress: &mut dyn FnMut(PrepareStage),
@@ -88,12 +89,12 @@ impl<'a> FitCase<'a> {
     }
 
     /// Whether the fit computes on a device.
-    pub fn needs_device(&self) -> bool {
+    pub(crate) fn needs_device(&self) -> bool {
         matches!(self.model, CaseModel::Scene(_))
     }
 
     /// All files that were read.
-    pub fn files(&self) -> &[PathBuf] {
+    pub(crate) fn files(&self) -> &[PathBuf] {
         &self.files
     }
 
@@ -109,7 +110,7 @@ impl<'a> FitCase<'a> {
     ///
     /// # Errors
     /// A run that fails, a fit that is singular, or the end by the user before the first derivatives.
-    pub fn solve(self, target: &Target, news: &dyn Fn(RunNews)) -> Result<Fitted, FittingError> {
+    pub(crate) fn solve(self, target: &Target, news: &dyn Fn(RunNews)) -> Result<Fitted, FittingError> {
         let Self { name, input, unknowns, model, stop, .. } = self;
         match model {
             CaseModel::Network(mut model, measurements) => {
@@ -124,23 +125,31 @@ impl<'a> FitCase<'a> {
     }
 }
 
-impl FitCase<'_> {
-    /// Finds the values without a word, and writes the files of `isotherm fit` into a folder, where one is given.
-    ///
-    /// # Errors
-    /// As for [`FitCase::solve`], the end by the user, and a folder that is not empty or cannot be written.
-    pub fn solve_into(self, target: &Target, output: Option<&Path>) -> Result<Fitted, FittingError> {
-        let inputs = self.files.clone();
-        let folder = output.map(|output| Folder::new(output, &FILES).prepare(false, &inputs)).transpose()?;
-        let solved = self.solve(target, &|_| ());
-        let whole = solved.and_then(|fitted| if fitted.is_stopped() { Err(FittingError::Stopped) } else { Ok(fitted) });
-        let fitted = whole.inspect_err(|_| folder.iter().for_each(Folder::take_back))?;
-        if let Some(folder) = &folder {
-            write(folder, &fitted)?;
-            folder.finish()?;
-        }
-        Ok(fitted)
+/// Fits `parameters` of a scene or a network file to measured files, without a word, and writes the files of `isotherm fit` into a folder, where one is given. `open` opens the device of a
+/// scene. `stop` ends the fit. Returns the content of `fit.json`.
+///
+/// # Errors
+/// Wrong files, a fit that is singular, a run that fails, the end by the user, and a folder that is not empty or cannot be written.
+pub fn fit_files(
+    [model, parameters]: [&Path; 2],
+    measured: &[PathBuf],
+    output: Option<&Path>,
+    reach: Reach,
+    open: impl FnOnce() -> Result<Target, SimulationError>,
+    stop: &AtomicBool,
+) -> Result<String, SimulationError> {
+    let case = FitCase::load(&FitOrder { model, measured, parameters, reach }, stop, &mut |_| ())?;
+    let target = if case.needs_device() { open()? } else { Target::Reference };
+    let inputs = case.files.clone();
+    let prepare = |output: &Path| Folder::new(output, &FILES).prepare(false, &inputs).map_err(FittingError::from);
+    let folder = output.map(prepare).transpose()?;
+    let solved = case.solve(&target, &|_| ());
+    let whole = solved.and_then(|fitted| if fitted.is_stopped() { Err(FittingError::Stopped) } else { Ok(fitted) });
+    let fitted = whole.inspect_err(|_| folder.iter().for_each(Folder::take_back))?;
+    if let Some(folder) = &folder {
+        write(folder, &fitted).and_then(|()| folder.finish()).map_err(FittingError::from)?;
     }
+    Ok(fitted.json().to_string())
 }
 
 /// Whether a file is a network file: its root has nodes and no model.

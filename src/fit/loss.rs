@@ -4,7 +4,7 @@ use crate::scene::Loss;
 
 impl Loss {
     /// The loss of a squared residual `z`, and its derivative by `z`, which is the weight of the residual. Both count in standard deviations, and `scale` says where they begin to differ
-    /// from a square (Triggs et al., "Bundle Adjustment", 2000, section 4.3; the names are those of scipy.optimize.least_squares).
+    /// from a square (Triggs et al., "Bundle Adjustment", 2000, section 4.3; scipy.optimize.least_squares has the same names).
     pub(super) fn of(self, z: f64, scale: f64) -> [f64; 2] {
         let square = scale * scale;
         let u = z / square;

@@ -25,11 +25,12 @@ use crate::output::OutputError;
 use crate::scene::SceneError;
 use crate::sensitivity::SensitivityError;
 use crate::simulation::engine::EngineError;
+use crate::simulation::facade_error::SimulationError;
 use crate::simulation::prepare_error::PrepareError;
 
 /// An error that ends a fit.
 #[derive(Debug, thiserror::Error)]
-pub enum FittingError {
+pub(crate) enum FittingError {
     /// An error in an input file.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -64,6 +65,17 @@ pub enum FittingError {
         /// The combination in words, and the remedy.
         reason: String,
     },
+}
+
+impl From<FittingError> for SimulationError {
+    fn from(error: FittingError) -> Self {
+        match error {
+            FittingError::Scene(error) => Self::Prepare(error.into()),
+            FittingError::Prepare(error) => Self::Prepare(error),
+            FittingError::Engine(error) => Self::Engine(error),
+            other => Self::Fit(other.to_string()),
+        }
+    }
 }
 
 impl From<SensitivityError> for FittingError {

@@ -23,7 +23,7 @@ pub(super) trait FitModel {
 }
 
 /// The result of a fit.
-pub struct Fitted {
+pub(crate) struct Fitted {
     /// Name of the model.
     pub(super) name: String,
     pub(super) unknowns: Vec<Unknown>,
@@ -49,7 +49,7 @@ pub(super) struct Misfits {
 
 impl Fitted {
     /// Whether the user ended the fit before its end. The values are the best until then.
-    pub fn is_stopped(&self) -> bool {
+    pub(crate) fn is_stopped(&self) -> bool {
         self.best.stopped
     }
 
@@ -138,7 +138,7 @@ impl Fitted {
             let x = self.best.x[i];
             if unknown.bounds.iter().any(|bound| x == *bound) {
                 all.push(format!(
-                    "'{}' stands at its bound, {}: its error is not that of a free value",
+                    "'{}' stands at its bound, {}: its error is none of a free value",
                     unknown.name,
                     self.value(i)
                 ));
@@ -156,7 +156,7 @@ impl Fitted {
     }
 
     /// All results as JSON.
-    pub fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         let count = self.unknowns.len();
         let matrix = |at: &dyn Fn(usize, usize) -> f64| -> Value {
             (0..count).map(|i| (0..count).map(|j| at(i, j)).collect::<Vec<f64>>()).collect::<Vec<_>>().into()
