@@ -188,12 +188,12 @@ fn telemetry_of_a_plate_fixes_absorptivity_over_emissivity() {
     assert!(!folder.path("singular").exists());
 }
 
-/// Factors by which six values of the craft differ from its scene: absorptivity and emissivity of the skin, of the cells, and of their back.
-const HIDDEN: [f64; 6] = [1.12, 0.94, 1.05, 1.04, 0.9, 1.08];
+/// Factors by which six values of the craft differ from its scene: absorptivity, emissivity and capacity of the skin, and of the cells.
+const HIDDEN: [f64; 6] = [1.12, 0.94, 0.9, 1.05, 1.04, 1.15];
 
 /// The craft over 140 deg of its orbit, from noon into the eclipse. The camera looks from above or from below.
 fn orbiting(factors: [f64; 6], camera: &str) -> String {
-    let [a, e, ac, ec, ab, eb] = factors;
+    let [a, e, c, ac, ec, cc] = factors;
     let text = scene_with(&[
         ("max_edge = 0.7", "max_edge = 4"),
         (
@@ -201,14 +201,15 @@ fn orbiting(factors: [f64; 6], camera: &str) -> String {
             "start = \"2026-11-26\"\nstep = 60\nsteps = 36\nimages = [600, 1560]",
         ),
         ("phase_deg = 80", "phase_deg = 0"),
+        // No table of albedo is made, which would take most of the time.
+        ("albedo = 0.3\n", ""),
         ("absorptivity = 0.29\nemissivity = 0.83", &format!("absorptivity = {}\nemissivity = {}", 0.29 * a, 0.83 * e)),
         (
             "absorptivity = 0.75\nemissivity = 0.82",
             &format!("absorptivity = {}\nemissivity = {}", 0.75 * ac, 0.82 * ec),
         ),
-        ("absorptivity = 0.40, emissivity = 0.63", &format!("absorptivity = {}, emissivity = {}", 0.4 * ab, 0.63 * eb)),
-        (TRANSITION, "response = \"radiative\"\nheat_capacity_per_area = 2400\n"),
-        (CELLS, "response = \"radiative\"\nheat_capacity_per_area = 2000\n"),
+        (TRANSITION, &format!("response = \"radiative\"\nheat_capacity_per_area = {}\n", 2400.0 * c)),
+        (CELLS, &format!("response = \"radiative\"\nheat_capacity_per_area = {}\n", 2000.0 * cc)),
         ("width = 96\nheight = 72", "width = 48\nheight = 36"),
     ]);
     text.replace("position = [6.5, 5, -7.5]", camera)
@@ -250,10 +251,12 @@ impl HiddenCraft {
             telemetry.extend(SENSORS.map(|sensor| (number(0), sensor, number(column(sensor)))));
         }
         let hidden = Self { folder, telemetry, images };
-        let parameter =
-            |(vary, rest): (&str, &str)| format!("[[parameter]]\nvary = \"{vary}\"\n{rest}\npercent = 60\n");
-        let faces = ["material = \"skin\"", "material = \"cells\"", "material = \"cells\"\nface = \"back\""];
-        let six = faces.map(|face| parameter(("absorptivity", face)) + &parameter(("emissivity", face))).concat();
+        let parameter = |material: &str, vary: &str| {
+            format!("[[parameter]]\nvary = \"{vary}\"\nmaterial = \"{material}\"\npercent = 60\n")
+        };
+        let three =
+            |material: &str| ["absorptivity", "emissivity", "capacity"].map(|vary| parameter(material, vary)).concat();
+        let six = three("skin") + &three("cells");
         hidden.folder.write("telemetry.toml", &six);
         hidden.folder.write("both.toml", &(six + "[[image]]\nfile = \"*.exr\"\nsigma = 0.05\n"));
         hidden
@@ -302,13 +305,15 @@ fn images_separate_what_telemetry_leaves_joined() {
         sentences(&alone),
         sentences(&both)
     );
-    assert!(condition(&alone) > 20.0 * condition(&both));
+    assert!(condition(&alone) > 1e4 && condition(&both) < 100.0);
     for (([x, sigma], [_, wide]), hidden) in logarithms(&both).into_iter().zip(logarithms(&alone)).zip(HIDDEN) {
         assert!((x - hidden.ln()).abs() < 3.5 * sigma, "{x} {sigma} {}", hidden.ln());
         assert!(sigma < 0.5 * wide, "{sigma} {wide}");
     }
-    let joined = alone["correlation"][0][1].as_f64().expect("a number");
-    assert!(joined > 0.9 && sentences(&alone).contains("what is known beyond that is the prior"), "{joined}");
+    // All three values of the skin can grow together: every flow of heat grows with them, and the temperature stays.
+    let joined = |fitted: &Value| fitted["correlation"][0][1].as_f64().expect("a number");
+    assert!(joined(&alone) > 0.99 && joined(&both).abs() < 0.9, "{} {}", joined(&alone), joined(&both));
+    assert!(sentences(&alone).contains("the data leave open a change of"));
     // The fitted rules stand before the first rule of the scene, and the next fit begins where this one ended.
     let rules = std::fs::read_to_string(hidden.folder.path("both/fitted.toml")).expect("rules");
     let text = orbiting([1.0; 6], ABOVE).replacen("[[material]]", &format!("{rules}\n[[material]]"), 1);
@@ -316,7 +321,7 @@ fn images_separate_what_telemetry_leaves_joined() {
     let again = hidden.fit(true, "again");
     let [before, after] =
         [&again["rms"]["before_k"], &both["rms"]["after_k"]].map(|rms| rms.as_f64().expect("a number"));
-    assert!((before / after - 1.0).abs() < 1e-3 && again["steps"].as_u64() <= Some(3), "{before} {after}");
+    assert!((before / after - 1.0).abs() < 1e-3, "{before} {after}");
 }
 
 /// Images as counts of a PNG with a mask, from the scene's own camera, and telemetry in degrees Celsius at dates.
@@ -370,7 +375,7 @@ fn write_png(path: &Path, values: Vec<u16>) {
 
 /// Forty draws of both noises. With `ISOTHERM_FIGURES=docs` the figure of docs/fit.md is written there.
 #[test]
-#[ignore = "two minutes"]
+#[ignore = "a minute"]
 fn forty_trials_of_the_craft_cover_the_hidden_values() {
     let hidden = HiddenCraft::new();
     let [mut within, mut within_a_third, mut all] = [0, 0, 0];
