@@ -43,6 +43,11 @@ pub use crate::exchange::{
     split::NodeViews,
     step::{CraftLight, Exchange, ExchangeSettings},
 };
+pub use crate::fit::{
+    FittingError,
+    case::{FitCase, FitOrder},
+    result::Fitted,
+};
 pub use crate::gpu::{
     blackbody::{band_radiances, band_table, brightness_temperatures},
     context::{Context, devices},
@@ -191,7 +196,6 @@ pub use crate::thermal::{
         LinearConductor, Network, NodeKind, RadiativeConductor,
         control::{ControlError, IntegrationSettings, Integrator, Series, integrate},
         reference::ReferenceStepper,
-        rkl2::{stable_product, stages_for},
         schedule::{HeatTable, Schedule, Thermostat},
         steady::{SteadyError, steady},
         stepper::{Attempt, StepMethod},

@@ -15,7 +15,7 @@
 //! - `labels`: what those who train on images want to know of them
 //! - `view`: the page of `isotherm view`
 //!
-//! `server` serves images to simulators in other programs. `compare` runs one scene under three responses. `converge` refines the settings of a scene until they no longer matter. `sensitivity` changes the values of a scene one by one. `paper` makes the figures of Vural et al. 2023. `bench` measures speed and error. `trace`
+//! `server` serves images to simulators in other programs. `compare` runs one scene under three responses. `converge` refines the settings of a scene until they no longer matter. `sensitivity` changes the values of a scene one by one. `fit` finds the values that explain measurements. `paper` makes the figures of Vural et al. 2023. `bench` measures speed and error. `trace`
 //! records what host and device did. `text` makes names safe to show. `lens` tells which ray a pixel sees.
 
 #![cfg_attr(feature = "programs", deny(unreachable_pub))]
@@ -26,14 +26,13 @@
 mod bench;
 #[cfg(feature = "programs")]
 mod cli;
-#[cfg(feature = "programs")]
 mod compare;
-#[cfg(feature = "programs")]
 mod converge;
 mod dataset;
 mod environment;
 mod exchange;
 mod files;
+mod fit;
 mod gpu;
 mod guard;
 mod host;
@@ -46,7 +45,6 @@ mod output;
 mod paper;
 mod raster;
 mod scene;
-#[cfg(feature = "programs")]
 mod sensitivity;
 #[cfg(feature = "programs")]
 mod server;

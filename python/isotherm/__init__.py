@@ -10,7 +10,7 @@ Vectors have three numbers. Quaternions are scalar-first: (w, x, y, z). Camera a
 """
 
 from ._errors import DeviceError, IsothermError, RequestError, SceneError
-from ._native import Camera, Frame, PartTemperature, Simulation, Sky, __version__, devices, validation_messages
+from ._native import Camera, Frame, PartTemperature, Simulation, Sky, __version__, devices, fit, validation_messages
 
 __all__ = [
     "Camera",
@@ -24,5 +24,6 @@ __all__ = [
     "Sky",
     "__version__",
     "devices",
+    "fit",
     "validation_messages",
 ]

@@ -19,6 +19,7 @@ __all__ = [
     "__version__",
     "dataset_orbits",
     "devices",
+    "fit",
     "make_dataset",
     "validation_messages",
 ]
@@ -37,6 +38,15 @@ def make_dataset(
     device: str | None = None,
     allow_outside: bool = False,
 ) -> dict[str, int | float | bool]: ...
+def fit(
+    model: str | os.PathLike[str],
+    *,
+    measured: Sequence[str | os.PathLike[str]],
+    parameters: str | os.PathLike[str],
+    output: str | os.PathLike[str] | None = None,
+    device: str | None = None,
+    allow_outside: bool = False,
+) -> dict[str, Any]: ...
 
 @final
 class Camera:

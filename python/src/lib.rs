@@ -6,6 +6,7 @@ mod camera;
 mod dataset;
 mod device;
 mod error;
+mod fit;
 mod frame;
 mod held;
 mod interrupt;
@@ -25,6 +26,8 @@ mod _native {
     use super::dataset::{dataset_orbits, make_dataset};
     #[pymodule_export]
     use super::device::{devices, validation_messages};
+    #[pymodule_export]
+    use super::fit::fit;
     #[pymodule_export]
     use super::frame::Frame;
     #[pymodule_export]

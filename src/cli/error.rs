@@ -6,6 +6,7 @@ use crate::compare::CompareError;
 use crate::converge::ConvergeError;
 use crate::dataset::error::DatasetError;
 use crate::environment::sky::SkyError;
+use crate::fit::FittingError;
 use crate::gpu::error::GpuError;
 use crate::output::OutputError;
 use crate::output::job::JobError;
@@ -39,6 +40,8 @@ pub(super) enum CliError {
     Converge(ConvergeError),
     #[error(transparent)]
     Sensitivity(SensitivityError),
+    #[error(transparent)]
+    Fit(FittingError),
     #[error(transparent)]
     View(ViewError),
     #[error(transparent)]
@@ -99,6 +102,19 @@ impl From<SensitivityError> for CliError {
             SensitivityError::Output(error) => Self::Output(error),
             SensitivityError::Stopped => Self::StoppedBefore,
             other => Self::Sensitivity(other),
+        }
+    }
+}
+
+impl From<FittingError> for CliError {
+    fn from(error: FittingError) -> Self {
+        match error {
+            FittingError::Prepare(error) => Self::Prepare(error),
+            FittingError::Scene(error) => Self::Prepare(error.into()),
+            FittingError::Engine(error) => Self::Job(error.into()),
+            FittingError::Output(error) => Self::Output(error),
+            FittingError::Stopped => Self::StoppedBefore,
+            other => Self::Fit(other),
         }
     }
 }
@@ -167,6 +183,7 @@ impl CliError {
             | Self::Compare(_)
             | Self::Converge(_)
             | Self::Sensitivity(_)
+            | Self::Fit(_)
             | Self::Server(_)
             | Self::Usage(_) => 2,
             Self::Simulation(error) => {

@@ -23,6 +23,7 @@ mod digits;
 mod environment;
 mod environment_plate;
 mod error;
+mod fit;
 mod info;
 mod info_network;
 mod materials;
@@ -79,6 +80,7 @@ enum Command {
     Compare(compare::Arguments),
     Converge(converge::Arguments),
     Sensitivity(sensitivity::Arguments),
+    Fit(fit::Arguments),
     Check(check::Arguments),
     Info(info::Arguments),
     Materials(materials::Arguments),
@@ -108,6 +110,7 @@ pub fn main() -> ExitCode {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Converge(arguments) => converge::run(&arguments),
         Command::Sensitivity(arguments) => sensitivity::run(&arguments),
+        Command::Fit(arguments) => fit::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Materials(arguments) => materials::run(&arguments),

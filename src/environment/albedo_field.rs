@@ -41,6 +41,11 @@ impl AlbedoField {
         Self { distance_ratio, horizon, spread, noon: OnceLock::new(), crossing }
     }
 
+    /// Whether both fields are of one distance.
+    pub(super) fn is_as_far_as(&self, other: &Self) -> bool {
+        self.distance_ratio == other.distance_ratio
+    }
+
     fn noon(&self) -> &AlbedoTable {
         self.noon.get_or_init(|| tabulate(self.distance_ratio, 0.0))
     }

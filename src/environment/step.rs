@@ -100,6 +100,18 @@ impl StepLoads {
         self.shortest_part = other.shortest_part;
     }
 
+    /// Takes the albedo tables of loads at the same distance, which hang on nothing else.
+    pub(crate) fn share_albedo(&mut self, other: &Self) {
+        let same = match (&self.albedo, &other.albedo) {
+            (Some(AlbedoSource::Fixed(own)), Some(AlbedoSource::Fixed(other))) => own.is_as_far_as(other),
+            (Some(AlbedoSource::Varying(_)), Some(AlbedoSource::Varying(_))) => true,
+            _ => false,
+        };
+        if same {
+            self.albedo.clone_from(&other.albedo);
+        }
+    }
+
     /// Whether the step from `start` to `end` [s] is to be halved, because the eclipse begins or ends in it and a surface stores too little heat for its mean load.
     pub(crate) fn needs_halves(&self, start: f64, end: f64) -> bool {
         let in_penumbra = || {

@@ -96,6 +96,40 @@ pub fn read_png(bytes: &[u8]) -> Result<([u32; 2], Vec<u8>), OutputError> {
     Ok(([info.width, info.height], values))
 }
 
+/// A grey image: its size, its values, and the text of keyword `isotherm` where it has one.
+pub(crate) struct GrayImage {
+    pub(crate) size: [u32; 2],
+    pub(crate) values: Vec<u16>,
+    pub(crate) text: Option<String>,
+}
+
+/// Reads a grey PNG of 8 or 16 bits.
+///
+/// # Errors
+/// Another file.
+pub(crate) fn read_gray(bytes: &[u8]) -> Result<GrayImage, OutputError> {
+    let wrong = |reason: &str| OutputError::Mismatch(format!("no grey PNG of 8 or 16 bits: {reason}"));
+    let not_read = |error: png::DecodingError| wrong(&error.to_string());
+    let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().map_err(not_read)?;
+    let info = reader.info();
+    let (colour, depth) = (info.color_type, info.bit_depth);
+    let own = info.utf8_text.iter().find(|chunk| chunk.keyword == "isotherm");
+    let text = own.and_then(|chunk| chunk.get_text().ok());
+    if colour != png::ColorType::Grayscale || !matches!(depth, png::BitDepth::Eight | png::BitDepth::Sixteen) {
+        return Err(wrong(&format!("it has {colour:?} of {depth:?} bits")));
+    }
+    let length = reader.output_buffer_size().ok_or_else(|| wrong("it is too large"))?;
+    Expansion::of_image(bytes.len()).charge(length, 1).map_err(|fault| wrong(&fault.to_string()))?;
+    let mut raw = vec![0; length];
+    let frame = reader.next_frame(&mut raw).map_err(not_read)?;
+    raw.truncate(frame.buffer_size());
+    let values = match depth {
+        png::BitDepth::Sixteen => raw.as_chunks::<2>().0.iter().map(|pair| u16::from_be_bytes(*pair)).collect(),
+        _ => raw.iter().map(|byte| u16::from(*byte)).collect(),
+    };
+    Ok(GrayImage { size: [frame.width, frame.height], values, text })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -107,6 +141,8 @@ mod tests {
         let (size, bytes) = read_png(&file).unwrap();
         let back: Vec<u16> = bytes.as_chunks::<2>().0.iter().map(|pair| u16::from_be_bytes(*pair)).collect();
         assert_eq!((size, back), ([4, 3], values));
+        let read = read_gray(&file).unwrap();
+        assert!(read.size == [4, 3] && read.values[11] == 11 * 5461 && read.text.unwrap().contains("0.5"));
         let has = |word: &[u8]| file.windows(word.len()).any(|window| window == word);
         assert!(has(b"iTXt") && has(b"{\"scale\":0.5}") && !has(b"{\"scale\":0.6}"));
         assert!(png_16([4, 3], &[0; 11], &[]).is_err());

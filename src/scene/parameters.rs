@@ -9,8 +9,25 @@ use super::quantity::Quantity;
 use super::section::Section;
 use crate::files::{self, Reach};
 
-const KEYS: &[&str] =
-    &["name", "vary", "material", "part", "between", "between_materials", "face", "range", "percent", "step"];
+const KEYS: &[&str] = &[
+    "name",
+    "vary",
+    "material",
+    "part",
+    "node",
+    "between",
+    "between_materials",
+    "face",
+    "range",
+    "percent",
+    "step",
+    "prior",
+    "prior_value",
+    "prior_sigma",
+];
+
+/// Keys of the root. A fit reads the others too.
+pub(super) const ROOT: &[&str] = &["parameter", "sensor", "image", "fit"];
 
 /// Relative step of a difference where a parameter states none.
 const STEP: f64 = 0.01;
@@ -38,10 +55,20 @@ pub(crate) enum ParameterKind {
     Albedo,
     /// Infrared of the planet [W/m2].
     PlanetIr,
+    /// Heat of nodes of a network file [W].
+    NodeHeat,
+    /// Capacitance of nodes of a network file [J/K].
+    Capacitance,
+    /// Emissive area of nodes of a network file [m2].
+    EmissiveArea,
+    /// Linear conductors of a network file [W/K].
+    Conductance,
+    /// Radiative conductors of a network file [m2].
+    ExchangeArea,
 }
 
 /// Words of the kinds.
-const KINDS: [(&str, ParameterKind); 10] = [
+const KINDS: [(&str, ParameterKind); 15] = [
     ("absorptivity", ParameterKind::Absorptivity),
     ("emissivity", ParameterKind::Emissivity),
     ("thickness", ParameterKind::Thickness),
@@ -52,6 +79,11 @@ const KINDS: [(&str, ParameterKind); 10] = [
     ("solar_constant", ParameterKind::SolarConstant),
     ("albedo", ParameterKind::Albedo),
     ("planet_ir", ParameterKind::PlanetIr),
+    ("node_heat", ParameterKind::NodeHeat),
+    ("capacitance", ParameterKind::Capacitance),
+    ("emissive_area", ParameterKind::EmissiveArea),
+    ("conductance", ParameterKind::Conductance),
+    ("exchange_area", ParameterKind::ExchangeArea),
 ];
 
 impl ParameterKind {
@@ -68,7 +100,10 @@ impl ParameterKind {
             Self::Capacity => "J/(m2 K)",
             Self::Conductivity => "W/(m K)",
             Self::Contact => "W/K or W/(m2 K)",
-            Self::Heater => "W",
+            Self::Heater | Self::NodeHeat => "W",
+            Self::Capacitance => "J/K",
+            Self::EmissiveArea | Self::ExchangeArea => "m2",
+            Self::Conductance => "W/K",
             Self::SolarConstant | Self::PlanetIr => "W/m2",
         }
     }
@@ -86,6 +121,8 @@ impl ParameterKind {
             }
             Self::Contact => &["between", "between_materials"],
             Self::Heater => &["part"],
+            Self::NodeHeat | Self::Capacitance | Self::EmissiveArea => &["node"],
+            Self::Conductance | Self::ExchangeArea => &["between"],
             Self::SolarConstant | Self::Albedo | Self::PlanetIr => &[],
         }
     }
@@ -98,6 +135,17 @@ pub(crate) enum ParameterRange {
     Values([f64; 2]),
     /// So many percent to both sides.
     Percent(f64),
+}
+
+/// What is known of a parameter before it is fitted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum ParameterPrior {
+    /// Its range: the ends are two standard deviations off.
+    Range,
+    /// A value, or the one of the scene, and the standard deviation of its logarithm.
+    Stated(Option<f64>, f64),
+    /// Nothing.
+    None,
 }
 
 /// A value of a scene that is varied.
@@ -114,6 +162,7 @@ pub(crate) struct Parameter {
     pub(crate) range: ParameterRange,
     /// Relative step of a difference.
     pub(crate) step: f64,
+    pub(crate) prior: ParameterPrior,
     path: PathBuf,
     line: usize,
 }
@@ -134,7 +183,14 @@ pub(crate) fn read_parameters(path: &Path) -> Result<Vec<Parameter>, SceneError>
     let (reach, faults) = (Reach::of(path), Faults::default());
     let file = SourceFile::new(path, &text, &reach, &faults);
     let table = file.parse()?;
-    let root = Section::root(&file, &table, &["parameter"])?;
+    parameters_of(&Section::root(&file, &table, ROOT)?, path)
+}
+
+/// The parameters in the file at `path`.
+///
+/// # Errors
+/// As for [`read_parameters`].
+pub(super) fn parameters_of(root: &Section<'_>, path: &Path) -> Result<Vec<Parameter>, SceneError> {
     let sections = root.tables("parameter", KEYS)?;
     if sections.is_empty() {
         return Err(root.error("parameter", "is missing: at least one [[parameter]] says what is varied"));
@@ -156,7 +212,7 @@ fn parameter(section: &Section<'_>, path: &Path) -> Result<Parameter, SceneError
     let kind = section.choice("vary", &KINDS)?;
     let kind = section.required("vary", kind, "the value that is varied, such as \"absorptivity\"")?;
     let own = kind.owners();
-    for key in ["material", "part", "between", "between_materials"] {
+    for key in ["material", "part", "node", "between", "between_materials"] {
         if section.has(key) && !own.contains(&key) {
             return Err(section.error(key, format!("has no meaning for vary = \"{}\"", kind.word())));
         }
@@ -165,8 +221,8 @@ fn parameter(section: &Section<'_>, path: &Path) -> Result<Parameter, SceneError
     if let Some(first) = own.first() {
         let key = own.iter().find(|key| section.has(key)).unwrap_or(first);
         let patterns = section.required(key, section.strings(key)?, "names with * and ? as wildcards")?;
-        if kind == ParameterKind::Contact && patterns.len() != 2 {
-            return Err(section.error(key, "must be the two names of a contact"));
+        if key.starts_with("between") && patterns.len() != 2 {
+            return Err(section.error(key, "must be two names, one for each side"));
         }
         owners = (patterns, *key);
     }
@@ -187,6 +243,7 @@ fn parameter(section: &Section<'_>, path: &Path) -> Result<Parameter, SceneError
             return Err(section.missing("range", &["percent"], "two rising values, or percent for both sides"));
         }
     };
+    let prior = prior(section)?;
     let step = section.number("step", Quantity::within(1e-5, 0.2, ""))?.unwrap_or(STEP);
     let of = if owners.0.is_empty() { String::new() } else { format!(" of {}", owners.0.join(", ")) };
     let face = if back { " (back)" } else { "" };
@@ -199,7 +256,22 @@ fn parameter(section: &Section<'_>, path: &Path) -> Result<Parameter, SceneError
         back,
         range,
         step,
+        prior,
         path: path.to_path_buf(),
         line: section.line(),
     })
+}
+
+fn prior(section: &Section<'_>) -> Result<ParameterPrior, SceneError> {
+    let word = section.choice("prior", &[("range", ParameterPrior::Range), ("none", ParameterPrior::None)])?;
+    let value = section.number("prior_value", Quantity::positive(""))?;
+    let sigma = section.number("prior_sigma", Quantity::within(1e-6, 10.0, ""))?;
+    match (word, value, sigma) {
+        (Some(_), None, None) | (None, None, None) => Ok(word.unwrap_or(ParameterPrior::Range)),
+        (None, value, Some(sigma)) => Ok(ParameterPrior::Stated(value, sigma)),
+        (None, Some(_), None) => {
+            Err(section.missing("prior_sigma", &["prior_value"], "the standard deviation of the logarithm"))
+        }
+        (Some(_), ..) => Err(section.error("prior", "cannot be combined with prior_value and prior_sigma")),
+    }
 }

@@ -154,4 +154,4 @@ enum By {
 }
 
 /// 0 degrees Celsius [K].
-const CELSIUS: f64 = 273.15;
+pub(super) const CELSIUS: f64 = 273.15;

@@ -12,7 +12,7 @@ use crate::thermal::shell::ContactConductance;
 ///
 /// # Errors
 /// Owners that the scene lacks, a value that is absent or 0, or a share that a step takes above 1.
-pub(super) fn values(parameter: &Parameter, prepared: &Prepared) -> Result<Vec<f64>, SensitivityError> {
+pub(crate) fn values(parameter: &Parameter, prepared: &Prepared) -> Result<Vec<f64>, SensitivityError> {
     let mut scene = prepared.scene.clone();
     let mut materials = prepared.materials.clone();
     let mut values: Vec<f64> = of_scene(parameter, &mut scene).into_iter().map(|value| *value).collect();
@@ -47,7 +47,7 @@ pub(super) fn values(parameter: &Parameter, prepared: &Prepared) -> Result<Vec<f
 }
 
 /// Multiplies the values of a parameter in a scene.
-pub(super) fn change_scene(parameter: &Parameter, factor: f64, scene: &mut Scene) {
+pub(crate) fn change_scene(parameter: &Parameter, factor: f64, scene: &mut Scene) {
     of_scene(parameter, scene).into_iter().for_each(|value| *value *= factor);
     if parameter.kind == ParameterKind::Heater {
         for heater in heaters(parameter, &mut scene.heaters) {
@@ -58,7 +58,7 @@ pub(super) fn change_scene(parameter: &Parameter, factor: f64, scene: &mut Scene
 }
 
 /// Multiplies the values of a parameter in materials.
-pub(super) fn change_materials(parameter: &Parameter, factor: f64, materials: &mut [Material]) {
+pub(crate) fn change_materials(parameter: &Parameter, factor: f64, materials: &mut [Material]) {
     for material in fitting(parameter, materials) {
         let bulk = &mut material.bulk;
         match parameter.kind {

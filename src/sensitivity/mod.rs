@@ -2,10 +2,10 @@
 //!
 //! `change` finds and changes the values of a parameter. `variant` runs a scene with changed values. `search` takes all runs and their differences. `files` writes the results.
 
-mod change;
+pub(crate) mod change;
 pub(crate) mod files;
 pub(crate) mod search;
-mod variant;
+pub(crate) mod variant;
 
 use std::path::PathBuf;
 

@@ -15,30 +15,30 @@ use crate::simulation::warm_up::{start, start_near};
 use crate::simulation::{StepResult, run};
 
 /// The results of a run.
-pub(super) struct VariantRun {
+pub(crate) struct VariantRun {
     /// Time of each step [s].
-    pub(super) times: Vec<f64>,
+    pub(crate) times: Vec<f64>,
     /// Temperatures of parts and probes at each step [K]. A part without area has none.
-    pub(super) rows: Vec<Vec<Option<f64>>>,
+    pub(crate) rows: Vec<Vec<Option<f64>>>,
     /// Images, with what stands in the header of their files.
-    pub(super) images: Vec<(Image, FrameHeader)>,
+    pub(crate) images: Vec<(Image, FrameHeader)>,
 }
 
 /// What all runs share.
-pub(super) struct VariantWalk<'a> {
-    pub(super) target: &'a Target,
+pub(crate) struct VariantWalk<'a> {
+    pub(crate) target: &'a Target,
     /// Numbers of the images that are kept.
-    pub(super) kept: &'a [usize],
-    pub(super) stop: &'a AtomicBool,
+    pub(crate) kept: &'a [usize],
+    pub(crate) stop: &'a AtomicBool,
     /// Is called for each step, and for each orbit of a periodic warm-up.
-    pub(super) stepped: &'a dyn Fn(),
+    pub(crate) stepped: &'a dyn Fn(),
     /// Tells the user a warning.
-    pub(super) warned: &'a dyn Fn(String),
+    pub(crate) warned: &'a dyn Fn(String),
 }
 
 impl VariantWalk<'_> {
     /// The engine of a scene at time 0. A periodic state is sought from `near`, where that is known and fits: a network may take another plan with other values.
-    pub(super) fn begin(
+    pub(crate) fn begin(
         &self,
         prepared: &Prepared,
         near: Option<&BetweenSteps>,
@@ -64,7 +64,7 @@ impl VariantWalk<'_> {
     }
 
     /// Takes an engine at time 0 through the run.
-    pub(super) fn run(&self, prepared: &Prepared, engine: &mut dyn Engine) -> Result<VariantRun, SensitivityError> {
+    pub(crate) fn run(&self, prepared: &Prepared, engine: &mut dyn Engine) -> Result<VariantRun, SensitivityError> {
         let groups = NodeGroups::new(prepared)?;
         let maker = FrameMaker::new(prepared, &engine.device_name());
         let mut ran = VariantRun { times: Vec::new(), rows: Vec::new(), images: Vec::new() };

@@ -54,6 +54,9 @@ pub enum SimulationError {
     /// The saved state does not fit a simulation.
     #[error("this is no saved state of a simulation: {0}")]
     NoState(Misfit),
+    /// Measurements that no fit explains.
+    #[error("{0}")]
+    Fit(String),
     /// A number of an image is not finite.
     #[error("at {time} s the {what} of pixel ({x}, {y}) is not finite")]
     NotFinite {

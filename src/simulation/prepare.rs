@@ -168,7 +168,8 @@ impl Prepared {
         steps::check_traced(&scene, &triangles)?;
 
         progress(PrepareStage::Loads);
-        let loads = steps::loads(&scene, &materials, moving)?;
+        let mut loads = steps::loads(&scene, &materials, moving)?;
+        like.iter().for_each(|like| loads.share_albedo(&like.loads));
         warnings.extend(steps::turn_warning(&scene, &loads));
         let probes = steps::probe_nodes(&scene, &parts, &nodes)?;
         let given = GivenTemperatures::new(&scene, &parts, &nodes)?.map(Arc::new);

@@ -25,6 +25,7 @@ mod expansion;
 mod facade;
 mod facade_sensor;
 mod face;
+mod fit;
 mod frame_listed;
 mod functions;
 mod fused;

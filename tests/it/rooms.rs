@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The rooms of `src`. Each uses only rooms before it.
-const ORDER: [&str; 26] = [
+const ORDER: [&str; 27] = [
     "text",
     "host",
     "stop",
@@ -29,6 +29,7 @@ const ORDER: [&str; 26] = [
     "compare",
     "converge",
     "sensitivity",
+    "fit",
     "paper",
     "bench",
     "cli",

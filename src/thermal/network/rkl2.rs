@@ -18,13 +18,13 @@ pub(crate) struct Rkl2Stage {
 }
 
 /// Stability limit of `stages` for the product of sub-step and fastest rate: (s^2 + s - 2) / 2.
-pub fn stable_product(stages: u32) -> f64 {
+pub(crate) fn stable_product(stages: u32) -> f64 {
     let s = f64::from(stages);
     0.5 * (s * s + s - 2.0)
 }
 
 /// The least odd number of stages, at least 3, that is stable for this product of sub-step and fastest rate.
-pub fn stages_for(product: f64) -> u32 {
+pub(crate) fn stages_for(product: f64) -> u32 {
     let least = (0.5 * ((9.0 + 8.0 * product.max(0.0)).sqrt() - 1.0)).ceil();
     let stages = least.clamp(3.0, 1e9) as u32 | 1;
     if stable_product(stages) < product { stages + 2 } else { stages }

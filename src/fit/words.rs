@@ -1,0 +1,119 @@
+//! Directions in words: which combinations of parameters the data fix, and which stay open.
+
+use super::posterior::{DataDirection, Posterior};
+use super::prior::Unknown;
+
+/// Share of the largest component below which a parameter is not named.
+const NAMED: f64 = 0.2;
+
+/// The parameters of a direction with their components, the largest first.
+fn named(direction: &[f64]) -> Vec<(usize, f64)> {
+    let largest = direction.iter().fold(0.0f64, |largest, component| largest.max(component.abs()));
+    let mut named: Vec<(usize, f64)> =
+        direction.iter().copied().enumerate().filter(|(_, component)| component.abs() > NAMED * largest).collect();
+    named.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    named
+}
+
+/// A standard deviation of a logarithm as a share: `0.4 %`, or a factor where it is large.
+pub(super) fn share(sigma: f64) -> String {
+    match sigma {
+        sigma if !sigma.is_finite() => "not at all".to_owned(),
+        sigma if sigma > 0.5 => format!("to a factor of {:.2}", sigma.exp()),
+        sigma if sigma >= 0.01 => format!("to {:.1} %", 100.0 * sigma),
+        sigma => format!("to {} %", significant(100.0 * sigma)),
+    }
+}
+
+/// Two significant digits.
+fn significant(value: f64) -> String {
+    let digits = (1.0 - value.abs().max(1e-12).log10().floor()).max(0.0) as usize;
+    format!("{value:.digits$}")
+}
+
+/// `'a' / 'b'` or `'a' x 'b'`, with the power of `b` where that is not 1.
+fn pair(a: &str, b: &str, power: f64) -> String {
+    let sign = if power > 0.0 { "x" } else { "/" };
+    let size = power.abs();
+    let raised = if (size - 1.0).abs() < 0.1 { String::new() } else { format!("^{size:.2}") };
+    format!("'{a}' {sign} '{b}'{raised}")
+}
+
+/// The sentence on a direction that the data leave open.
+pub(super) fn open(direction: &DataDirection, unknowns: &[Unknown]) -> String {
+    let name = |i: usize| &unknowns[i].name;
+    match named(&direction.vector)[..] {
+        [(i, _)] => format!("the data do not fix '{}'", name(i)),
+        // Along the direction the other combination of the two stays as it is.
+        [(i, a), (j, b)] => format!("the data fix {}, not each", pair(name(i), name(j), -a / b)),
+        ref all => {
+            let first = all[0].1;
+            let part = |(i, component): &(usize, f64)| format!("'{}' by {:+.0} %", name(*i), 10.0 * component / first);
+            format!("the data leave open a change of {} together", all.iter().map(part).collect::<Vec<_>>().join(", "))
+        }
+    }
+}
+
+/// The sentence on a direction with its figures.
+pub(super) fn sentence(direction: &DataDirection, posterior: &Posterior, unknowns: &[Unknown]) -> String {
+    let named = named(&direction.vector);
+    if !direction.is_fixed() {
+        let kept = match named[..] {
+            [(i, a), (j, b)] => {
+                let mut combination = vec![0.0; unknowns.len()];
+                (combination[i], combination[j]) = (1.0, -a / b);
+                format!(" (that combination {})", share(posterior.sigma_of(&combination)))
+            }
+            _ => String::new(),
+        };
+        return format!("{}{kept}: what is known beyond that is the prior", open(direction, unknowns));
+    }
+    let name = |i: usize| &unknowns[i].name;
+    match named[..] {
+        [(i, _)] => format!("the data fix '{}' {}", name(i), share(direction.data)),
+        [(i, a), (j, b)] => {
+            format!("the data fix {} {}", pair(name(i), name(j), b / a), share(direction.data / a.abs()))
+        }
+        ref all => {
+            let power = |(i, component): &(usize, f64)| format!("'{}'^{:.2}", name(*i), component / all[0].1);
+            let product: Vec<String> = all.iter().map(power).collect();
+            format!("the data fix {} {}", product.join(" x "), share(direction.data / all[0].1.abs()))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unknowns() -> Vec<Unknown> {
+        let unknown = |name: &str| Unknown {
+            name: name.to_owned(),
+            unit: "",
+            value: Some(0.5),
+            prior: None,
+            bounds: [-1.0, 1.0],
+            step: 0.01,
+        };
+        ["absorptivity of paint", "emissivity of paint", "capacity of paint"].map(unknown).to_vec()
+    }
+
+    #[test]
+    fn both_signs_and_a_single_parameter_are_said_right() {
+        let said =
+            |vector: [f64; 3]| open(&DataDirection { vector: vector.to_vec(), data: 9.0, prior: 1.0 }, &unknowns());
+        // Both grow together: their ratio stays.
+        assert_eq!(
+            said([0.7071, 0.7071, 0.01]),
+            "the data fix 'absorptivity of paint' / 'emissivity of paint', not each"
+        );
+        assert_eq!(
+            said([0.7071, -0.7071, 0.01]),
+            "the data fix 'absorptivity of paint' x 'emissivity of paint', not each"
+        );
+        assert_eq!(said([0.0, 0.1, 0.99]), "the data do not fix 'capacity of paint'");
+        assert!(said([0.6, 0.5, 0.6]).contains("by +10 %, 'capacity of paint' by +10 %"));
+        assert_eq!(share(0.004), "to 0.40 %");
+        assert_eq!(share(2.0), "to a factor of 7.39");
+    }
+}
