@@ -101,7 +101,7 @@ impl StepLoads {
     }
 
     /// Takes the albedo tables of loads at the same distance, which hang on nothing else.
-    pub(crate) fn share_albedo(&mut self, other: &Self) {
+    pub(crate) fn take_albedo_of(&mut self, other: &Self) {
         let same = match (&self.albedo, &other.albedo) {
             (Some(AlbedoSource::Fixed(own)), Some(AlbedoSource::Fixed(other))) => own.is_as_far_as(other),
             (Some(AlbedoSource::Varying(_)), Some(AlbedoSource::Varying(_))) => true,

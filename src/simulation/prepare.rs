@@ -169,7 +169,7 @@ impl Prepared {
 
         progress(PrepareStage::Loads);
         let mut loads = steps::loads(&scene, &materials, moving)?;
-        like.iter().for_each(|like| loads.share_albedo(&like.loads));
+        like.iter().for_each(|like| loads.take_albedo_of(&like.loads));
         warnings.extend(steps::turn_warning(&scene, &loads));
         let probes = steps::probe_nodes(&scene, &parts, &nodes)?;
         let given = GivenTemperatures::new(&scene, &parts, &nodes)?.map(Arc::new);
