@@ -14,6 +14,7 @@ use super::reach::ReachArguments;
 use super::resume::{EarlierRun, identity};
 use super::run_report::{print_summary, report, speed};
 use super::thermal_state;
+use super::uncertainty::sigma_of;
 use crate::gpu::plan::{Planned, check_plan};
 use crate::guard::finding::CheckEffort;
 use crate::output::console::{answer, say};
@@ -136,9 +137,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let plan = data.plan();
     say_size(&prepared, &plan, &chosen);
     chosen.device().map_or(Ok(()), |context| check_plan(context, &plan, data.image))?;
+    let stop = stop_flag();
+    let sigma = sigma_of(&prepared, &chosen, &stop)?;
     let (folder, state) = open_folder(arguments, &prepared, &root, earlier, fresh)?;
     let forecast = forecast_run(&prepared, begin.is_some());
-    let stop = stop_flag();
     let made = timed("making the engine", || until(&stop, || chosen.engine(&prepared, camera)));
     let mut engine = made.map_err(|Stopped| CliError::StoppedBefore)??;
     let start_up_s = began.elapsed().as_secs_f64();
@@ -149,6 +151,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         identity: &identity,
         earlier: state.as_ref(),
         begin: begin.as_ref(),
+        sigma: sigma.as_ref(),
         take_after,
     };
     let told = |done: Done| {

@@ -13,8 +13,8 @@ use super::radiance::{Background, SUNNY};
 use super::section::Section;
 use super::{
     Camera, Draw, Initial, MaterialRules, Preset, Reflections, Scene, ShadowSettings, SkyScene, Surrounded, Time,
-    camera, combinations, density, exchange, joint, keys, material, mesh_network, output, preset, radiance, sensor,
-    shadows, temperatures, view, work,
+    camera, combinations, density, exchange, joint, keys, material, mesh_network, output, parameters, preset, radiance,
+    sensor, shadows, temperatures, view, work,
 };
 use crate::environment::Environment;
 use crate::environment::trajectory::Trajectory;
@@ -104,6 +104,8 @@ impl Scene {
         let network = mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref(), &mut assumptions)?;
         let contacts = mesh_network::contacts(&root.tables("contact", keys::CONTACT)?, &mut assumptions)?;
         let heaters = mesh_network::heaters(&root.tables("heater", keys::HEATER)?, &probes)?;
+        let uncertainty = root.table("uncertainty", keys::UNCERTAINTY)?;
+        let uncertainty = uncertainty.map(|section| parameters::list(&section, path)).transpose()?;
         let mut scene = Self {
             source: path.to_path_buf(),
             reach: reach.clone(),
@@ -132,6 +134,7 @@ impl Scene {
             heaters,
             colour_range,
             energy_balance,
+            uncertainty,
             files,
             sky_files,
             assumptions,

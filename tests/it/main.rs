@@ -69,6 +69,7 @@ mod server;
 mod shaders;
 mod shadows;
 mod shown;
+mod sigma;
 mod silhouette;
 mod step_length;
 mod stop;

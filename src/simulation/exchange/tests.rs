@@ -29,6 +29,7 @@ fn black() -> Material {
         bulk: Bulk::default(),
         response: Response::Instant,
         transition: None,
+        ranges: [None; 2],
         source: "test".into(),
     }
 }
