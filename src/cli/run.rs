@@ -118,7 +118,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let fresh = if earlier.is_none() { Some(Folder::new(&root, &FILES)) } else { None };
     keep_scene_files(arguments, &prepared, fresh.as_ref())?;
     let at = thermal_state::step_of_state(arguments.save_state_at, &prepared.scene.time)?;
-    let take_after = arguments.save_state.as_ref().map(|_| at);
     video::check(&prepared.scene.images)?;
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
     let chosen = timed("opening the device", || choose_device(arguments, earlier.as_ref()))?;
@@ -152,7 +151,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         earlier: state.as_ref(),
         begin: begin.as_ref(),
         sigma: sigma.as_ref(),
-        take_after,
+        take_after: arguments.save_state.as_ref().map(|_| at),
     };
     let told = |done: Done| {
         if done != Done::WarmUp {

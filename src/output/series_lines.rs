@@ -56,7 +56,7 @@ impl LineBand {
 }
 
 impl SeriesLines {
-    /// Reads the table twice, with the columns of `series`, after which those of the uncertainty may follow. `open` opens it.
+    /// Reads the table twice, with the columns of `series`, after which columns of the uncertainty may follow. `open` opens it.
     ///
     /// # Errors
     /// It cannot be read.

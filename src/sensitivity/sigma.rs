@@ -20,7 +20,7 @@ const MOST_PIXELS: usize = 1 << 23;
 /// Standard deviations in a range that holds 95 % of the values.
 const RANGE: f64 = 4.0;
 
-/// The parameters of a scene that asks for its uncertainty: those of `[uncertainty]`, and the ranges that its materials state for the outside.
+/// The parameters of a scene that asks for its uncertainty: the list in `[uncertainty]`, and the ranges that its materials state for the outside.
 /// A parameter of `[uncertainty]` takes the place of the range of a material.
 fn parameters(scene: &Scene, prepared: &Prepared) -> Result<Vec<Parameter>, SensitivityError> {
     let mut all = scene.uncertainty.clone().unwrap_or_default();

@@ -81,6 +81,7 @@ mod trace;
 mod traced;
 mod trajectory;
 mod transitions;
+mod tumble;
 mod tutorial;
 mod twins;
 mod uncertainty;

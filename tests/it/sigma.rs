@@ -252,18 +252,20 @@ fn pixels_of_the_cubesat_are_as_uncertain_as_draws_say() {
 
 /// Parts of a craft like a station: a network with conduction, shadows, and radiation between surfaces.
 #[test]
-#[ignore = "201 runs of a craft with exchange, two minutes of processor time: cargo test --workspace --test it sigma -- --ignored --nocapture"]
+#[ignore = "201 runs of a craft with exchange, a minute of processor time: cargo test --workspace --test it sigma -- --ignored --nocapture"]
 fn parts_of_a_craft_with_exchange_are_as_uncertain_as_draws_say() {
     let cells = "response = \"radiative\"\nheat_capacity_per_area = ";
     let text = scene_with(&[
-        ("draw_every = 4", "draw_steps = [0, 12]\nwarm_up_orbits = 1"),
+        ("max_edge = 0.7", "max_edge = 2.0"),
+        ("step = 60\nsteps = 12", "step = 120\nsteps = 6"),
+        ("draw_every = 4", "draw_steps = [0, 6]\nwarm_up_orbits = 1"),
         ("width = 96\nheight = 72", "width = 48\nheight = 36"),
         (TRANSITION, SKIN),
         (CELLS, &format!("{cells}\n")),
         ("absorptivity = 0.29\nemissivity = 0.83", "absorptivity = \nemissivity = "),
         ("absorptivity = 0.75", "absorptivity = "),
         ("planet_ir = 237", "planet_ir = "),
-    ]) + "[shadows]\n[exchange]\nrays = 64\n";
+    ]) + "[shadows]\n[exchange]\nrays = 32\n";
     let skin = "match = \"skin\"\nabsorptivity = ";
     let drawn = [
         Drawn { before: skin, value: 0.29, mean: 0.29, sigma: 0.02 },
@@ -282,7 +284,7 @@ fn parts_of_a_craft_with_exchange_are_as_uncertain_as_draws_say() {
         ]
         .map(|one| format!("[[uncertainty.parameter]]\n{one}\n"))
         .concat();
-    hold_to_draws(&text, &asks, &drawn, &[0, 12], &|scene| Folder::new(scene));
+    hold_to_draws(&text, &asks, &drawn, &[0, 6], &|scene| Folder::new(scene));
 }
 
 #[test]
