@@ -131,7 +131,7 @@ the mean loads over all orientations. A run is a day in steps of 30 s after four
 | fitted values, days that were not fitted | {result.off["after", False]:.2f} K | {result.mean["after"]:+.2f} K |
 | fitted values, fitted days | {result.off["after", True]:.2f} K | |
 
-The bound is 3.3 K on days that were not fitted: {met(result.off["after", False] <= 3.3)}. The craft tumbles, and its panel mean scatters by 2.9 K rms at one place of the orbit. No mean over orientations can be closer.
+The bound is 3.3 K on days that were not fitted: {met(result.off["after", False] <= 3.3)}. The craft tumbles, and its panel mean scatters by about 2.9 K rms at one place of the orbit, which no mean over orientations shows.
 
 | cooling in umbra, median of {count} pairs of samples | K/min |
 |---|---|
