@@ -32,6 +32,10 @@ vec4 plate_view_factor(vec4 cos_tilt, float sine, float cosine) {
 
 // Incident infrared of the planet [W/m2].
 vec4 planet_ir_flux(Step step, vec4 nx, vec4 ny, vec4 nz) {
+#ifdef TUMBLE
+    return vec4(step.planet_ir);
+#else
     vec4 cos_tilt = nx * step.nadir.x + ny * step.nadir.y + nz * step.nadir.z;
     return step.planet_ir * plate_view_factor(cos_tilt, step.nadir.w, step.sunward.w);
+#endif
 }

@@ -51,6 +51,7 @@ mod sensitivity;
 mod serve;
 mod thermal_state;
 mod time;
+mod uncertainty;
 mod view;
 mod view_factors;
 

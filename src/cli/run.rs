@@ -14,6 +14,7 @@ use super::reach::ReachArguments;
 use super::resume::{EarlierRun, identity};
 use super::run_report::{print_summary, report, speed};
 use super::thermal_state;
+use super::uncertainty::sigma_of;
 use crate::gpu::plan::{Planned, check_plan};
 use crate::guard::finding::CheckEffort;
 use crate::output::console::{answer, say};
@@ -117,7 +118,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let fresh = if earlier.is_none() { Some(Folder::new(&root, &FILES)) } else { None };
     keep_scene_files(arguments, &prepared, fresh.as_ref())?;
     let at = thermal_state::step_of_state(arguments.save_state_at, &prepared.scene.time)?;
-    let take_after = arguments.save_state.as_ref().map(|_| at);
     video::check(&prepared.scene.images)?;
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
     let chosen = timed("opening the device", || choose_device(arguments, earlier.as_ref()))?;
@@ -136,9 +136,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let plan = data.plan();
     say_size(&prepared, &plan, &chosen);
     chosen.device().map_or(Ok(()), |context| check_plan(context, &plan, data.image))?;
+    let stop = stop_flag();
+    let sigma = sigma_of(&prepared, &chosen, &stop)?;
     let (folder, state) = open_folder(arguments, &prepared, &root, earlier, fresh)?;
     let forecast = forecast_run(&prepared, begin.is_some());
-    let stop = stop_flag();
     let made = timed("making the engine", || until(&stop, || chosen.engine(&prepared, camera)));
     let mut engine = made.map_err(|Stopped| CliError::StoppedBefore)??;
     let start_up_s = began.elapsed().as_secs_f64();
@@ -149,7 +150,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         identity: &identity,
         earlier: state.as_ref(),
         begin: begin.as_ref(),
-        take_after,
+        sigma: sigma.as_ref(),
+        take_after: arguments.save_state.as_ref().map(|_| at),
     };
     let told = |done: Done| {
         if done != Done::WarmUp {

@@ -121,6 +121,7 @@ pub(super) fn report(
             accuracy: outcome.accuracy,
             energy: outcome.energy,
             budgets: outcome.budgets,
+            sigma: outcome.sigma,
         },
         model: measure_model(prepared),
         passes: pass_times(engine),
@@ -239,6 +240,16 @@ pub(super) fn print_summary(report: &Report, folder: &Folder) {
         ),
         None if speed.images > 0 => answer!("error of a pixel's temperature: {HOW_TO_ASK}"),
         None => {}
+    }
+    let largest = report.findings.sigma.iter().flat_map(|sigma| &sigma.places);
+    if let Some(largest) = largest.max_by(|a, b| a.sigma_k.total_cmp(&b.sigma_k)) {
+        answer!(
+            "uncertainty by the ranges of parameters, one standard deviation: at most {:.2} K ({} at {} s, most by {})",
+            largest.sigma_k,
+            largest.place,
+            largest.time_s,
+            largest.cause
+        );
     }
     if let Some(accuracy) = &report.findings.accuracy {
         if accuracy.nodes > 0 {

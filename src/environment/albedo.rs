@@ -53,6 +53,12 @@ pub(crate) fn albedo_table_lookup(table: &AlbedoTable, direction: DVec3) -> f64 
     (lower * (1.0 - v) + upper * v) * sum
 }
 
+/// A table whose every direction has the factor 1.
+pub(crate) fn constant_table() -> AlbedoTable {
+    let points = (0..=RESOLUTION).flat_map(|row| (0..=RESOLUTION).map(move |column| (column, row)));
+    AlbedoTable { values: points.map(|(column, row)| grid_direction(column, row).map_or(0.0, DVec3::length)).collect() }
+}
+
 /// Quadrature points on each piece of the angle of incidence. Above 100 km the error is below 5e-7 of a unit flux.
 const INCIDENCE_POINTS: usize = 16;
 
@@ -71,13 +77,35 @@ pub(crate) fn albedo_factor(normal: DVec3, distance_ratio: f64, sun_zenith: f64)
     albedo_factor_with(&INCIDENCE_RULE, normal, distance_ratio, sun_zenith)
 }
 
+/// Mean of [`albedo_factor`] over all normals. The mean cosine of a plate to a direction is 1/4, so the sight of the plate becomes a constant.
+pub(crate) fn mean_albedo_factor(distance_ratio: f64, sun_zenith: f64) -> f64 {
+    let sight = |_: f64, _: f64| Cosine { mean: 0.25, swing: 0.0, centre: SUNWARD };
+    planet_light(&INCIDENCE_RULE, FRAC_PI_2, sight, distance_ratio, sun_zenith)
+}
+
 fn albedo_factor_with(rule: &GaussLegendre, normal: DVec3, distance_ratio: f64, sun_zenith: f64) -> f64 {
     let plate = PlateNormal::new(normal);
     if plate.tilt >= FRAC_PI_2 + (1.0 / distance_ratio).asin() {
         return 0.0;
     }
-    let mut cuts =
-        [0.0, terminator_incidence(distance_ratio, sun_zenith), plate.horizon_incidence(distance_ratio), FRAC_PI_2];
+    let sight = |sin_nadir: f64, cos_nadir: f64| Cosine {
+        mean: cos_nadir * plate.nadir,
+        swing: sin_nadir * plate.across,
+        centre: plate.azimuth,
+    };
+    planet_light(rule, plate.horizon_incidence(distance_ratio), sight, distance_ratio, sun_zenith)
+}
+
+/// Integral of cos(Sun's zenith) x `sight` / pi over the solid angle of the lit planet. `sight` is the cosine of the plate on a ring of this sine and cosine
+/// from nadir; it touches the plate's horizon at the angle of incidence `horizon` [rad].
+fn planet_light(
+    rule: &GaussLegendre,
+    horizon: f64,
+    sight: impl Fn(f64, f64) -> Cosine,
+    distance_ratio: f64,
+    sun_zenith: f64,
+) -> f64 {
+    let mut cuts = [0.0, terminator_incidence(distance_ratio, sun_zenith), horizon, FRAC_PI_2];
     cuts.sort_by(f64::total_cmp);
 
     let (sin_sun, cos_sun) = sun_zenith.sin_cos();
@@ -92,10 +120,8 @@ fn albedo_factor_with(rule: &GaussLegendre, normal: DVec3, distance_ratio: f64, 
                 cos_incidence * cos_nadir + sin_incidence * sin_nadir,
             );
             let sun = Cosine { mean: cos_ground * cos_sun, swing: sin_ground * sin_sun, centre: SUNWARD };
-            let sight =
-                Cosine { mean: cos_nadir * plate.nadir, swing: sin_nadir * plate.across, centre: plate.azimuth };
             let solid_angle = sin_nadir * cos_incidence / (distance_ratio * cos_nadir);
-            sum += weight * solid_angle * ring(sun, sight);
+            sum += weight * solid_angle * ring(sun, sight(sin_nadir, cos_nadir));
         }
     }
     sum / PI

@@ -40,6 +40,9 @@ pub enum Attitude {
         /// Rate of the turn [rad/s].
         rate: f64,
     },
+    /// The body spins freely, so that every orientation is as likely. Its loads are means over all of them. Where a direction is needed, as for an image, the
+    /// body stands along the axes of the inertial frame.
+    Tumble,
     /// The attitude of a file.
     History(Arc<RotationHistory>),
 }
@@ -96,6 +99,7 @@ impl BodyFrame {
                     rate: *rate,
                 })
             }
+            Attitude::Tumble => Some(Self::Fixed { body_from_inertial: DMat3::IDENTITY }),
             Attitude::History(history) => Some(Self::History(Arc::clone(history))),
         }
     }

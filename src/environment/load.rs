@@ -14,6 +14,9 @@ pub fn solar_flux(load: &StepLoad, normal: DVec3) -> f64 {
 /// Incident planet infrared [W/m2]. `normal` is a unit vector in the body frame.
 pub fn planet_ir_flux(load: &StepLoad, normal: DVec3) -> f64 {
     load.planet.as_ref().map_or(0.0, |planet| {
+        if planet.is_mean() {
+            return planet.planet_ir;
+        }
         let radius = ApparentRadius::new(planet.distance_ratio);
         planet.planet_ir * plate_view_factor(normal.dot(planet.nadir), radius)
     })
@@ -22,6 +25,7 @@ pub fn planet_ir_flux(load: &StepLoad, normal: DVec3) -> f64 {
 /// Incident albedo flux from the step's table [W/m2]. `normal` is a unit vector in the body frame.
 pub fn albedo_flux(load: &StepLoad, normal: DVec3) -> f64 {
     match (&load.planet, &load.albedo) {
+        (Some(planet), _) if planet.is_mean() => planet.albedo_flux,
         (Some(planet), Some(table)) => {
             planet.albedo_flux * albedo_table_lookup(table, planet_frame_direction(planet, normal))
         }

@@ -108,6 +108,9 @@ pub struct SunSample {
 }
 
 /// The planet at the middle of a step.
+///
+/// For a craft that tumbles, `nadir` is 0, and every surface receives `planet_ir` and `albedo_flux`: the means over all orientations of planet infrared, and of
+/// direct and reflected sunlight together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanetLoad {
     /// Unit vector to the planet's centre, body frame.
@@ -122,6 +125,13 @@ pub struct PlanetLoad {
     pub albedo_flux: f64,
     /// Sun's zenith angle at the sub-satellite point [rad].
     pub sun_zenith: f64,
+}
+
+impl PlanetLoad {
+    /// Whether the load is a mean over orientations.
+    pub(crate) fn is_mean(&self) -> bool {
+        self.nadir == DVec3::ZERO
+    }
 }
 
 /// The load of a step: means over its length, in the body frame.

@@ -9,12 +9,13 @@ use std::sync::{Arc, LazyLock};
 
 use glam::{DAffine3, DVec3};
 
-use super::albedo::AlbedoTable;
+use super::albedo::{AlbedoTable, constant_table, mean_albedo_factor};
 use super::albedo_field::{AlbedoField, AlbedoFields};
 use super::joints::{Joint, JointError, Joints};
 use super::placements::{PlaceError, PlacementSample};
 use super::quadrature::GaussLegendre;
 use super::sky::{SkyError, SkyModel};
+use super::view_factor::ApparentRadius;
 use super::{MAX_SUN_SAMPLES, PlanetLoad, StepLoad, SunSample};
 use crate::environment::{Attitude, Environment, Orbit};
 
@@ -25,6 +26,8 @@ pub struct StepLoads {
     environment: Environment,
     albedo: Option<AlbedoSource>,
     joints: Joints,
+    /// Whether loads are means over all orientations.
+    tumbles: bool,
     /// Length down to which a step is halved where the eclipse begins or ends in it [s]. Infinite where no surface needs that.
     shortest_part: f64,
 }
@@ -72,6 +75,7 @@ impl StepLoads {
             environment: environment.clone(),
             albedo,
             joints: Joints::default(),
+            tumbles: *attitude == Attitude::Tumble,
             shortest_part: f64::INFINITY,
         })
     }
@@ -129,6 +133,7 @@ impl StepLoads {
     /// A place that can not be.
     pub(crate) fn place(&mut self, place: PlacementSample, now: f64) -> Result<(), PlaceError> {
         self.sky = self.sky.placed(place, now)?;
+        self.tumbles = false;
         if let Some(AlbedoSource::Fixed(_)) = self.albedo {
             self.albedo = Some(AlbedoSource::Varying(Arc::default()));
         }
@@ -169,6 +174,9 @@ impl StepLoads {
     /// more than a few minutes these values differ from their means.
     pub fn step_load(&self, start: f64, end: f64) -> StepLoad {
         let middle = if end > start { 0.5 * (start + end) } else { start };
+        if self.tumbles {
+            return self.mean_load(start, end, middle);
+        }
         let mut planet = self.planet_load(middle);
         let table = |planet: &PlanetLoad| self.albedo.as_ref().and_then(|source| source.table(planet));
         let albedo = planet.as_ref().and_then(table);
@@ -182,6 +190,39 @@ impl StepLoads {
             albedo,
             background_temperature: self.environment.background_temperature.unwrap_or(0.0),
             joints: self.joints_at(middle).1,
+        }
+    }
+
+    /// The load of a step for a craft that tumbles. A convex surface of area A shows the mean area A/4 to every direction, so each of its places receives a
+    /// quarter of what a plate that faces the source receives.
+    fn mean_load(&self, start: f64, end: f64, middle: f64) -> StepLoad {
+        let sky = self.sky.sky(middle);
+        let Environment { solar_constant, planet_ir, .. } = self.environment;
+        let sun = solar_constant.unwrap_or(0.0) * sky.solar_scale;
+        let direct = if end > start && (end - start).is_finite() {
+            let stretches = self.lit_runs(start, end).into_iter().flatten();
+            stretches.map(|stretch| self.light(&stretch, start, end, |_| 1.0)).sum::<f64>() / (end - start)
+        } else {
+            sky.lit_fraction
+        };
+        let reflected = self.environment.albedo.unwrap_or(0.0) * mean_albedo_factor(sky.distance_ratio, sky.sun_zenith);
+        let light = sun * (0.25 * direct + reflected);
+        let radius = ApparentRadius::new(sky.distance_ratio);
+        let planet = PlanetLoad {
+            nadir: DVec3::ZERO,
+            sunward: DVec3::ZERO,
+            distance_ratio: sky.distance_ratio,
+            planet_ir: planet_ir.unwrap_or(0.0) * 0.5 * radius.sin * radius.sin / (1.0 + radius.cos),
+            albedo_flux: light,
+            sun_zenith: sky.sun_zenith,
+        };
+        StepLoad {
+            start,
+            sun: Vec::new(),
+            planet: Some(planet),
+            albedo: (light > 0.0).then(constant_table),
+            background_temperature: self.environment.background_temperature.unwrap_or(0.0),
+            joints: Vec::new(),
         }
     }
 

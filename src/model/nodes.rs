@@ -316,6 +316,7 @@ mod tests {
             bulk: Bulk::default(),
             response,
             transition: None,
+            ranges: [None; 2],
             source: "test".into(),
         }
     }

@@ -3,7 +3,7 @@
 //! Channels: `L` (float, band radiance), `T` (float, temperature), `Z` (float, distance along the camera's +Z), `part`
 //! and `material` (uint); with several samples of a pixel also `coverage` (float); with `output.channels` also `emitted` and `reflected` (float, the two parts
 //! of `L`); with `output.error` also `T_error` (float, one standard deviation of the error of `T`); with `output.budget` also `Q_sun` to `Q_emitted`
-//! (float, the budget of the surface). The header states units in `emissiveUnits` (spectral EXR layout of Fichet et al. 2021) and
+//! (float, the budget of the surface); with `[uncertainty]` also `T_sigma`, `L_sigma` (float) and `cause` (uint, index into `isotherm_causes`). The header states units in `emissiveUnits` (spectral EXR layout of Fichet et al. 2021) and
 //! `isotherm_units_*`. The string vectors `isotherm_parts` and `isotherm_materials` are indexed by the pixel value. All
 //! types are OpenEXR's own (`v2d`, `v3d`, `m44d`, `stringvector`), so any reader shows them.
 //!
@@ -23,11 +23,14 @@ use super::exr_header::{Attributes, header_attributes, text};
 use super::frame::{FrameHeader, check_channels, check_finite, check_size};
 use super::whole_file::write_atomic;
 use crate::files::{Expansion, decode};
-use crate::simulation::image::Image;
+use crate::simulation::image::{Image, ImageSigma};
 use crate::thermal::budget::{CAUSES, CHANNELS};
 
 /// Channel of the error of the temperature.
 const ERROR: &str = "T_error";
+/// Channels of the uncertainty by the ranges of parameters.
+const SIGMA: [&str; 2] = ["T_sigma", "L_sigma"];
+const CAUSE: &str = "cause";
 
 /// Writes a frame to `path`. The file appears whole or not at all.
 ///
@@ -71,6 +74,12 @@ pub(crate) fn encode_with(
     for (cause, name) in CHANNELS.iter().enumerate().filter(|_| !frame.budget.is_empty()) {
         let gains = frame.budget.iter().map(|budget| budget[cause]).collect();
         channels.push(AnyChannel::new(*name, FlatSamples::F32(gains)));
+    }
+    let sigma = &frame.sigma;
+    if !sigma.cause.is_empty() {
+        channels.push(AnyChannel::new(SIGMA[0], FlatSamples::F32(sigma.temperature.clone())));
+        channels.push(AnyChannel::new(SIGMA[1], FlatSamples::F32(sigma.radiance.clone())));
+        channels.push(AnyChannel::new(CAUSE, FlatSamples::U32(sigma.cause.clone())));
     }
     channels.extend(more.iter().map(|(name, values)| AnyChannel::new(name.as_str(), FlatSamples::F32(values.clone()))));
     let reflected = &frame.reflected;
@@ -123,8 +132,8 @@ pub fn decode_exr(bytes: &[u8], path: &Path) -> Result<(Image, FrameHeader), Out
     let (width, height) = (layer.size.width() as u32, layer.size.height() as u32);
     let mut channels = layer.channel_data.list;
     let has = |name: &str| channels.iter().any(|channel| channel.name.as_slice() == name.as_bytes());
-    let (has_coverage, has_reflected, has_error, has_budget) =
-        (has("coverage"), has("reflected"), has(ERROR), has(CHANNELS[0]));
+    let (has_coverage, has_reflected, has_error, has_budget, has_sigma) =
+        (has("coverage"), has("reflected"), has(ERROR), has(CHANNELS[0]), has(CAUSE));
     let mut take = |name: &str| {
         let place = channels.iter().position(|channel| channel.name.as_slice() == name.as_bytes());
         place
@@ -146,13 +155,18 @@ pub fn decode_exr(bytes: &[u8], path: &Path) -> Result<(Image, FrameHeader), Out
             budget.iter_mut().zip(float(name)?).for_each(|(budget, gain)| budget[cause] = gain);
         }
     }
+    let [sigma_temperature, sigma_radiance] =
+        if has_sigma { [float(SIGMA[0])?, float(SIGMA[1])?] } else { Default::default() };
     let mut label = |name: &str| match take(name)? {
         FlatSamples::U32(values) => Ok(values),
         _ => Err(OutputError::exr(path, format!("channel {name} is not 32-bit uint"))),
     };
     let (part, material) = (label("part")?, label("material")?);
+    let cause = if has_sigma { label(CAUSE)? } else { Vec::new() };
+    let sigma = ImageSigma { temperature: sigma_temperature, radiance: sigma_radiance, cause };
     let blank = attributes.image(width, height)?;
-    let frame = Image { radiance, temperature, depth, part, material, coverage, reflected, error, budget, ..blank };
+    let frame =
+        Image { radiance, temperature, depth, part, material, coverage, reflected, error, budget, sigma, ..blank };
     Ok((frame, attributes.header()?))
 }
 
@@ -207,6 +221,10 @@ mod tests {
         frame.coverage = (0..65 * 37).map(|pixel| pixel as f32 / 4096.0).collect();
         frame.error = (0..65 * 37).map(|pixel| pixel as f32 / 512.0).collect();
         frame.budget = (0..65 * 37).map(|pixel| std::array::from_fn(|cause| (8 * pixel + cause) as f32)).collect();
+        frame.sigma.temperature = frame.error.clone();
+        frame.sigma.radiance = frame.coverage.clone();
+        frame.sigma.cause = (0..65 * 37).map(|pixel| pixel % 3).collect();
+        let header = FrameHeader { causes: vec!["albedo".into(), "heater of a".into()], ..header };
         write_exr(&path, &frame, &header).unwrap();
         let (read, read_header) = read_exr(&path).unwrap();
         assert_eq!(read, frame);

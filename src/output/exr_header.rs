@@ -18,6 +18,8 @@ const RADIANCE_UNIT: &str = "W.m^-2.sr^-1";
 /// Poses that not every file has.
 const FROM_ORBIT: &str = "isotherm_camera_from_orbit";
 const FROM_INERTIAL: &str = "isotherm_camera_from_inertial";
+/// Names of the parameters of the uncertainty.
+const CAUSES: &str = "isotherm_causes";
 const LAST_ROW: &str = "isotherm_camera_from_body_last_row";
 /// Names of the models of distortion, as in a scene.
 const BROWN_CONRADY: &str = "brown_conrady";
@@ -56,6 +58,14 @@ pub(super) fn header_attributes(frame: &Image, header: &FrameHeader) -> Vec<(Str
     }
     if !frame.error.is_empty() {
         all.push(("isotherm_units_T_error", string("K, one standard deviation of the error of T")));
+    }
+    if !frame.sigma.cause.is_empty() {
+        all.extend([
+            ("isotherm_units_T_sigma", string("K, one standard deviation of T by the ranges of isotherm_causes")),
+            ("isotherm_units_L_sigma", string("W.m^-2.sr^-1, one standard deviation of L by these ranges")),
+            ("isotherm_units_cause", string("index into isotherm_causes: the parameter that adds most to T_sigma")),
+            (CAUSES, names(&header.causes)),
+        ]);
     }
     all.extend(camera_attributes(frame, header));
     let mut all: Vec<_> = all.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
@@ -301,6 +311,7 @@ impl Attributes<'_> {
             joints,
             parts: self.names("isotherm_parts")?,
             materials: self.names("isotherm_materials")?,
+            causes: if self.has(CAUSES) { self.names(CAUSES)? } else { Vec::new() },
         })
     }
 }

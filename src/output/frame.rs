@@ -35,6 +35,9 @@ pub(crate) fn check_size(image: &Image) -> Result<(), OutputError> {
             ("coverage", optional(&image.coverage)),
             ("reflected", optional(&image.reflected)),
             ("T_error", optional(&image.error)),
+            ("T_sigma", optional(&image.sigma.temperature)),
+            ("L_sigma", optional(&image.sigma.radiance)),
+            ("cause", if image.sigma.cause.is_empty() { image.part.len() } else { image.sigma.cause.len() }),
             ("Q_sun", if image.budget.is_empty() { image.part.len() } else { image.budget.len() }),
         ],
     )
@@ -78,6 +81,8 @@ pub struct FrameHeader {
     pub parts: Vec<String>,
     /// Names of the materials. The first has pixel value 1.
     pub materials: Vec<String>,
+    /// Names of the parameters whose ranges make the image uncertain. The first has pixel value 1. Empty without `[uncertainty]`.
+    pub causes: Vec<String>,
 }
 
 #[cfg(test)]

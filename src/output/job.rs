@@ -16,6 +16,7 @@ use super::recorder::StepRecorder;
 use super::report::{FrameEntry, PlotEntry, ReportPicture, write_plots};
 use super::run_pictures::{CONTACT_SHEET, WrittenFrame, draw_pictures, frame_stem};
 use super::run_state::{EarlierResults, RunProgress, RunState, StepsState};
+use super::sigma::RunSigma;
 use super::state_file;
 use super::tables::{BUDGET, JOINTS, SERIES, Tables};
 use super::video::{self, APNG, MP4};
@@ -111,6 +112,7 @@ pub(crate) fn run_into(
         accuracy: check.map(|check| check.accuracy(prepared)),
         energy,
         budgets: start.tables.mean_budgets()?,
+        sigma: job.sigma.map(RunSigma::report),
         between: stepped.between,
         pixel_error: stepped.pixel_error,
         state: stepped.state,
@@ -149,14 +151,14 @@ fn begin<'a>(
         return Ok(RunStart {
             first: saved.state.next,
             periodic: saved.periodic,
-            tables: Tables::again(prepared, folder, saved.tables)?,
+            tables: Tables::again(prepared, folder, saved.tables, job.sigma)?,
             done: saved.done.clone(),
         });
     }
     if let Some(state) = job.begin {
         let took = state.begin(engine, check.as_mut())?;
         *check = check.take().filter(|_| took);
-        let tables = Tables::begin(prepared, folder)?;
+        let tables = Tables::begin(prepared, folder, job.sigma)?;
         return Ok(RunStart { first: 0, periodic: None, tables, done: EarlierResults::default() });
     }
     let mut done = EarlierResults::default();
@@ -177,7 +179,7 @@ fn begin<'a>(
     let mut warm_up = WarmUp { prepared, engine, check, stop: run.stop, progress: &mut told, keep: &mut keep };
     let periodic = warm_up.run(saved)?;
     engine.keep_few_times(MOST_TIMES);
-    Ok(RunStart { first: 0, periodic, tables: Tables::begin(prepared, folder)?, done })
+    Ok(RunStart { first: 0, periodic, tables: Tables::begin(prepared, folder, run.job.sigma)?, done })
 }
 
 /// The results of the steps.

@@ -7,6 +7,7 @@ use super::OutputError;
 use super::folder::Folder;
 use super::report::{FrameEntry, PartBudget, PlotEntry, ReportPicture};
 use super::run_state::{RunIdentity, RunProgress};
+use super::sigma::{RunSigma, SigmaReport};
 use crate::simulation::check::Accuracy;
 use crate::simulation::energy::EnergyBalance;
 use crate::simulation::engine::EngineError;
@@ -62,6 +63,8 @@ pub(crate) struct RunOutcome {
     pub(crate) between: Option<f64>,
     /// Mean budget of each part. Empty where the scene does not ask for it.
     pub(crate) budgets: Vec<PartBudget>,
+    /// Uncertainty of the run, where the scene asks for it.
+    pub(crate) sigma: Option<SigmaReport>,
     /// Stated error of the pixels, where the scene asks for it.
     pub(crate) pixel_error: Option<PixelError>,
     /// The thermal state that was asked for, where its step was reached.
@@ -86,6 +89,8 @@ pub(crate) struct Job<'a> {
     pub(crate) earlier: Option<&'a RunProgress>,
     /// The thermal state at time 0, instead of a warm-up.
     pub(crate) begin: Option<&'a ThermalState>,
+    /// The uncertainty of the run, where the scene asks for it.
+    pub(crate) sigma: Option<&'a RunSigma>,
     /// The step after which the thermal state is taken.
     pub(crate) take_after: Option<u32>,
 }

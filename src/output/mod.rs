@@ -61,6 +61,7 @@ pub(crate) mod sensor_files;
 pub(crate) mod series;
 pub(crate) mod series_lines;
 pub(crate) mod settings;
+pub(crate) mod sigma;
 pub(crate) mod state_file;
 pub(crate) mod statistics;
 pub(crate) mod step_cost;

@@ -73,7 +73,10 @@ impl Consumer<JobError> for StepRecorder<'_, '_> {
         let is_step = result.image.is_none();
         let frame = self.maker.map(|maker| maker.frame(result)).transpose()?.flatten();
         drop(makes);
-        if let Some(frame) = frame {
+        if let Some(mut frame) = frame {
+            if let Some(sigma) = self.run.job.sigma {
+                sigma.add_to(&mut frame.0, &mut frame.1);
+            }
             let _waits = span("waiting for the files");
             self.frames.send(WriterWork::Frame(Box::new(frame))).map_err(|_| JobError::Writer)?;
         }

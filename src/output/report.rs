@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::OutputError;
 use super::folder::Folder;
 use super::plot::Plot;
+use super::sigma::SigmaReport;
 use super::statistics::Percentiles;
 use crate::simulation::check::Accuracy;
 use crate::simulation::energy::EnergyBalance;
@@ -54,6 +55,9 @@ pub(crate) struct ReportFindings {
     /// Mean budget of each part. Empty if the scene does not ask for it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) budgets: Vec<PartBudget>,
+    /// Uncertainty by the ranges of parameters. `None` if the scene does not ask for it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) sigma: Option<SigmaReport>,
 }
 
 /// Budget of a part, in the mean over the time of a run and over the area of the part.

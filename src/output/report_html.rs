@@ -2,6 +2,7 @@
 
 use super::html::{Html, bytes, escape, kelvin, kelvin_text, link, significant, thousands};
 use super::report::{HOW_TO_ASK, InputFile, PartBudget, Report};
+use super::sigma::{LargestSigma, SigmaCause, SigmaReport};
 use crate::simulation::check::Accuracy;
 use crate::simulation::energy::{EnergyBalance, PartEnergy};
 use crate::simulation::uncertainty::PixelError;
@@ -34,6 +35,7 @@ pub(crate) fn page(report: &Report) -> String {
     accuracy(&mut html, report.findings.accuracy.as_ref());
     energy(&mut html, report.findings.energy.as_ref());
     budgets(&mut html, &report.findings.budgets);
+    uncertainty(&mut html, report.findings.sigma.as_ref());
     time(&mut html, report);
     costs(&mut html, report);
     settings(&mut html, report);
@@ -178,6 +180,32 @@ fn energy(html: &mut Html, balance: Option<&EnergyBalance>) {
         let rest = balance.parts.len() - MOST_PARTS;
         html.element("p", &format!("{rest} parts that absorb less are in report.json."));
     }
+}
+
+fn uncertainty(html: &mut Html, sigma: Option<&SigmaReport>) {
+    let Some(sigma) = sigma else { return };
+    html.element("h2", "Uncertainty by the ranges of parameters");
+    let share = |share: f64| format!("{:+.1} %", 100.0 * share);
+    let of_cause = |cause: &SigmaCause| {
+        let value = cause.value.map_or("several".to_owned(), |value| format!("{value} {}", cause.unit));
+        let [low, high] = cause.range_share.map(share);
+        vec![cause.name.clone(), value, format!("{low} to {high}"), kelvin_text(cause.largest_k)]
+    };
+    html.table(
+        &["parameter", "value", "range of 95 %", "its largest standard deviation"],
+        sigma.causes.iter().map(of_cause),
+    );
+    let of_place = |place: &LargestSigma| {
+        vec![place.place.clone(), kelvin_text(place.sigma_k), format!("{} s", place.time_s), place.cause.clone()]
+    };
+    html.table(
+        &["part or probe", "largest T_sigma", "at", "most by"],
+        sigma.places.iter().take(MOST_PARTS).map(of_place),
+    );
+    if sigma.places.len() > MOST_PARTS {
+        html.element("p", &format!("{} more places are in report.json.", sigma.places.len() - MOST_PARTS));
+    }
+    html.element("p", "A range is four standard deviations wide. Every step of every part and probe is in series.csv.");
 }
 
 fn budgets(html: &mut Html, budgets: &[PartBudget]) {

@@ -21,38 +21,69 @@ pub(crate) struct LineGroup {
 /// The lines of `series.csv`.
 pub(crate) struct SeriesLines {
     pub(crate) clock: DisplayClock,
+    /// Whether the bands of parts and probes are their uncertainty.
+    pub(crate) with_sigma: bool,
     pub(crate) materials: LineGroup,
     pub(crate) parts: LineGroup,
     pub(crate) probes: LineGroup,
 }
 
-/// A line in the table: its name, the column of its mean, and whether the least and the greatest value stand beside it.
+/// A line in the table: its name, the column of its mean, and its band.
 struct LineColumn {
     name: String,
     at: usize,
-    with_band: bool,
+    band: LineBand,
+}
+
+/// The band about a line.
+#[derive(Clone, Copy)]
+enum LineBand {
+    None,
+    /// From the least to the greatest value, which stand beside the mean.
+    Extremes,
+    /// Two standard deviations to both sides, which stand in this column.
+    Sigma(usize),
+}
+
+impl LineBand {
+    fn ends(self, mean: f64, at: usize, cell: &dyn Fn(usize) -> Option<f64>) -> Option<(f64, f64)> {
+        match self {
+            Self::None => None,
+            Self::Extremes => cell(at - 1).zip(cell(at + 1)),
+            Self::Sigma(column) => cell(column).map(|sigma| (mean - 2.0 * sigma, mean + 2.0 * sigma)),
+        }
+    }
 }
 
 impl SeriesLines {
-    /// Reads the table twice, with the columns of `series`. `open` opens it.
+    /// Reads the table twice, with the columns of `series`, after which columns of the uncertainty may follow. `open` opens it.
     ///
     /// # Errors
     /// It cannot be read.
     pub(crate) fn read<R: Read>(
         series: &TemperatureSeries,
+        with_sigma: bool,
         mut open: impl FnMut() -> Result<R, OutputError>,
     ) -> Result<Self, OutputError> {
         let summaries = |names: &[String], first: usize| -> Vec<LineColumn> {
-            let one =
-                |(i, name): (usize, &String)| LineColumn { name: name.clone(), at: first + 3 * i + 1, with_band: true };
+            let one = |(i, name): (usize, &String)| LineColumn {
+                name: name.clone(),
+                at: first + 3 * i + 1,
+                band: LineBand::Extremes,
+            };
             names.iter().enumerate().map(one).collect()
         };
-        let parts = summaries(series.parts(), 1);
+        let mut parts = summaries(series.parts(), 1);
         let after = 1 + 3 * parts.len();
         let materials = summaries(series.materials(), after);
         let after = after + 3 * materials.len() + 3;
-        let probe = |(i, name): (usize, &String)| LineColumn { name: name.clone(), at: after + i, with_band: false };
-        let probes: Vec<LineColumn> = series.probes().iter().enumerate().map(probe).collect();
+        let probe =
+            |(i, name): (usize, &String)| LineColumn { name: name.clone(), at: after + i, band: LineBand::None };
+        let mut probes: Vec<LineColumn> = series.probes().iter().enumerate().map(probe).collect();
+        if with_sigma {
+            let first = after + probes.len();
+            parts.iter_mut().chain(&mut probes).zip(first..).for_each(|(line, at)| line.band = LineBand::Sigma(at));
+        }
 
         let columns: Vec<&LineColumn> = parts.iter().chain(&materials).chain(&probes).collect();
         let mut swings = vec![[f64::INFINITY, f64::NEG_INFINITY]; columns.len()];
@@ -81,10 +112,10 @@ impl SeriesLines {
         each_row(open()?, |cell| {
             let Some(time) = cell(0).map(|time| clock.time(time)) else { return };
             for (index, [points, band]) in chosen.iter().zip(&mut lines) {
-                let LineColumn { at, with_band, .. } = *columns[*index];
+                let LineColumn { at, band: kind, .. } = *columns[*index];
                 if let Some(mean) = cell(at) {
                     points.push([time, mean, mean], 0);
-                    if let Some((least, greatest)) = cell(at - 1).zip(cell(at + 1)).filter(|_| with_band) {
+                    if let Some((least, greatest)) = kind.ends(mean, at, cell) {
                         band.push([time, least, greatest], 0);
                     }
                 }
@@ -101,7 +132,7 @@ impl SeriesLines {
             lines: made.by_ref().take(chosen.len()).collect(),
         };
         let (parts, materials, probes) = (kind(of_parts), kind(of_materials), kind(of_probes));
-        Ok(Self { clock, materials, parts, probes })
+        Ok(Self { clock, with_sigma, materials, parts, probes })
     }
 }
 

@@ -109,6 +109,7 @@ fn describe_attitude(attitude: &Attitude) -> String {
         Attitude::Inertial { inertial_from_body: q } => format!("inertial [{}, {}, {}, {}]", q.w, q.x, q.y, q.z),
         Attitude::Sun { sun_axis, north_axis } => format!("Sun {sun_axis}, orbit normal {north_axis}"),
         Attitude::Spin { axis, rate, .. } => format!("spinning about {axis}, {:.4} deg/s", rate.to_degrees()),
+        Attitude::Tumble => "tumbling: means over all orientations".to_owned(),
         Attitude::History(history) => history.description.clone(),
     }
 }

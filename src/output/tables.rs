@@ -11,6 +11,7 @@ use super::joints::JointColumns;
 use super::report::{PartBudget, PlotEntry};
 use super::series::{SeriesRow, TemperatureSeries};
 use super::series_lines::SeriesLines;
+use super::sigma::RunSigma;
 use super::statistics::StatisticsGroups;
 use super::temperature_plots::temperature_plots;
 use crate::model::nodes::GROUP;
@@ -34,42 +35,57 @@ pub(super) struct Tables<'a> {
     joints: Option<Growing<'a>>,
     budget_rows: BudgetRows,
     budgets: Option<Growing<'a>>,
+    sigma: Option<&'a RunSigma>,
 }
 
 impl<'a> Tables<'a> {
-    pub(crate) fn begin(prepared: &Prepared, folder: &'a Folder) -> Result<Self, OutputError> {
+    pub(crate) fn begin(
+        prepared: &Prepared,
+        folder: &'a Folder,
+        sigma: Option<&'a RunSigma>,
+    ) -> Result<Self, OutputError> {
         let begin = |name: &str, head: Vec<String>, _: usize| Growing::begin(folder, name, head);
-        Self::new(prepared, begin)
+        Self::new(prepared, begin, sigma)
     }
 
     /// Goes on with the tables of an earlier part of the run, which had these lengths [bytes].
-    pub(crate) fn again(prepared: &Prepared, folder: &'a Folder, lengths: [u64; 3]) -> Result<Self, OutputError> {
-        Self::new(prepared, |name, _, number| Growing::again(folder, name, lengths[number]))
+    pub(crate) fn again(
+        prepared: &Prepared,
+        folder: &'a Folder,
+        lengths: [u64; 3],
+        sigma: Option<&'a RunSigma>,
+    ) -> Result<Self, OutputError> {
+        Self::new(prepared, |name, _, number| Growing::again(folder, name, lengths[number]), sigma)
     }
 
     fn new(
         prepared: &Prepared,
         open: impl Fn(&str, Vec<String>, usize) -> Result<Growing<'a>, OutputError>,
+        sigma: Option<&'a RunSigma>,
     ) -> Result<Self, OutputError> {
         let names: Vec<String> = prepared.materials.iter().map(|material| material.name.clone()).collect();
         let probes: Vec<String> = prepared.scene.probes.iter().map(|probe| probe.name.clone()).collect();
         let columns = TemperatureSeries::new(&prepared.parts, &names, &probes);
+        let head = columns.column_names().into_iter().chain(sigma.map(RunSigma::heads).unwrap_or_default()).collect();
         let joints = prepared.loads.joints().joints();
         let joint_columns = JointColumns::new(joints.iter().map(|joint| (joint.name.clone(), joint.turns())));
         Ok(Self {
             groups: NodeGroups::new(prepared)?,
-            series: open(SERIES, columns.column_names(), 0)?,
+            series: open(SERIES, head, 0)?,
             joints: (!joint_columns.is_empty()).then(|| open(JOINTS, joint_columns.head(), 1)).transpose()?,
             budgets: prepared.scene.images.budget.then(|| open(BUDGET, BudgetRows::head(), 2)).transpose()?,
             budget_rows: BudgetRows::new(&prepared.parts),
             columns,
             joint_columns,
+            sigma,
         })
     }
 
     pub(crate) fn add(&mut self, prepared: &Prepared, time: f64, temperatures: &[f32]) -> Result<(), OutputError> {
         let row = self.groups.row(time, temperatures, &prepared.probes)?;
-        self.series.push(self.columns.cells(&row)?)?;
+        let mut cells = self.columns.cells(&row)?;
+        cells.extend(self.sigma.map(|sigma| sigma.cells(time)).unwrap_or_default());
+        self.series.push(cells)?;
         match &mut self.joints {
             Some(joints) => joints.push(self.joint_columns.cells(time, &prepared.loads.joints_at(time).0)),
             None => Ok(()),
@@ -101,7 +117,8 @@ impl<'a> Tables<'a> {
 
     pub(crate) fn plots(&mut self, eclipses: &Eclipses) -> Result<Vec<PlotEntry>, OutputError> {
         let series = &mut self.series;
-        let mut plots = temperature_plots(SeriesLines::read(&self.columns, || series.reader())?, eclipses)?;
+        let mut plots =
+            temperature_plots(SeriesLines::read(&self.columns, self.sigma.is_some(), || series.reader())?, eclipses)?;
         if let Some(joints) = &mut self.joints {
             plots.extend(self.joint_columns.plots(|| joints.reader(), eclipses)?);
         }

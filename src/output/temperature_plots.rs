@@ -10,7 +10,7 @@ const MOST_BANDS: usize = 5;
 
 /// Draws the plots `materials`, `parts` and `probes`. Plots without lines are left out.
 pub(crate) fn temperature_plots(series: SeriesLines, eclipses: &Eclipses) -> Result<Vec<PlotEntry>, OutputError> {
-    let clock = series.clock;
+    let (clock, with_sigma) = (series.clock, series.with_sigma);
     let kinds = [
         ("materials", "Materials", series.materials),
         ("parts", "Parts", series.parts),
@@ -22,7 +22,13 @@ pub(crate) fn temperature_plots(series: SeriesLines, eclipses: &Eclipses) -> Res
             continue;
         }
         let mut subtitle = match name {
+            "probes" if with_sigma => {
+                "temperature of the nearest node, and band of two standard deviations by [uncertainty]"
+            }
             "probes" => "temperature of the nearest node",
+            "parts" if with_sigma && lines.len() <= MOST_BANDS => {
+                "area-weighted mean, and band of two standard deviations by [uncertainty]"
+            }
             _ if lines.len() > MOST_BANDS => "area-weighted mean",
             _ => "area-weighted mean, and band from least to greatest",
         }
@@ -49,7 +55,7 @@ mod tests {
 
     fn drawn(series: &TemperatureSeries, eclipses: &Eclipses) -> Vec<PlotEntry> {
         let table = text(series);
-        temperature_plots(SeriesLines::read(series, || Ok(table.as_bytes())).unwrap(), eclipses).unwrap()
+        temperature_plots(SeriesLines::read(series, false, || Ok(table.as_bytes())).unwrap(), eclipses).unwrap()
     }
 
     #[test]

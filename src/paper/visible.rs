@@ -93,6 +93,7 @@ mod tests {
             bulk: Bulk::default(),
             response: Response::Instant,
             transition: None,
+            ranges: [None; 2],
             source: "test".into(),
         }
     }

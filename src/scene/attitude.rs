@@ -20,15 +20,17 @@ enum AttitudeMode {
     Inertial,
     Sun,
     Spin,
+    Tumble,
     File,
 }
 
 /// Names of the modes, with the keys that each mode reads.
-const MODES: [(&str, AttitudeMode, &[&str]); 5] = [
+const MODES: [(&str, AttitudeMode, &[&str]); 6] = [
     ("nadir", AttitudeMode::Nadir, &["nadir_axis", "forward_axis"]),
     ("inertial", AttitudeMode::Inertial, &["quaternion"]),
     ("sun", AttitudeMode::Sun, &["sun_axis", "north_axis"]),
     ("spin", AttitudeMode::Spin, &["quaternion", "spin_axis", "rate_deg"]),
+    ("tumble", AttitudeMode::Tumble, &[]),
     ("file", AttitudeMode::File, &["file", "object", "frame", "time_system"]),
 ];
 
@@ -39,7 +41,7 @@ pub(super) fn read(
     assumptions: &mut Vec<String>,
 ) -> Result<Attitude, SceneError> {
     let mode = section.choice("mode", &MODES.map(|(name, mode, _)| (name, (name, mode))))?;
-    let (name, mode) = section.required("mode", mode, "'nadir', 'inertial', 'sun', 'spin' or 'file'")?;
+    let (name, mode) = section.required("mode", mode, "'nadir', 'inertial', 'sun', 'spin', 'tumble' or 'file'")?;
     let keys_of_mode = MODES.iter().find(|(known, ..)| *known == name).map_or(&[][..], |(.., keys)| *keys);
     for (other, _, keys) in MODES.iter().filter(|(other, ..)| *other != name) {
         if let Some(key) = keys.iter().find(|key| section.has(key) && !keys_of_mode.contains(key)) {
@@ -79,6 +81,12 @@ pub(super) fn read(
             let rate = section.number("rate_deg", Quantity::any("deg/s"))?;
             let rate = section.required("rate_deg", rate, "the rate of turning [deg/s]")?.to_radians();
             Ok(Attitude::Spin { inertial_from_body, axis, rate })
+        }
+        AttitudeMode::Tumble => {
+            assumptions.push(
+                "Loads are means over all orientations, as on a convex craft (attitude.mode = 'tumble'); images show the body along the inertial axes.".to_owned(),
+            );
+            Ok(Attitude::Tumble)
         }
         AttitudeMode::File => {
             let path = section.required("file", section.path("file")?, "a CCSDS AEM, or a table of quaternions")?;

@@ -3,7 +3,8 @@
 use super::error::SceneError;
 use super::keys;
 use super::section::Section;
-use super::{Background, Camera, Reflections, Surrounded};
+use super::{Background, Camera, ImageFiles, Reflections, Surrounded};
+use crate::environment::Attitude;
 use crate::thermal::sensor::Sensor;
 use crate::thermal::sensor::spread::FINENESS;
 
@@ -35,6 +36,39 @@ pub(super) fn check_camera(
         return Err(output.clash("channels", &["camera.samples"], message));
     }
     Ok(())
+}
+
+/// Refuses what depends on directions in the body where the loads of a craft that tumbles have none.
+pub(super) fn check_tumble(
+    root: &Section,
+    attitude: &Attitude,
+    images: &ImageFiles,
+    surrounded: &Surrounded,
+) -> Result<(), SceneError> {
+    if *attitude != Attitude::Tumble {
+        return Ok(());
+    }
+    let needs = [
+        ("shadows", root.has("shadows")),
+        ("exchange", root.has("exchange")),
+        ("joint", root.has("joint")),
+        ("radiance", surrounded.reflections != Reflections::Off),
+        ("output", images.error || images.budget),
+    ];
+    match needs.into_iter().find(|(_, stated)| *stated) {
+        None => Ok(()),
+        Some((key, _)) => {
+            let what = match key {
+                "radiance" => "reflections need",
+                "output" => "error and budget need",
+                _ => "needs",
+            };
+            let message = format!(
+                "{what} the direction of the light, and attitude.mode = 'tumble' has means over all orientations"
+            );
+            Err(root.clash(key, &["attitude.mode"], message))
+        }
+    }
 }
 
 /// The camera with the samples of a pixel that a point spread reads.

@@ -24,6 +24,7 @@ pub(crate) const ROOT: &[&str] = &[
     "contact",
     "heater",
     "output",
+    "uncertainty",
 ];
 
 pub(super) const MODEL: &[&str] = &["path", "max_edge", "min_edge"];
@@ -94,16 +95,16 @@ pub(super) const SCHEDULE: &[&str] = &["time", "angle_deg", "distance", "file"];
 /// Lists the keys of material values. Rules and table entries share the keys. glTF extras have the same keys, flat.
 macro_rules! material_keys {
     (
-        optics: $($optics:literal)*; laws: $($law:literal)*; bulk: $($bulk:literal)*; over: $($over:literal)*; response: $($response:literal)*;
+        optics: $($optics:literal)*; laws: $($law:literal)*; ranges: $($range:literal)*; bulk: $($bulk:literal)*; over: $($over:literal)*; response: $($response:literal)*;
         profile: $($profile:literal)*; rule: $($rule:literal)*; sources: $($sources:literal)*;
     ) => {
         pub(super) const MATERIALS: &[&str] =
             &["table", "default", "response", "heating", "cooling", $($response),*];
         pub(super) const MATERIAL: &[&str] = &[
-            $($rule,)* $($optics,)* $($law,)* "sides", "back", $($bulk,)* "over", "response", "heating", "cooling", $($response),*
+            $($rule,)* $($optics,)* $($law,)* $($range,)* "sides", "back", $($bulk,)* "over", "response", "heating", "cooling", $($response),*
         ];
         pub(super) const TABLE_ENTRY: &[&str] = &[
-            $($sources,)* $($optics,)* $($law,)* "sides", "back", $($bulk,)* "over", "response", "heating", "cooling", $($response),*
+            $($sources,)* $($optics,)* $($law,)* $($range,)* "sides", "back", $($bulk,)* "over", "response", "heating", "cooling", $($response),*
         ];
         pub(super) const BACK: &[&str] = &[$($optics,)* $($law),*];
         pub(super) const OVER: &[&str] = &[$($over),*];
@@ -119,6 +120,7 @@ macro_rules! material_keys {
 material_keys! {
     optics: "absorptivity" "emissivity" "specular" "roughness" "normal_slope_variance" "normal_slope" "normal_seed";
     laws: "emissivity_by_angle" "emissivity_by_wavelength";
+    ranges: "absorptivity_range" "emissivity_range";
     bulk: "thickness" "density" "specific_heat" "heat_capacity_per_area" "conductivity";
     over: "effective_emittance" "thickness" "density" "specific_heat" "conductivity";
     response: "retarget" "domain";
@@ -206,6 +208,8 @@ pub(super) const HEATER: &[&str] = &["part", "power", "probe", "on_below", "off_
 pub(super) const OUTPUT: &[&str] =
     &["colour_range", "energy_balance", "error", "budget", "channels", "files", "video", "video_rate"];
 
+pub(super) const UNCERTAINTY: &[&str] = &["parameter"];
+
 /// Section headers with their keys, in file order.
 pub(crate) const SECTIONS: &[(&str, &[&str])] = &[
     ("[model]", MODEL),
@@ -228,6 +232,7 @@ pub(crate) const SECTIONS: &[(&str, &[&str])] = &[
     ("[[contact]]", CONTACT),
     ("[[heater]]", HEATER),
     ("[output]", OUTPUT),
+    ("[uncertainty]", UNCERTAINTY),
 ];
 
 /// Name of the section that a key belongs to, empty for the root.

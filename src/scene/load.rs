@@ -12,9 +12,9 @@ use super::quantity::Quantity;
 use super::radiance::{Background, SUNNY};
 use super::section::Section;
 use super::{
-    Camera, Draw, Initial, MaterialRules, Preset, Reflections, Scene, ShadowSettings, SkyScene, Surrounded, Time,
-    camera, combinations, density, exchange, joint, keys, material, mesh_network, output, preset, radiance, sensor,
-    shadows, temperatures, view, work,
+    Camera, Draw, Initial, MaterialRules, Parameter, Preset, Reflections, Scene, ShadowSettings, SkyScene, Surrounded,
+    Time, camera, combinations, density, exchange, joint, keys, material, mesh_network, output, parameters, preset,
+    radiance, sensor, shadows, temperatures, view, work,
 };
 use crate::environment::Environment;
 use crate::environment::trajectory::Trajectory;
@@ -98,9 +98,8 @@ impl Scene {
         work::check_images(&root.required_table("time", keys::TIME)?, &time, camera.as_ref())?;
         let initial = view::initial(root.table("initial", keys::INITIAL)?.as_ref(), &mut assumptions)?;
         let probes = view::probes(&root.tables("probe", keys::PROBE)?)?;
-        let colour_range = view::colour_range(output.as_ref())?;
-        let energy_balance = view::energy_balance(output.as_ref())?;
         let images = output::read(output.as_ref(), sensor.as_ref(), temperatures.is_some())?;
+        combinations::check_tumble(&root, &sky.attitude, &images, &surrounded)?;
         let network = mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref(), &mut assumptions)?;
         let contacts = mesh_network::contacts(&root.tables("contact", keys::CONTACT)?, &mut assumptions)?;
         let heaters = mesh_network::heaters(&root.tables("heater", keys::HEATER)?, &probes)?;
@@ -130,8 +129,9 @@ impl Scene {
             network,
             contacts,
             heaters,
-            colour_range,
-            energy_balance,
+            colour_range: view::colour_range(output.as_ref())?,
+            energy_balance: view::energy_balance(output.as_ref())?,
+            uncertainty: read_uncertainty(&root, path)?,
             files,
             sky_files,
             assumptions,
@@ -143,6 +143,13 @@ impl Scene {
     /// Applies the defaults that follow from several sections.
     fn settle(&mut self) {
         self.take_temperatures();
+        if self.uncertainty.is_some() {
+            self.assumptions.push(
+                "A range holds 95 % of the values that may be, normally distributed about its middle and independent of others ([uncertainty]). \
+                 isotherm run alone uses the ranges."
+                    .to_owned(),
+            );
+        }
         if self.sensor.is_some() {
             self.show_planet();
         }
@@ -207,6 +214,12 @@ impl Scene {
             message: "is missing: a section [camera] is needed to draw".to_string(),
         })
     }
+}
+
+/// The parameters of `[uncertainty]`. `None` without the section.
+fn read_uncertainty(root: &Section, path: &Path) -> Result<Option<Vec<Parameter>>, SceneError> {
+    let section = root.table("uncertainty", keys::UNCERTAINTY)?;
+    section.map(|section| parameters::list(&section, path)).transpose()
 }
 
 fn model_path(section: &Section) -> Result<PathBuf, SceneError> {

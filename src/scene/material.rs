@@ -174,8 +174,8 @@ impl SettledMaterial {
     }
 
     fn material(self, name: String) -> Material {
-        let Complete { front, sides, gloss, in_band, bulk, response, transition, .. } = self.complete;
-        Material { name, front, sides, gloss, in_band, bulk, response, transition, source: self.source }
+        let Complete { front, sides, gloss, in_band, bulk, response, transition, ranges, .. } = self.complete;
+        Material { name, front, sides, gloss, in_band, bulk, response, transition, source: self.source, ranges }
     }
 }
 

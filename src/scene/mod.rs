@@ -156,6 +156,8 @@ pub struct Scene {
     pub energy_balance: bool,
     /// Files of each image beside EXR and surface temperature, and the video.
     pub images: ImageFiles,
+    /// The parameters of `[uncertainty]`. `None` without this section.
+    pub(crate) uncertainty: Option<Vec<Parameter>>,
     /// All files of the scene: scene, model, trajectory, attitude, materials table and function tables. Files that glTF
     /// `extras` name join when the model is known.
     pub files: Vec<PathBuf>,

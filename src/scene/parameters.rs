@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use wildmatch::WildMatch;
+
 use super::error::SceneError;
 use super::faults::Faults;
 use super::file::{SourceFile, unreadable};
@@ -172,6 +174,27 @@ impl Parameter {
     pub(crate) fn error(&self, key: &str, message: String) -> SceneError {
         SceneError::Value { path: self.path.clone(), line: self.line, key: format!("parameter.{key}"), message }
     }
+
+    /// Whether the parameter varies a value of the outside of a material.
+    pub(crate) fn varies(&self, kind: ParameterKind, material: &str) -> bool {
+        let fits = |pattern: &String| WildMatch::new(pattern).matches(material);
+        self.kind == kind && !self.back && self.owners.iter().any(fits)
+    }
+
+    /// The parameter of a range that a material states for its outside, of a scene at `path`. The difference takes a step that keeps `value` below 1.
+    pub(crate) fn of_material(kind: ParameterKind, material: &str, value: f64, range: [f64; 2], path: &Path) -> Self {
+        Self {
+            name: format!("{} of {material}", kind.word()),
+            kind,
+            owners: vec![material.to_owned()],
+            owner_key: "material",
+            back: false,
+            range: ParameterRange::Values(range),
+            step: STEP.min(0.49 / value - 0.49).max(1e-5),
+            path: path.to_path_buf(),
+            line: 1,
+        }
+    }
 }
 
 /// Reads a file of parameters.
@@ -191,10 +214,16 @@ pub(crate) fn read_parameters(path: &Path) -> Result<Vec<Parameter>, SceneError>
 /// # Errors
 /// As for [`read_parameters`].
 pub(super) fn parameters_of(root: &Section<'_>, path: &Path) -> Result<Vec<Parameter>, SceneError> {
-    let sections = root.tables("parameter", KEYS)?;
-    if sections.is_empty() {
+    let parameters = list(root, path)?;
+    if parameters.is_empty() {
         return Err(root.error("parameter", "is missing: at least one [[parameter]] says what is varied"));
     }
+    Ok(parameters)
+}
+
+/// Reads every `[[parameter]]` of a section.
+pub(super) fn list(section: &Section<'_>, path: &Path) -> Result<Vec<Parameter>, SceneError> {
+    let sections = section.tables("parameter", KEYS)?;
     let mut parameters: Vec<Parameter> = Vec::new();
     for section in &sections {
         let parameter = parameter(section, path)?;

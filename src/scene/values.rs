@@ -74,6 +74,8 @@ struct PartialOptics {
     drawn: Option<bool>,
     seed: Option<f64>,
     in_band: BandEmissivity,
+    /// Ranges of absorptivity and emissivity.
+    ranges: [Option<[f64; 2]>; 2],
 }
 
 impl PartialOptics {
@@ -87,6 +89,7 @@ impl PartialOptics {
             drawn: source.choice("normal_slope", &[("averaged", false), ("drawn", true)])?,
             seed: seed(source)?,
             in_band: emissivity::read(source)?,
+            ranges: [range(source, "absorptivity")?, range(source, "emissivity")?],
         })
     }
 
@@ -96,7 +99,12 @@ impl PartialOptics {
 
     fn or(self, fallback: &Self) -> Self {
         let in_band = &fallback.in_band;
+        // A range belongs to the value beside it.
+        let range = |at: usize, stated: Option<f64>| {
+            self.ranges[at].or_else(|| fallback.ranges[at].filter(|_| stated.is_none()))
+        };
         Self {
+            ranges: [range(0, self.absorptivity), range(1, self.emissivity)],
             absorptivity: self.absorptivity.or(fallback.absorptivity),
             emissivity: self.emissivity.or(fallback.emissivity),
             specular: self.specular.or(fallback.specular),
@@ -133,6 +141,31 @@ impl PartialOptics {
     }
 }
 
+/// The range of a value: as stated, or from the beginning of life to its end.
+fn range(source: &impl ValueSource, value: &str) -> Result<Option<[f64; 2]>, SceneError> {
+    let key = format!("{value}_range");
+    let stated = source.list(&key)?;
+    let (Some(first), aged) = (source.number(value, SHARE)?, source.number(&format!("{value}_eol"), SHARE)?) else {
+        return match stated {
+            Some(_) => Err(source.clash(&key, &[value], format!("is the range of a value: state '{value}' too"))),
+            None => Ok(None),
+        };
+    };
+    let Some(ends) = stated else {
+        return Ok(aged.filter(|aged| *aged != first).map(|aged| [first.min(aged), first.max(aged)]));
+    };
+    match ends[..] {
+        [low, high] if 0.0 <= low && low <= first && first <= high && high <= 1.0 && low < high => {
+            Ok(Some([low, high]))
+        }
+        _ => Err(source.clash(
+            &key,
+            &[value],
+            format!("must be two rising numbers from 0 to 1, about '{value}' = {first}"),
+        )),
+    }
+}
+
 /// The optics that one place states for a face.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct StatedOptics {
@@ -157,6 +190,7 @@ pub(super) struct Values {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Complete {
     pub(super) front: Optics,
+    pub(super) ranges: [Option<[f64; 2]>; 2],
     pub(super) sides: Sides,
     pub(super) gloss: [Gloss; 2],
     pub(super) in_band: [BandEmissivity; 2],
@@ -307,6 +341,7 @@ impl Values {
         let files = stated.filter_map(|stated| stated.file.clone()).collect();
         Ok(Complete {
             front,
+            ranges: self.front.ranges,
             sides,
             gloss,
             in_band,

@@ -1,10 +1,12 @@
 //! Finds how temperatures depend on parameters of a scene, by differences of whole runs from their own periodic states (docs/numerics.md 10).
 //!
-//! `change` finds and changes the values of a parameter. `variant` runs a scene with changed values. `search` takes all runs and their differences. `files` writes the results.
+//! `change` finds and changes the values of a parameter. `variant` runs a scene with changed values. `search` takes all runs and their differences. `files` writes the results. `sigma` adds up
+//! what ranges of parameters do to a run.
 
 pub(crate) mod change;
 pub(crate) mod files;
 pub(crate) mod search;
+pub(crate) mod sigma;
 pub(crate) mod variant;
 
 use std::path::PathBuf;
@@ -29,6 +31,16 @@ pub(crate) enum SensitivityError {
     /// The temperatures come from a file.
     #[error("{}: takes its temperatures from a file ([temperatures]), so no parameter changes them", .0.display())]
     Given(PathBuf),
+    /// `[uncertainty]` without a range.
+    #[error(
+        "{}: [uncertainty] finds no range: state [[uncertainty.parameter]], or absorptivity_range or emissivity_range of a material", .0.display()
+    )]
+    NoRange(PathBuf),
+    /// More images than memory would hold.
+    #[error(
+        "{}: [uncertainty] holds all images of a run at once, and {images} images of {pixels} pixels are too many: draw fewer or smaller ones", path.display()
+    )]
+    ManyPixels { path: PathBuf, images: usize, pixels: usize },
     /// The user pressed Ctrl-C.
     #[error("stopped")]
     Stopped,

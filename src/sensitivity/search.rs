@@ -144,6 +144,41 @@ impl Search<'_> {
         })
     }
 
+    /// The scene as it is, and then for each parameter the runs with its value up and down by its step. `take` gets the number of the parameter and both runs.
+    ///
+    /// # Errors
+    /// A run that fails, or Ctrl-C.
+    pub(super) fn pairs(
+        &self,
+        prepared: &Prepared,
+        parameters: &[Parameter],
+        take: &mut dyn FnMut(usize, [VariantRun; 2]),
+    ) -> Result<VariantRun, SensitivityError> {
+        let stepped = || (self.news)(RunNews::Stepped);
+        let warned = |text: String| (self.news)(RunNews::Says(format!("warning: {text}")));
+        let walk =
+            VariantWalk { target: self.target, kept: self.kept, stop: self.stop, stepped: &stepped, warned: &warned };
+        let count = 2 * parameters.len() + 1;
+        self.begins(prepared, &format!("1 of {count}: the scene as it is"));
+        // As in `of`, the engine lives as long as runs share its view factors.
+        let mut engine = walk.begin(prepared, None)?;
+        let near = prepared.scene.time.periodic.map(|_| BetweenSteps::capture(0, &mut *engine, None)).transpose()?;
+        let base = walk.run(prepared, &mut *engine)?;
+        for (number, parameter) in parameters.iter().enumerate() {
+            let changed = |sign: f64, run: usize| {
+                let name = format!(
+                    "{} of {count}: {} {:+} %",
+                    2 * number + run,
+                    parameter.name,
+                    100.0 * sign * parameter.step
+                );
+                self.changed(&walk, prepared, parameter, (1.0 + sign * parameter.step, &name), near.as_ref())
+            };
+            take(number, [changed(1.0, 2)?, changed(-1.0, 3)?]);
+        }
+        Ok(base)
+    }
+
     fn begins(&self, prepared: &Prepared, name: &str) {
         let steps = u64::from(prepared.warm_up_steps()) + u64::from(prepared.scene.time.steps);
         (self.news)(RunNews::Begins(name.to_owned(), steps));

@@ -5,6 +5,17 @@ use glam::DAffine3;
 use crate::scene::Camera;
 use crate::thermal::budget::CAUSES;
 
+/// Uncertainty of the pixels of an image by the ranges of parameters.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ImageSigma {
+    /// One standard deviation of the temperature [K].
+    pub temperature: Vec<f32>,
+    /// One standard deviation of the radiance [W m-2 sr-1].
+    pub radiance: Vec<f32>,
+    /// The parameter that contributes most to the temperature: its index + 1, or 0 where none does.
+    pub cause: Vec<u32>,
+}
+
 /// What a camera sees at one moment. Rows run from top to bottom, pixels from left to right. A pixel without a surface is 0 in every list but the
 /// radiance, which is that of the sky where the scene has one. `part == 0` is the test for it.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +44,8 @@ pub struct Image {
     pub error: Vec<f32>,
     /// Budget: what the surface gains by each cause [W/m2], in the order of `thermal::budget::CHANNELS`. Empty where the scene does not ask for it.
     pub budget: Vec<[f32; CAUSES]>,
+    /// Uncertainty by the ranges of parameters. Its lists are empty where the scene does not ask for it.
+    pub sigma: ImageSigma,
     /// Digital numbers of the sensor. `None` without one.
     pub digital_numbers: Option<Vec<u16>>,
     /// Counts of the sensor's radiometric output (`kelvin_per_count`). `None` where it has none.
@@ -55,6 +68,7 @@ impl Image {
             reflected: Vec::new(),
             error: Vec::new(),
             budget: Vec::new(),
+            sigma: ImageSigma::default(),
             digital_numbers: None,
             counts: None,
         }

@@ -12,6 +12,7 @@ use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, PrepareStage};
 use super::prepare_names;
 use super::prepare_steps::{self as steps, Dense, SceneHashes};
+use crate::environment::Attitude;
 use crate::environment::shadow::LitAreas;
 use crate::environment::step::StepLoads;
 use crate::gpu::effects::image::runs::TriangleRun;
@@ -203,6 +204,7 @@ impl Prepared {
     pub fn step_ranges(&self) -> Vec<StepRange> {
         let environment = &self.scene.environment;
         let sun = environment.solar_constant.is_some_and(|flux| flux > 0.0);
+        let tumble = self.scene.attitude == Attitude::Tumble;
         let mut ranges = Vec::new();
         for range in &self.nodes.ranges {
             let material = &self.materials[self.nodes.group_material[range.first_group] as usize];
@@ -218,7 +220,8 @@ impl Prepared {
                 both_sides: range.kind.both_sides,
                 sun,
                 planet_ir: environment.planet_ir.is_some_and(|flux| flux > 0.0),
-                albedo: sun && environment.albedo.is_some_and(|albedo| albedo > 0.0),
+                albedo: sun && (tumble || environment.albedo.is_some_and(|albedo| albedo > 0.0)),
+                tumble,
                 light: if sun { self.light.by } else { LightBy::Normal },
                 exchange: self.exchange.is_some(),
                 fused: false,

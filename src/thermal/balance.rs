@@ -59,6 +59,7 @@ mod tests {
             bulk,
             response,
             transition: None,
+            ranges: [None; 2],
             source: "test".into(),
         }
     }

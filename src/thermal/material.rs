@@ -293,6 +293,8 @@ pub struct Material {
     pub transition: Option<Transition>,
     /// Source of the values, for the report: "scene.toml, rule 3; table white_paint (Fortescue 11.3)".
     pub source: String,
+    /// Ranges in which absorptivity and emissivity of the outside are known, where the scene or its table states them.
+    pub ranges: [Option<[f64; 2]>; 2],
 }
 
 impl Material {

@@ -328,6 +328,7 @@ mod tests {
             bulk: Bulk::default(),
             response,
             transition: None,
+            ranges: [None; 2],
             source: "test".into(),
         };
         vec![

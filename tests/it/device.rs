@@ -61,6 +61,7 @@ pub fn material(absorptivity: f64, emissivity: f64, sides: Sides, response: Resp
         bulk: Bulk::default(),
         response,
         transition: None,
+        ranges: [None; 2],
         source: "test".to_owned(),
     }
 }

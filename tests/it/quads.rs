@@ -128,6 +128,7 @@ impl Quads {
             reflected: Vec::new(),
             error: Vec::new(),
             budget: Vec::new(),
+            sigma: Default::default(),
             digital_numbers: None,
             counts: None,
         }

@@ -227,6 +227,7 @@ impl ThermalVariant {
             (self.sun, "sun"),
             (self.planet_ir, "planet_ir"),
             (self.albedo, "albedo"),
+            (self.tumble && self.planet_ir, "tumble"),
             lit,
             by_rays,
             (self.exchange, "exchange"),

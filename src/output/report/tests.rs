@@ -65,6 +65,7 @@ pub(crate) fn full() -> Report {
             },
         },
         findings: ReportFindings {
+            sigma: None,
             pixel_error: Some(PixelError { rms_k: 1.5, p99_k: 6.25, max_k: 12.5, pixels: 76_800, images: 36 }),
             accuracy: Some(full_accuracy()),
             energy: Some(full_energy()),

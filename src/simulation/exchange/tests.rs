@@ -30,6 +30,7 @@ fn black() -> Material {
         bulk: Bulk::default(),
         response: Response::Instant,
         transition: None,
+        ranges: [None; 2],
         source: "test".into(),
     }
 }

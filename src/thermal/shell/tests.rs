@@ -374,6 +374,7 @@ fn a_material_says_what_it_lacks() {
         bulk,
         response: Response::Network,
         transition: None,
+        ranges: [None; 2],
         source: String::new(),
     };
     let full = Bulk {

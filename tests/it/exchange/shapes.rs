@@ -23,6 +23,7 @@ pub fn grey(absorptivity: f64, emissivity: f64) -> Material {
         bulk: Bulk::default(),
         response: Response::Instant,
         transition: None,
+        ranges: [None; 2],
         source: "test".into(),
     }
 }

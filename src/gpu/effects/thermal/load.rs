@@ -62,8 +62,10 @@ fn step_of(load: &StepLoad, step: f64, joint_from_body: DMat3) -> layout::Step {
     let extend = |v: DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
     let sine = planet.map_or(0.0, |planet| 1.0 / planet.distance_ratio);
     let cosine = (1.0 - sine * sine).sqrt();
-    let nadir = joint_from_body * planet.map_or(DVec3::Z, |planet| planet.nadir);
-    let sunward = joint_from_body * planet.map_or(DVec3::X, |planet| planet.sunward);
+    // A mean over orientations has no directions, and its table is the same for all.
+    let planet_axes = planet.filter(|planet| !planet.is_mean());
+    let nadir = joint_from_body * planet_axes.map_or(DVec3::Z, |planet| planet.nadir);
+    let sunward = joint_from_body * planet_axes.map_or(DVec3::X, |planet| planet.sunward);
     layout::Step {
         nadir: extend(nadir, sine),
         sunward: extend(sunward, cosine),

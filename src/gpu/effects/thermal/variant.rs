@@ -60,6 +60,8 @@ pub struct ThermalVariant {
     pub planet_ir: bool,
     /// Whether there is reflected sunlight, which needs `sun`.
     pub albedo: bool,
+    /// Whether planet infrared is a mean over all orientations.
+    pub tumble: bool,
     /// How nodes know the sunlight on them.
     pub light: LightBy,
     /// Whether surfaces radiate to each other.
@@ -156,6 +158,7 @@ impl ThermalVariant {
             sun: false,
             planet_ir: false,
             albedo: false,
+            tumble: false,
             light: LightBy::Normal,
             exchange: false,
             fused: false,

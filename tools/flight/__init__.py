@@ -1,0 +1,1 @@
+"""Delfi-PQ in flight: telemetry beside runs of isotherm."""
