@@ -127,7 +127,7 @@ pub use crate::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS,
 pub use crate::raster::{Pixel, RasterSurface, rasterise};
 pub use crate::scene::{
     Background, Bounces, Camera, CameraFrame, Density, Draw, Edges, ImageFile, ImageFiles, Initial, Mapping,
-    MaterialRule, Reflections, ShadowSettings, SkyScene, Surrounded, Video,
+    MaterialRule, Reflections, SceneBand, ShadowSettings, SkyScene, Surrounded, Video,
     network::{
         NetworkFile,
         export_tmd::{TmdSolution, tmd},
@@ -159,6 +159,7 @@ pub use crate::simulation::{
     device_engine::DeviceEngine,
     energy::{Account, EnergyBalance},
     engine::{Delivered, Engine, EngineStep, Order as EngineOrder, RowMoments},
+    image::{BandImage, BandImages, RatioImage},
     moments,
     network::StepCost,
     network_file::network_file,
@@ -196,6 +197,7 @@ pub use crate::thermal::{
         steady::{SteadyError, steady},
         stepper::{Attempt, StepMethod},
     },
+    passband::Passband,
     planck::{Band, band_radiance_exact},
     planet_map::{DayLaw, PlanetPattern},
     radiance::{RadianceTable, band_radiance},

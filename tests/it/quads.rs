@@ -130,6 +130,7 @@ impl Quads {
             budget: Vec::new(),
             digital_numbers: None,
             counts: None,
+            bands: Default::default(),
         }
     }
 }
