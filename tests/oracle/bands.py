@@ -1,4 +1,4 @@
-"""Radiances of a black body through a response curve by scipy's quad, for the test in src/thermal/passband.rs.
+"""Radiances of a black body through a response curve by scipy's quad, for the test in src/thermal/radiance/tests.rs.
 
 Run: python3 tests/oracle/bands.py > tests/oracle/response_radiance.in
 """
