@@ -24,7 +24,7 @@ pub struct SceneBand {
 
 /// A temperature from the ratio of two radiances.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct BandRatio {
+pub struct BandRatio {
     /// Both bands.
     pub(crate) bands: [usize; 2],
     /// One standard deviation of each radiance [W m-2 sr-1].
