@@ -131,8 +131,8 @@ pub use crate::output::{
 pub use crate::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS, STEP, STEPS};
 pub use crate::raster::{Pixel, RasterSurface, rasterise};
 pub use crate::scene::{
-    Background, Bounces, Camera, CameraFrame, Density, Draw, Edges, ImageFile, ImageFiles, Initial, Mapping,
-    MaterialRule, Reflections, ShadowSettings, SkyScene, Surrounded, Video,
+    Background, BandRatio, Bounces, Camera, CameraFrame, Density, Draw, Edges, ImageFile, ImageFiles, Initial, Mapping,
+    MaterialRule, Reflections, SceneBand, ShadowSettings, SkyScene, Surrounded, Video,
     network::{
         NetworkFile,
         export_tmd::{TmdSolution, tmd},
@@ -164,6 +164,7 @@ pub use crate::simulation::{
     device_engine::DeviceEngine,
     energy::{Account, EnergyBalance},
     engine::{Delivered, Engine, EngineStep, Order as EngineOrder, RowMoments},
+    image::{BandImage, BandImages, RatioImage},
     moments,
     network::StepCost,
     network_file::network_file,
@@ -200,6 +201,7 @@ pub use crate::thermal::{
         steady::{SteadyError, steady},
         stepper::{Attempt, StepMethod},
     },
+    passband::Passband,
     planck::{Band, band_radiance_exact},
     planet_map::{DayLaw, PlanetPattern},
     radiance::{RadianceTable, band_radiance},

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DAffine3;
 
+mod bands;
 pub(crate) mod budget;
 mod camera_pose;
 pub(crate) mod check;
@@ -51,6 +52,7 @@ pub(crate) mod thermal_state;
 pub(crate) mod traced;
 pub(crate) mod uncertainty;
 pub(crate) mod viewpoint;
+mod visible;
 pub(crate) mod warm_up;
 
 use crate::scene::Draw;

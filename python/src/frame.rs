@@ -55,7 +55,19 @@ pub struct Frame {
     /// Counts of the sensor's radiometric output, uint16. None where it has none.
     #[pyo3(get)]
     counts: Option<Py<PyArray2<u16>>>,
+    /// Radiance of each band by its name [W m-2 sr-1]: float32 arrays. Empty where the scene has no [[band]].
+    #[pyo3(get)]
+    bands: Py<PyDict>,
+    /// Digital numbers of each band with a sensor, by its name: uint16 arrays.
+    #[pyo3(get)]
+    bands_dn: Py<PyDict>,
+    /// Temperature from the ratio of two bands, and one standard deviation of its error [K]: two float32 arrays. None where the scene does not ask for it (output.ratio).
+    #[pyo3(get)]
+    ratio: Option<(Plane, Plane)>,
 }
+
+/// A shared array.
+type Plane = Py<PyArray2<f32>>;
 
 /// An array that takes over a list.
 fn plane<T: Element>(py: Python<'_>, values: Vec<T>, [height, width]: [usize; 2]) -> PyResult<Py<PyArray2<T>>> {
@@ -75,11 +87,21 @@ fn budget(py: Python<'_>, pixels: &[[f32; CAUSES]], shape: [usize; 2]) -> PyResu
 }
 
 impl Frame {
-    /// The arrays of an image.
-    pub fn new(py: Python<'_>, scene: &str, image: Image) -> PyResult<Self> {
+    /// The arrays of an image, whose bands have these names.
+    pub fn new(py: Python<'_>, scene: &str, names: &[String], image: Image) -> PyResult<Self> {
         let shape = [image.camera.height as usize, image.camera.width as usize];
         let optional = |values: Vec<f32>| if values.is_empty() { Ok(None) } else { plane(py, values, shape).map(Some) };
         let numbers = |values: Option<Vec<u16>>| values.map(|values| plane(py, values, shape)).transpose();
+        let (bands, bands_dn) = (PyDict::new(py), PyDict::new(py));
+        for (name, band) in names.iter().zip(image.bands.images) {
+            bands.set_item(name, plane(py, band.radiance, shape)?)?;
+            if let Some(dn) = band.digital_numbers {
+                bands_dn.set_item(name, plane(py, dn, shape)?)?;
+            }
+        }
+        let ratio = image.bands.ratio;
+        let ratio =
+            ratio.map(|ratio| Ok::<_, PyErr>((plane(py, ratio.temperature, shape)?, plane(py, ratio.error, shape)?)));
         Ok(Self {
             scene: scene.to_owned(),
             camera_from_body: image.camera_from_body,
@@ -96,6 +118,9 @@ impl Frame {
             budget: budget(py, &image.budget, shape)?,
             dn: numbers(image.digital_numbers)?,
             counts: numbers(image.counts)?,
+            bands: bands.unbind(),
+            bands_dn: bands_dn.unbind(),
+            ratio: ratio.transpose()?,
         })
     }
 }
@@ -124,6 +149,9 @@ impl Frame {
             budget: item("budget")?.extract()?,
             dn: item("dn")?.extract()?,
             counts: item("counts")?.extract()?,
+            bands: item("bands")?.extract()?,
+            bands_dn: item("bands_dn")?.extract()?,
+            ratio: item("ratio")?.extract()?,
         })
     }
 
@@ -145,6 +173,9 @@ impl Frame {
         state.set_item("budget", self.budget.as_ref())?;
         state.set_item("dn", self.dn.as_ref())?;
         state.set_item("counts", self.counts.as_ref())?;
+        state.set_item("bands", &self.bands)?;
+        state.set_item("bands_dn", &self.bands_dn)?;
+        state.set_item("ratio", self.ratio.as_ref())?;
         Ok((py.import("isotherm._pickle")?.getattr("frame")?, (state,)))
     }
 
@@ -173,6 +204,7 @@ impl Frame {
             budget: Vec::new(),
             digital_numbers: None,
             counts: None,
+            bands: Default::default(),
         };
         let scale = ColourScale::covering(frame.range());
         let details = format!("t = {:.3} s, surface temperature", self.time);

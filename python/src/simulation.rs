@@ -296,8 +296,12 @@ impl Simulation {
             _ => return Err(refused(py, "the scene has no camera: give camera= and a pose".to_owned())),
         };
         self.begin(py)?;
-        let image = self.with_long(py, |simulation, _| simulation.image(&camera, &pose))?;
-        Frame::new(py, &self.name, image)
+        let (image, names) = self.with_long(py, |simulation, _| {
+            let image = simulation.image(&camera, &pose)?;
+            let bands = &simulation.prepared().scene.bands;
+            Ok::<_, SimulationError>((image, bands.iter().map(|band| band.name.clone()).collect::<Vec<_>>()))
+        })?;
+        Frame::new(py, &self.name, &names, image)
     }
 
     /// Says where the craft is at a time [s] from now on, instead of the scene's own orbit and attitude. What is left out is that of the scene.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import pickle
 import struct
 from pathlib import Path
 
@@ -112,3 +113,46 @@ def test_budgets_are_those_of_a_run(scenes: Scenes, tmp_path: Path) -> None:
         assert stored[name].tobytes() == gains.tobytes(), name
     total = sum(gains.astype(np.float64) for gains in frame.budget.values())
     assert np.abs(total).max() <= 1e-4 * np.abs(frame.budget["Q_emitted"]).max() > 0
+
+
+def test_bands_are_those_of_a_run(scenes: Scenes, tmp_path: Path) -> None:
+    bands = """
+[[band]]
+name = "thermal"
+band_um = [8, 14]
+noise = 0.02
+[[band]]
+name = "long"
+band_um = [11, 14]
+noise = 0.02
+[[band]]
+name = "visible"
+band_um = [0.4, 0.8]
+[band.sensor]
+radiance_noise = 0.2
+radiance_range = [0, 300]
+[output]
+ratio = ["thermal", "long"]
+"""
+    plain = ("[radiance]\nband_um = [8.0, 14.0]\n", "")
+    path = scenes.write(("steps = 556", "steps = 20"), plain, more=bands)
+    program("run", path, "-o", tmp_path / "out")
+    simulation = isotherm.Simulation(path)
+    assert simulation.image().bands_dn.keys() == {"visible"}
+    simulation.step_to(200.0)
+    frame = simulation.image()
+    assert list(frame.bands) == ["thermal", "long", "visible"]
+    stored = exr(tmp_path / "out" / "frames" / "step_000020.exr")
+    for name, radiance in frame.bands.items():
+        assert radiance.dtype == np.float32 and radiance.shape == frame.part.shape
+        assert stored[f"{name}.L"].tobytes() == radiance.tobytes(), name
+    assert frame.bands["thermal"].tobytes() == frame.radiance.tobytes()
+    assert frame.bands_dn["visible"].dtype == np.uint16
+    assert frame.ratio is not None
+    temperature, error = frame.ratio
+    assert temperature.tobytes() == stored["T_ratio"].tobytes() and error.tobytes() == stored["T_ratio_error"].tobytes()
+    restored = pickle.loads(pickle.dumps(frame))
+    assert restored.bands["long"].tobytes() == frame.bands["long"].tobytes() and restored.ratio is not None
+    scenes.write(("steps = 556", "steps = 20"), name="plain.toml")
+    frame = isotherm.Simulation(scenes.folder / "plain.toml").image()
+    assert frame.bands == {} and frame.bands_dn == {} and frame.ratio is None

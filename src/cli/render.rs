@@ -21,7 +21,7 @@ use crate::output::folder::Folder;
 use crate::output::frame_maker::FrameMaker;
 use crate::output::inputs::keep_inputs;
 use crate::output::pose_images::{FILES, write_pose_images};
-use crate::output::sensor_files::SensorFiles;
+use crate::output::sensor_files::{SensorFiles, sensed_scenes};
 use crate::simulation;
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::engine::Engine;
@@ -182,17 +182,18 @@ fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
     let maker = FrameMaker::new(prepared, &simulation.device_name());
     let header = maker.header(&image, step, None)?;
     output.write_bytes(&encode(&image, &header)?)?;
-    if let Some(files) = SensorFiles::new(&prepared.scene) {
+    let sensed = sensed_scenes(&prepared.scene);
+    for files in SensorFiles::all(&sensed) {
         if output == Destination::StandardOutput {
             say!("the sensor's files are left out, because the image goes to standard output");
-        } else {
-            let stem = arguments.output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            for (ending, bytes) in files.of(&stem, &image, step)? {
-                let path = arguments.output.with_file_name(format!("{stem}{ending}"));
-                keep_inputs(&path, &prepared.scene.files)?;
-                for destination in destinations([Some(&*path)])?.into_iter().flatten() {
-                    destination.write_bytes(&bytes)?;
-                }
+            break;
+        }
+        let stem = files.stem(&arguments.output.file_stem().unwrap_or_default().to_string_lossy());
+        for (ending, bytes) in files.of(&stem, &image, step)? {
+            let path = arguments.output.with_file_name(format!("{stem}{ending}"));
+            keep_inputs(&path, &prepared.scene.files)?;
+            for destination in destinations([Some(&*path)])?.into_iter().flatten() {
+                destination.write_bytes(&bytes)?;
             }
         }
     }

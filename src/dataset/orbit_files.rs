@@ -12,11 +12,13 @@ use super::spec::{ImageKind, Spec};
 use super::split::split_of;
 use crate::labels::image::LabelledImage;
 use crate::labels::made::{ImageLabels, ImageLines, Label, made, orbit};
+use crate::labels::maps::numbers_of;
 use crate::labels::places;
 use crate::labels::silhouette::Solids;
 use crate::labels::webdataset::Tar;
 use crate::output::exr::encode;
 use crate::output::frame_maker::FrameMaker;
+use crate::scene::{Scene, SceneBand};
 use crate::simulation::facade::Simulation;
 use crate::simulation::image::Image;
 
@@ -75,9 +77,26 @@ pub(crate) fn encode_image(
         let maker = FrameMaker::new(prepared, &simulation.device_name());
         let header = maker.header(&image, step, Some(labelled.identity.number))?;
         let path = Some(file_of(&labelled, ImageKind::Radiance).1);
-        labels.push(Label { path, ending: Some(RADIANCE), bytes: encode(&image, &header)? });
+        labels.push(Label { path, ending: Some(RADIANCE.into()), bytes: encode(&image, &header)? });
     }
-    Ok(Encoded { key: places::key(&labelled), labels, lines, row: row(&labelled, &spec.images) })
+    let mut row = row(&labelled, &spec.images);
+    if spec.images.contains(&ImageKind::Numbers) {
+        for (band, numbers) in numbers_of_bands(&simulation.prepared().scene, &image) {
+            let what = format!("gray_{}", band.name);
+            let path = places::of_image(&labelled, &what, "png");
+            row.insert(what.clone(), json!(path));
+            let bits = band.sensor.as_ref().map_or(16, |sensor| sensor.bits);
+            let bytes = numbers_of(&labelled, numbers, bits)?;
+            labels.push(Label { path: Some(path), ending: Some(format!("{what}.png").into()), bytes });
+        }
+    }
+    Ok(Encoded { key: places::key(&labelled), labels, lines, row })
+}
+
+/// The bands after the first that have a sensor, with its digital numbers.
+fn numbers_of_bands<'a>(scene: &'a Scene, image: &'a Image) -> impl Iterator<Item = (&'a SceneBand, &'a [u16])> {
+    let bands = scene.bands.iter().zip(&image.bands.images).skip(1);
+    bands.filter_map(|(band, seen)| Some((band, seen.digital_numbers.as_deref()?)))
 }
 
 /// Writes the files of an orbit whose images wrote theirs.
@@ -112,13 +131,13 @@ pub(crate) fn write(
 fn tar(folder: &OrbitFolder, writer: &mut dyn Write, images: &[Encoded]) -> io::Result<()> {
     let mut tar = Tar::new(writer);
     for image in images {
-        let place = |label: &Label| match (&label.path, label.ending) {
+        let place = |label: &Label| match (&label.path, label.ending.clone()) {
             (_, None) => Ok(None),
             (Some(path), Some(ending)) => folder.read(path).map(|bytes| Some((ending, bytes))),
             (None, Some(ending)) => Ok(Some((ending, label.bytes.clone()))),
         };
         let files = image.labels.iter().filter_map(|label| place(label).transpose()).collect::<io::Result<Vec<_>>>()?;
-        tar.add(&image.key, files.iter().map(|(ending, bytes)| (*ending, bytes.as_slice())))?;
+        tar.add(&image.key, files.iter().map(|(ending, bytes)| (&**ending, bytes.as_slice())))?;
     }
     tar.finish().map(|_| ())
 }

@@ -17,6 +17,7 @@ pub use self::saved::RendererState;
 use super::bindings::Bindings;
 use super::context::Context;
 use super::effects::heat::ABSORBED_HEAT;
+use super::effects::image::resources::PLANET_MAP;
 use super::effects::image::resources::{IDENTITY_READBACK, RADIANCE_READBACK};
 use super::effects::network::state::OnePass;
 use super::effects::sensor;
@@ -146,6 +147,12 @@ impl Renderer {
     pub(crate) fn set_temperatures(&mut self, temperatures: &[f32]) -> Result<(), GpuError> {
         self.wait()?;
         self.resources.upload(&mut self.once, &TEMPERATURE, temperatures)
+    }
+
+    /// Replaces the map of the planet by one of the same size. No image is under way.
+    pub(crate) fn set_planet_map(&mut self, values: &[f32]) -> Result<(), GpuError> {
+        self.wait()?;
+        self.resources.upload(&mut self.once, &PLANET_MAP, values)
     }
 
     /// Takes another sensor for the images from here on. Returns whether it needs no other resources; otherwise nothing changes.

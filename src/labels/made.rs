@@ -1,5 +1,7 @@
 //! All labels of one image at once, and the files of a whole data set.
 
+use std::borrow::Cow;
+
 use serde::{Deserialize, Serialize};
 
 use super::craft::Craft;
@@ -16,7 +18,7 @@ pub struct Label {
     /// Path in the folder of the data set. `None` where it only stands in the tar.
     pub(crate) path: Option<String>,
     /// Ending of the member in the tar. `None` where it only stands in the folder.
-    pub ending: Option<&'static str>,
+    pub ending: Option<Cow<'static, str>>,
     /// Its bytes.
     pub bytes: Vec<u8>,
 }
@@ -74,10 +76,13 @@ pub fn made(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Result<Ima
     let text = label(craft, image, &key_points, MapSteps { depth: depth.step, temperature: temperature.step });
     let both = |what: &str, ending: &'static str, bytes: Vec<u8>| {
         let last = ending.rsplit_once('.').map_or(ending, |(_, last)| last);
-        Label { path: Some(places::of_image(image, what, last)), ending: Some(ending), bytes }
+        Label { path: Some(places::of_image(image, what, last)), ending: Some(ending.into()), bytes }
     };
-    let in_tar =
-        |ending: &'static str, text: String| Label { path: None, ending: Some(ending), bytes: text.into_bytes() };
+    let in_tar = |ending: &'static str, text: String| Label {
+        path: None,
+        ending: Some(ending.into()),
+        bytes: text.into_bytes(),
+    };
     let mut labels = vec![
         both("depth", "depth.png", depth.png),
         both("temperature", "temperature.png", temperature.png),

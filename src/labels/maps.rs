@@ -101,19 +101,24 @@ pub(crate) fn mask(image: &LabelledImage, mask: &[bool]) -> Result<Vec<u8>, Outp
 /// # Errors
 /// A digital number that its bits can not hold.
 pub(crate) fn digital_numbers(image: &LabelledImage) -> Result<Option<Vec<u8>>, OutputError> {
-    let Some(numbers) = &image.channels.digital_numbers else { return Ok(None) };
+    let numbers = image.channels.digital_numbers.as_deref();
+    numbers.map(|numbers| numbers_of(image, numbers, image.identity.bits)).transpose()
+}
+
+/// The digital numbers of a sensor of these bits.
+///
+/// # Errors
+/// A digital number that its bits can not hold.
+pub(crate) fn numbers_of(image: &LabelledImage, numbers: &[u16], bits: u32) -> Result<Vec<u8>, OutputError> {
     let size = [image.width, image.height];
-    if let Some(high) = numbers.iter().find(|number| u32::from(**number) >> image.identity.bits.min(16) != 0) {
-        let reason = format!(
-            "digital number {high} of sample {} has more than {} bits",
-            image.identity.sample, image.identity.bits
-        );
+    if let Some(high) = numbers.iter().find(|number| u32::from(**number) >> bits.min(16) != 0) {
+        let reason = format!("digital number {high} of sample {} has more than {bits} bits", image.identity.sample);
         return Err(OutputError::Encode("PNG image".to_owned(), reason));
     }
-    Ok(Some(match image.identity.bits {
-        8 => png_8(size, &numbers.iter().map(|number| *number as u8).collect::<Vec<_>>(), &[])?,
-        _ => png_16(size, numbers, &[])?,
-    }))
+    match bits {
+        8 => png_8(size, &numbers.iter().map(|number| *number as u8).collect::<Vec<_>>(), &[]),
+        _ => png_16(size, numbers, &[]),
+    }
 }
 
 #[cfg(test)]

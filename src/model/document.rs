@@ -351,7 +351,7 @@ fn unused(root: &Map<String, Value>, used: &[String]) -> Result<Vec<Skipped>, Mo
     Ok(skipped)
 }
 
-/// Name and `extras` of a material. The appearance is not read.
+/// Name, `extras` and base colour of a material. Textures are not read.
 fn material((index, value): (usize, &Value)) -> ModelMaterial {
     let name = match value.get("name").and_then(Value::as_str) {
         Some(name) if !name.is_empty() => plain(name).into_owned(),
@@ -359,7 +359,17 @@ fn material((index, value): (usize, &Value)) -> ModelMaterial {
     };
     let extras = value.get("extras").and_then(Value::as_object).into_iter().flatten();
     let prefixed = extras.filter_map(|(key, value)| Some((key.strip_prefix(EXTRAS_PREFIX)?.to_owned(), value.clone())));
-    ModelMaterial { name, extras: prefixed.collect::<BTreeMap<_, _>>() }
+    ModelMaterial { name, extras: prefixed.collect::<BTreeMap<_, _>>(), colour: colour(value) }
+}
+
+/// `baseColorFactor` of a material without its opacity, where it is one.
+fn colour(value: &Value) -> Option<[f64; 3]> {
+    let factor = value.get("pbrMetallicRoughness")?.get("baseColorFactor")?.as_array()?;
+    let mut colour = [0.0; 3];
+    for (channel, value) in colour.iter_mut().zip(factor.get(..3)?) {
+        *channel = value.as_f64().filter(|value| (0.0..=1.0).contains(value))?;
+    }
+    Some(colour)
 }
 
 /// The array under `key`, or an empty one if the key is missing.

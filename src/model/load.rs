@@ -337,7 +337,7 @@ impl<'a> ModelAssembly<'a> {
         *self.materials.entry(source).or_insert_with(|| {
             materials.push(match source {
                 Some(index) => document.materials[index].clone(),
-                None => ModelMaterial { name: DEFAULT_MATERIAL.to_owned(), extras: Default::default() },
+                None => ModelMaterial { name: DEFAULT_MATERIAL.to_owned(), extras: Default::default(), colour: None },
             });
             (materials.len() - 1) as u32
         })

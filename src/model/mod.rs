@@ -39,6 +39,8 @@ pub struct ModelMaterial {
     pub name: String,
     /// `extras` whose key starts with `isotherm_`, without the prefix.
     pub extras: BTreeMap<String, serde_json::Value>,
+    /// Base colour: linear red, green and blue, each 0 to 1. `None` where the file states none.
+    pub colour: Option<[f64; 3]>,
 }
 
 /// An instance of a mesh: a glTF node with triangles.

@@ -2,7 +2,7 @@
 
 use crate::simulation::image::Image;
 use crate::thermal::brightness::{BrightnessTable, brightness_temperature};
-use crate::thermal::planck::Band;
+use crate::thermal::passband::Passband;
 use crate::thermal::radiance::RadianceTable;
 
 /// Brightness temperatures of a band.
@@ -13,8 +13,8 @@ pub struct Apparent {
 
 impl Apparent {
     /// Brightness temperatures of radiances in a band.
-    pub fn new(band: Band) -> Self {
-        let table = RadianceTable::new(band);
+    pub fn new(passband: impl Into<Passband>) -> Self {
+        let table = RadianceTable::new(passband);
         Self { guesses: BrightnessTable::new(&table), table }
     }
 
@@ -43,6 +43,7 @@ impl Apparent {
 mod tests {
     use super::*;
     use crate::output::frame::tests::sphere;
+    use crate::thermal::planck::Band;
     use crate::thermal::radiance::band_radiance;
 
     #[test]

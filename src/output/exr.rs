@@ -3,7 +3,8 @@
 //! Channels: `L` (float, band radiance), `T` (float, temperature), `Z` (float, distance along the camera's +Z), `part`
 //! and `material` (uint); with several samples of a pixel also `coverage` (float); with `output.channels` also `emitted` and `reflected` (float, the two parts
 //! of `L`); with `output.error` also `T_error` (float, one standard deviation of the error of `T`); with `output.budget` also `Q_sun` to `Q_emitted`
-//! (float, the budget of the surface); with `[uncertainty]` also `T_sigma`, `L_sigma` (float) and `cause` (uint, index into `isotherm_causes`). The header states units in `emissiveUnits` (spectral EXR layout of Fichet et al. 2021) and
+//! (float, the budget of the surface); with `[uncertainty]` also `T_sigma`, `L_sigma` (float) and `cause` (uint, index into `isotherm_causes`); with `[[band]]` also `NAME.L` for each
+//! band (float, radiance in it); with `output.ratio` also `T_ratio` and `T_ratio_error`. The header states units in `emissiveUnits`
 //! `isotherm_units_*`. The string vectors `isotherm_parts` and `isotherm_materials` are indexed by the pixel value. All
 //! types are OpenEXR's own (`v2d`, `v3d`, `m44d`, `stringvector`), so any reader shows them.
 //!
@@ -20,10 +21,10 @@ use ::exr::prelude::{
 
 use super::OutputError;
 use super::exr_header::{Attributes, header_attributes, text};
-use super::frame::{FrameHeader, check_channels, check_finite, check_size};
+use super::frame::{FrameHeader, TEMPERATURE, TEMPERATURE_ERROR, check_channels, check_finite, check_size};
 use super::whole_file::write_atomic;
 use crate::files::{Expansion, decode};
-use crate::simulation::image::{Image, ImageSigma};
+use crate::simulation::image::{BandImage, BandImages, Image, ImageSigma, RatioImage};
 use crate::thermal::budget::{CAUSES, CHANNELS};
 
 /// Channel of the error of the temperature.
@@ -31,6 +32,11 @@ const ERROR: &str = "T_error";
 /// Channels of the uncertainty by the ranges of parameters.
 const SIGMA: [&str; 2] = ["T_sigma", "L_sigma"];
 const CAUSE: &str = "cause";
+
+/// Channel of the radiance in a band.
+fn band_channel(name: &str) -> String {
+    format!("{name}.L")
+}
 
 /// Writes a frame to `path`. The file appears whole or not at all.
 ///
@@ -80,6 +86,13 @@ pub(crate) fn encode_with(
         channels.push(AnyChannel::new(SIGMA[0], FlatSamples::F32(sigma.temperature.clone())));
         channels.push(AnyChannel::new(SIGMA[1], FlatSamples::F32(sigma.radiance.clone())));
         channels.push(AnyChannel::new(CAUSE, FlatSamples::U32(sigma.cause.clone())));
+    }
+    for ((name, _), band) in header.bands.iter().zip(&frame.bands.images) {
+        channels.push(AnyChannel::new(band_channel(name).as_str(), FlatSamples::F32(band.radiance.clone())));
+    }
+    if let Some(ratio) = &frame.bands.ratio {
+        channels.push(AnyChannel::new(TEMPERATURE, FlatSamples::F32(ratio.temperature.clone())));
+        channels.push(AnyChannel::new(TEMPERATURE_ERROR, FlatSamples::F32(ratio.error.clone())));
     }
     channels.extend(more.iter().map(|(name, values)| AnyChannel::new(name.as_str(), FlatSamples::F32(values.clone()))));
     let reflected = &frame.reflected;
@@ -132,8 +145,8 @@ pub fn decode_exr(bytes: &[u8], path: &Path) -> Result<(Image, FrameHeader), Out
     let (width, height) = (layer.size.width() as u32, layer.size.height() as u32);
     let mut channels = layer.channel_data.list;
     let has = |name: &str| channels.iter().any(|channel| channel.name.as_slice() == name.as_bytes());
-    let (has_coverage, has_reflected, has_error, has_budget, has_sigma) =
-        (has("coverage"), has("reflected"), has(ERROR), has(CHANNELS[0]), has(CAUSE));
+    let (has_coverage, has_reflected, has_error) = (has("coverage"), has("reflected"), has(ERROR));
+    let (has_budget, has_sigma, has_ratio) = (has(CHANNELS[0]), has(CAUSE), has(TEMPERATURE));
     let mut take = |name: &str| {
         let place = channels.iter().position(|channel| channel.name.as_slice() == name.as_bytes());
         place
@@ -157,6 +170,14 @@ pub fn decode_exr(bytes: &[u8], path: &Path) -> Result<(Image, FrameHeader), Out
     }
     let [sigma_temperature, sigma_radiance] =
         if has_sigma { [float(SIGMA[0])?, float(SIGMA[1])?] } else { Default::default() };
+    let header = attributes.header()?;
+    let mut bands = BandImages::default();
+    for (name, _) in &header.bands {
+        bands.images.push(BandImage { radiance: float(&band_channel(name))?, ..BandImage::default() });
+    }
+    if has_ratio {
+        bands.ratio = Some(RatioImage { temperature: float(TEMPERATURE)?, error: float(TEMPERATURE_ERROR)? });
+    }
     let mut label = |name: &str| match take(name)? {
         FlatSamples::U32(values) => Ok(values),
         _ => Err(OutputError::exr(path, format!("channel {name} is not 32-bit uint"))),
@@ -166,8 +187,8 @@ pub fn decode_exr(bytes: &[u8], path: &Path) -> Result<(Image, FrameHeader), Out
     let sigma = ImageSigma { temperature: sigma_temperature, radiance: sigma_radiance, cause };
     let blank = attributes.image(width, height)?;
     let frame =
-        Image { radiance, temperature, depth, part, material, coverage, reflected, error, budget, sigma, ..blank };
-    Ok((frame, attributes.header()?))
+        Image { radiance, temperature, depth, part, material, coverage, reflected, error, budget, sigma, bands, ..blank };
+    Ok((frame, header))
 }
 
 /// Checks that a file is compressed as frames are, and may become the pixels that its header states. Decoders of other compressions panic on damaged blocks.
@@ -209,6 +230,7 @@ fn sort_header(bytes: &mut [u8]) -> Option<()> {
 mod tests {
     use super::*;
     use crate::output::frame::tests::{header, sphere};
+    use crate::thermal::planck::Band;
 
     #[test]
     fn a_frame_and_its_header_come_back_bit_for_bit() {
@@ -224,7 +246,14 @@ mod tests {
         frame.sigma.temperature = frame.error.clone();
         frame.sigma.radiance = frame.coverage.clone();
         frame.sigma.cause = (0..65 * 37).map(|pixel| pixel % 3).collect();
-        let header = FrameHeader { causes: vec!["albedo".into(), "heater of a".into()], ..header };
+        let mut header = FrameHeader { causes: vec!["albedo".into(), "heater of a".into()], ..header };
+        let bands = [0.5, 2.0].map(|factor| frame.radiance.iter().map(|radiance| factor * radiance).collect());
+        frame.bands.images = bands.map(|radiance| BandImage { radiance, ..BandImage::default() }).to_vec();
+        let (temperature, error) = (frame.temperature.clone(), frame.error.clone());
+        frame.bands.ratio = Some(RatioImage { temperature, error });
+        header.bands = [("near", 3e-6), ("far", 8e-6)]
+            .map(|(name, lower)| (name.to_owned(), Band { lower, upper: 14e-6 }))
+            .to_vec();
         write_exr(&path, &frame, &header).unwrap();
         let (read, read_header) = read_exr(&path).unwrap();
         assert_eq!(read, frame);

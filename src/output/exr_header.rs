@@ -7,7 +7,7 @@ use ::exr::prelude::{AttributeValue, LayerAttributes};
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 
 use super::OutputError;
-use super::frame::FrameHeader;
+use super::frame::{FrameHeader, TEMPERATURE, TEMPERATURE_ERROR};
 use crate::lens::{Distortion, Lens};
 use crate::scene::{Camera, CameraFrame, Motion};
 use crate::simulation::image::Image;
@@ -21,6 +21,8 @@ const FROM_INERTIAL: &str = "isotherm_camera_from_inertial";
 /// Names of the parameters of the uncertainty.
 const CAUSES: &str = "isotherm_causes";
 const LAST_ROW: &str = "isotherm_camera_from_body_last_row";
+/// Names of the bands.
+const BANDS: &str = "isotherm_bands";
 /// Names of the models of distortion, as in a scene.
 const BROWN_CONRADY: &str = "brown_conrady";
 const FISHEYE: &str = "fisheye";
@@ -73,10 +75,26 @@ pub(super) fn header_attributes(frame: &Image, header: &FrameHeader) -> Vec<(Str
         let unit = |name: &&str| (format!("isotherm_units_{name}"), string("W m-2, gain of the surface"));
         all.extend(CHANNELS.iter().map(unit));
     }
+    for (name, band) in &header.bands {
+        let ends = [micrometres(band.lower), micrometres(band.upper)];
+        all.push((band_attribute(name), doubles("v2d", &ends)));
+        all.push((format!("isotherm_units_{name}.L"), string(RADIANCE_UNIT)));
+    }
+    if frame.bands.ratio.is_some() {
+        let units = "K, of a grey body of the ratio of two bands; 0 where the ratio tells none";
+        all.push((format!("isotherm_units_{TEMPERATURE}"), string(units)));
+        let units = "K, one standard deviation by the noise of both bands";
+        all.push((format!("isotherm_units_{TEMPERATURE_ERROR}"), string(units)));
+    }
     for (number, (_, pose)) in header.joints.iter().enumerate() {
         all.push((joint_attribute(number), matrix(pose)));
     }
     all
+}
+
+/// Name of the ends of a band.
+fn band_attribute(name: &str) -> String {
+    format!("isotherm_band_um_{name}")
 }
 
 /// Name of the pose of a joint.
@@ -125,6 +143,10 @@ fn camera_attributes(image: &Image, header: &FrameHeader) -> Vec<(&'static str, 
         (LAST_ROW, &header.last_row_from_body),
     ] {
         all.extend(pose.as_ref().map(|pose| (name, matrix(pose))));
+    }
+    if !header.bands.is_empty() {
+        let names = header.bands.iter().map(|(name, _)| text(name)).collect();
+        all.push((BANDS, AttributeValue::TextVector(names)));
     }
     if !header.joints.is_empty() {
         let names = header.joints.iter().map(|(name, _)| text(name)).collect();
@@ -296,6 +318,12 @@ impl Attributes<'_> {
         let joints = if self.has("isotherm_joints") { self.texts("isotherm_joints")? } else { Vec::new() };
         let pose = |(number, name)| Ok((name, self.matrix(&joint_attribute(number))?));
         let joints = joints.into_iter().enumerate().map(pose).collect::<Result<_, OutputError>>()?;
+        let bands = if self.has(BANDS) { self.texts(BANDS)? } else { Vec::new() };
+        let band = |name: String| {
+            let [lower, upper] = self.doubles(&band_attribute(&name))?.map(|micrometres: f64| micrometres / 1e6);
+            Ok((name, Band { lower, upper }))
+        };
+        let bands = bands.into_iter().map(band).collect::<Result<_, OutputError>>()?;
         let pose = |name: &str| self.has(name).then(|| self.matrix(name)).transpose();
         Ok(FrameHeader {
             scene: self.string("isotherm_scene")?,
@@ -303,6 +331,7 @@ impl Attributes<'_> {
             device: self.string("isotherm_device")?,
             version: self.string("isotherm_version")?,
             band: Band { lower, upper },
+            bands,
             step: self.integer("isotherm_step")?,
             image: self.optional_integer("isotherm_image")?,
             camera_from_orbit: pose(FROM_ORBIT)?,

@@ -7,6 +7,10 @@ use super::finite::finite;
 use crate::simulation::image::Image;
 use crate::thermal::planck::Band;
 
+/// Channels of a temperature from the ratio of two bands, and of its error.
+pub(super) const TEMPERATURE: &str = "T_ratio";
+pub(super) const TEMPERATURE_ERROR: &str = "T_ratio_error";
+
 /// Refuses an image whose radiance, temperature or depth is not finite. `shown` says what a pixel shows.
 ///
 /// # Errors
@@ -24,6 +28,11 @@ pub(crate) fn check_finite(image: &Image, step: u32, shown: impl Fn(usize) -> St
 /// Refuses lists that do not fill the image.
 pub(crate) fn check_size(image: &Image) -> Result<(), OutputError> {
     let optional = |list: &[f32]| if list.is_empty() { image.part.len() } else { list.len() };
+    let pixels = image.part.len();
+    let of_bands = image.bands.images.iter().map(|band| ("L of a band", band.radiance.len()));
+    let of_ratio = image.bands.ratio.iter().flat_map(|ratio| [&ratio.temperature, &ratio.error]);
+    let further: Vec<(&str, usize)> = of_bands.chain(of_ratio.map(|list| (TEMPERATURE, list.len()))).collect();
+    check_channels(image.size(), &further)?;
     check_channels(
         image.size(),
         &[
@@ -37,8 +46,8 @@ pub(crate) fn check_size(image: &Image) -> Result<(), OutputError> {
             ("T_error", optional(&image.error)),
             ("T_sigma", optional(&image.sigma.temperature)),
             ("L_sigma", optional(&image.sigma.radiance)),
-            ("cause", if image.sigma.cause.is_empty() { image.part.len() } else { image.sigma.cause.len() }),
-            ("Q_sun", if image.budget.is_empty() { image.part.len() } else { image.budget.len() }),
+            ("cause", if image.sigma.cause.is_empty() { pixels } else { image.sigma.cause.len() }),
+            ("Q_sun", if image.budget.is_empty() { pixels } else { image.budget.len() }),
         ],
     )
 }
@@ -65,6 +74,8 @@ pub struct FrameHeader {
     pub version: String,
     /// Spectral band.
     pub band: Band,
+    /// Name and ends of each `[[band]]`.
+    pub bands: Vec<(String, Band)>,
     /// Number of the step; 0 is the initial state. An image at its own time lies in the interval of this step.
     pub step: u32,
     /// Number of an image at its own time. `None` at the end of a step.

@@ -24,6 +24,7 @@ impl<'a> FrameMaker<'a> {
             device: device.to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             band: prepared.scene.band,
+            bands: prepared.scene.bands.iter().map(|band| (band.name.clone(), band.passband.band)).collect(),
             step: 0,
             image: None,
             camera_from_orbit: None,

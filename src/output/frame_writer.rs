@@ -9,7 +9,7 @@ use super::exr::encode;
 use super::folder::Folder;
 use super::frame::FrameHeader;
 use super::run_pictures::{WrittenFrame, frame_file, frame_stem};
-use super::sensor_files::SensorFiles;
+use super::sensor_files::{SensorFiles, sensed_scenes};
 use crate::scene::{ImageFile, Scene};
 use crate::simulation::image::Image;
 use crate::trace::span;
@@ -31,8 +31,9 @@ pub(super) fn write_frames(
     waiting: Receiver<WriterWork>,
     written: &Mutex<Vec<WrittenFrame>>,
 ) -> Result<(), OutputError> {
-    let of_sensor = SensorFiles::new(scene);
-    let apparent = scene.images.files.contains(&ImageFile::ApparentPng).then(|| Apparent::new(scene.band));
+    let sensed = sensed_scenes(scene);
+    let of_sensors = SensorFiles::all(&sensed);
+    let apparent = scene.images.files.contains(&ImageFile::ApparentPng).then(|| Apparent::new(scene.passband()));
     for work in waiting {
         let (image, header) = match work {
             WriterWork::Frame(frame) => *frame,
@@ -43,7 +44,7 @@ pub(super) fn write_frames(
             }
         };
         let _writes = span("encoding and writing an image");
-        let mut frame = write_frame(folder, of_sensor.as_ref(), &image, &header)?;
+        let mut frame = write_frame(folder, &of_sensors, &image, &header)?;
         frame.apparent = apparent.as_ref().and_then(|apparent| apparent.range(&image));
         lock(written).push(frame);
     }
@@ -56,13 +57,13 @@ pub(super) fn write_frames(
 /// A file that can not be written.
 pub(super) fn write_frame(
     folder: &Folder,
-    of_sensor: Option<&SensorFiles<'_>>,
+    of_sensors: &[SensorFiles<'_>],
     image: &Image,
     header: &FrameHeader,
 ) -> Result<WrittenFrame, OutputError> {
     let FrameHeader { step, image: number, .. } = *header;
     folder.write_bytes(&frame_file(step, number, "exr"), &encode(image, header)?)?;
-    if let Some(of_sensor) = of_sensor {
+    for of_sensor in of_sensors {
         of_sensor.write(folder, &frame_stem(step, number), image, step)?;
     }
     Ok(WrittenFrame { step, image: number, range: image.range(), apparent: None })

@@ -7,7 +7,7 @@ use super::frame_maker::FrameMaker;
 use super::frame_writer::write_frame;
 use super::image_index::{IMAGES, write_index};
 use super::job_terms::JobError;
-use super::sensor_files::SensorFiles;
+use super::sensor_files::{SensorFiles, sensed_scenes};
 use crate::simulation::engine::{Engine, EngineError};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::uncertainty::{Uncertainty, UncertaintyState};
@@ -31,14 +31,15 @@ pub(crate) fn write_pose_images(
     let Some(camera) = &prepared.scene.camera else { return Ok(true) };
     let maker = FrameMaker::new(prepared, &engine.device_name());
     let mut written = Vec::new();
-    let of_sensor = SensorFiles::new(&prepared.scene);
+    let sensed = sensed_scenes(&prepared.scene);
+    let of_sensors = SensorFiles::all(&sensed);
     let mut uncertainty = Uncertainty::asked(prepared, errors).map_err(EngineError::from)?;
     let mut take = |mut result: StepResult| {
         if let Some(uncertainty) = &mut uncertainty {
             uncertainty.follow(&mut result);
         }
         if let Some((image, header)) = maker.frame(result)? {
-            written.push(write_frame(folder, of_sensor.as_ref(), &image, &header)?);
+            written.push(write_frame(folder, &of_sensors, &image, &header)?);
             drawn();
         }
         Ok::<_, JobError>(())

@@ -71,7 +71,7 @@ pub(super) fn draw_pictures(
         Some(range) => ColourScale::new(range),
         None => ColourScale::covering(written.iter().filter_map(|frame| frame.range)),
     };
-    let apparent = scene.images.files.contains(&ImageFile::ApparentPng).then(|| Apparent::new(scene.band));
+    let apparent = scene.images.files.contains(&ImageFile::ApparentPng).then(|| Apparent::new(scene.passband()));
     let apparent_scale = match scene.colour_range {
         Some(range) => ColourScale::new(range),
         None => ColourScale::covering(written.iter().filter_map(|frame| frame.apparent)),

@@ -30,7 +30,16 @@ fn flags() -> Json {
     json!({"0": "a temperature", "below the range": LOW, "beyond the range": HIGH, "bad pixel": BAD})
 }
 
+/// The scene of each band that has a sensor, with the place of the band. A scene without `[[band]]` is its own.
+pub(crate) fn sensed_scenes(scene: &Scene) -> Vec<(usize, Cow<'_, Scene>)> {
+    let further = (1..scene.bands.len()).map(|band| (band, Cow::Owned(scene.in_band(band))));
+    let all = [(0, Cow::Borrowed(scene))].into_iter().chain(further);
+    all.filter(|(_, scene)| scene.sensor.is_some()).collect()
+}
+
 pub(crate) struct SensorFiles<'a> {
+    /// Place of the band among all.
+    band: usize,
     scene: &'a Scene,
     sensor: &'a Sensor,
     camera: &'a Camera,
@@ -40,10 +49,23 @@ pub(crate) struct SensorFiles<'a> {
 }
 
 impl<'a> SensorFiles<'a> {
+    /// The files of all sensors.
+    pub(crate) fn all(scenes: &'a [(usize, Cow<'a, Scene>)]) -> Vec<Self> {
+        scenes.iter().filter_map(|(band, scene)| Some(Self { band: *band, ..Self::new(scene)? })).collect()
+    }
+
+    /// The name of a file of the band. Files of the first band do not have its name.
+    pub(crate) fn stem(&self, stem: &str) -> String {
+        match self.band {
+            0 => stem.to_owned(),
+            _ => format!("{stem}_{}", self.scene.bands[0].name),
+        }
+    }
+
     /// The files of a scene. `None` without a sensor.
-    pub(crate) fn new(scene: &'a Scene) -> Option<Self> {
+    fn new(scene: &'a Scene) -> Option<Self> {
         let (sensor, camera) = scene.sensor.as_ref().zip(scene.camera.as_ref())?;
-        let constants = SensorConstants::new(sensor, &RadianceTable::new(scene.band));
+        let constants = SensorConstants::new(sensor, &RadianceTable::new(scene.passband()));
         let mut bad = [Vec::new(), Vec::new()];
         if sensor.detector.bad_pixels > 0.0 {
             let groups = camera.width.div_ceil(4);
@@ -55,7 +77,7 @@ impl<'a> SensorFiles<'a> {
                 }
             }
         }
-        Some(Self { scene, sensor, camera, constants, bad })
+        Some(Self { band: 0, scene, sensor, camera, constants, bad })
     }
 
     /// Ends of the names and contents of the files of an image. The name of an image's JSON ends with `.json`, other names end with `_dn.png` and so
@@ -65,9 +87,12 @@ impl<'a> SensorFiles<'a> {
     /// An image that can not be encoded.
     pub(crate) fn of(&self, stem: &str, image: &Image, step: u32) -> Result<Vec<(String, Vec<u8>)>, OutputError> {
         let size = image.size();
-        let Some(numbers) = &image.digital_numbers else { return Ok(Vec::new()) };
+        let further = image.bands.images.get(self.band).filter(|_| self.band > 0);
+        let (numbers, counts) =
+            further.map_or((&image.digital_numbers, &image.counts), |band| (&band.digital_numbers, &band.counts));
+        let Some(numbers) = numbers else { return Ok(Vec::new()) };
         let no_counts = || vec![0; numbers.len()];
-        let counts = image.counts.as_ref().map_or_else(|| Cow::Owned(no_counts()), Cow::Borrowed);
+        let counts = counts.as_ref().map_or_else(|| Cow::Owned(no_counts()), Cow::Borrowed);
         let most = self.constants.most as u16;
         let of_numbers = self.scale_of_numbers();
         let of_counts = json!({"kelvin": "scale x value", "scale": self.sensor.kelvin_per_count.unwrap_or(0.0), "offset": 0.0, "none": 0});
@@ -82,6 +107,7 @@ impl<'a> SensorFiles<'a> {
                 ImageFile::NumbersPng => png_16(size, numbers, &text(&of_numbers))?,
                 ImageFile::NumbersTiff => tiff_16(size, numbers, &of_numbers.to_string()),
                 ImageFile::NumbersFits => self.fits(image, step, numbers),
+                ImageFile::KelvinPng | ImageFile::KelvinTiff if self.sensor.kelvin_per_count.is_none() => continue,
                 ImageFile::KelvinPng => png_16(size, &counts, &text(&of_counts))?,
                 ImageFile::KelvinTiff => tiff_16(size, &counts, &of_counts.to_string()),
                 ImageFile::MaskPng => png_8(size, &self.flags(size, numbers), &text(&flags()))?,
@@ -102,6 +128,7 @@ impl<'a> SensorFiles<'a> {
     /// # Errors
     /// An image that can not be encoded, or a full disk.
     pub(super) fn write(&self, folder: &Folder, stem: &str, image: &Image, step: u32) -> Result<(), OutputError> {
+        let stem = &self.stem(stem);
         for (ending, bytes) in self.of(stem, image, step)? {
             folder.write_bytes(&format!("frames/{stem}{ending}"), &bytes)?;
         }

@@ -153,6 +153,7 @@ fn group_camera(camera: &Camera, scene: &Scene) -> SettingGroup {
         ("position", format!("{} m", camera.position)),
         ("band", scene.band.to_string()),
     ]);
+    entries.extend(scene.bands.iter().map(|band| ("[[band]]", format!("{}, {}", band.name, band.passband.band))));
     group("Camera", entries)
 }
 

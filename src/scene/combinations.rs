@@ -83,8 +83,9 @@ pub(super) fn with_samples(
     }
     if channels {
         let message = "cannot be combined with output.channels: a point spread needs several samples of a pixel";
-        let section = root.required_table("sensor", keys::SENSOR)?;
-        return Err(section.clash("point_spread", &["output.channels"], message));
+        let section = root.table("sensor", keys::SENSOR)?;
+        let (section, key) = section.as_ref().map_or((root, "band"), |section| (section, "point_spread"));
+        return Err(section.clash(key, &["output.channels"], message));
     }
     let samples = (FINENESS * FINENESS) as u32;
     if camera.as_ref().is_some_and(|camera| camera.samples != samples) {

@@ -17,6 +17,7 @@ pub(crate) const ROOT: &[&str] = &[
     "radiance",
     "camera",
     "sensor",
+    "band",
     "initial",
     "temperatures",
     "probe",
@@ -143,6 +144,7 @@ pub(super) const RADIANCE: &[&str] = &[
     "planet_map",
     "planet_day_night",
     "planet_albedo",
+    "planet_albedo_map",
 ];
 pub(super) const PLANET_MAP: &[&str] = &["file", "scale", "offset", "pole", "longitude_deg", "period"];
 pub(super) const PLANET_DAY_NIGHT: &[&str] = &["day", "night", "law"];
@@ -192,11 +194,15 @@ pub(super) const SENSOR: &[&str] = &[
     "bad_pixels",
     "bits",
     "range",
+    "radiance_noise",
+    "radiance_range",
     "kelvin_per_count",
     "gain_control",
     "percentiles",
     "plateau",
 ];
+pub(super) const BAND: &[&str] =
+    &["name", "band_um", "response", "preset", "width_um", "planet_albedo", "noise", "sensor"];
 pub(super) const INITIAL: &[&str] = &["temperature"];
 pub(super) const TEMPERATURES: &[&str] = &["file", "by", "map", "distance", "unmapped", "start", "unit", "array"];
 pub(super) const PROBE: &[&str] = &["name", "position", "part"];
@@ -206,7 +212,7 @@ pub(super) const CONTACT: &[&str] =
     &["between", "between_materials", "distance", "conductance", "conductance_per_area"];
 pub(super) const HEATER: &[&str] = &["part", "power", "probe", "on_below", "off_above", "initially_on"];
 pub(super) const OUTPUT: &[&str] =
-    &["colour_range", "energy_balance", "error", "budget", "channels", "files", "video", "video_rate"];
+    &["colour_range", "energy_balance", "error", "budget", "channels", "files", "video", "video_rate", "ratio"];
 
 pub(super) const UNCERTAINTY: &[&str] = &["parameter"];
 
@@ -226,6 +232,7 @@ pub(crate) const SECTIONS: &[(&str, &[&str])] = &[
     ("[radiance]", RADIANCE),
     ("[camera]", CAMERA),
     ("[sensor]", SENSOR),
+    ("[[band]]", BAND),
     ("[initial]", INITIAL),
     ("[[probe]]", PROBE),
     ("[network]", NETWORK),

@@ -12,13 +12,14 @@ use super::quantity::Quantity;
 use super::radiance::{Background, SUNNY};
 use super::section::Section;
 use super::{
-    Camera, Draw, Initial, MaterialRules, Parameter, Preset, Reflections, Scene, ShadowSettings, SkyScene, Surrounded,
-    Time, camera, combinations, density, exchange, joint, keys, material, mesh_network, output, parameters, preset,
-    radiance, sensor, shadows, temperatures, view, work,
+    Camera, Draw, Initial, MaterialRules, Parameter, Preset, Reflections, Scene, SceneBand, ShadowSettings, SkyScene,
+    Surrounded, Time, band, camera, combinations, density, exchange, joint, keys, material, mesh_network, output,
+    parameters, preset, radiance, sensor, shadows, temperatures, view, work,
 };
 use crate::environment::Environment;
 use crate::environment::trajectory::Trajectory;
 use crate::files::Reach;
+use crate::thermal::passband::Passband;
 use crate::thermal::planck::Band;
 use crate::thermal::sensor::Sensor;
 
@@ -74,16 +75,17 @@ impl Scene {
         let mut sky_files = files[2..].to_vec();
         let time = sky.time.clone();
         let shadows = read_shadows(&root, &sky.environment, &mut assumptions)?;
-        let section = root.table("exchange", keys::EXCHANGE)?;
-        let exchange = exchange::read(section.as_ref(), shadows.is_some(), &mut assumptions)?;
+        let exchange =
+            exchange::read(root.table("exchange", keys::EXCHANGE)?.as_ref(), shadows.is_some(), &mut assumptions)?;
         let joints = joint::read(&root.tables("joint", keys::JOINT)?, &mut files, &mut assumptions)?;
         let temperatures = temperatures::read(root.table("temperatures", keys::TEMPERATURES)?.as_ref(), &mut files)?;
         let materials = read_materials(&root, (path, reach, faults), time.step, &mut files, &mut assumptions)?;
         let preset = root.table("camera", keys::CAMERA)?.as_ref().map(preset::read).transpose()?.flatten();
         let section = root.table("radiance", keys::RADIANCE)?;
         let output = root.table("output", keys::OUTPUT)?;
-        let band = radiance::band(section.as_ref(), preset, &mut assumptions)?;
-        let light = (&sky.environment, &sky.orbit, band, shadows.is_some());
+        let bands = band::read(&root, section.as_ref(), &mut files)?;
+        let band = radiance::band(section.as_ref(), band::first(&bands), preset, &mut assumptions)?;
+        let light = (&sky.environment, &sky.orbit, Some(band).filter(|_| bands.is_empty()), shadows.is_some());
         let mut surrounded = radiance::surrounded(section.as_ref(), light, (&mut files, &mut assumptions))?;
         surrounded.channels = view::channels(output.as_ref(), surrounded.reflections != Reflections::Off)?;
         let before = files.len();
@@ -91,14 +93,13 @@ impl Scene {
         sky_files.extend_from_slice(&files[before..]);
         let sections = [section.as_ref(), output.as_ref()];
         camera.iter().try_for_each(|camera| check_camera(&root, camera, &time, &surrounded, sections))?;
-        let sensor = optional_sensor(&root, camera.as_ref(), preset, band, &mut files, &mut assumptions)?;
-        let camera = with_samples(camera, sensor.as_ref(), surrounded.channels, (&root, &mut assumptions))?;
-        let told = preset.filter(|_| camera.is_some());
-        assumptions.extend(told.map(|one| format!("Figures of {} (camera.preset): {}.", one.name, one.source)));
+        let context = (&sky.environment, &surrounded, preset);
+        let SensedCamera { camera, sensor, bands } =
+            read_sensed(&root, camera, (bands, band), context, (&mut files, &mut assumptions))?;
         work::check_images(&root.required_table("time", keys::TIME)?, &time, camera.as_ref())?;
         let initial = view::initial(root.table("initial", keys::INITIAL)?.as_ref(), &mut assumptions)?;
         let probes = view::probes(&root.tables("probe", keys::PROBE)?)?;
-        let images = output::read(output.as_ref(), sensor.as_ref(), temperatures.is_some())?;
+        let images = output::read(output.as_ref(), any_sensor(sensor.as_ref(), &bands), temperatures.is_some())?;
         combinations::check_tumble(&root, &sky.attitude, &images, &surrounded)?;
         let network = mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref(), &mut assumptions)?;
         let contacts = mesh_network::contacts(&root.tables("contact", keys::CONTACT)?, &mut assumptions)?;
@@ -122,6 +123,8 @@ impl Scene {
             sensor,
             images,
             band,
+            ratio: band::ratio(output.as_ref(), &bands, &root)?,
+            bands,
             surrounded,
             initial,
             temperatures,
@@ -150,8 +153,16 @@ impl Scene {
                     .to_owned(),
             );
         }
-        if self.sensor.is_some() {
+        if self.sensor.is_some() || self.bands.iter().any(|band| band.sensor.is_some()) {
             self.show_planet();
+        }
+        self.light_bands();
+    }
+
+    /// Gives the first band its own daylight of the planet.
+    fn light_bands(&mut self) {
+        if let Some(first) = self.bands.first() {
+            self.surrounded.planet_albedo = self.albedo_in(first);
         }
     }
 
@@ -190,13 +201,15 @@ impl Scene {
         } else {
             surrounded.background = Background::Planet;
             let is_sunny = self.environment.solar_constant.is_some() && self.band.lower < SUNNY;
-            if is_sunny && surrounded.reflections == Reflections::Off {
+            let uniform = surrounded.albedo_map.is_none();
+            if is_sunny && uniform && surrounded.reflections == Reflections::Off {
                 surrounded.planet_albedo = self.environment.albedo.unwrap_or(0.0);
             }
             format!(
                 "The planet stands behind the craft, at {kelvin:.2} K (radiance.background is absent; \"off\" leaves it out)."
             )
         };
+        self.light_bands();
         if !self.assumptions.contains(&told) {
             self.assumptions.push(told);
         }
@@ -246,7 +259,7 @@ fn optional_sensor(
     root: &Section,
     camera: Option<&Camera>,
     preset: Option<&'static Preset>,
-    band: Band,
+    passband: Passband,
     files: &mut Vec<PathBuf>,
     assumptions: &mut Vec<String>,
 ) -> Result<Option<Sensor>, SceneError> {
@@ -254,9 +267,46 @@ fn optional_sensor(
     let Some(camera) = camera else {
         return Err(root.clash("sensor", &["camera.*"], "needs a section [camera], which is missing"));
     };
+    let pitch = pitch(root, preset)?;
+    sensor::read(&section, &sensor::SensorContext { camera, preset, pitch, passband }, files, assumptions).map(Some)
+}
+
+/// Distance between the centres of pixels [m], where it is known.
+fn pitch(root: &Section, preset: Option<&Preset>) -> Result<Option<f64>, SceneError> {
     let pitch = root.table("camera", keys::CAMERA)?.map(|camera| camera.number("pixel_pitch", Quantity::positive("m")));
-    let pitch = pitch.transpose()?.flatten().or(preset.and_then(|preset| preset.pitch));
-    sensor::read(&section, &sensor::SensorContext { camera, preset, pitch, band }, files, assumptions).map(Some)
+    Ok(pitch.transpose()?.flatten().or(preset.and_then(|preset| preset.pitch)))
+}
+
+/// The camera with the samples that its sensors read, and the sensors: `[sensor]`, and one for each band that states one.
+struct SensedCamera {
+    camera: Option<Camera>,
+    sensor: Option<Sensor>,
+    bands: Vec<SceneBand>,
+}
+
+/// A sensor of a scene that has one.
+fn any_sensor<'a>(first: Option<&'a Sensor>, bands: &'a [SceneBand]) -> Option<&'a Sensor> {
+    first.or(bands.iter().find_map(|band| band.sensor.as_ref()))
+}
+
+fn read_sensed(
+    root: &Section,
+    camera: Option<Camera>,
+    (bands, band): (band::ReadBands, Band),
+    (environment, surrounded, preset): (&Environment, &Surrounded, Option<&'static Preset>),
+    (files, assumptions): (&mut Vec<PathBuf>, &mut Vec<String>),
+) -> Result<SensedCamera, SceneError> {
+    let passband = bands.first().map_or_else(|| band.into(), |(first, _)| first.passband.clone());
+    let sensor = optional_sensor(root, camera.as_ref(), preset, passband, files, assumptions)?;
+    let pitch = pitch(root, preset)?;
+    let context = band::BandContext { root, camera: camera.as_ref(), preset, pitch, environment, surrounded };
+    let bands = band::sensors(bands, sensor.as_ref(), &context, (files, assumptions))?;
+    let sensor = sensor.or(bands.first().and_then(|first| first.sensor.clone()));
+    let mut sensors = sensor.iter().chain(bands.iter().filter_map(|band| band.sensor.as_ref()));
+    let spread = sensors.find(|sensor| sensor.spread.is_some());
+    let camera = with_samples(camera, spread, surrounded.channels, (root, assumptions))?;
+    assumptions.extend(preset.filter(|_| camera.is_some()).map(preset::told));
+    Ok(SensedCamera { camera, sensor, bands })
 }
 
 /// SHA-256 (hexadecimal) of the contents of [`Scene::files`], in order. Each content follows its length, so that no

@@ -312,7 +312,11 @@ impl MaterialRules {
                 let whole = &model.materials[*material as usize];
                 let parts =
                     self.rules[number].parts.iter().flatten().map(String::as_str).collect::<Vec<_>>().join(", ");
-                let split = ModelMaterial { name: format!("{} of {parts}", whole.name), extras: whole.extras.clone() };
+                let split = ModelMaterial {
+                    name: format!("{} of {parts}", whole.name),
+                    extras: whole.extras.clone(),
+                    colour: whole.colour,
+                };
                 model.materials.push(split);
                 model.materials.len() as u32 - 1
             };

@@ -15,6 +15,7 @@ use crate::thermal::planck::Band;
 use crate::thermal::sensor::Sensor;
 
 mod attitude;
+mod band;
 mod camera;
 mod choice;
 mod combinations;
@@ -45,6 +46,7 @@ pub(crate) mod preset;
 mod profile;
 mod quantity;
 mod radiance;
+mod scene_band;
 pub(crate) mod section;
 mod sensor;
 mod sensor_tables;
@@ -65,8 +67,7 @@ mod view;
 pub(crate) mod work;
 
 pub(crate) use camera::{Poses, read_poses};
-pub use density::Density;
-pub use density::Edges;
+pub use density::{Density, Edges};
 pub use error::SceneError;
 pub(crate) use fit_input::{FitInput, HoldOut, ImageRule, Loss, SensorPlace, SensorRule};
 pub(crate) use joint::{JointMotion, JointRule};
@@ -78,16 +79,12 @@ pub(crate) use mesh_network::{
     CONTACT_DISTANCE, ContactRule, MeshHeater, NEIGHBOUR_CONDUCTANCE, NeighbourContacts, NetworkSettings, OwnerPatterns,
 };
 pub use motion::Motion;
-pub use output::ImageFile;
-pub use output::ImageFiles;
-pub use output::Video;
+pub use output::{ImageFile, ImageFiles, Video};
 pub(crate) use parameters::{Parameter, ParameterKind, ParameterPrior, ParameterRange, read_parameters};
 pub(crate) use preset::Preset;
-pub use radiance::Background;
-pub use radiance::Bounces;
-pub use radiance::Reflections;
-pub use radiance::Surrounded;
+pub use radiance::{Background, Bounces, Reflections, Surrounded};
 pub(crate) use radiance::{MOST_BOUNCES, SUNNY};
+pub use scene_band::{BandRatio, SceneBand};
 pub use shadows::ShadowSettings;
 pub use sky_scene::SkyScene;
 pub(crate) use table::read_material_records;
@@ -136,6 +133,10 @@ pub struct Scene {
     pub sensor: Option<Sensor>,
     /// Spectral band of the images.
     pub band: Band,
+    /// The bands of the scene's `[[band]]`, of which the first is `band`. Empty without one.
+    pub bands: Vec<SceneBand>,
+    /// The temperature from the ratio of two bands, where the scene asks for it.
+    pub ratio: Option<BandRatio>,
     /// Light that arrives at the camera besides the emission of surfaces.
     pub surrounded: Surrounded,
     /// Temperatures at the start.

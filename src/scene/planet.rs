@@ -23,6 +23,17 @@ use crate::thermal::planet_map::{DayLaw, Equirectangular, MapAxes, PlanetPattern
 const MOST_CELLS: usize = 1 << 24;
 /// Hottest cell [K].
 const HOTTEST: f32 = 6000.0;
+
+/// The values of a map, in words, and the largest of them.
+struct MapKind {
+    values: &'static str,
+    most: f32,
+    unit: &'static str,
+}
+
+const KELVIN: MapKind = MapKind { values: "temperatures in K", most: HOTTEST, unit: " K" };
+const ALBEDO: MapKind = MapKind { values: "albedos", most: 1.0, unit: "" };
+
 /// Sidereal day of the Earth [s] (IERS Conventions 2010).
 const SIDEREAL_DAY: f64 = 86_164.098_9;
 
@@ -51,7 +62,31 @@ pub(super) fn read_pattern(
         return Ok(Some(PlanetPattern::day_night(day, night, law)));
     }
     let Some(section) = section.table("planet_map", keys::PLANET_MAP)? else { return Ok(None) };
-    let path = section.required("file", section.path("file")?, "a PNG or EXR file of temperatures")?;
+    read_map(&section, orbit, &KELVIN, files, assumptions).map(Some)
+}
+
+/// Reads the albedos of a planet. The map's file joins `files`.
+pub(super) fn read_albedos(
+    section: &Section,
+    orbit: &Orbit,
+    files: &mut Vec<PathBuf>,
+    assumptions: &mut Vec<String>,
+) -> Result<Option<PlanetPattern>, SceneError> {
+    for key in ["planet_albedo", "planet_map", "planet_day_night"] {
+        section.exclusive("planet_albedo_map", key)?;
+    }
+    let Some(section) = section.table("planet_albedo_map", keys::PLANET_MAP)? else { return Ok(None) };
+    read_map(&section, orbit, &ALBEDO, files, assumptions).map(Some)
+}
+
+fn read_map(
+    section: &Section,
+    orbit: &Orbit,
+    kind: &MapKind,
+    files: &mut Vec<PathBuf>,
+    assumptions: &mut Vec<String>,
+) -> Result<PlanetPattern, SceneError> {
+    let path = section.required("file", section.path("file")?, &format!("a PNG or EXR file of {}", kind.values))?;
     let mut stated = [None; 2];
     for (stated, key) in stated.iter_mut().zip(["scale", "offset"]) {
         *stated = section.number(key, Quantity::within(-1e6, 1e6, ""))?;
@@ -62,17 +97,19 @@ pub(super) fn read_pattern(
         (true, [Some(scale), Some(offset)]) => Some([scale, offset]),
         (true, [scale, _]) => {
             let key = if scale.is_none() { "scale" } else { "offset" };
-            return Err(section.error(key, "is missing: a PNG has temperatures offset + scale x value [K]"));
+            let message = format!("is missing: a PNG has {} offset + scale x value", kind.values);
+            return Err(section.error(key, message));
         }
         (false, [None, None]) => None,
         (false, [scale, _]) => {
             let key = if scale.is_some() { "scale" } else { "offset" };
-            return Err(section.error(key, "belongs to a PNG: an EXR has temperatures in K"));
+            return Err(section.error(key, format!("belongs to a PNG: an EXR has {}", kind.values)));
         }
     };
-    let temperatures = map_of(&bytes, scaled).map_err(|message| section.error("file", in_file(&path, &message)))?;
+    let map = decoded(&bytes, scaled).and_then(|map| checked(map, kind));
+    let temperatures = map.map_err(|message| section.error("file", in_file(&path, &message)))?;
     files.push(path);
-    Ok(Some(PlanetPattern { temperatures, axes: axes(&section, orbit, assumptions)? }))
+    Ok(PlanetPattern { temperatures, axes: axes(section, orbit, assumptions)? })
 }
 
 fn is_png(bytes: &[u8]) -> bool {
@@ -81,11 +118,14 @@ fn is_png(bytes: &[u8]) -> bool {
 
 /// The temperatures of a file. Scale and offset belong to a PNG.
 pub(super) fn map_of(bytes: &[u8], scaled: Option<[f64; 2]>) -> Result<Equirectangular, String> {
+    decoded(bytes, scaled).and_then(|map| checked(map, &KELVIN))
+}
+
+fn decoded(bytes: &[u8], scaled: Option<[f64; 2]>) -> Result<Equirectangular, String> {
     match scaled.filter(|_| is_png(bytes)) {
         Some(scaled) => from_png(bytes, scaled),
         None => from_exr(bytes),
     }
-    .and_then(checked)
 }
 
 fn in_file(path: &Path, message: &str) -> String {
@@ -107,7 +147,7 @@ fn axes(section: &Section, orbit: &Orbit, assumptions: &mut Vec<String>) -> Resu
     let period = section.number("period", Quantity::positive("s"))?;
     if longitude.is_none() || !section.has("pole") {
         let sentence = "The planet's map has its pole along the orbit normal, or longitude 0 at orbit noon at time 0 \
-                        (radiance.planet_map.pole or longitude_deg is absent).";
+                        (pole or longitude_deg of the map is absent).";
         assumptions.push(sentence.to_owned());
     }
     let longitude = longitude.unwrap_or(0.0).to_radians();
@@ -173,10 +213,11 @@ fn check_size(columns: usize, rows: usize, bytes: &[u8]) -> Result<(), String> {
     Expansion::of_image(bytes.len()).charge(cells, 2 * size_of::<f32>()).map_err(|fault| fault.to_string())
 }
 
-fn checked(map: Equirectangular) -> Result<Equirectangular, String> {
-    match map.cells().iter().position(|value| !(0.0..=HOTTEST).contains(value)) {
+fn checked(map: Equirectangular, kind: &MapKind) -> Result<Equirectangular, String> {
+    let MapKind { most, unit, .. } = kind;
+    match map.cells().iter().position(|value| !(0.0..=*most).contains(value)) {
         Some(cell) => Err(format!(
-            "row {}, column {}: must be in [0, {HOTTEST}] K, found {}",
+            "row {}, column {}: must be in [0, {most}]{unit}, found {}",
             cell / map.columns + 1,
             cell % map.columns + 1,
             map.cells()[cell]

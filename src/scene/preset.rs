@@ -28,6 +28,8 @@ pub struct Preset {
     /// Range of temperatures [K].
     pub(crate) range: Option<[f64; 2]>,
     pub(crate) source: &'static str,
+    /// Where its figures hold, and where sources differ. Empty where no source says.
+    pub(crate) holds: &'static str,
 }
 
 const UNKNOWN: Preset = Preset {
@@ -43,6 +45,7 @@ const UNKNOWN: Preset = Preset {
     bits: None,
     range: None,
     source: "",
+    holds: "",
 };
 
 /// All cameras. `REFERENCES.md`, section 7, has the figures; the figures of Boson+ and Tau 2 stand in their data sheets.
@@ -55,6 +58,7 @@ pub const PRESETS: [Preset; 6] = [
         band_um: Some([8.0, 14.0]),
         range: Some([150.0, 450.0]),
         source: "size, field of view, band, calibrated range: JpGU 2022 PPS03-P08; NETD, time constant, bits: unknown",
+        holds: "the range is the one in which it is to be calibrated",
         ..UNKNOWN
     },
     Preset {
@@ -68,6 +72,7 @@ pub const PRESETS: [Preset; 6] = [
         range: Some([150.0, 460.0]),
         source: "size, field of view, band, NETD (at most 0.4 K), range: DARTS archive and Space Sci. Rev. 208:255; time constant, bits, \
                  f-number of the NETD: unknown",
+        holds: "the NETD is that of scenes of 230 to 420 K; JpGU 2018 states 16 x 12 deg and 0.88 mrad a pixel, and the kernel hyb2_tir_v04.ti (2024) revises the optics",
         ..UNKNOWN
     },
     Preset {
@@ -82,6 +87,7 @@ pub const PRESETS: [Preset; 6] = [
         bits: Some(14),
         source: "size, pitch, NETD (below 40 mK at f/1.0), time constant (8 to 12 ms), bits: data sheet 102-2013-40; field of view: of the lens; \
                  band, range: unknown",
+        holds: "the NETD is that of the best grade",
         ..UNKNOWN
     },
     Preset {
@@ -103,7 +109,8 @@ pub const PRESETS: [Preset; 6] = [
         netd_f_number: Some(1.0),
         bits: Some(14),
         source: "size, bits: product specification 102-PS242-40; NETD (below 50 mK at f/1.0 near 300 K, stated for Tau 320), band: flir.com, \
-                 'What is the sensitivity of Tau cameras'; field of view: of the lens; pitch, time constant, range: unknown",
+                 'What is the sensitivity of Tau cameras'; field of view: of the lens; pitch, time constant, range of the gain in use: unknown",
+        holds: "it sees -25 to 135 deg C (248 to 408 K) in one gain, and -40 to 550 deg C (233 to 823 K) in the other",
         ..UNKNOWN
     },
     Preset {
@@ -115,6 +122,26 @@ pub const PRESETS: [Preset; 6] = [
         ..UNKNOWN
     },
 ];
+
+/// The figures of a camera in words: their sources, and where they hold.
+pub(super) fn told(one: &Preset) -> String {
+    let holds = if one.holds.is_empty() { String::new() } else { format!(" Where they hold: {}.", one.holds) };
+    format!("Figures of {} (camera.preset): {}.{holds}", one.name, one.source)
+}
+
+/// Filters of a camera, each a band.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct BandPreset {
+    /// Word in a scene file, and start of the names of the bands.
+    pub(super) key: &'static str,
+    pub(super) name: &'static str,
+    /// Middle of each filter [um].
+    pub(super) centres_um: &'static [f64],
+}
+
+/// The filters of all cameras. JpGU 2022 PPS03-P08 states the middles of TIRI's filters and not their widths.
+pub(super) const BAND_PRESETS: [BandPreset; 1] =
+    [BandPreset { key: "tiri", name: "Hera TIRI", centres_um: &[7.8, 8.6, 9.6, 10.6, 11.6, 13.1] }];
 
 pub(super) fn read(camera: &Section) -> Result<Option<&'static Preset>, SceneError> {
     let choices: Vec<(&str, &'static Preset)> = PRESETS.iter().map(|preset| (preset.key, preset)).collect();
@@ -128,6 +155,11 @@ mod tests {
     #[test]
     fn every_preset_says_where_it_is_from_and_what_is_unknown() {
         for preset in PRESETS {
+            assert!(
+                preset.netd.is_none() || !preset.holds.is_empty(),
+                "{}: for which scenes is its NETD?",
+                preset.name
+            );
             let (_, unknown) = preset.source.rsplit_once(';').expect("a list of what is unknown");
             assert!(unknown.ends_with(": unknown"), "{}", preset.name);
             for (word, is_unknown) in [

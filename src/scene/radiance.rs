@@ -72,6 +72,8 @@ pub struct Surrounded {
     pub is_unstated: bool,
     /// Share of the sunlight in the band that the day side of the planet reflects. 0 where no pixel shows it.
     pub planet_albedo: f64,
+    /// Shares of sunlight that places of the planet reflect, in bands with sunlight.
+    pub albedo_map: Option<Arc<PlanetPattern>>,
     /// Whether the frames show the emitted and the reflected radiance apart.
     pub channels: bool,
 }
@@ -81,12 +83,16 @@ const REFLECTIONS: [(&str, Reflections); 3] =
 const BACKGROUNDS: [(&str, Background); 3] =
     [("off", Background::Off), ("space", Background::Space), ("planet", Background::Planet)];
 
-/// Reads `[radiance]`. The default is the band of the preset, or 8 to 14 um.
+/// Reads `[radiance]`. The first `[[band]]` comes before it. The default is the band of the preset, or 8 to 14 um.
 pub(super) fn band(
     section: Option<&Section>,
+    first: Option<Band>,
     preset: Option<&Preset>,
     assumptions: &mut Vec<String>,
 ) -> Result<Band, SceneError> {
+    if let Some(first) = first {
+        return Ok(first);
+    }
     let stated = match section {
         Some(section) => {
             section.numbers::<2>("band_um", Quantity::within(0.2, 50.0, "um"))?.map(|band| (section, band))
@@ -130,7 +136,7 @@ fn planet_albedo(
             "does not go with planet_map: sunlight would turn with the map",
         ));
     }
-    let default = if is_sunny && is_shown && stated.is_none() {
+    let default = if is_sunny && is_shown && stated.is_none() && !section.has("planet_albedo_map") {
         let albedo = environment.albedo.filter(|_| !turns).unwrap_or(0.0);
         assumptions.push(format!(
             "The day side of the planet reflects {albedo} of the sunlight in the band (radiance.planet_albedo is absent)."
@@ -163,12 +169,13 @@ fn bounces(section: &Section, reflections: Reflections) -> Result<Bounces, Scene
 /// Reads the rest of `[radiance]`. By default the craft reflects nothing, and the background has a radiance of 0.
 pub(super) fn surrounded(
     section: Option<&Section>,
-    (environment, orbit, band, has_shadows): (&Environment, &Orbit, Band, bool),
+    (environment, orbit, band, has_shadows): (&Environment, &Orbit, Option<Band>, bool),
     (files, assumptions): (&mut Vec<PathBuf>, &mut Vec<String>),
 ) -> Result<Surrounded, SceneError> {
     let space = environment.background_temperature.unwrap_or(0.0);
     let of_exitance = environment.planet_ir.map(|flux| (flux / STEFAN_BOLTZMANN).sqrt().sqrt());
-    let is_sunny = environment.solar_constant.is_some() && band.lower < SUNNY;
+    // Without a band here, bands of their own tell their light.
+    let is_sunny = environment.solar_constant.is_some() && band.is_some_and(|band| band.lower < SUNNY);
     let of_craft = |reflections: Reflections| match reflections {
         Reflections::Off => {
             Some("The craft reflects no sunlight in images, although the band has some (radiance.reflections is off).")
@@ -201,6 +208,15 @@ pub(super) fn surrounded(
     }
     let sunny = (is_sunny, needs_planet);
     let planet_albedo = planet_albedo(section, environment, sunny, pattern.as_ref(), assumptions)?;
+    let albedo_map = planet::read_albedos(section, orbit, files, assumptions)?;
+    if albedo_map.is_some() && !(needs_planet && environment.solar_constant.is_some()) {
+        let message = "is that of a planet in sunlight: state environment.solar_constant, and radiance.reflections or radiance.background";
+        return Err(section.clash(
+            "planet_albedo_map",
+            &["reflections", "background", "environment.solar_constant"],
+            message,
+        ));
+    }
     if needs_planet && stated.is_none() {
         assumptions.push(match of_exitance {
             Some(temperature) => format!(
@@ -223,6 +239,7 @@ pub(super) fn surrounded(
         planet,
         is_unstated,
         planet_albedo,
+        albedo_map: albedo_map.map(Arc::new),
         channels: false,
     })
 }

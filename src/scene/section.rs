@@ -17,7 +17,7 @@ use super::valid_scene;
 use crate::text::plain;
 
 /// A table of the file. All its keys are known.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Section<'a> {
     file: &'a SourceFile<'a>,
     /// Prefix of keys in messages, empty for the root.

@@ -8,10 +8,12 @@ use super::preset::Preset;
 use super::quantity::Quantity;
 use super::section::Section;
 use super::sensor_tables::{kernel, map};
-use crate::thermal::planck::Band;
+use crate::thermal::brightness::{BrightnessTable, brightness_temperature};
+use crate::thermal::passband::Passband;
 use crate::thermal::radiance::{RadianceTable, band_radiance};
 use crate::thermal::sensor::gain_control::GainControl;
 use crate::thermal::sensor::halo::Halo;
+use crate::thermal::sensor::reading::radiance_slope;
 use crate::thermal::sensor::spread::{MOST_RADIUS, Spread};
 use crate::thermal::sensor::{Detector, MOST_PIXELS, Netd, Pattern, Sensor, SensorOptics, Vignetting};
 
@@ -24,7 +26,7 @@ pub(super) struct SensorContext<'a> {
     pub(crate) preset: Option<&'static Preset>,
     /// Distance between pixels [m], where it is known.
     pub(crate) pitch: Option<f64>,
-    pub(crate) band: Band,
+    pub(crate) passband: Passband,
 }
 
 #[derive(Clone, Copy)]
@@ -69,25 +71,16 @@ pub(super) fn read(
         0
     });
     let f_number = section.number("f_number", Quantity::within(0.1, 100.0, ""))?;
-    let noise = noise(section, context, f_number, assumptions)?;
-    let range = section
-        .numbers::<2>("range", Quantity::within(10.0, 6000.0, "K"))?
+    let table = RadianceTable::new(context.passband.clone());
+    let of_radiances = radiance_range(section, &table)?;
+    let range = of_radiances
+        .or(section.numbers::<2>("range", Quantity::within(10.0, 6000.0, "K"))?)
         .or(context.preset.and_then(|preset| preset.range));
-    let range = range.ok_or_else(|| {
-        let what = "[low, high]: brightness temperatures at digital number 0 and at the largest one [K]";
-        section.missing("range", &["camera.preset"], what)
-    })?;
-    if range[0] >= range[1] {
-        return Err(section.error("range", format!("must run from low to high, found {} to {} K", range[0], range[1])));
-    }
-    let table = RadianceTable::new(context.band);
-    if band_radiance(&table, range[0]) < f64::from(f32::MIN_POSITIVE) {
-        return Err(section.clash(
-            "range",
-            &["radiance.band_um", "camera.preset"],
-            format!("begins at {} K, where the band's radiance is 0 in 32 bits", range[0]),
-        ));
-    }
+    let range = checked_range(section, range, &table)?;
+    let noise = match radiance_noise(section, &table, range[1], f_number)? {
+        Some(noise) => noise,
+        None => noise(section, context, f_number, assumptions)?,
+    };
     let bits = match section.whole("bits", 8..=16)?.or(context.preset.and_then(|preset| preset.bits)) {
         Some(bits @ (8 | 14 | 16)) => bits,
         Some(bits) => return Err(section.error("bits", format!("must be 8, 14 or 16, found {bits}"))),
@@ -113,6 +106,64 @@ pub(super) fn read(
         vignetting: vignetting(section, camera, files)?,
         spread: spread(section, context, f_number, files)?,
     })
+}
+
+fn checked_range(section: &Section, range: Option<[f64; 2]>, table: &RadianceTable) -> Result<[f64; 2], SceneError> {
+    let range = range.ok_or_else(|| {
+        let what = "[low, high]: brightness temperatures at digital number 0 and at the largest one [K]";
+        section.missing("range", &["camera.preset"], what)
+    })?;
+    if range[0] >= range[1] {
+        return Err(section.error("range", format!("must run from low to high, found {} to {} K", range[0], range[1])));
+    }
+    if band_radiance(table, range[0]) < f64::from(f32::MIN_POSITIVE) {
+        return Err(section.clash(
+            "range",
+            &["radiance.band_um", "band.*", "camera.preset"],
+            format!("begins at {} K, where the band's radiance is 0 in 32 bits", range[0]),
+        ));
+    }
+    Ok(range)
+}
+
+/// The noise of a sensor that states it as a radiance. It becomes a NETD at the upper end of the range.
+fn radiance_noise(
+    section: &Section,
+    table: &RadianceTable,
+    temperature: f64,
+    f_number: Option<f64>,
+) -> Result<Option<Netd>, SceneError> {
+    let Some(noise) = section.number("radiance_noise", Quantity::within(0.0, 1e9, "W/(m2 sr)"))? else {
+        return Ok(None);
+    };
+    for key in ["netd", "netd_temperature", "netd_f_number"] {
+        section.exclusive("radiance_noise", key)?;
+    }
+    let f_number = f_number.unwrap_or(1.0);
+    let kelvin = noise / radiance_slope(table, temperature);
+    Ok(Some(Netd { kelvin, temperature, stated_f_number: f_number, f_number }))
+}
+
+/// The range of a sensor that states radiances, as brightness temperatures [K].
+fn radiance_range(section: &Section, table: &RadianceTable) -> Result<Option<[f64; 2]>, SceneError> {
+    section.exclusive("radiance_range", "range")?;
+    let Some(range) = section.numbers::<2>("radiance_range", Quantity::within(0.0, 1e9, "W/(m2 sr)"))? else {
+        return Ok(None);
+    };
+    let guesses = BrightnessTable::new(table);
+    let [low, high] = range;
+    if low >= high || high >= guesses.max_radiance {
+        let most = guesses.max_radiance;
+        let message = format!("must run from low to high, below {most:.4e}, found {low} to {high} W m-2 sr-1");
+        return Err(section.error("radiance_range", message));
+    }
+    // A radiance of 0 has no brightness temperature. The next one that 32 bits hold stands for it.
+    let least = 1.000_01 * guesses.min_radiance;
+    let kelvin = |radiance: f64| {
+        brightness_temperature(table, &guesses, radiance.max(least))
+            .map_err(|error| section.error("radiance_range", error.to_string()))
+    };
+    Ok(Some([kelvin(low)?, kelvin(high)?]))
 }
 
 /// Time constant of the bolometer [s], if it lags.

@@ -1,4 +1,4 @@
-//! The uncertainty of a run from the ranges of its parameters: T_sigma^2 = J S J^T, with J by central differences of whole runs (docs/numerics.md 11).
+//! The uncertainty of a run from the ranges of its parameters: T_sigma^2 = J S J^T, with J by central differences of whole runs (docs/numerics.md 12).
 //!
 //! A range holds 95 % of the values that a parameter may have, so it is four standard deviations wide. S has the mean squares of the deviations from the values
 //! of the scene: the variance of each parameter, and the products of the distances from the values to the middles of their ranges.

@@ -50,7 +50,7 @@ impl Painter {
             kind: picture.kind,
             range: picture.range.or(scene.colour_range).unwrap_or(DEFAULT_RANGE),
             bits: scene.sensor.as_ref().map_or(16, |sensor| sensor.bits).clamp(1, 16),
-            apparent: Apparent::new(scene.band),
+            apparent: Apparent::new(scene.passband()),
         }
     }
 

@@ -35,7 +35,7 @@ pub struct DeviceData {
 impl DeviceData {
     /// Rounds the scene's materials and band to f32.
     pub fn new(prepared: &Prepared) -> Self {
-        let table = RadianceTable::new(prepared.scene.band);
+        let table = RadianceTable::new(prepared.scene.passband());
         let shapes = Shapes::of(&prepared.materials);
         let materials = prepared.materials.iter().map(|material| device_material(material, &shapes)).collect();
         let network = prepared.network.as_ref().and_then(|network| network.tables());
@@ -105,7 +105,7 @@ impl DeviceData {
 /// The tables of the scene's sensor for a device. `None` without a sensor.
 pub(crate) fn sensor_tables(prepared: &Prepared) -> Option<SensorTables> {
     let (sensor, camera) = prepared.scene.sensor.as_ref().zip(prepared.scene.camera.as_ref())?;
-    Some(SensorTables::new(sensor, &RadianceTable::new(prepared.scene.band), &sensor_view(camera)))
+    Some(SensorTables::new(sensor, &RadianceTable::new(prepared.scene.passband()), &sensor_view(camera)))
 }
 
 /// Whether the sensor that sees the images of a camera has a point spread.

@@ -17,7 +17,7 @@ use super::exchange_poses::RowsBetween;
 use super::given::GivenTemperatures;
 use super::network::NetworkRun;
 use super::prepare::Prepared;
-use super::surroundings::Finishes;
+use super::surroundings::{Finishes, MappedPlanet};
 use crate::environment::StepLoad;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
@@ -151,6 +151,9 @@ impl Engine for DeviceEngine {
         let shutters = camera.map(|camera| camera.shutters(&order)).unwrap_or_default();
         if let Some(around) = &order.surroundings {
             self.finishes.look_at(around);
+            if let Some(map) = self.finishes.planet.as_mut().and_then(MappedPlanet::take_new_map) {
+                self.take_planet_map(&map)?;
+            }
         }
         if let Some(traced) = self.finishes.traced.as_mut().filter(|_| order.pose.is_some()) {
             traced.follow(order.joints);
@@ -238,7 +241,9 @@ impl Engine for DeviceEngine {
     }
 
     fn restore(&mut self, saved: &EngineState, most_times: usize) -> Result<(), EngineError> {
-        let EngineState::Device(saved) = saved else { return Err(Misfit::Absent("a device".to_owned()).into()) };
+        let EngineState::Device(saved) = saved.of_craft() else {
+            return Err(Misfit::Absent("a device".to_owned()).into());
+        };
         if let Some(network) = &mut self.network {
             network.restore(part("a network", &saved.network)?, most_times)?;
             if !network.is_in_frames() {
@@ -253,6 +258,10 @@ impl Engine for DeviceEngine {
         self.renderer.restore(&saved.scene)?;
         self.steps = saved.steps;
         Ok(())
+    }
+
+    fn show(&mut self, temperatures: &[f32]) -> Result<(), EngineError> {
+        self.take_shown(temperatures)
     }
 
     fn surfaces(&mut self) -> Result<SurfaceState, EngineError> {

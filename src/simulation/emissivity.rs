@@ -1,6 +1,8 @@
 //! Checks of the emissivities in the band of the images, when a scene is prepared.
 
 use super::prepare_error::PrepareError;
+use super::visible::laws_in_band;
+use crate::model::Model;
 use crate::scene::Scene;
 use crate::thermal::emissivity::BandEmissivity;
 use crate::thermal::emissivity_table::EmissivityTable;
@@ -11,11 +13,35 @@ const NOTABLE: f64 = 0.05;
 /// Temperature at which both are compared where the law depends on it [K].
 const ROOM: f64 = 300.0;
 
+/// Gives each band of a scene the laws of its materials, checks them, and returns warnings. The materials get the laws of the first band.
+///
+/// # Errors
+/// A law that does not cover its band, exceeds 1, or stands beside a rolling shutter.
+pub(super) fn check_bands(
+    scene: &mut Scene,
+    model: &Model,
+    materials: &mut [Material],
+) -> Result<Vec<String>, PrepareError> {
+    if scene.bands.is_empty() {
+        return check(scene, materials);
+    }
+    let mut warnings = Vec::new();
+    let stated = materials.to_vec();
+    for index in (0..scene.bands.len()).rev() {
+        let (in_band, told) = laws_in_band(&scene.bands[index], model, &stated);
+        materials.iter_mut().zip(&in_band).for_each(|(material, law)| material.in_band.clone_from(law));
+        scene.bands[index].in_band = in_band;
+        scene.assumptions.extend(told);
+        warnings.extend(check(&scene.in_band(index), materials)?);
+    }
+    Ok(warnings)
+}
+
 /// Checks the laws of all materials, and returns warnings.
 ///
 /// # Errors
 /// A law that does not cover the band, exceeds 1, or stands beside a rolling shutter.
-pub(super) fn check(scene: &Scene, materials: &[Material]) -> Result<Vec<String>, PrepareError> {
+fn check(scene: &Scene, materials: &[Material]) -> Result<Vec<String>, PrepareError> {
     let mut warnings = Vec::new();
     for material in materials {
         let faces = match material.sides {
@@ -53,7 +79,7 @@ fn check_face(scene: &Scene, law: &BandEmissivity, thermal: f64, name: &str) -> 
             scene.band
         ));
     }
-    let table = EmissivityTable::new(law, thermal, scene.band);
+    let table = EmissivityTable::new(law, thermal, scene.passband());
     if table.largest() > 1.0 + 1e-9 {
         return Err(format!(
             "emissivity_by_angle and emissivity_by_wavelength together exceed 1 (Kirchhoff's law): their product reaches {:.3}",

@@ -264,6 +264,12 @@ pub trait Engine: Send {
         None
     }
 
+    /// Puts other temperatures of all nodes in device order [K] in place of its own, for an engine that takes no steps.
+    ///
+    /// # Errors
+    /// A call that fails.
+    fn show(&mut self, temperatures: &[f32]) -> Result<(), EngineError>;
+
     /// The light and the temperatures after the last step that was submitted, for a budget. No work is under way.
     ///
     /// # Errors

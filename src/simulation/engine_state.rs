@@ -15,6 +15,8 @@ pub enum EngineState {
     Device(Box<DeviceEngineState>),
     /// Of the f64 reference.
     Reference(Box<ReferenceEngineState>),
+    /// An engine with several bands: the state of the craft, and one of each further band whose sensor lags.
+    Bands(Box<EngineState>, Vec<Option<EngineState>>),
 }
 
 impl EngineState {
@@ -23,6 +25,18 @@ impl EngineState {
         match self {
             Self::Device(state) => state.forget_run(),
             Self::Reference(state) => state.forget_run(),
+            Self::Bands(craft, bands) => {
+                craft.forget_run();
+                bands.iter_mut().flatten().for_each(Self::forget_run);
+            }
+        }
+    }
+
+    /// The state without further bands.
+    pub(crate) fn of_craft(&self) -> &Self {
+        match self {
+            Self::Bands(craft, _) => craft,
+            one => one,
         }
     }
 
@@ -34,6 +48,14 @@ impl EngineState {
                 take_sensor(own.scene.sensor_mut(), other.scene.sensor_mut().take(), all);
             }
             (Self::Reference(own), Self::Reference(other)) => take_sensor(&mut own.sensor, other.sensor, all),
+            (Self::Bands(own, bands), Self::Bands(other, others)) => {
+                own.take_sensor(*other, all);
+                for (own, other) in bands.iter_mut().zip(others) {
+                    if let (Some(own), Some(other)) = (own, other) {
+                        own.take_sensor(other, all);
+                    }
+                }
+            }
             _ => {}
         }
     }

@@ -50,6 +50,37 @@ pub struct Image {
     pub digital_numbers: Option<Vec<u16>>,
     /// Counts of the sensor's radiometric output (`kelvin_per_count`). `None` where it has none.
     pub counts: Option<Vec<u16>>,
+    /// What the camera sees in several bands.
+    pub bands: BandImages,
+}
+
+/// What a camera with several bands sees.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BandImages {
+    /// The images of the bands, in the order of the scene. Empty without `[[band]]`.
+    pub images: Vec<BandImage>,
+    /// Temperatures from the ratio of two bands, where the scene asks for them.
+    pub ratio: Option<RatioImage>,
+}
+
+/// What a camera sees in one of its bands.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BandImage {
+    /// Radiance in the band [W m-2 sr-1].
+    pub radiance: Vec<f32>,
+    /// Digital numbers of the band's sensor. `None` without one.
+    pub digital_numbers: Option<Vec<u16>>,
+    /// Counts of its radiometric output. `None` where it has none.
+    pub counts: Option<Vec<u16>>,
+}
+
+/// Temperatures from the ratio of two bands. Both are 0 in a pixel whose ratio tells none.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RatioImage {
+    /// Temperature of a grey body [K].
+    pub temperature: Vec<f32>,
+    /// One standard deviation of its error by the noise of both bands [K].
+    pub error: Vec<f32>,
 }
 
 impl Image {
@@ -71,6 +102,7 @@ impl Image {
             sigma: ImageSigma::default(),
             digital_numbers: None,
             counts: None,
+            bands: BandImages::default(),
         }
     }
 

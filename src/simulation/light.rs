@@ -16,6 +16,7 @@ use crate::thermal::material::{Material, Sides};
 const SAMPLE_SPACING: f64 = 1.0 / 400.0;
 
 /// The surface that the Sun lights, and how its light is found.
+#[derive(Clone)]
 pub(crate) struct SceneLight {
     surface: Arc<LitSurface>,
     pub(super) by: LightBy,

@@ -22,7 +22,7 @@ use crate::gpu::shapes;
 use crate::model::MergeSummary;
 use crate::model::nodes::{GROUP, Nodes, PADDING, RangeResponse};
 use crate::scene::work::too_late;
-use crate::scene::{Background, Reflections, Scene};
+use crate::scene::{Background, Draw, Reflections, Scene};
 use crate::stop::Watch;
 use crate::thermal::material::{Material, Response};
 
@@ -42,6 +42,7 @@ const PROFILES: &str = "A transition is a profile in temperature, not physics: i
                         radiating node 10 to 37 K rms from its energy balance.";
 
 /// What is told of a model.
+#[derive(Clone)]
 pub struct ModelSummary {
     /// Area [m2].
     pub area: f64,
@@ -50,6 +51,7 @@ pub struct ModelSummary {
 }
 
 /// A scene ready to run.
+#[derive(Clone)]
 pub struct Prepared {
     /// The scene file.
     pub scene: Scene,
@@ -139,7 +141,7 @@ impl Prepared {
             materials.iter_mut().for_each(|material| material.response = Response::Given);
         }
         steps::check_functions(&scene, &materials)?;
-        let looks = emissivity::check(&scene, &materials)?;
+        let looks = emissivity::check_bands(&mut scene, &model, &mut materials)?;
         steps::set_hottest(&scene, &mut materials)?;
         let hashes = steps::hashes(&scene.files)?;
         let mut warnings = steps::model_warnings(&scene, &mut model);
@@ -198,6 +200,20 @@ impl Prepared {
             nodes,
             scene,
         })
+    }
+
+    /// The scene in one of its bands by itself, for images at temperatures that another engine finds.
+    pub(crate) fn in_band(&self, index: usize) -> Self {
+        let scene = self.scene.in_band(index);
+        let mut other = Self { scene, exchange: None, network: None, given: None, ..self.clone() };
+        for (material, in_band) in other.materials.iter_mut().zip(&other.scene.bands[0].in_band) {
+            material.in_band.clone_from(in_band);
+        }
+        if other.scene.time.draw.is_between_steps() {
+            // The temperatures between steps come from the other engine too.
+            other.scene.time.draw = Draw::Every(1);
+        }
+        other
     }
 
     /// The pipelines of the scene and the groups of nodes that each advances, split to the size of a dispatch.

@@ -243,7 +243,7 @@ impl Engine for ReferenceEngine {
     }
 
     fn restore(&mut self, saved: &EngineState, most_times: usize) -> Result<(), EngineError> {
-        let EngineState::Reference(saved) = saved else {
+        let EngineState::Reference(saved) = saved.of_craft() else {
             return Err(Misfit::Absent("the f64 reference".to_owned()).into());
         };
         self.reference.restore(&saved.nodes)?;
@@ -270,6 +270,13 @@ impl Engine for ReferenceEngine {
 
     fn exchange_rows(&self) -> Option<RowsBetween> {
         self.exchange.as_ref().and_then(ExchangeTwin::rows)
+    }
+
+    fn show(&mut self, temperatures: &[f32]) -> Result<(), EngineError> {
+        for (node, slot) in self.node_of_slot.iter().enumerate() {
+            self.reference.set_temperature(node, f64::from(temperatures[*slot as usize]));
+        }
+        Ok(())
     }
 
     fn surfaces(&mut self) -> Result<SurfaceState, EngineError> {

@@ -17,13 +17,13 @@ use crate::gpu::layout;
 use crate::gpu::scene_data::Shown;
 use crate::model::nodes::GROUP;
 use crate::raster::traced::LARGEST_REFLECTED;
-use crate::scene::{Background, Reflections, SUNNY, Surrounded};
+use crate::scene::{Background, Reflections, SUNNY, Scene, SceneBand, Surrounded};
 use crate::thermal::crinkle::crinkled;
 use crate::thermal::emissivity::BandEmissivity;
 use crate::thermal::emissivity_table::{EmissivityTable, TABLE_VALUES};
 use crate::thermal::lobe::{LOBE_VALUES, Lobe};
 use crate::thermal::material::Material;
-use crate::thermal::planck::Band;
+use crate::thermal::passband::Passband;
 use crate::thermal::planet_map::{
     DayLaw, Equirectangular, MEAN_VALUES, MEANS_ANGLE, MapAxes, PlanetPattern, SeenPlanet,
 };
@@ -37,13 +37,30 @@ fn is_seen(settings: &Surrounded) -> bool {
 
 /// The surroundings at a time [s] in the axes of a camera. `None` where no pixel shows them.
 pub fn surroundings_at(prepared: &Prepared, time: f64, pose: &DAffine3) -> Option<Surroundings> {
-    let (scene, environment) = (&prepared.scene, &prepared.scene.environment);
-    let settings = &scene.surrounded;
-    if !is_seen(settings) {
+    if !is_seen(&prepared.scene.surrounded) {
         return None;
     }
     let sky = prepared.loads.sky_model().sky(time);
-    let table = RadianceTable::new(scene.band);
+    let [planet_radiance, space_radiance, sun_radiance] = sky_radiances(prepared);
+    Some(Surroundings {
+        nadir: pose.matrix3 * sky.nadir_direction,
+        planet: ApparentRadius::new(sky.distance_ratio),
+        sun: pose.matrix3 * sky.sun_direction,
+        sun_disc: ApparentRadius::new(SUN_DISTANCE / sky.solar_scale.sqrt() / SUN_RADIUS),
+        planet_radiance,
+        space_radiance,
+        sun_radiance,
+        lit_fraction: sky.lit_fraction,
+        map_from_camera: map_from_inertial(prepared, time)
+            .map(|map| map * sky.body_from_inertial.transpose() * pose.matrix3.transpose()),
+    })
+}
+
+/// Radiances of planet, space and Sun [W m-2 sr-1].
+fn sky_radiances(prepared: &Prepared) -> [f64; 3] {
+    let (scene, environment) = (&prepared.scene, &prepared.scene.environment);
+    let settings = &scene.surrounded;
+    let table = RadianceTable::new(scene.passband());
     let radiance = |temperature| band_radiance(&table, temperature);
     let space = environment.background_temperature.unwrap_or(0.0);
     let planet = if settings.background == Background::Space && settings.reflections == Reflections::Off {
@@ -51,33 +68,33 @@ pub fn surroundings_at(prepared: &Prepared, time: f64, pose: &DAffine3) -> Optio
     } else {
         settings.planet_temperature
     };
-    Some(Surroundings {
-        nadir: pose.matrix3 * sky.nadir_direction,
-        planet: ApparentRadius::new(sky.distance_ratio),
-        sun: pose.matrix3 * sky.sun_direction,
-        sun_disc: ApparentRadius::new(SUN_DISTANCE / sky.solar_scale.sqrt() / SUN_RADIUS),
-        planet_radiance: radiance(planet) + daylight(prepared),
-        space_radiance: radiance(space),
-        sun_radiance: environment.solar_constant.map_or(0.0, |_| radiance(SUN_TEMPERATURE)),
-        lit_fraction: sky.lit_fraction,
-        map_from_camera: map_from_inertial(prepared, time)
-            .map(|map| map * sky.body_from_inertial.transpose() * pose.matrix3.transpose()),
-    })
+    let sun = environment.solar_constant.map_or(0.0, |_| radiance(SUN_TEMPERATURE));
+    [radiance(planet) + daylight(prepared), radiance(space), sun]
+}
+
+/// The same surroundings in the band of another scene, which differs from theirs in the band alone.
+pub(crate) fn surroundings_in_band(prepared: &Prepared, around: Surroundings) -> Surroundings {
+    let [planet_radiance, space_radiance, sun_radiance] = sky_radiances(prepared);
+    let map_from_camera = around.map_from_camera.filter(|_| has_map(&prepared.scene));
+    Surroundings { planet_radiance, space_radiance, sun_radiance, map_from_camera, ..around }
 }
 
 /// Whether any pixel shows a planet with a map.
-fn has_map(settings: &Surrounded) -> bool {
+fn has_map(scene: &Scene) -> bool {
+    let settings = &scene.surrounded;
     let shows = settings.background == Background::Planet || settings.reflections != Reflections::Off;
-    shows && (settings.planet.is_some() || settings.planet_albedo > 0.0)
+    shows && (settings.planet.is_some() || settings.planet_albedo > 0.0 || scene.albedos(scene.band).is_some())
 }
 
-/// Radiance of sunlight that the planet reflects below the Sun, as at the start of the scene [W m-2 sr-1]: albedo times irradiance over pi (Lambert's law).
+/// Radiance of sunlight that the planet reflects below the Sun, as at the start of the scene [W m-2 sr-1]: albedo times irradiance over pi (Lambert's law). With a
+/// map of albedos an albedo of 1 counts.
 fn daylight(prepared: &Prepared) -> f64 {
-    let albedo = prepared.scene.surrounded.planet_albedo;
+    let scene = &prepared.scene;
+    let albedo = if scene.albedos(scene.band).is_some() { 1.0 } else { scene.surrounded.planet_albedo };
     if albedo == 0.0 {
         return 0.0;
     }
-    let sun = band_radiance(&RadianceTable::new(prepared.scene.band), SUN_TEMPERATURE);
+    let sun = band_radiance(&RadianceTable::new(prepared.scene.passband()), SUN_TEMPERATURE);
     let scale = prepared.loads.sky_model().sky(0.0).solar_scale;
     albedo * sun * scale * (SUN_RADIUS / SUN_DISTANCE).powi(2)
 }
@@ -93,13 +110,14 @@ fn is_shaded(prepared: &Prepared) -> bool {
         && tree_boxes(prepared.triangles.len()) <= LARGEST_REFLECTED
 }
 
-/// Rotates inertial vectors into the axes of the planet's map at a time [s]. `None` for a uniform planet.
+/// Rotates inertial vectors into the axes of the planet's map at a time [s]. `None` for a planet that is uniform in all bands.
 fn map_from_inertial(prepared: &Prepared, time: f64) -> Option<DMat3> {
-    let settings = &prepared.scene.surrounded;
-    if !has_map(settings) {
+    let (scene, settings) = (&prepared.scene, &prepared.scene.surrounded);
+    let is_lit = |band: &SceneBand| scene.albedo_in(band) > 0.0 || scene.albedos(band.passband.band).is_some();
+    if !has_map(scene) && !scene.bands.iter().any(is_lit) {
         return None;
     }
-    let axes = settings.planet.as_ref().map_or(MapAxes::Sun, |pattern| pattern.axes);
+    let axes = settings.planet.as_ref().or(settings.albedo_map.as_ref()).map_or(MapAxes::Sun, |pattern| pattern.axes);
     let sun = prepared.loads.sky_model().point(time).map_or(DVec3::X, |point| point.sun.normalize());
     let epoch = prepared.scene.orbit.trajectory().map(|trajectory| trajectory.epoch(time));
     Some(axes.map_from_inertial(time, sun, || epoch.map_or(DMat3::IDENTITY, |epoch| gcrf_from_itrf(epoch).transpose())))
@@ -125,13 +143,13 @@ pub(crate) struct Finishes {
 }
 
 /// Tables of the faces of all materials, front and back in turn. Empty where every emissivity is one number.
-pub(crate) fn emissivity_tables(materials: &[Material], band: Band) -> Vec<EmissivityTable> {
+pub(crate) fn emissivity_tables(materials: &[Material], passband: &Passband) -> Vec<EmissivityTable> {
     if materials.iter().flat_map(|material| &material.in_band).all(BandEmissivity::is_plain) {
         return Vec::new();
     }
     let of = |material: &Material| {
         let plain = [material.front.emissivity, material.back().emissivity];
-        [0, 1].map(|face| EmissivityTable::new(&material.in_band[face], plain[face], band))
+        [0, 1].map(|face| EmissivityTable::new(&material.in_band[face], plain[face], passband.clone()))
     };
     materials.par_iter().flat_map_iter(of).collect()
 }
@@ -187,19 +205,23 @@ impl Finishes {
     /// The finishes of a scene. A scene without reflections and without laws of emissivity has none.
     pub(crate) fn new(prepared: &Prepared) -> Self {
         let (scene, settings) = (&prepared.scene, &prepared.scene.surrounded);
-        let tables = emissivity_tables(&prepared.materials, scene.band);
+        let tables = emissivity_tables(&prepared.materials, &scene.passband());
         let reflects = settings.reflections != Reflections::Off;
         let space = scene.environment.background_temperature.unwrap_or(0.0);
         let sources = [settings.planet_temperature, space, SUN_TEMPERATURE];
         let has_reflectors = reflects || !tables.is_empty();
         let described = if has_reflectors { &prepared.materials[..] } else { &[] };
         let (reflectors, roughnesses) = reflectors_of(described, &tables, sources, reflects);
-        let planet = has_map(settings).then(|| {
+        let planet = has_map(scene).then(|| {
             let even =
                 || PlanetPattern::day_night(settings.planet_temperature, settings.planet_temperature, DayLaw::Step);
             let pattern = settings.planet.clone().unwrap_or_else(|| Arc::new(even()));
             let light = (settings.planet_temperature, daylight(prepared));
-            MappedPlanet::new(&pattern.temperatures, light, &scene.band, reflects.then_some(roughnesses.clone()))
+            let roughnesses = reflects.then_some(roughnesses.clone());
+            match scene.albedos(scene.band) {
+                Some(albedos) => MappedPlanet::lit(albedos, light, scene.passband(), roughnesses),
+                None => MappedPlanet::new(&pattern.temperatures, light, scene.passband(), roughnesses),
+            }
         });
         let crinkled = if reflectors.is_empty() { Vec::new() } else { crinkled_normals(prepared) };
         let variant = RadianceVariant {
@@ -273,6 +295,7 @@ impl Finishes {
     pub(crate) fn look_at(&mut self, around: &Surroundings) {
         self.lobes.before(around.planet);
         if let Some((planet, axes)) = self.planet.as_mut().zip(around.map_from_camera) {
+            planet.light(axes * around.sun);
             planet.look_at(axes * around.nadir, around.planet);
         }
     }
@@ -297,17 +320,69 @@ pub(crate) struct MappedPlanet {
     place: Option<(DVec3, ApparentRadius)>,
     seen: Option<SeenPlanet>,
     rounded: Vec<f32>,
+    /// The albedos of its places, where they have a map.
+    lit: Option<LitPlanet>,
 }
 
+/// A planet whose places reflect sunlight differently.
+struct LitPlanet {
+    albedos: Equirectangular,
+    /// Shares of its own radiance, and of sunlight that an albedo of 1 reflects below the Sun, in their sum.
+    shares: [f64; 2],
+    /// The direction of the Sun for which the map was made, in the axes of the map.
+    sun: Option<DVec3>,
+    /// Whether the device has another map.
+    is_new: bool,
+}
+
+/// Least columns and rows of a map with sunlight, so that its terminator is as fine as half a degree.
+const LIT_CELLS: [usize; 2] = [720, 360];
+
 impl MappedPlanet {
+    /// A planet with a map of albedos. `mean` is its temperature, and `daylight` the radiance of sunlight that an albedo of 1 reflects below the Sun.
+    fn lit(
+        albedos: &PlanetPattern,
+        (mean, daylight): (f64, f64),
+        passband: Passband,
+        roughnesses: Option<Vec<f64>>,
+    ) -> Self {
+        let own = band_radiance(&RadianceTable::new(passband), mean);
+        let whole = (own + daylight).max(f64::MIN_POSITIVE);
+        let albedos = albedos.temperatures.clone();
+        let size = [albedos.columns.max(LIT_CELLS[0]), albedos.rows.max(LIT_CELLS[1])];
+        let map = Arc::new(Equirectangular::of_directions(size, |_| own / whole));
+        let shares = [own / whole, daylight / whole];
+        let lit = Some(LitPlanet { albedos, shares, sun: None, is_new: false });
+        Self { map, roughnesses, place: None, seen: None, rounded: Vec::new(), lit }
+    }
+
+    /// Lets the Sun shine on a planet with a map of albedos, from a direction in the axes of the map.
+    fn light(&mut self, sun: DVec3) {
+        let Some(lit) = &mut self.lit else { return };
+        if lit.sun.is_some_and(|last| last.angle_between(sun) < MEANS_ANGLE) {
+            return;
+        }
+        let [own, daylight] = lit.shares;
+        let value = |place: DVec3| own + daylight * lit.albedos.at(place) * place.dot(sun).max(0.0);
+        self.map = Arc::new(Equirectangular::of_directions([self.map.columns, self.map.rows], value));
+        (lit.sun, lit.is_new, self.place) = (Some(sun), true, None);
+    }
+
+    /// The map, where it is another than before.
+    pub(crate) fn take_new_map(&mut self) -> Option<Arc<Equirectangular>> {
+        let lit = self.lit.as_mut().filter(|lit| lit.is_new)?;
+        lit.is_new = false;
+        Some(Arc::clone(&self.map))
+    }
+
     /// A planet of these temperatures. `mean` is their mean, and `daylight` the radiance of sunlight that the point below the Sun reflects, at the map's +Z.
     fn new(
         temperatures: &Equirectangular,
         (mean, daylight): (f64, f64),
-        band: &Band,
+        passband: Passband,
         roughnesses: Option<Vec<f64>>,
     ) -> Self {
-        let table = RadianceTable::new(*band);
+        let table = RadianceTable::new(passband);
         let whole = (band_radiance(&table, mean) + daylight).max(f64::MIN_POSITIVE);
         let (columns, rows) = (temperatures.columns, temperatures.rows);
         let height = |index: usize| {
@@ -320,7 +395,7 @@ impl MappedPlanet {
         };
         let values = temperatures.values.par_iter().enumerate().map(relative).collect();
         let map = Arc::new(Equirectangular { columns: temperatures.columns, rows: temperatures.rows, values });
-        Self { map, roughnesses, place: None, seen: None, rounded: Vec::new() }
+        Self { map, roughnesses, place: None, seen: None, rounded: Vec::new(), lit: None }
     }
 
     fn mean_values(&self) -> usize {

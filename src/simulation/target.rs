@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::bands::BandsEngine;
 use super::device_engine::DeviceEngine;
 use super::engine::Engine;
 use super::prepare::Prepared;
@@ -82,6 +83,21 @@ impl Target {
     pub fn engine(&self, prepared: &Prepared, camera: Option<&Camera>) -> Result<Box<dyn Engine>, GpuError> {
         // The room is kept for each image as it is drawn. Kept here, it would count twice where the memory of a device is that of the host.
         drop(camera.map(|camera| self.reserve_image(camera)).transpose()?);
+        let craft = self.engine_of_one_band(prepared, camera)?;
+        if camera.is_none() || prepared.scene.bands.is_empty() {
+            return Ok(craft);
+        }
+        let mut others = Vec::new();
+        for band in 1..prepared.scene.bands.len() {
+            let prepared = prepared.in_band(band);
+            let engine = self.engine_of_one_band(&prepared, camera)?;
+            others.push((prepared, engine));
+        }
+        Ok(Box::new(BandsEngine::new(craft, &prepared.scene, camera, others)))
+    }
+
+    /// An engine that draws the first band of a scene.
+    fn engine_of_one_band(&self, prepared: &Prepared, camera: Option<&Camera>) -> Result<Box<dyn Engine>, GpuError> {
         Ok(match self {
             Self::Device(context) => Box::new(DeviceEngine::new(context, prepared, camera)?),
             Self::Reference => Box::new(ReferenceEngine::new(prepared, camera)),

@@ -1,6 +1,7 @@
 //! Emissivity of a face in the band of the images, over the angle from its normal and over the wavelength.
 
-use super::planck::{Band, SECOND_RADIATION};
+use super::passband::Passband;
+use super::planck::Band;
 use crate::environment::quadrature::GaussLegendre;
 
 /// Emissivity over the angle from the normal.
@@ -78,38 +79,20 @@ pub fn fresnel_reflectivity(n: f64, k: f64, cosine: f64) -> f64 {
 }
 
 impl ByWavelength {
-    /// Emissivity in a band at a temperature [K]: the mean that Planck's law weighs. The points cover the band.
-    pub(crate) fn in_band(&self, band: Band, temperature: f64) -> f64 {
+    /// Emissivity in a band at a temperature [K]: the mean that Planck's law weighs, with the response of the band. The points cover the band.
+    pub(crate) fn in_band(&self, passband: impl Into<Passband>, temperature: f64) -> f64 {
+        let passband = passband.into();
         let temperature = self.temperature.unwrap_or(temperature);
         let emissivity = |wavelength: f64| interpolate(&self.points, wavelength);
         if temperature <= 0.0 {
             // Only the edge at the longest wavelength radiates.
-            return emissivity(band.upper);
+            return emissivity(passband.band.upper);
         }
-        let rule = GaussLegendre::new(16);
-        let edge = SECOND_RADIATION / (band.upper * temperature);
-        // z = c2 / (wavelength x temperature), less its value at the longest wavelength.
-        let place =
-            |wavelength: f64| SECOND_RADIATION * (band.upper - wavelength) / (band.upper * wavelength * temperature);
-        let inside = self.points.iter().map(|[wavelength, _]| *wavelength);
-        let inside =
-            inside.filter(|wavelength| (band.lower..band.upper).contains(wavelength) && *wavelength > band.lower);
-        let mut cuts: Vec<f64> = [band.lower, band.upper].into_iter().chain(inside).map(place).collect();
-        cuts.sort_by(f64::total_cmp);
+        let cuts: Vec<f64> = self.points.iter().map(|[wavelength, _]| *wavelength).collect();
         let (mut sum, mut whole) = (0.0, 0.0);
-        for piece in cuts.windows(2) {
-            // Beyond 50 the weight e^-y is less than 1e-17 of its sum.
-            let (start, end) = (piece[0].min(50.0), piece[1].min(50.0));
-            let panels = (end - start).ceil().max(1.0);
-            for panel in 0..panels as usize {
-                let at = |number: usize| start + (end - start) * number as f64 / panels;
-                for (y, weight) in rule.on(at(panel), at(panel + 1)) {
-                    let z = edge + y;
-                    let power = weight * z * z * z * (-y).exp() / -(-z).exp_m1();
-                    sum += power * emissivity(SECOND_RADIATION / (z * temperature));
-                    whole += power;
-                }
-            }
+        for (wavelength, power) in passband.weights_between(temperature, &cuts) {
+            sum += power * emissivity(wavelength);
+            whole += power;
         }
         sum / whole
     }

@@ -1,7 +1,7 @@
 //! The emissivity of a face as a product of two tables, over the angle and over the temperature: the twin of the shader (docs/numerics.md 5a).
 
 use super::emissivity::BandEmissivity;
-use super::planck::Band;
+use super::passband::Passband;
 use super::radiance::MIDDLE_TEMPERATURE;
 
 /// Entries over the square root of the cosine from the normal, dense where a surface is seen edge-on, where metals have their peak.
@@ -21,7 +21,8 @@ pub(crate) struct EmissivityTable {
 
 impl EmissivityTable {
     /// Tabulates a law in a band. `plain` is the emissivity of a face without one.
-    pub(crate) fn new(law: &BandEmissivity, plain: f64, band: Band) -> Self {
+    pub(crate) fn new(law: &BandEmissivity, plain: f64, passband: impl Into<Passband>) -> Self {
+        let passband = passband.into();
         let along_normal = law.by_angle.as_ref().map_or(1.0, |by_angle| by_angle.at(1.0));
         let angles = (0..ANGLES).map(|entry| {
             let cosine = (entry as f64 / (ANGLES - 1) as f64).powi(2);
@@ -35,7 +36,7 @@ impl EmissivityTable {
             let v = entry as f64 / (TEMPERATURES - 1) as f64;
             let temperature = if v < 1.0 { MIDDLE_TEMPERATURE * v / (1.0 - v) } else { HOTTEST };
             match (&law.by_wavelength, &law.by_angle) {
-                (Some(by_wavelength), _) => by_wavelength.in_band(band, temperature),
+                (Some(by_wavelength), _) => by_wavelength.in_band(passband.clone(), temperature),
                 (None, Some(_)) => 1.0,
                 (None, None) => plain,
             }
@@ -74,6 +75,7 @@ fn read(values: &[f64], place: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::emissivity::{ByAngle, ByWavelength};
+    use super::super::planck::Band;
     use super::*;
 
     const BAND: Band = Band { lower: 8e-6, upper: 14e-6 };

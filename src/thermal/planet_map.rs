@@ -32,6 +32,13 @@ impl Equirectangular {
         Self { columns, rows, values: [&poles[0], cells, &poles[1]].concat() }
     }
 
+    /// A map of this many columns and rows whose values follow from the direction of each cell's centre.
+    pub(crate) fn of_directions([columns, rows]: [usize; 2], value: impl Fn(DVec3) -> f64 + Sync) -> Self {
+        let of_cell = |cell: usize| value(centre_of(cell % columns, cell / columns, [columns, rows])) as f32;
+        let cells: Vec<f32> = (0..columns * rows).into_par_iter().map(of_cell).collect();
+        Self::new(columns, rows, &cells)
+    }
+
     /// The values of the cells, row after row.
     pub(crate) fn cells(&self) -> &[f32] {
         &self.values[self.columns..(self.rows + 1) * self.columns]
@@ -91,10 +98,10 @@ pub(crate) enum MapAxes {
     },
 }
 
-/// Temperatures of a planet.
+/// Temperatures of a planet, or its albedos.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanetPattern {
-    /// Brightness temperatures in the band [K].
+    /// Brightness temperatures in the band [K], or shares of sunlight that are reflected.
     pub(crate) temperatures: Equirectangular,
     pub(crate) axes: MapAxes,
 }

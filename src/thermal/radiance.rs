@@ -1,6 +1,7 @@
 //! Band radiance from a table: the f64 twin of the fragment shader (docs/numerics.md 5).
 
-use crate::thermal::planck::{Band, SECOND_RADIATION, scaled_radiance, scaled_radiance_cold, scaled_radiance_hot};
+use crate::thermal::passband::Passband;
+use crate::thermal::planck::{Band, SECOND_RADIATION};
 
 /// Intervals of the table over v in [0, 1].
 pub(crate) const INTERVALS: usize = 1024;
@@ -19,16 +20,22 @@ pub struct RadianceTable {
 }
 
 impl RadianceTable {
-    /// Tabulates a band with 0 < lower < upper.
-    pub fn new(band: Band) -> Self {
+    /// Tabulates a band with 0 < lower < upper, with its response where it has one.
+    pub fn new(passband: impl Into<Passband>) -> Self {
+        let passband = passband.into();
+        let band = passband.band;
         let inside = (1..INTERVALS).map(|i| {
             let v = i as f64 / INTERVALS as f64;
-            scaled_radiance(band, MIDDLE_TEMPERATURE * v / (1.0 - v)).ln()
+            passband.scaled_radiance(MIDDLE_TEMPERATURE * v / (1.0 - v)).ln()
         });
-        let mut values = vec![0.0, scaled_radiance_cold(band).ln()];
+        let mut values = vec![0.0, passband.scaled_radiance_cold().ln()];
         values.extend(inside);
-        values.extend([scaled_radiance_hot(band).ln(), 0.0]);
+        values.extend([passband.scaled_radiance_hot().ln(), 0.0]);
         let last = values.len() - 1;
+        if values[1] == f64::NEG_INFINITY {
+            // A response that ends at 0 has the limit 0, which the cubic passes by below 1 K.
+            values[1] = continue_cubic([values[2], values[3], values[4], values[5]]);
+        }
         values[0] = continue_cubic([values[1], values[2], values[3], values[4]]);
         values[last] = continue_cubic([values[last - 1], values[last - 2], values[last - 3], values[last - 4]]);
         Self { band, edge_temperature: SECOND_RADIATION / band.upper, values }

@@ -51,7 +51,7 @@ fn views() -> impl Iterator<Item = DVec3> {
 }
 
 fn text<'a>(made: &'a ImageLabels, ending: &str) -> &'a str {
-    let label = made.labels.iter().find(|label| label.ending == Some(ending)).expect("a label");
+    let label = made.labels.iter().find(|label| label.ending.as_deref() == Some(ending)).expect("a label");
     std::str::from_utf8(&label.bytes).expect("text")
 }
 

@@ -1,6 +1,7 @@
 //! Integration tests, with one module for each subject.
 
 mod band_radiance;
+mod bands;
 mod bench;
 mod blankets;
 mod bounces;

@@ -131,6 +131,7 @@ impl Quads {
             sigma: Default::default(),
             digital_numbers: None,
             counts: None,
+            bands: Default::default(),
         }
     }
 }

@@ -87,6 +87,7 @@ fn every_value_of_a_full_scene_arrives() {
         planet_temperature: 260.0,
         is_unstated: false,
         planet: None,
+        albedo_map: None,
         planet_albedo: 0.25,
         channels: false,
     };

@@ -88,6 +88,11 @@ fn a_blocker_shades_a_glint() {
 
 /// A craft before the Earth at a phase of its orbit, whose camera looks down past it. Phase 0 is noon.
 fn above_earth(phase: f64, band_um: &str, radiance: &str, camera: &str) -> Prepared {
+    earth_folder(phase, band_um, radiance, camera).prepared()
+}
+
+/// The folder of such a craft.
+fn earth_folder(phase: f64, band_um: &str, radiance: &str, camera: &str) -> Folder {
     let folder = Folder::new("");
     save_quads(&folder, &[("plate", [[-1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0]])]);
     let scene = format!(
@@ -98,7 +103,7 @@ fn above_earth(phase: f64, band_um: &str, radiance: &str, camera: &str) -> Prepa
          planet_temperature = 254.3\n{radiance}\n[camera]\nframe = \"body\"\nnear = 0.01\nwidth = 9\nheight = 9\n{camera}\n"
     );
     folder.write("scene.toml", &scene);
-    folder.prepared()
+    folder
 }
 
 const DOWN: &str = "fov_deg = 0.1\nposition = [5, 0, 0]\nlook_at = [5, 0, -10]\nup = [1, 0, 0]";
@@ -130,6 +135,40 @@ fn the_day_side_of_the_planet_reflects_sunlight() {
         (middle(&on_device(&far)) / own - 1.0).abs() < 1e-4,
         "no albedo of the heat balance in the thermal infrared"
     );
+}
+
+/// A map of albedos with 0.7 east of orbit noon and 0.1 west of it: the point below the craft reflects its own, in a band by itself and among others.
+#[test]
+fn the_day_side_has_the_albedo_of_its_place() {
+    let map =
+        "planet_albedo_map = { file = \"albedo.png\", scale = 0.01, offset = 0, pole = [0, 0, 1], longitude_deg = 0 }";
+    for (phase, albedo) in [(40.0_f64, 0.7), (-40.0, 0.1), (180.0, 0.7)] {
+        let shown = |band_um: &str, bands: &str| {
+            let folder = earth_folder(phase, band_um, &format!("{map}\n{bands}"), DOWN);
+            let file = std::fs::File::create(folder.path("albedo.png")).expect("a file");
+            let mut encoder = png::Encoder::new(file, 8, 4);
+            encoder.set_color(png::ColorType::Grayscale);
+            let values: Vec<u8> = (0..32).map(|cell| if cell % 8 < 4 { 10 } else { 70 }).collect();
+            encoder.write_header().and_then(|mut writer| writer.write_image_data(&values)).expect("a picture");
+            folder.prepared()
+        };
+        let alone = shown(MID, "");
+        let band = alone.scene.band;
+        let (own, sun) = (band_radiance_exact(band, 254.3), sunlight(band) / PI);
+        let expected = own + albedo * sun * phase.to_radians().cos().max(0.0);
+        for image in [on_device(&alone), by_reference(&alone)] {
+            let found = middle(&image);
+            println!("{phase} deg: {found:.4} for {expected:.4}");
+            assert!((found - expected).abs() < 2e-3 * sun, "{phase}: {found} for {expected}");
+        }
+        let both =
+            shown("", "[[band]]\nname = \"long\"\nband_um = [8, 14]\n[[band]]\nname = \"mid\"\nband_um = [3, 5]");
+        let image = super::bands::seen(&both, true);
+        let found = f64::from(image.bands.images[1].radiance[4 * 9 + 4]);
+        assert!((found - expected).abs() < 2e-3 * sun, "{phase}, among others: {found} for {expected}");
+        let long = Band { lower: 8e-6, upper: 14e-6 };
+        assert!((middle(&image) / band_radiance_exact(long, 254.3) - 1.0).abs() < 1e-4, "no sunlight in the long band");
+    }
 }
 
 /// A diffuse plate over the Earth reflects the radiance of the disc weighted by the cosine, summed here over directions.

@@ -142,7 +142,7 @@ The bound is 3.3 K on days that were not fitted: {met(result.off["after", False]
 The bound is 10 % of 0.98 K/min, with fitted values: {met(abs(of["after"] / 0.98 - 1) <= 0.1)}.
 
 By the time since the last contact of the umbra, in deg C, on days that were not fitted. The error of the flown mean is its standard error; that of the handbook values is T_sigma by the ranges below, albedo (0.2 to 0.4) and planet infrared (210 to 260 W/m2)
-([numerics.md 11](numerics.md#11-uncertainty)); that of the fitted values is of their covariance.
+([numerics.md 12](numerics.md#12-uncertainty)); that of the fitted values is of their covariance.
 
 | place | samples | flown | handbook | fitted |
 |---|---|---|---|---|

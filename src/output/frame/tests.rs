@@ -83,6 +83,7 @@ pub(crate) fn header() -> FrameHeader {
         device: "llvmpipe (LLVM 15.0.6, 256 bits)".into(),
         version: "0.1.0".into(),
         band: Band { lower: 8e-6, upper: 14e-6 },
+        bands: Vec::new(),
         step: 7,
         image: Some(3),
         camera_from_orbit: Some(DMat4::from_rotation_translation(rotation, DVec3::new(1.5, -0.25, 100.0))),

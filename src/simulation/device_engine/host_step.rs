@@ -8,6 +8,7 @@ use crate::simulation::energy::absorbed_heat;
 use crate::simulation::engine::{EngineError, EngineStep, Order};
 use crate::simulation::given::GivenTemperatures;
 use crate::simulation::network::NetworkRun;
+use crate::thermal::planet_map::Equirectangular;
 
 impl DeviceEngine {
     /// Steps the network under the load of a step, and before it keeps the temperatures where the order says so. The host integrates between the loads and
@@ -49,6 +50,18 @@ impl DeviceEngine {
         }
         let temperatures: Vec<f32> = given.at(time).iter().map(|kelvin| *kelvin as f32).collect();
         Ok(self.renderer.set_temperatures(&temperatures)?)
+    }
+
+    /// Writes temperatures of all nodes, for images alone.
+    pub(super) fn take_shown(&mut self, temperatures: &[f32]) -> Result<(), EngineError> {
+        self.end_frames()?;
+        Ok(self.renderer.set_temperatures(temperatures)?)
+    }
+
+    /// Writes another map of the planet, after the images that show the last one.
+    pub(super) fn take_planet_map(&mut self, map: &Equirectangular) -> Result<(), EngineError> {
+        self.end_frames()?;
+        Ok(self.renderer.set_planet_map(&map.values)?)
     }
 
     /// Leaves the network to sub-steps if its frames do not keep the tolerance, before a step from `start` [s].

@@ -55,7 +55,7 @@ impl Drawing {
         let finishes = Finishes::new(prepared);
         let has_normals = !finishes.reflectors.is_empty();
         let shown = if finishes.crinkled.is_empty() { &nodes.normals } else { &finishes.crinkled };
-        let table = RadianceTable::new(prepared.scene.band);
+        let table = RadianceTable::new(prepared.scene.passband());
         let sensed = prepared.scene.sensor.as_ref().zip(camera).filter(|_| is_own(prepared, camera));
         Self {
             surface: Jointed {

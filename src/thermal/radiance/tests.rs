@@ -62,3 +62,33 @@ fn derivative_is_that_of_the_value() {
         assert!((table.ln_scaled(t).1 / difference - 1.0).abs() < 1e-6);
     }
 }
+
+/// A response that rises and falls.
+const CURVE: [[f64; 2]; 4] = [[7.0, 0.0], [9.0, 0.6], [10.0, 1.2], [13.0, 0.1]];
+
+#[test]
+fn a_flat_response_is_its_band() {
+    let flat = Passband::of_response(&[[8.0, 3.0], [9.5, 3.0], [14.0, 3.0]]).unwrap();
+    let table = RadianceTable::new(flat);
+    for t in [20.0, 77.0, 300.0, 1000.0, 5772.0] {
+        let exact = band_radiance_exact(Band { lower: 8e-6, upper: 14e-6 }, t);
+        let found = band_radiance(&table, t);
+        assert!((found / exact - 1.0).abs() < 2e-8, "{t} K: {found:e} {exact:e}");
+    }
+}
+
+/// The radiance of a curve by scipy's quad, in tests/oracle/bands.py.
+#[test]
+fn a_response_agrees_with_scipy() {
+    let table = RadianceTable::new(Passband::of_response(&CURVE).unwrap());
+    for (t, expected) in include!("../../../tests/oracle/response_radiance.in") {
+        let found = band_radiance(&table, t);
+        println!("{t} K: {found:e} for {expected:e}");
+        assert!((found / expected - 1.0).abs() < 1e-7, "{t} K: {found:e} {expected:e}");
+        // Another peak is another share at all other wavelengths, because the largest response counts as 1.
+        let mut flatter = CURVE;
+        flatter[2][1] = 1.1;
+        let other = RadianceTable::new(Passband::of_response(&flatter).unwrap());
+        assert!((band_radiance(&other, t) / expected - 1.0).abs() > 1e-3);
+    }
+}

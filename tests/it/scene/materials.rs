@@ -16,6 +16,7 @@ fn model(materials: &[(&str, serde_json::Value)]) -> Model {
     let material = |(name, extras): &(&str, serde_json::Value)| ModelMaterial {
         name: (*name).to_string(),
         extras: extras.as_object().into_iter().flatten().map(|(key, value)| (key.clone(), value.clone())).collect(),
+        colour: None,
     };
     Model {
         source: PathBuf::from("models/craft.glb"),

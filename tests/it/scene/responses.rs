@@ -61,7 +61,7 @@ fn folder() -> Folder {
 /// The response of the model's only material, `A`.
 fn response(folder: &Folder, scene: &Scene, extras: &Value) -> Response {
     let extras = extras.as_object().into_iter().flatten().map(|(key, value)| (key.clone(), value.clone())).collect();
-    let material = ModelMaterial { name: "A".to_string(), extras };
+    let material = ModelMaterial { name: "A".to_string(), extras, colour: None };
     let model = Model { source: folder.path("craft.glb"), materials: vec![material], ..Model::default() };
     scene.materials.resolve(&model, &mut Vec::<PathBuf>::new()).unwrap().remove(0).response
 }
