@@ -62,7 +62,7 @@ mod vector;
 mod view;
 pub(crate) mod work;
 
-pub(crate) use camera::{Poses, read_poses};
+pub(crate) use camera::{Poses, USUAL_SAMPLES, read_poses};
 pub use density::Density;
 pub use density::Edges;
 pub use error::SceneError;
