@@ -33,7 +33,8 @@ impl Folder {
     pub fn write(&self, name: &str, text: &str) -> PathBuf {
         let path = self.path(name);
         let states = name.ends_with(".toml") && text.matches("\nsamples = ").count() > 1;
-        let text = if states { &text.replacen("\nsamples = 1\n", "\n", 1) } else { text };
+        let once = text.replacen("\nsamples = 1\n", "\n", 1);
+        let text = if states { once.as_str() } else { text };
         std::fs::write(&path, text).expect("the folder can be written");
         path
     }
