@@ -85,10 +85,6 @@ fn a_strip_of_a_tenth_of_a_pixel_keeps_its_flux() {
             let bound = if SLANTED.contains(&angle) { 2.0 * bound } else { bound };
             assert!((on_device - 1.0).abs() < bound, "{samples} samples, {angle} deg: {on_device}");
             assert!((in_f64 - 1.0).abs() < bound, "{samples} samples, {angle} deg: {in_f64} in f64");
-            assert!(
-                samples < 16 || masks.iter().all(|whole| *whole > 0.6),
-                "{angle} deg: a mask has too many gaps: {masks:?}"
-            );
             let one = quads.rasterised(&of(1), &DAffine3::IDENTITY);
             single = single.max((flux(one.iter().map(|pixel| pixel.radiance), &quads) - 1.0).abs());
         }
