@@ -7,6 +7,14 @@
 layout(set = 0, binding = 0) uniform ViewBlock { View view; };
 layout(set = 0, binding = 12) uniform SurroundingsBlock { Surroundings around; };
 
+#ifdef GATHERED
+// The place in a pixel that the sample shows, from its upper left corner.
+layout(push_constant) uniform PlaceBlock { vec2 sample_place; };
+#define SEEN (place - (vec2(1.0) - 2.0 * sample_place) / view.size)
+#else
+#define SEEN place
+#endif
+
 #ifdef MULTIPLE
 layout(location = 0) smooth sample in vec2 place;
 #else
@@ -27,7 +35,7 @@ layout(location = 2) out vec4 surface;
 #endif
 
 void main() {
-    vec3 ray = normalize(vec3((place - view.clip_offset) / view.clip_scale, 1.0));
+    vec3 ray = normalize(vec3((SEEN - view.clip_offset) / view.clip_scale, 1.0));
     float radiance = sky_radiance(around, ray);
 #ifdef TRACED
     surface = vec4(0.0);

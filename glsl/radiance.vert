@@ -11,6 +11,11 @@ layout(set = 0, binding = 4) readonly buffer TemperatureBlock { float temperatur
 layout(set = 0, binding = 5) readonly buffer GroupMaterialBlock { uint group_material[]; };
 layout(set = 0, binding = 6) readonly buffer GroupPartBlock { uint group_part[]; };
 
+#ifdef GATHERED
+// The place in a pixel that the sample shows, from its upper left corner.
+layout(push_constant) uniform PlaceBlock { vec2 sample_place; };
+#endif
+
 #ifdef ROLLING
 #define SHUTTER_BINDING 14
 #include "shutter.glsl"
@@ -56,6 +61,9 @@ void main() {
         view.near,
         camera.z
     );
+#ifdef GATHERED
+    gl_Position.xy += (vec2(1.0) - 2.0 * sample_place) / view.size * camera.z;
+#endif
     float own = temperature[node];
 #ifdef NORMALS
     temperature_depth = vec4(own, camera.z, camera.xy);

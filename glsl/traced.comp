@@ -17,8 +17,8 @@
 
 layout(local_size_x = 64) in;
 
-// First texel, and dispatches before this one.
-layout(push_constant) uniform FirstBlock { uint first_texel; uint dispatches; };
+// First texel, dispatches before this one, and the place of the sample in a texel.
+layout(push_constant) uniform FirstBlock { uint first_texel; uint dispatches; vec2 sample_place; };
 layout(set = 0, binding = 0) uniform ViewBlock { View view; };
 layout(set = 0, binding = 12) uniform SurroundingsBlock { Surroundings around; };
 // Front and back of each material.
@@ -67,7 +67,7 @@ Path begun(uvec2 place) {
         return Path(0u, 0u, 0u, 0.0, vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0);
     }
     vec2 size = vec2(float(tracing.width), float(tracing.texels / tracing.width));
-    vec2 clip = (2.0 * vec2(place) + vec2(1.0)) / size - vec2(1.0);
+    vec2 clip = (2.0 * (vec2(place) + sample_place)) / size - vec2(1.0);
     vec3 ray = vec3((clip - view.clip_offset) / view.clip_scale, 1.0);
     uint node = uint(abs(surface.w)) - 1u;
     uint side = surface.w < 0.0 ? 1u : 0u;
@@ -90,7 +90,7 @@ void main() {
     uint vertex = dispatches * tracing.vertices;
     uint end = path.weight > 0.0 ? vertex + tracing.vertices : 0u;
     while (vertex < end) {
-        path = followed(path, around, 16u * place + uvec2(8u), vertex);
+        path = followed(path, around, 16u * place + uvec2(16.0 * sample_place), vertex);
         vertex++;
         end = path.weight > 0.0 ? end : 0u;
     }

@@ -27,6 +27,8 @@ use view::{centres, grid, rays_of_row};
 
 use crate::stop::Watch;
 
+/// The centre of a pixel.
+const CENTRE: [f64; 2] = [0.5, 0.5];
 /// Pixels of a row that are tried together.
 const BLOCK: usize = 16;
 
@@ -34,8 +36,29 @@ const BLOCK: usize = 16;
 /// [K].
 pub fn rasterise(surface: &RasterSurface, view: &RasterView, radiance: impl Fn(f64) -> f64 + Sync) -> Vec<Pixel> {
     let traced = surface.around.as_ref().and_then(|around| around.traced);
-    let places = if traced.is_some() { centres(grid(view.samples)) } else { places(view.samples).to_vec() };
-    draw_pixels(surface, view, (places, &mut []), radiance)
+    let gathered = view.lens.is_pinhole();
+    let pattern = if traced.is_some() && !gathered {
+        SamplePattern::centres_of(grid(view.samples))
+    } else {
+        SamplePattern { places: places(view.samples).to_vec(), texels: [1; 2], gathered }
+    };
+    draw_pixels(surface, view, (pattern, &mut []), radiance)
+}
+
+/// Where the samples of a pixel lie.
+struct SamplePattern {
+    places: Vec<[f64; 2]>,
+    /// Texels along the width and height of a pixel, by which the rays of reflections are drawn.
+    texels: [u32; 2],
+    /// Whether a pixel whose centre shows nothing shows the surface of the first sample that has one.
+    gathered: bool,
+}
+
+impl SamplePattern {
+    /// The centres of the texels of a grid in a pixel.
+    fn centres_of(texels: [u32; 2]) -> Self {
+        Self { places: centres(texels), texels, gathered: false }
+    }
 }
 
 /// The same from the texels of a finer image with `fineness` texels along each side of a pixel, and the radiance of these texels, row after row.
@@ -46,8 +69,8 @@ pub(crate) fn rasterise_finely(
     radiance: impl Fn(f64) -> f64 + Sync,
 ) -> (Vec<Pixel>, Vec<f64>) {
     let mut texels = vec![0.0; view.width as usize * view.height as usize * fineness * fineness];
-    let places = centres([fineness as u32; 2]);
-    let pixels = draw_pixels(surface, view, (places, &mut texels), radiance);
+    let pattern = SamplePattern::centres_of([fineness as u32; 2]);
+    let pixels = draw_pixels(surface, view, (pattern, &mut texels), radiance);
     (pixels, texels)
 }
 
@@ -55,15 +78,17 @@ pub(crate) fn rasterise_finely(
 fn draw_pixels(
     surface: &RasterSurface,
     view: &RasterView,
-    (mut places, texels): (Vec<[f64; 2]>, &mut [f64]),
+    (pattern, texels): (SamplePattern, &mut [f64]),
     radiance: impl Fn(f64) -> f64 + Sync,
 ) -> Vec<Pixel> {
     let projected: Vec<Projected> =
         surface.triangles.par_iter().filter_map(|&triangle| project(surface, view, triangle)).collect();
     let mut pixels = vec![EMPTY; view.width as usize * view.height as usize];
+    let SamplePattern { mut places, texels: of_pixel, gathered } = pattern;
     let counted = places.len();
-    // Identity and temperature are taken at the centre, which is the place of a single sample.
-    places.extend((counted > 1).then_some([0.5, 0.5]));
+    // Identity and temperature are taken at the centre.
+    let central = places.iter().position(|place| *place == CENTRE).unwrap_or(counted);
+    places.extend((central == counted).then_some(CENTRE));
     let each = places.len();
     let watch = Watch::begin();
     let (width, fineness) = (view.width.max(1) as usize, counted.isqrt());
@@ -87,7 +112,7 @@ fn draw_pixels(
                 draw(triangle, view.near, rays, samples, shown);
             }
         }
-        let light = SampleLight { surface, view, radiance: &radiance };
+        let light = SampleLight { surface, view, texels: of_pixel, radiance: &radiance };
         let drawn = samples.chunks_mut(each).zip(shown.chunks(each)).zip(rays.chunks(each));
         for (column, (pixel, ((samples, shown), rays))) in pixels.iter_mut().zip(drawn).enumerate() {
             for (((sample, shown), ray), place) in samples[..counted].iter_mut().zip(shown).zip(rays).zip(&places) {
@@ -99,11 +124,12 @@ fn draw_pixels(
                 }
             }
             let mean = |value: fn(&Pixel) -> f64| samples[..counted].iter().map(value).sum::<f64>() / counted as f64;
+            let first = samples[..counted].iter().find(|sample| gathered && sample.part > 0);
             *pixel = Pixel {
                 radiance: mean(|sample| sample.radiance),
                 reflected: mean(|sample| sample.reflected),
                 coverage: mean(|sample| sample.coverage),
-                ..samples[each - 1]
+                ..*first.unwrap_or(&samples[central])
             };
         }
     });

@@ -62,7 +62,7 @@ class Camera:
         skew: float = 0.0,
         distortion: Sequence[float] = ...,
         distortion_model: str = ...,
-        samples: int = 1,
+        samples: int = 4,
         near: float = 0.1,
         line_time: float = 0.0,
     ) -> Camera: ...

@@ -65,7 +65,7 @@ fn distortion(model: &str, numbers: &[f64]) -> PyResult<Distortion> {
 #[pymethods]
 impl Camera {
     #[new]
-    #[pyo3(signature = (width, height, *, fx, fy=None, cx=None, cy=None, skew=0.0, distortion=Vec::new(), distortion_model=BROWN_CONRADY, samples=1, near=0.1, line_time=0.0))]
+    #[pyo3(signature = (width, height, *, fx, fy=None, cx=None, cy=None, skew=0.0, distortion=Vec::new(), distortion_model=BROWN_CONRADY, samples=4, near=0.1, line_time=0.0))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn new(
         py: Python<'_>,

@@ -111,12 +111,13 @@ fn changed(scene: &Scene, row: &FrameRow) -> Scene {
     scene
 }
 
-/// Changes the image size [px] and keeps the horizontal field of view.
+/// Changes the image size [px], keeps the horizontal field of view, and takes one sample of a pixel, as all measurements do.
 pub(super) fn resize(camera: &mut Camera, [width, height]: [u32; 2]) {
     let scale = f64::from(width) / f64::from(camera.width);
     camera.lens.focal = camera.lens.focal.map(|focal| focal * scale);
     (camera.width, camera.height) = (width, height);
     camera.lens.centre = [f64::from(width) / 2.0, f64::from(height) / 2.0];
+    camera.samples = 1;
 }
 
 fn measured(context: &Arc<Context>, scene: &Scene, row: FrameRow, effort: FrameEffort) -> Result<FrameRow, String> {

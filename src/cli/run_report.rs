@@ -42,8 +42,7 @@ pub(super) fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &RunOutco
             // Temperatures of a file take no thermal step.
             .filter(|_| prepared.given.is_none());
     let of_image = |name: &str| {
-        ["cull", "radiance", "read radiance", "read identity", COPIED_FOR_SENSOR, READ].contains(&name)
-            || name.starts_with("sensor_")
+        IMAGE_PASSES.contains(&name) || [COPIED_FOR_SENSOR, READ].contains(&name) || name.starts_with("sensor_")
     };
     Speed {
         steps,
@@ -56,6 +55,23 @@ pub(super) fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &RunOutco
         ..Speed::default()
     }
 }
+
+/// Passes of an image without its sensor.
+const IMAGE_PASSES: [&str; 13] = [
+    "cull",
+    "radiance",
+    "mean",
+    "copy radiance",
+    "copy identity",
+    "copy mean",
+    "copy surfaces",
+    "traced",
+    "gather",
+    "resample",
+    "distant",
+    "read radiance",
+    "read identity",
+];
 
 /// Name of the parts of a step's cost.
 const COST: &str = "device time of a step [ns a node]";

@@ -80,9 +80,8 @@ pub fn compose(recipe: &Recipe) -> Frame {
             thermal::between(&mut frame, ranges, share.unwrap_or(1.0));
         }
         image::cull(&mut frame, image);
-        image::draw(&mut frame, image, shown);
-        image::compute(&mut frame, image, |frame, lit| {
-            traced::passes(frame, image.shows, lit, image.texels, shown);
+        image::make(&mut frame, image, shown, |frame, place, lit| {
+            traced::passes(frame, image.shows, place, lit, image.texels, shown);
         });
         image::read(&mut frame, image);
     }

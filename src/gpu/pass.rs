@@ -96,6 +96,8 @@ pub struct Drawing {
     pub(crate) indices: &'static Resource,
     /// Draw commands.
     pub(crate) commands: &'static Resource,
+    /// Push constants of all shaders.
+    pub(crate) constants: Vec<u8>,
 }
 
 /// Work of a pass.
@@ -176,9 +178,9 @@ impl Pass {
         self
     }
 
-    /// Gives the dispatch its push constants.
+    /// Gives the dispatch or the draw its push constants.
     pub(crate) fn told<T: NoUninit>(mut self, structure: &T) -> Self {
-        if let PassWork::Dispatch { constants, .. } = &mut self.work {
+        if let PassWork::Dispatch { constants, .. } | PassWork::Draw(Drawing { constants, .. }) = &mut self.work {
             constants.extend_from_slice(bytemuck::bytes_of(structure));
         }
         self

@@ -90,7 +90,8 @@ impl Pipeline {
         } else {
             vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT
         };
-        let mut pipeline = Self::layouts(context, bindings, 0, stages, vk::PipelineBindPoint::GRAPHICS)?;
+        let constants = drawing.constants.len() as u32;
+        let mut pipeline = Self::layouts(context, bindings, constants, stages, vk::PipelineBindPoint::GRAPHICS)?;
         let modules = shaders.iter().map(|shader| Module::new(context, shader)).collect::<Result<Vec<_>, _>>()?;
         let kinds = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
         let stages: Vec<_> = modules.iter().zip(kinds).map(|(module, kind)| module.stage(kind)).collect();

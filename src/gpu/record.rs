@@ -195,8 +195,14 @@ impl<'a> Recorder<'a> {
         let depth = image(drawing.depth);
         let attachment = cleared(depth, depth_of(0.0), discard);
         let rendering = vk::RenderingInfo::default().color_attachments(&colours).depth_attachment(&attachment);
-        self.bind(pass, 0);
+        let pipeline = self.bind(pass, 0);
         self.begin_drawing(rendering, depth.size, drawing.indices);
+        if let Some(pipeline) = pipeline.filter(|_| !drawing.constants.is_empty()) {
+            let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
+            let device = &self.context.device;
+            // SAFETY: the bound pipeline has these push constants, and the pipeline of what stands behind has them too.
+            unsafe { device.cmd_push_constants(self.commands, pipeline.layout, stages, 0, &drawing.constants) };
+        }
         for run in self.triangles.iter().copied() {
             self.bind(pass, run.joint);
             self.draw_visible(run, drawing.commands);

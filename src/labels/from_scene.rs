@@ -44,6 +44,7 @@ pub fn labelled(identity: ImageIdentity, prepared: &Prepared, image: Image) -> L
     if links.is_empty() {
         links.push(glam::DAffine3::IDENTITY);
     }
+    let spreads = prepared.scene.sensor.as_ref().is_some_and(|sensor| sensor.spread.is_some());
     let sky = prepared.loads.sky_model().sky(image.time);
     let turn = image.camera_from_body.matrix3;
     let named = prepared.loads.joints().joints().iter().zip(positions);
@@ -74,6 +75,8 @@ pub fn labelled(identity: ImageIdentity, prepared: &Prepared, image: Image) -> L
             depth: image.depth,
             part: image.part,
             material: image.material,
+            // The texels of a point spread have no part.
+            samples: if spreads { 1 } else { image.camera.samples },
             coverage: image.coverage,
         },
     }

@@ -120,6 +120,8 @@ pub struct ImageChannels {
     pub part: Vec<u32>,
     /// Index of the material at the centre of the pixel + 1.
     pub(crate) material: Vec<u32>,
+    /// Samples of a pixel among which one shows its part where the centre shows none.
+    pub(crate) samples: u32,
     /// Share of the samples of a pixel that show a surface. Empty with one sample of a pixel.
     pub(crate) coverage: Vec<f32>,
 }

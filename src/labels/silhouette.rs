@@ -1,6 +1,6 @@
 //! The silhouettes of the rigid objects of a craft, also where another object hides them or the frame ends.
 //!
-//! The visible mask comes from the part in each pixel. A silhouette comes from the f64 rasteriser, which tests the centre of each pixel, as the image
+//! The visible mask comes from the part in each pixel. A silhouette comes from the f64 rasteriser, which tests the samples of each pixel, as the image
 //! does.
 
 use glam::{DVec2, DVec3};
@@ -118,7 +118,7 @@ impl Solids {
             width: canvas.size[0] as u32,
             height: canvas.size[1] as u32,
             lens,
-            samples: 1,
+            samples: image.channels.samples,
             near: image.near,
         };
         let drawn = rasterise(&surface, &view, |_| 0.0);

@@ -32,6 +32,16 @@ impl ColourScale {
         Self::new(all.map_or([0.0, 1.0], |[lower, upper]| round_range(f64::from(lower), f64::from(upper))))
     }
 
+    /// A scale with round ends that fits one image: all but the coldest and the hottest two hundredth of its temperatures [K].
+    pub(crate) fn fitting(frame: &Image) -> Self {
+        let shown = frame.temperature.iter().zip(&frame.part).filter(|(value, part)| **part != 0 && value.is_finite());
+        let mut values: Vec<f32> = shown.map(|(value, _)| *value).collect();
+        values.sort_unstable_by(f32::total_cmp);
+        let beyond = values.len() / 200;
+        let ends = values.get(beyond).zip(values.get((values.len().max(1) - 1).saturating_sub(beyond)));
+        Self::covering(ends.map(|(lower, upper)| [*lower, *upper]))
+    }
+
     /// Colour of a value. Values beyond an end have the colour of that end, which pictures mark
     /// ([`ColourScale::exceeded_by`]).
     pub(crate) fn colour(&self, value: f32) -> Rgb {
@@ -115,6 +125,23 @@ mod tests {
         let scale = ColourScale::new([200.0, 300.0]);
         assert_eq!(scale.colour(100.0), scale.colour(200.0));
         assert_eq!(scale.colour(f32::INFINITY), scale.colour(300.0));
+    }
+
+    /// A cold craft with one hot pixel: the colours fit the craft, and the scale tells that a value lies beyond.
+    #[test]
+    fn a_scale_fits_its_image() {
+        let mut frame = sphere(64, 64, 0);
+        let shown: Vec<usize> = (0..frame.part.len()).filter(|pixel| frame.part[*pixel] != 0).collect();
+        for (number, pixel) in shown.iter().enumerate() {
+            frame.temperature[*pixel] = 180.0 + 10.0 * number as f32 / shown.len() as f32;
+        }
+        frame.temperature[shown[0]] = 390.0;
+        let scale = ColourScale::fitting(&frame);
+        assert!(scale.lower >= 179.0 && scale.upper <= 191.0, "{scale:?}");
+        assert_eq!(scale.exceeded_by(&frame), [false, true]);
+        assert!(ColourScale::covering(frame.range()).upper > 350.0, "a scale that covers it is nearly all dark");
+        frame.part.fill(0);
+        assert_eq!(ColourScale::fitting(&frame), ColourScale::covering([]));
     }
 
     #[test]

@@ -71,6 +71,7 @@ pub(crate) mod temporary;
 mod thinned;
 pub(crate) mod ticks;
 pub(crate) mod tiff;
+mod typeface;
 pub(crate) mod video;
 pub(crate) mod views;
 pub(crate) mod waiting;

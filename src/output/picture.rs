@@ -22,7 +22,7 @@ const LEAST_WIDTH: u32 = 320;
 
 /// A frame in false colour with title, details and colour scale.
 ///
-/// `title` is the first line (the scene), `details` the second (step, time, band). Characters beyond Latin-1 appear as
+/// `title` is the first line (the scene), `details` the second (step, time, band). Characters that the typeface does not have appear as
 /// `?`. Long lines are cut with `...`. Images narrower than 320 pixels are magnified by a whole number.
 pub fn picture(frame: &Image, scale: &ColourScale, title: &str, details: &str) -> Result<Canvas, OutputError> {
     check_size(frame)?;
@@ -148,7 +148,7 @@ fn draw_scale(
     canvas.text("temperature [K]", x, top, FontFace::Normal, Alignment::Left, INK);
     let triangle = BAR_WIDTH / 2;
     let bar_top = top + 22 + triangle;
-    let bar_height = (top + height).saturating_sub(bar_top + triangle + 38).max(40);
+    let bar_height = (top + height).saturating_sub(bar_top + triangle + 53).max(40);
     let line_height = f64::from(FontFace::Normal.height());
     let span = scale.upper - scale.lower;
 
@@ -165,7 +165,7 @@ fn draw_scale(
         let y = bar_top + row.min(bar_height - 1);
         canvas.fill(x + BAR_WIDTH + 1, y, 6, 1, INK);
         let number = ticks::label(value, marks.step);
-        canvas.text(&number, x + BAR_WIDTH + 11, y.saturating_sub(6), FontFace::Normal, Alignment::Left, INK);
+        canvas.text(&number, x + BAR_WIDTH + 11, y.saturating_sub(8), FontFace::Normal, Alignment::Left, INK);
     }
     for row in 0..triangle {
         if exceeded[1] {
@@ -182,9 +182,14 @@ fn draw_scale(
     let lines = match present {
         Some([least, greatest]) => {
             let number = |value: f32| ticks::label(f64::from(value), step.max(f64::from(value.abs()) * 1e-4));
-            [format!("min {}", number(least)), format!("max {}", number(greatest))]
+            let ends = [scale.lower, scale.upper].map(|value| ticks::label(value, step.max(span / 100.0)));
+            [
+                format!("colours {} to {}", ends[0], ends[1]),
+                format!("min {}", number(least)),
+                format!("max {}", number(greatest)),
+            ]
         }
-        None => ["nothing in view".to_owned(), String::new()],
+        None => ["nothing in view".to_owned(), String::new(), String::new()],
     };
     for (line, row) in lines.iter().zip(0u32..) {
         canvas.text(line, x, below + row * 15, FontFace::Normal, Alignment::Left, FAINT_INK);

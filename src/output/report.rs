@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use glam::DVec3;
 use serde::Serialize;
 
 use super::OutputError;
@@ -187,6 +188,15 @@ pub(crate) struct FrameEntry {
     pub(crate) file: String,
     /// PNG file, relative to the report, if there is one.
     pub(crate) picture: Option<String>,
+    /// Place of the camera in the body frame [m].
+    pub(crate) camera_m: [f64; 3],
+}
+
+impl FrameEntry {
+    /// Distance from the camera to the origin of the body frame [m].
+    pub(crate) fn range(&self) -> f64 {
+        DVec3::from(self.camera_m).length()
+    }
 }
 
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]

@@ -12,6 +12,7 @@ use super::folder::Folder;
 use super::picture::{Tile, contact_sheet, picture};
 use super::report::{FrameEntry, ReportPicture};
 use crate::scene::{Draw, ImageFile, Scene, Time};
+use crate::simulation::image::Image;
 
 /// Small pictures of several steps.
 pub(super) const CONTACT_SHEET: &str = "contact_sheet.png";
@@ -59,7 +60,7 @@ pub(crate) fn frame_stem(step: u32, image: Option<u32>) -> String {
     }
 }
 
-/// Draws a PNG for each frame on one scale, and the contact sheet. `drawn` is called after each picture.
+/// Draws a PNG for each frame, on a scale of its own unless the scene wants one scale, and the contact sheet on one scale. `drawn` is called after each picture.
 pub(super) fn draw_pictures(
     scene: &Scene,
     eclipses: &Eclipses,
@@ -71,6 +72,8 @@ pub(super) fn draw_pictures(
         Some(range) => ColourScale::new(range),
         None => ColourScale::covering(written.iter().filter_map(|frame| frame.range)),
     };
+    let is_one = scene.colour_range.is_some() || scene.images.one_colour_range;
+    let scale_of = |frame: &Image, one: &ColourScale| if is_one { *one } else { ColourScale::fitting(frame) };
     let apparent = scene.images.files.contains(&ImageFile::ApparentPng).then(|| Apparent::new(scene.passband()));
     let apparent_scale = match scene.colour_range {
         Some(range) => ColourScale::new(range),
@@ -98,17 +101,19 @@ pub(super) fn draw_pictures(
             };
             let details = format!("{name_of_frame}{light}, band {band}");
             let file = one.file("png");
-            folder.write_bytes(&file, &picture(&frame, &scale, name, &details)?.png()?)?;
+            folder.write_bytes(&file, &picture(&frame, &scale_of(&frame, &scale), name, &details)?.png()?)?;
             if let Some(apparent) = &apparent {
                 let file = format!("frames/{}_apparent.png", frame_stem(one.step, one.image));
                 let details = format!("apparent, {details}");
-                folder
-                    .write_bytes(&file, &picture(&apparent.frame(&frame), &apparent_scale, name, &details)?.png()?)?;
+                let frame = apparent.frame(&frame);
+                let scale = scale_of(&frame, &apparent_scale);
+                folder.write_bytes(&file, &picture(&frame, &scale, name, &details)?.png()?)?;
             }
             let caption = format!("t = {} s{light}", digits.of(time));
             let tile = chosen(index).then(|| Tile::new(&frame, &scale, &caption, TILE_WIDTH)).transpose()?;
             drawn();
-            let entry = FrameEntry { step: one.step, time_s: time, file: exr, picture: Some(file) };
+            let camera_m = frame.camera_from_body.inverse().translation.to_array();
+            let entry = FrameEntry { step: one.step, time_s: time, file: exr, picture: Some(file), camera_m };
             Ok((entry, tile))
         })
         .collect::<Result<_, OutputError>>()?;
@@ -122,5 +127,26 @@ pub(super) fn draw_pictures(
     folder.write_bytes(CONTACT_SHEET, &png)?;
     let title = "Surface temperature through the run".to_owned();
     let sheet = ReportPicture { title, file: CONTACT_SHEET.to_owned(), png };
-    Ok((frames, vec![sheet]))
+    let sensed = sensor_picture(scene, folder, written, &frames)?;
+    Ok((frames, sensed.into_iter().chain([sheet]).collect()))
+}
+
+/// What the sensor displays in the middle of a run. `None` without such files.
+fn sensor_picture(
+    scene: &Scene,
+    folder: &Folder,
+    written: &[WrittenFrame],
+    frames: &[FrameEntry],
+) -> Result<Option<ReportPicture>, OutputError> {
+    let middle = written.len() / 2;
+    let (Some(one), Some(frame), true) =
+        (written.get(middle), frames.get(middle), scene.images.files.contains(&ImageFile::DisplayPng))
+    else {
+        return Ok(None);
+    };
+    let file = format!("frames/{}_{}", frame_stem(one.step, one.image), ImageFile::DisplayPng.ending());
+    let path = folder.file(&file);
+    let png = std::fs::read(&path).map_err(|source| OutputError::Read(path, source))?;
+    let title = format!("The sensor's display at t = {} s, from {:.1} m", frame.time_s, frame.range());
+    Ok(Some(ReportPicture { title, file, png }))
 }

@@ -5,12 +5,14 @@ use glam::{DVec2, DVec3};
 use super::surface::{Pixel, RasterSurface, SurfaceSurroundings};
 use super::traced::{ReflectedCraft, TracedSample, traced_radiance};
 use super::triangle::ShownFace;
-use super::view::{RasterView, grid};
+use super::view::RasterView;
 use crate::thermal::surroundings::{BandReflector, emissivity, reflected_radiance, sky_radiance};
 
 pub(super) struct SampleLight<'a> {
     pub(crate) surface: &'a RasterSurface<'a>,
     pub(crate) view: &'a RasterView,
+    /// Texels along the width and height of a pixel, by which the rays of a place are drawn.
+    pub(crate) texels: [u32; 2],
     /// Radiance of a blackbody at a temperature [K].
     pub(crate) radiance: &'a dyn Fn(f64) -> f64,
 }
@@ -44,7 +46,7 @@ impl SampleLight<'_> {
     ) -> Option<f64> {
         let traced = around.traced.as_ref()?;
         let surroundings = around.surroundings?;
-        let [across, down] = grid(self.view.samples).map(f64::from);
+        let [across, down] = self.texels.map(f64::from);
         let texel = [across * place[0], down * place[1]];
         let sample = TracedSample {
             node: shown.node,

@@ -32,39 +32,42 @@ impl RasterView {
     }
 }
 
-/// The places of the samples in a pixel, from its upper left corner: the standard sample locations of Vulkan (chapter Rasterization,
-/// Multisampling).
+/// The places of the samples in a pixel, from its upper left corner: the centre, and as many around it as a camera states, by their distance from it. Each
+/// place lies opposite another, so that their mean is the centre. Across a strip at any angle the places are spread evenly, also where strips are moved by
+/// sixteenths of a pixel: found by a search that lowers the Fourier sums of the places at the frequencies that a strip of 0.1 pixels meets.
 pub(crate) fn places(samples: u32) -> &'static [[f64; 2]] {
-    const ONE: [[f64; 2]; 1] = [[0.5, 0.5]];
-    const FOUR: [[f64; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
-    const EIGHT: [[f64; 2]; 8] = [
-        [0.5625, 0.3125],
-        [0.4375, 0.6875],
-        [0.8125, 0.5625],
-        [0.3125, 0.1875],
-        [0.1875, 0.8125],
-        [0.0625, 0.4375],
-        [0.6875, 0.9375],
-        [0.9375, 0.0625],
-    ];
-    const SIXTEEN: [[f64; 2]; 16] = [
-        [0.5625, 0.5625],
-        [0.4375, 0.3125],
-        [0.3125, 0.625],
-        [0.75, 0.4375],
-        [0.1875, 0.375],
-        [0.625, 0.8125],
-        [0.8125, 0.6875],
-        [0.6875, 0.1875],
-        [0.375, 0.875],
-        [0.5, 0.0625],
-        [0.25, 0.125],
-        [0.125, 0.75],
-        [0.0, 0.5],
-        [0.9375, 0.25],
-        [0.875, 0.9375],
-        [0.0625, 0.0],
-    ];
+    const ONE: [[f64; 2]; 1] = [[0.5; 2]];
+    const FOUR: [[f64; 2]; 5] = of_1024([[512, 512], [694, 892], [330, 132], [931, 232], [93, 792]]);
+    const EIGHT: [[f64; 2]; 9] = of_1024([
+        [512, 512],
+        [669, 235],
+        [355, 789],
+        [790, 674],
+        [234, 350],
+        [752, 79],
+        [272, 945],
+        [970, 822],
+        [54, 202],
+    ]);
+    const SIXTEEN: [[f64; 2]; 17] = of_1024([
+        [512, 512],
+        [743, 551],
+        [281, 473],
+        [579, 276],
+        [445, 748],
+        [660, 824],
+        [364, 200],
+        [821, 309],
+        [203, 715],
+        [980, 639],
+        [44, 385],
+        [604, 14],
+        [420, 1010],
+        [870, 97],
+        [154, 927],
+        [960, 857],
+        [64, 167],
+    ]);
     match samples {
         0..=1 => &ONE,
         2..=4 => &FOUR,
@@ -73,7 +76,19 @@ pub(crate) fn places(samples: u32) -> &'static [[f64; 2]] {
     }
 }
 
-/// Samples along the width and height of a pixel at which reflections of the craft are traced, like the pixels of a finer image.
+/// Places in parts of a 1024th of a pixel.
+const fn of_1024<const COUNT: usize>(parts: [[u16; 2]; COUNT]) -> [[f64; 2]; COUNT] {
+    let mut places = [[0.0; 2]; COUNT];
+    let mut at = 0;
+    while at < COUNT {
+        places[at] = [parts[at][0] as f64 / 1024.0, parts[at][1] as f64 / 1024.0];
+        at += 1;
+    }
+    places
+}
+
+/// Samples along the width and height of a pixel at which reflections of the craft are traced through a lens with distortion, like the pixels of a finer
+/// image.
 pub(super) fn grid(samples: u32) -> [u32; 2] {
     match samples {
         0..=1 => [1, 1],

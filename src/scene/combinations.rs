@@ -71,6 +71,12 @@ pub(super) fn check_tumble(
     }
 }
 
+/// The camera with one sample of a pixel where `output.channels` needs it and the scene states none.
+pub(super) fn with_usual_samples(camera: Camera, channels: bool, root: &Section<'_>) -> Result<Camera, SceneError> {
+    let stated = root.table("camera", keys::CAMERA)?.is_some_and(|section| section.has("samples"));
+    Ok(if channels && !stated { Camera { samples: 1, ..camera } } else { camera })
+}
+
 /// The camera with the samples of a pixel that a point spread reads.
 pub(super) fn with_samples(
     camera: Option<Camera>,

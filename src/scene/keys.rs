@@ -211,8 +211,18 @@ pub(super) const NETWORK: &[&str] =
 pub(super) const CONTACT: &[&str] =
     &["between", "between_materials", "distance", "conductance", "conductance_per_area"];
 pub(super) const HEATER: &[&str] = &["part", "power", "probe", "on_below", "off_above", "initially_on"];
-pub(super) const OUTPUT: &[&str] =
-    &["colour_range", "energy_balance", "error", "budget", "channels", "files", "video", "video_rate", "ratio"];
+pub(super) const OUTPUT: &[&str] = &[
+    "colour_range",
+    "one_colour_range",
+    "energy_balance",
+    "error",
+    "budget",
+    "channels",
+    "files",
+    "video",
+    "video_rate",
+    "ratio",
+];
 
 pub(super) const UNCERTAINTY: &[&str] = &["parameter"];
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use super::combinations::with_samples;
+use super::combinations::{with_samples, with_usual_samples};
 use super::error::SceneError;
 use super::faults::{Faults, read_all};
 use super::file::{SourceFile, read_text};
@@ -89,7 +89,7 @@ impl Scene {
         let mut surrounded = radiance::surrounded(section.as_ref(), light, (&mut files, &mut assumptions))?;
         surrounded.channels = view::channels(output.as_ref(), surrounded.reflections != Reflections::Off)?;
         let before = files.len();
-        let camera = read_camera(&root, &sky, preset, &mut files, &mut assumptions)?;
+        let camera = read_camera(&root, &sky, (preset, surrounded.channels), &mut files, &mut assumptions)?;
         sky_files.extend_from_slice(&files[before..]);
         let sections = [section.as_ref(), output.as_ref()];
         camera.iter().try_for_each(|camera| check_camera(&root, camera, &time, &surrounded, sections))?;
@@ -362,17 +362,18 @@ fn read_materials(
     )
 }
 
-/// Reads the camera, whose path may be relative to the orbit.
+/// Reads the camera, whose path may be relative to the orbit. `channels` tells that its images show parts of the radiance.
 fn read_camera(
     root: &Section,
     sky: &SkyScene,
-    preset: Option<&'static Preset>,
+    (preset, channels): (Option<&'static Preset>, bool),
     files: &mut Vec<PathBuf>,
     assumptions: &mut Vec<String>,
 ) -> Result<Option<Camera>, SceneError> {
     let start = sky.orbit.trajectory().map(Trajectory::start).or(sky.time.start);
     let around = camera::PathOrbit { orbit: &sky.orbit, planet_radius: sky.environment.planet_radius, start };
-    optional_camera(root, &sky.time.draw, preset, &around, files, assumptions)
+    let camera = optional_camera(root, &sky.time.draw, preset, &around, files, assumptions)?;
+    camera.map(|camera| with_usual_samples(camera, channels, root)).transpose()
 }
 
 /// Checks a camera against the times of the images, `[radiance]` and `[output]`.

@@ -66,7 +66,7 @@ mod vector;
 mod view;
 pub(crate) mod work;
 
-pub(crate) use camera::{Poses, read_poses};
+pub(crate) use camera::{Poses, USUAL_SAMPLES, read_poses};
 pub use density::{Density, Edges};
 pub use error::SceneError;
 pub(crate) use fit_input::{FitInput, HoldOut, ImageRule, Loss, SensorPlace, SensorRule};

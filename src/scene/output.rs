@@ -74,6 +74,8 @@ pub struct ImageFiles {
     pub error: bool,
     /// Whether the EXR frames state the budget of every pixel.
     pub budget: bool,
+    /// Whether the false colours of all images of a run have one range.
+    pub one_colour_range: bool,
 }
 
 /// Whether images state the error of every pixel. `given` tells that the temperatures come from a file.
@@ -87,6 +89,20 @@ fn error(section: Option<&Section>, given: bool) -> Result<bool, SceneError> {
         )),
         stated => Ok(stated.unwrap_or(false)),
     }
+}
+
+/// Whether all images of a run have one range of false colours.
+fn one_colour_range(section: Option<&Section>) -> Result<bool, SceneError> {
+    let Some(section) = section else { return Ok(false) };
+    let stated = section.boolean("one_colour_range")?;
+    if stated.is_some() && section.has("colour_range") {
+        return Err(section.clash(
+            "one_colour_range",
+            &["colour_range"],
+            "says where the range of the colours comes from, and output.colour_range states it",
+        ));
+    }
+    Ok(stated.unwrap_or(false))
 }
 
 /// Reads these keys of `[output]`. A sensor writes its digital numbers and the display, and temperatures where it counts them.
@@ -146,5 +162,7 @@ pub(super) fn read(section: Option<&Section>, sensor: Option<&Sensor>, given: bo
         ));
     }
     let budget = section.map(|section| section.boolean("budget")).transpose()?.flatten().unwrap_or(false);
-    Ok(ImageFiles { files, video, video_rate: rate.unwrap_or(10.0), error: error(section, given)?, budget })
+    let one_colour_range = one_colour_range(section)?;
+    let (video_rate, error) = (rate.unwrap_or(10.0), error(section, given)?);
+    Ok(ImageFiles { files, video, video_rate, error, budget, one_colour_range })
 }

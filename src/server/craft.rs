@@ -7,7 +7,7 @@ use super::error::Refusal;
 use super::sessions::Session;
 use crate::host::check_session_memory;
 use crate::lens::Lens;
-use crate::scene::{Camera, CameraFrame, Motion, Scene};
+use crate::scene::{Camera, CameraFrame, Motion, Scene, USUAL_SAMPLES};
 use crate::simulation::facade::Simulation;
 use crate::simulation::facade_error::SimulationError;
 use crate::simulation::image::Image;
@@ -122,7 +122,7 @@ impl ServedCraft {
             width,
             height,
             lens: Lens::pinhole(view.focal, [0.5 * f64::from(width), 0.5 * f64::from(height)]),
-            samples: camera.map_or(1, |camera| camera.samples),
+            samples: camera.map_or(USUAL_SAMPLES, |camera| camera.samples),
             line_time: camera.map_or(0.0, |camera| camera.line_time),
             motion: Motion::Still,
             frame: CameraFrame::Body,

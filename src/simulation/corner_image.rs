@@ -18,7 +18,7 @@ pub(super) fn draw_corners(
     image: &Image,
     number: Option<u32>,
 ) -> Vec<CornerPixel> {
-    let view = RasterView { samples: 1, ..raster_view(&image.camera, &image.camera_from_body) };
+    let view = raster_view(&image.camera, &image.camera_from_body);
     let poses = prepared.loads.joints_at(image.time).1;
     let draw = |view: &RasterView, poses: &[DAffine3]| {
         let place = |node: &u32| {

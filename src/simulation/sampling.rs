@@ -3,7 +3,7 @@
 //! Through a distorting lens it draws a pinhole image of the rectangle that holds all rays, with at least two texels along each side of a pixel at every
 //! place. A pixel shows the texel at its centre, which is off by at most a quarter of a pixel along each axis. Where that needs more texels than every device
 //! binds, one texel along each side of a pixel must do, and it is off by at most a half. The mean over several samples is made from a
-//! second draw, of the radiance alone.
+//! second draw, of the radiance alone. Without distortion the samples of a pixel are draws of the image, each moved by a part of a pixel.
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -31,13 +31,12 @@ pub fn sampling(camera: &Camera, counts: u32, distant: bool, fine: bool) -> Opti
     let size = [camera.width, camera.height];
     let shutter = shutter(camera);
     if camera.lens.is_pinhole() {
-        let mean = (samples > 1).then(|| {
-            let (lookups, each) = split(samples, samples, counts);
-            Mean { size: [0, 1].map(|axis| size[axis] * lookups[axis]), lookups, each }
-        });
+        let lookups = [FINENESS as u32; 2];
+        let mean = fine.then(|| Mean { size: [0, 1].map(|axis| size[axis] * lookups[axis]), lookups, each: 1 });
+        let gathered = if fine { 1 } else { samples };
         let Lens { focal, centre, .. } = camera.lens;
-        let sampling = Sampling { drawn: size, focal, centre, map: Vec::new(), mean, shutter, distant, fine };
-        return (mean.is_some() || shutter.is_some() || distant).then_some(sampling);
+        let sampling = Sampling { drawn: size, focal, centre, map: Vec::new(), mean, gathered, shutter, distant, fine };
+        return (fine || gathered > 1 || shutter.is_some() || distant).then_some(sampling);
     }
     let (lookups, each) = split(samples, samples / (FINER * FINER), counts);
     // A scene is refused where its lens has no field.
@@ -52,7 +51,7 @@ pub fn sampling(camera: &Camera, counts: u32, distant: bool, fine: bool) -> Opti
     let place = |ray: DVec2| [0, 1].map(|axis| (ray[axis] * focal[axis] + centre[axis]) as f32);
     let map = corners(&camera.lens, size).into_iter().map(place).collect();
     let mean = (samples > 1).then_some(Mean { size: drawn, lookups, each });
-    Some(Sampling { drawn, focal, centre, map, mean, shutter, distant: false, fine })
+    Some(Sampling { drawn, focal, centre, map, mean, gathered: 1, shutter, distant: false, fine })
 }
 
 /// Lookups along each side of a pixel, and samples of a texel: at most `most`, and a number that the device has.

@@ -86,6 +86,37 @@ fn a_distant_craft_keeps_its_radiant_intensity() {
     }
 }
 
+/// Just below and just above the size from which on there is no crop.
+#[test]
+fn the_intensity_continues_where_the_crop_ends() {
+    let with = |pixels: f64, aside: f64, samples: u32| {
+        let mut changes = far(pixels, aside, &format!("samples = {samples}"));
+        changes.push(("width = 96\nheight = 72", "width = 320\nheight = 256".to_owned()));
+        Folder::new(&changed(&changes, scene_with)).prepared()
+    };
+    let is_far = |pixels: f64, aside: f64, samples: u32| {
+        let prepared = with(pixels, aside, samples);
+        let data = DeviceData::new(&prepared);
+        let plan = data.scene_data(&prepared, prepared.scene.camera.as_ref()).plan();
+        plan.iter().any(|planned| planned.resource == &internals::DISTANT)
+    };
+    for aside in [0.0, 0.021, 0.043, 0.06] {
+        for samples in [1, 4] {
+            let [mut below, mut above] = [16.0, 160.0];
+            assert!(is_far(below, aside, samples) && !is_far(above, aside, samples));
+            while above - below > 0.02 {
+                let middle = 0.5 * (below + above);
+                *(if is_far(middle, aside, samples) { &mut below } else { &mut above }) = middle;
+            }
+            let [crop, whole] =
+                [below, above].map(|pixels| intensity(&on_device(&with(pixels, aside, samples)), SIZE, FOCAL));
+            let jump = whole / crop - 1.0;
+            println!("{below:.1} px, {aside} aside, {samples} samples: {:+.2} %", 100.0 * jump);
+            assert!(jump.abs() < 0.01, "{below} px, {aside} aside, {samples} samples: {jump}");
+        }
+    }
+}
+
 /// With reflections, a planet behind, and the reflected part apart.
 #[test]
 fn a_distant_craft_is_seen_before_the_planet_as_by_the_reference() {
@@ -119,7 +150,7 @@ fn a_craft_that_is_near_has_no_crop() {
     };
     let of = |pixels: f64, lens: &str| changed(&far(pixels, 0.0, lens), scene_with);
     assert_eq!(planned(&scene_with(&[])), [false; 2]);
-    assert_eq!(planned(&of(20.0, "")), [false; 2]);
+    assert_eq!(planned(&of(45.0, "")), [false; 2]);
     assert_eq!(planned(&of(10.0, "")), [true; 2]);
     assert_eq!(planned(&of(10.0, "line_time = 1e-4")), [false; 2]);
     assert_eq!(planned(&of(10.0, "distortion = [1e-9, 0, 0, 0, 0]")), [false, true]);

@@ -95,7 +95,7 @@ fn a_camera_may_change_with_every_image() {
         scene_with(&[(pose, elsewhere)]),
         scene_with(&[(pose, elsewhere), ("fov_deg = 45", "fov_deg = 30")]),
         scene_with(&[("width = 96", "width = 40"), ("near = 0.5", "near = 0.7")]),
-        scene_with(&[("near = 0.5", "near = 0.5\nsamples = 4")]),
+        scene_with(&[("samples = 1", "samples = 4")]),
     ];
     let position = DVec3::new(0.0, -9.0, -3.0);
     let look = Pose::look_at(CameraFrame::Body, position, DVec3::Y, DVec3::NEG_Z).expect("a pose");

@@ -52,6 +52,10 @@ fn lit_by_rays(range: StepRange) -> StepRange {
 const DRAWN: Wanted =
     Wanted { image: true, sampled: None, cull: 100, temperatures: true, shows: RadianceVariant::PLAIN, texels: 0 };
 
+/// An image that is simply drawn.
+const ONE: Sampled =
+    Sampled { lens: false, mean: None, gathered: 1, shutter: None, rows: 60, distance: Distance::Near, fine: false };
+
 fn wanted() -> Vec<Wanted> {
     let mut all = Vec::new();
     for (image, cull) in [(false, 0), (true, 0), (true, 100), (true, 5_000_000)] {
@@ -64,11 +68,15 @@ fn wanted() -> Vec<Wanted> {
         (Some(4), true, Some(RowOf::Brown), 100),
         (None, false, Some(RowOf::Pinhole), 100),
     ] {
-        let sampled = Some(Sampled { lens, mean, shutter, rows: 60, distance: Distance::Near, fine: false });
+        let sampled = Some(Sampled { lens, mean, shutter, ..ONE });
         all.push(Wanted { image: true, sampled, cull, ..Wanted::default() });
     }
+    for shutter in [None, Some(RowOf::Pinhole)] {
+        let sampled = Some(Sampled { gathered: 4, shutter, ..ONE });
+        all.push(Wanted { image: true, sampled, cull: 100, ..Wanted::default() });
+    }
     for distance in [Distance::MayBeFar, Distance::Far] {
-        let sampled = Some(Sampled { lens: false, mean: None, shutter: None, rows: 60, distance, fine: false });
+        let sampled = Some(Sampled { distance, ..ONE });
         all.push(Wanted { image: true, sampled, cull: 100, ..Wanted::default() });
     }
     // Everything that an image may show.
@@ -86,10 +94,11 @@ fn wanted() -> Vec<Wanted> {
         crinkled: true,
     };
     all.push(Wanted { shows, texels: 3_000_000, ..DRAWN });
-    let far = Some(Sampled { lens: false, mean: None, shutter: None, rows: 60, distance: Distance::Far, fine: false });
+    let far = Some(Sampled { distance: Distance::Far, ..ONE });
     all.push(Wanted { shows, texels: 100, sampled: far, ..DRAWN });
-    let sampled =
-        Some(Sampled { lens: false, mean: Some(4), shutter: None, rows: 60, distance: Distance::Near, fine: false });
+    let sampled = Some(Sampled { mean: Some(4), ..ONE });
+    all.push(Wanted { shows: RadianceVariant { apart: false, ..shows }, texels: 100, sampled, ..DRAWN });
+    let sampled = Some(Sampled { gathered: 4, ..ONE });
     all.push(Wanted { shows: RadianceVariant { apart: false, ..shows }, texels: 100, sampled, ..DRAWN });
     all
 }

@@ -111,12 +111,11 @@ fn what_is_not_distorted_has_no_passes_for_it() {
         sampling(&bent, 5, false, false).is_some_and(|sampling| !sampling.map.is_empty() && sampling.mean.is_none())
     );
     let sampled = sampling(&Camera { samples: 4, ..plain.clone() }, 5, false, false).expect("a mean");
-    assert!(sampled.map.is_empty() && sampled.mean.is_some_and(|mean| mean.each == 4 && mean.size == [160, 120]));
+    assert!(sampled.map.is_empty() && sampled.mean.is_none() && sampled.gathered == 4);
     let rolling = sampling(&Camera { line_time: 1e-5, ..plain }, 5, false, false).expect("a shutter");
     assert!(rolling.map.is_empty() && rolling.mean.is_none() && rolling.shutter.is_some());
 }
 
-/// On a device whose texels have four samples, at the places of the reference.
 #[test]
 fn the_mean_of_four_samples_is_that_of_the_reference() {
     let context = context();
@@ -126,9 +125,12 @@ fn the_mean_of_four_samples_is_that_of_the_reference() {
     let exact = room.rasterised(&camera, &pose);
     let one = Camera { samples: 1, ..camera };
     let (single, centres) = (room.rasterised(&one, &pose), room.draw(&context, &one, &pose));
-    // Everything but the radiance is that of the image with one sample, bit for bit.
-    assert_eq!((&image.part, &image.material), (&centres.part, &centres.material));
-    assert_eq!((&image.temperature, &image.depth), (&centres.temperature, &centres.depth));
+    // Where the centre shows a surface, everything but the radiance is as with one sample, bit for bit.
+    let shown = |at: usize, image: &Image| (image.part[at], image.material[at], image.temperature[at], image.depth[at]);
+    let (central, others): (Vec<usize>, Vec<usize>) =
+        (0..centres.part.len()).partition(|pixel| centres.part[*pixel] > 0 || image.coverage[*pixel] == 0.0);
+    assert!(central.iter().all(|pixel| shown(*pixel, &image) == shown(*pixel, &centres)));
+    assert!(others.iter().all(|pixel| image.part[*pixel] > 0), "a pixel with a surface shows it");
     let [mut apart, mut mixed, mut sums, mut worst] = [0, 0, 0, 0].map(f64::from);
     for (pixel, (exact, single)) in exact.iter().zip(&single).enumerate() {
         let l = f64::from(image.radiance[pixel]);
@@ -147,7 +149,10 @@ fn the_mean_of_four_samples_is_that_of_the_reference() {
     assert_silent(&context);
 }
 
-/// Strips much narrower than a pixel, whose temperature changes by 100 K along them. A place outside the triangle would have another temperature.
+/// Change of temperature in 1/256 of a pixel, to which corners are rounded, on strips of 0.2 px across which it is 100 K [K].
+const ROUNDED: f64 = 100.0 / 0.2 / 256.0;
+
+/// Strips much narrower than a pixel, whose temperature changes by 100 K across them. A place outside the triangle would have another temperature.
 #[test]
 fn no_temperature_lies_outside_that_of_its_triangle() {
     let context = context();
@@ -170,11 +175,15 @@ fn no_temperature_lies_outside_that_of_its_triangle() {
             if coverage > 0.0 {
                 seen += 1;
                 let own = f64::from(radiance / coverage) / 0.8;
-                let [least, most] = [300.0, 400.0].map(|t| band_radiance_exact(quads.band, t));
+                let [least, most] = [300.0 - ROUNDED, 400.0 + ROUNDED].map(|t| band_radiance_exact(quads.band, t));
                 assert!(own > least * 0.999 && own < most * 1.001, "{samples} samples, pixel {pixel}: {own}");
             }
             if image.part[pixel] > 0 {
-                assert!((299.99..400.01).contains(temperature), "{samples} samples, pixel {pixel}: {temperature} K");
+                let temperature = f64::from(*temperature);
+                assert!(
+                    (300.0 - ROUNDED..400.0 + ROUNDED).contains(&temperature),
+                    "{samples} samples, pixel {pixel}: {temperature} K"
+                );
             }
         }
         assert!(seen > 500, "{samples} samples: {seen} pixels");
@@ -393,7 +402,11 @@ fn a_rolling_shutter_takes_several_samples() {
         drawn(&prepared, &mut DeviceEngine::new(&context, &prepared, camera.as_ref()).expect("a small scene"))
     };
     let (one, four, sixteen) = (of(1), of(4), of(16));
-    assert_eq!((&one.part, &one.material), (&four.part, &four.material));
+    let central = (0..one.part.len()).filter(|pixel| one.part[*pixel] > 0);
+    assert!(central.clone().count() > 500);
+    assert!(
+        central.clone().all(|pixel| (one.part[pixel], one.material[pixel]) == (four.part[pixel], four.material[pixel]))
+    );
     let sum = |pixels: &Image| pixels.radiance.iter().map(|radiance| f64::from(*radiance)).sum::<f64>();
     let share = sum(&four) / sum(&sixteen);
     assert!((share - 1.0).abs() < 0.01, "the mean of 4 samples has {share} of the light of 16");

@@ -1,5 +1,6 @@
 //! Integration tests, with one module for each subject.
 
+mod antialiasing;
 mod band_radiance;
 mod bands;
 mod bench;

@@ -118,7 +118,7 @@ fn the_station_on_the_device_and_by_the_rasteriser() {
     let changed = text
         .replace("max_edge = 1.0\n", "")
         .replace("warm_up_orbits = 1\n", "")
-        .replace("width = 1024", "width = 192")
+        .replace("width = 1024", "width = 192\nsamples = 1")
         .replace("height = 768", "height = 144");
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("station.toml");

@@ -108,7 +108,7 @@ fn check(name: &str, found: &Image, expected: &Image, wrong: &Image, tolerance: 
 const NO_CHANNELS: (&str, &str) = ("[output]\nchannels = [\"emitted\", \"reflected\"]\n", "");
 const WARMER: (&str, &str) = ("background = \"planet\"", "background = \"planet\"\nplanet_temperature = 260");
 
-/// With four samples the device takes those of the reference. Sixteen are taken at other places on lavapipe. Through a
+/// The device takes the samples of the reference, and a quarter of a thousandth of them lies at an edge that f32 rounds. Through a
 /// lens a pixel shows a texel whose centre is up to a quarter of a pixel away.
 #[test]
 fn reflections_and_the_sky_have_lenses_and_several_samples() {
@@ -116,8 +116,8 @@ fn reflections_and_the_sky_have_lenses_and_several_samples() {
         "fx = 116.1\nfy = 115.3\ncx = 47.1\ncy = 36.8\nskew = 0.4\ndistortion = [-0.31, 0.12, 0.0011, -0.0007, -0.021]";
     let four = format!("{distorted}\nsamples = 4");
     for (name, lens, channels, tolerance, most) in [
-        ("four samples", "fov_deg = 45\nsamples = 4", false, 1e-4, [0.001, 0.001]),
-        ("sixteen samples", "fov_deg = 45\nsamples = 16", false, 0.02, [0.03, 0.12]),
+        ("four samples", "fov_deg = 45\nsamples = 4", false, 1e-4, [0.001, 0.00125]),
+        ("sixteen samples", "fov_deg = 45\nsamples = 16", false, 1e-4, [0.001, 0.00425]),
         ("a lens", distorted, true, 2e-3, [0.001, 0.01]),
         ("a lens with four samples", &four, false, 0.02, [0.03, 0.15]),
     ] {

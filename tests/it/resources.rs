@@ -20,7 +20,15 @@ pub fn exchange(patches: u32, light: ThermalVariant, anew: bool, mirrors: bool) 
 
 /// An image and its sensor.
 fn sensed(variant: SensorVariant) -> Frame {
-    let fine = Sampled { lens: false, mean: Some(1), shutter: None, rows: 9, distance: Distance::Near, fine: true };
+    let fine = Sampled {
+        lens: false,
+        mean: Some(1),
+        gathered: 1,
+        shutter: None,
+        rows: 9,
+        distance: Distance::Near,
+        fine: true,
+    };
     let drawn = Wanted { image: true, sampled: Some(fine).filter(|_| variant.spread), ..Wanted::default() };
     let sensor = Some(Sensing { variant, groups: 64, cells: 64 });
     compose(&Recipe { sensor, ..drawn.recipe(&[]) })
@@ -59,7 +67,7 @@ pub fn radiance_variants() -> Vec<RadianceVariant> {
 pub fn all_lists() -> Vec<Frame> {
     let drawn = Wanted { image: true, cull: 9, temperatures: true, ..Wanted::default() };
     let sampled = |mean, lens, shutter| Wanted {
-        sampled: Some(Sampled { mean, lens, shutter, rows: 9, distance: Distance::Near, fine: false }),
+        sampled: Some(Sampled { mean, lens, gathered: 1, shutter, rows: 9, distance: Distance::Near, fine: false }),
         ..drawn
     };
     let of_images = [
@@ -80,7 +88,8 @@ pub fn all_lists() -> Vec<Frame> {
     }
     let shown = |shows| Frame::step(&[], Wanted { image: true, shows, texels: 9, ..Wanted::default() });
     all.extend(radiance_variants().into_iter().map(shown));
-    let far = Sampled { mean: None, lens: false, shutter: None, rows: 9, distance: Distance::Far, fine: false };
+    let far =
+        Sampled { mean: None, lens: false, gathered: 1, shutter: None, rows: 9, distance: Distance::Far, fine: false };
     let of_far =
         |shows| Frame::step(&[], Wanted { image: true, shows, texels: 9, sampled: Some(far), ..Wanted::default() });
     all.extend(radiance_variants().into_iter().map(of_far));
@@ -93,6 +102,9 @@ pub fn all_lists() -> Vec<Frame> {
     }
     let of_mean = |shows| Frame::step(&[], Wanted { shows, texels: 9, ..sampled(Some(4), false, None) });
     all.extend(radiance_variants().into_iter().filter(|shows| !shows.apart).map(of_mean));
+    let gathered = Some(Sampled { gathered: 4, mean: None, ..fine });
+    let of_gathered = |shows| Frame::step(&[], Wanted { shows, texels: 9, sampled: gathered, ..drawn });
+    all.extend(radiance_variants().into_iter().filter(|shows| !shows.apart).map(of_gathered));
     for curve in CURVES {
         all.extend([StepKind::Merge, StepKind::Restart].map(|kind| internals::respond_list(kind, curve, 1)));
     }

@@ -130,6 +130,7 @@ fn every_value_of_a_full_scene_arrives() {
         video_rate: 25.0,
         error: true,
         budget: true,
+        one_colour_range: false,
     };
     assert_eq!(scene.images, images);
     assert_eq!(scene.preset.map(|preset| preset.name), Some("FLIR Boson 640"));
@@ -247,7 +248,7 @@ fn attitudes_cameras_and_times_have_their_other_forms() {
     let fisheye = "fov_deg = 90\ndistortion = [0.1, 0, 0, 0.01]\ndistortion_model = \"fisheye\"";
     let distortion = with("fov_deg = 90", fisheye).camera.unwrap().lens.distortion;
     assert_eq!(distortion, Distortion::Fisheye([0.1, 0.0, 0.0, 0.01]));
-    assert_eq!((calibrated.samples, calibrated.line_time), (1, 0.0));
+    assert_eq!((calibrated.samples, calibrated.line_time), (4, 0.0));
     let rolling = with("fov_deg = 90", "fov_deg = 90\nsamples = 8\nline_time = 30e-6").camera.unwrap();
     assert_eq!((rolling.samples, rolling.line_time), (8, 30e-6));
     assert_eq!(with("fov_deg = 90", "focal_px = 800").camera.unwrap().lens.focal, [800.0; 2]);

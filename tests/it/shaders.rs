@@ -50,10 +50,11 @@ fn all_shaders() -> Vec<Shader> {
     let plain = ENTRY_POINTS.iter().map(|(entry, _)| Shader::plain(entry));
     let mut all: BTreeSet<Shader> = plain.chain(crate::resources::all_shaders()).collect();
     for row_of in [RowOf::Pinhole, RowOf::Brown, RowOf::Fisheye] {
-        for mean in [None, Some(4)] {
+        for (mean, gathered) in [(None, 1), (Some(4), 1), (None, 4)] {
             let sampled = Some(Sampled {
                 lens: false,
                 mean,
+                gathered,
                 shutter: Some(row_of),
                 rows: 9,
                 distance: Distance::Near,

@@ -29,6 +29,6 @@ class Camera:
 
     def toml(self) -> str:
         return (
-            f"[camera]\nwidth = {self.width}\nheight = {self.height}\nfov_deg = {self.fov_deg}\nframe = \"body\"\n"
+            f"[camera]\nwidth = {self.width}\nheight = {self.height}\nfov_deg = {self.fov_deg}\nsamples = 1\nframe = \"body\"\n"
             f"position = {list(map(float, self.position))}\nlook_at = {list(map(float, self.look_at))}\nup = {list(map(float, self.up))}\n"
         )

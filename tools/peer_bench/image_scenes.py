@@ -46,6 +46,7 @@ response = "instant"
 width = 640
 height = 512
 fov_deg = 30
+samples = 1
 position = [2.1, 1.3, -1.9]
 look_at = [0, 0, 0]
 up = [0, 0, -1]

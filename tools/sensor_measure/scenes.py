@@ -1,4 +1,4 @@
-"""Scenes of a black or grey plate at one temperature, as glTF and TOML."""
+"""Scenes of a black or grey plate, or of narrow strips, at one temperature, as glTF and TOML."""
 
 import base64
 import json
@@ -6,13 +6,18 @@ import struct
 import subprocess
 
 
-def plate(path, half):
-    """A square plate in the plane z = 0, with two faces."""
-    corners = [(-half, -half, 0.0), (half, -half, 0.0), (half, half, 0.0), (-half, half, 0.0)]
-    data = b"".join(struct.pack("<3f", *corner) for corner in corners) + struct.pack("<6H", 0, 1, 2, 0, 2, 3)
+def plate(half):
+    """Corners of a square plate in the plane z = 0."""
+    return [(-half, -half, 0.0), (half, -half, 0.0), (half, half, 0.0), (-half, half, 0.0)]
+
+
+def quads(path, corners):
+    """Quads with two faces, from the corners of one after another."""
+    places, indices = 12 * len(corners), [at + corner for at in range(0, len(corners), 4) for corner in (0, 1, 2, 0, 2, 3)]
+    data = b"".join(struct.pack("<3f", *corner) for corner in corners) + struct.pack(f"<{len(indices)}H", *indices)
     low, high = [min(c[i] for c in corners) for i in range(3)], [max(c[i] for c in corners) for i in range(3)]
     uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
-    floats = {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": low, "max": high}
+    floats = {"bufferView": 0, "componentType": 5126, "count": len(corners), "type": "VEC3", "min": low, "max": high}
     model = {
         "asset": {"version": "2.0"},
         "scene": 0,
@@ -21,8 +26,8 @@ def plate(path, half):
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
         "materials": [{"name": "paint", "doubleSided": True}],
         "buffers": [{"byteLength": len(data), "uri": uri}],
-        "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
-        "accessors": [floats, {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}],
+        "bufferViews": [{"buffer": 0, "byteLength": places}, {"buffer": 0, "byteOffset": places, "byteLength": len(data) - places}],
+        "accessors": [floats, {"bufferView": 1, "componentType": 5123, "count": len(indices), "type": "SCALAR"}],
     }
     path.write_text(json.dumps(model))
 
@@ -62,11 +67,11 @@ files = ["dn.png", "mask.png"{kelvin}]
 SMALL = "width = 160\nheight = 128\nfov_deg = 20"
 
 
-def run(program, folder, name, sensor, device, half=5.0, **changes):
-    """Runs a plate and returns the folder of its files."""
+def run(program, folder, name, sensor, device, half=5.0, corners=None, **changes):
+    """Runs a plate, or other quads, and returns the folder of its files."""
     place = folder / name
     place.mkdir(parents=True)
-    plate(place / "plate.gltf", half)
+    quads(place / "plate.gltf", corners or plate(half))
     values = {"step": 1, "steps": 1, "temperature": 300, "emissivity": 1, "camera": SMALL, "up": "[0, 1, 0]", "joint": "", "more": ""}
     kelvin = ', "kelvin.png"' if "kelvin_per_count" in sensor else ""
     if ramp := changes.pop("ramp", None):

@@ -26,6 +26,7 @@ use crate::gpu::pass::{
 };
 use crate::gpu::resource::{Per, Resource};
 use crate::gpu::shaders::Shader;
+use crate::raster::places;
 
 /// An image that a frame draws.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -56,6 +57,11 @@ impl ImageRecipe {
         self.sampled.and_then(|sampled| sampled.mean)
     }
 
+    /// Places in a pixel of the samples that are drawn one after another, the centre first. The only place of other images.
+    fn places(&self) -> &'static [[f64; 2]] {
+        places(self.sampled.map_or(1, |sampled| sampled.gathered))
+    }
+
     /// The buffer to which reflections of the craft are added.
     fn lit(&self) -> &'static Resource {
         if self.resampled().and_then(|sampled| sampled.mean).is_some() { &MEAN } else { &DRAWN_RADIANCE }
@@ -81,7 +87,7 @@ pub(crate) fn cull(frame: &mut Frame, image: &ImageRecipe) {
     let indices = scope(S::INDEX_INPUT | S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
     let commands = scope(S::DRAW_INDIRECT | S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
     frame.wait([barrier(&VISIBLE_TRIANGLES, indices, COMPUTE_WRITE), barrier(&DRAWS, commands, COMPUTE_WRITE)]);
-    let sampled = image.mean().map(|_| "sampled");
+    let sampled = (image.mean().is_some() || image.places().len() > 1).then_some("sampled");
     let words: Vec<_> = sampled.into_iter().chain(image.shutter().map(RowOf::words).unwrap_or_default()).collect();
     frame.passes_of(pieces.map(|run| {
         let (first, end) = run.triangles;
@@ -95,12 +101,28 @@ pub(crate) fn cull(frame: &mut Frame, image: &ImageRecipe) {
     ]);
 }
 
-/// Draws with the temperatures in the buffer `shown`: one sample of each texel, and the mean over several where one is wanted.
-pub(crate) fn draw(frame: &mut Frame, image: &ImageRecipe, shown: &'static Resource) {
-    let (shows, mean, shutter) = (image.shows, image.mean(), image.shutter());
+/// Makes the image with the temperatures in the buffer `shown`, sample after sample. `traced` adds reflections of the craft to a buffer at a place in each
+/// texel.
+pub(crate) fn make(
+    frame: &mut Frame,
+    image: &ImageRecipe,
+    shown: &'static Resource,
+    traced: impl Fn(&mut Frame, [f32; 2], (&'static Resource, bool)),
+) {
     let vertex = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
+    frame.wait([barrier(shown, COMPUTE_WRITE, if image.shows.traced { NODE_READ } else { vertex })]);
+    let places = image.places();
+    for (number, place) in places.iter().map(|place| place.map(|share| share as f32)).enumerate() {
+        draw(frame, image, shown, place);
+        compute(frame, image, (number, places.len()), |frame, lit| traced(frame, place, lit));
+    }
+}
+
+/// Draws one sample of each texel, at a place in it where samples are gathered, and the mean over several where a finer image has one.
+fn draw(frame: &mut Frame, image: &ImageRecipe, shown: &'static Resource, place: [f32; 2]) {
+    let (shows, mean, shutter) = (image.shows, image.mean(), image.shutter());
+    let place = (image.places().len() > 1).then_some(place);
     let mut before = vec![
-        barrier(shown, COMPUTE_WRITE, if shows.traced { NODE_READ } else { vertex }),
         to_draw(&RADIANCE_IMAGE, COPIED, COLOUR),
         to_draw(&IDENTITY_IMAGE, COPIED, COLOUR),
         to_draw(&DEPTH_IMAGE, DEPTH_WRITE, DEPTH),
@@ -117,7 +139,7 @@ pub(crate) fn draw(frame: &mut Frame, image: &ImageRecipe, shown: &'static Resou
         _ if mean.is_some() => RadianceVariant::PLAIN,
         _ => shows,
     };
-    let mut passes = vec![draw_pass(single, None, shutter, shown)];
+    let mut passes = vec![draw_pass(single, (None, place), shutter, shown)];
     if let Some(each) = mean {
         before.push(to_draw(&MEAN_IMAGE, COPIED, COLOUR));
         before.push(to_draw(&MEAN_DEPTH_IMAGE, DEPTH_WRITE, DEPTH));
@@ -125,7 +147,7 @@ pub(crate) fn draw(frame: &mut Frame, image: &ImageRecipe, shown: &'static Resou
             // Only draws use this image.
             before.push(to_draw(&MULTI_IMAGE, COLOUR, COLOUR));
         }
-        passes.push(draw_pass(shows, Some(each), shutter, shown));
+        passes.push(draw_pass(shows, (Some(each), None), shutter, shown));
         drawn.push(to_copy(&MEAN_IMAGE, COLOUR));
     }
     frame.wait(before);
@@ -134,10 +156,11 @@ pub(crate) fn draw(frame: &mut Frame, image: &ImageRecipe, shown: &'static Resou
 }
 
 /// Copies drawn images to buffers, where another image is computed from them or reflections of the craft are added. `traced`
-/// adds these.
-pub(crate) fn compute(
+/// adds these. The drawn image is the sample `number` of so many.
+fn compute(
     frame: &mut Frame,
     image: &ImageRecipe,
+    (number, count): (usize, usize),
     traced: impl FnOnce(&mut Frame, (&'static Resource, bool)),
 ) {
     let (resampled, shows, lit) = (image.resampled(), image.shows, image.lit());
@@ -168,8 +191,8 @@ pub(crate) fn compute(
         frame.wait(waits);
         return;
     };
-    waits.push(barrier(&IMAGE_RADIANCE, COPIED, COMPUTE_WRITE));
-    waits.push(barrier(&IMAGE_IDENTITY, COPIED, COMPUTE_WRITE));
+    let [before, after] = if number == 0 { [COPIED, COMPUTE_WRITE] } else { [COMPUTE_WRITE, COMPUTE] };
+    waits.extend([&IMAGE_RADIANCE, &IMAGE_IDENTITY].map(|made| barrier(made, before, after)));
     // The sensor may still read the texels of the last image.
     waits.extend(sampled.fine.then(|| barrier(&FINE, COMPUTED, COMPUTE_WRITE)));
     frame.wait(waits);
@@ -177,12 +200,16 @@ pub(crate) fn compute(
         let sky = shows.background;
         let words = [(sky, "sky"), (sky && shows.sun, "sun"), (sky && shows.map, "map"), (sampled.fine, "fine")];
         Pass::dispatch("distant", Shader::with("distant.comp", &words), sampled.rows)
+    } else if count > 1 {
+        let shader = Shader::with("gather.comp", &[(number == 0, "first")]);
+        Pass::dispatch("gather", shader, sampled.rows).told(&(1.0 / count as f32))
     } else {
         let words = [(sampled.lens, "lens"), (sampled.mean.is_some(), "several"), (sampled.fine, "fine")];
         Pass::dispatch("resample", Shader::with("resample.comp", &words), sampled.rows)
     });
-    frame
-        .wait([barrier(&IMAGE_RADIANCE, COMPUTE_WRITE, COPY_READ), barrier(&IMAGE_IDENTITY, COMPUTE_WRITE, COPY_READ)]);
+    if number + 1 == count {
+        frame.wait([&IMAGE_RADIANCE, &IMAGE_IDENTITY].map(|made| barrier(made, COMPUTE_WRITE, COPY_READ)));
+    }
 }
 
 /// Copies the image to the host.
@@ -194,10 +221,10 @@ pub(crate) fn read(frame: &mut Frame, image: &ImageRecipe) {
 }
 
 /// Draws the triangles that culling kept, and the sky behind them. With a rolling shutter it shows emission alone. `mean` are the
-/// samples of a texel of a mean.
+/// samples of a texel of a mean, and `place` is the place of a sample that is gathered.
 fn draw_pass(
     shows: RadianceVariant,
-    mean: Option<u32>,
+    (mean, place): (Option<u32>, Option<[f32; 2]>),
     shutter: Option<RowOf>,
     temperature: &'static Resource,
 ) -> Pass {
@@ -210,15 +237,17 @@ fn draw_pass(
     colours.extend(shows.traced.then_some((&SURFACE_IMAGE, None)));
     let (name, depth) = if mean.is_some() { ("mean", &MEAN_DEPTH_IMAGE) } else { ("radiance", &DEPTH_IMAGE) };
     let drawing = Drawing {
-        shaders: craft_shaders(shows, mean, shutter),
-        behind: if shows.background { sky_shaders(shows, mean) } else { Vec::new() },
+        shaders: craft_shaders(shows, mean, place.is_some(), shutter),
+        behind: if shows.background { sky_shaders(shows, mean, place.is_some()) } else { Vec::new() },
         colours,
         depth,
         samples: mean.unwrap_or(1),
         indices: &VISIBLE_TRIANGLES,
         commands: &DRAWS,
+        constants: Vec::new(),
     };
     let pass = Pass::draw(name, drawing).instead("Temperature", temperature);
+    let pass = if let Some(place) = place { pass.told(&place) } else { pass };
     if !shows.crinkled {
         return pass;
     }
@@ -226,9 +255,10 @@ fn draw_pass(
 }
 
 /// The vertex shader and the fragment shader of the craft.
-fn craft_shaders(shows: RadianceVariant, mean: Option<u32>, shutter: Option<RowOf>) -> Vec<Shader> {
+fn craft_shaders(shows: RadianceVariant, mean: Option<u32>, gathered: bool, shutter: Option<RowOf>) -> Vec<Shader> {
     let several = mean.is_some_and(|each| each > 1);
-    let words = [(shows.needs_normals(), "normals"), (several, "multiple"), (shows.traced, "traced")];
+    let words =
+        [(shows.needs_normals(), "normals"), (several, "multiple"), (shows.traced, "traced"), (gathered, "gathered")];
     let mut vertex = Shader::with("radiance.vert", &words);
     vertex.words.extend(shutter.map(RowOf::words).unwrap_or_default());
     let words = [
@@ -247,7 +277,7 @@ fn craft_shaders(shows: RadianceVariant, mean: Option<u32>, shutter: Option<RowO
 }
 
 /// The vertex shader and the fragment shader of the sky.
-fn sky_shaders(shows: RadianceVariant, mean: Option<u32>) -> Vec<Shader> {
+fn sky_shaders(shows: RadianceVariant, mean: Option<u32>, gathered: bool) -> Vec<Shader> {
     let several = mean.is_some_and(|each| each > 1);
     let words = [
         (shows.traced, "traced"),
@@ -255,6 +285,7 @@ fn sky_shaders(shows: RadianceVariant, mean: Option<u32>) -> Vec<Shader> {
         (shows.map, "map"),
         (mean.is_some(), "mean"),
         (several, "multiple"),
+        (gathered, "gathered"),
     ];
     vec![Shader::plain("background.vert"), Shader::with("background.frag", &words)]
 }

@@ -52,10 +52,11 @@ const LIT_AT_ONCE: u32 = 1 << 20;
 const TEXELS_OF_RAYS: u32 = 64;
 
 /// Adds what surfaces reflect of the craft itself to the radiance of `texels` texels in the buffer `lit`, which is
-/// the mean over `several` samples or the radiance of single ones. Surfaces have the temperatures in the buffer `shown`.
+/// the mean over `several` samples or the radiance of single ones at a place in their texel. Surfaces have the temperatures in the buffer `shown`.
 pub(crate) fn passes(
     frame: &mut Frame,
     shows: RadianceVariant,
+    place: [f32; 2],
     (lit, several): (&'static Resource, bool),
     texels: u32,
     shown: &'static Resource,
@@ -83,7 +84,7 @@ pub(crate) fn passes(
             let workgroups = (range.1 - range.0).div_ceil(TEXELS_OF_RAYS);
             let pass = Pass::dispatch("traced", Shader::with("traced.comp", &words), workgroups);
             let pass = pass.over(Per::Texel, range).instead("Temperature", shown);
-            frame.pass(pass.told(&[first, number]));
+            frame.pass(pass.told(&[first, number]).told(&place));
         }
     }
 }

@@ -71,6 +71,7 @@ pub(crate) fn small() -> LabelledImage {
             depth: seen(2.0, 3.0),
             part: whole(seen(1.0, 2.0)),
             material: whole(seen(1.0, 1.0)),
+            samples: 1,
             coverage: Vec::new(),
         },
     }

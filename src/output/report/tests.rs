@@ -101,6 +101,7 @@ pub(crate) fn full() -> Report {
                     time_s: f64::from(i) * 155.0,
                     file: format!("frames/step_{:06}.exr", i * 10),
                     picture: Some(format!("frames/step_{:06}.png", i * 10)),
+                    camera_m: [0.0, 3.0, 4.0],
                 })
                 .collect(),
             pictures: vec![ReportPicture {

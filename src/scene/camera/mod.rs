@@ -27,6 +27,8 @@ use super::motion::Motion;
 const MOST_PIXELS: u32 = 16384;
 
 const SAMPLES: [u32; 4] = [1, 4, 8, 16];
+/// Samples of a pixel where a scene states none.
+pub(crate) const USUAL_SAMPLES: u32 = 4;
 
 /// Default distance before which nothing is seen [m].
 const NEAR: f64 = 0.1;
@@ -55,7 +57,7 @@ pub(super) fn read(
     let height = section.whole("height", 1..=MOST_PIXELS)?.or(preset.map(|preset| preset.size[1]));
     let height = section.required("height", height, "the image's height in pixels")?;
     let lens = lens::read(section, preset, [width, height], assumptions)?;
-    let samples = section.whole("samples", 1..=16)?.unwrap_or(1);
+    let samples = section.whole("samples", 1..=16)?.unwrap_or(USUAL_SAMPLES);
     if !SAMPLES.contains(&samples) {
         return Err(section.error("samples", format!("must be 1, 4, 8 or 16, found {samples}")));
     }
@@ -101,7 +103,7 @@ fn framed([width, height]: [u32; 2], lens: Lens) -> Camera {
         width,
         height,
         lens,
-        samples: 1,
+        samples: USUAL_SAMPLES,
         line_time: 0.0,
         motion: Motion::Framed,
         frame: CameraFrame::Body,

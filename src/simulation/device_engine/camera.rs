@@ -33,7 +33,8 @@ impl DeviceCamera {
 
     /// Takes another camera whose image is drawn with the same resources. Returns whether it is one. `senses` says whether the image has a sensor.
     pub(crate) fn take(&mut self, camera: &Camera, senses: bool) -> bool {
-        let any_lens = self.sampling.is_none() && !senses;
+        let follows = |sampling: &Sampling| sampling.shutter.is_none() && !sampling.distant;
+        let any_lens = self.draws_pixels() && self.sampling.as_ref().is_none_or(follows) && !senses;
         let fits = draws_alike(&self.camera, camera, any_lens);
         if fits {
             self.camera = camera.clone();
@@ -59,14 +60,19 @@ impl DeviceCamera {
         }
     }
 
+    /// Whether the camera's own image is drawn, not a finer one.
+    fn draws_pixels(&self) -> bool {
+        self.camera.lens.is_pinhole() && self.sampling.as_ref().is_none_or(|sampling| sampling.mean.is_none())
+    }
+
     /// The camera pose against the body and against each joint.
     fn views(&self, order: &Order<'_>) -> Option<Vec<layout::View>> {
         let pose = order.pose.as_ref()?;
         let still = [DAffine3::IDENTITY];
         let joints = if order.joints.is_empty() { &still } else { order.joints };
         let view = |joint: &DAffine3| match &self.sampling {
-            Some(sampling) => source_view(sampling, self.camera.near, &(*pose * *joint)),
-            None => device_view(&self.camera, &(*pose * *joint)),
+            Some(sampling) if !self.draws_pixels() => source_view(sampling, self.camera.near, &(*pose * *joint)),
+            _ => device_view(&self.camera, &(*pose * *joint)),
         };
         Some(joints.iter().map(view).collect())
     }

@@ -60,6 +60,7 @@ fn scaled(camera: &Camera, scale: u32) -> Camera {
     Camera {
         width: camera.width * scale,
         height: camera.height * scale,
+        samples: 1,
         lens: Lens {
             focal: camera.lens.focal.map(|focal| focal * factor),
             centre: camera.lens.centre.map(|centre| centre * factor),

@@ -13,8 +13,10 @@ pub struct Sampling {
     pub(crate) centre: [f64; 2],
     /// Places of the pixels' corners in it [texels], row after row. Empty without distortion.
     pub map: Vec<[f32; 2]>,
-    /// How the mean over several samples is made. `None` with one sample of a pixel.
+    /// How the mean over several samples is made from a finer image. `None` where none is drawn.
     pub mean: Option<Mean>,
+    /// Samples of a pixel that are drawn one after another and gathered. 1 where no image is gathered.
+    pub gathered: u32,
     /// The rolling shutter, with its rows but without poses. `None` if all rows see one pose.
     pub shutter: Option<(RowOf, layout::Shutter)>,
     /// Whether the craft may be so far away that its image is made from a crop.
@@ -63,6 +65,8 @@ pub struct Sampled {
     pub lens: bool,
     /// Samples of a texel of the image from which the mean over several samples is made.
     pub mean: Option<u32>,
+    /// Samples of a pixel that are drawn one after another and gathered.
+    pub gathered: u32,
     /// How a point finds its row with a rolling shutter.
     pub shutter: Option<RowOf>,
     /// Rows of the image.
@@ -88,14 +92,14 @@ pub enum Distance {
 impl Sampled {
     /// Whether the image is computed from drawn ones.
     pub(crate) fn is_resampled(&self) -> bool {
-        self.lens || self.mean.is_some() || self.distance != Distance::Near
+        self.lens || self.mean.is_some() || self.gathered > 1 || self.distance != Distance::Near
     }
 }
 
 impl Sampled {
     /// The same for an image that is made from a crop.
     pub(crate) fn far(self) -> Self {
-        Self { mean: None, distance: Distance::Far, ..self }
+        Self { mean: None, gathered: 1, distance: Distance::Far, ..self }
     }
 }
 
@@ -107,6 +111,7 @@ impl Sampling {
         Sampled {
             lens: !self.map.is_empty(),
             mean: self.mean.map(|mean| mean.each),
+            gathered: self.gathered,
             shutter,
             rows,
             distance,
