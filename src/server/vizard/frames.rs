@@ -188,7 +188,7 @@ mod tests {
             assert!(error.fold(0.0, f64::max) < 2e-6, "{pixel:?}");
         }
         let turned = CraftPlace { inertial_from_body: chaser.inertial_from_body.conjugate(), ..chaser };
-        assert!(view(&camera, &turned, &target).position.distance(seen.position) > 0.1);
+        assert!(view(&camera, &turned, &target, 1.0).position.distance(seen.position) > 0.1);
     }
 
     /// Far from the origin the differences stay those of f64: 1.5e11 m has 15 micrometres.
@@ -205,7 +205,7 @@ mod tests {
                 position: origin + position,
                 inertial_from_body: DQuat::from_rotation_z(axis),
             };
-            view(&camera, &at(DVec3::new(0.0, 7e6, 0.0), 0.3), &at(DVec3::new(40.0, 7e6, 30.0), 1.0))
+            view(&camera, &at(DVec3::new(0.0, 7e6, 0.0), 0.3), &at(DVec3::new(40.0, 7e6, 30.0), 1.0), 1.0)
         });
         assert!(near.position.distance(far.position) < 1e-4, "{near:?} {far:?}");
         assert!(near.position.distance(DVec3::ZERO) > 40.0);
