@@ -155,6 +155,7 @@ pub use crate::server::{
         talk_surrender,
         values::{Hash, Value, write_value},
     },
+    telemetry::session::talk_telemetry,
     vizard::talk_vizard,
 };
 pub use crate::simulation::{

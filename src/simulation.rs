@@ -32,6 +32,7 @@ pub(crate) mod image;
 pub(crate) mod joints;
 pub(crate) mod keep;
 mod light;
+pub(crate) mod light_force;
 pub(crate) mod network;
 pub(crate) mod network_file;
 pub(crate) mod orbits;

@@ -200,7 +200,7 @@ fn forecast_run(prepared: &Prepared, has_state: bool) -> Forecast {
 }
 
 fn write_log(log: &Destination, folder: &Folder, frames: &[FrameEntry], prepared: &Prepared) -> Result<(), CliError> {
-    log.write(|writer| mcap::write(writer, folder, frames, prepared.scene.time.start))?;
+    log.write(|writer| mcap::write(writer, folder, frames, prepared))?;
     Ok(())
 }
 

@@ -1,7 +1,8 @@
-//! `isotherm serve`: an image server for simulators in other programs.
+//! `isotherm serve`: images and temperatures for simulators in other programs.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use clap::ValueEnum;
 
@@ -9,6 +10,7 @@ use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::progress::stop_flag;
 use super::reach::ReachArguments;
+use super::thermal_state;
 use super::time::parse_time;
 use crate::output::console::{answer, say};
 use crate::server::connection::Patience;
@@ -17,16 +19,17 @@ use crate::server::listen::{Server, Talk, bind, serve};
 use crate::server::log::Log;
 use crate::server::picture::{DEFAULT_RANGE, PictureKind, PictureStyle};
 use crate::server::scenes::Scenes;
-use crate::server::{surrender, vizard};
+use crate::server::{surrender, telemetry, vizard};
 
-/// Serve images to a simulator that speaks to an image server already
+/// Serve images to a simulator that speaks to an image server already, or temperatures to any simulator
 ///
 /// Basilisk scripts speak the protocol `vizard`, scripts of the SurRender client `surrender`. The scripts stay as they are. docs/serve.md says what they
-/// must contain, what the pictures show and what is refused.
+/// must contain, what the pictures show and what is refused. `telemetry` is lines of JSON (docs/telemetry.md).
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm serve models/station.toml --protocol vizard\n  \
 isotherm serve target=models/station.toml chaser=craft.toml --protocol vizard --picture apparent16\n  \
-isotherm serve models/station.toml --protocol surrender --listen 127.0.0.1:5151 --log requests.log")]
+isotherm serve models/station.toml --protocol surrender --listen 127.0.0.1:5151 --log requests.log\n  \
+isotherm serve models/cubesat_conduction.toml --protocol telemetry")]
 pub(crate) struct Arguments {
     /// Scene files. Clients name a scene by its path, its file name with or without ending, or by NAME
     #[arg(required = true, value_name = "[NAME=]SCENE")]
@@ -34,7 +37,7 @@ pub(crate) struct Arguments {
     /// What the client speaks
     #[arg(long, value_enum, value_name = "NAME")]
     protocol: Protocol,
-    /// Where to listen. Port 0 takes a free one, which is printed [default: 127.0.0.1:5556 for vizard, 127.0.0.1:5151 for surrender]
+    /// Where to listen. Port 0 takes a free one, which is printed [default: 127.0.0.1:5556 for vizard, 127.0.0.1:5151 for surrender, 127.0.0.1:5577 for telemetry]
     #[arg(long, value_name = "ADDRESS")]
     listen: Option<SocketAddr>,
     /// Listen also at an address that other machines reach. The protocols have no authentication: whoever reaches the port may use it
@@ -49,6 +52,12 @@ pub(crate) struct Arguments {
     /// Time of the scene's own orbit at which a session of `surrender` begins [s]
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = parse_time)]
     time: f64,
+    /// Begin each craft with a state of `--save-state`, whatever its time. It must fit every scene that is served
+    #[arg(long, value_name = "FILE")]
+    from_state: Option<PathBuf>,
+    /// Begin each craft after the warm-up of its scene on the scene's own orbit, instead of in balance at the client's first place
+    #[arg(long, conflicts_with = "from_state")]
+    warm_up: bool,
     /// Append a line for every request to a file, or - for standard error
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
@@ -65,6 +74,8 @@ enum Protocol {
     Vizard,
     /// TCP: the client of SurRender 8
     Surrender,
+    /// TCP: lines of JSON with temperatures, heat flows and the push of light, without images
+    Telemetry,
 }
 
 impl Protocol {
@@ -72,6 +83,7 @@ impl Protocol {
         match self {
             Self::Vizard => vizard::PORT,
             Self::Surrender => surrender::PORT,
+            Self::Telemetry => telemetry::PORT,
         }
     }
 
@@ -79,6 +91,7 @@ impl Protocol {
         match self {
             Self::Vizard => vizard::talk_vizard,
             Self::Surrender => surrender::talk_surrender,
+            Self::Telemetry => telemetry::session::talk_telemetry,
         }
     }
 }
@@ -104,7 +117,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let local = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), arguments.protocol.port());
     let listener = bind(arguments.listen.unwrap_or(local), arguments.allow_remote)?;
     let address = listener.local_addr().map_err(|error| ServerError::Listen(local, error))?;
-    let mut scenes = Scenes::default();
+    let (mut scenes, mut prepared) = (Scenes::default(), Vec::new());
     for argument in &arguments.scenes {
         let (name, path) = named(argument);
         let mut scene = arguments.reach.scene(path)?;
@@ -132,9 +145,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
                 path.display()
             );
         }
-        scenes.add(name, path, scene)?;
+        prepared.push(scenes.add(name, path, scene)?);
     }
     let target = arguments.device.open()?;
+    let mut state = None;
+    if let Some(path) = &arguments.from_state {
+        for prepared in prepared {
+            state = Some(Arc::new(thermal_state::read(path, &prepared, &target)?));
+        }
+    }
     let log = Log::open(arguments.log.as_deref())?;
     let picture = PictureStyle { kind: arguments.picture, range: arguments.range };
     let stop = stop_flag();
@@ -143,7 +162,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         say!("warning: other machines reach {address}, and the protocol has no authentication");
     }
     answer!("listening on {address}");
-    let server = Server { target, scenes, picture, time: arguments.time, patience: Patience::default(), log };
+    let (time, patience) = (arguments.time, Patience::default());
+    let server = Server { target, scenes, picture, time, state, warm_up: arguments.warm_up, patience, log };
     serve(&server, &listener, arguments.protocol.talk(), &stop);
     check_validation(&server.target)
 }

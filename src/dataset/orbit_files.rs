@@ -150,6 +150,8 @@ fn orbit_json(run: &OrbitRun, outcome: &OrbitOutcome, rows: Vec<Json>, lines: Ve
         json!({
             "bop_targets": lines.targets,
             "speed": lines.speed,
+            "yolo": lines.yolo,
+            "negative": lines.negative,
             "coco_image": lines.coco.image,
             "coco_annotations": lines.coco.annotations,
         })

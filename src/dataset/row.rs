@@ -29,6 +29,9 @@ pub(crate) fn row(image: &LabelledImage, kinds: &[ImageKind]) -> Map<String, Jso
         let (name, path) = file_of(image, *kind);
         put(name, json!(path));
     }
+    if kinds.contains(&ImageKind::Numbers) {
+        put("gray8", json!(places::of_image(image, "gray8", "png")));
+    }
     put("time_s", json!(image.time));
     put("lit_fraction", json!(image.lit));
     let place = image.camera_from_body.translation;

@@ -10,13 +10,14 @@ use super::error::DatasetError;
 use super::index;
 use super::orbit_files::ORBIT;
 use super::orbit_folder::{CHECKSUMS, sum_of};
-use super::spec::Spec;
+use super::spec::{ImageKind, Spec};
 use super::split::split_of;
 use super::store::Store;
 use super::sums::fault_of_whole;
 use crate::labels::craft::Craft;
+use crate::labels::hugging_face::{CardFiles, card};
 use crate::labels::image::Split;
-use crate::labels::{bop, coco, places, speed};
+use crate::labels::{bop, coco, places, speed, yolo};
 use crate::output::OutputError;
 use crate::output::guarded::GuardedFolder;
 
@@ -76,6 +77,9 @@ pub(crate) fn finish(
             }
         }
         put(INDEX, &index::encode(&rows)?)?;
+        for (name, text) in of_loaders(spec, store.guarded(), craft, &counts) {
+            put(&name, text.as_bytes())?;
+        }
         let summary = json!({
             "samples": spec.samples, "orbits": spec.orbits(), "poses_per_orbit": spec.poses_per_orbit,
             "images": counts, "rejected": rejected,
@@ -106,6 +110,33 @@ pub(crate) fn finish(
         lines.sort_unstable_by_key(|line| line.split_once("  ").map(|(_, path)| path));
         store.write(CHECKSUMS, format!("{}\n", lines.join("\n")).as_bytes())
     })
+}
+
+/// The files that tell other programs' loaders where images lie: the card of Hugging Face, YOLO's lists, and the images without the craft.
+fn of_loaders(
+    spec: &Spec,
+    set: &GuardedFolder,
+    craft: &Craft,
+    counts: &BTreeMap<&str, usize>,
+) -> Vec<(String, String)> {
+    let filled = |split| Some((split, *counts.get(Split::name(split)).filter(|count| **count > 0)?));
+    let filled: Vec<(Split, usize)> = Split::ALL.into_iter().filter_map(filled).collect();
+    let kinds = CardFiles { numbers: spec.images.contains(&ImageKind::Numbers), webdataset: spec.webdataset };
+    let mut files = vec![(places::CARD.to_owned(), card(&craft.name, &filled, kinds))];
+    if kinds.numbers {
+        let splits: Vec<Split> = filled.iter().map(|(split, _)| *split).collect();
+        files.push((places::YOLO_DATA.to_owned(), yolo::data(craft, &splits)));
+        files.extend(splits.into_iter().map(|split| {
+            let list: String = lines_of(spec, set, split, "yolo").map(|line| line + "\n").collect();
+            (places::yolo(split), list)
+        }));
+    }
+    let negatives = Split::ALL.map(|split| {
+        let paths: Vec<String> = lines_of(spec, set, split, "negative").collect();
+        (split.name().to_owned(), json!(paths))
+    });
+    files.push((places::NEGATIVES.to_owned(), format!("{:#}\n", Json::Object(negatives.into_iter().collect()))));
+    files
 }
 
 /// The file of an orbit from which the files of the whole set are made.

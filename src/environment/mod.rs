@@ -18,6 +18,7 @@ pub(crate) mod load;
 pub(crate) mod orbit;
 pub(crate) mod orbit_point;
 pub(crate) mod placements;
+pub(crate) mod planet_light;
 pub(crate) mod pose_path;
 pub(crate) mod position_history;
 pub(crate) mod quadrature;

@@ -37,6 +37,7 @@ pub(crate) fn entry(craft: &Craft, image: &LabelledImage, key_points: &[ImageKey
     if let Some(mut annotation) = annotation(image, &whole, CRAFT, first) {
         let labelled = key_points.iter().filter(|point| point.visibility != Visibility::Outside).count();
         annotation["keypoints"] = key_points.iter().flat_map(key_point).collect();
+        annotation["keypoints_strict"] = key_points.iter().map(|point| json!(point.strict as u8)).collect();
         annotation["num_keypoints"] = json!(labelled);
         annotations.push(line(annotation));
     }
@@ -108,16 +109,21 @@ mod tests {
 
     #[test]
     fn entries_are_those_of_the_format() {
-        let seen =
-            ImageKeyPoint { point: DVec3::Z, pixel: Some(DVec2::new(1.25, 0.5)), visibility: Visibility::Hidden };
-        let outside = ImageKeyPoint { pixel: None, visibility: Visibility::Outside, ..seen };
+        let seen = ImageKeyPoint {
+            point: DVec3::Z,
+            pixel: Some(DVec2::new(1.25, 0.5)),
+            visibility: Visibility::Hidden,
+            strict: Visibility::Hidden,
+        };
+        let outside =
+            ImageKeyPoint { pixel: None, visibility: Visibility::Outside, strict: Visibility::Outside, ..seen };
         let made = entry(&small_craft(), &small(), &[seen, outside]);
         assert_eq!(made.image, r#"{"file_name":"val/000003/gray/000002.png","height":3,"id":7,"width":4}"#);
         // 7 samples of 3 numbers each stand before.
         let expected = [
             concat!(
                 r#"{"area":3,"bbox":[1,0,2,2],"category_id":1,"id":22,"image_id":7,"iscrowd":0,"#,
-                r#""keypoints":[1.25,0.5,1,0,0,0],"num_keypoints":1,"segmentation":{"counts":"41113","size":[3,4]}}"#
+                r#""keypoints":[1.25,0.5,1,0,0,0],"keypoints_strict":[1,0],"num_keypoints":1,"segmentation":{"counts":"41113","size":[3,4]}}"#
             ),
             concat!(
                 r#"{"area":2,"bbox":[1,1,2,1],"category_id":2,"id":23,"image_id":7,"iscrowd":0,"#,

@@ -35,6 +35,7 @@ pub(crate) fn label(craft: &Craft, image: &LabelledImage, key_points: &[ImageKey
             "camera_m": in_image.point.to_array(),
             "pixel": in_image.pixel.map(|pixel| pixel.to_array()),
             "visibility": in_image.visibility as u8,
+            "visibility_strict": in_image.strict as u8,
         })
     };
     let named = |numbers: &[(String, f64)]| {

@@ -41,8 +41,10 @@ pub struct ImageKeyPoint {
     pub(crate) point: DVec3,
     /// Where it appears, in OpenCV's pixels. `None` behind the camera.
     pub pixel: Option<DVec2>,
-    /// Whether it is seen.
+    /// Whether it is seen, by the four pixels around it.
     pub visibility: Visibility,
+    /// Whether it is seen, by the one pixel in which it lies.
+    pub strict: Visibility,
 }
 
 /// Why a key point can not be used.
@@ -217,7 +219,11 @@ fn see(point: &KeyPoint, image: &LabelledImage) -> ImageKeyPoint {
         Some(pixel) if is_hidden(image, place.z, pixel) || !is_shown(image, pixel) => Visibility::Hidden,
         Some(_) => Visibility::Visible,
     };
-    ImageKeyPoint { point: place, pixel, visibility }
+    let strict = match (visibility, pixel) {
+        (Visibility::Visible, Some(pixel)) if !is_on_surface(image, place.z, pixel) => Visibility::Hidden,
+        (other, _) => other,
+    };
+    ImageKeyPoint { point: place, pixel, visibility, strict }
 }
 
 /// The pixels whose columns and rows lie up to `reach` pixels before and behind a place, with pixels of the border in place of pixels beyond it.
@@ -235,6 +241,16 @@ fn is_hidden(image: &LabelledImage, depth: f64, pixel: DVec2) -> bool {
     let finest = image.lens.focal[0].min(image.lens.focal[1]);
     let before = depth - SPACINGS * depth / finest - ROUNDING * depth;
     around(image, pixel, 1).all(|at| image.channels.part[at] != 0 && f64::from(image.channels.depth[at]) < before)
+}
+
+/// Whether the pixel in which a place lies shows the craft at a depth [m], within the margin of the four pixels to both sides.
+fn is_on_surface(image: &LabelledImage, depth: f64, pixel: DVec2) -> bool {
+    let finest = image.lens.focal[0].min(image.lens.focal[1]);
+    let [column, row] = [(pixel.x, image.width), (pixel.y, image.height)]
+        .map(|(at, size)| at.round().clamp(0.0, f64::from(size) - 1.0) as usize);
+    let at = row * image.width as usize + column;
+    let apart = (f64::from(image.channels.depth[at]) - depth).abs();
+    image.channels.part[at] != 0 && apart <= SPACINGS * depth / finest + ROUNDING * depth
 }
 
 /// Whether one of the sixteen pixels around a place shows the craft. A panel that is seen edge-on may have no pixel.
@@ -270,6 +286,15 @@ mod tests {
             |image: &LabelledImage, point: &KeyPoint| seen(std::slice::from_ref(point), image)[0].visibility;
         // Only two of the four pixels round (1.5, 1.5) show something.
         assert_eq!(visibility(&image, &pixel(1.5, 1.5)), Visibility::Visible);
+        let strict = |image: &LabelledImage, point: &KeyPoint| seen(std::slice::from_ref(point), image)[0].strict;
+        // The pixel in which it lies shows none of the craft, and one that does must have its depth.
+        assert_eq!(strict(&image, &pixel(1.4, 1.6)), Visibility::Hidden);
+        let mut near = image.clone();
+        near.channels.depth[5] = 4.0;
+        assert_eq!(strict(&near, &pixel(1.2, 1.2)), Visibility::Visible);
+        near.channels.depth[5] = 9.0;
+        assert_eq!(strict(&near, &pixel(1.2, 1.2)), Visibility::Hidden);
+        assert_eq!(visibility(&near, &pixel(1.2, 1.2)), Visibility::Visible, "a surface behind it hides nothing");
         image.channels.part[9] = 1;
         image.channels.part[10] = 1;
         image.channels.depth[9] = 2.0;

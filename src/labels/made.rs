@@ -9,7 +9,7 @@ use super::describe::{MapSteps, label};
 use super::image::{LabelledImage, Split};
 use super::key_points::seen;
 use super::silhouette::Solids;
-use super::{bop, coco, maps, places, ply, speed, webdataset};
+use super::{bop, coco, kitti, maps, places, ply, speed, webdataset, yolo};
 use crate::output::OutputError;
 
 /// Bytes of a label.
@@ -37,8 +37,12 @@ pub struct ImageLines {
     pub(crate) info: String,
     /// Lines in `test_targets_bop19.json`, if the image is for tests.
     pub(crate) targets: Vec<String>,
-    /// Entry in the list of SPEED+.
-    pub(crate) speed: String,
+    /// Entry in the list of SPEED+. `None` where nothing of the craft is seen.
+    pub(crate) speed: Option<String>,
+    /// Line in the list of YOLO, where there are pictures.
+    pub(crate) yolo: Option<String>,
+    /// The picture, where nothing of the craft is seen.
+    pub(crate) negative: Option<String>,
     /// Entries in the list of COCO.
     pub coco: coco::CocoEntry,
 }
@@ -61,6 +65,8 @@ pub fn made(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Result<Ima
     let key_points = seen(&craft.key_points, image);
     let silhouettes = solids.silhouettes(image);
     let (depth, temperature) = (maps::depth(image)?, maps::temperature(image)?);
+    let is_seen = image.channels.part.iter().any(|part| *part != 0);
+    let has_numbers = image.channels.digital_numbers.is_some();
     let lines = ImageLines {
         number: image.identity.number,
         camera: bop::camera_of(image, depth.step),
@@ -70,7 +76,9 @@ pub fn made(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Result<Ima
             Split::Test => bop::targets_of(image, solids, &silhouettes),
             _ => Vec::new(),
         },
-        speed: speed::entry(image),
+        speed: is_seen.then(|| speed::entry(image)),
+        yolo: has_numbers.then(|| format!("./{}", places::of_image(image, "gray8", "png"))),
+        negative: (!is_seen).then(|| places::shown(image)),
         coco: coco::entry(craft, image, &key_points),
     };
     let text = label(craft, image, &key_points, MapSteps { depth: depth.step, temperature: temperature.step });
@@ -98,6 +106,14 @@ pub fn made(craft: &Craft, solids: &Solids, image: &LabelledImage) -> Result<Ima
         labels.push(both("planet", "planet.png", maps::mask(image, &planet)?));
     }
     labels.extend(maps::digital_numbers(image)?.map(|png| both("gray", "gray.png", png)));
+    labels.extend(maps::upper_bits(image)?.map(|png| both("gray8", "gray8.png", png)));
+    let in_folder = |folder: &str, text: String| Label {
+        path: Some(places::of_image(image, folder, "txt")),
+        ending: None,
+        bytes: text.into_bytes(),
+    };
+    labels.extend(has_numbers.then(|| in_folder("gray8", yolo::label(image, &key_points))));
+    labels.push(in_folder("kitti", kitti::label(craft, image)));
     for (place, silhouette) in silhouettes.iter().enumerate() {
         for (what, mask) in [("mask", &silhouette.full), ("mask_visib", &silhouette.visible)] {
             let path = Some(places::of_mask(image, what, place));

@@ -121,6 +121,17 @@ pub(crate) fn numbers_of(image: &LabelledImage, numbers: &[u16], bits: u32) -> R
     }
 }
 
+/// The upper 8 bits of the digital numbers, for loaders that cut 16 bits to 8. `None` without a sensor.
+///
+/// # Errors
+/// An image that PNG can not hold.
+pub(crate) fn upper_bits(image: &LabelledImage) -> Result<Option<Vec<u8>>, OutputError> {
+    let Some(numbers) = &image.channels.digital_numbers else { return Ok(None) };
+    let bytes: Vec<u8> =
+        numbers.iter().map(|number| (number >> (image.identity.bits.clamp(8, 16) - 8)) as u8).collect();
+    Ok(Some(png_8([image.width, image.height], &bytes, &[])?))
+}
+
 #[cfg(test)]
 mod tests {
     use glam::DVec3;

@@ -1,7 +1,7 @@
 //! Labels of images for training: poses, masks, key points, depth, parts and temperatures in the formats that others read.
 //!
 //! [`image`] is one image with everything known about it, and [`craft`] is the craft that it shows. [`from_scene`] makes both. [`places`] says which
-//! file lies where. The writers return bytes or lines and write no file: [`bop`], [`speed`], [`coco`], [`webdataset`], and [`maps`] for the images of
+//! file lies where. The writers return bytes or lines and write no file: [`bop`], [`speed`], [`coco`], [`yolo`], [`kitti`], [`webdataset`], [`hugging_face`], and [`maps`] for the images of
 //! labels. [`describe`] has everything about one image, and [`conventions`] the text that a reader of the folder needs.
 //!
 //! Each list of a whole data set consists of entries of single images. An entry depends on its image and the craft alone, so shards make them in any order,
@@ -13,8 +13,10 @@ pub(crate) mod conventions;
 pub(crate) mod craft;
 pub(crate) mod describe;
 pub(crate) mod from_scene;
+pub(crate) mod hugging_face;
 pub(crate) mod image;
 pub(crate) mod key_points;
+pub(crate) mod kitti;
 pub(crate) mod made;
 pub(crate) mod maps;
 pub(crate) mod mask;
@@ -25,3 +27,4 @@ pub(crate) mod speed;
 pub(crate) mod symmetry;
 pub(crate) mod text;
 pub(crate) mod webdataset;
+pub(crate) mod yolo;

@@ -10,6 +10,11 @@ pub(crate) const BOP_TARGETS: &str = "test_targets_bop19.json";
 pub(crate) const MODELS_INFO: &str = "models/models_info.json";
 /// The whole craft with its joints as they are in the model's file. Only for a craft with joints.
 pub(crate) const CRAFT_MODEL: &str = "models/craft.ply";
+/// The card of Hugging Face.
+pub(crate) const CARD: &str = "README.md";
+pub(crate) const YOLO_DATA: &str = "yolo.yaml";
+/// Images that show nothing of the craft.
+pub(crate) const NEGATIVES: &str = "negatives.json";
 pub(crate) const SPEED_CAMERA: &str = "speed/camera.json";
 pub(crate) const SPEED_KEY_POINTS: &str = "speed/keypoints.json";
 
@@ -22,6 +27,11 @@ pub(crate) fn coco(split: Split) -> String {
     format!("coco/{}.json", split.name())
 }
 
+/// The list of YOLO's pictures.
+pub(crate) fn yolo(split: Split) -> String {
+    format!("yolo_{}.txt", split.name())
+}
+
 pub(crate) fn speed(split: Split) -> String {
     format!("speed/{}.json", split.long_name())
 }
@@ -31,7 +41,7 @@ pub(crate) fn orbit(split: Split, orbit: u32) -> String {
     format!("{}/{orbit:06}", split.name())
 }
 
-/// A file of an image: `gray`, `depth`, `part`, `temperature`, `planet`, `radiance` or `label`, with its ending.
+/// A file of an image: `gray`, `gray8`, `kitti`, `depth`, `part`, `temperature`, `planet`, `radiance` or `label`, with its ending.
 pub(crate) fn of_image(image: &LabelledImage, what: &str, ending: &str) -> String {
     format!("{}/{what}/{:06}.{ending}", orbit(image.identity.split, image.identity.orbit), image.identity.number)
 }

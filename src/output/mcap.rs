@@ -1,13 +1,14 @@
 //! The images of a run as a log for robotics: an MCAP file of ROS 2 messages, which need no ROS to be read.
 //!
 //! For each drawn frame it has `/camera/temperature` (sensor_msgs/Image, mono16: surface temperature, 10 mK a count), `/camera/radiance` (32FC1: radiance in
-//! the band [W m-2 sr-1]), `/camera/camera_info` and `/tf` (poses of `camera` and `inertial` in the frame `body`). Times are Unix times of the
-//! scene's date, or seconds since the start where it states none. Schemas: common_interfaces and geometry2 of ROS 2 (Humble).
+//! the band [W m-2 sr-1]), with a sensor `/camera/image_raw` (digital numbers), `/camera/camera_info`, `/craft/pose` (from the planet's centre) and `/tf` (poses of
+//! `camera`, `inertial` and the joints in the frame `body`, and of `planet` in `inertial`). Times are Unix times of the scene's date, or seconds since the start
+//! where it states none. Schemas: common_interfaces and geometry2 of ROS 2 (Humble).
 
 use std::collections::BTreeMap;
 use std::io::Write;
 
-use glam::{DMat4, DQuat};
+use glam::{DMat4, DQuat, DVec3};
 use hifitime::Epoch;
 use mcap::WriteOptions;
 use mcap::records::MessageHeader;
@@ -18,12 +19,14 @@ use super::cdr::Cdr;
 use super::exr::read_exr;
 use super::folder::Folder;
 use super::frame::FrameHeader;
+use super::gray::read_png;
 use super::report::FrameEntry;
-use super::ros_schemas::{CAMERA_INFO, IMAGE, TF_MESSAGE};
+use super::ros_schemas::{CAMERA_INFO, IMAGE, POSE_STAMPED, TF_MESSAGE};
 use crate::environment::utc::utc_days;
 use crate::lens::Distortion;
-use crate::scene::Camera;
+use crate::scene::{Camera, ImageFile};
 use crate::simulation::image::Image;
+use crate::simulation::prepare::Prepared;
 
 /// Kelvin of a count of the images of temperature.
 pub(crate) const KELVIN_PER_COUNT: f64 = 0.01;
@@ -31,15 +34,23 @@ pub(crate) const KELVIN_PER_COUNT: f64 = 0.01;
 /// Frame of the images.
 const CAMERA: &str = "camera";
 const BODY: &str = "body";
+/// Inertial axes at the body's origin.
 const INERTIAL: &str = "inertial";
+/// The same axes at the planet's centre.
+const PLANET: &str = "planet";
 
 /// Topics with the names and texts of their schemas.
-const TOPICS: [(&str, &str, &str); 4] = [
+const TOPICS: [(&str, &str, &str); 6] = [
     ("/camera/temperature", "sensor_msgs/msg/Image", IMAGE),
     ("/camera/radiance", "sensor_msgs/msg/Image", IMAGE),
+    ("/camera/image_raw", "sensor_msgs/msg/Image", IMAGE),
     ("/camera/camera_info", "sensor_msgs/msg/CameraInfo", CAMERA_INFO),
+    ("/craft/pose", "geometry_msgs/msg/PoseStamped", POSE_STAMPED),
     ("/tf", "tf2_msgs/msg/TFMessage", TF_MESSAGE),
 ];
+
+/// Digital numbers of a frame: the bytes of a pixel, and all pixels with the low byte first.
+type Numbers = (u32, Vec<u8>);
 
 /// Seconds and nanoseconds of a time [s] after a start.
 fn stamp(start: Option<Epoch>, time: f64) -> (i32, u32) {
@@ -61,7 +72,7 @@ pub(crate) fn write(
     writer: &mut dyn Write,
     folder: &Folder,
     frames: &[FrameEntry],
-    start: Option<Epoch>,
+    prepared: &Prepared,
 ) -> Result<(), OutputError> {
     let failed = |error: mcap::McapError| OutputError::Encode("MCAP file".to_owned(), error.to_string());
     let options = WriteOptions::new().profile("ros2").library(concat!("isotherm ", env!("CARGO_PKG_VERSION")));
@@ -73,9 +84,13 @@ pub(crate) fn write(
     }
     for (number, entry) in frames.iter().enumerate() {
         let (frame, header) = read_exr(&folder.file(&entry.file))?;
-        let (seconds, nanoseconds) = stamp(start, frame.time);
+        let numbers = prepared.scene.images.files.contains(&ImageFile::NumbersPng);
+        let numbers = numbers.then(|| read_numbers(folder, &entry.file)).transpose()?;
+        let place = prepared.loads.sky_model().point(frame.time).map(|point| point.position);
+        let (seconds, nanoseconds) = stamp(prepared.scene.time.start, frame.time);
         let time = (i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds)).max(0) as u64;
-        for (channel_id, data) in channels.into_iter().zip(messages(&frame, &header, (seconds, nanoseconds))) {
+        let all = messages(&frame, &header, numbers, place, (seconds, nanoseconds));
+        for (channel_id, data) in channels.into_iter().zip(all).filter_map(|(channel, data)| Some((channel, data?))) {
             let header = MessageHeader { channel_id, sequence: number as u32, log_time: time, publish_time: time };
             log.write_to_known_channel(&header, &data).map_err(failed)?;
         }
@@ -84,8 +99,27 @@ pub(crate) fn write(
     Ok(())
 }
 
-/// The messages of a frame, in the order of the topics.
-fn messages(frame: &Image, header: &FrameHeader, stamp: (i32, u32)) -> [Vec<u8>; TOPICS.len()] {
+/// The digital numbers of a frame, which stand beside its EXR.
+fn read_numbers(folder: &Folder, exr: &str) -> Result<Numbers, OutputError> {
+    let name = exr.strip_suffix(".exr").unwrap_or(exr);
+    let path = folder.file(&format!("{name}_{}", ImageFile::NumbersPng.ending()));
+    let file = std::fs::read(&path).map_err(|error| OutputError::Read(path, error))?;
+    let ([width, height], mut bytes) = read_png(&file)?;
+    let depth = bytes.len() as u32 / (width * height).max(1);
+    if depth == 2 {
+        bytes.as_chunks_mut::<2>().0.iter_mut().for_each(|pair| pair.reverse());
+    }
+    Ok((depth, bytes))
+}
+
+/// The messages of a frame, in the order of the topics. `place` is the craft from the planet's centre [m].
+fn messages(
+    frame: &Image,
+    header: &FrameHeader,
+    numbers: Option<Numbers>,
+    place: Option<DVec3>,
+    stamp: (i32, u32),
+) -> [Option<Vec<u8>>; TOPICS.len()] {
     let count = |kelvin: &f32| ((f64::from(*kelvin) / KELVIN_PER_COUNT).round() as u16).to_le_bytes();
     let counts: Vec<u8> = frame.temperature.iter().flat_map(count).collect();
     let radiance: Vec<u8> = frame.radiance.iter().flat_map(|radiance| radiance.to_le_bytes()).collect();
@@ -99,11 +133,14 @@ fn messages(frame: &Image, header: &FrameHeader, stamp: (i32, u32)) -> [Vec<u8>;
             .bytes(data);
         cdr.finish()
     };
+    let raw = |(depth, data): Numbers| image(if depth == 1 { "mono8" } else { "mono16" }, depth, &data);
     [
-        image("mono16", 2, &counts),
-        image("32FC1", 4, &radiance),
-        camera_info(&frame.camera, [frame.camera.width, frame.camera.height], stamp),
-        transforms(frame, header, stamp),
+        Some(image("mono16", 2, &counts)),
+        Some(image("32FC1", 4, &radiance)),
+        numbers.map(raw),
+        Some(camera_info(&frame.camera, [frame.camera.width, frame.camera.height], stamp)),
+        craft_pose(frame, header, place, stamp),
+        Some(transforms(frame, header, place, stamp)),
     ]
 }
 
@@ -133,15 +170,27 @@ fn camera_info(camera: &Camera, [width, height]: [u32; 2], stamp: (i32, u32)) ->
     cdr.finish()
 }
 
-/// Poses of camera and inertial axes in the body frame.
-fn transforms(image: &Image, header: &FrameHeader, stamp: (i32, u32)) -> Vec<u8> {
+/// Position and attitude of the craft in the frame `planet`.
+fn craft_pose(image: &Image, header: &FrameHeader, place: Option<DVec3>, stamp: (i32, u32)) -> Option<Vec<u8>> {
+    let inertial_from_body = header.camera_from_inertial?.inverse() * DMat4::from(image.camera_from_body);
+    let mut cdr = Cdr::with_header(stamp, PLANET);
+    cdr.f64_array(&place?.to_array()).f64_array(&rigid(&inertial_from_body).0);
+    Some(cdr.finish())
+}
+
+/// Poses of camera, inertial axes and joints in the body frame, and of the planet's axes in the inertial frame.
+fn transforms(image: &Image, header: &FrameHeader, place: Option<DVec3>, stamp: (i32, u32)) -> Vec<u8> {
     let body_from_camera = DMat4::from(image.camera_from_body).inverse();
-    let mut poses = vec![(CAMERA, body_from_camera)];
-    poses.extend(header.camera_from_inertial.map(|camera| (INERTIAL, body_from_camera * camera)));
+    let mut poses = vec![(BODY, CAMERA.to_owned(), body_from_camera)];
+    if let Some(camera) = header.camera_from_inertial {
+        poses.push((BODY, INERTIAL.to_owned(), body_from_camera * camera));
+        poses.extend(place.map(|place| (INERTIAL, PLANET.to_owned(), DMat4::from_translation(-place))));
+    }
+    poses.extend(header.joints.iter().map(|(name, pose)| (BODY, format!("joint/{name}"), *pose)));
     let mut cdr = Cdr::new();
     cdr.u32(poses.len() as u32);
-    for (child, pose) in poses {
-        cdr.header(stamp, BODY).text(child);
+    for (parent, child, pose) in poses {
+        cdr.header(stamp, parent).text(&child);
         let (rotation, translation) = rigid(&pose);
         cdr.f64_array(&translation).f64_array(&rotation);
     }
@@ -171,7 +220,11 @@ mod tests {
     #[test]
     fn messages_have_the_lengths_of_their_fields() {
         let (frame, header) = (sphere(8, 6, 1), header());
-        let [temperature, radiance, info, tf] = messages(&frame, &header, (1, 2));
+        let place = Some(DVec3::new(7e6, 0.0, 0.0));
+        let [temperature, radiance, raw, info, pose, tf] =
+            messages(&frame, &header, Some((1, vec![7; 48])), place, (1, 2)).map(|data| data.expect("a message"));
+        assert_eq!(raw[raw.len() - 48 - 4..], [&48u32.to_le_bytes()[..], &[7; 48]].concat());
+        assert_eq!(pose[pose.len() - 56..][..8], 7e6f64.to_le_bytes());
         assert_eq!(temperature[..4], [0, 1, 0, 0], "little-endian CDR");
         assert_eq!(temperature[temperature.len() - 96 - 4..][..4], 96u32.to_le_bytes());
         assert_eq!(radiance[radiance.len() - 192 - 4..][..4], 192u32.to_le_bytes());
@@ -181,6 +234,8 @@ mod tests {
             temperature[temperature.len() - 95 + 2 * middle],
         ]);
         assert!((f64::from(count) * KELVIN_PER_COUNT - f64::from(frame.temperature[middle])).abs() <= 0.005);
-        assert!(info.len() > 9 * 8 + 9 * 8 + 12 * 8 && tf.len() > 2 * 7 * 8);
+        assert!(info.len() > 9 * 8 + 9 * 8 + 12 * 8 && tf.len() > 3 * 7 * 8);
+        let without = messages(&frame, &header, None, None, (1, 2));
+        assert_eq!(without.map(|data| data.is_some()), [true, true, false, true, false, true]);
     }
 }

@@ -49,6 +49,35 @@ int32 sec
 uint32 nanosec
 ";
 
+/// `geometry_msgs/msg/PoseStamped`.
+pub(super) const POSE_STAMPED: &str = "\
+std_msgs/Header header
+geometry_msgs/Pose pose
+================================================================================
+MSG: geometry_msgs/Pose
+geometry_msgs/Point position
+geometry_msgs/Quaternion orientation
+================================================================================
+MSG: geometry_msgs/Point
+float64 x
+float64 y
+float64 z
+================================================================================
+MSG: geometry_msgs/Quaternion
+float64 x
+float64 y
+float64 z
+float64 w
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+";
+
 /// `tf2_msgs/msg/TFMessage`.
 pub(super) const TF_MESSAGE: &str = "\
 geometry_msgs/TransformStamped[] transforms

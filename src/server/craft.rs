@@ -1,9 +1,12 @@
 //! A craft that a client moves: its thermal state follows the states that arrive, and images show it.
 
+use std::sync::Arc;
+
 use glam::{DMat3, DQuat, DVec3};
 
 use super::course::{CourseState, between};
 use super::error::Refusal;
+use super::listen::Server;
 use super::sessions::Session;
 use crate::host::check_session_memory;
 use crate::lens::Lens;
@@ -13,6 +16,7 @@ use crate::simulation::facade_error::SimulationError;
 use crate::simulation::image::Image;
 use crate::simulation::pose::Pose;
 use crate::simulation::target::Target;
+use crate::simulation::thermal_state::ThermalState;
 
 /// Most pixels of an image that a client may ask for.
 pub(crate) const MOST_PIXELS: u64 = 1 << 24;
@@ -26,14 +30,18 @@ pub(crate) struct ProtocolCamera {
     pub(crate) size: [u32; 2],
     /// Focal lengths in pixels (x, y). The principal point is the middle of the image.
     pub(crate) focal: [f64; 2],
-    /// Position in the craft's body frame [m].
+    /// Position in the axes and from the origin of the craft's body frame, in the client's metres.
     pub(crate) position: DVec3,
     /// Rotates camera axes into the craft's body frame.
     pub(crate) body_from_camera: DMat3,
+    /// Metres of the client for a metre of the scene.
+    pub(crate) scale: f64,
 }
 
 pub(crate) struct ServedCraft {
     simulation: Simulation,
+    /// The state from which the craft begins at its first place. `None` after it, and without a state.
+    start: Option<Arc<ThermalState>>,
     /// Length of a step [s].
     step: f64,
     last: Option<CourseState>,
@@ -43,12 +51,34 @@ impl ServedCraft {
     /// A craft that nobody has moved.
     ///
     /// # Errors
-    /// The device can not hold it, or the call was stopped.
-    pub(crate) fn new(scene: &Scene, target: &Target, session: &Session) -> Result<Self, Refusal> {
-        let _turn = session.turn()?;
-        let simulation = session.until_ended(|| Simulation::from_scene(scene.clone(), target))??;
+    /// The device can not hold it, the state is of another craft, or the call was stopped.
+    pub(crate) fn new(scene: &Scene, server: &Server, session: &Session) -> Result<Self, Refusal> {
+        let turn = session.turn()?;
+        let simulation = session.until_ended(|| Simulation::from_scene(scene.clone(), &server.target))??;
         let step = simulation.prepared().scene.time.step;
-        Ok(Self { simulation, step, last: None })
+        let mut craft = Self { simulation, start: server.state.clone(), step, last: None };
+        if let Some(state) = &craft.start {
+            craft.simulation.restore_at(state, 0.0)?;
+        }
+        if server.warm_up && craft.start.is_none() {
+            drop(turn);
+            craft.step_along(0.0, session)?;
+            let _turn = session.turn()?;
+            craft.start = Some(Arc::new(craft.simulation.save()?));
+        }
+        Ok(craft)
+    }
+
+    /// Begins at the first place that the client states, at a time [s]: with the state that the server was given or the warm-up has left. Without either this does
+    /// nothing, and at later places too.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub(crate) fn begin_at(&mut self, time: f64) -> Result<(), Refusal> {
+        match self.start.take() {
+            Some(start) => Ok(self.simulation.restore_at(&start, time)?),
+            None => Ok(()),
+        }
     }
 
     /// Moves the craft to a state, and steps its temperatures to the last end of a step before it. The first state begins the simulation.
@@ -57,6 +87,7 @@ impl ServedCraft {
     /// A state that can not be used, or one that is too far from the last.
     pub(crate) fn observe(&mut self, state: CourseState, session: &Session) -> Result<(), Refusal> {
         let Some(last) = &self.last else {
+            self.begin_at(state.time.seconds())?;
             self.simulation.place(state.placement())?;
             self.last = Some(state);
             return Ok(());
@@ -78,6 +109,11 @@ impl ServedCraft {
     /// Steps to a time, if it lies ahead. Other sessions take turns with the steps.
     fn step_to(&mut self, time: f64, session: &Session) -> Result<(), Refusal> {
         if time > self.simulation.time() { self.step_along(time, session) } else { Ok(()) }
+    }
+
+    /// The simulation, for what a protocol asks besides images.
+    pub(crate) fn simulation(&mut self) -> &mut Simulation {
+        &mut self.simulation
     }
 
     /// Steps to a time of the scene's own orbit, or of the places that the craft was given.
@@ -116,7 +152,8 @@ impl ServedCraft {
         }
         let _turn = session.turn()?;
         let rotation = DQuat::from_mat3(&view.body_from_camera).normalize();
-        let pose = Pose::new(CameraFrame::Body, view.position, rotation).map_err(SimulationError::from)?;
+        let position = view.position / view.scale;
+        let pose = Pose::new(CameraFrame::Body, position, rotation).map_err(SimulationError::from)?;
         let camera = self.simulation.camera().ok();
         let camera = Camera {
             width,
@@ -126,11 +163,15 @@ impl ServedCraft {
             line_time: camera.map_or(0.0, |camera| camera.line_time),
             motion: Motion::Still,
             frame: CameraFrame::Body,
-            position: view.position,
+            position,
             frame_from_camera: rotation,
             near: camera.map_or(0.1, |camera| camera.near),
         };
-        Ok(session.until_ended(|| self.simulation.image(&camera, &pose))??)
+        let mut image = session.until_ended(|| self.simulation.image(&camera, &pose))??;
+        if view.scale != 1.0 {
+            image.depth.iter_mut().for_each(|depth| *depth = (f64::from(*depth) * view.scale) as f32);
+        }
+        Ok(image)
     }
 }
 

@@ -15,6 +15,7 @@ use super::picture::PictureStyle;
 use super::scenes::Scenes;
 use super::sessions::{MOST_SESSIONS, Session, Sessions};
 use crate::simulation::target::Target;
+use crate::simulation::thermal_state::ThermalState;
 
 /// How often the server looks for a connection.
 const LOOK: Duration = Duration::from_millis(10);
@@ -31,6 +32,10 @@ pub struct Server {
     pub picture: PictureStyle,
     /// Time of the scene's own orbit at which a session without a clock begins [s].
     pub time: f64,
+    /// A saved state with which each craft begins, at the first time that the client states.
+    pub state: Option<Arc<ThermalState>>,
+    /// Whether the scene's warm-up on its own orbit precedes the first place that a client states.
+    pub warm_up: bool,
     /// How long a client may take.
     pub patience: Patience,
     /// Messages and requests.

@@ -1,7 +1,7 @@
-//! The image server: simulators in other programs drive scenes and fetch images, in the protocols that they speak already.
+//! The server: simulators in other programs drive scenes and fetch images in the protocols that they speak already, or temperatures.
 //!
-//! [`listen`] accepts connections and runs each on a thread of its own. A protocol ([`vizard`], [`surrender`]) is a thin adapter: it reads requests,
-//! moves a [`craft`] and answers with a [`picture`]. [`scenes`] says which names lead to which scene files: no client can name another file. [`connection`]
+//! [`listen`] accepts connections and runs each on a thread of its own. A protocol ([`vizard`], [`surrender`], [`telemetry`]) is a thin adapter: it reads requests,
+//! moves a [`craft`] and answers with a [`picture`] or with numbers. [`scenes`] says which names lead to which scene files: no client can name another file. [`connection`]
 //! bounds how long a client may take and how much it may send, and [`sessions`] who gives way and who computes.
 
 pub(crate) mod connection;
@@ -14,4 +14,5 @@ pub(crate) mod picture;
 pub(crate) mod scenes;
 pub(crate) mod sessions;
 pub(crate) mod surrender;
+pub(crate) mod telemetry;
 pub(crate) mod vizard;

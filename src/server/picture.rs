@@ -70,12 +70,9 @@ impl Painter {
         match self.kind {
             PictureKind::Apparent => {
                 let [low, high] = self.range;
-                let grey = |radiance: &f32| {
-                    let share = (f64::from(self.apparent.temperature(*radiance)) - low) / (high - low);
-                    // The conversion to u8 clamps a value out of the range.
-                    (255.0 * share).round() as u8
-                };
-                let values: Vec<u8> = image.radiance.iter().map(grey).collect();
+                let kelvin = |radiance: &f32| f64::from(self.apparent.temperature(*radiance));
+                let values: Vec<u8> =
+                    image.radiance.iter().map(|radiance| grey(kelvin(radiance), self.range)).collect();
                 let meaning = json!({"quantity": "brightness temperature", "kelvin": "offset + scale x value",
                     "offset": low, "scale": (high - low) / 255.0});
                 png_8(size, &values, &text(meaning))
@@ -99,6 +96,12 @@ impl Painter {
             }
         }
     }
+}
+
+/// A temperature [K] in 8 bits, from black at `low` to white at `high`.
+pub(crate) fn grey(kelvin: f64, [low, high]: [f64; 2]) -> u8 {
+    // The conversion to u8 clamps a value out of the range.
+    (255.0 * (kelvin - low) / (high - low)).round() as u8
 }
 
 /// A picture of depth in the three bytes of a colour: depth = far (R/255 + G/255^2 + B/255^3), along the camera's axis. A surface at `far` [m] or

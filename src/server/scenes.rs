@@ -19,11 +19,11 @@ pub struct Scenes {
 }
 
 impl Scenes {
-    /// Adds a scene. Without `name`, the scene has three names: the path of its file as given, the file name, and the file name without its ending.
+    /// Adds a scene, and returns it as it was prepared. Without `name`, the scene has three names: the path of its file as given, the file name, and the file name without its ending.
     ///
     /// # Errors
     /// A scene that can not run, or a name that another scene has.
-    pub fn add(&mut self, name: Option<&str>, path: &Path, scene: Scene) -> Result<(), ServerError> {
+    pub fn add(&mut self, name: Option<&str>, path: &Path, scene: Scene) -> Result<Prepared, ServerError> {
         let mut names = match name {
             Some(name) => vec![name.to_owned()],
             None => {
@@ -38,9 +38,9 @@ impl Scenes {
                 return Err(ServerError::Twice { name: name.clone(), one, other });
             }
         }
-        Prepared::from_scene(scene.clone(), &mut |_| ())?;
+        let prepared = Prepared::from_scene(scene.clone(), &mut |_| ())?;
         self.all.push(Named { names, path: path.to_path_buf(), scene });
-        Ok(())
+        Ok(prepared)
     }
 
     fn named(&self, name: &str) -> Option<&Named> {

@@ -43,7 +43,7 @@ pub(crate) fn node_budgets(
 }
 
 /// The load under which the last step ended.
-fn load_before(prepared: &Prepared, last: Option<Passing>, time: f64) -> StepLoad {
+pub(super) fn load_before(prepared: &Prepared, last: Option<Passing>, time: f64) -> StepLoad {
     let scene = &prepared.scene;
     let [start, end] = match last.map(|last| last.parts(&prepared.loads)) {
         Some(parts) => parts.last().map_or([time; 2], |part| [part.start, part.end]),
@@ -53,8 +53,12 @@ fn load_before(prepared: &Prepared, last: Option<Passing>, time: f64) -> StepLoa
     prepared.loads.step_load(start, end)
 }
 
-/// The light that every node absorbs.
-fn light(prepared: &Prepared, load: &StepLoad, state: &SurfaceState) -> Vec<SurfaceGains> {
+/// All nodes under the light of a step, and the slot of each on the device.
+pub(super) fn lit_nodes(
+    prepared: &Prepared,
+    load: &StepLoad,
+    state: &SurfaceState,
+) -> (Vec<usize>, Reference<IncidentFunction>) {
     let nodes = &prepared.nodes;
     let slots: Vec<usize> = nodes.real().map(|(slot, _)| slot).collect();
     let joints = if prepared.joints() > 1 { prepared.joints_of(slots.iter().copied()) } else { Vec::new() };
@@ -70,6 +74,13 @@ fn light(prepared: &Prepared, load: &StepLoad, state: &SurfaceState) -> Vec<Surf
     if !state.received.is_empty() {
         reference.receive(slots.iter().map(|slot| state.received[*slot]).collect());
     }
+    (slots, reference)
+}
+
+/// The light that every node absorbs.
+fn light(prepared: &Prepared, load: &StepLoad, state: &SurfaceState) -> Vec<SurfaceGains> {
+    let (slots, reference) = lit_nodes(prepared, load, state);
+    let nodes = &prepared.nodes;
     let mut gains = vec![SurfaceGains::default(); nodes.vertex_of_node.len()];
     slots.iter().zip(reference.gains(load)).for_each(|(slot, of_node)| gains[*slot] = of_node);
     gains
@@ -121,17 +132,28 @@ pub(crate) fn between_budgets(before: &[Budget], after: &[Budget], share: f64) -
     before.iter().zip(after).map(mix).collect()
 }
 
-/// The budget of each part, as the mean over its area [W/m2]. A part without area has none.
-pub(crate) fn part_budgets(prepared: &Prepared, budgets: &[Budget]) -> Vec<Budget> {
+/// Area over which a node takes and emits light [m2].
+pub(super) fn lit_area(prepared: &Prepared, slot: usize) -> f64 {
+    let of_network = prepared.network.as_ref().and_then(|network| network.load_area(slot));
+    of_network.unwrap_or(prepared.nodes.areas[slot])
+}
+
+/// The heat of each part by each cause [W], and the area of the part [m2].
+pub(crate) fn part_heat(prepared: &Prepared, budgets: &[Budget]) -> Vec<(Budget, f64)> {
     let nodes = &prepared.nodes;
     let mut sums = vec![([0.0; CAUSES], 0.0); prepared.parts.len()];
     for (slot, _) in nodes.real() {
-        let of_network = prepared.network.as_ref().and_then(|network| network.load_area(slot));
-        let area = of_network.unwrap_or(nodes.areas[slot]);
+        let area = lit_area(prepared, slot);
         let (sum, whole) = &mut sums[nodes.group_part[slot / GROUP] as usize];
         sum.iter_mut().zip(budgets[slot]).for_each(|(sum, gain)| *sum += area * gain);
         *whole += area;
     }
+    sums
+}
+
+/// The budget of each part, as the mean over its area [W/m2]. A part without area has none.
+pub(crate) fn part_budgets(prepared: &Prepared, budgets: &[Budget]) -> Vec<Budget> {
+    let sums = part_heat(prepared, budgets);
     sums.iter().map(|(sum, area)| sum.map(|sum| if *area > 0.0 { sum / area } else { 0.0 })).collect()
 }
 

@@ -3,6 +3,7 @@
 //! Programs that use the library call this, and so does `isotherm render`. `run` in `simulation.rs` is the loop of a whole run with its files.
 
 mod errors;
+pub(crate) mod flows;
 mod image;
 mod place;
 pub(crate) mod sensor;

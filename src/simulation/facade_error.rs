@@ -31,6 +31,24 @@ pub enum SimulationError {
     /// A joint can not be set.
     #[error(transparent)]
     Joint(#[from] JointError),
+    /// A heater that the scene does not have.
+    #[error("there is no heater '{name}'; {}", told(known))]
+    NoHeater {
+        /// The name.
+        name: String,
+        /// Names of the scene's heaters.
+        known: Vec<String>,
+    },
+    /// A heater whose power can not be set, or not to this.
+    #[error("the heater '{name}' can not have {power} W: {reason}")]
+    HeaterPower {
+        /// The heater.
+        name: String,
+        /// The power [W].
+        power: f64,
+        /// Why not.
+        reason: &'static str,
+    },
     /// Camera or pose can not be used.
     #[error(transparent)]
     Camera(#[from] CameraError),
@@ -69,6 +87,13 @@ pub enum SimulationError {
         /// Row.
         y: usize,
     },
+}
+
+fn told(heaters: &[String]) -> String {
+    match heaters {
+        [] => "the scene has no [[heater]]".to_owned(),
+        known => format!("there are: {}", known.join("; ")),
+    }
 }
 
 impl From<SceneError> for SimulationError {

@@ -22,7 +22,7 @@ pub(crate) use run::NetworkRun;
 pub use run::StepCost;
 pub(crate) use saved::NetworkRunState;
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::gpu::effects::network::order::DrawnNodes;
 use crate::gpu::effects::network::tables::OnePassTables;
@@ -64,6 +64,8 @@ pub struct SceneNetwork {
     /// Area over which a device node heats its network node [m2].
     load_areas: Vec<f64>,
     heated: Vec<Heated>,
+    /// Powers of heaters that something outside has set [W]. Prepared scene and engine share them.
+    set_powers: Mutex<Vec<Option<f64>>>,
     /// The network in one pass, or why it is not stepped so. `None` where the scene asks for sub-steps.
     one_pass: Option<Result<Arc<OnePassPlan>, Unfit>>,
     /// Length of a step of the scene [s].
@@ -179,7 +181,30 @@ impl SceneNetwork {
 
     /// Mean power of every heater [W] over a step from `start` [s] of `length` [s]. Thermostats are taken as on.
     pub(super) fn heater_powers(&self, start: f64, length: f64) -> Vec<f64> {
-        self.heated.iter().map(|heated| heated.power.mean(start, start + length)).collect()
+        (0..self.heated.len()).map(|heater| self.power(heater).mean(start, start + length)).collect()
+    }
+
+    /// Power of a heater: the power that was set from outside, or else the scene's.
+    fn power(&self, heater: usize) -> HeatTable {
+        let set = self.set_powers.lock().unwrap_or_else(PoisonError::into_inner).get(heater).copied().flatten();
+        set.map_or_else(|| self.heated[heater].power.clone(), HeatTable::constant)
+    }
+
+    /// Sets the power of a heater without a thermostat [W] from here on.
+    pub(super) fn set_power(&self, heater: usize, power: f64) {
+        let mut set = self.set_powers.lock().unwrap_or_else(PoisonError::into_inner);
+        set.resize(self.heated.len(), None);
+        set[heater] = Some(power);
+    }
+
+    /// Gives every heater the scene's power again.
+    pub(super) fn forget_powers(&self) {
+        self.set_powers.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    }
+
+    /// Present power of every heater at a time [s], thermostats taken as on [W].
+    pub(super) fn powers_at(&self, time: f64) -> Vec<f64> {
+        (0..self.heated.len()).map(|heater| self.power(heater).after(time).0).collect()
     }
 
     fn heaters(&self) -> Vec<OnePassHeater> {
@@ -244,7 +269,8 @@ impl SceneNetwork {
     /// Heat and thermostats of a step that starts at `start` [s] and lasts `length` [s].
     pub(super) fn schedule(&self, heat: Vec<f64>, on: &[bool], start: f64, length: f64) -> Schedule {
         let mut schedule = Schedule { constant: heat, times: vec![length], ..Schedule::default() };
-        for heated in &self.heated {
+        for (heater, heated) in self.heated.iter().enumerate() {
+            let power = self.power(heater);
             match &heated.thermostat {
                 Some(thermostat) => {
                     let initially_on = on[schedule.thermostats.len()];
@@ -252,9 +278,9 @@ impl SceneNetwork {
                     schedule.spread.push(heated.shares.clone());
                 }
                 None => {
-                    let times: Vec<f64> = heated.power.times.iter().map(|time| time - start).collect();
+                    let times: Vec<f64> = power.times.iter().map(|time| time - start).collect();
                     schedule.heat.extend(heated.shares.iter().map(|(node, share)| {
-                        let powers = heated.power.powers.iter().map(|power| power * share).collect();
+                        let powers = power.powers.iter().map(|power| power * share).collect();
                         (*node, HeatTable { times: times.clone(), powers })
                     }));
                 }

@@ -18,7 +18,7 @@ use crate::environment::step::StepLoads;
 use crate::environment::{Attitude, Orbit};
 use crate::files;
 use crate::gpu::effects::image::runs::TriangleRun;
-use crate::model::nodes::Nodes;
+use crate::model::nodes::{GROUP, Nodes};
 use crate::model::{MergeSummary, Model, ModelError, Skipped};
 use crate::raster::traced::LARGEST_REFLECTED;
 use crate::scene::{Camera, Draw, Initial, JointMotion, Reflections, Scene, file_hash, scene_hash};
@@ -267,15 +267,17 @@ pub(super) fn probe_nodes(scene: &Scene, parts: &[String], nodes: &Nodes) -> Res
                 parts: parts.join(", "),
             })? as u32),
         };
-        let distance = |node: &u32| nodes.positions[*node as usize].as_dvec3().distance_squared(probe.position);
-        let candidates = nodes
-            .node_of_vertex
-            .iter()
-            .filter(|node| part.is_none_or(|part| nodes.group_part[**node as usize / 4] == part));
-        let nearest = candidates.min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        found.push(nearest.map_or(0, |node| *node as usize));
+        found.push(nearest_node(nodes, probe.position, part).unwrap_or(0));
     }
     Ok(found)
+}
+
+/// The node nearest to a position in the file's pose [m], of a part where one is stated.
+pub(super) fn nearest_node(nodes: &Nodes, position: DVec3, part: Option<u32>) -> Option<usize> {
+    let distance = |node: &u32| nodes.positions[*node as usize].as_dvec3().distance_squared(position);
+    let of_part = |node: &&u32| part.is_none_or(|part| nodes.group_part[**node as usize / GROUP] == part);
+    let nearest = nodes.node_of_vertex.iter().filter(of_part).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    nearest.map(|node| *node as usize)
 }
 
 /// Refuses response functions whose pieces do not follow them. Almost all such functions were refused where they were read.

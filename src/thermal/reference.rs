@@ -178,6 +178,13 @@ impl<F: IncidentFlux> Reference<F> {
         if self.lit.by_rays { Incident { solar: whole.solar, ..open } } else { open }
     }
 
+    /// Light of Sun and planet on the front and back of every node, with the normal of its front in the body frame.
+    pub(crate) fn on_faces(&self, load: &StepLoad) -> Vec<([Incident; 2], DVec3)> {
+        let on_faces =
+            |node: usize| ([0, 1].map(|face| self.on_face(node, face, load)), self.turned(node, load).normal);
+        (0..self.nodes.len()).into_par_iter().map(on_faces).collect()
+    }
+
     /// The light that every node absorbs [W/m2], by its cause.
     pub(crate) fn gains(&self, load: &StepLoad) -> Vec<SurfaceGains> {
         let gains = |node: usize| {

@@ -4,6 +4,7 @@ mod draws;
 mod each_image;
 mod errors;
 mod kills;
+mod loaders;
 mod made;
 mod symmetries;
 mod verify;

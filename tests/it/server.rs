@@ -6,6 +6,7 @@ mod log;
 mod protobuf;
 mod soak;
 mod surrender;
+mod telemetry;
 mod vizard;
 mod zmtp;
 
@@ -27,7 +28,8 @@ fn server(scene: Option<&Path>, target: Target, kind: PictureKind) -> Server {
     let [greeting, idle, spare, call] = [10, 60, 60, 600].map(Duration::from_secs);
     let patience = Patience { greeting, idle, spare, call, message: Duration::from_millis(500) };
     let picture = PictureStyle { kind, range: None };
-    Server { target, scenes, picture, time: 0.0, patience, log: Log::open(None).expect("no log") }
+    let log = Log::open(None).expect("no log");
+    Server { target, scenes, picture, time: 0.0, state: None, warm_up: false, patience, log }
 }
 
 /// Runs a server as long as `with` works.

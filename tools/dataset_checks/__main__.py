@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from . import coco, distorted, speed, web
+from . import coco, detection, distorted, speed, web
 from .folder import images, need, say
 
 
@@ -21,6 +21,7 @@ def main() -> None:
     say(f"{len(images(root))} images; {len(chosen)} are looked at closely")
     coco.check(root, arguments.images)
     speed.check(root, arguments.images)
+    detection.check(root, arguments.images)
     web.check(root, arguments.toolkit, arguments.work)
     if not distorted.is_pinhole(chosen[0]):
         distorted.check(chosen)

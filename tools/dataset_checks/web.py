@@ -29,6 +29,10 @@ def check(root: Path, toolkit: Path | None, work: Path) -> None:
             need([label["orbit"], label["image"]] == [known[key].orbit, known[key].number], f"the label of {key}")
             for ending in ("depth.png", "part.png", "temperature.png"):
                 need(sample[ending] == known[key].path(ending.split(".")[0], "png").read_bytes(), f"{ending} of {key}")
+            if "gray.png" in sample:
+                numbers = np.array(Pillow.open(io.BytesIO(sample["gray.png"]))).astype(np.int64)
+                eight = np.array(Pillow.open(io.BytesIO(sample["gray8.png"])))
+                need(eight.dtype == np.uint8 and (eight == numbers >> (label["bits"] - 8)).all(), f"the 8 bits of {key}")
             parts = np.array(Pillow.open(io.BytesIO(sample["part.png"])))
             need(parts.shape == (label["height"], label["width"]), f"the size of {key}")
     need(found == set(known), f"{len(known) - len(found)} samples are in no tar")
@@ -48,6 +52,7 @@ def check(root: Path, toolkit: Path | None, work: Path) -> None:
         rows = load_dataset("parquet", data_files=str(index), split="train", streaming=True)
         need(sum(1 for _ in rows) == len(known), "the index has another number of rows")
         say(f"datasets: {len(known)} rows of index.parquet")
+    card(root, known)
     if toolkit is not None:
         sys.path.insert(0, str(toolkit))
         from bop_toolkit_lib.dataset import bop_webdataset
@@ -61,6 +66,26 @@ def check(root: Path, toolkit: Path | None, work: Path) -> None:
         need(np.array_equal(data["im_depth"] > 0, parts > 0), "the depth of BOP-webdataset")
         need(len(data["gt"]) == len(data["gt_info"]) == len(data["mask"]), "the poses of BOP-webdataset")
         say("bop_toolkit: a sample of BOP-webdataset opens, with its masks and depth")
+
+
+def card(root: Path, known: dict) -> None:
+    """Each configuration of the card has its own files alone, one for each image, or for each object of an image."""
+    from datasets import get_dataset_config_names, load_dataset
+
+    names = get_dataset_config_names(str(root))
+    need("depth" in names and ("gray" in names) == any(root.glob("*/*/gray")), f"the card has the configurations {names}")
+    counted = {}
+    for name in names:
+        loaded = load_dataset(str(root), name, streaming=True)
+        counted[name] = sum(1 for split in loaded.values() for _ in split)
+        need(set(loaded) <= {"train", "validation", "test"}, f"the splits of {name}")
+    masks = sum(1 for split in SPLITS for _ in (root / split).glob("*/mask/*.png"))
+    expected = {name: masks if name.startswith("mask") else len(known) for name in names}
+    need(counted == expected, f"datasets counts {counted} instead of {expected}")
+    picture = next(iter(load_dataset(str(root), "gray8" if "gray8" in names else "depth", streaming=True).values()))
+    sample = next(iter(picture))
+    need(list(sample) == ["image"], f"a sample has {list(sample)}")
+    say(f"datasets: {len(names)} configurations of the card, each with its own files: {', '.join(names)}")
 
 
 def members(path: str) -> list[str]:

@@ -21,7 +21,7 @@ def check_log(isotherm: str, folder: Path) -> tuple[bool, str]:
 
     def right(messages: dict[str, list]) -> bool:
         good = {topic: len(found) for topic, found in messages.items()} == dict.fromkeys(
-            ("/camera/temperature", "/camera/radiance", "/camera/camera_info", "/tf"), len(frames)
+            ("/camera/temperature", "/camera/radiance", "/camera/camera_info", "/craft/pose", "/tf"), len(frames)
         )
         for number, (channels, header) in enumerate(frames):
             picture, floats = messages["/camera/temperature"][number], messages["/camera/radiance"][number]
@@ -32,6 +32,12 @@ def check_log(isotherm: str, folder: Path) -> tuple[bool, str]:
             info = messages["/camera/camera_info"][number]
             matrix = np.array(getattr(info, "K", getattr(info, "k", None))).reshape(3, 3)
             good &= bool(np.allclose(matrix, header["isotherm_camera_opencv_matrix"]))
+            frames_of_tf = {one.child_frame_id: one for one in messages["/tf"][number].transforms}
+            good &= {"camera", "inertial", "planet"} <= set(frames_of_tf)
+            craft, planet = messages["/craft/pose"][number], frames_of_tf["planet"].transform.translation
+            place = craft.pose.position
+            good &= craft.header.frame_id == "planet" and 6.4e6 < np.linalg.norm([place.x, place.y, place.z]) < 5e7
+            good &= [place.x, place.y, place.z] == [-planet.x, -planet.y, -planet.z]
             for transform in messages["/tf"][number].transforms:
                 if transform.child_frame_id != "camera":
                     continue

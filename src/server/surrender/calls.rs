@@ -1,10 +1,9 @@
 //! The calls of the client that set how light is drawn, and so change nothing here.
 
 /// Calls that set how a picture is drawn, in a way that a scene of isotherm sets itself or that has no counterpart. Scripts make them as a matter of form.
-pub(crate) const FORMAL: [&str; 23] = [
+pub(crate) const FORMAL: [&str; 22] = [
     "closeViewer",
     "createBRDF",
-    "createShape",
     "enableAutoUpdate",
     "enableDoublePrecisionMode",
     "enableFastPSFMode",
@@ -28,7 +27,7 @@ pub(crate) const FORMAL: [&str; 23] = [
 ];
 
 /// Calls that would change the picture if they were followed. The answer to such a call is a warning.
-pub(crate) const WITHOUT_EFFECT: [&str; 36] = [
+pub(crate) const WITHOUT_EFFECT: [&str; 38] = [
     "attachDynamicTexture",
     "createUserDataTexture",
     "createVideoTexture",
@@ -40,12 +39,14 @@ pub(crate) const WITHOUT_EFFECT: [&str; 36] = [
     "enableScanningDeviceMode",
     "enableSkipPixelSampling",
     "enableTimeMapping",
+    "generateReplay",
     "loadMotionModel",
     "loadPSFModel",
     "loadProjectionModel",
     "loadSpectrumModel",
     "loadTextureObject",
     "loadTimeSamplingModel",
+    "record",
     "setBackground",
     "setCubeMapZNear",
     "setFSAA",

@@ -9,14 +9,19 @@ use super::calls::{FORMAL, WITHOUT_EFFECT};
 use super::stage::SurrenderStage;
 use super::values::{Hash, Value, read, write_value};
 use crate::environment::scene_time::SceneTime;
+use crate::output::apparent::Apparent;
+use crate::scene::Scene;
 use crate::server::connection::Connection;
 use crate::server::craft::{ServedCraft, nearest};
 use crate::server::error::{ConnectionEnd, Refusal};
 use crate::server::listen::Server;
+use crate::server::picture::{DEFAULT_RANGE, grey};
 use crate::server::sessions::Session;
 use crate::simulation::image::Image;
 
 const MOST_CRAFT: usize = 8;
+/// File of a sphere's shape.
+const SPHERE: &str = "sphere.shp";
 /// The call by which a script steps the temperatures: `client.runLuaCode("isotherm.step_to(600)")`.
 const STEP_TO: &str = "isotherm.step_to(";
 
@@ -28,6 +33,7 @@ pub fn talk_surrender(server: &Server, connection: &mut Connection, client: &str
         session: connection.session(),
         stage: SurrenderStage::default(),
         image: None,
+        apparent: None,
         time: server.time,
         warned: BTreeSet::new(),
     };
@@ -49,6 +55,8 @@ struct SurrenderSession<'s> {
     stage: SurrenderStage,
     /// The last picture.
     image: Option<Image>,
+    /// Brightness temperatures of its band.
+    apparent: Option<Apparent>,
     /// Time of the scenes' own orbits [s].
     time: f64,
     /// Calls that change nothing. The client knows them.
@@ -184,11 +192,11 @@ impl SurrenderSession<'_> {
         let text = |key: &'static str, text: String| Ok(vec![(key, Value::Text(text))]);
         match name {
             "createMesh" => self.create_mesh(given.text("object_name")?, given.text("model_name")?),
-            "createBody" => {
-                let object = given.text("body_name")?;
-                self.stage.object(object)?;
-                Ok(Vec::new())
-            }
+            "createShape" => self.create_shape(given),
+            "createBody" => self.create_body(given.text("body_name")?, given.text("shape_name")?),
+            "createSphericalDEM" | "createDEM" => Err(Refusal::because(
+                "isotherm draws no terrain from a .dem file; serve a scene whose model is the terrain as a mesh (docs/cad.md), and name it in createMesh",
+            )),
             "reset" => {
                 (self.stage, self.image) = (SurrenderStage::default(), None);
                 Ok(Vec::new())
@@ -197,6 +205,8 @@ impl SurrenderSession<'_> {
                 self.image = Some(self.render()?);
                 Ok(Vec::new())
             }
+            "getImageGray8" => self.bytes(1),
+            "getImageRGBA8" => self.bytes(4),
             "getImageGray32F" => self.floats(1, 1.0),
             "getImage" => self.floats(4, 1.0),
             "getImageSpectrumProjection" => {
@@ -223,12 +233,44 @@ impl SurrenderSession<'_> {
             let told = self.server.scenes.told();
             return Err(Refusal::because(format!("there is no scene '{model}'; {told}")));
         };
+        self.begin_craft(name, scene, 1.0)
+    }
+
+    /// Keeps the radius of a sphere. Other shapes have none.
+    fn create_shape(&mut self, given: &CallArguments) -> Answer {
+        let radius = match given.0.get("parameters") {
+            Some(Value::Hash(parameters)) => parameters.get("radius").and_then(Value::number),
+            _ => None,
+        };
+        let radius = radius.filter(|radius| given.text("filename").is_ok_and(|file| file == SPHERE) && *radius > 0.0);
+        self.stage.set_shape(given.text("name")?, radius)?;
+        Ok(Vec::new())
+    }
+
+    /// A sphere is drawn by the scene of the body's name, or else by the scene `sphere`: a craft of radius 1 m, which grows to the radius. The Sun is a source of light and
+    /// not drawn.
+    fn create_body(&mut self, name: &str, shape: &str) -> Answer {
+        self.stage.object(name)?;
+        let scenes = &self.server.scenes;
+        let radius = self.stage.radius(shape).filter(|_| !name.eq_ignore_ascii_case("sun"));
+        let (Some(radius), Some(scene)) = (radius, scenes.get(name).or_else(|| scenes.get("sphere"))) else {
+            if radius.is_some() && self.warned.insert(format!("createBody {name}")) {
+                let told = format!("the body '{name}' is not drawn: serve models/sphere.toml, or a scene of its name");
+                self.server.log.tell(self.client, &told);
+            }
+            return Ok(Vec::new());
+        };
+        self.begin_craft(name, scene, radius)
+    }
+
+    fn begin_craft(&mut self, name: &str, scene: &Scene, scale: f64) -> Answer {
         if self.stage.craft_count() >= MOST_CRAFT {
             return Err(Refusal::because(format!("a session has at most {MOST_CRAFT} craft")));
         }
-        let mut craft = ServedCraft::new(scene, &self.server.target, self.session)?;
+        let mut craft = ServedCraft::new(scene, self.server, self.session)?;
         craft.step_along(self.time, self.session)?;
-        self.stage.object(name)?.craft = Some(craft);
+        let object = self.stage.object(name)?;
+        (object.craft, object.scale) = (Some(craft), scale);
         Ok(Vec::new())
     }
 
@@ -237,6 +279,7 @@ impl SurrenderSession<'_> {
         self.image = None;
         ServedCraft::check_images(&self.server.target, self.stage.craft_count(), self.stage.size)?;
         let session = self.session;
+        self.apparent = self.stage.band().map(Apparent::new);
         let images = self.stage.views()?.into_iter().map(|(view, craft)| craft.image(&view, session));
         nearest(images)?.ok_or_else(|| Refusal::because("no object has a scene: createMesh names one as its model"))
     }
@@ -250,6 +293,22 @@ impl SurrenderSession<'_> {
         let image = self.rendered()?;
         let data = flipped(&image.radiance, image.size(), |radiance| {
             ((f64::from(*radiance) * factor) as f32).to_le_bytes().repeat(channels)
+        });
+        Ok(picture(image, "image_data", data))
+    }
+
+    /// Brightness temperatures in 8 bits, as `--picture apparent` has them, in one channel or in four of which the last is opaque.
+    fn bytes(&self, channels: usize) -> Answer {
+        let image = self.rendered()?;
+        let [low, high] = self.server.picture.range.unwrap_or(DEFAULT_RANGE);
+        let apparent = self.apparent.as_ref().ok_or_else(|| Refusal::because("nothing was rendered"))?;
+        let data = flipped(&image.radiance, image.size(), |radiance| {
+            let grey = grey(f64::from(apparent.temperature(*radiance)), [low, high]);
+            let mut pixel = vec![grey; channels];
+            if channels == 4 {
+                pixel[3] = u8::MAX;
+            }
+            pixel
         });
         Ok(picture(image, "image_data", data))
     }

@@ -6,6 +6,7 @@ use glam::{DMat3, DQuat, DVec3, DVec4};
 
 use crate::server::craft::{ProtocolCamera, ServedCraft};
 use crate::server::error::Refusal;
+use crate::thermal::planck::Band;
 
 const MOST_OBJECTS: usize = 10_000;
 /// Most bytes of a name.
@@ -22,14 +23,21 @@ fn forward_from_backward() -> DMat3 {
     DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0))
 }
 
-#[derive(Default)]
 pub(crate) struct SurrenderObject {
     /// Position in the script's frame [m].
     pub(crate) position: DVec3,
     /// Rotates its axes into the script's frame.
     pub(crate) attitude: DQuat,
+    /// Metres of the script for a metre of its scene.
+    pub(crate) scale: f64,
     /// The craft, where a scene belongs to it.
     pub(crate) craft: Option<ServedCraft>,
+}
+
+impl Default for SurrenderObject {
+    fn default() -> Self {
+        Self { position: DVec3::ZERO, attitude: DQuat::IDENTITY, scale: 1.0, craft: None }
+    }
 }
 
 /// Camera and objects.
@@ -46,6 +54,8 @@ pub(crate) struct SurrenderStage {
     /// Rotates camera axes (OpenCV) into the script's frame.
     attitude: DMat3,
     objects: BTreeMap<String, SurrenderObject>,
+    /// Radius of each shape that is a sphere [m].
+    shapes: BTreeMap<String, f64>,
 }
 
 impl Default for SurrenderStage {
@@ -59,6 +69,7 @@ impl Default for SurrenderStage {
             // A script that sets no attitude sees along -z of its frame.
             attitude: forward_from_backward(),
             objects: BTreeMap::new(),
+            shapes: BTreeMap::new(),
         }
     }
 }
@@ -76,6 +87,32 @@ impl SurrenderStage {
             return Err(Refusal::because(format!("the name of an object has more than {LONGEST_NAME} bytes")));
         }
         Ok(self.objects.entry(name.to_owned()).or_default())
+    }
+
+    /// Keeps a shape. `radius` is the radius of a sphere [m].
+    ///
+    /// # Errors
+    /// There are too many.
+    pub(crate) fn set_shape(&mut self, name: &str, radius: Option<f64>) -> Result<(), Refusal> {
+        if self.shapes.len() >= MOST_OBJECTS || name.len() > LONGEST_NAME {
+            return Err(Refusal::because(format!(
+                "there are {MOST_OBJECTS} shapes, or the name of one has more than {LONGEST_NAME} bytes"
+            )));
+        }
+        self.shapes.remove(name);
+        self.shapes.extend(radius.map(|radius| (name.to_owned(), radius)));
+        Ok(())
+    }
+
+    /// Radius of a sphere [m].
+    pub(crate) fn radius(&self, shape: &str) -> Option<f64> {
+        self.shapes.get(shape).copied()
+    }
+
+    /// The band of the first craft.
+    pub(crate) fn band(&mut self) -> Option<Band> {
+        let mut craft = self.objects.values_mut().filter_map(|object| object.craft.as_mut());
+        craft.next().map(|craft| craft.simulation().prepared().scene.band)
     }
 
     pub(crate) fn known(&self, name: &str) -> Option<&SurrenderObject> {
@@ -105,6 +142,7 @@ impl SurrenderStage {
                 focal,
                 position: body_from_stage * (position - object.position),
                 body_from_camera: DMat3::from_quat(body_from_stage) * attitude,
+                scale: object.scale,
             }
         };
         let views = self.objects.values_mut().filter_map(|object| Some((view(object), object.craft.as_mut()?)));

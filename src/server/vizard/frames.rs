@@ -2,7 +2,9 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
+use super::messages::{CustomModel, vector};
 use crate::server::craft::ProtocolCamera;
+use crate::server::error::Refusal;
 
 /// The rotation from parent to child axes of modified Rodrigues parameters: tan(angle/4) along the axis. Schaub & Junkins, Analytical Mechanics of Space
 /// Systems, eq. 3.152.
@@ -32,6 +34,56 @@ pub(crate) struct CraftPlace {
     pub(crate) inertial_from_body: DQuat,
 }
 
+/// How a model stands in the body frame of its craft.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ModelMount {
+    /// Place of the model's origin [m].
+    offset: DVec3,
+    /// Rotates vectors of the model into the body frame.
+    body_from_model: DQuat,
+    /// Metres in the body frame for a metre of the model.
+    pub(crate) scale: f64,
+}
+
+impl ModelMount {
+    /// A model that is the craft's body frame.
+    pub(crate) const PLAIN: Self = Self { offset: DVec3::ZERO, body_from_model: DQuat::IDENTITY, scale: 1.0 };
+
+    /// The mount that a message states. The turns follow each other about the craft's x, y and z axes.
+    ///
+    /// # Errors
+    /// Values that are not three finite numbers, or a scale that differs along the axes or is not above 0.
+    pub(crate) fn of(model: &CustomModel) -> Result<Self, Refusal> {
+        let three = |what: &str, list: &[f64]| {
+            vector(list).ok_or_else(|| Refusal::because(format!("its {what} is not three finite numbers")))
+        };
+        let offset = three("offset", &model.offset)?;
+        let turns = three("rotation", &model.rotation)?.map(f64::to_radians);
+        // An absent scale is 1, and so is the 0 that stands for absence.
+        let scale = match three("scale", &model.scale)? {
+            DVec3::ZERO => DVec3::ONE,
+            scale => scale,
+        };
+        if scale.min_element() <= 0.0 || scale != DVec3::splat(scale.x) {
+            return Err(Refusal::because(format!(
+                "its scale {:?} is not one number above 0 for all axes",
+                scale.to_array()
+            )));
+        }
+        let [x, y, z] =
+            [DQuat::from_rotation_x(turns.x), DQuat::from_rotation_y(turns.y), DQuat::from_rotation_z(turns.z)];
+        Ok(Self { offset, body_from_model: z * y * x, scale: scale.x })
+    }
+
+    /// The place of the model on a craft.
+    pub(crate) fn on(&self, craft: &CraftPlace) -> CraftPlace {
+        CraftPlace {
+            position: craft.position + craft.inertial_from_body * self.offset,
+            inertial_from_body: craft.inertial_from_body * self.body_from_model,
+        }
+    }
+}
+
 /// A camera on a craft.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Mounted {
@@ -45,8 +97,8 @@ pub(crate) struct Mounted {
     pub(crate) camera_from_body: DMat3,
 }
 
-/// The view of another craft from a camera on one craft. Only differences of positions count, in f64.
-pub(crate) fn view(camera: &Mounted, carrier: &CraftPlace, craft: &CraftPlace) -> ProtocolCamera {
+/// The view of another craft's model, of a scale, from a camera on one craft. Only differences of positions count, in f64.
+pub(crate) fn view(camera: &Mounted, carrier: &CraftPlace, craft: &CraftPlace, scale: f64) -> ProtocolCamera {
     let focal = 0.5 * f64::from(camera.size[1]) / (0.5 * camera.field_of_view).tan();
     let seen_from_inertial = craft.inertial_from_body.conjugate();
     let apart = carrier.position - craft.position + carrier.inertial_from_body * camera.position;
@@ -56,6 +108,7 @@ pub(crate) fn view(camera: &Mounted, carrier: &CraftPlace, craft: &CraftPlace) -
         focal: [focal; 2],
         position: seen_from_inertial * apart,
         body_from_camera: seen_from_carrier * camera.camera_from_body.transpose(),
+        scale,
     }
 }
 
@@ -65,6 +118,30 @@ mod tests {
 
     fn place(position: [f64; 3], parameters: [f64; 3]) -> CraftPlace {
         CraftPlace { position: DVec3::from(position), inertial_from_body: parent_from_child(DVec3::from(parameters)) }
+    }
+
+    /// A point of the model is scaled, turned and moved, in this order: (1, 0, 0) by 2, a quarter about z and then (0, 0, 5) is (0, 2, 5).
+    #[test]
+    fn a_model_is_scaled_turned_and_moved() {
+        let model = CustomModel {
+            offset: vec![0.0, 0.0, 5.0],
+            rotation: vec![0.0, 0.0, 90.0],
+            scale: vec![2.0; 3],
+            ..CustomModel::default()
+        };
+        let mount = ModelMount::of(&model).expect("a mount");
+        let craft = place([7e6, 0.0, 0.0], [0.0; 3]);
+        let on = mount.on(&craft);
+        let point = on.position + on.inertial_from_body * (mount.scale * DVec3::X) - craft.position;
+        assert!(point.distance(DVec3::new(0.0, 2.0, 5.0)) < 1e-9, "{point}");
+        // The craft's own axes stay: x first, then z.
+        let both = CustomModel { rotation: vec![90.0, 0.0, 90.0], ..CustomModel::default() };
+        let both = ModelMount::of(&both).expect("a mount");
+        assert!((both.on(&craft).inertial_from_body * DVec3::Y).distance(DVec3::Z) < 1e-12);
+        assert_eq!((both.scale, ModelMount::of(&CustomModel::default()).expect("one")), (1.0, ModelMount::PLAIN));
+        for wrong in [vec![1.0, 1.0, 2.0], vec![-1.0; 3], vec![f64::NAN; 3], vec![1.0]] {
+            assert!(ModelMount::of(&CustomModel { scale: wrong, ..CustomModel::default() }).is_err());
+        }
     }
 
     /// Numbers that Basilisk 2.12.1 sent at 30 s of a run. The expected ones follow from its own messages and from the rotation that the script set.
@@ -97,7 +174,7 @@ mod tests {
         assert!(camera.camera_from_body.abs_diff_eq(expected, 1e-8));
         let set_by_the_script = child_from_parent(DVec3::new(0.12, -0.27, 0.31));
         assert!(camera.camera_from_body.abs_diff_eq(set_by_the_script, 1e-14));
-        let seen = view(&camera, &chaser, &target);
+        let seen = view(&camera, &chaser, &target, 1.0);
         let to_camera = |point: DVec3| seen.body_from_camera.transpose() * (point - seen.position);
         assert!(to_camera(DVec3::ZERO).distance(DVec3::new(1.758_614_389, 1.608_113_235, 59.780_295_877)) < 1e-8);
         let cases = [
@@ -111,7 +188,7 @@ mod tests {
             assert!(error.fold(0.0, f64::max) < 2e-6, "{pixel:?}");
         }
         let turned = CraftPlace { inertial_from_body: chaser.inertial_from_body.conjugate(), ..chaser };
-        assert!(view(&camera, &turned, &target).position.distance(seen.position) > 0.1);
+        assert!(view(&camera, &turned, &target, 1.0).position.distance(seen.position) > 0.1);
     }
 
     /// Far from the origin the differences stay those of f64: 1.5e11 m has 15 micrometres.
@@ -128,7 +205,7 @@ mod tests {
                 position: origin + position,
                 inertial_from_body: DQuat::from_rotation_z(axis),
             };
-            view(&camera, &at(DVec3::new(0.0, 7e6, 0.0), 0.3), &at(DVec3::new(40.0, 7e6, 30.0), 1.0))
+            view(&camera, &at(DVec3::new(0.0, 7e6, 0.0), 0.3), &at(DVec3::new(40.0, 7e6, 30.0), 1.0), 1.0)
         });
         assert!(near.position.distance(far.position) < 1e-4, "{near:?} {far:?}");
         assert!(near.position.distance(DVec3::ZERO) > 40.0);

@@ -109,6 +109,15 @@ pub(crate) struct CustomModel {
     pub(crate) path: String,
     #[prost(string, repeated, tag = "2")]
     pub(crate) bodies: Vec<String>,
+    /// Place of the model's origin in the craft's body frame [m].
+    #[prost(double, repeated, tag = "3")]
+    pub(crate) offset: Vec<f64>,
+    /// Turns of the model about the craft's x, y and z [deg].
+    #[prost(double, repeated, tag = "4")]
+    pub(crate) rotation: Vec<f64>,
+    /// Scale along the craft's x, y and z.
+    #[prost(double, repeated, tag = "5")]
+    pub(crate) scale: Vec<f64>,
 }
 
 /// Settings of the visualiser.

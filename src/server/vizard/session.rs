@@ -7,8 +7,9 @@ use glam::DVec3;
 use hifitime::{Epoch, Unit};
 use prost::Message;
 
-use super::frames::{Mounted, camera_from_body, view};
-use super::messages::{MessageCamera, Spacecraft, VizMessage, vector};
+use super::frames::{ModelMount, Mounted, camera_from_body, view};
+use super::messages::{CustomModel, MessageCamera, Spacecraft, VizMessage, vector};
+use super::unserved::unserved;
 use super::world::{SunFrom, date, heavens, place, state};
 use super::zmtp::{ZmtpRequest, answer, greet, receive};
 use crate::environment::scene_time::SceneTime;
@@ -24,6 +25,8 @@ use crate::server::sessions::Session;
 const MOST_CRAFT: usize = 8;
 /// Most different messages that a session tells.
 const MOST_SAID: usize = 100;
+/// Name by which a model is meant for every craft.
+const EVERY_CRAFT: &str = "ALL_SPACECRAFT";
 /// Most bytes of a message that is kept, and of a name that a client gives.
 const LONGEST_NAME: usize = 1000;
 const MOST_MODELS: usize = 1000;
@@ -46,6 +49,7 @@ struct PaintedCraft<'s> {
     craft: ServedCraft,
     scene: &'s Scene,
     painter: Painter,
+    mount: ModelMount,
     /// Why its last state was refused.
     fault: Option<String>,
 }
@@ -54,8 +58,8 @@ struct PaintedCraft<'s> {
 #[derive(Default)]
 struct VizardRun<'s> {
     epoch: Option<Epoch>,
-    /// The script's name for the model of a craft, by the name of the craft.
-    models: BTreeMap<String, String>,
+    /// The script's model of a craft, by the name of the craft.
+    models: BTreeMap<String, CustomModel>,
     /// Craft by their names. `None` where no scene has the name.
     craft: BTreeMap<String, Option<PaintedCraft<'s>>>,
     planet: Option<String>,
@@ -100,6 +104,7 @@ impl<'s> VizardSession<'s, '_> {
                 Some(Ok(message)) if request.frames.len() > 1 => {
                     terminates = message.live.as_ref().is_some_and(|live| live.terminate);
                     self.update(message);
+                    self.tell_unserved(request.frames.last().map_or(&[][..], Vec::as_slice));
                     vec![b"OK".to_vec()]
                 }
                 _ => {
@@ -142,6 +147,17 @@ impl<'s> VizardSession<'s, '_> {
         }
     }
 
+    /// Tells the fields of a message that have no effect, each once in a run.
+    fn tell_unserved(&mut self, message: &[u8]) {
+        let told: Vec<String> = unserved(message)
+            .into_iter()
+            .filter(|name| self.said.len() < MOST_SAID && self.said.insert(format!("no effect: {name}")))
+            .collect();
+        if !told.is_empty() {
+            self.server.log.tell(self.client, &format!("these fields change nothing here: {}", told.join("; ")));
+        }
+    }
+
     /// Moves all craft to the states of a message.
     fn update(&mut self, message: VizMessage) {
         let (frame, time) = message.time.as_ref().map_or((0, 0.0), |time| (time.frame, 1e-9 * time.elapsed));
@@ -178,7 +194,7 @@ impl<'s> VizardSession<'s, '_> {
         for model in message.settings.iter().flat_map(|settings| &settings.models) {
             for body in &model.bodies {
                 if run.models.len() < MOST_MODELS && body.len().max(model.path.len()) <= LONGEST_NAME {
-                    run.models.insert(body.clone(), model.path.clone());
+                    run.models.insert(body.clone(), model.clone());
                 }
             }
         }
@@ -210,7 +226,8 @@ impl<'s> VizardSession<'s, '_> {
             }
         };
         let of_scene = drawn.scene.environment.planet_radius;
-        let moved = state(craft, &around, time).and_then(|state| drawn.craft.observe(state, self.session));
+        let moved = state(craft, &drawn.mount, &around, time);
+        let moved = moved.and_then(|state| drawn.craft.observe(state, self.session));
         drawn.fault = moved.err().map(|refusal| refusal.to_string());
         if let Some(fault) = drawn.fault.clone() {
             self.tell(&format!("'{}' at {} s: {fault}", craft.name, time.seconds()));
@@ -235,14 +252,15 @@ impl<'s> VizardSession<'s, '_> {
 
     /// The craft of a name, where a scene belongs to it. If a craft without a scene carries a camera, only the log tells of it.
     fn begin_craft(&mut self, run: &VizardRun, name: &str, carries: bool) -> Option<PaintedCraft<'s>> {
-        let model = run.models.get(name);
+        let model = run.models.get(name).or_else(|| run.models.get(EVERY_CRAFT));
         let scenes = &self.server.scenes;
         let scene = match model {
-            Some(model) => scenes.get(model).or_else(|| scenes.get(name)),
+            Some(model) => scenes.get(&model.path).or_else(|| scenes.get(name)),
             None => scenes.get(name),
         };
         let Some(scene) = scene else {
-            let asked = model.map_or_else(|| format!("'{name}'"), |model| format!("'{name}' with the model '{model}'"));
+            let asked =
+                model.map_or_else(|| format!("'{name}'"), |model| format!("'{name}' with the model '{}'", model.path));
             let message = format!("{asked} is not drawn: {}", scenes.told());
             if carries {
                 self.log(&message);
@@ -255,10 +273,16 @@ impl<'s> VizardSession<'s, '_> {
             self.tell(&format!("'{name}' is not drawn: a run shows at most {MOST_CRAFT} craft"));
             return None;
         }
-        match ServedCraft::new(scene, &self.server.target, self.session) {
-            Ok(craft) => {
+        let mount = model.map_or(Ok(ModelMount::PLAIN), ModelMount::of);
+        let begun = mount.and_then(|mount| Ok((mount, ServedCraft::new(scene, self.server, self.session)?)));
+        match begun {
+            Ok((mount, craft)) => {
+                if mount.scale != 1.0 {
+                    let scale = mount.scale;
+                    self.tell(&format!("'{name}' is drawn {scale} times as large as its scene, with the temperatures of the scene as it is"));
+                }
                 let painter = Painter::new(self.server.picture, scene);
-                Some(PaintedCraft { craft, scene, painter, fault: None })
+                Some(PaintedCraft { craft, scene, painter, mount, fault: None })
             }
             Err(refusal) => {
                 self.tell(&format!("'{name}' is not drawn: {refusal}"));
@@ -290,7 +314,8 @@ impl<'s> VizardSession<'s, '_> {
             if *band.get_or_insert(drawn.scene.band) != drawn.scene.band {
                 return Err(Refusal::because("the scenes of the craft have different bands"));
             }
-            views.push((&craft.name, view(&mounted, &carrier, &place(craft)?)));
+            let mount = &drawn.mount;
+            views.push((&craft.name, view(&mounted, &carrier, &mount.on(&place(craft)?), mount.scale)));
         }
         ServedCraft::check_images(&self.server.target, views.len(), mounted.size)?;
         let drawn = |(name, view)| Some(run.craft.get_mut(name)?.as_mut()?.craft.image(&view, session));

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use hifitime::{Epoch, TimeScale, Unit};
 
-use super::frames::{CraftPlace, parent_from_child};
+use super::frames::{CraftPlace, ModelMount, parent_from_child};
 use super::messages::{self, Body, Spacecraft, VizMessage, vector};
 use crate::environment::frames::tt_centuries;
 use crate::environment::scene_time::SceneTime;
@@ -127,8 +127,13 @@ pub(crate) fn place(craft: &Spacecraft) -> Result<CraftPlace, Refusal> {
 ///
 /// # Errors
 /// Numbers that are not finite.
-pub(crate) fn state(craft: &Spacecraft, heavens: &Heavens, time: SceneTime) -> Result<CourseState, Refusal> {
-    let CraftPlace { position, inertial_from_body } = place(craft)?;
+pub(crate) fn state(
+    craft: &Spacecraft,
+    mount: &ModelMount,
+    heavens: &Heavens,
+    time: SceneTime,
+) -> Result<CourseState, Refusal> {
+    let CraftPlace { position, inertial_from_body } = mount.on(&place(craft)?);
     Ok(CourseState {
         time,
         position: position - heavens.position,

@@ -76,6 +76,18 @@ impl Simulation {
         Ok(self.prepared.loads.set_joint(name, position, self.time)?)
     }
 
+    /// Checks positions of joints [rad or m] by their names, without a change.
+    ///
+    /// # Errors
+    /// As for [`Simulation::set_joint`].
+    pub(crate) fn check_joints<'a>(
+        &self,
+        mut positions: impl Iterator<Item = (&'a String, &'a f64)>,
+    ) -> Result<(), SimulationError> {
+        let joints = self.prepared.loads.joints();
+        Ok(positions.try_for_each(|(name, position)| joints.held(name, *position).map(|_| ()))?)
+    }
+
     /// Name and present position of each joint [rad or m].
     pub fn joints(&self) -> Vec<(String, f64)> {
         let names = self.prepared.loads.joints().joints().iter().map(|joint| joint.name.clone());

@@ -21,7 +21,7 @@ impl Simulation {
         Ok(state.with_errors(self.with_errors(|errors| errors.save())))
     }
 
-    /// Goes back to a saved state and to its time. Places and joints that were set from outside are forgotten: the craft follows the scene's own orbit until
+    /// Goes back to a saved state and to its time. Places, joints and powers that were set from outside are forgotten: the craft follows the scene's own orbit until
     /// it is placed again.
     ///
     /// # Errors
@@ -49,6 +49,9 @@ impl Simulation {
             error => error.into(),
         })?;
         self.prepared.loads = self.own.clone();
+        if let Some(network) = &self.prepared.network {
+            network.forget_powers();
+        }
         (self.placed, self.begun, self.time) = (false, true, time);
         let step = self.prepared.scene.time.step;
         self.last = (time > 0.0).then_some(Passing { start: time - step, end: time, steps: 1.0 });

@@ -24,7 +24,7 @@ impl Simulation {
     /// # Errors
     /// A call that fails.
     pub fn node_temperatures(&mut self) -> Result<Vec<f32>, SimulationError> {
-        let of_slots = self.slots()?;
+        let of_slots = self.slot_temperatures()?;
         let of_node = |slot: &u32| of_slots[*slot as usize];
         Ok(self.prepared.nodes.node_of_vertex.iter().map(of_node).collect())
     }
@@ -46,7 +46,7 @@ impl Simulation {
     /// # Errors
     /// A call that fails.
     pub fn part_temperatures(&mut self) -> Result<Vec<PartTemperature>, SimulationError> {
-        let of_slots = self.slots()?;
+        let of_slots = self.slot_temperatures()?;
         let nodes = &self.prepared.nodes;
         let mut sums = vec![([f64::INFINITY, f64::NEG_INFINITY], 0.0, 0.0); self.prepared.parts.len()];
         for slot in &nodes.node_of_vertex {
@@ -67,8 +67,11 @@ impl Simulation {
         Ok(named.map(part).collect())
     }
 
-    /// Temperatures in the order of the device.
-    fn slots(&mut self) -> Result<Vec<f32>, SimulationError> {
+    /// Temperatures in the order of the device [K], padding included.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub(crate) fn slot_temperatures(&mut self) -> Result<Vec<f32>, SimulationError> {
         self.begin()?;
         self.read_temperatures()
     }

@@ -1,5 +1,7 @@
 //! Builds a scene's thermal network from its mesh, contacts and heaters.
 
+use std::sync::Mutex;
+
 use wildmatch::WildMatch;
 
 use super::{Heated, SceneNetwork};
@@ -151,6 +153,7 @@ impl SceneNetwork {
         let usual = if matches!(one_pass, Some(Ok(_))) { ONE_PASS_TOLERANCE } else { integrator.tolerance() };
         let settings = IntegrationSettings { integrator, tolerance: scene.network.tolerance.unwrap_or(usual) };
         let (step, horizon) = (scene.time.step, scene.orbit.period());
-        Ok(Self { shell, settings, node_of_slot, load_areas, heated, one_pass, step, horizon })
+        let set_powers = Mutex::default();
+        Ok(Self { shell, settings, node_of_slot, load_areas, heated, set_powers, one_pass, step, horizon })
     }
 }

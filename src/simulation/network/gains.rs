@@ -19,8 +19,9 @@ impl NetworkRun {
         let nothing = vec![0.0; scene.network().len()];
         let mut gains = NodeGains { conducted: nothing.clone(), heated: nothing.clone(), areas: nothing };
         scene.network().add_conducted_heat(temperatures, &mut gains.conducted);
-        for (heater, _) in scene.heated.iter().zip(scene.heaters_on(&self.course.on)).filter(|(_, on)| *on) {
-            let power = heater.power.before(time);
+        let heaters = scene.heated.iter().enumerate().zip(scene.heaters_on(&self.course.on));
+        for ((number, heater), _) in heaters.filter(|(_, on)| *on) {
+            let power = scene.power(number).before(time);
             heater.shares.iter().for_each(|(node, share)| gains.heated[*node as usize] += share * power);
         }
         scene.add_areas(&mut gains.areas);

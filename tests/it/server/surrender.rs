@@ -211,3 +211,65 @@ fn pixels_are_those_of_the_library() {
         assert_eq!(answer.get("exists"), Some(&Value::Bool(false)));
     });
 }
+
+/// Spheres, 8 bits, and calls that have a reason of their own.
+#[test]
+fn a_sphere_and_pictures_of_8_bits() {
+    let folder = Folder::new(SCENE);
+    let scene = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/sphere.toml");
+    let mut served = server(Some(&folder.path("scene.toml")), Target::Reference, PictureKind::Apparent);
+    let sphere = isotherm::Scene::load(&scene).expect("a scene");
+    served.scenes.add(Some("sphere"), &scene, sphere).expect("a scene that can run");
+    serving(&served, internals::talk_surrender, |address| {
+        let mut client = Client::open(address);
+        let radius = |radius: f64| Value::Hash(Hash::from([("radius".to_owned(), Value::Double(radius))]));
+        for (name, size) in [("sun", 7e8), ("earth", 6.4e6)] {
+            client.done(
+                "createShape",
+                &[("name", text(name)), ("filename", text("sphere.shp")), ("parameters", radius(size))],
+            );
+            client.done(
+                "createBody",
+                &[("body_name", text(name)), ("shape_name", text(name)), ("brdf_name", text("mate"))],
+            );
+        }
+        client
+            .done("setConventions", &[("quaternion_convention", Value::Int(1)), ("camera_convention", Value::Int(1))]);
+        client.done("setImageSize", &[("width", Value::Int(64)), ("height", Value::Int(64))]);
+        client.done("setCameraFOVDeg", &[("fov_x", Value::Double(30.0)), ("fov_y", Value::Double(30.0))]);
+        // The Sun of the scene stands along +X: the camera looks from there, along -X, from 5 radii.
+        let half = 0.5f64.sqrt();
+        client.done("setObjectPosition", &[("object_name", text("camera")), ("pos", Value::list([3.2e7, 0.0, 0.0]))]);
+        client.done(
+            "setObjectAttitude",
+            &[("object_name", text("camera")), ("attitude", Value::list([half, 0.0, -half, 0.0]))],
+        );
+        client.done("render", &[]);
+        let (answer, _) = client.ask("getDepthMap", &[]);
+        let depth: Vec<f64> = rows::<8>(&answer, "depth_data").into_iter().map(f64::from_le_bytes).collect();
+        let middle = 32 * 64 + 32;
+        assert!((depth[middle] / (3.2e7 - 6.4e6) - 1.0).abs() < 2e-3, "{}", depth[middle]);
+        // A sphere of sine 1/5 of its half angle: 0.2041 of the tangent, over tan 15 deg, of half the 64 pixels.
+        let across = depth[32 * 64..33 * 64].iter().filter(|depth| **depth > 0.0).count() as f64;
+        let expected = 64.0 * (0.2f64.asin().tan() / 15f64.to_radians().tan());
+        assert!((across - expected).abs() <= 1.5, "{across} beside {expected}");
+        let (grey, _) = client.ask("getImageGray8", &[]);
+        let grey = rows::<1>(&grey, "image_data");
+        let (colour, _) = client.ask("getImageRGBA8", &[]);
+        let colour = rows::<4>(&colour, "image_data");
+        // Below the Sun it is in balance: 0.9 x 1361 = 0.95 sigma T^4 gives 388.6 K, and its brightness temperature is less.
+        let kelvin = 150.0 + 250.0 * f64::from(grey[middle][0]) / 255.0;
+        assert!((375.0..388.0).contains(&kelvin), "{kelvin}");
+        assert!(grey.iter().zip(&colour).all(|([grey], colour)| *colour == [*grey, *grey, *grey, 255]));
+        assert_eq!(grey[0], [0], "space is black");
+        let (_, messages) = client.ask("createSphericalDEM", &[("object_name", text("ceres"))]);
+        assert!(messages.contains("[error]") && messages.contains("no terrain"), "{messages}");
+        let (_, messages) = client.ask("record", &[]);
+        assert!(messages.contains("[warning]"), "{messages}");
+        // A mesh by the name that a script has for it.
+        client.done(
+            "createMesh",
+            &[("object_name", text("asteroid")), ("model_name", text("craft")), ("scale", Value::Double(1e3))],
+        );
+    });
+}

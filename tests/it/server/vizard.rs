@@ -29,6 +29,8 @@ struct Run {
     /// Where the positions of the messages begin [m].
     origin: DVec3,
     mu: f64,
+    /// Offset [m], turn about z [deg] and scale of the model on its craft.
+    mount: (DVec3, f64, f64),
 }
 
 impl Run {
@@ -36,7 +38,7 @@ impl Run {
         let simulation = Simulation::load(&folder.path("scene.toml"), target).expect("a scene");
         let radius: f64 = 6371e3 + 408e3;
         let mu = (std::f64::consts::TAU / 5553.6).powi(2) * radius.powi(3);
-        Self { simulation, origin, mu }
+        Self { simulation, origin, mu, mount: (DVec3::ZERO, 0.0, 1.0) }
     }
 
     fn state(&self, time: f64) -> (DVec3, DVec3, DQuat, DVec3) {
@@ -53,18 +55,21 @@ impl Run {
         let chaser = attitude * DQuat::from_rotation_y(0.7) * DQuat::from_rotation_z(0.002 * time);
         let camera_from_seen = DMat3::from_quat(body_from_camera()).transpose();
         let camera_from_chaser = camera_from_seen * DMat3::from_quat(attitude.conjugate() * chaser);
-        let of_chaser = position + attitude * SEEN_FROM - chaser * MOUNTED;
+        let (offset, turn, scale) = self.mount;
+        let of_chaser = position + attitude * (scale * SEEN_FROM) - chaser * MOUNTED;
+        let of_craft = attitude * turned * DQuat::from_rotation_z(-turn.to_radians());
         let bodies =
             [body("earth", self.origin, 1e-9 * self.mu, 6371.0), body("sun", self.origin + sun, 1.327e11, 695_000.0)];
         let all = [
-            craft("target", self.origin + position, velocity, attitude * turned),
+            craft("target", self.origin + position - of_craft * offset, velocity, of_craft),
             craft("chaser", self.origin + of_chaser, velocity, chaser),
         ];
         let camera = |id, depth| {
             let camera_from_body = camera_from_chaser;
             Camera { id, size: SIZE, fov_deg: FOV, position: MOUNTED, camera_from_body, depth }.fields()
         };
-        let model = Fields::default().text(1, "craft").text(2, "target").doubles(5, &[1.0, 1.0, 1.0]);
+        let model = Fields::default().text(1, "craft").text(2, "target");
+        let model = model.vector(3, offset).doubles(4, &[0.0, 0.0, turn]).doubles(5, &[scale; 3]);
         let epoch = Fields::default().int(1, 2019).int(2, 1).int(3, 1);
         let sent = message(frame, time, &bodies, &all, &[camera(0, None), camera(7, Some(40.0))]);
         let sent = sent.message(7, &Fields::default().double(1, 0.2).message(12, &model));
@@ -167,6 +172,41 @@ fn images_of_a_run_are_those_in_process() {
     if let Target::Device(context) = &target {
         assert_silent(context);
     }
+}
+
+/// A model that is moved, turned and scaled on its craft is where and as large as the script says: the same picture of a craft that stands otherwise.
+#[test]
+fn a_custom_model_stands_as_the_script_says() {
+    let folder = Folder::new(&scene());
+    let target = Target::Reference;
+    let served = server(Some(&folder.path("scene.toml")), target.clone(), PictureKind::Surface16);
+    serving(&served, internals::talk_vizard, |address| {
+        let mut client = Requester::open(address).expect("a connection");
+        for mount in
+            [(DVec3::new(0.5, -0.3, 2.0), 0.0, 1.0), (DVec3::ZERO, 70.0, 1.0), (DVec3::new(1.0, 0.0, 0.0), -30.0, 4.0)]
+        {
+            let mut run = Run { mount, ..Run::new(&folder, &target, DVec3::ZERO) };
+            update(&mut client, &run.message(1, 1.0, DQuat::IDENTITY));
+            update(&mut client, &run.message(2, 2.0, DQuat::IDENTITY));
+            let expected = run.image(2.0);
+            let (edges, worst) = differences(&kelvin(&client.image(0)), &expected);
+            assert!(edges <= 2 && worst < 0.05, "{mount:?}: {edges} pixels, {worst} K");
+            let far = 40.0;
+            let depth = depths(&client.image(7), far);
+            let scaled = expected.depth.iter().map(|depth| mount.2 * f64::from(*depth));
+            let error = depth.iter().zip(scaled).filter(|(found, expected)| **found < far && *expected > 0.0);
+            assert!(error.map(|(found, expected)| (found - expected).abs()).fold(0.0, f64::max) < 1e-3, "{mount:?}");
+            // A craft that is turned a little has another picture.
+            update(&mut client, &run.message(3, 3.0, DQuat::from_rotation_x(0.05)));
+            let (edges, _) = differences(&kelvin(&client.image(0)), &run.image(3.0));
+            assert!(edges > 10, "{mount:?}: {edges} pixels");
+        }
+        // A scale that differs along the axes can not be drawn.
+        let craft = Run::new(&folder, &target, DVec3::ZERO).message(1, 1.0, DQuat::IDENTITY);
+        let model = Fields::default().text(1, "craft").text(2, "target").doubles(5, &[1.0, 1.0, 2.0]);
+        update(&mut client, &craft.message(7, &Fields::default().message(12, &model)));
+        assert_eq!(client.image(0), b"");
+    });
 }
 
 /// Depths of a coloured picture [m]. What is white lies at the far plane or beyond.
