@@ -84,8 +84,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if !arguments.no_browser && !browser::open(&page) {
         say!("There is no desktop here: open this address in a browser. Ctrl-C ends the program.");
     }
-    ViewSession { scene, target: target.clone(), simulation, camera, has_camera }
-        .serve(listener, &stop, Box::new(move || bar.inc(1)))?;
+    ViewSession { scene, target: target.clone(), simulation, camera, has_camera }.serve(
+        listener,
+        &stop,
+        Box::new(move || bar.inc(1)),
+    )?;
     check_validation(&target)
 }
 

@@ -35,10 +35,8 @@ struct Header<'a> {
     light: HeaderLight,
     /// Positions of the joints [deg or m].
     joints: Vec<f64>,
-    /// Numbers of the probes, and their temperatures [K] where this step is kept.
-    probes: Vec<u64>,
-    probe_places: Vec<ProbePlace>,
-    probe_temperatures: Option<Vec<f32>>,
+    #[serde(flatten)]
+    probes: HeaderProbes,
     /// Median device times [ms].
     passes: &'a [(String, f64)],
     #[serde(flatten)]
@@ -59,6 +57,14 @@ struct HeaderCamera {
     quaternion: [f64; 4],
     /// Distance of the near plane [m].
     near: f64,
+}
+
+/// Numbers and places of the probes, and their temperatures [K] where this step is kept.
+#[derive(Debug, Serialize)]
+struct HeaderProbes {
+    probes: Vec<u64>,
+    probe_places: Vec<ProbePlace>,
+    probe_temperatures: Option<Vec<f32>>,
 }
 
 #[derive(Debug, Serialize)]
@@ -170,9 +176,7 @@ pub(crate) fn draw(
             lit: sky.lit_fraction,
         },
         joints,
-        probes,
-        probe_places,
-        probe_temperatures,
+        probes: HeaderProbes { probes, probe_places, probe_temperatures },
         passes: &passes,
         times: HostTimes { step_ms, image_ms, pack_ms: began.elapsed().as_secs_f64() * 1e3 },
     };

@@ -23,11 +23,7 @@ pub(crate) struct ProbePlace {
 }
 
 /// The places of probes in an image. Each probe is a vertex of the model.
-pub(crate) fn probe_places(
-    prepared: &Prepared,
-    probes: impl Iterator<Item = usize>,
-    image: &Image,
-) -> Vec<ProbePlace> {
+pub(crate) fn probe_places(prepared: &Prepared, probes: impl Iterator<Item = usize>, image: &Image) -> Vec<ProbePlace> {
     let joints = prepared.loads.joints_at(image.time).1;
     let place = |probe: usize| {
         let slot = prepared.nodes.node_of_vertex[probe] as usize;

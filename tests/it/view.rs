@@ -461,7 +461,8 @@ fn a_click_adds_a_probe_whose_curve_has_all_steps() {
     let in_camera = other.camera_from_body.transform_point3(node);
     let lens = other.camera.lens;
     let known = [0, 1].map(|i| lens.focal[i] * in_camera[i] / in_camera.z + lens.centre[i]);
-    let apart = |pixel: [f64; 2]| numbers(&place["pixel"]).iter().zip(pixel).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let apart =
+        |pixel: [f64; 2]| numbers(&place["pixel"]).iter().zip(pixel).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(apart(known) < 1e-6 && apart([known[1], known[0]]) > 1.0, "{place}, not {known:?}");
     assert_eq!(place["hidden"], false);
     // From behind, the cube hides it.

@@ -124,7 +124,7 @@ def _keyboard(looker: Looker) -> None:
         page.keyboard.press(key)
     looker.settle(None)
     assert page.locator("#objects [aria-selected=true]").count() == 1 and page.is_visible("#chosen")
-    for key in ("Escape", "ArrowLeft", "ArrowLeft", "ArrowLeft"):
+    for key in ("Escape", "ArrowLeft", "ArrowLeft", "ArrowLeft", "ArrowLeft"):
         page.keyboard.press(key)
     assert page.get_attribute("#objects > li:first-child", "aria-expanded") == "false"
     page.reload()

@@ -14,7 +14,7 @@ import { Timeline } from "./timeline.js";
 const by = (id) => document.getElementById(id);
 const picture = new Picture(by("picture"));
 const curves = new Curves(by("curves"));
-const objects = new Objects(by("objects"), choose);
+const objects = new Objects(by("objects"), later);
 let hello = null;
 /** The last range of the colours whose ends are in order. */
 let inOrder = [250, 310];

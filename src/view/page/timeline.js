@@ -33,7 +33,12 @@ export class Timeline {
       this.tell(this.slider.valueAsNumber);
       send({ do: "seek", time: this.slider.valueAsNumber * this.hello.step });
     });
-    for (const name of ["change", "blur"]) this.slider.addEventListener(name, () => { this.held = false; });
+    for (const name of ["change", "blur"]) {
+      this.slider.addEventListener(name, () => {
+        if (this.held) this.tell(Number(this.clock.dataset.step), this.slider.valueAsNumber);
+        this.held = false;
+      });
+    }
     this.playButton.addEventListener("click", () => this.toggle());
     by("back").addEventListener("click", () => send({ do: "step", by: -1 }));
     by("on").addEventListener("click", () => send({ do: "step", by: 1 }));
