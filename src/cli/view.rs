@@ -75,24 +75,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let stop = stop_flag();
     let stopped = |Stopped| CliError::StoppedBefore;
     let mut simulation = until(&stop, || Simulation::new(prepared, &target)).map_err(stopped)??;
+    if let Some(state) = &state {
+        simulation.restore_at(state, 0.0)?;
+    }
     let bar = warm_up_bar(&if state.is_some() { forecast.without_warm_up() } else { forecast });
-    let begun = match &state {
-        Some(state) => simulation.restore_at(state, 0.0).map(|()| true)?,
-        None => until(&stop, || simulation.begin_with(&stop, &mut || bar.inc(1))).map_err(stopped)??,
-    };
-    bar.finish_and_clear();
-    if !begun {
-        return Err(CliError::StoppedBefore);
-    }
-    if let Some(warning) = simulation.periodic().and_then(|periodic| periodic.warning("")) {
-        say!("warning: {warning}");
-    }
     let page = format!("http://{address}/");
     answer!("{page}");
     if !arguments.no_browser && !browser::open(&page) {
         say!("There is no desktop here: open this address in a browser. Ctrl-C ends the program.");
     }
-    ViewSession { scene, target: target.clone(), simulation, camera, has_camera }.serve(listener, &stop)?;
+    ViewSession { scene, target: target.clone(), simulation, camera, has_camera }.serve(
+        listener,
+        &stop,
+        Box::new(move || bar.inc(1)),
+    )?;
     check_validation(&target)
 }
 

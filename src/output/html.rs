@@ -51,7 +51,9 @@ impl Html {
     /// Adds an image or SVG drawing with a title and a link to its file.
     pub(crate) fn figure(&mut self, content: &str, title: &str, file: &str) {
         self.raw("<figure>\n");
-        self.raw(content);
+        // A drawing has no name of its own.
+        let named = format!("<svg role=\"img\" aria-label=\"{}\" width", escape(title));
+        self.raw(&content.replacen("<svg role=\"img\" width", &named, 1));
         self.raw(&format!("<figcaption>{}, ", escape(title)));
         self.raw(&format!("{}</figcaption>\n</figure>\n", link(file)));
     }
@@ -117,7 +119,7 @@ impl Html {
             let cells = cells.iter().zip(&class).map(|(cell, class)| format!("<{tag}{class}>{}</{tag}>", escape(cell)));
             format!("<tr>{}</tr>\n", cells.collect::<String>())
         };
-        self.raw("<div class=\"wide\"><table>\n");
+        self.raw("<div class=\"wide\" role=\"group\" aria-label=\"Table\" tabindex=\"0\"><table>\n");
         if !head.is_empty() {
             self.raw(&format!("<thead>{}</thead>\n", row("th", head)));
         }

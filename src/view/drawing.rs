@@ -2,15 +2,17 @@
 
 use std::time::Instant;
 
+use glam::DQuat;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::camera::PageCamera;
 use super::packet::{Plane, Planes};
 use super::player::{Player, ShownImage};
+use super::probe_place::{ProbePlace, probe_places};
 use super::request::PageQuantity;
 use crate::output::apparent::Apparent;
-use crate::scene::Camera;
+use crate::scene::{Camera, Motion};
 use crate::simulation::facade_error::SimulationError;
 use crate::thermal::budget::CHANNELS;
 
@@ -22,6 +24,8 @@ struct Header<'a> {
     /// The step to which time goes, where it is not there yet.
     goal: u32,
     playing: bool,
+    /// Steps in a second that a page asked for, while time plays.
+    rate: Option<f64>,
     width: u32,
     height: u32,
     planes: &'a [Plane],
@@ -31,9 +35,8 @@ struct Header<'a> {
     light: HeaderLight,
     /// Positions of the joints [deg or m].
     joints: Vec<f64>,
-    /// Numbers of the probes, and their temperatures [K] where this step is kept.
-    probes: Vec<u64>,
-    probe_temperatures: Option<Vec<f32>>,
+    #[serde(flatten)]
+    probes: HeaderProbes,
     /// Median device times [ms].
     passes: &'a [(String, f64)],
     #[serde(flatten)]
@@ -46,8 +49,22 @@ struct HeaderCamera {
     scene_camera: bool,
     /// Rows of the rotation from body axes to camera axes.
     camera_from_body: [[f64; 3]; 3],
+    /// Whether the path of the scene's camera has no pose at this time. The image then has the first pose of the path.
+    off_path: bool,
     /// The camera in the body frame [m].
     position: [f64; 3],
+    /// Rotates camera axes into the body frame, scalar first.
+    quaternion: [f64; 4],
+    /// Distance of the near plane [m].
+    near: f64,
+}
+
+/// Numbers and places of the probes, and their temperatures [K] where this step is kept.
+#[derive(Debug, Serialize)]
+struct HeaderProbes {
+    probes: Vec<u64>,
+    probe_places: Vec<ProbePlace>,
+    probe_temperatures: Option<Vec<f32>>,
 }
 
 #[derive(Debug, Serialize)]
@@ -80,8 +97,8 @@ pub(crate) struct Common {
 pub(crate) struct PlaybackClock {
     /// The step to which time goes.
     pub(crate) goal: u32,
-    /// Whether it goes on.
-    pub(crate) playing: bool,
+    /// Steps in a second while time plays.
+    pub(crate) rate: Option<f64>,
 }
 
 /// The image of a page as a message, and the record of its pixels for later questions.
@@ -96,13 +113,20 @@ pub(crate) fn draw(
     clock: PlaybackClock,
 ) -> Result<(Vec<u8>, ShownImage), SimulationError> {
     let began = Instant::now();
-    let (camera, pose) = look.of(&common.camera)?;
+    let time = player.simulation().time();
+    let off_path = *look == PageCamera::Scene && common.camera.at(time, None).is_err();
+    let (mut camera, pose) = look.of(&common.camera)?;
+    if off_path {
+        camera.motion = Motion::Still;
+    }
     let image = player.simulation().image(&camera, &pose)?;
     let image_ms = began.elapsed().as_secs_f64() * 1e3;
     let began = Instant::now();
     let (step, step_ms) = (player.step(), player.step_ms());
     let probe_temperatures = player.present();
     let probes = player.probes().iter().map(|probe| probe.id).collect();
+    let nodes: Vec<usize> = player.probes().iter().map(|probe| probe.node).collect();
+    let probe_places = probe_places(player.simulation().prepared(), nodes.into_iter(), &image);
     let simulation = player.simulation();
     let prepared = simulation.prepared();
     let mut planes = Planes::default();
@@ -133,14 +157,18 @@ pub(crate) fn draw(
         time: image.time,
         step,
         goal: clock.goal,
-        playing: clock.playing,
+        playing: clock.rate.is_some(),
+        rate: clock.rate,
         width: image.camera.width,
         height: image.camera.height,
         planes: &planes.listed,
         camera: HeaderCamera {
             scene_camera: matches!(look, PageCamera::Scene),
             camera_from_body: [rotation.x_axis, rotation.y_axis, rotation.z_axis].map(|row| row.to_array()),
+            off_path,
             position: image.camera_from_body.inverse().translation.to_array(),
+            quaternion: scalar_first(DQuat::from_mat3(&rotation)),
+            near: image.camera.near,
         },
         light: HeaderLight {
             sun: sky.sun_direction.to_array(),
@@ -148,11 +176,14 @@ pub(crate) fn draw(
             lit: sky.lit_fraction,
         },
         joints,
-        probes,
-        probe_temperatures,
+        probes: HeaderProbes { probes, probe_places, probe_temperatures },
         passes: &passes,
         times: HostTimes { step_ms, image_ms, pack_ms: began.elapsed().as_secs_f64() * 1e3 },
     };
     let packet = planes.packet(&serde_json::to_string(&header).unwrap_or_default());
     Ok((packet, ShownImage::new(image)))
+}
+
+fn scalar_first(rotation: DQuat) -> [f64; 4] {
+    [rotation.w, rotation.x, rotation.y, rotation.z]
 }

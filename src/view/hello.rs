@@ -1,13 +1,17 @@
 //! The first message to a page: facts about the scene, before the first image.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::camera::extent;
 use crate::environment::joints::Joint;
+use crate::lens::{Distortion, Lens};
+use crate::model::nodes::GROUP;
 use crate::output::eclipses::Eclipses;
 use crate::output::material_picture;
-use crate::scene::Camera;
+use crate::scene::{Camera, Motion};
 use crate::simulation::facade::Simulation;
 use crate::simulation::pose_at;
 use crate::simulation::prepare::Prepared;
@@ -53,12 +57,15 @@ pub(crate) fn hello(simulation: &Simulation, camera: &Camera, has_camera: bool) 
         "umbra": eclipses.umbra,
         "penumbra": eclipses.penumbra,
         "parts": prepared.parts,
+        "objects": objects(prepared),
         "materials": prepared.materials.iter().enumerate().map(of_material).collect::<Vec<_>>(),
         "joints": joints.collect::<Vec<_>>(),
         "middle": middle.to_array(),
         "radius": radius,
         "up": up(prepared, has_camera).to_array(),
         "scene_camera": has_camera,
+        "camera_path": has_camera && matches!(camera.motion, Motion::Path(_)),
+        "camera_toml": lens_toml(camera),
         "sensor": scene.sensor.is_some(),
         "error": scene.images.error,
         "causes": if scene.images.budget { &CHANNELS[..] } else { &[] },
@@ -74,6 +81,38 @@ fn up(prepared: &Prepared, has_camera: bool) -> DVec3 {
     let direction = of_camera.unwrap_or_else(|| -prepared.loads.sky_model().sky(0.0).nadir_direction);
     let axes = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|axis| [axis, -axis]);
     axes.max_by(|a, b| a.dot(direction).total_cmp(&b.dot(direction))).unwrap_or(DVec3::NEG_Z)
+}
+
+/// Pairs of part and material that nodes have, with the number of their nodes. Parts and materials are indices, in order.
+fn objects(prepared: &Prepared) -> Vec<[usize; 3]> {
+    let nodes = &prepared.nodes;
+    let mut pairs = BTreeMap::new();
+    for (slot, _) in nodes.real() {
+        let pair = [nodes.group_part[slot / GROUP], nodes.group_material[slot / GROUP]];
+        *pairs.entry(pair).or_insert(0) += 1;
+    }
+    pairs.into_iter().map(|([part, material], count)| [part as usize, material as usize, count]).collect()
+}
+
+/// Size and lens of a camera as lines of `[camera]` in a scene file.
+fn lens_toml(camera: &Camera) -> String {
+    let Lens { focal: [fx, fy], centre: [cx, cy], skew, distortion } = camera.lens;
+    let mut lines = format!("width = {}\nheight = {}\nfx = {fx:?}\nfy = {fy:?}\n", camera.width, camera.height);
+    lines += &format!("cx = {cx:?}\ncy = {cy:?}\n");
+    if skew != 0.0 {
+        lines += &format!("skew = {skew:?}\n");
+    }
+    match distortion {
+        Distortion::None => {}
+        Distortion::BrownConrady(numbers) => lines += &format!("distortion = {numbers:?}\n"),
+        Distortion::Fisheye(numbers) => {
+            lines += &format!("distortion = {numbers:?}\ndistortion_model = \"fisheye\"\n");
+        }
+    }
+    if camera.samples > 1 {
+        lines += &format!("samples = {}\n", camera.samples);
+    }
+    lines
 }
 
 /// 256 colours of a map, dark first.

@@ -31,7 +31,7 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; c
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 /// Name, type and text of the files of the page.
-const FILES: [(&str, &str, &str); 10] = [
+const FILES: [(&str, &str, &str); 14] = [
     ("", "text/html; charset=utf-8", include_str!("page/page.html")),
     ("page.css", "text/css; charset=utf-8", include_str!("page/page.css")),
     ("icon.svg", "image/svg+xml", include_str!("page/icon.svg")),
@@ -42,6 +42,10 @@ const FILES: [(&str, &str, &str); 10] = [
     ("timeline.js", SCRIPT, include_str!("page/timeline.js")),
     ("curves.js", SCRIPT, include_str!("page/curves.js")),
     ("panels.js", SCRIPT, include_str!("page/panels.js")),
+    ("bar.js", SCRIPT, include_str!("page/bar.js")),
+    ("marks.js", SCRIPT, include_str!("page/marks.js")),
+    ("objects.js", SCRIPT, include_str!("page/objects.js")),
+    ("save.js", SCRIPT, include_str!("page/save.js")),
 ];
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 

@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 use glam::{DVec2, DVec3};
 
 use super::kept::Kept;
+use super::probe_place::posed;
 use crate::model::nodes::GROUP;
 use crate::output::state_file::size;
 use crate::simulation::facade::Simulation;
@@ -201,11 +202,7 @@ impl Player {
         let nodes = &prepared.nodes;
         let of_part = nodes.node_of_vertex.iter().map(|slot| *slot as usize);
         let of_part = of_part.filter(|slot| nodes.group_part[slot / GROUP] == part);
-        let distance = |slot: usize| {
-            let position = nodes.positions[slot].as_dvec3();
-            let posed = joints.get(nodes.joint(slot) as usize).map_or(position, |pose| pose.transform_point3(position));
-            posed.distance_squared(point)
-        };
+        let distance = |slot: usize| posed(nodes, &joints, slot).distance_squared(point);
         of_part.map(|slot| (slot, distance(slot))).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(slot, _)| slot)
     }
 }

@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use glam::DVec3;
-use tokio::runtime::{Builder, Runtime};
-use tokio::sync::mpsc::channel;
+use tokio::runtime::{Builder, Handle, Runtime};
+use tokio::sync::mpsc::{Receiver, Sender, channel};
 
 use super::camera::{PageCamera, extent};
 use super::compare::Comparison;
@@ -15,7 +15,8 @@ use super::drawing::Common;
 use super::hello::hello;
 use super::http::serve;
 use super::player::Player;
-use super::worker::Worker;
+use super::warm_up::warm_up;
+use super::worker::{Worker, WorkerMessage};
 use crate::output::apparent::Apparent;
 use crate::scene::{Camera, Scene};
 use crate::simulation::facade::Simulation;
@@ -52,7 +53,7 @@ pub struct ViewSession {
     pub scene: Scene,
     /// The place of computation.
     pub target: Target,
-    /// The scene at time 0, with a camera of the page's size.
+    /// The scene, with a camera of the page's size. Pages are told of its warm-up, unless it has begun.
     pub simulation: Simulation,
     /// The camera of `simulation`.
     pub camera: Camera,
@@ -61,18 +62,51 @@ pub struct ViewSession {
 }
 
 impl ViewSession {
-    /// Serves pages until `stop` is set.
+    /// Brings the scene to time 0 and serves pages until `stop` is set. `stepped` is called for each step of the warm-up, or each orbit of a periodic one, and is
+    /// dropped after it.
     ///
     /// # Errors
     /// A listener that can not be used, or a device that fails.
-    pub fn serve(self, listener: TcpListener, stop: &Arc<AtomicBool>) -> Result<(), ViewError> {
+    pub fn serve(
+        self,
+        listener: TcpListener,
+        stop: &Arc<AtomicBool>,
+        stepped: Box<dyn FnMut() + Send>,
+    ) -> Result<(), ViewError> {
         let runtime = Builder::new_current_thread().enable_all().build()?;
         let (commands, received) = channel(WAITING);
-        let hello = hello(&self.simulation, &self.camera, self.has_camera);
+        let ended = Arc::new(AtomicBool::new(false));
+        let comparing: Arc<AtomicBool> = Arc::default();
+        let (handle, sender) = (runtime.handle().clone(), commands.clone());
+        let flags = [Arc::clone(&ended), Arc::clone(&comparing)];
+        let thread = std::thread::Builder::new().name("view".to_owned());
+        let thread = thread.spawn(move || self.work(&handle, (sender, received), flags, stepped))?;
+        let served = runtime.block_on(serve(listener, commands, Arc::clone(stop)));
+        ended.store(true, Ordering::Relaxed);
+        let worked = wait(&runtime, thread);
+        while comparing.load(Ordering::Relaxed) {
+            std::thread::sleep(POLL);
+        }
+        runtime.shutdown_background();
+        served?;
+        worked
+    }
+
+    /// The warm-up and the work for pages, until the first flag is set. The second flag tells whether a comparison is under way.
+    fn work(
+        mut self,
+        runtime: &Handle,
+        (sender, mut received): (Sender<WorkerMessage>, Receiver<WorkerMessage>),
+        [stop, is_under_way]: [Arc<AtomicBool>; 2],
+        stepped: Box<dyn FnMut() + Send>,
+    ) -> Result<(), ViewError> {
+        let Some(joined) = warm_up(&mut self.simulation, &mut received, runtime, &stop, stepped)? else {
+            return Ok(());
+        };
         let prepared = self.simulation.prepared();
         let (middle, radius) = extent(prepared);
         let band = prepared.scene.band;
-        let ended = Arc::new(AtomicBool::new(false));
+        let hello = hello(&self.simulation, &self.camera, self.has_camera);
         let worker = Worker {
             player: Player::new(self.simulation)?,
             common: Common { camera: self.camera, apparent: Apparent::new(band) },
@@ -85,37 +119,20 @@ impl ViewSession {
                 },
             },
             hello,
-            comparison: Comparison {
-                scene: self.scene,
-                target: self.target,
-                stop: Arc::clone(&ended),
-                is_under_way: Arc::default(),
-            },
-            sender: commands.clone(),
-            stop: Arc::clone(&ended),
+            comparison: Comparison { scene: self.scene, target: self.target, stop: Arc::clone(&stop), is_under_way },
+            sender,
+            stop,
         };
-        let comparing = Arc::clone(&worker.comparison.is_under_way);
-        let handle = runtime.handle().clone();
-        let thread = std::thread::Builder::new().name("view".to_owned());
-        let thread = thread.spawn(move || worker.run(&handle, received))?;
-        let served = runtime.block_on(serve(listener, commands, Arc::clone(stop)));
-        ended.store(true, Ordering::Relaxed);
-        let worked = wait(&runtime, thread);
-        while comparing.load(Ordering::Relaxed) {
-            std::thread::sleep(POLL);
-        }
-        runtime.shutdown_background();
-        served?;
-        worked
+        Ok(worker.run(runtime, joined, received)?)
     }
 }
 
 /// Waits for the worker, whose waits the runtime drives.
-fn wait(runtime: &Runtime, thread: std::thread::JoinHandle<Result<(), SimulationError>>) -> Result<(), ViewError> {
+fn wait(runtime: &Runtime, thread: std::thread::JoinHandle<Result<(), ViewError>>) -> Result<(), ViewError> {
     runtime.block_on(async {
         while !thread.is_finished() {
             tokio::time::sleep(POLL).await;
         }
     });
-    thread.join().map_err(|_| ViewError::Worker)?.map_err(ViewError::from)
+    thread.join().map_err(|_| ViewError::Worker)?
 }

@@ -81,16 +81,18 @@ struct PlayTime {
 }
 
 impl Worker {
-    /// Works until it is stopped. Waits use a runtime that another thread drives.
+    /// Works for the pages that are open and for new ones until it is stopped. Waits use a runtime that another thread drives.
     ///
     /// # Errors
     /// A call of the device that fails.
     pub(crate) fn run(
         mut self,
         runtime: &Handle,
+        joined: BTreeMap<u64, Sender<ToPage>>,
         mut commands: Receiver<WorkerMessage>,
     ) -> Result<(), SimulationError> {
-        let mut pages: BTreeMap<u64, OpenPage> = BTreeMap::new();
+        let mut pages: BTreeMap<u64, OpenPage> =
+            joined.into_iter().map(|(id, page)| (id, self.welcome(page))).collect();
         let mut time = PlayTime { goal: 0, rate: None, due: Instant::now() };
         while !self.stop.load(Ordering::Relaxed) {
             let wait = self.wait(&pages, &time);
@@ -119,7 +121,7 @@ impl Worker {
                     self.tell_curves(&mut pages);
                 }
             }
-            let clock = PlaybackClock { goal: time.goal, playing: time.rate.is_some() };
+            let clock = PlaybackClock { goal: time.goal, rate: time.rate };
             for page in pages.values_mut().filter(|page| page.is_due()) {
                 self.draw(page, clock)?;
             }
@@ -162,6 +164,21 @@ impl Worker {
         Ok(self.player.step() != before)
     }
 
+    /// A new page, which is told of the scene.
+    fn welcome(&self, to: Sender<ToPage>) -> OpenPage {
+        let page = OpenPage {
+            to,
+            look: self.first_look,
+            quantity: PageQuantity::Temperature,
+            credit: UNDER_WAY,
+            dirty: true,
+            shown_image: None,
+        };
+        page.tell(self.hello.clone());
+        page.tell(self.curves());
+        page
+    }
+
     fn take(
         &mut self,
         command: WorkerMessage,
@@ -170,17 +187,7 @@ impl Worker {
     ) -> Result<(), SimulationError> {
         match command {
             WorkerMessage::Join { id, page } => {
-                let page = OpenPage {
-                    to: page,
-                    look: self.first_look,
-                    quantity: PageQuantity::Temperature,
-                    credit: UNDER_WAY,
-                    dirty: true,
-                    shown_image: None,
-                };
-                page.tell(self.hello.clone());
-                page.tell(self.curves());
-                pages.insert(id, page);
+                pages.insert(id, self.welcome(page));
             }
             WorkerMessage::Leave(id) => {
                 pages.remove(&id);

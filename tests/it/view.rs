@@ -35,15 +35,14 @@ struct Server {
 impl Server {
     fn new(folder: &Folder, target: &Target) -> Self {
         let scene = Scene::load(&folder.path("scene.toml")).expect("a scene");
-        let mut simulation = Simulation::from_scene(scene.clone(), target).expect("a simulation");
-        simulation.begin().expect("it begins");
+        let simulation = Simulation::from_scene(scene.clone(), target).expect("a simulation");
         let camera = simulation.camera().expect("a camera").clone();
         let session = ViewSession { scene, target: target.clone(), simulation, camera, has_camera: true };
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a free port");
         let address = listener.local_addr().expect("an address");
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
-        let thread = Some(std::thread::spawn(move || session.serve(listener, &flag)));
+        let thread = Some(std::thread::spawn(move || session.serve(listener, &flag, Box::new(|| ()))));
         Self { address, stop, thread }
     }
 
@@ -297,6 +296,32 @@ fn its_numbers_are_those_of_the_facade() {
     assert_silent(&context);
 }
 
+/// A page that is opened in the warm-up is told how far it is, and an end does not wait for it.
+#[test]
+fn pages_are_told_of_the_warm_up() {
+    let scene = |orbits: &str| scene_with(&[("draw_every = 4", &format!("draw_every = 4\nwarm_up_orbits = {orbits}"))]);
+    let folder = Folder::new(&scene("40"));
+    let server = Server::new(&folder, &Target::Reference);
+    let mut page = Page::open(server.address);
+    let told: Vec<Value> = page.texts.iter().filter(|text| text["type"] == "warm_up").cloned().collect();
+    let done: Vec<u64> = told.iter().map(|text| text["done"].as_u64().expect("a number")).collect();
+    assert!(done.len() > 1 && done.is_sorted() && done[0] < done[done.len() - 1], "{done:?}");
+    assert!(told.iter().all(|text| text["steps"].as_u64().is_some_and(|steps| steps >= done[done.len() - 1])));
+    assert_eq!(page.image().step(), 0);
+    server.end();
+    let server = Server::new(&Folder::new(&scene("0")), &Target::Reference);
+    let page = Page::open(server.address);
+    assert!(page.texts.iter().all(|text| text["type"] != "warm_up" || text["done"] == 0));
+    server.end();
+    let server = Server::new(&Folder::new(&scene("100000")), &Target::Reference);
+    let stream = TcpStream::connect(server.address).expect("a connection");
+    let (mut early, _) = tungstenite::client(format!("ws://{}/stream", server.address), stream).expect("a WebSocket");
+    early.send(Message::text(json!({ "do": "step", "by": 1 }).to_string())).expect("it is sent");
+    let mut problem = || early.read().expect("a message").to_string().contains("still in its warm-up");
+    assert!((0..20).any(|_| problem()), "a wish in the warm-up has no answer");
+    server.end();
+}
+
 #[test]
 fn two_pages_share_time_and_have_a_camera_each() {
     let folder = Folder::new(SCENE);
@@ -426,6 +451,25 @@ fn a_click_adds_a_probe_whose_curve_has_all_steps() {
     let seen = other.camera_from_body.inverse().transform_point3(seen);
     let node = glam::Vec3::from(simulation.node_positions()[node]).as_dvec3();
     assert!(node.distance(seen) < 0.7, "{node} is not at {seen}");
+    // The page is told where the node is, and where the image has it.
+    let marked = page.image_where(|image| image.header["probe_places"].as_array().is_some_and(|all| all.len() == 2));
+    let place = &marked.header["probe_places"][1];
+    let numbers = |value: &Value| -> Vec<f64> {
+        value.as_array().expect("numbers").iter().map(|number| number.as_f64().expect("a number")).collect()
+    };
+    assert!(DVec3::from_slice(&numbers(&place["position"])).distance(node) < 1e-6, "{place}");
+    let in_camera = other.camera_from_body.transform_point3(node);
+    let lens = other.camera.lens;
+    let known = [0, 1].map(|i| lens.focal[i] * in_camera[i] / in_camera.z + lens.centre[i]);
+    let apart =
+        |pixel: [f64; 2]| numbers(&place["pixel"]).iter().zip(pixel).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart(known) < 1e-6 && apart([known[1], known[0]]) > 1.0, "{place}, not {known:?}");
+    assert_eq!(place["hidden"], false);
+    // From behind, the cube hides it.
+    let back = DVec3::from_slice(&numbers(&marked.header["position"])) * -1.0;
+    page.ask(&json!({ "do": "look", "position": back.to_array(), "target": [0, 0, 0], "up": [0, 0, -1] }));
+    let behind = page.image_where(|image| image.header["scene_camera"] == false);
+    assert_eq!(behind.header["probe_places"][1]["hidden"], true);
     let id = curve["probe"]["id"].as_u64().expect("a number");
     page.ask(&json!({ "do": "remove", "probe": id }));
     let left = page.text("curves");

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from .page import check
+from .check import check, look
 from .rate import print_rates
 
 
@@ -11,6 +11,7 @@ def main() -> None:
     """Reads the arguments."""
     parser = argparse.ArgumentParser(prog="tools/view_check", description=__doc__)
     parser.add_argument("--rate", metavar="SCENE", help="count the images of a scene instead")
+    parser.add_argument("--look", nargs=2, metavar=("SCENE", "FOLDER"), help="open the page of a scene instead, use it, and leave pictures in a folder")
     parser.add_argument("--seconds", type=float, default=10.0, help="how long to count")
     parser.add_argument("--pictures", type=Path, help="folder for the pictures of the station, dark and light")
     parser.add_argument("--device", help="the device, as for isotherm")
@@ -18,6 +19,8 @@ def main() -> None:
     more = ["--device", arguments.device] if arguments.device else []
     if arguments.rate:
         print_rates(arguments.rate, arguments.seconds, more)
+    elif arguments.look:
+        look(arguments.look[0], Path(arguments.look[1]), more)
     else:
         check(arguments.pictures, more)
 

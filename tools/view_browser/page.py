@@ -2,18 +2,14 @@
 
 import os
 import re
-import shutil
 import subprocess
-import tempfile
 import time
 from base64 import b64decode
 from pathlib import Path
 
 import numpy as np
 from opencv_points.exr import read
-from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
-
-from .program import view
+from playwright.sync_api import Browser, BrowserContext, Page
 
 SCENE = "models/cubesat.toml"
 SIZE = [320, 240]
@@ -28,10 +24,10 @@ WINDOW = {"width": 1366, "height": 768}
 CONTROLS = {"button", "slider", "combobox", "checkbox", "spinbutton", "textbox", "image", "img"}
 
 
-def _render(step: int, folder: Path, more: list[str]) -> dict[str, np.ndarray]:
+def render(step: int, folder: Path, more: list[str], scene: str | Path = SCENE) -> dict[str, np.ndarray]:
     """The channels of the image at a step."""
-    path = folder / f"{step}.exr"
-    command = [os.environ["ISOTHERM"], "render", SCENE, "--time", str(step * STEP), "-o", str(path), *more]
+    path = folder / f"{Path(scene).stem}_{step}.exr"
+    command = [os.environ["ISOTHERM"], "render", str(scene), "--time", str(step * STEP), "-o", str(path), *more]
     subprocess.run(command, check=True, capture_output=True)
     return read(path)[0]
 
@@ -52,7 +48,7 @@ class Looker:
         """Waits until a condition holds. The page's own rules forbid Playwright's way, which evaluates texts in the page."""
         end = time.monotonic() + PATIENCE
         while not self.page.evaluate(condition):
-            assert time.monotonic() < end, f"it never holds that {condition}"
+            assert time.monotonic() < end, f"it never holds that {condition}; wrong in the page: {self.wrong}"
             self.page.wait_for_timeout(100)
 
     def settle(self, step: int | None) -> None:
@@ -109,7 +105,7 @@ class Looker:
         return np.frombuffer(b64decode(self.page.evaluate(script)), np.uint8).reshape(SIZE[1], SIZE[0], 4)
 
 
-def _unnamed(context: BrowserContext, page: Page) -> list[str]:
+def unnamed(context: BrowserContext, page: Page) -> list[str]:
     """Roles of the controls and pictures without a name in the accessibility tree, and how many have one."""
     nodes = context.new_cdp_session(page).send("Accessibility.getFullAXTree")["nodes"]
     found = [node for node in nodes if not node.get("ignored") and node.get("role", {}).get("value") in CONTROLS]
@@ -130,9 +126,9 @@ def _contrast(page: Page, ink: str, paper: str) -> float:
     return (light + 0.05) / (dark + 0.05)
 
 
-def _numbers(looker: Looker, folder: Path, more: list[str]) -> None:
+def check_numbers(looker: Looker, folder: Path, more: list[str]) -> None:
     """Canvas and read-out are those of EXR images, also after scrubbing on and back."""
-    images = {step: _render(step, folder, more) for step in (0, LATER)}
+    images = {step: render(step, folder, more) for step in (0, LATER)}
     canvas = looker.canvas()
     corner = canvas[0, 0]
     craft = images[0]["part"] != 0
@@ -146,7 +142,7 @@ def _numbers(looker: Looker, folder: Path, more: list[str]) -> None:
     assert looker.difference(images[0], images[LATER]) > TOLERANCE, "another time is not told apart"
 
 
-def _keys(looker: Looker) -> None:
+def check_keys(looker: Looker) -> None:
     """The keyboard plays, steps, turns, zooms and adds a probe."""
     page = looker.page
     page.locator("#picture").focus()
@@ -172,11 +168,12 @@ def _keys(looker: Looker) -> None:
     page.mouse.move(5, 5)
     page.keyboard.press("Enter")
     looker.wait(f"document.querySelectorAll('#probes li').length === {before + 1}")
-    page.locator("#probes li button").last.click()
+    page.locator("#probes li button").last.focus()
+    page.keyboard.press("Enter")
     looker.wait(f"document.querySelectorAll('#probes li').length === {before}")
 
 
-def _choices(looker: Looker) -> None:
+def check_choices(looker: Looker) -> None:
     """Materials, apparent temperature, and another map change the picture."""
     page = looker.page
     seen = [looker.canvas()]
@@ -193,7 +190,7 @@ def _choices(looker: Looker) -> None:
     looker.settle(None)
 
 
-def _pictures(browser: Browser, address: str, folder: Path, step: int) -> None:
+def take_pictures(browser: Browser, address: str, folder: Path, step: int) -> None:
     """Pictures of the page at a step, dark and light."""
     for scheme in ("dark", "light"):
         context = browser.new_context(viewport=WINDOW, color_scheme=scheme)
@@ -214,43 +211,3 @@ def _pictures(browser: Browser, address: str, folder: Path, step: int) -> None:
                 assert contrast >= 4.5, f"{scheme}: {ink} on {paper} has a contrast of {contrast:.1f}"
         assert not looker.wrong, looker.wrong
         context.close()
-
-
-def check(pictures: Path | None, more: list[str]) -> None:
-    """Runs all checks."""
-    with tempfile.TemporaryDirectory() as scratch, view(SCENE, "--size", f"{SIZE[0]}x{SIZE[1]}", *more) as address, sync_playwright() as tools:
-        program = shutil.which(os.environ.get("CHROMIUM", "chromium"))
-        browser = tools.chromium.launch(executable_path=program, args=["--no-sandbox", "--disable-gpu"])
-        context = browser.new_context(viewport=WINDOW, color_scheme="dark")
-        looker = Looker(context, address)
-        assert _unnamed(context, looker.page) == [], "controls without a name"
-        _numbers(looker, Path(scratch), more)
-        print("view_check: canvas, read-out and scrubbing are right")
-        _keys(looker)
-        _choices(looker)
-        print("view_check: keys and choices work")
-        other = Looker(context, address)
-        # The keys before have let time go on by a number of steps that depends on the machine.
-        other.seek(0)
-        looker.settle(0)
-        other.page.keyboard.press(".")
-        step = 1
-        for one in (other, looker):
-            one.settle(step)
-        looker.page.reload()
-        looker.settle(step)
-        for one in (looker, other):
-            assert not one.wrong, one.wrong
-            one.page.close()
-        again = Looker(context, address)
-        again.settle(step)
-        context.close()
-        print("view_check: reload, two tabs and closing all end nothing")
-        folder = Path("target/view")
-        folder.mkdir(parents=True, exist_ok=True)
-        _pictures(browser, address, folder, LATER)
-        print(f"view_check: pictures are in {folder}")
-        if pictures:
-            with view(*STATION, *more) as station:
-                _pictures(browser, station, pictures, STATION_STEP)
-        browser.close()

@@ -1,5 +1,7 @@
 // The camera that turns about the craft: its angles, and what the pointer and the keys do with them.
 
+import { fitted, ink as colour } from "./bar.js";
+
 const add = (a, b, s = 1) => a.map((value, i) => value + s * b[i]);
 const dot = (a, b) => a.reduce((sum, value, i) => sum + value * b[i], 0);
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -71,30 +73,43 @@ export class Orbit {
   }
 }
 
-/** Lets the pointer turn, shift and zoom. `click` is told of a press without a drag. */
+/** Lets the pointer, or two fingers, turn, shift and zoom. `click` is told of a press without a drag. */
 export function listen(canvas, orbit, click) {
-  let last = null;
+  const held = new Map();
   let moved = 0;
+  /** Middle of the pointers, and the distance of two. */
+  const grip = () => {
+    const all = [...held.values()];
+    const middle = [0, 1].map((i) => all.reduce((sum, at) => sum + at[i], 0) / all.length);
+    return { middle, apart: all.length === 2 ? Math.hypot(all[0][0] - all[1][0], all[0][1] - all[1][1]) : 0 };
+  };
   canvas.addEventListener("pointerdown", (event) => {
-    last = [event.clientX, event.clientY];
-    moved = 0;
+    if (held.size === 0) moved = 0;
+    if (held.size < 2) held.set(event.pointerId, [event.clientX, event.clientY]);
     canvas.setPointerCapture(event.pointerId);
   });
   canvas.addEventListener("pointermove", (event) => {
-    if (!last) return;
-    const [dx, dy] = [event.clientX - last[0], event.clientY - last[1]];
-    moved += Math.abs(dx) + Math.abs(dy);
+    if (!held.has(event.pointerId)) return;
+    const last = held.get(event.pointerId);
+    moved += Math.abs(event.clientX - last[0]) + Math.abs(event.clientY - last[1]);
+    const before = grip();
+    held.set(event.pointerId, [event.clientX, event.clientY]);
     if (moved < 4) return;
-    last = [event.clientX, event.clientY];
+    const after = grip();
+    const [dx, dy] = [0, 1].map((i) => after.middle[i] - before.middle[i]);
     const pixels = orbit()?.height / canvas.getBoundingClientRect().height;
-    if (event.shiftKey || event.buttons === 4) orbit()?.shift(dx * pixels, dy * pixels);
+    if (before.apart > 0 && after.apart > 0) orbit()?.zoom(before.apart / after.apart);
+    if (held.size === 2 || event.shiftKey || event.buttons === 4) orbit()?.shift(dx * pixels, dy * pixels);
     else orbit()?.turn(dx * 0.008, dy * 0.008);
   });
-  canvas.addEventListener("pointerup", (event) => {
-    if (last && moved < 4) click(event);
-    last = null;
-  });
-  canvas.addEventListener("pointercancel", () => { last = null; });
+  const release = (event) => {
+    const alone = held.delete(event.pointerId) && held.size === 0;
+    if (event.type === "pointerup" && alone && moved < 4) click(event);
+    // One finger that stays does not turn the craft at once.
+    moved += held.size;
+  };
+  canvas.addEventListener("pointerup", release);
+  canvas.addEventListener("pointercancel", release);
   canvas.addEventListener("wheel", (event) => {
     event.preventDefault();
     orbit()?.zoom(Math.exp(Math.max(-0.5, Math.min(0.5, event.deltaY * 0.0015))));
@@ -103,18 +118,12 @@ export function listen(canvas, orbit, click) {
 
 /** Draws where Sun, planet and the axes of the body point. */
 export function drawCompass(canvas, header) {
-  const ratio = window.devicePixelRatio || 1;
-  const size = 150;
-  if (canvas.width !== size * ratio) canvas.width = canvas.height = size * ratio;
-  const context = canvas.getContext("2d");
-  const style = getComputedStyle(document.documentElement);
-  const colour = (name) => style.getPropertyValue(name).trim();
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.clearRect(0, 0, size, size);
+  const [context, size] = fitted(canvas);
+  const middle = size / 2;
   context.globalAlpha = 0.82;
   context.fillStyle = colour("--panel");
   context.beginPath();
-  context.arc(75, 75, 74, 0, 7);
+  context.arc(middle, middle, middle - 1, 0, 7);
   context.fill();
   context.font = "600 12px system-ui, sans-serif";
   context.textAlign = "center";
@@ -130,19 +139,19 @@ export function drawCompass(canvas, header) {
   ].map((arrow) => ({ ...arrow, seen: header.camera_from_body.map((row) => dot(row, arrow.at)) }));
   arrows.sort((a, b) => b.seen[2] - a.seen[2]);
   for (const { seen, text, ink, long } of arrows) {
-    const [x, y] = [75 + 56 * long * seen[0], 75 + 56 * long * seen[1]];
+    const [x, y] = [0, 1].map((i) => middle + (middle - 19) * long * seen[i]);
     // What points away from the viewer is fainter.
     context.globalAlpha = seen[2] > 0 ? 0.55 : 1;
     context.strokeStyle = context.fillStyle = ink;
     context.lineWidth = long > 0.6 ? 2.5 : 1.5;
     context.setLineDash(seen[2] > 0.2 ? [4, 3] : []);
     context.beginPath();
-    context.moveTo(75, 75);
+    context.moveTo(middle, middle);
     context.lineTo(x, y);
     context.stroke();
     context.setLineDash([]);
     const width = context.measureText(text).width / 2;
-    const place = [75 + (56 * long + 10) * seen[0], 75 + (56 * long + 11) * seen[1]];
+    const place = [0, 1].map((i) => middle + ((middle - 19) * long + 10 + i) * seen[i]);
     context.fillText(text, Math.max(width + 4, Math.min(size - width - 4, place[0])), place[1]);
   }
   context.globalAlpha = 1;

@@ -1,4 +1,6 @@
-// Temperatures of the probes over time.
+// Temperatures of the probes over time, and what is read of them under the pointer.
+
+import { fitted, ink, tick } from "./bar.js";
 
 /** Colours of the probes, on dark and on light. */
 const COLOURS = {
@@ -11,21 +13,58 @@ export function colourOf(number) {
   return all[number % all.length];
 }
 
-/** A round distance between two ticks. */
-function tick(span, most) {
-  const rough = span / most;
-  const power = 10 ** Math.floor(Math.log10(rough));
-  return [1, 2, 5, 10].find((factor) => factor * power >= rough) * power;
-}
+/** Space beside the curves [CSS px]. */
+const [LEFT, RIGHT] = [38, 6];
 
 export class Curves {
   constructor(canvas) {
     this.canvas = canvas;
     this.list = [];
+    /** Numbers of the probes that are not shown. */
+    this.hidden = new Set();
+    /** The time that is read [s]. */
+    this.cursor = null;
   }
 
   take(curves) {
-    this.list = curves.map(({ probe, points }) => ({ probe, points: new Map(points) }));
+    this.list = curves.map(({ probe, points }) => ({ probe, points: new Map(points), shown: !this.hidden.has(probe.id) }));
+  }
+
+  /** Shows or hides a curve and the mark of its probe. */
+  show(id, shown) {
+    if (shown) this.hidden.delete(id);
+    else this.hidden.add(id);
+    for (const curve of this.list) curve.shown = !this.hidden.has(curve.probe.id);
+  }
+
+  /** Times of the points that are shown. */
+  times() {
+    return [...new Set(this.list.flatMap(({ points, shown }) => (shown ? [...points.keys()] : [])))].sort((a, b) => a - b);
+  }
+
+  /** Reads the time that is nearest to a place on the screen. */
+  point(clientX, hello) {
+    const { left, width } = this.canvas.getBoundingClientRect();
+    const time = ((clientX - left - LEFT) / (width - LEFT - RIGHT)) * hello.steps * hello.step;
+    const nearest = (best, one) => (Math.abs(one - time) < Math.abs(best - time) ? one : best);
+    this.cursor = this.times().reduce(nearest, Infinity);
+    if (!Number.isFinite(this.cursor)) this.cursor = null;
+  }
+
+  /** Moves the time that is read by some points, from the present one at first. */
+  move(by, present) {
+    const times = this.times();
+    if (times.length === 0) return;
+    const at = times.findIndex((time) => time >= (this.cursor ?? present));
+    const next = at < 0 ? times.length - 1 : at + by;
+    this.cursor = times[Math.min(Math.max(next, 0), times.length - 1)];
+  }
+
+  /** The temperatures at the time that is read, in words. Empty without one. */
+  told() {
+    if (this.cursor === null) return "";
+    const seen = this.list.filter(({ points, shown }) => shown && points.has(this.cursor));
+    return `${this.cursor.toFixed(0)} s: ${seen.map(({ probe, points }) => `${probe.name} ${points.get(this.cursor).toFixed(2)} K`).join(", ")}`;
   }
 
   /** Adds the temperatures of an image's time. */
@@ -38,21 +77,13 @@ export class Curves {
   }
 
   draw(hello, header) {
-    const box = this.canvas.getBoundingClientRect();
-    const ratio = window.devicePixelRatio || 1;
-    const [width, height] = [box.width, box.height];
-    if (this.canvas.width !== Math.round(width * ratio)) this.canvas.width = Math.round(width * ratio);
-    if (this.canvas.height !== Math.round(height * ratio)) this.canvas.height = Math.round(height * ratio);
-    const context = this.canvas.getContext("2d");
-    const style = getComputedStyle(document.documentElement);
-    const ink = (name) => style.getPropertyValue(name).trim();
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.clearRect(0, 0, width, height);
-    const [left, top, right, bottom] = [38, 20, width - 6, height - 20];
+    const [context, width, height] = fitted(this.canvas);
+    const [left, top, right, bottom] = [LEFT, 20, width - RIGHT, height - 20];
     const end = hello.steps * hello.step;
-    const all = this.list.flatMap(({ points }) => [...points.values()]);
+    const shown = this.list.filter((curve) => curve.shown);
+    const all = shown.flatMap(({ points }) => [...points.values()]);
     let [low, high] = [250, 310];
-    if (all.length) [low, high] = [Math.min(...all), Math.max(...all)];
+    if (all.length) [low, high] = all.reduce(([a, b], value) => [Math.min(a, value), Math.max(b, value)], [Infinity, -Infinity]);
     const margin = Math.max(0.06 * (high - low), 1);
     [low, high] = [low - margin, high + margin];
     const x = (time) => left + ((right - left) * time) / end;
@@ -84,18 +115,18 @@ export class Curves {
     context.textAlign = "left";
     context.fillText("K", 2, 7);
     context.fillText("min", 2, bottom + 11);
-    for (const { probe, points } of this.list) {
+    for (const { probe, points } of shown) {
       context.strokeStyle = colourOf(probe.id);
       context.lineWidth = 1.8;
       context.beginPath();
       const sorted = [...points].sort((a, b) => a[0] - b[0]);
       sorted.forEach(([time, value], i) => (i ? context.lineTo(x(time), y(value)) : context.moveTo(x(time), y(value))));
       context.stroke();
-      const present = points.get(header.time);
-      if (present !== undefined) {
+      for (const time of [header.time, this.cursor]) {
+        if (!points.has(time)) continue;
         context.fillStyle = colourOf(probe.id);
         context.beginPath();
-        context.arc(x(header.time), y(present), 3.5, 0, 7);
+        context.arc(x(time), y(points.get(time)), 3.5, 0, 7);
         context.fill();
       }
     }
@@ -105,7 +136,16 @@ export class Curves {
     context.moveTo(x(header.time), top);
     context.lineTo(x(header.time), bottom);
     context.stroke();
-    const told = this.list.map(({ probe, points }) => `${probe.name} ${points.get(header.time)?.toFixed(2) ?? "unknown"} K`);
-    this.canvas.setAttribute("aria-label", `Temperatures of the probes over time. Now: ${told.join(", ") || "no probes"}`);
+    if (this.cursor !== null) {
+      context.strokeStyle = ink("--faint");
+      context.setLineDash([3, 3]);
+      context.beginPath();
+      context.moveTo(x(this.cursor), top);
+      context.lineTo(x(this.cursor), bottom);
+      context.stroke();
+      context.setLineDash([]);
+    }
+    const told = shown.map(({ probe, points }) => `${probe.name} ${points.get(header.time)?.toFixed(2) ?? "unknown"} K`);
+    this.canvas.setAttribute("aria-label", `Temperatures of the probes over time. Arrow keys read them, Enter goes to the time that is read. Now: ${told.join(", ") || "no probes"}`);
   }
 }

@@ -1,16 +1,23 @@
 // Joins the page: what the program tells goes to the canvas and the lists, and what the user does goes to the program.
 
+import { drawBar } from "./bar.js";
 import { Orbit, drawCompass, listen } from "./camera.js";
 import { Curves } from "./curves.js";
 import { connect } from "./link.js";
-import { showAccuracy, showJoints, showMaterials, showPasses, showProbes } from "./panels.js";
-import { Picture, drawBar } from "./picture.js";
+import { drawMarks } from "./marks.js";
+import { Objects } from "./objects.js";
+import { showAccuracy, showChosen, showJoints, showMaterials, showPasses, showProbes, showWarmUp } from "./panels.js";
+import { Picture } from "./picture.js";
+import { saveCamera, savePicture, saveSeries } from "./save.js";
 import { Timeline } from "./timeline.js";
 
 const by = (id) => document.getElementById(id);
 const picture = new Picture(by("picture"));
 const curves = new Curves(by("curves"));
+const objects = new Objects(by("objects"), later);
 let hello = null;
+/** The last range of the colours whose ends are in order. */
+let inOrder = [250, 310];
 let orbit = null;
 let pointer = null;
 let accuracy = "not compared with f64";
@@ -23,6 +30,7 @@ const send = connect({
     by("link").textContent = open ? "connected" : "no connection; trying again";
     by("link").classList.toggle("lost", !open);
   },
+  warm_up: showWarmUp,
   hello: begin,
   curves({ curves: list }) {
     curves.take(list);
@@ -43,6 +51,7 @@ const send = connect({
     arrivals = [...arrivals.filter((at) => at > performance.now() - 2000), performance.now()];
     orbit?.follow(image.header);
     curves.add(image.header);
+    timeline.note(image.header);
     later();
   },
 });
@@ -50,6 +59,7 @@ const timeline = new Timeline(send);
 
 function begin(message) {
   hello = message;
+  by("warm-up").hidden = true;
   document.title = `${hello.scene} \u2013 Isotherm`;
   by("scene").textContent = hello.scene;
   const band = hello.band_um.map((end) => Number(end.toPrecision(4))).join(" to ");
@@ -60,6 +70,7 @@ function begin(message) {
   picture.causes = hello.causes;
   timeline.take(hello);
   showMaterials(hello.materials);
+  objects.take(hello);
   const chosen = by("map").value;
   by("map").replaceChildren(...hello.maps.map(({ name }) => new Option(name, name)));
   if (chosen) by("map").value = chosen;
@@ -72,6 +83,7 @@ function begin(message) {
   if (by("quantity").value !== before) by("quantity").value = "temperature";
   if (!hello.error && by("quantity").value === "error") by("quantity").value = "temperature";
   by("home").disabled = !hello.scene_camera;
+  by("home").textContent = hello.camera_path ? "Scene's camera path" : "Scene's camera";
   if (hello.colour_range && by("lower").value === "") [by("lower").value, by("upper").value] = hello.colour_range;
   else if (by("lower").value === "") by("auto").checked = true;
   choose();
@@ -83,12 +95,28 @@ function choose() {
   by("legend").hidden = quantity !== "material";
   for (const id of ["bar", "range", "of-map"]) by(id).hidden = quantity === "material";
   const isCause = hello?.causes.includes(quantity);
-  by("unit").textContent = quantity === "counts" ? "" : isCause ? "W/m\u00b2" : "K";
+  by("unit").textContent = unit();
   if (quantity === "counts" || quantity === "error" || isCause) by("auto").checked = true;
   // Errors, budgets and materials come with every image.
   send({ do: "show", quantity: isCause || ["error", "material"].includes(quantity) ? "temperature" : quantity });
-  if (hello) drawBar(by("bar"), map());
   later();
+}
+
+/** The unit of what is shown. */
+function unit() {
+  const quantity = by("quantity").value;
+  return quantity === "counts" ? "" : hello?.causes.includes(quantity) ? "W/m\u00b2" : "K";
+}
+
+/** The range of the colours. Ends that are not in order change nothing, and the page says so. */
+function range() {
+  const ends = ["lower", "upper"].map((id) => by(id).valueAsNumber);
+  const isInOrder = ends[0] < ends[1];
+  if (isInOrder) inOrder = ends;
+  for (const id of ["lower", "upper"]) by(id).setAttribute("aria-invalid", String(!isInOrder));
+  by("out-of-order").hidden = isInOrder;
+  if (!isInOrder) by("out-of-order").textContent = `The first end must be below the second one: the colours stay at ${inOrder.join(" to ")} ${unit()}.`;
+  return inOrder;
 }
 
 /** The causes of a budget in words. */
@@ -149,11 +177,21 @@ function draw() {
       if (document.activeElement !== by("upper")) by("upper").value = upper;
     }
   }
-  picture.draw(quantity, map(), [Number(by("lower").value), Number(by("upper").value)]);
+  picture.stands = objects.any ? (part, material) => objects.has(part, material) : null;
+  picture.draw(quantity, map(), range());
+  by("chosen").hidden = !objects.any;
+  if (objects.any) showChosen(picture.statistics(quantity), unit());
   timeline.show(header);
   drawCompass(by("compass"), header);
   curves.draw(hello, header);
-  showProbes(curves.list, header, send);
+  by("curve-read").textContent = curves.told();
+  showProbes(curves.list, header, send, (id, shown) => {
+    curves.show(id, shown);
+    later();
+  });
+  drawMarks(by("marks"), picture, header, curves.list);
+  by("home").setAttribute("aria-pressed", String(header.scene_camera));
+  by("off-path").hidden = !header.off_path;
   showJoints(hello.joints, header.joints);
   showPasses(header.passes);
   read();
@@ -161,9 +199,9 @@ function draw() {
   const moving = arrivals.at(-1) > performance.now() - 1000 && arrivals.length > 2 ? `${rate.toFixed(1)} images/s \u00b7 ` : "";
   const device = header.passes.reduce((sum, [, ms]) => sum + ms, 0);
   const measured = header.passes.length ? ` \u00b7 passes ${device.toFixed(1)} ms on the device` : "";
-  const going = header.goal === header.step ? "" : ` \u00b7 going to ${(header.goal * hello.step).toFixed(0)} s`;
+  const packing = by("developer").checked ? ` \u00b7 packing ${header.pack_ms.toFixed(1)} ms${measured}` : "";
   by("speed").textContent =
-    `${moving}step ${header.step_ms.toFixed(1)} ms \u00b7 image ${header.image_ms.toFixed(1)} ms \u00b7 packing ${header.pack_ms.toFixed(1)} ms${measured} \u00b7 ${accuracy}${going}`;
+    `${moving}step ${header.step_ms.toFixed(1)} ms \u00b7 image ${header.image_ms.toFixed(1)} ms${packing} \u00b7 ${accuracy}`;
 }
 
 /** Shows what lies under the pointer, or in the middle where the keyboard has the image. */
@@ -172,6 +210,9 @@ function read() {
   const found = at && picture.at(at);
   const out = by("readout");
   out.replaceChildren();
+  const quantity = by("quantity").value;
+  const isSeen = found && (found.part !== 0 || ["apparent", "counts"].includes(quantity)) && quantity !== "material";
+  drawBar(by("bar"), map(), inOrder, unit(), isSeen ? picture.value(quantity, found) : undefined);
   if (!found) return;
   const line = (tag, text) => {
     const made = document.createElement(tag);
@@ -207,8 +248,9 @@ picture.canvas.addEventListener("pointermove", (event) => {
   pointer = [event.clientX, event.clientY];
   if (hello && picture.image) read();
 });
-picture.canvas.addEventListener("pointerleave", () => {
-  pointer = null;
+picture.canvas.addEventListener("pointerleave", (event) => {
+  // A finger that was lifted leaves what it has touched.
+  if (event.pointerType !== "touch") pointer = null;
   if (hello && picture.image) read();
 });
 picture.canvas.addEventListener("focus", later);
@@ -221,6 +263,43 @@ for (const id of ["lower", "upper"]) {
     later();
   });
 }
+const onCurves = (read) => {
+  if (!hello || !picture.image) return;
+  read();
+  later();
+};
+const there = () => { if (curves.cursor !== null) send({ do: "seek", time: curves.cursor }); };
+by("curves").addEventListener("pointermove", (event) => onCurves(() => curves.point(event.clientX, hello)));
+by("curves").addEventListener("click", (event) => onCurves(() => {
+  curves.point(event.clientX, hello);
+  there();
+}));
+for (const name of ["pointerleave", "blur"]) {
+  by("curves").addEventListener(name, () => onCurves(() => { if (document.activeElement !== by("curves")) curves.cursor = null; }));
+}
+by("curves").addEventListener("keydown", (event) => {
+  const moves = { ArrowLeft: -1, ArrowRight: 1, PageUp: -10, PageDown: 10, Home: -Infinity, End: Infinity };
+  if (event.key === "Enter") there();
+  else if (event.key in moves) onCurves(() => curves.move(moves[event.key], picture.image.header.time));
+  else return;
+  event.preventDefault();
+  event.stopPropagation();
+});
+by("developer").addEventListener("change", () => {
+  by("passes-section").hidden = !by("developer").checked;
+  later();
+});
+by("nearer").addEventListener("click", () => orbit?.zoom(0.8));
+by("farther").addEventListener("click", () => orbit?.zoom(1 / 0.8));
+by("save-picture").addEventListener("click", () => {
+  if (!picture.image) return;
+  const quantity = by("quantity");
+  const isMaterial = quantity.value === "material";
+  const label = [quantity.selectedOptions[0].text, isMaterial ? "" : unit()].filter(Boolean).join(", ");
+  savePicture(hello, picture.image.header, picture.canvas, label, isMaterial ? null : map(), inOrder);
+});
+by("save-series").addEventListener("click", () => { if (picture.image) saveSeries(hello, picture.image.header, curves.list); });
+by("save-camera").addEventListener("click", () => { if (picture.image) saveCamera(hello, picture.image.header); });
 by("home").addEventListener("click", () => send({ do: "scene_camera" }));
 by("compare").addEventListener("click", () => send({ do: "compare" }));
 window.addEventListener("resize", later);

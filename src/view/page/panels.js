@@ -25,13 +25,14 @@ export function showMaterials(materials) {
   }));
 }
 
-export function showProbes(curves, header, send) {
+/** `change` is told to show or hide a curve. */
+export function showProbes(curves, header, send, change) {
   by("no-probes").hidden = curves.length > 0;
   const list = by("probes");
   const ids = curves.map(({ probe }) => probe.id).join();
   if (list.dataset.ids !== ids) {
     list.dataset.ids = ids;
-    list.replaceChildren(...curves.map(({ probe }) => {
+    list.replaceChildren(...curves.map(({ probe, shown }) => {
       const item = element("li");
       const remove = element("button", "\u00d7");
       remove.type = "button";
@@ -39,13 +40,23 @@ export function showProbes(curves, header, send) {
       remove.addEventListener("click", () => send({ do: "remove", probe: probe.id }));
       const name = element("span", probe.name, "name");
       name.title = `${probe.name}, ${probe.material}, node ${probe.node}`;
-      item.append(swatch(colourOf(probe.id)), name, element("span", "", "value"), remove);
+      const show = element("input");
+      show.type = "checkbox";
+      show.checked = shown;
+      show.setAttribute("aria-label", `Show the probe ${probe.name}`);
+      show.addEventListener("change", () => change(probe.id, show.checked));
+      item.append(show, swatch(colourOf(probe.id)), name, element("span", "", "value"), remove, element("span", "", "place hint"));
       return item;
     }));
   }
   list.querySelectorAll(".value").forEach((value, i) => {
     const present = curves[i].points.get(header.time);
     value.textContent = present === undefined ? "" : `${present.toFixed(2)} K`;
+  });
+  list.querySelectorAll(".place").forEach((text, i) => {
+    const place = header.probe_places[header.probes.indexOf(curves[i].probe.id)];
+    const seen = !place?.pixel ? "behind the camera" : place.hidden ? "hidden" : "";
+    text.textContent = place ? `${place.position.map((value) => value.toFixed(2)).join(", ")} m${seen && `, ${seen}`}` : "";
   });
 }
 
@@ -80,6 +91,23 @@ export function showPasses(passes) {
     row.append(first, cell, element("td", `${ms.toFixed(ms < 1 ? 3 : 2)} ms`));
     return row;
   }));
+}
+
+/** Tells how far the warm-up is. */
+export function showWarmUp({ done, steps, doing }) {
+  by("warm-up").hidden = false;
+  const bar = by("warm-up-bar");
+  if (steps) [bar.max, bar.value] = [steps, done];
+  else bar.removeAttribute("value");
+  const work = doing.filter((text) => text !== "warm-up").join(", ");
+  by("warm-up-text").textContent = [steps ? `Warm-up: step ${done} of ${steps}` : "Warm-up", work].filter(Boolean).join(". ");
+}
+
+/** Tells the values of what is chosen among the objects. */
+export function showChosen(seen, unit) {
+  by("chosen").textContent = seen
+    ? `${seen.low.toFixed(2)} to ${seen.high.toFixed(2)} ${unit}, mean ${seen.mean.toFixed(2)} ${unit}, in ${seen.count} pixels`
+    : "The image does not show it.";
 }
 
 /** Tells the state of the comparison with f64; returns it in a few words. */

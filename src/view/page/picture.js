@@ -17,6 +17,16 @@ export class Picture {
     this.key = "";
     this.materials = [];
     this.causes = [];
+    /** Whether a pixel with a part and a material stands out. `null` where all do. */
+    this.stands = null;
+  }
+
+  /** Where the image lies on its canvas [CSS px], which may be of another shape. */
+  placement() {
+    const box = this.canvas.getBoundingClientRect();
+    const { width, height } = this.canvas;
+    const zoom = Math.min(box.width / width, box.height / height);
+    return { zoom, left: (box.width - zoom * width) / 2, top: (box.height - zoom * height) / 2 };
   }
 
   /** The plane that is coloured. */
@@ -68,7 +78,32 @@ export class Picture {
         out[i] = part[i] === 0 && !(sky && values[i] > 0) ? space : table[values[i]];
       }
     }
+    if (this.stands) {
+      // A quarter of the colour is left of what does not stand out.
+      const rest = ((space >> 1) & 0x7f7f7f) + ((space >> 2) & 0x3f3f3f);
+      const material = planes.material.values;
+      for (let i = 0; i < out.length; i += 1) {
+        if (part[i] !== 0 && !this.stands(part[i], material[i])) out[i] = ((out[i] >> 2) & 0x3f3f3f) + rest | (255 << 24);
+      }
+    }
     this.context.putImageData(this.pixels, 0, 0);
+  }
+
+  /** Least, mean and greatest value of the pixels that stand out, and their number. `null` without any. */
+  statistics(quantity) {
+    const { values, scale, offset } = this.plane(quantity);
+    const [part, material] = [this.image.planes.part.values, this.image.planes.material.values];
+    let [low, high, sum, count] = [65536, -1, 0, 0];
+    for (let i = 0; i < values.length; i += 1) {
+      if (part[i] === 0 || !this.stands(part[i], material[i])) continue;
+      const value = values[i];
+      if (value < low) low = value;
+      if (value > high) high = value;
+      sum += value;
+      count += 1;
+    }
+    const value = (number) => number * scale + offset;
+    return count === 0 ? null : { count, low: value(low), mean: value(sum / count), high: value(high) };
   }
 
   /** Colours of all numbers of 16 bits. */
@@ -88,10 +123,16 @@ export class Picture {
   pixelAt(clientX, clientY) {
     const box = this.canvas.getBoundingClientRect();
     const { width, height } = this.canvas;
-    const zoom = Math.min(box.width / width, box.height / height);
-    const x = Math.floor((clientX - box.left - (box.width - zoom * width) / 2) / zoom);
-    const y = Math.floor((clientY - box.top - (box.height - zoom * height) / 2) / zoom);
+    const { zoom, left, top } = this.placement();
+    const x = Math.floor((clientX - box.left - left) / zoom);
+    const y = Math.floor((clientY - box.top - top) / zoom);
     return x >= 0 && y >= 0 && x < width && y < height ? { x, y } : null;
+  }
+
+  /** The value of a quantity at a pixel. */
+  value(quantity, { x, y }) {
+    const { values, scale, offset } = this.plane(quantity);
+    return values[y * this.image.header.width + x] * scale + offset;
   }
 
   /** What a pixel shows. `null` without an image. */
@@ -105,15 +146,5 @@ export class Picture {
       apparent: value("apparent"), counts: value("counts"),
       gains: this.causes.map((name) => [name, value(name)]).filter(([, gain]) => gain !== undefined),
     };
-  }
-}
-
-/** Draws the colours of a map from left to right. */
-export function drawBar(canvas, map) {
-  const context = canvas.getContext("2d");
-  for (let x = 0; x < canvas.width; x += 1) {
-    const [r, g, b] = map.colours[Math.round((255 * x) / (canvas.width - 1))];
-    context.fillStyle = `rgb(${r},${g},${b})`;
-    context.fillRect(x, 0, 1, canvas.height);
   }
 }
