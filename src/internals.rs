@@ -43,11 +43,7 @@ pub use crate::exchange::{
     split::NodeViews,
     step::{CraftLight, Exchange, ExchangeSettings},
 };
-pub use crate::fit::{
-    FittingError,
-    case::{FitCase, FitOrder},
-    result::Fitted,
-};
+pub use crate::fit::case::fit_files;
 pub use crate::gpu::{
     blackbody::{band_radiances, band_table, brightness_temperatures},
     context::{Context, devices},

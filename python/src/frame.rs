@@ -201,6 +201,7 @@ impl Frame {
             coverage: Vec::new(),
             reflected: Vec::new(),
             error: Vec::new(),
+            sigma: Default::default(),
             budget: Vec::new(),
             digital_numbers: None,
             counts: None,

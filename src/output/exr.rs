@@ -186,8 +186,20 @@ pub fn decode_exr(bytes: &[u8], path: &Path) -> Result<(Image, FrameHeader), Out
     let cause = if has_sigma { label(CAUSE)? } else { Vec::new() };
     let sigma = ImageSigma { temperature: sigma_temperature, radiance: sigma_radiance, cause };
     let blank = attributes.image(width, height)?;
-    let frame =
-        Image { radiance, temperature, depth, part, material, coverage, reflected, error, budget, sigma, bands, ..blank };
+    let frame = Image {
+        radiance,
+        temperature,
+        depth,
+        part,
+        material,
+        coverage,
+        reflected,
+        error,
+        budget,
+        sigma,
+        bands,
+        ..blank
+    };
     Ok((frame, header))
 }
 

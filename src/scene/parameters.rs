@@ -191,6 +191,7 @@ impl Parameter {
             back: false,
             range: ParameterRange::Values(range),
             step: STEP.min(0.49 / value - 0.49).max(1e-5),
+            prior: ParameterPrior::Range,
             path: path.to_path_buf(),
             line: 1,
         }

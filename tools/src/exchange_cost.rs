@@ -24,7 +24,11 @@ pub fn measure(
 ) -> Result<(), AnyError> {
     let settings = scene.exchange.unwrap_or_default();
     let settings = ExchangeSettings { patch_edge: patch_edge.or(settings.patch_edge), ..settings };
-    let with = |exchange| Prepared::from_scene(Scene { exchange, ..scene.clone() }, &mut |_| {});
+    let with = |exchange| {
+        let mut scene = scene.clone();
+        scene.exchange = exchange;
+        Prepared::from_scene(scene, &mut |_| {})
+    };
     let mut runs = [with(Some(settings))?, with(None)?, with(Some(ExchangeSettings { hold: 0.0, ..settings }))?];
     // The last run finds everything in every step.
     runs[2].exchange.iter_mut().for_each(|craft| Arc::make_mut(craft).light_angle = 0.0);

@@ -174,14 +174,16 @@ fn with(scene: &Scene, integrator: Integrator, tolerance: f64) -> Result<Prepare
 
 /// The scene with a transition in place of its network. Heaters and contacts are those of networks.
 fn with_transitions(scene: &Scene) -> Result<Prepared, AnyError> {
-    let bare = Scene { heaters: Vec::new(), contacts: Vec::new(), ..scene.clone() };
+    let mut bare = scene.clone();
+    (bare.heaters, bare.contacts) = (Vec::new(), Vec::new());
     Ok(Prepared::with_materials(bare, |materials| materials.iter_mut().for_each(moved), &mut |_| {})?)
 }
 
 /// Time of a whole step of the network and of the transition by the host's clock [ms], the least quarter. Shadows and exchange are left out: some steps
 /// find them anew and others do not, and the network and the transition share them.
 fn by_the_clock(context: &Arc<Context>, scene: &Scene, steps: u32) -> Result<[f64; 2], AnyError> {
-    let bare = Scene { shadows: None, exchange: None, ..scene.clone() };
+    let mut bare = scene.clone();
+    (bare.shadows, bare.exchange) = (None, None);
     let step = scene.time.step;
     let mut runs = Vec::new();
     for prepared in [with(&bare, Integrator::OnePass, f64::INFINITY)?, with_transitions(&bare)?] {

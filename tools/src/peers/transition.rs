@@ -110,6 +110,7 @@ impl Work {
         let (retarget, domain) = (Retarget::Merge, Domain::Temperature);
         let transition = Transition { heating: profile.clone(), cooling: profile, retarget, domain };
         let material = Material {
+            ranges: Default::default(),
             gloss: Default::default(),
             in_band: Default::default(),
             name: String::new(),
