@@ -18,6 +18,8 @@ const uint LOBE_DRAWS = 6u;
 const uint DRAWS = 8u;
 // Error of a position in the image, as a share of its distance.
 const float PLACE_ERROR = 4e-6;
+// Steps of a pixel to which a device rounds the corners of triangles. A face may be drawn so far beyond an edge where another one begins.
+const float PIXEL_STEPS = 256.0;
 // Heights over the plane of a triangle at which a ray may start, in distances between its start and its own surface.
 const float OWN_LIFTS = 2.5;
 
@@ -260,7 +262,8 @@ Path followed(Path here, Surroundings around, uvec2 pixel, uint vertex) {
 // TraceNodes has for its node.
 Path path_from(Surroundings around, uint code, uint side, uint node, vec3 normal, vec3 to_camera, vec3 place) {
     vec3 moved = place - vec3(view.camera_from_body_x.w, view.camera_from_body_y.w, view.camera_from_body_z.w);
-    float lift = tracing.start + PLACE_ERROR * length(place);
+    float step = 2.0 / (PIXEL_STEPS * float(tracing.width) * view.clip_scale.x);
+    float lift = tracing.start + (PLACE_ERROR + step) * length(place);
     // What lies towards the camera is free, also beside an edge where two faces meet.
     vec3 from = from_camera(moved + lift * (normal + to_camera));
     uint face = 2u * (code >> 2u) + side;

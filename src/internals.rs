@@ -127,7 +127,7 @@ pub use crate::output::{
 pub use crate::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS, STEP, STEPS};
 pub use crate::raster::{Pixel, RasterSurface, rasterise};
 pub use crate::scene::{
-    Background, BandRatio, Bounces, Camera, CameraFrame, Density, Draw, Edges, ImageFile, ImageFiles, Initial, Mapping,
+    Background, Bounces, Camera, CameraFrame, Density, Draw, Edges, ImageFile, ImageFiles, Initial, Mapping,
     MaterialRule, Reflections, SceneBand, ShadowSettings, SkyScene, Surrounded, Video,
     network::{
         NetworkFile,

@@ -129,7 +129,7 @@ fn values<'f>(parameter: &Parameter, file: &'f mut NetworkFile) -> Vec<&'f mut f
     }
 }
 
-fn of_nodes<'f>(values: &'f mut [f64], fits: impl Fn(usize) -> bool) -> Vec<&'f mut f64> {
+fn of_nodes(values: &mut [f64], fits: impl Fn(usize) -> bool) -> Vec<&mut f64> {
     values
         .iter_mut()
         .enumerate()

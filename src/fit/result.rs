@@ -136,7 +136,7 @@ impl Fitted {
         all.push(format!("condition of the data: {:.3e}", self.posterior.condition));
         for (i, unknown) in self.unknowns.iter().enumerate() {
             let x = self.best.x[i];
-            if unknown.bounds.iter().any(|bound| x == *bound) {
+            if unknown.bounds.contains(&x) {
                 all.push(format!(
                     "'{}' stands at its bound, {}: its error is none of a free value",
                     unknown.name,

@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
-use crate::scene::{Parameter, ParameterKind};
+use crate::scene::{OwnerPatterns, Parameter, ParameterKind};
 use crate::sensitivity::change::{change_materials, change_scene};
 use crate::simulation::prepare::Prepared;
 use crate::text::plain;
+use crate::thermal::emissivity::BandEmissivity;
 use crate::thermal::material::{Gloss, Material, Optics, Response, Sides};
 use crate::thermal::shell::ContactConductance;
 
@@ -35,7 +36,7 @@ pub(super) fn fitted_rules(prepared: &Prepared, parameters: &[Parameter], factor
         let _ = writeln!(text, "\n# {}", plain(&parameter.name));
         match parameter.kind {
             ParameterKind::SolarConstant => {
-                stated(&mut text, "environment.solar_constant", scene.environment.solar_constant)
+                stated(&mut text, "environment.solar_constant", scene.environment.solar_constant);
             }
             ParameterKind::Albedo => stated(&mut text, "environment.albedo", scene.environment.albedo),
             ParameterKind::PlanetIr => stated(&mut text, "environment.planet_ir", scene.environment.planet_ir),
@@ -43,7 +44,7 @@ pub(super) fn fitted_rules(prepared: &Prepared, parameters: &[Parameter], factor
                 let pairs =
                     scene.contacts.iter().zip(&prepared.scene.contacts).filter(|(fitted, before)| fitted != before);
                 for (contact, _) in pairs {
-                    let [a, b] = contact.between.each_ref().map(|side| side.pattern());
+                    let [a, b] = contact.between.each_ref().map(OwnerPatterns::pattern);
                     let (key, value) = match contact.conductance {
                         ContactConductance::Total(value) => ("conductance", value),
                         ContactConductance::PerArea(value) => ("conductance_per_area", value),
@@ -87,7 +88,7 @@ fn rule(text: &mut String, fitted: &Material, before: &Material) {
         Response::Transition(_) | Response::Given => "",
     };
     let plain_optics = fitted.gloss.iter().all(|gloss| *gloss == Gloss::default())
-        && fitted.in_band.iter().all(|law| law.is_plain())
+        && fitted.in_band.iter().all(BandEmissivity::is_plain)
         && fitted.bulk.over.is_none();
     // A material of some parts alone has a name that no material of the model has.
     let whole = !response.is_empty() && plain_optics && !fitted.name.contains(" of ");

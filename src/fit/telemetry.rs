@@ -40,10 +40,15 @@ impl Places {
 
     /// The place that has the name of a sensor itself.
     fn by_name(&self, name: &str) -> Option<SensorPlace> {
-        let kinds: [(&Vec<String>, fn(String) -> SensorPlace); 3] =
-            [(&self.probes, SensorPlace::Probe), (&self.parts, SensorPlace::Part), (&self.nodes, SensorPlace::Node)];
-        let fits = kinds.into_iter().find(|(names, _)| names.iter().any(|known| known == name));
-        fits.map(|(_, place)| place(name.to_owned()))
+        let knows = |names: &[String]| names.iter().any(|known| known == name);
+        let own = || name.to_owned();
+        if knows(&self.probes) {
+            return Some(SensorPlace::Probe(own()));
+        }
+        if knows(&self.parts) {
+            return Some(SensorPlace::Part(own()));
+        }
+        knows(&self.nodes).then(|| SensorPlace::Node(own()))
     }
 
     fn names(&self) -> impl Iterator<Item = &str> + Clone {

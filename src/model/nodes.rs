@@ -167,7 +167,7 @@ impl Nodes {
     }
 
     /// Orders the vertices of a model with joints. `part_joint` is the joint of each part; 0 is the body.
-    pub fn with_joints(model: &Model, node_areas: &[f64], materials: &[Material], part_joint: &[u32]) -> Self {
+    pub(crate) fn with_joints(model: &Model, node_areas: &[f64], materials: &[Material], part_joint: &[u32]) -> Self {
         let order = sorted_vertices(model, materials, part_joint);
         let mut nodes = Self {
             count: order.len(),

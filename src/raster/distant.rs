@@ -8,10 +8,8 @@ use super::surface::Pixel;
 use super::view::RasterView;
 use crate::lens::Distortion;
 
-/// Fewest and most pixels along either axis below which a craft is distant: between these, as many as leave so many texels along the side of a pixel. With one
-/// sample of a pixel a larger craft is drawn too coarsely to continue the crop.
-const ONE_SAMPLE: ([f64; 2], f64) = ([16.0, 128.0], 2.0);
-const MORE_SAMPLES: ([f64; 2], f64) = ([16.0, 64.0], 4.0);
+/// Most pixels that such a craft spans along either axis. A larger one has so few texels in a pixel that their number, which is whole, shows as stripes.
+pub(crate) const DISTANT: f64 = 16.0;
 /// Most texels of a crop along either axis.
 pub(crate) const TEXELS: u32 = 256;
 /// Places in a pixel along each axis at which its sky is seen, with several samples.
@@ -48,12 +46,10 @@ impl Crop {
             }
         }
         let span = high - low;
-        let most = most.map(|most| f64::from(most.min(TEXELS)));
-        let ([least, largest], texels) = if view.samples > 1 { MORE_SAMPLES } else { ONE_SAMPLE };
-        let distant = (most[0].min(most[1]) / texels).clamp(least, largest);
-        if !span.is_finite() || span.max_element() >= distant {
+        if !span.is_finite() || span.max_element() >= DISTANT {
             return None;
         }
+        let most = most.map(|most| f64::from(most.min(TEXELS)));
         // A border of a hundredth, so that rounding leaves nothing outside.
         let border = 0.01 * span.max_element().max(1e-9);
         let (low, span) = (low - border, span + 2.0 * border);
@@ -137,10 +133,7 @@ mod tests {
             assert!(place.cmpgt(DVec2::ZERO).all() && place.cmplt(size).all(), "{place} in {size}");
         }
         assert!(crop.size[0] <= 80 && crop.size[1] <= 60 && crop.scale > 20.0, "{crop:?}");
-        assert_eq!(Crop::around(&view, &at(5.0), [80, 60]), None, "50 pixels");
-        assert!(Crop::around(&view, &at(9.0), [80, 60]).is_some(), "25 pixels");
-        let finer = RasterView { samples: 4, ..view };
-        assert_eq!(Crop::around(&finer, &at(9.0), [80, 60]), None, "25 pixels with several samples");
+        assert_eq!(Crop::around(&view, &at(12.0), [80, 60]), None, "18 pixels");
         assert_eq!(Crop::around(&view, &at(0.5), [80, 60]), None, "behind the camera");
         let borders: Vec<usize> = (0..=80).map(|border| crop.edge(border, 0)).collect();
         assert!(borders.is_sorted() && borders[0] == 0 && borders[80] == crop.size[0] as usize, "each texel once");

@@ -101,8 +101,6 @@ impl Scene {
         let probes = view::probes(&root.tables("probe", keys::PROBE)?)?;
         let images = output::read(output.as_ref(), any_sensor(sensor.as_ref(), &bands), temperatures.is_some())?;
         combinations::check_tumble(&root, &sky.attitude, &images, &surrounded)?;
-        let network = mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref(), &mut assumptions)?;
-        let contacts = mesh_network::contacts(&root.tables("contact", keys::CONTACT)?, &mut assumptions)?;
         let heaters = mesh_network::heaters(&root.tables("heater", keys::HEATER)?, &probes)?;
         let mut scene = Self {
             source: path.to_path_buf(),
@@ -129,8 +127,8 @@ impl Scene {
             initial,
             temperatures,
             probes,
-            network,
-            contacts,
+            network: mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref(), &mut assumptions)?,
+            contacts: mesh_network::contacts(&root.tables("contact", keys::CONTACT)?, &mut assumptions)?,
             heaters,
             colour_range: view::colour_range(output.as_ref())?,
             energy_balance: view::energy_balance(output.as_ref())?,

@@ -84,7 +84,8 @@ pub(crate) use parameters::{Parameter, ParameterKind, ParameterPrior, ParameterR
 pub(crate) use preset::Preset;
 pub use radiance::{Background, Bounces, Reflections, Surrounded};
 pub(crate) use radiance::{MOST_BOUNCES, SUNNY};
-pub use scene_band::{BandRatio, SceneBand};
+pub(crate) use scene_band::BandRatio;
+pub use scene_band::SceneBand;
 pub use shadows::ShadowSettings;
 pub use sky_scene::SkyScene;
 pub(crate) use table::read_material_records;
@@ -136,7 +137,7 @@ pub struct Scene {
     /// The bands of the scene's `[[band]]`, of which the first is `band`. Empty without one.
     pub bands: Vec<SceneBand>,
     /// The temperature from the ratio of two bands, where the scene asks for it.
-    pub ratio: Option<BandRatio>,
+    pub(crate) ratio: Option<BandRatio>,
     /// Light that arrives at the camera besides the emission of surfaces.
     pub surrounded: Surrounded,
     /// Temperatures at the start.

@@ -11,9 +11,9 @@ pub struct SceneBand {
     /// Name of its channel and its files.
     pub name: String,
     /// Its wavelengths and their response.
-    pub passband: Passband,
+    pub(crate) passband: Passband,
     /// Its sensor.
-    pub sensor: Option<Sensor>,
+    pub(crate) sensor: Option<Sensor>,
     /// Share of the sunlight that the planet reflects, where the band states it.
     pub(crate) planet_albedo: Option<f64>,
     /// Noise of the radiance, where the band states it [W m-2 sr-1].
@@ -24,7 +24,7 @@ pub struct SceneBand {
 
 /// A temperature from the ratio of two radiances.
 #[derive(Debug, Clone, PartialEq)]
-pub struct BandRatio {
+pub(crate) struct BandRatio {
     /// Both bands.
     pub(crate) bands: [usize; 2],
     /// One standard deviation of each radiance [W m-2 sr-1].

@@ -116,7 +116,7 @@ impl Network {
 
     /// An upper bound of the relaxation rate of all diffusive nodes [1/s]: the largest 2 (sum GL + 4 sigma T^3 (sum GR + eA)) / C (docs/numerics.md 3). T
     /// is the hotter end of each exchange.
-    pub fn fastest_rate(&self, temperatures: &[f64]) -> f64 {
+    pub(crate) fn fastest_rate(&self, temperatures: &[f64]) -> f64 {
         let mut sums: Vec<f64> = self
             .emissive_areas
             .iter()

@@ -11,7 +11,7 @@ use crate::environment::quadrature::GaussLegendre;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Passband {
     /// Its ends.
-    pub band: Band,
+    pub(crate) band: Band,
     /// Rising wavelengths [m] and the response at each, linear in between, at most 1.
     response: Option<Arc<Vec<[f64; 2]>>>,
 }

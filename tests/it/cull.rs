@@ -22,6 +22,7 @@ fn small() -> (Prepared, Camera) {
     scene.joints.clear();
     let prepared = Prepared::from_scene(scene, &mut |_| {}).expect("the station of models/");
     let mut camera = prepared.scene.require_camera().expect("a camera").clone();
+    camera.samples = 1;
     camera.lens.focal = camera.lens.focal.map(|focal| focal * 0.25);
     camera.lens.centre = camera.lens.centre.map(|centre| centre * 0.25);
     (camera.width, camera.height) = (camera.width / 4, camera.height / 4);

@@ -80,7 +80,7 @@ fn a_plate_is_as_uncertain_as_the_closed_form_says() {
     }
     assert!(pixels > 500);
     let layer = read_first_flat_layer_from_file(path.join("out/frames/step_000010.exr")).expect("an image").layer_data;
-    let causes = layer.attributes.other.iter().find(|(name, _)| name.to_string() == "isotherm_causes");
+    let causes = layer.attributes.other.iter().find(|(name, _)| *name == "isotherm_causes");
     let Some((_, AttributeValue::TextVector(names))) = causes else { panic!("{causes:?}") };
     let names: Vec<String> = names.iter().map(ToString::to_string).collect();
     assert_eq!(names, ["background", "Sun", "capacity of *", "absorptivity of plate", "emissivity of plate"]);

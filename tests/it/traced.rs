@@ -149,8 +149,8 @@ fn several_samples_and_lenses_are_traced_too() {
             let black = band_radiance_exact(prepared.scene.band, 287.0);
             let leaks = found.radiance.iter().filter(|value| (f64::from(**value) / black - 1.0).abs() > 3e-5).count();
             println!("{name}: {worst:.1e}, {leaks} pixels");
-            // At an edge between walls the rasteriser rounds corners to 1/256 of a pixel, and one of the samples may begin its path behind the other wall.
-            let allowed = if name == "sixteen samples" { (2, 0.06) } else { (0, 3e-5) };
+            // A device rounds corners to 1/256 of a pixel. Of a wall that is seen almost edge-on, one sample of 17 may begin its path behind it.
+            let allowed = if name == "sixteen samples" { (2, 5e-3) } else { (0, 3e-5) };
             assert!(leaks <= allowed.0 && worst < allowed.1, "{name}: {worst:e} and {leaks} pixels");
         }
     }

@@ -37,7 +37,7 @@ pub(super) fn on_grid(sun: DVec3, poses: &[DAffine3]) -> SunAndPoses {
 type Bits = Vec<u64>;
 
 fn bits((sun, poses): &SunAndPoses) -> Bits {
-    let of_poses = poses.iter().flat_map(|pose| pose.to_cols_array());
+    let of_poses = poses.iter().flat_map(DAffine3::to_cols_array);
     // Both zeros are one place of the grid.
     sun.to_array().into_iter().chain(of_poses).map(|value| (value + 0.0).to_bits()).collect()
 }

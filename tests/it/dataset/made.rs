@@ -4,7 +4,7 @@ use std::fs;
 use std::sync::atomic::AtomicBool;
 
 use isotherm::internals::{Begin, OrbitRun, read_exr};
-use isotherm::{DatasetError, Pose, Simulation, Target};
+use isotherm::{DatasetError, Image, Pose, Simulation, Target};
 use serde_json::Value;
 
 use super::{Workshop, differing};
@@ -117,9 +117,15 @@ fn a_scene_that_asks_has_errors_in_its_radiance() {
         let expected = other.image(&image.camera, &Pose::OfCamera).expect("an image");
         assert!(expected.error.iter().any(|error| *error > 0.0));
         let file = errors.iter().find(|file| file.time.to_bits() == image.time.to_bits()).expect("its file");
-        assert!(file.error == expected.error, "at {} s", image.time);
+        // The orbits of a data set share tables of albedo, which are interpolated.
+        let apart = |file: &Image| {
+            let pairs = file.error.iter().zip(&expected.error);
+            pairs.map(|(file, expected)| (file - expected).abs() / expected.max(1e-3)).fold(0.0, f32::max)
+        };
+        println!("errors apart by {:.1e}", apart(file));
+        assert!(apart(file) < 2e-3, "at {} s: {}", image.time, apart(file));
         let another = errors.iter().find(|file| file.time.to_bits() != image.time.to_bits()).expect("another file");
-        assert!(another.error != expected.error);
+        assert!(apart(another) > 2e-3);
         images += 1;
         Ok(())
     })
