@@ -15,18 +15,20 @@ mod outline;
 mod points;
 mod rays;
 mod redraw;
+mod sunlit;
 mod sunward;
 mod tree;
 
 pub(crate) use jointed::Jointed;
 pub(crate) use kept_light::KeptLight;
-pub use lit_area::{Lit, LitArea, LitAreas};
+pub use lit_area::{Lit, LitAreas};
 pub(crate) use lit_corners::CornerLight;
 pub(crate) use lit_surface::{LitNode, LitSurface};
 pub(crate) use points::{fractions, point_near_corner};
 pub(crate) use rays::Hit;
 pub use rays::Occluders;
 pub(crate) use redraw::{LightAndPoses, Redraw};
+pub use sunlit::LitArea;
 pub(crate) use sunward::Caster;
 pub(crate) use tree::{LARGEST_TREE, Tree, tree_boxes};
 

@@ -58,7 +58,7 @@ fn a_distant_craft_keeps_its_radiant_intensity() {
         let expected = exact(pixels);
         for aside in [0.0, 0.17] {
             // With one sample the whole craft just above the switch is up to 4.7 % off, because a sample of each pixel misses struts.
-        for samples in [4] {
+            for samples in [4] {
                 let with = |lens: &str| {
                     let lens = format!("samples = {samples}{lens}");
                     let mut changes = far(pixels, aside, &lens);

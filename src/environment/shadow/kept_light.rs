@@ -8,8 +8,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::{DAffine3, DVec3};
 
-use super::lit_area::LitArea;
 use super::lit_surface::LitNode;
+use super::sunlit::LitArea;
 
 /// Steps of the grid in a unit: half of one turns the Sun by at most 1e-9 rad.
 const GRID: f64 = (1u64 << 30) as f64;
