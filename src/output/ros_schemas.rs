@@ -1,14 +1,9 @@
 //! Definitions of the ROS 2 messages of a log: fields of common_interfaces and geometry2 (Humble), without their comments.
 
-/// `sensor_msgs/msg/Image`.
-pub(super) const IMAGE: &str = "\
-std_msgs/Header header
-uint32 height
-uint32 width
-string encoding
-uint8 is_bigendian
-uint32 step
-uint8[] data
+/// The fields of a message, the messages in it, and the header that each has.
+macro_rules! message {
+    ($($fields:expr),+) => {
+        concat!($($fields,)+ "\
 ================================================================================
 MSG: std_msgs/Header
 builtin_interfaces/Time stamp
@@ -17,10 +12,40 @@ string frame_id
 MSG: builtin_interfaces/Time
 int32 sec
 uint32 nanosec
-";
+")
+    };
+}
+
+/// The turn in a pose or a transform.
+macro_rules! quaternion {
+    () => {
+        "\
+================================================================================
+MSG: geometry_msgs/Quaternion
+float64 x
+float64 y
+float64 z
+float64 w
+"
+    };
+}
+
+/// `sensor_msgs/msg/Image`.
+pub(super) const IMAGE: &str = message!(
+    "\
+std_msgs/Header header
+uint32 height
+uint32 width
+string encoding
+uint8 is_bigendian
+uint32 step
+uint8[] data
+"
+);
 
 /// `sensor_msgs/msg/CameraInfo`.
-pub(super) const CAMERA_INFO: &str = "\
+pub(super) const CAMERA_INFO: &str = message!(
+    "\
 std_msgs/Header header
 uint32 height
 uint32 width
@@ -39,18 +64,12 @@ uint32 y_offset
 uint32 height
 uint32 width
 bool do_rectify
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-";
+"
+);
 
 /// `geometry_msgs/msg/PoseStamped`.
-pub(super) const POSE_STAMPED: &str = "\
+pub(super) const POSE_STAMPED: &str = message!(
+    "\
 std_msgs/Header header
 geometry_msgs/Pose pose
 ================================================================================
@@ -62,24 +81,13 @@ MSG: geometry_msgs/Point
 float64 x
 float64 y
 float64 z
-================================================================================
-MSG: geometry_msgs/Quaternion
-float64 x
-float64 y
-float64 z
-float64 w
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-";
+",
+    quaternion!()
+);
 
 /// `tf2_msgs/msg/TFMessage`.
-pub(super) const TF_MESSAGE: &str = "\
+pub(super) const TF_MESSAGE: &str = message!(
+    "\
 geometry_msgs/TransformStamped[] transforms
 ================================================================================
 MSG: geometry_msgs/TransformStamped
@@ -95,18 +103,6 @@ MSG: geometry_msgs/Vector3
 float64 x
 float64 y
 float64 z
-================================================================================
-MSG: geometry_msgs/Quaternion
-float64 x
-float64 y
-float64 z
-float64 w
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-";
+",
+    quaternion!()
+);

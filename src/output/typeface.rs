@@ -23,8 +23,8 @@ pub(crate) enum FontFace {
 
 impl FontFace {
     fn font(self) -> Option<PxScaleFont<&'static FontRef<'static>>> {
-        // The outlines leave a sixth of a line above capitals and below descenders.
-        Some(OPEN_SANS.as_ref()?.as_scaled(1.17 * self.height() as f32))
+        // From the top of an A with an accent to the foot of a g the outlines take 0.95 of this scale.
+        Some(OPEN_SANS.as_ref()?.as_scaled(1.05 * self.height() as f32))
     }
 
     /// Width of a line of text [px].
@@ -98,10 +98,10 @@ mod tests {
         for face in [FontFace::Small, FontFace::Normal, FontFace::Title] {
             let (mut inside, mut shares) = (true, Vec::new());
             face.draw("Ägyp 273 K", |[_, y], share| {
-                inside &= share < 0.05 || (-1..=face.height().cast_signed()).contains(&y);
+                inside &= share < 0.05 || (0..face.height().cast_signed()).contains(&y);
                 shares.push(share);
             });
-            assert!(inside, "{face:?}: more than a pixel above or below its line");
+            assert!(inside, "{face:?}");
             assert!(shares.iter().any(|share| (0.2..0.8).contains(share)) && shares.iter().any(|share| *share > 0.9));
         }
         assert_eq!(FontFace::Normal.width("\u{4e2d}"), FontFace::Normal.width("?"));

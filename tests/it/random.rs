@@ -22,4 +22,10 @@ impl Random {
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
+
+    /// A standard normal number (Box and Muller 1958).
+    #[allow(dead_code, reason = "the unit tests of the library and the tools take none")]
+    pub fn normal(&mut self) -> f64 {
+        (-2.0 * (1.0 - self.unit()).ln()).sqrt() * (std::f64::consts::TAU * self.unit()).cos()
+    }
 }
