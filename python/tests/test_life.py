@@ -41,12 +41,12 @@ def test_cameras_and_frames_are_pickled(scene: Path) -> None:
     )
     frame = isotherm.Simulation(scene).image()
     again = pickle.loads(pickle.dumps(frame))
-    for name in ("radiance", "temperature", "depth", "part", "material", "camera_from_body"):
+    for name in ("radiance", "temperature", "depth", "part", "material", "coverage", "camera_from_body"):
         assert (
             np.array_equal(getattr(again, name), getattr(frame, name))
             and getattr(again, name).dtype == getattr(frame, name).dtype
         )
-    assert (again.time, again.camera.fx, again.coverage, again.dn) == (frame.time, frame.camera.fx, None, None)
+    assert (again.time, again.camera.fx, again.error, again.dn) == (frame.time, frame.camera.fx, None, None)
     assert again._repr_png_() == frame._repr_png_()
 
 

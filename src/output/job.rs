@@ -16,6 +16,7 @@ use super::recorder::StepRecorder;
 use super::report::{FrameEntry, PlotEntry, ReportPicture, write_plots};
 use super::run_pictures::{CONTACT_SHEET, WrittenFrame, draw_pictures, frame_stem};
 use super::run_state::{EarlierResults, RunProgress, RunState, StepsState};
+use super::sensor_files::first_sensed;
 use super::sigma::RunSigma;
 use super::state_file;
 use super::tables::{BUDGET, JOINTS, SERIES, Tables};
@@ -271,8 +272,9 @@ fn draw_files(run: RunContext<'_>, tables: &mut Tables<'_>, written: &[WrittenFr
         write_index(folder, &scene.time, camera, written)?;
     }
     if scene.images.video.is_some() {
+        let stem = |frame: &WrittenFrame| first_sensed(scene, &frame_stem(frame.step, frame.image));
         let displays: Vec<String> =
-            written.iter().map(|frame| format!("frames/{}_display.png", frame_stem(frame.step, frame.image))).collect();
+            written.iter().filter_map(stem).map(|stem| format!("frames/{stem}_display.png")).collect();
         video::write(folder, &scene.images, &displays)?;
     }
     drop(draws);

@@ -22,6 +22,7 @@ use super::frame::FrameHeader;
 use super::gray::read_png;
 use super::report::FrameEntry;
 use super::ros_schemas::{CAMERA_INFO, IMAGE, POSE_STAMPED, TF_MESSAGE};
+use super::sensor_files::first_sensed;
 use crate::environment::utc::utc_days;
 use crate::lens::Distortion;
 use crate::scene::{Camera, ImageFile};
@@ -84,8 +85,9 @@ pub(crate) fn write(
     }
     for (number, entry) in frames.iter().enumerate() {
         let (frame, header) = read_exr(&folder.file(&entry.file))?;
-        let numbers = prepared.scene.images.files.contains(&ImageFile::NumbersPng);
-        let numbers = numbers.then(|| read_numbers(folder, &entry.file)).transpose()?;
+        let stem = first_sensed(&prepared.scene, entry.file.strip_suffix(".exr").unwrap_or(&entry.file));
+        let stem = stem.filter(|_| prepared.scene.images.files.contains(&ImageFile::NumbersPng));
+        let numbers = stem.map(|stem| read_numbers(folder, &stem)).transpose()?;
         let place = prepared.loads.sky_model().point(frame.time).map(|point| point.position);
         let (seconds, nanoseconds) = stamp(prepared.scene.time.start, frame.time);
         let time = (i64::from(seconds) * 1_000_000_000 + i64::from(nanoseconds)).max(0) as u64;
@@ -99,10 +101,9 @@ pub(crate) fn write(
     Ok(())
 }
 
-/// The digital numbers of a frame, which stand beside its EXR.
-fn read_numbers(folder: &Folder, exr: &str) -> Result<Numbers, OutputError> {
-    let name = exr.strip_suffix(".exr").unwrap_or(exr);
-    let path = folder.file(&format!("{name}_{}", ImageFile::NumbersPng.ending()));
+/// The digital numbers of a frame, which stand beside its EXR under this stem.
+fn read_numbers(folder: &Folder, stem: &str) -> Result<Numbers, OutputError> {
+    let path = folder.file(&format!("{stem}_{}", ImageFile::NumbersPng.ending()));
     let file = std::fs::read(&path).map_err(|error| OutputError::Read(path, error))?;
     let ([width, height], mut bytes) = read_png(&file)?;
     let depth = bytes.len() as u32 / (width * height).max(1);

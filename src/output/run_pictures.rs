@@ -11,6 +11,7 @@ use super::exr::read_exr;
 use super::folder::Folder;
 use super::picture::{Tile, contact_sheet, picture};
 use super::report::{FrameEntry, ReportPicture};
+use super::sensor_files::first_sensed;
 use crate::scene::{Draw, ImageFile, Scene, Time};
 use crate::simulation::image::Image;
 
@@ -144,7 +145,8 @@ fn sensor_picture(
     else {
         return Ok(None);
     };
-    let file = format!("frames/{}_{}", frame_stem(one.step, one.image), ImageFile::DisplayPng.ending());
+    let Some(stem) = first_sensed(scene, &frame_stem(one.step, one.image)) else { return Ok(None) };
+    let file = format!("frames/{stem}_{}", ImageFile::DisplayPng.ending());
     let path = folder.file(&file);
     let png = std::fs::read(&path).map_err(|source| OutputError::Read(path, source))?;
     let title = format!("The sensor's display at t = {} s, from {:.1} m", frame.time_s, frame.range());

@@ -37,6 +37,20 @@ pub(crate) fn sensed_scenes(scene: &Scene) -> Vec<(usize, Cow<'_, Scene>)> {
     all.filter(|(_, scene)| scene.sensor.is_some()).collect()
 }
 
+/// The stem of the files of the first band with a sensor, for the stem of an image. `None` without a sensor.
+pub(crate) fn first_sensed(scene: &Scene, stem: &str) -> Option<String> {
+    if scene.sensor.is_some() {
+        return Some(stem.to_owned());
+    }
+    let further = scene.bands.iter().skip(1).find(|band| band.sensor.is_some())?;
+    Some(of_further(stem, &further.name))
+}
+
+/// The stem of the files of a further band.
+fn of_further(stem: &str, band: &str) -> String {
+    format!("{stem}_{band}")
+}
+
 pub(crate) struct SensorFiles<'a> {
     /// Place of the band among all.
     band: usize,
@@ -58,7 +72,7 @@ impl<'a> SensorFiles<'a> {
     pub(crate) fn stem(&self, stem: &str) -> String {
         match self.band {
             0 => stem.to_owned(),
-            _ => format!("{stem}_{}", self.scene.bands[0].name),
+            _ => of_further(stem, &self.scene.bands[0].name),
         }
     }
 

@@ -252,6 +252,20 @@ fn run_and_render_write_every_band() {
     assert!(folder.path("one_visible_dn.png").exists() && folder.path("one_dn.png").exists());
 }
 
+/// A sensor of a further band alone: the report, the video and the log take its files.
+#[test]
+fn a_run_shows_the_sensor_of_a_further_band() {
+    let sections = "[[band]]\nname = \"thermal\"\nband_um = [8, 14]\n[[band]]\nname = \"visible\"\nband_um = [0.4, 0.8]\n\
+                    [band.sensor]\nradiance_noise = 0.5\nradiance_range = [0, 300]\n[output]\nvideo = \"apng\"\n";
+    let scene = scene_with(&[("[radiance]\nband_um = [8, 14]", sections), ("steps = 12", "steps = 4")]);
+    let folder = Folder::new(&scene);
+    succeed(folder.0.path(), &["run", "scene.toml", "-o", "out", "--mcap", "log.mcap"]);
+    assert!(folder.path("out/frames/step_000004_visible_display.png").exists());
+    assert!(!folder.path("out/frames/step_000004_display.png").exists());
+    let report = std::fs::read_to_string(folder.path("out/report.html")).expect("a report");
+    assert!(report.contains("display at t = "));
+}
+
 /// Images between steps, and a run that is resumed, show the bands of the same temperatures.
 #[test]
 fn images_between_steps_have_all_bands() {
