@@ -352,7 +352,10 @@ def _budget(browser: Browser, scratch: Path, more: list[str]) -> None:
         looker.seek(LATER)
         rows, columns = np.nonzero(image["part"])
         told, known = [], []
-        for place in (len(rows) // 4, 3 * len(rows) // 4):
+        gains = np.stack([image[cause][rows, columns] for cause in CAUSES])
+        # A pixel, and the one whose budget differs most from it.
+        first = len(rows) // 4
+        for place in (first, int(np.argmax(np.abs(gains - gains[:, first, None]).max(axis=0)))):
             x, y = int(columns[place]), int(rows[place])
             looker.read_out(x, y)
             numbers = re.findall(r"(-?[\d.]+) W/m", page.inner_text(".budget"))
