@@ -34,7 +34,9 @@ def test_types_shapes_and_memory(scenes: Scenes) -> None:
         # The same memory with each look, and a list of the image owns it: nothing was copied into an array of its own.
         assert getattr(frame, name) is array
         assert array.base is not None and not array.flags.owndata
-    assert frame.coverage.dtype == np.float32 and frame.reflected is None and frame.error is None and frame.budget is None
+    assert (
+        frame.coverage.dtype == np.float32 and frame.reflected is None and frame.error is None and frame.budget is None
+    )
 
 
 def test_arrays_outlive_frame_and_simulation(scene: Path) -> None:
