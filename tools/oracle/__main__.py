@@ -2,9 +2,11 @@
 
 import argparse
 import csv
+import json
 import subprocess
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -65,8 +67,19 @@ def probed(case: Case, table: np.ndarray, folder: Path) -> np.ndarray:
     return series[step, first + table[:, 1].astype(int)] - table[:, 4]
 
 
-def verdict(case: Case, off: np.ndarray, stated: np.ndarray | None) -> tuple[str, bool]:
-    """A row of the table, and whether the bounds hold."""
+@dataclass
+class Row:
+    """A case in the table: its cells, and the bounds that it misses."""
+
+    cells: list[str]
+    missed: list[str]
+
+
+HEADS = ["case", "nodes", "device, ms a step", "rms [K]", "bound", "99 % below", "bound", "largest", "bound", "within twice `T_error`", "`T_error` over true, rms", "verdict", "whole run [s]"]
+
+
+def verdict(case: Case, off: np.ndarray, stated: np.ndarray | None) -> Row:
+    """Errors of a case beside their bounds [K], and how well the program knows them."""
     size = np.abs(off)
     found = {"rms": float(np.sqrt(np.mean(off**2))), "p99": float(np.quantile(size, 0.99)), "largest": float(size.max())}
     missed, cells = [], []
@@ -74,23 +87,33 @@ def verdict(case: Case, off: np.ndarray, stated: np.ndarray | None) -> tuple[str
         missed.append("nothing seen")
     for name, value in found.items():
         bound = getattr(case.bounds, name)
-        cells.append(f"{value:8.3f}" + (f" /{bound:6.2f}" if bound is not None else " " * 8))
+        cells += [f"{value:.3f}", "" if bound is None else f"{bound:g}"]
         if bound is not None and not value <= bound:
             missed.append(name)
-    honest = ""
-    if stated is not None:
-        within, ratio = float(np.mean(size <= 2 * stated + ROUNDED)), float(np.sqrt(np.mean(stated**2)) / max(found["rms"], 1e-9))
-        honest = f" T_error: {100 * within:.0f} % within twice, {ratio:.2f} of the true rms"
-        if within < 0.9:
-            missed.append("T_error too small")
-        if ratio > 4 and found["rms"] > 0.05:
-            missed.append("T_error too large")
-    return f"{case.name:28} {' '.join(cells)}  {'ok' if not missed else 'MISSED: ' + ', '.join(missed)}{honest}", not missed
+    if stated is None:
+        return Row([*cells, "", ""], missed)
+    within, ratio = float(np.mean(size <= 2 * stated + ROUNDED)), float(np.sqrt(np.mean(stated**2)) / max(found["rms"], 1e-9))
+    if within < 0.9:
+        missed.append("T_error too small")
+    if ratio > 4 and found["rms"] > 0.05:
+        missed.append("T_error too large")
+    return Row([*cells, f"{100 * within:.0f} %", f"{ratio:.2f}"], missed)
+
+
+def line(cells: list[str]) -> None:
+    print(f"| {' | '.join(cells)} |", flush=True)
+
+
+def costs(folder: Path) -> list[str]:
+    """Nodes of a run, and the milliseconds of a step on the device."""
+    report = json.loads((folder / "report.json").read_text())
+    return [str(report["model"]["nodes"]), f"{report['speed']['step_ms']:.3g}"]
 
 
 def check(cases: list[Case], program: Path, work: Path, device: str | None, error: bool = False) -> bool:
-    """Runs the program on all cases; prints a table [K]."""
-    print(f"{'case':28} {'rms / bound':16} {'p99 / bound':16} {'max / bound':16}  verdict [K]")
+    """Runs the program on all cases; prints a table."""
+    line(HEADS)
+    line(["---"] * len(HEADS))
     good = True
     for case in cases:
         scene = case.build(work / case.name)
@@ -101,16 +124,17 @@ def check(cases: list[Case], program: Path, work: Path, device: str | None, erro
         began = time.monotonic()
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
-            print(f"{case.name:28} the program ends with {done.returncode}: {done.stderr[-600:]}")
+            print(f"{case.name}: the program ends with {done.returncode}: {done.stderr[-600:]}")
             good = False
             continue
+        took = f"{time.monotonic() - began:.1f}"
         table = np.loadtxt(DATA / f"{case.table()}.csv", delimiter=",", skiprows=1, ndmin=2)
         of_probes = (table[:, 3] < 0).all()
         off, stated = (probed(case, table, out), None) if of_probes else differences(case, table, out)
-        line, kept = verdict(case, off, stated)
+        row = verdict(case, off, stated)
         np.savetxt(work / case.name / "off.csv", np.column_stack([table, off]), fmt="%.4f", delimiter=",", header="step,u,v,part,kelvin,off")
-        print(f"{line}  [{time.monotonic() - began:.1f} s]", flush=True)
-        good &= kept
+        line([case.name, *costs(out), *row.cells, f"MISSED: {', '.join(row.missed)}" if row.missed else "ok", took])
+        good &= not row.missed
     return good
 
 
@@ -141,7 +165,7 @@ def main() -> None:
         return
     left_out = [case.name for case in ALL if case not in cases]
     if left_out:
-        print(f"left out: {', '.join(left_out)}" + ("" if asked.names else " (--long runs them)"))
+        print(f"left out: {', '.join(left_out)}" + ("" if asked.names else " (--long runs them)") + "\n")
     if not check(cases, asked.isotherm.resolve(), asked.work.resolve(), asked.device, asked.error):
         sys.exit(1)
 
