@@ -148,7 +148,7 @@ fn accuracy(html: &mut Html, accuracy: Option<&Accuracy>) {
 }
 
 fn energy(html: &mut Html, balance: Option<&EnergyBalance>) {
-    let Some(balance) = balance else { return };
+    let Some(balance) = balance.filter(|balance| !balance.parts.is_empty()) else { return };
     html.element("h2", "Energy over the run");
     if let Some(closure) = balance.closure {
         html.element(
@@ -176,6 +176,10 @@ fn energy(html: &mut Html, balance: Option<&EnergyBalance>) {
         &["part", "absorbed [kJ]", "heaters [kJ]", "received [kJ]", "emitted [kJ]", "stored [kJ]", "not stored [kJ]"],
         rows,
     );
+    if balance.parts_left_out > 0 {
+        let left_out = balance.parts_left_out;
+        html.element("p", &format!("Parts without an account: {left_out}. Their response is radiative or given."));
+    }
     if balance.parts.len() > MOST_PARTS {
         let rest = balance.parts.len() - MOST_PARTS;
         html.element("p", &format!("{rest} parts that absorb less are in report.json."));

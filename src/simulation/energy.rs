@@ -39,8 +39,10 @@ pub struct PartEnergy {
 pub struct EnergyBalance {
     /// All parts together.
     pub all: PartEnergy,
-    /// Every part.
+    /// Every part that has an account.
     pub parts: Vec<PartEnergy>,
+    /// Parts without one, whose response is `radiative` or `given`.
+    pub(crate) parts_left_out: usize,
     /// Heat that the network lost or made, over the heat that it took or gave: the largest of all bodies of parts that conductors join. `None` without a
     /// network.
     pub closure: Option<f64>,
@@ -232,7 +234,10 @@ impl Account {
             all.received_j += part.received_j;
             all.unstored_j += part.unstored_j;
         }
-        Ok(EnergyBalance { all, parts, closure })
+        let mut has_account = vec![false; parts.len()];
+        self.tables.runs.iter().for_each(|run| has_account[run.part as usize] = true);
+        let parts: Vec<_> = parts.into_iter().zip(&has_account).filter_map(|(part, has)| has.then_some(part)).collect();
+        Ok(EnergyBalance { all, parts_left_out: has_account.len() - parts.len(), parts, closure })
     }
 }
 

@@ -89,6 +89,18 @@ fn the_device_absorbs_what_the_reference_absorbs() {
     assert!(mast.unstored_j.abs() < 1e-5 * mast.absorbed_j, "an instant surface emits what it absorbs: {mast:?}");
 }
 
+/// The heat that plates by themselves absorb is not kept: a table of zeros would say that they absorb none.
+#[test]
+fn parts_without_an_account_are_not_told_as_zeros() {
+    let plate = "response = \"radiative\"\nthickness = 0.002\ndensity = 2700\nspecific_heat = 900\n";
+    let prepared = Folder::new(&scene_with(&[(TRANSITION, plate)])).prepared();
+    let found = balance(&prepared, &mut ReferenceEngine::new(&prepared, None), 1.0);
+    let transitions = Folder::new(&scene_with(&[])).prepared();
+    let all = balance(&transitions, &mut ReferenceEngine::new(&transitions, None), 1.0);
+    assert!(found.parts.iter().all(|part| part.absorbed_j > 0.0), "{found:?}");
+    assert!(!found.parts.is_empty() && found.parts.len() < all.parts.len(), "{found:?}");
+}
+
 #[test]
 fn a_scene_may_leave_the_balance_out() {
     let prepared = Folder::new(&(scene_with(&[]) + "[output]\nenergy_balance = false\n")).prepared();

@@ -157,6 +157,7 @@ fn full_energy() -> EnergyBalance {
         },
         parts: vec![PartEnergy { part: "Array_3".into(), absorbed_j: 1.2e7, ..PartEnergy::default() }],
         closure: Some(3.1e-5),
+        parts_left_out: 0,
     }
 }
 
