@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use super::directions::{basis, cosine_direction_across, shifts};
-use super::patches::{NONE, Corner, PatchSurface, Patches};
+use super::patches::{Corner, NONE, PatchSurface, Patches};
 use crate::environment::shadow::{Hit, Occluders, fractions as numbers_of, point_near_corner};
 use crate::stop::Watch;
 use crate::trace::span;
@@ -73,7 +73,14 @@ impl PatchRays {
             let outward = (b - a).cross(c - a).normalize_or(DVec3::Z);
             let normal = if origin.back { -outward } else { outward };
             let (up_to, place, across) = (corner.up_to, corner.corner as usize % 3, basis(normal));
-            CornerRays { up_to, before: std::mem::replace(&mut before, up_to), at: [a, b - a, c - a], place, normal, across }
+            CornerRays {
+                up_to,
+                before: std::mem::replace(&mut before, up_to),
+                at: [a, b - a, c - a],
+                place,
+                normal,
+                across,
+            }
         };
         Self { shifts: shifts(patch), corners: patches.corners[origin.corners.clone()].iter().map(corner).collect() }
     }

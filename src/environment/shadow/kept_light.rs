@@ -169,11 +169,7 @@ impl PackedLight {
         packed
     }
 
-    fn unpack(
-        &self,
-        nodes: &[LitNode],
-        open: impl Fn(&mut FacingCorners, usize) -> LitArea + Sync,
-    ) -> Vec<LitArea> {
+    fn unpack(&self, nodes: &[LitNode], open: impl Fn(&mut FacingCorners, usize) -> LitArea + Sync) -> Vec<LitArea> {
         let mut lit = vec![LitArea::DARK; nodes.len()];
         let chunk = |corners: &mut FacingCorners, (chunk, lit): (usize, &mut [LitArea])| {
             let mut parts = self.parts[self.first[chunk] as usize..].iter();
@@ -256,7 +252,10 @@ mod tests {
         let mut kept = Kept::default();
         let parts = MEMORY / size_of::<LitArea>() / 4;
         for place in 0..9 {
-            kept.keep((0, vec![place]), PackedLight { kinds: vec![0; 8], parts: vec![LitArea::DARK; parts], first: vec![0] });
+            kept.keep(
+                (0, vec![place]),
+                PackedLight { kinds: vec![0; 8], parts: vec![LitArea::DARK; parts], first: vec![0] },
+            );
         }
         assert!(kept.bytes <= MEMORY && kept.light.len() == 3 && kept.light.contains_key(&(0, vec![0])));
     }
