@@ -36,6 +36,21 @@ pub(crate) fn whole<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
+/// Does two works at once, both for whoever waits for the work of this thread.
+pub(crate) fn both<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+    let [of_a, of_b] = [0; 2].map(|_| FLAG.with_borrow(Clone::clone));
+    rayon::join(
+        move || {
+            let _entered = Entered::new(of_a);
+            a()
+        },
+        move || {
+            let _entered = Entered::new(of_b);
+            b()
+        },
+    )
+}
+
 /// The flag of a thread, until the flag from before comes back.
 struct Entered(Option<Arc<AtomicBool>>);
 

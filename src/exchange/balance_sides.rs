@@ -78,7 +78,7 @@ pub(super) fn balance_sides(patches: &[Patch], cast: &Sparse, shared: &mut Spars
 /// Rows whose factors one thread renews together.
 const CHUNK: usize = 64;
 
-/// Scales symmetric areas until each row shares the wanted area with each side that it has entries of.
+/// Scales areas, whose places and values are symmetric, until each row shares the wanted area with each side that it has entries of.
 pub(super) fn fit_sides(shared: &mut Sparse, sides: &[u32], wanted: &[Sided]) {
     let count = shared.len();
     // The sides of each row, one row after the other, and the areas that it wants of them.
@@ -93,16 +93,26 @@ pub(super) fn fit_sides(shared: &mut Sparse, sides: &[u32], wanted: &[Sided]) {
         of_rows.extend(of_row);
         first.push(of_rows.len());
     }
-    let place = |row: usize, side: u32| {
-        let run = first[row]..first[row + 1];
-        (run.start + of_rows[run].binary_search(&side).unwrap_or_default()) as u32
-    };
     // For each entry the place of its own factor and of the factor of its mirror image.
-    let of_row = |i: usize| {
-        let both = move |(j, _): &(u32, f64)| [place(i, sides[*j as usize]), place(*j as usize, sides[i])];
-        shared.row(i).iter().map(both)
-    };
-    let places: Vec<[u32; 2]> = (0..count).flat_map(of_row).collect();
+    let mut places = vec![[0u32; 2]; shared.entries.len()];
+    let mut of_side = vec![0; sides.iter().max().map_or(0, |side| *side as usize + 1)];
+    for row in 0..count {
+        (first[row]..)
+            .zip(&of_rows[first[row]..first[row + 1]])
+            .for_each(|(at, side)| of_side[*side as usize] = at as u32);
+        for entry in shared.first[row] as usize..shared.first[row + 1] as usize {
+            places[entry][0] = of_side[sides[shared.entries[entry].0 as usize] as usize];
+        }
+    }
+    // Rows are in their order, so the mirror images of a column are met one after the other.
+    let mut next = shared.first.clone();
+    for row in 0..count {
+        for entry in shared.first[row] as usize..shared.first[row + 1] as usize {
+            let image = &mut next[shared.entries[entry].0 as usize];
+            places[entry][1] = places[*image as usize][0];
+            *image += 1;
+        }
+    }
     let mut factors = vec![1.0; of_rows.len()];
     let watch = Watch::begin();
     for _ in 0..ROUNDS {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::cast::{SPACE, start_at};
-use super::directions::{cosine_direction, fractions};
+use super::cast::{PatchRays, SPACE};
+use super::directions::fractions;
 use super::patches::{PatchSurface, Patches};
 use super::sky::{PatchRay, bundles_of, gathered, opened};
 
@@ -28,11 +28,10 @@ impl SkyBundles {
     pub(crate) fn new(surface: &PatchSurface, patches: &Patches, rays: u32) -> Self {
         let kept = rays.min(SKY_RAYS);
         let of_patch = |patch: u32| {
+            let rays = PatchRays::new(surface, patches, patch);
             let ray = |ray| {
-                let numbers = fractions(patch, ray);
-                let [_, normal] = start_at(surface, patches, patch, numbers);
-                let [.., s, t] = numbers;
-                PatchRay { place: [s, t], direction: cosine_direction(normal, [s, t]) }
+                let [.., s, t] = fractions(patch, ray);
+                PatchRay { place: [s, t], direction: rays.ray(ray, 0.0)[1] }
             };
             gathered(&(0..kept).map(ray).collect::<Vec<_>>())
         };

@@ -3,9 +3,9 @@
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-use super::directions::{cosine_direction, fractions};
-use super::patches::{NONE, PatchSurface, Patches};
-use crate::environment::shadow::{Hit, Occluders, point_near_corner};
+use super::directions::{basis, cosine_direction_across, shifts};
+use super::patches::{Corner, NONE, PatchSurface, Patches};
+use crate::environment::shadow::{Hit, Occluders, fractions as numbers_of, point_near_corner};
 use crate::stop::Watch;
 use crate::trace::span;
 
@@ -44,28 +44,70 @@ impl Scenery {
 /// A ray: its start [m] and its direction, a unit vector.
 pub(crate) type Ray = [DVec3; 2];
 
-/// A ray of a patch in the file's pose, its start lifted off the surface by `start` [m].
-pub(crate) fn ray_of(surface: &PatchSurface, patches: &Patches, start: f64, patch: u32, ray: u32) -> Ray {
-    let numbers = fractions(patch, ray);
-    let [point, normal] = start_at(surface, patches, patch, numbers);
-    let [_, _, u, v] = numbers;
-    [point + start * normal, cosine_direction(normal, [u, v])]
+/// The rays of a patch in the file's pose.
+pub(crate) struct PatchRays {
+    /// Where the numbers of the patch begin.
+    shifts: [u32; 4],
+    corners: Vec<CornerRays>,
 }
 
-/// Where a ray with these numbers ([`fractions`]) starts on a patch in the file's pose, and the unit normal of its face there.
-pub(crate) fn start_at(surface: &PatchSurface, patches: &Patches, patch: u32, [place, s, ..]: [f64; 4]) -> Ray {
-    let origin = &patches.all[patch as usize];
-    let corners = &patches.corners[origin.corners.clone()];
-    let at = corners.partition_point(|corner| corner.up_to < place).min(corners.len() - 1);
-    let before = if at == 0 { 0.0 } else { corners[at - 1].up_to };
-    // The place within its corner, scaled to [0, 1], is as evenly spread as the place itself.
-    let within = ((place - before) / (corners[at].up_to - before)).clamp(0.0, 1.0);
-    let corner = corners[at].corner as usize;
-    let [a, b, c] = surface.triangles[corner / 3].map(|node| surface.positions[node as usize]);
-    let [second, third] = point_near_corner([within, s], corner % 3);
-    let outward = (b - a).cross(c - a).normalize_or(DVec3::Z);
-    let normal = if origin.back { -outward } else { outward };
-    [a + second * (b - a) + third * (c - a), normal]
+/// A corner of a patch from which rays start.
+struct CornerRays {
+    /// Numbers of places below which rays start in the corner, and in the one before.
+    up_to: f64,
+    before: f64,
+    /// The node and the two sides of its triangle [m], and which of the three the corner is.
+    at: [DVec3; 3],
+    place: usize,
+    /// Unit normal of the face, and two at right angles to it.
+    normal: DVec3,
+    across: [DVec3; 2],
+}
+
+impl PatchRays {
+    pub(crate) fn new(surface: &PatchSurface, patches: &Patches, patch: u32) -> Self {
+        let origin = &patches.all[patch as usize];
+        let mut before = 0.0;
+        let corner = |corner: &Corner| {
+            let [a, b, c] = surface.triangles[corner.corner as usize / 3].map(|node| surface.positions[node as usize]);
+            let outward = (b - a).cross(c - a).normalize_or(DVec3::Z);
+            let normal = if origin.back { -outward } else { outward };
+            let (up_to, place, across) = (corner.up_to, corner.corner as usize % 3, basis(normal));
+            CornerRays {
+                up_to,
+                before: std::mem::replace(&mut before, up_to),
+                at: [a, b - a, c - a],
+                place,
+                normal,
+                across,
+            }
+        };
+        Self { shifts: shifts(patch), corners: patches.corners[origin.corners.clone()].iter().map(corner).collect() }
+    }
+
+    /// Where a ray with these numbers ([`super::directions::fractions`]) starts on the surface, and the unit normal of its face there.
+    pub(super) fn start(&self, numbers: [f64; 4]) -> Ray {
+        let (point, corner) = self.corner_and_start(numbers);
+        [point, corner.normal]
+    }
+
+    fn corner_and_start(&self, [place, s, ..]: [f64; 4]) -> (DVec3, &CornerRays) {
+        let at = self.corners.partition_point(|corner| corner.up_to < place).min(self.corners.len() - 1);
+        let corner = &self.corners[at];
+        // The place within its corner, scaled to [0, 1], is as evenly spread as the place itself.
+        let within = ((place - corner.before) / (corner.up_to - corner.before)).clamp(0.0, 1.0);
+        let [second, third] = point_near_corner([within, s], corner.place);
+        let [a, to_second, to_third] = corner.at;
+        (a + second * to_second + third * to_third, corner)
+    }
+
+    /// A ray, its start lifted off the surface by `lift` [m].
+    pub(crate) fn ray(&self, ray: u32, lift: f64) -> Ray {
+        let numbers = numbers_of(self.shifts, ray);
+        let (point, corner) = self.corner_and_start(numbers);
+        let [_, _, u, v] = numbers;
+        [point + lift * corner.normal, cosine_direction_across(corner.normal, corner.across, [u, v])]
+    }
 }
 
 /// Where a ray ends: a patch, [`SPACE`] or [`INSIDE`].
@@ -112,8 +154,9 @@ pub fn cast_rays(
             return;
         }
         let joint = patches.all[patch as usize].joint;
+        let of_patch = PatchRays::new(surface, patches, patch);
         for (ray, end) in (0..rays).zip(ends) {
-            let ray = scenery.placed(ray_of(surface, patches, occluders.start, patch, ray), joint);
+            let ray = scenery.placed(of_patch.ray(ray, occluders.start), joint);
             *end = end_of(surface, patches, occluders, ray);
         }
     });

@@ -15,7 +15,12 @@ const SALT: u32 = 0x5eed;
 
 /// The four numbers of a ray, each in (0, 1).
 pub(crate) fn fractions(patch: u32, ray: u32) -> [f64; 4] {
-    shadow::fractions(pcg4d([patch, SALT, 0, 0]), ray)
+    shadow::fractions(shifts(patch), ray)
+}
+
+/// Where the numbers of a patch begin.
+pub(super) fn shifts(patch: u32) -> [u32; 4] {
+    pcg4d([patch, SALT, 0, 0])
 }
 
 /// Two unit vectors at right angles to a unit vector and to each other (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
@@ -30,8 +35,12 @@ pub(crate) fn basis(normal: DVec3) -> [DVec3; 2] {
 }
 
 /// Direction about a unit normal for two numbers in (0, 1). The probability density is proportional to the cosine (Malley's method).
-pub(crate) fn cosine_direction(normal: DVec3, [u, v]: [f64; 2]) -> DVec3 {
-    let [x, y] = basis(normal);
+pub(crate) fn cosine_direction(normal: DVec3, numbers: [f64; 2]) -> DVec3 {
+    cosine_direction_across(normal, basis(normal), numbers)
+}
+
+/// The same with the [`basis`] of the normal.
+pub(super) fn cosine_direction_across(normal: DVec3, [x, y]: [DVec3; 2], [u, v]: [f64; 2]) -> DVec3 {
     let (sine, cosine) = (TAU * v).sin_cos();
     let radius = u.sqrt();
     radius * (cosine * x + sine * y) + (1.0 - u).max(0.0).sqrt() * normal

@@ -7,7 +7,7 @@
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-use super::cast::{SPACE, patch_at, ray_of};
+use super::cast::{PatchRays, SPACE, patch_at};
 use super::patches::{PatchSurface, Patches};
 use crate::environment::shadow::Occluders;
 use crate::stop::Watch;
@@ -19,6 +19,8 @@ const MOST_JOINTS: usize = 64;
 const MEMORY: usize = 128 << 20;
 /// Growth of the box around a joint, over its diagonal.
 const GROWTH: f64 = 1e-6;
+/// Share of a distance that is rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// The surface of a joint in the file's pose.
 #[derive(Debug)]
@@ -55,6 +57,8 @@ pub(crate) struct JointedRays {
 struct Before<'a> {
     joint: &'a JointSurface,
     way: &'a DAffine3,
+    /// Centre [m], in the frame of the patch, and square of the radius [m2] of a ball around the joint.
+    ball: (DVec3, f64),
 }
 
 impl JointedRays {
@@ -85,8 +89,9 @@ impl JointedRays {
             let mut met = vec![Met { distance: f32::INFINITY, end: SPACE }; all];
             let watch = Watch::begin();
             met.par_chunks_mut(rays as usize).enumerate().for_each(|(patch, met)| {
+                let of_patch = PatchRays::new(surface, patches, patch as u32);
                 for (ray, met) in (0..rays).zip(met).take_while(|_| !watch.is_over()) {
-                    *met = own.meet(surface, patches, patch as u32, ray);
+                    *met = own.meet(surface, patches, (&of_patch, patch), ray);
                 }
             });
             watch.look();
@@ -95,14 +100,14 @@ impl JointedRays {
         Some(own)
     }
 
-    /// Where a ray meets the surface of its own joint.
-    fn meet(&self, surface: &PatchSurface, patches: &Patches, patch: u32, ray: u32) -> Met {
+    /// Where a ray of a patch with a number meets the surface of its own joint.
+    fn meet(&self, surface: &PatchSurface, patches: &Patches, (rays, patch): (&PatchRays, usize), ray: u32) -> Met {
         if let Some(met) = &self.met {
-            return met[patch as usize * self.rays as usize + ray as usize];
+            return met[patch * self.rays as usize + ray as usize];
         }
         let nothing = Met { distance: f32::INFINITY, end: SPACE };
-        let Some(own) = &self.joints[patches.all[patch as usize].joint as usize] else { return nothing };
-        let [from, direction] = ray_of(surface, patches, self.start, patch, ray);
+        let Some(own) = &self.joints[patches.all[patch].joint as usize] else { return nothing };
+        let [from, direction] = rays.ray(ray, self.start);
         own.occluders.first(from, direction).map_or(nothing, |hit| Met {
             distance: (hit.distance as f32).next_up(),
             end: patch_at(surface, patches, own.numbers[hit.triangle], &hit),
@@ -124,12 +129,12 @@ impl JointedRays {
                 return;
             }
             let before = self.before(surface, patches, patch, &ways);
+            let of_patch = PatchRays::new(surface, patches, patch as u32);
             for (ray, end) in (0..self.rays).zip(ends) {
-                let met = self.meet(surface, patches, patch as u32, ray);
+                let met = self.meet(surface, patches, (&of_patch, patch), ray);
                 *end = met.end;
                 if !before.is_empty() {
-                    let ray = ray_of(surface, patches, self.start, patch as u32, ray);
-                    *end = first_end(surface, patches, &before, ray, met);
+                    *end = first_end(surface, patches, &before, of_patch.ray(ray, self.start), met);
                 }
             }
         });
@@ -166,7 +171,8 @@ impl JointedRays {
                 back.transform_point3(DVec3::new(axis(0), axis(1), axis(2)))
             });
             let is_above = |[at, outward]: &[DVec3; 2]| corners.iter().any(|corner| (corner - at).dot(*outward) >= 0.0);
-            planes.iter().any(is_above).then_some(Before { joint, way: &ways[own][number] })
+            let ball = (0.5 * (corners[0] + corners[7]), 0.25 * corners[0].distance_squared(corners[7]));
+            planes.iter().any(is_above).then_some(Before { joint, way: &ways[own][number], ball })
         });
         before.collect()
     }
@@ -181,7 +187,10 @@ fn first_end(
     met: Met,
 ) -> u32 {
     let (mut most, mut end) = (f64::from(met.distance), met.end);
-    for Before { joint, way } in before {
+    for Before { joint, way, ball } in before {
+        if misses(ball, from, direction) {
+            continue;
+        }
         let [from, direction] = [way.transform_point3(from), way.matrix3 * direction];
         if !reaches(&joint.bounds, from, direction, most) {
             continue;
@@ -192,6 +201,14 @@ fn first_end(
         }
     }
     end
+}
+
+/// Whether a ray passes a ball by more than rounding. Most rays do, and need not be turned into the frame of another joint.
+fn misses((centre, square): &(DVec3, f64), from: DVec3, direction: DVec3) -> bool {
+    let to = *centre - from;
+    let (along, distance) = (to.dot(direction), to.length_squared());
+    let margin = square + ROUNDING * distance;
+    distance > margin && (along < 0.0 || distance - along * along > margin)
 }
 
 /// Whether a ray meets a box within a distance.

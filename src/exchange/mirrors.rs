@@ -6,7 +6,7 @@
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-use super::cast::{INSIDE, SPACE, face_of, start_at};
+use super::cast::{INSIDE, PatchRays, SPACE, face_of};
 use super::directions::{basis, fractions};
 use super::patches::{NONE, PatchSurface, Patches};
 use super::sparse::{Sparse, SparseRow};
@@ -72,9 +72,10 @@ impl Mirrors {
     pub fn new(surface: &PatchSurface, patches: &Patches, rays: u32) -> Option<Self> {
         let count = rays.min(MOST_RAYS);
         let face = |(number, patch): (u32, &super::patches::Patch)| {
+            let rays = PatchRays::new(surface, patches, number);
             let ray = |ray: u32| {
                 let numbers = fractions(number, ray);
-                let [place, normal] = start_at(surface, patches, number, numbers);
+                let [place, normal] = rays.start(numbers);
                 let [_, _, u, v] = numbers;
                 Start { place, normal, facet: [u, v] }
             };

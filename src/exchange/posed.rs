@@ -11,6 +11,7 @@ use super::directions::evenness;
 use super::factors::{Correction, Factors};
 use super::reflected::Areas;
 use super::sky::mean_sky;
+use super::sparse::Sparse;
 use super::step::Exchange;
 
 /// Change of what a patch sees of the parts of the craft, over all it sees, after which rows are made anew: of the patch that changes most, and of all, rms over
@@ -22,7 +23,7 @@ const SHARES: [f64; 2] = [1.0 / 16.0, 0.5];
 const NOISE: f64 = 3.0;
 
 impl Exchange {
-    /// The exchange at a share of the way to another pose of the same craft.
+    /// The exchange at a share of the way to another pose of the same craft, without view factors between patches: no step asks for them.
     pub(crate) fn at(&self, other: &Self, share: f64) -> Self {
         let absorptivities =
             |of: fn(&super::patches::Patch) -> f64| -> Vec<f64> { self.patches.iter().map(of).collect() };
@@ -43,6 +44,12 @@ impl Exchange {
             directions: Arc::clone(&self.directions),
             ..*self
         }
+    }
+
+    /// The same exchange with the view factors at a share of the way between two poses.
+    pub(crate) fn with_factors_between(&self, [from, to]: [&Self; 2], share: f64) -> Self {
+        let shared = from.factors.shared.combined(&to.factors.shared, |_, _, a, b| a + share * (b - a));
+        Self { factors: Factors { shared, ..self.factors.clone() }, ..self.clone() }
     }
 
     /// Share of the way to another pose for which rows may be held.
@@ -107,7 +114,7 @@ impl Factors {
         let own = self.correction;
         Self {
             areas: self.areas.clone(),
-            shared: self.shared.combined(&other.shared, |_, _, a, b| a + share * (b - a)),
+            shared: Sparse::default(),
             space: mean(&self.space, &other.space),
             inside: mean(&self.inside, &other.inside),
             correction: Correction {

@@ -83,20 +83,19 @@ pub(crate) fn exchange_areas(factors: &Factors, sides: &[u32], absorptivities: &
 impl Areas {
     /// Exchange areas rounded as the device keeps them, each row closed by its diagonal.
     pub(super) fn closed(mut between: Sparse, space: Vec<f64>, areas: &[f64], absorptivities: &[f64]) -> Self {
-        round(&mut between, areas, absorptivities);
-        let mut returned = 0.0f64;
-        for (i, area) in areas.iter().enumerate() {
-            let (first, end) = (between.first[i] as usize, between.first[i + 1] as usize);
-            let entries = &mut between.entries[first..end];
-            let taken: f64 = entries.iter().map(|(j, shared)| shared * absorptivities[*j as usize]).sum();
-            let missing = area - space[i] - taken;
-            if absorptivities[i] > MIRROR
-                && let Some((_, diagonal)) = entries.iter_mut().find(|(j, _)| *j as usize == i)
-            {
-                *diagonal += missing / absorptivities[i];
-                returned = returned.max(missing.abs() / area);
+        let close = |(i, row): (usize, &mut [(u32, f64)])| {
+            round(row, i, areas, absorptivities);
+            let taken: f64 = row.iter().map(|(j, shared)| shared * absorptivities[*j as usize]).sum();
+            let missing = areas[i] - space[i] - taken;
+            match row.iter_mut().find(|(j, _)| *j as usize == i) {
+                Some((_, diagonal)) if absorptivities[i] > MIRROR => {
+                    *diagonal += missing / absorptivities[i];
+                    missing.abs() / areas[i]
+                }
+                _ => 0.0,
             }
-        }
+        };
+        let returned = between.rows_mut().into_par_iter().enumerate().map(close).reduce(|| 0.0, f64::max);
         Self { between, space, returned }
     }
 }
@@ -165,15 +164,12 @@ fn scale(kept: &mut Sparse, wanted: &[f64], absorptivities: &[f64]) {
     }
 }
 
-/// Rounds entries as the device keeps them. A patch that takes no light can not make up for rounding, so its entries keep all bits of an f32.
-fn round(kept: &mut Sparse, areas: &[f64], absorptivities: &[f64]) {
-    for i in 0..areas.len() {
-        let run = kept.first[i] as usize..kept.first[i + 1] as usize;
-        for (j, area) in kept.entries[run].iter_mut().filter(|(j, _)| *j as usize != i) {
-            let j = *j as usize;
-            let mirror = absorptivities[i].min(absorptivities[j]) <= MIRROR;
-            *area = if mirror { rounded(*area, 0.0, WORDS) } else { rounded(*area, FINE * areas[i].min(areas[j]), 2) };
-        }
+/// Rounds the entries of a row as the device keeps them. A patch that takes no light can not make up for rounding, so its entries keep all bits of an f32.
+fn round(row: &mut [(u32, f64)], i: usize, areas: &[f64], absorptivities: &[f64]) {
+    for (j, area) in row.iter_mut().filter(|(j, _)| *j as usize != i) {
+        let j = *j as usize;
+        let mirror = absorptivities[i].min(absorptivities[j]) <= MIRROR;
+        *area = if mirror { rounded(*area, 0.0, WORDS) } else { rounded(*area, FINE * areas[i].min(areas[j]), 2) };
     }
 }
 
@@ -220,6 +216,11 @@ impl LightRows {
         let entries = shared.entries.iter().map(|(column, area)| (*column, *area as f32)).collect();
         Self { entries, blocks, words }
     }
+
+    /// Blocks that a row reaches.
+    fn blocks_of(&self, row: usize) -> &[u64] {
+        &self.blocks[row * self.words..(row + 1) * self.words]
+    }
 }
 
 /// Light on patches, and the blocks of patches that any has reached, as bits.
@@ -245,27 +246,39 @@ impl Spread {
         for (patch, area) in &rows.entries[entries] {
             self.light[*patch as usize] += share * f64::from(*area);
         }
-        let blocks = &rows.blocks[row * rows.words..(row + 1) * rows.words];
+        self.reach(rows.blocks_of(row));
+    }
+
+    /// Notes that light has reached blocks.
+    fn reach(&mut self, blocks: &[u64]) {
         self.reached.iter_mut().zip(blocks).for_each(|(reached, blocks)| *reached |= blocks);
     }
 
-    /// Moves the patches with light to `all`, which is emptied first, and takes their light away.
+    /// Moves the patches with light to `all`, which is emptied first, and takes their light away. Whether a patch has light is hard to foresee, so each is written
+    /// and the next one takes the place of a dark one.
     fn drain(&mut self, all: &mut SparseRow) {
-        all.clear();
+        let mut count = 0;
         for (word, reached) in self.reached.iter_mut().enumerate() {
             let mut left = std::mem::take(reached);
             while left != 0 {
                 let first = (64 * word + left.trailing_zeros() as usize) * BLOCK;
                 left &= left - 1;
                 let end = self.light.len().min(first + BLOCK);
-                for (k, light) in self.light[first..end].iter_mut().enumerate() {
-                    if *light != 0.0 {
-                        all.push(((first + k) as u32, *light));
-                        *light = 0.0;
-                    }
+                let block = &mut self.light[first..end];
+                if all.len() < count + BLOCK {
+                    all.resize(count + 8 * BLOCK, (0, 0.0));
                 }
+                let mut lit = 0;
+                let room = &mut all[count..count + BLOCK];
+                for (patch, light) in (first as u32..).zip(block.iter()) {
+                    room[lit % BLOCK] = (patch, *light);
+                    lit += usize::from(*light != 0.0);
+                }
+                block.fill(0.0);
+                count += lit;
             }
         }
+        all.truncate(count);
     }
 }
 
@@ -294,12 +307,13 @@ impl ReflectionRoom {
         let [faint, crumb] = [FAINT, CRUMB].map(|share| share * factors.areas[patch]);
         self.row.clear();
         self.row.extend_from_slice(factors.shared.row(patch));
+        self.arrived.reach(rows.blocks_of(patch));
         for bounce in 0..=bounces.unwrap_or(MOST).min(MOST) {
             // The first crumbs count as half of one that goes on, so that light moves forwards as often as backwards.
             let (mut left, mut gathered, mut due, mut last) = (0.0, 0.0, 0.5 * crumb, 0);
             self.sent.clear();
             for (j, light) in &self.row {
-                self.arrived.add(*j as usize, *light);
+                self.arrived.light[*j as usize] += *light;
                 let reflected = light * (1.0 - taken[*j as usize]);
                 if reflected <= 0.0 {
                     continue;
@@ -321,6 +335,7 @@ impl ReflectionRoom {
                 let entries = factors.shared.first[row] as usize..factors.shared.first[row + 1] as usize;
                 self.next.add_row(rows, row, entries, light / factors.areas[row]);
             }
+            self.arrived.reach(&self.next.reached);
             self.next.drain(&mut self.row);
         }
     }

@@ -2,6 +2,9 @@
 
 use rayon::prelude::*;
 
+/// Rows that one thread merges together.
+const CHUNK: usize = 64;
+
 /// A row: columns and values.
 pub(crate) type SparseRow = Vec<(u32, f64)>;
 
@@ -34,6 +37,18 @@ impl Sparse {
         &self.entries[self.first[row] as usize..self.first[row + 1] as usize]
     }
 
+    /// Entries of each row.
+    pub(crate) fn rows_mut(&mut self) -> Vec<&mut [(u32, f64)]> {
+        let mut left = &mut self.entries[..];
+        let mut rows = Vec::with_capacity(self.first.len());
+        for ends in self.first.windows(2) {
+            let (row, rest) = left.split_at_mut((ends[1] - ends[0]) as usize);
+            rows.push(row);
+            left = rest;
+        }
+        rows
+    }
+
     /// An entry; 0 where the matrix has none.
     pub fn at(&self, row: usize, column: u32) -> f64 {
         let row = self.row(row);
@@ -58,25 +73,40 @@ impl Sparse {
 
     /// Combines two matrices entry by entry. An entry that one of them lacks is 0 there. Entries of 0 are left out.
     pub(crate) fn combined(&self, other: &Self, with: impl Fn(usize, u32, f64, f64) -> f64 + Sync) -> Self {
-        let rows = (0..self.len()).into_par_iter().map(|row| {
-            let (a, b) = (self.row(row), other.row(row));
-            let (mut i, mut j, mut merged) = (0, 0, Vec::with_capacity(a.len().max(b.len())));
-            while i < a.len() || j < b.len() {
-                let [left, right] = [a.get(i), b.get(j)].map(|entry| entry.map_or(u32::MAX, |entry| entry.0));
-                let column = left.min(right);
-                let take = |next: u32, at: &mut usize, entries: &[(u32, f64)]| {
-                    let value = if next == column { entries[*at].1 } else { 0.0 };
-                    *at += usize::from(next == column);
-                    value
-                };
-                let (x, y) = (take(left, &mut i, a), take(right, &mut j, b));
-                let value = with(row, column, x, y);
-                if value != 0.0 {
-                    merged.push((column, value));
-                }
-            }
-            merged
-        });
-        Self::from_rows(rows.collect())
+        let merge = |chunk: usize| {
+            let rows = chunk * CHUNK..self.len().min((chunk + 1) * CHUNK);
+            let room = |of: &Self| (of.first[rows.end] - of.first[rows.start]) as usize;
+            let mut merged = Vec::with_capacity(room(self) + room(other));
+            let ends: Vec<u32> = rows
+                .map(|row| {
+                    let (a, b) = (self.row(row), other.row(row));
+                    let (mut i, mut j) = (0, 0);
+                    while i < a.len() || j < b.len() {
+                        let [left, right] = [a.get(i), b.get(j)].map(|entry| entry.map_or(u32::MAX, |entry| entry.0));
+                        let column = left.min(right);
+                        let take = |next: u32, at: &mut usize, entries: &[(u32, f64)]| {
+                            let value = if next == column { entries[*at].1 } else { 0.0 };
+                            *at += usize::from(next == column);
+                            value
+                        };
+                        let (x, y) = (take(left, &mut i, a), take(right, &mut j, b));
+                        let value = with(row, column, x, y);
+                        if value != 0.0 {
+                            merged.push((column, value));
+                        }
+                    }
+                    merged.len() as u32
+                })
+                .collect();
+            (merged, ends)
+        };
+        let chunks: Vec<(SparseRow, Vec<u32>)> = (0..self.len().div_ceil(CHUNK)).into_par_iter().map(merge).collect();
+        let (mut first, mut entries) = (vec![0], Vec::with_capacity(chunks.iter().map(|chunk| chunk.0.len()).sum()));
+        for (merged, ends) in chunks {
+            let start = entries.len() as u32;
+            first.extend(ends.into_iter().map(|end| start + end));
+            entries.extend(merged);
+        }
+        Self { first, entries }
     }
 }

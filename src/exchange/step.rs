@@ -24,6 +24,7 @@ use super::sky::PlanetFromPatch;
 use crate::environment::StepLoad;
 use crate::environment::load::solar_flux;
 use crate::environment::shadow::{Lit, LitArea};
+use crate::stop::both;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::balance::Incident;
 use crate::thermal::incident::incident;
@@ -291,9 +292,10 @@ impl Exchange {
 /// Exchange areas of infrared and of sunlight.
 fn reflections(factors: &Factors, patches: &Patches, bounces: Option<u32>) -> [Areas; 2] {
     let sides = sides_of(&patches.all);
-    let optics: [fn(&Patch) -> f64; 2] = [|patch| patch.optics.emissivity, |patch| patch.optics.absorptivity];
-    optics.map(|absorptivity| {
+    let areas = |absorptivity: fn(&Patch) -> f64| {
         let absorptivities: Vec<f64> = patches.all.iter().map(absorptivity).collect();
         exchange_areas(factors, &sides, &absorptivities, bounces)
-    })
+    };
+    // Each has works for one thread.
+    both(|| areas(|patch| patch.optics.emissivity), || areas(|patch| patch.optics.absorptivity)).into()
 }

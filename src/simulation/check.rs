@@ -242,7 +242,7 @@ impl Check {
         if let Some(network) = &mut self.network {
             network.loads.find_light(&mut network.light, load);
             for slot in &network.slots {
-                temperatures[*slot] = network.temperatures.get(slot).copied().unwrap_or(0.0);
+                temperatures[*slot] = network.temperatures[*slot].unwrap_or(0.0);
             }
             lit.take(network.slots.iter().copied(), network.loads.lit(), self.nodes);
         }
@@ -320,9 +320,9 @@ impl Check {
 
     /// Present temperatures of the sample [K]. The comparison follows when the device delivers the same step.
     pub(crate) fn temperatures(&self) -> Vec<f64> {
-        let known = |slot: &usize| self.network.as_ref().and_then(|network| network.temperatures.get(slot));
+        let known = |slot: &usize| self.network.as_ref().and_then(|network| network.temperatures[*slot]);
         let nodes = self.slots.iter().zip(self.reference.temperatures());
-        nodes.map(|(slot, temperature)| known(slot).copied().unwrap_or(*temperature)).collect()
+        nodes.map(|(slot, temperature)| known(slot).unwrap_or(*temperature)).collect()
     }
 
     /// Compares delivered temperatures with the temperatures of the reference at that step.

@@ -1,13 +1,16 @@
 //! Light that was found, kept for its Sun and poses: orbits of a warm-up, the check beside a run and the run itself come back to both.
 //!
 //! Equal moments of two orbits differ by rounding, so directions and poses are rounded to a grid before light is found for them. Light that is kept and
-//! light that is found again then have the same bits.
+//! light that is found again then have the same bits. The first light stays where memory ends: moments come back in turn, so the oldest is the next
+//! that is asked for.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
 
+use super::lit_corners::FacingCorners;
 use super::lit_surface::LitNode;
 use super::sunlit::LitArea;
 
@@ -51,8 +54,6 @@ struct Kept {
     /// Numbers of the nodes of each set.
     sets: Vec<Arc<[u32]>>,
     light: HashMap<(usize, Bits), Arc<PackedLight>>,
-    /// The oldest first.
-    order: VecDeque<(usize, Bits)>,
     bytes: usize,
 }
 
@@ -75,55 +76,60 @@ impl KeptSet {
         Self { all: Arc::clone(all), number }
     }
 
-    /// The light of the nodes for a Sun and poses, found where it is not kept.
+    /// The light of the nodes for a Sun and poses, found where it is not kept. `open` is the light of a node by its place where nothing hides it.
     pub(super) fn get_or_find(
         &self,
         nodes: &[LitNode],
         place: &SunAndPoses,
+        open: impl Fn(&mut FacingCorners, usize) -> LitArea + Sync,
         find: impl FnOnce() -> Vec<LitArea>,
     ) -> Vec<LitArea> {
         let kept = || self.all.0.lock().unwrap_or_else(PoisonError::into_inner);
         let key = (self.number, bits(place));
         let known = kept().light.get(&key).cloned();
         if let Some(packed) = known {
-            return packed.unpack(nodes);
+            return packed.unpack(nodes, open);
         }
         let lit = find();
-        kept().keep(key, PackedLight::new(nodes, &lit));
+        if kept().bytes < MEMORY {
+            let packed = PackedLight::new(nodes, &lit, open);
+            kept().keep(key, packed);
+        }
         lit
     }
 }
 
 impl Kept {
     fn keep(&mut self, key: (usize, Bits), packed: PackedLight) {
-        self.bytes += packed.bytes();
-        if self.light.insert(key.clone(), Arc::new(packed)).is_none() {
-            self.order.push_back(key);
-        }
-        while self.bytes > MEMORY
-            && let Some(oldest) = self.order.pop_front()
-        {
-            self.bytes -= self.light.remove(&oldest).map_or(0, |packed| packed.bytes());
+        let bytes = packed.bytes();
+        if self.bytes + bytes <= MEMORY && self.light.insert(key, Arc::new(packed)).is_none() {
+            self.bytes += bytes;
         }
     }
 }
 
-/// A node is dark, wholly lit on its front, wholly on its back, or in part: two bits.
+/// Kinds of light, four bits each: none, the whole light of a plane on its front or its back, the light of a node that nothing hides, and any other.
 const DARK: u8 = 0;
 const FRONT: u8 = 1;
 const BACK: u8 = 2;
-const PART: u8 = 3;
+const OPEN: u8 = 3;
+const PART: u8 = 4;
+/// Nodes that one thread packs together.
+const CHUNK: usize = 256;
 
-/// Lit areas without loss. Most nodes are dark or wholly lit.
+/// Lit areas without loss. Most nodes are dark, or nothing hides them.
 #[derive(Debug)]
 struct PackedLight {
-    /// Four nodes a byte.
+    /// Two nodes a byte.
     kinds: Vec<u8>,
+    /// The light of [`PART`].
     parts: Vec<LitArea>,
+    /// First of these parts in each chunk.
+    first: Vec<u32>,
 }
 
-/// A node that is wholly lit on its front, or on its back.
-fn whole(node: &LitNode, kind: u8) -> LitArea {
+/// The light of these kinds on a node in a plane.
+fn plane(node: &LitNode, kind: u8) -> LitArea {
     match kind {
         FRONT => LitArea { vector: node.normal, front: 1.0 },
         BACK => LitArea { vector: -node.normal, front: 0.0 },
@@ -138,28 +144,50 @@ fn same(a: &LitArea, b: &LitArea) -> bool {
 }
 
 impl PackedLight {
-    fn new(nodes: &[LitNode], lit: &[LitArea]) -> Self {
-        let mut packed = Self { kinds: vec![0; lit.len().div_ceil(4)], parts: Vec::new() };
-        for (place, (node, area)) in nodes.iter().zip(lit).enumerate() {
-            let kind = [DARK, FRONT, BACK].into_iter().find(|kind| same(&whole(node, *kind), area)).unwrap_or(PART);
-            packed.kinds[place / 4] |= kind << (2 * (place % 4));
-            packed.parts.extend((kind == PART).then_some(*area));
+    fn new(nodes: &[LitNode], lit: &[LitArea], open: impl Fn(&mut FacingCorners, usize) -> LitArea + Sync) -> Self {
+        let chunk = |corners: &mut FacingCorners, (chunk, lit): (usize, &[LitArea])| {
+            let (mut kinds, mut parts) = (vec![0u8; lit.len().div_ceil(2)], Vec::new());
+            for (k, area) in lit.iter().enumerate() {
+                let node = CHUNK * chunk + k;
+                let in_plane = [DARK, FRONT, BACK].into_iter().find(|kind| same(&plane(&nodes[node], *kind), area));
+                let mut is_open = || same(&open(corners, node), area);
+                let kind = in_plane.unwrap_or_else(|| if is_open() { OPEN } else { PART });
+                kinds[k / 2] |= kind << (4 * (k % 2));
+                parts.extend((kind == PART).then_some(*area));
+            }
+            (kinds, parts)
+        };
+        let chunks: Vec<_> = lit.par_chunks(CHUNK).enumerate().map_init(FacingCorners::default, chunk).collect();
+        let mut packed = Self { kinds: Vec::new(), parts: Vec::new(), first: Vec::new() };
+        for (kinds, parts) in chunks {
+            packed.first.push(packed.parts.len() as u32);
+            packed.kinds.extend(kinds);
+            packed.parts.extend(parts);
         }
+        packed.kinds.shrink_to_fit();
         packed.parts.shrink_to_fit();
         packed
     }
 
-    fn unpack(&self, nodes: &[LitNode]) -> Vec<LitArea> {
-        let mut parts = self.parts.iter();
-        let area = |(place, node): (usize, &LitNode)| match self.kinds[place / 4] >> (2 * (place % 4)) & 3 {
-            PART => parts.next().copied().unwrap_or(LitArea::DARK),
-            kind => whole(node, kind),
+    fn unpack(&self, nodes: &[LitNode], open: impl Fn(&mut FacingCorners, usize) -> LitArea + Sync) -> Vec<LitArea> {
+        let mut lit = vec![LitArea::DARK; nodes.len()];
+        let chunk = |corners: &mut FacingCorners, (chunk, lit): (usize, &mut [LitArea])| {
+            let mut parts = self.parts[self.first[chunk] as usize..].iter();
+            for (k, area) in lit.iter_mut().enumerate() {
+                let node = CHUNK * chunk + k;
+                *area = match self.kinds[node / 2] >> (4 * (node % 2)) & 15 {
+                    OPEN => open(corners, node),
+                    PART => parts.next().copied().unwrap_or(LitArea::DARK),
+                    kind => plane(&nodes[node], kind),
+                };
+            }
         };
-        nodes.iter().enumerate().map(area).collect()
+        lit.par_chunks_mut(CHUNK).enumerate().for_each_init(FacingCorners::default, chunk);
+        lit
     }
 
     fn bytes(&self) -> usize {
-        self.kinds.len() + self.parts.len() * size_of::<LitArea>()
+        self.kinds.len() + 4 * self.first.len() + self.parts.len() * size_of::<LitArea>()
     }
 }
 
@@ -175,25 +203,31 @@ mod tests {
     }
 
     fn lit(nodes: &[LitNode]) -> Vec<LitArea> {
-        let area = |node: &LitNode| match node.number % 5 {
-            kind @ 0..3 => whole(node, kind as u8),
+        let area = |node: &LitNode| match node.number % 6 {
+            kind @ 0..3 => plane(node, kind as u8),
             3 => LitArea { vector: 0.3 * node.normal, front: 0.7 },
+            4 => open(node),
             // Differs from darkness in a sign alone.
             _ => LitArea { vector: -DVec3::ZERO, front: 1.0 },
         };
         nodes.iter().map(area).collect()
     }
 
+    fn open(node: &LitNode) -> LitArea {
+        LitArea { vector: 0.9 * node.normal, front: 1.0 }
+    }
+
     #[test]
     fn kept_light_has_the_same_bits_and_is_found_once() {
-        let (all, nodes) = (Arc::new(KeptLight::default()), nodes(23));
+        let (all, nodes) = (Arc::new(KeptLight::default()), nodes(CHUNK as u32 + 23));
         let set = KeptSet::new(&all, &nodes);
         let sun = DVec3::new(0.2, -0.7, 0.5).normalize();
         let pose = DAffine3::from_axis_angle(sun, 0.3);
         let mut count = 0;
         let mut found = |sun: DVec3, turn: f64| {
             let poses = [DAffine3::IDENTITY, DAffine3::from_axis_angle(DVec3::Z, turn) * pose];
-            set.get_or_find(&nodes, &on_grid(sun, &poses), || {
+            let is_open = |_: &mut FacingCorners, node: usize| open(&nodes[node]);
+            set.get_or_find(&nodes, &on_grid(sun, &poses), is_open, || {
                 count += 1;
                 lit(&nodes)
             })
@@ -207,15 +241,22 @@ mod tests {
         // Other nodes have light of their own.
         let others = KeptSet::new(&all, &nodes[1..]);
         assert_eq!((others.number, KeptSet::new(&all, &nodes).number), (1, 0));
+        // Two of six nodes take the memory of a lit area.
+        let parts = nodes.iter().filter(|node| [3, 5].contains(&(node.number % 6))).count();
+        let bytes = PackedLight::new(&nodes, &first, |_, node| open(&nodes[node])).bytes();
+        assert_eq!(bytes, nodes.len().div_ceil(2) + 8 + size_of::<LitArea>() * parts);
     }
 
     #[test]
-    fn the_oldest_light_makes_room() {
+    fn the_first_light_stays() {
         let mut kept = Kept::default();
         let parts = MEMORY / size_of::<LitArea>() / 4;
         for place in 0..9 {
-            kept.keep((0, vec![place]), PackedLight { kinds: vec![0; 8], parts: vec![LitArea::DARK; parts] });
+            kept.keep(
+                (0, vec![place]),
+                PackedLight { kinds: vec![0; 8], parts: vec![LitArea::DARK; parts], first: vec![0] },
+            );
         }
-        assert!(kept.bytes <= MEMORY && kept.light.len() == 3 && kept.light.contains_key(&(0, vec![8])));
+        assert!(kept.bytes <= MEMORY && kept.light.len() == 3 && kept.light.contains_key(&(0, vec![0])));
     }
 }

@@ -67,6 +67,8 @@ pub struct LitAreas {
     /// Numbers of the nodes in `nodes`, in an order in which neighbours follow each other.
     order: Vec<u32>,
     groups: Vec<Group>,
+    /// Whether the group of each node lies in a plane.
+    in_plane: Vec<bool>,
     /// Boxes around the nodes [m], in their order.
     boxes: Vec<[Vec3; 2]>,
     /// For which light and poses they were found last. A saved state keeps them.
@@ -81,7 +83,11 @@ impl LitAreas {
         let cells = Cells::new(&surface, nodes);
         let (order, groups) = cells.groups(&surface);
         let boxes = cells.boxes(&surface);
-        Self { surface, cells, order, groups, boxes, redraw, kept: None }
+        let mut in_plane = vec![false; cells.nodes.len()];
+        for group in groups.iter().filter(|group| group.is_flat) {
+            order[group.nodes.clone()].iter().for_each(|node| in_plane[*node as usize] = true);
+        }
+        Self { surface, cells, order, groups, in_plane, boxes, redraw, kept: None }
     }
 
     /// The same with the light that was found for the same nodes of the surface.
@@ -118,11 +124,16 @@ impl LitAreas {
             return Some(self.under(sun, &load.joints));
         };
         let place = on_grid(sun, &load.joints);
+        let views = self.joint_views(place.0, &place.1);
+        let open = |corners: &mut FacingCorners, index: usize| {
+            let view = &views[self.cells.nodes[index].joint as usize];
+            self.light_open_node(index, self.in_plane[index], view, corners)
+        };
         let find = || {
             let _finds = span("finding the light");
             self.under(place.0, &place.1)
         };
-        Some(kept.get_or_find(&self.cells.nodes, &place, find))
+        Some(kept.get_or_find(&self.cells.nodes, &place, open, find))
     }
 
     /// Lit area of each node under a Sun (unit vector, body frame), with joints in these poses.
@@ -160,15 +171,22 @@ impl LitAreas {
         (self.under(sun, poses), lights)
     }
 
+    /// The Sun as each joint sees it.
+    fn joint_views(&self, sun: DVec3, poses: &[DAffine3]) -> Vec<JointView> {
+        let pose = |joint: u32| poses.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
+        let joints = self.cells.nodes.iter().map(|node| node.joint + 1).max().unwrap_or(1);
+        let view = |joint: u32| JointView {
+            sun: (pose(joint).matrix3.transpose() * sun).normalize(),
+            placed: axes(sun) * pose(joint),
+        };
+        (0..joints).map(view).collect()
+    }
+
     /// The Sun as each joint sees it, and the triangles above every place.
     fn views(&self, sun: DVec3, poses: &[DAffine3]) -> (Vec<JointView>, Sunward) {
         let pose = |joint: u32| poses.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
         let placed = |joint: u32| axes(sun) * pose(joint);
-        let joints = self.cells.nodes.iter().map(|node| node.joint + 1).max().unwrap_or(1);
-        let views = (0..joints)
-            .map(|joint| JointView { sun: (pose(joint).matrix3.transpose() * sun).normalize(), placed: placed(joint) })
-            .collect();
-        (views, Sunward::new(&self.surface.casters, placed))
+        (self.joint_views(sun, poses), Sunward::new(&self.surface.casters, placed))
     }
 
     /// Adds the lit areas of the nodes of a group. In the best case one look at the triangles above tells all.
@@ -221,18 +239,27 @@ impl LitAreas {
     fn light_node(
         &self,
         index: usize,
-        is_flat: bool,
+        in_plane: bool,
         sky: &Sky<'_>,
         among: &[Hiding],
         corners: &mut FacingCorners,
     ) -> LitArea {
         let node = &self.cells.nodes[index];
-        corners.find(&self.surface, node, self.cells.corners_of(index), is_flat, sky.view);
-        if corners.area == 0.0 {
-            return LitArea::by_normal(node, sky.view.sun);
+        let open = self.light_open_node(index, in_plane, sky.view, corners);
+        if corners.area == 0.0 || among.is_empty() || corners.corners.is_empty() {
+            return open;
         }
-        if !among.is_empty() && !corners.corners.is_empty() {
-            corners.cast(&self.surface, node.vertex, sky.sunward, Some((among, is_flat)));
+        corners.cast(&self.surface, node.vertex, sky.sunward, Some((among, in_plane)));
+        let (vector, front) = corners.sum();
+        LitArea { vector, front }
+    }
+
+    /// Lit area of a node that nothing hides.
+    fn light_open_node(&self, index: usize, in_plane: bool, view: &JointView, corners: &mut FacingCorners) -> LitArea {
+        let node = &self.cells.nodes[index];
+        corners.find(&self.surface, node, self.cells.corners_of(index), in_plane, view);
+        if corners.area == 0.0 {
+            return LitArea::by_normal(node, view.sun);
         }
         let (vector, front) = corners.sum();
         LitArea { vector, front }

@@ -3,9 +3,10 @@
 use super::Renderer;
 use crate::gpu::effects::exchange::state::Exchanging;
 use crate::gpu::effects::exchange::tables::ExchangeTables;
-use crate::gpu::effects::exchange::{ENTRIES, NODES, PATCHES, RECEIVED, SEEN, SKY};
+use crate::gpu::effects::exchange::{ENTRIES, PATCHES, RECEIVED, SEEN, SKY};
 use crate::gpu::error::GpuError;
 use crate::thermal::received::{FaceLoad, PlanetShares};
+use crate::trace::span;
 
 impl Renderer {
     /// Replaces the tables after a joint has moved.
@@ -18,8 +19,8 @@ impl Renderer {
         if tables.entries.len() > own.room {
             return Err(GpuError::ExchangeGrew { entries: 4 * tables.entries.len(), room: 4 * own.room });
         }
+        let _brings = span("bringing rows to the device");
         own.renewal.new_rows();
-        self.resources.upload(&mut self.once, &NODES, &tables.nodes)?;
         self.resources.upload(&mut self.once, &PATCHES, &tables.patches)?;
         self.resources.upload(&mut self.once, &ENTRIES, &tables.entries)?;
         self.resources.upload(&mut self.once, &SKY, &tables.sky)?;

@@ -5,6 +5,7 @@ use crate::environment::StepLoad;
 use crate::environment::shadow::{Lit, LitArea, LitAreas};
 use crate::gpu::effects::light::{LIT_FRONT, LIT_X, LIT_Y, LIT_Z};
 use crate::gpu::error::GpuError;
+use crate::trace::span;
 
 /// A number of a lit area.
 type Component = fn(&LitArea) -> f64;
@@ -14,6 +15,7 @@ impl Renderer {
     pub(super) fn renew_light(&mut self, load: &StepLoad) -> Result<bool, GpuError> {
         let Some(light) = &mut self.scene.light else { return Ok(false) };
         let Some(lit) = light.find(load) else { return Ok(false) };
+        let _brings = span("bringing the light to the device");
         // Frames in flight may still read the light before.
         self.slots.wait()?;
         let mut values = vec![0.0f32; self.nodes];

@@ -128,10 +128,10 @@ impl ExchangeCheck {
         let progress = &mut self.progress;
         let sent = progress.lead.sent(&exchange, load, &progress.light, temperature, self.renewal.held);
         let at_start = exchange.absorbed(&exchange.sent(load, &progress.light, temperature), &progress.light);
-        let late = self.progress.steps.is_multiple_of(EVERY).then(|| self.late_rows(&sent)).flatten();
+        let ends = self.progress.steps.is_multiple_of(EVERY).then(|| self.ends()).flatten();
         let absorbed = exchange.absorbed(&sent, &self.progress.light);
         let received = of_nodes(&absorbed, &self.progress.light);
-        self.estimate(&sent, &at_start, temperatures, (turned, held, late));
+        self.estimate(&sent, &at_start, temperatures, (turned, held, ends));
         (self.progress.before, self.progress.at_start) = (absorbed, at_start);
         self.progress.steps += 1;
         received
@@ -146,15 +146,10 @@ impl ExchangeCheck {
         true
     }
 
-    /// Uncertainty of what patches absorb [W/m2] by rows that are held while a joint moves. `None` where none moves.
-    fn late_rows(&self, sent: &[f64]) -> Option<Vec<f64>> {
-        let rows = self.now.0.clone();
-        if rows.from == rows.to {
-            return None;
-        }
-        let [from, to] = [&rows.from, &rows.to].map(|poses| self.craft.cast(poses));
-        let [first, second] = [&from, &to].map(|exchange| exchange.absorbed(sent, &self.progress.light));
-        Some(held_rows(&first, &second, from.share_to_hold(&to)))
+    /// The exchange for the poses between which the rows lie. `None` where no joint moves.
+    fn ends(&self) -> Option<[Arc<Exchange>; 2]> {
+        let rows = &self.now.0;
+        (rows.from != rows.to).then(|| [&rows.from, &rows.to].map(|poses| self.craft.cast(poses)))
     }
 
     fn estimate(
@@ -162,9 +157,11 @@ impl ExchangeCheck {
         sent: &[f64],
         absorbed: &[f64],
         temperatures: &[f64],
-        (turned, held, late): (bool, Option<Vec<f64>>, Option<Vec<f64>>),
+        (turned, held, ends): (bool, Option<Vec<f64>>, Option<[Arc<Exchange>; 2]>),
     ) {
-        let exchange = &self.now.1;
+        let ends = ends.as_ref().map(|ends| ends.each_ref().map(|exchange| &**exchange));
+        let between = ends.map(|ends| self.now.1.with_factors_between(ends, self.now.0.share));
+        let exchange = between.as_ref().unwrap_or(&self.now.1);
         let kelvin = exchange.kelvin_per_flux(|node| temperatures[node]);
         let warm = exchange.kelvin_per_flux(|_| COLD);
         let patches = || exchange.patches.iter().zip(kelvin.iter().zip(&warm)).enumerate();
@@ -187,7 +184,10 @@ impl ExchangeCheck {
                 // Light that was found for this very step has no such error.
                 self.progress.errors[3].add(kelvin * held.as_ref().map_or(0.0, |held| held[number]), patch.area);
             }
-            if let Some(late) = late {
+            if let Some([from, to]) = ends {
+                // Rows are held while a joint moves.
+                let [first, second] = [from, to].map(|exchange| exchange.absorbed(sent, &self.progress.light));
+                let late = held_rows(&first, &second, from.share_to_hold(to));
                 uncertain.iter_mut().zip(late).for_each(|(flux, late)| flux.held = flux.held.hypot(late));
             }
             self.progress.uncertain = uncertain;

@@ -166,7 +166,7 @@ impl Halves {
 
     /// Compares with the temperatures of the sample after `steps` steps [K], which ended at `time` [s].
     pub(crate) fn compare(&mut self, whole: &[f64], steps: f64, time: f64) {
-        let known = |slot: &usize| self.network.as_ref().and_then(|network| network.temperatures.get(slot)).copied();
+        let known = |slot: &usize| self.network.as_ref().and_then(|network| network.temperatures[*slot]);
         let nodes = self.stores.iter().zip(&self.areas).zip(whole.iter().zip(self.reference.temperatures()));
         for ((slot, area), (whole, own)) in
             nodes.filter_map(|((slot, area), both)| Some(((slot.as_ref()?, area), both)))

@@ -1,6 +1,6 @@
 //! The whole network of a scene in f64, beside the run.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::environment::StepLoad;
@@ -17,8 +17,8 @@ pub(super) struct NetworkCheck {
     pub(crate) loads: Reference<IncidentFunction>,
     pub(crate) light: Option<LitAreas>,
     pub(crate) slots: Vec<usize>,
-    /// Temperatures of the sample's network nodes [K], by slot.
-    pub(crate) temperatures: HashMap<usize, f64>,
+    /// Temperature of each node of the device [K]. `None` outside the network, and before it starts.
+    pub(crate) temperatures: Vec<Option<f64>>,
     /// Whether it waits for the state of the device at time 0.
     pub(crate) waits: bool,
     pub(crate) failed: Option<String>,
@@ -45,7 +45,7 @@ impl NetworkCheck {
                 .with_joints(joints(prepared, &slots)),
             light: prepared.lit_areas(slots.iter().copied()),
             slots,
-            temperatures: HashMap::new(),
+            temperatures: vec![None; prepared.nodes.vertex_of_node.len()],
             waits: false,
             failed: None,
         }
@@ -54,8 +54,9 @@ impl NetworkCheck {
     /// Heat of every network node under a load [W].
     pub(crate) fn heat(&mut self, load: &StepLoad) -> Vec<f64> {
         self.loads.find_light(&mut self.light, load);
-        let absorbed: HashMap<usize, f64> = self.slots.iter().copied().zip(self.loads.absorbed(load)).collect();
-        self.run.scene().heat(|slot| absorbed[&slot])
+        let mut absorbed = vec![0.0; self.temperatures.len()];
+        self.slots.iter().zip(self.loads.absorbed(load)).for_each(|(slot, flux)| absorbed[*slot] = flux);
+        self.run.scene().heat(|slot| absorbed[slot])
     }
 
     /// Advances under a load from `start` [s] for `length` [s].
@@ -74,7 +75,7 @@ impl NetworkCheck {
             run: self.run.save(),
             loads: self.loads.save(),
             light: self.light.as_ref().and_then(|light| light.redraw.found_for.clone()),
-            temperatures: self.temperatures.iter().map(|(slot, kelvin)| (*slot, *kelvin)).collect(),
+            temperatures: (0..).zip(&self.temperatures).filter_map(|(slot, kelvin)| Some((slot, (*kelvin)?))).collect(),
             waits: self.waits,
             failed: self.failed.clone(),
         })
@@ -90,7 +91,12 @@ impl NetworkCheck {
         if let Some(light) = &mut self.light {
             light.redraw.found_for.clone_from(&saved.light);
         }
-        self.temperatures = saved.temperatures.iter().map(|(slot, kelvin)| (*slot, *kelvin)).collect();
+        self.temperatures.fill(None);
+        for (slot, kelvin) in &saved.temperatures {
+            if let Some(own) = self.temperatures.get_mut(*slot) {
+                *own = Some(*kelvin);
+            }
+        }
         self.waits = saved.waits;
         self.failed.clone_from(&saved.failed);
         Ok(())
@@ -107,9 +113,7 @@ impl NetworkCheck {
     /// Takes the temperatures of the network.
     pub(crate) fn take_temperatures(&mut self) {
         let known = &mut self.temperatures;
-        self.run.scene().scatter(&self.run.temperatures(), |slot, temperature| {
-            known.insert(slot, temperature);
-        });
+        self.run.scene().scatter(&self.run.temperatures(), |slot, temperature| known[slot] = Some(temperature));
     }
 }
 

@@ -66,16 +66,16 @@ pub(super) fn step(system: &mut System, t: f64, step: f64, stages: u32, state: &
     let size = start.len();
     let (mut older, mut newer) = (vec![0.0; size], vec![0.0; size]);
     for stage in coefficients(stages) {
-        for node in 0..size {
-            let delta = stage.mu * newer[node]
-                + stage.nu * older[node]
-                + step * (stage.mu_rate * state.rates[node] + stage.gamma_rate * first[node]);
-            older[node] = newer[node];
-            newer[node] = delta;
+        let before = older.iter_mut().zip(&mut newer).zip(state.rates.iter().zip(&first));
+        for ((temperature, start), ((older, newer), (rate, first))) in
+            state.temperatures.iter_mut().zip(&start).zip(before)
+        {
+            let delta =
+                stage.mu * *newer + stage.nu * *older + step * (stage.mu_rate * *rate + stage.gamma_rate * *first);
+            *older = *newer;
+            *newer = delta;
             // An arithmetic node keeps the temperature of the stage before, where the search for its balance starts.
-            if delta != 0.0 {
-                state.temperatures[node] = start[node] + delta;
-            }
+            *temperature = if delta != 0.0 { start + delta } else { *temperature };
         }
         let time = t + stage.time * step;
         if !in_range(&state.temperatures) || !system.balance(time, &mut state.temperatures) {

@@ -10,6 +10,8 @@ use crate::exchange::words::pieces;
 use crate::gpu::layout::ExchangePatch;
 use crate::model::nodes::GROUP;
 
+/// Rows that one thread lays out together.
+const CHUNK: usize = 64;
 /// Room for the entries of a craft with joints, over those of its first pose: rows between two poses have the entries of both.
 const ROOM: usize = 4;
 
@@ -87,15 +89,27 @@ impl ExchangeTables {
     fn moving(exchange: &Exchange, order: &[u32], places: &[u32]) -> Self {
         let mut entries: Vec<[u32; 4]> = Vec::new();
         let mut rows = |of: &Sparse| -> Vec<[u32; 2]> {
-            let row = |(place, number): (usize, &u32)| fours(of.row(*number as usize), *number, place as u32, places);
-            let rows: Vec<Vec<[u32; 4]>> = order.par_iter().enumerate().map(row).collect();
-            entries.reserve(rows.iter().map(Vec::len).sum());
-            let place = |row: Vec<[u32; 4]>| {
-                let first = entries.len() as u32;
-                entries.extend(row);
-                [first, entries.len() as u32]
+            let chunk = |(chunk, numbers): (usize, &[u32])| {
+                let mut all = Vec::new();
+                let ends = (chunk * CHUNK..).zip(numbers).map(|(place, number)| {
+                    put_fours(of.row(*number as usize), *number, place as u32, places, &mut all);
+                    all.len() as u32
+                });
+                (ends.collect(), all)
             };
-            rows.into_iter().map(place).collect()
+            let chunks: Vec<(Vec<u32>, Vec<[u32; 4]>)> = order.par_chunks(CHUNK).enumerate().map(chunk).collect();
+            entries.reserve(chunks.iter().map(|chunk| chunk.1.len()).sum());
+            let mut rows = Vec::with_capacity(order.len());
+            for (ends, chunk) in chunks {
+                let mut first = entries.len() as u32;
+                let start = first;
+                for end in ends {
+                    rows.push([first, start + end]);
+                    first = start + end;
+                }
+                entries.extend(chunk);
+            }
+            rows
         };
         let [infrared, reflected] = [&exchange.infrared, &exchange.sunlight].map(|areas| rows(&areas.between));
         // A craft whose surfaces do not see each other has a buffer all the same. No row has this entry.
@@ -130,7 +144,7 @@ impl ExchangeTables {
         Self {
             patches,
             entries,
-            sky: order.iter().flat_map(|patch| exchange.sky_of(*patch as usize).chunks(4)).map(four).collect(),
+            sky: sky_in_order(exchange, order),
             open: (0..exchange.patches.len()).map(|patch| exchange.factors.to_space(patch) as f32).collect(),
             inside: (exchange.factors.inside_share(), exchange.factors.buried()),
             inner: exchange.factors.inside.iter().map(|share| *share as f32).collect(),
@@ -165,9 +179,8 @@ fn places_of(order: &[u32]) -> Vec<u32> {
     places
 }
 
-/// The entries of a row but the diagonal, in fours. What is missing in the last four has no area.
-fn fours(row: &[(u32, f64)], own: u32, place: u32, places: &[u32]) -> Vec<[u32; 4]> {
-    let mut fours = Vec::with_capacity(row.len() / 2);
+/// Adds the entries of a row but the diagonal, in fours. What is missing in the last four has no area.
+fn put_fours(row: &[(u32, f64)], own: u32, place: u32, places: &[u32], fours: &mut Vec<[u32; 4]>) {
     let (mut four, mut count) = ([place; 4], 0);
     for (column, area) in row.iter().filter(|(column, _)| *column != own) {
         for half in pieces(*area) {
@@ -180,7 +193,17 @@ fn fours(row: &[(u32, f64)], own: u32, place: u32, places: &[u32]) -> Vec<[u32; 
         }
     }
     fours.extend((count > 0).then_some(four));
-    fours
+}
+
+/// Bundles of the patches in an order, in fours.
+fn sky_in_order(exchange: &Exchange, order: &[u32]) -> Vec<[u32; 4]> {
+    let fours = exchange.bundles().div_ceil(4);
+    let mut sky = vec![[0; 4]; fours * order.len()];
+    sky.par_chunks_mut(fours.max(1)).zip(order).for_each(|(sky, patch)| {
+        let words = exchange.sky_of(*patch as usize).chunks(4).map(four);
+        sky.iter_mut().zip(words).for_each(|(own, words)| *own = words);
+    });
+    sky
 }
 
 /// Four words. The last ones may be missing.
