@@ -1,6 +1,5 @@
-//! Items that the tests, the tools and the Python package of this repository use besides the public face. Any name here may go at any time.
+//! Items that the tests and the tools of this repository use besides the public face. Any name here may go at any time.
 
-#[cfg(feature = "programs")]
 pub use crate::bench::{
     cases::{NetworkCase, Size, all_cases},
     files::{OWN, PAGE, RECORD, write_bench_files},
@@ -123,7 +122,6 @@ pub use crate::output::{
     run_state::RunState,
     state_file::{SavedState, StateFault, decode, encode},
 };
-#[cfg(feature = "programs")]
 pub use crate::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS, STEP, STEPS};
 pub use crate::raster::{Pixel, RasterSurface, rasterise};
 pub use crate::scene::{
@@ -140,7 +138,6 @@ pub use crate::scene::{
     texts::{attitude, materials, mesh, planet_map, trajectory},
     tmd::{Conductors, Tmd, TmdError, TmdNode},
 };
-#[cfg(feature = "programs")]
 pub use crate::server::{
     connection::Patience,
     listen::{Server, Talk, bind, serve},
@@ -212,8 +209,4 @@ pub use crate::thermal::{
     },
     transition::{TransitionState, temperature, transition_step},
 };
-#[cfg(feature = "programs")]
 pub use crate::view::session::{ViewError, ViewSession};
-
-/// Whether the index of a data set can be written.
-pub const HAS_INDEX: bool = cfg!(feature = "datasets");

@@ -36,11 +36,13 @@ mod fit;
 mod gpu;
 mod guard;
 mod host;
+#[cfg(feature = "programs")]
 pub mod internals;
 mod labels;
 mod lens;
 mod model;
 mod output;
+pub mod package;
 #[cfg(feature = "programs")]
 mod paper;
 mod raster;

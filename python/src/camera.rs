@@ -1,8 +1,8 @@
 //! The intrinsics of a camera.
 
 use glam::{DMat3, DQuat, DVec3};
-use isotherm::internals::check_camera;
-use isotherm::{CameraFrame, Distortion, Lens, internals};
+use isotherm::package::check_camera;
+use isotherm::{CameraFrame, Distortion, Lens, package};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -13,7 +13,7 @@ use crate::numbers::matrix;
 /// Size, lens and samples of a camera. It has no pose.
 #[pyclass(frozen, from_py_object, module = "isotherm")]
 #[derive(Clone)]
-pub struct Camera(pub internals::Camera);
+pub struct Camera(pub package::Camera);
 
 impl Camera {
     /// The arguments of which Python makes it.
@@ -36,9 +36,9 @@ impl Camera {
     }
 
     /// The camera with the pose or path of another.
-    pub fn posed_as(&self, other: &internals::Camera) -> internals::Camera {
-        let internals::Camera { motion, frame, position, frame_from_camera, .. } = other.clone();
-        internals::Camera { motion, frame, position, frame_from_camera, ..self.0.clone() }
+    pub fn posed_as(&self, other: &package::Camera) -> package::Camera {
+        let package::Camera { motion, frame, position, frame_from_camera, .. } = other.clone();
+        package::Camera { motion, frame, position, frame_from_camera, ..self.0.clone() }
     }
 }
 
@@ -84,7 +84,7 @@ impl Camera {
     ) -> PyResult<Self> {
         let centre = [cx.unwrap_or(f64::from(width) / 2.0), cy.unwrap_or(f64::from(height) / 2.0)];
         let distortion = self::distortion(distortion_model, &distortion)?;
-        let camera = internals::Camera {
+        let camera = package::Camera {
             width,
             height,
             lens: Lens { focal: [fx, fy.unwrap_or(fx)], centre, skew, distortion },

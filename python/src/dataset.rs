@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use isotherm::internals::{Begin, DatasetOrder, DatasetSummary, HAS_INDEX, SceneText, Shard, Spec, make};
+use isotherm::package::{Begin, DatasetOrder, DatasetSummary, HAS_INDEX, SceneText, Shard, Spec, make};
 use isotherm::{DatasetError, Reach, SimulationError, Target};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

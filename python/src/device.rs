@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-use isotherm::internals::Context;
-use isotherm::{SimulationError, Target, internals};
+use isotherm::package::Context;
+use isotherm::{SimulationError, Target, package};
 use pyo3::prelude::*;
 
 use crate::error::raised;
@@ -31,7 +31,7 @@ pub fn open(name: Option<&str>) -> Result<Target, SimulationError> {
 #[pyfunction]
 pub fn devices(py: Python<'_>) -> PyResult<Vec<String>> {
     refuse_child(py)?;
-    let found = py.detach(internals::devices).map_err(|error| raised(py, &error.into()))?;
+    let found = py.detach(package::devices).map_err(|error| raised(py, &error.into()))?;
     Ok(found.into_iter().filter(|device| device.lacks.is_empty()).map(|device| device.name).collect())
 }
 

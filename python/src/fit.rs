@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use isotherm::Reach;
-use isotherm::internals::fit_files;
+use isotherm::package::fit_files;
 use pyo3::prelude::*;
 
 use crate::device::open;

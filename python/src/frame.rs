@@ -2,7 +2,7 @@
 
 use glam::DAffine3;
 use isotherm::Image;
-use isotherm::internals::{CAUSES, CHANNELS, ColourScale, picture};
+use isotherm::package::{CAUSES, CHANNELS, ColourScale, picture};
 use numpy::{Element, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::{PyKeyError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-use isotherm::internals::{Stopped, until};
+use isotherm::package::{Stopped, until};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 

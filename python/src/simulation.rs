@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use glam::DVec3;
-use isotherm::internals::{ThermalState, decode, encode};
+use isotherm::package::{ThermalState, decode, encode};
 use isotherm::{CameraFrame, Placement, Pose, Reach, SimulationError};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;

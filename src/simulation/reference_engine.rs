@@ -257,7 +257,7 @@ impl Engine for ReferenceEngine {
             network.restore(part("a network", &saved.network)?, most_times)?;
         }
         if let Some(sensor) = &mut self.drawing.sensor {
-            sensor.restore(part("a sensor", &saved.sensor)?)?;
+            sensor.restore(saved.sensor.as_ref())?;
         }
         self.steps = saved.steps;
         Ok(())

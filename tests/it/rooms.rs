@@ -325,7 +325,7 @@ fn sources() -> BTreeMap<String, String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut found = BTreeMap::new();
     visit(&root, &root, &mut found);
-    found.retain(|file, _| !["internals.rs", "lib.rs", "main.rs"].contains(&file.as_str()));
+    found.retain(|file, _| !["internals.rs", "lib.rs", "main.rs", "package.rs"].contains(&file.as_str()));
     found
 }
 

@@ -137,9 +137,11 @@ impl Renderer {
             exchange.fresh = false;
         }
         if let Some(sensor) = &mut self.scene.sensor {
-            let saved = part("a sensor", &saved.sensor)?;
-            sensor.last = saved.last;
-            if self.resources.get(&BOLOMETER).is_some() {
+            // A state of a scene without a sensor: the first image has settled, as without a state.
+            sensor.last = saved.sensor.as_ref().and_then(|saved| saved.last);
+            if let Some(saved) = &saved.sensor
+                && self.resources.get(&BOLOMETER).is_some()
+            {
                 check_length("signals of the sensor", &saved.signal, 2 * sensor.padded_pixels())?;
                 self.resources.upload(&mut self.once, &BOLOMETER, &saved.signal)?;
             }

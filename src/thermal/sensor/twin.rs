@@ -131,7 +131,12 @@ impl SensorTwin {
         self.state.clone()
     }
 
-    pub(crate) fn restore(&mut self, saved: &SensorState<f64>) -> Result<(), Misfit> {
+    /// Takes a state. After a state of a scene without a sensor the first image has settled.
+    pub(crate) fn restore(&mut self, saved: Option<&SensorState<f64>>) -> Result<(), Misfit> {
+        let Some(saved) = saved else {
+            self.state.last = None;
+            return Ok(());
+        };
         check_length("signals of the sensor", &saved.signal, self.state.signal.len())?;
         self.state.clone_from(saved);
         Ok(())
