@@ -247,7 +247,7 @@ function read() {
   };
   if (found.part === 0) line("strong", "space");
   else line("strong", `${found.temperature.toFixed(2)} K`);
-  if (found.part !== 0 && found.error !== undefined) line("span", `\u00b1 ${found.error.toPrecision(3)} K, one standard deviation`);
+  if (found.part !== 0 && found.error !== undefined) line("span", `\u00b1 ${found.error.toPrecision(3)} K by the computation, one standard deviation`);
   if (found.part !== 0 && found.sigma !== undefined) {
     line("span", `\u00b1 ${found.sigma.toPrecision(3)} K by the ranges of parameters${found.cause ? `, most by ${found.cause}` : ""}`);
   }
